@@ -1,0 +1,1 @@
+//! Local maps emitted for the catalogue.

@@ -1,0 +1,106 @@
+//! A checked oscillator: names, expression graph, free field and surfaces.
+
+use super::graph::{ExpressionGraph, NodeId};
+use crate::numeric::Dd;
+
+/// An oscillator with its surfaces, every expression resolved into one [`ExpressionGraph`].
+///
+/// The *full state* is `states` followed by the phase where there is one; its length is
+/// [`dimension`](Model::dimension). Inputs of the graph are the full state, then the parameters.
+#[derive(Clone, Debug)]
+pub struct Model {
+    /// Name from the scene.
+    pub name: String,
+    /// Where the model comes from.
+    pub source: Option<String>,
+    /// Names of the states, without the phase.
+    pub states: Vec<String>,
+    /// The forcing phase; `None` for an autonomous system.
+    pub phase: Option<Phase>,
+    /// Parameters with their values in the scene.
+    pub parameters: Vec<Parameter>,
+    /// Every expression of the model.
+    pub graph: ExpressionGraph,
+    /// Time derivative of each full-state component in free flight (the phase's rate last).
+    pub flow: Vec<NodeId>,
+    /// The stops.
+    pub surfaces: Vec<Surface>,
+}
+
+/// The forcing phase `theta`, with `dtheta/dt = rate`, taken modulo `period`.
+#[derive(Clone, Debug)]
+pub struct Phase {
+    /// Name of the phase.
+    pub name: String,
+    /// Its rate, an expression of parameters alone.
+    pub rate: NodeId,
+    /// Its period, a positive number.
+    pub period: Dd,
+}
+
+/// A parameter and its value in the scene, exact to the decimal literal the user wrote.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Parameter {
+    /// Name.
+    pub name: String,
+    /// Value.
+    pub value: Dd,
+}
+
+/// A stop: `event > 0` in free flight, `event = 0` touching.
+#[derive(Clone, Debug)]
+pub struct Surface {
+    /// Name from the scene.
+    pub name: String,
+    /// The event function `h(x, p)`.
+    pub event: NodeId,
+    /// Normal velocity `h' = L_f h` along the free flow (built by symbolic differentiation).
+    pub normal_velocity: NodeId,
+    /// Normal acceleration `h'' = L_f² h` along the free flow.
+    pub normal_acceleration: NodeId,
+    /// What happens at the surface.
+    pub response: Response,
+}
+
+/// What happens at a surface.
+#[derive(Clone, Debug)]
+pub enum Response {
+    /// Rigid: the full state jumps to these values.
+    Impact {
+        /// State after the impact, one node per full-state component (unnamed ones are unchanged).
+        reset: Vec<NodeId>,
+    },
+    /// Compliant: the full state follows this field until `release` vanishes on its way out.
+    Contact {
+        /// Time derivative of each full-state component in contact.
+        field: Vec<NodeId>,
+        /// The release function.
+        release: NodeId,
+    },
+}
+
+impl Model {
+    /// Length of the full state: the states, and the phase where there is one.
+    pub fn dimension(&self) -> usize {
+        self.states.len() + usize::from(self.phase.is_some())
+    }
+
+    /// Input number of a parameter in the graph.
+    pub fn parameter_input(&self, parameter: usize) -> usize {
+        self.dimension() + parameter
+    }
+
+    /// Names of the full state: the states, then the phase.
+    pub fn full_state_names(&self) -> Vec<&str> {
+        self.states
+            .iter()
+            .map(String::as_str)
+            .chain(self.phase.iter().map(|phase| phase.name.as_str()))
+            .collect()
+    }
+
+    /// Values of all parameters in the scene.
+    pub fn parameter_values(&self) -> Vec<Dd> {
+        self.parameters.iter().map(|parameter| parameter.value).collect()
+    }
+}
