@@ -1,4 +1,9 @@
 //! Grazemap: fast, measured local maps of oscillators that graze a stop.
 
 pub mod numeric;
+
+pub mod jet;
+
 pub mod model;
+
+pub mod flow;

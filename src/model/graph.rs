@@ -86,3 +86,15 @@ pub enum Node {
     /// Function of two arguments.
     Binary(Binary, NodeId, NodeId),
 }
+
+impl Node {
+    /// The nodes this one is computed from.
+    pub fn operands(self) -> impl Iterator<Item = NodeId> {
+        let (first, second) = match self {
+            Node::Constant(_) | Node::Input(_) => (None, None),
+            Node::Neg(a) | Node::PowerInteger(a, _) | Node::PowerReal(a, _) | Node::Unary(_, a) => (Some(a), None),
+            Node::Binary(_, a, b) => (Some(a), Some(b)),
+        };
+        first.into_iter().chain(second)
+    }
+}

@@ -1,0 +1,123 @@
+//! The local map: polynomials in offsets, stage by stage.
+
+use crate::jet::Jet;
+use crate::numeric::Dd;
+
+/// A local map `P` near a grazing orbit, as the sequence of its stages.
+///
+/// States and parameters are offsets: states from the point where the grazing orbit meets the section,
+/// parameters from their grazing values. Every stage maps the same number of coordinates
+/// ([`dimension`](LocalMap::dimension)); after the last stage the nominal advance of the phase has been
+/// removed, so that the map can be iterated.
+#[derive(Clone, Debug)]
+pub struct LocalMap {
+    /// Identifier of the scene.
+    pub scene: String,
+    /// Digest of the scene's text.
+    pub digest: u64,
+    /// The section and its coordinates.
+    pub section: MapSection,
+    /// Active parameters, in order.
+    pub parameters: Vec<ActiveParameter>,
+    /// Truncation orders.
+    pub orders: MapOrders,
+    /// Legs and contacts, in the order in which they act.
+    pub stages: Vec<Stage>,
+    /// Where the map is to be trusted.
+    pub window: MapWindow,
+}
+
+/// Section of a map.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MapSection {
+    /// `tangency` or `stroboscopic`.
+    pub kind: SectionKind,
+    /// Names of the coordinates.
+    pub coordinates: Vec<String>,
+    /// Where the grazing orbit meets the section: one value per coordinate.
+    pub point: Vec<Dd>,
+    /// Phase of a stroboscopic section.
+    pub phase: Option<Dd>,
+}
+
+/// Kind of a section.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum SectionKind {
+    /// `h' = 0` at the graze.
+    Tangency,
+    /// A fixed forcing phase.
+    Stroboscopic,
+}
+
+/// A parameter kept as a variable.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ActiveParameter {
+    /// Name.
+    pub name: String,
+    /// Grazing value.
+    pub value: Dd,
+}
+
+/// Truncation orders of a map.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+pub struct MapOrders {
+    /// Degree of the smooth legs.
+    pub smooth_order: u32,
+    /// Weighted degree of the contacts.
+    pub contact_weight: u32,
+}
+
+/// Half-widths of the trusted window, in offsets; infinite where nothing was asked.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MapWindow {
+    /// Largest `y²`.
+    pub depth: f64,
+    /// One half-width per coordinate.
+    pub state: Vec<f64>,
+    /// One half-width per active parameter.
+    pub parameter: Vec<f64>,
+}
+
+/// One stage of a local map.
+#[derive(Clone, Debug)]
+pub enum Stage {
+    /// A piece of free flow.
+    Leg(Leg),
+    /// A grazing passage.
+    Contact(Contact),
+}
+
+/// A leg: each image coordinate as a polynomial in (coordinates; parameters), without constant term.
+#[derive(Clone, Debug)]
+pub struct Leg {
+    /// One polynomial per coordinate.
+    pub image: Vec<Jet<f64>>,
+}
+
+/// A grazing passage in canonical form, with `y = √max(0, depth(x, p))`:
+///
+/// ```text
+/// x_i ↦ x_i + y linear_i(x, p) + y² quadratic_i(x, p)
+/// ```
+#[derive(Clone, Debug)]
+pub struct Contact {
+    /// `−h_min`, a polynomial in (coordinates; parameters) without constant term.
+    pub depth: Jet<f64>,
+    /// Coefficient of `y`, one polynomial per coordinate.
+    pub linear: Vec<Jet<f64>>,
+    /// Coefficient of `y²`, one polynomial per coordinate.
+    pub quadratic: Vec<Jet<f64>>,
+}
+
+impl LocalMap {
+    /// Number of coordinates.
+    pub fn dimension(&self) -> usize {
+        self.section.coordinates.len()
+    }
+
+    /// Number of grazing passages.
+    pub fn passages(&self) -> usize {
+        self.stages.iter().filter(|stage| matches!(stage, Stage::Contact(_))).count()
+    }
+}

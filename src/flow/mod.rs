@@ -1,0 +1,13 @@
+//! One smooth vector field: Taylor steps, dense output, jets of its flow.
+//!
+//! Deliberately absent: impacts and contact.
+
+mod error;
+mod field;
+mod integrator;
+mod program;
+
+pub use error::FlowError;
+pub use field::Field;
+pub use integrator::{Integrator, Step, horner};
+pub use program::{InputKind, Program};

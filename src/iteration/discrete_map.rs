@@ -1,0 +1,30 @@
+//! The contract of every map that can be iterated.
+
+/// A map `(x, p) ↦ x⁺` in offsets: interpreted, frozen, compiled, or evaluated by direct simulation.
+pub trait DiscreteMap: Sync {
+    /// Number of coordinates of a state.
+    fn dimension(&self) -> usize;
+
+    /// Number of parameters.
+    fn parameters(&self) -> usize;
+
+    /// One step: writes the image of `state` (length [`dimension`](Self::dimension)) to `image`.
+    ///
+    /// A step never panics on finite input; where it has no image, [`StepInfo::valid`] is `false` and
+    /// the image is not a number.
+    fn step(&self, state: &[f64], parameters: &[f64], image: &mut [f64]) -> StepInfo;
+
+    /// One step with the Jacobian `∂x⁺_i/∂x_j`, row by row, into `jacobian` (length `dimension²`).
+    fn step_jacobian(&self, state: &[f64], parameters: &[f64], image: &mut [f64], jacobian: &mut [f64]) -> StepInfo;
+}
+
+/// What happened in one step.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct StepInfo {
+    /// Grazing passages that made contact.
+    pub contacts: u32,
+    /// Largest `y²` over the passages, 0 without contact.
+    pub depth: f64,
+    /// Whether the image exists and is finite.
+    pub valid: bool,
+}

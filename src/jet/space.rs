@@ -1,0 +1,290 @@
+//! The space of jets: variables, weights, truncation order and the product table.
+//!
+//! One idea: everything that depends only on *which monomials exist* is computed once and shared;
+//! a jet is then a plain vector of coefficients.
+
+use std::ops::Range;
+use std::sync::Arc;
+
+use super::JetError;
+
+/// Largest number of coefficient products a space may need; about 1.6 GB of product table.
+pub const MAX_PRODUCTS: u128 = 200_000_000;
+
+/// Monomials in `n` variables up to a weighted degree, ordered by degree, with their product table.
+///
+/// The weighted degree of `x^e` is `Σ w_i e_i`; a space keeps every monomial of degree at most
+/// [`order`](JetSpace::order). Monomials of one degree are neighbours, in descending lexicographic
+/// order of their exponents; number 0 is the constant.
+///
+/// ```
+/// use grazemap::jet::JetSpace;
+/// let space = JetSpace::new(&[1, 2], 3)?; // y has weight 1, x has weight 2
+/// let monomials: Vec<_> = (0..space.len()).map(|m| space.exponents(m).to_vec()).collect();
+/// assert_eq!(monomials, [[0, 0], [1, 0], [2, 0], [0, 1], [3, 0], [1, 1]]);
+/// # Ok::<(), grazemap::jet::JetError>(())
+/// ```
+#[derive(Debug)]
+pub struct JetSpace {
+    weights: Vec<u32>,
+    order: usize,
+    exponents: Vec<u8>,
+    degree_starts: Vec<usize>,
+    pairs: Vec<(u32, u32)>,
+    pair_starts: Vec<usize>,
+    ranks: RankTable,
+}
+
+impl JetSpace {
+    /// The space of jets in `weights.len()` variables with these weights, cut at a weighted degree.
+    ///
+    /// # Errors
+    ///
+    /// [`JetError::ZeroWeight`] if a weight is 0, [`JetError::OrderTooHigh`] above order 255, and
+    /// [`JetError::TooLarge`], before anything is allocated, if the product table would have more
+    /// than [`MAX_PRODUCTS`] entries.
+    pub fn new(weights: &[u32], order: usize) -> Result<Arc<Self>, JetError> {
+        if let Some(variable) = weights.iter().position(|&weight| weight == 0) {
+            return Err(JetError::ZeroWeight { variable });
+        }
+        if order > usize::from(u8::MAX) {
+            return Err(JetError::OrderTooHigh { order });
+        }
+        let coefficients = count_monomials(weights, order, 1);
+        let products = count_monomials(weights, order, 2);
+        if products > MAX_PRODUCTS {
+            return Err(JetError::TooLarge { variables: weights.len(), order, coefficients, products, limit: MAX_PRODUCTS });
+        }
+        let (exponents, degree_starts) = list_monomials(weights, order);
+        let ranks = RankTable::new(weights, order, &exponents);
+        let (pairs, pair_starts) = list_pairs(weights.len(), &exponents, &ranks, products as usize);
+        Ok(Arc::new(Self { weights: weights.to_vec(), order, exponents, degree_starts, pairs, pair_starts, ranks }))
+    }
+
+    /// The space with all weights 1: ordinary total degree.
+    ///
+    /// # Errors
+    ///
+    /// As [`JetSpace::new`].
+    pub fn uniform(variables: usize, order: usize) -> Result<Arc<Self>, JetError> {
+        Self::new(&vec![1; variables], order)
+    }
+
+    /// Number of variables.
+    pub fn variables(&self) -> usize {
+        self.weights.len()
+    }
+
+    /// Weight of each variable.
+    pub fn weights(&self) -> &[u32] {
+        &self.weights
+    }
+
+    /// Highest weighted degree kept.
+    pub fn order(&self) -> usize {
+        self.order
+    }
+
+    /// Number of monomials: the length of a jet.
+    #[allow(clippy::len_without_is_empty, reason = "a space always has its constant")]
+    pub fn len(&self) -> usize {
+        self.pair_starts.len() - 1
+    }
+
+    /// Number of coefficient products in one product of two full jets.
+    pub fn products(&self) -> usize {
+        self.pairs.len()
+    }
+
+    /// Exponents of a monomial, one per variable.
+    pub fn exponents(&self, monomial: usize) -> &[u8] {
+        let variables = self.variables();
+        &self.exponents[monomial * variables..(monomial + 1) * variables]
+    }
+
+    /// Weighted degree of a monomial.
+    pub fn degree(&self, monomial: usize) -> usize {
+        self.degree_starts.partition_point(|&start| start <= monomial) - 1
+    }
+
+    /// Numbers of the monomials of one weighted degree.
+    pub fn degree_range(&self, degree: usize) -> Range<usize> {
+        self.degree_starts[degree]..self.degree_starts[degree + 1]
+    }
+
+    /// Number of the monomial with these exponents, if the space keeps it.
+    pub fn monomial(&self, exponents: &[u8]) -> Option<usize> {
+        (exponents.len() == self.variables()).then(|| self.ranks.find(exponents)).flatten()
+    }
+
+    /// Number of the monomial `x_variable`, if the space keeps it.
+    pub fn linear_monomial(&self, variable: usize) -> Option<usize> {
+        let mut exponents = vec![0; self.variables()];
+        *exponents.get_mut(variable)? = 1;
+        self.monomial(&exponents)
+    }
+
+    /// The pairs `(i, j)` with `monomial_i · monomial_j = monomial`, by ascending `i`: the first is
+    /// `(0, monomial)`, the last `(monomial, 0)`.
+    #[inline]
+    pub fn pairs(&self, monomial: usize) -> &[(u32, u32)] {
+        &self.pairs[self.pair_starts[monomial]..self.pair_starts[monomial + 1]]
+    }
+}
+
+/// Number of exponent vectors of `copies` jets whose degrees sum to at most `order`.
+fn count_monomials(weights: &[u32], order: usize, copies: usize) -> u128 {
+    let mut counts = vec![0u128; order + 1];
+    counts[0] = 1;
+    for _ in 0..copies {
+        for &weight in weights {
+            for degree in weight as usize..=order {
+                counts[degree] = counts[degree].saturating_add(counts[degree - weight as usize]);
+            }
+        }
+    }
+    counts.iter().fold(0, |sum, &count| sum.saturating_add(count))
+}
+
+/// All exponents by ascending degree, flattened, and the first monomial of each degree.
+fn list_monomials(weights: &[u32], order: usize) -> (Vec<u8>, Vec<usize>) {
+    let mut exponents = Vec::new();
+    let mut starts = Vec::with_capacity(order + 2);
+    let mut current = vec![0u8; weights.len()];
+    let mut count = 0;
+    for degree in 0..=order {
+        starts.push(count);
+        push_degree(weights, degree, 0, &mut current, &mut exponents, &mut count);
+    }
+    starts.push(count);
+    (exponents, starts)
+}
+
+/// Appends the exponents with the given remaining degree in the variables from `variable` on.
+fn push_degree(weights: &[u32], remaining: usize, variable: usize, current: &mut [u8], out: &mut Vec<u8>, count: &mut usize) {
+    if variable == weights.len() {
+        if remaining == 0 {
+            out.extend_from_slice(current);
+            *count += 1;
+        }
+        return;
+    }
+    let weight = weights[variable] as usize;
+    for exponent in (0..=remaining / weight).rev() {
+        current[variable] = exponent as u8;
+        push_degree(weights, remaining - exponent * weight, variable + 1, current, out, count);
+    }
+    current[variable] = 0;
+}
+
+/// For every monomial, the pairs of its divisors, output-major.
+fn list_pairs(variables: usize, exponents: &[u8], ranks: &RankTable, products: usize) -> (Vec<(u32, u32)>, Vec<usize>) {
+    let mut pairs = Vec::with_capacity(products);
+    let mut starts = vec![0];
+    if variables == 0 {
+        return (vec![(0, 0)], vec![0, 1]);
+    }
+    for monomial in exponents.chunks_exact(variables) {
+        let first = pairs.len();
+        let mut left = vec![0u8; variables];
+        loop {
+            let right: Vec<u8> = monomial.iter().zip(&left).map(|(m, l)| m - l).collect();
+            let rank = |e: &[u8]| ranks.find(e).expect("a divisor of a kept monomial is kept") as u32;
+            pairs.push((rank(&left), rank(&right)));
+            if !next_divisor(&mut left, monomial) {
+                break;
+            }
+        }
+        pairs[first..].sort_unstable();
+        starts.push(pairs.len());
+    }
+    (pairs, starts)
+}
+
+/// Steps to the next exponent vector below `bound`; `false` after the last.
+fn next_divisor(current: &mut [u8], bound: &[u8]) -> bool {
+    for (exponent, &limit) in current.iter_mut().zip(bound) {
+        if *exponent < limit {
+            *exponent += 1;
+            return true;
+        }
+        *exponent = 0;
+    }
+    false
+}
+
+/// From exponents to the monomial's number.
+#[derive(Debug)]
+enum RankTable {
+    /// Mixed-radix table, where it is small.
+    Dense { radices: Vec<usize>, ranks: Vec<u32> },
+    /// Hash table otherwise.
+    Sparse(std::collections::HashMap<Box<[u8]>, u32>),
+}
+
+/// Largest dense rank table, in entries.
+const DENSE_RANKS: usize = 1 << 20;
+
+impl RankTable {
+    fn new(weights: &[u32], order: usize, exponents: &[u8]) -> Self {
+        let radices: Vec<usize> = weights.iter().map(|&weight| order / weight as usize + 1).collect();
+        let size = radices.iter().try_fold(1usize, |product, &radix| product.checked_mul(radix));
+        let monomials = exponents.chunks_exact(weights.len().max(1));
+        match size {
+            Some(size) if size <= DENSE_RANKS => {
+                let mut ranks = vec![u32::MAX; size];
+                ranks[0] = 0;
+                for (number, monomial) in monomials.enumerate() {
+                    ranks[dense_index(&radices, monomial).expect("a kept monomial is in range")] = number as u32;
+                }
+                Self::Dense { radices, ranks }
+            }
+            _ => Self::Sparse(monomials.enumerate().map(|(number, monomial)| (monomial.into(), number as u32)).collect()),
+        }
+    }
+
+    fn find(&self, exponents: &[u8]) -> Option<usize> {
+        match self {
+            Self::Dense { radices, ranks } => {
+                let rank = ranks[dense_index(radices, exponents)?];
+                (rank != u32::MAX).then_some(rank as usize)
+            }
+            Self::Sparse(ranks) => ranks.get(exponents).map(|&rank| rank as usize),
+        }
+    }
+}
+
+/// Position in the mixed-radix table; `None` if an exponent exceeds its radix.
+fn dense_index(radices: &[usize], exponents: &[u8]) -> Option<usize> {
+    radices.iter().zip(exponents).try_fold(0, |index, (&radix, &exponent)| {
+        (usize::from(exponent) < radix).then(|| index * radix + usize::from(exponent))
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn counts_are_those_of_the_binomial_formula() {
+        let space = JetSpace::uniform(5, 6).unwrap();
+        assert_eq!(space.len(), 462); // C(11, 5)
+        assert_eq!(space.products(), 8008); // C(16, 10)
+    }
+
+    #[test]
+    fn pairs_begin_and_end_with_the_constant() {
+        let space = JetSpace::new(&[1, 2, 2], 6).unwrap();
+        for monomial in 0..space.len() {
+            let pairs = space.pairs(monomial);
+            assert_eq!(pairs[0], (0, monomial as u32));
+            assert_eq!(pairs[pairs.len() - 1], (monomial as u32, 0));
+        }
+    }
+
+    #[test]
+    fn too_large_a_space_is_refused_before_allocating() {
+        let error = JetSpace::uniform(12, 40).unwrap_err();
+        assert!(matches!(error, JetError::TooLarge { .. }), "{error}");
+    }
+}
