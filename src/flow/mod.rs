@@ -6,6 +6,8 @@ mod error;
 mod field;
 mod integrator;
 mod program;
+#[cfg(test)]
+mod samples;
 
 pub use error::FlowError;
 pub use field::Field;
