@@ -7,6 +7,8 @@ mod evaluation;
 mod field;
 mod integrator;
 mod program;
+#[cfg(test)]
+mod samples;
 
 pub use error::FlowError;
 pub use evaluation::evaluate;
