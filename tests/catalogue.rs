@@ -6,7 +6,8 @@ use grazemap::model::{Scene, catalogue};
 fn every_scene_of_the_catalogue_is_read_without_fault() {
     for name in catalogue::names() {
         let text = catalogue::text(name).expect("a name of the catalogue has a text");
-        let scene = Scene::parse(text, &format!("{name}.toml")).unwrap_or_else(|error| panic!("{error}"));
+        let scene =
+            Scene::parse(text, &format!("{name}.toml")).unwrap_or_else(|error| panic!("{error}"));
         assert_eq!(scene.identifier, name);
         assert!(catalogue::summary(name).is_some_and(|summary| !summary.is_empty()));
     }

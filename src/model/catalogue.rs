@@ -10,14 +10,19 @@ struct Entry {
 /// An entry whose text is the file of that name under `scenes/`.
 macro_rules! entry {
     ($name:literal, $summary:literal) => {
-        Entry { name: $name, summary: $summary, text: include_str!(concat!("../../scenes/", $name, ".toml")) }
+        Entry {
+            name: $name,
+            summary: $summary,
+            text: include_str!(concat!("../../scenes/", $name, ".toml")),
+        }
     };
 }
 
 /// Every scene of the catalogue, the first being the one the program runs when none is named.
-const ENTRIES: &[Entry] = &[
-    entry!("linear", "linear oscillator with a rigid stop, omega = 1.8 (Thota, Zhao, Dankowicz 2006)"),
-];
+const ENTRIES: &[Entry] = &[entry!(
+    "linear",
+    "linear oscillator with a rigid stop, omega = 1.8 (Thota, Zhao, Dankowicz 2006)"
+)];
 
 /// Names of the scenes, in the order of the catalogue.
 pub fn names() -> impl Iterator<Item = &'static str> {

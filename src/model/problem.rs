@@ -299,12 +299,20 @@ pub enum OverrideReason {
 impl SceneProblem {
     /// A few words for the place in the text, where there is something to add.
     pub(super) fn label(&self) -> Option<String> {
-        let meant = |nearest: &Option<String>| nearest.as_ref().map(|name| format!("did you mean `{name}`?"));
+        let meant = |nearest: &Option<String>| {
+            nearest
+                .as_ref()
+                .map(|name| format!("did you mean `{name}`?"))
+        };
         match self {
             Self::Expression(error) => Some(error.label()),
             Self::UnknownKey { nearest, .. } | Self::UnknownName { nearest, .. } => meant(nearest),
-            Self::UnknownWord { nearest, choices, .. } => meant(nearest).or_else(|| Some(format!("one of {choices}"))),
-            Self::NotAName { .. } => Some("letters, digits and `_`, not first a digit, at most 64".to_owned()),
+            Self::UnknownWord {
+                nearest, choices, ..
+            } => meant(nearest).or_else(|| Some(format!("one of {choices}"))),
+            Self::NotAName { .. } => {
+                Some("letters, digits and `_`, not first a digit, at most 64".to_owned())
+            }
             _ => None,
         }
     }

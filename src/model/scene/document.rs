@@ -46,12 +46,21 @@ pub(super) struct Entry<'a> {
 impl<'a> Table<'a> {
     /// The root of a document.
     pub(super) fn root(source: &'a str, table: &'a dyn TableLike) -> Self {
-        Self { source, table, path: String::new(), span: 0..0 }
+        Self {
+            source,
+            table,
+            path: String::new(),
+            span: 0..0,
+        }
     }
 
     /// The table in words.
     pub(super) fn title(&self) -> String {
-        if self.path.is_empty() { "the scene".to_owned() } else { format!("[{}]", self.path) }
+        if self.path.is_empty() {
+            "the scene".to_owned()
+        } else {
+            format!("[{}]", self.path)
+        }
     }
 
     /// Bytes to point at for the table as a whole.
@@ -83,15 +92,34 @@ impl<'a> Table<'a> {
     /// A key with its value, if it is there.
     pub(super) fn field(&self, key: &str) -> Option<Field<'a>> {
         let (key, item) = self.table.get_key_value(key)?;
-        let key_span = key.span().or_else(|| item.span()).unwrap_or_else(|| self.span.clone());
-        let path = if self.path.is_empty() { shown(key.get()) } else { format!("{}.{}", self.path, shown(key.get())) };
-        Some(Field { source: self.source, item, key: key.get(), path, key_span })
+        let key_span = key
+            .span()
+            .or_else(|| item.span())
+            .unwrap_or_else(|| self.span.clone());
+        let path = if self.path.is_empty() {
+            shown(key.get())
+        } else {
+            format!("{}.{}", self.path, shown(key.get()))
+        };
+        Some(Field {
+            source: self.source,
+            item,
+            key: key.get(),
+            path,
+            key_span,
+        })
     }
 
     /// A key with its value, which must be there.
     pub(super) fn require(&self, key: &str) -> Checked<Field<'a>> {
         self.field(key).ok_or_else(|| {
-            Fault::at(self.span.clone(), SceneProblem::MissingKey { key: key.to_owned(), table: self.title() })
+            Fault::at(
+                self.span.clone(),
+                SceneProblem::MissingKey {
+                    key: key.to_owned(),
+                    table: self.title(),
+                },
+            )
         })
     }
 }
@@ -107,7 +135,12 @@ impl<'a> Field<'a> {
         let Some(table) = self.item.as_table_like() else {
             return Err(self.wrong_type("a table"));
         };
-        Ok(Table { source: self.source, table, path: self.path.clone(), span: self.span() })
+        Ok(Table {
+            source: self.source,
+            table,
+            path: self.path.clone(),
+            span: self.span(),
+        })
     }
 
     /// The value as a list of tables: `[[name]]` or `name = [{ ... }]`.
@@ -119,14 +152,24 @@ impl<'a> Field<'a> {
             span: span.unwrap_or_else(|| self.span()),
         };
         if let Some(list) = self.item.as_array_of_tables() {
-            return Ok(list.iter().enumerate().map(|(index, entry)| table(index, entry, entry.span())).collect());
+            return Ok(list
+                .iter()
+                .enumerate()
+                .map(|(index, entry)| table(index, entry, entry.span()))
+                .collect());
         }
         let expected = "a list of tables";
-        let list = self.item.as_array().ok_or_else(|| self.wrong_type(expected))?;
-        let entries = list.iter().enumerate().map(|(index, entry)| match entry.as_inline_table() {
-            Some(inline) => Ok(table(index, inline, inline.span())),
-            None => Err(self.entry_of(entry).wrong_type(expected)),
-        });
+        let list = self
+            .item
+            .as_array()
+            .ok_or_else(|| self.wrong_type(expected))?;
+        let entries = list
+            .iter()
+            .enumerate()
+            .map(|(index, entry)| match entry.as_inline_table() {
+                Some(inline) => Ok(table(index, inline, inline.span())),
+                None => Err(self.entry_of(entry).wrong_type(expected)),
+            });
         entries.collect()
     }
 
@@ -145,7 +188,11 @@ impl<'a> Field<'a> {
 
     /// The values of a list, or the one value.
     pub(super) fn one_or_list(&self, expected: &'static str) -> Checked<Vec<Entry<'a>>> {
-        if self.item.is_array() { self.list(expected) } else { Ok(vec![self.entry(expected)?]) }
+        if self.item.is_array() {
+            self.list(expected)
+        } else {
+            Ok(vec![self.entry(expected)?])
+        }
     }
 
     /// The fault of a value of another kind.
@@ -156,12 +203,24 @@ impl<'a> Field<'a> {
             Item::Table(_) => "a table",
             Item::ArrayOfTables(_) => "a list of tables",
         };
-        Fault::at(self.span(), SceneProblem::WrongType { key: self.path.clone(), expected, found })
+        Fault::at(
+            self.span(),
+            SceneProblem::WrongType {
+                key: self.path.clone(),
+                expected,
+                found,
+            },
+        )
     }
 
     fn entry_of(&self, value: &'a Value) -> Entry<'a> {
         let span = value.span().unwrap_or_else(|| self.span());
-        Entry { source: self.source, value, path: self.path.clone(), span }
+        Entry {
+            source: self.source,
+            value,
+            path: self.path.clone(),
+            span,
+        }
     }
 }
 
@@ -173,7 +232,10 @@ impl<'a> Entry<'a> {
 
     /// The values of a list.
     pub(super) fn list(&self, expected: &'static str) -> Checked<Vec<Entry<'a>>> {
-        let list = self.value.as_array().ok_or_else(|| self.wrong_type(expected))?;
+        let list = self
+            .value
+            .as_array()
+            .ok_or_else(|| self.wrong_type(expected))?;
         let entry = |value: &'a Value| Entry {
             source: self.source,
             value,
@@ -190,7 +252,11 @@ impl<'a> Entry<'a> {
 
     /// The fault of a value of another kind.
     pub(super) fn wrong_type(&self, expected: &'static str) -> Fault {
-        self.fault(SceneProblem::WrongType { key: self.path.clone(), expected, found: kind(self.value) })
+        self.fault(SceneProblem::WrongType {
+            key: self.path.clone(),
+            expected,
+            found: kind(self.value),
+        })
     }
 
     /// A fault at the value.
@@ -200,8 +266,12 @@ impl<'a> Entry<'a> {
 
     /// Bytes of the file at which bytes `inner` of the text stand; the whole value where escapes moved them.
     pub(super) fn inside(&self, inner: Range<usize>) -> Range<usize> {
-        let Some(text) = self.value.as_str() else { return self.span.clone() };
-        let Some(offset) = self.literal().find(text) else { return self.span.clone() };
+        let Some(text) = self.value.as_str() else {
+            return self.span.clone();
+        };
+        let Some(offset) = self.literal().find(text) else {
+            return self.span.clone();
+        };
         let start = self.span.start + offset;
         start + inner.start..start + inner.end
     }

@@ -16,7 +16,11 @@ enum Mark {
 }
 
 /// Reads the named expressions and defines their names.
-pub(super) fn define(fields: &[Field<'_>], scope: &mut Scope, graph: &mut ExpressionGraph) -> Checked<()> {
+pub(super) fn define(
+    fields: &[Field<'_>],
+    scope: &mut Scope,
+    graph: &mut ExpressionGraph,
+) -> Checked<()> {
     for index in in_order_of_need(fields)? {
         let field = &fields[index];
         let node = scope.expression(&field.entry("an expression")?, graph)?;
@@ -59,14 +63,23 @@ fn in_order_of_need(fields: &[Field<'_>]) -> Checked<Vec<usize>> {
 
 /// The named expressions that the text of one names.
 fn needs(field: &Field<'_>, fields: &[Field<'_>]) -> Vec<usize> {
-    let text = field.entry("an expression").ok().and_then(|entry| entry.value.as_str());
+    let text = field
+        .entry("an expression")
+        .ok()
+        .and_then(|entry| entry.value.as_str());
     let names = expression::names_in(text.unwrap_or_default());
-    names.iter().filter_map(|name| fields.iter().position(|other| other.key == *name)).collect()
+    names
+        .iter()
+        .filter_map(|name| fields.iter().position(|other| other.key == *name))
+        .collect()
 }
 
 /// The fault of a circle that closes at `needed`.
 fn circle(fields: &[Field<'_>], path: &[(usize, usize)], needed: usize) -> Fault {
-    let circle = path.iter().map(|&(index, _)| index).skip_while(|&index| index != needed);
+    let circle = path
+        .iter()
+        .map(|&(index, _)| index)
+        .skip_while(|&index| index != needed);
     let mut names: Vec<String> = circle.map(|index| fields[index].key.to_owned()).collect();
     names.push(fields[needed].key.to_owned());
     Fault::at(fields[needed].span(), SceneProblem::Circular { names })

@@ -14,7 +14,16 @@ use crate::model::problem::SceneProblem;
 const LONGEST: usize = 1 << 20;
 
 /// Tables of a scene.
-const KEYS: [&str; 8] = ["model", "grazing", "section", "expansion", "window", "emit", "diagram", "chart"];
+const KEYS: [&str; 8] = [
+    "model",
+    "grazing",
+    "section",
+    "expansion",
+    "window",
+    "emit",
+    "diagram",
+    "chart",
+];
 
 impl Scene {
     /// Reads and checks a scene; `file_name` names it in messages and gives it its identifier.
@@ -43,8 +52,13 @@ impl Scene {
     /// # Errors
     ///
     /// The first fault of the overrides, or of the text after them.
-    pub fn parse_with(source: &str, file_name: &str, overrides: &[(String, String)]) -> Result<Self, SceneError> {
-        let text = overridden(source, overrides).map_err(|fault| fault.in_file(file_name, source))?;
+    pub fn parse_with(
+        source: &str,
+        file_name: &str,
+        overrides: &[(String, String)],
+    ) -> Result<Self, SceneError> {
+        let text =
+            overridden(source, overrides).map_err(|fault| fault.in_file(file_name, source))?;
         read(&text, file_name).map_err(|fault| fault.in_file(file_name, &text))
     }
 
@@ -64,10 +78,15 @@ impl Scene {
     /// As [`load`](Scene::load) and [`parse_with`](Scene::parse_with).
     pub fn load_with(path: &Path, overrides: &[(String, String)]) -> Result<Self, SceneError> {
         let file_name = path.display().to_string();
-        let unreadable = |reason: String| Fault::nowhere(SceneProblem::Unreadable { reason }).in_file(&file_name, "");
+        let unreadable = |reason: String| {
+            Fault::nowhere(SceneProblem::Unreadable { reason }).in_file(&file_name, "")
+        };
         let bytes = std::fs::read(path).map_err(|error| unreadable(error.to_string()))?;
         let source = String::from_utf8(bytes).map_err(|error| {
-            unreadable(format!("it is not text (byte {} is not UTF-8)", error.utf8_error().valid_up_to()))
+            unreadable(format!(
+                "it is not text (byte {} is not UTF-8)",
+                error.utf8_error().valid_up_to()
+            ))
         })?;
         Self::parse_with(&source, &file_name, overrides)
     }
@@ -76,7 +95,10 @@ impl Scene {
 /// The text of a scene with the overrides in it.
 fn overridden(source: &str, values: &[(String, String)]) -> Checked<String> {
     if source.len() > LONGEST {
-        return Err(Fault::nowhere(SceneProblem::TooLong { length: source.len(), limit: LONGEST }));
+        return Err(Fault::nowhere(SceneProblem::TooLong {
+            length: source.len(),
+            limit: LONGEST,
+        }));
     }
     if values.is_empty() {
         return Ok(source.to_owned());
@@ -88,8 +110,13 @@ fn overridden(source: &str, values: &[(String, String)]) -> Checked<String> {
 
 fn parsed(text: &str) -> Checked<Document<&str>> {
     Document::parse(text).map_err(|error| {
-        let problem = SceneProblem::Toml { reason: error.message().trim().replace('\n', "; ") };
-        Fault { problem: Box::new(problem), span: error.span() }
+        let problem = SceneProblem::Toml {
+            reason: error.message().trim().replace('\n', "; "),
+        };
+        Fault {
+            problem: Box::new(problem),
+            span: error.span(),
+        }
     })
 }
 
@@ -101,7 +128,10 @@ fn read(text: &str, file_name: &str) -> Checked<Scene> {
     let identifier = names::identifier(file_name);
     let (mut model, scope) = oscillator::read(&root.require("model")?.table()?, &identifier)?;
     let table = |key: &str| root.field(key).map(|field| field.table()).transpose();
-    let tables = |key: &str| root.field(key).map_or(Ok(Vec::new()), |field| field.tables());
+    let tables = |key: &str| {
+        root.field(key)
+            .map_or(Ok(Vec::new()), |field| field.tables())
+    };
     let grazing = grazing::read(&root.require("grazing")?.table()?, &model)?;
     let section = section::read(table("section")?.as_ref(), &model)?;
     let expansion = expansion::read(table("expansion")?.as_ref(), &model, &grazing)?;
@@ -116,7 +146,18 @@ fn read(text: &str, file_name: &str) -> Checked<Scene> {
         charts.push(diagram::read_chart(&table, &model)?);
     }
     let digest = fnv1a(text.as_bytes());
-    Ok(Scene { identifier, digest, model, grazing, section, expansion, window, emit, diagrams, charts })
+    Ok(Scene {
+        identifier,
+        digest,
+        model,
+        grazing,
+        section,
+        expansion,
+        window,
+        emit,
+        diagrams,
+        charts,
+    })
 }
 
 /// FNV-1a, 64 bits.

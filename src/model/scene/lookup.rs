@@ -18,7 +18,12 @@ pub(super) fn parameter_key(field: &Field<'_>, model: &Model) -> Checked<usize> 
 }
 
 fn parameter_named(name: &str, model: &Model) -> Result<usize, SceneProblem> {
-    let known = || model.parameters.iter().map(|parameter| parameter.name.as_str());
+    let known = || {
+        model
+            .parameters
+            .iter()
+            .map(|parameter| parameter.name.as_str())
+    };
     let unknown = || unknown("parameter", name, names::nearest(name, known()));
     known().position(|known| known == name).ok_or_else(unknown)
 }
@@ -26,15 +31,22 @@ fn parameter_named(name: &str, model: &Model) -> Result<usize, SceneProblem> {
 /// The component of the full state a key names.
 pub(super) fn component(field: &Field<'_>, model: &Model) -> Checked<usize> {
     let known = model.full_state_names();
-    known.iter().position(|known| *known == field.key).ok_or_else(|| {
-        let nearest = names::nearest(field.key, known.iter().copied());
-        Fault::at(field.key_span.clone(), unknown("state", field.key, nearest))
-    })
+    known
+        .iter()
+        .position(|known| *known == field.key)
+        .ok_or_else(|| {
+            let nearest = names::nearest(field.key, known.iter().copied());
+            Fault::at(field.key_span.clone(), unknown("state", field.key, nearest))
+        })
 }
 
 /// The fault of a name that is not known.
 pub(super) fn unknown(kind: &'static str, name: &str, nearest: Option<String>) -> SceneProblem {
-    SceneProblem::UnknownName { name: shown(name), kind, nearest }
+    SceneProblem::UnknownName {
+        name: shown(name),
+        kind,
+        nearest,
+    }
 }
 
 /// The values of a list, none of which may stand twice.
@@ -47,7 +59,10 @@ pub(super) fn distinct<T: PartialEq>(
         let value = read(entry)?;
         if values.contains(&value) {
             let name = shown(entry.value.as_str().unwrap_or_default());
-            return Err(entry.fault(SceneProblem::Repeated { name, key: entry.path.clone() }));
+            return Err(entry.fault(SceneProblem::Repeated {
+                name,
+                key: entry.path.clone(),
+            }));
         }
         values.push(value);
     }

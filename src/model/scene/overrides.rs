@@ -14,14 +14,25 @@ const MOST_PARTS: usize = 16;
 /// A value that is not TOML is taken as text.
 pub(super) fn apply(document: &mut DocumentMut, overrides: &[(String, String)]) -> Checked<()> {
     for (key, text) in overrides {
-        let value = text.trim().parse::<Value>().unwrap_or_else(|_| Value::from(text.as_str()));
+        let value = text
+            .trim()
+            .parse::<Value>()
+            .unwrap_or_else(|_| Value::from(text.as_str()));
         let key = key.trim();
-        let parts: Vec<&str> = if key.contains('.') { key.split('.').collect() } else { vec!["model", "parameters", key] };
+        let parts: Vec<&str> = if key.contains('.') {
+            key.split('.').collect()
+        } else {
+            vec!["model", "parameters", key]
+        };
         let fail = |part: &str, reason| {
             let (key, part) = (super::document::shown(key), super::document::shown(part));
             Fault::nowhere(SceneProblem::Override { key, part, reason })
         };
-        if let Some(empty) = parts.iter().take(MOST_PARTS + 1).find(|part| part.is_empty()) {
+        if let Some(empty) = parts
+            .iter()
+            .take(MOST_PARTS + 1)
+            .find(|part| part.is_empty())
+        {
             return Err(fail(empty, OverrideReason::Empty));
         }
         if parts.len() > MOST_PARTS {
@@ -37,12 +48,21 @@ pub(super) fn apply(document: &mut DocumentMut, overrides: &[(String, String)]) 
 
 /// Whether the document names a parameter.
 fn has_parameter(document: &DocumentMut, name: &str) -> bool {
-    let parameters = document.get("model").and_then(Item::as_table_like).and_then(|model| model.get("parameters"));
-    parameters.and_then(Item::as_table_like).is_some_and(|parameters| parameters.contains_key(name))
+    let parameters = document
+        .get("model")
+        .and_then(Item::as_table_like)
+        .and_then(|model| model.get("parameters"));
+    parameters
+        .and_then(Item::as_table_like)
+        .is_some_and(|parameters| parameters.contains_key(name))
 }
 
 /// Puts `value` at the place `parts` names under `item`; the part that failed and why otherwise.
-fn set<'k>(item: &mut Item, parts: &[&'k str], value: Value) -> Result<(), (&'k str, OverrideReason)> {
+fn set<'k>(
+    item: &mut Item,
+    parts: &[&'k str],
+    value: Value,
+) -> Result<(), (&'k str, OverrideReason)> {
     let Some((&part, rest)) = parts.split_first() else {
         replace(item, value);
         return Ok(());
@@ -54,7 +74,11 @@ fn set<'k>(item: &mut Item, parts: &[&'k str], value: Value) -> Result<(), (&'k 
         return Err((part, OverrideReason::NotATable));
     };
     if !table.contains_key(part) {
-        let fresh = if rest.is_empty() { Item::Value(value.clone()) } else { Item::Table(implicit()) };
+        let fresh = if rest.is_empty() {
+            Item::Value(value.clone())
+        } else {
+            Item::Table(implicit())
+        };
         table.insert(part, fresh);
     }
     match table.get_mut(part) {
@@ -70,21 +94,32 @@ fn set_in_list<'k>(
     rest: &[&'k str],
     value: Value,
 ) -> Result<(), (&'k str, OverrideReason)> {
-    let index = part.parse::<usize>().map_err(|_| (part, OverrideReason::NotAnEntry))?;
+    let index = part
+        .parse::<usize>()
+        .map_err(|_| (part, OverrideReason::NotAnEntry))?;
     if let Some(tables) = item.as_array_of_tables_mut() {
-        let table = tables.get_mut(index).ok_or((part, OverrideReason::NotAnEntry))?;
+        let table = tables
+            .get_mut(index)
+            .ok_or((part, OverrideReason::NotAnEntry))?;
         let Some((&key, _)) = rest.split_first() else {
             return Err((part, OverrideReason::NotATable));
         };
         let mut entry = Item::Table(std::mem::take(table));
         let outcome = set(&mut entry, rest, value);
-        *table = entry.into_table().map_err(|_| (key, OverrideReason::NotATable))?;
+        *table = entry
+            .into_table()
+            .map_err(|_| (key, OverrideReason::NotATable))?;
         return outcome;
     }
-    let slot = item.as_array_mut().and_then(|list| list.get_mut(index)).ok_or((part, OverrideReason::NotAnEntry))?;
+    let slot = item
+        .as_array_mut()
+        .and_then(|list| list.get_mut(index))
+        .ok_or((part, OverrideReason::NotAnEntry))?;
     let mut entry = Item::Value(slot.clone());
     set(&mut entry, rest, value)?;
-    *slot = entry.into_value().map_err(|_| (part, OverrideReason::NotATable))?;
+    *slot = entry
+        .into_value()
+        .map_err(|_| (part, OverrideReason::NotATable))?;
     Ok(())
 }
 

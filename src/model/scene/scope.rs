@@ -45,15 +45,25 @@ impl Scope {
     /// Declares a name; it must have the form of one, be free, and not be a word of the language.
     pub(super) fn declare(&mut self, name: &str, kind: Kind, span: Range<usize>) -> Checked<()> {
         if !names::is_name(name) {
-            return Err(Fault::at(span, SceneProblem::NotAName { name: shown(name) }));
+            return Err(Fault::at(
+                span,
+                SceneProblem::NotAName { name: shown(name) },
+            ));
         }
         if names::is_reserved(name) {
-            let problem = SceneProblem::Reserved { name: name.to_owned(), kind: kind.word() };
+            let problem = SceneProblem::Reserved {
+                name: name.to_owned(),
+                kind: kind.word(),
+            };
             return Err(Fault::at(span, problem));
         }
         if let Some((_, first)) = self.entries.iter().find(|(known, _)| known == name) {
             let (first, second) = (first.word(), kind.word());
-            let problem = SceneProblem::DuplicateName { name: name.to_owned(), first, second };
+            let problem = SceneProblem::DuplicateName {
+                name: name.to_owned(),
+                first,
+                second,
+            };
             return Err(Fault::at(span, problem));
         }
         self.entries.push((name.to_owned(), kind));
@@ -81,7 +91,11 @@ impl Scope {
     }
 
     /// Reads the expression of an entry: a text, or a number.
-    pub(super) fn expression(&self, entry: &Entry<'_>, graph: &mut ExpressionGraph) -> Checked<NodeId> {
+    pub(super) fn expression(
+        &self,
+        entry: &Entry<'_>,
+        graph: &mut ExpressionGraph,
+    ) -> Checked<NodeId> {
         self.expression_with_free(entry, graph, None)
     }
 
@@ -103,12 +117,19 @@ impl Scope {
             Some(node) if name == names::FREE => Resolved::Node(node),
             _ => self.resolve(name),
         };
-        expression::parse(text, graph, &resolve)
-            .map_err(|fault| Fault::at(entry.inside(fault.span), SceneProblem::Expression(fault.value)))
+        expression::parse(text, graph, &resolve).map_err(|fault| {
+            Fault::at(
+                entry.inside(fault.span),
+                SceneProblem::Expression(fault.value),
+            )
+        })
     }
 
     /// The full state and the parameters, by input number.
     pub(super) fn inputs(&self) -> impl Iterator<Item = &str> {
-        self.entries.iter().filter(|(_, kind)| *kind != Kind::Let).map(|(name, _)| name.as_str())
+        self.entries
+            .iter()
+            .filter(|(_, kind)| *kind != Kind::Let)
+            .map(|(name, _)| name.as_str())
     }
 }

@@ -15,14 +15,24 @@ enum Kind {
 
 /// Reads `[section]`; without it, the tangency section.
 pub(super) fn read(table: Option<&Table<'_>>, model: &Model) -> Checked<Section> {
-    let Some(table) = table else { return Ok(Section::Tangency) };
+    let Some(table) = table else {
+        return Ok(Section::Tangency);
+    };
     table.only(&["kind", "phase"])?;
-    let options = [("tangency", Kind::Tangency), ("stroboscopic", Kind::Stroboscopic)];
-    let kind = table.require("kind")?.choice(&options, "\"tangency\", \"stroboscopic\"")?;
+    let options = [
+        ("tangency", Kind::Tangency),
+        ("stroboscopic", Kind::Stroboscopic),
+    ];
+    let kind = table
+        .require("kind")?
+        .choice(&options, "\"tangency\", \"stroboscopic\"")?;
     match (kind, table.field("phase")) {
-        (Kind::Stroboscopic, _) if model.phase.is_none() => {
-            Err(Fault::at(table.require("kind")?.span(), SceneProblem::NeedsPhase { what: "a stroboscopic section" }))
-        }
+        (Kind::Stroboscopic, _) if model.phase.is_none() => Err(Fault::at(
+            table.require("kind")?.span(),
+            SceneProblem::NeedsPhase {
+                what: "a stroboscopic section",
+            },
+        )),
         (Kind::Tangency, _) => Ok(Section::Tangency),
         (Kind::Stroboscopic, None) => Ok(Section::Stroboscopic(StroboscopicPhase::Grazing)),
         (Kind::Stroboscopic, Some(field)) => {
@@ -30,7 +40,9 @@ pub(super) fn read(table: Option<&Table<'_>>, model: &Model) -> Checked<Section>
             if entry.value.as_str() == Some("grazing") {
                 return Ok(Section::Stroboscopic(StroboscopicPhase::Grazing));
             }
-            Ok(Section::Stroboscopic(StroboscopicPhase::At(entry.number()?)))
+            Ok(Section::Stroboscopic(StroboscopicPhase::At(
+                entry.number()?,
+            )))
         }
     }
 }

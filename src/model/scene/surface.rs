@@ -22,10 +22,19 @@ pub(super) fn read(model: &Table<'_>, flow: &[NodeId], draft: &mut Draft) -> Che
     let field = model.require("surface")?;
     let tables = field.tables()?;
     if tables.is_empty() {
-        return Err(Fault::at(field.span(), SceneProblem::Empty { key: field.path.clone() }));
+        return Err(Fault::at(
+            field.span(),
+            SceneProblem::Empty {
+                key: field.path.clone(),
+            },
+        ));
     }
     if tables.len() > MOST {
-        let problem = SceneProblem::TooMany { key: field.path.clone(), most: MOST, found: tables.len() };
+        let problem = SceneProblem::TooMany {
+            key: field.path.clone(),
+            most: MOST,
+            found: tables.len(),
+        };
         return Err(Fault::at(field.key_span.clone(), problem));
     }
     let mut surfaces: Vec<Surface> = Vec::new();
@@ -46,15 +55,29 @@ fn name(table: &Table<'_>, others: &[Surface]) -> Checked<String> {
     }
     if others.iter().any(|other| other.name == name) {
         let (first, second) = ("surface", "second surface");
-        return Err(entry.fault(SceneProblem::DuplicateName { name: name.to_owned(), first, second }));
+        return Err(entry.fault(SceneProblem::DuplicateName {
+            name: name.to_owned(),
+            first,
+            second,
+        }));
     }
     Ok(name.to_owned())
 }
 
-fn surface(table: &Table<'_>, name: String, flow: &[NodeId], draft: &mut Draft) -> Checked<Surface> {
+fn surface(
+    table: &Table<'_>,
+    name: String,
+    flow: &[NodeId],
+    draft: &mut Draft,
+) -> Checked<Surface> {
     let entry = table.require("event")?.entry("an expression")?;
     let event = draft.scope.expression(&entry, &mut draft.graph)?;
-    if draft.graph.dependencies(event).first().is_none_or(|&input| input >= draft.states.len()) {
+    if draft
+        .graph
+        .dependencies(event)
+        .first()
+        .is_none_or(|&input| input >= draft.states.len())
+    {
         return Err(entry.fault(SceneProblem::ConstantEvent { surface: name }));
     }
     let normal_velocity = draft.graph.lie_derivative(event, flow);
@@ -62,7 +85,10 @@ fn surface(table: &Table<'_>, name: String, flow: &[NodeId], draft: &mut Draft) 
     let response = match (table.field("impact"), table.field("contact")) {
         (Some(impact), None) => {
             if let Some(release) = table.field("release") {
-                return Err(Fault::at(release.key_span, SceneProblem::ReleaseWithoutContact { surface: name }));
+                return Err(Fault::at(
+                    release.key_span,
+                    SceneProblem::ReleaseWithoutContact { surface: name },
+                ));
             }
             let reset = impact_law(&impact.table()?, draft)?;
             let span = impact.span();
@@ -70,16 +96,32 @@ fn surface(table: &Table<'_>, name: String, flow: &[NodeId], draft: &mut Draft) 
             Response::Impact { reset }
         }
         (None, Some(contact)) => contact_law(table, &contact.table()?, event, flow, draft)?,
-        _ => return Err(Fault::at(table.span(), SceneProblem::Response { surface: name })),
+        _ => {
+            return Err(Fault::at(
+                table.span(),
+                SceneProblem::Response { surface: name },
+            ));
+        }
     };
-    Ok(Surface { name, event, normal_velocity, normal_acceleration, response })
+    Ok(Surface {
+        name,
+        event,
+        normal_velocity,
+        normal_acceleration,
+        response,
+    })
 }
 
 /// The state after an impact; components without a key are unchanged.
 fn impact_law(table: &Table<'_>, draft: &mut Draft) -> Checked<Vec<NodeId>> {
     let named = draft.components(table, None)?;
     if named.iter().all(Option::is_none) {
-        return Err(Fault::at(table.span(), SceneProblem::Empty { key: "impact".to_owned() }));
+        return Err(Fault::at(
+            table.span(),
+            SceneProblem::Empty {
+                key: "impact".to_owned(),
+            },
+        ));
     }
     let dimension = draft.states.len() + usize::from(draft.phase.is_some());
     let reset = (0..dimension).map(|component| {
@@ -99,12 +141,22 @@ fn contact_law(
 ) -> Checked<Response> {
     let named = draft.components(contact, Some(flow))?;
     if named.iter().all(Option::is_none) {
-        return Err(Fault::at(contact.span(), SceneProblem::Empty { key: "contact".to_owned() }));
+        return Err(Fault::at(
+            contact.span(),
+            SceneProblem::Empty {
+                key: "contact".to_owned(),
+            },
+        ));
     }
-    let field = flow.iter().enumerate().map(|(component, &free)| named.get(component).copied().flatten().unwrap_or(free));
+    let field = flow
+        .iter()
+        .enumerate()
+        .map(|(component, &free)| named.get(component).copied().flatten().unwrap_or(free));
     let field = field.collect();
     let release = match surface.field("release") {
-        Some(release) => draft.scope.expression(&release.entry("an expression")?, &mut draft.graph)?,
+        Some(release) => draft
+            .scope
+            .expression(&release.entry("an expression")?, &mut draft.graph)?,
         None => event,
     };
     Ok(Response::Contact { field, release })
@@ -120,9 +172,13 @@ fn check_restitution(
 ) -> Checked<()> {
     let tolerance = 1e-9;
     match restitution(normal_velocity, reset, draft) {
-        Some(value) if !(-tolerance..=1.0 + tolerance).contains(&value) => {
-            Err(Fault::at(span, SceneProblem::Restitution { surface: surface.to_owned(), value: tidy(value) }))
-        }
+        Some(value) if !(-tolerance..=1.0 + tolerance).contains(&value) => Err(Fault::at(
+            span,
+            SceneProblem::Restitution {
+                surface: surface.to_owned(),
+                value: tidy(value),
+            },
+        )),
         _ => Ok(()),
     }
 }
@@ -134,12 +190,19 @@ fn tidy(value: f64) -> f64 {
 
 /// `−h'(g(x)) / h'(x)`, if it is the same at several states.
 fn restitution(normal_velocity: NodeId, reset: &[NodeId], draft: &Draft) -> Option<f64> {
-    let parameters: Vec<f64> = draft.parameters.iter().map(|parameter| round(parameter.value)).collect();
+    let parameters: Vec<f64> = draft
+        .parameters
+        .iter()
+        .map(|parameter| round(parameter.value))
+        .collect();
     let mut values = Vec::new();
     let mut common: Option<f64> = None;
     for sample in 1..=5 {
         let wave = |component: usize| (1.3 * f64::from(sample) + 2.1 * component as f64).sin();
-        let before: Vec<f64> = (0..reset.len()).map(wave).chain(parameters.iter().copied()).collect();
+        let before: Vec<f64> = (0..reset.len())
+            .map(wave)
+            .chain(parameters.iter().copied())
+            .collect();
         draft.graph.evaluate(&before, &mut values);
         let speed_before = values[normal_velocity.index()];
         let image = reset.iter().map(|node| values[node.index()]);

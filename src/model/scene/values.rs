@@ -6,7 +6,7 @@ use crate::model::expression::{self, ExpressionError, Resolved};
 use crate::model::graph::ExpressionGraph;
 use crate::model::names;
 use crate::model::problem::SceneProblem;
-use crate::numeric::{Dd, Scalar};
+use crate::numeric::Dd;
 
 /// What a number may be written as.
 const NUMBER: &str = "a number";
@@ -18,7 +18,10 @@ impl Entry<'_> {
             return self.constant(text);
         }
         if let Some(integer) = self.value.as_integer()
-            && !self.literal().bytes().all(|byte| byte.is_ascii_digit() || matches!(byte, b'+' | b'-' | b'_'))
+            && !self
+                .literal()
+                .bytes()
+                .all(|byte| byte.is_ascii_digit() || matches!(byte, b'+' | b'-' | b'_'))
         {
             return self.constant(&integer.to_string());
         }
@@ -26,9 +29,14 @@ impl Entry<'_> {
             return Err(self.wrong_type(NUMBER));
         }
         let digits = self.literal().replace('_', "");
-        let value = Dd::from_decimal(digits.trim_start_matches('+')).ok().filter(|value| value.is_finite());
+        let value = Dd::from_decimal(digits.trim_start_matches('+'))
+            .ok()
+            .filter(|value| value.is_finite());
         value.ok_or_else(|| {
-            self.fault(SceneProblem::NotFinite { key: self.path.clone(), found: shown(self.literal()) })
+            self.fault(SceneProblem::NotFinite {
+                key: self.path.clone(),
+                found: shown(self.literal()),
+            })
         })
     }
 
@@ -43,15 +51,19 @@ impl Entry<'_> {
         let node = expression::parse(text, &mut graph, &|_| Resolved::Unknown(None));
         let node = node.map_err(|fault| {
             let problem = match fault.value {
-                ExpressionError::UnknownVariable { name, .. } => {
-                    SceneProblem::NotConstant { name: shown(&name), key: self.path.clone() }
-                }
+                ExpressionError::UnknownVariable { name, .. } => SceneProblem::NotConstant {
+                    name: shown(&name),
+                    key: self.path.clone(),
+                },
                 other => SceneProblem::Expression(other),
             };
             Fault::at(self.inside(fault.span), problem)
         })?;
         graph.constant_value(node).ok_or_else(|| {
-            self.fault(SceneProblem::NotFinite { key: self.path.clone(), found: shown(text) })
+            self.fault(SceneProblem::NotFinite {
+                key: self.path.clone(),
+                found: shown(text),
+            })
         })
     }
 }
@@ -73,7 +85,10 @@ impl Field<'_> {
         if value.hi > 0.0 {
             Ok(value)
         } else {
-            let problem = SceneProblem::NotPositive { key: self.path.clone(), value: value.hi };
+            let problem = SceneProblem::NotPositive {
+                key: self.path.clone(),
+                value: value.hi,
+            };
             Err(Fault::at(self.span(), problem))
         }
     }
@@ -94,7 +109,11 @@ impl Field<'_> {
     }
 
     /// The choice a word stands for; `choices` as a message lists them.
-    pub(super) fn choice<T: Copy>(&self, options: &[(&str, T)], choices: &'static str) -> Checked<T> {
+    pub(super) fn choice<T: Copy>(
+        &self,
+        options: &[(&str, T)],
+        choices: &'static str,
+    ) -> Checked<T> {
         self.entry("a word")?.choice(options, choices)
     }
 }
@@ -104,8 +123,13 @@ impl<'a> Entry<'a> {
     pub(super) fn pair(&self, expected: &'static str) -> Checked<[Entry<'a>; 2]> {
         let list = self.list(expected)?;
         let found = list.len();
-        <[Entry<'a>; 2]>::try_from(list)
-            .map_err(|_| self.fault(SceneProblem::Length { key: self.path.clone(), expected: 2, found }))
+        <[Entry<'a>; 2]>::try_from(list).map_err(|_| {
+            self.fault(SceneProblem::Length {
+                key: self.path.clone(),
+                expected: 2,
+                found,
+            })
+        })
     }
 
     /// Two offsets, the first smaller.
@@ -115,7 +139,11 @@ impl<'a> Entry<'a> {
         if first < last {
             Ok([first, last])
         } else {
-            Err(self.fault(SceneProblem::Range { key: self.path.clone(), first, last }))
+            Err(self.fault(SceneProblem::Range {
+                key: self.path.clone(),
+                first,
+                last,
+            }))
         }
     }
 
@@ -124,17 +152,34 @@ impl<'a> Entry<'a> {
         if !self.value.is_integer() && !self.value.is_float() {
             return Err(self.wrong_type("a whole number"));
         }
-        let found = self.value.as_integer().and_then(|value| u64::try_from(value).ok());
-        found.filter(|value| (least..=most).contains(value)).ok_or_else(|| {
-            let problem = SceneProblem::Count { key: self.path.clone(), found: shown(self.literal()), least, most };
-            self.fault(problem)
-        })
+        let found = self
+            .value
+            .as_integer()
+            .and_then(|value| u64::try_from(value).ok());
+        found
+            .filter(|value| (least..=most).contains(value))
+            .ok_or_else(|| {
+                let problem = SceneProblem::Count {
+                    key: self.path.clone(),
+                    found: shown(self.literal()),
+                    least,
+                    most,
+                };
+                self.fault(problem)
+            })
     }
 
     /// The choice a word stands for; `choices` as a message lists them.
-    pub(super) fn choice<T: Copy>(&self, options: &[(&str, T)], choices: &'static str) -> Checked<T> {
+    pub(super) fn choice<T: Copy>(
+        &self,
+        options: &[(&str, T)],
+        choices: &'static str,
+    ) -> Checked<T> {
         let word = self.text("a word")?;
-        let found = options.iter().find(|(name, _)| *name == word).map(|&(_, choice)| choice);
+        let found = options
+            .iter()
+            .find(|(name, _)| *name == word)
+            .map(|&(_, choice)| choice);
         found.ok_or_else(|| {
             self.fault(SceneProblem::UnknownWord {
                 key: self.path.clone(),

@@ -22,7 +22,9 @@ pub(super) fn read(table: Option<&Table<'_>>, model: &Model) -> Checked<Window> 
         state: vec![f64::INFINITY; model.dimension()],
         parameter: vec![f64::INFINITY; model.parameters.len()],
     };
-    let Some(table) = table else { return Ok(window) };
+    let Some(table) = table else {
+        return Ok(window);
+    };
     table.only(&["depth", "state", "parameter"])?;
     if let Some(depth) = table.field("depth") {
         window.depth = depth.positive()?.hi;
@@ -42,11 +44,18 @@ pub(super) fn read(table: Option<&Table<'_>>, model: &Model) -> Checked<Window> 
 
 /// Reads `[emit]`.
 pub(super) fn read_emit(table: Option<&Table<'_>>) -> Checked<Emit> {
-    let mut emit = Emit { shape: Shape::Auto, lanes: LANES as usize };
+    let mut emit = Emit {
+        shape: Shape::Auto,
+        lanes: LANES as usize,
+    };
     let Some(table) = table else { return Ok(emit) };
     table.only(&["shape", "lanes"])?;
     if let Some(shape) = table.field("shape") {
-        let options = [("auto", Shape::Auto), ("factored", Shape::Factored), ("composed", Shape::Composed)];
+        let options = [
+            ("auto", Shape::Auto),
+            ("factored", Shape::Factored),
+            ("composed", Shape::Composed),
+        ];
         emit.shape = shape.choice(&options, "\"factored\", \"composed\", \"auto\"")?;
     }
     if let Some(lanes) = table.field("lanes") {
