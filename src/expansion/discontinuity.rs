@@ -8,12 +8,13 @@
 use std::sync::Arc;
 
 use super::passage::Passage;
-use super::section_chart::{ChartKind, SectionChart};
+use super::section_chart::SectionChart;
 use super::variables::{Variables, coefficient_of_depth_power, fold_depth_powers, lift};
 use super::{Contact, ExpansionError};
 use crate::flow::{LocalSeries, at_series_time, evaluate, local_series};
 use crate::jet::{Jet, JetSpace, implicit_root};
 use crate::numeric::Real;
+use crate::orbit::PoincareSectionKind;
 
 /// Expands the discontinuity mapping on a section to the weighted degree `weight`.
 ///
@@ -33,9 +34,9 @@ pub fn discontinuity<S: Real>(
 ) -> Result<Contact<S>, ExpansionError> {
     let approach = Approach::<S>::new(passage, chart, variables, weight)?;
     let impact = approach.impact(passage)?;
-    let image = match chart.kind {
-        ChartKind::Tangency { .. } => impact.project_to_tangency(passage)?,
-        ChartKind::FixedPhase => impact.back_to_zero_time(passage)?,
+    let image = match chart.section.kind {
+        PoincareSectionKind::Tangency => impact.project_to_tangency(passage)?,
+        PoincareSectionKind::Stroboscopic { .. } => impact.back_to_zero_time(passage)?,
     };
     approach.canonical(passage, chart, variables, weight, &image)
 }
@@ -144,7 +145,7 @@ impl<S: Real> Approach<S> {
         let linear_space = variables.smooth_space(weight.saturating_sub(1))?;
         let quadratic_space = variables.smooth_space(weight.saturating_sub(2))?;
         let (mut linear, mut quadratic) = (Vec::new(), Vec::new());
-        for &component in &chart.coordinates {
+        for &component in &chart.section.coordinates {
             let correction = &image[component] - &self.start[component];
             self.check_identity_at_zero_depth(passage, &correction)?;
             linear.push(fold_depth_powers(&correction, 1, weight, &self.depth, &linear_space));

@@ -4,13 +4,14 @@ use std::sync::Arc;
 
 use super::discontinuity::time_of_minimum;
 use super::passage::{Passage, parameter_jets, parameter_kinds};
-use super::section_chart::{ChartKind, SectionChart};
+use super::section_chart::SectionChart;
 use super::variables::Variables;
 use super::{ExpansionError, Leg};
 use crate::flow::{Field, InputKind, Program, at_series_time, evaluate, jet_transport, local_series};
 use crate::jet::{Jet, JetSpace};
 use crate::model::Model;
 use crate::numeric::Dd;
+use crate::orbit::PoincareSectionKind;
 
 /// Relative accuracy asked of the jets of the flow.
 const TOLERANCE: f64 = 1e-15;
@@ -98,8 +99,8 @@ impl<'a> LegExpansion<'a> {
         origin: &[Dd],
     ) -> Result<Vec<Jet<f64>>, ExpansionError> {
         let series = local_series(&self.passage.field, state, parameters, space.order().max(2));
-        let time = match (to.kind, &self.rate) {
-            (ChartKind::FixedPhase, Some(rate)) => {
+        let time = match (to.section.kind, &self.rate) {
+            (PoincareSectionKind::Stroboscopic { .. }, Some(rate)) => {
                 let inputs: Vec<_> = state.iter().chain(parameters).cloned().collect();
                 let rate = &evaluate(rate, space, &inputs)[0];
                 let phase = state.len() - 1;

@@ -16,11 +16,11 @@ mod variables;
 pub use composition::compose;
 pub use discontinuity::discontinuity;
 pub use error::ExpansionError;
-pub use expand::{Expander, LostDigits};
+pub use expand::{Expander, Legs};
 pub use leg::LegExpansion;
 pub use local_map::{
     ActiveParameter, ComposedMap, Contact, Leg, LocalMap, MapOrders, MapSection, MapWindow, SectionKind, Stage,
 };
 pub use passage::Passage;
-pub use section_chart::{ChartKind, SectionChart};
+pub use section_chart::SectionChart;
 pub use variables::{DEVIATION_WEIGHT, Variables};

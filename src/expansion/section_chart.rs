@@ -7,26 +7,13 @@ use super::passage::Passage;
 use crate::flow::evaluate;
 use crate::jet::{Jet, JetSpace, implicit_root};
 use crate::numeric::{Dd, Real};
-
-/// Which surface in state space a chart covers.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum ChartKind {
-    /// `h' = 0`, solved for the component `eliminated`.
-    Tangency {
-        /// Component of the full state that is not a coordinate.
-        eliminated: usize,
-    },
-    /// Phase fixed at its value at the point.
-    FixedPhase,
-}
+use crate::orbit::{PoincareSection, PoincareSectionKind};
 
 /// A chart of a section about a point of the orbit.
 #[derive(Clone, Debug)]
 pub struct SectionChart {
-    /// Which section.
-    pub kind: ChartKind,
-    /// Components of the full state that are coordinates.
-    pub coordinates: Vec<usize>,
+    /// Which section, and which components of the full state are its coordinates.
+    pub section: PoincareSection,
     /// Full state at the origin of the chart.
     pub point: Vec<Dd>,
 }
@@ -46,11 +33,12 @@ impl SectionChart {
         first_variable: usize,
     ) -> Result<Vec<Jet<S>>, ExpansionError> {
         let mut state: Vec<_> = self.point.iter().map(|&value| Jet::constant(space, S::from_dd(value))).collect();
-        for (position, &component) in self.coordinates.iter().enumerate() {
+        for (position, &component) in self.section.coordinates.iter().enumerate() {
             state[component] = Jet::variable(space, first_variable + position, S::from_dd(self.point[component]));
         }
-        if let ChartKind::Tangency { eliminated } = self.kind {
-            let parameters = passage.parameter_jets(space, first_variable + self.coordinates.len());
+        if self.section.kind == PoincareSectionKind::Tangency {
+            let eliminated = self.section.eliminated;
+            let parameters = passage.parameter_jets(space, first_variable + self.section.coordinates.len());
             state[eliminated] = solve_tangency(passage, &state, &parameters, eliminated)?;
         }
         Ok(state)
@@ -58,7 +46,7 @@ impl SectionChart {
 
     /// Offsets of the coordinates of a full state from `origin`.
     pub fn offsets<S: Real>(&self, state: &[Jet<S>], origin: &[Dd]) -> Vec<Jet<S>> {
-        self.coordinates
+        self.section.coordinates
             .iter()
             .map(|&component| state[component].add_constant(-S::from_dd(origin[component])))
             .collect()
