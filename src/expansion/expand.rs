@@ -71,7 +71,7 @@ impl<'a> Expander<'a> {
         }
     }
 
-    /// The discontinuity mapping to a weighted degree, computed in double-double and rounded.
+    /// The discontinuity mapping to a weighted degree, in double precision.
     ///
     /// # Errors
     ///
