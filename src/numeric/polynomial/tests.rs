@@ -139,7 +139,7 @@ fn level_inflection_is_crossed_once_and_turns_nowhere() {
     // The cube root of the rounding.
     assert!((found[0].time - decimal("0.3")).abs().hi < 1e-10);
     let turns = extrema(&coefficients, Dd::ONE);
-    assert!(turns.len() % 2 == 0, "{turns:?}");
+    assert!(turns.len().is_multiple_of(2), "{turns:?}");
 }
 
 /// Roots at least `gap` apart: sorted cells of width `2 gap`, each holding a root at most in its first half.
