@@ -2,9 +2,11 @@
 
 use std::ops::Range;
 
+use num_traits::Zero;
+
 use super::lexer::{Token, tokens};
 use super::{ExpressionError, Spanned};
-use crate::model::graph::{Binary, ExpressionGraph, NodeId};
+use crate::model::graph::{Binary, ExpressionGraph, Node, NodeId};
 use crate::model::names::{self, Function};
 use crate::numeric::Dd;
 
@@ -224,10 +226,16 @@ impl Parser<'_> {
         Ok(node)
     }
 
-    /// Refuses an operation on numbers that gave none.
+    /// Refuses an operation on numbers that gave none, and a division by zero.
     fn finite(&self, node: NodeId, operands: &[NodeId], span: &Range<usize>) -> Outcome<()> {
         let constant = |id: &NodeId| self.graph.constant_value(*id).is_some();
-        if operands.iter().all(constant) && !constant(&node) {
+        let by_zero = match self.graph.node(node) {
+            Node::Binary(Binary::Div, _, divisor) => {
+                self.graph.constant_value(divisor) == Some(Dd::zero())
+            }
+            _ => false,
+        };
+        if by_zero || (operands.iter().all(constant) && !constant(&node)) {
             let text = self.text[span.clone()].to_owned();
             return Err(self.fault(ExpressionError::NotFinite { text }, span.clone()));
         }
