@@ -260,8 +260,17 @@ fn overrides_set_parameters_and_keys_and_change_the_digest() {
 }
 
 #[test]
+fn a_parameter_nothing_depends_on_is_a_warning() {
+    assert_eq!(parse(COMPLIANT).warnings, Vec::<String>::new());
+    let source = COMPLIANT.replace("R = 0.4", "R = 0.4\nspare = 1");
+    assert_eq!(
+        parse(&source).warnings,
+        ["nothing depends on parameter `spare`"]
+    );
+}
+
+#[test]
 fn digests_are_fnv_1a_of_the_text() {
-    // The digest of the empty text is the offset basis; of "a" it is af63dc4c8601ec8c (Fowler, Noll, Vo).
     let scene = parse(catalogue::text("linear").expect("in the catalogue"));
     let by_hand = catalogue::text("linear")
         .expect("in the catalogue")

@@ -287,6 +287,12 @@ pub enum SceneProblem {
         /// Passages named.
         passages: usize,
     },
+    /// A parameter to be solved for that changes nothing.
+    #[error("`solve_for` names `{name}`, and nothing in the model depends on it")]
+    IdleUnknown {
+        /// The parameter.
+        name: String,
+    },
     /// Something that needs a forcing phase.
     #[error("{what} needs a forcing phase, and the model has no [model.phase]")]
     NeedsPhase {

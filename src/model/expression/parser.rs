@@ -291,3 +291,52 @@ pub(super) fn decimal(text: &str) -> Option<Dd> {
     let value = Dd::from_decimal(text).ok()?;
     value.is_finite().then_some(value)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn value(text: &str) -> Result<f64, ExpressionError> {
+        let mut graph = ExpressionGraph::new();
+        let node =
+            parse(text, &mut graph, &|_| Resolved::Unknown(None)).map_err(|fault| fault.value)?;
+        Ok(graph
+            .constant_value(node)
+            .expect("numbers alone give a number")
+            .hi)
+    }
+
+    #[test]
+    fn operators_bind_as_in_mathematics() {
+        for (text, expected) in [
+            ("1 + 2*3", 7.0),
+            ("(1 + 2)*3", 9.0),
+            ("10 - 4 - 3", 3.0),
+            ("16/4/2", 2.0),
+            ("2^3^2", 512.0),
+            ("-2^2", -4.0),
+            ("(-2)^2", 4.0),
+            ("2^-1", 0.5),
+            ("2^-2^2", 0.0625),
+            ("-2*-3", 6.0),
+            ("2*-3^2", -18.0),
+            ("- -5", 5.0),
+            ("+5 - +3", 2.0),
+            ("1e-3*1E3", 1.0),
+            (".5 + 5.", 5.5),
+            ("max(1, min(3, 2))", 2.0),
+            ("atan2(1, -1)/pi", 0.75),
+            ("abs(-3)*sign(-2)", -3.0),
+        ] {
+            assert_eq!(value(text), Ok(expected), "{text}");
+        }
+    }
+
+    #[test]
+    fn a_fault_is_pointed_at_to_the_byte() {
+        let mut graph = ExpressionGraph::new();
+        let fault = parse("1 + velocty*2", &mut graph, &|_| Resolved::Unknown(None))
+            .expect_err("an unknown name");
+        assert_eq!(fault.span, 4..11);
+    }
+}
