@@ -133,6 +133,11 @@ impl<S: Real> Step<'_, S> {
         }
     }
 
+    /// A state component at a time since the start of the step.
+    pub fn component_at(&self, component: usize, time: S) -> S {
+        horner(self.state_coefficients(component), time)
+    }
+
     fn slot(&self, slot: usize) -> &[S] {
         let len = self.order + 1;
         &self.tape[slot * len..(slot + 1) * len]

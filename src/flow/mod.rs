@@ -17,7 +17,7 @@ mod variational;
 pub use error::FlowError;
 pub use field::{Field, bound_but};
 pub use integrator::{Integrator, Step, horner};
-pub use jet_transport::jet_transport_taylor;
+pub use jet_transport::{JetFlow, jet_transport, jet_transport_taylor};
 pub use local_series::{LocalSeries, at_series_time, local_series};
 pub use program::{InputKind, Program};
 pub use variational::flow_with_jacobian;
