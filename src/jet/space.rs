@@ -51,8 +51,7 @@ impl JetSpace {
         if order > usize::from(u8::MAX) {
             return Err(JetError::OrderTooHigh { order });
         }
-        let coefficients = count_monomials(weights, order, 1);
-        let products = count_monomials(weights, order, 2);
+        let (coefficients, products) = Self::size(weights, order);
         if products > MAX_PRODUCTS {
             return Err(JetError::TooLarge {
                 variables: weights.len(),
@@ -76,6 +75,16 @@ impl JetSpace {
             pair_starts,
             ranks,
         }))
+    }
+
+    /// Coefficients of a jet and coefficient products of one product, without building the space.
+    ///
+    /// Saturates at [`u128::MAX`]. A weight of 0 counts as 1.
+    pub fn size(weights: &[u32], order: usize) -> (u128, u128) {
+        (
+            count_monomials(weights, order, 1),
+            count_monomials(weights, order, 2),
+        )
     }
 
     /// The space with all weights 1: ordinary total degree.
@@ -184,8 +193,9 @@ fn count_monomials(weights: &[u32], order: usize, copies: usize) -> u128 {
     counts[0] = 1;
     for _ in 0..copies {
         for &weight in weights {
-            for degree in weight as usize..=order {
-                counts[degree] = counts[degree].saturating_add(counts[degree - weight as usize]);
+            let weight = weight.max(1) as usize;
+            for degree in weight..=order {
+                counts[degree] = counts[degree].saturating_add(counts[degree - weight]);
             }
         }
     }
