@@ -2,8 +2,9 @@
 //!
 //! Deliberately absent: jets, models, files.
 
+mod double;
 mod double_double;
 mod scalar;
 
-pub use double_double::Dd;
+pub use double_double::{Dd, ParseDdError};
 pub use scalar::{Real, Scalar};

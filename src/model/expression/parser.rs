@@ -1,0 +1,232 @@
+//! The Pratt parser: tokens to a node of the graph, names resolved by the caller.
+
+use std::ops::Range;
+
+use super::lexer::{Token, tokens};
+use super::{ExpressionError, Spanned};
+use crate::model::graph::{Binary, ExpressionGraph, NodeId};
+use crate::model::names::{self, Function};
+use crate::numeric::{Dd, Scalar};
+
+/// Deepest nesting read.
+const DEEPEST: usize = 128;
+
+/// Binding power of unary minus: looser than `^`, tighter than `*`.
+const UNARY: u8 = 5;
+
+/// What a name means.
+#[derive(Clone, Debug)]
+pub(in crate::model) enum Resolved {
+    /// A node.
+    Node(NodeId),
+    /// Nothing; the nearest known name.
+    Unknown(Option<String>),
+}
+
+type Outcome<T> = Result<T, Spanned<ExpressionError>>;
+
+/// Reads `text` into `graph`; `resolve` says what a name means.
+///
+/// # Errors
+///
+/// The first fault, with its bytes in `text`.
+pub(in crate::model) fn parse(
+    text: &str,
+    graph: &mut ExpressionGraph,
+    resolve: &dyn Fn(&str) -> Resolved,
+) -> Outcome<NodeId> {
+    let tokens = tokens(text)?;
+    if tokens.len() == 1 {
+        return Err(Spanned::new(ExpressionError::Empty, 0..text.len()));
+    }
+    let mut parser = Parser { text, tokens, at: 0, depth: 0, graph, resolve };
+    let (node, _) = parser.expression(0)?;
+    match parser.peek() {
+        (Token::End, _) => Ok(node),
+        (_, span) => Err(parser.fault(ExpressionError::ExpectedOperator { found: parser.found(&span) }, span)),
+    }
+}
+
+struct Parser<'a> {
+    text: &'a str,
+    tokens: Vec<(Token, Range<usize>)>,
+    at: usize,
+    depth: usize,
+    graph: &'a mut ExpressionGraph,
+    resolve: &'a dyn Fn(&str) -> Resolved,
+}
+
+impl Parser<'_> {
+    /// An expression whose operators bind at least as tightly as `least`.
+    fn expression(&mut self, least: u8) -> Outcome<(NodeId, Range<usize>)> {
+        self.depth += 1;
+        if self.depth > DEEPEST {
+            let (_, span) = self.peek();
+            return Err(self.fault(ExpressionError::TooDeep { limit: DEEPEST }, span));
+        }
+        let (mut left, mut span) = self.operand()?;
+        while let (Token::Symbol(symbol), _) = self.peek() {
+            let Some((binds, right_least)) = binding(symbol) else { break };
+            if binds < least {
+                break;
+            }
+            self.at += 1;
+            let (right, right_span) = self.expression(right_least)?;
+            span = span.start..right_span.end;
+            left = self.operation(symbol, left, right, &span)?;
+        }
+        self.depth -= 1;
+        Ok((left, span))
+    }
+
+    /// A number, a name, a call, a parenthesis, or a sign before an expression.
+    fn operand(&mut self) -> Outcome<(NodeId, Range<usize>)> {
+        let (token, span) = self.peek();
+        self.at += usize::from(token != Token::End);
+        match token {
+            Token::Number => self.number(span),
+            Token::Name => self.name(span),
+            Token::Symbol(sign @ (b'-' | b'+')) => {
+                let (inner, inner_span) = self.expression(UNARY)?;
+                let node = if sign == b'-' { self.graph.neg(inner) } else { inner };
+                Ok((node, span.start..inner_span.end))
+            }
+            Token::Symbol(b'(') => {
+                let (inner, _) = self.expression(0)?;
+                let end = self.close(span.clone())?;
+                Ok((inner, span.start..end))
+            }
+            _ => Err(self.fault(ExpressionError::ExpectedOperand { found: self.found(&span) }, span)),
+        }
+    }
+
+    fn number(&mut self, span: Range<usize>) -> Outcome<(NodeId, Range<usize>)> {
+        let text = &self.text[span.clone()];
+        match decimal(text) {
+            Some(value) => Ok((self.graph.constant(value), span)),
+            None => Err(self.fault(ExpressionError::NotFinite { text: text.to_owned() }, span)),
+        }
+    }
+
+    fn name(&mut self, span: Range<usize>) -> Outcome<(NodeId, Range<usize>)> {
+        let name = &self.text[span.clone()];
+        let called = self.peek().0 == Token::Symbol(b'(');
+        match (names::function(name), called) {
+            (Some(function), true) => return self.call(function, span),
+            (Some(_), false) => {
+                let error = ExpressionError::FunctionWithoutArguments { name: name.to_owned() };
+                return Err(self.fault(error, span));
+            }
+            (None, true) => {
+                let nearest = names::nearest(name, names::function_names());
+                return Err(self.fault(ExpressionError::UnknownFunction { name: name.to_owned(), nearest }, span));
+            }
+            (None, false) => {}
+        }
+        if name == names::PI {
+            return Ok((self.graph.constant(Dd::PI), span));
+        }
+        match (self.resolve)(name) {
+            Resolved::Node(node) => Ok((node, span)),
+            Resolved::Unknown(_) if name == names::FREE => Err(self.fault(ExpressionError::FreeOutsideContact, span)),
+            Resolved::Unknown(nearest) => {
+                Err(self.fault(ExpressionError::UnknownVariable { name: name.to_owned(), nearest }, span))
+            }
+        }
+    }
+
+    /// The arguments of a function, its name already read.
+    fn call(&mut self, function: Function, name: Range<usize>) -> Outcome<(NodeId, Range<usize>)> {
+        let (_, open) = self.peek();
+        self.at += 1;
+        let mut arguments = Vec::new();
+        if self.peek().0 != Token::Symbol(b')') {
+            arguments.push(self.expression(0)?.0);
+            while self.peek().0 == Token::Symbol(b',') {
+                self.at += 1;
+                arguments.push(self.expression(0)?.0);
+            }
+        }
+        let span = name.start..self.close(open)?;
+        let node = match (function, arguments.as_slice()) {
+            (Function::Unary(function), &[a]) => self.graph.unary(function, a),
+            (Function::Binary(function), &[a, b]) => self.graph.binary(function, a, b),
+            _ => {
+                let error = ExpressionError::ArgumentCount {
+                    name: self.text[name].to_owned(),
+                    expected: function.arity(),
+                    found: arguments.len(),
+                };
+                return Err(self.fault(error, span));
+            }
+        };
+        self.finite(node, &arguments, &span)?;
+        Ok((node, span))
+    }
+
+    fn operation(&mut self, symbol: u8, a: NodeId, b: NodeId, span: &Range<usize>) -> Outcome<NodeId> {
+        let node = match symbol {
+            b'+' => self.graph.binary(Binary::Add, a, b),
+            b'-' => self.graph.binary(Binary::Sub, a, b),
+            b'*' => self.graph.binary(Binary::Mul, a, b),
+            b'/' => self.graph.binary(Binary::Div, a, b),
+            _ => self.graph.power(a, b),
+        };
+        self.finite(node, &[a, b], span)?;
+        Ok(node)
+    }
+
+    /// Refuses an operation on numbers that gave none.
+    fn finite(&self, node: NodeId, operands: &[NodeId], span: &Range<usize>) -> Outcome<()> {
+        let constant = |id: &NodeId| self.graph.constant_value(*id).is_some();
+        if operands.iter().all(constant) && !constant(&node) {
+            let text = self.text[span.clone()].to_owned();
+            return Err(self.fault(ExpressionError::NotFinite { text }, span.clone()));
+        }
+        Ok(())
+    }
+
+    /// Reads the parenthesis that closes the one at `open`; where it ends.
+    fn close(&mut self, open: Range<usize>) -> Outcome<usize> {
+        match self.peek() {
+            (Token::Symbol(b')'), span) => {
+                self.at += 1;
+                Ok(span.end)
+            }
+            (Token::End, _) => Err(self.fault(ExpressionError::Unclosed, open)),
+            (_, span) => Err(self.fault(ExpressionError::ExpectedOperator { found: self.found(&span) }, span)),
+        }
+    }
+
+    fn peek(&self) -> (Token, Range<usize>) {
+        self.tokens[self.at].clone()
+    }
+
+    /// What stands at `span`, in words.
+    fn found(&self, span: &Range<usize>) -> String {
+        match &self.text[span.clone()] {
+            "" => "the end of the expression".to_owned(),
+            text => format!("`{text}`"),
+        }
+    }
+
+    fn fault(&self, error: ExpressionError, span: Range<usize>) -> Spanned<ExpressionError> {
+        Spanned::new(error, span)
+    }
+}
+
+/// Binding power of an infix operator, and the least its right operand's operators must have.
+fn binding(symbol: u8) -> Option<(u8, u8)> {
+    match symbol {
+        b'+' | b'-' => Some((1, 2)),
+        b'*' | b'/' => Some((3, 4)),
+        b'^' => Some((7, UNARY)),
+        _ => None,
+    }
+}
+
+/// The finite number of a decimal literal, to the digits of [`Dd`].
+pub(super) fn decimal(text: &str) -> Option<Dd> {
+    let value = Dd::from_decimal(text).ok()?;
+    value.is_finite().then_some(value)
+}
