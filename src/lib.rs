@@ -9,3 +9,5 @@ pub mod model;
 pub mod flow;
 
 pub mod orbit;
+
+pub mod expansion;
