@@ -193,17 +193,14 @@ impl<'a> Locator<'a> {
         }
     }
 
+    /// Distance from the guess in state and adjusted parameter, relative to the guess's size.
     fn relative_distance(&self, unknowns: &[f64]) -> f64 {
-        let size = self
-            .scene
-            .grazing
-            .guess
-            .iter()
-            .flatten()
-            .map(|value| value * value)
-            .sum::<f64>()
-            .sqrt();
-        self.guess_distance(unknowns).unwrap_or(0.0) / size.max(1.0)
+        let start = self.start_parameters()[self.parameter];
+        let guess = self.scene.grazing.guess.iter().flatten();
+        let size = guess.map(|value| value * value).sum::<f64>().sqrt().max(1.0);
+        let state = self.guess_distance(unknowns).unwrap_or(0.0) / size;
+        let parameter = (self.system.parameters(unknowns)[self.parameter] - start).abs() / start.abs().max(0.1);
+        state.hypot(parameter)
     }
 
     /// Distance of a full state from the guess, the phase modulo its period.
