@@ -17,7 +17,10 @@ fn dd(value: &Value) -> Dd {
 }
 
 fn scene(name: &str, overrides: &[(&str, String)]) -> Scene {
-    let overrides: Vec<_> = overrides.iter().map(|(key, value)| ((*key).to_owned(), value.clone())).collect();
+    let overrides: Vec<_> = overrides
+        .iter()
+        .map(|(key, value)| ((*key).to_owned(), value.clone()))
+        .collect();
     let path = format!("{}/scenes/{name}.toml", env!("CARGO_MANIFEST_DIR"));
     Scene::load_with(Path::new(&path), &overrides).unwrap()
 }
@@ -68,12 +71,20 @@ fn phase_period(scene: &Scene) -> Dd {
 }
 
 fn parameter(scene: &Scene, orbit: &GrazingOrbit, name: &str) -> Dd {
-    let index = scene.model.parameters.iter().position(|parameter| parameter.name == name).unwrap();
+    let index = scene
+        .model
+        .parameters
+        .iter()
+        .position(|parameter| parameter.name == name)
+        .unwrap();
     orbit.parameters()[index]
 }
 
 fn strings(pairs: &[(&'static str, &str)]) -> Vec<(&'static str, String)> {
-    pairs.iter().map(|&(key, value)| (key, value.to_owned())).collect()
+    pairs
+        .iter()
+        .map(|&(key, value)| (key, value.to_owned()))
+        .collect()
 }
 
 /// Largest error of the monodromy's entries against rows of strings, relative to its largest entry.
@@ -82,8 +93,16 @@ fn monodromy_error(orbit: &GrazingOrbit, expected: &Value) -> f64 {
     let entries = |row: &Value| row.as_array().unwrap().iter().map(dd).collect::<Vec<_>>();
     let expected: Vec<Dd> = rows.iter().flat_map(entries).collect();
     let found: Vec<Dd> = orbit.monodromy.iter().flatten().copied().collect();
-    let size = expected.iter().map(|value| value.magnitude()).fold(0.0, f64::max);
-    found.iter().zip(&expected).map(|(a, b)| (*a - *b).magnitude()).fold(0.0, f64::max) / size
+    let size = expected
+        .iter()
+        .map(|value| value.magnitude())
+        .fold(0.0, f64::max);
+    found
+        .iter()
+        .zip(&expected)
+        .map(|(a, b)| (*a - *b).magnitude())
+        .fold(0.0, f64::max)
+        / size
 }
 
 /// Largest distance of the multipliers from the roots of `z² − trace z + det`.
@@ -92,29 +111,52 @@ fn multiplier_error(orbit: &GrazingOrbit, trace: Dd, determinant: Dd) -> f64 {
     let discriminant = half * half - determinant;
     let root = discriminant.abs().sqrt();
     let expected = if discriminant.to_f64() < 0.0 {
-        [[half.to_f64(), root.to_f64()], [half.to_f64(), -root.to_f64()]]
+        [
+            [half.to_f64(), root.to_f64()],
+            [half.to_f64(), -root.to_f64()],
+        ]
     } else {
         [[(half + root).to_f64(), 0.0], [(half - root).to_f64(), 0.0]]
     };
     let distance = |a: &[f64; 2], b: &[f64; 2]| (a[0] - b[0]).hypot(a[1] - b[1]);
-    let nearest = |value: &[f64; 2]| expected.iter().map(|root| distance(value, root)).fold(f64::INFINITY, f64::min);
+    let nearest = |value: &[f64; 2]| {
+        expected
+            .iter()
+            .map(|root| distance(value, root))
+            .fold(f64::INFINITY, f64::min)
+    };
     orbit.multipliers.iter().map(nearest).fold(0.0, f64::max)
 }
 
 /// Largest error of `xi_n`, relative to `xi_n`, from monodromy `rows` as `scale [Mⁿ]₁₂`.
 fn xi_error(orbit: &GrazingOrbit, expected: &[Dd]) -> f64 {
-    orbit.xi.iter().zip(expected).map(|(&xi, &expected)| relative(xi, expected)).fold(0.0, f64::max)
+    orbit
+        .xi
+        .iter()
+        .zip(expected)
+        .map(|(&xi, &expected)| relative(xi, expected))
+        .fold(0.0, f64::max)
 }
 
 #[test]
 fn linear_oscillator_grazes_at_its_closed_form() {
     let mut worst = Errors::default();
-    for case in reference("linear_abc.json")["a_b_grazing_and_xi"].as_array().unwrap() {
+    for case in reference("linear_abc.json")["a_b_grazing_and_xi"]
+        .as_array()
+        .unwrap()
+    {
         let value = |key: &str| case[key].as_str().unwrap().to_owned();
         let start = format!("{}", dd(&case["alpha_g"]).to_f64() * 0.9);
         let keys = ["omega", "zeta", "r", "delta"];
-        let section = strings(&[("section.kind", "stroboscopic"), ("section.phase", "grazing")]);
-        let overrides: Vec<_> = keys.iter().map(|&key| (key, value(key))).chain([("alpha", start)]).collect();
+        let section = strings(&[
+            ("section.kind", "stroboscopic"),
+            ("section.phase", "grazing"),
+        ]);
+        let overrides: Vec<_> = keys
+            .iter()
+            .map(|&key| (key, value(key)))
+            .chain([("alpha", start)])
+            .collect();
         let scene = scene("linear", &[overrides, section].concat());
         let orbit = located(&scene);
         let graze = orbit.grazing_point();
@@ -126,7 +168,11 @@ fn linear_oscillator_grazes_at_its_closed_form() {
             acceleration: relative(-graze.normal_acceleration, dd(&case["a_star"])),
             multipliers: 0.0,
             monodromy: monodromy_error(&orbit, &case["M"]),
-            xi: if codim2 { orbit.xi[0].magnitude() } else { xi_error(&orbit, &xi) },
+            xi: if codim2 {
+                orbit.xi[0].magnitude()
+            } else {
+                xi_error(&orbit, &xi)
+            },
         });
     }
     println!("{worst:?}");
@@ -140,13 +186,20 @@ fn electrostatic_oscillator_grazes_at_the_reference_orbits() {
         ("mems_scenario3", "public_mems_scenario3_codim2.json"),
     ] {
         let base = &reference(file)["base"];
-        let scene = scene(name, &[("omega", base["omega_star"].as_str().unwrap().to_owned())]);
+        let scene = scene(
+            name,
+            &[("omega", base["omega_star"].as_str().unwrap().to_owned())],
+        );
         let orbit = located(&scene);
         let graze = orbit.grazing_point();
         println!(
             "{name} V {:e} theta {:e} x {:e} v {:e} residual {:e} clearance {:?} guess {:?}",
             relative(parameter(&scene, &orbit, "V"), dd(&base["V_star"])),
-            phase_distance(graze.state[2], dd(&base["theta_star"]), phase_period(&scene)),
+            phase_distance(
+                graze.state[2],
+                dd(&base["theta_star"]),
+                phase_period(&scene)
+            ),
             (graze.state[0] - Dd::from(0.5)).magnitude(),
             graze.state[1].magnitude(),
             orbit.residual,
@@ -183,16 +236,28 @@ fn electrostatic_grazing_curve_is_met_on_every_sheet() {
         };
         let graze = orbit.grazing_point();
         let factor = Dd::from_dd("1.8".parse().unwrap());
-        let xi: Vec<Dd> = point["xi_over_1plusr"].as_array().unwrap().iter().map(|xi| dd(xi) * factor).collect();
+        let xi: Vec<Dd> = point["xi_over_1plusr"]
+            .as_array()
+            .unwrap()
+            .iter()
+            .map(|xi| dd(xi) * factor)
+            .collect();
         let errors = Errors {
             parameter: relative(parameter(&scene, &orbit, "V"), dd(&point["V"])),
-            phase: phase_distance(graze.state[2], dd(&point["theta_star"]), phase_period(&scene)),
+            phase: phase_distance(
+                graze.state[2],
+                dd(&point["theta_star"]),
+                phase_period(&scene),
+            ),
             acceleration: relative(-graze.normal_acceleration, dd(&point["a_star"])),
             multipliers: multiplier_error(&orbit, dd(&point["trace"]), dd(&point["det"])),
             monodromy: monodromy_error(&orbit, &point["M"]),
             xi: xi_error(&orbit, &xi),
         };
-        println!("{} {}: {errors:?} {:?}", point["omega"], point["branch"], orbit.clearance);
+        println!(
+            "{} {}: {errors:?} {:?}",
+            point["omega"], point["branch"], orbit.clearance
+        );
         worst = worst.largest(errors);
     }
     println!("{worst:?}");
@@ -228,7 +293,10 @@ fn cantilever_grazes_at_every_row_of_the_tables() {
             monodromy: monodromy_error(&orbit, &row["A"]),
             xi: 0.0,
         };
-        println!("{}: {errors:?} {:?} {:?}", row["zeta"], orbit.clearance, orbit.multipliers);
+        println!(
+            "{}: {errors:?} {:?} {:?}",
+            row["zeta"], orbit.clearance, orbit.multipliers
+        );
         worst = worst.largest(errors);
     }
     println!("{worst:?}");

@@ -197,9 +197,14 @@ impl<'a> Locator<'a> {
     fn relative_distance(&self, unknowns: &[f64]) -> f64 {
         let start = self.start_parameters()[self.parameter];
         let guess = self.scene.grazing.guess.iter().flatten();
-        let size = guess.map(|value| value * value).sum::<f64>().sqrt().max(1.0);
+        let size = guess
+            .map(|value| value * value)
+            .sum::<f64>()
+            .sqrt()
+            .max(1.0);
         let state = self.guess_distance(unknowns).unwrap_or(0.0) / size;
-        let parameter = (self.system.parameters(unknowns)[self.parameter] - start).abs() / start.abs().max(0.1);
+        let parameter =
+            (self.system.parameters(unknowns)[self.parameter] - start).abs() / start.abs().max(0.1);
         state.hypot(parameter)
     }
 

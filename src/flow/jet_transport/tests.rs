@@ -50,5 +50,10 @@ fn collocation_and_taylor_agree_on_the_electrostatic_period_in_every_degree() {
     let (states, parameters) = electrostatic_inputs::<f64>(&space, 0.02);
     let taylor = jet_transport_taylor(&field, &states, &parameters, duration).unwrap();
     let error = degree_error(&collocation.image, &taylor);
-    assert!(error < 1e-14, "{error:e}, {} elements, {:e}", collocation.elements, collocation.error_estimate);
+    assert!(
+        error < 1e-14,
+        "{error:e}, {} elements, {:e}",
+        collocation.elements,
+        collocation.error_estimate
+    );
 }
