@@ -12,6 +12,9 @@ mod arithmetic;
 mod decimal;
 mod elementary;
 mod exact;
+mod natural;
+#[cfg(test)]
+mod reference;
 mod scalar;
 mod tables;
 mod trigonometric;

@@ -1,10 +1,20 @@
 //! Numbers and the small algorithms on them that every other floor uses.
 //!
+//! Everything here is generic over [`Scalar`] (`f64`, double-doubles [`Dd`], [`Lanes`]) or over its
+//! ordered part [`Real`] (`f64`, [`Dd`]): roots in a [`Bracket`], all extrema and roots of a
+//! polynomial on an interval, small dense linear algebra on nalgebra's containers.
+//!
 //! Deliberately absent: jets, models, files.
 
+mod bracket;
 mod double;
 mod double_double;
+mod error;
+mod lanes;
 mod scalar;
 
+pub use bracket::{Bracket, BracketOutcome};
 pub use double_double::{Dd, ParseDdError};
+pub use error::NumericError;
+pub use lanes::Lanes;
 pub use scalar::{Real, Scalar};

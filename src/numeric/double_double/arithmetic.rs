@@ -167,3 +167,57 @@ impl One for Dd {
         Dd::ONE
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::numeric::double_double::reference::assert_agrees;
+    use proptest::prelude::*;
+
+    #[test]
+    fn square_root_agrees_with_forty_digits() {
+        let digits = [
+            ("2", "1.41421356237309504880168872420969807857"),
+            ("1e-200", "1.0e-100"),
+            ("7.3e101", "8.544003745317531167871648326239706434594e+50"),
+        ];
+        assert_agrees(Dd::sqrt, &digits, 4e-32);
+    }
+
+    #[test]
+    fn infinities_and_nan_propagate_through_the_field_operations() {
+        let infinity = Dd::INFINITY;
+        assert_eq!(infinity + Dd::ONE, infinity);
+        assert_eq!(infinity * -Dd::ONE, -infinity);
+        assert_eq!(Dd::ONE / Dd::ZERO, infinity);
+        assert_eq!(Dd::ONE / infinity, Dd::ZERO);
+        assert_eq!(infinity.sqrt(), infinity);
+        assert!((infinity - infinity).is_nan() && (Dd::ZERO / Dd::ZERO).is_nan());
+        assert!((-Dd::ONE).sqrt().is_nan());
+        assert_eq!(Dd::from(1e200) * Dd::from(1e200), infinity);
+    }
+
+    proptest! {
+        #[test]
+        fn quotient_times_divisor_is_the_dividend(a in 1e-3..1e3_f64, b in 1e-3..1e3_f64, lo in -1e-17..1e-17_f64) {
+            let (dividend, divisor) = (Dd::new(a, a * lo), Dd::new(b, -b * lo));
+            let error = (dividend / divisor * divisor - dividend).abs() / dividend;
+            // 15 u^2 of the quotient and 5 u^2 of the product.
+            prop_assert!(error.hi < 20.0 * f64::EPSILON * f64::EPSILON / 4.0, "{error}");
+        }
+
+        #[test]
+        fn product_of_a_sum_and_a_difference_is_the_difference_of_squares(a in 1.0..2.0_f64, b in -0.5..0.5_f64) {
+            let (a, b) = (Dd::from(a), Dd::from(b));
+            let error = (a + b) * (a - b) - (a * a - b * b);
+            prop_assert!(error.hi.abs() < 1e-30, "{error}");
+        }
+
+        #[test]
+        fn integers_are_computed_exactly(a in -(1_i64 << 52)..(1_i64 << 52), b in -(1_i64 << 52)..(1_i64 << 52)) {
+            let product = Dd::from(a as f64) * Dd::from(b as f64) + Dd::from(a as f64);
+            let exact = i128::from(a) * i128::from(b) + i128::from(a);
+            prop_assert_eq!(product.hi as i128 + product.lo as i128, exact);
+        }
+    }
+}

@@ -1,4 +1,505 @@
-//! Decimal text of [`Dd`].
-/// Why a text is no number.
-#[derive(Debug)]
-pub struct ParseDdError;
+//! Decimal text of [`Dd`]: reading and writing, both exactly rounded.
+//!
+//! The one idea: a decimal literal is a ratio of natural numbers, and so is a double-double;
+//! conversion in natural numbers rounds once.
+
+use std::fmt;
+use std::str::FromStr;
+
+use serde::de::Error as _;
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+use super::Dd;
+use super::exact::power_of_two;
+use super::natural::{Natural, Remainder};
+
+/// Decimal exponents beyond this have no double-double (and would cost a long computation).
+const LARGEST_EXPONENT: i64 = 400;
+
+/// Digits beyond this count only say whether they are all zero.
+const LARGEST_DIGIT_COUNT: usize = 1200;
+
+/// Quotients carry this many bits, so that two roundings to 53 bits see all that matters.
+const QUOTIENT_BITS: usize = 256;
+
+/// Significant digits tried, in turn, for a text that reads back as the same number.
+const ROUND_TRIP_DIGITS: [usize; 8] = [17, 33, 34, 36, 50, 100, 300, 1100];
+
+/// Why a text is not read as a [`Dd`].
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum ParseDdError {
+    /// The text has no digit.
+    #[error("expected a decimal number, found no digit in `{text}`")]
+    NoDigits {
+        /// What was given.
+        text: String,
+    },
+    /// The text holds a character that no decimal literal has there.
+    #[error("expected a decimal number, found `{found}` at character {position} of `{text}`")]
+    UnexpectedCharacter {
+        /// The first character out of place.
+        found: char,
+        /// Its place, counted in characters from 1.
+        position: usize,
+        /// What was given.
+        text: String,
+    },
+    /// The number is too large for the exponent range of `f64`.
+    #[error("expected a number below 1.8e308 in magnitude, found `{text}`")]
+    TooLarge {
+        /// What was given.
+        text: String,
+    },
+}
+
+impl Dd {
+    /// Reads a decimal literal such as `-3.165565e-09`, `0.05` or `1000`, rounded once to the nearest double-double.
+    ///
+    /// Numbers below the range of `f64` become zero.
+    ///
+    /// # Errors
+    ///
+    /// [`ParseDdError`] if the text is no decimal literal (`inf` and `NaN` are none) or exceeds the range.
+    ///
+    /// ```
+    /// use grazemap::numeric::Dd;
+    /// let tenth = Dd::from_decimal("0.1")?;
+    /// assert!((Dd::from(10.0) * tenth - Dd::ONE).abs() < Dd::from(1e-31));
+    /// # Ok::<(), grazemap::numeric::ParseDdError>(())
+    /// ```
+    pub fn from_decimal(text: &str) -> Result<Dd, ParseDdError> {
+        let literal = Literal::read(text)?;
+        let magnitude = literal.magnitude().ok_or_else(|| ParseDdError::TooLarge {
+            text: text.to_owned(),
+        })?;
+        Ok(match literal.sign {
+            Sign::Positive => magnitude,
+            Sign::Negative => -magnitude,
+        })
+    }
+
+    /// Writes so many significant digits (at least one) in scientific notation, rounded half to even:
+    /// `-3.16556500000000000e-9`.
+    pub fn to_decimal(self, digits: usize) -> String {
+        if !self.is_finite() {
+            return self.hi.to_string();
+        }
+        let sign = if self.hi.is_sign_negative() { "-" } else { "" };
+        let (digits, exponent) = significant_digits(self.abs(), digits.max(1));
+        let (first, rest) = digits.split_at(1);
+        let point = if rest.is_empty() { "" } else { "." };
+        format!("{sign}{first}{point}{rest}e{exponent}")
+    }
+
+    /// The shortest of a few lengths of text that reads back as the same number.
+    fn to_round_trip_decimal(self) -> String {
+        ROUND_TRIP_DIGITS
+            .iter()
+            .map(|&digits| without_trailing_zeros(&self.to_decimal(digits)))
+            .find(|text| Dd::from_decimal(text).as_ref() == Ok(&self))
+            .unwrap_or_else(|| self.to_decimal(33))
+    }
+}
+
+/// 32 significant digits, or one more than the precision asked for: `{:.3}` writes four.
+impl fmt::Display for Dd {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let digits = formatter.precision().map_or(32, |places| places + 1);
+        formatter.write_str(&self.to_decimal(digits))
+    }
+}
+
+impl FromStr for Dd {
+    type Err = ParseDdError;
+
+    fn from_str(text: &str) -> Result<Dd, ParseDdError> {
+        Dd::from_decimal(text)
+    }
+}
+
+/// A decimal string that reads back exactly; `inf`, `-inf` and `NaN` as these words.
+impl Serialize for Dd {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_str(&self.to_round_trip_decimal())
+    }
+}
+
+impl<'de> Deserialize<'de> for Dd {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Dd, D::Error> {
+        let text = String::deserialize(deserializer)?;
+        match text.as_str() {
+            "NaN" => Ok(Dd::NAN),
+            "inf" => Ok(Dd::INFINITY),
+            "-inf" => Ok(-Dd::INFINITY),
+            literal => Dd::from_decimal(literal).map_err(D::Error::custom),
+        }
+    }
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Sign {
+    Positive,
+    Negative,
+}
+
+/// A literal taken apart: `±digits * 10^exponent`.
+struct Literal {
+    sign: Sign,
+    digits: Natural,
+    digit_count: i64,
+    exponent: i64,
+}
+
+impl Literal {
+    fn read(text: &str) -> Result<Literal, ParseDdError> {
+        let mut rest = text;
+        let sign = take_sign(&mut rest);
+        let whole = take_digits(&mut rest);
+        let fraction = match rest.strip_prefix('.') {
+            Some(after) => {
+                rest = after;
+                take_digits(&mut rest)
+            }
+            None => "",
+        };
+        if whole.is_empty() && fraction.is_empty() && rest.is_empty() {
+            return Err(ParseDdError::NoDigits {
+                text: text.to_owned(),
+            });
+        }
+        let found_digits = !(whole.is_empty() && fraction.is_empty());
+        let exponent = if found_digits {
+            take_exponent(&mut rest)
+        } else {
+            None
+        };
+        if let Some(found) = rest.chars().next() {
+            return Err(unexpected(text, rest, found));
+        }
+        let digits = [whole, fraction].concat();
+        let (significant, dropped) = kept_digits(digits.trim_start_matches('0'));
+        Ok(Literal {
+            sign,
+            digit_count: significant.len() as i64,
+            digits: natural(&significant),
+            exponent: exponent.unwrap_or(0) - fraction.len() as i64 + dropped as i64,
+        })
+    }
+
+    /// The number without its sign; `None` if it is too large.
+    fn magnitude(&self) -> Option<Dd> {
+        let leading_exponent = self.digit_count + self.exponent;
+        if self.digits.is_zero() || leading_exponent < -LARGEST_EXPONENT {
+            return Some(Dd::ZERO);
+        }
+        if leading_exponent > LARGEST_EXPONENT {
+            return None;
+        }
+        let mut numerator = self.digits.clone();
+        if self.exponent >= 0 {
+            numerator.multiply_by_power_of_ten(self.exponent as usize);
+            return Some(nearest(&numerator, 0)).filter(|value| value.is_finite());
+        }
+        let places = self.exponent.unsigned_abs() as usize;
+        // NOTE: 10^places has fewer than 10 places / 3 + 1 bits.
+        let shift = QUOTIENT_BITS + places * 10 / 3 + 1;
+        let mut quotient = numerator.shifted_up(shift);
+        if quotient.divide_by_power_of_ten(places) == Remainder::Positive {
+            quotient = sticky(quotient);
+        }
+        Some(nearest(&quotient, -(shift as i64))).filter(|value| value.is_finite())
+    }
+}
+
+fn take_sign(rest: &mut &str) -> Sign {
+    if let Some(after) = rest.strip_prefix('-') {
+        *rest = after;
+        return Sign::Negative;
+    }
+    *rest = rest.strip_prefix('+').unwrap_or(rest);
+    Sign::Positive
+}
+
+fn take_digits<'a>(rest: &mut &'a str) -> &'a str {
+    let text = *rest;
+    let end = text
+        .find(|character: char| !character.is_ascii_digit())
+        .unwrap_or(text.len());
+    let (digits, after) = text.split_at(end);
+    *rest = after;
+    digits
+}
+
+/// The exponent after `e` or `E`, saturated; leaves the text alone if no digit follows.
+fn take_exponent(rest: &mut &str) -> Option<i64> {
+    let mut after = rest.strip_prefix(['e', 'E'])?;
+    let sign = take_sign(&mut after);
+    let digits = take_digits(&mut after);
+    if digits.is_empty() {
+        return None;
+    }
+    *rest = after;
+    let magnitude = digits.parse::<i64>().unwrap_or(i64::MAX).min(1 << 60);
+    Some(match sign {
+        Sign::Positive => magnitude,
+        Sign::Negative => -magnitude,
+    })
+}
+
+fn unexpected(text: &str, rest: &str, found: char) -> ParseDdError {
+    let before = &text[..text.len() - rest.len()];
+    ParseDdError::UnexpectedCharacter {
+        found,
+        position: before.chars().count() + 1,
+        text: text.to_owned(),
+    }
+}
+
+/// At most [`LARGEST_DIGIT_COUNT`] digits, the last made nonzero if it stands for more, and the count of those dropped.
+fn kept_digits(digits: &str) -> (String, usize) {
+    if digits.len() <= LARGEST_DIGIT_COUNT {
+        return (digits.to_owned(), 0);
+    }
+    let (kept, dropped) = digits.split_at(LARGEST_DIGIT_COUNT - 1);
+    let last = if dropped.bytes().all(|digit| digit == b'0') {
+        "0"
+    } else {
+        "1"
+    };
+    (format!("{kept}{last}"), dropped.len() - 1)
+}
+
+fn natural(digits: &str) -> Natural {
+    let mut number = Natural::from_u64(0);
+    for digit in digits.bytes() {
+        number.multiply_add(10, u32::from(digit - b'0'));
+    }
+    number
+}
+
+/// The number made odd, so that a dropped remainder still decides a tie.
+fn sticky(number: Natural) -> Natural {
+    if number.is_odd() {
+        number
+    } else {
+        number.plus(&Natural::from_u64(1))
+    }
+}
+
+/// `number * 2^exponent` as a double-double: the nearest double, and the double nearest to the rest.
+fn nearest(number: &Natural, exponent: i64) -> Dd {
+    let (mantissa, shift) = nearest_mantissa(number);
+    let hi = scaled(mantissa, shift as i64 + exponent);
+    let leading = Natural::from_u64(mantissa).shifted_up(shift);
+    let rest_of = |rest: Natural| {
+        let (mantissa, shift) = nearest_mantissa(&rest);
+        scaled(mantissa, shift as i64 + exponent)
+    };
+    let lo = if leading > *number {
+        -rest_of(leading.minus(number))
+    } else {
+        rest_of(number.minus(&leading))
+    };
+    Dd::guarded(hi, lo)
+}
+
+/// `(m, s)` with `m 2^s` the number rounded to 53 bits, half to even.
+fn nearest_mantissa(number: &Natural) -> (u64, usize) {
+    let shift = number.bit_length().saturating_sub(53);
+    if shift == 0 {
+        return (number.to_u64().unwrap_or(0), 0);
+    }
+    let (doubled, remainder) = number.shifted_down(shift - 1);
+    (
+        rounded_half(doubled, remainder).to_u64().unwrap_or(0),
+        shift,
+    )
+}
+
+/// Half the number, plus what a dropped remainder adds, rounded half to even.
+fn rounded_half(doubled: Natural, remainder: Remainder) -> Natural {
+    let (half, last_bit) = doubled.shifted_down(1);
+    let up = last_bit == Remainder::Positive && (remainder == Remainder::Positive || half.is_odd());
+    if up {
+        half.plus(&Natural::from_u64(1))
+    } else {
+        half
+    }
+}
+
+/// `mantissa * 2^exponent`, infinite or zero beyond the range.
+fn scaled(mantissa: u64, exponent: i64) -> f64 {
+    let exponent = exponent.clamp(-2200, 2200) as i32;
+    let third = exponent / 3;
+    let factor = power_of_two(third);
+    mantissa as f64 * factor * factor * power_of_two(exponent - 2 * third)
+}
+
+/// The digits of a finite number that is not negative, and the decimal exponent of the first.
+fn significant_digits(magnitude: Dd, digits: usize) -> (String, i64) {
+    if magnitude.hi == 0.0 {
+        return ("0".repeat(digits), 0);
+    }
+    let (number, exponent) = as_natural(magnitude);
+    let mut leading = magnitude.hi.log10().floor() as i64;
+    loop {
+        let text = rounded_to_places(&number, exponent, digits as i64 - 1 - leading).to_decimal();
+        match text.len() {
+            length if length < digits => leading -= 1,
+            length if length > digits => leading += 1,
+            _ => return (text, leading),
+        }
+    }
+}
+
+/// `(n, e)` with `n 2^e` the number, which is finite and positive.
+fn as_natural(magnitude: Dd) -> (Natural, i64) {
+    let (hi, hi_exponent) = integer_mantissa(magnitude.hi);
+    let (lo, lo_exponent) = integer_mantissa(magnitude.lo);
+    let exponent = hi_exponent.min(lo_exponent);
+    let hi = Natural::from_u64(hi).shifted_up((hi_exponent - exponent) as usize);
+    let lo = Natural::from_u64(lo).shifted_up((lo_exponent - exponent) as usize);
+    let number = if magnitude.lo < 0.0 && lo <= hi {
+        hi.minus(&lo)
+    } else {
+        hi.plus(&lo)
+    };
+    (number, exponent)
+}
+
+/// `(m, e)` with `m 2^e` the magnitude of a finite double; zero as `(0, 1023)`.
+fn integer_mantissa(value: f64) -> (u64, i64) {
+    let bits = value.abs().to_bits();
+    let fraction = bits & ((1 << 52) - 1);
+    match ((bits >> 52) as i64, fraction) {
+        (0, 0) => (0, 1023),
+        (0, subnormal) => (subnormal, -1074),
+        (biased, fraction) => (fraction | (1 << 52), biased - 1075),
+    }
+}
+
+/// `n 2^e 10^places` rounded to a natural number, half to even.
+fn rounded_to_places(number: &Natural, exponent: i64, places: i64) -> Natural {
+    let mut scaled = number.shifted_up(1);
+    if places > 0 {
+        scaled.multiply_by_power_of_ten(places as usize);
+    }
+    if exponent > 0 {
+        scaled = scaled.shifted_up(exponent as usize);
+    }
+    let mut remainder = Remainder::Zero;
+    if places < 0 {
+        remainder = scaled.divide_by_power_of_ten(places.unsigned_abs() as usize);
+    }
+    if exponent < 0 {
+        let (quotient, dropped) = scaled.shifted_down(exponent.unsigned_abs() as usize);
+        (scaled, remainder) = (quotient, remainder.or(dropped));
+    }
+    rounded_half(scaled, remainder)
+}
+
+fn without_trailing_zeros(text: &str) -> String {
+    match text.split_once('e') {
+        Some((mantissa, exponent)) if mantissa.contains('.') => {
+            let mantissa = mantissa.trim_end_matches('0').trim_end_matches('.');
+            format!("{mantissa}e{exponent}")
+        }
+        _ => text.to_owned(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn read(text: &str) -> Dd {
+        Dd::from_decimal(text).expect("a literal of the test")
+    }
+
+    #[test]
+    fn literals_of_models_are_read() {
+        assert_eq!(read("1000"), Dd::from(1000.0));
+        assert_eq!(read("-0.5"), Dd::from(-0.5));
+        assert_eq!(read("+.25e1"), Dd::from(2.5));
+        assert_eq!(read("5."), Dd::from(5.0));
+        assert_eq!(read("-3.165565e-09"), read("-0.000000003165565"));
+        assert_eq!(read("0e999999999999999999999"), Dd::ZERO);
+        assert_eq!(read("1e-500"), Dd::ZERO);
+        let large = 123_456_789_012_345_678_901_234_567_890_i128;
+        let number = read("123456789012345678901234567890");
+        assert_eq!(number.hi as i128 + number.lo as i128, large);
+    }
+
+    #[test]
+    fn pi_is_read_from_its_digits() {
+        assert_eq!(
+            read("3.14159265358979323846264338327950288419716939937510"),
+            Dd::PI
+        );
+        assert_eq!(
+            read("0.69314718055994530941723212145817656807550013436026"),
+            Dd::LN_2
+        );
+    }
+
+    #[test]
+    fn numbers_are_written_in_scientific_notation() {
+        assert_eq!(
+            read("-3.165565e-09").to_decimal(18),
+            "-3.16556500000000000e-9"
+        );
+        assert_eq!(Dd::PI.to_string(), "3.1415926535897932384626433832795e0");
+        assert_eq!(Dd::from(9.995).to_decimal(1), "1e1");
+        assert_eq!(Dd::from(2.5).to_decimal(1), "2e0");
+        assert_eq!(Dd::new(2.5, 1e-40).to_decimal(1), "3e0");
+        assert_eq!(format!("{:.3}", read("6.02214076e23")), "6.022e23");
+        assert_eq!(Dd::ZERO.to_decimal(3), "0.00e0");
+        assert_eq!((-Dd::INFINITY).to_string(), "-inf");
+    }
+
+    #[test]
+    fn text_that_is_no_number_is_refused_where_it_fails() {
+        for (text, position) in [
+            ("1_000", 2),
+            ("1e", 2),
+            ("--1", 2),
+            ("abc", 1),
+            ("1.5 ", 4),
+            (".", 1),
+            ("e5", 1),
+        ] {
+            match Dd::from_decimal(text) {
+                Err(ParseDdError::UnexpectedCharacter {
+                    position: found, ..
+                }) => assert_eq!(found, position, "{text}"),
+                Err(ParseDdError::NoDigits { .. }) => assert_eq!(text, "."),
+                other => panic!("{text}: {other:?}"),
+            }
+        }
+        assert!(matches!(
+            Dd::from_decimal(""),
+            Err(ParseDdError::NoDigits { .. })
+        ));
+        assert!(matches!(
+            Dd::from_decimal("2e308"),
+            Err(ParseDdError::TooLarge { .. })
+        ));
+    }
+
+    proptest! {
+        #[test]
+        fn serialised_numbers_read_back_exactly(hi in proptest::num::f64::NORMAL, part in -1.0..1.0_f64) {
+            let number = Dd::new(hi, hi * part * 1e-17);
+            let text = serde_json::to_string(&number).expect("numbers serialise");
+            let back: Dd = serde_json::from_str(&text).expect("what was written");
+            prop_assert_eq!(back, number);
+        }
+
+        #[test]
+        fn literals_agree_with_the_reading_of_doubles(text in "-?[0-9]{1,30}(\\.[0-9]{0,30})?(e-?[0-9]{1,2})?") {
+            let expected: f64 = text.parse().expect("the standard library reads the same literals");
+            prop_assert_eq!(read(&text).hi, expected);
+        }
+    }
+}

@@ -123,3 +123,93 @@ pub(super) fn horner<'a>(x: Dd, coefficients: impl DoubleEndedIterator<Item = &'
 fn exp_minus_one(r: Dd) -> Dd {
     r * horner(r, INVERSE_FACTORIAL[1..16].iter())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::numeric::double_double::reference::assert_agrees;
+    use proptest::prelude::*;
+
+    #[test]
+    fn exponential_agrees_with_forty_digits() {
+        let digits = [
+            ("0.3", "1.349858807576003103983744313328007330378"),
+            (
+                "-20.7",
+                "0.000000001023538597759415425949628188452384734964",
+            ),
+            ("700.25", "1.30229973669917839353354223861921660135e+304"),
+            ("1e-20", "1.00000000000000000001"),
+        ];
+        assert_agrees(Dd::exp, &digits, 2e-31);
+    }
+
+    #[test]
+    fn logarithm_agrees_with_forty_digits_also_next_to_one() {
+        let digits = [
+            (
+                "1.000000000116415321826934814453125",
+                "0.0000000001164153218201585508756165045575548434501",
+            ),
+            ("3", "1.098612288668109691395245236922525704647"),
+            ("1e-200", "-460.5170185988091368035982909368728415202"),
+            ("0.7", "-0.356674943938732378912638711241184477964"),
+            ("1.5", "0.405465108108164381978013115464349136572"),
+        ];
+        assert_agrees(Dd::ln, &digits, 2e-31);
+    }
+
+    #[test]
+    fn hyperbolic_sine_agrees_with_forty_digits() {
+        let digits = [
+            ("1e-8", "0.0000000100000000000000001666666666666666675"),
+            ("0.3", "0.304520293447142618958435267005095229098"),
+            ("-5", "-74.20321057778875897700947199606456559962"),
+            ("40", "117692633418509992.7039499553745174001303"),
+        ];
+        assert_agrees(|x| x.sinh_cosh().0, &digits, 4e-31);
+    }
+
+    #[test]
+    fn hyperbolic_cosine_agrees_with_forty_digits() {
+        let digits = [
+            ("1e-8", "1.000000000000000050000000000000000416667"),
+            ("0.3", "1.04533851412886048502530904632291210128"),
+            ("-5", "74.20994852478784444410610804448771402387"),
+            ("40", "117692633418509992.7039499553745174043786"),
+        ];
+        assert_agrees(|x| x.sinh_cosh().1, &digits, 4e-31);
+    }
+
+    #[test]
+    fn powers_agree_with_forty_digits() {
+        let power = |base: &str, exponent: f64, exact: &str| {
+            let exponent = Dd::from_decimal(&exponent.to_string()).expect("digits");
+            assert_agrees(|base| base.powf(exponent), &[(base, exact)], 1e-30);
+        };
+        power("1.7", 2.3, "3.388695291147646315559113614722301941724");
+        power("0.01", 1.5, "0.001");
+        power("1.1", 37.0, "34.0039485861577398992406882305761986971");
+        power("1.1", -37.0, "0.0294083493705515723877190030586968753907");
+    }
+
+    #[test]
+    fn values_outside_the_domain_propagate() {
+        assert!(Dd::from(-1.0).ln().is_nan());
+        assert_eq!(Dd::ZERO.ln(), -Dd::INFINITY);
+        assert_eq!(Dd::INFINITY.exp(), Dd::INFINITY);
+        assert_eq!((-Dd::INFINITY).exp(), Dd::ZERO);
+        assert!(Dd::NAN.exp().is_nan() && Dd::NAN.ln().is_nan() && Dd::NAN.sinh_cosh().0.is_nan());
+        assert!(Dd::NAN.powf(Dd::from(0.5)).is_nan());
+    }
+
+    proptest! {
+        #[test]
+        fn exponential_undoes_the_logarithm(hi in 1e-3..1e3_f64, lo in -1e-17..1e-17_f64) {
+            let a = Dd::new(hi, lo);
+            let error = (a.ln().exp() - a).abs() / a;
+            // The rounding of the logarithm, up to 7, enters as an absolute error.
+            prop_assert!(error.hi < 5e-31, "{error}");
+        }
+    }
+}

@@ -102,3 +102,123 @@ fn taylor_sin_cos(r: Dd) -> (Dd, Dd) {
 fn nearest_axis_or_diagonal(angle: f64) -> Dd {
     Dd::FRAC_PI_4.times_f64((angle / std::f64::consts::FRAC_PI_4).round())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::numeric::double_double::reference::assert_agrees;
+    use proptest::prelude::*;
+
+    #[test]
+    fn sine_agrees_with_forty_digits() {
+        let digits = [
+            ("0.1", "0.09983341664682815230681419841062202698992"),
+            ("3", "0.1411200080598672221007448028081102798469"),
+            ("100000", "0.03574879797201650931647050069580882900905"),
+            ("-7.3", "-0.8504366206285645175173662279669060444075"),
+            (
+                "1e-10",
+                "0.00000000009999999999999999999983333333333333333333",
+            ),
+        ];
+        assert_agrees(|x| x.sin_cos().0, &digits, 1e-31);
+    }
+
+    #[test]
+    fn cosine_agrees_with_forty_digits() {
+        let digits = [
+            ("0.1", "0.9950041652780257660955619878038702948386"),
+            ("3", "-0.9899924966004454572715727947312613023937"),
+            ("100000", "-0.9993608074382124518911354141448022032354"),
+            ("-7.3", "0.5260775173811051889154065767376851916778"),
+            ("1e-10", "0.999999999999999999995"),
+        ];
+        assert_agrees(|x| x.sin_cos().1, &digits, 1e-31);
+    }
+
+    #[test]
+    fn arc_sine_agrees_with_forty_digits() {
+        let digits = [
+            (
+                "0.99999904632568359375",
+                "1.569415258753134202049212853162183975158",
+            ),
+            ("-0.3", "-0.3046926540153975079720029612275291669546"),
+            (
+                "1e-12",
+                "0.000000000001000000000000000000000000166666666666667",
+            ),
+        ];
+        assert_agrees(Dd::asin, &digits, 2e-31);
+    }
+
+    #[test]
+    fn arc_cosine_agrees_with_forty_digits() {
+        let digits = [
+            (
+                "0.99999904632568359375",
+                "0.001381068041762417182108838477567466940486",
+            ),
+            ("-0.3", "1.875488980810294127203324652867280609053"),
+            ("-1", "3.141592653589793238462643383279502884197"),
+        ];
+        assert_agrees(Dd::acos, &digits, 2e-31);
+    }
+
+    #[test]
+    fn arc_tangent_agrees_with_forty_digits() {
+        let digits = [
+            (
+                "1e-9",
+                "0.0000000009999999999999999996666666666666666668667",
+            ),
+            ("2.5", "1.190289949682531732927733774829318337601"),
+            ("-1e20", "-1.570796326794896619221321691639751442099"),
+        ];
+        assert_agrees(Dd::atan, &digits, 1e-31);
+    }
+
+    #[test]
+    fn angles_of_points_in_every_quadrant_agree_with_forty_digits() {
+        let below = Dd::from_decimal("-0.7").expect("digits");
+        assert_agrees(
+            |y| y.atan2(below),
+            &[("0.3", "2.736700867304709815150570454270060267645")],
+            1e-31,
+        );
+        assert_agrees(
+            |y| y.atan2(Dd::from(-2.0)),
+            &[("-1e-5", "-3.141587653589793280129310049321169550875")],
+            1e-31,
+        );
+        assert_eq!(Dd::ZERO.atan2(-Dd::ONE), Dd::PI);
+        assert_eq!(Dd::ONE.atan2(Dd::ZERO), Dd::FRAC_PI_2);
+        assert_eq!(Dd::INFINITY.atan2(Dd::INFINITY), Dd::FRAC_PI_4);
+        let tiny = Dd::from(1e-300);
+        assert!((tiny.atan2(tiny) - Dd::FRAC_PI_4).abs() < Dd::from(1e-32));
+    }
+
+    #[test]
+    fn values_outside_the_domain_are_nan() {
+        assert!(Dd::from(1.5).asin().is_nan() && Dd::from(-1.5).acos().is_nan());
+        assert!(Dd::INFINITY.sin_cos().0.is_nan() && Dd::NAN.sin_cos().1.is_nan());
+        assert!(Dd::NAN.atan().is_nan());
+    }
+
+    proptest! {
+        #[test]
+        fn squares_of_sine_and_cosine_sum_to_one(hi in -1e5..1e5_f64, lo in -1e-12..1e-12_f64) {
+            let (sin, cos) = Dd::new(hi, lo).sin_cos();
+            let error = (sin * sin + cos * cos - Dd::ONE).abs();
+            prop_assert!(error.hi < 1e-31, "{error}");
+        }
+
+        #[test]
+        fn angle_of_a_point_on_the_circle_is_recovered(hi in -3.14..3.14_f64, lo in -1e-17..1e-17_f64) {
+            let angle = Dd::new(hi, lo);
+            let (sin, cos) = angle.sin_cos();
+            let error = (sin.atan2(cos) - angle).abs();
+            prop_assert!(error.hi < 2e-31, "{error}");
+        }
+    }
+}
