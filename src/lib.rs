@@ -7,3 +7,5 @@ pub mod jet;
 pub mod model;
 
 pub mod flow;
+
+pub mod hybrid;

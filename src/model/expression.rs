@@ -8,6 +8,7 @@ mod error;
 mod lexer;
 mod parser;
 
-pub(super) use error::{ExpressionError, Spanned};
+pub use error::ExpressionError;
+pub(super) use error::Spanned;
 pub(super) use lexer::names_in;
 pub(super) use parser::{Resolved, parse};

@@ -2,10 +2,18 @@
 //!
 //! Deliberately absent: any one scalar type of a computation (constants are kept to 32 digits).
 
+pub mod catalogue;
+mod error;
+mod expression;
 pub mod graph;
+mod names;
 mod oscillator;
+mod problem;
 mod scene;
 
+pub use error::{SceneError, SceneHeadline};
+pub use expression::ExpressionError;
 pub use graph::{Binary, ExpressionGraph, Node, NodeId, Unary};
 pub use oscillator::{Model, Parameter, Phase, Response, Surface};
+pub use problem::{OverrideReason, SceneProblem};
 pub use scene::*;

@@ -101,6 +101,9 @@ impl Model {
 
     /// Values of all parameters in the scene.
     pub fn parameter_values(&self) -> Vec<Dd> {
-        self.parameters.iter().map(|parameter| parameter.value).collect()
+        self.parameters
+            .iter()
+            .map(|parameter| parameter.value)
+            .collect()
     }
 }

@@ -1,5 +1,20 @@
 //! A checked scene: a model and what is asked of it.
 
+mod diagram;
+mod document;
+mod expansion;
+mod grazing;
+mod lets;
+mod load;
+mod lookup;
+mod oscillator;
+mod overrides;
+mod scope;
+mod section;
+mod surface;
+mod values;
+mod window;
+
 use super::graph::NodeId;
 use super::oscillator::Model;
 use crate::numeric::Dd;

@@ -119,8 +119,12 @@ impl ExpressionError {
             None => otherwise.to_owned(),
         };
         match self {
-            Self::UnknownVariable { nearest, .. } => meant(nearest, "not a state, the phase, a parameter or a `let`"),
-            Self::UnknownFunction { nearest, .. } => meant(nearest, "not a function; a product needs `*`"),
+            Self::UnknownVariable { nearest, .. } => {
+                meant(nearest, "not a state, the phase, a parameter or a `let`")
+            }
+            Self::UnknownFunction { nearest, .. } => {
+                meant(nearest, "not a function; a product needs `*`")
+            }
             Self::FunctionWithoutArguments { name } => format!("write `{name}(...)`"),
             Self::Unclosed => "opened here".to_owned(),
             Self::TooDeep { .. } | Self::TooLong { .. } => "split it with `let`".to_owned(),

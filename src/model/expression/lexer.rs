@@ -23,7 +23,10 @@ pub(super) enum Token {
 /// The tokens of a text, the last being [`Token::End`].
 pub(super) fn tokens(text: &str) -> Result<Vec<(Token, Range<usize>)>, Spanned<ExpressionError>> {
     if text.len() > LONGEST {
-        let error = ExpressionError::TooLong { length: text.len(), limit: LONGEST };
+        let error = ExpressionError::TooLong {
+            length: text.len(),
+            limit: LONGEST,
+        };
         return Err(Spanned::new(error, 0..text.len()));
     }
     let bytes = text.as_bytes();
@@ -46,7 +49,9 @@ pub(super) fn tokens(text: &str) -> Result<Vec<(Token, Range<usize>)>, Spanned<E
                 Token::Number
             }
             letter if letter.is_ascii_alphabetic() || letter == b'_' => {
-                at = skip(bytes, at, |byte| byte.is_ascii_alphanumeric() || byte == b'_');
+                at = skip(bytes, at, |byte| {
+                    byte.is_ascii_alphanumeric() || byte == b'_'
+                });
                 Token::Name
             }
             _ => return Err(unexpected_character(text, at)),
@@ -60,7 +65,9 @@ pub(super) fn tokens(text: &str) -> Result<Vec<(Token, Range<usize>)>, Spanned<E
 /// The names a text uses, in order; nothing where it cannot be read (its own parse says why).
 pub(in crate::model) fn names_in(text: &str) -> Vec<&str> {
     let tokens = tokens(text).unwrap_or_default();
-    let names = tokens.into_iter().filter(|(token, _)| *token == Token::Name);
+    let names = tokens
+        .into_iter()
+        .filter(|(token, _)| *token == Token::Name);
     names.map(|(_, span)| &text[span]).collect()
 }
 
@@ -79,23 +86,34 @@ fn number_end(bytes: &[u8], from: usize) -> usize {
             at += 1;
         }
     }
-    skip(bytes, at, |byte| byte.is_ascii_alphanumeric() || byte == b'_' || byte == b'.')
+    skip(bytes, at, |byte| {
+        byte.is_ascii_alphanumeric() || byte == b'_' || byte == b'.'
+    })
 }
 
 /// Refuses what is not `digits[.digits][e[±]digits]`.
 fn check_number(text: &str, span: Range<usize>) -> Result<(), Spanned<ExpressionError>> {
     let number = &text[span.clone()];
-    let plain = number.bytes().all(|byte| byte.is_ascii_digit() || matches!(byte, b'.' | b'e' | b'E' | b'+' | b'-'));
+    let plain = number
+        .bytes()
+        .all(|byte| byte.is_ascii_digit() || matches!(byte, b'.' | b'e' | b'E' | b'+' | b'-'));
     if plain && number.parse::<f64>().is_ok() {
         Ok(())
     } else {
-        Err(Spanned::new(ExpressionError::Number { text: number.to_owned() }, span))
+        Err(Spanned::new(
+            ExpressionError::Number {
+                text: number.to_owned(),
+            },
+            span,
+        ))
     }
 }
 
 /// The fault of a character that begins no token.
 fn unexpected_character(text: &str, at: usize) -> Spanned<ExpressionError> {
     let found = text[at..].chars().next().unwrap_or_default();
-    let error = ExpressionError::Character { found: found.escape_debug().to_string() };
+    let error = ExpressionError::Character {
+        found: found.escape_debug().to_string(),
+    };
     Spanned::new(error, at..at + found.len_utf8())
 }

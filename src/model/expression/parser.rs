@@ -6,7 +6,7 @@ use super::lexer::{Token, tokens};
 use super::{ExpressionError, Spanned};
 use crate::model::graph::{Binary, ExpressionGraph, NodeId};
 use crate::model::names::{self, Function};
-use crate::numeric::{Dd, Scalar};
+use crate::numeric::Dd;
 
 /// Deepest nesting read.
 const DEEPEST: usize = 128;
@@ -39,11 +39,23 @@ pub(in crate::model) fn parse(
     if tokens.len() == 1 {
         return Err(Spanned::new(ExpressionError::Empty, 0..text.len()));
     }
-    let mut parser = Parser { text, tokens, at: 0, depth: 0, graph, resolve };
+    let mut parser = Parser {
+        text,
+        tokens,
+        at: 0,
+        depth: 0,
+        graph,
+        resolve,
+    };
     let (node, _) = parser.expression(0)?;
     match parser.peek() {
         (Token::End, _) => Ok(node),
-        (_, span) => Err(parser.fault(ExpressionError::ExpectedOperator { found: parser.found(&span) }, span)),
+        (_, span) => Err(parser.fault(
+            ExpressionError::ExpectedOperator {
+                found: parser.found(&span),
+            },
+            span,
+        )),
     }
 }
 
@@ -66,7 +78,9 @@ impl Parser<'_> {
         }
         let (mut left, mut span) = self.operand()?;
         while let (Token::Symbol(symbol), _) = self.peek() {
-            let Some((binds, right_least)) = binding(symbol) else { break };
+            let Some((binds, right_least)) = binding(symbol) else {
+                break;
+            };
             if binds < least {
                 break;
             }
@@ -88,7 +102,11 @@ impl Parser<'_> {
             Token::Name => self.name(span),
             Token::Symbol(sign @ (b'-' | b'+')) => {
                 let (inner, inner_span) = self.expression(UNARY)?;
-                let node = if sign == b'-' { self.graph.neg(inner) } else { inner };
+                let node = if sign == b'-' {
+                    self.graph.neg(inner)
+                } else {
+                    inner
+                };
                 Ok((node, span.start..inner_span.end))
             }
             Token::Symbol(b'(') => {
@@ -96,7 +114,12 @@ impl Parser<'_> {
                 let end = self.close(span.clone())?;
                 Ok((inner, span.start..end))
             }
-            _ => Err(self.fault(ExpressionError::ExpectedOperand { found: self.found(&span) }, span)),
+            _ => Err(self.fault(
+                ExpressionError::ExpectedOperand {
+                    found: self.found(&span),
+                },
+                span,
+            )),
         }
     }
 
@@ -104,7 +127,12 @@ impl Parser<'_> {
         let text = &self.text[span.clone()];
         match decimal(text) {
             Some(value) => Ok((self.graph.constant(value), span)),
-            None => Err(self.fault(ExpressionError::NotFinite { text: text.to_owned() }, span)),
+            None => Err(self.fault(
+                ExpressionError::NotFinite {
+                    text: text.to_owned(),
+                },
+                span,
+            )),
         }
     }
 
@@ -114,12 +142,20 @@ impl Parser<'_> {
         match (names::function(name), called) {
             (Some(function), true) => return self.call(function, span),
             (Some(_), false) => {
-                let error = ExpressionError::FunctionWithoutArguments { name: name.to_owned() };
+                let error = ExpressionError::FunctionWithoutArguments {
+                    name: name.to_owned(),
+                };
                 return Err(self.fault(error, span));
             }
             (None, true) => {
                 let nearest = names::nearest(name, names::function_names());
-                return Err(self.fault(ExpressionError::UnknownFunction { name: name.to_owned(), nearest }, span));
+                return Err(self.fault(
+                    ExpressionError::UnknownFunction {
+                        name: name.to_owned(),
+                        nearest,
+                    },
+                    span,
+                ));
             }
             (None, false) => {}
         }
@@ -128,10 +164,16 @@ impl Parser<'_> {
         }
         match (self.resolve)(name) {
             Resolved::Node(node) => Ok((node, span)),
-            Resolved::Unknown(_) if name == names::FREE => Err(self.fault(ExpressionError::FreeOutsideContact, span)),
-            Resolved::Unknown(nearest) => {
-                Err(self.fault(ExpressionError::UnknownVariable { name: name.to_owned(), nearest }, span))
+            Resolved::Unknown(_) if name == names::FREE => {
+                Err(self.fault(ExpressionError::FreeOutsideContact, span))
             }
+            Resolved::Unknown(nearest) => Err(self.fault(
+                ExpressionError::UnknownVariable {
+                    name: name.to_owned(),
+                    nearest,
+                },
+                span,
+            )),
         }
     }
 
@@ -164,7 +206,13 @@ impl Parser<'_> {
         Ok((node, span))
     }
 
-    fn operation(&mut self, symbol: u8, a: NodeId, b: NodeId, span: &Range<usize>) -> Outcome<NodeId> {
+    fn operation(
+        &mut self,
+        symbol: u8,
+        a: NodeId,
+        b: NodeId,
+        span: &Range<usize>,
+    ) -> Outcome<NodeId> {
         let node = match symbol {
             b'+' => self.graph.binary(Binary::Add, a, b),
             b'-' => self.graph.binary(Binary::Sub, a, b),
@@ -194,7 +242,12 @@ impl Parser<'_> {
                 Ok(span.end)
             }
             (Token::End, _) => Err(self.fault(ExpressionError::Unclosed, open)),
-            (_, span) => Err(self.fault(ExpressionError::ExpectedOperator { found: self.found(&span) }, span)),
+            (_, span) => Err(self.fault(
+                ExpressionError::ExpectedOperator {
+                    found: self.found(&span),
+                },
+                span,
+            )),
         }
     }
 

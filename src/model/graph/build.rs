@@ -8,7 +8,11 @@ use crate::numeric::{Dd, Scalar};
 impl ExpressionGraph {
     /// A number.
     pub fn constant(&mut self, value: Dd) -> NodeId {
-        let value = if value == Dd::zero() { Dd::zero() } else { value };
+        let value = if value == Dd::zero() {
+            Dd::zero()
+        } else {
+            value
+        };
         self.insert(Node::Constant(value))
     }
 
@@ -100,7 +104,11 @@ impl ExpressionGraph {
             (1, _) => a,
             (_, Node::Neg(inner)) => {
                 let power = self.power_integer(inner, exponent);
-                if exponent % 2 == 0 { power } else { self.neg(power) }
+                if exponent % 2 == 0 {
+                    power
+                } else {
+                    self.neg(power)
+                }
             }
             (_, Node::PowerInteger(inner, first)) if first.checked_mul(exponent).is_some() => {
                 self.power_integer(inner, first * exponent)
@@ -144,7 +152,9 @@ impl ExpressionGraph {
             Binary::Mul => self.mul(a, b),
             Binary::Div => self.div(a, b),
             Binary::Min | Binary::Max if a == b => a,
-            Binary::Atan2 | Binary::Min | Binary::Max => self.fold_or_insert(Node::Binary(function, a, b)),
+            Binary::Atan2 | Binary::Min | Binary::Max => {
+                self.fold_or_insert(Node::Binary(function, a, b))
+            }
         }
     }
 
@@ -177,7 +187,9 @@ impl ExpressionGraph {
     fn insert(&mut self, node: Node) -> NodeId {
         let nodes = &mut self.nodes;
         *self.known.entry(key(&node)).or_insert_with(|| {
-            let id = NodeId(u32::try_from(nodes.len()).expect("fewer than 2^32 operations fit in memory"));
+            let id = NodeId(
+                u32::try_from(nodes.len()).expect("fewer than 2^32 operations fit in memory"),
+            );
             nodes.push(node);
             id
         })
@@ -204,9 +216,11 @@ fn key(node: &Node) -> [u64; 3] {
         Node::Input(input) => [1, input as u64, 0],
         Node::Neg(a) => pair(2, a, 0),
         Node::PowerInteger(a, exponent) => pair(3, a, i64::from(exponent) as u64),
-        Node::PowerReal(a, exponent) => {
-            [4 | (u64::from(a.0) << 8), exponent.hi.to_bits(), exponent.lo.to_bits()]
-        }
+        Node::PowerReal(a, exponent) => [
+            4 | (u64::from(a.0) << 8),
+            exponent.hi.to_bits(),
+            exponent.lo.to_bits(),
+        ],
         Node::Unary(function, a) => pair(5, a, function as u64),
         Node::Binary(function, a, b) => pair(6 | ((function as u64) << 8), a, u64::from(b.0)),
     }

@@ -65,7 +65,13 @@ impl ExpressionGraph {
     }
 
     /// `(function(a))'`, `id` being `function(a)`.
-    fn unary_derivative(&mut self, function: Unary, id: NodeId, a: NodeId, slope: NodeId) -> NodeId {
+    fn unary_derivative(
+        &mut self,
+        function: Unary,
+        id: NodeId,
+        a: NodeId,
+        slope: NodeId,
+    ) -> NodeId {
         let one = self.number(1.0);
         match function {
             Unary::Sqrt => {

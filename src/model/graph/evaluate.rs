@@ -22,7 +22,9 @@ impl ExpressionGraph {
                 Node::PowerInteger(a, exponent) => power(values[a.index()], exponent),
                 Node::PowerReal(a, exponent) => values[a.index()].powf(S::from_dd(exponent)),
                 Node::Unary(function, a) => unary(function, values[a.index()]),
-                Node::Binary(function, a, b) => binary(function, values[a.index()], values[b.index()]),
+                Node::Binary(function, a, b) => {
+                    binary(function, values[a.index()], values[b.index()])
+                }
             };
             values.push(value);
         }
@@ -43,7 +45,11 @@ pub(super) fn power<S: Scalar>(base: S, exponent: i32) -> S {
             square = square * square;
         }
     }
-    if exponent < 0 { S::one() / result } else { result }
+    if exponent < 0 {
+        S::one() / result
+    } else {
+        result
+    }
 }
 
 /// A function of one argument.
