@@ -43,7 +43,11 @@ fn log2_step(magnitudes: impl Fn(usize) -> f64, degree: usize, tail: f64, margin
             step = step.max(room / (degree - lower) as f64);
         }
     }
-    if step == f64::NEG_INFINITY { -margin } else { step }
+    if step == f64::NEG_INFINITY {
+        -margin
+    } else {
+        step
+    }
 }
 
 /// Binary logarithm of a positive number, within 0.09: exponent and mantissa, the latter linearly.

@@ -49,7 +49,9 @@ impl<S: Real> Rebound<S> {
             return AfterImpact::Flight;
         }
         if self.rebound <= S::zero() {
-            return AfterImpact::Complete { duration: S::zero() };
+            return AfterImpact::Complete {
+                duration: S::zero(),
+            };
         }
         if self.rebound >= self.speed {
             return AfterImpact::Flight;
@@ -58,12 +60,18 @@ impl<S: Real> Rebound<S> {
         let restitution = self.rebound / self.speed;
         let leading = (self.rebound + self.rebound) / (pressing * (S::one() - restitution));
         let change = self.jerk.abs() * time_scale;
-        let time_scale = if change > pressing { time_scale * pressing / change } else { time_scale };
+        let time_scale = if change > pressing {
+            time_scale * pressing / change
+        } else {
+            time_scale
+        };
         if leading > time_scale * S::from_f64(S::ROUNDOFF.sqrt().sqrt()) {
             return AfterImpact::Flight;
         }
         let correction = self.jerk * leading / (S::from_f64(3.0) * pressing);
-        AfterImpact::Complete { duration: leading * (S::one() + correction) }
+        AfterImpact::Complete {
+            duration: leading * (S::one() + correction),
+        }
     }
 }
 
@@ -89,17 +97,34 @@ mod tests {
     fn completed_duration_agrees_with_impacts_one_by_one_to_third_order() {
         for (j, r) in [(0.0, 0.8), (1.5, 0.8), (-2.0, 0.5)] {
             let v = 1e-6;
-            let rebound = Rebound { speed: v / r, rebound: v, acceleration: -3.0, jerk: j };
-            let AfterImpact::Complete { duration } = rebound.follow(1.0) else { panic!("completes") };
+            let rebound = Rebound {
+                speed: v / r,
+                rebound: v,
+                acceleration: -3.0,
+                jerk: j,
+            };
+            let AfterImpact::Complete { duration } = rebound.follow(1.0) else {
+                panic!("completes")
+            };
             assert!((duration - summed(v, 3.0, j, r)).abs() < 1e-15, "{j} {r}");
         }
     }
 
     #[test]
     fn no_chatter_while_leaving_or_without_loss() {
-        let flight = Rebound { speed: 1e-9, rebound: 1e-9, acceleration: -1.0, jerk: 0.0 };
+        let flight = Rebound {
+            speed: 1e-9,
+            rebound: 1e-9,
+            acceleration: -1.0,
+            jerk: 0.0,
+        };
         assert_eq!(flight.follow(1.0), AfterImpact::Flight);
-        let leaving = Rebound { speed: 1e-9, rebound: 0.0, acceleration: 1.0, jerk: 0.0 };
+        let leaving = Rebound {
+            speed: 1e-9,
+            rebound: 0.0,
+            acceleration: 1.0,
+            jerk: 0.0,
+        };
         assert_eq!(leaving.follow(1.0), AfterImpact::Flight);
     }
 }

@@ -7,17 +7,18 @@
 //! Deliberately absent: Poincaré maps' expansions, orbits, anything truncated.
 //! See docs/mathematics/direct-simulation.md.
 
+mod backward;
 mod chatter;
 mod error;
+mod motion;
 mod passage;
+mod response;
 mod return_map;
+mod sensing;
 mod simulator;
 mod sticking;
 mod system;
 mod trajectory;
-
-#[cfg(test)]
-mod samples;
 
 pub use error::HybridError;
 pub use return_map::{DirectReturn, Return, ReturnOutcome, ReturnSection};

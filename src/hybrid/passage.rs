@@ -119,9 +119,15 @@ impl PassageSearch {
         let mut left = (S::zero(), gap.at(S::zero()));
         for index in 0..=self.roots.len() {
             let stationary = self.roots.get(index).copied();
-            let time = stationary.map_or(length, |root| polish_stationary(gap, S::from_f64(root) * length, length));
+            let time = stationary.map_or(length, |root| {
+                polish_stationary(gap, S::from_f64(root) * length, length)
+            });
             let right = (time, gap.at(time));
-            let piece = Piece { left, right, stationary: stationary.is_some() };
+            let piece = Piece {
+                left,
+                right,
+                stationary: stationary.is_some(),
+            };
             if let Some(passage) = piece.passage(gap, length, start, goal) {
                 found.push(passage);
                 if matches!(passage, Passage::Crossing { .. }) {
@@ -151,7 +157,9 @@ impl PassageSearch {
         self.pending.clear();
         self.pending.push((0.0, 1.0));
         for _ in 0..MAX_INTERVALS {
-            let Some((a, b)) = self.pending.pop() else { return };
+            let Some((a, b)) = self.pending.pop() else {
+                return;
+            };
             self.examine(a, b);
         }
     }
@@ -165,7 +173,10 @@ impl PassageSearch {
             return;
         }
         if slope.abs() > bound * half || half < SMALLEST_HALF {
-            let (left, right) = (value_and_slope(&self.scaled, a).0, value_and_slope(&self.scaled, b).0);
+            let (left, right) = (
+                value_and_slope(&self.scaled, a).0,
+                value_and_slope(&self.scaled, b).0,
+            );
             if (left < 0.0) != (right < 0.0) {
                 let root = monotone_root(&self.scaled, a, b, left < 0.0);
                 self.roots.push(root);
@@ -184,8 +195,13 @@ const SMALLEST_HALF: f64 = 1e-9;
 
 /// A lower bound of the gap on the step: `g_0 − Σ |g_k| L^k`.
 fn lower_bound<S: Real>(gap: &Gap<'_, S>, length: f64) -> f64 {
-    let [first, rest @ ..] = gap.value else { return f64::NEG_INFINITY };
-    let variation = rest.iter().rev().fold(0.0, |sum, c| (sum + c.to_f64().abs()) * length);
+    let [first, rest @ ..] = gap.value else {
+        return f64::NEG_INFINITY;
+    };
+    let variation = rest
+        .iter()
+        .rev()
+        .fold(0.0, |sum, c| (sum + c.to_f64().abs()) * length);
     gap.sign.to_f64() * first.to_f64() - variation
 }
 
@@ -218,7 +234,11 @@ fn monotone_root(coefficients: &[f64], mut a: f64, mut b: f64, rising: bool) -> 
             b = at;
         }
         let newton = at - value / slope;
-        let next = if newton > a && newton < b { newton } else { 0.5 * (a + b) };
+        let next = if newton > a && newton < b {
+            newton
+        } else {
+            0.5 * (a + b)
+        };
         if (next - at).abs() < 1e-15 {
             return next;
         }
@@ -253,14 +273,24 @@ struct Piece<S> {
 }
 
 impl<S: Real> Piece<S> {
-    fn passage(&self, gap: &Gap<'_, S>, length: S, start: Start<S>, goal: Goal<S>) -> Option<Passage<S>> {
+    fn passage(
+        &self,
+        gap: &Gap<'_, S>,
+        length: S,
+        start: Start<S>,
+        goal: Goal<S>,
+    ) -> Option<Passage<S>> {
         let ((_, left), (time, right)) = (self.left, self.right);
         if right >= left || self.is_rounding(length, start) {
             return None;
         }
         match goal {
-            Goal::Minima => self.stationary.then_some(Passage::Minimum { time, gap: right }),
-            Goal::Crossing { .. } if right < S::zero() => Some(Passage::Crossing { time: self.crossing(gap, length) }),
+            Goal::Minima => self
+                .stationary
+                .then_some(Passage::Minimum { time, gap: right }),
+            Goal::Crossing { .. } if right < S::zero() => Some(Passage::Crossing {
+                time: self.crossing(gap, length),
+            }),
             Goal::Crossing { near } => {
                 (self.stationary && right <= near).then_some(Passage::Minimum { time, gap: right })
             }
@@ -295,10 +325,17 @@ impl<S: Real> Piece<S> {
             let change = value / gap.slope_at(time);
             let newton = time - change;
             let inside = newton > positive && newton < negative;
-            if inside && (change.abs() <= rounding || (change.abs() * S::from_f64(2.0) > last && last < length)) {
+            if inside
+                && (change.abs() <= rounding
+                    || (change.abs() * S::from_f64(2.0) > last && last < length))
+            {
                 return newton;
             }
-            let next = if inside { newton } else { (positive + negative) * S::from_f64(0.5) };
+            let next = if inside {
+                newton
+            } else {
+                (positive + negative) * S::from_f64(0.5)
+            };
             if next == time || negative - positive <= rounding {
                 return time;
             }
@@ -328,13 +365,20 @@ mod tests {
     use crate::numeric::Dd;
 
     fn derivative(value: &[f64]) -> Vec<f64> {
-        (1..value.len()).map(|k| k as f64 * value[k]).chain([0.0]).collect()
+        (1..value.len())
+            .map(|k| k as f64 * value[k])
+            .chain([0.0])
+            .collect()
     }
 
     fn search<S: Real>(value: &[f64], start: Start<S>, goal: Goal<S>) -> Vec<Passage<S>> {
         let slope: Vec<S> = derivative(value).into_iter().map(S::from_f64).collect();
         let value: Vec<S> = value.iter().copied().map(S::from_f64).collect();
-        let gap = Gap { value: &value, slope: &slope, sign: S::one() };
+        let gap = Gap {
+            value: &value,
+            slope: &slope,
+            sign: S::one(),
+        };
         let mut found = Vec::new();
         PassageSearch::default().search(&gap, S::one(), start, goal, &mut found);
         found
@@ -347,7 +391,9 @@ mod tests {
             // (t - 0.37)² - y²
             let value = [0.37 * 0.37 - y * y, -0.74, 1.0];
             let found = search::<Dd>(&value, Start::Inside, Goal::Crossing { near: Dd::INFINITY });
-            let [Passage::Crossing { time }] = found[..] else { panic!("{found:?}") };
+            let [Passage::Crossing { time }] = found[..] else {
+                panic!("{found:?}")
+            };
             let gap = (time - Dd::from(0.37)) * (time - Dd::from(0.37));
             assert!((gap.to_f64() - y * y).abs() < 1e-16, "{y:e}");
         }
@@ -357,7 +403,9 @@ mod tests {
     fn a_near_miss_is_a_minimum_and_not_a_crossing() {
         let value = [0.25 + 1e-12, -1.0, 1.0];
         let found = search::<f64>(&value, Start::Inside, Goal::Crossing { near: 1.0 });
-        let [Passage::Minimum { time, gap }] = found[..] else { panic!("{found:?}") };
+        let [Passage::Minimum { time, gap }] = found[..] else {
+            panic!("{found:?}")
+        };
         assert!((time - 0.5).abs() < 1e-15 && (gap - 1e-12).abs() < 1e-16);
         assert!(search::<f64>(&value, Start::Inside, Goal::Crossing { near: 1e-13 }).is_empty());
     }

@@ -22,7 +22,9 @@ pub(crate) fn stick_field(
     reset: &[NodeId],
 ) -> Option<Vec<NodeId>> {
     let dimension = model.dimension();
-    let slopes: Vec<_> = (0..dimension).map(|j| graph.derivative(surface.normal_velocity, j)).collect();
+    let slopes: Vec<_> = (0..dimension)
+        .map(|j| graph.derivative(surface.normal_velocity, j))
+        .collect();
     let coordinate = (0..dimension).find(|&j| {
         let moves_gap = graph.derivative(surface.event, j);
         !is_zero(graph, slopes[j]) && is_zero(graph, moves_gap)

@@ -55,7 +55,10 @@ pub(super) struct SurfaceLaw {
 #[derive(Clone, Debug)]
 pub(super) enum Law {
     /// Reset, and the stick field where there is one.
-    Rigid { reset: Program, stick: Option<RegimeField> },
+    Rigid {
+        reset: Program,
+        stick: Option<RegimeField>,
+    },
     /// Contact field.
     Compliant { contact: RegimeField },
 }
@@ -79,15 +82,30 @@ pub(super) enum Watch {
 impl HybridSystem {
     /// Lowers a model.
     pub fn new(model: &Model) -> Self {
-        let mut lowering = Lowering { graph: model.graph.clone(), model };
-        let surfaces: Vec<_> = (0..model.surfaces.len()).map(|surface| lowering.surface(surface)).collect();
-        let free = lowering.regime(&model.flow, None, &(0..model.surfaces.len()).collect::<Vec<_>>());
+        let mut lowering = Lowering {
+            graph: model.graph.clone(),
+            model,
+        };
+        let surfaces: Vec<_> = (0..model.surfaces.len())
+            .map(|surface| lowering.surface(surface))
+            .collect();
+        let free = lowering.regime(
+            &model.flow,
+            None,
+            &(0..model.surfaces.len()).collect::<Vec<_>>(),
+        );
         let phase = model.phase.as_ref().map(|phase| PhaseClock {
             component: model.dimension() - 1,
             period: phase.period,
             rate: lowering.program(&[phase.rate]),
         });
-        Self { dimension: model.dimension(), parameters: model.parameters.len(), phase, free, surfaces }
+        Self {
+            dimension: model.dimension(),
+            parameters: model.parameters.len(),
+            phase,
+            free,
+            surfaces,
+        }
     }
 
     /// Number of components of the full state.
@@ -114,31 +132,44 @@ struct Lowering<'m> {
 
 impl Lowering<'_> {
     fn program(&self, outputs: &[NodeId]) -> Program {
-        let inputs = vec![InputKind::Variable; self.model.dimension() + self.model.parameters.len()];
+        let inputs =
+            vec![InputKind::Variable; self.model.dimension() + self.model.parameters.len()];
         Program::new(&self.graph, outputs, &inputs)
     }
 
     fn surface(&mut self, index: usize) -> SurfaceLaw {
         let surface = &self.model.surfaces[index];
         let sensor = self.sensor(surface);
-        let others: Vec<_> = (0..self.model.surfaces.len()).filter(|&other| other != index).collect();
+        let others: Vec<_> = (0..self.model.surfaces.len())
+            .filter(|&other| other != index)
+            .collect();
         let law = match &surface.response {
             Response::Impact { reset } => {
                 let stick = stick_field(&mut self.graph, self.model, surface, reset);
                 let pressing = self.graph.neg(surface.normal_acceleration);
                 let stick = stick.map(|field| self.regime(&field, Some(pressing), &others));
-                Law::Rigid { reset: self.program(reset), stick }
+                Law::Rigid {
+                    reset: self.program(reset),
+                    stick,
+                }
             }
-            Response::Contact { field, release } => {
-                Law::Compliant { contact: self.regime(field, Some(*release), &others) }
-            }
+            Response::Contact { field, release } => Law::Compliant {
+                contact: self.regime(field, Some(*release), &others),
+            },
         };
         SurfaceLaw { sensor, law }
     }
 
     fn sensor(&mut self, surface: &Surface) -> Program {
-        let jerk = self.graph.lie_derivative(surface.normal_acceleration, &self.model.flow);
-        let mut outputs = vec![surface.event, surface.normal_velocity, surface.normal_acceleration, jerk];
+        let jerk = self
+            .graph
+            .lie_derivative(surface.normal_acceleration, &self.model.flow);
+        let mut outputs = vec![
+            surface.event,
+            surface.normal_velocity,
+            surface.normal_acceleration,
+            jerk,
+        ];
         for component in 0..self.model.dimension() {
             let slope = self.graph.derivative(surface.event, component);
             let state = self.graph.input(component);
@@ -147,9 +178,20 @@ impl Lowering<'_> {
         self.program(&outputs)
     }
 
-    fn regime(&mut self, derivatives: &[NodeId], release: Option<NodeId>, surfaces: &[usize]) -> RegimeField {
-        let gaps = surfaces.iter().map(|&surface| (Watch::Gap { surface }, self.model.surfaces[surface].event));
-        let watched: Vec<_> = release.map(|node| (Watch::Release, node)).into_iter().chain(gaps).collect();
+    fn regime(
+        &mut self,
+        derivatives: &[NodeId],
+        release: Option<NodeId>,
+        surfaces: &[usize],
+    ) -> RegimeField {
+        let gaps = surfaces
+            .iter()
+            .map(|&surface| (Watch::Gap { surface }, self.model.surfaces[surface].event));
+        let watched: Vec<_> = release
+            .map(|node| (Watch::Release, node))
+            .into_iter()
+            .chain(gaps)
+            .collect();
         let mut nodes = Vec::new();
         for &(_, node) in &watched {
             nodes.push(node);

@@ -53,12 +53,26 @@ impl JetSpace {
         let coefficients = count_monomials(weights, order, 1);
         let products = count_monomials(weights, order, 2);
         if products > MAX_PRODUCTS {
-            return Err(JetError::TooLarge { variables: weights.len(), order, coefficients, products, limit: MAX_PRODUCTS });
+            return Err(JetError::TooLarge {
+                variables: weights.len(),
+                order,
+                coefficients,
+                products,
+                limit: MAX_PRODUCTS,
+            });
         }
         let (exponents, degree_starts) = list_monomials(weights, order);
         let ranks = RankTable::new(weights, order, &exponents);
         let (pairs, pair_starts) = list_pairs(weights.len(), &exponents, &ranks, products as usize);
-        Ok(Arc::new(Self { weights: weights.to_vec(), order, exponents, degree_starts, pairs, pair_starts, ranks }))
+        Ok(Arc::new(Self {
+            weights: weights.to_vec(),
+            order,
+            exponents,
+            degree_starts,
+            pairs,
+            pair_starts,
+            ranks,
+        }))
     }
 
     /// The space with all weights 1: ordinary total degree.
@@ -86,7 +100,10 @@ impl JetSpace {
     }
 
     /// Number of monomials: the length of a jet.
-    #[allow(clippy::len_without_is_empty, reason = "a space always has its constant")]
+    #[allow(
+        clippy::len_without_is_empty,
+        reason = "a space always has its constant"
+    )]
     pub fn len(&self) -> usize {
         self.pair_starts.len() - 1
     }
@@ -104,7 +121,9 @@ impl JetSpace {
 
     /// Weighted degree of a monomial.
     pub fn degree(&self, monomial: usize) -> usize {
-        self.degree_starts.partition_point(|&start| start <= monomial) - 1
+        self.degree_starts
+            .partition_point(|&start| start <= monomial)
+            - 1
     }
 
     /// Numbers of the monomials of one weighted degree.
@@ -114,7 +133,9 @@ impl JetSpace {
 
     /// Number of the monomial with these exponents, if the space keeps it.
     pub fn monomial(&self, exponents: &[u8]) -> Option<usize> {
-        (exponents.len() == self.variables()).then(|| self.ranks.find(exponents)).flatten()
+        (exponents.len() == self.variables())
+            .then(|| self.ranks.find(exponents))
+            .flatten()
     }
 
     /// Number of the monomial `x_variable`, if the space keeps it.
@@ -143,7 +164,9 @@ fn count_monomials(weights: &[u32], order: usize, copies: usize) -> u128 {
             }
         }
     }
-    counts.iter().fold(0, |sum, &count| sum.saturating_add(count))
+    counts
+        .iter()
+        .fold(0, |sum, &count| sum.saturating_add(count))
 }
 
 /// All exponents by ascending degree, flattened, and the first monomial of each degree.
@@ -161,7 +184,14 @@ fn list_monomials(weights: &[u32], order: usize) -> (Vec<u8>, Vec<usize>) {
 }
 
 /// Appends the exponents with the given remaining degree in the variables from `variable` on.
-fn push_degree(weights: &[u32], remaining: usize, variable: usize, current: &mut [u8], out: &mut Vec<u8>, count: &mut usize) {
+fn push_degree(
+    weights: &[u32],
+    remaining: usize,
+    variable: usize,
+    current: &mut [u8],
+    out: &mut Vec<u8>,
+    count: &mut usize,
+) {
     if variable == weights.len() {
         if remaining == 0 {
             out.extend_from_slice(current);
@@ -172,13 +202,25 @@ fn push_degree(weights: &[u32], remaining: usize, variable: usize, current: &mut
     let weight = weights[variable] as usize;
     for exponent in (0..=remaining / weight).rev() {
         current[variable] = exponent as u8;
-        push_degree(weights, remaining - exponent * weight, variable + 1, current, out, count);
+        push_degree(
+            weights,
+            remaining - exponent * weight,
+            variable + 1,
+            current,
+            out,
+            count,
+        );
     }
     current[variable] = 0;
 }
 
 /// For every monomial, the pairs of its divisors, output-major.
-fn list_pairs(variables: usize, exponents: &[u8], ranks: &RankTable, products: usize) -> (Vec<(u32, u32)>, Vec<usize>) {
+fn list_pairs(
+    variables: usize,
+    exponents: &[u8],
+    ranks: &RankTable,
+    products: usize,
+) -> (Vec<(u32, u32)>, Vec<usize>) {
     let mut pairs = Vec::with_capacity(products);
     let mut starts = vec![0];
     if variables == 0 {
@@ -189,7 +231,8 @@ fn list_pairs(variables: usize, exponents: &[u8], ranks: &RankTable, products: u
         let mut left = vec![0u8; variables];
         loop {
             let right: Vec<u8> = monomial.iter().zip(&left).map(|(m, l)| m - l).collect();
-            let rank = |e: &[u8]| ranks.find(e).expect("a divisor of a kept monomial is kept") as u32;
+            let rank =
+                |e: &[u8]| ranks.find(e).expect("a divisor of a kept monomial is kept") as u32;
             pairs.push((rank(&left), rank(&right)));
             if !next_divisor(&mut left, monomial) {
                 break;
@@ -217,7 +260,10 @@ fn next_divisor(current: &mut [u8], bound: &[u8]) -> bool {
 #[derive(Debug)]
 enum RankTable {
     /// Mixed-radix table, where it is small.
-    Dense { radices: Vec<usize>, ranks: Vec<u32> },
+    Dense {
+        radices: Vec<usize>,
+        ranks: Vec<u32>,
+    },
     /// Hash table otherwise.
     Sparse(std::collections::HashMap<Box<[u8]>, u32>),
 }
@@ -227,19 +273,30 @@ const DENSE_RANKS: usize = 1 << 20;
 
 impl RankTable {
     fn new(weights: &[u32], order: usize, exponents: &[u8]) -> Self {
-        let radices: Vec<usize> = weights.iter().map(|&weight| order / weight as usize + 1).collect();
-        let size = radices.iter().try_fold(1usize, |product, &radix| product.checked_mul(radix));
+        let radices: Vec<usize> = weights
+            .iter()
+            .map(|&weight| order / weight as usize + 1)
+            .collect();
+        let size = radices
+            .iter()
+            .try_fold(1usize, |product, &radix| product.checked_mul(radix));
         let monomials = exponents.chunks_exact(weights.len().max(1));
         match size {
             Some(size) if size <= DENSE_RANKS => {
                 let mut ranks = vec![u32::MAX; size];
                 ranks[0] = 0;
                 for (number, monomial) in monomials.enumerate() {
-                    ranks[dense_index(&radices, monomial).expect("a kept monomial is in range")] = number as u32;
+                    ranks[dense_index(&radices, monomial).expect("a kept monomial is in range")] =
+                        number as u32;
                 }
                 Self::Dense { radices, ranks }
             }
-            _ => Self::Sparse(monomials.enumerate().map(|(number, monomial)| (monomial.into(), number as u32)).collect()),
+            _ => Self::Sparse(
+                monomials
+                    .enumerate()
+                    .map(|(number, monomial)| (monomial.into(), number as u32))
+                    .collect(),
+            ),
         }
     }
 
@@ -256,9 +313,12 @@ impl RankTable {
 
 /// Position in the mixed-radix table; `None` if an exponent exceeds its radix.
 fn dense_index(radices: &[usize], exponents: &[u8]) -> Option<usize> {
-    radices.iter().zip(exponents).try_fold(0, |index, (&radix, &exponent)| {
-        (usize::from(exponent) < radix).then(|| index * radix + usize::from(exponent))
-    })
+    radices
+        .iter()
+        .zip(exponents)
+        .try_fold(0, |index, (&radix, &exponent)| {
+            (usize::from(exponent) < radix).then(|| index * radix + usize::from(exponent))
+        })
 }
 
 #[cfg(test)]

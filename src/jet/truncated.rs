@@ -3,7 +3,9 @@
 use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
 use std::sync::Arc;
 
-use super::elementary::{self, atan2, exp, hyperbolic, power, primitive, quotient, sqrt, trigonometric};
+use super::elementary::{
+    self, atan2, exp, hyperbolic, power, primitive, quotient, sqrt, trigonometric,
+};
 use super::{HeadFunction, JetSpace};
 use crate::numeric::Scalar;
 
@@ -35,7 +37,10 @@ pub struct Jet<S: Scalar> {
 impl<S: Scalar> Jet<S> {
     /// The zero jet.
     pub fn zero(space: &Arc<JetSpace>) -> Self {
-        Self { space: Arc::clone(space), coefficients: vec![S::zero(); space.len()] }
+        Self {
+            space: Arc::clone(space),
+            coefficients: vec![S::zero(); space.len()],
+        }
     }
 
     /// A constant.
@@ -60,8 +65,15 @@ impl<S: Scalar> Jet<S> {
     ///
     /// If the number of coefficients is not [`JetSpace::len`].
     pub fn from_coefficients(space: &Arc<JetSpace>, coefficients: Vec<S>) -> Self {
-        assert_eq!(coefficients.len(), space.len(), "a jet has one coefficient per monomial of its space");
-        Self { space: Arc::clone(space), coefficients }
+        assert_eq!(
+            coefficients.len(),
+            space.len(),
+            "a jet has one coefficient per monomial of its space"
+        );
+        Self {
+            space: Arc::clone(space),
+            coefficients,
+        }
     }
 
     /// The space.
@@ -102,14 +114,20 @@ impl<S: Scalar> Jet<S> {
     }
 
     fn map(&self, f: impl Fn(S) -> S) -> Self {
-        Self { space: Arc::clone(&self.space), coefficients: self.coefficients.iter().map(|&value| f(value)).collect() }
+        Self {
+            space: Arc::clone(&self.space),
+            coefficients: self.coefficients.iter().map(|&value| f(value)).collect(),
+        }
     }
 
     /// `Ea`: every coefficient times its degree.
     fn euler(&self) -> Self {
         let mut euler = self.clone();
         for degree in 0..=self.space.order() {
-            elementary::scale(&mut euler.coefficients[self.space.degree_range(degree)], S::from_f64(degree as f64));
+            elementary::scale(
+                &mut euler.coefficients[self.space.degree_range(degree)],
+                S::from_f64(degree as f64),
+            );
         }
         euler
     }
@@ -127,7 +145,10 @@ impl<S: Scalar> Jet<S> {
     }
 
     /// Builds a jet `u` degree by degree beside its Euler derivative `Eu`.
-    fn build_with_euler(space: &Arc<JetSpace>, mut part: impl FnMut(usize, &[S], &[S], &mut [S])) -> Self {
+    fn build_with_euler(
+        space: &Arc<JetSpace>,
+        mut part: impl FnMut(usize, &[S], &[S], &mut [S]),
+    ) -> Self {
         let mut euler = vec![S::zero(); space.len()];
         Self::build(space, |degree, u, out| {
             part(degree, u, &euler, out);
@@ -140,13 +161,24 @@ impl<S: Scalar> Jet<S> {
 
     /// Square root.
     pub fn sqrt(&self) -> Self {
-        Self::build(&self.space, |k, u, out| sqrt::part(&*self.space, k, &self.coefficients, u, out))
+        Self::build(&self.space, |k, u, out| {
+            sqrt::part(&*self.space, k, &self.coefficients, u, out)
+        })
     }
 
     /// Exponential.
     pub fn exp(&self) -> Self {
         let euler = self.euler();
-        Self::build(&self.space, |k, u, out| exp::part(&*self.space, k, &self.coefficients, &euler.coefficients, u, out))
+        Self::build(&self.space, |k, u, out| {
+            exp::part(
+                &*self.space,
+                k,
+                &self.coefficients,
+                &euler.coefficients,
+                u,
+                out,
+            )
+        })
     }
 
     /// Natural logarithm.
@@ -158,7 +190,9 @@ impl<S: Scalar> Jet<S> {
     pub fn sin_cos(&self) -> (Self, Self) {
         let (space, a, euler) = (&*self.space, &self.coefficients, self.euler());
         self.build_pair(
-            |k, cosine, out| trigonometric::sine_part(space, k, a, &euler.coefficients, cosine, out),
+            |k, cosine, out| {
+                trigonometric::sine_part(space, k, a, &euler.coefficients, cosine, out)
+            },
             |k, sine, out| trigonometric::cosine_part(space, k, a, &euler.coefficients, sine, out),
         )
     }
@@ -204,12 +238,18 @@ impl<S: Scalar> Jet<S> {
 
     /// Arc sine.
     pub fn asin(&self) -> Self {
-        self.primitive(HeadFunction::Asin, &(-&(self * self)).add_constant(S::one()).sqrt())
+        self.primitive(
+            HeadFunction::Asin,
+            &(-&(self * self)).add_constant(S::one()).sqrt(),
+        )
     }
 
     /// Arc cosine.
     pub fn acos(&self) -> Self {
-        self.primitive(HeadFunction::Acos, &-&(-&(self * self)).add_constant(S::one()).sqrt())
+        self.primitive(
+            HeadFunction::Acos,
+            &-&(-&(self * self)).add_constant(S::one()).sqrt(),
+        )
     }
 
     /// Arc tangent.
@@ -220,7 +260,15 @@ impl<S: Scalar> Jet<S> {
     /// `u = f(a)` with `w Eu = Ea`.
     fn primitive(&self, function: HeadFunction, w: &Self) -> Self {
         Self::build_with_euler(&self.space, |k, _, euler_u, out| {
-            primitive::part(&*self.space, function, k, &self.coefficients, &w.coefficients, euler_u, out);
+            primitive::part(
+                &*self.space,
+                function,
+                k,
+                &self.coefficients,
+                &w.coefficients,
+                euler_u,
+                out,
+            );
         })
     }
 
@@ -230,7 +278,17 @@ impl<S: Scalar> Jet<S> {
         let w = &(self * self) + &(x * x);
         Self::build_with_euler(&self.space, |k, _, euler_u, out| {
             let (y, x, w) = (&self.coefficients, &x.coefficients, &w.coefficients);
-            atan2::part(&*self.space, k, y, x, &euler_y.coefficients, &euler_x.coefficients, w, euler_u, out);
+            atan2::part(
+                &*self.space,
+                k,
+                y,
+                x,
+                &euler_y.coefficients,
+                &euler_x.coefficients,
+                w,
+                euler_u,
+                out,
+            );
         })
     }
 
@@ -238,14 +296,24 @@ impl<S: Scalar> Jet<S> {
     pub fn power_real(&self, exponent: S) -> Self {
         let euler = self.euler();
         Self::build_with_euler(&self.space, |k, u, euler_u, out| {
-            power::part(&*self.space, exponent, k, &self.coefficients, &euler.coefficients, u, euler_u, out);
+            power::part(
+                &*self.space,
+                exponent,
+                k,
+                &self.coefficients,
+                &euler.coefficients,
+                u,
+                euler_u,
+                out,
+            );
         })
     }
 
     /// Integer power; a negative one needs an invertible head.
     pub fn power_integer(&self, exponent: i32) -> Self {
         let one = Self::constant(&self.space, S::one());
-        let (mut result, mut square, mut rest) = (one.clone(), self.clone(), exponent.unsigned_abs());
+        let (mut result, mut square, mut rest) =
+            (one.clone(), self.clone(), exponent.unsigned_abs());
         while rest > 0 {
             if rest & 1 == 1 {
                 result = &result * &square;
@@ -275,7 +343,10 @@ impl<S: Scalar> Jet<S> {
     }
 
     fn assert_same_space(&self, other: &Self) {
-        assert!(Arc::ptr_eq(&self.space, &other.space), "jets of different spaces cannot be combined");
+        assert!(
+            Arc::ptr_eq(&self.space, &other.space),
+            "jets of different spaces cannot be combined"
+        );
     }
 }
 
@@ -327,7 +398,11 @@ impl<S: Scalar> Mul for &Jet<S> {
     fn mul(self, other: Self) -> Jet<S> {
         self.assert_same_space(other);
         let mut product = Jet::zero(&self.space);
-        self.space.multiply_add(&self.coefficients, &other.coefficients, &mut product.coefficients);
+        self.space.multiply_add(
+            &self.coefficients,
+            &other.coefficients,
+            &mut product.coefficients,
+        );
         product
     }
 }
@@ -337,7 +412,14 @@ impl<S: Scalar> Div for &Jet<S> {
     fn div(self, other: Self) -> Jet<S> {
         self.assert_same_space(other);
         Jet::build(&self.space, |k, u, out| {
-            quotient::part(&*self.space, k, &self.coefficients, &other.coefficients, u, out);
+            quotient::part(
+                &*self.space,
+                k,
+                &self.coefficients,
+                &other.coefficients,
+                u,
+                out,
+            );
         })
     }
 }
