@@ -1,0 +1,5 @@
+//! Maps that can be iterated.
+
+mod discrete_map;
+
+pub use discrete_map::{DiscreteMap, StepInfo};
