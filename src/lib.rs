@@ -15,3 +15,5 @@ pub mod orbit;
 pub mod expansion;
 
 pub mod iteration;
+
+pub mod analysis;

@@ -1,0 +1,16 @@
+//! Images of section points, bifurcation diagrams: what a map does, by the map and by direct simulation.
+//!
+//! Deliberately absent: plotting, files, progress bars.
+
+mod direct_image;
+mod direct_map;
+mod error;
+mod free_flight;
+mod section_frame;
+mod values;
+
+pub use direct_image::{DirectEnd, DirectImage, SectionImage, direct_image};
+pub use direct_map::DirectMap;
+pub use error::AnalysisError;
+pub use free_flight::FreeFlight;
+pub use section_frame::SectionFrame;
