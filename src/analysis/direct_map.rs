@@ -59,6 +59,16 @@ impl<'a> DirectMap<'a> {
     }
 }
 
+impl Clone for DirectMap<'_> {
+    fn clone(&self) -> Self {
+        let image = self.image.lock().unwrap_or_else(PoisonError::into_inner);
+        Self {
+            image: Mutex::new(image.clone()),
+            ..*self
+        }
+    }
+}
+
 impl DiscreteMap for DirectMap<'_> {
     fn dimension(&self) -> usize {
         self.dimension
