@@ -280,3 +280,24 @@ fn digests_are_fnv_1a_of_the_text() {
         });
     assert_eq!(scene.digest, by_hand);
 }
+
+/// A moving, curved stop: the restitution is that of the normal velocity, whatever the event function.
+#[test]
+fn restitution_is_checked_on_the_normal_velocity_where_it_is_one_number() {
+    let accepted = |event: &str, impact: &str| {
+        let linear = catalogue::text("linear").expect("in the catalogue");
+        let source = linear
+            .replace("\"delta - x\"", event)
+            .replace("\"-r*v\"", impact);
+        Scene::parse(&source, "test.toml").is_ok()
+    };
+    assert!(accepted("\"delta^2 - x^2\"", "\"-r*v\""));
+    assert!(!accepted("\"delta^2 - x^2\"", "\"-(r + 0.3)*v\""));
+    let moving = "\"delta + 0.1*sin(theta) - x\"";
+    assert!(accepted(moving, "\"-v + 2*0.1*omega*cos(theta)\""));
+    assert!(!accepted(moving, "\"-1.5*v + 2.5*0.1*omega*cos(theta)\""));
+    assert!(
+        accepted("\"delta - x\"", "\"-3*v*exp(-v^2)\""),
+        "a restitution that depends on the speed is the user's"
+    );
+}
