@@ -181,10 +181,10 @@ impl<S: Scalar> Jet<S> {
         let mut image = Self::zero(target);
         let mut powers = vec![0u8; target.variables()];
         for (exponents, value) in self.terms() {
-            if rename(exponents, variable_map, &mut powers) {
-                if let Some(monomial) = target.monomial(&powers) {
-                    image.coefficients[monomial] += value;
-                }
+            if rename(exponents, variable_map, &mut powers)
+                && let Some(monomial) = target.monomial(&powers)
+            {
+                image.coefficients[monomial] += value;
             }
         }
         image
