@@ -25,7 +25,12 @@ fn linear() -> Field {
     let damping = g.mul(damping, v);
     let force = g.sub(force, damping);
     let acceleration = g.sub(force, x);
-    Field::new(&g, &[v, acceleration, omega], &[], &[InputKind::HeadOnly; 3])
+    Field::new(
+        &g,
+        &[v, acceleration, omega],
+        &[],
+        &[InputKind::HeadOnly; 3],
+    )
 }
 
 /// `x' = v, v' = V² sin² θ/(1 − x)² − 0.04 v − x, θ' = ω`; parameters `(V, ω)`.
@@ -42,7 +47,12 @@ fn electrostatic() -> Field {
     let damping = g.mul(damping, v);
     let acceleration = g.sub(pull, damping);
     let acceleration = g.sub(acceleration, x);
-    Field::new(&g, &[v, acceleration, omega], &[], &[InputKind::Variable; 2])
+    Field::new(
+        &g,
+        &[v, acceleration, omega],
+        &[],
+        &[InputKind::Variable; 2],
+    )
 }
 
 const POINT: [f64; 5] = [0.3, 0.1, 0.4, 0.2, 0.6];
@@ -72,7 +82,11 @@ fn orbit<S: Real>(c: &mut Criterion, name: &str, field: &Field, point: &[f64], d
     let mut integrator = Integrator::new(field);
     let duration = S::from_f64(duration);
     c.bench_function(name, |b| {
-        b.iter(|| integrator.flow(black_box(&values[..3]), &values[3..], duration).expect("the orbit is smooth"));
+        b.iter(|| {
+            integrator
+                .flow(black_box(&values[..3]), &values[3..], duration)
+                .expect("the orbit is smooth")
+        });
     });
 }
 
@@ -94,9 +108,14 @@ fn jets_of_the_period(c: &mut Criterion) {
     for order in 1..=8 {
         let space = JetSpace::uniform(5, order).expect("a small space");
         let (states, parameters) = jets(&space);
-        let flow = jet_transport(&field, &states, &parameters, period, 1e-15).expect("the orbit is smooth");
+        let flow = jet_transport(&field, &states, &parameters, period, 1e-15)
+            .expect("the orbit is smooth");
         let products = space.products() * field.program().products() * flow.elements * 16;
-        println!("order {order}: {} elements, floor {:.1} us", flow.elements, 1e6 * product * products as f64);
+        println!(
+            "order {order}: {} elements, floor {:.1} us",
+            flow.elements,
+            1e6 * product * products as f64
+        );
         c.bench_function(&format!("jets/collocation/{order}"), |b| {
             b.iter(|| jet_transport(&field, black_box(&states), &parameters, period, 1e-15));
         });

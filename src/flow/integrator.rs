@@ -47,9 +47,16 @@ impl<'a, S: Real> Integrator<'a, S> {
 
     /// An integrator with a relative local tolerance, at least the scalar's roundoff.
     pub fn with_tolerance(field: &'a Field, tolerance: f64) -> Self {
-        let series = TimeSeries { order: order_for(tolerance.max(S::ROUNDOFF)) };
+        let series = TimeSeries {
+            order: order_for(tolerance.max(S::ROUNDOFF)),
+        };
         let tape = vec![S::zero(); field.time_program().slots() * (series.order + 1)];
-        Self { field, series, max_step: DEFAULT_MAX_STEP, tape }
+        Self {
+            field,
+            series,
+            max_step: DEFAULT_MAX_STEP,
+            tape,
+        }
     }
 
     /// The integrator with another longest step, a positive number.
@@ -77,7 +84,12 @@ impl<'a, S: Real> Integrator<'a, S> {
         }
         expand(self.field, &self.series, &mut self.tape, &mut [S::zero()]);
         let length = S::from_f64(self.step_length()?);
-        Ok(Step { field: self.field, tape: &self.tape, order: self.series.order, length })
+        Ok(Step {
+            field: self.field,
+            tape: &self.tape,
+            order: self.series.order,
+            length,
+        })
     }
 
     fn step_length(&self) -> Result<f64, FlowError> {
@@ -88,9 +100,18 @@ impl<'a, S: Real> Integrator<'a, S> {
             if let Some(degree) = coefficients.iter().position(|value| !value.is_finite()) {
                 return Err(FlowError::NotFinite { degree });
             }
-            step = step.min(component_step(|degree| coefficients[degree].magnitude(), len - 1));
+            step = step.min(component_step(
+                |degree| coefficients[degree].magnitude(),
+                len - 1,
+            ));
         }
-        if step > 0.0 { Ok(step) } else { Err(FlowError::NotFinite { degree: self.series.order }) }
+        if step > 0.0 {
+            Ok(step)
+        } else {
+            Err(FlowError::NotFinite {
+                degree: self.series.order,
+            })
+        }
     }
 
     /// The state after a duration of either sign.
@@ -98,7 +119,12 @@ impl<'a, S: Real> Integrator<'a, S> {
     /// # Errors
     ///
     /// [`FlowError::NotFinite`] as [`step`](Self::step), [`FlowError::TooManySteps`] after a million steps.
-    pub fn flow(&mut self, state: &[S], parameters: &[S], duration: S) -> Result<Vec<S>, FlowError> {
+    pub fn flow(
+        &mut self,
+        state: &[S],
+        parameters: &[S],
+        duration: S,
+    ) -> Result<Vec<S>, FlowError> {
         let mut state = state.to_vec();
         let mut remaining = duration;
         for _ in 0..MAX_STEPS {
@@ -107,11 +133,18 @@ impl<'a, S: Real> Integrator<'a, S> {
             }
             let step = self.step(&state, parameters)?;
             let last = remaining.abs() <= step.length;
-            let length = if last { remaining } else { step.length * remaining.signum() };
+            let length = if last {
+                remaining
+            } else {
+                step.length * remaining.signum()
+            };
             step.state_at(length, &mut state);
             remaining -= length;
         }
-        Err(FlowError::TooManySteps { limit: MAX_STEPS, remaining: remaining.to_f64() })
+        Err(FlowError::TooManySteps {
+            limit: MAX_STEPS,
+            remaining: remaining.to_f64(),
+        })
     }
 }
 
@@ -123,7 +156,11 @@ impl<S: Real> Step<'_, S> {
 
     /// Taylor coefficients of a watched function.
     pub fn watched_coefficients(&self, watched: usize) -> &[S] {
-        self.slot(self.field.time_program().output(self.field.dimension() + watched))
+        self.slot(
+            self.field
+                .time_program()
+                .output(self.field.dimension() + watched),
+        )
     }
 
     /// The state at a time since the start of the step.
@@ -146,7 +183,10 @@ impl<S: Real> Step<'_, S> {
 
 /// Value of a polynomial, coefficients in ascending powers.
 pub fn horner<S: Real>(coefficients: &[S], at: S) -> S {
-    coefficients.iter().rev().fold(S::zero(), |sum, &coefficient| sum.mul_add(at, coefficient))
+    coefficients
+        .iter()
+        .rev()
+        .fold(S::zero(), |sum, &coefficient| sum.mul_add(at, coefficient))
 }
 
 #[cfg(test)]

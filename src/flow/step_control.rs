@@ -43,7 +43,11 @@ fn log2_step(magnitudes: impl Fn(usize) -> f64, degree: usize, tail: f64, margin
             step = step.max(room / (degree - lower) as f64);
         }
     }
-    if step == f64::NEG_INFINITY { -margin } else { step }
+    if step == f64::NEG_INFINITY {
+        -margin
+    } else {
+        step
+    }
 }
 
 /// Binary logarithm of a positive number, within 0.09: exponent and mantissa, the latter linearly.
@@ -72,7 +76,7 @@ mod tests {
         assert_eq!(component_step(linear, 20), f64::INFINITY);
         let from_rest = |degree: usize| if degree < 2 { 0.0 } else { 1.0 };
         assert!(component_step(from_rest, 20) > 0.08);
-        let even = |degree: usize| if degree % 2 == 0 { 1.0 } else { 0.0 };
+        let even = |degree: usize| f64::from(degree.is_multiple_of(2));
         assert!(component_step(even, 19) < 0.2);
     }
 

@@ -46,7 +46,11 @@ const ZERO: NodeValues = Lanes([0.0; NODES]);
 
 impl<'a> Element<'a> {
     /// Memory for one element; parameters, constant along the orbit, are given as coefficients.
-    pub(super) fn new(field: &'a Field, space: &Arc<JetSpace>, parameters: &[&[f64]]) -> Result<Self, JetError> {
+    pub(super) fn new(
+        field: &'a Field,
+        space: &Arc<JetSpace>,
+        parameters: &[&[f64]],
+    ) -> Result<Self, JetError> {
         let (program, dimension) = (field.program(), field.dimension());
         let first_order = JetSpace::uniform(dimension, 1)?;
         let mut tape = vec![ZERO; program.slots() * space.len()];
@@ -60,7 +64,9 @@ impl<'a> Element<'a> {
             first_order_tape[input * first_order.len()] = Lanes::splat(coefficients[0]);
         }
         for state in 0..dimension {
-            let monomial = first_order.linear_monomial(state).expect("order 1 keeps linear terms");
+            let monomial = first_order
+                .linear_monomial(state)
+                .expect("order 1 keeps linear terms");
             first_order_tape[state * first_order.len() + monomial] = Lanes::splat(1.0);
         }
         let scratch = vec![ZERO; space.len().max(first_order.len())];
@@ -83,11 +89,19 @@ impl<'a> Element<'a> {
     ///
     /// `jets` holds the coefficients of every component, one after another; all but the heads are
     /// replaced. `None`: the equations are singular, the element is too long.
-    pub(super) fn transport(&mut self, nominal: &[NodeValues], length: f64, jets: &mut [f64]) -> Option<Resolution> {
+    pub(super) fn transport(
+        &mut self,
+        nominal: &[NodeValues],
+        length: f64,
+        jets: &mut [f64],
+    ) -> Option<Resolution> {
         self.evaluate_nominal(nominal);
         let solver = self.solver(length)?;
         let fundamental = solver.fundamental_tail();
-        let mut resolution = Resolution { error: 0.0, tail: fundamental };
+        let mut resolution = Resolution {
+            error: 0.0,
+            tail: fundamental,
+        };
         for degree in 1..=self.space.order() {
             if !self.space.degree_range(degree).is_empty() {
                 let tail = self.transport_degree(&solver, degree, length, jets);
@@ -107,7 +121,12 @@ impl<'a> Element<'a> {
         }
         program.advance(&*self.space, 0, &mut self.tape, &mut self.scratch);
         for degree in 0..=1 {
-            program.advance(&*self.first_order, degree, &mut self.first_order_tape, &mut self.scratch);
+            program.advance(
+                &*self.first_order,
+                degree,
+                &mut self.first_order_tape,
+                &mut self.scratch,
+            );
         }
         self.gradients.clear();
         let dimension = self.field.dimension();
@@ -115,16 +134,26 @@ impl<'a> Element<'a> {
             for state in 0..dimension {
                 let slope = self.slope(slot, state);
                 if slope != ZERO {
-                    let is_output = (0..dimension).any(|component| program.output(component) == slot);
+                    let is_output =
+                        (0..dimension).any(|component| program.output(component) == slot);
                     let is_euler = program.is_euler(slot);
-                    self.gradients.push(Gradient { slot, state, slope, is_euler, is_output });
+                    self.gradients.push(Gradient {
+                        slot,
+                        state,
+                        slope,
+                        is_euler,
+                        is_output,
+                    });
                 }
             }
         }
     }
 
     fn slope(&self, slot: usize, state: usize) -> NodeValues {
-        let monomial = self.first_order.linear_monomial(state).expect("order 1 keeps linear terms");
+        let monomial = self
+            .first_order
+            .linear_monomial(state)
+            .expect("order 1 keeps linear terms");
         self.first_order_tape[slot * self.first_order.len() + monomial]
     }
 
@@ -133,14 +162,22 @@ impl<'a> Element<'a> {
         let jacobian: Vec<_> = (0..dimension * dimension)
             .map(|entry| self.slope(program.output(entry / dimension), entry % dimension))
             .collect();
-        let has_remainder: Vec<_> = (0..dimension).map(|component| program.output(component) >= dimension).collect();
+        let has_remainder: Vec<_> = (0..dimension)
+            .map(|component| program.output(component) >= dimension)
+            .collect();
         ElementSolver::new(&jacobian, length, &has_remainder)
     }
 
     /// One degree: remainders, the linear equations, the state's share in every slot, the end.
     ///
     /// Returns the last Legendre modes of the derivatives, over the largest coefficient of the degree.
-    fn transport_degree(&mut self, solver: &ElementSolver, degree: usize, length: f64, jets: &mut [f64]) -> f64 {
+    fn transport_degree(
+        &mut self,
+        solver: &ElementSolver,
+        degree: usize,
+        length: f64,
+        jets: &mut [f64],
+    ) -> f64 {
         let (program, len) = (self.field.program(), self.space.len());
         let range = self.space.degree_range(degree);
         for state in 0..self.field.dimension() {
@@ -183,13 +220,25 @@ impl<'a> Element<'a> {
     fn add_linear_part(&mut self, degree: usize) {
         let (len, range) = (self.space.len(), self.space.degree_range(degree));
         let last = degree == self.space.order();
-        for gradient in self.gradients.iter().filter(|gradient| gradient.is_output || !last) {
-            let factor = if gradient.is_euler { degree as f64 } else { 1.0 };
+        for gradient in self
+            .gradients
+            .iter()
+            .filter(|gradient| gradient.is_output || !last)
+        {
+            let factor = if gradient.is_euler {
+                degree as f64
+            } else {
+                1.0
+            };
             let slope = gradient.slope * Lanes::splat(factor);
             let (states, slots) = self.tape.split_at_mut(self.field.dimension() * len);
-            let states = &states[gradient.state * len + range.start..gradient.state * len + range.end];
+            let states =
+                &states[gradient.state * len + range.start..gradient.state * len + range.end];
             let first = (gradient.slot - self.field.dimension()) * len;
-            for (value, &state) in slots[first + range.start..first + range.end].iter_mut().zip(states) {
+            for (value, &state) in slots[first + range.start..first + range.end]
+                .iter_mut()
+                .zip(states)
+            {
                 *value = slope.mul_add(state, *value);
             }
         }
