@@ -19,6 +19,8 @@ pub enum InputKind {
     Variable,
     /// Only the head is non-zero: a parameter in a time series.
     HeadOnly,
+    /// Only the parts of degree 0 and 1 are non-zero, in a series in time: the phase of a forcing.
+    LinearInTime,
     /// A number, folded into the program.
     Bound(Dd),
 }
@@ -45,6 +47,8 @@ enum Operation {
     Exp { a: Slot, euler_a: Slot },
     Sine { a: Slot, euler_a: Slot, cosine: Slot },
     Cosine { a: Slot, euler_a: Slot, sine: Slot },
+    /// Sine or cosine of a slot linear in time; its partner is `partner`.
+    OfPhase { function: HeadFunction, a: Slot, partner: Slot },
     Sinh { a: Slot, euler_a: Slot, cosh: Slot },
     Cosh { a: Slot, euler_a: Slot, sinh: Slot },
     Primitive { function: HeadFunction, a: Slot, w: Slot, euler_u: Slot },
@@ -60,6 +64,9 @@ enum Operation {
 #[derive(Clone, Debug)]
 pub struct Program {
     operations: Vec<Operation>,
+    supports: Vec<Support>,
+    /// Slots with a part of degree 0, 1, and 2 or more.
+    reaching: [Vec<Slot>; 3],
     inputs: usize,
     outputs: Vec<Slot>,
 }
@@ -73,7 +80,12 @@ impl Program {
         lowering.mark_needed(outputs);
         lowering.lower_nodes();
         let outputs = outputs.iter().map(|&node| lowering.slot_of(node)).collect();
-        Self { operations: lowering.operations, inputs: inputs.len(), outputs }
+        let reaching = [0, 1, 2].map(|degree| {
+            let reaches = |&slot: &Slot| lowering.support[slot].reaches(degree);
+            (inputs.len()..lowering.operations.len()).filter(reaches).collect()
+        });
+        let supports = lowering.support;
+        Self { operations: lowering.operations, supports, reaching, inputs: inputs.len(), outputs }
     }
 
     /// Number of slots: a tape holds `slots · element_len` scalars.
@@ -96,6 +108,17 @@ impl Program {
         self.outputs[output]
     }
 
+    /// Whether the linear part of a slot in a variable is that of the Euler derivative of a function:
+    /// at degree `k` it carries the factor `k`.
+    pub(crate) fn is_euler(&self, slot: usize) -> bool {
+        matches!(self.operations[slot], Operation::Euler(_))
+    }
+
+    /// Whether a slot is the same number whatever the inputs.
+    pub(crate) fn is_number(&self, slot: usize) -> bool {
+        matches!(self.supports[slot], Support::Number(_))
+    }
+
     /// Number of products of two full elements per evaluation: the unit of cost.
     pub fn products(&self) -> usize {
         let is_product = |operation: &&Operation| {
@@ -109,6 +132,7 @@ impl Program {
                     | Operation::Neg(_)
                     | Operation::Scale(..)
                     | Operation::AddConstant(..)
+                    | Operation::OfPhase { .. }
                     | Operation::SignTimes { .. }
                     | Operation::Sign(_)
             )
@@ -120,13 +144,14 @@ impl Program {
     ///
     /// `tape` holds the slots one after another, each [`Graded::element_len`] scalars; `scratch` at
     /// least the length of the largest part. Parts of lower degree must have been computed before and
-    /// the inputs' parts of this degree filled in.
+    /// the inputs' parts of this degree filled in. Parts that vanish whatever the inputs (beyond the head
+    /// of a constant, say) are not written: the tape must be zero there.
     pub fn advance<S: Scalar, A: Graded<S>>(&self, algebra: &A, degree: usize, tape: &mut [S], scratch: &mut [S]) {
         let len = algebra.element_len();
         let part = algebra.part(degree);
         let out = &mut scratch[..part.len()];
-        for (slot, operation) in self.operations.iter().enumerate().skip(self.inputs) {
-            run(operation, slot, algebra, degree, len, tape, out);
+        for &slot in &self.reaching[degree.min(2)] {
+            run(&self.operations[slot], slot, algebra, degree, len, tape, out);
             tape[slot * len + part.start..slot * len + part.end].copy_from_slice(out);
         }
     }
@@ -177,6 +202,9 @@ fn run<S: Scalar, A: Graded<S>>(
         Operation::Cosine { a, euler_a, sine } => {
             trigonometric::cosine_part(algebra, k, element(a), element(euler_a), element(sine), out);
         }
+        Operation::OfPhase { function, a, partner } => {
+            phase_part(algebra, function, k, element(a), element(partner), out);
+        }
         Operation::Sinh { a, euler_a, cosh } => {
             hyperbolic::sinh_part(algebra, k, element(a), element(euler_a), element(cosh), out);
         }
@@ -200,6 +228,30 @@ fn run<S: Scalar, A: Graded<S>>(
         }
         Operation::Sign(a) => constant_part(k, element(a)[0].signum(), out),
     }
+}
+
+/// Part of degree `k` of `u = sin a` or `cos a` where `a = a_0 + a_1`, `c` being the other of the two:
+///
+/// ```text
+/// u_k = ±(1/k) a_1 c_{k−1}
+/// ```
+fn phase_part<S: Scalar, A: Graded<S>>(
+    algebra: &A,
+    function: HeadFunction,
+    degree: usize,
+    a: &[S],
+    partner: &[S],
+    out: &mut [S],
+) {
+    if degree == 0 {
+        return algebra.head(function, &a[algebra.part(0)], out);
+    }
+    out.fill(S::zero());
+    let slope = &a[algebra.part(1).start..];
+    algebra.multiply_by_head(degree, slope, &partner[algebra.part(degree - 1)], out);
+    let sign = if function == HeadFunction::Cos { -1.0 } else { 1.0 };
+    let factor = S::from_f64(sign) / S::from_f64(degree as f64);
+    out.iter_mut().for_each(|value| *value *= factor);
 }
 
 fn constant_part<S: Scalar>(degree: usize, value: S, out: &mut [S]) {
@@ -228,7 +280,19 @@ fn zip<S: Scalar>(a: &[S], b: &[S], out: &mut [S], f: impl Fn(S, S) -> S) {
 enum Support {
     Number(Dd),
     Head,
+    Linear,
     Full,
+}
+
+impl Support {
+    /// Whether a part of a degree can be non-zero (degree 2 stands for all higher ones).
+    fn reaches(self, degree: usize) -> bool {
+        match self {
+            Support::Number(_) | Support::Head => degree == 0,
+            Support::Linear => degree <= 1,
+            Support::Full => true,
+        }
+    }
 }
 
 /// The state of a lowering.
@@ -256,6 +320,7 @@ impl<'a> Lowering<'a> {
         let support = |kind: &InputKind| match *kind {
             InputKind::Variable => Support::Full,
             InputKind::HeadOnly => Support::Head,
+            InputKind::LinearInTime => Support::Linear,
             InputKind::Bound(value) => Support::Number(value),
         };
         Self {
@@ -345,10 +410,21 @@ impl<'a> Lowering<'a> {
         }
     }
 
-    /// Support of a result of these operands, numbers having been folded before.
+    /// Support of a function of these operands, numbers having been folded before.
     fn joint(&self, operands: &[Slot]) -> Support {
-        let full = operands.iter().any(|&slot| self.support[slot] == Support::Full);
-        if full { Support::Full } else { Support::Head }
+        let beyond_head = operands.iter().any(|&slot| self.support[slot].reaches(1));
+        if beyond_head { Support::Full } else { Support::Head }
+    }
+
+    /// Support of a sum.
+    fn joint_of_sum(&self, a: Slot, b: Slot) -> Support {
+        let full = [a, b].iter().any(|&slot| self.support[slot] == Support::Full);
+        let linear = [a, b].iter().any(|&slot| self.support[slot] == Support::Linear);
+        match (full, linear) {
+            (true, _) => Support::Full,
+            (false, true) => Support::Linear,
+            (false, false) => Support::Head,
+        }
     }
 
     fn constant(&mut self, value: Dd) -> Slot {
@@ -357,7 +433,7 @@ impl<'a> Lowering<'a> {
     }
 
     fn euler(&mut self, a: Slot) -> Slot {
-        self.shared(SharedKey::Euler(a), |this| this.push(Operation::Euler(a), Support::Full))
+        self.shared(SharedKey::Euler(a), |this| this.push(Operation::Euler(a), this.joint(&[a])))
     }
 
     fn neg(&mut self, a: Slot) -> Slot {
@@ -384,7 +460,7 @@ impl<'a> Lowering<'a> {
             (Some(a), Some(b)) => self.constant(a + b),
             (Some(value), None) => self.push(Operation::AddConstant(b, value), self.support[b]),
             (None, Some(value)) => self.push(Operation::AddConstant(a, value), self.support[a]),
-            (None, None) => self.push(Operation::Add(a, b), self.joint(&[a, b])),
+            (None, None) => self.push(Operation::Add(a, b), self.joint_of_sum(a, b)),
         }
     }
 
@@ -392,7 +468,7 @@ impl<'a> Lowering<'a> {
         match (self.number(a), self.number(b)) {
             (Some(a), Some(b)) => self.constant(a - b),
             (None, Some(value)) => self.push(Operation::AddConstant(a, -value), self.support[a]),
-            _ => self.push(Operation::Sub(a, b), self.joint(&[a, b])),
+            _ => self.push(Operation::Sub(a, b), self.joint_of_sum(a, b)),
         }
     }
 
@@ -405,8 +481,8 @@ impl<'a> Lowering<'a> {
             (Support::Number(factor), _) => self.push(Operation::Scale(b, factor), self.support[b]),
             (_, Support::Number(factor)) => self.push(Operation::Scale(a, factor), self.support[a]),
             (Support::Head, support) => self.push(Operation::MulByHead { head: a, factor: b }, support),
-            (Support::Full, Support::Head) => self.push(Operation::MulByHead { head: b, factor: a }, Support::Full),
-            (Support::Full, Support::Full) => self.push(Operation::Mul(a, b), Support::Full),
+            (support, Support::Head) => self.push(Operation::MulByHead { head: b, factor: a }, support),
+            _ => self.push(Operation::Mul(a, b), Support::Full),
         }
     }
 
@@ -414,13 +490,18 @@ impl<'a> Lowering<'a> {
         if let Some(value) = self.number(a) {
             return self.constant(value * value);
         }
-        self.shared(SharedKey::Square(a), |this| this.push(Operation::Mul(a, a), this.support[a]))
+        self.shared(SharedKey::Square(a), |this| this.push(Operation::Mul(a, a), this.joint(&[a])))
     }
 
     fn div(&mut self, a: Slot, b: Slot) -> Slot {
         match (self.number(a), self.number(b)) {
             (Some(a), Some(b)) => self.constant(a / b),
             (None, Some(b)) => self.mul_by_inverse(a, b),
+            _ if self.support[b] == Support::Head && self.support[a].reaches(1) => {
+                let one = self.constant(Dd::from(1.0));
+                let inverse = self.push(Operation::Div(one, b), Support::Head);
+                self.mul(a, inverse)
+            }
             _ => self.push(Operation::Div(a, b), self.joint(&[a, b])),
         }
     }
@@ -451,7 +532,7 @@ impl<'a> Lowering<'a> {
         let euler_a = self.euler(a);
         let euler_u = self.operations.len() + 1;
         let u = self.push(Operation::Power { a, exponent, euler_a, euler_u }, self.joint(&[a]));
-        self.push(Operation::Euler(u), Support::Full);
+        self.push(Operation::Euler(u), self.joint(&[u]));
         u
     }
 
@@ -506,17 +587,30 @@ impl<'a> Lowering<'a> {
     fn primitive(&mut self, function: HeadFunction, a: Slot, w: Slot) -> Slot {
         let euler_u = self.operations.len() + 1;
         let u = self.push(Operation::Primitive { function, a, w, euler_u }, self.joint(&[a]));
-        self.push(Operation::Euler(u), Support::Full);
+        self.push(Operation::Euler(u), self.joint(&[u]));
         u
     }
 
     /// The sine; the cosine is the slot after it.
     fn circular(&mut self, a: Slot) -> Slot {
+        if self.support[a] == Support::Linear {
+            return self.circular_of_phase(a);
+        }
         let euler_a = self.euler(a);
         self.shared(SharedKey::Circular(a), |this| {
             let (sine, support) = (this.operations.len(), this.joint(&[a]));
             this.push(Operation::Sine { a, euler_a, cosine: sine + 1 }, support);
             this.push(Operation::Cosine { a, euler_a, sine }, support);
+            sine
+        })
+    }
+
+    /// The sine of a slot linear in time; the cosine is the slot after it.
+    fn circular_of_phase(&mut self, a: Slot) -> Slot {
+        self.shared(SharedKey::Circular(a), |this| {
+            let sine = this.operations.len();
+            this.push(Operation::OfPhase { function: HeadFunction::Sin, a, partner: sine + 1 }, Support::Full);
+            this.push(Operation::OfPhase { function: HeadFunction::Cos, a, partner: sine }, Support::Full);
             sine
         })
     }
@@ -538,7 +632,7 @@ impl<'a> Lowering<'a> {
         let w = self.add(y_square, x_square);
         let euler_u = self.operations.len() + 1;
         let u = self.push(Operation::Atan2 { y, x, euler_y, euler_x, w, euler_u }, self.joint(&[y, x]));
-        self.push(Operation::Euler(u), Support::Full);
+        self.push(Operation::Euler(u), self.joint(&[u]));
         u
     }
 
