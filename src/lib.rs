@@ -10,4 +10,3 @@ pub mod flow;
 
 pub mod orbit;
 
-pub mod expansion;

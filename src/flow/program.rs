@@ -70,6 +70,11 @@ impl Program {
         self.inputs
     }
 
+    /// Number of output expressions.
+    pub fn outputs(&self) -> usize {
+        self.outputs.len()
+    }
+
     /// Slot of an output expression.
     pub fn output(&self, output: usize) -> usize {
         self.outputs[output]

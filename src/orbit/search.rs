@@ -7,7 +7,7 @@ use super::OrbitError;
 use super::minima::{Minimum, gaps, watching_field};
 use super::newton::{Solve, solve};
 use super::outcome::NotLocated;
-use super::system::{ExtendedSystem, Shooting};
+use super::system::{ExtendedSystem, Shooting, solve_either};
 
 /// A search along the periodic orbits of one parameter.
 pub(super) struct Search<'a> {
