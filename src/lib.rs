@@ -2,3 +2,4 @@
 
 pub mod numeric;
 pub mod model;
+pub mod report;
