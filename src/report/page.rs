@@ -155,6 +155,7 @@ impl Page {
             });
         }
         let mut tera = tera::Tera::new();
+        tera.set_escape_fn(|text, output| output.write_all(escape_html(text).as_bytes()));
         tera.add_raw_template("report.html", TEMPLATE)?;
         let mut context = tera::Context::new();
         context.insert("title", &self.title);

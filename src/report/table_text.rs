@@ -208,17 +208,17 @@ mod tests {
 
     #[test]
     fn terminal_columns_line_up() {
-        insta::assert_snapshot!(table().to_text(), @"");
+        insta::assert_snapshot!(table().to_text());
     }
 
     #[test]
     fn markdown_escapes_what_would_end_a_cell() {
-        insta::assert_snapshot!(table().to_markdown(), @"");
+        insta::assert_snapshot!(table().to_markdown());
     }
 
     #[test]
     fn html_is_escaped_and_sets_powers_of_ten() {
-        insta::assert_snapshot!(table().to_html(), @"");
+        insta::assert_snapshot!(table().to_html());
     }
 
     #[test]

@@ -104,7 +104,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn two_labels_of_one_point_do_not_overlap() {
+    fn labels_stay_inside_and_do_not_overlap() {
         let area = Area {
             left: 0.0,
             top: 0.0,
@@ -112,16 +112,14 @@ mod tests {
             bottom: 200.0,
         };
         let mut labeller = Labeller::new(area, Vec::new());
-        for _ in 0..4 {
-            labeller
-                .beside((299.0, 1.0), "PD", 12.0, INK)
-                .expect("the font is built in");
+        let corner = (299.0, 1.0);
+        for at in [corner, (150.0, 100.0), (150.0, 100.0)] {
+            let placed = labeller.beside(at, "PD", 12.0, INK);
+            placed.expect("the font is built in");
         }
         let rooms = &labeller.taken;
-        assert!(!overlap(&rooms[0], &rooms[1]));
-        assert!(
-            area.holds((rooms[0].left, rooms[0].top))
-                && area.holds((rooms[0].right, rooms[0].bottom))
-        );
+        assert!(!overlap(&rooms[1], &rooms[2]));
+        assert!(area.holds((rooms[0].left, rooms[0].top)));
+        assert!(area.holds((rooms[0].right, rooms[0].bottom)));
     }
 }

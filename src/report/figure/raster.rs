@@ -39,6 +39,8 @@ pub(super) fn encode(pixels: &[u8], (width, height): (u32, u32)) -> Result<Vec<u
     let mut encoder = png::Encoder::new(&mut bytes, width, height);
     encoder.set_color(png::ColorType::Rgb);
     encoder.set_depth(png::BitDepth::Eight);
+    encoder.set_compression(png::Compression::Best);
+    encoder.set_filter(png::FilterType::Up);
     let mut writer = encoder.write_header()?;
     writer.write_image_data(pixels)?;
     writer.finish()?;
@@ -189,7 +191,8 @@ impl Canvas<'_> {
     /// A filled rectangle of at least one fine pixel.
     fn rectangle(&mut self, from: Point, to: Point, color: Rgb) -> Result<(), ReportError> {
         let (low, high) = (fine(from), fine(to));
-        let last = ((high.0 - 1).max(low.0), (high.1 - 1).max(low.1));
+        // NOTE: plotters fills up to the second corner, without it.
+        let last = (high.0.max(low.0 + 1), high.1.max(low.1 + 1));
         self.backend
             .draw_rect(low, last, &paint_of(color), true)
             .map_err(refused)

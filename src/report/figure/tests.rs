@@ -18,7 +18,7 @@ fn small() -> Figure {
 fn a_small_figure_is_as_recorded() {
     let svg = small().to_svg().expect("drawn");
     assert_eq!(svg, small().to_svg().expect("drawn again"));
-    insta::assert_snapshot!(svg, @"");
+    insta::assert_snapshot!(svg);
 }
 
 #[test]
@@ -63,7 +63,10 @@ fn values_without_a_place_never_reach_the_picture() {
         [1.0, 1.0],
         [5e-324, 5e-324],
     ];
-    for axes in [Axis::linear as fn(&str) -> Axis, Axis::log10] {
+    for axes in [
+        |label: &str| Axis::linear(label),
+        |label: &str| Axis::log10(label),
+    ] {
         let mut figure = Figure::new(axes("x"), axes("y"));
         figure.guides.push(Guide::Slope {
             through: [-1.0, 0.0],
