@@ -13,3 +13,5 @@ pub mod hybrid;
 pub mod orbit;
 
 pub mod expansion;
+
+pub mod report;
