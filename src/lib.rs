@@ -9,3 +9,7 @@ pub mod model;
 pub mod flow;
 
 pub mod hybrid;
+
+pub mod orbit;
+
+pub mod expansion;

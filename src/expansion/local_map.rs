@@ -1,7 +1,7 @@
 //! The local map: polynomials in offsets, stage by stage.
 
 use crate::jet::Jet;
-use crate::numeric::Dd;
+use crate::numeric::{Dd, Real, Scalar};
 
 /// A local map `P` near a grazing orbit, as the sequence of its stages.
 ///
@@ -90,9 +90,9 @@ pub enum Stage {
 
 /// A leg: each image coordinate as a polynomial in (coordinates; parameters), without constant term.
 #[derive(Clone, Debug)]
-pub struct Leg {
+pub struct Leg<S: Scalar = f64> {
     /// One polynomial per coordinate.
-    pub image: Vec<Jet<f64>>,
+    pub image: Vec<Jet<S>>,
 }
 
 /// A grazing passage in canonical form, with `y = √max(0, depth(x, p))`:
@@ -101,13 +101,52 @@ pub struct Leg {
 /// x_i ↦ x_i + y linear_i(x, p) + y² quadratic_i(x, p)
 /// ```
 #[derive(Clone, Debug)]
-pub struct Contact {
+pub struct Contact<S: Scalar = f64> {
     /// `−h_min`, a polynomial in (coordinates; parameters) without constant term.
-    pub depth: Jet<f64>,
+    pub depth: Jet<S>,
     /// Coefficient of `y`, one polynomial per coordinate.
-    pub linear: Vec<Jet<f64>>,
+    pub linear: Vec<Jet<S>>,
     /// Coefficient of `y²`, one polynomial per coordinate.
+    pub quadratic: Vec<Jet<S>>,
+}
+
+/// The composed form of a map with one passage, with `y = √max(0, depth(x, p))`:
+///
+/// ```text
+/// P_i = smooth_i(x, p) + y linear_i(x, p) + y² quadratic_i(x, p)
+/// ```
+#[derive(Clone, Debug)]
+pub struct ComposedMap {
+    /// `−h_min` seen from the section.
+    pub depth: Jet<f64>,
+    /// `P_smooth`, one polynomial per coordinate.
+    pub smooth: Vec<Jet<f64>>,
+    /// Coefficient of `y`.
+    pub linear: Vec<Jet<f64>>,
+    /// Coefficient of `y²`.
     pub quadratic: Vec<Jet<f64>>,
+}
+
+impl<S: Real> Contact<S> {
+    /// Whether every coefficient is finite.
+    pub fn is_finite(&self) -> bool {
+        let mut jets = self
+            .linear
+            .iter()
+            .chain(&self.quadratic)
+            .chain([&self.depth]);
+        jets.all(Jet::is_finite)
+    }
+
+    /// The coefficients rounded to `f64`.
+    pub fn to_f64(&self) -> Contact {
+        let round = |jets: &[Jet<S>]| jets.iter().map(Jet::to_f64).collect();
+        Contact {
+            depth: self.depth.to_f64(),
+            linear: round(&self.linear),
+            quadratic: round(&self.quadratic),
+        }
+    }
 }
 
 impl LocalMap {
@@ -118,6 +157,9 @@ impl LocalMap {
 
     /// Number of grazing passages.
     pub fn passages(&self) -> usize {
-        self.stages.iter().filter(|stage| matches!(stage, Stage::Contact(_))).count()
+        self.stages
+            .iter()
+            .filter(|stage| matches!(stage, Stage::Contact(_)))
+            .count()
     }
 }

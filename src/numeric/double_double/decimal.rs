@@ -133,6 +133,7 @@ impl<'de> Deserialize<'de> for Dd {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::numeric::sampling::fixed_samples;
     use proptest::prelude::*;
 
     fn read(text: &str) -> Dd {
@@ -210,6 +211,8 @@ mod tests {
     }
 
     proptest! {
+        #![proptest_config(fixed_samples(256))]
+
         #[test]
         fn serialised_numbers_read_back_exactly(hi in proptest::num::f64::NORMAL, part in -1.0..1.0_f64) {
             let number = Dd::new(hi, hi * part * 1e-17);

@@ -107,6 +107,7 @@ fn nearest_axis_or_diagonal(angle: f64) -> Dd {
 mod tests {
     use super::*;
     use crate::numeric::double_double::reference::assert_agrees;
+    use crate::numeric::sampling::fixed_samples;
     use proptest::prelude::*;
 
     #[test]
@@ -206,6 +207,8 @@ mod tests {
     }
 
     proptest! {
+        #![proptest_config(fixed_samples(256))]
+
         #[test]
         fn squares_of_sine_and_cosine_sum_to_one(hi in -1e5..1e5_f64, lo in -1e-12..1e-12_f64) {
             let (sin, cos) = Dd::new(hi, lo).sin_cos();

@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::numeric::Dd;
+use crate::numeric::sampling::fixed_samples;
 use proptest::prelude::*;
 
 /// Ascending coefficients of `product (t - root)`.
@@ -153,7 +154,7 @@ fn spread_roots(cells: usize, gap: f64) -> impl Strategy<Value = Vec<f64>> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(128))]
+    #![proptest_config(fixed_samples(128))]
 
     #[test]
     fn separated_roots_are_all_found_in_double_double(roots in spread_roots(10, 0.1), shift in 0.1..1.0_f64) {

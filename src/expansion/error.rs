@@ -1,0 +1,61 @@
+//! What can go wrong in an expansion.
+
+use crate::flow::FlowError;
+use crate::jet::JetError;
+
+/// Error of an expansion.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum ExpansionError {
+    /// A jet space or an operation on jets.
+    #[error(transparent)]
+    Jet(#[from] JetError),
+    /// The flow under an expansion.
+    #[error(transparent)]
+    Flow(#[from] FlowError),
+    /// The surface is compliant; rigid stops only.
+    #[error("surface `{surface}` is compliant; this expansion knows rigid stops (`impact`) only")]
+    CompliantSurface {
+        /// Name of the surface.
+        surface: String,
+    },
+    /// The graze is not simple.
+    #[error(
+        "h'' = {normal_acceleration:e} at the grazing point: a simple graze needs a positive one"
+    )]
+    DegenerateGraze {
+        /// Normal acceleration at the graze.
+        normal_acceleration: f64,
+    },
+    /// The reset moves a state that only touches.
+    #[error(
+        "the reset of surface `{surface}` moves a state that touches with zero normal velocity (by {displacement:e}): its discontinuity mapping is not the identity at y = 0"
+    )]
+    ResetNotIdentityAtTangency {
+        /// Name of the surface.
+        surface: String,
+        /// Largest coefficient of the displacement.
+        displacement: f64,
+    },
+    /// The orbit handed over does not close on the section.
+    #[error(
+        "the orbit misses its own section point by {defect:e}: it is not periodic to the accuracy of an expansion"
+    )]
+    NotPeriodic {
+        /// Largest constant term of `P_smooth` in offsets.
+        defect: f64,
+    },
+    /// A coefficient is not finite.
+    #[error("a coefficient of {part} is not finite")]
+    NotFinite {
+        /// Which part of the map.
+        part: &'static str,
+    },
+    /// Several passages are not supported by this operation.
+    #[error("{operation} is defined for one grazing passage; this map has {passages}")]
+    SeveralPassages {
+        /// The operation.
+        operation: &'static str,
+        /// Passages of the map.
+        passages: usize,
+    },
+}

@@ -1,0 +1,110 @@
+//! What an expansion needs to know of one grazing passage, lowered for jets.
+
+use std::sync::Arc;
+
+use super::ExpansionError;
+use crate::flow::{Field, InputKind, Program, bound_but};
+use crate::jet::{Jet, JetSpace};
+use crate::model::{Model, NodeId, Response};
+use crate::numeric::{Dd, Real};
+
+/// The surface, its reset and the free field around a graze, inactive parameters folded in.
+#[derive(Clone, Debug)]
+pub struct Passage {
+    /// Name of the surface.
+    pub surface: String,
+    /// Free field with the event function watched, for its series in time and its jets.
+    pub field: Field,
+    /// The reset, a program over jets.
+    pub reset: Program,
+    /// `h'`, then its derivative with respect to each component of the full state, over jets.
+    pub normal_velocity: Program,
+    dimension: usize,
+    parameters: Vec<Dd>,
+    active: Vec<usize>,
+}
+
+impl Passage {
+    /// Lowers the passage of a surface; `parameters` are the values at the graze.
+    ///
+    /// # Errors
+    ///
+    /// [`ExpansionError::CompliantSurface`] if the surface has a contact field.
+    pub fn new(
+        model: &Model,
+        surface: usize,
+        parameters: &[Dd],
+        active: &[usize],
+    ) -> Result<Self, ExpansionError> {
+        let surface = &model.surfaces[surface];
+        let Response::Impact { reset } = &surface.response else {
+            return Err(ExpansionError::CompliantSurface {
+                surface: surface.name.clone(),
+            });
+        };
+        let inputs = jet_inputs(model.dimension(), parameters, active);
+        let mut graph = model.graph.clone();
+        let slopes = (0..model.dimension())
+            .map(|component| graph.derivative(surface.normal_velocity, component));
+        let normal_velocity: Vec<_> = std::iter::once(surface.normal_velocity)
+            .chain(slopes)
+            .collect();
+        Ok(Self {
+            surface: surface.name.clone(),
+            field: Field::free_bound(model, &[surface.event], active, parameters),
+            reset: Program::new(&model.graph, reset, &inputs),
+            normal_velocity: Program::new(&graph, &normal_velocity, &inputs),
+            dimension: model.dimension(),
+            parameters: parameters.to_vec(),
+            active: active.to_vec(),
+        })
+    }
+
+    /// Expressions of the model as a program over jets, the inactive parameters folded in.
+    pub fn jet_program(&self, model: &Model, outputs: &[NodeId]) -> Program {
+        let inputs = jet_inputs(self.dimension, &self.parameters, &self.active);
+        Program::new(&model.graph, outputs, &inputs)
+    }
+
+    /// Length of the full state.
+    pub fn dimension(&self) -> usize {
+        self.dimension
+    }
+
+    /// All parameters as jets: active ones are `p* + variable`, the first active one being variable
+    /// `first_variable` of the space.
+    pub fn parameter_jets<S: Real>(
+        &self,
+        space: &Arc<JetSpace>,
+        first_variable: usize,
+    ) -> Vec<Jet<S>> {
+        parameter_jets(&self.parameters, &self.active, space, first_variable)
+    }
+}
+
+/// All parameters as jets, the active ones as variables from `first_variable` on.
+fn parameter_jets<S: Real>(
+    parameters: &[Dd],
+    active: &[usize],
+    space: &Arc<JetSpace>,
+    first_variable: usize,
+) -> Vec<Jet<S>> {
+    let mut jets: Vec<_> = parameters
+        .iter()
+        .map(|&value| Jet::constant(space, S::from_dd(value)))
+        .collect();
+    for (position, &parameter) in active.iter().enumerate() {
+        jets[parameter] = Jet::variable(
+            space,
+            first_variable + position,
+            S::from_dd(parameters[parameter]),
+        );
+    }
+    jets
+}
+
+/// How each input enters a program over jets: states and active parameters vary, the rest is folded in.
+fn jet_inputs(dimension: usize, parameters: &[Dd], active: &[usize]) -> Vec<InputKind> {
+    let states = (0..dimension).map(|_| InputKind::Variable);
+    states.chain(bound_but(active, parameters)).collect()
+}

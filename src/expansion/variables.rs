@@ -1,0 +1,170 @@
+//! The variables of an expansion and the jet spaces made of them.
+
+use std::sync::Arc;
+
+use super::ExpansionError;
+use crate::jet::{Jet, JetSpace};
+use crate::numeric::Scalar;
+
+/// Weight of a state or parameter deviation where the scene names none; `y` has weight 1.
+pub const DEVIATION_WEIGHT: u32 = 2;
+
+/// The variables (coordinates; active parameters) of an expansion, with their weights.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Variables {
+    /// Names, coordinates first.
+    pub names: Vec<String>,
+    /// Weights, in the same order.
+    pub weights: Vec<u32>,
+    /// How many of them are coordinates.
+    pub coordinates: usize,
+}
+
+impl Variables {
+    /// Number of variables.
+    pub fn len(&self) -> usize {
+        self.weights.len()
+    }
+
+    /// Whether there is none (a section of dimension 0).
+    pub fn is_empty(&self) -> bool {
+        self.weights.is_empty()
+    }
+
+    /// Monomials in (coordinates; parameters) up to a weighted degree.
+    ///
+    /// Weights and degree are divided by their common divisor: with every weight 2 and degree `2N` it
+    /// is the space of total degree `N`.
+    ///
+    /// # Errors
+    ///
+    /// [`ExpansionError::Jet`] if the space would be too large.
+    pub fn smooth_space(&self, weighted_degree: u32) -> Result<Arc<JetSpace>, ExpansionError> {
+        let divisor = self.weights.iter().fold(0, |a, &b| gcd(a, b)).max(1);
+        let weights: Vec<u32> = self.weights.iter().map(|weight| weight / divisor).collect();
+        Ok(JetSpace::new(
+            &weights,
+            (weighted_degree / divisor) as usize,
+        )?)
+    }
+
+    /// Monomials in `(y; coordinates; parameters)` up to a weighted degree.
+    ///
+    /// # Errors
+    ///
+    /// [`ExpansionError::Jet`] if the space would be too large.
+    pub fn contact_space(&self, weighted_degree: u32) -> Result<Arc<JetSpace>, ExpansionError> {
+        let weights: Vec<u32> = std::iter::once(1)
+            .chain(self.weights.iter().copied())
+            .collect();
+        Ok(JetSpace::new(&weights, weighted_degree as usize)?)
+    }
+}
+
+fn gcd(a: u32, b: u32) -> u32 {
+    if b == 0 { a } else { gcd(b, a % b) }
+}
+
+/// Lifts a jet in (coordinates; parameters) to a space that has `y` as its first variable.
+pub(super) fn lift<S: Scalar>(jet: &Jet<S>, contact_space: &Arc<JetSpace>) -> Jet<S> {
+    rebase(jet, contact_space, |exponents, target| {
+        target[1..].copy_from_slice(exponents)
+    })
+}
+
+/// The same polynomial in another space of the same variables, cut at that space's order.
+pub(super) fn respace<S: Scalar>(jet: &Jet<S>, space: &Arc<JetSpace>) -> Jet<S> {
+    rebase(jet, space, |exponents, target| {
+        target.copy_from_slice(exponents)
+    })
+}
+
+/// The coefficient of `y^power` of a jet in `(y; coordinates; parameters)`.
+pub(super) fn coefficient_of_depth_power<S: Scalar>(
+    jet: &Jet<S>,
+    power: u8,
+    space: &Arc<JetSpace>,
+) -> Jet<S> {
+    let mut result = Jet::zero(space);
+    let source = jet.space();
+    for (number, &value) in jet.coefficients().iter().enumerate() {
+        let exponents = source.exponents(number);
+        if exponents[0] == power {
+            add_at(&mut result, &exponents[1..], value);
+        }
+    }
+    result
+}
+
+/// `Σ_k d_{first+2k} depth^k`, where `d_j` is the coefficient of `y^j`: what multiplies `y^first` once `y² = depth` has been used.
+pub(super) fn fold_depth_powers<S: Scalar>(
+    correction: &Jet<S>,
+    first: u8,
+    weight: u32,
+    depth: &Jet<S>,
+    space: &Arc<JetSpace>,
+) -> Jet<S> {
+    let depth = respace(depth, space);
+    let powers: Vec<u8> = (first..=weight.min(255) as u8).step_by(2).collect();
+    powers.iter().rev().fold(Jet::zero(space), |sum, &power| {
+        &(&sum * &depth) + &coefficient_of_depth_power(correction, power, space)
+    })
+}
+
+fn rebase<S: Scalar>(
+    jet: &Jet<S>,
+    space: &Arc<JetSpace>,
+    map: impl Fn(&[u8], &mut [u8]),
+) -> Jet<S> {
+    let mut result = Jet::zero(space);
+    let mut target = vec![0; space.variables()];
+    for (number, &value) in jet.coefficients().iter().enumerate() {
+        map(jet.space().exponents(number), &mut target);
+        add_at(&mut result, &target, value);
+    }
+    result
+}
+
+fn add_at<S: Scalar>(jet: &mut Jet<S>, exponents: &[u8], value: S) {
+    if let Some(monomial) = jet.space().monomial(exponents) {
+        jet.coefficients_mut()[monomial] += value;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn variables(weights: &[u32]) -> Variables {
+        let names = weights.iter().map(|weight| format!("w{weight}")).collect();
+        Variables {
+            names,
+            weights: weights.to_vec(),
+            coordinates: 1,
+        }
+    }
+
+    #[test]
+    fn equal_weights_give_total_degree() {
+        let space = variables(&[2, 2, 2]).smooth_space(10).unwrap();
+        assert_eq!((space.weights(), space.order()), (&[1, 1, 1][..], 5));
+    }
+
+    #[test]
+    fn coprime_weights_are_kept() {
+        let space = variables(&[2, 3]).smooth_space(10).unwrap();
+        assert_eq!((space.weights(), space.order()), (&[2, 3][..], 10));
+    }
+
+    #[test]
+    fn a_depth_power_is_taken_out_of_what_was_lifted() {
+        let variables = variables(&[2, 2]);
+        let small = variables.smooth_space(4).unwrap();
+        let large = variables.contact_space(6).unwrap();
+        let jet = &Jet::variable(&small, 0, 2.0) * &Jet::variable(&small, 1, 3.0);
+        let y = Jet::variable(&large, 0, 0.0);
+        let product = &(&y * &y) * &lift(&jet, &large);
+        let back = coefficient_of_depth_power(&product, 2, &small);
+        assert_eq!(back.coefficients(), jet.coefficients());
+    }
+}
