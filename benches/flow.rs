@@ -129,7 +129,7 @@ fn jets_of_the_period(c: &mut Criterion) {
 
 criterion_group! {
     name = benches;
-    config = Criterion::default().sample_size(20).warm_up_time(std::time::Duration::from_millis(300)).measurement_time(std::time::Duration::from_millis(700));
+    config = Criterion::default().without_plots().sample_size(10).warm_up_time(std::time::Duration::from_millis(300)).measurement_time(std::time::Duration::from_millis(700));
     targets = orbits, jets_of_the_period
 }
 criterion_main!(benches);
