@@ -17,3 +17,5 @@ pub mod expansion;
 pub mod iteration;
 
 pub mod analysis;
+
+pub mod report;

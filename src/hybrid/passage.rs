@@ -312,51 +312,61 @@ impl<S: Real> Piece<S> {
         if left <= S::zero() {
             return positive;
         }
-        let rounding = S::from_f64(S::ROUNDOFF) * length;
+        let noise = S::from_f64(2.0 * S::ROUNDOFF * largest_term(gap, length.to_f64()));
         let mut time = self.guess(gap, left, right);
-        let mut last = length;
-        for _ in 0..200 {
+        for _ in 0..MAX_NEWTON {
             let value = gap.at(time);
             if value > S::zero() {
                 positive = time;
             } else {
                 negative = time;
             }
-            let change = value / gap.slope_at(time);
-            let newton = time - change;
+            let newton = time - value / gap.slope_at(time);
             let inside = newton > positive && newton < negative;
-            if inside
-                && (change.abs() <= rounding
-                    || (change.abs() * S::from_f64(2.0) > last && last < length))
-            {
-                return newton;
-            }
             let next = if inside {
                 newton
             } else {
                 (positive + negative) * S::from_f64(0.5)
             };
-            if next == time || negative - positive <= rounding {
-                return time;
+            if next == time || (value.abs() <= noise && inside) {
+                return next;
             }
-            last = if inside { change.abs() } else { length };
             time = next;
         }
         time
     }
 
-    /// Start of the iteration: a parabola about a minimum, a chord otherwise.
+    /// Start of the iteration: a parabola about the minimum the piece ends at, or about the maximum it
+    /// starts at, whichever is nearer to the zero; a chord otherwise.
     fn guess(&self, gap: &Gap<'_, S>, left: S, right: S) -> S {
         let (start, end) = (self.left.0, self.right.0);
-        if self.stationary {
-            let (_, curvature) = gap.slope_and_curvature(end);
-            let time = end - (-(right + right) / curvature).sqrt();
-            if time > start && time < end {
-                return time;
-            }
+        let from_end = -right < left;
+        let (base, height) = if from_end {
+            (end, right)
+        } else {
+            (start, left)
+        };
+        let (slope, curvature) = gap.slope_and_curvature(base);
+        // Zero of height + slope s + curvature s²/2 on the piece's side of the base.
+        let root = (slope * slope - (height + height) * curvature).sqrt();
+        let time = base + (height + height) / (root - slope);
+        if time > start && time < end {
+            time
+        } else {
+            start + (end - start) * (left / (left - right))
         }
-        start + (end - start) * (left / (left - right))
     }
+}
+
+/// Most Newton and bisection steps to a crossing.
+const MAX_NEWTON: usize = 200;
+
+/// Largest term `|g_k| L^k` of a gap: its rounding is a few units in the last place of this.
+fn largest_term<S: Real>(gap: &Gap<'_, S>, length: f64) -> f64 {
+    gap.value
+        .iter()
+        .rev()
+        .fold(0.0, |size: f64, c| (size * length).max(c.to_f64().abs()))
 }
 
 #[cfg(test)]
