@@ -11,6 +11,8 @@ mod double;
 mod double_double;
 mod error;
 mod lanes;
+pub mod linear;
+pub mod polynomial;
 mod scalar;
 
 pub use bracket::{Bracket, BracketOutcome};
