@@ -8,4 +8,6 @@ pub mod model;
 
 pub mod flow;
 
+pub mod orbit;
+
 pub mod expansion;

@@ -87,7 +87,9 @@ impl<S: Real> Approach<S> {
             minimum_time: raise(&minimum_time),
             depth: -&series.watched(0)[0],
             start: start.iter().map(raise).collect(),
-            states: (0..passage.dimension()).map(|i| series.state(i).iter().map(raise).collect()).collect(),
+            states: (0..passage.dimension())
+                .map(|i| series.state(i).iter().map(raise).collect())
+                .collect(),
             gap: series.watched(0).iter().map(raise).collect(),
             space,
         })
@@ -97,8 +99,11 @@ impl<S: Real> Approach<S> {
     fn impact(&self, passage: &Passage) -> Result<Impact<S>, ExpansionError> {
         let y = Jet::variable(&self.space, 0, S::zero());
         let since_minimum = -&(&y * &self.entry_time_over_depth(&y)?);
-        let entry: Vec<_> =
-            self.states.iter().map(|coefficients| at_series_time(coefficients, &since_minimum)).collect();
+        let entry: Vec<_> = self
+            .states
+            .iter()
+            .map(|coefficients| at_series_time(coefficients, &since_minimum))
+            .collect();
         let parameters = passage.parameter_jets(&self.space, self.first_parameter);
         let inputs: Vec<_> = entry.iter().chain(&parameters).cloned().collect();
         Ok(Impact {
@@ -127,7 +132,8 @@ impl<S: Real> Approach<S> {
             }
             let square = sigma * sigma;
             let value = (&q * &square).add_constant(-S::one());
-            let derivative = &(&q * sigma).scale(S::from_f64(2.0)) + &(&(&slope * &minus_y) * &square);
+            let derivative =
+                &(&q * sigma).scale(S::from_f64(2.0)) + &(&(&slope * &minus_y) * &square);
             (value, derivative)
         })?;
         Ok(root)
@@ -148,19 +154,42 @@ impl<S: Real> Approach<S> {
         for &component in &chart.section.coordinates {
             let correction = &image[component] - &self.start[component];
             self.check_identity_at_zero_depth(passage, &correction)?;
-            linear.push(fold_depth_powers(&correction, 1, weight, &self.depth, &linear_space));
-            quadratic.push(fold_depth_powers(&correction, 2, weight, &self.depth, &quadratic_space));
+            linear.push(fold_depth_powers(
+                &correction,
+                1,
+                weight,
+                &self.depth,
+                &linear_space,
+            ));
+            quadratic.push(fold_depth_powers(
+                &correction,
+                2,
+                weight,
+                &self.depth,
+                &quadratic_space,
+            ));
         }
-        Ok(Contact { depth: self.depth.clone(), linear, quadratic })
+        Ok(Contact {
+            depth: self.depth.clone(),
+            linear,
+            quadratic,
+        })
     }
 
-    fn check_identity_at_zero_depth(&self, passage: &Passage, correction: &Jet<S>) -> Result<(), ExpansionError> {
+    fn check_identity_at_zero_depth(
+        &self,
+        passage: &Passage,
+        correction: &Jet<S>,
+    ) -> Result<(), ExpansionError> {
         let at_zero_depth = coefficient_of_depth_power(correction, 0, self.depth.space());
         let displacement = largest(&at_zero_depth);
         let scale = largest(correction).max(1.0);
         if !(displacement <= 1e6 * S::ROUNDOFF * scale) {
             let surface = passage.surface.clone();
-            return Err(ExpansionError::ResetNotIdentityAtTangency { surface, displacement });
+            return Err(ExpansionError::ResetNotIdentityAtTangency {
+                surface,
+                displacement,
+            });
         }
         Ok(())
     }
@@ -181,11 +210,18 @@ impl<S: Real> Impact<S> {
 
     fn series(&self, passage: &Passage) -> LocalSeries<S> {
         let parameters = passage.parameter_jets(&self.space, self.first_parameter);
-        local_series(&passage.field, &self.state, &parameters, self.space.order().max(2))
+        local_series(
+            &passage.field,
+            &self.state,
+            &parameters,
+            self.space.order().max(2),
+        )
     }
 
     fn states_at(&self, series: &LocalSeries<S>, time: &Jet<S>) -> Vec<Jet<S>> {
-        (0..self.state.len()).map(|component| at_series_time(series.state(component), time)).collect()
+        (0..self.state.len())
+            .map(|component| at_series_time(series.state(component), time))
+            .collect()
     }
 }
 
@@ -200,16 +236,25 @@ fn series_about_minimum<S: Real>(
     let series = local_series(&passage.field, start, parameters, order);
     let normal_acceleration = 2.0 * series.watched(0)[2].head().to_f64();
     if !(normal_acceleration > 0.0 && normal_acceleration.is_finite()) {
-        return Err(ExpansionError::DegenerateGraze { normal_acceleration });
+        return Err(ExpansionError::DegenerateGraze {
+            normal_acceleration,
+        });
     }
     let time = time_of_minimum(series.watched(0), &Jet::zero(start[0].space()))?;
-    let minimum: Vec<_> =
-        (0..start.len()).map(|component| at_series_time(series.state(component), &time)).collect();
-    Ok((time, local_series(&passage.field, &minimum, parameters, order)))
+    let minimum: Vec<_> = (0..start.len())
+        .map(|component| at_series_time(series.state(component), &time))
+        .collect();
+    Ok((
+        time,
+        local_series(&passage.field, &minimum, parameters, order),
+    ))
 }
 
 /// Solves `h'(t) = Σ k h_k t^{k−1} = 0` for the time as a jet.
-pub fn time_of_minimum<S: Real>(gap: &[Jet<S>], start: &Jet<S>) -> Result<Jet<S>, ExpansionError> {
+pub(super) fn time_of_minimum<S: Real>(
+    gap: &[Jet<S>],
+    start: &Jet<S>,
+) -> Result<Jet<S>, ExpansionError> {
     let root = implicit_root(start, |time| {
         let (mut velocity, mut acceleration) = (Jet::zero(time.space()), Jet::zero(time.space()));
         for (power, coefficient) in gap.iter().enumerate().skip(1).rev() {
@@ -222,5 +267,8 @@ pub fn time_of_minimum<S: Real>(gap: &[Jet<S>], start: &Jet<S>) -> Result<Jet<S>
 }
 
 fn largest<S: Real>(jet: &Jet<S>) -> f64 {
-    jet.coefficients().iter().map(|value| value.magnitude()).fold(0.0, f64::max)
+    jet.coefficients()
+        .iter()
+        .map(|value| value.magnitude())
+        .fold(0.0, f64::max)
 }

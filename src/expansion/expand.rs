@@ -6,8 +6,8 @@ use super::passage::Passage;
 use super::section_chart::SectionChart;
 use super::variables::{DEVIATION_WEIGHT, Variables};
 use super::{
-    ActiveParameter, ComposedMap, Contact, ExpansionError, Leg, LocalMap, MapOrders, MapSection, MapWindow,
-    SectionKind, Stage, compose,
+    ActiveParameter, ComposedMap, Contact, ExpansionError, Leg, LocalMap, MapOrders, MapSection,
+    MapWindow, SectionKind, Stage, compose,
 };
 use crate::jet::Jet;
 use crate::model::Scene;
@@ -33,11 +33,24 @@ impl<'a> Expander<'a> {
     pub fn new(scene: &'a Scene, orbit: &'a GrazingOrbit) -> Result<Self, ExpansionError> {
         if orbit.passages.len() != 1 {
             let passages = orbit.passages.len();
-            return Err(ExpansionError::SeveralPassages { operation: "this expansion", passages });
+            return Err(ExpansionError::SeveralPassages {
+                operation: "this expansion",
+                passages,
+            });
         }
         let surface = orbit.grazing_point().surface;
-        let passage = Passage::new(&scene.model, surface, orbit.parameters(), &scene.expansion.active)?;
-        Ok(Self { scene, orbit, passage, variables: variables_of(scene, orbit) })
+        let passage = Passage::new(
+            &scene.model,
+            surface,
+            orbit.parameters(),
+            &scene.expansion.active,
+        )?;
+        Ok(Self {
+            scene,
+            orbit,
+            passage,
+            variables: variables_of(scene, orbit),
+        })
     }
 
     /// The variables (coordinates; active parameters) with their weights.
@@ -59,7 +72,10 @@ impl<'a> Expander<'a> {
     /// A map from parts expanded before: legs by [`legs`](Self::legs), the passage by [`contact`](Self::contact).
     pub fn assemble(&self, orders: MapOrders, legs: Legs, contact: Contact) -> LocalMap {
         let before = legs.before.map(Stage::Leg);
-        let stages = before.into_iter().chain([Stage::Contact(contact), Stage::Leg(legs.after)]).collect();
+        let stages = before
+            .into_iter()
+            .chain([Stage::Contact(contact), Stage::Leg(legs.after)])
+            .collect();
         LocalMap {
             scene: self.scene.identifier.clone(),
             digest: self.scene.digest,
@@ -86,9 +102,24 @@ impl<'a> Expander<'a> {
     ///
     /// See [`discontinuity`].
     pub fn contact_in<S: Real>(&self, weight: u32) -> Result<Contact, ExpansionError> {
-        let contact = discontinuity::<S>(&self.passage, &self.grazing_chart(), &self.variables, weight)?.to_f64();
-        let finite = contact.linear.iter().chain(&contact.quadratic).chain([&contact.depth]).all(Jet::is_finite);
-        if finite { Ok(without_constant_depth(contact)) } else { Err(ExpansionError::NotFinite { part: "D" }) }
+        let contact = discontinuity::<S>(
+            &self.passage,
+            &self.grazing_chart(),
+            &self.variables,
+            weight,
+        )?
+        .to_f64();
+        let finite = contact
+            .linear
+            .iter()
+            .chain(&contact.quadratic)
+            .chain([&contact.depth])
+            .all(Jet::is_finite);
+        if finite {
+            Ok(without_constant_depth(contact))
+        } else {
+            Err(ExpansionError::NotFinite { part: "D" })
+        }
     }
 
     /// The legs to a degree.
@@ -102,13 +133,25 @@ impl<'a> Expander<'a> {
         let (advance, period) = (self.phase_advance(), self.orbit.period);
         let to_graze = self.advance_to_graze();
         if to_graze == Dd::from(0.0) {
-            return Ok(Legs { before: None, after: legs.expand(&graze, &start, period, advance, smooth_order)? });
+            return Ok(Legs {
+                before: None,
+                after: legs.expand(&graze, &start, period, advance, smooth_order)?,
+            });
         }
         let duration = period * to_graze / advance;
         let wrap = self.section_to_graze_wrap(to_graze);
         let before = legs.expand(&start, &graze, duration, wrap, smooth_order)?;
-        let after = legs.expand(&graze, &start, period - duration, advance - wrap, smooth_order)?;
-        Ok(Legs { before: Some(before), after })
+        let after = legs.expand(
+            &graze,
+            &start,
+            period - duration,
+            advance - wrap,
+            smooth_order,
+        )?;
+        Ok(Legs {
+            before: Some(before),
+            after,
+        })
     }
 
     /// `P_smooth` of the whole period, from section to section.
@@ -118,7 +161,13 @@ impl<'a> Expander<'a> {
     /// See [`LegExpansion::expand`].
     pub fn smooth(&self, smooth_order: u32) -> Result<Leg, ExpansionError> {
         let chart = self.section_chart();
-        self.leg_expansion().expand(&chart, &chart, self.orbit.period, self.phase_advance(), smooth_order)
+        self.leg_expansion().expand(
+            &chart,
+            &chart,
+            self.orbit.period,
+            self.phase_advance(),
+            smooth_order,
+        )
     }
 
     /// The composed form of a map.
@@ -132,22 +181,38 @@ impl<'a> Expander<'a> {
 
     fn leg_expansion(&self) -> LegExpansion<'_> {
         let (model, active) = (&self.scene.model, &self.scene.expansion.active);
-        LegExpansion::new(model, &self.passage, &self.variables, self.orbit.parameters(), active)
+        LegExpansion::new(
+            model,
+            &self.passage,
+            &self.variables,
+            self.orbit.parameters(),
+            active,
+        )
     }
 
     /// The chart in which the contact happens: the section itself, at the phase of the graze.
     fn grazing_chart(&self) -> SectionChart {
-        SectionChart { section: self.orbit.section.clone(), point: self.orbit.grazing_point().state.clone() }
+        SectionChart {
+            section: self.orbit.section.clone(),
+            point: self.orbit.grazing_point().state.clone(),
+        }
     }
 
     fn section_chart(&self) -> SectionChart {
-        SectionChart { section: self.orbit.section.clone(), point: self.orbit.section_point.clone() }
+        SectionChart {
+            section: self.orbit.section.clone(),
+            point: self.orbit.section_point.clone(),
+        }
     }
 
     /// Advance of the phase over one period of the orbit; 0 for an autonomous system.
     fn phase_advance(&self) -> Dd {
         let periods = Dd::from(self.scene.grazing.periods as f64);
-        self.scene.model.phase.as_ref().map_or(Dd::from(0.0), |phase| phase.period * periods)
+        self.scene
+            .model
+            .phase
+            .as_ref()
+            .map_or(Dd::from(0.0), |phase| phase.period * periods)
     }
 
     /// Advance of the phase from the section to the graze, in `[0, period)`; 0 on a tangency section.
@@ -159,7 +224,11 @@ impl<'a> Expander<'a> {
         };
         let graze = self.orbit.grazing_point().state[self.scene.model.dimension() - 1];
         let difference = graze - phase;
-        if difference < Dd::from(0.0) { difference + clock.period } else { difference }
+        if difference < Dd::from(0.0) {
+            difference + clock.period
+        } else {
+            difference
+        }
     }
 
     /// What remains of the advance to the graze once the difference of the charts' phases is taken off:
@@ -175,9 +244,22 @@ impl<'a> Expander<'a> {
             PoincareSectionKind::Tangency => (SectionKind::Tangency, None),
             PoincareSectionKind::Stroboscopic { phase } => (SectionKind::Stroboscopic, Some(phase)),
         };
-        let coordinates = section.coordinate_names(&self.scene.model).into_iter().map(str::to_owned).collect();
-        let point = section.coordinates.iter().map(|&component| self.orbit.section_point[component]).collect();
-        MapSection { kind, coordinates, point, phase }
+        let coordinates = section
+            .coordinate_names(&self.scene.model)
+            .into_iter()
+            .map(str::to_owned)
+            .collect();
+        let point = section
+            .coordinates
+            .iter()
+            .map(|&component| self.orbit.section_point[component])
+            .collect();
+        MapSection {
+            kind,
+            coordinates,
+            point,
+            phase,
+        }
     }
 
     fn active_parameters(&self) -> Vec<ActiveParameter> {
@@ -192,8 +274,20 @@ impl<'a> Expander<'a> {
         let window = &self.scene.window;
         MapWindow {
             depth: window.depth,
-            state: self.orbit.section.coordinates.iter().map(|&component| window.state[component]).collect(),
-            parameter: self.scene.expansion.active.iter().map(|&parameter| window.parameter[parameter]).collect(),
+            state: self
+                .orbit
+                .section
+                .coordinates
+                .iter()
+                .map(|&component| window.state[component])
+                .collect(),
+            parameter: self
+                .scene
+                .expansion
+                .active
+                .iter()
+                .map(|&parameter| window.parameter[parameter])
+                .collect(),
         }
     }
 }
@@ -215,11 +309,28 @@ fn without_constant_depth(mut contact: Contact) -> Contact {
 
 fn variables_of(scene: &Scene, orbit: &GrazingOrbit) -> Variables {
     let coordinates = orbit.section.coordinate_names(&scene.model);
-    let parameters = scene.expansion.active.iter().map(|&parameter| scene.model.parameters[parameter].name.as_str());
-    let names: Vec<String> = coordinates.iter().copied().chain(parameters).map(str::to_owned).collect();
+    let parameters = scene
+        .expansion
+        .active
+        .iter()
+        .map(|&parameter| scene.model.parameters[parameter].name.as_str());
+    let names: Vec<String> = coordinates
+        .iter()
+        .copied()
+        .chain(parameters)
+        .map(str::to_owned)
+        .collect();
     let weight = |name: &String| {
-        let given = scene.expansion.weights.iter().find(|(other, _)| other == name);
+        let given = scene
+            .expansion
+            .weights
+            .iter()
+            .find(|(other, _)| other == name);
         given.map_or(DEVIATION_WEIGHT, |(_, weight)| *weight)
     };
-    Variables { weights: names.iter().map(weight).collect(), coordinates: coordinates.len(), names }
+    Variables {
+        weights: names.iter().map(weight).collect(),
+        coordinates: coordinates.len(),
+        names,
+    }
 }

@@ -3,11 +3,11 @@
 use std::sync::Arc;
 
 use super::discontinuity::time_of_minimum;
-use super::passage::{Passage, parameter_jets, parameter_kinds};
+use super::passage::{Passage, jet_inputs};
 use super::section_chart::SectionChart;
 use super::variables::Variables;
 use super::{ExpansionError, Leg};
-use crate::flow::{Field, InputKind, Program, at_series_time, evaluate, jet_transport, local_series};
+use crate::flow::{Field, Program, at_series_time, evaluate, jet_transport, local_series};
 use crate::jet::{Jet, JetSpace};
 use crate::model::Model;
 use crate::numeric::Dd;
@@ -25,8 +25,6 @@ pub struct LegExpansion<'a> {
     model: &'a Model,
     passage: &'a Passage,
     variables: &'a Variables,
-    parameters: &'a [Dd],
-    active: &'a [usize],
     field: Field,
     rate: Option<Program>,
 }
@@ -40,17 +38,16 @@ impl<'a> LegExpansion<'a> {
         parameters: &'a [Dd],
         active: &'a [usize],
     ) -> Self {
-        let kinds = parameter_kinds(parameters, active, InputKind::Variable);
-        let inputs: Vec<_> =
-            vec![InputKind::Variable; model.dimension()].into_iter().chain(kinds.iter().copied()).collect();
+        let inputs = jet_inputs(model, parameters, active);
         Self {
             model,
             passage,
             variables,
-            parameters,
-            active,
-            field: Field::new(&model.graph, &model.flow, &[], &kinds),
-            rate: model.phase.as_ref().map(|phase| Program::new(&model.graph, &[phase.rate], &inputs)),
+            field: Field::free_bound(model, &[], active, parameters),
+            rate: model
+                .phase
+                .as_ref()
+                .map(|phase| Program::new(&model.graph, &[phase.rate], &inputs)),
         }
     }
 
@@ -68,14 +65,29 @@ impl<'a> LegExpansion<'a> {
         phase_advance: Dd,
         smooth_order: u32,
     ) -> Result<Leg, ExpansionError> {
-        let space = self.variables.smooth_space(super::variables::DEVIATION_WEIGHT * smooth_order)?;
+        let space = self
+            .variables
+            .smooth_space(super::variables::DEVIATION_WEIGHT * smooth_order)?;
         let start = from.embed::<f64>(self.passage, &space, 0)?;
-        let parameters = parameter_jets(self.parameters, self.active, &space, self.variables.coordinates);
-        let flown = jet_transport(&self.field, &start, &parameters, duration.to_f64(), TOLERANCE)?;
+        let parameters = self
+            .passage
+            .parameter_jets(&space, self.variables.coordinates);
+        let flown = jet_transport(
+            &self.field,
+            &start,
+            &parameters,
+            duration.to_f64(),
+            TOLERANCE,
+        )?;
         let origin = self.origin(to, phase_advance);
         let state = self.reach(to, &space, &flown.image, &parameters, &origin)?;
         let image = to.offsets(&state, &origin);
-        Ok(Leg { image: image.into_iter().map(without_constant).collect::<Result<_, _>>()? })
+        Ok(Leg {
+            image: image
+                .into_iter()
+                .map(without_constant)
+                .collect::<Result<_, _>>()?,
+        })
     }
 
     /// The point of the far chart, its phase advanced.
@@ -109,7 +121,9 @@ impl<'a> LegExpansion<'a> {
             _ => time_of_minimum(series.watched(0), &Jet::zero(space))?,
         };
         let time = time.add_constant(-time.head());
-        Ok((0..state.len()).map(|component| at_series_time(series.state(component), &time)).collect())
+        Ok((0..state.len())
+            .map(|component| at_series_time(series.state(component), &time))
+            .collect())
     }
 }
 

@@ -131,7 +131,11 @@ impl<S: Real> Contact<S> {
     /// The coefficients rounded to `f64`.
     pub fn to_f64(&self) -> Contact {
         let round = |jets: &[Jet<S>]| jets.iter().map(Jet::to_f64).collect();
-        Contact { depth: self.depth.to_f64(), linear: round(&self.linear), quadratic: round(&self.quadratic) }
+        Contact {
+            depth: self.depth.to_f64(),
+            linear: round(&self.linear),
+            quadratic: round(&self.quadratic),
+        }
     }
 }
 
@@ -143,6 +147,9 @@ impl LocalMap {
 
     /// Number of grazing passages.
     pub fn passages(&self) -> usize {
-        self.stages.iter().filter(|stage| matches!(stage, Stage::Contact(_))).count()
+        self.stages
+            .iter()
+            .filter(|stage| matches!(stage, Stage::Contact(_)))
+            .count()
     }
 }

@@ -19,7 +19,8 @@ pub use error::ExpansionError;
 pub use expand::{Expander, Legs};
 pub use leg::LegExpansion;
 pub use local_map::{
-    ActiveParameter, ComposedMap, Contact, Leg, LocalMap, MapOrders, MapSection, MapWindow, SectionKind, Stage,
+    ActiveParameter, ComposedMap, Contact, Leg, LocalMap, MapOrders, MapSection, MapWindow,
+    SectionKind, Stage,
 };
 pub use passage::Passage;
 pub use section_chart::SectionChart;

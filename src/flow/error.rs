@@ -1,5 +1,7 @@
 //! What can go wrong along a smooth flow.
 
+use crate::jet::JetError;
+
 /// Error of an integration.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum FlowError {
@@ -17,4 +19,7 @@ pub enum FlowError {
         /// Time left.
         remaining: f64,
     },
+    /// The space of jets could not be made.
+    #[error(transparent)]
+    Jet(#[from] JetError),
 }

@@ -1,18 +1,24 @@
 //! Taylor's method: the integrator of every scalar, with dense output.
 //!
-//! Order and step follow Jorba and Zou (2005).
+//! Order and step follow Jorba and Zou (2005); see [`step_control`](super::step_control).
 
 use super::FlowError;
 use super::field::Field;
+use super::step_control::{component_step, order_for};
+use super::time_expansion::expand;
 use crate::jet::TimeSeries;
 use crate::numeric::Real;
 
 /// Taylor integrator of one field over `f64` or double-double.
+///
+/// ```text
+/// x(t + s) = Σ_{k=0}^{n} x_k s^k,   x_{k+1} = f_k / (k + 1)
+/// ```
 #[derive(Clone, Debug)]
 pub struct Integrator<'a, S: Real> {
     field: &'a Field,
     series: TimeSeries,
-    tolerance: f64,
+    max_step: f64,
     tape: Vec<S>,
 }
 
@@ -23,9 +29,15 @@ pub struct Step<'s, S: Real> {
     field: &'s Field,
     tape: &'s [S],
     order: usize,
-    /// Length of the interval on which the polynomials meet the tolerance.
+    /// Length of the interval on which the polynomials meet the tolerance, positive and finite.
     pub length: S,
 }
+
+/// Most steps one flow may take.
+const MAX_STEPS: usize = 1_000_000;
+
+/// Longest step where nothing was asked: reached only where the solution is a polynomial in time.
+const DEFAULT_MAX_STEP: f64 = 1e3;
 
 impl<'a, S: Real> Integrator<'a, S> {
     /// An integrator with the tolerance of the scalar's own roundoff.
@@ -35,11 +47,21 @@ impl<'a, S: Real> Integrator<'a, S> {
 
     /// An integrator with a relative local tolerance, at least the scalar's roundoff.
     pub fn with_tolerance(field: &'a Field, tolerance: f64) -> Self {
-        let tolerance = tolerance.max(S::ROUNDOFF);
-        let order = (-0.5 * tolerance.ln()).ceil() as usize + 2;
-        let series = TimeSeries { order };
-        let tape = vec![S::zero(); field.program().slots() * (order + 1)];
-        Self { field, series, tolerance, tape }
+        let series = TimeSeries {
+            order: order_for(tolerance.max(S::ROUNDOFF)),
+        };
+        let tape = vec![S::zero(); field.time_program().slots() * (series.order + 1)];
+        Self {
+            field,
+            series,
+            max_step: DEFAULT_MAX_STEP,
+            tape,
+        }
+    }
+
+    /// The integrator with another longest step, a positive number.
+    pub fn with_max_step(self, max_step: f64) -> Self {
+        Self { max_step, ..self }
     }
 
     /// Order of the method.
@@ -49,48 +71,47 @@ impl<'a, S: Real> Integrator<'a, S> {
 
     /// Expands the solution about a state.
     ///
+    /// `parameters` holds one value per parameter of the field; those of bound ones are ignored.
+    ///
     /// # Errors
     ///
-    /// [`FlowError::NotFinite`] if a coefficient of the solution is not finite.
+    /// [`FlowError::NotFinite`] if a coefficient of the solution is not finite, or no step is long
+    /// enough to be a number.
     pub fn step(&mut self, state: &[S], parameters: &[S]) -> Result<Step<'_, S>, FlowError> {
         let len = self.series.order + 1;
-        let program = self.field.program();
         for (input, &value) in state.iter().chain(parameters).enumerate() {
-            self.tape[input * len..(input + 1) * len].fill(S::zero());
             self.tape[input * len] = value;
         }
-        let mut scratch = [S::zero()];
-        for degree in 0..=self.series.order {
-            program.advance(&self.series, degree, &mut self.tape, &mut scratch);
-            if degree < self.series.order {
-                let factor = S::one() / S::from_f64((degree + 1) as f64);
-                for component in 0..self.field.dimension() {
-                    self.tape[component * len + degree + 1] =
-                        self.tape[program.output(component) * len + degree] * factor;
-                }
-            }
-        }
-        let length = self.step_length()?;
-        Ok(Step { field: self.field, tape: &self.tape, order: self.series.order, length: S::from_f64(length) })
+        expand(self.field, &self.series, &mut self.tape, &mut [S::zero()]);
+        let length = S::from_f64(self.step_length()?);
+        Ok(Step {
+            field: self.field,
+            tape: &self.tape,
+            order: self.series.order,
+            length,
+        })
     }
 
-    /// Jorba and Zou's step: the radius of convergence estimated from the last two coefficients, over e².
     fn step_length(&self) -> Result<f64, FlowError> {
-        let order = self.series.order;
-        let norm = |degree: usize| self.state_norm(degree);
-        let scale = norm(0).max(norm(1)).max(1e-300);
-        let (last, before) = (norm(order), norm(order - 1));
-        if !(last.is_finite() && before.is_finite() && scale.is_finite()) {
-            return Err(FlowError::NotFinite { degree: order });
-        }
-        let radius = |coefficient: f64, degree: usize| (scale / coefficient.max(1e-300)).powf(1.0 / degree as f64);
-        let radius = radius(last, order).min(radius(before, order - 1));
-        Ok(radius * (self.tolerance.ln() / (order as f64)).exp().max((-2.0f64).exp() * 0.9).min(0.9))
-    }
-
-    fn state_norm(&self, degree: usize) -> f64 {
         let len = self.series.order + 1;
-        (0..self.field.dimension()).map(|component| self.tape[component * len + degree].magnitude()).fold(0.0, f64::max)
+        let mut step = self.max_step;
+        for component in 0..self.field.dimension() {
+            let coefficients = &self.tape[component * len..(component + 1) * len];
+            if let Some(degree) = coefficients.iter().position(|value| !value.is_finite()) {
+                return Err(FlowError::NotFinite { degree });
+            }
+            step = step.min(component_step(
+                |degree| coefficients[degree].magnitude(),
+                len - 1,
+            ));
+        }
+        if step > 0.0 {
+            Ok(step)
+        } else {
+            Err(FlowError::NotFinite {
+                degree: self.series.order,
+            })
+        }
     }
 
     /// The state after a duration of either sign.
@@ -98,7 +119,12 @@ impl<'a, S: Real> Integrator<'a, S> {
     /// # Errors
     ///
     /// [`FlowError::NotFinite`] as [`step`](Self::step), [`FlowError::TooManySteps`] after a million steps.
-    pub fn flow(&mut self, state: &[S], parameters: &[S], duration: S) -> Result<Vec<S>, FlowError> {
+    pub fn flow(
+        &mut self,
+        state: &[S],
+        parameters: &[S],
+        duration: S,
+    ) -> Result<Vec<S>, FlowError> {
         let mut state = state.to_vec();
         let mut remaining = duration;
         for _ in 0..MAX_STEPS {
@@ -106,18 +132,21 @@ impl<'a, S: Real> Integrator<'a, S> {
                 return Ok(state);
             }
             let step = self.step(&state, parameters)?;
-            let length = if remaining.abs() <= step.length { remaining } else { step.length * remaining.signum() };
-            let mut next = state.clone();
-            step.state_at(length, &mut next);
+            let last = remaining.abs() <= step.length;
+            let length = if last {
+                remaining
+            } else {
+                step.length * remaining.signum()
+            };
+            step.state_at(length, &mut state);
             remaining -= length;
-            state = next;
         }
-        Err(FlowError::TooManySteps { limit: MAX_STEPS, remaining: remaining.to_f64() })
+        Err(FlowError::TooManySteps {
+            limit: MAX_STEPS,
+            remaining: remaining.to_f64(),
+        })
     }
 }
-
-/// Most steps one flow may take.
-const MAX_STEPS: usize = 1_000_000;
 
 impl<S: Real> Step<'_, S> {
     /// Taylor coefficients of a state component.
@@ -127,7 +156,11 @@ impl<S: Real> Step<'_, S> {
 
     /// Taylor coefficients of a watched function.
     pub fn watched_coefficients(&self, watched: usize) -> &[S] {
-        self.slot(self.field.program().output(self.field.dimension() + watched))
+        self.slot(
+            self.field
+                .time_program()
+                .output(self.field.dimension() + watched),
+        )
     }
 
     /// The state at a time since the start of the step.
@@ -135,6 +168,11 @@ impl<S: Real> Step<'_, S> {
         for (component, value) in state.iter_mut().enumerate() {
             *value = horner(self.state_coefficients(component), time);
         }
+    }
+
+    /// A state component at a time since the start of the step.
+    pub fn component_at(&self, component: usize, time: S) -> S {
+        horner(self.state_coefficients(component), time)
     }
 
     fn slot(&self, slot: usize) -> &[S] {
@@ -145,7 +183,10 @@ impl<S: Real> Step<'_, S> {
 
 /// Value of a polynomial, coefficients in ascending powers.
 pub fn horner<S: Real>(coefficients: &[S], at: S) -> S {
-    coefficients.iter().rev().fold(S::zero(), |sum, &coefficient| sum.mul_add(at, coefficient))
+    coefficients
+        .iter()
+        .rev()
+        .fold(S::zero(), |sum, &coefficient| sum.mul_add(at, coefficient))
 }
 
 #[cfg(test)]
@@ -162,17 +203,29 @@ mod tests {
         let amplitude = S::from_f64(0.7);
         let state = [S::from_f64(0.3), S::from_f64(-0.2), S::zero()];
         let period = S::from_dd(Dd::TWO_PI) / omega;
-        let end = Integrator::new(&field).flow(&state, &[S::zero(), amplitude, omega], period).unwrap();
+        let end = Integrator::new(&field)
+            .flow(&state, &[S::zero(), amplitude, omega], period)
+            .unwrap();
         let forced = amplitude / (S::one() - omega * omega);
         let (sine, cosine) = period.sin_cos();
         let (b, c) = (state[0] - forced, state[1]);
         let expected = [forced + b * cosine + c * sine, c * cosine - b * sine];
-        (0..2).map(|i| (end[i] - expected[i]).magnitude()).fold(0.0, f64::max)
+        (0..2)
+            .map(|i| (end[i] - expected[i]).magnitude())
+            .fold(0.0, f64::max)
     }
 
     #[test]
     fn linear_oscillator_returns_to_roundoff_after_one_period() {
-        assert!(one_period_error::<f64>() < 4e-15, "{:e}", one_period_error::<f64>());
-        assert!(one_period_error::<Dd>() < 1e-29, "{:e}", one_period_error::<Dd>());
+        assert!(
+            one_period_error::<f64>() < 4e-15,
+            "{:e}",
+            one_period_error::<f64>()
+        );
+        assert!(
+            one_period_error::<Dd>() < 1e-29,
+            "{:e}",
+            one_period_error::<Dd>()
+        );
     }
 }

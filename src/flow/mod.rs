@@ -6,12 +6,20 @@ mod error;
 mod evaluation;
 mod field;
 mod integrator;
+mod jet_transport;
+mod local_series;
 mod program;
 #[cfg(test)]
 mod samples;
+mod step_control;
+mod time_expansion;
+mod variational;
 
 pub use error::FlowError;
 pub use evaluation::evaluate;
-pub use field::Field;
+pub use field::{Field, bound_but};
 pub use integrator::{Integrator, Step, horner};
+pub use jet_transport::{JetFlow, jet_transport, jet_transport_taylor};
+pub use local_series::{LocalSeries, at_series_time, local_series};
 pub use program::{InputKind, Program};
+pub use variational::flow_with_jacobian;

@@ -7,7 +7,9 @@
 
 use std::collections::HashMap;
 
-use crate::jet::elementary::{atan2, exp, hyperbolic, power, primitive, product_part, quotient, sqrt, trigonometric};
+use crate::jet::elementary::{
+    atan2, exp, hyperbolic, power, primitive, product_part, quotient, sqrt, trigonometric,
+};
 use crate::jet::{Graded, HeadFunction};
 use crate::model::{Binary, ExpressionGraph, Node, NodeId, Unary};
 use crate::numeric::{Dd, Scalar};
@@ -19,6 +21,8 @@ pub enum InputKind {
     Variable,
     /// Only the head is non-zero: a parameter in a time series.
     HeadOnly,
+    /// Only the parts of degree 0 and 1 are non-zero, in a series in time: the phase of a forcing.
+    LinearInTime,
     /// A number, folded into the program.
     Bound(Dd),
 }
@@ -38,20 +42,68 @@ enum Operation {
     Scale(Slot, Dd),
     AddConstant(Slot, Dd),
     /// Product with a slot of which only the head is non-zero.
-    MulByHead { head: Slot, factor: Slot },
+    MulByHead {
+        head: Slot,
+        factor: Slot,
+    },
     Mul(Slot, Slot),
     Div(Slot, Slot),
     Sqrt(Slot),
-    Exp { a: Slot, euler_a: Slot },
-    Sine { a: Slot, euler_a: Slot, cosine: Slot },
-    Cosine { a: Slot, euler_a: Slot, sine: Slot },
-    Sinh { a: Slot, euler_a: Slot, cosh: Slot },
-    Cosh { a: Slot, euler_a: Slot, sinh: Slot },
-    Primitive { function: HeadFunction, a: Slot, w: Slot, euler_u: Slot },
-    Power { a: Slot, exponent: Dd, euler_a: Slot, euler_u: Slot },
-    Atan2 { y: Slot, x: Slot, euler_y: Slot, euler_x: Slot, w: Slot, euler_u: Slot },
+    Exp {
+        a: Slot,
+        euler_a: Slot,
+    },
+    Sine {
+        a: Slot,
+        euler_a: Slot,
+        cosine: Slot,
+    },
+    Cosine {
+        a: Slot,
+        euler_a: Slot,
+        sine: Slot,
+    },
+    /// Sine or cosine of a slot linear in time; its partner is `partner`.
+    OfPhase {
+        function: HeadFunction,
+        a: Slot,
+        partner: Slot,
+    },
+    Sinh {
+        a: Slot,
+        euler_a: Slot,
+        cosh: Slot,
+    },
+    Cosh {
+        a: Slot,
+        euler_a: Slot,
+        sinh: Slot,
+    },
+    Primitive {
+        function: HeadFunction,
+        a: Slot,
+        w: Slot,
+        euler_u: Slot,
+    },
+    Power {
+        a: Slot,
+        exponent: Dd,
+        euler_a: Slot,
+        euler_u: Slot,
+    },
+    Atan2 {
+        y: Slot,
+        x: Slot,
+        euler_y: Slot,
+        euler_x: Slot,
+        w: Slot,
+        euler_u: Slot,
+    },
     /// `sign(head of a) · b`, constant sign: `abs` and the corners of `min` and `max`.
-    SignTimes { a: Slot, b: Slot },
+    SignTimes {
+        a: Slot,
+        b: Slot,
+    },
     /// The sign of the head, a constant.
     Sign(Slot),
 }
@@ -60,6 +112,9 @@ enum Operation {
 #[derive(Clone, Debug)]
 pub struct Program {
     operations: Vec<Operation>,
+    supports: Vec<Support>,
+    /// Slots with a part of degree 0, 1, and 2 or more.
+    reaching: [Vec<Slot>; 3],
     inputs: usize,
     outputs: Vec<Slot>,
 }
@@ -73,7 +128,20 @@ impl Program {
         lowering.mark_needed(outputs);
         lowering.lower_nodes();
         let outputs = outputs.iter().map(|&node| lowering.slot_of(node)).collect();
-        Self { operations: lowering.operations, inputs: inputs.len(), outputs }
+        let reaching = [0, 1, 2].map(|degree| {
+            let reaches = |&slot: &Slot| lowering.support[slot].reaches(degree);
+            (inputs.len()..lowering.operations.len())
+                .filter(reaches)
+                .collect()
+        });
+        let supports = lowering.support;
+        Self {
+            operations: lowering.operations,
+            supports,
+            reaching,
+            inputs: inputs.len(),
+            outputs,
+        }
     }
 
     /// Number of slots: a tape holds `slots · element_len` scalars.
@@ -96,6 +164,17 @@ impl Program {
         self.outputs[output]
     }
 
+    /// Whether the linear part of a slot in a variable is that of the Euler derivative of a function:
+    /// at degree `k` it carries the factor `k`.
+    pub(crate) fn is_euler(&self, slot: usize) -> bool {
+        matches!(self.operations[slot], Operation::Euler(_))
+    }
+
+    /// Whether a slot is the same number whatever the inputs.
+    pub(crate) fn is_number(&self, slot: usize) -> bool {
+        matches!(self.supports[slot], Support::Number(_))
+    }
+
     /// Number of products of two full elements per evaluation: the unit of cost.
     pub fn products(&self) -> usize {
         let is_product = |operation: &&Operation| {
@@ -109,6 +188,7 @@ impl Program {
                     | Operation::Neg(_)
                     | Operation::Scale(..)
                     | Operation::AddConstant(..)
+                    | Operation::OfPhase { .. }
                     | Operation::SignTimes { .. }
                     | Operation::Sign(_)
             )
@@ -120,13 +200,28 @@ impl Program {
     ///
     /// `tape` holds the slots one after another, each [`Graded::element_len`] scalars; `scratch` at
     /// least the length of the largest part. Parts of lower degree must have been computed before and
-    /// the inputs' parts of this degree filled in.
-    pub fn advance<S: Scalar, A: Graded<S>>(&self, algebra: &A, degree: usize, tape: &mut [S], scratch: &mut [S]) {
+    /// the inputs' parts of this degree filled in. Parts that vanish whatever the inputs (beyond the head
+    /// of a constant, say) are not written: the tape must be zero there.
+    pub fn advance<S: Scalar, A: Graded<S>>(
+        &self,
+        algebra: &A,
+        degree: usize,
+        tape: &mut [S],
+        scratch: &mut [S],
+    ) {
         let len = algebra.element_len();
         let part = algebra.part(degree);
         let out = &mut scratch[..part.len()];
-        for (slot, operation) in self.operations.iter().enumerate().skip(self.inputs) {
-            run(operation, slot, algebra, degree, len, tape, out);
+        for &slot in &self.reaching[degree.min(2)] {
+            run(
+                &self.operations[slot],
+                slot,
+                algebra,
+                degree,
+                len,
+                tape,
+                out,
+            );
             tape[slot * len + part.start..slot * len + part.end].copy_from_slice(out);
         }
     }
@@ -168,14 +263,39 @@ fn run<S: Scalar, A: Graded<S>>(
             algebra.multiply_by_head(k, element(head), part(factor), out);
         }
         Operation::Mul(a, b) => product_part(algebra, k, element(a), element(b), out),
-        Operation::Div(a, b) => quotient::part(algebra, k, element(a), element(b), element(slot), out),
+        Operation::Div(a, b) => {
+            quotient::part(algebra, k, element(a), element(b), element(slot), out)
+        }
         Operation::Sqrt(a) => sqrt::part(algebra, k, element(a), element(slot), out),
-        Operation::Exp { a, euler_a } => exp::part(algebra, k, element(a), element(euler_a), element(slot), out),
+        Operation::Exp { a, euler_a } => {
+            exp::part(algebra, k, element(a), element(euler_a), element(slot), out)
+        }
         Operation::Sine { a, euler_a, cosine } => {
-            trigonometric::sine_part(algebra, k, element(a), element(euler_a), element(cosine), out);
+            trigonometric::sine_part(
+                algebra,
+                k,
+                element(a),
+                element(euler_a),
+                element(cosine),
+                out,
+            );
         }
         Operation::Cosine { a, euler_a, sine } => {
-            trigonometric::cosine_part(algebra, k, element(a), element(euler_a), element(sine), out);
+            trigonometric::cosine_part(
+                algebra,
+                k,
+                element(a),
+                element(euler_a),
+                element(sine),
+                out,
+            );
+        }
+        Operation::OfPhase {
+            function,
+            a,
+            partner,
+        } => {
+            phase_part(algebra, function, k, element(a), element(partner), out);
         }
         Operation::Sinh { a, euler_a, cosh } => {
             hyperbolic::sinh_part(algebra, k, element(a), element(euler_a), element(cosh), out);
@@ -183,14 +303,48 @@ fn run<S: Scalar, A: Graded<S>>(
         Operation::Cosh { a, euler_a, sinh } => {
             hyperbolic::cosh_part(algebra, k, element(a), element(euler_a), element(sinh), out);
         }
-        Operation::Primitive { function, a, w, euler_u } => {
-            primitive::part(algebra, function, k, element(a), element(w), element(euler_u), out);
+        Operation::Primitive {
+            function,
+            a,
+            w,
+            euler_u,
+        } => {
+            primitive::part(
+                algebra,
+                function,
+                k,
+                element(a),
+                element(w),
+                element(euler_u),
+                out,
+            );
         }
-        Operation::Power { a, exponent, euler_a, euler_u } => {
+        Operation::Power {
+            a,
+            exponent,
+            euler_a,
+            euler_u,
+        } => {
             let exponent = S::from_dd(exponent);
-            power::part(algebra, exponent, k, element(a), element(euler_a), element(slot), element(euler_u), out);
+            power::part(
+                algebra,
+                exponent,
+                k,
+                element(a),
+                element(euler_a),
+                element(slot),
+                element(euler_u),
+                out,
+            );
         }
-        Operation::Atan2 { y, x, euler_y, euler_x, w, euler_u } => {
+        Operation::Atan2 {
+            y,
+            x,
+            euler_y,
+            euler_x,
+            w,
+            euler_u,
+        } => {
             let (y, x, ey, ex) = (element(y), element(x), element(euler_y), element(euler_x));
             atan2::part(algebra, k, y, x, ey, ex, element(w), element(euler_u), out);
         }
@@ -200,6 +354,34 @@ fn run<S: Scalar, A: Graded<S>>(
         }
         Operation::Sign(a) => constant_part(k, element(a)[0].signum(), out),
     }
+}
+
+/// Part of degree `k` of `u = sin a` or `cos a` where `a = a_0 + a_1`, `c` being the other of the two:
+///
+/// ```text
+/// u_k = ±(1/k) a_1 c_{k−1}
+/// ```
+fn phase_part<S: Scalar, A: Graded<S>>(
+    algebra: &A,
+    function: HeadFunction,
+    degree: usize,
+    a: &[S],
+    partner: &[S],
+    out: &mut [S],
+) {
+    if degree == 0 {
+        return algebra.head(function, &a[algebra.part(0)], out);
+    }
+    out.fill(S::zero());
+    let slope = &a[algebra.part(1).start..];
+    algebra.multiply_by_head(degree, slope, &partner[algebra.part(degree - 1)], out);
+    let sign = if function == HeadFunction::Cos {
+        -1.0
+    } else {
+        1.0
+    };
+    let factor = S::from_f64(sign) / S::from_f64(degree as f64);
+    out.iter_mut().for_each(|value| *value *= factor);
 }
 
 fn constant_part<S: Scalar>(degree: usize, value: S, out: &mut [S]) {
@@ -228,7 +410,19 @@ fn zip<S: Scalar>(a: &[S], b: &[S], out: &mut [S], f: impl Fn(S, S) -> S) {
 enum Support {
     Number(Dd),
     Head,
+    Linear,
     Full,
+}
+
+impl Support {
+    /// Whether a part of a degree can be non-zero (degree 2 stands for all higher ones).
+    fn reaches(self, degree: usize) -> bool {
+        match self {
+            Support::Number(_) | Support::Head => degree == 0,
+            Support::Linear => degree <= 1,
+            Support::Full => true,
+        }
+    }
 }
 
 /// The state of a lowering.
@@ -256,6 +450,7 @@ impl<'a> Lowering<'a> {
         let support = |kind: &InputKind| match *kind {
             InputKind::Variable => Support::Full,
             InputKind::HeadOnly => Support::Head,
+            InputKind::LinearInTime => Support::Linear,
             InputKind::Bound(value) => Support::Number(value),
         };
         Self {
@@ -345,19 +540,42 @@ impl<'a> Lowering<'a> {
         }
     }
 
-    /// Support of a result of these operands, numbers having been folded before.
+    /// Support of a function of these operands, numbers having been folded before.
     fn joint(&self, operands: &[Slot]) -> Support {
-        let full = operands.iter().any(|&slot| self.support[slot] == Support::Full);
-        if full { Support::Full } else { Support::Head }
+        let beyond_head = operands.iter().any(|&slot| self.support[slot].reaches(1));
+        if beyond_head {
+            Support::Full
+        } else {
+            Support::Head
+        }
+    }
+
+    /// Support of a sum.
+    fn joint_of_sum(&self, a: Slot, b: Slot) -> Support {
+        let full = [a, b]
+            .iter()
+            .any(|&slot| self.support[slot] == Support::Full);
+        let linear = [a, b]
+            .iter()
+            .any(|&slot| self.support[slot] == Support::Linear);
+        match (full, linear) {
+            (true, _) => Support::Full,
+            (false, true) => Support::Linear,
+            (false, false) => Support::Head,
+        }
     }
 
     fn constant(&mut self, value: Dd) -> Slot {
         let key = SharedKey::Constant(value.hi.to_bits(), value.lo.to_bits());
-        self.shared(key, |this| this.push(Operation::Constant(value), Support::Number(value)))
+        self.shared(key, |this| {
+            this.push(Operation::Constant(value), Support::Number(value))
+        })
     }
 
     fn euler(&mut self, a: Slot) -> Slot {
-        self.shared(SharedKey::Euler(a), |this| this.push(Operation::Euler(a), Support::Full))
+        self.shared(SharedKey::Euler(a), |this| {
+            this.push(Operation::Euler(a), this.joint(&[a]))
+        })
     }
 
     fn neg(&mut self, a: Slot) -> Slot {
@@ -384,7 +602,7 @@ impl<'a> Lowering<'a> {
             (Some(a), Some(b)) => self.constant(a + b),
             (Some(value), None) => self.push(Operation::AddConstant(b, value), self.support[b]),
             (None, Some(value)) => self.push(Operation::AddConstant(a, value), self.support[a]),
-            (None, None) => self.push(Operation::Add(a, b), self.joint(&[a, b])),
+            (None, None) => self.push(Operation::Add(a, b), self.joint_of_sum(a, b)),
         }
     }
 
@@ -392,7 +610,7 @@ impl<'a> Lowering<'a> {
         match (self.number(a), self.number(b)) {
             (Some(a), Some(b)) => self.constant(a - b),
             (None, Some(value)) => self.push(Operation::AddConstant(a, -value), self.support[a]),
-            _ => self.push(Operation::Sub(a, b), self.joint(&[a, b])),
+            _ => self.push(Operation::Sub(a, b), self.joint_of_sum(a, b)),
         }
     }
 
@@ -404,9 +622,13 @@ impl<'a> Lowering<'a> {
             (Support::Number(a), Support::Number(b)) => self.constant(a * b),
             (Support::Number(factor), _) => self.push(Operation::Scale(b, factor), self.support[b]),
             (_, Support::Number(factor)) => self.push(Operation::Scale(a, factor), self.support[a]),
-            (Support::Head, support) => self.push(Operation::MulByHead { head: a, factor: b }, support),
-            (Support::Full, Support::Head) => self.push(Operation::MulByHead { head: b, factor: a }, Support::Full),
-            (Support::Full, Support::Full) => self.push(Operation::Mul(a, b), Support::Full),
+            (Support::Head, support) => {
+                self.push(Operation::MulByHead { head: a, factor: b }, support)
+            }
+            (support, Support::Head) => {
+                self.push(Operation::MulByHead { head: b, factor: a }, support)
+            }
+            _ => self.push(Operation::Mul(a, b), Support::Full),
         }
     }
 
@@ -414,13 +636,20 @@ impl<'a> Lowering<'a> {
         if let Some(value) = self.number(a) {
             return self.constant(value * value);
         }
-        self.shared(SharedKey::Square(a), |this| this.push(Operation::Mul(a, a), this.support[a]))
+        self.shared(SharedKey::Square(a), |this| {
+            this.push(Operation::Mul(a, a), this.joint(&[a]))
+        })
     }
 
     fn div(&mut self, a: Slot, b: Slot) -> Slot {
         match (self.number(a), self.number(b)) {
             (Some(a), Some(b)) => self.constant(a / b),
             (None, Some(b)) => self.mul_by_inverse(a, b),
+            _ if self.support[b] == Support::Head && self.support[a].reaches(1) => {
+                let one = self.constant(Dd::from(1.0));
+                let inverse = self.push(Operation::Div(one, b), Support::Head);
+                self.mul(a, inverse)
+            }
             _ => self.push(Operation::Div(a, b), self.joint(&[a, b])),
         }
     }
@@ -444,14 +673,26 @@ impl<'a> Lowering<'a> {
         }
         let one = self.constant(Dd::from(1.0));
         let power = result.unwrap_or(one);
-        if exponent < 0 { self.div(one, power) } else { power }
+        if exponent < 0 {
+            self.div(one, power)
+        } else {
+            power
+        }
     }
 
     fn power_real(&mut self, a: Slot, exponent: Dd) -> Slot {
         let euler_a = self.euler(a);
         let euler_u = self.operations.len() + 1;
-        let u = self.push(Operation::Power { a, exponent, euler_a, euler_u }, self.joint(&[a]));
-        self.push(Operation::Euler(u), Support::Full);
+        let u = self.push(
+            Operation::Power {
+                a,
+                exponent,
+                euler_a,
+                euler_u,
+            },
+            self.joint(&[a]),
+        );
+        self.push(Operation::Euler(u), self.joint(&[u]));
         u
     }
 
@@ -505,18 +746,60 @@ impl<'a> Lowering<'a> {
 
     fn primitive(&mut self, function: HeadFunction, a: Slot, w: Slot) -> Slot {
         let euler_u = self.operations.len() + 1;
-        let u = self.push(Operation::Primitive { function, a, w, euler_u }, self.joint(&[a]));
-        self.push(Operation::Euler(u), Support::Full);
+        let u = self.push(
+            Operation::Primitive {
+                function,
+                a,
+                w,
+                euler_u,
+            },
+            self.joint(&[a]),
+        );
+        self.push(Operation::Euler(u), self.joint(&[u]));
         u
     }
 
     /// The sine; the cosine is the slot after it.
     fn circular(&mut self, a: Slot) -> Slot {
+        if self.support[a] == Support::Linear {
+            return self.circular_of_phase(a);
+        }
         let euler_a = self.euler(a);
         self.shared(SharedKey::Circular(a), |this| {
             let (sine, support) = (this.operations.len(), this.joint(&[a]));
-            this.push(Operation::Sine { a, euler_a, cosine: sine + 1 }, support);
+            this.push(
+                Operation::Sine {
+                    a,
+                    euler_a,
+                    cosine: sine + 1,
+                },
+                support,
+            );
             this.push(Operation::Cosine { a, euler_a, sine }, support);
+            sine
+        })
+    }
+
+    /// The sine of a slot linear in time; the cosine is the slot after it.
+    fn circular_of_phase(&mut self, a: Slot) -> Slot {
+        self.shared(SharedKey::Circular(a), |this| {
+            let sine = this.operations.len();
+            this.push(
+                Operation::OfPhase {
+                    function: HeadFunction::Sin,
+                    a,
+                    partner: sine + 1,
+                },
+                Support::Full,
+            );
+            this.push(
+                Operation::OfPhase {
+                    function: HeadFunction::Cos,
+                    a,
+                    partner: sine,
+                },
+                Support::Full,
+            );
             sine
         })
     }
@@ -526,7 +809,14 @@ impl<'a> Lowering<'a> {
         let euler_a = self.euler(a);
         self.shared(SharedKey::Hyperbolic(a), |this| {
             let (sinh, support) = (this.operations.len(), this.joint(&[a]));
-            this.push(Operation::Sinh { a, euler_a, cosh: sinh + 1 }, support);
+            this.push(
+                Operation::Sinh {
+                    a,
+                    euler_a,
+                    cosh: sinh + 1,
+                },
+                support,
+            );
             this.push(Operation::Cosh { a, euler_a, sinh }, support);
             sinh
         })
@@ -537,13 +827,28 @@ impl<'a> Lowering<'a> {
         let (y_square, x_square) = (self.square(y), self.square(x));
         let w = self.add(y_square, x_square);
         let euler_u = self.operations.len() + 1;
-        let u = self.push(Operation::Atan2 { y, x, euler_y, euler_x, w, euler_u }, self.joint(&[y, x]));
-        self.push(Operation::Euler(u), Support::Full);
+        let u = self.push(
+            Operation::Atan2 {
+                y,
+                x,
+                euler_y,
+                euler_x,
+                w,
+                euler_u,
+            },
+            self.joint(&[y, x]),
+        );
+        self.push(Operation::Euler(u), self.joint(&[u]));
         u
     }
 
     /// `min` and `max` from `(a + b)/2` and `|a − b|/2`.
-    fn select(&mut self, a: Slot, b: Slot, combine: impl FnOnce(&mut Self, Slot, Slot) -> Slot) -> Slot {
+    fn select(
+        &mut self,
+        a: Slot,
+        b: Slot,
+        combine: impl FnOnce(&mut Self, Slot, Slot) -> Slot,
+    ) -> Slot {
         let half = self.constant(Dd::from(0.5));
         let (sum, gap) = (self.add(a, b), self.sub(a, b));
         let (mean, half_gap) = (self.mul(sum, half), self.mul(gap, half));

@@ -13,6 +13,8 @@ mod error;
 mod lanes;
 pub mod linear;
 pub mod polynomial;
+#[cfg(test)]
+mod sampling;
 mod scalar;
 
 pub use bracket::{Bracket, BracketOutcome};

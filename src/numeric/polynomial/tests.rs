@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::numeric::Dd;
+use crate::numeric::sampling::fixed_samples;
 use proptest::prelude::*;
 
 /// Ascending coefficients of `product (t - root)`.
@@ -139,7 +140,7 @@ fn level_inflection_is_crossed_once_and_turns_nowhere() {
     // The cube root of the rounding.
     assert!((found[0].time - decimal("0.3")).abs().hi < 1e-10);
     let turns = extrema(&coefficients, Dd::ONE);
-    assert!(turns.len() % 2 == 0, "{turns:?}");
+    assert!(turns.len().is_multiple_of(2), "{turns:?}");
 }
 
 /// Roots at least `gap` apart: sorted cells of width `2 gap`, each holding a root at most in its first half.
@@ -153,7 +154,7 @@ fn spread_roots(cells: usize, gap: f64) -> impl Strategy<Value = Vec<f64>> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(128))]
+    #![proptest_config(fixed_samples(128))]
 
     #[test]
     fn separated_roots_are_all_found_in_double_double(roots in spread_roots(10, 0.1), shift in 0.1..1.0_f64) {

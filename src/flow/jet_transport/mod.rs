@@ -1,0 +1,16 @@
+//! Jets of a flow over a time: two methods that share nothing but the field's program.
+
+mod block;
+mod collocation;
+mod element;
+mod gauss;
+mod nominal;
+mod solver;
+mod taylor;
+
+pub use collocation::{JetFlow, jet_transport};
+pub(crate) use taylor::JetExpansion;
+pub use taylor::jet_transport_taylor;
+
+#[cfg(test)]
+mod tests;

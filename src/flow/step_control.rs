@@ -1,0 +1,88 @@
+//! Order and step length of Taylor's method.
+//!
+//! Jorba and Zou (2005) take order `n = ⌈−½ ln ε⌉ + 1` and the step `h = ρ e^{−2} e^{−0.7/(n−1)}`, where
+//! `ρ` estimates the radius of convergence from the last coefficients, `ρ_k = (‖x_0‖ / ‖x_k‖)^{1/k}`.
+//! The truncation error is then about `(h/ρ)^n ‖x_0‖ ≤ ε ‖x_0‖`. Three things differ here:
+//!
+//! * every component is measured against itself, so units do not matter, and one whose last
+//!   coefficients vanish (the phase of a forcing, a polynomial) does not speak;
+//! * it is measured against its largest term, not `x_0` alone, which may vanish (at rest, or the parts
+//!   of a jet that the flow has not filled yet): `h` is the largest step with
+//!   `|x_k| h^k ≤ ε_k max_j |x_j| h^j`, where `ε_k = e^{−k(2 + 0.7/(n−1))}`;
+//! * the last three coefficients are looked at, not two, for fields with symmetries.
+
+/// Order for a relative tolerance.
+pub(crate) fn order_for(tolerance: f64) -> usize {
+    (-0.5 * tolerance.ln()).ceil().max(3.0) as usize + 1
+}
+
+/// Number of last coefficients looked at.
+const TAIL: usize = 3;
+
+/// Longest admissible step of one component from the magnitudes of its Taylor coefficients;
+/// infinite if the last ones vanish.
+pub(crate) fn component_step(magnitudes: impl Fn(usize) -> f64, order: usize) -> f64 {
+    let margin = (2.0 + 0.7 / (order - 1) as f64) * std::f64::consts::LOG2_E;
+    let mut step = f64::INFINITY;
+    for degree in (order + 1).saturating_sub(TAIL).max(1)..=order {
+        let tail = magnitudes(degree);
+        if tail > 0.0 {
+            step = step.min(log2_step(&magnitudes, degree, log2(tail), margin));
+        }
+    }
+    step.exp2()
+}
+
+/// `max_j log2 h_j` with `|x_k| h_j^{k−j} = ε_k |x_j|`.
+fn log2_step(magnitudes: impl Fn(usize) -> f64, degree: usize, tail: f64, margin: f64) -> f64 {
+    let mut step = f64::NEG_INFINITY;
+    for lower in 0..=degree / 2 {
+        let magnitude = magnitudes(lower);
+        if magnitude > 0.0 {
+            let room = log2(magnitude) - tail - margin * degree as f64;
+            step = step.max(room / (degree - lower) as f64);
+        }
+    }
+    if step == f64::NEG_INFINITY {
+        -margin
+    } else {
+        step
+    }
+}
+
+/// Binary logarithm of a positive number, within 0.09: exponent and mantissa, the latter linearly.
+///
+/// NOTE: in a step length the error is divided by the order, so this is good to half a percent.
+fn log2(value: f64) -> f64 {
+    const MANTISSA: f64 = 4_503_599_627_370_496.0;
+    value.to_bits() as f64 / MANTISSA - 1023.0
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn geometric_coefficients_give_the_step_of_jorba_and_zou() {
+        let (order, radius) = (20, 3.0_f64);
+        let step = component_step(|degree| radius.powi(-(degree as i32)), order);
+        let expected = radius * (-2.0 - 0.7 / 19.0_f64).exp();
+        assert!((step / expected - 1.0).abs() < 0.01, "{step} {expected}");
+    }
+
+    #[test]
+    fn vanishing_tails_do_not_limit_the_step_and_vanishing_heads_do_not_shrink_it() {
+        let linear = |degree: usize| if degree < 2 { 1e4 } else { 0.0 };
+        assert_eq!(component_step(linear, 20), f64::INFINITY);
+        let from_rest = |degree: usize| if degree < 2 { 0.0 } else { 1.0 };
+        assert!(component_step(from_rest, 20) > 0.08);
+        let even = |degree: usize| if degree % 2 == 0 { 1.0 } else { 0.0 };
+        assert!(component_step(even, 19) < 0.2);
+    }
+
+    #[test]
+    fn order_follows_the_tolerance() {
+        assert_eq!(order_for(1.1e-16), 20);
+        assert_eq!(order_for(1.2e-32), 38);
+    }
+}

@@ -1,0 +1,22 @@
+//! Grazing orbits: sections, shooting, the extended system, monodromy, `xi_n`, grazing curves.
+//!
+//! Deliberately absent: the direct simulator. Every orbit here is one of the free flow, surfaces ignored.
+
+mod error;
+mod geometry;
+mod locate;
+mod minima;
+mod monodromy;
+mod newton;
+mod outcome;
+mod point;
+mod search;
+mod section;
+mod system;
+mod variation;
+
+pub use error::OrbitError;
+pub use locate::locate;
+pub use outcome::{Location, NotLocated};
+pub use point::{GrazingOrbit, GrazingPoint};
+pub use section::{PoincareSection, PoincareSectionKind};
