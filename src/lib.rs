@@ -11,3 +11,7 @@ pub mod flow;
 pub mod orbit;
 
 pub mod expansion;
+
+pub mod emission;
+
+pub mod iteration;

@@ -9,6 +9,7 @@ mod error;
 mod expand;
 mod leg;
 mod local_map;
+mod lowering;
 mod passage;
 mod section_chart;
 mod variables;
@@ -22,6 +23,7 @@ pub use local_map::{
     ActiveParameter, ComposedMap, Contact, Leg, LocalMap, MapOrders, MapSection, MapWindow,
     SectionKind, Stage,
 };
+pub use lowering::MapKernel;
 pub use passage::Passage;
 pub use section_chart::SectionChart;
 pub use variables::{DEVIATION_WEIGHT, Variables};
