@@ -11,6 +11,7 @@ mod expand;
 mod leg;
 mod local_map;
 mod lost_digits;
+mod lowering;
 mod passage;
 mod routes;
 mod section_chart;
@@ -26,6 +27,7 @@ pub use local_map::{
     SectionKind, Stage,
 };
 pub use lost_digits::LostDigits;
+pub use lowering::MapKernel;
 pub use passage::Passage;
 pub use routes::Routes;
 pub use section_chart::SectionChart;

@@ -1,0 +1,1 @@
+//! Local maps as Rust source text.
