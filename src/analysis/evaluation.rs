@@ -83,17 +83,23 @@ impl<S: Real> MapEvaluation<S> {
 
     /// The stages before the first contact, and its depth: `−h_min` as the section sees it.
     pub fn depth(map: &LocalMap) -> DepthEvaluation<S> {
+        let contact = map.stages.iter().find_map(|stage| match stage {
+            Stage::Contact(contact) => Some(contact.depth.map_scalars(S::from_f64)),
+            Stage::Leg(_) => None,
+        });
+        DepthEvaluation {
+            arrival: Self::arrival(map),
+            depth: contact,
+        }
+    }
+
+    /// The stages before the first contact.
+    pub fn arrival(map: &LocalMap) -> Self {
         let is_contact = |stage: &Stage| matches!(stage, Stage::Contact(_));
         let count = map.stages.iter().position(is_contact).unwrap_or(0);
-        DepthEvaluation {
-            arrival: Self {
-                stages: map.stages[..count].iter().map(stage_of).collect(),
-                dimension: map.dimension(),
-            },
-            depth: map.stages.get(count).and_then(|stage| match stage {
-                Stage::Contact(contact) => Some(contact.depth.map_scalars(S::from_f64)),
-                Stage::Leg(_) => None,
-            }),
+        Self {
+            stages: map.stages[..count].iter().map(stage_of).collect(),
+            dimension: map.dimension(),
         }
     }
 
