@@ -20,4 +20,6 @@ pub mod iteration;
 
 pub mod analysis;
 
+pub mod convergence;
+
 pub mod report;
