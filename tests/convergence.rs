@@ -78,17 +78,18 @@ fn the_cheapest_orders_meet_the_tolerance_on_fresh_points() {
     assert!(!hopeless.met, "{hopeless:?}");
 }
 
-fn jets(map: &LocalMap) -> Vec<&Jet<f64>> {
-    let of_stage = |stage| -> Vec<&Jet<f64>> {
-        match stage {
-            Stage::Leg(leg) => leg.image.iter().collect(),
-            Stage::Contact(contact) => {
-                let parts = contact.linear.iter().chain(&contact.quadratic);
-                parts.chain([&contact.depth]).collect()
-            }
+fn jets_of(stage: &Stage) -> Vec<&Jet<f64>> {
+    match stage {
+        Stage::Leg(leg) => leg.image.iter().collect(),
+        Stage::Contact(contact) => {
+            let parts = contact.linear.iter().chain(&contact.quadratic);
+            parts.chain([&contact.depth]).collect()
         }
-    };
-    map.stages.iter().flat_map(of_stage).collect()
+    }
+}
+
+fn jets(map: &LocalMap) -> Vec<&Jet<f64>> {
+    map.stages.iter().flat_map(jets_of).collect()
 }
 
 #[test]
