@@ -26,10 +26,7 @@ pub struct JetFlow {
 const MAX_ELEMENTS: usize = 10_000;
 
 /// Taylor steps that the first element is expected to span.
-const STEPS_PER_ELEMENT: f64 = 8.0;
-
-/// Largest last Legendre mode for which the error estimate, a product of two of them, is believed.
-const RESOLVED: f64 = 1e-4;
+const STEPS_PER_ELEMENT: f64 = 6.0;
 
 /// Jets of the state after a duration of either sign, from jets of the state and of all parameters.
 ///
@@ -121,7 +118,7 @@ impl<'a> Transport<'a> {
             let length = remaining / pieces;
             let before = self.jets.clone();
             match self.attempt(length)? {
-                Some(resolution) if self.accepts(resolution) => {
+                Some(resolution) if resolution.meets(self.tolerance) => {
                     remaining = if pieces == 1.0 {
                         0.0
                     } else {
@@ -131,9 +128,9 @@ impl<'a> Transport<'a> {
                     self.error += resolution.error;
                     longest = length.abs() * self.growth(resolution);
                 }
-                _ => {
+                rejected => {
                     self.jets = before;
-                    longest = length.abs() * 0.5;
+                    longest = length.abs() * rejected.map_or(0.5, |r| self.growth(r).min(0.8));
                 }
             }
         }
@@ -141,10 +138,6 @@ impl<'a> Transport<'a> {
             limit: MAX_ELEMENTS,
             remaining,
         })
-    }
-
-    fn accepts(&self, resolution: Resolution) -> bool {
-        resolution.error <= self.tolerance && resolution.tail <= RESOLVED
     }
 
     /// Factor from one element's length to the next: the error goes as its power 32.
@@ -174,7 +167,10 @@ impl<'a> Transport<'a> {
             length,
             &mut nodes,
         )?;
-        let Some(resolution) = self.element.transport(&nodes, length, &mut self.jets) else {
+        let Some(resolution) =
+            self.element
+                .transport(&nodes, length, self.tolerance, &mut self.jets)
+        else {
             return Ok(None);
         };
         for (jet, head) in self.jets.chunks_exact_mut(self.stride).zip(state) {

@@ -42,6 +42,16 @@ pub(super) struct Resolution {
     pub(super) tail: f64,
 }
 
+/// Largest last Legendre mode for which the error estimate, a product of two of them, is believed.
+const RESOLVED: f64 = 1e-4;
+
+impl Resolution {
+    /// Whether the estimate is below a tolerance and believed.
+    pub(super) fn meets(self, tolerance: f64) -> bool {
+        self.error <= tolerance && self.tail <= RESOLVED
+    }
+}
+
 const ZERO: NodeValues = Lanes([0.0; NODES]);
 
 impl<'a> Element<'a> {
@@ -88,11 +98,13 @@ impl<'a> Element<'a> {
     /// Moves jets over the element, from the nominal orbit at its nodes.
     ///
     /// `jets` holds the coefficients of every component, one after another; all but the heads are
-    /// replaced. `None`: the equations are singular, the element is too long.
+    /// replaced. Stops at the first degree that misses the tolerance. `None`: the equations are
+    /// singular, the element is too long.
     pub(super) fn transport(
         &mut self,
         nominal: &[NodeValues],
         length: f64,
+        tolerance: f64,
         jets: &mut [f64],
     ) -> Option<Resolution> {
         self.evaluate_nominal(nominal);
@@ -107,6 +119,9 @@ impl<'a> Element<'a> {
                 let tail = self.transport_degree(&solver, degree, length, jets);
                 resolution.tail = resolution.tail.max(tail);
                 resolution.error = resolution.error.max(tail * fundamental.max(f64::EPSILON));
+                if !resolution.meets(tolerance) {
+                    break;
+                }
             }
         }
         Some(resolution)
