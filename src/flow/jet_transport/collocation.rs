@@ -91,10 +91,11 @@ impl<'a> Transport<'a> {
         parameters: &[Jet<f64>],
         tolerance: f64,
     ) -> Result<Self, FlowError> {
-        let coefficients: Vec<_> = parameters.iter().map(Jet::coefficients).collect();
+        let starts: Vec<_> = initial.iter().map(Jet::coefficients).collect();
+        let constants: Vec<_> = parameters.iter().map(Jet::coefficients).collect();
         Ok(Self {
             integrator: Integrator::new(field),
-            element: Element::new(field, first.space(), &coefficients)?,
+            element: Element::new(field, first.space(), &starts, &constants)?,
             parameters: parameters.iter().map(Jet::head).collect(),
             tolerance: tolerance.max(f64::EPSILON),
             jets: initial
