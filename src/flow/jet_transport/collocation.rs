@@ -127,11 +127,12 @@ impl<'a> Transport<'a> {
                     };
                     self.elements += 1;
                     self.error += resolution.error;
-                    longest = length.abs() * self.growth(resolution);
+                    longest = length.abs() * self.room(resolution).min(2.0);
                 }
                 rejected => {
                     self.jets = before;
-                    longest = length.abs() * rejected.map_or(0.5, |r| self.growth(r).min(0.8));
+                    longest = length.abs()
+                        * rejected.map_or(0.5, |r| (0.9 * self.room(r)).clamp(0.5, 0.8));
                 }
             }
         }
@@ -141,10 +142,9 @@ impl<'a> Transport<'a> {
         })
     }
 
-    /// Factor from one element's length to the next: the error goes as its power 32.
-    fn growth(&self, resolution: Resolution) -> f64 {
-        let room = self.tolerance / resolution.error.max(f64::MIN_POSITIVE);
-        (0.9 * room.powf(1.0 / 32.0)).clamp(0.5, 2.0)
+    /// Factor of length that would just meet the tolerance: the error goes as its power 32.
+    fn room(&self, resolution: Resolution) -> f64 {
+        (self.tolerance / resolution.error.max(f64::MIN_POSITIVE)).powf(1.0 / 32.0)
     }
 
     fn heads(&self) -> Vec<f64> {
