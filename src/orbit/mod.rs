@@ -4,6 +4,7 @@
 
 mod continuation;
 mod curve;
+mod describe;
 mod error;
 mod geometry;
 mod locate;
@@ -18,7 +19,8 @@ mod system;
 mod tracer;
 
 pub use curve::{
-    CurveEnd, CurveOptions, CurveOutcome, CurvePoint, GrazingCurve, SpecialKind, SpecialPoint, curve,
+    CurveEnd, CurveOptions, CurveOutcome, CurvePoint, GrazingCurve, SpecialKind, SpecialPoint,
+    curve,
 };
 pub use error::OrbitError;
 pub use locate::locate;
