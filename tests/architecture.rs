@@ -17,12 +17,47 @@ const FLOORS: [(&str, &[&str]); 13] = [
     ("expansion", &["numeric", "jet", "model", "flow", "orbit"]),
     ("emission", &["numeric", "jet", "model", "expansion"]),
     ("iteration", &["numeric", "jet", "expansion"]),
-    ("analysis", &["numeric", "jet", "model", "flow", "hybrid", "orbit", "expansion", "iteration"]),
+    (
+        "analysis",
+        &[
+            "numeric",
+            "jet",
+            "model",
+            "flow",
+            "hybrid",
+            "orbit",
+            "expansion",
+            "iteration",
+        ],
+    ),
     (
         "convergence",
-        &["numeric", "jet", "model", "flow", "hybrid", "orbit", "expansion", "emission", "iteration", "analysis"],
+        &[
+            "numeric",
+            "jet",
+            "model",
+            "flow",
+            "hybrid",
+            "orbit",
+            "expansion",
+            "emission",
+            "iteration",
+            "analysis",
+        ],
     ),
-    ("report", &["numeric", "model", "hybrid", "orbit", "expansion", "iteration", "analysis", "convergence"]),
+    (
+        "report",
+        &[
+            "numeric",
+            "model",
+            "hybrid",
+            "orbit",
+            "expansion",
+            "iteration",
+            "analysis",
+            "convergence",
+        ],
+    ),
     (
         "cli",
         &[
@@ -43,7 +78,9 @@ const FLOORS: [(&str, &[&str]); 13] = [
 ];
 
 fn source(relative: &str) -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("src").join(relative)
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("src")
+        .join(relative)
 }
 
 fn rust_files(folder: &Path) -> Vec<PathBuf> {
@@ -62,8 +99,14 @@ fn rust_files(folder: &Path) -> Vec<PathBuf> {
 /// Code without comments and without the unit tests at its end.
 fn code(path: &Path) -> String {
     let text = fs::read_to_string(path).expect("a readable source file");
-    let body = text.split("#[cfg(test)]\nmod tests {").next().unwrap_or_default();
-    body.lines().map(|line| line.split("//").next().unwrap_or_default()).collect::<Vec<_>>().join("\n")
+    let body = text
+        .split("#[cfg(test)]\nmod tests {")
+        .next()
+        .unwrap_or_default();
+    body.lines()
+        .map(|line| line.split("//").next().unwrap_or_default())
+        .collect::<Vec<_>>()
+        .join("\n")
 }
 
 /// Floors named by `crate::floor` or inside `use crate::{floor::..., ...}`.
@@ -71,10 +114,19 @@ fn floors_named(code: &str) -> BTreeSet<String> {
     let mut named = BTreeSet::new();
     for (position, _) in code.match_indices("crate::") {
         let rest = &code[position + "crate::".len()..];
-        let group = rest.strip_prefix('{').and_then(|inner| inner.split(';').next());
-        let paths: Vec<&str> = group.map_or_else(|| vec![rest], |group| group.split(['{', ',', '}']).collect());
+        let group = rest
+            .strip_prefix('{')
+            .and_then(|inner| inner.split(';').next());
+        let paths: Vec<&str> = group.map_or_else(
+            || vec![rest],
+            |group| group.split(['{', ',', '}']).collect(),
+        );
         for path in paths {
-            let name: String = path.trim().chars().take_while(|c| c.is_alphanumeric() || *c == '_').collect();
+            let name: String = path
+                .trim()
+                .chars()
+                .take_while(|c| c.is_alphanumeric() || *c == '_')
+                .collect();
             named.insert(name);
         }
     }
@@ -102,14 +154,23 @@ fn floors_name_lower_floors_only() {
     for (position, (floor, allowed)) in FLOORS.iter().enumerate() {
         for name in *allowed {
             let below = FLOORS[..position].iter().any(|(lower, _)| lower == name);
-            assert!(below, "`{floor}` may not name `{name}`, which is not below it");
+            assert!(
+                below,
+                "`{floor}` may not name `{name}`, which is not below it"
+            );
         }
     }
 }
 
 #[test]
 fn the_two_oracles_stay_independent() {
-    let allowed = |floor: &str| FLOORS.iter().find(|(name, _)| *name == floor).expect("a floor of the table").1;
+    let allowed = |floor: &str| {
+        FLOORS
+            .iter()
+            .find(|(name, _)| *name == floor)
+            .expect("a floor of the table")
+            .1
+    };
     assert!(!allowed("orbit").contains(&"hybrid") && !allowed("expansion").contains(&"hybrid"));
     assert!(!allowed("hybrid").contains(&"orbit") && !allowed("hybrid").contains(&"expansion"));
 }
@@ -117,14 +178,20 @@ fn the_two_oracles_stay_independent() {
 #[test]
 fn the_library_lists_its_floors_in_order() {
     let library = code(&source("lib.rs"));
-    let modules: Vec<&str> =
-        library.lines().filter_map(|line| line.trim().strip_prefix("pub mod ")?.strip_suffix(';')).collect();
+    let modules: Vec<&str> = library
+        .lines()
+        .filter_map(|line| line.trim().strip_prefix("pub mod ")?.strip_suffix(';'))
+        .collect();
     let floors: Vec<&str> = FLOORS.iter().map(|(floor, _)| *floor).collect();
     assert_eq!(modules, floors);
 }
 
 #[test]
 fn the_reader_of_paths_sees_groups_and_inline_paths() {
-    let named = floors_named("use crate::{jet::Jet, numeric::{Dd, Real}};\nlet x = crate::flow::horner;");
-    assert_eq!(named.into_iter().collect::<Vec<_>>(), ["flow", "jet", "numeric"]);
+    let named =
+        floors_named("use crate::{jet::Jet, numeric::{Dd, Real}};\nlet x = crate::flow::horner;");
+    assert_eq!(
+        named.into_iter().collect::<Vec<_>>(),
+        ["flow", "jet", "numeric"]
+    );
 }

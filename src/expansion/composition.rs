@@ -22,14 +22,18 @@ pub fn compose(map: &LocalMap, variables: &Variables) -> Result<ComposedMap, Exp
     let weight = map.orders.contact_weight.max(map.orders.smooth_order);
     let space = variables.contact_space(weight)?;
     let arrival = fly(&identity(variables, &smooth_space), &before, variables);
-    let depth_at_start = substitute_all(std::slice::from_ref(&contact.depth), &arrival).swap_remove(0);
+    let depth_at_start =
+        substitute_all(std::slice::from_ref(&contact.depth), &arrival).swap_remove(0);
     let smooth = fly(&arrival, &after, variables);
     let departed = act(contact, &arrival, variables, &space);
     let image = fly(&departed, &after, variables);
     let linear_space = variables.smooth_space(weight.saturating_sub(1))?;
     let quadratic_space = variables.smooth_space(weight.saturating_sub(2))?;
     let fold = |first: u8, target| {
-        image[..variables.coordinates].iter().map(|jet| fold_depth_powers(jet, first, weight, &depth_at_start, target)).collect()
+        image[..variables.coordinates]
+            .iter()
+            .map(|jet| fold_depth_powers(jet, first, weight, &depth_at_start, target))
+            .collect()
     };
     Ok(ComposedMap {
         linear: fold(1, &linear_space),
@@ -51,13 +55,18 @@ fn split_at_contact(map: &LocalMap) -> Result<(Vec<&Leg>, &Contact, Vec<&Leg>), 
     }
     match contact {
         Some(contact) if map.passages() == 1 => Ok((before, contact, after)),
-        _ => Err(ExpansionError::SeveralPassages { operation: "the composed form", passages: map.passages() }),
+        _ => Err(ExpansionError::SeveralPassages {
+            operation: "the composed form",
+            passages: map.passages(),
+        }),
     }
 }
 
 /// Every variable as itself.
 fn identity(variables: &Variables, space: &Arc<JetSpace>) -> Vec<Jet<f64>> {
-    (0..variables.len()).map(|variable| Jet::variable(space, variable, 0.0)).collect()
+    (0..variables.len())
+        .map(|variable| Jet::variable(space, variable, 0.0))
+        .collect()
 }
 
 /// The (coordinates; parameters) after the legs; parameters are carried along unchanged.

@@ -41,6 +41,53 @@ pub fn discontinuity<S: Real>(
     approach.canonical(passage, chart, variables, weight, &image)
 }
 
+/// Speed at which the surface is met, `−h'` at the entry, as `y · linear + y² · quadratic`.
+#[derive(Clone, Debug)]
+pub struct ImpactSpeed {
+    /// Coefficient of `y`.
+    pub linear: Jet<f64>,
+    /// Coefficient of `y²`.
+    pub quadratic: Jet<f64>,
+}
+
+/// Expands the speed at which the surface is met to the weighted degree `weight`:
+///
+/// ```text
+/// −h'(t_e) = −Σ_{k≥2} k H_k (−yσ)^{k−1} = √(2h'') y + …
+/// ```
+///
+/// # Errors
+///
+/// As [`discontinuity`].
+pub fn impact_speed(
+    passage: &Passage,
+    chart: &SectionChart,
+    variables: &Variables,
+    weight: u32,
+) -> Result<ImpactSpeed, ExpansionError> {
+    let approach = Approach::<f64>::new(passage, chart, variables, weight)?;
+    let y = Jet::variable(&approach.space, 0, 0.0);
+    let since_minimum = -&(&y * &approach.entry_time_over_depth(&y)?);
+    let falling = approach.gap.iter().enumerate().skip(1).rev();
+    let speed = falling.fold(Jet::zero(&approach.space), |sum, (power, coefficient)| {
+        &(&sum * &since_minimum) - &coefficient.scale(power as f64)
+    });
+    let fold = |first: u8, weight_left: u32| {
+        let space = variables.smooth_space(weight_left)?;
+        Ok::<_, ExpansionError>(fold_depth_powers(
+            &speed,
+            first,
+            weight,
+            &approach.depth,
+            &space,
+        ))
+    };
+    Ok(ImpactSpeed {
+        linear: fold(1, weight.saturating_sub(1))?,
+        quadratic: fold(2, weight.saturating_sub(2))?,
+    })
+}
+
 /// The free flow about its minimum of the gap, as series in the time from the minimum.
 struct Approach<S: Real> {
     /// Space of `(y; coordinates; parameters)`.
@@ -87,7 +134,9 @@ impl<S: Real> Approach<S> {
             minimum_time: raise(&minimum_time),
             depth: -&series.watched(0)[0],
             start: start.iter().map(raise).collect(),
-            states: (0..passage.dimension()).map(|i| series.state(i).iter().map(raise).collect()).collect(),
+            states: (0..passage.dimension())
+                .map(|i| series.state(i).iter().map(raise).collect())
+                .collect(),
             gap: series.watched(0).iter().map(raise).collect(),
             space,
         })
@@ -97,8 +146,11 @@ impl<S: Real> Approach<S> {
     fn impact(&self, passage: &Passage) -> Result<Impact<S>, ExpansionError> {
         let y = Jet::variable(&self.space, 0, S::zero());
         let since_minimum = -&(&y * &self.entry_time_over_depth(&y)?);
-        let entry: Vec<_> =
-            self.states.iter().map(|coefficients| at_series_time(coefficients, &since_minimum)).collect();
+        let entry: Vec<_> = self
+            .states
+            .iter()
+            .map(|coefficients| at_series_time(coefficients, &since_minimum))
+            .collect();
         let parameters = passage.parameter_jets(&self.space, self.first_parameter);
         let inputs: Vec<_> = entry.iter().chain(&parameters).cloned().collect();
         Ok(Impact {
@@ -127,7 +179,8 @@ impl<S: Real> Approach<S> {
             }
             let square = sigma * sigma;
             let value = (&q * &square).add_constant(-S::one());
-            let derivative = &(&q * sigma).scale(S::from_f64(2.0)) + &(&(&slope * &minus_y) * &square);
+            let derivative =
+                &(&q * sigma).scale(S::from_f64(2.0)) + &(&(&slope * &minus_y) * &square);
             (value, derivative)
         })?;
         Ok(root)
@@ -148,19 +201,42 @@ impl<S: Real> Approach<S> {
         for &component in &chart.section.coordinates {
             let correction = &image[component] - &self.start[component];
             self.check_identity_at_zero_depth(passage, &correction)?;
-            linear.push(fold_depth_powers(&correction, 1, weight, &self.depth, &linear_space));
-            quadratic.push(fold_depth_powers(&correction, 2, weight, &self.depth, &quadratic_space));
+            linear.push(fold_depth_powers(
+                &correction,
+                1,
+                weight,
+                &self.depth,
+                &linear_space,
+            ));
+            quadratic.push(fold_depth_powers(
+                &correction,
+                2,
+                weight,
+                &self.depth,
+                &quadratic_space,
+            ));
         }
-        Ok(Contact { depth: self.depth.clone(), linear, quadratic })
+        Ok(Contact {
+            depth: self.depth.clone(),
+            linear,
+            quadratic,
+        })
     }
 
-    fn check_identity_at_zero_depth(&self, passage: &Passage, correction: &Jet<S>) -> Result<(), ExpansionError> {
+    fn check_identity_at_zero_depth(
+        &self,
+        passage: &Passage,
+        correction: &Jet<S>,
+    ) -> Result<(), ExpansionError> {
         let at_zero_depth = coefficient_of_depth_power(correction, 0, self.depth.space());
         let displacement = largest(&at_zero_depth);
         let scale = largest(correction).max(1.0);
-        if !(displacement <= 1e6 * S::ROUNDOFF * scale) {
+        if displacement.is_nan() || displacement > 1e6 * S::ROUNDOFF * scale {
             let surface = passage.surface.clone();
-            return Err(ExpansionError::ResetNotIdentityAtTangency { surface, displacement });
+            return Err(ExpansionError::ResetNotIdentityAtTangency {
+                surface,
+                displacement,
+            });
         }
         Ok(())
     }
@@ -181,11 +257,18 @@ impl<S: Real> Impact<S> {
 
     fn series(&self, passage: &Passage) -> LocalSeries<S> {
         let parameters = passage.parameter_jets(&self.space, self.first_parameter);
-        local_series(&passage.field, &self.state, &parameters, self.space.order().max(2))
+        local_series(
+            &passage.field,
+            &self.state,
+            &parameters,
+            self.space.order().max(2),
+        )
     }
 
     fn states_at(&self, series: &LocalSeries<S>, time: &Jet<S>) -> Vec<Jet<S>> {
-        (0..self.state.len()).map(|component| at_series_time(series.state(component), time)).collect()
+        (0..self.state.len())
+            .map(|component| at_series_time(series.state(component), time))
+            .collect()
     }
 }
 
@@ -200,16 +283,25 @@ fn series_about_minimum<S: Real>(
     let series = local_series(&passage.field, start, parameters, order);
     let normal_acceleration = 2.0 * series.watched(0)[2].head().to_f64();
     if !(normal_acceleration > 0.0 && normal_acceleration.is_finite()) {
-        return Err(ExpansionError::DegenerateGraze { normal_acceleration });
+        return Err(ExpansionError::DegenerateGraze {
+            normal_acceleration,
+        });
     }
     let time = time_of_minimum(series.watched(0), &Jet::zero(start[0].space()))?;
-    let minimum: Vec<_> =
-        (0..start.len()).map(|component| at_series_time(series.state(component), &time)).collect();
-    Ok((time, local_series(&passage.field, &minimum, parameters, order)))
+    let minimum: Vec<_> = (0..start.len())
+        .map(|component| at_series_time(series.state(component), &time))
+        .collect();
+    Ok((
+        time,
+        local_series(&passage.field, &minimum, parameters, order),
+    ))
 }
 
 /// Solves `h'(t) = Σ k h_k t^{k−1} = 0` for the time as a jet.
-pub fn time_of_minimum<S: Real>(gap: &[Jet<S>], start: &Jet<S>) -> Result<Jet<S>, ExpansionError> {
+pub(super) fn time_of_minimum<S: Real>(
+    gap: &[Jet<S>],
+    start: &Jet<S>,
+) -> Result<Jet<S>, ExpansionError> {
     let root = implicit_root(start, |time| {
         let (mut velocity, mut acceleration) = (Jet::zero(time.space()), Jet::zero(time.space()));
         for (power, coefficient) in gap.iter().enumerate().skip(1).rev() {
@@ -222,5 +314,8 @@ pub fn time_of_minimum<S: Real>(gap: &[Jet<S>], start: &Jet<S>) -> Result<Jet<S>
 }
 
 fn largest<S: Real>(jet: &Jet<S>) -> f64 {
-    jet.coefficients().iter().map(|value| value.magnitude()).fold(0.0, f64::max)
+    jet.coefficients()
+        .iter()
+        .map(|value| value.magnitude())
+        .fold(0.0, f64::max)
 }

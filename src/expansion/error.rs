@@ -19,7 +19,9 @@ pub enum ExpansionError {
         surface: String,
     },
     /// The graze is not simple.
-    #[error("h'' = {normal_acceleration:e} at the grazing point: a simple graze needs a positive one")]
+    #[error(
+        "h'' = {normal_acceleration:e} at the grazing point: a simple graze needs a positive one"
+    )]
     DegenerateGraze {
         /// Normal acceleration at the graze.
         normal_acceleration: f64,
@@ -35,7 +37,9 @@ pub enum ExpansionError {
         displacement: f64,
     },
     /// The orbit handed over does not close on the section.
-    #[error("the orbit misses its own section point by {defect:e}: it is not periodic to the accuracy of an expansion")]
+    #[error(
+        "the orbit misses its own section point by {defect:e}: it is not periodic to the accuracy of an expansion"
+    )]
     NotPeriodic {
         /// Largest constant term of `P_smooth` in offsets.
         defect: f64,

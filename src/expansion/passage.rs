@@ -3,9 +3,9 @@
 use std::sync::Arc;
 
 use super::ExpansionError;
-use crate::flow::{Field, InputKind, Program};
+use crate::flow::{Field, InputKind, Program, bound_but};
 use crate::jet::{Jet, JetSpace};
-use crate::model::{Model, Response};
+use crate::model::{Model, NodeId, Response};
 use crate::numeric::{Dd, Real};
 
 /// The surface, its reset and the free field around a graze, inactive parameters folded in.
@@ -13,7 +13,7 @@ use crate::numeric::{Dd, Real};
 pub struct Passage {
     /// Name of the surface.
     pub surface: String,
-    /// Free field with the event function watched, for series in time.
+    /// Free field with the event function watched, for its series in time and its jets.
     pub field: Field,
     /// The reset, a program over jets.
     pub reset: Program,
@@ -30,28 +30,40 @@ impl Passage {
     /// # Errors
     ///
     /// [`ExpansionError::CompliantSurface`] if the surface has a contact field.
-    pub fn new(model: &Model, surface: usize, parameters: &[Dd], active: &[usize]) -> Result<Self, ExpansionError> {
+    pub fn new(
+        model: &Model,
+        surface: usize,
+        parameters: &[Dd],
+        active: &[usize],
+    ) -> Result<Self, ExpansionError> {
         let surface = &model.surfaces[surface];
         let Response::Impact { reset } = &surface.response else {
-            return Err(ExpansionError::CompliantSurface { surface: surface.name.clone() });
+            return Err(ExpansionError::CompliantSurface {
+                surface: surface.name.clone(),
+            });
         };
-        let in_time = parameter_kinds(parameters, active, InputKind::HeadOnly);
-        let in_jets: Vec<_> = vec![InputKind::Variable; model.dimension()]
-            .into_iter()
-            .chain(parameter_kinds(parameters, active, InputKind::Variable))
-            .collect();
+        let inputs = jet_inputs(model.dimension(), parameters, active);
         let mut graph = model.graph.clone();
-        let slopes = (0..model.dimension()).map(|component| graph.derivative(surface.normal_velocity, component));
-        let normal_velocity: Vec<_> = std::iter::once(surface.normal_velocity).chain(slopes).collect();
+        let slopes = (0..model.dimension())
+            .map(|component| graph.derivative(surface.normal_velocity, component));
+        let normal_velocity: Vec<_> = std::iter::once(surface.normal_velocity)
+            .chain(slopes)
+            .collect();
         Ok(Self {
             surface: surface.name.clone(),
-            field: Field::new(&model.graph, &model.flow, &[surface.event], &in_time),
-            reset: Program::new(&model.graph, reset, &in_jets),
-            normal_velocity: Program::new(&graph, &normal_velocity, &in_jets),
+            field: Field::free_bound(model, &[surface.event], active, parameters),
+            reset: Program::new(&model.graph, reset, &inputs),
+            normal_velocity: Program::new(&graph, &normal_velocity, &inputs),
             dimension: model.dimension(),
             parameters: parameters.to_vec(),
             active: active.to_vec(),
         })
+    }
+
+    /// Expressions of the model as a program over jets, the inactive parameters folded in.
+    pub fn jet_program(&self, model: &Model, outputs: &[NodeId]) -> Program {
+        let inputs = jet_inputs(self.dimension, &self.parameters, &self.active);
+        Program::new(&model.graph, outputs, &inputs)
     }
 
     /// Length of the full state.
@@ -61,30 +73,38 @@ impl Passage {
 
     /// All parameters as jets: active ones are `p* + variable`, the first active one being variable
     /// `first_variable` of the space.
-    pub fn parameter_jets<S: Real>(&self, space: &Arc<JetSpace>, first_variable: usize) -> Vec<Jet<S>> {
+    pub fn parameter_jets<S: Real>(
+        &self,
+        space: &Arc<JetSpace>,
+        first_variable: usize,
+    ) -> Vec<Jet<S>> {
         parameter_jets(&self.parameters, &self.active, space, first_variable)
     }
 }
 
-/// How each parameter enters a program: the active ones as `kind`, the others folded in.
-pub fn parameter_kinds(parameters: &[Dd], active: &[usize], kind: InputKind) -> Vec<InputKind> {
-    let mut kinds: Vec<_> = parameters.iter().map(|&value| InputKind::Bound(value)).collect();
-    for &parameter in active {
-        kinds[parameter] = kind;
-    }
-    kinds
-}
-
 /// All parameters as jets, the active ones as variables from `first_variable` on.
-pub fn parameter_jets<S: Real>(
+fn parameter_jets<S: Real>(
     parameters: &[Dd],
     active: &[usize],
     space: &Arc<JetSpace>,
     first_variable: usize,
 ) -> Vec<Jet<S>> {
-    let mut jets: Vec<_> = parameters.iter().map(|&value| Jet::constant(space, S::from_dd(value))).collect();
+    let mut jets: Vec<_> = parameters
+        .iter()
+        .map(|&value| Jet::constant(space, S::from_dd(value)))
+        .collect();
     for (position, &parameter) in active.iter().enumerate() {
-        jets[parameter] = Jet::variable(space, first_variable + position, S::from_dd(parameters[parameter]));
+        jets[parameter] = Jet::variable(
+            space,
+            first_variable + position,
+            S::from_dd(parameters[parameter]),
+        );
     }
     jets
+}
+
+/// How each input enters a program over jets: states and active parameters vary, the rest is folded in.
+fn jet_inputs(dimension: usize, parameters: &[Dd], active: &[usize]) -> Vec<InputKind> {
+    let states = (0..dimension).map(|_| InputKind::Variable);
+    states.chain(bound_but(active, parameters)).collect()
 }

@@ -32,13 +32,22 @@ impl SectionChart {
         space: &Arc<JetSpace>,
         first_variable: usize,
     ) -> Result<Vec<Jet<S>>, ExpansionError> {
-        let mut state: Vec<_> = self.point.iter().map(|&value| Jet::constant(space, S::from_dd(value))).collect();
+        let mut state: Vec<_> = self
+            .point
+            .iter()
+            .map(|&value| Jet::constant(space, S::from_dd(value)))
+            .collect();
         for (position, &component) in self.section.coordinates.iter().enumerate() {
-            state[component] = Jet::variable(space, first_variable + position, S::from_dd(self.point[component]));
+            state[component] = Jet::variable(
+                space,
+                first_variable + position,
+                S::from_dd(self.point[component]),
+            );
         }
         if self.section.kind == PoincareSectionKind::Tangency {
             let eliminated = self.section.eliminated;
-            let parameters = passage.parameter_jets(space, first_variable + self.section.coordinates.len());
+            let parameters =
+                passage.parameter_jets(space, first_variable + self.section.coordinates.len());
             state[eliminated] = solve_tangency(passage, &state, &parameters, eliminated)?;
         }
         Ok(state)
@@ -46,7 +55,8 @@ impl SectionChart {
 
     /// Offsets of the coordinates of a full state from `origin`.
     pub fn offsets<S: Real>(&self, state: &[Jet<S>], origin: &[Dd]) -> Vec<Jet<S>> {
-        self.section.coordinates
+        self.section
+            .coordinates
             .iter()
             .map(|&component| state[component].add_constant(-S::from_dd(origin[component])))
             .collect()

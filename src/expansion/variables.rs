@@ -42,7 +42,10 @@ impl Variables {
     pub fn smooth_space(&self, weighted_degree: u32) -> Result<Arc<JetSpace>, ExpansionError> {
         let divisor = self.weights.iter().fold(0, |a, &b| gcd(a, b)).max(1);
         let weights: Vec<u32> = self.weights.iter().map(|weight| weight / divisor).collect();
-        Ok(JetSpace::new(&weights, (weighted_degree / divisor) as usize)?)
+        Ok(JetSpace::new(
+            &weights,
+            (weighted_degree / divisor) as usize,
+        )?)
     }
 
     /// Monomials in `(y; coordinates; parameters)` up to a weighted degree.
@@ -51,7 +54,9 @@ impl Variables {
     ///
     /// [`ExpansionError::Jet`] if the space would be too large.
     pub fn contact_space(&self, weighted_degree: u32) -> Result<Arc<JetSpace>, ExpansionError> {
-        let weights: Vec<u32> = std::iter::once(1).chain(self.weights.iter().copied()).collect();
+        let weights: Vec<u32> = std::iter::once(1)
+            .chain(self.weights.iter().copied())
+            .collect();
         Ok(JetSpace::new(&weights, weighted_degree as usize)?)
     }
 }
@@ -61,17 +66,25 @@ fn gcd(a: u32, b: u32) -> u32 {
 }
 
 /// Lifts a jet in (coordinates; parameters) to a space that has `y` as its first variable.
-pub fn lift<S: Scalar>(jet: &Jet<S>, contact_space: &Arc<JetSpace>) -> Jet<S> {
-    rebase(jet, contact_space, |exponents, target| target[1..].copy_from_slice(exponents))
+pub(super) fn lift<S: Scalar>(jet: &Jet<S>, contact_space: &Arc<JetSpace>) -> Jet<S> {
+    rebase(jet, contact_space, |exponents, target| {
+        target[1..].copy_from_slice(exponents)
+    })
 }
 
 /// The same polynomial in another space of the same variables, cut at that space's order.
-pub fn respace<S: Scalar>(jet: &Jet<S>, space: &Arc<JetSpace>) -> Jet<S> {
-    rebase(jet, space, |exponents, target| target.copy_from_slice(exponents))
+pub(super) fn respace<S: Scalar>(jet: &Jet<S>, space: &Arc<JetSpace>) -> Jet<S> {
+    rebase(jet, space, |exponents, target| {
+        target.copy_from_slice(exponents)
+    })
 }
 
 /// The coefficient of `y^power` of a jet in `(y; coordinates; parameters)`.
-pub fn coefficient_of_depth_power<S: Scalar>(jet: &Jet<S>, power: u8, space: &Arc<JetSpace>) -> Jet<S> {
+pub(super) fn coefficient_of_depth_power<S: Scalar>(
+    jet: &Jet<S>,
+    power: u8,
+    space: &Arc<JetSpace>,
+) -> Jet<S> {
     let mut result = Jet::zero(space);
     let source = jet.space();
     for (number, &value) in jet.coefficients().iter().enumerate() {
@@ -84,7 +97,7 @@ pub fn coefficient_of_depth_power<S: Scalar>(jet: &Jet<S>, power: u8, space: &Ar
 }
 
 /// `Σ_k d_{first+2k} depth^k`, where `d_j` is the coefficient of `y^j`: what multiplies `y^first` once `y² = depth` has been used.
-pub fn fold_depth_powers<S: Real>(
+pub(super) fn fold_depth_powers<S: Scalar>(
     correction: &Jet<S>,
     first: u8,
     weight: u32,
@@ -98,7 +111,11 @@ pub fn fold_depth_powers<S: Real>(
     })
 }
 
-fn rebase<S: Scalar>(jet: &Jet<S>, space: &Arc<JetSpace>, map: impl Fn(&[u8], &mut [u8])) -> Jet<S> {
+fn rebase<S: Scalar>(
+    jet: &Jet<S>,
+    space: &Arc<JetSpace>,
+    map: impl Fn(&[u8], &mut [u8]),
+) -> Jet<S> {
     let mut result = Jet::zero(space);
     let mut target = vec![0; space.variables()];
     for (number, &value) in jet.coefficients().iter().enumerate() {
@@ -120,7 +137,11 @@ mod tests {
 
     fn variables(weights: &[u32]) -> Variables {
         let names = weights.iter().map(|weight| format!("w{weight}")).collect();
-        Variables { names, weights: weights.to_vec(), coordinates: 1 }
+        Variables {
+            names,
+            weights: weights.to_vec(),
+            coordinates: 1,
+        }
     }
 
     #[test]

@@ -9,7 +9,11 @@ use crate::numeric::Scalar;
 /// Values of a program's outputs at jets: one input jet per input of the program, all of `space`.
 ///
 /// Inputs that were lowered as bound are not read.
-pub fn evaluate<S: Scalar>(program: &Program, space: &Arc<JetSpace>, inputs: &[Jet<S>]) -> Vec<Jet<S>> {
+pub fn evaluate<S: Scalar>(
+    program: &Program,
+    space: &Arc<JetSpace>,
+    inputs: &[Jet<S>],
+) -> Vec<Jet<S>> {
     let len = space.len();
     let mut tape = vec![S::zero(); program.slots() * len];
     for (slot, input) in inputs.iter().enumerate() {

@@ -47,9 +47,16 @@ impl<'a, S: Real> Integrator<'a, S> {
 
     /// An integrator with a relative local tolerance, at least the scalar's roundoff.
     pub fn with_tolerance(field: &'a Field, tolerance: f64) -> Self {
-        let series = TimeSeries { order: order_for(tolerance.max(S::ROUNDOFF)) };
+        let series = TimeSeries {
+            order: order_for(tolerance.max(S::ROUNDOFF)),
+        };
         let tape = vec![S::zero(); field.time_program().slots() * (series.order + 1)];
-        Self { field, series, max_step: DEFAULT_MAX_STEP, tape }
+        Self {
+            field,
+            series,
+            max_step: DEFAULT_MAX_STEP,
+            tape,
+        }
     }
 
     /// The integrator with another longest step, a positive number.
@@ -77,7 +84,12 @@ impl<'a, S: Real> Integrator<'a, S> {
         }
         expand(self.field, &self.series, &mut self.tape, &mut [S::zero()]);
         let length = S::from_f64(self.step_length()?);
-        Ok(Step { field: self.field, tape: &self.tape, order: self.series.order, length })
+        Ok(Step {
+            field: self.field,
+            tape: &self.tape,
+            order: self.series.order,
+            length,
+        })
     }
 
     fn step_length(&self) -> Result<f64, FlowError> {
@@ -88,9 +100,18 @@ impl<'a, S: Real> Integrator<'a, S> {
             if let Some(degree) = coefficients.iter().position(|value| !value.is_finite()) {
                 return Err(FlowError::NotFinite { degree });
             }
-            step = step.min(component_step(|degree| coefficients[degree].magnitude(), len - 1));
+            step = step.min(component_step(
+                |degree| coefficients[degree].magnitude(),
+                len - 1,
+            ));
         }
-        if step > 0.0 { Ok(step) } else { Err(FlowError::NotFinite { degree: self.series.order }) }
+        if step > 0.0 {
+            Ok(step)
+        } else {
+            Err(FlowError::NotFinite {
+                degree: self.series.order,
+            })
+        }
     }
 
     /// The state after a duration of either sign.
@@ -98,7 +119,12 @@ impl<'a, S: Real> Integrator<'a, S> {
     /// # Errors
     ///
     /// [`FlowError::NotFinite`] as [`step`](Self::step), [`FlowError::TooManySteps`] after a million steps.
-    pub fn flow(&mut self, state: &[S], parameters: &[S], duration: S) -> Result<Vec<S>, FlowError> {
+    pub fn flow(
+        &mut self,
+        state: &[S],
+        parameters: &[S],
+        duration: S,
+    ) -> Result<Vec<S>, FlowError> {
         let mut state = state.to_vec();
         let mut remaining = duration;
         for _ in 0..MAX_STEPS {
@@ -107,11 +133,18 @@ impl<'a, S: Real> Integrator<'a, S> {
             }
             let step = self.step(&state, parameters)?;
             let last = remaining.abs() <= step.length;
-            let length = if last { remaining } else { step.length * remaining.signum() };
+            let length = if last {
+                remaining
+            } else {
+                step.length * remaining.signum()
+            };
             step.state_at(length, &mut state);
             remaining -= length;
         }
-        Err(FlowError::TooManySteps { limit: MAX_STEPS, remaining: remaining.to_f64() })
+        Err(FlowError::TooManySteps {
+            limit: MAX_STEPS,
+            remaining: remaining.to_f64(),
+        })
     }
 }
 
@@ -123,7 +156,11 @@ impl<S: Real> Step<'_, S> {
 
     /// Taylor coefficients of a watched function.
     pub fn watched_coefficients(&self, watched: usize) -> &[S] {
-        self.slot(self.field.time_program().output(self.field.dimension() + watched))
+        self.slot(
+            self.field
+                .time_program()
+                .output(self.field.dimension() + watched),
+        )
     }
 
     /// The state at a time since the start of the step.
@@ -146,34 +183,11 @@ impl<S: Real> Step<'_, S> {
 
 /// Value of a polynomial, coefficients in ascending powers.
 pub fn horner<S: Real>(coefficients: &[S], at: S) -> S {
-    coefficients.iter().rev().fold(S::zero(), |sum, &coefficient| sum.mul_add(at, coefficient))
+    coefficients
+        .iter()
+        .rev()
+        .fold(S::zero(), |sum, &coefficient| sum.mul_add(at, coefficient))
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::flow::InputKind;
-    use crate::flow::samples;
-    use crate::numeric::Dd;
-
-    /// Undamped linear oscillator off resonance: `x = A cos ωt + B cos t + C sin t`.
-    fn one_period_error<S: Real>() -> f64 {
-        let field = samples::linear(&[InputKind::HeadOnly; 3]);
-        let omega = S::from_f64(1.5);
-        let amplitude = S::from_f64(0.7);
-        let state = [S::from_f64(0.3), S::from_f64(-0.2), S::zero()];
-        let period = S::from_dd(Dd::TWO_PI) / omega;
-        let end = Integrator::new(&field).flow(&state, &[S::zero(), amplitude, omega], period).unwrap();
-        let forced = amplitude / (S::one() - omega * omega);
-        let (sine, cosine) = period.sin_cos();
-        let (b, c) = (state[0] - forced, state[1]);
-        let expected = [forced + b * cosine + c * sine, c * cosine - b * sine];
-        (0..2).map(|i| (end[i] - expected[i]).magnitude()).fold(0.0, f64::max)
-    }
-
-    #[test]
-    fn linear_oscillator_returns_to_roundoff_after_one_period() {
-        assert!(one_period_error::<f64>() < 4e-15, "{:e}", one_period_error::<f64>());
-        assert!(one_period_error::<Dd>() < 1e-29, "{:e}", one_period_error::<Dd>());
-    }
-}
+mod tests;

@@ -25,7 +25,10 @@ impl<S: Real> LocalSeries<S> {
 
     /// The state at a jet-valued time, the series summed as in [`at_series_time`].
     pub fn state_at(&self, time: &Jet<S>) -> Vec<Jet<S>> {
-        self.states.iter().map(|series| at_series_time(series, time)).collect()
+        self.states
+            .iter()
+            .map(|series| at_series_time(series, time))
+            .collect()
     }
 }
 
@@ -48,13 +51,16 @@ pub fn local_series<S: Real>(
     let mut expansion = JetExpansion::new(field, space, order);
     expansion.expand(initial, parameters);
     let jets = |slot: usize| -> Vec<Jet<S>> {
-        let jet = |power| Jet::from_coefficients(space, expansion.coefficients(slot, power).to_vec());
+        let jet =
+            |power| Jet::from_coefficients(space, expansion.coefficients(slot, power).to_vec());
         (0..=order).map(jet).collect()
     };
     let output = |watched| field.time_program().output(field.dimension() + watched);
     LocalSeries {
         states: (0..field.dimension()).map(&jets).collect(),
-        watched: (0..field.watched()).map(|watched| jets(output(watched))).collect(),
+        watched: (0..field.watched())
+            .map(|watched| jets(output(watched)))
+            .collect(),
     }
 }
 
@@ -67,8 +73,12 @@ pub fn local_series<S: Real>(
 ///
 /// If `coefficients` is empty, or the jets' spaces differ.
 pub fn at_series_time<S: Real>(coefficients: &[Jet<S>], time: &Jet<S>) -> Jet<S> {
-    let (last, lower) = coefficients.split_last().expect("a series has its term of power 0");
-    lower.iter().rev().fold(last.clone(), |sum, coefficient| &(&sum * time) + coefficient)
+    let (last, lower) = coefficients
+        .split_last()
+        .expect("a series has its term of power 0");
+    lower.iter().rev().fold(last.clone(), |sum, coefficient| {
+        &(&sum * time) + coefficient
+    })
 }
 
 #[cfg(test)]
@@ -86,7 +96,10 @@ mod tests {
         let sum = at_series_time(series.state(0), &time);
         let expected = &x / &(-&(&x * &time)).add_constant(1.0);
         for (value, exact) in sum.coefficients().iter().zip(expected.coefficients()) {
-            assert!((value - exact).abs() < 1e-14 * exact.abs().max(1.0), "{value} {exact}");
+            assert!(
+                (value - exact).abs() < 1e-14 * exact.abs().max(1.0),
+                "{value} {exact}"
+            );
         }
     }
 
@@ -96,7 +109,10 @@ mod tests {
         let state = [Jet::variable(&space, 0, 0.7), Jet::variable(&space, 1, 0.4)];
         let series = local_series(&samples::pendulum(), &state, &[], 8);
         for power in 1..=8 {
-            let largest = series.watched(0)[power].coefficients().iter().fold(0.0_f64, |m, c| m.max(c.abs()));
+            let largest = series.watched(0)[power]
+                .coefficients()
+                .iter()
+                .fold(0.0_f64, |m, c| m.max(c.abs()));
             assert!(largest < 1e-14, "power {power}: {largest:e}");
         }
     }

@@ -3,6 +3,7 @@
 //! Deliberately absent: impacts and contact.
 
 mod error;
+mod evaluation;
 mod field;
 mod integrator;
 mod jet_transport;
@@ -15,9 +16,11 @@ mod time_expansion;
 mod variational;
 
 pub use error::FlowError;
+pub use evaluation::evaluate;
 pub use field::{Field, bound_but};
 pub use integrator::{Integrator, Step, horner};
 pub use jet_transport::{JetFlow, jet_transport, jet_transport_taylor};
 pub use local_series::{LocalSeries, at_series_time, local_series};
 pub use program::{InputKind, Program};
+pub(crate) use step_control::component_step;
 pub use variational::flow_with_jacobian;

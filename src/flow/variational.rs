@@ -28,11 +28,18 @@ pub fn flow_with_jacobian<S: Real>(
         Some(variable) => Jet::variable(&space, variable, value),
         None => Jet::constant(&space, value),
     };
-    let inputs: Vec<_> = state.iter().chain(parameters).enumerate().map(jet).collect();
+    let inputs: Vec<_> = state
+        .iter()
+        .chain(parameters)
+        .enumerate()
+        .map(jet)
+        .collect();
     let (initial, parameters) = inputs.split_at(state.len());
     let image = jet_transport_taylor(field, initial, parameters, duration)?;
     let slope = |row: usize, column: usize| {
-        space.linear_monomial(column).map_or(S::zero(), |monomial| image[row].coefficients()[monomial])
+        space
+            .linear_monomial(column)
+            .map_or(S::zero(), |monomial| image[row].coefficients()[monomial])
     };
     let matrix = DMatrix::from_fn(image.len(), directions.len(), slope);
     Ok((image.iter().map(Jet::head).collect(), matrix))
@@ -50,13 +57,16 @@ mod tests {
         let point = [0.2, 0.1, 0.3, 0.02, 0.3, 0.6].map(Dd::from);
         let duration = Dd::PI / point[5];
         let (image, matrix) =
-            flow_with_jacobian(&field, &point[..3], &point[3..], duration, &[0, 1, 2, 4, 5]).unwrap();
+            flow_with_jacobian(&field, &point[..3], &point[3..], duration, &[0, 1, 2, 4, 5])
+                .unwrap();
         let step = Dd::from(1e-8);
         for (column, input) in [0, 1, 2, 4, 5].into_iter().enumerate() {
             let shifted = |offset: Dd| {
                 let mut at = point;
                 at[input] += offset;
-                Integrator::new(&field).flow(&at[..3], &at[3..], duration).unwrap()
+                Integrator::new(&field)
+                    .flow(&at[..3], &at[3..], duration)
+                    .unwrap()
             };
             let (up, down, middle) = (shifted(step), shifted(-step), shifted(Dd::ZERO));
             for row in 0..3 {

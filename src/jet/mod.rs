@@ -2,15 +2,29 @@
 //!
 //! Deliberately absent: differential equations, impacts.
 
+mod calculus;
 pub mod elementary;
 mod error;
+mod evaluation;
+mod functions;
 mod graded;
+mod implicit;
+mod linear;
+mod map;
+mod monomials;
+mod operators;
+mod product;
 mod series;
 mod space;
+mod substitution;
 mod truncated;
 
 pub use error::JetError;
 pub use graded::{Graded, HeadFunction, Span, TimeSeries, scalar_head};
+pub use implicit::{implicit_root, implicit_roots};
+pub use linear::solve_linear;
+pub use map::JetMap;
 pub use series::JetSeries;
 pub use space::{JetSpace, MAX_PRODUCTS};
+pub use substitution::{Substitution, substitute, substitute_all};
 pub use truncated::Jet;

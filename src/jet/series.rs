@@ -36,13 +36,17 @@ impl<S: Scalar> Graded<S> for JetSeries {
 
     fn convolve(&self, degree: usize, span: Span, a: &[S], b: &[S], out: &mut [S]) {
         for j in span.range(degree + 1) {
-            let (left, right) = (&a[Graded::<S>::part(self, j)], &b[Graded::<S>::part(self, degree - j)]);
+            let (left, right) = (
+                &a[Graded::<S>::part(self, j)],
+                &b[Graded::<S>::part(self, degree - j)],
+            );
             self.space.multiply_add(left, right, out);
         }
     }
 
     fn multiply_by_head(&self, _degree: usize, a: &[S], part: &[S], out: &mut [S]) {
-        self.space.multiply_add(&a[Graded::<S>::part(self, 0)], part, out);
+        self.space
+            .multiply_add(&a[Graded::<S>::part(self, 0)], part, out);
     }
 
     fn divide_by_head(&self, b: &[S], part: &mut [S]) {

@@ -7,9 +7,12 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use super::JetError;
+use super::monomials::{RankTable, count_monomials, list_monomials, list_pairs, list_parents};
 
-/// Largest number of coefficient products a space may need; about 1.6 GB of product table.
-pub const MAX_PRODUCTS: u128 = 200_000_000;
+/// Largest number of coefficient products a space may need: 0.8 GB of product table, at 8 bytes each.
+///
+/// Five variables reach order 23, eight reach order 13, twelve reach order 9.
+pub const MAX_PRODUCTS: u128 = 100_000_000;
 
 /// Monomials in `n` variables up to a weighted degree, ordered by degree, with their product table.
 ///
@@ -33,6 +36,7 @@ pub struct JetSpace {
     pairs: Vec<(u32, u32)>,
     pair_starts: Vec<usize>,
     ranks: RankTable,
+    parents: Vec<(u32, u32)>,
 }
 
 impl JetSpace {
@@ -50,15 +54,40 @@ impl JetSpace {
         if order > usize::from(u8::MAX) {
             return Err(JetError::OrderTooHigh { order });
         }
-        let coefficients = count_monomials(weights, order, 1);
-        let products = count_monomials(weights, order, 2);
+        let (coefficients, products) = Self::size(weights, order);
         if products > MAX_PRODUCTS {
-            return Err(JetError::TooLarge { variables: weights.len(), order, coefficients, products, limit: MAX_PRODUCTS });
+            return Err(JetError::TooLarge {
+                variables: weights.len(),
+                order,
+                coefficients,
+                products,
+                limit: MAX_PRODUCTS,
+            });
         }
         let (exponents, degree_starts) = list_monomials(weights, order);
         let ranks = RankTable::new(weights, order, &exponents);
         let (pairs, pair_starts) = list_pairs(weights.len(), &exponents, &ranks, products as usize);
-        Ok(Arc::new(Self { weights: weights.to_vec(), order, exponents, degree_starts, pairs, pair_starts, ranks }))
+        let parents = list_parents(weights.len(), &exponents, &ranks);
+        Ok(Arc::new(Self {
+            parents,
+            weights: weights.to_vec(),
+            order,
+            exponents,
+            degree_starts,
+            pairs,
+            pair_starts,
+            ranks,
+        }))
+    }
+
+    /// Coefficients of a jet and coefficient products of one product, without building the space.
+    ///
+    /// Saturates at [`u128::MAX`]. A weight of 0 counts as 1.
+    pub fn size(weights: &[u32], order: usize) -> (u128, u128) {
+        (
+            count_monomials(weights, order, 1),
+            count_monomials(weights, order, 2),
+        )
     }
 
     /// The space with all weights 1: ordinary total degree.
@@ -86,9 +115,17 @@ impl JetSpace {
     }
 
     /// Number of monomials: the length of a jet.
-    #[allow(clippy::len_without_is_empty, reason = "a space always has its constant")]
+    #[allow(
+        clippy::len_without_is_empty,
+        reason = "a space always has its constant"
+    )]
     pub fn len(&self) -> usize {
         self.pair_starts.len() - 1
+    }
+
+    /// Whether another space keeps the same monomials with the same weights.
+    pub fn keeps_the_same(&self, other: &Self) -> bool {
+        self.order == other.order && self.weights == other.weights
     }
 
     /// Number of coefficient products in one product of two full jets.
@@ -104,7 +141,9 @@ impl JetSpace {
 
     /// Weighted degree of a monomial.
     pub fn degree(&self, monomial: usize) -> usize {
-        self.degree_starts.partition_point(|&start| start <= monomial) - 1
+        self.degree_starts
+            .partition_point(|&start| start <= monomial)
+            - 1
     }
 
     /// Numbers of the monomials of one weighted degree.
@@ -114,7 +153,9 @@ impl JetSpace {
 
     /// Number of the monomial with these exponents, if the space keeps it.
     pub fn monomial(&self, exponents: &[u8]) -> Option<usize> {
-        (exponents.len() == self.variables()).then(|| self.ranks.find(exponents)).flatten()
+        (exponents.len() == self.variables())
+            .then(|| self.ranks.find(exponents))
+            .flatten()
     }
 
     /// Number of the monomial `x_variable`, if the space keeps it.
@@ -124,141 +165,29 @@ impl JetSpace {
         self.monomial(&exponents)
     }
 
+    /// The divisor from which a monomial follows by one factor: `(parent, variable)` with
+    /// `monomial = parent · x_variable`, `variable` being the last one that occurs; the constant is its
+    /// own parent.
+    ///
+    /// A parent has a smaller number than its children, so a pass by ascending number meets parents first.
+    #[inline]
+    pub fn parent(&self, monomial: usize) -> (usize, usize) {
+        let (parent, variable) = self.parents[monomial];
+        (parent as usize, variable as usize)
+    }
+
+    /// First monomial of a degree; the length of the space for a degree above the order.
+    #[inline]
+    pub(crate) fn degree_start(&self, degree: usize) -> usize {
+        self.degree_starts[degree.min(self.order + 1)]
+    }
+
     /// The pairs `(i, j)` with `monomial_i · monomial_j = monomial`, by ascending `i`: the first is
     /// `(0, monomial)`, the last `(monomial, 0)`.
     #[inline]
     pub fn pairs(&self, monomial: usize) -> &[(u32, u32)] {
         &self.pairs[self.pair_starts[monomial]..self.pair_starts[monomial + 1]]
     }
-}
-
-/// Number of exponent vectors of `copies` jets whose degrees sum to at most `order`.
-fn count_monomials(weights: &[u32], order: usize, copies: usize) -> u128 {
-    let mut counts = vec![0u128; order + 1];
-    counts[0] = 1;
-    for _ in 0..copies {
-        for &weight in weights {
-            for degree in weight as usize..=order {
-                counts[degree] = counts[degree].saturating_add(counts[degree - weight as usize]);
-            }
-        }
-    }
-    counts.iter().fold(0, |sum, &count| sum.saturating_add(count))
-}
-
-/// All exponents by ascending degree, flattened, and the first monomial of each degree.
-fn list_monomials(weights: &[u32], order: usize) -> (Vec<u8>, Vec<usize>) {
-    let mut exponents = Vec::new();
-    let mut starts = Vec::with_capacity(order + 2);
-    let mut current = vec![0u8; weights.len()];
-    let mut count = 0;
-    for degree in 0..=order {
-        starts.push(count);
-        push_degree(weights, degree, 0, &mut current, &mut exponents, &mut count);
-    }
-    starts.push(count);
-    (exponents, starts)
-}
-
-/// Appends the exponents with the given remaining degree in the variables from `variable` on.
-fn push_degree(weights: &[u32], remaining: usize, variable: usize, current: &mut [u8], out: &mut Vec<u8>, count: &mut usize) {
-    if variable == weights.len() {
-        if remaining == 0 {
-            out.extend_from_slice(current);
-            *count += 1;
-        }
-        return;
-    }
-    let weight = weights[variable] as usize;
-    for exponent in (0..=remaining / weight).rev() {
-        current[variable] = exponent as u8;
-        push_degree(weights, remaining - exponent * weight, variable + 1, current, out, count);
-    }
-    current[variable] = 0;
-}
-
-/// For every monomial, the pairs of its divisors, output-major.
-fn list_pairs(variables: usize, exponents: &[u8], ranks: &RankTable, products: usize) -> (Vec<(u32, u32)>, Vec<usize>) {
-    let mut pairs = Vec::with_capacity(products);
-    let mut starts = vec![0];
-    if variables == 0 {
-        return (vec![(0, 0)], vec![0, 1]);
-    }
-    for monomial in exponents.chunks_exact(variables) {
-        let first = pairs.len();
-        let mut left = vec![0u8; variables];
-        loop {
-            let right: Vec<u8> = monomial.iter().zip(&left).map(|(m, l)| m - l).collect();
-            let rank = |e: &[u8]| ranks.find(e).expect("a divisor of a kept monomial is kept") as u32;
-            pairs.push((rank(&left), rank(&right)));
-            if !next_divisor(&mut left, monomial) {
-                break;
-            }
-        }
-        pairs[first..].sort_unstable();
-        starts.push(pairs.len());
-    }
-    (pairs, starts)
-}
-
-/// Steps to the next exponent vector below `bound`; `false` after the last.
-fn next_divisor(current: &mut [u8], bound: &[u8]) -> bool {
-    for (exponent, &limit) in current.iter_mut().zip(bound) {
-        if *exponent < limit {
-            *exponent += 1;
-            return true;
-        }
-        *exponent = 0;
-    }
-    false
-}
-
-/// From exponents to the monomial's number.
-#[derive(Debug)]
-enum RankTable {
-    /// Mixed-radix table, where it is small.
-    Dense { radices: Vec<usize>, ranks: Vec<u32> },
-    /// Hash table otherwise.
-    Sparse(std::collections::HashMap<Box<[u8]>, u32>),
-}
-
-/// Largest dense rank table, in entries.
-const DENSE_RANKS: usize = 1 << 20;
-
-impl RankTable {
-    fn new(weights: &[u32], order: usize, exponents: &[u8]) -> Self {
-        let radices: Vec<usize> = weights.iter().map(|&weight| order / weight as usize + 1).collect();
-        let size = radices.iter().try_fold(1usize, |product, &radix| product.checked_mul(radix));
-        let monomials = exponents.chunks_exact(weights.len().max(1));
-        match size {
-            Some(size) if size <= DENSE_RANKS => {
-                let mut ranks = vec![u32::MAX; size];
-                ranks[0] = 0;
-                for (number, monomial) in monomials.enumerate() {
-                    ranks[dense_index(&radices, monomial).expect("a kept monomial is in range")] = number as u32;
-                }
-                Self::Dense { radices, ranks }
-            }
-            _ => Self::Sparse(monomials.enumerate().map(|(number, monomial)| (monomial.into(), number as u32)).collect()),
-        }
-    }
-
-    fn find(&self, exponents: &[u8]) -> Option<usize> {
-        match self {
-            Self::Dense { radices, ranks } => {
-                let rank = ranks[dense_index(radices, exponents)?];
-                (rank != u32::MAX).then_some(rank as usize)
-            }
-            Self::Sparse(ranks) => ranks.get(exponents).map(|&rank| rank as usize),
-        }
-    }
-}
-
-/// Position in the mixed-radix table; `None` if an exponent exceeds its radix.
-fn dense_index(radices: &[usize], exponents: &[u8]) -> Option<usize> {
-    radices.iter().zip(exponents).try_fold(0, |index, (&radix, &exponent)| {
-        (usize::from(exponent) < radix).then(|| index * radix + usize::from(exponent))
-    })
 }
 
 #[cfg(test)]

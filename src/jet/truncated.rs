@@ -1,41 +1,38 @@
 //! The jet itself: a truncated power series in a [`JetSpace`].
 
-use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
 use std::sync::Arc;
 
-use super::elementary::{self, atan2, exp, hyperbolic, power, primitive, quotient, sqrt, trigonometric};
-use super::{HeadFunction, JetSpace};
-use crate::numeric::Scalar;
-
-impl JetSpace {
-    /// `out += a b` for coefficient slices of this space.
-    #[inline]
-    pub fn multiply_add<S: Scalar>(&self, a: &[S], b: &[S], out: &mut [S]) {
-        for (monomial, value) in out.iter_mut().enumerate() {
-            let mut sum = *value;
-            for &(i, j) in self.pairs(monomial) {
-                sum = a[i as usize].mul_add(b[j as usize], sum);
-            }
-            *value = sum;
-        }
-    }
-}
+use super::JetSpace;
+use crate::numeric::{Dd, Real, Scalar};
 
 /// A truncated power series: one coefficient per monomial of its space.
+///
+/// ```
+/// use grazemap::jet::{Jet, JetSpace};
+/// let space = JetSpace::uniform(2, 3)?;
+/// let (x, y) = (Jet::variable(&space, 0, 0.0), Jet::variable(&space, 1, 0.0));
+/// let product = &(&x + &y).exp() * &(&x - &y).exp(); // exp(2x)
+/// let cube = space.monomial(&[3, 0]).expect("x³ is kept at order 3");
+/// assert!((product.coefficients()[cube] - 8.0 / 6.0).abs() < 1e-15);
+/// # Ok::<(), grazemap::jet::JetError>(())
+/// ```
 ///
 /// Operators combine jets of the *same* space (the same `Arc`); mixing spaces is a programming error
 /// and panics. Elementary functions whose head lies outside their domain give NaN coefficients, as
 /// `f64` does: check with [`is_finite`](Jet::is_finite).
 #[derive(Clone, Debug)]
 pub struct Jet<S: Scalar> {
-    space: Arc<JetSpace>,
-    coefficients: Vec<S>,
+    pub(super) space: Arc<JetSpace>,
+    pub(super) coefficients: Vec<S>,
 }
 
 impl<S: Scalar> Jet<S> {
     /// The zero jet.
     pub fn zero(space: &Arc<JetSpace>) -> Self {
-        Self { space: Arc::clone(space), coefficients: vec![S::zero(); space.len()] }
+        Self {
+            space: Arc::clone(space),
+            coefficients: vec![S::zero(); space.len()],
+        }
     }
 
     /// A constant.
@@ -60,8 +57,15 @@ impl<S: Scalar> Jet<S> {
     ///
     /// If the number of coefficients is not [`JetSpace::len`].
     pub fn from_coefficients(space: &Arc<JetSpace>, coefficients: Vec<S>) -> Self {
-        assert_eq!(coefficients.len(), space.len(), "a jet has one coefficient per monomial of its space");
-        Self { space: Arc::clone(space), coefficients }
+        assert_eq!(
+            coefficients.len(),
+            space.len(),
+            "a jet has one coefficient per monomial of its space"
+        );
+        Self {
+            space: Arc::clone(space),
+            coefficients,
+        }
     }
 
     /// The space.
@@ -84,6 +88,121 @@ impl<S: Scalar> Jet<S> {
         self.coefficients[0]
     }
 
+    /// The exponents and the coefficient of every monomial, zeros included, by ascending degree.
+    ///
+    /// ```
+    /// use grazemap::jet::{Jet, JetSpace};
+    /// let jet = Jet::variable(&JetSpace::uniform(2, 1)?, 1, 3.0);
+    /// let terms: Vec<_> = jet.terms().map(|(powers, value)| (powers.to_vec(), value)).collect();
+    /// assert_eq!(terms, [(vec![0, 0], 3.0), (vec![1, 0], 0.0), (vec![0, 1], 1.0)]);
+    /// # Ok::<(), grazemap::jet::JetError>(())
+    /// ```
+    pub fn terms(&self) -> impl Iterator<Item = (&[u8], S)> {
+        self.coefficients
+            .iter()
+            .enumerate()
+            .map(|(monomial, &value)| (self.space.exponents(monomial), value))
+    }
+
+    /// The coefficient of the monomial with these exponents; zero where the space does not keep it.
+    pub fn coefficient(&self, exponents: &[u8]) -> S {
+        self.space
+            .monomial(exponents)
+            .map_or(S::zero(), |monomial| self.coefficients[monomial])
+    }
+
+    /// The coefficients of one weighted degree.
+    ///
+    /// # Panics
+    ///
+    /// If the degree exceeds the order.
+    pub fn part(&self, degree: usize) -> &[S] {
+        &self.coefficients[self.space.degree_range(degree)]
+    }
+
+    /// Lowest degree with a coefficient other than zero; `None` for the zero jet.
+    pub fn lowest_degree(&self) -> Option<usize> {
+        self.coefficients
+            .iter()
+            .position(|&value| value != S::zero())
+            .map(|monomial| self.space.degree(monomial))
+    }
+
+    /// Largest absolute coefficient of one degree (over all lanes); 0 above the order.
+    ///
+    /// A coefficient that is NaN gives NaN.
+    pub fn max_abs_of_degree(&self, degree: usize) -> f64 {
+        if degree > self.space.order() {
+            return 0.0;
+        }
+        let larger = |max: f64, value: f64| if value <= max { max } else { value };
+        self.part(degree)
+            .iter()
+            .map(|value| value.magnitude())
+            .fold(0.0, larger)
+    }
+
+    /// Largest absolute coefficient (over all lanes); NaN if one is NaN.
+    pub fn max_abs(&self) -> f64 {
+        let larger = |max: f64, value: f64| if value <= max { max } else { value };
+        self.coefficients
+            .iter()
+            .map(|value| value.magnitude())
+            .fold(0.0, larger)
+    }
+
+    /// The jet with every term above a degree set to zero, in the same space.
+    pub fn truncate(&self, order: usize) -> Self {
+        let mut truncated = self.clone();
+        truncated.coefficients[self.space.degree_start(order.saturating_add(1))..].fill(S::zero());
+        truncated
+    }
+
+    /// The jet in another space: variable `v` becomes variable `variable_map[v]` of `target`, or zero
+    /// where that is `None`. Terms that `target` does not keep are dropped.
+    ///
+    /// # Panics
+    ///
+    /// If `variable_map` has not one entry per variable, or names a variable that `target` lacks.
+    ///
+    /// ```
+    /// use grazemap::jet::{Jet, JetSpace};
+    /// let (line, plane) = (JetSpace::uniform(1, 2)?, JetSpace::uniform(2, 2)?);
+    /// let x = Jet::variable(&line, 0, 1.0);
+    /// assert_eq!(x.reinterpret(&plane, &[Some(1)]), Jet::variable(&plane, 1, 1.0));
+    /// # Ok::<(), grazemap::jet::JetError>(())
+    /// ```
+    pub fn reinterpret(&self, target: &Arc<JetSpace>, variable_map: &[Option<usize>]) -> Self {
+        assert_eq!(
+            variable_map.len(),
+            self.space.variables(),
+            "one entry per variable"
+        );
+        let mut image = Self::zero(target);
+        let mut powers = vec![0u8; target.variables()];
+        for (exponents, value) in self.terms() {
+            if rename(exponents, variable_map, &mut powers)
+                && let Some(monomial) = target.monomial(&powers)
+            {
+                image.coefficients[monomial] += value;
+            }
+        }
+        image
+    }
+
+    /// The jet with every coefficient converted to another type of scalar.
+    pub fn map_scalars<T: Scalar>(&self, f: impl FnMut(S) -> T) -> Jet<T> {
+        Jet {
+            space: Arc::clone(&self.space),
+            coefficients: self.coefficients.iter().copied().map(f).collect(),
+        }
+    }
+
+    /// Whether the jet lies in this very space.
+    pub fn is_in(&self, space: &Arc<JetSpace>) -> bool {
+        Arc::ptr_eq(&self.space, space)
+    }
+
     /// Whether every coefficient is finite.
     pub fn is_finite(&self) -> bool {
         self.coefficients.iter().all(|value| value.is_finite())
@@ -101,243 +220,120 @@ impl<S: Scalar> Jet<S> {
         sum
     }
 
-    fn map(&self, f: impl Fn(S) -> S) -> Self {
-        Self { space: Arc::clone(&self.space), coefficients: self.coefficients.iter().map(|&value| f(value)).collect() }
-    }
-
-    /// `Ea`: every coefficient times its degree.
-    fn euler(&self) -> Self {
-        let mut euler = self.clone();
-        for degree in 0..=self.space.order() {
-            elementary::scale(&mut euler.coefficients[self.space.degree_range(degree)], S::from_f64(degree as f64));
+    pub(super) fn map(&self, f: impl Fn(S) -> S) -> Self {
+        Self {
+            space: Arc::clone(&self.space),
+            coefficients: self.coefficients.iter().map(|&value| f(value)).collect(),
         }
-        euler
     }
 
-    /// Builds a jet degree by degree; `part(k, u, out)` sees the result's lower parts in `u`.
-    fn build(space: &Arc<JetSpace>, mut part: impl FnMut(usize, &[S], &mut [S])) -> Self {
-        let mut result = Self::zero(space);
-        let mut scratch = vec![S::zero(); space.len()];
-        for degree in 0..=space.order() {
-            let range = space.degree_range(degree);
-            part(degree, &result.coefficients, &mut scratch[range.clone()]);
-            result.coefficients[range.clone()].copy_from_slice(&scratch[range]);
-        }
-        result
+    pub(super) fn assert_same_space(&self, other: &Self) {
+        assert!(
+            Arc::ptr_eq(&self.space, &other.space),
+            "jets of different spaces cannot be combined"
+        );
+    }
+}
+
+impl<S: Real> Jet<S> {
+    /// The jet with its coefficients rounded to `f64`.
+    pub fn to_f64(&self) -> Jet<f64> {
+        self.map_scalars(S::to_f64)
     }
 
-    /// Builds a jet `u` degree by degree beside its Euler derivative `Eu`.
-    fn build_with_euler(space: &Arc<JetSpace>, mut part: impl FnMut(usize, &[S], &[S], &mut [S])) -> Self {
-        let mut euler = vec![S::zero(); space.len()];
-        Self::build(space, |degree, u, out| {
-            part(degree, u, &euler, out);
-            let range = space.degree_range(degree);
-            for (target, &value) in euler[range].iter_mut().zip(out.iter()) {
-                *target = value * S::from_f64(degree as f64);
+    /// The jet with its coefficients as double-doubles (exact).
+    pub fn to_dd(&self) -> Jet<Dd> {
+        self.map_scalars(S::to_dd)
+    }
+}
+
+/// Equal when the spaces keep the same monomials and all coefficients are equal.
+impl<S: Scalar> PartialEq for Jet<S> {
+    fn eq(&self, other: &Self) -> bool {
+        self.space.keeps_the_same(&other.space) && self.coefficients == other.coefficients
+    }
+}
+
+/// Exponents under renamed variables; `false` if the monomial vanishes or has an exponent above 255.
+fn rename(exponents: &[u8], variable_map: &[Option<usize>], powers: &mut [u8]) -> bool {
+    powers.fill(0);
+    exponents
+        .iter()
+        .zip(variable_map)
+        .filter(|(exponent, _)| **exponent > 0)
+        .all(|(&exponent, &variable)| {
+            let sum = variable.and_then(|variable| powers[variable].checked_add(exponent));
+            if let (Some(variable), Some(sum)) = (variable, sum) {
+                powers[variable] = sum;
             }
+            sum.is_some()
         })
-    }
-
-    /// Square root.
-    pub fn sqrt(&self) -> Self {
-        Self::build(&self.space, |k, u, out| sqrt::part(&*self.space, k, &self.coefficients, u, out))
-    }
-
-    /// Exponential.
-    pub fn exp(&self) -> Self {
-        let euler = self.euler();
-        Self::build(&self.space, |k, u, out| exp::part(&*self.space, k, &self.coefficients, &euler.coefficients, u, out))
-    }
-
-    /// Natural logarithm.
-    pub fn ln(&self) -> Self {
-        self.primitive(HeadFunction::Log, self)
-    }
-
-    /// Sine and cosine.
-    pub fn sin_cos(&self) -> (Self, Self) {
-        let (space, a, euler) = (&*self.space, &self.coefficients, self.euler());
-        self.build_pair(
-            |k, cosine, out| trigonometric::sine_part(space, k, a, &euler.coefficients, cosine, out),
-            |k, sine, out| trigonometric::cosine_part(space, k, a, &euler.coefficients, sine, out),
-        )
-    }
-
-    /// Hyperbolic sine and cosine.
-    pub fn sinh_cosh(&self) -> (Self, Self) {
-        let (space, a, euler) = (&*self.space, &self.coefficients, self.euler());
-        self.build_pair(
-            |k, cosh, out| hyperbolic::sinh_part(space, k, a, &euler.coefficients, cosh, out),
-            |k, sinh, out| hyperbolic::cosh_part(space, k, a, &euler.coefficients, sinh, out),
-        )
-    }
-
-    /// Builds two jets side by side, each part of one from lower parts of the other.
-    fn build_pair(
-        &self,
-        first: impl Fn(usize, &[S], &mut [S]),
-        second: impl Fn(usize, &[S], &mut [S]),
-    ) -> (Self, Self) {
-        let (mut u, mut v) = (Self::zero(&self.space), Self::zero(&self.space));
-        let mut scratch = vec![S::zero(); self.space.len()];
-        for degree in 0..=self.space.order() {
-            let range = self.space.degree_range(degree);
-            first(degree, &v.coefficients, &mut scratch[range.clone()]);
-            u.coefficients[range.clone()].copy_from_slice(&scratch[range.clone()]);
-            second(degree, &u.coefficients, &mut scratch[range.clone()]);
-            v.coefficients[range.clone()].copy_from_slice(&scratch[range]);
-        }
-        (u, v)
-    }
-
-    /// Tangent.
-    pub fn tan(&self) -> Self {
-        let (sine, cosine) = self.sin_cos();
-        &sine / &cosine
-    }
-
-    /// Hyperbolic tangent.
-    pub fn tanh(&self) -> Self {
-        let (sinh, cosh) = self.sinh_cosh();
-        &sinh / &cosh
-    }
-
-    /// Arc sine.
-    pub fn asin(&self) -> Self {
-        self.primitive(HeadFunction::Asin, &(-&(self * self)).add_constant(S::one()).sqrt())
-    }
-
-    /// Arc cosine.
-    pub fn acos(&self) -> Self {
-        self.primitive(HeadFunction::Acos, &-&(-&(self * self)).add_constant(S::one()).sqrt())
-    }
-
-    /// Arc tangent.
-    pub fn atan(&self) -> Self {
-        self.primitive(HeadFunction::Atan, &(self * self).add_constant(S::one()))
-    }
-
-    /// `u = f(a)` with `w Eu = Ea`.
-    fn primitive(&self, function: HeadFunction, w: &Self) -> Self {
-        Self::build_with_euler(&self.space, |k, _, euler_u, out| {
-            primitive::part(&*self.space, function, k, &self.coefficients, &w.coefficients, euler_u, out);
-        })
-    }
-
-    /// Angle of the point `(x, self)`.
-    pub fn atan2(&self, x: &Self) -> Self {
-        let (euler_y, euler_x) = (self.euler(), x.euler());
-        let w = &(self * self) + &(x * x);
-        Self::build_with_euler(&self.space, |k, _, euler_u, out| {
-            let (y, x, w) = (&self.coefficients, &x.coefficients, &w.coefficients);
-            atan2::part(&*self.space, k, y, x, &euler_y.coefficients, &euler_x.coefficients, w, euler_u, out);
-        })
-    }
-
-    /// Real power, for a positive head.
-    pub fn power_real(&self, exponent: S) -> Self {
-        let euler = self.euler();
-        Self::build_with_euler(&self.space, |k, u, euler_u, out| {
-            power::part(&*self.space, exponent, k, &self.coefficients, &euler.coefficients, u, euler_u, out);
-        })
-    }
-
-    /// Integer power; a negative one needs an invertible head.
-    pub fn power_integer(&self, exponent: i32) -> Self {
-        let one = Self::constant(&self.space, S::one());
-        let (mut result, mut square, mut rest) = (one.clone(), self.clone(), exponent.unsigned_abs());
-        while rest > 0 {
-            if rest & 1 == 1 {
-                result = &result * &square;
-            }
-            rest >>= 1;
-            if rest > 0 {
-                square = &square * &square;
-            }
-        }
-        if exponent < 0 { &one / &result } else { result }
-    }
-
-    /// The function named by a [`HeadFunction`].
-    pub fn apply(&self, function: HeadFunction) -> Self {
-        match function {
-            HeadFunction::Sqrt => self.sqrt(),
-            HeadFunction::Exp => self.exp(),
-            HeadFunction::Log => self.ln(),
-            HeadFunction::Sin => self.sin_cos().0,
-            HeadFunction::Cos => self.sin_cos().1,
-            HeadFunction::Asin => self.asin(),
-            HeadFunction::Acos => self.acos(),
-            HeadFunction::Atan => self.atan(),
-            HeadFunction::Sinh => self.sinh_cosh().0,
-            HeadFunction::Cosh => self.sinh_cosh().1,
-        }
-    }
-
-    fn assert_same_space(&self, other: &Self) {
-        assert!(Arc::ptr_eq(&self.space, &other.space), "jets of different spaces cannot be combined");
-    }
 }
 
-impl<S: Scalar> AddAssign<&Jet<S>> for Jet<S> {
-    fn add_assign(&mut self, other: &Jet<S>) {
-        self.assert_same_space(other);
-        for (value, &term) in self.coefficients.iter_mut().zip(&other.coefficients) {
-            *value += term;
-        }
-    }
-}
+#[cfg(test)]
+mod tests {
+    use super::*;
 
-impl<S: Scalar> SubAssign<&Jet<S>> for Jet<S> {
-    fn sub_assign(&mut self, other: &Jet<S>) {
-        self.assert_same_space(other);
-        for (value, &term) in self.coefficients.iter_mut().zip(&other.coefficients) {
-            *value -= term;
-        }
+    /// `1 + 2x + 3y + 4x² + 5xy + 6y²`.
+    fn quadratic() -> Jet<f64> {
+        let space = JetSpace::uniform(2, 2).unwrap();
+        Jet::from_coefficients(&space, (1..=6).map(f64::from).collect())
     }
-}
 
-impl<S: Scalar> Add for &Jet<S> {
-    type Output = Jet<S>;
-    fn add(self, other: Self) -> Jet<S> {
-        let mut sum = self.clone();
-        sum += other;
-        sum
+    #[test]
+    fn reinterpretation_swaps_merges_and_drops_variables() {
+        let jet = quadratic();
+        let swapped = jet.reinterpret(jet.space(), &[Some(1), Some(0)]);
+        assert_eq!(swapped.coefficients(), [1.0, 3.0, 2.0, 6.0, 5.0, 4.0]);
+        let line = JetSpace::uniform(1, 3).unwrap();
+        assert_eq!(
+            jet.reinterpret(&line, &[Some(0), Some(0)]).coefficients(),
+            [1.0, 5.0, 15.0, 0.0]
+        );
+        assert_eq!(
+            jet.reinterpret(&line, &[None, Some(0)]).coefficients(),
+            [1.0, 3.0, 6.0, 0.0]
+        );
     }
-}
 
-impl<S: Scalar> Sub for &Jet<S> {
-    type Output = Jet<S>;
-    fn sub(self, other: Self) -> Jet<S> {
-        let mut difference = self.clone();
-        difference -= other;
-        difference
+    #[test]
+    fn reinterpretation_drops_what_a_weighted_space_does_not_keep() {
+        let target = JetSpace::new(&[1, 2], 2).unwrap(); // 1, x, x², y
+        let image = quadratic().reinterpret(&target, &[Some(0), Some(1)]);
+        assert_eq!(image.coefficients(), [1.0, 2.0, 4.0, 3.0]);
     }
-}
 
-impl<S: Scalar> Neg for &Jet<S> {
-    type Output = Jet<S>;
-    fn neg(self) -> Jet<S> {
-        self.map(|value| -value)
+    #[test]
+    fn truncation_keeps_terms_up_to_its_degree() {
+        assert_eq!(
+            quadratic().truncate(1).coefficients(),
+            [1.0, 2.0, 3.0, 0.0, 0.0, 0.0]
+        );
+        assert_eq!(quadratic().truncate(usize::MAX), quadratic());
     }
-}
 
-impl<S: Scalar> Mul for &Jet<S> {
-    type Output = Jet<S>;
-    fn mul(self, other: Self) -> Jet<S> {
-        self.assert_same_space(other);
-        let mut product = Jet::zero(&self.space);
-        self.space.multiply_add(&self.coefficients, &other.coefficients, &mut product.coefficients);
-        product
+    #[test]
+    fn degrees_are_measured_one_by_one() {
+        let jet = quadratic();
+        assert_eq!(
+            [0, 1, 2, 3].map(|degree| jet.max_abs_of_degree(degree)),
+            [1.0, 3.0, 6.0, 0.0]
+        );
+        assert_eq!(jet.lowest_degree(), Some(0));
+        assert_eq!((&jet - &jet.truncate(1)).lowest_degree(), Some(2));
+        assert_eq!(Jet::<f64>::zero(jet.space()).lowest_degree(), None);
+        assert!(jet.scale(f64::NAN).max_abs_of_degree(1).is_nan());
     }
-}
 
-impl<S: Scalar> Div for &Jet<S> {
-    type Output = Jet<S>;
-    fn div(self, other: Self) -> Jet<S> {
-        self.assert_same_space(other);
-        Jet::build(&self.space, |k, u, out| {
-            quotient::part(&*self.space, k, &self.coefficients, &other.coefficients, u, out);
-        })
+    #[test]
+    fn roots_and_logarithms_outside_their_domain_are_not_finite() {
+        let x = Jet::variable(&JetSpace::uniform(1, 3).unwrap(), 0, 0.0);
+        assert!(!x.sqrt().is_finite());
+        assert!(!x.ln().is_finite());
+        assert!(!x.power_real(1.5).is_finite());
+        assert!(!x.add_constant(-1.0).sqrt().is_finite());
+        assert!(!x.add_constant(1.0).asin().is_finite());
+        assert!(!x.atan2(&x).is_finite());
+        assert!(!x.power_integer(-1).is_finite());
     }
 }

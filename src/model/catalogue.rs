@@ -19,10 +19,72 @@ macro_rules! entry {
 }
 
 /// Every scene of the catalogue, the first being the one the program runs when none is named.
-const ENTRIES: &[Entry] = &[entry!(
-    "linear",
-    "linear oscillator with a rigid stop, omega = 1.8 (Thota, Zhao, Dankowicz 2006)"
-)];
+const ENTRIES: &[Entry] = &[
+    entry!(
+        "linear",
+        "linear oscillator, omega = 1.8 (Thota, Zhao, Dankowicz 2006)"
+    ),
+    entry!(
+        "linear_codim2",
+        "linear oscillator where xi_1 = 0 (Thota, Zhao, Dankowicz 2006)"
+    ),
+    entry!("foale", "linear oscillator, omega = 1.8 (Foale 1994)"),
+    entry!(
+        "foale_omega_2_2",
+        "linear oscillator, omega = 2.2 (Foale 1994)"
+    ),
+    entry!("mems", "electrostatic oscillator, omega = 0.46"),
+    entry!(
+        "mems_codim2",
+        "electrostatic oscillator where xi_1 = 0, omega = 0.4878"
+    ),
+    entry!(
+        "mems_scenario3",
+        "electrostatic oscillator where xi_1 = 0, scenario 3"
+    ),
+    entry!(
+        "cantilever_1_7",
+        "cantilever beam, zeta = 1.7: real multipliers"
+    ),
+    entry!(
+        "cantilever_2_0",
+        "cantilever beam, zeta = 2.0: real multipliers"
+    ),
+    entry!(
+        "cantilever_2_5",
+        "cantilever beam, zeta = 2.5: real multipliers"
+    ),
+    entry!(
+        "cantilever_3_5",
+        "cantilever beam, zeta = 3.5: real multipliers"
+    ),
+    entry!(
+        "cantilever_4_5",
+        "cantilever beam, zeta = 4.5: real multipliers"
+    ),
+    entry!(
+        "cantilever_3_5_soft",
+        "cantilever beam, zeta = 3.5, alpha = beta = 0.2"
+    ),
+    entry!(
+        "cantilever_0_1257",
+        "cantilever beam, zeta = 0.1257: orbit 1/9"
+    ),
+    entry!(
+        "cantilever_0_123",
+        "cantilever beam, zeta = 0.123: orbit 1/8"
+    ),
+    entry!("cantilever_0_12", "cantilever beam, zeta = 0.12: orbit 1/7"),
+    entry!(
+        "cantilever_0_107",
+        "cantilever beam, zeta = 0.107: orbit 1/6"
+    ),
+    entry!("cantilever_0_09", "cantilever beam, zeta = 0.09: orbit 1/5"),
+    entry!(
+        "cantilever_0_068",
+        "cantilever beam, zeta = 0.068: orbit 1/4"
+    ),
+];
 
 /// Names of the scenes, in the order of the catalogue.
 pub fn names() -> impl Iterator<Item = &'static str> {

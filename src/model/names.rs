@@ -99,14 +99,19 @@ pub(super) fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) 
         .map(|(_, candidate)| candidate.to_owned())
 }
 
-/// Words of Rust that cannot name a module.
-const KEYWORDS: [&str; 52] = [
+/// Words of Rust that cannot name a module or a variable.
+const KEYWORDS: [&str; 51] = [
     "abstract", "as", "async", "await", "become", "box", "break", "const", "continue", "crate",
     "do", "dyn", "else", "enum", "extern", "false", "final", "fn", "for", "gen", "if", "impl",
     "in", "let", "loop", "macro", "match", "mod", "move", "mut", "override", "priv", "pub", "ref",
     "return", "self", "static", "struct", "super", "trait", "true", "try", "type", "typeof",
-    "union", "unsafe", "unsized", "use", "virtual", "where", "while", "yield",
+    "unsafe", "unsized", "use", "virtual", "where", "while", "yield",
 ];
+
+/// Whether a name cannot stand in Rust code.
+pub(super) fn is_rust_word(name: &str) -> bool {
+    name == "_" || name == "Self" || KEYWORDS.contains(&name)
+}
 
 /// The identifier of a scene from its file's name: lower case, `[a-z][a-z0-9_]*`, never a word of Rust.
 pub(super) fn identifier(file_name: &str) -> String {

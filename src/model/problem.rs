@@ -103,6 +103,22 @@ pub enum SceneProblem {
         /// What it was to name.
         kind: &'static str,
     },
+    /// A word of Rust, where the emitted code could not use it.
+    #[error("`{name}` is a word of Rust and cannot name a {kind}: names stand in emitted code")]
+    RustWord {
+        /// The name.
+        name: String,
+        /// What it was to name.
+        kind: &'static str,
+    },
+    /// One name for two things of a kind.
+    #[error("two of the {kind}s are named `{name}`")]
+    SameName {
+        /// The name.
+        name: String,
+        /// What both are.
+        kind: &'static str,
+    },
     /// One name for two things.
     #[error("`{name}` names both a {first} and a {second}")]
     DuplicateName {
@@ -271,6 +287,12 @@ pub enum SceneProblem {
         /// Passages named.
         passages: usize,
     },
+    /// A parameter to be solved for that changes nothing.
+    #[error("`solve_for` names `{name}`, and nothing in the model depends on it")]
+    IdleUnknown {
+        /// The parameter.
+        name: String,
+    },
     /// Something that needs a forcing phase.
     #[error("{what} needs a forcing phase, and the model has no [model.phase]")]
     NeedsPhase {
@@ -305,7 +327,7 @@ impl SceneProblem {
                 .map(|name| format!("did you mean `{name}`?"))
         };
         match self {
-            Self::Expression(error) => Some(error.label()),
+            Self::Expression(error) => error.label(),
             Self::UnknownKey { nearest, .. } | Self::UnknownName { nearest, .. } => meant(nearest),
             Self::UnknownWord {
                 nearest, choices, ..

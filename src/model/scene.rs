@@ -12,6 +12,7 @@ mod overrides;
 mod scope;
 mod section;
 mod surface;
+mod usage;
 mod values;
 mod window;
 
@@ -42,6 +43,8 @@ pub struct Scene {
     pub diagrams: Vec<DiagramRequest>,
     /// Two-parameter charts asked for.
     pub charts: Vec<ChartRequest>,
+    /// What looks like an oversight but is no fault, one line each.
+    pub warnings: Vec<String>,
 }
 
 /// `[grazing]`.

@@ -168,7 +168,7 @@ impl<S: Real> Bracket<S> {
             } else {
                 at_upper = value;
             }
-            reach = reach / two;
+            reach /= two;
         }
         bracket.left_over()
     }

@@ -85,14 +85,14 @@ impl<const N: usize> IndexMut<usize> for Lanes<N> {
 }
 
 macro_rules! operator {
-    ($trait:ident, $method:ident, $assign_trait:ident, $assign_method:ident, $operator:tt) => {
+    ($trait:ident, $method:ident, $assign_trait:ident, $assign_method:ident, $assign:tt) => {
         impl<const N: usize> $trait for Lanes<N> {
             type Output = Self;
 
             #[inline(always)]
             fn $method(mut self, other: Self) -> Self {
                 for lane in 0..N {
-                    self.0[lane] = self.0[lane] $operator other.0[lane];
+                    self.0[lane] $assign other.0[lane];
                 }
                 self
             }
@@ -101,16 +101,16 @@ macro_rules! operator {
         impl<const N: usize> $assign_trait for Lanes<N> {
             #[inline(always)]
             fn $assign_method(&mut self, other: Self) {
-                *self = *self $operator other;
+                *self = (*self).$method(other);
             }
         }
     };
 }
 
-operator!(Add, add, AddAssign, add_assign, +);
-operator!(Sub, sub, SubAssign, sub_assign, -);
-operator!(Mul, mul, MulAssign, mul_assign, *);
-operator!(Div, div, DivAssign, div_assign, /);
+operator!(Add, add, AddAssign, add_assign, +=);
+operator!(Sub, sub, SubAssign, sub_assign, -=);
+operator!(Mul, mul, MulAssign, mul_assign, *=);
+operator!(Div, div, DivAssign, div_assign, /=);
 
 impl<const N: usize> Neg for Lanes<N> {
     type Output = Self;

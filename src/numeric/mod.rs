@@ -11,6 +11,10 @@ mod double;
 mod double_double;
 mod error;
 mod lanes;
+pub mod linear;
+pub mod polynomial;
+#[cfg(test)]
+mod sampling;
 mod scalar;
 
 pub use bracket::{Bracket, BracketOutcome};

@@ -10,7 +10,9 @@ pub(super) struct Block(pub(super) [NodeValues; NODES]);
 impl Block {
     /// The identity.
     pub(super) fn identity() -> Self {
-        Self(std::array::from_fn(|j| Lanes::from_fn(|i| if i == j { 1.0 } else { 0.0 })))
+        Self(std::array::from_fn(|j| {
+            Lanes::from_fn(|i| if i == j { 1.0 } else { 0.0 })
+        }))
     }
 
     /// The product with a column of node values.
@@ -58,8 +60,8 @@ impl Block {
             if !factor.is_finite() {
                 return None;
             }
-            matrix[k] = matrix[k] * Lanes::splat(factor);
-            inverse[k] = inverse[k] * Lanes::splat(factor);
+            matrix[k] *= Lanes::splat(factor);
+            inverse[k] *= Lanes::splat(factor);
             let (row, inverse_row) = (matrix[k], inverse[k]);
             for i in (0..NODES).filter(|&i| i != k) {
                 let factor = Lanes::splat(matrix[i].0[k]);
@@ -82,7 +84,9 @@ mod tests {
     #[test]
     fn inverse_times_block_is_the_identity() {
         let block = Block(std::array::from_fn(|j| {
-            Lanes::from_fn(|i| 1.0 / (1.0 + (i as f64 - 0.7 * j as f64).powi(2)) + 0.3 * (i == j) as u8 as f64)
+            Lanes::from_fn(|i| {
+                1.0 / (1.0 + (i as f64 - 0.7 * j as f64).powi(2)) + 0.3 * (i == j) as u8 as f64
+            })
         }));
         let product = block.inverse().unwrap().times(&block);
         let difference = product.minus(&Block::identity());

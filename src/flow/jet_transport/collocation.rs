@@ -53,13 +53,21 @@ pub fn jet_transport(
     tolerance: f64,
 ) -> Result<JetFlow, FlowError> {
     let Some(first) = initial.first() else {
-        return Ok(JetFlow { image: Vec::new(), elements: 0, error_estimate: 0.0 });
+        return Ok(JetFlow {
+            image: Vec::new(),
+            elements: 0,
+            error_estimate: 0.0,
+        });
     };
     let mut transport = Transport::new(field, first, initial, parameters, tolerance)?;
     transport.run(duration)?;
     let jet = |coefficients: &[f64]| Jet::from_coefficients(first.space(), coefficients.to_vec());
     Ok(JetFlow {
-        image: transport.jets.chunks_exact(first.space().len()).map(jet).collect(),
+        image: transport
+            .jets
+            .chunks_exact(first.space().len())
+            .map(jet)
+            .collect(),
         elements: transport.elements,
         error_estimate: transport.error,
     })
@@ -92,7 +100,11 @@ impl<'a> Transport<'a> {
             element: Element::new(field, first.space(), &coefficients)?,
             parameters: parameters.iter().map(Jet::head).collect(),
             tolerance: tolerance.max(f64::EPSILON),
-            jets: initial.iter().flat_map(Jet::coefficients).copied().collect(),
+            jets: initial
+                .iter()
+                .flat_map(Jet::coefficients)
+                .copied()
+                .collect(),
             stride: first.space().len(),
             elements: 0,
             error: 0.0,
@@ -110,7 +122,11 @@ impl<'a> Transport<'a> {
             let before = self.jets.clone();
             match self.attempt(length)? {
                 Some(resolution) if self.accepts(resolution) => {
-                    remaining = if pieces == 1.0 { 0.0 } else { remaining - length };
+                    remaining = if pieces == 1.0 {
+                        0.0
+                    } else {
+                        remaining - length
+                    };
                     self.elements += 1;
                     self.error += resolution.error;
                     longest = length.abs() * self.growth(resolution);
@@ -121,7 +137,10 @@ impl<'a> Transport<'a> {
                 }
             }
         }
-        Err(FlowError::TooManySteps { limit: MAX_ELEMENTS, remaining })
+        Err(FlowError::TooManySteps {
+            limit: MAX_ELEMENTS,
+            remaining,
+        })
     }
 
     fn accepts(&self, resolution: Resolution) -> bool {
@@ -148,7 +167,13 @@ impl<'a> Transport<'a> {
     fn attempt(&mut self, length: f64) -> Result<Option<Resolution>, FlowError> {
         let mut state = self.heads();
         let mut nodes = vec![Lanes([0.0; NODES]); state.len()];
-        nominal_orbit(&mut self.integrator, &mut state, &self.parameters, length, &mut nodes)?;
+        nominal_orbit(
+            &mut self.integrator,
+            &mut state,
+            &self.parameters,
+            length,
+            &mut nodes,
+        )?;
         let Some(resolution) = self.element.transport(&nodes, length, &mut self.jets) else {
             return Ok(None);
         };

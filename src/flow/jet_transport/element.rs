@@ -5,7 +5,7 @@ use std::sync::Arc;
 use super::gauss::{GAUSS, NODES, NodeValues};
 use super::solver::ElementSolver;
 use crate::flow::Field;
-use crate::jet::{Graded, JetError, JetSpace};
+use crate::jet::{JetError, JetSpace};
 use crate::numeric::{Lanes, Scalar};
 
 /// The tape of a field over jets whose coefficients are node values, and the gradients of its slots.
@@ -16,10 +16,15 @@ pub(super) struct Element<'a> {
     scratch: Vec<NodeValues>,
     first_order: Arc<JetSpace>,
     first_order_tape: Vec<NodeValues>,
-    /// `(slot, state, ∂slot/∂state, factor k of Euler derivatives)` where not zero.
+    /// Non-zero derivatives of slots by states.
     gradients: Vec<Gradient>,
+    /// One coefficient of every component: initial value, remainder, node values.
+    initial: Vec<f64>,
+    remainders: Vec<NodeValues>,
+    states: Vec<NodeValues>,
 }
 
+/// A derivative of a slot by a state at the nodes.
 struct Gradient {
     slot: usize,
     state: usize,
@@ -41,7 +46,11 @@ const ZERO: NodeValues = Lanes([0.0; NODES]);
 
 impl<'a> Element<'a> {
     /// Memory for one element; parameters, constant along the orbit, are given as coefficients.
-    pub(super) fn new(field: &'a Field, space: &Arc<JetSpace>, parameters: &[&[f64]]) -> Result<Self, JetError> {
+    pub(super) fn new(
+        field: &'a Field,
+        space: &Arc<JetSpace>,
+        parameters: &[&[f64]],
+    ) -> Result<Self, JetError> {
         let (program, dimension) = (field.program(), field.dimension());
         let first_order = JetSpace::uniform(dimension, 1)?;
         let mut tape = vec![ZERO; program.slots() * space.len()];
@@ -55,23 +64,44 @@ impl<'a> Element<'a> {
             first_order_tape[input * first_order.len()] = Lanes::splat(coefficients[0]);
         }
         for state in 0..dimension {
-            let monomial = first_order.linear_monomial(state).expect("order 1 keeps linear terms");
+            let monomial = first_order
+                .linear_monomial(state)
+                .expect("order 1 keeps linear terms");
             first_order_tape[state * first_order.len() + monomial] = Lanes::splat(1.0);
         }
         let scratch = vec![ZERO; space.len().max(first_order.len())];
         let space = Arc::clone(space);
-        Ok(Self { field, space, tape, scratch, first_order, first_order_tape, gradients: Vec::new() })
+        Ok(Self {
+            field,
+            space,
+            tape,
+            scratch,
+            first_order,
+            first_order_tape,
+            gradients: Vec::new(),
+            initial: vec![0.0; dimension],
+            remainders: vec![ZERO; dimension],
+            states: vec![ZERO; dimension],
+        })
     }
 
     /// Moves jets over the element, from the nominal orbit at its nodes.
     ///
     /// `jets` holds the coefficients of every component, one after another; all but the heads are
     /// replaced. `None`: the equations are singular, the element is too long.
-    pub(super) fn transport(&mut self, nominal: &[NodeValues], length: f64, jets: &mut [f64]) -> Option<Resolution> {
+    pub(super) fn transport(
+        &mut self,
+        nominal: &[NodeValues],
+        length: f64,
+        jets: &mut [f64],
+    ) -> Option<Resolution> {
         self.evaluate_nominal(nominal);
         let solver = self.solver(length)?;
         let fundamental = solver.fundamental_tail();
-        let mut resolution = Resolution { error: 0.0, tail: fundamental };
+        let mut resolution = Resolution {
+            error: 0.0,
+            tail: fundamental,
+        };
         for degree in 1..=self.space.order() {
             if !self.space.degree_range(degree).is_empty() {
                 let tail = self.transport_degree(&solver, degree, length, jets);
@@ -91,7 +121,12 @@ impl<'a> Element<'a> {
         }
         program.advance(&*self.space, 0, &mut self.tape, &mut self.scratch);
         for degree in 0..=1 {
-            program.advance(&*self.first_order, degree, &mut self.first_order_tape, &mut self.scratch);
+            program.advance(
+                &*self.first_order,
+                degree,
+                &mut self.first_order_tape,
+                &mut self.scratch,
+            );
         }
         self.gradients.clear();
         let dimension = self.field.dimension();
@@ -99,16 +134,26 @@ impl<'a> Element<'a> {
             for state in 0..dimension {
                 let slope = self.slope(slot, state);
                 if slope != ZERO {
-                    let is_output = (0..dimension).any(|component| program.output(component) == slot);
+                    let is_output =
+                        (0..dimension).any(|component| program.output(component) == slot);
                     let is_euler = program.is_euler(slot);
-                    self.gradients.push(Gradient { slot, state, slope, is_euler, is_output });
+                    self.gradients.push(Gradient {
+                        slot,
+                        state,
+                        slope,
+                        is_euler,
+                        is_output,
+                    });
                 }
             }
         }
     }
 
     fn slope(&self, slot: usize, state: usize) -> NodeValues {
-        let monomial = self.first_order.linear_monomial(state).expect("order 1 keeps linear terms");
+        let monomial = self
+            .first_order
+            .linear_monomial(state)
+            .expect("order 1 keeps linear terms");
         self.first_order_tape[slot * self.first_order.len() + monomial]
     }
 
@@ -117,14 +162,22 @@ impl<'a> Element<'a> {
         let jacobian: Vec<_> = (0..dimension * dimension)
             .map(|entry| self.slope(program.output(entry / dimension), entry % dimension))
             .collect();
-        let has_remainder: Vec<_> = (0..dimension).map(|component| program.output(component) >= dimension).collect();
+        let has_remainder: Vec<_> = (0..dimension)
+            .map(|component| program.output(component) >= dimension)
+            .collect();
         ElementSolver::new(&jacobian, length, &has_remainder)
     }
 
     /// One degree: remainders, the linear equations, the state's share in every slot, the end.
     ///
     /// Returns the last Legendre modes of the derivatives, over the largest coefficient of the degree.
-    fn transport_degree(&mut self, solver: &ElementSolver, degree: usize, length: f64, jets: &mut [f64]) -> f64 {
+    fn transport_degree(
+        &mut self,
+        solver: &ElementSolver,
+        degree: usize,
+        length: f64,
+        jets: &mut [f64],
+    ) -> f64 {
         let (program, len) = (self.field.program(), self.space.len());
         let range = self.space.degree_range(degree);
         for state in 0..self.field.dimension() {
@@ -152,16 +205,14 @@ impl<'a> Element<'a> {
     /// Node values of one coefficient of the state, into the tape.
     #[inline]
     fn solve_monomial(&mut self, solver: &ElementSolver, monomial: usize, jets: &[f64]) {
-        const MOST: usize = 16;
-        let (program, dimension, len) = (self.field.program(), self.field.dimension(), self.space.len());
-        let (mut initial, mut remainders, mut states) = ([0.0; MOST], [ZERO; MOST], [ZERO; MOST]);
-        for component in 0..dimension {
-            initial[component] = jets[component * len + monomial];
-            remainders[component] = self.tape[program.output(component) * len + monomial];
+        let (program, len) = (self.field.program(), self.space.len());
+        for component in 0..self.states.len() {
+            self.initial[component] = jets[component * len + monomial];
+            self.remainders[component] = self.tape[program.output(component) * len + monomial];
         }
-        solver.solve(&initial[..dimension], &remainders[..dimension], &mut states[..dimension]);
-        for component in 0..dimension {
-            self.tape[component * len + monomial] = states[component];
+        solver.solve(&self.initial, &self.remainders, &mut self.states);
+        for (component, &values) in self.states.iter().enumerate() {
+            self.tape[component * len + monomial] = values;
         }
     }
 
@@ -169,13 +220,25 @@ impl<'a> Element<'a> {
     fn add_linear_part(&mut self, degree: usize) {
         let (len, range) = (self.space.len(), self.space.degree_range(degree));
         let last = degree == self.space.order();
-        for gradient in self.gradients.iter().filter(|gradient| gradient.is_output || !last) {
-            let factor = if gradient.is_euler { degree as f64 } else { 1.0 };
+        for gradient in self
+            .gradients
+            .iter()
+            .filter(|gradient| gradient.is_output || !last)
+        {
+            let factor = if gradient.is_euler {
+                degree as f64
+            } else {
+                1.0
+            };
             let slope = gradient.slope * Lanes::splat(factor);
             let (states, slots) = self.tape.split_at_mut(self.field.dimension() * len);
-            let states = &states[gradient.state * len + range.start..gradient.state * len + range.end];
+            let states =
+                &states[gradient.state * len + range.start..gradient.state * len + range.end];
             let first = (gradient.slot - self.field.dimension()) * len;
-            for (value, &state) in slots[first + range.start..first + range.end].iter_mut().zip(states) {
+            for (value, &state) in slots[first + range.start..first + range.end]
+                .iter_mut()
+                .zip(states)
+            {
                 *value = slope.mul_add(state, *value);
             }
         }

@@ -65,7 +65,9 @@ impl Gauss {
 
     /// Largest of the last two Legendre coefficients.
     pub(super) fn tail(&self, values: NodeValues) -> f64 {
-        dot(self.last_modes[0], values).abs().max(dot(self.last_modes[1], values).abs())
+        dot(self.last_modes[0], values)
+            .abs()
+            .max(dot(self.last_modes[1], values).abs())
     }
 }
 
@@ -117,11 +119,19 @@ mod tests {
         for power in 0..2 * NODES as i32 {
             let values = Lanes(gauss.nodes.map(|c| c.powi(power)));
             let exact = 1.0 / f64::from(power + 1);
-            assert!((gauss.integral(values) - exact).abs() < 4e-16, "power {power}");
+            assert!(
+                (gauss.integral(values) - exact).abs() < 4e-16,
+                "power {power}"
+            );
             if power < NODES as i32 {
                 for (i, &c) in gauss.nodes.iter().enumerate() {
-                    let sum: f64 = (0..NODES).map(|j| gauss.integration[j].0[i] * values.0[j]).sum();
-                    assert!((sum - c.powi(power + 1) * exact).abs() < 1e-15, "power {power}, node {i}");
+                    let sum: f64 = (0..NODES)
+                        .map(|j| gauss.integration[j].0[i] * values.0[j])
+                        .sum();
+                    assert!(
+                        (sum - c.powi(power + 1) * exact).abs() < 1e-15,
+                        "power {power}, node {i}"
+                    );
                 }
             }
         }
@@ -131,7 +141,11 @@ mod tests {
     fn last_modes_are_blind_to_lower_ones() {
         let square = Lanes(GAUSS.nodes.map(|c| c * c));
         assert!(GAUSS.tail(square) < 1e-15);
-        let last = Lanes(GAUSS.nodes.map(|c| legendre(Dd::from(2.0 * c - 1.0))[15].to_f64()));
+        let last = Lanes(
+            GAUSS
+                .nodes
+                .map(|c| legendre(Dd::from(2.0 * c - 1.0))[15].to_f64()),
+        );
         assert!((GAUSS.tail(last) - 1.0).abs() < 1e-13);
     }
 }

@@ -37,5 +37,8 @@ pub(super) fn nominal_orbit(
         }
         time += advance;
     }
-    Err(FlowError::TooManySteps { limit: MAX_STEPS, remaining: length - time })
+    Err(FlowError::TooManySteps {
+        limit: MAX_STEPS,
+        remaining: length - time,
+    })
 }

@@ -16,7 +16,6 @@ use crate::numeric::{Lanes, Scalar};
 
 /// `P` and `Q` of one element.
 pub(super) struct ElementSolver {
-    dimension: usize,
     /// `(column, P_ac)` of each row: the response of component `a` to the initial value of `c`.
     responses: Vec<Vec<(usize, NodeValues)>>,
     /// `(column, Q_ac)` of each row: the response of component `a` to the remainder of `c`.
@@ -31,10 +30,18 @@ impl ElementSolver {
     /// and which components have a remainder at all.
     ///
     /// `None` if a block pivot is singular: the element is too long.
-    pub(super) fn new(jacobian: &[NodeValues], length: f64, has_remainder: &[bool]) -> Option<Self> {
+    pub(super) fn new(
+        jacobian: &[NodeValues],
+        length: f64,
+        has_remainder: &[bool],
+    ) -> Option<Self> {
         let dimension = has_remainder.len();
         let inverse = inverse(collocation_matrix(jacobian, length, dimension))?;
-        let integration = Block(GAUSS.integration.map(|column| column * Lanes::splat(length)));
+        let integration = Block(
+            GAUSS
+                .integration
+                .map(|column| column * Lanes::splat(length)),
+        );
         let row_response = |(column, block): (usize, &Option<Block>)| {
             let block = block.as_ref()?;
             Some((column, block.apply(Lanes([1.0; NODES]))))
@@ -43,33 +50,54 @@ impl ElementSolver {
             let block = block.as_ref().filter(|_| has_remainder[column])?;
             Some((column, block.times(&integration)))
         };
-        let responses = inverse.iter().map(|row| row.iter().enumerate().filter_map(row_response).collect()).collect();
-        let remainders = inverse.iter().map(|row| row.iter().enumerate().filter_map(row_remainder).collect()).collect();
-        Some(Self { dimension, responses, remainders })
+        let responses = inverse
+            .iter()
+            .map(|row| row.iter().enumerate().filter_map(row_response).collect())
+            .collect();
+        let remainders = inverse
+            .iter()
+            .map(|row| row.iter().enumerate().filter_map(row_remainder).collect())
+            .collect();
+        Some(Self {
+            responses,
+            remainders,
+        })
     }
 
     /// Node values of every component from its initial values and remainders.
     #[inline]
-    pub(super) fn solve(&self, initial: &[f64], remainders: &[NodeValues], states: &mut [NodeValues]) {
+    pub(super) fn solve(
+        &self,
+        initial: &[f64],
+        remainders: &[NodeValues],
+        states: &mut [NodeValues],
+    ) {
         let zero = Lanes([0.0; NODES]);
-        for component in 0..self.dimension {
+        let rows = self.responses.iter().zip(&self.remainders);
+        for (state, (responses, blocks)) in states.iter_mut().zip(rows) {
             let mut sum = zero;
-            for (column, response) in &self.responses[component] {
+            for (column, response) in responses {
                 sum = response.mul_add(Lanes::splat(initial[*column]), sum);
             }
-            for (column, block) in &self.remainders[component] {
+            for (column, block) in blocks {
                 if remainders[*column] != zero {
                     sum = block.apply_add(remainders[*column], sum);
                 }
             }
-            states[component] = sum;
+            *state = sum;
         }
     }
 
     /// Largest of the last Legendre modes of the fundamental matrix, relative to each entry.
     pub(super) fn fundamental_tail(&self) -> f64 {
-        let relative = |response: &NodeValues| GAUSS.tail(*response) / response.magnitude().max(f64::MIN_POSITIVE);
-        self.responses.iter().flatten().map(|(_, response)| relative(response)).fold(0.0, f64::max)
+        let relative = |response: &NodeValues| {
+            GAUSS.tail(*response) / response.magnitude().max(f64::MIN_POSITIVE)
+        };
+        self.responses
+            .iter()
+            .flatten()
+            .map(|(_, response)| relative(response))
+            .fold(0.0, f64::max)
     }
 }
 
@@ -88,15 +116,18 @@ fn collocation_matrix(jacobian: &[NodeValues], length: f64, dimension: usize) ->
         }
         Some(block)
     };
-    (0..dimension).map(|row| (0..dimension).map(|column| entry(row, column)).collect()).collect()
+    (0..dimension)
+        .map(|row| (0..dimension).map(|column| entry(row, column)).collect())
+        .collect()
 }
 
 /// Inverse of a matrix of blocks by block elimination along the diagonal.
 fn inverse(mut matrix: BlockMatrix) -> Option<BlockMatrix> {
     let dimension = matrix.len();
     let unit = |row: usize, column: usize| (row == column).then(Block::identity);
-    let mut inverse: BlockMatrix =
-        (0..dimension).map(|row| (0..dimension).map(|column| unit(row, column)).collect()).collect();
+    let mut inverse: BlockMatrix = (0..dimension)
+        .map(|row| (0..dimension).map(|column| unit(row, column)).collect())
+        .collect();
     for pivot in 0..dimension {
         let block = matrix[pivot][pivot].as_ref()?;
         if *block != Block::identity() {
@@ -117,17 +148,26 @@ fn inverse(mut matrix: BlockMatrix) -> Option<BlockMatrix> {
 fn scale_row(row: &mut [Option<Block>], factor: &Block) {
     let identity = Block::identity();
     for block in row.iter_mut().flatten() {
-        *block = if *block == identity { *factor } else { factor.times(block) };
+        *block = if *block == identity {
+            *factor
+        } else {
+            factor.times(block)
+        };
     }
 }
 
 /// `row −= factor · pivot` in the columns from `first` on.
 fn subtract_row(matrix: &mut BlockMatrix, row: usize, pivot: usize, factor: &Block, first: usize) {
     let identity = Block::identity();
-    for column in first..matrix.len() {
-        let Some(block) = matrix[pivot][column] else { continue };
-        let product = if block == identity { *factor } else { factor.times(&block) };
-        matrix[row][column] = Some(match matrix[row][column] {
+    let pivot_row = matrix[pivot].clone();
+    let columns = pivot_row.iter().zip(&mut matrix[row]).skip(first);
+    for (block, target) in columns.filter_map(|(block, target)| Some((block.as_ref()?, target))) {
+        let product = if *block == identity {
+            *factor
+        } else {
+            factor.times(block)
+        };
+        *target = Some(match target {
             Some(old) => old.minus(&product),
             None => product.negative(),
         });

@@ -42,13 +42,20 @@ pub fn jet_transport_taylor<S: Real>(
         }
         expansion.expand(&state, parameters);
         let longest = S::from_f64(expansion.step_length(remaining.magnitude())?);
-        let length = if remaining.abs() <= longest { remaining } else { longest * remaining.signum() };
+        let length = if remaining.abs() <= longest {
+            remaining
+        } else {
+            longest * remaining.signum()
+        };
         for (component, jet) in state.iter_mut().enumerate() {
             expansion.sum_at(component, length, jet.coefficients_mut());
         }
         remaining -= length;
     }
-    Err(FlowError::TooManySteps { limit: MAX_STEPS, remaining: remaining.to_f64() })
+    Err(FlowError::TooManySteps {
+        limit: MAX_STEPS,
+        remaining: remaining.to_f64(),
+    })
 }
 
 /// The tape of one field over series in time of jets.
@@ -60,10 +67,22 @@ pub(crate) struct JetExpansion<'a, S: Real> {
 }
 
 impl<'a, S: Real> JetExpansion<'a, S> {
-    pub(crate) fn new(field: &'a Field, space: &std::sync::Arc<crate::jet::JetSpace>, order: usize) -> Self {
-        let algebra = JetSeries { space: std::sync::Arc::clone(space), order };
+    pub(crate) fn new(
+        field: &'a Field,
+        space: &std::sync::Arc<crate::jet::JetSpace>,
+        order: usize,
+    ) -> Self {
+        let algebra = JetSeries {
+            space: std::sync::Arc::clone(space),
+            order,
+        };
         let tape = vec![S::zero(); field.time_program().slots() * (order + 1) * space.len()];
-        Self { field, tape, scratch: vec![S::zero(); space.len()], algebra }
+        Self {
+            field,
+            tape,
+            scratch: vec![S::zero(); space.len()],
+            algebra,
+        }
     }
 
     /// Expands the solution about a jet-valued state.
@@ -78,7 +97,10 @@ impl<'a, S: Real> JetExpansion<'a, S> {
 
     /// Coefficients of one power of time of a slot.
     pub(crate) fn coefficients(&self, slot: usize, power: usize) -> &[S] {
-        let (len, part) = (Graded::<S>::element_len(&self.algebra), Graded::<S>::part(&self.algebra, power));
+        let (len, part) = (
+            Graded::<S>::element_len(&self.algebra),
+            Graded::<S>::part(&self.algebra, power),
+        );
         &self.tape[slot * len + part.start..slot * len + part.end]
     }
 
@@ -88,21 +110,34 @@ impl<'a, S: Real> JetExpansion<'a, S> {
         let mut step = limit;
         for component in 0..self.field.dimension() {
             for power in 0..=order {
-                if self.coefficients(component, power).iter().any(|value| !value.is_finite()) {
+                if self
+                    .coefficients(component, power)
+                    .iter()
+                    .any(|value| !value.is_finite())
+                {
                     return Err(FlowError::NotFinite { degree: power });
                 }
             }
             for degree in 0..=self.algebra.space.order() {
-                step = step.min(component_step(|power| self.magnitude(component, power, degree), order));
+                step = step.min(component_step(
+                    |power| self.magnitude(component, power, degree),
+                    order,
+                ));
             }
         }
-        if step > 0.0 || limit == 0.0 { Ok(step) } else { Err(FlowError::NotFinite { degree: order }) }
+        if step > 0.0 || limit == 0.0 {
+            Ok(step)
+        } else {
+            Err(FlowError::NotFinite { degree: order })
+        }
     }
 
     /// Largest coefficient of a power of time among the monomials of a degree.
     fn magnitude(&self, component: usize, power: usize, degree: usize) -> f64 {
         let part = &self.coefficients(component, power)[self.algebra.space.degree_range(degree)];
-        part.iter().map(|value| value.magnitude()).fold(0.0, f64::max)
+        part.iter()
+            .map(|value| value.magnitude())
+            .fold(0.0, f64::max)
     }
 
     /// Horner's sum of the series of a component at a time.

@@ -12,7 +12,10 @@ use crate::numeric::Scalar;
 /// ```
 ///
 /// Analytic where `w_0` is invertible.
-#[allow(clippy::too_many_arguments, reason = "one per symbol of the recurrence")]
+#[allow(
+    clippy::too_many_arguments,
+    reason = "one per symbol of the recurrence"
+)]
 pub fn part<S: Scalar, A: Graded<S>>(
     algebra: &A,
     degree: usize,

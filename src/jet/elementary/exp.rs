@@ -9,7 +9,14 @@ use crate::numeric::Scalar;
 /// ```text
 /// u_0 = exp a_0,   u_k = (1/k) Σ_{j=1}^{k} (Ea)_j u_{k−j}
 /// ```
-pub fn part<S: Scalar, A: Graded<S>>(algebra: &A, degree: usize, a: &[S], euler_a: &[S], u: &[S], out: &mut [S]) {
+pub fn part<S: Scalar, A: Graded<S>>(
+    algebra: &A,
+    degree: usize,
+    a: &[S],
+    euler_a: &[S],
+    u: &[S],
+    out: &mut [S],
+) {
     if degree == 0 {
         return algebra.head(HeadFunction::Exp, &a[algebra.part(0)], out);
     }

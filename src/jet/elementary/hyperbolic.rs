@@ -9,7 +9,14 @@ use crate::numeric::Scalar;
 /// ```text
 /// s_0 = sinh a_0,   s_k = (1/k) Σ_{j=1}^{k} (Ea)_j c_{k−j}
 /// ```
-pub fn sinh_part<S: Scalar, A: Graded<S>>(algebra: &A, degree: usize, a: &[S], euler_a: &[S], cosh: &[S], out: &mut [S]) {
+pub fn sinh_part<S: Scalar, A: Graded<S>>(
+    algebra: &A,
+    degree: usize,
+    a: &[S],
+    euler_a: &[S],
+    cosh: &[S],
+    out: &mut [S],
+) {
     pair_part(algebra, HeadFunction::Sinh, degree, a, euler_a, cosh, out);
 }
 
@@ -18,7 +25,14 @@ pub fn sinh_part<S: Scalar, A: Graded<S>>(algebra: &A, degree: usize, a: &[S], e
 /// ```text
 /// c_0 = cosh a_0,   c_k = (1/k) Σ_{j=1}^{k} (Ea)_j s_{k−j}
 /// ```
-pub fn cosh_part<S: Scalar, A: Graded<S>>(algebra: &A, degree: usize, a: &[S], euler_a: &[S], sinh: &[S], out: &mut [S]) {
+pub fn cosh_part<S: Scalar, A: Graded<S>>(
+    algebra: &A,
+    degree: usize,
+    a: &[S],
+    euler_a: &[S],
+    sinh: &[S],
+    out: &mut [S],
+) {
     pair_part(algebra, HeadFunction::Cosh, degree, a, euler_a, sinh, out);
 }
 

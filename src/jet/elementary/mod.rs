@@ -17,7 +17,13 @@ use super::Graded;
 use crate::numeric::Scalar;
 
 /// `out = Σ_{j=0}^{k} a_j b_{k−j}`.
-pub fn product_part<S: Scalar, A: Graded<S>>(algebra: &A, degree: usize, a: &[S], b: &[S], out: &mut [S]) {
+pub fn product_part<S: Scalar, A: Graded<S>>(
+    algebra: &A,
+    degree: usize,
+    a: &[S],
+    b: &[S],
+    out: &mut [S],
+) {
     out.fill(S::zero());
     algebra.convolve(degree, super::Span::Full, a, b, out);
 }

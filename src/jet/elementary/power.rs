@@ -10,7 +10,10 @@ use crate::numeric::Scalar;
 /// ```
 ///
 /// Analytic for `a_0 > 0` only.
-#[allow(clippy::too_many_arguments, reason = "one per symbol of the recurrence")]
+#[allow(
+    clippy::too_many_arguments,
+    reason = "one per symbol of the recurrence"
+)]
 pub fn part<S: Scalar, A: Graded<S>>(
     algebra: &A,
     exponent: S,

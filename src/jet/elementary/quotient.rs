@@ -10,7 +10,14 @@ use crate::numeric::Scalar;
 /// ```
 ///
 /// `b_0` must be invertible.
-pub fn part<S: Scalar, A: Graded<S>>(algebra: &A, degree: usize, a: &[S], b: &[S], u: &[S], out: &mut [S]) {
+pub fn part<S: Scalar, A: Graded<S>>(
+    algebra: &A,
+    degree: usize,
+    a: &[S],
+    b: &[S],
+    u: &[S],
+    out: &mut [S],
+) {
     out.fill(S::zero());
     algebra.convolve(degree, Span::WithoutFirst, b, u, out);
     for (value, &numerator) in out.iter_mut().zip(&a[algebra.part(degree)]) {

@@ -9,7 +9,14 @@ use crate::numeric::Scalar;
 /// ```text
 /// s_0 = sin a_0,   s_k = (1/k) Σ_{j=1}^{k} (Ea)_j c_{k−j}
 /// ```
-pub fn sine_part<S: Scalar, A: Graded<S>>(algebra: &A, degree: usize, a: &[S], euler_a: &[S], cosine: &[S], out: &mut [S]) {
+pub fn sine_part<S: Scalar, A: Graded<S>>(
+    algebra: &A,
+    degree: usize,
+    a: &[S],
+    euler_a: &[S],
+    cosine: &[S],
+    out: &mut [S],
+) {
     if degree == 0 {
         return algebra.head(HeadFunction::Sin, &a[algebra.part(0)], out);
     }
@@ -23,7 +30,14 @@ pub fn sine_part<S: Scalar, A: Graded<S>>(algebra: &A, degree: usize, a: &[S], e
 /// ```text
 /// c_0 = cos a_0,   c_k = −(1/k) Σ_{j=1}^{k} (Ea)_j s_{k−j}
 /// ```
-pub fn cosine_part<S: Scalar, A: Graded<S>>(algebra: &A, degree: usize, a: &[S], euler_a: &[S], sine: &[S], out: &mut [S]) {
+pub fn cosine_part<S: Scalar, A: Graded<S>>(
+    algebra: &A,
+    degree: usize,
+    a: &[S],
+    euler_a: &[S],
+    sine: &[S],
+    out: &mut [S],
+) {
     if degree == 0 {
         return algebra.head(HeadFunction::Cos, &a[algebra.part(0)], out);
     }

@@ -112,23 +112,23 @@ pub enum ExpressionError {
 }
 
 impl ExpressionError {
-    /// A few words for the place in the text.
-    pub(in crate::model) fn label(&self) -> String {
+    /// A few words for the place in the text, where there is something to add.
+    pub(in crate::model) fn label(&self) -> Option<String> {
         let meant = |nearest: &Option<String>, otherwise: &str| match nearest {
             Some(name) => format!("did you mean `{name}`?"),
             None => otherwise.to_owned(),
         };
         match self {
-            Self::UnknownVariable { nearest, .. } => {
-                meant(nearest, "not a state, the phase, a parameter or a `let`")
-            }
+            Self::UnknownVariable { nearest, .. } => Some(meant(
+                nearest,
+                "not a state, the phase, a parameter or a `let`",
+            )),
             Self::UnknownFunction { nearest, .. } => {
-                meant(nearest, "not a function; a product needs `*`")
+                Some(meant(nearest, "not a function; a product needs `*`"))
             }
-            Self::FunctionWithoutArguments { name } => format!("write `{name}(...)`"),
-            Self::Unclosed => "opened here".to_owned(),
-            Self::TooDeep { .. } | Self::TooLong { .. } => "split it with `let`".to_owned(),
-            _ => "here".to_owned(),
+            Self::FunctionWithoutArguments { name } => Some(format!("write `{name}(...)`")),
+            Self::TooDeep { .. } | Self::TooLong { .. } => Some("split it with `let`".to_owned()),
+            _ => None,
         }
     }
 }

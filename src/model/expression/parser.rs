@@ -2,9 +2,11 @@
 
 use std::ops::Range;
 
+use num_traits::Zero;
+
 use super::lexer::{Token, tokens};
 use super::{ExpressionError, Spanned};
-use crate::model::graph::{Binary, ExpressionGraph, NodeId};
+use crate::model::graph::{Binary, ExpressionGraph, Node, NodeId};
 use crate::model::names::{self, Function};
 use crate::numeric::Dd;
 
@@ -224,10 +226,16 @@ impl Parser<'_> {
         Ok(node)
     }
 
-    /// Refuses an operation on numbers that gave none.
+    /// Refuses an operation on numbers that gave none, and a division by zero.
     fn finite(&self, node: NodeId, operands: &[NodeId], span: &Range<usize>) -> Outcome<()> {
         let constant = |id: &NodeId| self.graph.constant_value(*id).is_some();
-        if operands.iter().all(constant) && !constant(&node) {
+        let by_zero = match self.graph.node(node) {
+            Node::Binary(Binary::Div, _, divisor) => {
+                self.graph.constant_value(divisor) == Some(Dd::zero())
+            }
+            _ => false,
+        };
+        if by_zero || (operands.iter().all(constant) && !constant(&node)) {
             let text = self.text[span.clone()].to_owned();
             return Err(self.fault(ExpressionError::NotFinite { text }, span.clone()));
         }
@@ -282,4 +290,53 @@ fn binding(symbol: u8) -> Option<(u8, u8)> {
 pub(super) fn decimal(text: &str) -> Option<Dd> {
     let value = Dd::from_decimal(text).ok()?;
     value.is_finite().then_some(value)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn value(text: &str) -> Result<f64, ExpressionError> {
+        let mut graph = ExpressionGraph::new();
+        let node =
+            parse(text, &mut graph, &|_| Resolved::Unknown(None)).map_err(|fault| fault.value)?;
+        Ok(graph
+            .constant_value(node)
+            .expect("numbers alone give a number")
+            .hi)
+    }
+
+    #[test]
+    fn operators_bind_as_in_mathematics() {
+        for (text, expected) in [
+            ("1 + 2*3", 7.0),
+            ("(1 + 2)*3", 9.0),
+            ("10 - 4 - 3", 3.0),
+            ("16/4/2", 2.0),
+            ("2^3^2", 512.0),
+            ("-2^2", -4.0),
+            ("(-2)^2", 4.0),
+            ("2^-1", 0.5),
+            ("2^-2^2", 0.0625),
+            ("-2*-3", 6.0),
+            ("2*-3^2", -18.0),
+            ("- -5", 5.0),
+            ("+5 - +3", 2.0),
+            ("1e-3*1E3", 1.0),
+            (".5 + 5.", 5.5),
+            ("max(1, min(3, 2))", 2.0),
+            ("atan2(1, -1)/pi", 0.75),
+            ("abs(-3)*sign(-2)", -3.0),
+        ] {
+            assert_eq!(value(text), Ok(expected), "{text}");
+        }
+    }
+
+    #[test]
+    fn a_fault_is_pointed_at_to_the_byte() {
+        let mut graph = ExpressionGraph::new();
+        let fault = parse("1 + velocty*2", &mut graph, &|_| Resolved::Unknown(None))
+            .expect_err("an unknown name");
+        assert_eq!(fault.span, 4..11);
+    }
 }

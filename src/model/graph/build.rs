@@ -225,3 +225,66 @@ fn key(node: &Node) -> [u64; 3] {
         Node::Binary(function, a, b) => pair(6 | ((function as u64) << 8), a, u64::from(b.0)),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn equal_operations_stand_once() {
+        let mut graph = ExpressionGraph::new();
+        let (x, y) = (graph.input(0), graph.input(1));
+        assert_eq!(graph.add(x, y), graph.add(y, x));
+        assert_eq!(graph.mul(x, x), graph.power_integer(x, 2));
+        assert_ne!(graph.sub(x, y), graph.sub(y, x));
+        assert_ne!(graph.unary(Unary::Sin, x), graph.unary(Unary::Cos, x));
+        assert_ne!(
+            graph.binary(Binary::Min, x, y),
+            graph.binary(Binary::Max, x, y)
+        );
+    }
+
+    #[test]
+    fn exact_simplifications_leave_no_operation() {
+        let mut graph = ExpressionGraph::new();
+        let (x, zero, one) = (graph.input(0), graph.number(0.0), graph.number(1.0));
+        assert_eq!(
+            [
+                graph.add(zero, x),
+                graph.mul(one, x),
+                graph.sub(x, zero),
+                graph.div(x, one)
+            ],
+            [x; 4]
+        );
+        assert_eq!(
+            [graph.mul(x, zero), graph.sub(x, x), graph.div(zero, x)],
+            [zero; 3]
+        );
+        let negative = graph.neg(x);
+        assert_eq!([graph.neg(negative), graph.power_integer(x, 1)], [x; 2]);
+        assert_eq!(graph.power_integer(x, 0), one);
+        assert_eq!(graph.nodes().len(), 4);
+    }
+
+    #[test]
+    fn constants_are_folded_only_where_the_value_is_finite() {
+        let mut graph = ExpressionGraph::new();
+        let (three, zero) = (graph.number(3.0), graph.number(0.0));
+        let root = graph.unary(Unary::Sqrt, three);
+        let square = graph.mul(root, root);
+        let value = graph.constant_value(square).expect("a constant");
+        assert!((value - Dd::from_f64(3.0)).hi.abs() < 1e-31);
+        let quotient = graph.div(three, zero);
+        assert_eq!(graph.constant_value(quotient), None);
+    }
+
+    #[test]
+    fn dependencies_are_the_inputs_that_remain() {
+        let mut graph = ExpressionGraph::new();
+        let (x, y, z) = (graph.input(4), graph.input(1), graph.input(2));
+        let (product, difference) = (graph.mul(x, y), graph.sub(z, z));
+        let sum = graph.add(product, difference);
+        assert_eq!(graph.dependencies(sum), [1, 4]);
+    }
+}

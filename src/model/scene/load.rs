@@ -5,7 +5,7 @@ use std::path::Path;
 use toml_edit::Document;
 
 use super::document::Table;
-use super::{Scene, diagram, expansion, grazing, oscillator, overrides, section, window};
+use super::{Scene, diagram, expansion, grazing, oscillator, overrides, section, usage, window};
 use crate::model::error::{Checked, Fault, SceneError};
 use crate::model::names;
 use crate::model::problem::SceneProblem;
@@ -132,7 +132,9 @@ fn read(text: &str, file_name: &str) -> Checked<Scene> {
         root.field(key)
             .map_or(Ok(Vec::new()), |field| field.tables())
     };
-    let grazing = grazing::read(&root.require("grazing")?.table()?, &model)?;
+    let grazing_table = root.require("grazing")?.table()?;
+    let grazing = grazing::read(&grazing_table, &model)?;
+    let warnings = usage::check(&grazing_table, &model, &grazing)?;
     let section = section::read(table("section")?.as_ref(), &model)?;
     let expansion = expansion::read(table("expansion")?.as_ref(), &model, &grazing)?;
     let window = window::read(table("window")?.as_ref(), &model)?;
@@ -157,6 +159,7 @@ fn read(text: &str, file_name: &str) -> Checked<Scene> {
         emit,
         diagrams,
         charts,
+        warnings,
     })
 }
 

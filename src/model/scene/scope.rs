@@ -57,7 +57,21 @@ impl Scope {
             };
             return Err(Fault::at(span, problem));
         }
+        if names::is_rust_word(name) {
+            let problem = SceneProblem::RustWord {
+                name: name.to_owned(),
+                kind: kind.word(),
+            };
+            return Err(Fault::at(span, problem));
+        }
         if let Some((_, first)) = self.entries.iter().find(|(known, _)| known == name) {
+            if *first == kind {
+                let problem = SceneProblem::SameName {
+                    name: name.to_owned(),
+                    kind: kind.word(),
+                };
+                return Err(Fault::at(span, problem));
+            }
             let (first, second) = (first.word(), kind.word());
             let problem = SceneProblem::DuplicateName {
                 name: name.to_owned(),

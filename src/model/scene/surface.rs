@@ -54,12 +54,11 @@ fn name(table: &Table<'_>, others: &[Surface]) -> Checked<String> {
         return Err(entry.fault(SceneProblem::NotAName { name: shown(name) }));
     }
     if others.iter().any(|other| other.name == name) {
-        let (first, second) = ("surface", "second surface");
-        return Err(entry.fault(SceneProblem::DuplicateName {
+        let problem = SceneProblem::SameName {
             name: name.to_owned(),
-            first,
-            second,
-        }));
+            kind: "surface",
+        };
+        return Err(entry.fault(problem));
     }
     Ok(name.to_owned())
 }

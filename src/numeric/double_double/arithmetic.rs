@@ -172,6 +172,7 @@ impl One for Dd {
 mod tests {
     use super::*;
     use crate::numeric::double_double::reference::assert_agrees;
+    use crate::numeric::sampling::fixed_samples;
     use proptest::prelude::*;
 
     #[test]
@@ -198,6 +199,8 @@ mod tests {
     }
 
     proptest! {
+        #![proptest_config(fixed_samples(256))]
+
         #[test]
         fn quotient_times_divisor_is_the_dividend(a in 1e-3..1e3_f64, b in 1e-3..1e3_f64, lo in -1e-17..1e-17_f64) {
             let (dividend, divisor) = (Dd::new(a, a * lo), Dd::new(b, -b * lo));

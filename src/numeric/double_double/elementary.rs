@@ -128,6 +128,7 @@ fn exp_minus_one(r: Dd) -> Dd {
 mod tests {
     use super::*;
     use crate::numeric::double_double::reference::assert_agrees;
+    use crate::numeric::sampling::fixed_samples;
     use proptest::prelude::*;
 
     #[test]
@@ -204,6 +205,8 @@ mod tests {
     }
 
     proptest! {
+        #![proptest_config(fixed_samples(256))]
+
         #[test]
         fn exponential_undoes_the_logarithm(hi in 1e-3..1e3_f64, lo in -1e-17..1e-17_f64) {
             let a = Dd::new(hi, lo);

@@ -200,6 +200,17 @@ impl Remainder {
     }
 }
 
+/// Half the number, plus what a dropped remainder adds, rounded half to even.
+pub(super) fn rounded_half(doubled: Natural, remainder: Remainder) -> Natural {
+    let (half, last_bit) = doubled.shifted_down(1);
+    let up = last_bit == Remainder::Positive && (remainder == Remainder::Positive || half.is_odd());
+    if up {
+        half.plus(&Natural::from_u64(1))
+    } else {
+        half
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
