@@ -59,7 +59,9 @@ impl EmittedCrate {
             ("src/lib.rs".to_owned(), standalone_root(name)?),
             (format!("src/{name}.rs"), module.text.clone()),
         ];
-        Ok(Self { files: files.into() })
+        Ok(Self {
+            files: files.into(),
+        })
     }
 
     /// The sources of the catalogue's crate: one module per map, sorted by name, and a registry of them.
@@ -73,10 +75,15 @@ impl EmittedCrate {
         for module in modules {
             let path = format!("src/{}.rs", module.identifier);
             if files.insert(path, module.text.clone()).is_some() {
-                return Err(EmissionError::DuplicateModule { name: module.identifier.clone() });
+                return Err(EmissionError::DuplicateModule {
+                    name: module.identifier.clone(),
+                });
             }
         }
-        let mut names: Vec<&str> = modules.iter().map(|module| module.identifier.as_str()).collect();
+        let mut names: Vec<&str> = modules
+            .iter()
+            .map(|module| module.identifier.as_str())
+            .collect();
         names.sort_unstable();
         files.insert("src/lib.rs".to_owned(), catalogue_root(&names)?);
         Ok(Self { files })
@@ -101,19 +108,31 @@ impl EmittedCrate {
 
     /// How a folder differs from this emission; other files in the folder do not count.
     pub fn check(&self, folder: &Path) -> Vec<Difference> {
-        self.files.iter().filter_map(|(path, text)| difference(path, text, &folder.join(path))).collect()
+        self.files
+            .iter()
+            .filter_map(|(path, text)| difference(path, text, &folder.join(path)))
+            .collect()
     }
 }
 
 fn difference(path: &str, text: &str, file: &Path) -> Option<Difference> {
     let path = path.to_owned();
     match std::fs::read_to_string(file) {
-        Err(failure) if failure.kind() == io::ErrorKind::NotFound => Some(Difference::Missing { path }),
+        Err(failure) if failure.kind() == io::ErrorKind::NotFound => {
+            Some(Difference::Missing { path })
+        }
         Err(_) => Some(Difference::Unreadable { path }),
         Ok(found) if found == text => None,
         Ok(found) => {
-            let same = found.split('\n').zip(text.split('\n')).take_while(|(found, text)| found == text).count();
-            Some(Difference::Changed { path, line: same + 1 })
+            let same = found
+                .split('\n')
+                .zip(text.split('\n'))
+                .take_while(|(found, text)| found == text)
+                .count();
+            Some(Difference::Changed {
+                path,
+                line: same + 1,
+            })
         }
     }
 }

@@ -30,7 +30,9 @@ pub enum EmissionError {
         lanes: usize,
     },
     /// The composed shape was asked for, but no composed form exists.
-    #[error("the composed shape needs the composed form of a map with one passage; this map has {passages}")]
+    #[error(
+        "the composed shape needs the composed form of a map with one passage; this map has {passages}"
+    )]
     NoComposedForm {
         /// Passages of the map.
         passages: usize,

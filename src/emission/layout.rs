@@ -41,28 +41,44 @@ pub(super) struct MapLayout {
 pub(super) fn map(layout: &MapLayout) -> Result<String, EmissionError> {
     let mut context = tera::Context::new();
     context.insert("map", layout);
-    render("map.rs.tera", include_str!("../../templates/map.rs.tera"), context)
+    render(
+        "map.rs.tera",
+        include_str!("../../templates/map.rs.tera"),
+        context,
+    )
 }
 
 /// The manifest of a standalone crate.
 pub(super) fn manifest(package: &str) -> Result<String, EmissionError> {
     let mut context = tera::Context::new();
     context.insert("package", package);
-    render("crate_cargo.toml.tera", include_str!("../../templates/crate_cargo.toml.tera"), context)
+    render(
+        "crate_cargo.toml.tera",
+        include_str!("../../templates/crate_cargo.toml.tera"),
+        context,
+    )
 }
 
 /// The root of a standalone crate.
 pub(super) fn standalone_root(module: &str) -> Result<String, EmissionError> {
     let mut context = tera::Context::new();
     context.insert("module", module);
-    render("crate_lib.rs.tera", include_str!("../../templates/crate_lib.rs.tera"), context)
+    render(
+        "crate_lib.rs.tera",
+        include_str!("../../templates/crate_lib.rs.tera"),
+        context,
+    )
 }
 
 /// The root of the crate of the catalogue's maps.
 pub(super) fn catalogue_root(modules: &[&str]) -> Result<String, EmissionError> {
     let mut context = tera::Context::new();
     context.insert("modules", modules);
-    render("catalogue_lib.rs.tera", include_str!("../../templates/catalogue_lib.rs.tera"), context)
+    render(
+        "catalogue_lib.rs.tera",
+        include_str!("../../templates/catalogue_lib.rs.tera"),
+        context,
+    )
 }
 
 fn render(name: &str, template: &str, mut context: tera::Context) -> Result<String, EmissionError> {

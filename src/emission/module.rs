@@ -1,13 +1,12 @@
 //! One emitted module: a map's kernel, its constants and its provenance.
 
+use super::EmissionError;
 use super::layout::{self, MapLayout};
 use super::names::{checked_identifier, comment, number_literal, string_literal};
 use super::printing::{PrintedKernel, print};
 use super::pruning::{PruneReport, prune, prune_composed};
-use super::EmissionError;
 use crate::expansion::{ComposedMap, LocalMap, MapKernel, SectionKind, Stage};
 use crate::jet::kernel::{Kernel, OperationCount, SplitKernel};
-use crate::numeric::Real;
 
 /// Number of the format of emitted modules; it changes with the templates and with the printing.
 pub const FORMAT: u32 = 1;
@@ -36,7 +35,12 @@ pub struct EmitOptions {
 
 impl Default for EmitOptions {
     fn default() -> Self {
-        Self { shape: EmittedShape::Factored, lanes: 8, tolerance: None, measured_error: None }
+        Self {
+            shape: EmittedShape::Factored,
+            lanes: 8,
+            tolerance: None,
+            measured_error: None,
+        }
     }
 }
 
@@ -72,7 +76,9 @@ pub fn emitted_module(
 ) -> Result<EmittedModule, EmissionError> {
     let identifier = checked_identifier(&map.scene)?.to_owned();
     if !(1..=64).contains(&options.lanes) {
-        return Err(EmissionError::Lanes { lanes: options.lanes });
+        return Err(EmissionError::Lanes {
+            lanes: options.lanes,
+        });
     }
     check_shapes(map)?;
     let (lowered, pruned) = lower(map, composed, options)?;
@@ -92,17 +98,41 @@ pub fn emitted_module(
 fn check_shapes(map: &LocalMap) -> Result<(), EmissionError> {
     let dimension = map.dimension();
     let check = |what, expected, found| {
-        if expected == found { Ok(()) } else { Err(EmissionError::Shape { what, expected, found }) }
+        if expected == found {
+            Ok(())
+        } else {
+            Err(EmissionError::Shape {
+                what,
+                expected,
+                found,
+            })
+        }
     };
     check("point of the section", dimension, map.section.point.len())?;
-    check("half-widths of the state", dimension, map.window.state.len())?;
-    check("half-widths of the parameters", map.parameters.len(), map.window.parameter.len())?;
+    check(
+        "half-widths of the state",
+        dimension,
+        map.window.state.len(),
+    )?;
+    check(
+        "half-widths of the parameters",
+        map.parameters.len(),
+        map.window.parameter.len(),
+    )?;
     for stage in &map.stages {
         match stage {
             Stage::Leg(leg) => check("polynomials of a leg", dimension, leg.image.len())?,
             Stage::Contact(contact) => {
-                check("linear polynomials of a contact", dimension, contact.linear.len())?;
-                check("quadratic polynomials of a contact", dimension, contact.quadratic.len())?;
+                check(
+                    "linear polynomials of a contact",
+                    dimension,
+                    contact.linear.len(),
+                )?;
+                check(
+                    "quadratic polynomials of a contact",
+                    dimension,
+                    contact.quadratic.len(),
+                )?;
             }
         }
     }
@@ -115,7 +145,9 @@ fn lower(
     composed: Option<&ComposedMap>,
     options: &EmitOptions,
 ) -> Result<(MapKernel, Option<PruneReport>), EmissionError> {
-    let no_form = EmissionError::NoComposedForm { passages: map.passages() };
+    let no_form = EmissionError::NoComposedForm {
+        passages: map.passages(),
+    };
     match (options.shape, composed, options.tolerance) {
         (EmittedShape::Composed, None, _) => Err(no_form),
         (EmittedShape::Composed, Some(form), None) => Ok((MapKernel::composed(map, form), None)),
@@ -149,13 +181,20 @@ fn layout_of(
     let prepare = print(&split.prepare, |number| format!("parameters[{number}]"))?;
     let free = lowered.dimension;
     let input = |number: usize| {
-        if number < free { format!("x{number}") } else { format!("c({})", number - free) }
+        if number < free {
+            format!("x{number}")
+        } else {
+            format!("c({})", number - free)
+        }
     };
     let (step_text, jacobian) = (print(step, input)?, print(&split.run, input)?);
     let passages = lowered.passages;
     let (image, depths) = step_text.outputs.split_at(free);
     let rows = |printed: &PrintedKernel| -> Vec<String> {
-        printed.outputs[free + passages..].chunks(free.max(1)).map(|row| row.join(", ")).collect()
+        printed.outputs[free + passages..]
+            .chunks(free.max(1))
+            .map(|row| row.join(", "))
+            .collect()
     };
     Ok(MapLayout {
         header: header(map, options, lowered, step, pruned)?,
@@ -170,10 +209,27 @@ fn layout_of(
         scene: string_literal(&map.scene),
         digest: format!("0x{:016x}", map.digest),
         section: string_literal(section_word(map.section.kind)),
-        coordinate_names: map.section.coordinates.iter().map(|name| string_literal(name)).collect(),
-        parameter_names: map.parameters.iter().map(|parameter| string_literal(&parameter.name)).collect(),
-        point: finite("a coordinate of the section's point", map.section.point.iter().map(|value| value.to_f64()))?,
-        grazing: finite("a grazing parameter", map.parameters.iter().map(|parameter| parameter.value.to_f64()))?,
+        coordinate_names: map
+            .section
+            .coordinates
+            .iter()
+            .map(|name| string_literal(name))
+            .collect(),
+        parameter_names: map
+            .parameters
+            .iter()
+            .map(|parameter| string_literal(&parameter.name))
+            .collect(),
+        point: finite(
+            "a coordinate of the section's point",
+            map.section.point.iter().map(|value| value.to_f64()),
+        )?,
+        grazing: finite(
+            "a grazing parameter",
+            map.parameters
+                .iter()
+                .map(|parameter| parameter.value.to_f64()),
+        )?,
         window_depth: half_width(map.window.depth)?,
         window_state: half_widths(&map.window.state)?,
         window_parameters: half_widths(&map.window.parameter)?,
@@ -198,13 +254,20 @@ fn section_word(kind: SectionKind) -> &'static str {
     }
 }
 
-fn finite(what: &'static str, values: impl Iterator<Item = f64>) -> Result<Vec<String>, EmissionError> {
+fn finite(
+    what: &'static str,
+    values: impl Iterator<Item = f64>,
+) -> Result<Vec<String>, EmissionError> {
     values.map(|value| number_literal(what, value)).collect()
 }
 
 /// A half-width, which may be unbounded but not NaN.
 fn half_width(value: f64) -> Result<String, EmissionError> {
-    if value == f64::INFINITY { Ok("f64::INFINITY".into()) } else { number_literal("a half-width of the window", value) }
+    if value == f64::INFINITY {
+        Ok("f64::INFINITY".into())
+    } else {
+        number_literal("a half-width of the window", value)
+    }
 }
 
 fn half_widths(values: &[f64]) -> Result<Vec<String>, EmissionError> {
@@ -212,7 +275,9 @@ fn half_widths(values: &[f64]) -> Result<Vec<String>, EmissionError> {
 }
 
 fn optional(what: &'static str, value: Option<f64>) -> Result<String, EmissionError> {
-    value.map_or(Ok("None".into()), |value| Ok(format!("Some({})", number_literal(what, value)?)))
+    value.map_or(Ok("None".into()), |value| {
+        Ok(format!("Some({})", number_literal(what, value)?))
+    })
 }
 
 /// The lines of the provenance header, after the first.
@@ -225,7 +290,12 @@ fn header(
 ) -> Result<Vec<String>, EmissionError> {
     let names = |names: Vec<&str>| comment(&names.join(", "));
     let coordinates = names(map.section.coordinates.iter().map(String::as_str).collect());
-    let parameters = names(map.parameters.iter().map(|parameter| parameter.name.as_str()).collect());
+    let parameters = names(
+        map.parameters
+            .iter()
+            .map(|parameter| parameter.name.as_str())
+            .collect(),
+    );
     let shape = match options.shape {
         EmittedShape::Factored => "factored",
         EmittedShape::Composed => "composed",
@@ -236,14 +306,24 @@ fn header(
         format!("Section: {}.", section_word(map.section.kind)),
         format!("Coordinates: {coordinates}."),
         format!("Parameters: {parameters}."),
-        format!("Orders: smooth_order {}, contact_weight {}.", map.orders.smooth_order, map.orders.contact_weight),
+        format!(
+            "Orders: smooth_order {}, contact_weight {}.",
+            map.orders.smooth_order, map.orders.contact_weight
+        ),
         format!("Shape: {shape}, {} lanes.", options.lanes),
         format!("Window: depth {}.", half_width(map.window.depth)?),
-        format!("Tolerance asked {}, error measured {}.", stated(options.tolerance), stated(options.measured_error)),
+        format!(
+            "Tolerance asked {}, error measured {}.",
+            stated(options.tolerance),
+            stated(options.measured_error)
+        ),
     ];
     if let Some(report) = pruned {
         let bound = number_literal("the bound of the dropped monomials", report.bound)?;
-        lines.push(format!("Monomials: {} kept, {} dropped, which adds at most {bound}.", report.kept, report.dropped));
+        lines.push(format!(
+            "Monomials: {} kept, {} dropped, which adds at most {bound}.",
+            report.kept, report.dropped
+        ));
     }
     lines.push(format!("A step: {}.", counted(all)));
     lines.push(format!("A frozen step: {}.", counted(frozen)));
@@ -253,11 +333,19 @@ fn header(
 /// A line of at most 112 characters, continued on further ones.
 fn wrapped(line: &str) -> Vec<String> {
     let characters: Vec<char> = line.chars().collect();
-    characters.chunks(112).map(|part| part.iter().collect()).collect()
+    characters
+        .chunks(112)
+        .map(|part| part.iter().collect())
+        .collect()
 }
 
 fn counted(count: OperationCount) -> String {
-    let OperationCount { multiply_adds, products, sums, roots } = count;
+    let OperationCount {
+        multiply_adds,
+        products,
+        sums,
+        roots,
+    } = count;
     format!("{multiply_adds} multiply-adds, {products} products, {sums} sums, {roots} roots")
 }
 

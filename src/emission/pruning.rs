@@ -40,29 +40,62 @@ pub fn prune(map: &LocalMap, tolerance: f64) -> (LocalMap, PruneReport) {
                     lost = lost.max(drop_terms(jet, bounds, 1.0, budget, &mut report));
                 }
             }
-            Stage::Contact(Contact { depth, linear, quadratic }) => {
+            Stage::Contact(Contact {
+                depth,
+                linear,
+                quadratic,
+            }) => {
                 report.kept += terms(depth);
-                lost = drop_contact(linear, quadratic, bounds, map.window.depth, 0.5 * budget, &mut report);
+                lost = drop_contact(
+                    linear,
+                    quadratic,
+                    bounds,
+                    map.window.depth,
+                    0.5 * budget,
+                    &mut report,
+                );
             }
         }
-        report.bound = before + if lost > 0.0 { lost * amplification } else { 0.0 };
+        report.bound = before
+            + if lost > 0.0 {
+                lost * amplification
+            } else {
+                0.0
+            };
         amplification = next;
     }
     (pruned, report)
 }
 
 /// The composed form without the monomials that a tolerance does not need.
-pub fn prune_composed(map: &LocalMap, composed: &ComposedMap, tolerance: f64) -> (ComposedMap, PruneReport) {
+pub fn prune_composed(
+    map: &LocalMap,
+    composed: &ComposedMap,
+    tolerance: f64,
+) -> (ComposedMap, PruneReport) {
     let mut pruned = composed.clone();
-    let mut report = PruneReport { kept: terms(&composed.depth), ..PruneReport::default() };
+    let mut report = PruneReport {
+        kept: terms(&composed.depth),
+        ..PruneReport::default()
+    };
     let bounds = [map.window.state.as_slice(), &map.window.parameter].concat();
     let budget = SHARE * tolerance / 3.0;
     let mut smooth = 0.0f64;
     for jet in &mut pruned.smooth {
         smooth = smooth.max(drop_terms(jet, &bounds, 1.0, budget, &mut report));
     }
-    let ComposedMap { linear, quadratic, .. } = &mut pruned;
-    report.bound = smooth + drop_contact(linear, quadratic, &bounds, map.window.depth, budget, &mut report);
+    let ComposedMap {
+        linear, quadratic, ..
+    } = &mut pruned;
+    report.bound = smooth
+        + drop_contact(
+            linear,
+            quadratic,
+            &bounds,
+            map.window.depth,
+            budget,
+            &mut report,
+        );
     (pruned, report)
 }
 
@@ -85,11 +118,20 @@ fn drop_contact(
 }
 
 /// Drops the smallest terms while their sum, times `factor`, stays within the budget; the sum.
-fn drop_terms(jet: &mut Jet<f64>, bounds: &[f64], factor: f64, budget: f64, report: &mut PruneReport) -> f64 {
+fn drop_terms(
+    jet: &mut Jet<f64>,
+    bounds: &[f64],
+    factor: f64,
+    budget: f64,
+    report: &mut PruneReport,
+) -> f64 {
     let mut contributions: Vec<(f64, usize)> = Vec::new();
     for (number, (exponents, coefficient)) in jet.terms().enumerate() {
         if coefficient != 0.0 {
-            contributions.push((factor * contribution(exponents, coefficient, bounds), number));
+            contributions.push((
+                factor * contribution(exponents, coefficient, bounds),
+                number,
+            ));
         }
     }
     contributions.sort_by(|left, right| left.0.total_cmp(&right.0));
@@ -110,32 +152,51 @@ fn drop_terms(jet: &mut Jet<f64>, bounds: &[f64], factor: f64, budget: f64, repo
 }
 
 fn terms(jet: &Jet<f64>) -> usize {
-    jet.coefficients().iter().filter(|&&coefficient| coefficient != 0.0).count()
+    jet.coefficients()
+        .iter()
+        .filter(|&&coefficient| coefficient != 0.0)
+        .count()
 }
 
 fn contribution(exponents: &[u8], coefficient: f64, bounds: &[f64]) -> f64 {
-    let powers = exponents.iter().zip(bounds).map(|(&exponent, bound)| bound.powi(i32::from(exponent)));
+    let powers = exponents
+        .iter()
+        .zip(bounds)
+        .map(|(&exponent, bound)| bound.powi(i32::from(exponent)));
     coefficient.abs() * powers.product::<f64>()
 }
 
 /// Bound of a polynomial where every variable stays within its bound.
 fn magnitude(jet: &Jet<f64>, bounds: &[f64]) -> f64 {
     let nonzero = jet.terms().filter(|&(_, coefficient)| coefficient != 0.0);
-    nonzero.map(|(exponents, coefficient)| contribution(exponents, coefficient, bounds)).sum()
+    nonzero
+        .map(|(exponents, coefficient)| contribution(exponents, coefficient, bounds))
+        .sum()
 }
 
 /// Bounds of (coordinates; parameters) in front of every stage.
 fn stage_bounds(map: &LocalMap) -> Vec<Vec<f64>> {
     let mut bounds = [map.window.state.as_slice(), &map.window.parameter].concat();
-    let (mut all, y) = (Vec::with_capacity(map.stages.len()), map.window.depth.sqrt());
+    let (mut all, y) = (
+        Vec::with_capacity(map.stages.len()),
+        map.window.depth.sqrt(),
+    );
     for stage in &map.stages {
         all.push(bounds.clone());
         let next: Vec<f64> = match stage {
-            Stage::Leg(leg) => leg.image.iter().map(|jet| magnitude(jet, &bounds)).collect(),
+            Stage::Leg(leg) => leg
+                .image
+                .iter()
+                .map(|jet| magnitude(jet, &bounds))
+                .collect(),
             Stage::Contact(contact) => {
                 let corrections = contact.linear.iter().zip(&contact.quadratic);
-                let sizes = corrections.map(|(l, q)| y * magnitude(l, &bounds) + y * y * magnitude(q, &bounds));
-                sizes.zip(&bounds).map(|(correction, bound)| bound + correction).collect()
+                let sizes = corrections
+                    .map(|(l, q)| y * magnitude(l, &bounds) + y * y * magnitude(q, &bounds));
+                sizes
+                    .zip(&bounds)
+                    .map(|(correction, bound)| bound + correction)
+                    .collect()
             }
         };
         bounds[..next.len()].copy_from_slice(&next);
@@ -145,13 +206,21 @@ fn stage_bounds(map: &LocalMap) -> Vec<Vec<f64>> {
 
 /// Bound of how much a stage enlarges a difference of states (largest coordinate).
 fn lipschitz(stage: &Stage, bounds: &[f64], dimension: usize) -> f64 {
-    let Stage::Leg(leg) = stage else { return f64::INFINITY };
-    let row = |jet: &Jet<f64>| -> f64 { (0..dimension).map(|j| derivative_magnitude(jet, j, bounds)).sum() };
+    let Stage::Leg(leg) = stage else {
+        return f64::INFINITY;
+    };
+    let row = |jet: &Jet<f64>| -> f64 {
+        (0..dimension)
+            .map(|j| derivative_magnitude(jet, j, bounds))
+            .sum()
+    };
     leg.image.iter().map(row).fold(0.0, f64::max)
 }
 
 fn derivative_magnitude(jet: &Jet<f64>, variable: usize, bounds: &[f64]) -> f64 {
-    let nonzero = jet.terms().filter(|&(exponents, coefficient)| coefficient != 0.0 && exponents[variable] > 0);
+    let nonzero = jet
+        .terms()
+        .filter(|&(exponents, coefficient)| coefficient != 0.0 && exponents[variable] > 0);
     let sizes = nonzero.map(|(exponents, coefficient)| {
         let mut lowered = exponents.to_vec();
         lowered[variable] -= 1;

@@ -1,7 +1,8 @@
 //! Maps with random coefficients, for tests and benches.
 
 use grazemap::expansion::{
-    ActiveParameter, ComposedMap, Contact, Leg, LocalMap, MapOrders, MapSection, MapWindow, SectionKind, Stage,
+    ActiveParameter, ComposedMap, Contact, Leg, LocalMap, MapOrders, MapSection, MapWindow,
+    SectionKind, Stage,
 };
 use grazemap::jet::{Jet, JetSpace};
 use grazemap::numeric::{Dd, Scalar};
@@ -38,21 +39,48 @@ pub(crate) const WINDOW: f64 = 0.2;
 pub(crate) fn map(smooth_order: u32, contact_weight: u32, kind: SectionKind) -> LocalMap {
     let mut numbers = Numbers::new(7);
     let leg = |numbers: &mut Numbers| {
-        Stage::Leg(Leg { image: (0..2).map(|_| numbers.jet(&[1; 4], smooth_order as usize, 0.0).scale(0.5)).collect() })
+        Stage::Leg(Leg {
+            image: (0..2)
+                .map(|_| numbers.jet(&[1; 4], smooth_order as usize, 0.0).scale(0.5))
+                .collect(),
+        })
     };
     let weight = contact_weight as usize;
-    let mut three = |order: usize, constant: f64| vec![numbers.jet(&[2; 4], order, constant), numbers.jet(&[2; 4], order, 0.1)];
+    let mut three = |order: usize, constant: f64| {
+        vec![
+            numbers.jet(&[2; 4], order, constant),
+            numbers.jet(&[2; 4], order, 0.1),
+        ]
+    };
     let depth = three(weight.max(2), 0.0).remove(0);
-    let contact = Contact { depth, linear: three(weight.saturating_sub(1), 0.3), quadratic: three(weight.saturating_sub(2), 0.2) };
+    let contact = Contact {
+        depth,
+        linear: three(weight.saturating_sub(1), 0.3),
+        quadratic: three(weight.saturating_sub(2), 0.2),
+    };
     let stages = match kind {
         SectionKind::Tangency => vec![Stage::Contact(contact), leg(&mut numbers)],
-        SectionKind::Stroboscopic => vec![leg(&mut numbers), Stage::Contact(contact), leg(&mut numbers)],
+        SectionKind::Stroboscopic => vec![
+            leg(&mut numbers),
+            Stage::Contact(contact),
+            leg(&mut numbers),
+        ],
     };
-    of_stages(stages, MapOrders { smooth_order, contact_weight }, kind)
+    of_stages(
+        stages,
+        MapOrders {
+            smooth_order,
+            contact_weight,
+        },
+        kind,
+    )
 }
 
 pub(crate) fn of_stages(stages: Vec<Stage>, orders: MapOrders, kind: SectionKind) -> LocalMap {
-    let parameter = |name: &str, value: f64| ActiveParameter { name: name.into(), value: Dd::from_f64(value) };
+    let parameter = |name: &str, value: f64| ActiveParameter {
+        name: name.into(),
+        value: Dd::from_f64(value),
+    };
     LocalMap {
         scene: "synthetic".into(),
         digest: 0x0123_4567_89ab_cdef,
@@ -65,14 +93,23 @@ pub(crate) fn of_stages(stages: Vec<Stage>, orders: MapOrders, kind: SectionKind
         parameters: vec![parameter("alpha", 2.0), parameter("omega", 1.8)],
         orders,
         stages,
-        window: MapWindow { depth: 0.1, state: vec![WINDOW; 2], parameter: vec![WINDOW; 2] },
+        window: MapWindow {
+            depth: 0.1,
+            state: vec![WINDOW; 2],
+            parameter: vec![WINDOW; 2],
+        },
     }
 }
 
 /// A composed form in two coordinates and two parameters.
 pub(crate) fn composed(order: usize) -> ComposedMap {
     let mut numbers = Numbers::new(11);
-    let mut pair = |order: usize| vec![numbers.jet(&[2; 4], order, 0.0), numbers.jet(&[2; 4], order, 0.1)];
+    let mut pair = |order: usize| {
+        vec![
+            numbers.jet(&[2; 4], order, 0.0),
+            numbers.jet(&[2; 4], order, 0.1),
+        ]
+    };
     ComposedMap {
         depth: pair(order).remove(0),
         smooth: pair(order),
