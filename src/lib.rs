@@ -8,6 +8,8 @@ pub mod model;
 
 pub mod flow;
 
+pub mod hybrid;
+
 pub mod orbit;
 
 pub mod expansion;
@@ -15,3 +17,5 @@ pub mod expansion;
 pub mod emission;
 
 pub mod iteration;
+
+pub mod report;

@@ -12,3 +12,134 @@ fn every_scene_of_the_catalogue_is_read_without_fault() {
         assert!(catalogue::summary(name).is_some_and(|summary| !summary.is_empty()));
     }
 }
+
+/// A grazing point of the reference numbers: a scene, its parameters, its state and `h''` there.
+struct Reference {
+    scene: String,
+    parameters: Vec<(&'static str, f64)>,
+    state: Vec<f64>,
+    normal_acceleration: f64,
+}
+
+fn read(file: &str) -> serde_json::Value {
+    let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("tests/data/rigid")
+        .join(file);
+    let text =
+        std::fs::read_to_string(path).expect("the reference numbers are part of the repository");
+    serde_json::from_str(&text).expect("the reference numbers are JSON")
+}
+
+/// A number that the reference keeps as decimal text.
+fn number(value: &serde_json::Value) -> f64 {
+    value
+        .as_str()
+        .and_then(|text| text.parse().ok())
+        .expect("a decimal number as text")
+}
+
+/// The grazing points of `beam_tables.json` that have a scene; of two branches the larger is the scene's.
+fn cantilevers() -> Vec<Reference> {
+    let table = read("beam_tables.json");
+    let rows = table
+        .as_array()
+        .expect("a list of rows")
+        .iter()
+        .filter(|row| row["zeta"] != "1.257");
+    let large = rows.filter(|row| {
+        let two_branches = ["0.12", "0.123", "0.1257"]
+            .iter()
+            .any(|zeta| row["zeta"] == *zeta);
+        !two_branches || number(&row["Q_G_qmin"]) < -0.6
+    });
+    let reference = |row: &serde_json::Value| {
+        let zeta = row["zeta"].as_str().expect("text").replace('.', "_");
+        let soft = if row["alpha"] == "0.2" { "_soft" } else { "" };
+        let event = number(&row["Q_G_qmin"]);
+        Reference {
+            scene: format!("cantilever_{zeta}{soft}"),
+            parameters: vec![("Q", event)],
+            state: vec![event, 0.0, number(&row["t_G"])],
+            normal_acceleration: number(&row["a_G"]),
+        }
+    };
+    large.map(reference).collect()
+}
+
+/// The base points of the public truth files: `h'' = −a*` by the equations printed in them.
+fn oscillators() -> Vec<Reference> {
+    let electrostatic = |file: &str, scene: &str| {
+        let base = &read(file)["base"];
+        let (voltage, theta) = (number(&base["V_star"]), number(&base["theta_star"]));
+        Reference {
+            scene: scene.to_owned(),
+            parameters: vec![("V", voltage), ("omega", number(&base["omega_star"]))],
+            state: vec![0.5, 0.0, theta],
+            normal_acceleration: 0.5 - (voltage * theta.sin() / 0.5).powi(2),
+        }
+    };
+    let linear = |file: &str, scene: &str| {
+        let base = &read(file)["base"];
+        let omega = number(&base["omega_star"]);
+        Reference {
+            scene: scene.to_owned(),
+            parameters: vec![("alpha", number(&base["alpha_star"])), ("omega", omega)],
+            state: vec![1.0, 0.0, number(&base["theta_star"])],
+            normal_acceleration: omega * omega,
+        }
+    };
+    vec![
+        electrostatic("public_mems_w0.46.json", "mems"),
+        electrostatic("public_mems_w0.4878_codim2.json", "mems_codim2"),
+        electrostatic("public_mems_scenario3_codim2.json", "mems_scenario3"),
+        linear("public_linear_w1.8.json", "linear"),
+        linear("public_linear_codim2.json", "linear_codim2"),
+    ]
+}
+
+/// At the reference's grazing point `h = h' = 0` and `h''` is the reference's: the scene's equations are the
+/// literature's. The tolerance is the rounding of about ten operations on numbers of order one. The guess must
+/// lie near that point, or the orbit found would be another branch's.
+#[test]
+fn scenes_graze_where_the_reference_numbers_say() {
+    let references: Vec<Reference> = cantilevers().into_iter().chain(oscillators()).collect();
+    assert_eq!(references.len(), 17);
+    for Reference {
+        scene: name,
+        parameters,
+        state,
+        normal_acceleration,
+    } in references
+    {
+        let text = catalogue::text(&name).unwrap_or_else(|| panic!("no scene `{name}`"));
+        let scene = Scene::parse(text, &name).unwrap_or_else(|error| panic!("{error}"));
+        let model = &scene.model;
+        let value = |parameter: &grazemap::model::Parameter| {
+            let given = parameters.iter().find(|(name, _)| *name == parameter.name);
+            given.map_or(parameter.value.hi, |&(_, value)| value)
+        };
+        let inputs: Vec<f64> = state
+            .iter()
+            .copied()
+            .chain(model.parameters.iter().map(value))
+            .collect();
+        let mut values = Vec::new();
+        model.graph.evaluate(&inputs, &mut values);
+        let stop = &model.surfaces[0];
+        assert!(values[stop.event.index()].abs() < 1e-14, "{name}");
+        assert!(values[stop.normal_velocity.index()].abs() < 1e-14, "{name}");
+        let error = values[stop.normal_acceleration.index()] - normal_acceleration;
+        assert!(error.abs() < 1e-14, "{name}: h'' is off by {error:e}");
+        let guess = scene
+            .grazing
+            .guess
+            .as_ref()
+            .expect("every scene of the catalogue has a guess");
+        let distance = guess
+            .iter()
+            .zip(&state)
+            .map(|(guess, exact)| (guess - exact).abs())
+            .fold(0.0, f64::max);
+        assert!(distance < 2e-3, "{name}: the guess is off by {distance}");
+    }
+}

@@ -12,6 +12,7 @@ mod implicit;
 pub mod kernel;
 mod linear;
 mod map;
+mod monomials;
 mod operators;
 mod product;
 mod series;

@@ -38,7 +38,7 @@ pub(super) fn power<S: Scalar>(base: S, exponent: i32) -> S {
     let mut remaining = exponent.unsigned_abs();
     while remaining > 0 {
         if remaining & 1 == 1 {
-            result = result * square;
+            result *= square;
         }
         remaining >>= 1;
         if remaining > 0 {
