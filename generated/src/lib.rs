@@ -3,6 +3,15 @@
 #![cfg_attr(not(feature = "std"), no_std)]
 #![forbid(unsafe_code)]
 
+#[rustfmt::skip]
+pub mod linear;
+
+#[rustfmt::skip]
+pub mod linear_codim2;
+
+#[rustfmt::skip]
+pub mod mems;
+
 /// A step on slices: state, parameters; image, depths. The contacts made, or `None` for wrong lengths.
 pub type StepOnSlices = fn(&[f64], &[f64], &mut [f64], &mut [f64]) -> Option<u32>;
 
@@ -37,6 +46,45 @@ pub struct CatalogueMap {
 /// The maps, sorted by identifier.
 #[rustfmt::skip]
 pub static CATALOGUE: &[CatalogueMap] = &[
+    CatalogueMap {
+        identifier: linear::SCENE,
+        digest: linear::DIGEST,
+        dimension: linear::DIMENSION,
+        parameters: linear::PARAMETERS,
+        passages: linear::PASSAGES,
+        window_state: &linear::WINDOW_STATE,
+        window_parameters: &linear::WINDOW_PARAMETERS,
+        #[cfg(feature = "std")]
+        step: linear::step_on_slices,
+        #[cfg(feature = "std")]
+        step_jacobian: linear::step_jacobian_on_slices,
+    },
+    CatalogueMap {
+        identifier: linear_codim2::SCENE,
+        digest: linear_codim2::DIGEST,
+        dimension: linear_codim2::DIMENSION,
+        parameters: linear_codim2::PARAMETERS,
+        passages: linear_codim2::PASSAGES,
+        window_state: &linear_codim2::WINDOW_STATE,
+        window_parameters: &linear_codim2::WINDOW_PARAMETERS,
+        #[cfg(feature = "std")]
+        step: linear_codim2::step_on_slices,
+        #[cfg(feature = "std")]
+        step_jacobian: linear_codim2::step_jacobian_on_slices,
+    },
+    CatalogueMap {
+        identifier: mems::SCENE,
+        digest: mems::DIGEST,
+        dimension: mems::DIMENSION,
+        parameters: mems::PARAMETERS,
+        passages: mems::PASSAGES,
+        window_state: &mems::WINDOW_STATE,
+        window_parameters: &mems::WINDOW_PARAMETERS,
+        #[cfg(feature = "std")]
+        step: mems::step_on_slices,
+        #[cfg(feature = "std")]
+        step_jacobian: mems::step_jacobian_on_slices,
+    },
 ];
 
 /// The map of a scene.
