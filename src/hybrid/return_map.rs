@@ -143,7 +143,7 @@ impl<'a, S: Real> DirectReturn<'a, S> {
             };
             match self.next_stop(horizon, approach, log)? {
                 Stop::Minimum { gap } => {
-                    if self.is_final(surface)? {
+                    if self.is_final(surface) {
                         break ReturnOutcome::Returned;
                     }
                     let time = self.simulator.time();
@@ -155,8 +155,9 @@ impl<'a, S: Real> DirectReturn<'a, S> {
                 }
                 Stop::Contact { surface: met } if met == surface => {
                     self.entry.copy_from(&self.simulator.motion);
-                    let minimum = self.reach_minimum(surface, horizon)?;
-                    if minimum && self.is_final(surface)? {
+                    // NOTE: a deep approach may meet a singularity behind the surface; then its contact is real.
+                    let minimum = self.reach_minimum(surface, horizon).unwrap_or(false);
+                    if minimum && self.is_final(surface) {
                         break ReturnOutcome::Returned;
                     }
                     self.simulator.motion.copy_from(&self.entry);
@@ -191,10 +192,11 @@ impl<'a, S: Real> DirectReturn<'a, S> {
             match self.next_stop(self.duration, Approach::default(), log)? {
                 Stop::Contact { surface: met } if met == surface => {
                     self.entry.copy_from(&self.simulator.motion);
-                    if !self.reach_minimum(surface, self.duration)? {
-                        break;
-                    }
-                    let last = self.is_final(surface)?;
+                    let last = match self.reach_minimum(surface, self.duration) {
+                        Ok(false) => break,
+                        Ok(true) => self.is_final(surface),
+                        Err(_) => false,
+                    };
                     self.simulator.motion.copy_from(&self.entry);
                     if last {
                         self.fly_ignoring(surface, log)?;
@@ -287,15 +289,17 @@ impl<'a, S: Real> DirectReturn<'a, S> {
     ///
     /// The next one, along the free flow, is looked for as far beyond the nominal return as the present
     /// one lies before it. The simulator stands where it stood afterwards.
-    fn is_final(&mut self, surface: usize) -> Result<bool, Outcome<S>> {
+    fn is_final(&mut self, surface: usize) -> bool {
         let early = self.duration - self.simulator.time();
         if early <= S::zero() {
-            return Ok(true);
+            return true;
         }
         self.passage.copy_from(&self.simulator.motion);
-        let nearer = self.reach_minimum(surface, self.duration + early)?;
+        let nearer = self
+            .reach_minimum(surface, self.duration + early)
+            .unwrap_or(false);
         self.simulator.motion.copy_from(&self.passage);
-        Ok(!nearer)
+        !nearer
     }
 
     fn next_stop(

@@ -66,6 +66,9 @@ impl<S: Real> Simulator<'_, S> {
             first.take(watch, found, approach, misses);
         }
         let First { length, stop } = first;
+        if stop.is_none() && length < remaining && motion.time + length == motion.time {
+            return Err(Outcome::Diverged { time: motion.time });
+        }
         step.state_at(length, next);
         let whole = length == remaining;
         std::mem::swap(&mut motion.state, next);
