@@ -13,3 +13,9 @@ pub mod hybrid;
 pub mod orbit;
 
 pub mod expansion;
+
+pub mod emission;
+
+pub mod iteration;
+
+pub mod report;

@@ -231,7 +231,7 @@ impl<S: Real> Approach<S> {
         let at_zero_depth = coefficient_of_depth_power(correction, 0, self.depth.space());
         let displacement = largest(&at_zero_depth);
         let scale = largest(correction).max(1.0);
-        if !(displacement <= 1e6 * S::ROUNDOFF * scale) {
+        if displacement.is_nan() || displacement > 1e6 * S::ROUNDOFF * scale {
             let surface = passage.surface.clone();
             return Err(ExpansionError::ResetNotIdentityAtTangency {
                 surface,

@@ -6,11 +6,15 @@
 use super::JetSpace;
 use crate::numeric::Scalar;
 
-/// `sum + Σ a_i b_j` over a list of pairs, in four running sums.
+/// `sum + Σ a_i b_j` over a list of pairs, in four running sums; in one where a scalar is itself
+/// several vectors wide, whose lanes are chains enough and whose four sums would not fit the registers.
 #[inline(always)]
 pub(super) fn sum_of_products<S: Scalar>(pairs: &[(u32, u32)], a: &[S], b: &[S], sum: S) -> S {
-    let (fours, rest) = pairs.as_chunks::<4>();
     let add = |sum: S, (i, j): (u32, u32)| a[i as usize].mul_add(b[j as usize], sum);
+    if size_of::<S>() > 64 {
+        return pairs.iter().fold(sum, |sum, &pair| add(sum, pair));
+    }
+    let (fours, rest) = pairs.as_chunks::<4>();
     let mut sums = [
         rest.iter().fold(sum, |sum, &pair| add(sum, pair)),
         S::zero(),

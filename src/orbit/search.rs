@@ -139,7 +139,7 @@ impl<'a> Search<'a> {
         if orbit.lowest.event.abs() > NEAR * (orbit.largest - orbit.lowest.event) {
             return Ok(None);
         }
-        let Solve::Root(root) = solve(
+        let Solve::Root(root) = solve_either(
             self.system,
             &self.unknowns(&orbit.lowest.state, orbit.value),
             1e-9,
