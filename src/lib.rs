@@ -18,4 +18,8 @@ pub mod emission;
 
 pub mod iteration;
 
+pub mod analysis;
+
+pub mod convergence;
+
 pub mod report;
