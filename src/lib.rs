@@ -8,6 +8,10 @@ pub mod model;
 
 pub mod flow;
 
+pub mod hybrid;
+
 pub mod orbit;
 
 pub mod expansion;
+
+pub mod cli;

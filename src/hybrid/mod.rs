@@ -1,0 +1,27 @@
+//! Direct event-driven simulation: impacts, contact phases, chattering, sticking.
+//!
+//! The ground truth every expansion is measured against, and a competitor in earnest: Taylor steps
+//! whose polynomials of the gap are searched for *every* crossing and *every* local minimum, so that
+//! no low-velocity impact is missed, in `f64` and in double-double.
+//!
+//! Deliberately absent: Poincaré maps' expansions, orbits, anything truncated.
+//! See docs/mathematics/direct-simulation.md.
+
+mod backward;
+mod chatter;
+mod error;
+mod motion;
+mod passage;
+mod response;
+mod return_map;
+mod sensing;
+mod simulator;
+mod sticking;
+mod system;
+mod trajectory;
+
+pub use error::HybridError;
+pub use return_map::{DirectReturn, Return, ReturnOutcome, ReturnSection};
+pub use simulator::Simulator;
+pub use system::{HybridSystem, Regime};
+pub use trajectory::{Event, EventKind, Outcome, Trajectory};

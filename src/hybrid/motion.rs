@@ -1,0 +1,74 @@
+//! The moving point: full state, time, regime, and what must be remembered between steps.
+
+use super::passage::Start;
+use super::system::Regime;
+use crate::numeric::Real;
+
+/// State of a simulation between two steps.
+#[derive(Clone, Debug)]
+pub(super) struct Motion<S> {
+    pub(super) state: Vec<S>,
+    pub(super) time: S,
+    pub(super) regime: Regime,
+    /// Whole periods removed from the phase.
+    pub(super) turns: i64,
+    /// Phase about which the phase is kept: it stays within half a period of it.
+    pub(super) reference_phase: S,
+    /// Factor that makes the present regime's release function positive; 0 until its first step.
+    pub(super) release_sign: S,
+    /// Per surface: rounding of its gap if the state has just left it.
+    pub(super) leaving: Vec<Option<S>>,
+    /// The surface whose gap has a reported minimum here.
+    pub(super) at_minimum: Option<usize>,
+    /// Length of the last step.
+    pub(super) last_step: S,
+}
+
+impl<S: Real> Motion<S> {
+    pub(super) fn new(dimension: usize, surfaces: usize) -> Self {
+        Self {
+            state: vec![S::zero(); dimension],
+            time: S::zero(),
+            regime: Regime::Free,
+            turns: 0,
+            reference_phase: S::zero(),
+            release_sign: S::zero(),
+            leaving: vec![None; surfaces],
+            at_minimum: None,
+            last_step: S::one(),
+        }
+    }
+
+    /// Takes over another motion without allocating.
+    pub(super) fn copy_from(&mut self, other: &Self) {
+        let (mut state, mut leaving) = (
+            std::mem::take(&mut self.state),
+            std::mem::take(&mut self.leaving),
+        );
+        state.copy_from_slice(&other.state);
+        leaving.copy_from_slice(&other.leaving);
+        *self = Self {
+            state,
+            leaving,
+            ..*other
+        };
+    }
+
+    /// How the search of a surface's gap starts here.
+    pub(super) fn start(&self, surface: usize) -> Start<S> {
+        match self.leaving[surface] {
+            Some(rounding) => Start::Leaving { rounding },
+            None if self.at_minimum == Some(surface) => Start::AtMinimum,
+            None => Start::Inside,
+        }
+    }
+
+    /// Keeps the phase within half a period of its reference.
+    pub(super) fn reduce_phase(&mut self, component: usize, period: S) {
+        let half = period * S::from_f64(0.5);
+        while self.state[component] - self.reference_phase >= half {
+            self.state[component] -= period;
+            self.turns += 1;
+        }
+    }
+}

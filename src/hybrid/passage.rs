@@ -1,0 +1,449 @@
+//! Search of one step: every local minimum of a gap and its first crossing.
+//!
+//! A gap `g > 0` is a polynomial on the step `[0, L]`, its slope another. All stationary points are
+//! isolated first (bisection with a bound on the second derivative, in `f64`) and polished in the
+//! scalar; between them the gap is monotone, so one sign comparison per piece finds a crossing. Two
+//! crossings within one step, the quick dip of a near graze, cannot be missed: they have a minimum
+//! between them.
+
+use crate::flow::horner;
+use crate::numeric::Real;
+
+/// A gap on one step: Taylor coefficients of `sign · value` and of its derivative.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Gap<'p, S> {
+    /// Coefficients of the watched function.
+    pub(crate) value: &'p [S],
+    /// Coefficients of its time derivative.
+    pub(crate) slope: &'p [S],
+    /// Factor of both, 1 or −1, that makes the gap positive.
+    pub(crate) sign: S,
+}
+
+impl<S: Real> Gap<'_, S> {
+    fn at(&self, time: S) -> S {
+        self.sign * horner(self.value, time)
+    }
+
+    fn slope_at(&self, time: S) -> S {
+        self.sign * horner(self.slope, time)
+    }
+
+    /// Value of the slope and of its derivative.
+    fn slope_and_curvature(&self, time: S) -> (S, S) {
+        let (mut slope, mut curvature) = (S::zero(), S::zero());
+        for &coefficient in self.slope.iter().rev() {
+            curvature = curvature.mul_add(time, slope);
+            slope = slope.mul_add(time, coefficient);
+        }
+        (self.sign * slope, self.sign * curvature)
+    }
+}
+
+/// Where a step starts.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Start<S> {
+    /// Anywhere.
+    Inside,
+    /// On the zero of the gap, just left: dips within the rounding of the gap (given) are not events.
+    Leaving {
+        /// Rounding of the gap.
+        rounding: S,
+    },
+    /// At a minimum of the gap that has been reported.
+    AtMinimum,
+}
+
+/// What is looked for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Goal<S> {
+    /// Minima with a gap of at least 0 and at most this, and the first crossing.
+    Crossing {
+        /// Largest gap of a minimum that is reported.
+        near: S,
+    },
+    /// Minima of any depth; crossings are flown through.
+    Minima,
+}
+
+/// An event of one gap within a step.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Passage<S> {
+    /// A local minimum.
+    Minimum {
+        /// Time since the start of the step.
+        time: S,
+        /// The gap there.
+        gap: S,
+    },
+    /// The gap falls through 0.
+    Crossing {
+        /// Time since the start of the step.
+        time: S,
+    },
+}
+
+impl<S: Real> Passage<S> {
+    /// Time since the start of the step.
+    pub(crate) fn time(&self) -> S {
+        match *self {
+            Passage::Minimum { time, .. } | Passage::Crossing { time } => time,
+        }
+    }
+}
+
+/// Working memory of the search.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct PassageSearch {
+    scaled: Vec<f64>,
+    roots: Vec<f64>,
+    pending: Vec<(f64, f64)>,
+}
+
+impl PassageSearch {
+    /// Appends the gap's passages on `[0, length]`, in order of time, up to its first crossing.
+    pub(crate) fn search<S: Real>(
+        &mut self,
+        gap: &Gap<'_, S>,
+        length: S,
+        start: Start<S>,
+        goal: Goal<S>,
+        found: &mut Vec<Passage<S>>,
+    ) {
+        if let Goal::Crossing { near } = goal
+            && lower_bound(gap, length.to_f64()) > near.to_f64().max(0.0)
+        {
+            return;
+        }
+        self.isolate(gap.slope, length.to_f64());
+        let mut left = (S::zero(), gap.at(S::zero()));
+        for index in 0..=self.roots.len() {
+            let stationary = self.roots.get(index).copied();
+            let time = stationary.map_or(length, |root| {
+                polish_stationary(gap, S::from_f64(root) * length, length)
+            });
+            let right = (time, gap.at(time));
+            let piece = Piece {
+                left,
+                right,
+                stationary: stationary.is_some(),
+            };
+            if let Some(passage) = piece.passage(gap, length, start, goal) {
+                found.push(passage);
+                if matches!(passage, Passage::Crossing { .. }) {
+                    return;
+                }
+            }
+            left = right;
+        }
+    }
+
+    /// Fills `roots` with the zeros of the slope in units of the length, increasing.
+    fn isolate<S: Real>(&mut self, slope: &[S], length: f64) {
+        self.scaled.clear();
+        let mut power = 1.0;
+        for coefficient in slope {
+            self.scaled.push(coefficient.to_f64() * power);
+            power *= length;
+        }
+        self.roots.clear();
+        let size: f64 = self.scaled.iter().map(|c| c.abs()).sum();
+        if !(size > 0.0 && size.is_finite()) {
+            return;
+        }
+        while self.scaled.len() > 2 && self.scaled.last().is_some_and(|c| c.abs() < 1e-18 * size) {
+            self.scaled.pop();
+        }
+        self.pending.clear();
+        self.pending.push((0.0, 1.0));
+        for _ in 0..MAX_INTERVALS {
+            let Some((a, b)) = self.pending.pop() else {
+                return;
+            };
+            self.examine(a, b);
+        }
+    }
+
+    /// Excludes, solves or splits one interval.
+    fn examine(&mut self, a: f64, b: f64) {
+        let (middle, half) = (0.5 * (a + b), 0.5 * (b - a));
+        let (value, slope) = value_and_slope(&self.scaled, middle);
+        let bound = curvature_bound(&self.scaled, b);
+        if value.abs() > half * (slope.abs() + 0.5 * bound * half) {
+            return;
+        }
+        if slope.abs() > bound * half || half < SMALLEST_HALF {
+            let (left, right) = (
+                value_and_slope(&self.scaled, a).0,
+                value_and_slope(&self.scaled, b).0,
+            );
+            if (left < 0.0) != (right < 0.0) {
+                let root = monotone_root(&self.scaled, a, b, left < 0.0);
+                self.roots.push(root);
+            }
+            return;
+        }
+        self.pending.push((middle, b));
+        self.pending.push((a, middle));
+    }
+}
+
+/// Intervals examined per step before the rest is given up; a step of an analytic field needs tens.
+const MAX_INTERVALS: usize = 100_000;
+/// Half-width, relative to the step, below which a multiple zero of the slope is not resolved.
+const SMALLEST_HALF: f64 = 1e-9;
+
+/// A lower bound of the gap on the step: `g_0 − Σ |g_k| L^k`.
+fn lower_bound<S: Real>(gap: &Gap<'_, S>, length: f64) -> f64 {
+    let [first, rest @ ..] = gap.value else {
+        return f64::NEG_INFINITY;
+    };
+    let variation = rest
+        .iter()
+        .rev()
+        .fold(0.0, |sum, c| (sum + c.to_f64().abs()) * length);
+    gap.sign.to_f64() * first.to_f64() - variation
+}
+
+fn value_and_slope(coefficients: &[f64], at: f64) -> (f64, f64) {
+    let (mut value, mut slope) = (0.0, 0.0);
+    for &coefficient in coefficients.iter().rev() {
+        slope = slope * at + value;
+        value = value * at + coefficient;
+    }
+    (value, slope)
+}
+
+/// Bound of the second derivative on `[0, at]`.
+fn curvature_bound(coefficients: &[f64], at: f64) -> f64 {
+    let mut bound = 0.0;
+    for (degree, coefficient) in coefficients.iter().enumerate().skip(2).rev() {
+        bound = bound * at + (degree * (degree - 1)) as f64 * coefficient.abs();
+    }
+    bound
+}
+
+/// The zero of a monotone polynomial with a sign change on `[a, b]`: Newton, kept inside by bisection.
+fn monotone_root(coefficients: &[f64], mut a: f64, mut b: f64, rising: bool) -> f64 {
+    let mut at = 0.5 * (a + b);
+    for _ in 0..60 {
+        let (value, slope) = value_and_slope(coefficients, at);
+        if (value < 0.0) == rising {
+            a = at;
+        } else {
+            b = at;
+        }
+        let newton = at - value / slope;
+        let next = if newton > a && newton < b {
+            newton
+        } else {
+            0.5 * (a + b)
+        };
+        if (next - at).abs() < 1e-15 {
+            return next;
+        }
+        at = next;
+    }
+    at
+}
+
+/// Newton's method on the slope from a root good to `f64`.
+fn polish_stationary<S: Real>(gap: &Gap<'_, S>, mut time: S, length: S) -> S {
+    let rounding = S::from_f64(2.0 * S::ROUNDOFF) * length;
+    for _ in 0..6 {
+        let (slope, curvature) = gap.slope_and_curvature(time);
+        let change = slope / curvature;
+        if !change.is_finite() || change.abs() > S::from_f64(1e-6) * length {
+            return time;
+        }
+        time -= change;
+        if change.abs() <= rounding {
+            break;
+        }
+    }
+    time.max(S::zero()).min(length)
+}
+
+/// A piece of a step on which the gap is monotone.
+struct Piece<S> {
+    left: (S, S),
+    right: (S, S),
+    /// Whether the right end is a stationary point.
+    stationary: bool,
+}
+
+impl<S: Real> Piece<S> {
+    fn passage(
+        &self,
+        gap: &Gap<'_, S>,
+        length: S,
+        start: Start<S>,
+        goal: Goal<S>,
+    ) -> Option<Passage<S>> {
+        let ((_, left), (time, right)) = (self.left, self.right);
+        if right >= left || self.is_rounding(length, start) {
+            return None;
+        }
+        match goal {
+            Goal::Minima => self
+                .stationary
+                .then_some(Passage::Minimum { time, gap: right }),
+            Goal::Crossing { .. } if right < S::zero() => Some(Passage::Crossing {
+                time: self.crossing(gap, length),
+            }),
+            Goal::Crossing { near } => {
+                (self.stationary && right <= near).then_some(Passage::Minimum { time, gap: right })
+            }
+        }
+    }
+
+    /// Whether the fall is no event: rounding on the zero just left, or the minimum the step starts at.
+    fn is_rounding(&self, length: S, start: Start<S>) -> bool {
+        match start {
+            Start::Inside => false,
+            Start::Leaving { rounding } => self.left.1 <= rounding && self.right.1 >= -rounding,
+            Start::AtMinimum => self.stationary && self.right.0 < length * S::from_f64(1e-7),
+        }
+    }
+
+    /// Time at which the gap falls through 0.
+    fn crossing(&self, gap: &Gap<'_, S>, length: S) -> S {
+        let ((mut positive, left), (mut negative, right)) = (self.left, self.right);
+        if left <= S::zero() {
+            return positive;
+        }
+        let noise = S::from_f64(2.0 * S::ROUNDOFF * largest_term(gap, length.to_f64()));
+        let mut time = self.guess(gap, left, right);
+        for _ in 0..MAX_NEWTON {
+            let value = gap.at(time);
+            if value > S::zero() {
+                positive = time;
+            } else {
+                negative = time;
+            }
+            let newton = time - value / gap.slope_at(time);
+            let inside = newton > positive && newton < negative;
+            let next = if inside {
+                newton
+            } else {
+                (positive + negative) * S::from_f64(0.5)
+            };
+            if next == time || (value.abs() <= noise && inside) {
+                return next;
+            }
+            time = next;
+        }
+        time
+    }
+
+    /// Start of the iteration: a parabola about the minimum the piece ends at, or about the maximum it
+    /// starts at, whichever is nearer to the zero; a chord otherwise.
+    fn guess(&self, gap: &Gap<'_, S>, left: S, right: S) -> S {
+        let (start, end) = (self.left.0, self.right.0);
+        let from_end = -right < left;
+        let (base, height) = if from_end {
+            (end, right)
+        } else {
+            (start, left)
+        };
+        let (slope, curvature) = gap.slope_and_curvature(base);
+        // Zero of height + slope s + curvature s²/2 on the piece's side of the base.
+        let root = (slope * slope - (height + height) * curvature).sqrt();
+        let time = base + (height + height) / (root - slope);
+        if time > start && time < end {
+            time
+        } else {
+            start + (end - start) * (left / (left - right))
+        }
+    }
+}
+
+/// Most Newton and bisection steps to a crossing.
+const MAX_NEWTON: usize = 200;
+
+/// Largest term `|g_k| L^k` of a gap: its rounding is a few units in the last place of this.
+fn largest_term<S: Real>(gap: &Gap<'_, S>, length: f64) -> f64 {
+    gap.value
+        .iter()
+        .rev()
+        .fold(0.0, |size: f64, c| (size * length).max(c.to_f64().abs()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::numeric::Dd;
+
+    fn derivative(value: &[f64]) -> Vec<f64> {
+        (1..value.len())
+            .map(|k| k as f64 * value[k])
+            .chain([0.0])
+            .collect()
+    }
+
+    fn search<S: Real>(value: &[f64], start: Start<S>, goal: Goal<S>) -> Vec<Passage<S>> {
+        let slope: Vec<S> = derivative(value).into_iter().map(S::from_f64).collect();
+        let value: Vec<S> = value.iter().copied().map(S::from_f64).collect();
+        let gap = Gap {
+            value: &value,
+            slope: &slope,
+            sign: S::one(),
+        };
+        let mut found = Vec::new();
+        PassageSearch::default().search(&gap, S::one(), start, goal, &mut found);
+        found
+    }
+
+    #[test]
+    fn a_dip_of_any_depth_between_two_positive_ends_is_found() {
+        for exponent in 2..=14 {
+            let y = 10f64.powi(-exponent / 2 - exponent % 2);
+            // (t - 0.37)² - y²
+            let value = [0.37 * 0.37 - y * y, -0.74, 1.0];
+            let found = search::<Dd>(&value, Start::Inside, Goal::Crossing { near: Dd::INFINITY });
+            let [Passage::Crossing { time }] = found[..] else {
+                panic!("{found:?}")
+            };
+            let gap = (time - Dd::from(0.37)) * (time - Dd::from(0.37));
+            assert!((gap.to_f64() - y * y).abs() < 1e-16, "{y:e}");
+        }
+    }
+
+    #[test]
+    fn a_near_miss_is_a_minimum_and_not_a_crossing() {
+        let value = [0.25 + 1e-12, -1.0, 1.0];
+        let found = search::<f64>(&value, Start::Inside, Goal::Crossing { near: 1.0 });
+        let [Passage::Minimum { time, gap }] = found[..] else {
+            panic!("{found:?}")
+        };
+        assert!((time - 0.5).abs() < 1e-15 && (gap - 1e-12).abs() < 1e-16);
+        assert!(search::<f64>(&value, Start::Inside, Goal::Crossing { near: 1e-13 }).is_empty());
+    }
+
+    #[test]
+    fn every_minimum_of_a_wave_is_found() {
+        // cos(9 t) + 2 by its series of order 60: minima at π/9 and π/3 (t <= 1... the second at 3π/9 > 1 is out).
+        let mut value = vec![0.0; 61];
+        let mut term = 1.0;
+        for k in 0..=60usize {
+            if k.is_multiple_of(2) {
+                value[k] = if k.is_multiple_of(4) { term } else { -term };
+            }
+            term *= 9.0 / (k + 1) as f64;
+        }
+        value[0] += 2.0;
+        let found = search::<f64>(&value, Start::Inside, Goal::Minima);
+        assert_eq!(found.len(), 1, "{found:?}");
+        assert!((found[0].time() - std::f64::consts::PI / 9.0).abs() < 1e-13);
+    }
+
+    #[test]
+    fn rounding_on_the_surface_just_left_is_no_event() {
+        let value = [-1e-17, -1e-17, 1.0];
+        let leaving = Start::Leaving { rounding: 1e-15 };
+        assert!(search::<f64>(&value, leaving, Goal::Crossing { near: 1.0 }).is_empty());
+        let falling = [1e-17, -1e-17, -1.0];
+        let found = search::<f64>(&falling, leaving, Goal::Crossing { near: 1.0 });
+        assert!(matches!(found[..], [Passage::Crossing { .. }]));
+    }
+}

@@ -1,0 +1,159 @@
+//! What happens at a surface: reset, completed chatter, sticking, contact, release.
+
+use super::chatter::{AfterImpact, Rebound};
+use super::sensing::Sense;
+use super::simulator::Simulator;
+use super::system::{Law, Regime};
+use super::trajectory::{Event, EventKind, Outcome};
+use crate::numeric::Real;
+
+impl<S: Real> Simulator<'_, S> {
+    /// Applies a surface's response at the present state, which is on the surface.
+    pub(super) fn respond(
+        &mut self,
+        surface: usize,
+        record: &mut dyn FnMut(Event<S>),
+    ) -> Result<(), Outcome<S>> {
+        let before = self.sense(surface);
+        match self.system.surfaces[surface].law {
+            Law::Rigid { .. } => self.impact(surface, before, record),
+            Law::Compliant { .. } => {
+                self.motion.regime = Regime::Contact { surface };
+                self.motion.release_sign = S::zero();
+                self.record(
+                    surface,
+                    EventKind::ContactBegin {
+                        speed: -before.velocity,
+                    },
+                    record,
+                );
+                Ok(())
+            }
+        }
+    }
+
+    /// The normal motion at a surface.
+    pub(super) fn sense(&mut self, surface: usize) -> Sense<S> {
+        self.surfaces[surface]
+            .sensor
+            .sense(&self.motion.state, &self.parameters)
+    }
+
+    fn record(&self, surface: usize, kind: EventKind<S>, record: &mut dyn FnMut(Event<S>)) {
+        record(Event {
+            time: self.motion.time,
+            surface,
+            kind,
+        });
+    }
+
+    fn impact(
+        &mut self,
+        surface: usize,
+        before: Sense<S>,
+        record: &mut dyn FnMut(Event<S>),
+    ) -> Result<(), Outcome<S>> {
+        self.next.copy_from_slice(&self.motion.state);
+        if let Some(reset) = &mut self.surfaces[surface].reset {
+            let image = reset.evaluate(&self.next, &self.parameters);
+            self.motion.state.copy_from_slice(image);
+        }
+        let after = self.sense(surface);
+        let speed = -before.velocity;
+        let rebound = Rebound {
+            speed,
+            rebound: after.velocity,
+            acceleration: after.acceleration,
+            jerk: after.jerk,
+        };
+        self.record(
+            surface,
+            EventKind::Impact {
+                speed,
+                rebound: after.velocity,
+            },
+            record,
+        );
+        if after.velocity < -speed.abs() * S::from_f64(1e-6) {
+            return Err(Outcome::Penetrating {
+                surface,
+                time: self.motion.time,
+                gap: after.gap,
+            });
+        }
+        self.leave(surface, after);
+        if let AfterImpact::Complete { duration } = rebound.follow(self.motion.last_step) {
+            self.stick(surface, speed, after.velocity, duration, record)?;
+        }
+        self.check_penetration(Some(surface))
+    }
+
+    /// Free flight from a surface.
+    fn leave(&mut self, surface: usize, sense: Sense<S>) {
+        self.motion.regime = Regime::Free;
+        self.motion.at_minimum = None;
+        let residual = match self.system.surfaces[surface].law {
+            Law::Rigid { .. } => sense.gap.abs() * S::from_f64(4.0),
+            Law::Compliant { .. } => S::zero(),
+        };
+        self.motion.leaving[surface] = Some(sense.rounding.max(residual));
+    }
+
+    /// Goes to the stick field; `next` holds the state before the last impact.
+    ///
+    /// The normal velocity is brought to zero along the impact's kick, in the proportion of the speeds.
+    fn stick(
+        &mut self,
+        surface: usize,
+        speed: S,
+        rebound: S,
+        duration: S,
+        record: &mut dyn FnMut(Event<S>),
+    ) -> Result<(), Outcome<S>> {
+        if self.surfaces[surface].held.is_none() {
+            return Err(Outcome::NoStickingField {
+                surface,
+                time: self.motion.time,
+            });
+        }
+        let total = speed + rebound;
+        if total > S::zero() {
+            let share = speed / total;
+            for (value, &before) in self.motion.state.iter_mut().zip(&self.next) {
+                *value = before + (*value - before) * share;
+            }
+        }
+        self.motion.regime = Regime::Stick { surface };
+        self.motion.release_sign = S::one();
+        let time = self.motion.time + duration;
+        if duration > S::zero() {
+            record(Event {
+                time,
+                surface,
+                kind: EventKind::ChatterEnd { duration },
+            });
+        }
+        record(Event {
+            time,
+            surface,
+            kind: EventKind::Stick,
+        });
+        Ok(())
+    }
+
+    /// Ends the present contact or sticking.
+    pub(super) fn release(&mut self, record: &mut dyn FnMut(Event<S>)) {
+        let (Regime::Contact { surface } | Regime::Stick { surface }) = self.motion.regime else {
+            return;
+        };
+        let sense = self.sense(surface);
+        let kind = match self.motion.regime {
+            Regime::Contact { .. } => EventKind::ContactEnd {
+                speed: sense.velocity,
+            },
+            _ => EventKind::Release,
+        };
+        self.record(surface, kind, record);
+        self.leave(surface, sense);
+    }
+}

@@ -1,0 +1,81 @@
+//! Values of a model's expressions at one state.
+
+use crate::flow::Program;
+use crate::jet::TimeSeries;
+use crate::numeric::Real;
+
+/// A program run at degree 0: the plain values of its outputs.
+#[derive(Clone, Debug)]
+pub(super) struct Evaluator<'a, S: Real> {
+    program: &'a Program,
+    outputs: usize,
+    tape: Vec<S>,
+    values: Vec<S>,
+}
+
+impl<'a, S: Real> Evaluator<'a, S> {
+    /// `outputs`: number of outputs of the program.
+    pub(super) fn new(program: &'a Program, outputs: usize) -> Self {
+        Self {
+            program,
+            outputs,
+            tape: vec![S::zero(); program.slots()],
+            values: vec![S::zero(); outputs],
+        }
+    }
+
+    /// Values of the outputs.
+    pub(super) fn evaluate(&mut self, state: &[S], parameters: &[S]) -> &[S] {
+        self.tape[..state.len()].copy_from_slice(state);
+        self.tape[state.len()..state.len() + parameters.len()].copy_from_slice(parameters);
+        self.program.advance(
+            &TimeSeries { order: 0 },
+            0,
+            &mut self.tape,
+            &mut [S::zero()],
+        );
+        for output in 0..self.outputs {
+            self.values[output] = self.tape[self.program.output(output)];
+        }
+        &self.values
+    }
+}
+
+/// Normal motion at a surface, along the free flow.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Sense<S> {
+    /// `h`.
+    pub(super) gap: S,
+    /// `h'`.
+    pub(super) velocity: S,
+    /// `h''`.
+    pub(super) acceleration: S,
+    /// `h'''`.
+    pub(super) jerk: S,
+    /// Rounding of `h`: a few units in the last place of its largest term.
+    pub(super) rounding: S,
+}
+
+/// Reads the normal motion at a surface.
+#[derive(Clone, Debug)]
+pub(super) struct Sensor<'a, S: Real>(Evaluator<'a, S>);
+
+impl<'a, S: Real> Sensor<'a, S> {
+    pub(super) fn new(program: &'a Program, dimension: usize) -> Self {
+        Self(Evaluator::new(program, 4 + dimension))
+    }
+
+    pub(super) fn sense(&mut self, state: &[S], parameters: &[S]) -> Sense<S> {
+        let values = self.0.evaluate(state, parameters);
+        let size = values[4..]
+            .iter()
+            .fold(S::zero(), |size, term| size.max(term.abs()));
+        Sense {
+            gap: values[0],
+            velocity: values[1],
+            acceleration: values[2],
+            jerk: values[3],
+            rounding: S::from_f64(16.0 * S::ROUNDOFF) * size,
+        }
+    }
+}

@@ -1,0 +1,552 @@
+//! The event-driven simulator.
+//!
+//! Taylor steps of the present regime's field; on each the watched gaps are searched
+//! ([`passage`](super::passage)), the state is taken at the first event and the surface's response applied.
+
+use super::HybridError;
+use super::motion::Motion;
+use super::passage::{Gap, Goal, Passage, PassageSearch};
+use super::sensing::{Evaluator, Sensor};
+use super::system::{HybridSystem, Law, Regime, RegimeField, SurfaceLaw, Watch};
+use super::trajectory::{Event, EventKind, Outcome, Trajectory};
+use crate::flow::Integrator;
+use crate::numeric::Real;
+
+/// Direct simulation of a [`HybridSystem`] over `f64` or double-double.
+///
+/// Memory is taken once: stepping allocates nothing.
+#[derive(Clone, Debug)]
+pub struct Simulator<'a, S: Real> {
+    pub(super) system: &'a HybridSystem,
+    pub(super) parameters: Vec<S>,
+    pub(super) motion: Motion<S>,
+    pub(super) free: Integrator<'a, S>,
+    pub(super) search: PassageSearch,
+    pub(super) found: Vec<Passage<S>>,
+    pub(super) next: Vec<S>,
+    /// A gap and its slope in reversed time.
+    pub(super) reversed: (Vec<S>, Vec<S>),
+    pub(super) surfaces: Vec<SurfaceTools<'a, S>>,
+    near_miss: S,
+    step_limit: usize,
+    misses: Vec<(S, usize, S)>,
+}
+
+/// Working memory of one surface.
+#[derive(Clone, Debug)]
+pub(super) struct SurfaceTools<'a, S: Real> {
+    pub(super) sensor: Sensor<'a, S>,
+    pub(super) reset: Option<Evaluator<'a, S>>,
+    /// Integrator of the contact field or the stick field.
+    pub(super) held: Option<Integrator<'a, S>>,
+}
+
+/// Which surface is flown through, and at which surface's minima the flight stops.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Approach {
+    pub(super) ignored: Option<usize>,
+    pub(super) stop_at: Option<usize>,
+}
+
+/// Why a flight stopped.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Stop<S> {
+    /// The time asked for.
+    Horizon,
+    /// A surface is met; its response is not yet applied.
+    Contact { surface: usize },
+    /// A minimum of the gap of [`Approach::stop_at`].
+    Minimum { gap: S },
+    /// The present contact or sticking ends; not yet applied.
+    Release,
+}
+
+/// Default limit on steps per call.
+const STEP_LIMIT: usize = 10_000_000;
+
+impl<'a, S: Real> Simulator<'a, S> {
+    /// A simulator at the full state zero; see [`set_state`](Self::set_state).
+    ///
+    /// `parameters`: the model's full parameter vector.
+    ///
+    /// # Errors
+    ///
+    /// [`HybridError::ParameterLength`], [`HybridError::NotFinite`].
+    pub fn new(system: &'a HybridSystem, parameters: &[S]) -> Result<Self, HybridError> {
+        let mut simulator = Self {
+            system,
+            parameters: parameters.to_vec(),
+            motion: Motion::new(system.dimension, system.surfaces.len()),
+            free: Integrator::new(&system.free.field),
+            search: PassageSearch::default(),
+            found: Vec::new(),
+            next: vec![S::zero(); system.dimension],
+            reversed: (Vec::new(), Vec::new()),
+            surfaces: system
+                .surfaces
+                .iter()
+                .map(|law| SurfaceTools::new(law, system.dimension))
+                .collect(),
+            near_miss: S::from_f64(f64::INFINITY),
+            step_limit: STEP_LIMIT,
+            misses: Vec::new(),
+        };
+        simulator.set_parameters(parameters)?;
+        Ok(simulator)
+    }
+
+    /// Changes the parameters.
+    ///
+    /// # Errors
+    ///
+    /// [`HybridError::ParameterLength`], [`HybridError::NotFinite`].
+    pub fn set_parameters(&mut self, parameters: &[S]) -> Result<(), HybridError> {
+        let expected = self.system.parameters;
+        if parameters.len() != expected {
+            return Err(HybridError::ParameterLength {
+                expected,
+                found: parameters.len(),
+            });
+        }
+        check_finite(parameters, self.system.dimension)?;
+        self.parameters.copy_from_slice(parameters);
+        Ok(())
+    }
+
+    /// Reports near misses with a gap of at most this (default: every local minimum of a gap).
+    pub fn set_near_miss_limit(&mut self, gap: S) {
+        self.near_miss = gap;
+    }
+
+    /// Limits the steps of one call (default: ten million).
+    pub fn set_step_limit(&mut self, limit: usize) {
+        self.step_limit = limit;
+    }
+
+    /// Places the full state at time 0, in free flight, or in contact where it is beyond a compliant surface.
+    ///
+    /// # Errors
+    ///
+    /// [`HybridError::StateLength`], [`HybridError::NotFinite`].
+    pub fn set_state(&mut self, state: &[S]) -> Result<(), HybridError> {
+        let expected = self.system.dimension;
+        if state.len() != expected {
+            return Err(HybridError::StateLength {
+                expected,
+                found: state.len(),
+            });
+        }
+        check_finite(state, 0)?;
+        let motion = &mut self.motion;
+        motion.state.copy_from_slice(state);
+        motion.time = S::zero();
+        motion.turns = 0;
+        motion.at_minimum = None;
+        motion.regime = Regime::Free;
+        if let Some(phase) = &self.system.phase {
+            motion.reference_phase = state[phase.component];
+        }
+        for surface in 0..self.surfaces.len() {
+            let sense = self.surfaces[surface].sensor.sense(state, &self.parameters);
+            self.motion.leaving[surface] =
+                (sense.gap.abs() <= sense.rounding).then_some(sense.rounding);
+            if sense.gap < -sense.rounding
+                && matches!(self.system.surfaces[surface].law, Law::Compliant { .. })
+            {
+                self.motion.regime = Regime::Contact { surface };
+                self.motion.release_sign = S::zero();
+            }
+        }
+        Ok(())
+    }
+
+    /// The full state; the phase within half a period of the one it was placed at.
+    pub fn state(&self) -> &[S] {
+        &self.motion.state
+    }
+
+    /// Time since the state was placed.
+    pub fn time(&self) -> S {
+        self.motion.time
+    }
+
+    /// Whole periods removed from the phase since the state was placed.
+    pub fn turns(&self) -> i64 {
+        self.motion.turns
+    }
+
+    /// The full state with a number of whole periods taken off its phase.
+    pub(super) fn state_after_advance(&self, periods: i64) -> Vec<S> {
+        let mut state = self.motion.state.clone();
+        if let Some(phase) = &self.system.phase {
+            let periods = S::from_f64((self.motion.turns - periods) as f64);
+            state[phase.component] += periods * S::from_dd(phase.period);
+        }
+        state
+    }
+
+    /// What governs the motion now.
+    pub fn regime(&self) -> Regime {
+        self.motion.regime
+    }
+
+    /// The system simulated.
+    pub fn system(&self) -> &'a HybridSystem {
+        self.system
+    }
+
+    /// The forcing period, in time.
+    ///
+    /// # Errors
+    ///
+    /// [`HybridError::NoPhase`], [`HybridError::PhaseRate`].
+    pub fn forcing_period(&self) -> Result<S, HybridError> {
+        let phase = self.system.phase.as_ref().ok_or(HybridError::NoPhase)?;
+        let mut rate = Evaluator::new(&phase.rate, 1);
+        let rate = rate.evaluate(&self.motion.state, &self.parameters)[0];
+        if rate > S::zero() {
+            Ok(S::from_dd(phase.period) / rate)
+        } else {
+            Err(HybridError::PhaseRate {
+                rate: rate.to_f64(),
+            })
+        }
+    }
+
+    /// Simulates for a duration and collects what happens.
+    ///
+    /// # Errors
+    ///
+    /// [`HybridError::NotFinite`] if the duration is not finite.
+    pub fn run(&mut self, duration: S) -> Result<Trajectory<S>, HybridError> {
+        let mut events = Vec::new();
+        let outcome = self.advance(duration, &mut |event| events.push(event))?;
+        Ok(Trajectory {
+            events,
+            state: self.motion.state.clone(),
+            time: self.motion.time,
+            outcome,
+        })
+    }
+
+    /// Simulates for a duration, handing every event to `record`; allocates nothing.
+    ///
+    /// # Errors
+    ///
+    /// [`HybridError::NotFinite`] if the duration is not finite.
+    pub fn advance(
+        &mut self,
+        duration: S,
+        record: &mut dyn FnMut(Event<S>),
+    ) -> Result<Outcome<S>, HybridError> {
+        check_finite(&[duration], 0)?;
+        let horizon = self.motion.time + duration;
+        Ok(self
+            .advance_to(horizon, record)
+            .err()
+            .unwrap_or(Outcome::Completed))
+    }
+
+    /// Simulates one forcing period; the phase is exactly where it was.
+    ///
+    /// `period` is [`forcing_period`](Self::forcing_period), computed once per parameter vector. Time
+    /// is measured from the start of the period.
+    ///
+    /// # Errors
+    ///
+    /// [`HybridError::NoPhase`] for an autonomous system.
+    pub fn advance_period(
+        &mut self,
+        period: S,
+        record: &mut dyn FnMut(Event<S>),
+    ) -> Result<Outcome<S>, HybridError> {
+        let component = self
+            .system
+            .phase
+            .as_ref()
+            .ok_or(HybridError::NoPhase)?
+            .component;
+        self.motion.reference_phase = self.motion.state[component];
+        (self.motion.time, self.motion.turns) = (S::zero(), 0);
+        if let Err(outcome) = self.advance_to(period, record) {
+            return Ok(outcome);
+        }
+        self.motion.state[component] = self.motion.reference_phase;
+        Ok(Outcome::Completed)
+    }
+
+    pub(super) fn advance_to(
+        &mut self,
+        horizon: S,
+        record: &mut dyn FnMut(Event<S>),
+    ) -> Result<(), Outcome<S>> {
+        self.check_penetration(None)?;
+        loop {
+            match self.next_stop(horizon, Approach::default(), record)? {
+                Stop::Horizon => return Ok(()),
+                Stop::Contact { surface } => self.respond(surface, record)?,
+                Stop::Minimum { .. } | Stop::Release => {}
+            }
+        }
+    }
+
+    /// Flies to the next stop at or before a time; releases on the way are applied.
+    pub(super) fn next_stop(
+        &mut self,
+        horizon: S,
+        approach: Approach,
+        record: &mut dyn FnMut(Event<S>),
+    ) -> Result<Stop<S>, Outcome<S>> {
+        for _ in 0..self.step_limit {
+            if self.motion.time >= horizon {
+                return Ok(Stop::Horizon);
+            }
+            match self.step(horizon, approach, record)? {
+                None => {}
+                Some(Stop::Release) => self.release(record),
+                Some(stop) => return Ok(stop),
+            }
+        }
+        Err(Outcome::StepLimit {
+            limit: self.step_limit,
+            time: self.motion.time,
+        })
+    }
+
+    /// One Taylor step, cut at the first event.
+    fn step(
+        &mut self,
+        horizon: S,
+        approach: Approach,
+        record: &mut dyn FnMut(Event<S>),
+    ) -> Result<Option<Stop<S>>, Outcome<S>> {
+        let Self {
+            system,
+            parameters,
+            motion,
+            free,
+            search,
+            found,
+            next,
+            surfaces,
+            near_miss,
+            misses,
+            ..
+        } = self;
+        let (integrator, regime) = present(system, motion.regime, free, surfaces);
+        let Ok(step) = integrator.step(&motion.state, parameters) else {
+            return Err(Outcome::Diverged { time: motion.time });
+        };
+        motion.last_step = step.length;
+        let remaining = horizon - motion.time;
+        let (mut length, mut stop) = (step.length.min(remaining), None);
+        misses.clear();
+        for (index, &watch) in regime.watches.iter().enumerate() {
+            let (value, slope) = (
+                step.watched_coefficients(2 * index),
+                step.watched_coefficients(2 * index + 1),
+            );
+            let (gap, start, goal) = match watch {
+                Watch::Gap { surface } => {
+                    let Some(goal) = goal(surface, approach, *near_miss) else {
+                        continue;
+                    };
+                    (
+                        Gap {
+                            value,
+                            slope,
+                            sign: S::one(),
+                        },
+                        motion.start(surface),
+                        goal,
+                    )
+                }
+                Watch::Release => release_gap(motion, value, slope, length),
+            };
+            found.clear();
+            search.search(&gap, length, start, goal, found);
+            for passage in found.iter() {
+                match (*passage, watch) {
+                    (Passage::Crossing { time }, Watch::Gap { surface }) => {
+                        (length, stop) = (time, Some(Stop::Contact { surface }));
+                    }
+                    (Passage::Crossing { time }, Watch::Release) => {
+                        (length, stop) = (time, Some(Stop::Release))
+                    }
+                    (Passage::Minimum { time, gap }, Watch::Gap { surface })
+                        if approach.stop_at == Some(surface) =>
+                    {
+                        (length, stop) = (time, Some(Stop::Minimum { gap }));
+                        break;
+                    }
+                    (Passage::Minimum { time, gap }, Watch::Gap { surface }) => {
+                        misses.push((time, surface, gap))
+                    }
+                    (Passage::Minimum { .. }, Watch::Release) => {}
+                }
+            }
+        }
+        step.state_at(length, next);
+        let whole = length == remaining;
+        std::mem::swap(&mut motion.state, next);
+        for &(time, surface, gap) in misses.iter().filter(|miss| miss.0 <= length) {
+            record(Event {
+                time: motion.time + time,
+                surface,
+                kind: EventKind::NearMiss { gap },
+            });
+        }
+        motion.time = if whole { horizon } else { motion.time + length };
+        self.settle(stop, approach);
+        Ok(stop)
+    }
+
+    /// Updates what is remembered after a step: surfaces left behind, the phase.
+    fn settle(&mut self, stop: Option<Stop<S>>, approach: Approach) {
+        let motion = &mut self.motion;
+        motion.at_minimum = match stop {
+            Some(Stop::Minimum { .. }) => approach.stop_at,
+            _ => None,
+        };
+        for (surface, tools) in self.surfaces.iter_mut().enumerate() {
+            if let Some(rounding) = motion.leaving[surface]
+                && tools
+                    .sensor
+                    .sense(&motion.state, &self.parameters)
+                    .gap
+                    .abs()
+                    > rounding
+            {
+                motion.leaving[surface] = None;
+            }
+        }
+        if let Some(phase) = &self.system.phase {
+            motion.reduce_phase(phase.component, S::from_dd(phase.period));
+        }
+    }
+
+    /// Fails if the state is beyond a rigid surface other than `except`.
+    pub(super) fn check_penetration(&mut self, except: Option<usize>) -> Result<(), Outcome<S>> {
+        for surface in 0..self.surfaces.len() {
+            let stuck = self.motion.regime == Regime::Stick { surface };
+            let compliant = matches!(self.system.surfaces[surface].law, Law::Compliant { .. });
+            if stuck
+                || compliant
+                || except == Some(surface)
+                || self.motion.leaving[surface].is_some()
+            {
+                continue;
+            }
+            let sense = self.surfaces[surface]
+                .sensor
+                .sense(&self.motion.state, &self.parameters);
+            if sense.gap < -sense.rounding * S::from_f64(64.0) {
+                return Err(Outcome::Penetrating {
+                    surface,
+                    time: self.motion.time,
+                    gap: sense.gap,
+                });
+            }
+        }
+        Ok(())
+    }
+}
+
+impl<'a, S: Real> SurfaceTools<'a, S> {
+    fn new(surface: &'a SurfaceLaw, dimension: usize) -> Self {
+        let (reset, held) = match &surface.law {
+            Law::Rigid { reset, stick } => (Some(Evaluator::new(reset, dimension)), stick.as_ref()),
+            Law::Compliant { contact } => (None, Some(contact)),
+        };
+        Self {
+            sensor: Sensor::new(&surface.sensor, dimension),
+            reset,
+            held: held.map(|held| Integrator::new(&held.field)),
+        }
+    }
+}
+
+/// The present integrator and what is watched along it.
+fn present<'s, 'a, S: Real>(
+    system: &'a HybridSystem,
+    regime: Regime,
+    free: &'s mut Integrator<'a, S>,
+    surfaces: &'s mut [SurfaceTools<'a, S>],
+) -> (&'s mut Integrator<'a, S>, &'a RegimeField) {
+    let (Regime::Contact { surface } | Regime::Stick { surface }) = regime else {
+        return (free, &system.free);
+    };
+    let field = match &system.surfaces[surface].law {
+        Law::Rigid { stick, .. } => stick.as_ref(),
+        Law::Compliant { contact } => Some(contact),
+    };
+    match (surfaces[surface].held.as_mut(), field) {
+        (Some(held), Some(field)) => (held, field),
+        _ => (free, &system.free),
+    }
+}
+
+fn goal<S: Real>(surface: usize, approach: Approach, near_miss: S) -> Option<Goal<S>> {
+    let stops = approach.stop_at == Some(surface);
+    if approach.ignored == Some(surface) {
+        return stops.then_some(Goal::Minima);
+    }
+    Some(Goal::Crossing {
+        near: if stops {
+            S::from_f64(f64::INFINITY)
+        } else {
+            near_miss
+        },
+    })
+}
+
+/// The release function made positive; its sign is found on the regime's first step.
+fn release_gap<'p, S: Real>(
+    motion: &mut Motion<S>,
+    value: &'p [S],
+    slope: &'p [S],
+    length: S,
+) -> (Gap<'p, S>, super::passage::Start<S>, Goal<S>) {
+    use super::passage::Start;
+    let mut start = Start::Inside;
+    if motion.release_sign == S::zero() {
+        let size = value
+            .iter()
+            .rev()
+            .fold(S::zero(), |size, c| (size * length).max(c.abs()));
+        let rounding = S::from_f64(64.0 * S::ROUNDOFF) * size;
+        let on_zero = value[0].abs() <= rounding;
+        motion.release_sign = if on_zero {
+            slope[0].signum()
+        } else {
+            value[0].signum()
+        };
+        start = if on_zero {
+            Start::Leaving { rounding }
+        } else {
+            Start::Inside
+        };
+    }
+    let gap = Gap {
+        value,
+        slope,
+        sign: motion.release_sign,
+    };
+    (
+        gap,
+        start,
+        Goal::Crossing {
+            near: S::from_f64(-1.0),
+        },
+    )
+}
+
+/// Fails at the first number that is not finite; `offset` is the position of the first one.
+pub(super) fn check_finite<S: Real>(values: &[S], offset: usize) -> Result<(), HybridError> {
+    match values.iter().position(|value| !value.is_finite()) {
+        Some(position) => Err(HybridError::NotFinite {
+            component: offset + position,
+        }),
+        None => Ok(()),
+    }
+}
