@@ -1,0 +1,90 @@
+//! What can be typed after `grazemap`.
+
+use std::path::PathBuf;
+
+use clap::{Args, Parser, Subcommand};
+
+use super::output::Destination;
+
+/// Fast, measured local maps of oscillators that graze a stop.
+///
+/// Without a command, runs the built-in scene `linear` start to finish into ./out.
+#[derive(Debug, Parser)]
+#[command(name = "grazemap", version, args_conflicts_with_subcommands = true, max_term_width = 100)]
+pub(super) struct Arguments {
+    #[command(subcommand)]
+    pub(super) command: Option<Command>,
+    #[command(flatten)]
+    pub(super) common: Common,
+}
+
+/// One command, one file of this floor.
+#[derive(Debug, Subcommand)]
+pub(super) enum Command {
+    /// A scene from the catalogue to start from
+    New(NewOptions),
+    /// Parse and check a scene, no computing
+    Check(SceneOptions),
+    /// The grazing orbit
+    Locate(SceneOptions),
+    /// Coefficients of P_smooth, D and their composition
+    Expand(SceneOptions),
+}
+
+/// Options every command understands.
+#[derive(Clone, Debug, Default, Args)]
+pub(super) struct Common {
+    /// Override a parameter (`omega=1.9`) or a key (`expansion.smooth_order=7`); may be repeated
+    #[arg(long = "set", value_name = "NAME=VALUE", value_parser = assignment)]
+    pub(super) set: Vec<(String, String)>,
+    /// Write the results as JSON to a file, or to standard output (`-`)
+    #[arg(long, value_name = "FILE|-", value_parser = Destination::parse)]
+    pub(super) json: Option<Destination>,
+    /// Write the results' table as CSV to a file, or to standard output (`-`)
+    #[arg(long, value_name = "FILE|-", value_parser = Destination::parse)]
+    pub(super) csv: Option<Destination>,
+    /// Write the results' files into this folder
+    #[arg(short = 'o', long = "output", value_name = "DIR")]
+    pub(super) output: Option<PathBuf>,
+    /// Threads to compute with; default: all cores
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    pub(super) threads: Option<u16>,
+    /// Say nothing but errors
+    #[arg(short = 'q', long = "quiet")]
+    pub(super) quiet: bool,
+}
+
+/// A scene and the common options.
+#[derive(Clone, Debug, Args)]
+pub(super) struct SceneOptions {
+    /// A scene file, or the name of a scene of the catalogue
+    #[arg(value_name = "SCENE")]
+    pub(super) scene: PathBuf,
+    #[command(flatten)]
+    pub(super) common: Common,
+}
+
+/// Options of `new`.
+#[derive(Clone, Debug, Args)]
+pub(super) struct NewOptions {
+    /// Name of the scene in the catalogue
+    #[arg(value_name = "NAME", required_unless_present = "list")]
+    pub(super) name: Option<String>,
+    /// List the catalogue
+    #[arg(long)]
+    pub(super) list: bool,
+    /// The file to write; default: NAME.toml
+    #[arg(short = 'o', long = "output", value_name = "FILE", conflicts_with = "list")]
+    pub(super) output: Option<PathBuf>,
+    /// Say nothing but errors
+    #[arg(short = 'q', long = "quiet")]
+    pub(super) quiet: bool,
+}
+
+/// `name=value`, split at the first `=`.
+fn assignment(text: &str) -> Result<(String, String), String> {
+    match text.split_once('=') {
+        Some((name, value)) if !name.trim().is_empty() => Ok((name.trim().to_owned(), value.trim().to_owned())),
+        _ => Err("expected NAME=VALUE".to_owned()),
+    }
+}

@@ -1,0 +1,60 @@
+//! What most commands begin with: the scene, its warnings, the threads, the orbit.
+
+use std::path::Path;
+
+use super::arguments::{Common, SceneOptions};
+use super::error::CliError;
+use super::output::note;
+use crate::model::{Scene, catalogue};
+use crate::orbit::{GrazingOrbit, locate};
+
+/// A scene and the text it was read from.
+#[derive(Debug)]
+pub(super) struct Loaded {
+    /// The checked scene, overrides in it.
+    pub(super) scene: Scene,
+    /// What it was read from: the file's name, or the name in the catalogue.
+    pub(super) name: String,
+}
+
+/// Reads and checks the scene, shows its warnings and starts the threads asked for.
+pub(super) fn prepare(options: &SceneOptions) -> Result<Loaded, CliError> {
+    start_threads(&options.common)?;
+    let loaded = load(&options.scene, &options.common.set)?;
+    if !options.common.quiet {
+        for warning in &loaded.scene.warnings {
+            note(&format!("warning: {warning}"));
+        }
+    }
+    Ok(loaded)
+}
+
+/// The scene of a path, or of the catalogue where there is no such file.
+pub(super) fn load(path: &Path, overrides: &[(String, String)]) -> Result<Loaded, CliError> {
+    let name = path.display().to_string();
+    if path.exists() {
+        return Ok(Loaded { scene: Scene::load_with(path, overrides)?, name });
+    }
+    match path.to_str().and_then(catalogue::text) {
+        Some(text) => Ok(Loaded { scene: Scene::parse_with(text, &format!("{name}.toml"), overrides)?, name }),
+        None => Err(CliError::NoSuchScene { path: path.to_owned(), nearest: nearest(&name) }),
+    }
+}
+
+/// The name of the catalogue nearest to a mistyped one.
+pub(super) fn nearest(name: &str) -> Option<String> {
+    let distance = |known: &&str| strsim::damerau_levenshtein(name, known);
+    catalogue::names().min_by_key(distance).filter(|known| distance(known) <= 1 + name.chars().count() / 4).map(str::to_owned)
+}
+
+/// The grazing orbit of a scene.
+pub(super) fn grazing_orbit(scene: &Scene) -> Result<GrazingOrbit, CliError> {
+    Ok(locate(scene)?.into_result()?)
+}
+
+fn start_threads(common: &Common) -> Result<(), CliError> {
+    match common.threads {
+        Some(threads) => Ok(rayon::ThreadPoolBuilder::new().num_threads(threads.into()).build_global()?),
+        None => Ok(()),
+    }
+}
