@@ -14,4 +14,6 @@ pub mod orbit;
 
 pub mod expansion;
 
+pub mod report;
+
 pub mod cli;

@@ -1,0 +1,96 @@
+//! What can go wrong while results are written down.
+
+use std::path::PathBuf;
+
+/// A result that could not be laid out or written.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum ReportError {
+    /// A table row that has not one cell for every column.
+    #[error("table row {row} has {found} cells, expected {expected}, one for every column")]
+    RowWidth {
+        /// Index of the refused row, from 0.
+        row: usize,
+        /// Number of columns of the table.
+        expected: usize,
+        /// Number of cells offered.
+        found: usize,
+    },
+    /// An array whose values do not fill its shape.
+    #[error("an array of shape {shape:?} takes {expected} values, found {found}")]
+    ArrayShape {
+        /// The shape asked for.
+        shape: Vec<usize>,
+        /// Product of the shape; `usize::MAX` if it overflows.
+        expected: usize,
+        /// Number of values given.
+        found: usize,
+    },
+    /// An axis range that is empty, not finite, or not positive on a logarithmic axis.
+    #[error("axis `{axis}` cannot show the range {lower:e} to {upper:e} on a {scale} scale")]
+    AxisRange {
+        /// Label of the axis.
+        axis: String,
+        /// Lower end asked for.
+        lower: f64,
+        /// Upper end asked for.
+        upper: f64,
+        /// `linear`, `logarithmic` or `symmetric logarithmic`.
+        scale: &'static str,
+    },
+    /// A grid of categories whose cells do not fill it, or that has no extent.
+    #[error("a chart of {columns} x {rows} cells takes {expected} values, found {found}", expected = columns.saturating_mul(*rows))]
+    ChartShape {
+        /// Number of columns.
+        columns: usize,
+        /// Number of rows.
+        rows: usize,
+        /// Number of cells given.
+        found: usize,
+    },
+    /// A picture too small or too large to be drawn.
+    #[error(
+        "a figure of {width} x {height} pixels cannot be drawn; each side must be between {smallest} and {largest}"
+    )]
+    FigureSize {
+        /// Width asked for.
+        width: u32,
+        /// Height asked for.
+        height: u32,
+        /// Smallest side that is drawn.
+        smallest: u32,
+        /// Largest side that is drawn.
+        largest: u32,
+    },
+    /// The bitmap backend refused to draw.
+    #[error("the bitmap could not be drawn: {0}")]
+    Bitmap(String),
+    /// The PNG encoder refused the bitmap.
+    #[error("the PNG could not be encoded")]
+    Png(#[from] png::EncodingError),
+    /// The page's template could not be filled.
+    #[error("the page could not be laid out")]
+    Template(#[from] tera::Error),
+    /// A value could not be written as JSON.
+    #[error("the value could not be written as JSON")]
+    Json(#[from] serde_json::Error),
+    /// A table could not be written as CSV.
+    #[error("the table could not be written as CSV")]
+    Csv(#[from] csv::Error),
+    /// A file name that would leave its output folder.
+    #[error("`{name}` does not name a file inside the output folder")]
+    OutsideFolder {
+        /// The refused name.
+        name: String,
+    },
+    /// A file or folder could not be written.
+    #[error("cannot {action} {path}: {source}", path = path.display())]
+    Write {
+        /// The step that failed, as a verb.
+        action: &'static str,
+        /// The file or folder meant.
+        path: PathBuf,
+        /// What the operating system answered.
+        source: std::io::Error,
+    },
+}

@@ -1,0 +1,266 @@
+//! One HTML page that holds a run's report and opens without a network.
+//!
+//! Everything is inside: style, pictures (SVG, or PNG as a data URI where there are very many dots).
+//! Words come from scenes and are escaped wherever they stand; there is no script.
+
+use serde::Serialize;
+
+use super::base64::base64;
+use super::{Figure, ReportError, Table};
+
+const TEMPLATE: &str = include_str!("../../templates/report.html.tera");
+/// SVGs longer than this are shown as PNG: browsers are slow with them.
+const LONGEST_SVG: usize = 400_000;
+
+/// Where a report came from; every page shows all of it.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Provenance {
+    /// Name of the scene.
+    pub scene: String,
+    /// Source of the scene in the literature.
+    pub source: String,
+    /// Digest of the inputs.
+    pub digest: String,
+    /// Version of the program.
+    pub version: String,
+    /// Section and phase, in words.
+    pub section: String,
+    /// Truncation orders, in words.
+    pub orders: String,
+    /// Anything else: name and value.
+    pub more: Vec<(String, String)>,
+}
+
+/// A figure on a page.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PageFigure {
+    /// What is drawn.
+    pub figure: Figure,
+    /// What it shows; what thinning did is added.
+    pub caption: String,
+}
+
+#[derive(Debug, Clone, PartialEq)]
+enum Block {
+    Prose(String),
+    Table { table: Table, caption: String },
+    Figure(Box<PageFigure>),
+}
+
+/// A part of a page: a heading, then prose, tables and figures in the order they were added.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Section {
+    title: String,
+    blocks: Vec<Block>,
+}
+
+impl Section {
+    /// An empty section.
+    pub fn new(title: impl Into<String>) -> Self {
+        Self {
+            title: title.into(),
+            blocks: Vec::new(),
+        }
+    }
+
+    /// Adds a paragraph of plain words.
+    #[must_use]
+    pub fn prose(mut self, text: impl Into<String>) -> Self {
+        self.blocks.push(Block::Prose(text.into()));
+        self
+    }
+
+    /// Adds a table with a caption; the caption may be empty.
+    #[must_use]
+    pub fn table(mut self, table: Table, caption: impl Into<String>) -> Self {
+        self.blocks.push(Block::Table {
+            table,
+            caption: caption.into(),
+        });
+        self
+    }
+
+    /// Adds a figure with a caption.
+    #[must_use]
+    pub fn figure(mut self, figure: Figure, caption: impl Into<String>) -> Self {
+        let caption = caption.into();
+        self.blocks
+            .push(Block::Figure(Box::new(PageFigure { figure, caption })));
+        self
+    }
+}
+
+/// A report: a title, a summary, where it came from, sections.
+///
+/// ```
+/// use grazemap::report::{Page, Provenance, Section};
+///
+/// let provenance = Provenance { scene: "linear <rigid>".into(), ..Provenance::default() };
+/// let html = Page::new("Local map", provenance)
+///     .section(Section::new("Grazing orbit").prose("Found where it was expected."))
+///     .to_html()?;
+/// assert!(html.contains("linear &lt;rigid&gt;"));
+/// # Ok::<(), grazemap::report::ReportError>(())
+/// ```
+#[derive(Debug, Clone, PartialEq)]
+pub struct Page {
+    title: String,
+    summary: String,
+    provenance: Provenance,
+    sections: Vec<Section>,
+}
+
+impl Page {
+    /// A page without sections.
+    pub fn new(title: impl Into<String>, provenance: Provenance) -> Self {
+        Self {
+            title: title.into(),
+            summary: String::new(),
+            provenance,
+            sections: Vec::new(),
+        }
+    }
+
+    /// The same page with a summary under its title.
+    #[must_use]
+    pub fn summary(mut self, text: impl Into<String>) -> Self {
+        self.summary = text.into();
+        self
+    }
+
+    /// The same page with one more section at its end.
+    #[must_use]
+    pub fn section(mut self, section: Section) -> Self {
+        self.sections.push(section);
+        self
+    }
+
+    /// The page as one HTML document.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`Figure::to_svg`] and [`Figure::to_png`]; [`ReportError::Template`].
+    pub fn to_html(&self) -> Result<String, ReportError> {
+        let mut counts = Counts::default();
+        let mut sections = Vec::new();
+        for (index, section) in self.sections.iter().enumerate() {
+            let blocks = section
+                .blocks
+                .iter()
+                .map(|block| block_html(block, &mut counts));
+            sections.push(SectionView {
+                id: format!("section-{}", index + 1),
+                title: &section.title,
+                blocks: blocks.collect::<Result<_, _>>()?,
+            });
+        }
+        let mut tera = tera::Tera::new();
+        tera.set_escape_fn(|text, output| output.write_all(escape_html(text).as_bytes()));
+        tera.add_raw_template("report.html", TEMPLATE)?;
+        let mut context = tera::Context::new();
+        context.insert("title", &self.title);
+        context.insert("summary", &self.summary);
+        context.insert("provenance", &self.provenance.rows());
+        context.insert("sections", &sections);
+        Ok(tera.render("report.html", &context)?)
+    }
+}
+
+impl Provenance {
+    /// Names and values that are known, in the order shown.
+    fn rows(&self) -> Vec<(&str, &str)> {
+        let named = [
+            ("Scene", &self.scene),
+            ("Source", &self.source),
+            ("Section and phase", &self.section),
+            ("Orders", &self.orders),
+            ("Digest", &self.digest),
+            ("Program", &self.version),
+        ];
+        let more = self.more.iter().map(|(name, value)| (name.as_str(), value));
+        let rows = named
+            .into_iter()
+            .chain(more)
+            .filter(|(_, value)| !value.is_empty());
+        rows.map(|(name, value)| (name, value.as_str())).collect()
+    }
+}
+
+#[derive(Serialize)]
+struct SectionView<'a> {
+    id: String,
+    title: &'a str,
+    blocks: Vec<String>,
+}
+
+/// Figures and tables are numbered through the page.
+#[derive(Debug, Default)]
+struct Counts {
+    figures: usize,
+    tables: usize,
+}
+
+fn block_html(block: &Block, counts: &mut Counts) -> Result<String, ReportError> {
+    match block {
+        Block::Prose(text) => Ok(format!("<p>{}</p>", escape_html(text))),
+        Block::Table { table, caption } => {
+            counts.tables += 1;
+            let number = counts.tables;
+            Ok(format!(
+                "<figure class=\"table\"><figcaption><b>Table {number}.</b> {}</figcaption>\n<div class=\"scroll\">{}</div></figure>",
+                escape_html(caption),
+                table.to_html()
+            ))
+        }
+        Block::Figure(shown) => {
+            counts.figures += 1;
+            let number = counts.figures;
+            let thinned = shown
+                .figure
+                .thinning()?
+                .map(|thinning| format!(" {}", thinning.sentence()));
+            Ok(format!(
+                "<figure><div class=\"card\">{}</div>\n<figcaption><b>Figure {number}.</b> {}{}</figcaption></figure>",
+                picture(shown)?,
+                escape_html(&shown.caption),
+                escape_html(&thinned.unwrap_or_default())
+            ))
+        }
+    }
+}
+
+fn picture(shown: &PageFigure) -> Result<String, ReportError> {
+    let svg = shown.figure.to_svg()?;
+    if svg.len() <= LONGEST_SVG {
+        return Ok(svg);
+    }
+    let (width, height) = shown.figure.size;
+    Ok(format!(
+        "<img width=\"{width}\" height=\"{height}\" alt=\"{}\" src=\"data:image/png;base64,{}\">",
+        escape_html(&shown.caption),
+        base64(&shown.figure.to_png()?)
+    ))
+}
+
+/// Text that is safe between tags and inside quoted attributes of HTML and SVG.
+///
+/// Characters that XML forbids (most control characters) become U+FFFD.
+pub(super) fn escape_html(text: &str) -> String {
+    let mut escaped = String::with_capacity(text.len());
+    for c in text.chars() {
+        match c {
+            '&' => escaped.push_str("&amp;"),
+            '<' => escaped.push_str("&lt;"),
+            '>' => escaped.push_str("&gt;"),
+            '"' => escaped.push_str("&quot;"),
+            '\'' => escaped.push_str("&#39;"),
+            '\t' | '\n' => escaped.push(c),
+            c if c.is_control() || matches!(c, '\u{fffe}' | '\u{ffff}') => escaped.push('\u{fffd}'),
+            c => escaped.push(c),
+        }
+    }
+    escaped
+}
+
+#[cfg(test)]
+mod tests;
