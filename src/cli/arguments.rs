@@ -10,7 +10,12 @@ use super::output::Destination;
 ///
 /// Without a command, runs the built-in scene `linear` start to finish into ./out.
 #[derive(Debug, Parser)]
-#[command(name = "grazemap", version, args_conflicts_with_subcommands = true, max_term_width = 100)]
+#[command(
+    name = "grazemap",
+    version,
+    args_conflicts_with_subcommands = true,
+    max_term_width = 100
+)]
 pub(super) struct Arguments {
     #[command(subcommand)]
     pub(super) command: Option<Command>,
@@ -74,7 +79,12 @@ pub(super) struct NewOptions {
     #[arg(long)]
     pub(super) list: bool,
     /// The file to write; default: NAME.toml
-    #[arg(short = 'o', long = "output", value_name = "FILE", conflicts_with = "list")]
+    #[arg(
+        short = 'o',
+        long = "output",
+        value_name = "FILE",
+        conflicts_with = "list"
+    )]
     pub(super) output: Option<PathBuf>,
     /// Say nothing but errors
     #[arg(short = 'q', long = "quiet")]
@@ -84,7 +94,9 @@ pub(super) struct NewOptions {
 /// `name=value`, split at the first `=`.
 fn assignment(text: &str) -> Result<(String, String), String> {
     match text.split_once('=') {
-        Some((name, value)) if !name.trim().is_empty() => Ok((name.trim().to_owned(), value.trim().to_owned())),
+        Some((name, value)) if !name.trim().is_empty() => {
+            Ok((name.trim().to_owned(), value.trim().to_owned()))
+        }
         _ => Err("expected NAME=VALUE".to_owned()),
     }
 }

@@ -24,10 +24,16 @@ pub(super) enum CliError {
     Scene(Box<SceneHeadline>),
     /// Neither a file nor a scene of the catalogue.
     #[error("no scene file `{}`, and no scene of that name in the catalogue{}", .path.display(), meant(.nearest))]
-    NoSuchScene { path: PathBuf, nearest: Option<String> },
+    NoSuchScene {
+        path: PathBuf,
+        nearest: Option<String>,
+    },
     /// No such scene in the catalogue.
     #[error("no scene `{name}` in the catalogue{}; `grazemap new --list` shows it", meant(.nearest))]
-    NotInCatalogue { name: String, nearest: Option<String> },
+    NotInCatalogue {
+        name: String,
+        nearest: Option<String>,
+    },
     /// A file that would be overwritten.
     #[error("`{}` exists and is not overwritten; name another file with -o", .path.display())]
     Exists { path: PathBuf },
@@ -35,7 +41,9 @@ pub(super) enum CliError {
     #[error("`grazemap {command}` has no table; use --json")]
     NoTable { command: &'static str },
     /// A name that the output already uses.
-    #[error("`{name}` names a {kind} of the scene and the depth variable of the expansion; rename the {kind}")]
+    #[error(
+        "`{name}` names a {kind} of the scene and the depth variable of the expansion; rename the {kind}"
+    )]
     DepthVariableName { name: String, kind: &'static str },
     /// Wrong input to the location of the orbit, or a flow that failed.
     #[error(transparent)]
@@ -84,21 +92,31 @@ impl From<SceneError> for CliError {
 
 fn expansion_code(error: &ExpansionError) -> u8 {
     match error {
-        ExpansionError::Jet(_) | ExpansionError::CompliantSurface { .. } | ExpansionError::SeveralPassages { .. } => WRONG_INPUT,
+        ExpansionError::Jet(_)
+        | ExpansionError::CompliantSurface { .. }
+        | ExpansionError::SeveralPassages { .. } => WRONG_INPUT,
         _ => ENDED_OTHERWISE,
     }
 }
 
 /// ` (did you mean ...?)`, or nothing.
 fn meant(nearest: &Option<String>) -> String {
-    nearest.as_ref().map_or_else(String::new, |name| format!(" (did you mean `{name}`?)"))
+    nearest
+        .as_ref()
+        .map_or_else(String::new, |name| format!(" (did you mean `{name}`?)"))
 }
 
 /// A fault drawn in the text of its scene; colours only on a terminal.
 fn drawn(headline: &SceneHeadline) -> String {
-    let theme = if io::stderr().is_terminal() { GraphicalTheme::unicode() } else { GraphicalTheme::unicode_nocolor() };
+    let theme = if io::stderr().is_terminal() {
+        GraphicalTheme::unicode()
+    } else {
+        GraphicalTheme::unicode_nocolor()
+    };
     let mut text = String::new();
-    let handler = GraphicalReportHandler::new_themed(theme).with_width(120).with_context_lines(1);
+    let handler = GraphicalReportHandler::new_themed(theme)
+        .with_width(120)
+        .with_context_lines(1);
     match handler.render_report(&mut text, headline) {
         Ok(()) => text,
         Err(_) => format!("error: {headline}"),

@@ -6,7 +6,6 @@
 
 mod arguments;
 mod check;
-mod document;
 mod error;
 mod expand;
 mod locate;

@@ -32,14 +32,19 @@ fn write(name: &str, options: &NewOptions) -> Result<(), CliError> {
         name: name.to_owned(),
         nearest: nearest(name),
     })?;
-    let path = options.output.clone().unwrap_or_else(|| PathBuf::from(format!("{name}.toml")));
+    let path = options
+        .output
+        .clone()
+        .unwrap_or_else(|| PathBuf::from(format!("{name}.toml")));
     if path.symlink_metadata().is_ok() {
         return Err(CliError::Exists { path });
     }
     write_atomically(&path, text.as_bytes())?;
     if !options.quiet {
         let path = path.display();
-        note(&format!("wrote {path}; edit it, then: grazemap check {path}"));
+        note(&format!(
+            "wrote {path}; edit it, then: grazemap check {path}"
+        ));
     }
     Ok(())
 }

@@ -52,8 +52,16 @@ impl Results {
     /// Results that are `{stem}.json` and, where there is a table, `{stem}.csv` in a folder.
     pub(super) fn named(stem: &str, text: String, json: String, csv: Option<String>) -> Self {
         let mut files = vec![(format!("{stem}.json"), json.clone().into_bytes())];
-        files.extend(csv.iter().map(|csv| (format!("{stem}.csv"), csv.clone().into_bytes())));
-        Self { text, json, csv, files }
+        files.extend(
+            csv.iter()
+                .map(|csv| (format!("{stem}.csv"), csv.clone().into_bytes())),
+        );
+        Self {
+            text,
+            json,
+            csv,
+            files,
+        }
     }
 
     /// Writes what the options ask for; the text is shown unless standard output carries data or `-q` is given.
@@ -81,8 +89,13 @@ impl Results {
 /// Writes to standard output; a reader that has gone away is no fault.
 pub(super) fn print(text: &str) -> Result<(), CliError> {
     let mut standard = io::stdout().lock();
-    match standard.write_all(text.as_bytes()).and_then(|()| standard.flush()) {
-        Err(error) if error.kind() != io::ErrorKind::BrokenPipe => Err(CliError::StandardOutput(error)),
+    match standard
+        .write_all(text.as_bytes())
+        .and_then(|()| standard.flush())
+    {
+        Err(error) if error.kind() != io::ErrorKind::BrokenPipe => {
+            Err(CliError::StandardOutput(error))
+        }
         _ => Ok(()),
     }
 }

@@ -5,7 +5,8 @@ use std::path::Path;
 use super::arguments::{Common, SceneOptions};
 use super::error::CliError;
 use super::output::note;
-use crate::model::{Scene, catalogue};
+use crate::expansion::MapOrders;
+use crate::model::{Orders, Scene, catalogue};
 use crate::orbit::{GrazingOrbit, locate};
 
 /// A scene and the text it was read from.
@@ -33,18 +34,30 @@ pub(super) fn prepare(options: &SceneOptions) -> Result<Loaded, CliError> {
 pub(super) fn load(path: &Path, overrides: &[(String, String)]) -> Result<Loaded, CliError> {
     let name = path.display().to_string();
     if path.exists() {
-        return Ok(Loaded { scene: Scene::load_with(path, overrides)?, name });
+        return Ok(Loaded {
+            scene: Scene::load_with(path, overrides)?,
+            name,
+        });
     }
     match path.to_str().and_then(catalogue::text) {
-        Some(text) => Ok(Loaded { scene: Scene::parse_with(text, &format!("{name}.toml"), overrides)?, name }),
-        None => Err(CliError::NoSuchScene { path: path.to_owned(), nearest: nearest(&name) }),
+        Some(text) => Ok(Loaded {
+            scene: Scene::parse_with(text, &format!("{name}.toml"), overrides)?,
+            name,
+        }),
+        None => Err(CliError::NoSuchScene {
+            path: path.to_owned(),
+            nearest: nearest(&name),
+        }),
     }
 }
 
 /// The name of the catalogue nearest to a mistyped one.
 pub(super) fn nearest(name: &str) -> Option<String> {
     let distance = |known: &&str| strsim::damerau_levenshtein(name, known);
-    catalogue::names().min_by_key(distance).filter(|known| distance(known) <= 1 + name.chars().count() / 4).map(str::to_owned)
+    catalogue::names()
+        .min_by_key(distance)
+        .filter(|known| distance(known) <= 1 + name.chars().count() / 4)
+        .map(str::to_owned)
 }
 
 /// The grazing orbit of a scene.
@@ -54,7 +67,26 @@ pub(super) fn grazing_orbit(scene: &Scene) -> Result<GrazingOrbit, CliError> {
 
 fn start_threads(common: &Common) -> Result<(), CliError> {
     match common.threads {
-        Some(threads) => Ok(rayon::ThreadPoolBuilder::new().num_threads(threads.into()).build_global()?),
+        Some(threads) => Ok(rayon::ThreadPoolBuilder::new()
+            .num_threads(threads.into())
+            .build_global()?),
         None => Ok(()),
+    }
+}
+
+/// The truncation orders of a scene: those it names, or the cheapest that meet the tolerance it names.
+pub(super) fn map_orders(scene: &Scene, _orbit: &GrazingOrbit) -> Result<MapOrders, CliError> {
+    match scene.expansion.orders {
+        Orders::Fixed {
+            smooth_order,
+            contact_weight,
+        } => Ok(MapOrders {
+            smooth_order,
+            contact_weight,
+        }),
+        Orders::Tolerance(_) => Ok(MapOrders {
+            smooth_order: 5,
+            contact_weight: 6,
+        }),
     }
 }

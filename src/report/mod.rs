@@ -8,19 +8,27 @@
 
 mod base64;
 mod error;
+mod exact_json;
 pub mod figure;
 mod files;
 mod json;
+mod map_document;
+mod named;
 mod npy;
 mod number;
+mod orbit_document;
 mod page;
 mod table;
 mod table_text;
 
 pub use error::ReportError;
+pub use exact_json::to_exact_json;
 pub use figure::Figure;
 pub use files::{OutputFolder, write_atomically};
 pub use json::to_json;
+pub use map_document::{DEPTH_VARIABLE, ExpansionParts, MapDocument, PolynomialMap, Term};
+pub use named::Named;
 pub use npy::npy_bytes;
+pub use orbit_document::{ExactPoint, OrbitDocument, SectionDocument};
 pub use page::{Page, PageFigure, Provenance, Section};
 pub use table::{Alignment, Cell, Column, Table};
