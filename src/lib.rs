@@ -14,6 +14,10 @@ pub mod orbit;
 
 pub mod expansion;
 
+pub mod iteration;
+
+pub mod analysis;
+
 pub mod report;
 
 pub mod cli;

@@ -1,6 +1,7 @@
 //! Direct simulation against reference numbers of the literature's rigid-stop oscillators: images of the
 //! tangency section's return map, computed elsewhere to at least 30 digits (tests/data/rigid/README.md).
 
+use grazemap::flow::{Field, Integrator};
 use grazemap::hybrid::{DirectReturn, HybridSystem, ReturnOutcome, ReturnSection};
 use grazemap::model::{Model, Scene};
 use grazemap::numeric::{Dd, Real};
@@ -251,5 +252,132 @@ fn images_in_double_obey_the_rounding_law_of_the_square_root() {
         );
         // Rounding of x − delta by eps moves y by eps/(2 y); the leg then expands by at most about 30.
         assert!(worst < 100.0, "{}: {worst}", case.name());
+    }
+}
+
+/// The state a tangency point `(x − delta, theta − theta*)` flows freely to at a phase offset from `theta*`.
+fn at_phase(case: &Case, free: &Field, point: &[Dd; 2], phase: Dd, parameters: &[Dd]) -> Vec<Dd> {
+    let wall = parameters[case.wall];
+    let start = number(&case.file["base"]["theta_star"]) + point[1];
+    let state = [
+        if case.mirrored {
+            wall - point[0]
+        } else {
+            wall + point[0]
+        },
+        Dd::ZERO,
+        start,
+    ];
+    let rate = Integrator::new(free)
+        .flow(&state, parameters, Dd::ONE)
+        .expect("smooth")[2]
+        - start;
+    let mut end = Integrator::new(free)
+        .flow(&state, parameters, duration)
+        .expect("smooth");
+    end[2] = number(&case.file["base"]["theta_star"]) + phase;
+    end
+}
+
+/// Time in which the phase advances by an amount.
+fn graze_time(free: &Field, advance: Dd, parameters: &[Dd]) -> Dd {
+    let rest = [Dd::ZERO; 3];
+    advance
+        / Integrator::new(free)
+            .flow(&rest, parameters, Dd::ONE)
+            .expect("smooth")[2]
+}
+
+fn pair(image: &Value, keys: [&str; 2]) -> [Dd; 2] {
+    keys.map(|key| number(&image[key]))
+}
+
+fn distance(a: &[Dd], b: &[Dd]) -> f64 {
+    a.iter()
+        .zip(b)
+        .map(|(&a, &b)| (a - b).abs().to_f64())
+        .fold(0.0, f64::max)
+}
+
+#[test]
+fn stroboscopic_images_agree_with_the_reference_carried_along_the_free_flow() {
+    const POINT: [&str; 2] = ["x_minus_delta", "dtheta"];
+    for case in cases() {
+        let (system, free) = (
+            HybridSystem::new(&case.model),
+            Field::free(&case.model, &[]),
+        );
+        let mut worst = 0.0f64;
+        for row in case.rows().iter().step_by(3) {
+            let parameters = case.parameters::<Dd>(row);
+            let image = &row["images"][0];
+            let carry = |point: [Dd; 2]| at_phase(&case, &free, &point, Dd::ZERO, &parameters);
+            let section = ReturnSection::GrazingPhase { surface: 0 };
+            let mut map =
+                DirectReturn::over_periods(&system, &parameters, section, 1).expect("a phase");
+            let found = map.image(&carry(pair(row, POINT))).expect("finite");
+            assert_eq!(
+                found.contacts > 0,
+                image["impact"] == true,
+                "{} {}",
+                case.name(),
+                row["id"]
+            );
+            worst = worst.max(distance(&found.state, &carry(pair(image, POINT))));
+        }
+        println!("{:24} at the grazing phase {worst:.1e}", case.name());
+        assert!(worst < 1e-27, "{}: {worst:e}", case.name());
+    }
+}
+
+#[test]
+fn images_at_another_phase_agree_with_the_reference_carried_along_the_free_flow() {
+    const AFTER: [&str; 2] = ["D_x_minus_delta", "D_dtheta"];
+    let ahead = Dd::from(0.4);
+    for case in cases() {
+        let (system, free) = (
+            HybridSystem::new(&case.model),
+            Field::free(&case.model, &[]),
+        );
+        let mut worst = 0.0f64;
+        for row in case.rows().iter().step_by(3) {
+            let parameters = case.parameters::<Dd>(row);
+            let images = &row["images"];
+            let [before, after] = [pair(&images[0], AFTER), pair(&images[1], AFTER)];
+            if images[1]["s_back"]
+                .as_str()
+                .expect("digits")
+                .parse::<f64>()
+                .expect("digits")
+                > 0.1
+            {
+                continue;
+            }
+            let carry = |point: [Dd; 2]| at_phase(&case, &free, &point, ahead, &parameters);
+            let start = carry(before);
+            let graze_time = graze_time(
+                &free,
+                case.model.phase.as_ref().expect("a phase").period - ahead,
+                &parameters,
+            );
+            let section = ReturnSection::OtherPhase {
+                surface: 0,
+                graze_time,
+            };
+            let mut map =
+                DirectReturn::over_periods(&system, &parameters, section, 1).expect("a phase");
+            let found = map.image(&start).expect("finite");
+            assert_eq!(
+                found.contacts > 0,
+                images[1]["impact"] == true,
+                "{} {}",
+                case.name(),
+                row["id"]
+            );
+            assert_eq!(found.extra_contacts, 0, "{} {}", case.name(), row["id"]);
+            worst = worst.max(distance(&found.state, &carry(after)));
+        }
+        println!("{:24} at another phase {worst:.1e}", case.name());
+        assert!(worst < 1e-27, "{}: {worst:e}", case.name());
     }
 }

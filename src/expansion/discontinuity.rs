@@ -41,6 +41,53 @@ pub fn discontinuity<S: Real>(
     approach.canonical(passage, chart, variables, weight, &image)
 }
 
+/// Speed at which the surface is met, `−h'` at the entry, as `y · linear + y² · quadratic`.
+#[derive(Clone, Debug)]
+pub struct ImpactSpeed {
+    /// Coefficient of `y`.
+    pub linear: Jet<f64>,
+    /// Coefficient of `y²`.
+    pub quadratic: Jet<f64>,
+}
+
+/// Expands the speed at which the surface is met to the weighted degree `weight`:
+///
+/// ```text
+/// −h'(t_e) = −Σ_{k≥2} k H_k (−yσ)^{k−1} = √(2h'') y + …
+/// ```
+///
+/// # Errors
+///
+/// As [`discontinuity`].
+pub fn impact_speed(
+    passage: &Passage,
+    chart: &SectionChart,
+    variables: &Variables,
+    weight: u32,
+) -> Result<ImpactSpeed, ExpansionError> {
+    let approach = Approach::<f64>::new(passage, chart, variables, weight)?;
+    let y = Jet::variable(&approach.space, 0, 0.0);
+    let since_minimum = -&(&y * &approach.entry_time_over_depth(&y)?);
+    let falling = approach.gap.iter().enumerate().skip(1).rev();
+    let speed = falling.fold(Jet::zero(&approach.space), |sum, (power, coefficient)| {
+        &(&sum * &since_minimum) - &coefficient.scale(power as f64)
+    });
+    let fold = |first: u8, weight_left: u32| {
+        let space = variables.smooth_space(weight_left)?;
+        Ok::<_, ExpansionError>(fold_depth_powers(
+            &speed,
+            first,
+            weight,
+            &approach.depth,
+            &space,
+        ))
+    };
+    Ok(ImpactSpeed {
+        linear: fold(1, weight.saturating_sub(1))?,
+        quadratic: fold(2, weight.saturating_sub(2))?,
+    })
+}
+
 /// The free flow about its minimum of the gap, as series in the time from the minimum.
 struct Approach<S: Real> {
     /// Space of `(y; coordinates; parameters)`.
@@ -184,7 +231,7 @@ impl<S: Real> Approach<S> {
         let at_zero_depth = coefficient_of_depth_power(correction, 0, self.depth.space());
         let displacement = largest(&at_zero_depth);
         let scale = largest(correction).max(1.0);
-        if !(displacement <= 1e6 * S::ROUNDOFF * scale) {
+        if displacement.is_nan() || displacement > 1e6 * S::ROUNDOFF * scale {
             let surface = passage.surface.clone();
             return Err(ExpansionError::ResetNotIdentityAtTangency {
                 surface,

@@ -1,26 +1,47 @@
 //! From a scene and its grazing orbit to the local map.
 
-use super::discontinuity::discontinuity;
-use super::leg::LegExpansion;
+use super::description::{active_parameters, map_section, map_window, variables};
+use super::discontinuity::{ImpactSpeed, discontinuity, impact_speed};
+use super::leg::{LegExpansion, Route};
 use super::passage::Passage;
-use super::section_chart::SectionChart;
-use super::variables::{DEVIATION_WEIGHT, Variables};
-use super::{
-    ActiveParameter, ComposedMap, Contact, ExpansionError, Leg, LocalMap, MapOrders, MapSection,
-    MapWindow, SectionKind, Stage, compose,
-};
-use crate::jet::Jet;
+use super::routes::{Routes, grazing_chart};
+use super::variables::Variables;
+use super::{ComposedMap, Contact, ExpansionError, Leg, LocalMap, MapOrders, Stage, compose};
 use crate::model::Scene;
-use crate::numeric::{Dd, Real};
-use crate::orbit::{GrazingOrbit, PoincareSectionKind};
+use crate::numeric::Real;
+use crate::orbit::GrazingOrbit;
 
 /// Expands the map of one scene about one grazing orbit, at any orders.
+///
+/// ```
+/// use grazemap::expansion::{Expander, MapOrders};
+/// use grazemap::model::{Scene, catalogue};
+/// use grazemap::orbit::locate;
+///
+/// let text = catalogue::text("linear").expect("in the catalogue");
+/// let scene = Scene::parse(text, "linear.toml")?;
+/// let orbit = locate(&scene)?.into_result()?;
+/// let expander = Expander::new(&scene, &orbit)?;
+/// let map = expander.expand(MapOrders { smooth_order: 3, contact_weight: 4 })?;
+/// assert_eq!(map.section.coordinates, ["x", "theta"]);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct Expander<'a> {
     scene: &'a Scene,
     orbit: &'a GrazingOrbit,
     passage: Passage,
     variables: Variables,
+    routes: Routes,
+}
+
+/// The legs of one period with one passage.
+#[derive(Clone, Debug)]
+pub struct Legs<S: Real = f64> {
+    /// From the section to the graze, where they differ.
+    pub before: Option<Leg<S>>,
+    /// From the graze to the next section point.
+    pub after: Leg<S>,
 }
 
 impl<'a> Expander<'a> {
@@ -28,8 +49,8 @@ impl<'a> Expander<'a> {
     ///
     /// # Errors
     ///
-    /// [`ExpansionError::CompliantSurface`] or [`ExpansionError::SeveralPassages`] where the scene asks for
-    /// what rigid single-passage expansions do not cover.
+    /// [`ExpansionError::CompliantSurface`] or [`ExpansionError::SeveralPassages`] where the scene
+    /// asks for what rigid single-passage expansions do not cover.
     pub fn new(scene: &'a Scene, orbit: &'a GrazingOrbit) -> Result<Self, ExpansionError> {
         if orbit.passages.len() != 1 {
             let passages = orbit.passages.len();
@@ -39,17 +60,14 @@ impl<'a> Expander<'a> {
             });
         }
         let surface = orbit.grazing_point().surface;
-        let passage = Passage::new(
-            &scene.model,
-            surface,
-            orbit.parameters(),
-            &scene.expansion.active,
-        )?;
+        let active = &scene.expansion.active;
+        let passage = Passage::new(&scene.model, surface, orbit.parameters(), active)?;
         Ok(Self {
             scene,
             orbit,
             passage,
-            variables: variables_of(scene, orbit),
+            variables: variables(scene, orbit),
+            routes: Routes::of(scene, orbit),
         })
     }
 
@@ -69,21 +87,19 @@ impl<'a> Expander<'a> {
         Ok(self.assemble(orders, legs, contact))
     }
 
-    /// A map from parts expanded before: legs by [`legs`](Self::legs), the passage by [`contact`](Self::contact).
+    /// A map from parts expanded before: legs by [`legs`](Self::legs), the passage by
+    /// [`contact`](Self::contact).
     pub fn assemble(&self, orders: MapOrders, legs: Legs, contact: Contact) -> LocalMap {
-        let before = legs.before.map(Stage::Leg);
-        let stages = before
-            .into_iter()
-            .chain([Stage::Contact(contact), Stage::Leg(legs.after)])
-            .collect();
+        let before = legs.before.map(Stage::Leg).into_iter();
+        let rest = [Stage::Contact(contact), Stage::Leg(legs.after)];
         LocalMap {
             scene: self.scene.identifier.clone(),
             digest: self.scene.digest,
-            section: self.map_section(),
-            parameters: self.active_parameters(),
+            section: map_section(self.scene, self.orbit),
+            parameters: active_parameters(self.scene, self.orbit),
             orders,
-            stages,
-            window: self.window(),
+            stages: before.chain(rest).collect(),
+            window: map_window(self.scene, self.orbit),
         }
     }
 
@@ -96,30 +112,34 @@ impl<'a> Expander<'a> {
         self.contact_in::<f64>(weight)
     }
 
-    /// The discontinuity mapping over any scalar, rounded to `f64`.
+    /// The discontinuity mapping over any scalar.
     ///
     /// # Errors
     ///
     /// See [`discontinuity`].
-    pub fn contact_in<S: Real>(&self, weight: u32) -> Result<Contact, ExpansionError> {
-        let contact = discontinuity::<S>(
+    pub fn contact_in<S: Real>(&self, weight: u32) -> Result<Contact<S>, ExpansionError> {
+        let chart = grazing_chart(self.orbit);
+        let mut contact = discontinuity::<S>(&self.passage, &chart, &self.variables, weight)?;
+        if !contact.is_finite() {
+            return Err(ExpansionError::NotFinite { part: "D" });
+        }
+        // The depth vanishes on the grazing orbit: its constant term is rounding.
+        contact.depth.coefficients_mut()[0] = S::zero();
+        Ok(contact)
+    }
+
+    /// The speed at which the surface is met, to a weighted degree.
+    ///
+    /// # Errors
+    ///
+    /// See [`impact_speed`].
+    pub fn impact_speed(&self, weight: u32) -> Result<ImpactSpeed, ExpansionError> {
+        impact_speed(
             &self.passage,
-            &self.grazing_chart(),
+            &grazing_chart(self.orbit),
             &self.variables,
             weight,
-        )?
-        .to_f64();
-        let finite = contact
-            .linear
-            .iter()
-            .chain(&contact.quadratic)
-            .chain([&contact.depth])
-            .all(Jet::is_finite);
-        if finite {
-            Ok(without_constant_depth(contact))
-        } else {
-            Err(ExpansionError::NotFinite { part: "D" })
-        }
+        )
     }
 
     /// The legs to a degree.
@@ -129,28 +149,27 @@ impl<'a> Expander<'a> {
     /// See [`LegExpansion::expand`].
     pub fn legs(&self, smooth_order: u32) -> Result<Legs, ExpansionError> {
         let legs = self.leg_expansion();
-        let (start, graze) = (self.section_chart(), self.grazing_chart());
-        let (advance, period) = (self.phase_advance(), self.orbit.period);
-        let to_graze = self.advance_to_graze();
-        if to_graze == Dd::from(0.0) {
-            return Ok(Legs {
-                before: None,
-                after: legs.expand(&graze, &start, period, advance, smooth_order)?,
-            });
-        }
-        let duration = period * to_graze / advance;
-        let wrap = self.section_to_graze_wrap(to_graze);
-        let before = legs.expand(&start, &graze, duration, wrap, smooth_order)?;
-        let after = legs.expand(
-            &graze,
-            &start,
-            period - duration,
-            advance - wrap,
-            smooth_order,
-        )?;
+        self.each_leg(|route| legs.expand(route, smooth_order))
+    }
+
+    /// The legs over any scalar, their jets from Taylor's method: slower, and independent of
+    /// [`legs`](Self::legs).
+    ///
+    /// # Errors
+    ///
+    /// See [`LegExpansion::expand_by_taylor`].
+    pub fn legs_by_taylor<S: Real>(&self, smooth_order: u32) -> Result<Legs<S>, ExpansionError> {
+        let legs = self.leg_expansion();
+        self.each_leg(|route| legs.expand_by_taylor(route, smooth_order))
+    }
+
+    fn each_leg<S: Real>(
+        &self,
+        expand: impl Fn(&Route) -> Result<Leg<S>, ExpansionError>,
+    ) -> Result<Legs<S>, ExpansionError> {
         Ok(Legs {
-            before: Some(before),
-            after,
+            before: self.routes.before.as_ref().map(&expand).transpose()?,
+            after: expand(&self.routes.after)?,
         })
     }
 
@@ -160,14 +179,8 @@ impl<'a> Expander<'a> {
     ///
     /// See [`LegExpansion::expand`].
     pub fn smooth(&self, smooth_order: u32) -> Result<Leg, ExpansionError> {
-        let chart = self.section_chart();
-        self.leg_expansion().expand(
-            &chart,
-            &chart,
-            self.orbit.period,
-            self.phase_advance(),
-            smooth_order,
-        )
+        self.leg_expansion()
+            .expand(&self.routes.whole, smooth_order)
     }
 
     /// The composed form of a map.
@@ -180,157 +193,6 @@ impl<'a> Expander<'a> {
     }
 
     fn leg_expansion(&self) -> LegExpansion<'_> {
-        let (model, active) = (&self.scene.model, &self.scene.expansion.active);
-        LegExpansion::new(
-            model,
-            &self.passage,
-            &self.variables,
-            self.orbit.parameters(),
-            active,
-        )
-    }
-
-    /// The chart in which the contact happens: the section itself, at the phase of the graze.
-    fn grazing_chart(&self) -> SectionChart {
-        SectionChart {
-            section: self.orbit.section.clone(),
-            point: self.orbit.grazing_point().state.clone(),
-        }
-    }
-
-    fn section_chart(&self) -> SectionChart {
-        SectionChart {
-            section: self.orbit.section.clone(),
-            point: self.orbit.section_point.clone(),
-        }
-    }
-
-    /// Advance of the phase over one period of the orbit; 0 for an autonomous system.
-    fn phase_advance(&self) -> Dd {
-        let periods = Dd::from(self.scene.grazing.periods as f64);
-        self.scene
-            .model
-            .phase
-            .as_ref()
-            .map_or(Dd::from(0.0), |phase| phase.period * periods)
-    }
-
-    /// Advance of the phase from the section to the graze, in `[0, period)`; 0 on a tangency section.
-    fn advance_to_graze(&self) -> Dd {
-        let (PoincareSectionKind::Stroboscopic { phase }, Some(clock)) =
-            (self.orbit.section.kind, &self.scene.model.phase)
-        else {
-            return Dd::from(0.0);
-        };
-        let graze = self.orbit.grazing_point().state[self.scene.model.dimension() - 1];
-        let difference = graze - phase;
-        if difference < Dd::from(0.0) {
-            difference + clock.period
-        } else {
-            difference
-        }
-    }
-
-    /// What remains of the advance to the graze once the difference of the charts' phases is taken off:
-    /// 0, or one period where the graze lies across the phase's origin.
-    fn section_to_graze_wrap(&self, to_graze: Dd) -> Dd {
-        let phase = self.scene.model.dimension() - 1;
-        to_graze - (self.orbit.grazing_point().state[phase] - self.orbit.section_point[phase])
-    }
-
-    fn map_section(&self) -> MapSection {
-        let section = &self.orbit.section;
-        let (kind, phase) = match section.kind {
-            PoincareSectionKind::Tangency => (SectionKind::Tangency, None),
-            PoincareSectionKind::Stroboscopic { phase } => (SectionKind::Stroboscopic, Some(phase)),
-        };
-        let coordinates = section
-            .coordinate_names(&self.scene.model)
-            .into_iter()
-            .map(str::to_owned)
-            .collect();
-        let point = section
-            .coordinates
-            .iter()
-            .map(|&component| self.orbit.section_point[component])
-            .collect();
-        MapSection {
-            kind,
-            coordinates,
-            point,
-            phase,
-        }
-    }
-
-    fn active_parameters(&self) -> Vec<ActiveParameter> {
-        let active = |&parameter: &usize| ActiveParameter {
-            name: self.scene.model.parameters[parameter].name.clone(),
-            value: self.orbit.parameters()[parameter],
-        };
-        self.scene.expansion.active.iter().map(active).collect()
-    }
-
-    fn window(&self) -> MapWindow {
-        let window = &self.scene.window;
-        MapWindow {
-            depth: window.depth,
-            state: self
-                .orbit
-                .section
-                .coordinates
-                .iter()
-                .map(|&component| window.state[component])
-                .collect(),
-            parameter: self
-                .scene
-                .expansion
-                .active
-                .iter()
-                .map(|&parameter| window.parameter[parameter])
-                .collect(),
-        }
-    }
-}
-
-/// The legs of one period with one passage.
-#[derive(Clone, Debug)]
-pub struct Legs {
-    /// From the section to the graze, where they differ.
-    pub before: Option<Leg>,
-    /// From the graze to the next section point.
-    pub after: Leg,
-}
-
-/// The depth vanishes on the grazing orbit: its constant term is rounding.
-fn without_constant_depth(mut contact: Contact) -> Contact {
-    contact.depth.coefficients_mut()[0] = 0.0;
-    contact
-}
-
-fn variables_of(scene: &Scene, orbit: &GrazingOrbit) -> Variables {
-    let coordinates = orbit.section.coordinate_names(&scene.model);
-    let parameters = scene
-        .expansion
-        .active
-        .iter()
-        .map(|&parameter| scene.model.parameters[parameter].name.as_str());
-    let names: Vec<String> = coordinates
-        .iter()
-        .copied()
-        .chain(parameters)
-        .map(str::to_owned)
-        .collect();
-    let weight = |name: &String| {
-        let given = scene
-            .expansion
-            .weights
-            .iter()
-            .find(|(other, _)| other == name);
-        given.map_or(DEVIATION_WEIGHT, |(_, weight)| *weight)
-    };
-    Variables {
-        weights: names.iter().map(weight).collect(),
-        coordinates: coordinates.len(),
-        names,
+        LegExpansion::new(&self.scene.model, &self.passage, &self.variables)
     }
 }

@@ -90,9 +90,9 @@ pub enum Stage {
 
 /// A leg: each image coordinate as a polynomial in (coordinates; parameters), without constant term.
 #[derive(Clone, Debug)]
-pub struct Leg {
+pub struct Leg<S: Scalar = f64> {
     /// One polynomial per coordinate.
-    pub image: Vec<Jet<f64>>,
+    pub image: Vec<Jet<S>>,
 }
 
 /// A grazing passage in canonical form, with `y = √max(0, depth(x, p))`:
@@ -128,6 +128,16 @@ pub struct ComposedMap {
 }
 
 impl<S: Real> Contact<S> {
+    /// Whether every coefficient is finite.
+    pub fn is_finite(&self) -> bool {
+        let mut jets = self
+            .linear
+            .iter()
+            .chain(&self.quadratic)
+            .chain([&self.depth]);
+        jets.all(Jet::is_finite)
+    }
+
     /// The coefficients rounded to `f64`.
     pub fn to_f64(&self) -> Contact {
         let round = |jets: &[Jet<S>]| jets.iter().map(Jet::to_f64).collect();

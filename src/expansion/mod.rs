@@ -4,24 +4,29 @@
 //! templates.
 
 mod composition;
+mod description;
 mod discontinuity;
 mod error;
 mod expand;
 mod leg;
 mod local_map;
+mod lost_digits;
 mod passage;
+mod routes;
 mod section_chart;
 mod variables;
 
 pub use composition::compose;
-pub use discontinuity::discontinuity;
+pub use discontinuity::{ImpactSpeed, discontinuity, impact_speed};
 pub use error::ExpansionError;
 pub use expand::{Expander, Legs};
-pub use leg::LegExpansion;
+pub use leg::{LegExpansion, Route};
 pub use local_map::{
     ActiveParameter, ComposedMap, Contact, Leg, LocalMap, MapOrders, MapSection, MapWindow,
     SectionKind, Stage,
 };
+pub use lost_digits::LostDigits;
 pub use passage::Passage;
+pub use routes::Routes;
 pub use section_chart::SectionChart;
 pub use variables::{DEVIATION_WEIGHT, Variables};

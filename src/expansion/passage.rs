@@ -5,7 +5,7 @@ use std::sync::Arc;
 use super::ExpansionError;
 use crate::flow::{Field, InputKind, Program, bound_but};
 use crate::jet::{Jet, JetSpace};
-use crate::model::{Model, Response};
+use crate::model::{Model, NodeId, Response};
 use crate::numeric::{Dd, Real};
 
 /// The surface, its reset and the free field around a graze, inactive parameters folded in.
@@ -42,7 +42,7 @@ impl Passage {
                 surface: surface.name.clone(),
             });
         };
-        let inputs = jet_inputs(model, parameters, active);
+        let inputs = jet_inputs(model.dimension(), parameters, active);
         let mut graph = model.graph.clone();
         let slopes = (0..model.dimension())
             .map(|component| graph.derivative(surface.normal_velocity, component));
@@ -58,6 +58,12 @@ impl Passage {
             parameters: parameters.to_vec(),
             active: active.to_vec(),
         })
+    }
+
+    /// Expressions of the model as a program over jets, the inactive parameters folded in.
+    pub fn jet_program(&self, model: &Model, outputs: &[NodeId]) -> Program {
+        let inputs = jet_inputs(self.dimension, &self.parameters, &self.active);
+        Program::new(&model.graph, outputs, &inputs)
     }
 
     /// Length of the full state.
@@ -98,7 +104,7 @@ fn parameter_jets<S: Real>(
 }
 
 /// How each input enters a program over jets: states and active parameters vary, the rest is folded in.
-pub(super) fn jet_inputs(model: &Model, parameters: &[Dd], active: &[usize]) -> Vec<InputKind> {
-    let states = (0..model.dimension()).map(|_| InputKind::Variable);
+fn jet_inputs(dimension: usize, parameters: &[Dd], active: &[usize]) -> Vec<InputKind> {
+    let states = (0..dimension).map(|_| InputKind::Variable);
     states.chain(bound_but(active, parameters)).collect()
 }

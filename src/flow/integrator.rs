@@ -190,42 +190,4 @@ pub fn horner<S: Real>(coefficients: &[S], at: S) -> S {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::flow::InputKind;
-    use crate::flow::samples;
-    use crate::numeric::Dd;
-
-    /// Undamped linear oscillator off resonance: `x = A cos ωt + B cos t + C sin t`.
-    fn one_period_error<S: Real>() -> f64 {
-        let field = samples::linear(&[InputKind::HeadOnly; 3]);
-        let omega = S::from_f64(1.5);
-        let amplitude = S::from_f64(0.7);
-        let state = [S::from_f64(0.3), S::from_f64(-0.2), S::zero()];
-        let period = S::from_dd(Dd::TWO_PI) / omega;
-        let end = Integrator::new(&field)
-            .flow(&state, &[S::zero(), amplitude, omega], period)
-            .unwrap();
-        let forced = amplitude / (S::one() - omega * omega);
-        let (sine, cosine) = period.sin_cos();
-        let (b, c) = (state[0] - forced, state[1]);
-        let expected = [forced + b * cosine + c * sine, c * cosine - b * sine];
-        (0..2)
-            .map(|i| (end[i] - expected[i]).magnitude())
-            .fold(0.0, f64::max)
-    }
-
-    #[test]
-    fn linear_oscillator_returns_to_roundoff_after_one_period() {
-        assert!(
-            one_period_error::<f64>() < 4e-15,
-            "{:e}",
-            one_period_error::<f64>()
-        );
-        assert!(
-            one_period_error::<Dd>() < 1e-29,
-            "{:e}",
-            one_period_error::<Dd>()
-        );
-    }
-}
+mod tests;

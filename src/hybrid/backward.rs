@@ -2,6 +2,7 @@
 
 use super::passage::{Gap, Goal, Passage};
 use super::simulator::Simulator;
+use super::stepping::admissible_length;
 use super::trajectory::Outcome;
 use crate::numeric::Real;
 
@@ -47,7 +48,7 @@ impl<S: Real> Simulator<'_, S> {
                 time: self.motion.time,
             });
         };
-        let length = step.length.min(remaining);
+        let length = admissible_length(&step, self.surfaces.len()).min(remaining);
         let (value, slope) = (
             step.watched_coefficients(2 * surface),
             step.watched_coefficients(2 * surface + 1),

@@ -16,6 +16,7 @@ mod response;
 mod return_map;
 mod sensing;
 mod simulator;
+mod stepping;
 mod sticking;
 mod system;
 mod trajectory;

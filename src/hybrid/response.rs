@@ -100,8 +100,6 @@ impl<S: Real> Simulator<'_, S> {
     }
 
     /// Goes to the stick field; `next` holds the state before the last impact.
-    ///
-    /// The normal velocity is brought to zero along the impact's kick, in the proportion of the speeds.
     fn stick(
         &mut self,
         surface: usize,
@@ -116,13 +114,7 @@ impl<S: Real> Simulator<'_, S> {
                 time: self.motion.time,
             });
         }
-        let total = speed + rebound;
-        if total > S::zero() {
-            let share = speed / total;
-            for (value, &before) in self.motion.state.iter_mut().zip(&self.next) {
-                *value = before + (*value - before) * share;
-            }
-        }
+        self.remove_normal_velocity(surface, speed, rebound);
         self.motion.regime = Regime::Stick { surface };
         self.motion.release_sign = S::one();
         let time = self.motion.time + duration;
@@ -139,6 +131,25 @@ impl<S: Real> Simulator<'_, S> {
             kind: EventKind::Stick,
         });
         Ok(())
+    }
+
+    /// Brings the normal velocity to zero along the last impact's kick; `next` holds the state before it.
+    ///
+    /// The kick changes the normal velocity from `-speed` to `rebound`; a second, corrected share
+    /// removes what rounding and a curved reset leave.
+    fn remove_normal_velocity(&mut self, surface: usize, speed: S, rebound: S) {
+        let total = speed + rebound;
+        if total <= S::zero() {
+            return;
+        }
+        let mut share = speed / total;
+        let after: Vec<S> = self.motion.state.clone();
+        for _ in 0..2 {
+            for (i, value) in self.motion.state.iter_mut().enumerate() {
+                *value = self.next[i] + (after[i] - self.next[i]) * share;
+            }
+            share -= self.sense(surface).velocity / total;
+        }
     }
 
     /// Ends the present contact or sticking.

@@ -52,14 +52,18 @@ impl<S: Scalar> Jet<S> {
         })
     }
 
-    /// Square root.
+    /// Square root, to the order of the space; analytic for a positive head.
+    ///
+    /// ```text
+    /// u_0 = √a_0,   u_k = (a_k − Σ_{j=1}^{k−1} u_j u_{k−j}) / (2 u_0)
+    /// ```
     pub fn sqrt(&self) -> Self {
         Self::build(&self.space, |k, u, out| {
             sqrt::part(&*self.space, k, &self.coefficients, u, out)
         })
     }
 
-    /// Exponential.
+    /// Exponential: `k u_k = Σ_{j=1}^{k} j a_j u_{k−j}`.
     pub fn exp(&self) -> Self {
         let euler = self.euler();
         Self::build(&self.space, |k, u, out| {
@@ -74,12 +78,12 @@ impl<S: Scalar> Jet<S> {
         })
     }
 
-    /// Natural logarithm.
+    /// Natural logarithm, for a positive head: `a Eu = Ea` with the Euler derivation `E`.
     pub fn ln(&self) -> Self {
         self.primitive(HeadFunction::Log, self)
     }
 
-    /// Sine and cosine.
+    /// Sine and cosine: `k s_k = Σ_{j=1}^{k} j a_j c_{k−j}` and `k c_k = −Σ_{j=1}^{k} j a_j s_{k−j}`.
     pub fn sin_cos(&self) -> (Self, Self) {
         let (space, a, euler) = (&*self.space, &self.coefficients, self.euler());
         self.build_pair(
@@ -90,7 +94,7 @@ impl<S: Scalar> Jet<S> {
         )
     }
 
-    /// Hyperbolic sine and cosine.
+    /// Hyperbolic sine and cosine: `k s_k = Σ_{j=1}^{k} j a_j c_{k−j}` and likewise `c` from `s`.
     pub fn sinh_cosh(&self) -> (Self, Self) {
         let (space, a, euler) = (&*self.space, &self.coefficients, self.euler());
         self.build_pair(
@@ -127,29 +131,29 @@ impl<S: Scalar> Jet<S> {
         self.sin_cos().1
     }
 
-    /// Tangent.
+    /// Tangent, `sin / cos`.
     pub fn tan(&self) -> Self {
         let (sine, cosine) = self.sin_cos();
         &sine / &cosine
     }
 
-    /// Hyperbolic tangent.
+    /// Hyperbolic tangent, `sinh / cosh`.
     pub fn tanh(&self) -> Self {
         let (sinh, cosh) = self.sinh_cosh();
         &sinh / &cosh
     }
 
-    /// Arc sine.
+    /// Arc sine, for a head inside `(−1, 1)`: `√(1 − a²) Eu = Ea`.
     pub fn asin(&self) -> Self {
         self.primitive(HeadFunction::Asin, &self.cathetus())
     }
 
-    /// Arc cosine.
+    /// Arc cosine, for a head inside `(−1, 1)`: `−√(1 − a²) Eu = Ea`.
     pub fn acos(&self) -> Self {
         self.primitive(HeadFunction::Acos, &-&self.cathetus())
     }
 
-    /// Arc tangent.
+    /// Arc tangent: `(1 + a²) Eu = Ea`.
     pub fn atan(&self) -> Self {
         self.primitive(HeadFunction::Atan, &(self * self).add_constant(S::one()))
     }
@@ -174,7 +178,13 @@ impl<S: Scalar> Jet<S> {
         })
     }
 
-    /// Angle of the point `(x, self)`.
+    /// Angle of the point `(x, self)`, its head in `(−π, π]`, for a point other than the origin.
+    ///
+    /// With `y = self` and `w = x² + y²`: `w Eu = x Ey − y Ex`.
+    ///
+    /// # Panics
+    ///
+    /// If the two jets are not of one space.
     pub fn atan2(&self, x: &Self) -> Self {
         let (euler_y, euler_x) = (self.euler(), x.euler());
         let w = &(self * self) + &(x * x);
@@ -194,7 +204,14 @@ impl<S: Scalar> Jet<S> {
         })
     }
 
-    /// Real power, for a positive head.
+    /// Real power, for a positive head: `a Eu = r u Ea`.
+    ///
+    /// ```
+    /// use grazemap::jet::{Jet, JetSpace};
+    /// let x = Jet::variable(&JetSpace::uniform(1, 3)?, 0, 4.0);
+    /// assert_eq!(x.power_real(1.5).coefficients()[..2], [8.0, 3.0]); // x^(3/2) and its slope at 4
+    /// # Ok::<(), grazemap::jet::JetError>(())
+    /// ```
     pub fn power_real(&self, exponent: S) -> Self {
         let euler = self.euler();
         Self::build_with_euler(&self.space, |k, u, euler_u, out| {

@@ -10,6 +10,7 @@
 use std::ops::Range;
 
 use super::JetSpace;
+use super::product::sum_of_products;
 use crate::numeric::Scalar;
 
 /// Which terms of `Σ_j a_j b_{k−j}` a convolution takes.
@@ -128,9 +129,7 @@ impl<S: Scalar> Graded<S> for JetSpace {
     fn convolve(&self, degree: usize, span: Span, a: &[S], b: &[S], out: &mut [S]) {
         for (monomial, value) in self.degree_range(degree).zip(out) {
             let pairs = self.pairs(monomial);
-            for &(i, j) in &pairs[span.range(pairs.len())] {
-                *value = a[i as usize].mul_add(b[j as usize], *value);
-            }
+            *value = sum_of_products(&pairs[span.range(pairs.len())], a, b, *value);
         }
     }
 

@@ -11,6 +11,7 @@ mod graded;
 mod implicit;
 mod linear;
 mod map;
+mod monomials;
 mod operators;
 mod product;
 mod series;

@@ -1,19 +1,38 @@
 //! The product of two jets as a pass over the space's product table.
 //!
 //! One idea: the table is output-major, so every coefficient of the product is one sum of
-//! products; two or more running sums hide the latency of the additions.
+//! products; several running sums hide the latency of the multiply-adds.
 
 use super::JetSpace;
 use crate::numeric::Scalar;
 
-/// `sum + Σ a_i b_j` over a list of pairs.
+/// `sum + Σ a_i b_j` over a list of pairs, in four running sums; in one where a scalar is itself
+/// several vectors wide, whose lanes are chains enough and whose four sums would not fit the registers.
 #[inline(always)]
 pub(super) fn sum_of_products<S: Scalar>(pairs: &[(u32, u32)], a: &[S], b: &[S], sum: S) -> S {
-    let mut sum = sum;
-    for &(i, j) in pairs {
-        sum = a[i as usize].mul_add(b[j as usize], sum);
+    let add = |sum: S, (i, j): (u32, u32)| a[i as usize].mul_add(b[j as usize], sum);
+    if size_of::<S>() > 64 {
+        return pairs.iter().fold(sum, |sum, &pair| add(sum, pair));
     }
-    sum
+    let (fours, rest) = pairs.as_chunks::<4>();
+    let mut sums = [
+        rest.iter().fold(sum, |sum, &pair| add(sum, pair)),
+        S::zero(),
+        S::zero(),
+        S::zero(),
+    ];
+    if fours.is_empty() {
+        return sums[0];
+    }
+    for four in fours {
+        sums = [
+            add(sums[0], four[0]),
+            add(sums[1], four[1]),
+            add(sums[2], four[2]),
+            add(sums[3], four[3]),
+        ];
+    }
+    (sums[0] + sums[1]) + (sums[2] + sums[3])
 }
 
 impl JetSpace {

@@ -181,10 +181,10 @@ impl<S: Scalar> Jet<S> {
         let mut image = Self::zero(target);
         let mut powers = vec![0u8; target.variables()];
         for (exponents, value) in self.terms() {
-            if rename(exponents, variable_map, &mut powers) {
-                if let Some(monomial) = target.monomial(&powers) {
-                    image.coefficients[monomial] += value;
-                }
+            if rename(exponents, variable_map, &mut powers)
+                && let Some(monomial) = target.monomial(&powers)
+            {
+                image.coefficients[monomial] += value;
             }
         }
         image
@@ -268,4 +268,72 @@ fn rename(exponents: &[u8], variable_map: &[Option<usize>], powers: &mut [u8]) -
             }
             sum.is_some()
         })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// `1 + 2x + 3y + 4x² + 5xy + 6y²`.
+    fn quadratic() -> Jet<f64> {
+        let space = JetSpace::uniform(2, 2).unwrap();
+        Jet::from_coefficients(&space, (1..=6).map(f64::from).collect())
+    }
+
+    #[test]
+    fn reinterpretation_swaps_merges_and_drops_variables() {
+        let jet = quadratic();
+        let swapped = jet.reinterpret(jet.space(), &[Some(1), Some(0)]);
+        assert_eq!(swapped.coefficients(), [1.0, 3.0, 2.0, 6.0, 5.0, 4.0]);
+        let line = JetSpace::uniform(1, 3).unwrap();
+        assert_eq!(
+            jet.reinterpret(&line, &[Some(0), Some(0)]).coefficients(),
+            [1.0, 5.0, 15.0, 0.0]
+        );
+        assert_eq!(
+            jet.reinterpret(&line, &[None, Some(0)]).coefficients(),
+            [1.0, 3.0, 6.0, 0.0]
+        );
+    }
+
+    #[test]
+    fn reinterpretation_drops_what_a_weighted_space_does_not_keep() {
+        let target = JetSpace::new(&[1, 2], 2).unwrap(); // 1, x, x², y
+        let image = quadratic().reinterpret(&target, &[Some(0), Some(1)]);
+        assert_eq!(image.coefficients(), [1.0, 2.0, 4.0, 3.0]);
+    }
+
+    #[test]
+    fn truncation_keeps_terms_up_to_its_degree() {
+        assert_eq!(
+            quadratic().truncate(1).coefficients(),
+            [1.0, 2.0, 3.0, 0.0, 0.0, 0.0]
+        );
+        assert_eq!(quadratic().truncate(usize::MAX), quadratic());
+    }
+
+    #[test]
+    fn degrees_are_measured_one_by_one() {
+        let jet = quadratic();
+        assert_eq!(
+            [0, 1, 2, 3].map(|degree| jet.max_abs_of_degree(degree)),
+            [1.0, 3.0, 6.0, 0.0]
+        );
+        assert_eq!(jet.lowest_degree(), Some(0));
+        assert_eq!((&jet - &jet.truncate(1)).lowest_degree(), Some(2));
+        assert_eq!(Jet::<f64>::zero(jet.space()).lowest_degree(), None);
+        assert!(jet.scale(f64::NAN).max_abs_of_degree(1).is_nan());
+    }
+
+    #[test]
+    fn roots_and_logarithms_outside_their_domain_are_not_finite() {
+        let x = Jet::variable(&JetSpace::uniform(1, 3).unwrap(), 0, 0.0);
+        assert!(!x.sqrt().is_finite());
+        assert!(!x.ln().is_finite());
+        assert!(!x.power_real(1.5).is_finite());
+        assert!(!x.add_constant(-1.0).sqrt().is_finite());
+        assert!(!x.add_constant(1.0).asin().is_finite());
+        assert!(!x.atan2(&x).is_finite());
+        assert!(!x.power_integer(-1).is_finite());
+    }
 }

@@ -6,12 +6,12 @@ use crate::numeric::{Dd, Scalar};
 use super::OrbitError;
 use super::minima::{gaps, watching_field};
 use super::monodromy::{XI_COUNT, full_monodromy, multipliers, on_section, section_point, xi};
-use super::newton::{NewtonFailure, Root, Solve, refine, solve};
+use super::newton::{NewtonFailure, Root, Solve};
 use super::outcome::{Location, NotLocated};
 use super::point::{GrazingOrbit, GrazingPoint};
 use super::search::Search;
 use super::section::{PoincareSection, reduced};
-use super::system::ExtendedSystem;
+use super::system::{ExtendedSystem, refine_either, solve_either};
 
 /// Largest residual of an orbit called located, relative to the size of its state.
 const RESIDUAL: f64 = 1e-24;
@@ -142,7 +142,7 @@ impl<'a> Locator<'a> {
         let start = self
             .system
             .assemble(guess, period, &self.start_parameters());
-        match solve(&self.system, &start, 1e-9)? {
+        match solve_either(&self.system, &start, 1e-9)? {
             Solve::Root(unknowns) => Ok(match self.degeneracy(&unknowns) {
                 Some(reason) => Err(reason),
                 None => Ok(unknowns),
@@ -350,7 +350,7 @@ impl<'a> Locator<'a> {
         let size = unknowns
             .iter()
             .fold(1.0_f64, |size, value| size.max(value.abs()));
-        match refine(&self.system, unknowns, RESIDUAL * size)? {
+        match refine_either(&self.system, unknowns, RESIDUAL * size)? {
             Solve::Root(root) => Ok(Location::Located(Box::new(self.describe(&root)?))),
             Solve::Failed(failure) => Ok(Location::NotLocated(self.failed(failure))),
         }

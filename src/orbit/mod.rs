@@ -13,7 +13,6 @@ mod point;
 mod search;
 mod section;
 mod system;
-mod variation;
 
 pub use error::OrbitError;
 pub use locate::locate;

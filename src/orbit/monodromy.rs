@@ -2,7 +2,7 @@
 
 use nalgebra::DMatrix;
 
-use crate::flow::{Field, Integrator};
+use crate::flow::{Field, Integrator, flow_with_jacobian};
 use crate::model::Model;
 use crate::numeric::{Dd, Real, Scalar};
 
@@ -10,7 +10,6 @@ use super::OrbitError;
 use super::geometry::{Geometry, LocalGeometry};
 use super::point::GrazingPoint;
 use super::section::{PoincareSection, PoincareSectionKind};
-use super::variation::flow_with_variations;
 
 /// A square matrix by rows.
 pub(super) type Rows<S> = Vec<Vec<S>>;
@@ -25,7 +24,9 @@ pub(super) fn full_monodromy<S: Real>(
     parameters: &[S],
     period: S,
 ) -> Result<Rows<S>, OrbitError> {
-    Ok(flow_with_variations(field, state, parameters, &[], period)?.jacobian)
+    let inputs: Vec<usize> = (0..state.len()).collect();
+    let (_, jacobian) = flow_with_jacobian(field, state, parameters, period, &inputs)?;
+    Ok(jacobian.row_iter().map(|row| row.iter().copied().collect()).collect())
 }
 
 /// The full state where the orbit through `graze` meets a section: the free flow from the graze to its phase.

@@ -7,7 +7,7 @@ use super::OrbitError;
 use super::minima::{Minimum, gaps, watching_field};
 use super::newton::{Solve, solve};
 use super::outcome::NotLocated;
-use super::system::{ExtendedSystem, Shooting};
+use super::system::{ExtendedSystem, Shooting, solve_either};
 
 /// A search along the periodic orbits of one parameter.
 pub(super) struct Search<'a> {
@@ -139,7 +139,7 @@ impl<'a> Search<'a> {
         if orbit.lowest.event.abs() > NEAR * (orbit.largest - orbit.lowest.event) {
             return Ok(None);
         }
-        let Solve::Root(root) = solve(
+        let Solve::Root(root) = solve_either(
             self.system,
             &self.unknowns(&orbit.lowest.state, orbit.value),
             1e-9,

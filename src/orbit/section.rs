@@ -62,7 +62,7 @@ impl PoincareSection {
     }
 
     /// The section `h' = 0` at a grazing point.
-    fn tangency(model: &Model, graze: &GrazingPoint) -> Self {
+    pub(super) fn tangency(model: &Model, graze: &GrazingPoint) -> Self {
         let geometry = Geometry::new(model, graze.surface);
         let slopes = geometry
             .at(&graze.state, &graze.parameters)

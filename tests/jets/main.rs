@@ -26,7 +26,7 @@ fn multinomial(power: u128, exponents: &[u8]) -> u128 {
 
 /// Fateman's product `s^n (s^n + 1)` with `s = 1 + x_1 + … + x_v`: every coefficient, exactly.
 fn fateman<S: Real>(variables: usize, power: u128) {
-    let space = JetSpace::uniform(variables, 2 * power as usize).unwrap();
+    let space = JetSpace::uniform(variables, 2 * power as usize).expect("a small space");
     let mut sum = Jet::constant(&space, S::one());
     (0..variables).for_each(|variable| sum += &Jet::variable(&space, variable, S::zero()));
     let factor = sum.power_integer(power as i32);

@@ -60,8 +60,8 @@ impl Block {
             if !factor.is_finite() {
                 return None;
             }
-            matrix[k] = matrix[k] * Lanes::splat(factor);
-            inverse[k] = inverse[k] * Lanes::splat(factor);
+            matrix[k] *= Lanes::splat(factor);
+            inverse[k] *= Lanes::splat(factor);
             let (row, inverse_row) = (matrix[k], inverse[k]);
             for i in (0..NODES).filter(|&i| i != k) {
                 let factor = Lanes::splat(matrix[i].0[k]);

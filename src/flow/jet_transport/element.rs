@@ -5,7 +5,7 @@ use std::sync::Arc;
 use super::gauss::{GAUSS, NODES, NodeValues};
 use super::solver::ElementSolver;
 use crate::flow::Field;
-use crate::jet::{Graded, JetError, JetSpace};
+use crate::jet::{JetError, JetSpace};
 use crate::numeric::{Lanes, Scalar};
 
 /// The tape of a field over jets whose coefficients are node values, and the gradients of its slots.
@@ -16,10 +16,15 @@ pub(super) struct Element<'a> {
     scratch: Vec<NodeValues>,
     first_order: Arc<JetSpace>,
     first_order_tape: Vec<NodeValues>,
-    /// `(slot, state, ∂slot/∂state, factor k of Euler derivatives)` where not zero.
+    /// Non-zero derivatives of slots by states.
     gradients: Vec<Gradient>,
+    /// One coefficient of every component: initial value, remainder, node values.
+    initial: Vec<f64>,
+    remainders: Vec<NodeValues>,
+    states: Vec<NodeValues>,
 }
 
+/// A derivative of a slot by a state at the nodes.
 struct Gradient {
     slot: usize,
     state: usize,
@@ -74,6 +79,9 @@ impl<'a> Element<'a> {
             first_order,
             first_order_tape,
             gradients: Vec::new(),
+            initial: vec![0.0; dimension],
+            remainders: vec![ZERO; dimension],
+            states: vec![ZERO; dimension],
         })
     }
 
@@ -197,24 +205,14 @@ impl<'a> Element<'a> {
     /// Node values of one coefficient of the state, into the tape.
     #[inline]
     fn solve_monomial(&mut self, solver: &ElementSolver, monomial: usize, jets: &[f64]) {
-        const MOST: usize = 16;
-        let (program, dimension, len) = (
-            self.field.program(),
-            self.field.dimension(),
-            self.space.len(),
-        );
-        let (mut initial, mut remainders, mut states) = ([0.0; MOST], [ZERO; MOST], [ZERO; MOST]);
-        for component in 0..dimension {
-            initial[component] = jets[component * len + monomial];
-            remainders[component] = self.tape[program.output(component) * len + monomial];
+        let (program, len) = (self.field.program(), self.space.len());
+        for component in 0..self.states.len() {
+            self.initial[component] = jets[component * len + monomial];
+            self.remainders[component] = self.tape[program.output(component) * len + monomial];
         }
-        solver.solve(
-            &initial[..dimension],
-            &remainders[..dimension],
-            &mut states[..dimension],
-        );
-        for component in 0..dimension {
-            self.tape[component * len + monomial] = states[component];
+        solver.solve(&self.initial, &self.remainders, &mut self.states);
+        for (component, &values) in self.states.iter().enumerate() {
+            self.tape[component * len + monomial] = values;
         }
     }
 

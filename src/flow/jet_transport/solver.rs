@@ -16,7 +16,6 @@ use crate::numeric::{Lanes, Scalar};
 
 /// `P` and `Q` of one element.
 pub(super) struct ElementSolver {
-    dimension: usize,
     /// `(column, P_ac)` of each row: the response of component `a` to the initial value of `c`.
     responses: Vec<Vec<(usize, NodeValues)>>,
     /// `(column, Q_ac)` of each row: the response of component `a` to the remainder of `c`.
@@ -60,7 +59,6 @@ impl ElementSolver {
             .map(|row| row.iter().enumerate().filter_map(row_remainder).collect())
             .collect();
         Some(Self {
-            dimension,
             responses,
             remainders,
         })
@@ -75,17 +73,18 @@ impl ElementSolver {
         states: &mut [NodeValues],
     ) {
         let zero = Lanes([0.0; NODES]);
-        for component in 0..self.dimension {
+        let rows = self.responses.iter().zip(&self.remainders);
+        for (state, (responses, blocks)) in states.iter_mut().zip(rows) {
             let mut sum = zero;
-            for (column, response) in &self.responses[component] {
+            for (column, response) in responses {
                 sum = response.mul_add(Lanes::splat(initial[*column]), sum);
             }
-            for (column, block) in &self.remainders[component] {
+            for (column, block) in blocks {
                 if remainders[*column] != zero {
                     sum = block.apply_add(remainders[*column], sum);
                 }
             }
-            states[component] = sum;
+            *state = sum;
         }
     }
 
@@ -160,16 +159,15 @@ fn scale_row(row: &mut [Option<Block>], factor: &Block) {
 /// `row −= factor · pivot` in the columns from `first` on.
 fn subtract_row(matrix: &mut BlockMatrix, row: usize, pivot: usize, factor: &Block, first: usize) {
     let identity = Block::identity();
-    for column in first..matrix.len() {
-        let Some(block) = matrix[pivot][column] else {
-            continue;
-        };
-        let product = if block == identity {
+    let pivot_row = matrix[pivot].clone();
+    let columns = pivot_row.iter().zip(&mut matrix[row]).skip(first);
+    for (block, target) in columns.filter_map(|(block, target)| Some((block.as_ref()?, target))) {
+        let product = if *block == identity {
             *factor
         } else {
-            factor.times(&block)
+            factor.times(block)
         };
-        matrix[row][column] = Some(match matrix[row][column] {
+        *target = Some(match target {
             Some(old) => old.minus(&product),
             None => product.negative(),
         });

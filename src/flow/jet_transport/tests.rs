@@ -57,3 +57,149 @@ fn collocation_and_taylor_agree_on_the_electrostatic_period_in_every_degree() {
         collocation.error_estimate
     );
 }
+
+#[test]
+fn collocation_agrees_with_double_double_for_weighted_jets_of_any_content() {
+    let space = JetSpace::new(&[1, 2, 3], 6).unwrap();
+    let shear = |scale: f64| {
+        let head = [0.3, 0.1, 0.4, 0.0, 0.2, 0.6];
+        let jet = |input: usize| {
+            let spread =
+                |m: usize| 0.3 * scale * ((7 * m + 3 * input) as f64).sin() / (1 + m) as f64;
+            let coefficients =
+                (0..space.len()).map(|m| if m == 0 { head[input] } else { spread(m) });
+            coefficients.collect::<Vec<_>>()
+        };
+        (0..6).map(jet).collect::<Vec<_>>()
+    };
+    let inputs: Vec<Jet<f64>> = shear(1.0)
+        .into_iter()
+        .map(|c| Jet::from_coefficients(&space, c))
+        .collect();
+    let exact: Vec<Jet<Dd>> = shear(1.0)
+        .into_iter()
+        .map(|c| Jet::from_coefficients(&space, c.into_iter().map(Dd::from).collect()))
+        .collect();
+    let field = electrostatic();
+    for duration in [5.0, -4.0] {
+        let value = jet_transport(&field, &inputs[..3], &inputs[3..], duration, 1e-15).unwrap();
+        let exact =
+            jet_transport_taylor(&field, &exact[..3], &exact[3..], Dd::from(duration)).unwrap();
+        let error = degree_error(&value.image, &exact);
+        assert!(
+            error < 1e-14,
+            "{duration}: {error:e}, estimate {:e}",
+            value.error_estimate
+        );
+    }
+}
+
+/// Flow of the damped, forced linear oscillator in closed form, as jets in `(x, v, θ, α, ω)`.
+fn linear_closed_form(inputs: &[Jet<Dd>], zeta: Dd, duration: Dd) -> Vec<Jet<Dd>> {
+    let [x, v, theta, alpha, omega] = inputs else {
+        unreachable!()
+    };
+    let two_zeta = zeta + zeta;
+    let stiffness = (-&(omega * omega)).add_constant(Dd::ONE);
+    let damping = omega.scale(two_zeta);
+    let size = &(&stiffness * &stiffness) + &(&damping * &damping);
+    let forced = |theta: &Jet<Dd>| {
+        let (sine, cosine) = theta.sin_cos();
+        let position = &(&(&stiffness * &cosine) + &(&damping * &sine)) / &size;
+        let velocity = &(&(&damping * &cosine) - &(&stiffness * &sine)) / &size;
+        (alpha * &position, &(alpha * omega) * &velocity)
+    };
+    let end = theta + &omega.scale(duration);
+    let (before, after) = (forced(theta), forced(&end));
+    let (b, c) = (x - &before.0, v - &before.1);
+    let frequency = (Dd::ONE - zeta * zeta).sqrt();
+    let (sine, cosine) = (frequency * duration).sin_cos();
+    let (decay, sine) = ((-zeta * duration).exp(), sine / frequency);
+    let position = &b.scale(decay * (cosine + zeta * sine)) + &c.scale(decay * sine);
+    let velocity = &c.scale(decay * (cosine - zeta * sine)) - &b.scale(decay * sine);
+    vec![&position + &after.0, &velocity + &after.1, end]
+}
+
+#[test]
+fn jets_of_the_linear_oscillator_are_those_of_its_closed_form_in_all_degrees() {
+    let space = JetSpace::uniform(5, 4).unwrap();
+    let (point, duration) = ([0.3, -0.2, 0.4, 0.7, 1.5], 4.0);
+    let zeta = InputKind::Bound(Dd::from(0.05));
+    let field = samples::linear(&[zeta, InputKind::Variable, InputKind::Variable]);
+    let exact: Vec<_> = (0..5)
+        .map(|i| Jet::variable(&space, i, Dd::from(point[i])))
+        .collect();
+    let inputs: Vec<_> = (0..5).map(|i| Jet::variable(&space, i, point[i])).collect();
+    let exact = linear_closed_form(&exact, Dd::from(0.05), Dd::from(duration));
+    let parameters = [Jet::zero(&space), inputs[3].clone(), inputs[4].clone()];
+    let value = jet_transport(&field, &inputs[..3], &parameters, duration, 1e-15).unwrap();
+    assert!(
+        degree_error(&value.image, &exact) < 1e-14,
+        "{:e}",
+        degree_error(&value.image, &exact)
+    );
+    let value = jet_transport_taylor(&field, &inputs[..3], &parameters, duration).unwrap();
+    assert!(
+        degree_error(&value, &exact) < 1e-14,
+        "{:e}",
+        degree_error(&value, &exact)
+    );
+}
+
+#[test]
+fn jets_of_the_square_are_those_of_its_closed_form() {
+    let space = JetSpace::uniform(1, 12).unwrap();
+    for duration in [1.5, -3.0] {
+        let exact = Jet::variable(&space, 0, Dd::from(0.5));
+        let exact = &exact / &(-&exact.scale(Dd::from(duration))).add_constant(Dd::ONE);
+        let start = [Jet::variable(&space, 0, 0.5)];
+        let value = jet_transport(&samples::quadratic(), &start, &[], duration, 1e-15).unwrap();
+        // At 1.5 the pole is at 2: jets of degree 12 are steeper than the nominal orbit.
+        let error = degree_error(&value.image, &[exact]);
+        assert!(
+            error < 3e-14,
+            "{duration}: {error:e} {} {:e}",
+            value.elements,
+            value.error_estimate
+        );
+    }
+}
+
+#[test]
+fn stiff_and_nearly_singular_orbits_take_more_elements_and_keep_their_accuracy() {
+    let space = JetSpace::uniform(2, 3).unwrap();
+    let elements = |zeta: f64, x: f64, voltage: f64| {
+        let head = [x, 0.0, 1.2, zeta, voltage, 0.6];
+        let jet = |input: usize, value: f64| match input {
+            0 | 1 => Jet::variable(&space, input, value),
+            _ => Jet::constant(&space, value),
+        };
+        let field = samples::electrostatic(&[InputKind::Variable; 3]);
+        let inputs: Vec<_> = head
+            .iter()
+            .enumerate()
+            .map(|(input, &value)| jet(input, value))
+            .collect();
+        let exact: Vec<_> = inputs
+            .iter()
+            .map(|jet| {
+                Jet::from_coefficients(
+                    &space,
+                    jet.coefficients().iter().map(|&c| Dd::from(c)).collect(),
+                )
+            })
+            .collect();
+        let value = jet_transport(&field, &inputs[..3], &inputs[3..], 1.5, 1e-15).unwrap();
+        let exact = jet_transport_taylor(&field, &exact[..3], &exact[3..], Dd::from(1.5)).unwrap();
+        let error = degree_error(&value.image, &exact);
+        assert!(
+            error < 3e-14,
+            "zeta {zeta}, x {x}: {error:e}, {} elements",
+            value.elements
+        );
+        value.elements
+    };
+    let gentle = elements(0.02, 0.1, 0.2);
+    assert!(elements(5.0, 0.1, 0.2) > gentle);
+    assert!(elements(0.02, 0.85, 0.1) > gentle);
+}

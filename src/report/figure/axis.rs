@@ -1,5 +1,7 @@
 //! Axes: what they are called, how they are scaled, and where a value lands on them.
 
+use std::cmp::Ordering;
+
 use super::super::ReportError;
 
 /// How values are spread along an axis.
@@ -102,7 +104,8 @@ impl Axis {
         };
         let places = (self.scale.place(lower), self.scale.place(upper));
         let finite = lower.is_finite() && upper.is_finite() && (upper - lower).is_finite();
-        if !finite || places.0.is_nan() || !(places.0 < places.1) || too_narrow(places) {
+        let ascending = places.0.partial_cmp(&places.1) == Some(Ordering::Less);
+        if !finite || !ascending || too_narrow(places) {
             return Err(self.refuse(lower, upper));
         }
         Ok(places)

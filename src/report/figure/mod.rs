@@ -11,6 +11,7 @@ mod axis;
 mod cells;
 mod clip;
 mod content;
+mod dashing;
 mod drawing;
 mod font;
 mod frame;

@@ -1,0 +1,135 @@
+//! One forcing period of two oscillators: the orbit itself, and its jets.
+//!
+//! The actuator with its jets in (x, v, θ, ω, V) over one period at 1e-15 is the problem on which other
+//! programs were measured; the floor printed first is the time of a jet's coefficient products alone,
+//! at the measured rate of fused lanes.
+
+use std::hint::black_box;
+use std::sync::Arc;
+use std::time::Instant;
+
+use criterion::{Criterion, criterion_group, criterion_main};
+use grazemap::flow::{Field, InputKind, Integrator, jet_transport, jet_transport_taylor};
+use grazemap::jet::{Jet, JetSpace};
+use grazemap::model::{ExpressionGraph, Unary};
+use grazemap::numeric::{Dd, Lanes, Real, Scalar};
+
+/// `x' = v, v' = α cos θ − 2 ζ v − x, θ' = ω`.
+fn linear() -> Field {
+    let mut g = ExpressionGraph::new();
+    let [x, v, theta, zeta, alpha, omega] = std::array::from_fn(|input| g.input(input));
+    let cosine = g.unary(Unary::Cos, theta);
+    let force = g.mul(alpha, cosine);
+    let two = g.number(2.0);
+    let damping = g.mul(two, zeta);
+    let damping = g.mul(damping, v);
+    let force = g.sub(force, damping);
+    let acceleration = g.sub(force, x);
+    Field::new(
+        &g,
+        &[v, acceleration, omega],
+        &[],
+        &[InputKind::HeadOnly; 3],
+    )
+}
+
+/// `x' = v, v' = V² sin² θ/(1 − x)² − 0.04 v − x, θ' = ω`; parameters `(V, ω)`.
+fn electrostatic() -> Field {
+    let mut g = ExpressionGraph::new();
+    let [x, v, theta, voltage, omega] = std::array::from_fn(|input| g.input(input));
+    let sine = g.unary(Unary::Sin, theta);
+    let drive = g.mul(voltage, sine);
+    let one = g.number(1.0);
+    let gap = g.sub(one, x);
+    let ratio = g.div(drive, gap);
+    let pull = g.power_integer(ratio, 2);
+    let damping = g.number(0.04);
+    let damping = g.mul(damping, v);
+    let acceleration = g.sub(pull, damping);
+    let acceleration = g.sub(acceleration, x);
+    Field::new(
+        &g,
+        &[v, acceleration, omega],
+        &[],
+        &[InputKind::Variable; 2],
+    )
+}
+
+const POINT: [f64; 5] = [0.3, 0.1, 0.4, 0.2, 0.6];
+
+fn jets(space: &Arc<JetSpace>) -> (Vec<Jet<f64>>, Vec<Jet<f64>>) {
+    let jet = |variable: usize| Jet::variable(space, variable, POINT[variable]);
+    ((0..3).map(jet).collect(), (3..5).map(jet).collect())
+}
+
+/// Seconds per lane product with one addition, sixteen lanes at a time.
+fn seconds_per_product() -> f64 {
+    const ROUNDS: usize = 1 << 20;
+    let factor = black_box(Lanes::<16>::splat(1.0 - 1e-9));
+    let mut sums = [Lanes::<16>::splat(1.0); 2];
+    let start = Instant::now();
+    for _ in 0..ROUNDS {
+        for sum in &mut sums {
+            *sum = sum.mul_add(factor, factor);
+        }
+    }
+    black_box(sums);
+    start.elapsed().as_secs_f64() / (ROUNDS * 2 * 16) as f64
+}
+
+fn orbit<S: Real>(c: &mut Criterion, name: &str, field: &Field, point: &[f64], duration: f64) {
+    let values: Vec<S> = point.iter().map(|&value| S::from_f64(value)).collect();
+    let mut integrator = Integrator::new(field);
+    let duration = S::from_f64(duration);
+    c.bench_function(name, |b| {
+        b.iter(|| {
+            integrator
+                .flow(black_box(&values[..3]), &values[3..], duration)
+                .expect("the orbit is smooth")
+        });
+    });
+}
+
+fn orbits(c: &mut Criterion) {
+    let (linear, actuator) = (linear(), electrostatic());
+    let point = [0.3, 0.1, 0.4, 0.05, 2.9, 1.8];
+    let period = std::f64::consts::TAU / 1.8;
+    orbit::<f64>(c, "orbit/linear/f64", &linear, &point, period);
+    orbit::<Dd>(c, "orbit/linear/double-double", &linear, &point, period);
+    let period = std::f64::consts::PI / 0.6;
+    orbit::<f64>(c, "orbit/actuator/f64", &actuator, &POINT, period);
+    orbit::<Dd>(c, "orbit/actuator/double-double", &actuator, &POINT, period);
+}
+
+fn jets_of_the_period(c: &mut Criterion) {
+    let field = electrostatic();
+    let period = std::f64::consts::PI / 0.6;
+    let product = seconds_per_product();
+    for order in 1..=8 {
+        let space = JetSpace::uniform(5, order).expect("a small space");
+        let (states, parameters) = jets(&space);
+        let flow = jet_transport(&field, &states, &parameters, period, 1e-15)
+            .expect("the orbit is smooth");
+        let products = space.products() * field.program().products() * flow.elements * 16;
+        println!(
+            "order {order}: {} elements, floor {:.1} us",
+            flow.elements,
+            1e6 * product * products as f64
+        );
+        c.bench_function(&format!("jets/collocation/{order}"), |b| {
+            b.iter(|| jet_transport(&field, black_box(&states), &parameters, period, 1e-15));
+        });
+        if order <= 4 {
+            c.bench_function(&format!("jets/taylor/{order}"), |b| {
+                b.iter(|| jet_transport_taylor(&field, black_box(&states), &parameters, period));
+            });
+        }
+    }
+}
+
+criterion_group! {
+    name = benches;
+    config = Criterion::default().without_plots().sample_size(10).warm_up_time(std::time::Duration::from_millis(300)).measurement_time(std::time::Duration::from_millis(700));
+    targets = orbits, jets_of_the_period
+}
+criterion_main!(benches);

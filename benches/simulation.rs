@@ -1,0 +1,109 @@
+//! Direct simulation: one forcing period near grazing, and one image of the return map.
+//!
+//! The linear oscillator at `alpha = 1.002 alpha_g`, r = 0.8 (Foale 1994; Thota, Zhao, Dankowicz 2006), and the
+//! electrostatic one at `omega = 0.46` just beyond grazing, both on their attractors, impacts included.
+
+use std::hint::black_box;
+
+use criterion::{Criterion, criterion_group, criterion_main};
+use grazemap::hybrid::{DirectReturn, HybridSystem, ReturnSection, Simulator};
+use grazemap::model::{Model, Scene};
+use grazemap::numeric::{Dd, Real};
+
+/// A scene of the catalogue with one parameter at another value.
+fn model(scene: &str, parameter: &str, value: f64) -> Model {
+    let path = format!("{}/scenes/{scene}.toml", env!("CARGO_MANIFEST_DIR"));
+    let source = std::fs::read_to_string(path).expect("a scene of the catalogue");
+    let overrides = [(parameter.to_owned(), value.to_string())];
+    Scene::parse_with(&source, scene, &overrides)
+        .expect("a scene of the catalogue")
+        .model
+}
+
+fn values<S: Real>(model: &Model) -> Vec<S> {
+    model
+        .parameter_values()
+        .into_iter()
+        .map(S::from_dd)
+        .collect()
+}
+
+/// A simulator on the attractor, and its forcing period.
+fn settled<'a, S: Real>(system: &'a HybridSystem, model: &Model) -> (Simulator<'a, S>, S) {
+    let mut simulator = Simulator::new(system, &values::<S>(model)).expect("finite parameters");
+    simulator.set_near_miss_limit(S::zero());
+    simulator
+        .set_state(&[S::from_f64(0.1), S::zero(), S::zero()])
+        .expect("a finite state");
+    let period = simulator.forcing_period().expect("a phase");
+    let transient = if S::ROUNDOFF > 1e-20 { 2000 } else { 50 };
+    for _ in 0..transient {
+        simulator
+            .advance_period(period, &mut |_| {})
+            .expect("a phase");
+    }
+    (simulator, period)
+}
+
+fn periods<S: Real>(criterion: &mut Criterion, scalar: &str) {
+    let systems = [
+        (
+            "linear",
+            model("linear", "alpha", 2.247_220_505_424_423 * 1.002),
+        ),
+        ("electrostatic", model("mems", "V", 0.211_927_585_7 * 1.002)),
+    ];
+    for (name, model) in systems {
+        let system = HybridSystem::new(&model);
+        let (mut simulator, period) = settled::<S>(&system, &model);
+        let (mut contacts, mut total) = (0u64, 0u64);
+        criterion.bench_function(&format!("simulation/period/{name}/{scalar}"), |bencher| {
+            bencher.iter(|| {
+                total += 1;
+                simulator.advance_period(black_box(period), &mut |event| {
+                    contacts += u64::from(event.kind.is_contact())
+                })
+            });
+        });
+        println!(
+            "{name}: {:.3} impacts a period",
+            contacts as f64 / total as f64
+        );
+    }
+}
+
+fn returns<S: Real>(criterion: &mut Criterion, scalar: &str) {
+    let systems = [
+        (
+            "linear",
+            model("linear", "alpha", 2.247_220_505_424_423),
+            [1.0, 0.0, 3.061_407_806_288_477],
+        ),
+        (
+            "electrostatic",
+            model("mems", "V", 0.211_927_585_7),
+            [0.5, 0.0, -1.259_144_946_960_576],
+        ),
+    ];
+    for (name, model, mut graze) in systems {
+        graze[0] += 1e-5;
+        let state = graze.map(S::from_f64);
+        let system = HybridSystem::new(&model);
+        let section = ReturnSection::Tangency { surface: 0 };
+        let mut map =
+            DirectReturn::over_periods(&system, &values::<S>(&model), section, 1).expect("a phase");
+        criterion.bench_function(&format!("simulation/return/{name}/{scalar}"), |bencher| {
+            bencher.iter(|| map.image(black_box(&state)));
+        });
+    }
+}
+
+fn simulation(criterion: &mut Criterion) {
+    periods::<f64>(criterion, "f64");
+    periods::<Dd>(criterion, "double-double");
+    returns::<f64>(criterion, "f64");
+    returns::<Dd>(criterion, "double-double");
+}
+
+criterion_group!(benches, simulation);
+criterion_main!(benches);

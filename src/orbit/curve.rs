@@ -1,0 +1,186 @@
+//! Grazing curves: a grazing orbit continued in a second parameter, with its special points.
+
+use crate::model::Scene;
+use crate::numeric::Dd;
+
+use super::OrbitError;
+use super::outcome::{Location, NotLocated};
+use super::tracer::Tracer;
+
+/// Steps of a continuation, in arclength over (state, phase, both parameters).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CurveOptions {
+    /// First step.
+    pub ds: f64,
+    /// Smallest step before the curve is given up.
+    pub ds_min: f64,
+    /// Largest step.
+    pub ds_max: f64,
+    /// Most steps.
+    pub max_steps: usize,
+    /// How many `xi_n` are followed.
+    pub xi_count: usize,
+}
+
+impl Default for CurveOptions {
+    fn default() -> Self {
+        Self { ds: 0.01, ds_min: 1e-8, ds_max: 0.05, max_steps: 2000, xi_count: 1 }
+    }
+}
+
+/// A grazing orbit on a curve.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CurvePoint {
+    /// All parameters of the model.
+    pub parameters: Vec<f64>,
+    /// Full state at the graze, the phase in `[0, period)`.
+    pub state: Vec<f64>,
+    /// `h''`.
+    pub normal_acceleration: f64,
+    /// Multipliers, the largest first.
+    pub multipliers: Vec<[f64; 2]>,
+    /// `xi_1, xi_2, …`
+    pub xi: Vec<f64>,
+    /// Lowest other minimum of any event function.
+    pub clearance: Option<f64>,
+}
+
+impl CurvePoint {
+    /// Whether the orbit stays on the free side of every surface.
+    pub fn is_physical(&self) -> bool {
+        self.clearance.is_none_or(|clearance| clearance >= 0.0)
+    }
+}
+
+/// What happens at a special point of a curve.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SpecialKind {
+    /// `xi_n = 0`: codimension two.
+    Codimension2 {
+        /// `n`.
+        n: usize,
+    },
+    /// The curve turns back in a parameter.
+    Fold {
+        /// The parameter.
+        parameter: usize,
+    },
+    /// A pair of multipliers changes between real and complex.
+    MultiplierSwitch,
+}
+
+/// A special point of a curve.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SpecialPoint {
+    /// What happens there.
+    pub kind: SpecialKind,
+    /// All parameters, in double-double.
+    pub parameters: Vec<Dd>,
+    /// The orbit there.
+    pub point: CurvePoint,
+}
+
+/// How a curve ended.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum CurveEnd {
+    /// At the parameter value asked for.
+    Reached,
+    /// After the most steps allowed.
+    StepLimit,
+    /// Newton's method fails even at the smallest step.
+    StepTooSmall {
+        /// The step.
+        ds: f64,
+    },
+    /// The graze ceases to be simple: `h''` no longer positive.
+    DegenerateGraze {
+        /// `h''` at the first such point.
+        normal_acceleration: f64,
+    },
+    /// The second parameter ran away from the range asked for by more than its width.
+    LeftRange,
+}
+
+/// A grazing curve.
+#[derive(Clone, Debug, PartialEq)]
+pub struct GrazingCurve {
+    /// The adjusted parameter and the second one.
+    pub free: [usize; 2],
+    /// Points in order.
+    pub points: Vec<CurvePoint>,
+    /// Special points in order.
+    pub special: Vec<SpecialPoint>,
+    /// How the curve ended.
+    pub end: CurveEnd,
+}
+
+impl GrazingCurve {
+    /// Points where some `xi_n` vanishes, with `n`.
+    pub fn codim2(&self) -> impl Iterator<Item = (usize, &SpecialPoint)> {
+        self.special.iter().filter_map(|special| match special.kind {
+            SpecialKind::Codimension2 { n } => Some((n, special)),
+            _ => None,
+        })
+    }
+
+    /// Points where a parameter turns back, with the parameter.
+    pub fn folds(&self) -> impl Iterator<Item = (usize, &SpecialPoint)> {
+        self.special.iter().filter_map(|special| match special.kind {
+            SpecialKind::Fold { parameter } => Some((parameter, special)),
+            _ => None,
+        })
+    }
+
+    /// Points where multipliers change between real and complex.
+    pub fn multiplier_switches(&self) -> impl Iterator<Item = &SpecialPoint> {
+        self.special.iter().filter(|special| special.kind == SpecialKind::MultiplierSwitch)
+    }
+}
+
+/// Outcome of a continuation.
+#[derive(Clone, Debug, PartialEq)]
+pub enum CurveOutcome {
+    /// A curve, perhaps not to its end.
+    Traced(GrazingCurve),
+    /// No grazing orbit to start from.
+    NotLocated(NotLocated),
+    /// From the scene's own parameters the curve did not reach the start asked for.
+    StartNotReached(GrazingCurve),
+}
+
+/// Continues the grazing orbit of a scene in a second parameter, `with`, from one value of it to another.
+///
+/// The orbit is located at the scene's own parameters and followed to `from` first. Steps are of pseudo-arclength, so
+/// the curve is followed round folds; points where a `xi_n` vanishes, a parameter turns or multipliers change between
+/// real and complex are refined in double-double.
+///
+/// # Errors
+///
+/// [`OrbitError`] as [`locate`](super::locate), and [`OrbitError::SecondParameter`] for a second parameter that does not
+/// exist or is already adjusted.
+pub fn curve(
+    scene: &Scene,
+    with: usize,
+    from: f64,
+    to: f64,
+    options: &CurveOptions,
+) -> Result<CurveOutcome, OrbitError> {
+    if with >= scene.model.parameters.len() || scene.grazing.solve_for.contains(&with) {
+        return Err(OrbitError::SecondParameter { parameter: with });
+    }
+    let orbit = match super::locate(scene)? {
+        Location::Located(orbit) => orbit,
+        Location::NotLocated(reason) => return Ok(CurveOutcome::NotLocated(reason)),
+    };
+    let tracer = Tracer::new(scene, &orbit, with, options);
+    let here = scene.model.parameters[with].value.to_f64();
+    let mut start = tracer.start(&orbit);
+    if here != from {
+        let (lead, last) = tracer.trace(&start, from)?;
+        if lead.end != CurveEnd::Reached {
+            return Ok(CurveOutcome::StartNotReached(lead));
+        }
+        start = last;
+    }
+    Ok(CurveOutcome::Traced(tracer.trace(&start, to)?.0))
+}

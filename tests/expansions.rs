@@ -1,0 +1,175 @@
+//! Expansions on several sections against each other's independent routes and closed forms.
+
+use grazemap::expansion::{Contact, Expander, ExpansionError, Leg, LocalMap, MapOrders, Stage};
+use grazemap::model::{Scene, catalogue};
+use grazemap::orbit::{GrazingOrbit, locate};
+
+fn scene_with(name: &str, overrides: &[(&str, &str)]) -> Scene {
+    let overrides: Vec<_> = overrides
+        .iter()
+        .map(|(key, value)| ((*key).to_owned(), (*value).to_owned()))
+        .collect();
+    let text = catalogue::text(name).expect("in the catalogue");
+    Scene::parse_with(text, name, &overrides).expect("a good scene")
+}
+
+fn orbit_of(scene: &Scene) -> GrazingOrbit {
+    locate(scene)
+        .expect("no wrong input")
+        .into_result()
+        .expect("it grazes")
+}
+
+fn expand(scene: &Scene, smooth_order: u32, contact_weight: u32) -> LocalMap {
+    let orbit = orbit_of(scene);
+    let orders = MapOrders {
+        smooth_order,
+        contact_weight,
+    };
+    Expander::new(scene, &orbit)
+        .expect("rigid")
+        .expand(orders)
+        .expect("an expansion")
+}
+
+fn fly(leg: &Leg, state: &mut [f64], parameters: &[f64]) {
+    let point: Vec<f64> = state.iter().chain(parameters).copied().collect();
+    for (value, jet) in state.iter_mut().zip(&leg.image) {
+        *value = jet.evaluate(&point);
+    }
+}
+
+fn touch(contact: &Contact, state: &mut [f64], parameters: &[f64]) -> f64 {
+    let point: Vec<f64> = state.iter().chain(parameters).copied().collect();
+    let y = contact.depth.evaluate(&point).max(0.0).sqrt();
+    let corrections = contact.linear.iter().zip(&contact.quadratic);
+    for (value, (linear, quadratic)) in state.iter_mut().zip(corrections) {
+        *value += y * (linear.evaluate(&point) + y * quadratic.evaluate(&point));
+    }
+    y
+}
+
+fn image(map: &LocalMap, state: &[f64], parameters: &[f64]) -> (Vec<f64>, f64) {
+    let (mut state, mut depth) = (state.to_vec(), 0.0);
+    for stage in &map.stages {
+        match stage {
+            Stage::Leg(leg) => fly(leg, &mut state, parameters),
+            Stage::Contact(contact) => depth = touch(contact, &mut state, parameters),
+        }
+    }
+    (state, depth)
+}
+
+/// The section a quarter period from the graze sees the same dynamics as the one at the graze: flying to
+/// the other section and mapping there commutes with mapping here and flying after.
+#[test]
+fn maps_on_two_stroboscopic_sections_are_conjugate() {
+    let phases = [("section.kind", "stroboscopic")];
+    let at_graze = expand(&scene_with("linear", &phases), 9, 12);
+    let elsewhere = [phases[0], ("section.phase", "1.5")];
+    let far = expand(&scene_with("linear", &elsewhere), 9, 12);
+    let Stage::Leg(to_graze) = &far.stages[0] else {
+        panic!("a leg leads to the graze")
+    };
+    let parameters = [2e-3, -1e-3];
+    let start = [4e-3, 3e-3];
+    let mut here = start.to_vec();
+    fly(to_graze, &mut here, &parameters);
+    let (mapped_here, depth) = image(&at_graze, &here, &parameters);
+    let (mut mapped_far, _) = image(&far, &start, &parameters);
+    fly(to_graze, &mut mapped_far, &parameters);
+    assert!(depth > 0.03, "the point makes contact: {depth}");
+    for (a, b) in mapped_here.iter().zip(&mapped_far) {
+        // Both maps are cut at weights above 12; depths of 0.06 leave 1e-15.
+        assert!((a - b).abs() < 1e-12, "{a} {b}");
+    }
+}
+
+#[test]
+fn composed_form_agrees_with_the_stages_to_its_order() {
+    let scene = scene_with("mems", &[]);
+    let orbit = orbit_of(&scene);
+    let expander = Expander::new(&scene, &orbit).expect("rigid");
+    let map = expander
+        .expand(MapOrders {
+            smooth_order: 8,
+            contact_weight: 9,
+        })
+        .expect("expansion");
+    let composed = expander.compose(&map).expect("one passage");
+    let errors = [1e-3_f64, 0.5e-3].map(|y| {
+        let (state, parameters) = ([y * y, 3.0 * y * y], [0.5 * y * y, -y * y]);
+        let (truth, depth) = image(&map, &state, &parameters);
+        let point = [state, parameters].concat();
+        let value = |i: usize| {
+            let quadratic = composed.quadratic[i].evaluate(&point);
+            let linear = composed.linear[i].evaluate(&point);
+            composed.smooth[i].evaluate(&point) + depth * (linear + depth * quadratic)
+        };
+        (0..2)
+            .map(|i| (value(i) - truth[i]).abs())
+            .fold(0.0, f64::max)
+    });
+    // The composed form is cut at weight 9: errors are at rounding for depths of 1e-3.
+    assert!(errors.iter().all(|&error| error < 1e-15), "{errors:?}");
+}
+
+#[test]
+fn few_digits_are_lost_in_the_catalogue() {
+    for name in ["linear", "mems", "mems_scenario3", "cantilever_1_7"] {
+        let scene = scene_with(name, &[]);
+        let orbit = orbit_of(&scene);
+        let orders = MapOrders {
+            smooth_order: 3,
+            contact_weight: 6,
+        };
+        let lost = Expander::new(&scene, &orbit)
+            .expect("rigid")
+            .lost_digits(orders)
+            .expect("both ways");
+        for digits in lost.smooth.iter().chain(&lost.discontinuity) {
+            assert!(*digits < 4.0, "{name}: {lost:?}");
+        }
+    }
+}
+
+#[test]
+fn impact_speed_is_that_of_energy_in_uniform_acceleration() {
+    // x'' = 1/2 near a graze of x'' = alpha cos(theta) − …: the leading law is √(2 h'') y.
+    let scene = scene_with("linear", &[]);
+    let orbit = orbit_of(&scene);
+    let speed = Expander::new(&scene, &orbit)
+        .expect("rigid")
+        .impact_speed(4)
+        .expect("speed");
+    let expected = (2.0 * orbit.grazing_point().normal_acceleration.to_f64()).sqrt();
+    assert!((speed.linear.head() - expected).abs() < 1e-13 * expected);
+}
+
+#[test]
+fn a_reset_that_moves_a_touching_state_is_refused() {
+    let text = catalogue::text("linear").expect("in the catalogue");
+    let text = text.replace("v = \"-r*v\"", "v = \"0.01 - r*v\"");
+    let scene = Scene::parse(&text, "linear.toml").expect("a good scene");
+    let orbit = orbit_of(&scene);
+    let error = Expander::new(&scene, &orbit)
+        .expect("rigid")
+        .contact(3)
+        .expect_err("not an identity");
+    assert!(
+        matches!(error, ExpansionError::ResetNotIdentityAtTangency { .. }),
+        "{error}"
+    );
+}
+
+#[test]
+fn orders_too_large_for_memory_are_refused_before_allocating() {
+    let scene = scene_with("mems", &[]);
+    let orbit = orbit_of(&scene);
+    let expander = Expander::new(&scene, &orbit).expect("rigid");
+    let error = expander.legs(60).expect_err("too large");
+    assert!(
+        error.to_string().contains("coefficient products"),
+        "{error}"
+    );
+}
