@@ -2,9 +2,10 @@
 
 use std::path::PathBuf;
 
-use clap::{Args, Parser, Subcommand};
+use clap::{Args, Parser, Subcommand, ValueEnum};
 
 use super::output::Destination;
+use crate::analysis::{Precision, Using};
 
 /// Fast, measured local maps of oscillators that graze a stop.
 ///
@@ -32,8 +33,14 @@ pub(super) enum Command {
     Check(SceneOptions),
     /// The grazing orbit
     Locate(SceneOptions),
+    /// The grazing curve in two parameters, with its codimension-two points
+    Curve(CurveArguments),
     /// Coefficients of P_smooth, D and their composition
     Expand(SceneOptions),
+    /// Images of section points
+    Image(ImageOptions),
+    /// Bifurcation diagrams
+    Diagram(SceneOptions),
 }
 
 /// Options every command understands.
@@ -67,6 +74,86 @@ pub(super) struct SceneOptions {
     pub(super) scene: PathBuf,
     #[command(flatten)]
     pub(super) common: Common,
+}
+
+/// Options of `curve`.
+#[derive(Clone, Debug, Args)]
+pub(super) struct CurveArguments {
+    #[command(flatten)]
+    pub(super) scene: SceneOptions,
+    /// The second parameter
+    #[arg(long, value_name = "PARAMETER")]
+    pub(super) with: String,
+    /// Its first value
+    #[arg(long, value_name = "A", allow_negative_numbers = true)]
+    pub(super) from: f64,
+    /// Its last value
+    #[arg(long, value_name = "B", allow_negative_numbers = true)]
+    pub(super) to: f64,
+    /// Follow xi_1 to xi_N
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=64))]
+    pub(super) xi: u16,
+}
+
+/// Options of `image`.
+#[derive(Clone, Debug, Args)]
+pub(super) struct ImageOptions {
+    #[command(flatten)]
+    pub(super) scene: SceneOptions,
+    /// Starting points: a CSV file whose header names coordinates and active parameters; offsets
+    #[arg(long, value_name = "CSV")]
+    pub(super) states: PathBuf,
+    /// What computes the images
+    #[arg(long, value_enum, default_value_t = UsingArgument::Map)]
+    pub(super) using: UsingArgument,
+    /// Images per row
+    #[arg(long, value_name = "K", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=10_000_000))]
+    pub(super) iterations: u32,
+    /// The numbers to compute with
+    #[arg(long, value_enum, default_value_t = PrecisionArgument::F64)]
+    pub(super) precision: PrecisionArgument,
+}
+
+/// What computes an image.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(super) enum UsingArgument {
+    /// The local map
+    Map,
+    /// Direct simulation
+    Direct,
+    /// P_smooth alone
+    Smooth,
+    /// D alone
+    Discontinuity,
+}
+
+impl From<UsingArgument> for Using {
+    fn from(argument: UsingArgument) -> Self {
+        match argument {
+            UsingArgument::Map => Self::Map,
+            UsingArgument::Direct => Self::Direct,
+            UsingArgument::Smooth => Self::Smooth,
+            UsingArgument::Discontinuity => Self::Discontinuity,
+        }
+    }
+}
+
+/// The numbers an image is computed in.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(super) enum PrecisionArgument {
+    /// Double precision
+    F64,
+    /// Double-double, about 32 digits
+    Dd,
+}
+
+impl From<PrecisionArgument> for Precision {
+    fn from(argument: PrecisionArgument) -> Self {
+        match argument {
+            PrecisionArgument::F64 => Self::F64,
+            PrecisionArgument::Dd => Self::Dd,
+        }
+    }
 }
 
 /// Options of `new`.

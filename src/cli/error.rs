@@ -6,10 +6,11 @@ use std::path::PathBuf;
 use miette::{GraphicalReportHandler, GraphicalTheme};
 
 use super::output::note;
+use crate::analysis::{AnalysisError, DirectEnd};
 use crate::expansion::ExpansionError;
 use crate::model::{SceneError, SceneHeadline};
-use crate::orbit::{NotLocated, OrbitError};
-use crate::report::ReportError;
+use crate::orbit::{CurveEnd, NotLocated, OrbitError};
+use crate::report::{ReportError, curve_end_words};
 
 /// Exit code of mathematics that ended otherwise.
 const ENDED_OTHERWISE: u8 = 1;
@@ -54,6 +55,62 @@ pub(super) enum CliError {
     /// An expansion that could not be made.
     #[error("no expansion: {0}")]
     Expansion(#[from] ExpansionError),
+    /// An analysis that refused its input, or a floor below it.
+    #[error(transparent)]
+    Analysis(#[from] AnalysisError),
+    /// A name that is no parameter.
+    #[error("no parameter `{name}` in the scene{}", meant(.nearest))]
+    NoSuchParameter {
+        name: String,
+        nearest: Option<String>,
+    },
+    /// An end of a range that is no finite number.
+    #[error("{flag} must be a finite number, found {value}")]
+    NotFinite { flag: &'static str, value: f64 },
+    /// A grazing curve that ended before its goal.
+    #[error("the grazing curve did not reach {parameter} = {goal}: {}; its last point is at {parameter} = {last}", curve_end_words(*.end))]
+    CurveEnded {
+        parameter: String,
+        goal: f64,
+        last: f64,
+        end: CurveEnd,
+    },
+    /// No diagram in the scene.
+    #[error("the scene asks for no diagram; add a [[diagram]] table")]
+    NoDiagram,
+    /// A file of starting points that cannot be read.
+    #[error("cannot read the starting points {}: {source}", .path.display())]
+    UnreadableStates { path: PathBuf, source: csv::Error },
+    /// A file of starting points without rows.
+    #[error("no starting points in {}: a header and at least one row are expected", .path.display())]
+    NoStates { path: PathBuf },
+    /// Too many starting points.
+    #[error("more than {limit} starting points in {}", .path.display())]
+    TooManyStates { path: PathBuf, limit: usize },
+    /// A column that is nothing of the map.
+    #[error("unknown column `{}` in {}; expected some of {known}", .name.escape_default(), .path.display())]
+    UnknownColumn {
+        path: PathBuf,
+        name: String,
+        known: String,
+    },
+    /// A column that stands twice.
+    #[error("column `{}` stands twice in {}", .name.escape_default(), .path.display())]
+    ColumnTwice { path: PathBuf, name: String },
+    /// A cell that is no number.
+    #[error("`{}` in line {line} of {} is no finite decimal number", .text.escape_default(), .path.display())]
+    NotANumber {
+        path: PathBuf,
+        line: u64,
+        text: String,
+    },
+    /// A point without an image.
+    #[error("row {row} has no image at iteration {iteration}: {}", ended(.end))]
+    NoImage {
+        row: usize,
+        iteration: usize,
+        end: Option<DirectEnd>,
+    },
     /// A result that could not be laid out or written.
     #[error(transparent)]
     Report(#[from] ReportError),
@@ -69,7 +126,12 @@ impl CliError {
     /// 1: the mathematics ended otherwise; 2: wrong input.
     pub(super) fn exit_code(&self) -> u8 {
         match self {
-            Self::NotLocated(_) | Self::Orbit(OrbitError::Flow(_)) => ENDED_OTHERWISE,
+            Self::NotLocated(_)
+            | Self::Orbit(OrbitError::Flow(_))
+            | Self::CurveEnded { .. }
+            | Self::NoImage { .. } => ENDED_OTHERWISE,
+            Self::Analysis(AnalysisError::Flow(_)) => ENDED_OTHERWISE,
+            Self::Analysis(AnalysisError::Expansion(error)) => expansion_code(error),
             Self::Expansion(error) => expansion_code(error),
             _ => WRONG_INPUT,
         }
@@ -104,6 +166,16 @@ fn meant(nearest: &Option<String>) -> String {
     nearest
         .as_ref()
         .map_or_else(String::new, |name| format!(" (did you mean `{name}`?)"))
+}
+
+/// How a point came to have no image.
+fn ended(end: &Option<DirectEnd>) -> &'static str {
+    match end {
+        Some(DirectEnd::NoReturn) => "no section point within three return times",
+        Some(DirectEnd::Penetrating) => "it is beyond the surface, and no free flight leads there",
+        Some(DirectEnd::Ended) => "the simulation ended before the section",
+        Some(DirectEnd::Returned) | None => "it is not finite",
+    }
 }
 
 /// A fault drawn in the text of its scene; colours only on a terminal.

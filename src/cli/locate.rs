@@ -4,13 +4,13 @@ use super::arguments::SceneOptions;
 use super::error::CliError;
 use super::output::Results;
 use super::prepare::{grazing_orbit, prepare};
-use crate::report::{OrbitDocument, ReportError, to_json};
+use crate::report::{OrbitDocument, ReportError, to_dense_json};
 
 pub(super) fn run(options: &SceneOptions) -> Result<(), CliError> {
     let loaded = prepare(options)?;
     let orbit = grazing_orbit(&loaded.scene)?;
     let document = OrbitDocument::new(&loaded.scene, &orbit);
-    let results = Results::named("orbit", text(&document)?, to_json(&document)?, None);
+    let results = Results::named("orbit", text(&document)?, to_dense_json(&document)?, None);
     results.deliver("locate", &options.common)
 }
 

@@ -6,12 +6,17 @@
 
 mod arguments;
 mod check;
+mod curve;
+mod diagram;
 mod error;
 mod expand;
+mod image;
 mod locate;
 mod new;
+mod offsets;
 mod output;
 mod prepare;
+mod progress;
 
 use std::ffi::OsString;
 use std::process::ExitCode;
@@ -53,6 +58,9 @@ fn dispatch(arguments: Arguments) -> Result<(), CliError> {
         Some(Command::Check(options)) => check::run(&options),
         Some(Command::Locate(options)) => locate::run(&options),
         Some(Command::Expand(options)) => expand::run(&options),
+        Some(Command::Curve(options)) => curve::run(&options),
+        Some(Command::Image(options)) => image::run(&options),
+        Some(Command::Diagram(options)) => diagram::run(&options),
         None => Ok(()),
     }
 }

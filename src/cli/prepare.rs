@@ -9,6 +9,9 @@ use crate::expansion::MapOrders;
 use crate::model::{Orders, Scene, catalogue};
 use crate::orbit::{GrazingOrbit, locate};
 
+/// Longer names are not compared with known ones.
+const LONGEST_NAME: usize = 200;
+
 /// A scene and the text it was read from.
 #[derive(Debug)]
 pub(super) struct Loaded {
@@ -53,11 +56,17 @@ pub(super) fn load(path: &Path, overrides: &[(String, String)]) -> Result<Loaded
 
 /// The name of the catalogue nearest to a mistyped one.
 pub(super) fn nearest(name: &str) -> Option<String> {
+    nearest_of(name, catalogue::names())
+}
+
+/// The known name nearest to a mistyped one, if one is near enough to be what was meant.
+pub(super) fn nearest_of<'a>(name: &str, known: impl Iterator<Item = &'a str>) -> Option<String> {
+    if name.len() > LONGEST_NAME {
+        return None;
+    }
     let distance = |known: &&str| strsim::damerau_levenshtein(name, known);
-    catalogue::names()
-        .min_by_key(distance)
-        .filter(|known| distance(known) <= 1 + name.chars().count() / 4)
-        .map(str::to_owned)
+    let near = known.min_by_key(distance)?;
+    (distance(&near) <= 1 + name.chars().count() / 4).then(|| near.to_owned())
 }
 
 /// The grazing orbit of a scene.

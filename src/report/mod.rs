@@ -7,6 +7,8 @@
 //! number are layout, and both are stated beside what they were done to.
 
 mod base64;
+mod curve_document;
+mod diagram_figure;
 mod error;
 mod exact_json;
 pub mod figure;
@@ -21,8 +23,11 @@ mod page;
 mod table;
 mod table_text;
 
+pub use curve_document::{Codimension2, CurveDocument, FoldDocument, PointDocument, SwitchDocument};
+pub(crate) use curve_document::curve_end_words;
+pub use diagram_figure::{diagram_array, diagram_figures, diagram_table, diagram_timing_table};
 pub use error::ReportError;
-pub use exact_json::to_exact_json;
+pub use exact_json::{to_dense_json, to_exact_json};
 pub use figure::Figure;
 pub use files::{OutputFolder, write_atomically};
 pub use json::to_json;
