@@ -105,5 +105,9 @@ fn simulation(criterion: &mut Criterion) {
     returns::<Dd>(criterion, "double-double");
 }
 
-criterion_group!(benches, simulation);
+criterion_group! {
+    name = benches;
+    config = Criterion::default().without_plots();
+    targets = simulation
+}
 criterion_main!(benches);

@@ -14,6 +14,8 @@ pub mod orbit;
 
 pub mod expansion;
 
+pub mod emission;
+
 pub mod iteration;
 
 pub mod analysis;

@@ -129,7 +129,10 @@ fn curve_is_followed_round_two_folds_to_the_next_sheet() {
     assert_eq!(met(&scene, &curve, 0.13925..*high), 1);
     assert_eq!(met(&scene, &curve, 0.138..0.139), 1);
     let points = reference("mems_points.json");
-    let next = points.iter().find(|point| point["omega"].as_str().unwrap().starts_with("0.1301129273")).unwrap();
+    let next = points
+        .iter()
+        .find(|point| point["omega"].as_str().unwrap().starts_with("0.1301129273"))
+        .unwrap();
     assert!(distance(&scene, &curve, SpecialKind::Codimension2 { n: 1 }, next) < 1e-11);
 }
 

@@ -10,6 +10,7 @@ mod error;
 mod expand;
 mod leg;
 mod local_map;
+mod lowering;
 mod lost_digits;
 mod passage;
 mod routes;
@@ -25,6 +26,7 @@ pub use local_map::{
     ActiveParameter, ComposedMap, Contact, Leg, LocalMap, MapOrders, MapSection, MapWindow,
     SectionKind, Stage,
 };
+pub use lowering::MapKernel;
 pub use lost_digits::LostDigits;
 pub use passage::Passage;
 pub use routes::Routes;

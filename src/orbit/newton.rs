@@ -53,6 +53,9 @@ const MAX_HALVINGS: usize = 10;
 /// Below this the reciprocal condition of a scaled Jacobian is roundoff.
 const SINGULAR: f64 = 1e-11;
 
+/// A column of a Jacobian smaller than this, relative to its largest entry, is roundoff and is not scaled up.
+const ROUNDOFF: f64 = 1e-11;
+
 /// Damped Newton in `f64`, to a stall below `tolerance`.
 pub(super) fn solve(
     system: &impl Equations,
@@ -194,12 +197,22 @@ fn newton_step(jacobian: &DMatrix<f64>, residual: &[f64]) -> Result<Vec<f64>, f6
 
 /// The inverse through a singular value decomposition, or the reciprocal condition where that is roundoff.
 ///
-/// NOTE: columns are scaled (the unknowns have units of their own), rows are not: the closure's rows are differences
-/// `M − I`, and scaling would blow up a row that is nothing but their roundoff.
+/// NOTE: columns are scaled (the unknowns have units of their own) unless they are roundoff; rows are not, for the
+/// closure's rows are differences `M − I`, and scaling would blow up a row that is nothing but their roundoff.
 fn inverse(jacobian: &DMatrix<f64>) -> Result<DMatrix<f64>, f64> {
     let mut scaled = jacobian.clone();
-    let reciprocal = |size: f64| if size > 0.0 { 1.0 / size } else { 1.0 };
-    let columns: Vec<f64> = scaled.column_iter().map(|column| reciprocal(column.amax())).collect();
+    let largest = scaled.amax();
+    let factor = |size: f64| {
+        if size > ROUNDOFF * largest {
+            1.0 / size
+        } else {
+            1.0 / largest
+        }
+    };
+    let columns: Vec<f64> = scaled
+        .column_iter()
+        .map(|column| factor(column.amax()))
+        .collect();
     for (mut column, &factor) in scaled.column_iter_mut().zip(&columns) {
         column *= factor;
     }
@@ -207,7 +220,10 @@ fn inverse(jacobian: &DMatrix<f64>) -> Result<DMatrix<f64>, f64> {
         return Err(0.0);
     }
     let singular = scaled.svd(true, true);
-    let (high, low) = (singular.singular_values.max(), singular.singular_values.min());
+    let (high, low) = (
+        singular.singular_values.max(),
+        singular.singular_values.min(),
+    );
     let condition = if high > 0.0 { low / high } else { 0.0 };
     if condition < SINGULAR {
         return Err(condition);
