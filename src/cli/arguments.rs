@@ -37,6 +37,8 @@ pub(super) enum Command {
     Curve(CurveArguments),
     /// Coefficients of P_smooth, D and their composition
     Expand(SceneOptions),
+    /// The crate of Rust code
+    Emit(EmitArguments),
     /// Images of section points
     Image(ImageOptions),
     /// Bifurcation diagrams
@@ -93,6 +95,22 @@ pub(super) struct CurveArguments {
     /// Follow xi_1 to xi_N
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=64))]
     pub(super) xi: u16,
+}
+
+/// Options of `emit`.
+#[derive(Clone, Debug, Args)]
+pub(super) struct EmitArguments {
+    /// A scene file, or the name of a scene of the catalogue
+    #[arg(value_name = "SCENE", required_unless_present = "catalogue")]
+    pub(super) scene: Option<PathBuf>,
+    /// Emit the catalogue's crate of maps instead
+    #[arg(long, conflicts_with = "scene")]
+    pub(super) catalogue: bool,
+    /// Compare with what is in the folder, write nothing
+    #[arg(long)]
+    pub(super) check: bool,
+    #[command(flatten)]
+    pub(super) common: Common,
 }
 
 /// Options of `image`.

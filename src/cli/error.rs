@@ -7,6 +7,7 @@ use miette::{GraphicalReportHandler, GraphicalTheme};
 
 use super::output::note;
 use crate::analysis::{AnalysisError, DirectEnd};
+use crate::emission::EmissionError;
 use crate::expansion::ExpansionError;
 use crate::model::{SceneError, SceneHeadline};
 use crate::orbit::{CurveEnd, NotLocated, OrbitError};
@@ -58,6 +59,15 @@ pub(super) enum CliError {
     /// An analysis that refused its input, or a floor below it.
     #[error(transparent)]
     Analysis(#[from] AnalysisError),
+    /// An emission that refused the map.
+    #[error(transparent)]
+    Emission(#[from] EmissionError),
+    /// A folder that does not hold what would be emitted now.
+    #[error("{} is not what would be emitted now:{differences}", .folder.display())]
+    NotCurrent {
+        folder: PathBuf,
+        differences: String,
+    },
     /// A name that is no parameter.
     #[error("no parameter `{name}` in the scene{}", meant(.nearest))]
     NoSuchParameter {
@@ -129,7 +139,8 @@ impl CliError {
             Self::NotLocated(_)
             | Self::Orbit(OrbitError::Flow(_))
             | Self::CurveEnded { .. }
-            | Self::NoImage { .. } => ENDED_OTHERWISE,
+            | Self::NoImage { .. }
+            | Self::NotCurrent { .. } => ENDED_OTHERWISE,
             Self::Analysis(AnalysisError::Flow(_)) => ENDED_OTHERWISE,
             Self::Analysis(AnalysisError::Expansion(error)) => expansion_code(error),
             Self::Expansion(error) => expansion_code(error),

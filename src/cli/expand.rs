@@ -47,12 +47,14 @@ pub(super) fn expand(
     let map = expander.assemble(orders, expander.legs(orders.smooth_order)?, contact.clone());
     let smooth: Leg = expander.smooth(orders.smooth_order)?;
     let composed = expander.compose(&map)?;
+    let lost_digits = expander.lost_digits(orders)?;
     let parts = ExpansionParts {
         variables: expander.variables(),
         orders,
         smooth: &smooth,
         contact: &contact,
         composed: &composed,
+        lost_digits: &lost_digits,
     };
     let document = MapDocument::new(scene, orbit, parts);
     Ok(Expanded {

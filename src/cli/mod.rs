@@ -8,6 +8,7 @@ mod arguments;
 mod check;
 mod curve;
 mod diagram;
+mod emit;
 mod error;
 mod expand;
 mod image;
@@ -61,6 +62,7 @@ fn dispatch(arguments: Arguments) -> Result<(), CliError> {
         Some(Command::Curve(options)) => curve::run(&options),
         Some(Command::Image(options)) => image::run(&options),
         Some(Command::Diagram(options)) => diagram::run(&options),
+        Some(Command::Emit(options)) => emit::run(&options),
         None => Ok(()),
     }
 }

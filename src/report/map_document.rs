@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use super::{Cell, Column, Named, ReportError, SectionDocument, Table};
-use crate::expansion::{ComposedMap, Contact, Leg, MapOrders, Variables};
+use crate::expansion::{ComposedMap, Contact, Leg, LostDigits, MapOrders, Variables};
 use crate::jet::Jet;
 use crate::model::Scene;
 use crate::orbit::GrazingOrbit;
@@ -35,7 +35,7 @@ pub struct MapDocument {
     /// `P_smooth ∘ D`, with `y² = -h_min`.
     pub composed: PolynomialMap,
     /// Decimal digits lost to cancellation, an estimate per output.
-    pub lost_digits: Option<Named<f64>>,
+    pub lost_digits: Named<f64>,
 }
 
 /// Polynomials of named variables, one per coordinate of the section.
@@ -72,6 +72,8 @@ pub struct ExpansionParts<'a> {
     pub contact: &'a Contact,
     /// Their composition.
     pub composed: &'a ComposedMap,
+    /// Digits lost in them.
+    pub lost_digits: &'a LostDigits,
 }
 
 impl MapDocument {
@@ -83,6 +85,7 @@ impl MapDocument {
             smooth,
             contact,
             composed,
+            lost_digits,
         } = parts;
         let active = scene.expansion.active.iter().map(|&parameter| {
             let name = scene.model.parameters[parameter].name.as_str();
@@ -103,7 +106,7 @@ impl MapDocument {
             smooth: smooth_map(variables, smooth),
             discontinuity: discontinuity_map(variables, contact),
             composed: composed_map(variables, composed),
-            lost_digits: None,
+            lost_digits: Named::new(coordinates(variables).zip(worst_digits(lost_digits))),
         }
     }
 
@@ -187,6 +190,14 @@ fn smooth_map(variables: &Variables, leg: &Leg) -> PolynomialMap {
         outputs: Named::new(outputs),
         depth: None,
     }
+}
+
+/// The worst of each coordinate's parts.
+fn worst_digits(lost: &LostDigits) -> impl Iterator<Item = f64> {
+    lost.smooth
+        .iter()
+        .zip(&lost.discontinuity)
+        .map(|(smooth, contact)| smooth.max(*contact))
 }
 
 /// `x_i + y B_i + y² C_i`.
