@@ -27,6 +27,8 @@ pub(super) struct Arguments {
 /// One command, one file of this floor.
 #[derive(Debug, Subcommand)]
 pub(super) enum Command {
+    /// Everything the scene asks for, with a report page, into ./out
+    Run(SceneOptions),
     /// A scene from the catalogue to start from
     New(NewOptions),
     /// Parse and check a scene, no computing

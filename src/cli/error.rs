@@ -30,6 +30,9 @@ pub(super) enum CliError {
         path: PathBuf,
         nearest: Option<String>,
     },
+    /// A scene file that was there a moment ago.
+    #[error("cannot read {}: {source}", .path.display())]
+    UnreadableScene { path: PathBuf, source: io::Error },
     /// No such scene in the catalogue.
     #[error("no scene `{name}` in the catalogue{}; `grazemap new --list` shows it", meant(.nearest))]
     NotInCatalogue {

@@ -18,6 +18,7 @@ mod offsets;
 mod output;
 mod prepare;
 mod progress;
+mod run;
 
 use std::ffi::OsString;
 use std::process::ExitCode;
@@ -31,11 +32,11 @@ use error::CliError;
 ///
 /// Wrong arguments are said on standard error and end with exit code 2, as every wrong input does.
 pub fn main() -> ExitCode {
-    run(std::env::args_os())
+    run_with(std::env::args_os())
 }
 
 /// Runs the program on these arguments, the first being the program's name.
-pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
+pub fn run_with(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
     let arguments = match Arguments::try_parse_from(arguments) {
         Ok(arguments) => arguments,
         Err(refusal) => {
@@ -63,6 +64,7 @@ fn dispatch(arguments: Arguments) -> Result<(), CliError> {
         Some(Command::Image(options)) => image::run(&options),
         Some(Command::Diagram(options)) => diagram::run(&options),
         Some(Command::Emit(options)) => emit::run(&options),
-        None => Ok(()),
+        Some(Command::Run(options)) => run::run(&options),
+        None => run::built_in(&arguments.common),
     }
 }

@@ -19,6 +19,8 @@ pub(super) struct Loaded {
     pub(super) scene: Scene,
     /// What it was read from: the file's name, or the name in the catalogue.
     pub(super) name: String,
+    /// Its text, overrides in it.
+    pub(super) text: String,
 }
 
 /// Reads and checks the scene, shows its warnings and starts the threads asked for.
@@ -37,16 +39,21 @@ pub(super) fn prepare(options: &SceneOptions) -> Result<Loaded, CliError> {
 pub(super) fn load(path: &Path, overrides: &[(String, String)]) -> Result<Loaded, CliError> {
     let name = path.display().to_string();
     if path.exists() {
-        return Ok(Loaded {
-            scene: Scene::load_with(path, overrides)?,
-            name,
-        });
+        let scene = Scene::load_with(path, overrides)?;
+        let source = std::fs::read_to_string(path).map_err(|source| CliError::UnreadableScene {
+            path: path.to_owned(),
+            source,
+        })?;
+        let text = Scene::text_with(&source, &name, overrides)?;
+        return Ok(Loaded { scene, name, text });
     }
     match path.to_str().and_then(catalogue::text) {
-        Some(text) => Ok(Loaded {
-            scene: Scene::parse_with(text, &format!("{name}.toml"), overrides)?,
-            name,
-        }),
+        Some(source) => {
+            let file = format!("{name}.toml");
+            let scene = Scene::parse_with(source, &file, overrides)?;
+            let text = Scene::text_with(source, &file, overrides)?;
+            Ok(Loaded { scene, name, text })
+        }
         None => Err(CliError::NoSuchScene {
             path: path.to_owned(),
             nearest: nearest(&name),

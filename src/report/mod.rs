@@ -20,6 +20,7 @@ mod npy;
 mod number;
 mod orbit_document;
 mod page;
+mod run_page;
 mod table;
 mod table_text;
 
@@ -36,4 +37,5 @@ pub use named::Named;
 pub use npy::npy_bytes;
 pub use orbit_document::{ExactPoint, OrbitDocument, SectionDocument};
 pub use page::{Page, PageFigure, Provenance, Section};
+pub use run_page::{CrateSummary, RunPage, StageTime, run_page};
 pub use table::{Alignment, Cell, Column, Table};
