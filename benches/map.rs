@@ -36,6 +36,11 @@ fn steps(criterion: &mut Criterion) {
         bench("interpreted", &interpreted, &parameters);
         bench("horner", &lowered, &parameters);
         bench("frozen", &frozen, &[]);
+        bench(
+            "composed",
+            &HornerMap::composed(&map, &synthetic::composed(weight.max(2) as usize)),
+            &parameters,
+        );
         group.bench_function(
             BenchmarkId::new("freeze", format!("{smooth}_{weight}")),
             |bencher| {

@@ -1,5 +1,10 @@
 //! Grazing curves of the electrostatic oscillator against reference points.
 
+#![allow(
+    clippy::unwrap_used,
+    reason = "a test may stop at the first thing that is not there"
+)]
+
 use std::ops::Range;
 use std::path::Path;
 

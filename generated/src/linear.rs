@@ -12,7 +12,7 @@
 // Regenerate: grazemap emit scenes/linear.toml
 // Verify: grazemap emit scenes/linear.toml --check
 //! A local map near grazing, in offsets from the grazing orbit and the grazing parameters.
-#![allow(clippy::all, unused_variables, reason = "generated code")]
+#![allow(clippy::all, unused_variables, unused_mut, reason = "generated code")]
 
 /// Number of coordinates.
 pub const DIMENSION: usize = 2;
@@ -128,7 +128,9 @@ pub fn inside(state: [f64; DIMENSION], parameters: [f64; PARAMETERS]) -> bool {
 
 /// The map at these parameters.
 pub fn freeze(parameters: [f64; PARAMETERS]) -> Frozen {
-    Frozen { coefficients: prepare(parameters) }
+    let mut coefficients = [0.0; COEFFICIENTS];
+    prepare(parameters, |i, value| coefficients[i] = value);
+    Frozen { coefficients }
 }
 
 /// The map at these parameters, lane by lane.
@@ -139,10 +141,7 @@ pub fn freeze_lanes(parameters: &[[f64; LANES]; PARAMETERS]) -> FrozenLanes {
         for i in 0..PARAMETERS {
             own[i] = parameters[i][lane];
         }
-        let prepared = prepare(own);
-        for i in 0..COEFFICIENTS {
-            coefficients[i][lane] = prepared[i];
-        }
+        prepare(own, |i, value| coefficients[i][lane] = value);
     }
     FrozenLanes { coefficients }
 }
@@ -339,10 +338,9 @@ fn run_lanes(
     LaneStep { image, depths, contacts }
 }
 
-/// From parameters to the coefficients of a frozen map.
+/// From parameters to the coefficients of a frozen map, handed to `put` with their numbers.
 #[inline(always)]
-fn prepare(parameters: [f64; PARAMETERS]) -> [f64; COEFFICIENTS] {
-    let _ = parameters;
+fn prepare(parameters: [f64; PARAMETERS], mut put: impl FnMut(usize, f64)) {
     let r0 = fma(0.016761049628125586, parameters[1], 0.09050966799187812);
     let r1 = fma(-0.009779012939884927, parameters[0], r0);
     let r2 = fma(-2.335911247175288, parameters[1], -1.2448222045688508);
@@ -577,48 +575,46 @@ fn prepare(parameters: [f64; PARAMETERS]) -> [f64; COEFFICIENTS] {
     let r231 = fma(r230, parameters[1], 0.4017761145823533);
     let r232 = r231 * parameters[1];
     let r233 = fma(r227, parameters[0], r232);
-    [
-        r1,
-        r3,
-        r5,
-        r9,
-        r11,
-        r12,
-        r14,
-        r16,
-        r18,
-        r23,
-        r25,
-        r27,
-        r32,
-        r34,
-        r39,
-        r48,
-        r50,
-        r55,
-        r64,
-        r78,
-        r80,
-        r85,
-        r94,
-        r108,
-        r128,
-        r130,
-        r132,
-        r137,
-        r139,
-        r144,
-        r153,
-        r155,
-        r160,
-        r169,
-        r183,
-        r185,
-        r190,
-        r199,
-        r213,
-        r233,
-    ]
+    put(0, r1);
+    put(1, r3);
+    put(2, r5);
+    put(3, r9);
+    put(4, r11);
+    put(5, r12);
+    put(6, r14);
+    put(7, r16);
+    put(8, r18);
+    put(9, r23);
+    put(10, r25);
+    put(11, r27);
+    put(12, r32);
+    put(13, r34);
+    put(14, r39);
+    put(15, r48);
+    put(16, r50);
+    put(17, r55);
+    put(18, r64);
+    put(19, r78);
+    put(20, r80);
+    put(21, r85);
+    put(22, r94);
+    put(23, r108);
+    put(24, r128);
+    put(25, r130);
+    put(26, r132);
+    put(27, r137);
+    put(28, r139);
+    put(29, r144);
+    put(30, r153);
+    put(31, r155);
+    put(32, r160);
+    put(33, r169);
+    put(34, r183);
+    put(35, r185);
+    put(36, r190);
+    put(37, r199);
+    put(38, r213);
+    put(39, r233);
 }
 
 /// From coefficients and state to the image and the depths.

@@ -143,7 +143,7 @@ impl<'a, S: Real> DirectReturn<'a, S> {
             };
             match self.next_stop(horizon, approach, log)? {
                 Stop::Minimum { gap } => {
-                    if self.is_final(surface)? {
+                    if self.is_final(surface) {
                         break ReturnOutcome::Returned;
                     }
                     let time = self.simulator.time();
@@ -155,8 +155,9 @@ impl<'a, S: Real> DirectReturn<'a, S> {
                 }
                 Stop::Contact { surface: met } if met == surface => {
                     self.entry.copy_from(&self.simulator.motion);
-                    let minimum = self.to_minimum(surface, horizon)?;
-                    if minimum && self.is_final(surface)? {
+                    // NOTE: a deep approach may meet a singularity behind the surface; then its contact is real.
+                    let minimum = self.reach_minimum(surface, horizon).unwrap_or(false);
+                    if minimum && self.is_final(surface) {
                         break ReturnOutcome::Returned;
                     }
                     self.simulator.motion.copy_from(&self.entry);
@@ -181,7 +182,7 @@ impl<'a, S: Real> DirectReturn<'a, S> {
         log: &mut Log<S>,
     ) -> Result<(usize, ReturnOutcome<S>), Outcome<S>> {
         self.simulator.motion.leaving[surface] = None;
-        let contacts = usize::from(self.to_first_passage(surface)?);
+        let contacts = usize::from(self.reach_first_passage(surface)?);
         if contacts == 1 {
             self.enter(surface, log)?;
         } else {
@@ -191,10 +192,11 @@ impl<'a, S: Real> DirectReturn<'a, S> {
             match self.next_stop(self.duration, Approach::default(), log)? {
                 Stop::Contact { surface: met } if met == surface => {
                     self.entry.copy_from(&self.simulator.motion);
-                    if !self.to_minimum(surface, self.duration)? {
-                        break;
-                    }
-                    let last = self.is_final(surface)?;
+                    let last = match self.reach_minimum(surface, self.duration) {
+                        Ok(false) => break,
+                        Ok(true) => self.is_final(surface),
+                        Err(_) => false,
+                    };
                     self.simulator.motion.copy_from(&self.entry);
                     if last {
                         self.fly_ignoring(surface, log)?;
@@ -232,13 +234,13 @@ impl<'a, S: Real> DirectReturn<'a, S> {
 
     /// Flies to the local minimum of the gap nearest to the start, forward or backward, at most a
     /// quarter of the return time; whether it lies beyond the surface.
-    fn to_first_passage(&mut self, surface: usize) -> Result<bool, Outcome<S>> {
+    fn reach_first_passage(&mut self, surface: usize) -> Result<bool, Outcome<S>> {
         let start = self.simulator.sense(surface);
         let limit = self.duration * S::from_f64(0.25);
         let found = if start.velocity > S::zero() {
             self.simulator.back(surface, Back::ToMinimum, -limit)?
         } else if start.velocity < S::zero() {
-            self.to_minimum(surface, limit)?
+            self.reach_minimum(surface, limit)?
         } else {
             true
         };
@@ -257,7 +259,7 @@ impl<'a, S: Real> DirectReturn<'a, S> {
     }
 
     /// Flies with the surface ignored to the next minimum of its gap; `false` if the horizon came first.
-    fn to_minimum(&mut self, surface: usize, horizon: S) -> Result<bool, Outcome<S>> {
+    fn reach_minimum(&mut self, surface: usize, horizon: S) -> Result<bool, Outcome<S>> {
         let approach = Approach {
             ignored: Some(surface),
             stop_at: Some(surface),
@@ -287,15 +289,17 @@ impl<'a, S: Real> DirectReturn<'a, S> {
     ///
     /// The next one, along the free flow, is looked for as far beyond the nominal return as the present
     /// one lies before it. The simulator stands where it stood afterwards.
-    fn is_final(&mut self, surface: usize) -> Result<bool, Outcome<S>> {
+    fn is_final(&mut self, surface: usize) -> bool {
         let early = self.duration - self.simulator.time();
         if early <= S::zero() {
-            return Ok(true);
+            return true;
         }
         self.passage.copy_from(&self.simulator.motion);
-        let nearer = self.to_minimum(surface, self.duration + early)?;
+        let nearer = self
+            .reach_minimum(surface, self.duration + early)
+            .unwrap_or(false);
         self.simulator.motion.copy_from(&self.passage);
-        Ok(!nearer)
+        !nearer
     }
 
     fn next_stop(

@@ -107,6 +107,29 @@ pub enum CurveEnd {
     LeftRange,
 }
 
+impl std::fmt::Display for CurveEnd {
+    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            CurveEnd::Reached => write!(formatter, "reached the value asked for"),
+            CurveEnd::StepLimit => write!(formatter, "stopped at the limit of steps"),
+            CurveEnd::StepTooSmall { ds } => {
+                write!(formatter, "no orbit found even with steps of {ds:e}")
+            }
+            CurveEnd::DegenerateGraze {
+                normal_acceleration,
+            } => {
+                write!(
+                    formatter,
+                    "the graze ceases to be simple: h'' = {normal_acceleration:.6e}"
+                )
+            }
+            CurveEnd::LeftRange => {
+                write!(formatter, "left the range asked for by more than its width")
+            }
+        }
+    }
+}
+
 /// A grazing curve.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GrazingCurve {

@@ -13,6 +13,7 @@ mod monodromy;
 mod newton;
 mod outcome;
 mod point;
+mod record;
 mod search;
 mod section;
 mod system;
@@ -26,4 +27,8 @@ pub use error::OrbitError;
 pub use locate::locate;
 pub use outcome::{Location, NotLocated};
 pub use point::{GrazingOrbit, GrazingPoint};
+pub use record::{
+    Codim2Record, CurvePointRecord, CurveRecord, FoldRecord, OrbitRecord, PointRecord,
+    SectionRecord, SwitchRecord,
+};
 pub use section::{PoincareSection, PoincareSectionKind};
