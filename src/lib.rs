@@ -20,6 +20,8 @@ pub mod iteration;
 
 pub mod analysis;
 
+pub mod convergence;
+
 pub mod report;
 
 pub mod cli;

@@ -4,7 +4,7 @@
 use grazemap::analysis::{ImageRecord, ImageRequest, ImageRow, Precision, Using, images};
 use grazemap::expansion::{Expander, LocalMap, MapOrders};
 use grazemap::model::{Scene, catalogue};
-use grazemap::numeric::{Dd, Real};
+use grazemap::numeric::Dd;
 use grazemap::orbit::{GrazingOrbit, locate};
 use serde_json::Value;
 
@@ -87,7 +87,6 @@ impl Case {
         let shallow = |record: &&ImageRecord| {
             number(&self.rows()[record.row]["x_minus_delta"]).to_f64() <= deepest
         };
-        for r in records { eprintln!("{} x={:e} dth={:e} err {:e} {:?} contacts {} extra {:?} out {:?}", r.row, number(&self.rows()[r.row]["x_minus_delta"]).to_f64(), number(&self.rows()[r.row]["dtheta"]).to_f64(), error(r), r.end, r.contacts, r.extra_contacts, r.offsets.iter().map(|v|v.to_f64()).collect::<Vec<_>>()); }
         let errors: Vec<f64> = records.iter().filter(shallow).map(error).collect();
         assert!(errors.len() >= 5, "only {} rows", errors.len());
         errors.into_iter().fold(0.0, f64::max)

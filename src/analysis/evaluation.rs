@@ -1,6 +1,6 @@
 //! A local map evaluated over any number: what its coefficients say, without the rounding of a step.
 
-use crate::expansion::{Contact, Leg, LocalMap, Stage};
+use crate::expansion::{ComposedMap, Contact, Leg, Legs, LocalMap, Stage};
 use crate::jet::Jet;
 use crate::numeric::Real;
 
@@ -18,6 +18,8 @@ pub struct MapEvaluation<S: Real> {
 enum StageOf<S: Real> {
     Leg(Vec<Jet<S>>),
     Contact(Contact<S>),
+    /// The smooth part, and what it is corrected by.
+    Composed(Vec<Jet<S>>, Contact<S>),
 }
 
 /// `−h_min` of the first passage after a section point.
@@ -73,27 +75,55 @@ impl<S: Real> MapEvaluation<S> {
         }
     }
 
-    /// One leg alone.
-    pub fn leg(leg: &Leg) -> Self {
+    /// A map in its composed form.
+    pub fn composed(map: &ComposedMap) -> Self {
+        let contact = Contact {
+            depth: map.depth.map_scalars(S::from_f64),
+            linear: convert(&map.linear),
+            quadratic: convert(&map.quadratic),
+        };
         Self {
-            stages: vec![StageOf::Leg(convert(&leg.image))],
+            stages: vec![StageOf::Composed(convert(&map.smooth), contact)],
+            dimension: map.smooth.len(),
+        }
+    }
+
+    /// Legs alone, their coefficients widened.
+    pub fn legs(legs: &Legs) -> Self {
+        let stages = legs.before.iter().chain([&legs.after]);
+        Self {
+            stages: stages.map(|leg| StageOf::Leg(convert(&leg.image))).collect(),
+            dimension: legs.after.image.len(),
+        }
+    }
+
+    /// One leg alone.
+    pub fn leg(leg: Leg<S>) -> Self {
+        Self {
             dimension: leg.image.len(),
+            stages: vec![StageOf::Leg(leg.image)],
         }
     }
 
     /// The stages before the first contact, and its depth: `−h_min` as the section sees it.
     pub fn depth(map: &LocalMap) -> DepthEvaluation<S> {
+        let contact = map.stages.iter().find_map(|stage| match stage {
+            Stage::Contact(contact) => Some(contact.depth.map_scalars(S::from_f64)),
+            Stage::Leg(_) => None,
+        });
+        DepthEvaluation {
+            arrival: Self::arrival(map),
+            depth: contact,
+        }
+    }
+
+    /// The stages before the first contact.
+    pub fn arrival(map: &LocalMap) -> Self {
         let is_contact = |stage: &Stage| matches!(stage, Stage::Contact(_));
         let count = map.stages.iter().position(is_contact).unwrap_or(0);
-        DepthEvaluation {
-            arrival: Self {
-                stages: map.stages[..count].iter().map(stage_of).collect(),
-                dimension: map.dimension(),
-            },
-            depth: map.stages.get(count).and_then(|stage| match stage {
-                Stage::Contact(contact) => Some(contact.depth.map_scalars(S::from_f64)),
-                Stage::Leg(_) => None,
-            }),
+        Self {
+            stages: map.stages[..count].iter().map(stage_of).collect(),
+            dimension: map.dimension(),
         }
     }
 
@@ -112,12 +142,18 @@ impl<S: Real> MapEvaluation<S> {
         let mut depth = S::from_f64(f64::NEG_INFINITY);
         for stage in &self.stages {
             let image = match stage {
-                StageOf::Leg(jets) => jets.iter().map(|jet| jet.evaluate(&point)).collect(),
+                StageOf::Leg(jets) => evaluate(jets, &point),
                 StageOf::Contact(contact) => {
                     let here = contact.depth.evaluate(&point);
                     depth = depth.max(here);
                     contacts += usize::from(here > S::zero());
-                    act(contact, &point, here, self.dimension)
+                    act(contact, &point, here, &point[..self.dimension])
+                }
+                StageOf::Composed(smooth, contact) => {
+                    let here = contact.depth.evaluate(&point);
+                    depth = depth.max(here);
+                    contacts += usize::from(here > S::zero());
+                    act(contact, &point, here, &evaluate(smooth, &point))
                 }
             };
             point[..self.dimension].copy_from_slice(&image);
@@ -131,14 +167,19 @@ impl<S: Real> MapEvaluation<S> {
     }
 }
 
-fn act<S: Real>(contact: &Contact<S>, point: &[S], depth: S, dimension: usize) -> Vec<S> {
+fn evaluate<S: Real>(jets: &[Jet<S>], point: &[S]) -> Vec<S> {
+    jets.iter().map(|jet| jet.evaluate(point)).collect()
+}
+
+/// `start + y linear + y² quadratic`.
+fn act<S: Real>(contact: &Contact<S>, point: &[S], depth: S, start: &[S]) -> Vec<S> {
     if depth <= S::zero() {
-        return point[..dimension].to_vec();
+        return start.to_vec();
     }
     let y = depth.sqrt();
     let parts = contact.linear.iter().zip(&contact.quadratic);
     parts
-        .zip(point)
+        .zip(start)
         .map(|((linear, quadratic), &start)| {
             let correction = linear.evaluate(point) + y * quadratic.evaluate(point);
             start + y * correction

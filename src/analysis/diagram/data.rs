@@ -66,7 +66,7 @@ pub struct DiagramPoint {
     pub kept_contacts: u32,
     /// Largest Lyapunov exponent per iterate; `None` for direct simulation or where the orbit ended early.
     pub lyapunov: Option<f64>,
-    /// How the orbit ended. After an early end the sweep restarts at the section's origin.
+    /// How the orbit ended. After an early end the sweep restarts at the fixed point of `P_smooth`.
     pub end: OrbitEnd,
     /// Kept iterates outside the window in which the map is to be trusted.
     pub outside: usize,

@@ -4,11 +4,11 @@ use rayon::prelude::*;
 
 use super::data::{Diagram, Sweep, SweepHeading};
 use super::sweep::{SweepRequest, sweep};
-use super::{DirectSweep, InterpretedSweep, Observer, SweptMap};
+use super::{DirectSweep, FrozenSweep, Observer, SmoothFixedPoint, SweptMap};
 use crate::analysis::{AnalysisError, DirectMap, Progress};
 use crate::expansion::LocalMap;
 use crate::hybrid::HybridSystem;
-use crate::iteration::{InterpretedMap, OrbitRequest};
+use crate::iteration::{HornerMap, OrbitRequest};
 use crate::model::{DiagramRequest, Method, Scene, SweepDirection};
 use crate::orbit::GrazingOrbit;
 
@@ -24,15 +24,16 @@ pub struct DiagramPlan<'a> {
 
 /// The bifurcation diagram that a scene asks for.
 ///
-/// Every sweep starts at the section's origin (the grazing orbit) at its first parameter value and
-/// carries its last state from value to value; after an escape it starts again at the origin. Sweeps (one
+/// Every sweep starts at the fixed point of `P_smooth` at its first parameter value and carries its last
+/// state from value to value; after an escape it starts again at the fixed point. Sweeps (one
 /// per method and heading) are independent and run side by side; each is sequential, so that its result
 /// does not depend on the number of cores.
 ///
 /// # Errors
 ///
 /// [`AnalysisError::NotActive`] if the swept parameter is no variable of the map;
-/// [`AnalysisError::Hybrid`] if the simulator refuses the model.
+/// [`AnalysisError::Hybrid`] if the simulator refuses the model; [`AnalysisError::Expansion`] if the
+/// impact speed is drawn and cannot be expanded.
 pub fn diagram(
     scene: &Scene,
     orbit: &GrazingOrbit,
@@ -52,13 +53,15 @@ pub fn diagram(
     let observer = || Observer::new(scene, orbit, map, &request.observe);
     let swept = |method: &Method| -> Result<Box<dyn SweptMap + '_>, AnalysisError> {
         Ok(match method {
-            Method::Map => Box::new(InterpretedSweep {
-                map: InterpretedMap::new(map),
-                observer: observer(),
+            Method::Map => Box::new(FrozenSweep {
+                map: HornerMap::new(map),
+                start: SmoothFixedPoint::new(map),
+                observer: observer()?,
             }),
             Method::Direct => Box::new(DirectSweep {
                 map: DirectMap::new(&system, scene, orbit)?,
-                observer: observer(),
+                start: SmoothFixedPoint::new(map),
+                observer: observer()?,
             }),
         })
     };
@@ -79,7 +82,7 @@ pub fn diagram(
         digest: scene.digest,
         parameter: parameter.clone(),
         grazing_value: orbit.parameters()[request.parameter].to_f64(),
-        observable: observer().label().to_owned(),
+        observable: observer()?.label().to_owned(),
         transient: request.transient,
         keep: request.keep,
         speed_ratio: speed_ratio(&sweeps),

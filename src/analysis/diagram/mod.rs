@@ -6,11 +6,13 @@
 mod data;
 mod engine;
 mod observe;
+mod start;
 mod sweep;
 mod swept_map;
 
 pub use data::{Diagram, DiagramPoint, Sweep, SweepHeading, Timing};
 pub use engine::{DiagramPlan, diagram, run_plan};
 pub use observe::Observer;
+pub use start::SmoothFixedPoint;
 pub use sweep::SweepRequest;
-pub use swept_map::{DirectSweep, InterpretedSweep, SweptMap, UnobservedSweep};
+pub use swept_map::{DirectSweep, FrozenSweep, SweptMap, UnobservedSweep};

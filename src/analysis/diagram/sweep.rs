@@ -46,7 +46,7 @@ impl SweepRequest {
     }
 }
 
-/// Runs one sweep, from the section's origin at its first parameter value.
+/// Runs one sweep, from the map's start at its first parameter value.
 pub(super) fn sweep(
     map: &dyn SweptMap,
     request: &SweepRequest,
@@ -56,21 +56,19 @@ pub(super) fn sweep(
     let start = Instant::now();
     let mut iterating = Duration::ZERO;
     let mut iterates = 0;
-    let mut state = vec![0.0; map.dimension()];
+    let mut carried = None;
     let mut parameters = vec![0.0; map.parameters()];
     let mut points = Vec::with_capacity(request.points);
     for offset in request.offsets(heading) {
         parameters[request.parameter] = offset;
         let clock = Instant::now();
         let fixed = map.at(&parameters);
+        let state = carried.unwrap_or_else(|| map.start(&parameters));
         let orbit = MapOrbit::of(&*fixed, &state, &[], &request.orbit);
         iterating += clock.elapsed();
         iterates += made(&orbit, request);
         points.push(point(map, &*fixed, &parameters, offset, &orbit, request));
-        match orbit.end {
-            OrbitEnd::Completed => state.copy_from_slice(&orbit.last),
-            _ => state.fill(0.0),
-        }
+        carried = (orbit.end == OrbitEnd::Completed).then_some(orbit.last);
         progress.advance(1);
     }
     Sweep {

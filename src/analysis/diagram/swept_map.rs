@@ -1,8 +1,9 @@
 //! What a sweep asks of a map: to be fixed at a parameter value, and to be observed.
 
 use super::observe::Observer;
+use super::start::SmoothFixedPoint;
 use crate::analysis::DirectMap;
-use crate::iteration::{DiscreteMap, InterpretedMap, StepInfo};
+use crate::iteration::{DiscreteMap, HornerMap, StepInfo};
 use crate::model::Method;
 
 /// A map that can be swept along a parameter.
@@ -18,6 +19,9 @@ pub trait SweptMap: Sync {
 
     /// The map at fixed parameters, a map without parameters: prepared once per parameter value.
     fn at(&self, parameters: &[f64]) -> Box<dyn DiscreteMap + '_>;
+
+    /// Where a sweep starts, and starts again after an escape.
+    fn start(&self, parameters: &[f64]) -> Vec<f64>;
 
     /// The observable at a state.
     fn observe(&self, state: &[f64], parameters: &[f64]) -> f64;
@@ -64,7 +68,7 @@ fn fixed<'m, M: DiscreteMap + 'm>(map: M, parameters: &[f64]) -> Box<dyn Discret
     })
 }
 
-/// A map swept for its first coordinate: one written by hand.
+/// A map written by hand: it starts at 0, and its first coordinate is drawn.
 #[derive(Clone, Debug)]
 pub struct UnobservedSweep<M>(
     /// The map.
@@ -88,6 +92,10 @@ impl<M: DiscreteMap> SweptMap for UnobservedSweep<M> {
         fixed(&self.0, parameters)
     }
 
+    fn start(&self, _: &[f64]) -> Vec<f64> {
+        vec![0.0; self.0.dimension()]
+    }
+
     fn observe(&self, state: &[f64], _: &[f64]) -> f64 {
         state[0]
     }
@@ -97,16 +105,18 @@ impl<M: DiscreteMap> SweptMap for UnobservedSweep<M> {
     }
 }
 
-/// The local map, read off its jets.
+/// The local map, frozen at each parameter value.
 #[derive(Debug)]
-pub struct InterpretedSweep {
+pub struct FrozenSweep {
     /// The map.
-    pub map: InterpretedMap,
+    pub map: HornerMap,
+    /// Where it starts.
+    pub start: SmoothFixedPoint,
     /// What is drawn.
     pub observer: Observer,
 }
 
-impl SweptMap for InterpretedSweep {
+impl SweptMap for FrozenSweep {
     fn method(&self) -> Method {
         Method::Map
     }
@@ -120,7 +130,11 @@ impl SweptMap for InterpretedSweep {
     }
 
     fn at(&self, parameters: &[f64]) -> Box<dyn DiscreteMap + '_> {
-        fixed(&self.map, parameters)
+        Box::new(self.map.freeze(parameters))
+    }
+
+    fn start(&self, parameters: &[f64]) -> Vec<f64> {
+        self.start.at(parameters)
     }
 
     fn observe(&self, state: &[f64], parameters: &[f64]) -> f64 {
@@ -137,6 +151,8 @@ impl SweptMap for InterpretedSweep {
 pub struct DirectSweep<'a> {
     /// The map.
     pub map: DirectMap<'a>,
+    /// Where it starts.
+    pub start: SmoothFixedPoint,
     /// What is drawn.
     pub observer: Observer,
 }
@@ -157,6 +173,10 @@ impl SweptMap for DirectSweep<'_> {
     fn at(&self, parameters: &[f64]) -> Box<dyn DiscreteMap + '_> {
         // A simulator of its own, so that sweeps side by side do not wait for each other.
         fixed(self.map.clone(), parameters)
+    }
+
+    fn start(&self, parameters: &[f64]) -> Vec<f64> {
+        self.start.at(parameters)
     }
 
     fn observe(&self, state: &[f64], parameters: &[f64]) -> f64 {
