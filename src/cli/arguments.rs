@@ -43,6 +43,8 @@ pub(super) enum Command {
     Emit(EmitArguments),
     /// Images of section points
     Image(ImageOptions),
+    /// Truncation orders against direct simulation; speed against accuracy
+    Converge(SceneOptions),
     /// Bifurcation diagrams
     Diagram(SceneOptions),
 }

@@ -7,6 +7,7 @@ use miette::{GraphicalReportHandler, GraphicalTheme};
 
 use super::output::note;
 use crate::analysis::{AnalysisError, DirectEnd};
+use crate::convergence::ConvergenceError;
 use crate::emission::EmissionError;
 use crate::expansion::ExpansionError;
 use crate::model::{SceneError, SceneHeadline};
@@ -70,6 +71,17 @@ pub(super) enum CliError {
     NotCurrent {
         folder: PathBuf,
         differences: String,
+    },
+    /// A study of convergence that could not be made.
+    #[error(transparent)]
+    Convergence(#[from] ConvergenceError),
+    /// No orders of the sweep meet the tolerance of the scene.
+    #[error("no orders up to those tried stay within the tolerance {tolerance:e} on the window; the best, N = {smooth_order}, W = {contact_weight}, reach {}", .error.map_or("no finite error".to_owned(), |error| format!("{error:.2e}")))]
+    ToleranceNotMet {
+        tolerance: f64,
+        smooth_order: u32,
+        contact_weight: u32,
+        error: Option<f64>,
     },
     /// A name that is no parameter.
     #[error("no parameter `{name}` in the scene{}", meant(.nearest))]
@@ -144,9 +156,10 @@ impl CliError {
             | Self::CurveEnded { .. }
             | Self::NoImage { .. }
             | Self::NotCurrent { .. } => ENDED_OTHERWISE,
-            Self::Analysis(AnalysisError::Flow(_)) => ENDED_OTHERWISE,
-            Self::Analysis(AnalysisError::Expansion(error)) => expansion_code(error),
+            Self::Analysis(error) => analysis_code(error),
             Self::Expansion(error) => expansion_code(error),
+            Self::ToleranceNotMet { .. } => ENDED_OTHERWISE,
+            Self::Convergence(error) => convergence_code(error),
             _ => WRONG_INPUT,
         }
     }
@@ -163,6 +176,22 @@ impl CliError {
 impl From<SceneError> for CliError {
     fn from(error: SceneError) -> Self {
         Self::Scene(Box::new(error.headline()))
+    }
+}
+
+fn convergence_code(error: &ConvergenceError) -> u8 {
+    match error {
+        ConvergenceError::NoTruth { .. } => ENDED_OTHERWISE,
+        ConvergenceError::Analysis(error) => analysis_code(error),
+        ConvergenceError::Expansion(error) => expansion_code(error),
+    }
+}
+
+fn analysis_code(error: &AnalysisError) -> u8 {
+    match error {
+        AnalysisError::Flow(_) => ENDED_OTHERWISE,
+        AnalysisError::Expansion(error) => expansion_code(error),
+        _ => WRONG_INPUT,
     }
 }
 

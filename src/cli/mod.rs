@@ -6,6 +6,7 @@
 
 mod arguments;
 mod check;
+mod converge;
 mod curve;
 mod diagram;
 mod emit;
@@ -62,6 +63,7 @@ fn dispatch(arguments: Arguments) -> Result<(), CliError> {
         Some(Command::Expand(options)) => expand::run(&options),
         Some(Command::Curve(options)) => curve::run(&options),
         Some(Command::Image(options)) => image::run(&options),
+        Some(Command::Converge(options)) => converge::run(&options),
         Some(Command::Diagram(options)) => diagram::run(&options),
         Some(Command::Emit(options)) => emit::run(&options),
         Some(Command::Run(options)) => run::run(&options),

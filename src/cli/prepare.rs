@@ -5,6 +5,7 @@ use std::path::Path;
 use super::arguments::{Common, SceneOptions};
 use super::error::CliError;
 use super::output::note;
+use crate::convergence::{Choice, choose_orders};
 use crate::expansion::MapOrders;
 use crate::model::{Orders, Scene, catalogue};
 use crate::orbit::{GrazingOrbit, locate};
@@ -91,7 +92,7 @@ fn start_threads(common: &Common) -> Result<(), CliError> {
 }
 
 /// The truncation orders of a scene: those it names, or the cheapest that meet the tolerance it names.
-pub(super) fn map_orders(scene: &Scene, _orbit: &GrazingOrbit) -> Result<MapOrders, CliError> {
+pub(super) fn map_orders(scene: &Scene, orbit: &GrazingOrbit) -> Result<MapOrders, CliError> {
     match scene.expansion.orders {
         Orders::Fixed {
             smooth_order,
@@ -100,9 +101,27 @@ pub(super) fn map_orders(scene: &Scene, _orbit: &GrazingOrbit) -> Result<MapOrde
             smooth_order,
             contact_weight,
         }),
-        Orders::Tolerance(_) => Ok(MapOrders {
-            smooth_order: 5,
-            contact_weight: 6,
-        }),
+        Orders::Tolerance(tolerance) => {
+            let Choice {
+                met,
+                smooth_order,
+                contact_weight,
+                error,
+                ..
+            } = choose_orders(scene, orbit, tolerance)?;
+            if met {
+                Ok(MapOrders {
+                    smooth_order,
+                    contact_weight,
+                })
+            } else {
+                Err(CliError::ToleranceNotMet {
+                    tolerance,
+                    smooth_order,
+                    contact_weight,
+                    error,
+                })
+            }
+        }
     }
 }

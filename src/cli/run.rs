@@ -6,6 +6,7 @@ use std::time::Instant;
 use serde::Serialize;
 
 use super::arguments::{Common, SceneOptions};
+use super::converge::convergence_files;
 use super::diagram::{diagram_files, diagrams};
 use super::emit::{emit, write_crate};
 use super::error::CliError;
@@ -14,6 +15,7 @@ use super::output::{Results, note};
 use super::prepare::{Loaded, grazing_orbit, map_orders, prepare};
 use super::progress::Bar;
 use crate::analysis::diagram::{Diagram, Sweep, SweepHeading};
+use crate::convergence::{ConvergenceOptions, converge};
 use crate::emission::EmittedCrate;
 use crate::model::Method;
 use crate::report::{
@@ -91,6 +93,20 @@ pub(super) fn run(options: &SceneOptions) -> Result<(), CliError> {
         &folder.path().join("crate"),
     )?;
 
+    let bar = Bar::new("convergence", &options.common);
+    let study = clock.time("convergence", || {
+        Ok(converge(
+            scene,
+            &orbit,
+            &ConvergenceOptions::of(scene),
+            &bar,
+        )?)
+    })?;
+    drop(bar);
+    for (name, bytes) in convergence_files(&study)? {
+        folder.write(&name, bytes)?;
+    }
+
     let bar = Bar::new("diagram", &options.common);
     let diagrams = clock.time("diagrams", || diagrams(scene, &orbit, &expanded.map, &bar))?;
     drop(bar);
@@ -109,6 +125,7 @@ pub(super) fn run(options: &SceneOptions) -> Result<(), CliError> {
         orbit: &orbit_document,
         map: &expanded.document,
         emitted: crate_summary,
+        study: &study,
         diagrams: &diagrams,
         times: &clock.stages,
     })?;

@@ -7,6 +7,7 @@
 //! number are layout, and both are stated beside what they were done to.
 
 mod base64;
+mod convergence_page;
 mod curve_document;
 mod diagram_figure;
 mod error;
@@ -24,6 +25,7 @@ mod run_page;
 mod table;
 mod table_text;
 
+pub use convergence_page::{chosen_words, convergence_figures, convergence_section, convergence_table, without_times};
 pub use curve_document::{Codimension2, CurveDocument, FoldDocument, PointDocument, SwitchDocument};
 pub(crate) use curve_document::curve_end_words;
 pub use diagram_figure::{diagram_array, diagram_figures, diagram_table, diagram_timing_table};

@@ -4,9 +4,10 @@ use serde::Serialize;
 
 use super::{
     Cell, Column, MapDocument, OrbitDocument, Page, Provenance, ReportError, Section, Table,
-    diagram_figures, diagram_timing_table,
+    convergence_section, diagram_figures, diagram_timing_table,
 };
 use crate::analysis::diagram::Diagram;
+use crate::convergence::ConvergenceStudy;
 use crate::iteration::OrbitEnd;
 use crate::model::{Method, Scene, Window};
 
@@ -41,6 +42,8 @@ pub struct RunPage<'a> {
     pub map: &'a MapDocument,
     /// The emitted code.
     pub emitted: CrateSummary,
+    /// Maps of every order against direct simulation.
+    pub study: &'a ConvergenceStudy,
     /// Its diagrams.
     pub diagrams: &'a [Diagram],
     /// What each stage took.
@@ -58,7 +61,8 @@ pub fn run_page(run: &RunPage<'_>) -> Result<Page, ReportError> {
         .summary(summary(run))
         .section(model_section(run.scene)?)
         .section(orbit_section(run.orbit)?)
-        .section(expansion_section(run)?);
+        .section(expansion_section(run)?)
+        .section(convergence_section(run.study)?);
     if !run.diagrams.is_empty() {
         page = page.section(diagram_section(run.diagrams)?);
     }
