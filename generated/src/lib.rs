@@ -4,6 +4,48 @@
 #![forbid(unsafe_code)]
 
 #[rustfmt::skip]
+pub mod cantilever_0_068;
+
+#[rustfmt::skip]
+pub mod cantilever_0_09;
+
+#[rustfmt::skip]
+pub mod cantilever_0_107;
+
+#[rustfmt::skip]
+pub mod cantilever_0_12;
+
+#[rustfmt::skip]
+pub mod cantilever_0_123;
+
+#[rustfmt::skip]
+pub mod cantilever_0_1257;
+
+#[rustfmt::skip]
+pub mod cantilever_1_7;
+
+#[rustfmt::skip]
+pub mod cantilever_2_0;
+
+#[rustfmt::skip]
+pub mod cantilever_2_5;
+
+#[rustfmt::skip]
+pub mod cantilever_3_5;
+
+#[rustfmt::skip]
+pub mod cantilever_3_5_soft;
+
+#[rustfmt::skip]
+pub mod cantilever_4_5;
+
+#[rustfmt::skip]
+pub mod foale;
+
+#[rustfmt::skip]
+pub mod foale_omega_2_2;
+
+#[rustfmt::skip]
 pub mod linear;
 
 #[rustfmt::skip]
@@ -12,11 +54,18 @@ pub mod linear_codim2;
 #[rustfmt::skip]
 pub mod mems;
 
+#[rustfmt::skip]
+pub mod mems_codim2;
+
+#[rustfmt::skip]
+pub mod mems_scenario3;
+
 /// A step on slices: state, parameters; image, depths. The contacts made, or `None` for wrong lengths.
 pub type StepOnSlices = fn(&[f64], &[f64], &mut [f64], &mut [f64]) -> Option<u32>;
 
 /// A step on slices with its Jacobian, row by row, as the last argument.
-pub type StepJacobianOnSlices = fn(&[f64], &[f64], &mut [f64], &mut [f64], &mut [f64]) -> Option<u32>;
+pub type StepJacobianOnSlices =
+    fn(&[f64], &[f64], &mut [f64], &mut [f64], &mut [f64]) -> Option<u32>;
 
 /// A map of the catalogue.
 #[derive(Clone, Copy, Debug)]
@@ -46,6 +95,188 @@ pub struct CatalogueMap {
 /// The maps, sorted by identifier.
 #[rustfmt::skip]
 pub static CATALOGUE: &[CatalogueMap] = &[
+    CatalogueMap {
+        identifier: cantilever_0_068::SCENE,
+        digest: cantilever_0_068::DIGEST,
+        dimension: cantilever_0_068::DIMENSION,
+        parameters: cantilever_0_068::PARAMETERS,
+        passages: cantilever_0_068::PASSAGES,
+        window_state: &cantilever_0_068::WINDOW_STATE,
+        window_parameters: &cantilever_0_068::WINDOW_PARAMETERS,
+        #[cfg(feature = "std")]
+        step: cantilever_0_068::step_on_slices,
+        #[cfg(feature = "std")]
+        step_jacobian: cantilever_0_068::step_jacobian_on_slices,
+    },
+    CatalogueMap {
+        identifier: cantilever_0_09::SCENE,
+        digest: cantilever_0_09::DIGEST,
+        dimension: cantilever_0_09::DIMENSION,
+        parameters: cantilever_0_09::PARAMETERS,
+        passages: cantilever_0_09::PASSAGES,
+        window_state: &cantilever_0_09::WINDOW_STATE,
+        window_parameters: &cantilever_0_09::WINDOW_PARAMETERS,
+        #[cfg(feature = "std")]
+        step: cantilever_0_09::step_on_slices,
+        #[cfg(feature = "std")]
+        step_jacobian: cantilever_0_09::step_jacobian_on_slices,
+    },
+    CatalogueMap {
+        identifier: cantilever_0_107::SCENE,
+        digest: cantilever_0_107::DIGEST,
+        dimension: cantilever_0_107::DIMENSION,
+        parameters: cantilever_0_107::PARAMETERS,
+        passages: cantilever_0_107::PASSAGES,
+        window_state: &cantilever_0_107::WINDOW_STATE,
+        window_parameters: &cantilever_0_107::WINDOW_PARAMETERS,
+        #[cfg(feature = "std")]
+        step: cantilever_0_107::step_on_slices,
+        #[cfg(feature = "std")]
+        step_jacobian: cantilever_0_107::step_jacobian_on_slices,
+    },
+    CatalogueMap {
+        identifier: cantilever_0_12::SCENE,
+        digest: cantilever_0_12::DIGEST,
+        dimension: cantilever_0_12::DIMENSION,
+        parameters: cantilever_0_12::PARAMETERS,
+        passages: cantilever_0_12::PASSAGES,
+        window_state: &cantilever_0_12::WINDOW_STATE,
+        window_parameters: &cantilever_0_12::WINDOW_PARAMETERS,
+        #[cfg(feature = "std")]
+        step: cantilever_0_12::step_on_slices,
+        #[cfg(feature = "std")]
+        step_jacobian: cantilever_0_12::step_jacobian_on_slices,
+    },
+    CatalogueMap {
+        identifier: cantilever_0_123::SCENE,
+        digest: cantilever_0_123::DIGEST,
+        dimension: cantilever_0_123::DIMENSION,
+        parameters: cantilever_0_123::PARAMETERS,
+        passages: cantilever_0_123::PASSAGES,
+        window_state: &cantilever_0_123::WINDOW_STATE,
+        window_parameters: &cantilever_0_123::WINDOW_PARAMETERS,
+        #[cfg(feature = "std")]
+        step: cantilever_0_123::step_on_slices,
+        #[cfg(feature = "std")]
+        step_jacobian: cantilever_0_123::step_jacobian_on_slices,
+    },
+    CatalogueMap {
+        identifier: cantilever_0_1257::SCENE,
+        digest: cantilever_0_1257::DIGEST,
+        dimension: cantilever_0_1257::DIMENSION,
+        parameters: cantilever_0_1257::PARAMETERS,
+        passages: cantilever_0_1257::PASSAGES,
+        window_state: &cantilever_0_1257::WINDOW_STATE,
+        window_parameters: &cantilever_0_1257::WINDOW_PARAMETERS,
+        #[cfg(feature = "std")]
+        step: cantilever_0_1257::step_on_slices,
+        #[cfg(feature = "std")]
+        step_jacobian: cantilever_0_1257::step_jacobian_on_slices,
+    },
+    CatalogueMap {
+        identifier: cantilever_1_7::SCENE,
+        digest: cantilever_1_7::DIGEST,
+        dimension: cantilever_1_7::DIMENSION,
+        parameters: cantilever_1_7::PARAMETERS,
+        passages: cantilever_1_7::PASSAGES,
+        window_state: &cantilever_1_7::WINDOW_STATE,
+        window_parameters: &cantilever_1_7::WINDOW_PARAMETERS,
+        #[cfg(feature = "std")]
+        step: cantilever_1_7::step_on_slices,
+        #[cfg(feature = "std")]
+        step_jacobian: cantilever_1_7::step_jacobian_on_slices,
+    },
+    CatalogueMap {
+        identifier: cantilever_2_0::SCENE,
+        digest: cantilever_2_0::DIGEST,
+        dimension: cantilever_2_0::DIMENSION,
+        parameters: cantilever_2_0::PARAMETERS,
+        passages: cantilever_2_0::PASSAGES,
+        window_state: &cantilever_2_0::WINDOW_STATE,
+        window_parameters: &cantilever_2_0::WINDOW_PARAMETERS,
+        #[cfg(feature = "std")]
+        step: cantilever_2_0::step_on_slices,
+        #[cfg(feature = "std")]
+        step_jacobian: cantilever_2_0::step_jacobian_on_slices,
+    },
+    CatalogueMap {
+        identifier: cantilever_2_5::SCENE,
+        digest: cantilever_2_5::DIGEST,
+        dimension: cantilever_2_5::DIMENSION,
+        parameters: cantilever_2_5::PARAMETERS,
+        passages: cantilever_2_5::PASSAGES,
+        window_state: &cantilever_2_5::WINDOW_STATE,
+        window_parameters: &cantilever_2_5::WINDOW_PARAMETERS,
+        #[cfg(feature = "std")]
+        step: cantilever_2_5::step_on_slices,
+        #[cfg(feature = "std")]
+        step_jacobian: cantilever_2_5::step_jacobian_on_slices,
+    },
+    CatalogueMap {
+        identifier: cantilever_3_5::SCENE,
+        digest: cantilever_3_5::DIGEST,
+        dimension: cantilever_3_5::DIMENSION,
+        parameters: cantilever_3_5::PARAMETERS,
+        passages: cantilever_3_5::PASSAGES,
+        window_state: &cantilever_3_5::WINDOW_STATE,
+        window_parameters: &cantilever_3_5::WINDOW_PARAMETERS,
+        #[cfg(feature = "std")]
+        step: cantilever_3_5::step_on_slices,
+        #[cfg(feature = "std")]
+        step_jacobian: cantilever_3_5::step_jacobian_on_slices,
+    },
+    CatalogueMap {
+        identifier: cantilever_3_5_soft::SCENE,
+        digest: cantilever_3_5_soft::DIGEST,
+        dimension: cantilever_3_5_soft::DIMENSION,
+        parameters: cantilever_3_5_soft::PARAMETERS,
+        passages: cantilever_3_5_soft::PASSAGES,
+        window_state: &cantilever_3_5_soft::WINDOW_STATE,
+        window_parameters: &cantilever_3_5_soft::WINDOW_PARAMETERS,
+        #[cfg(feature = "std")]
+        step: cantilever_3_5_soft::step_on_slices,
+        #[cfg(feature = "std")]
+        step_jacobian: cantilever_3_5_soft::step_jacobian_on_slices,
+    },
+    CatalogueMap {
+        identifier: cantilever_4_5::SCENE,
+        digest: cantilever_4_5::DIGEST,
+        dimension: cantilever_4_5::DIMENSION,
+        parameters: cantilever_4_5::PARAMETERS,
+        passages: cantilever_4_5::PASSAGES,
+        window_state: &cantilever_4_5::WINDOW_STATE,
+        window_parameters: &cantilever_4_5::WINDOW_PARAMETERS,
+        #[cfg(feature = "std")]
+        step: cantilever_4_5::step_on_slices,
+        #[cfg(feature = "std")]
+        step_jacobian: cantilever_4_5::step_jacobian_on_slices,
+    },
+    CatalogueMap {
+        identifier: foale::SCENE,
+        digest: foale::DIGEST,
+        dimension: foale::DIMENSION,
+        parameters: foale::PARAMETERS,
+        passages: foale::PASSAGES,
+        window_state: &foale::WINDOW_STATE,
+        window_parameters: &foale::WINDOW_PARAMETERS,
+        #[cfg(feature = "std")]
+        step: foale::step_on_slices,
+        #[cfg(feature = "std")]
+        step_jacobian: foale::step_jacobian_on_slices,
+    },
+    CatalogueMap {
+        identifier: foale_omega_2_2::SCENE,
+        digest: foale_omega_2_2::DIGEST,
+        dimension: foale_omega_2_2::DIMENSION,
+        parameters: foale_omega_2_2::PARAMETERS,
+        passages: foale_omega_2_2::PASSAGES,
+        window_state: &foale_omega_2_2::WINDOW_STATE,
+        window_parameters: &foale_omega_2_2::WINDOW_PARAMETERS,
+        #[cfg(feature = "std")]
+        step: foale_omega_2_2::step_on_slices,
+        #[cfg(feature = "std")]
+        step_jacobian: foale_omega_2_2::step_jacobian_on_slices,
+    },
     CatalogueMap {
         identifier: linear::SCENE,
         digest: linear::DIGEST,
@@ -84,6 +315,32 @@ pub static CATALOGUE: &[CatalogueMap] = &[
         step: mems::step_on_slices,
         #[cfg(feature = "std")]
         step_jacobian: mems::step_jacobian_on_slices,
+    },
+    CatalogueMap {
+        identifier: mems_codim2::SCENE,
+        digest: mems_codim2::DIGEST,
+        dimension: mems_codim2::DIMENSION,
+        parameters: mems_codim2::PARAMETERS,
+        passages: mems_codim2::PASSAGES,
+        window_state: &mems_codim2::WINDOW_STATE,
+        window_parameters: &mems_codim2::WINDOW_PARAMETERS,
+        #[cfg(feature = "std")]
+        step: mems_codim2::step_on_slices,
+        #[cfg(feature = "std")]
+        step_jacobian: mems_codim2::step_jacobian_on_slices,
+    },
+    CatalogueMap {
+        identifier: mems_scenario3::SCENE,
+        digest: mems_scenario3::DIGEST,
+        dimension: mems_scenario3::DIMENSION,
+        parameters: mems_scenario3::PARAMETERS,
+        passages: mems_scenario3::PASSAGES,
+        window_state: &mems_scenario3::WINDOW_STATE,
+        window_parameters: &mems_scenario3::WINDOW_PARAMETERS,
+        #[cfg(feature = "std")]
+        step: mems_scenario3::step_on_slices,
+        #[cfg(feature = "std")]
+        step_jacobian: mems_scenario3::step_jacobian_on_slices,
     },
 ];
 

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::io;
 use std::path::Path;
 
+use super::comparison::first_difference;
 use super::layout::{catalogue_root, manifest, standalone_root};
 use super::{EmissionError, EmittedModule};
 
@@ -27,11 +28,11 @@ pub enum Difference {
         /// Its path in the crate.
         path: String,
     },
-    /// A file has another text.
+    /// A file has another text, beyond the rounding of coefficients.
     Changed {
         /// Its path in the crate.
         path: String,
-        /// The first line that differs, counted from 1.
+        /// The first line that differs by more than rounding, counted from 1.
         line: usize,
     },
 }
@@ -106,7 +107,8 @@ impl EmittedCrate {
         Ok(())
     }
 
-    /// How a folder differs from this emission; other files in the folder do not count.
+    /// How a folder differs from this emission by more than the rounding of coefficients; other files in
+    /// the folder do not count.
     pub fn check(&self, folder: &Path) -> Vec<Difference> {
         self.files
             .iter()
@@ -122,17 +124,6 @@ fn difference(path: &str, text: &str, file: &Path) -> Option<Difference> {
             Some(Difference::Missing { path })
         }
         Err(_) => Some(Difference::Unreadable { path }),
-        Ok(found) if found == text => None,
-        Ok(found) => {
-            let same = found
-                .split('\n')
-                .zip(text.split('\n'))
-                .take_while(|(found, text)| found == text)
-                .count();
-            Some(Difference::Changed {
-                path,
-                line: same + 1,
-            })
-        }
+        Ok(found) => first_difference(&found, text).map(|line| Difference::Changed { path, line }),
     }
 }

@@ -2,6 +2,7 @@
 //!
 //! Deliberately absent: dynamics. This floor sees polynomials.
 
+mod comparison;
 mod emitted_crate;
 mod error;
 mod layout;

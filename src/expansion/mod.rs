@@ -10,8 +10,8 @@ mod error;
 mod expand;
 mod leg;
 mod local_map;
-mod lowering;
 mod lost_digits;
+mod lowering;
 mod passage;
 mod routes;
 mod section_chart;
@@ -26,8 +26,8 @@ pub use local_map::{
     ActiveParameter, ComposedMap, Contact, Leg, LocalMap, MapOrders, MapSection, MapWindow,
     SectionKind, Stage,
 };
-pub use lowering::MapKernel;
 pub use lost_digits::LostDigits;
+pub use lowering::MapKernel;
 pub use passage::Passage;
 pub use routes::Routes;
 pub use section_chart::SectionChart;

@@ -182,7 +182,10 @@ impl<S: Scalar> Graded<S> for TimeSeries {
     #[inline]
     fn convolve(&self, degree: usize, span: Span, a: &[S], b: &[S], out: &mut [S]) {
         let terms = span.range(degree + 1);
-        let (a, b) = (&a[terms.clone()], &b[degree + 1 - terms.end..degree + 1 - terms.start]);
+        let (a, b) = (
+            &a[terms.clone()],
+            &b[degree + 1 - terms.end..degree + 1 - terms.start],
+        );
         let (mut even, mut odd) = (out[0], S::zero());
         let (pairs, rest) = a.as_chunks::<2>();
         let (last, reversed) = b.as_rchunks::<2>();
