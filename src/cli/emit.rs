@@ -10,11 +10,9 @@ use super::expand::{Expanded, expand};
 use super::output::{Results, print};
 use super::prepare::{grazing_orbit, map_orders, prepare};
 use crate::emission::{EmitOptions, EmittedCrate, EmittedModule, EmittedShape, emitted_module};
-use crate::model::{Orders, Scene, Shape};
+use crate::model::{Orders, Scene, Shape, catalogue};
 use crate::report::{OutputFolder, to_dense_json};
 
-/// Scenes of the catalogue whose maps are checked in as `generated/`.
-const CATALOGUE: [&str; 3] = ["linear", "linear_codim2", "mems"];
 /// Where a crate goes when no folder is named.
 const FOLDER: &str = "out/crate";
 /// Where the catalogue's crate goes when no folder is named.
@@ -46,8 +44,7 @@ pub(super) fn run(options: &EmitArguments) -> Result<(), CliError> {
             (vec![module], emitted)
         }
         None => {
-            let modules = CATALOGUE
-                .iter()
+            let modules = catalogue::names()
                 .map(|name| emit_named(name, options))
                 .collect::<Result<Vec<_>, _>>()?;
             let emitted = EmittedCrate::catalogue(&modules)?;

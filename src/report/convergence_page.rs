@@ -5,6 +5,9 @@ use super::{Cell, Column, ReportError, Section, Table};
 use crate::convergence::{ConvergenceStudy, FactorRate, OrderResult, Rate};
 use crate::model::Shape;
 
+/// Place of an expected slope below the errors it is compared with.
+const BELOW: f64 = 0.25;
+
 /// The study without its times: the same from run to run.
 pub fn without_times(study: &ConvergenceStudy) -> ConvergenceStudy {
     let mut study = study.clone();
@@ -34,7 +37,7 @@ pub fn convergence_figures(study: &ConvergenceStudy) -> Vec<(&'static str, Figur
             "y / y at the edge of the window",
             "W",
         );
-        figures.push(("-contact", figure, "Error of the discontinuity mapping alone, cut at weight W, against double-double flights through the contact; dashed: the expected slope W + 1.".to_owned()));
+        figures.push(("-contact", figure, "Error of the discontinuity mapping alone, cut at weight W, against double-double flights through the contact; dashed, a little below the range measured on: the expected slope W + 1.".to_owned()));
     }
     if !study.smooth_rates.is_empty() {
         let figure = rate_figure(
@@ -42,7 +45,7 @@ pub fn convergence_figures(study: &ConvergenceStudy) -> Vec<(&'static str, Figur
             "distance / distance to the edge of the window",
             "N",
         );
-        figures.push(("-smooth", figure, "Error of P_smooth alone, cut at degree N, against double-double flights with the surface ignored; dashed: the expected slope N + 1.".to_owned()));
+        figures.push(("-smooth", figure, "Error of P_smooth alone, cut at degree N, against double-double flights with the surface ignored; dashed, a little below the range measured on: the expected slope N + 1.".to_owned()));
     }
     figures.push(("-speed", speed_figure(study), "Largest error on the window against the time of one step, parameters frozen, interpreted in process; the points nearest to the lower left corner are worth having, labelled (N, W).".to_owned()));
     figures
@@ -220,8 +223,9 @@ fn expected_slope(factor: &FactorRate) -> Option<Guide> {
         .iter()
         .filter(within)
         .min_by(|a, b| a[0].total_cmp(&b[0]))?;
+    // Drawn a little below the measured points, which would hide it.
     Some(Guide::Slope {
-        through: *last,
+        through: [last[0], BELOW * last[1]],
         exponent: factor.rate.expected,
         to: high,
         label: String::new(),
