@@ -1,6 +1,6 @@
 //! A local map evaluated over any number: what its coefficients say, without the rounding of a step.
 
-use crate::expansion::{ComposedMap, Contact, Leg, Legs, LocalMap, Stage};
+use crate::expansion::{ComposedMap, Contact, Legs, LocalMap, Stage};
 use crate::jet::Jet;
 use crate::numeric::Real;
 
@@ -88,20 +88,24 @@ impl<S: Real> MapEvaluation<S> {
         }
     }
 
-    /// Legs alone, their coefficients widened.
-    pub fn legs(legs: &Legs) -> Self {
-        let stages = legs.before.iter().chain([&legs.after]);
+    /// A contact between legs.
+    pub fn of_parts(legs: Legs<S>, contact: Contact<S>) -> Self {
+        let dimension = legs.after.image.len();
+        let before = legs.before.map(|leg| StageOf::Leg(leg.image));
+        let rest = [StageOf::Contact(contact), StageOf::Leg(legs.after.image)];
         Self {
-            stages: stages.map(|leg| StageOf::Leg(convert(&leg.image))).collect(),
-            dimension: legs.after.image.len(),
+            stages: before.into_iter().chain(rest).collect(),
+            dimension,
         }
     }
 
-    /// One leg alone.
-    pub fn leg(leg: Leg<S>) -> Self {
+    /// Legs alone.
+    pub fn legs(legs: Legs<S>) -> Self {
+        let dimension = legs.after.image.len();
+        let stages = legs.before.into_iter().chain([legs.after]);
         Self {
-            dimension: leg.image.len(),
-            stages: vec![StageOf::Leg(leg.image)],
+            stages: stages.map(|leg| StageOf::Leg(leg.image)).collect(),
+            dimension,
         }
     }
 

@@ -47,7 +47,10 @@ pub(super) fn choose(
 ) -> Result<Choice, ConvergenceError> {
     let fresh = sweep.fresh_truth()?;
     let within = |error: Option<f64>| error.is_some_and(|error| error <= tolerance);
-    let mut candidates: Vec<_> = results.iter().filter(|result| within(result.error.max)).collect();
+    let mut candidates: Vec<_> = results
+        .iter()
+        .filter(|result| within(result.error.max))
+        .collect();
     candidates.sort_by_key(|result| (result.operations, result.coefficients));
     let describe = |result: &OrderResult, met, fresh_error| Choice {
         tolerance,

@@ -3,9 +3,11 @@
 use rayon::prelude::*;
 
 use super::choice::choose;
-use super::data::{ConvergenceStudy, DirectSummary, ErrorSummary, OrderResult, Rate, SampleSummary};
+use super::data::{
+    ConvergenceStudy, DirectSummary, ErrorSummary, OrderResult, Rate, SampleSummary,
+};
 use super::errors::summarize;
-use super::rates::{MapRates, discontinuity_rates, smooth_rates};
+use super::rates::{ExactFactors, MapRates, discontinuity_rates, smooth_rates};
 use super::sample::WindowSample;
 use super::truth::{Truth, truth};
 use super::{ConvergenceError, MapFamily, timing};
@@ -15,7 +17,7 @@ use crate::hybrid::HybridSystem;
 use crate::iteration::HornerMap;
 use crate::jet::Jet;
 use crate::model::{Orders, Scene, Shape};
-use crate::numeric::Dd;
+use crate::numeric::{Dd, Scalar};
 use crate::orbit::GrazingOrbit;
 
 /// Tolerance where the scene names none.
@@ -38,9 +40,10 @@ pub struct ConvergenceOptions {
     pub points: usize,
     /// Tolerance for which orders are chosen, in the units of the offsets.
     pub tolerance: f64,
-    /// Highest weight of `D` whose rate is measured.
+    /// Highest weight of `D` whose rate is measured (its coefficients in double-double).
     pub discontinuity_rates: u32,
-    /// Highest degree of `P_smooth` whose rate is measured.
+    /// Highest degree of `P_smooth` whose rate is measured (its coefficients in double-double, by Taylor's
+    /// method: seconds at degree 6 for a nonlinear field).
     pub smooth_rates: u32,
 }
 
@@ -84,11 +87,14 @@ pub fn converge(
 ) -> Result<ConvergenceStudy, ConvergenceError> {
     let sweep = Sweep::new(scene, orbit, options, progress)?;
     let mut orders = sweep.errors(progress)?;
-    sweep.add_rates(&mut orders)?;
+    let rate_orders = MapOrders {
+        smooth_order: options.smooth_rates,
+        contact_weight: options.discontinuity_rates,
+    };
+    let factors = ExactFactors::new(sweep.family.expander(), rate_orders)?;
+    sweep.add_rates(&factors, &mut orders)?;
     let multiply_add_ns = timing::multiply_add_ns();
     sweep.add_times(&mut orders, multiply_add_ns)?;
-    let (family, sample) = (&sweep.family, &sweep.sample);
-    let (highest_weight, highest_degree) = (options.discontinuity_rates, options.smooth_rates);
     Ok(ConvergenceStudy {
         scene: scene.identifier.clone(),
         digest: scene.digest,
@@ -96,8 +102,8 @@ pub fn converge(
             points: sweep.truth.points.len(),
             excluded: sweep.truth.excluded,
         },
-        discontinuity_rates: discontinuity_rates(family, sample, scene, orbit, highest_weight)?,
-        smooth_rates: smooth_rates(family, sample, scene, orbit, highest_degree)?,
+        discontinuity_rates: discontinuity_rates(&sweep.sample, &factors, scene, orbit)?,
+        smooth_rates: smooth_rates(&sweep.sample, &factors, scene, orbit)?,
         chosen: choose(&sweep, &orders, options.tolerance)?,
         direct: sweep.direct()?,
         multiply_add_ns,
@@ -146,7 +152,10 @@ impl<'a> Sweep<'a> {
     }
 
     /// Errors of every map; rates and times are still to come.
-    pub(super) fn errors(&self, progress: &dyn Progress) -> Result<Vec<OrderResult>, ConvergenceError> {
+    pub(super) fn errors(
+        &self,
+        progress: &dyn Progress,
+    ) -> Result<Vec<OrderResult>, ConvergenceError> {
         let highest = self.options.highest;
         let tasks: Vec<_> = (1..=highest.smooth_order)
             .flat_map(|n| (1..=highest.contact_weight).map(move |w| (n, w)))
@@ -185,7 +194,11 @@ impl<'a> Sweep<'a> {
     }
 
     /// The map as it is run.
-    pub(super) fn lowered(&self, orders: MapOrders, shape: Shape) -> Result<HornerMap, ConvergenceError> {
+    pub(super) fn lowered(
+        &self,
+        orders: MapOrders,
+        shape: Shape,
+    ) -> Result<HornerMap, ConvergenceError> {
         let map = self.family.map(orders)?;
         Ok(match shape {
             Shape::Composed => HornerMap::composed(&map, &self.family.compose(&map)?),
@@ -199,27 +212,50 @@ impl<'a> Sweep<'a> {
             Shape::Composed => {
                 let composed = self.family.compose(&map)?;
                 let parts = [&composed.smooth, &composed.linear, &composed.quadratic];
-                count(&composed.depth) + parts.into_iter().map(|jets| count_all(jets)).sum::<usize>()
+                count(&composed.depth)
+                    + parts.into_iter().map(|jets| count_all(jets)).sum::<usize>()
             }
             Shape::Factored | Shape::Auto => stage_coefficients(&map),
         })
     }
 
-    fn add_rates(&self, orders: &mut [OrderResult]) -> Result<(), ConvergenceError> {
-        let rates = MapRates::new(&self.family, &self.sample, &self.system, self.scene, self.orbit)?;
+    fn add_rates(
+        &self,
+        factors: &ExactFactors<'_, '_>,
+        orders: &mut [OrderResult],
+    ) -> Result<(), ConvergenceError> {
+        let expander = self.family.expander();
+        let rates = MapRates::new(expander, &self.sample, &self.system, self.scene, self.orbit)?;
         orders.par_iter_mut().try_for_each(|result| {
-            let map = self.family.map(result.orders())?;
-            let evaluation = match result.shape {
-                Shape::Composed => MapEvaluation::<Dd>::composed(&self.family.compose(&map)?),
-                Shape::Factored | Shape::Auto => MapEvaluation::new(&map),
-            };
-            result.rate = rates.rate(&evaluation, result.smooth_order, result.contact_weight);
+            let (map, rounding) = self.evaluation(factors, result)?;
+            result.rate = rates.rate(&map, rounding, result.smooth_order, result.contact_weight);
             Ok(())
         })
     }
 
+    /// A map with its coefficients as exactly as they are known, and their rounding.
+    fn evaluation(
+        &self,
+        factors: &ExactFactors<'_, '_>,
+        result: &OrderResult,
+    ) -> Result<(MapEvaluation<Dd>, f64), ConvergenceError> {
+        let orders = result.orders();
+        if result.shape == Shape::Composed {
+            let composed = self.family.compose(&self.family.map(orders)?)?;
+            return Ok((MapEvaluation::composed(&composed), f64::ROUNDOFF));
+        }
+        Ok(match factors.map(orders)? {
+            Some(map) => (map, Dd::ROUNDOFF),
+            None => (MapEvaluation::new(&self.family.map(orders)?), f64::ROUNDOFF),
+        })
+    }
+
     /// Times are taken one after another: side by side they would disturb each other.
-    fn add_times(&self, orders: &mut [OrderResult], multiply_add_ns: f64) -> Result<(), ConvergenceError> {
+    fn add_times(
+        &self,
+        orders: &mut [OrderResult],
+        multiply_add_ns: f64,
+    ) -> Result<(), ConvergenceError> {
         for result in orders {
             let map = self.lowered(result.orders(), result.shape)?;
             result.step_ns = timing::step_ns(&map, &self.truth.points[0]);
@@ -277,5 +313,8 @@ fn count_all(jets: &[Jet<f64>]) -> usize {
 }
 
 fn count(jet: &Jet<f64>) -> usize {
-    jet.coefficients().iter().filter(|&&value| value != 0.0).count()
+    jet.coefficients()
+        .iter()
+        .filter(|&&value| value != 0.0)
+        .count()
 }

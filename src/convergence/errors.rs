@@ -9,7 +9,9 @@ use crate::numeric::Dd;
 /// Largest and median error of a map; `None` where an image is not finite.
 pub(super) fn summarize(map: &impl DiscreteMap, truth: &Truth) -> ErrorSummary {
     let pairs = truth.points.iter().zip(&truth.images);
-    let mut errors: Vec<f64> = pairs.map(|(point, image)| error(map, point, image)).collect();
+    let mut errors: Vec<f64> = pairs
+        .map(|(point, image)| error(map, point, image))
+        .collect();
     errors.sort_by(f64::total_cmp);
     let finite = |value: Option<&f64>| value.copied().filter(|value| value.is_finite());
     ErrorSummary {

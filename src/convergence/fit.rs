@@ -57,7 +57,11 @@ fn least_squares(points: &[(f64, f64)]) -> (f64, f64) {
         .sum::<f64>()
         / spread;
     let residual = |point: &(f64, f64)| point.1 - mean_y - slope * (point.0 - mean_x);
-    let variance = points.iter().map(|point| residual(point).powi(2)).sum::<f64>() / (count - 2.0);
+    let variance = points
+        .iter()
+        .map(|point| residual(point).powi(2))
+        .sum::<f64>()
+        / (count - 2.0);
     (slope, (variance / spread).sqrt())
 }
 
@@ -73,13 +77,18 @@ mod tests {
             .collect();
         let fit = fit_slope(&points).expect("many points");
         // The floor adds at most a share of 1e-3 at the smallest of eight sizes.
-        assert!((fit.slope - 5.0).abs() < 1e-3 && fit.uncertainty < 1e-3, "{fit:?}");
+        assert!(
+            (fit.slope - 5.0).abs() < 1e-3 && fit.uncertainty < 1e-3,
+            "{fit:?}"
+        );
         assert!(fit.range[0] < fit.range[1]);
     }
 
     #[test]
     fn too_short_a_range_has_no_slope() {
-        let points: Vec<_> = (0..20).map(|k| (2.0f64.powi(-k), 2.0f64.powi(-9 * k), 1e-7)).collect();
+        let points: Vec<_> = (0..20)
+            .map(|k| (2.0f64.powi(-k), 2.0f64.powi(-9 * k), 1e-7))
+            .collect();
         assert_eq!(fit_slope(&points), None);
     }
 }

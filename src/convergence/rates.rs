@@ -2,13 +2,14 @@
 
 use rayon::prelude::*;
 
+use super::ConvergenceError;
 use super::data::{FactorRate, Rate};
-use super::family::{MapFamily, cut_contact, cut_legs};
+use super::family::{cut_contact, cut_legs};
 use super::fit::fit_slope;
 use super::sample::{WindowSample, low_discrepancy};
 use super::truth::distance;
-use super::ConvergenceError;
 use crate::analysis::{DirectEnd, DirectImage, FreeFlight, MapEvaluation};
+use crate::expansion::{Contact, Expander, Legs, MapOrders};
 use crate::hybrid::HybridSystem;
 use crate::model::Scene;
 use crate::numeric::{Dd, Real, Scalar};
@@ -55,7 +56,8 @@ impl Ladder {
             let size = LARGEST * 0.5f64.powf(0.5 * step as f64);
             let mut points = Vec::new();
             for direction in directions {
-                let offset = |(variable, &edge): (usize, &f64)| Dd::from(edge * scale(size, variable));
+                let offset =
+                    |(variable, &edge): (usize, &f64)| Dd::from(edge * scale(size, variable));
                 let offsets: Vec<Dd> = direction.iter().enumerate().map(offset).collect();
                 let (state, parameters) = offsets.split_at(coordinates);
                 if let Some(image) = exact(state, parameters)? {
@@ -73,7 +75,8 @@ impl Ladder {
         Ok(Self { rungs })
     }
 
-    /// The rate of a map on the ladder; `rounding`: relative to the size of the image.
+    /// The rate of a map on the ladder; `rounding` is that of its coefficients, relative to the image. The
+    /// truth itself errs by the rounding of the depth, `1/y` of which is that of the kick.
     fn rate<S: Real>(&self, map: &MapEvaluation<S>, rounding: f64, expected: f64) -> Rate {
         self.rate_and_errors(map, rounding, expected).0
     }
@@ -91,7 +94,11 @@ impl Ladder {
             .map(|(size, points)| {
                 let error = root_mean_square(points.iter().map(|point| point.error(map)));
                 let image = root_mean_square(points.iter().map(Rung::size));
-                (*size, error, CLEAR * rounding * image)
+                (
+                    *size,
+                    error,
+                    CLEAR * (rounding * image + Dd::ROUNDOFF / image),
+                )
             })
             .collect();
         let fit = fit_slope(&points);
@@ -101,14 +108,22 @@ impl Ladder {
             expected,
             range: fit.map(|fit| fit.range),
         };
-        let errors = points.iter().map(|&(size, error, _)| [size, error]).collect();
+        let errors = points
+            .iter()
+            .map(|&(size, error, _)| [size, error])
+            .collect();
         (rate, errors)
     }
 }
 
 impl Rung {
     fn error<S: Real>(&self, map: &MapEvaluation<S>) -> f64 {
-        let convert = |values: &[Dd]| values.iter().map(|&value| S::from_dd(value)).collect::<Vec<S>>();
+        let convert = |values: &[Dd]| {
+            values
+                .iter()
+                .map(|&value| S::from_dd(value))
+                .collect::<Vec<S>>()
+        };
         let image = map.image(&convert(&self.state), &convert(&self.parameters));
         let image: Vec<Dd> = image.offsets.into_iter().map(Real::to_dd).collect();
         distance(&image, &self.image)
@@ -140,7 +155,11 @@ fn smooth_directions(sample: &WindowSample) -> Vec<Vec<f64>> {
     let widths = sample.widths();
     let direction = |index: usize| -> Vec<f64> {
         let shares = low_discrepancy(index, widths.len());
-        widths.iter().zip(&shares).map(|(width, share)| width * (2.0 * share - 1.0)).collect()
+        widths
+            .iter()
+            .zip(&shares)
+            .map(|(width, share)| width * (2.0 * share - 1.0))
+            .collect()
     };
     (0..DIRECTIONS / 2)
         .flat_map(|index| {
@@ -159,13 +178,13 @@ pub(super) struct MapRates {
 
 impl MapRates {
     pub(super) fn new(
-        family: &MapFamily<'_>,
+        expander: &Expander<'_>,
         sample: &WindowSample,
         system: &HybridSystem,
         scene: &Scene,
         orbit: &GrazingOrbit,
     ) -> Result<Self, ConvergenceError> {
-        let variables = family.expander().variables();
+        let variables = expander.variables();
         let mut direct = DirectImage::<Dd>::new(system, scene, orbit)?;
         let mut exact = |state: &[Dd], parameters: &[Dd]| {
             let image = direct.image(state, parameters)?;
@@ -182,23 +201,65 @@ impl MapRates {
 
     /// The rate of a map at these orders: after a contact the state is `O(y)`, so that a leg cut at degree
     /// `N` errs by `y^(N+1)`, and a contact cut at weight `W` by `y^(W+1)`.
-    pub(super) fn rate(&self, map: &MapEvaluation<Dd>, smooth_order: u32, contact_weight: u32) -> Rate {
+    pub(super) fn rate(
+        &self,
+        map: &MapEvaluation<Dd>,
+        rounding: f64,
+        smooth_order: u32,
+        contact_weight: u32,
+    ) -> Rate {
         let expected = f64::from(smooth_order.min(contact_weight) + 1);
-        self.ladder.rate(map, f64::ROUNDOFF, expected)
+        self.ladder.rate(map, rounding, expected)
+    }
+}
+
+/// A scene's factors with coefficients in double-double: rates without the rounding of coefficients.
+pub(super) struct ExactFactors<'f, 'a> {
+    expander: &'f Expander<'a>,
+    legs: Legs<Dd>,
+    contact: Contact<Dd>,
+    highest: MapOrders,
+}
+
+impl<'f, 'a> ExactFactors<'f, 'a> {
+    pub(super) fn new(
+        expander: &'f Expander<'a>,
+        highest: MapOrders,
+    ) -> Result<Self, ConvergenceError> {
+        Ok(Self {
+            expander,
+            legs: expander.legs_by_taylor(highest.smooth_order)?,
+            contact: expander.contact_in(highest.contact_weight)?,
+            highest,
+        })
+    }
+
+    /// The factored map; `None` beyond the highest orders.
+    pub(super) fn map(
+        &self,
+        orders: MapOrders,
+    ) -> Result<Option<MapEvaluation<Dd>>, ConvergenceError> {
+        let highest = self.highest;
+        if orders.smooth_order > highest.smooth_order
+            || orders.contact_weight > highest.contact_weight
+        {
+            return Ok(None);
+        }
+        let legs = cut_legs(self.expander, &self.legs, orders.smooth_order)?;
+        let contact = cut_contact(self.expander, &self.contact, orders.contact_weight)?;
+        Ok(Some(MapEvaluation::of_parts(legs, contact)))
     }
 }
 
 /// Rates of `D` alone, cut at each weight, in double-double.
 pub(super) fn discontinuity_rates(
-    family: &MapFamily<'_>,
     sample: &WindowSample,
+    factors: &ExactFactors<'_, '_>,
     scene: &Scene,
     orbit: &GrazingOrbit,
-    highest: u32,
 ) -> Result<Vec<FactorRate>, ConvergenceError> {
-    let expander = family.expander();
+    let (expander, contact) = (factors.expander, &factors.contact);
     let variables = expander.variables();
-    let contact = expander.contact_in::<Dd>(highest)?;
     let mut flight = FreeFlight::<Dd>::new(scene, orbit);
     let mut exact = |state: &[Dd], parameters: &[Dd]| {
         let (image, depth) = flight.discontinuity(state, parameters)?;
@@ -208,36 +269,47 @@ pub(super) fn discontinuity_rates(
     let directions = contact_directions(sample);
     let ladder = Ladder::new(&directions, variables.coordinates, scale, &mut exact)?;
     let rate = |order: u32| {
-        let map = MapEvaluation::contact(cut_contact(expander, &contact, order)?);
+        let map = MapEvaluation::contact(cut_contact(expander, contact, order)?);
         let (rate, errors) = ladder.rate_and_errors(&map, Dd::ROUNDOFF, f64::from(order + 1));
-        Ok(FactorRate { order, rate, errors })
+        Ok(FactorRate {
+            order,
+            rate,
+            errors,
+        })
     };
-    (1..=highest).into_par_iter().map(rate).collect()
+    (1..=factors.highest.contact_weight)
+        .into_par_iter()
+        .map(rate)
+        .collect()
 }
 
-/// Rates of `P_smooth` alone, cut at each degree, its jets in double precision.
+/// Rates of `P_smooth` alone, cut at each degree, in double-double.
 pub(super) fn smooth_rates(
-    family: &MapFamily<'_>,
     sample: &WindowSample,
+    factors: &ExactFactors<'_, '_>,
     scene: &Scene,
     orbit: &GrazingOrbit,
-    highest: u32,
 ) -> Result<Vec<FactorRate>, ConvergenceError> {
-    let expander = family.expander();
+    let (expander, legs) = (factors.expander, &factors.legs);
     let variables = expander.variables();
-    let legs = expander.legs(highest)?;
     let mut flight = FreeFlight::<Dd>::new(scene, orbit);
-    let mut exact =
-        |state: &[Dd], parameters: &[Dd]| Ok(Some(flight.smooth(state, parameters)?));
+    let mut exact = |state: &[Dd], parameters: &[Dd]| Ok(Some(flight.smooth(state, parameters)?));
     // A deviation of the default weight 2 is proportional to the size.
-    let scale = |size: f64, variable: usize| size.powf(0.5 * f64::from(variables.weights[variable]));
+    let scale =
+        |size: f64, variable: usize| size.powf(0.5 * f64::from(variables.weights[variable]));
     let directions = smooth_directions(sample);
     let ladder = Ladder::new(&directions, variables.coordinates, scale, &mut exact)?;
     let rate = |order: u32| {
-        let cut = cut_legs(expander, &legs, order)?;
-        let map = MapEvaluation::<Dd>::legs(&cut);
-        let (rate, errors) = ladder.rate_and_errors(&map, f64::ROUNDOFF, f64::from(order + 1));
-        Ok(FactorRate { order, rate, errors })
+        let map = MapEvaluation::legs(cut_legs(expander, legs, order)?);
+        let (rate, errors) = ladder.rate_and_errors(&map, Dd::ROUNDOFF, f64::from(order + 1));
+        Ok(FactorRate {
+            order,
+            rate,
+            errors,
+        })
     };
-    (1..=highest).into_par_iter().map(rate).collect()
+    (1..=factors.highest.smooth_order)
+        .into_par_iter()
+        .map(rate)
+        .collect()
 }

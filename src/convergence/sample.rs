@@ -39,7 +39,13 @@ impl WindowSample {
     /// The window of a map.
     pub fn new(map: &LocalMap) -> Self {
         let window = &map.window;
-        let width = |&width: &f64| if width.is_finite() { width } else { window.depth };
+        let width = |&width: &f64| {
+            if width.is_finite() {
+                width
+            } else {
+                window.depth
+            }
+        };
         let depth = MapEvaluation::depth(map);
         let mut sample = Self {
             depth,
@@ -76,7 +82,9 @@ impl WindowSample {
 
     /// The points `first..first + count` that exist.
     pub fn points(&self, first: usize, count: usize) -> Vec<SamplePoint> {
-        (first..first + count).filter_map(|index| self.point(index)).collect()
+        (first..first + count)
+            .filter_map(|index| self.point(index))
+            .collect()
     }
 
     /// The point with its steepest coordinate moved to a depth, by Newton's method.
@@ -91,7 +99,11 @@ impl WindowSample {
         for _ in 0..NEWTON_STEPS {
             let here = self.depth.at(&state, &parameters);
             if (here - depth).abs() <= 1e-9 * depth {
-                return Some(SamplePoint { state, parameters, depth: here });
+                return Some(SamplePoint {
+                    state,
+                    parameters,
+                    depth: here,
+                });
             }
             let mut shifted = state.clone();
             shifted[self.steepest] += step;
@@ -141,7 +153,10 @@ mod tests {
                 let inside = |point: &&Vec<f64>| (point[coordinate] * 8.0) as usize == eighth;
                 let count = points.iter().filter(inside).count();
                 // 32 expected; a random sample would scatter by 5.
-                assert!((28..=36).contains(&count), "{coordinate}, {eighth}: {count}");
+                assert!(
+                    (28..=36).contains(&count),
+                    "{coordinate}, {eighth}: {count}"
+                );
             }
         }
     }

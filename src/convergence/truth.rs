@@ -55,7 +55,12 @@ pub(super) fn image<S: Real>(
     state: &[f64],
     parameters: &[f64],
 ) -> Result<Option<SectionImage<S>>, AnalysisError> {
-    let convert = |values: &[f64]| values.iter().map(|&value| S::from_f64(value)).collect::<Vec<_>>();
+    let convert = |values: &[f64]| {
+        values
+            .iter()
+            .map(|&value| S::from_f64(value))
+            .collect::<Vec<_>>()
+    };
     let image = direct.image(&convert(state), &convert(parameters))?;
     let comparable =
         image.end == DirectEnd::Returned && image.contacts == 1 && image.extra_contacts == 0;
