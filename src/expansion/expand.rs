@@ -1,7 +1,8 @@
 //! From a scene and its grazing orbit to the local map.
 
 use super::description::{active_parameters, map_section, map_window, variables};
-use super::discontinuity::{ImpactSpeed, discontinuity, impact_speed};
+use super::discontinuity::discontinuity;
+use super::impact_speed::{ImpactSpeed, impact_speed};
 use super::leg::{LegExpansion, Route};
 use super::passage::Passage;
 use super::routes::{Routes, grazing_chart};
@@ -49,8 +50,8 @@ impl<'a> Expander<'a> {
     ///
     /// # Errors
     ///
-    /// [`ExpansionError::CompliantSurface`] or [`ExpansionError::SeveralPassages`] where the scene
-    /// asks for what rigid single-passage expansions do not cover.
+    /// [`ExpansionError::SeveralPassages`] where the orbit grazes more than once, and
+    /// [`ExpansionError::ContactLaw`] where the law of a compliant stop is not analytic at the graze.
     pub fn new(scene: &'a Scene, orbit: &'a GrazingOrbit) -> Result<Self, ExpansionError> {
         if orbit.passages.len() != 1 {
             let passages = orbit.passages.len();
@@ -61,7 +62,8 @@ impl<'a> Expander<'a> {
         }
         let surface = orbit.grazing_point().surface;
         let active = &scene.expansion.active;
-        let passage = Passage::new(&scene.model, surface, orbit.parameters(), active)?;
+        let state = &orbit.grazing_point().state;
+        let passage = Passage::new(&scene.model, surface, state, orbit.parameters(), active)?;
         Ok(Self {
             scene,
             orbit,
