@@ -3,9 +3,7 @@
 
 use std::collections::BTreeMap;
 
-use grazemap::expansion::{
-    Contact, Expander, Passage, SectionChart, Variables, discontinuity,
-};
+use grazemap::expansion::{Contact, Expander, Passage, SectionChart, Variables, discontinuity};
 use grazemap::jet::{Jet, JetSpace, substitute_all};
 use grazemap::model::{Scene, catalogue};
 use grazemap::numeric::{Dd, Scalar};
@@ -14,6 +12,11 @@ use serde_json::Value;
 
 /// Total degree of the coefficients in `taylor_2var.json`.
 const DEGREE: u32 = 8;
+
+/// Total degree of the coefficients in `taylor_3var_A1.json`.
+const THREE_VARIABLES_DEGREE: u32 = 8;
+/// What two roundings leave of coefficients that are expanded in double-double.
+const ROUNDING: f64 = 1e-15;
 
 fn read(file: &str) -> Value {
     let path = format!("{}/tests/data/soft/{file}", env!("CARGO_MANIFEST_DIR"));
@@ -33,7 +36,12 @@ fn scene(set: &Value, active: &str) -> Scene {
     let mut overrides: Vec<_> = parameters
         .iter()
         .filter(|(name, _)| ["k2", "R2", "d"].contains(&name.as_str()))
-        .map(|(name, value)| (name.clone(), value.as_str().expect("a decimal string").to_owned()))
+        .map(|(name, value)| {
+            (
+                name.clone(),
+                value.as_str().expect("a decimal string").to_owned(),
+            )
+        })
         .collect();
     let text = |key: &str| set[key].as_str().expect("a decimal string").to_owned();
     overrides.push(("omega".to_owned(), text("w")));
@@ -64,21 +72,37 @@ fn correction<S: Scalar>(contact: &Contact<S>, coordinate: usize, at: &[Jet<S>])
 }
 
 fn listed(list: &Value) -> BTreeMap<Vec<u8>, f64> {
-    let powers = |key: &str| key.split(',').map(|power| power.parse().expect("a power")).collect();
+    let powers = |key: &str| {
+        key.split(',')
+            .map(|power| power.parse().expect("a power"))
+            .collect()
+    };
     let terms = list.as_object().expect("a table");
-    terms.iter().map(|(key, value)| (powers(key), number(value))).collect()
+    terms
+        .iter()
+        .map(|(key, value)| (powers(key), number(value)))
+        .collect()
 }
 
 /// Largest error of each coefficient, relative to the largest of its total degree.
 fn worst_error(ours: &Jet<f64>, truth: &BTreeMap<Vec<u8>, f64>) -> f64 {
-    let degree_of = |powers: &[u8]| powers.iter().map(|&power| usize::from(power)).sum::<usize>();
+    let degree_of = |powers: &[u8]| {
+        powers
+            .iter()
+            .map(|&power| usize::from(power))
+            .sum::<usize>()
+    };
     let space = ours.space();
     (0..=space.order())
         .map(|degree| {
-            let of_degree = truth.iter().filter(|(powers, _)| degree_of(powers) == degree);
+            let of_degree = truth
+                .iter()
+                .filter(|(powers, _)| degree_of(powers) == degree);
             let scale = of_degree.map(|(_, value)| value.abs()).fold(0.0, f64::max);
             let errors = space.degree_range(degree).map(|monomial| {
-                let expected = truth.get(space.exponents(monomial)).expect("every coefficient is listed");
+                let expected = truth
+                    .get(space.exponents(monomial))
+                    .expect("every coefficient is listed");
                 (ours.coefficients()[monomial] - expected).abs()
             });
             let error = errors.fold(0.0, f64::max);
@@ -115,8 +139,9 @@ fn zero_time_mapping_in_depth_and_phase_to_degree_eight() {
         let scene = scene(set, "[]");
         let orbit = orbit(&scene);
         let (passage, chart, variables) = full_state(&scene, &orbit);
-        let contact = discontinuity::<f64>(&passage, &chart, &variables, 2 * DEGREE)
-            .unwrap_or_else(|error| panic!("{name}: {error}"));
+        let contact = discontinuity::<Dd>(&passage, &chart, &variables, 2 * DEGREE)
+            .unwrap_or_else(|error| panic!("{name}: {error}"))
+            .to_f64();
         let space = reference_space(2, DEGREE);
         let y = Jet::variable(&space, 0, 0.0);
         let phase = Jet::variable(&space, 1, 0.0);
@@ -125,7 +150,7 @@ fn zero_time_mapping_in_depth_and_phase_to_degree_eight() {
             let ours = correction(&contact, coordinate, &at);
             let error = worst_error(&ours, &listed(&set[key]));
             println!("{name} {key}: {error:.1e}");
-            assert!(error < 1e-10, "{name}, {key}: {error:e}");
+            assert!(error < ROUNDING, "{name}, {key}: {error:e}");
         }
     }
 }
@@ -136,7 +161,9 @@ fn section_mapping_in_depth_and_phase_to_degree_eight() {
         let scene = scene(set, "[]");
         let orbit = orbit(&scene);
         let expander = Expander::new(&scene, &orbit).expect("an analytic law");
-        let contact = expander.contact(2 * DEGREE).unwrap_or_else(|error| panic!("{name}: {error}"));
+        let contact = expander
+            .contact(2 * DEGREE)
+            .unwrap_or_else(|error| panic!("{name}: {error}"));
         let space = reference_space(2, DEGREE);
         let y = Jet::variable(&space, 0, 0.0);
         let at = [&y * &y, Jet::variable(&space, 1, 0.0)];
@@ -144,7 +171,44 @@ fn section_mapping_in_depth_and_phase_to_degree_eight() {
             let ours = correction(&contact, coordinate, &at);
             let error = worst_error(&ours, &listed(&set[key]));
             println!("{name} {key}: {error:.1e}");
-            assert!(error < 1e-10, "{name}, {key}: {error:e}");
+            assert!(error < ROUNDING, "{name}, {key}: {error:e}");
         }
+    }
+}
+
+#[test]
+fn mappings_in_depth_phase_and_amplitude() {
+    let set = read("taylor_3var_A1.json");
+    let scene = scene(&set, "[\"A\"]");
+    let orbit = orbit(&scene);
+    let (passage, chart, variables) = full_state(&scene, &orbit);
+    let weight = 2 * THREE_VARIABLES_DEGREE;
+    let zero_time = discontinuity::<Dd>(&passage, &chart, &variables, weight)
+        .expect("an analytic law")
+        .to_f64();
+    let section = Expander::new(&scene, &orbit)
+        .expect("an analytic law")
+        .contact(weight)
+        .expect("a simple release");
+    let space = reference_space(3, THREE_VARIABLES_DEGREE);
+    let variable = |i| Jet::variable(&space, i, 0.0);
+    let (y, phase, amplitude) = (variable(0), variable(1), variable(2));
+    let square = &y * &y;
+    let full = [
+        square.clone(),
+        Jet::zero(&space),
+        phase.clone(),
+        amplitude.clone(),
+    ];
+    let on_section = [square, phase, amplitude];
+    let cases = [
+        ("zdm_du", correction(&zero_time, 0, &full)),
+        ("zdm_dv", correction(&zero_time, 1, &full)),
+        ("pdm_du", correction(&section, 0, &on_section)),
+        ("pdm_dphase", correction(&section, 1, &on_section)),
+    ];
+    for (key, ours) in cases {
+        let error = worst_error(&ours, &listed(&set[key]));
+        assert!(error < ROUNDING, "{key}: {error:e}");
     }
 }

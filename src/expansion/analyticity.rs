@@ -69,9 +69,7 @@ fn corner_of(node: &Node, values: &[Dd], near: f64) -> Option<Corner> {
             let difference = value(a) - value(b);
             ("max".to_owned(), difference, difference.abs())
         }
-        Node::Binary(Binary::Div, _, b) => {
-            ("the reciprocal".to_owned(), value(b), value(b).abs())
-        }
+        Node::Binary(Binary::Div, _, b) => ("the reciprocal".to_owned(), value(b), value(b).abs()),
         Node::PowerInteger(a, exponent) if exponent < 0 => {
             (format!("power {exponent}"), value(a), value(a).abs())
         }

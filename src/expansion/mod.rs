@@ -9,6 +9,7 @@ mod composition;
 mod contact_law;
 mod departure;
 mod depth_chart;
+mod depth_series;
 mod description;
 mod discontinuity;
 mod error;
@@ -25,6 +26,7 @@ mod variables;
 
 pub use composition::compose;
 pub use contact_law::{ContactLaw, ContactLawError};
+pub use depth_series::{DepthSeries, LeadingLaw};
 pub use discontinuity::discontinuity;
 pub use error::ExpansionError;
 pub use expand::{Expander, Legs};

@@ -2,9 +2,9 @@
 
 use std::sync::Arc;
 
+use super::ExpansionError;
 use super::analyticity::{Corner, corner_under};
 use super::contact_law::{ContactLaw, ContactLawError};
-use super::ExpansionError;
 use crate::flow::{Field, InputKind, Program, bound_but};
 use crate::jet::{Jet, JetSpace};
 use crate::model::{Model, NodeId, Response, Surface};
