@@ -4,6 +4,8 @@
 //! coefficient that does not vanish is the law of the contact (`y` for a rigid or prestressed stop, `y²` or `y³`
 //! for softer ones); the growth of its last ones is the radius within which any truncation makes sense.
 
+use std::ops::Range;
+
 use super::ExpansionError;
 use super::approach::{Approach, DepthVariable};
 use super::departure::Through;
@@ -16,8 +18,8 @@ use crate::numeric::{Dd, Scalar};
 
 /// Coefficients below this share of the largest of this power or lower are rounding.
 const VANISHING: f64 = 1e-20;
-/// How many of the last powers the radius is estimated from.
-const LAST_POWERS: usize = 6;
+/// How many powers make one of the two groups that the radius is estimated from.
+const LAST_POWERS: usize = 8;
 
 /// The correction `D(x) − x` of each coordinate of the section as a power series in the depth variable `y`.
 ///
@@ -78,36 +80,44 @@ impl DepthSeries {
         })
     }
 
-    /// Estimates the radius of convergence in `y`: of the last powers `j` of each coordinate the smallest
+    /// Estimates the radius of convergence in `y`, the smallest over the coordinates.
+    ///
+    /// The contact time is the root of an analytic equation, so that the nearest singularity is, as a rule, a
+    /// square root, `|c_j| ~ j^{−3/2} R^{−j}`. Of the largest `m_j = j^{3/2} |c_j|` among the last powers and that
+    /// among as many before:
     ///
     /// ```text
-    /// |c_j / c_l|^{−1/(j − l)},     l the power of the leading law.
+    /// R = (m_i / m_j)^{1/(j − i)}
     /// ```
     ///
-    /// `None` if no coordinate has a power beyond its leading one. At order 24 the estimate is right to some
-    /// ten per cent, on the large side for a singularity weaker than a pole.
+    /// `None` if no coordinate has coefficients there. At order 24 the estimate is right to some ten per cent.
     pub fn radius(&self) -> Option<f64> {
-        let coordinates = 0..self.coefficients.len();
-        coordinates
-            .filter_map(|coordinate| self.radius_of(coordinate))
+        self.coefficients
+            .iter()
+            .filter_map(|series| radius_of(series))
             .reduce(f64::min)
     }
+}
 
-    fn radius_of(&self, coordinate: usize) -> Option<f64> {
-        let series = &self.coefficients[coordinate];
-        let leading = self.leading_law(coordinate)?;
-        let first = leading.exponent as usize;
-        let last = series.len().saturating_sub(LAST_POWERS).max(first + 1);
-        let scale = leading.coefficient.magnitude();
-        let radius = |power: usize| {
-            let ratio = series[power].magnitude() / scale;
-            ratio.powf(-1.0 / (power - first) as f64)
-        };
-        (last..series.len())
-            .map(radius)
-            .filter(|radius| radius.is_finite())
-            .reduce(f64::min)
-    }
+/// See [`DepthSeries::radius`].
+fn radius_of(series: &[Dd]) -> Option<f64> {
+    let largest = |powers: Range<usize>| {
+        let weighted = powers.map(|power| {
+            let value = series[power].magnitude() * (power as f64).powf(1.5);
+            (power, value)
+        });
+        weighted
+            .filter(|(_, value)| *value > 0.0)
+            .max_by(|a, b| a.1.total_cmp(&b.1))
+    };
+    let end = series.len();
+    let (last, before) = (
+        end.checked_sub(LAST_POWERS)?,
+        end.checked_sub(2 * LAST_POWERS)?,
+    );
+    let ((late, late_value), (early, early_value)) = (largest(last..end)?, largest(before..last)?);
+    let radius = (early_value / late_value).powf(1.0 / (late - early) as f64);
+    radius.is_finite().then_some(radius)
 }
 
 /// The variables with weights that leave the powers of `y` alone, and of the coordinate that makes the depth.
