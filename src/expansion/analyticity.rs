@@ -79,7 +79,7 @@ fn corner_of(node: &Node, values: &[Dd], near: f64) -> Option<Corner> {
         _ => return None,
     };
     // NOTE: a distance that is not a number is no safe distance.
-    let on_it = !(distance > near);
+    let on_it = distance <= near || distance.is_nan();
     on_it.then_some(Corner { function, argument })
 }
 
