@@ -84,12 +84,14 @@ pub struct Rate {
 }
 
 /// The rate of one factor of the map.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FactorRate {
     /// Its truncation order: a weight of `D`, a degree of `P_smooth`.
     pub order: u32,
     /// Its rate.
     pub rate: Rate,
+    /// What it was measured from: sizes in units of the window's edge, and root-mean-square errors.
+    pub errors: Vec<[f64; 2]>,
 }
 
 /// The cheapest orders for a tolerance, or the best there are.

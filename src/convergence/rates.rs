@@ -78,6 +78,16 @@ impl Ladder {
     /// The rate of a map on the ladder; `rounding` is that of its coefficients, relative to the image. The
     /// truth itself errs by the rounding of the depth, `1/y` of which is that of the kick.
     fn rate<S: Real>(&self, map: &MapEvaluation<S>, rounding: f64, expected: f64) -> Rate {
+        self.rate_and_errors(map, rounding, expected).0
+    }
+
+    /// The rate of a map on the ladder, and the errors it was measured from: size and error.
+    fn rate_and_errors<S: Real>(
+        &self,
+        map: &MapEvaluation<S>,
+        rounding: f64,
+        expected: f64,
+    ) -> (Rate, Vec<[f64; 2]>) {
         let points: Vec<_> = self
             .rungs
             .iter()
@@ -92,12 +102,17 @@ impl Ladder {
             })
             .collect();
         let fit = fit_slope(&points);
-        Rate {
+        let rate = Rate {
             measured: fit.map(|fit| fit.slope),
             uncertainty: fit.map(|fit| fit.uncertainty),
             expected,
             range: fit.map(|fit| fit.range),
-        }
+        };
+        let errors = points
+            .iter()
+            .map(|&(size, error, _)| [size, error])
+            .collect();
+        (rate, errors)
     }
 }
 
@@ -255,8 +270,12 @@ pub(super) fn discontinuity_rates(
     let ladder = Ladder::new(&directions, variables.coordinates, scale, &mut exact)?;
     let rate = |order: u32| {
         let map = MapEvaluation::contact(cut_contact(expander, contact, order)?);
-        let rate = ladder.rate(&map, Dd::ROUNDOFF, f64::from(order + 1));
-        Ok(FactorRate { order, rate })
+        let (rate, errors) = ladder.rate_and_errors(&map, Dd::ROUNDOFF, f64::from(order + 1));
+        Ok(FactorRate {
+            order,
+            rate,
+            errors,
+        })
     };
     (1..=factors.highest.contact_weight)
         .into_par_iter()
@@ -282,8 +301,12 @@ pub(super) fn smooth_rates(
     let ladder = Ladder::new(&directions, variables.coordinates, scale, &mut exact)?;
     let rate = |order: u32| {
         let map = MapEvaluation::legs(cut_legs(expander, legs, order)?);
-        let rate = ladder.rate(&map, Dd::ROUNDOFF, f64::from(order + 1));
-        Ok(FactorRate { order, rate })
+        let (rate, errors) = ladder.rate_and_errors(&map, Dd::ROUNDOFF, f64::from(order + 1));
+        Ok(FactorRate {
+            order,
+            rate,
+            errors,
+        })
     };
     (1..=factors.highest.smooth_order)
         .into_par_iter()

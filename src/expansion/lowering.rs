@@ -27,7 +27,11 @@ impl MapKernel {
             let point = [state.as_slice(), &parameters].concat();
             state = match stage {
                 Stage::Leg(Leg { image }) => lower_all(&mut builder, image, &point),
-                Stage::Contact(Contact { depth, linear, quadratic }) => {
+                Stage::Contact(Contact {
+                    depth,
+                    linear,
+                    quadratic,
+                }) => {
                     let depth = HornerPlan::of_jet(depth).lower(&mut builder, &point);
                     depths.push(depth);
                     contact(&mut builder, depth, &state, [linear, quadratic], &point)
@@ -43,14 +47,27 @@ impl MapKernel {
         let point = [state, parameters].concat();
         let depth = HornerPlan::of_jet(&composed.depth).lower(&mut builder, &point);
         let smooth = lower_all(&mut builder, &composed.smooth, &point);
-        let image = contact(&mut builder, depth, &smooth, [&composed.linear, &composed.quadratic], &point);
+        let image = contact(
+            &mut builder,
+            depth,
+            &smooth,
+            [&composed.linear, &composed.quadratic],
+            &point,
+        );
         Self::new(map, builder, image, vec![depth])
     }
 
     fn new(map: &LocalMap, builder: KernelBuilder, image: Vec<Value>, depths: Vec<Value>) -> Self {
         let passages = depths.len();
-        let kernel = builder.finish([image, depths].concat()).without_dead_operations();
-        Self { dimension: map.dimension(), parameters: map.parameters.len(), passages, kernel }
+        let kernel = builder
+            .finish([image, depths].concat())
+            .without_dead_operations();
+        Self {
+            dimension: map.dimension(),
+            parameters: map.parameters.len(),
+            passages,
+            kernel,
+        }
     }
 
     /// The kernel with the Jacobian `∂x⁺_i/∂x_j`, row by row, after its other outputs.
@@ -65,13 +82,19 @@ impl MapKernel {
 fn start(map: &LocalMap) -> (KernelBuilder, Vec<Value>, Vec<Value>) {
     let (dimension, inputs) = (map.dimension(), map.dimension() + map.parameters.len());
     let builder = KernelBuilder::new(inputs);
-    let state = (0..dimension).map(|position| builder.input(position)).collect();
-    let parameters = (dimension..inputs).map(|position| builder.input(position)).collect();
+    let state = (0..dimension)
+        .map(|position| builder.input(position))
+        .collect();
+    let parameters = (dimension..inputs)
+        .map(|position| builder.input(position))
+        .collect();
     (builder, state, parameters)
 }
 
 fn lower_all(builder: &mut KernelBuilder, jets: &[Jet<f64>], point: &[Value]) -> Vec<Value> {
-    jets.iter().map(|jet| HornerPlan::of_jet(jet).lower(builder, point)).collect()
+    jets.iter()
+        .map(|jet| HornerPlan::of_jet(jet).lower(builder, point))
+        .collect()
 }
 
 /// `base + y linear + y² quadratic` with `y = √max(0, depth)`.

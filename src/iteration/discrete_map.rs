@@ -15,7 +15,13 @@ pub trait DiscreteMap: Sync {
     fn step(&self, state: &[f64], parameters: &[f64], image: &mut [f64]) -> StepInfo;
 
     /// One step with the Jacobian `∂x⁺_i/∂x_j`, row by row, into `jacobian` (length `dimension²`).
-    fn step_jacobian(&self, state: &[f64], parameters: &[f64], image: &mut [f64], jacobian: &mut [f64]) -> StepInfo;
+    fn step_jacobian(
+        &self,
+        state: &[f64],
+        parameters: &[f64],
+        image: &mut [f64],
+        jacobian: &mut [f64],
+    ) -> StepInfo;
 }
 
 /// What happened in one step.
@@ -40,7 +46,10 @@ impl StepInfo {
 
     /// The same with [`valid`](Self::valid) set: whether every number of the image is finite.
     pub fn checked(self, image: &[f64]) -> Self {
-        Self { valid: image.iter().all(|value| value.is_finite()), ..self }
+        Self {
+            valid: image.iter().all(|value| value.is_finite()),
+            ..self
+        }
     }
 }
 
@@ -58,7 +67,13 @@ impl<M: DiscreteMap + ?Sized> DiscreteMap for &M {
         (**self).step(state, parameters, image)
     }
 
-    fn step_jacobian(&self, state: &[f64], parameters: &[f64], image: &mut [f64], jacobian: &mut [f64]) -> StepInfo {
+    fn step_jacobian(
+        &self,
+        state: &[f64],
+        parameters: &[f64],
+        image: &mut [f64],
+        jacobian: &mut [f64],
+    ) -> StepInfo {
         (**self).step_jacobian(state, parameters, image, jacobian)
     }
 }

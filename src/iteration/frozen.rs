@@ -18,7 +18,11 @@ pub struct FrozenMap {
 
 impl FrozenMap {
     pub(super) fn new(dimension: usize, step: Interpreter, jacobian: Interpreter) -> Self {
-        Self { dimension, step, jacobian }
+        Self {
+            dimension,
+            step,
+            jacobian,
+        }
     }
 }
 
@@ -35,7 +39,13 @@ impl DiscreteMap for FrozenMap {
         run(&self.step, &[state, parameters], image, &mut [])
     }
 
-    fn step_jacobian(&self, state: &[f64], parameters: &[f64], image: &mut [f64], jacobian: &mut [f64]) -> StepInfo {
+    fn step_jacobian(
+        &self,
+        state: &[f64],
+        parameters: &[f64],
+        image: &mut [f64],
+        jacobian: &mut [f64],
+    ) -> StepInfo {
         run(&self.jacobian, &[state, parameters], image, jacobian)
     }
 }

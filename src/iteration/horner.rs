@@ -58,7 +58,11 @@ impl HornerMap {
     ///
     /// If their number is not the map's.
     pub fn freeze(&self, parameters: &[f64]) -> FrozenMap {
-        FrozenMap::new(self.dimension, self.frozen_step.freeze(parameters), self.frozen_jacobian.freeze(parameters))
+        FrozenMap::new(
+            self.dimension,
+            self.frozen_step.freeze(parameters),
+            self.frozen_jacobian.freeze(parameters),
+        )
     }
 }
 
@@ -75,7 +79,13 @@ impl DiscreteMap for HornerMap {
         run(&self.step, &[state, parameters], image, &mut [])
     }
 
-    fn step_jacobian(&self, state: &[f64], parameters: &[f64], image: &mut [f64], jacobian: &mut [f64]) -> StepInfo {
+    fn step_jacobian(
+        &self,
+        state: &[f64],
+        parameters: &[f64],
+        image: &mut [f64],
+        jacobian: &mut [f64],
+    ) -> StepInfo {
         run(&self.jacobian, &[state, parameters], image, jacobian)
     }
 }
@@ -91,16 +101,26 @@ struct Freezer {
 impl Freezer {
     fn new(kernel: &Kernel, free: usize) -> Self {
         let split = kernel.split(free);
-        Self { prepare: Interpreter::new(&split.prepare), run: Interpreter::new(&split.run), count: split.run.count() }
+        Self {
+            prepare: Interpreter::new(&split.prepare),
+            run: Interpreter::new(&split.run),
+            count: split.run.count(),
+        }
     }
 
     fn freeze(&self, parameters: &[f64]) -> Interpreter {
-        self.run.with_last_inputs(&self.prepare.evaluate(parameters))
+        self.run
+            .with_last_inputs(&self.prepare.evaluate(parameters))
     }
 }
 
 /// Runs a map's kernel: the image, the depths of the passages, and then the Jacobian.
-pub(super) fn run(interpreter: &Interpreter, inputs: &[&[f64]], image: &mut [f64], jacobian: &mut [f64]) -> StepInfo {
+pub(super) fn run(
+    interpreter: &Interpreter,
+    inputs: &[&[f64]],
+    image: &mut [f64],
+    jacobian: &mut [f64],
+) -> StepInfo {
     let mut info = StepInfo::default();
     let (dimension, first) = (image.len(), interpreter.outputs() - jacobian.len());
     interpreter.run(inputs, |number, value| match number {

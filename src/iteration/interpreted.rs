@@ -15,7 +15,11 @@ pub struct InterpretedMap {
 impl InterpretedMap {
     /// The map of these stages.
     pub fn new(map: &LocalMap) -> Self {
-        Self { dimension: map.dimension(), parameters: map.parameters.len(), stages: map.stages.clone() }
+        Self {
+            dimension: map.dimension(),
+            parameters: map.parameters.len(),
+            stages: map.stages.clone(),
+        }
     }
 
     /// Runs all stages on `point` (coordinates; parameters); with a tangent (rows of `∂x_i/∂x_j`), that too.
@@ -35,7 +39,11 @@ impl InterpretedMap {
     }
 
     fn point(&self, state: &[f64], parameters: &[f64]) -> Vec<f64> {
-        assert_eq!((state.len(), parameters.len()), (self.dimension, self.parameters), "lengths of state and parameters");
+        assert_eq!(
+            (state.len(), parameters.len()),
+            (self.dimension, self.parameters),
+            "lengths of state and parameters"
+        );
         [state, parameters].concat()
     }
 }
@@ -56,7 +64,13 @@ impl DiscreteMap for InterpretedMap {
         info.checked(image)
     }
 
-    fn step_jacobian(&self, state: &[f64], parameters: &[f64], image: &mut [f64], jacobian: &mut [f64]) -> StepInfo {
+    fn step_jacobian(
+        &self,
+        state: &[f64],
+        parameters: &[f64],
+        image: &mut [f64],
+        jacobian: &mut [f64],
+    ) -> StepInfo {
         let mut point = self.point(state, parameters);
         let mut tangent: Vec<f64> = (0..self.dimension * self.dimension)
             .map(|place| f64::from(u8::from(place % (self.dimension + 1) == 0)))
@@ -87,7 +101,12 @@ fn leg_step(leg: &Leg, point: &[f64], dimension: usize) -> (Vec<f64>, Vec<f64>) 
 }
 
 /// `x_i + y l_i + y² q_i` and its rows `δ_ij + y' (l_i + 2 y q_i) + y l_i' + y² q_i'`, `y' = depth'/(2y)`.
-fn contact_step(contact: &Contact, point: &[f64], dimension: usize, info: &mut StepInfo) -> (Vec<f64>, Vec<f64>) {
+fn contact_step(
+    contact: &Contact,
+    point: &[f64],
+    dimension: usize,
+    info: &mut StepInfo,
+) -> (Vec<f64>, Vec<f64>) {
     let (depth, depth_gradient) = expand(&contact.depth, point);
     let y = depth.max(0.0).sqrt();
     let slope = if y > 0.0 { 0.5 / y } else { 0.0 };
@@ -108,7 +127,11 @@ fn contact_step(contact: &Contact, point: &[f64], dimension: usize, info: &mut S
 
 fn product(left: &[f64], right: &[f64], dimension: usize) -> Vec<f64> {
     let entry = |row: usize, column: usize| -> f64 {
-        (0..dimension).map(|k| left[row * dimension + k] * right[k * dimension + column]).sum()
+        (0..dimension)
+            .map(|k| left[row * dimension + k] * right[k * dimension + column])
+            .sum()
     };
-    (0..dimension * dimension).map(|place| entry(place / dimension, place % dimension)).collect()
+    (0..dimension * dimension)
+        .map(|place| entry(place / dimension, place % dimension))
+        .collect()
 }

@@ -46,8 +46,14 @@ pub fn largest_lyapunov_exponent(
 /// Replaces a unit vector by its normalised image; the growth.
 fn carry(jacobian: &[f64], tangent: &mut [f64]) -> f64 {
     let rows = jacobian.chunks_exact(tangent.len());
-    let image: Vec<f64> = rows.map(|row| row.iter().zip(tangent.iter()).map(|(a, b)| a * b).sum()).collect();
-    let growth = image.iter().map(|value: &f64| value * value).sum::<f64>().sqrt();
+    let image: Vec<f64> = rows
+        .map(|row| row.iter().zip(tangent.iter()).map(|(a, b)| a * b).sum())
+        .collect();
+    let growth = image
+        .iter()
+        .map(|value: &f64| value * value)
+        .sum::<f64>()
+        .sqrt();
     for (target, value) in tangent.iter_mut().zip(image) {
         *target = if growth > 0.0 { value / growth } else { 0.0 };
     }

@@ -22,7 +22,13 @@ impl OrbitRequest {
     ///
     /// Half-widths that are not finite and positive count as 1.
     pub fn new(transient: usize, keep: usize, scales: &[f64]) -> Self {
-        let scale = |&scale: &f64| if scale.is_finite() && scale > 0.0 { scale } else { 1.0 };
+        let scale = |&scale: &f64| {
+            if scale.is_finite() && scale > 0.0 {
+                scale
+            } else {
+                1.0
+            }
+        };
         Self {
             transient,
             keep,
@@ -72,9 +78,18 @@ impl MapOrbit {
     /// # Panics
     ///
     /// If the state, the parameters or the scales have not the map's lengths.
-    pub fn of(map: &(impl DiscreteMap + ?Sized), initial: &[f64], parameters: &[f64], request: &OrbitRequest) -> Self {
+    pub fn of(
+        map: &(impl DiscreteMap + ?Sized),
+        initial: &[f64],
+        parameters: &[f64],
+        request: &OrbitRequest,
+    ) -> Self {
         let dimension = map.dimension();
-        assert_eq!((initial.len(), request.scales.len()), (dimension, dimension), "lengths of state and scales");
+        assert_eq!(
+            (initial.len(), request.scales.len()),
+            (dimension, dimension),
+            "lengths of state and scales"
+        );
         let mut orbit = Self::empty(initial, request.keep);
         let mut image = vec![0.0; dimension];
         for iterate in 1..=request.transient + request.keep {
@@ -116,11 +131,19 @@ impl MapOrbit {
 }
 
 /// Whether an image ends the orbit.
-fn leaves(image: &[f64], info: StepInfo, request: &OrbitRequest, iterate: usize) -> Option<OrbitEnd> {
+fn leaves(
+    image: &[f64],
+    info: StepInfo,
+    request: &OrbitRequest,
+    iterate: usize,
+) -> Option<OrbitEnd> {
     if !info.valid {
         return Some(OrbitEnd::NoImage { iterate });
     }
-    let outside = image.iter().zip(&request.scales).any(|(value, scale)| value.abs() > request.escape_factor * scale);
+    let outside = image
+        .iter()
+        .zip(&request.scales)
+        .any(|(value, scale)| value.abs() > request.escape_factor * scale);
     outside.then_some(OrbitEnd::Escaped { iterate })
 }
 
@@ -144,7 +167,13 @@ mod tests {
             image[0] = parameters[0] * state[0] * (1.0 - state[0]);
             info.checked(image)
         }
-        fn step_jacobian(&self, state: &[f64], parameters: &[f64], image: &mut [f64], jacobian: &mut [f64]) -> StepInfo {
+        fn step_jacobian(
+            &self,
+            state: &[f64],
+            parameters: &[f64],
+            image: &mut [f64],
+            jacobian: &mut [f64],
+        ) -> StepInfo {
             jacobian[0] = parameters[0] * (1.0 - 2.0 * state[0]);
             self.step(state, parameters, image)
         }
@@ -154,13 +183,21 @@ mod tests {
     fn the_logistic_map_doubles_its_period() {
         let request = OrbitRequest::new(5000, 64, &[1.0]);
         let period = |p: f64| MapOrbit::of(&Logistic, &[0.3], &[p], &request).period;
-        assert_eq!([2.8, 3.2, 3.5, 3.83].map(period), [1, 2, 4, 3].map(Period::Periodic));
+        assert_eq!(
+            [2.8, 3.2, 3.5, 3.83].map(period),
+            [1, 2, 4, 3].map(Period::Periodic)
+        );
         assert_eq!(period(3.9), Period::NotFound);
     }
 
     #[test]
     fn contacts_are_counted_per_period() {
-        let orbit = MapOrbit::of(&Logistic, &[0.3], &[3.2], &OrbitRequest::new(5000, 10, &[1.0]));
+        let orbit = MapOrbit::of(
+            &Logistic,
+            &[0.3],
+            &[3.2],
+            &OrbitRequest::new(5000, 10, &[1.0]),
+        );
         let label = orbit.contacts_per_period().map(|label| label.to_string());
         assert_eq!(label.as_deref(), Some("2/2")); // both states, 0.513 and 0.799, exceed 1/2
         assert_eq!(orbit.states().len(), 10);
@@ -169,7 +206,10 @@ mod tests {
     #[test]
     fn escapes_are_outcomes() {
         let request = OrbitRequest::new(10, 10, &[1.0]);
-        assert_eq!(MapOrbit::of(&Logistic, &[-40.0], &[3.0], &request).end, OrbitEnd::Escaped { iterate: 1 });
+        assert_eq!(
+            MapOrbit::of(&Logistic, &[-40.0], &[3.0], &request).end,
+            OrbitEnd::Escaped { iterate: 1 }
+        );
         let infinite = MapOrbit::of(&Logistic, &[f64::MAX], &[3.0], &request);
         assert_eq!(infinite.end, OrbitEnd::NoImage { iterate: 1 });
         assert_eq!(infinite.last, [f64::MAX]);
@@ -177,10 +217,17 @@ mod tests {
 
     #[test]
     fn the_largest_lyapunov_exponent_of_the_full_logistic_map_is_log_two() {
-        let exponent = super::super::largest_lyapunov_exponent(&Logistic, &[0.3], &[4.0], 100, 100_000);
+        let exponent =
+            super::super::largest_lyapunov_exponent(&Logistic, &[0.3], &[4.0], 100, 100_000);
         // The mean of ln|f'| over 1e5 iterates scatters by about 3e-3.
-        assert!((exponent.expect("a finite orbit") - 2.0f64.ln()).abs() < 0.01, "{exponent:?}");
+        assert!(
+            (exponent.expect("a finite orbit") - 2.0f64.ln()).abs() < 0.01,
+            "{exponent:?}"
+        );
         let stable = super::super::largest_lyapunov_exponent(&Logistic, &[0.3], &[2.5], 1000, 100);
-        assert!((stable.expect("a finite orbit") - 0.5f64.ln()).abs() < 1e-10, "{stable:?}"); // f' = 2 − p
+        assert!(
+            (stable.expect("a finite orbit") - 0.5f64.ln()).abs() < 1e-10,
+            "{stable:?}"
+        ); // f' = 2 − p
     }
 }

@@ -22,16 +22,26 @@ impl Period {
         let count = states.len() / dimension;
         let agree = |shift: usize| {
             let later = states[shift * dimension..].chunks_exact(dimension);
-            states.chunks_exact(dimension).zip(later).all(|(now, then)| {
-                now.iter().zip(then).zip(scales).all(|((a, b), scale)| (a - b).abs() <= tolerance * scale)
-            })
+            states
+                .chunks_exact(dimension)
+                .zip(later)
+                .all(|(now, then)| {
+                    now.iter()
+                        .zip(then)
+                        .zip(scales)
+                        .all(|((a, b), scale)| (a - b).abs() <= tolerance * scale)
+                })
         };
-        (1..=count / 2).find(|&shift| agree(shift)).map_or(Self::NotFound, Self::Periodic)
+        (1..=count / 2)
+            .find(|&shift| agree(shift))
+            .map_or(Self::NotFound, Self::Periodic)
     }
 }
 
 /// Contacts in one period: printed `contacts/period`, for instance `1/3`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, serde::Serialize, serde::Deserialize)]
+#[derive(
+    Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, serde::Serialize, serde::Deserialize,
+)]
 pub struct ContactsPerPeriod {
     /// Contacts in one period of the orbit.
     pub contacts: u32,

@@ -106,7 +106,9 @@ impl Kernel {
                 Operation::MultiplyAdd(..) => count.multiply_adds += 1,
                 Operation::Multiply(..) => count.products += 1,
                 Operation::Add(..) => count.sums += 1,
-                Operation::RootOfPositivePart(..) | Operation::HalfReciprocal(..) => count.roots += 1,
+                Operation::RootOfPositivePart(..) | Operation::HalfReciprocal(..) => {
+                    count.roots += 1
+                }
             }
         }
         count
@@ -125,10 +127,14 @@ impl Kernel {
                 needed[number as usize] = true;
             }
         };
-        self.outputs.iter().for_each(|&output| mark(output, &mut needed));
+        self.outputs
+            .iter()
+            .for_each(|&output| mark(output, &mut needed));
         for number in (0..self.operations.len()).rev() {
             if needed[number] {
-                self.operations[number].operands().for_each(|operand| mark(operand, &mut needed));
+                self.operations[number]
+                    .operands()
+                    .for_each(|operand| mark(operand, &mut needed));
             }
         }
         let mut builder = KernelBuilder::new(self.inputs);
@@ -141,7 +147,11 @@ impl Kernel {
                 builder.constant(0.0)
             });
         }
-        let outputs = self.outputs.iter().map(|&output| builder.import(self, output, &renamed)).collect();
+        let outputs = self
+            .outputs
+            .iter()
+            .map(|&output| builder.import(self, output, &renamed))
+            .collect();
         builder.finish(outputs)
     }
 }

@@ -26,7 +26,10 @@ pub(super) fn full_monodromy<S: Real>(
 ) -> Result<Rows<S>, OrbitError> {
     let inputs: Vec<usize> = (0..state.len()).collect();
     let (_, jacobian) = flow_with_jacobian(field, state, parameters, period, &inputs)?;
-    Ok(jacobian.row_iter().map(|row| row.iter().copied().collect()).collect())
+    Ok(jacobian
+        .row_iter()
+        .map(|row| row.iter().copied().collect())
+        .collect())
 }
 
 /// The full state where the orbit through `graze` meets a section: the free flow from the graze to its phase.

@@ -64,7 +64,10 @@ impl ExtendedSystem {
 
     /// The same equations, matched elsewhere.
     pub(super) fn matched(&self, matching: Matching) -> Self {
-        Self { matching, ..self.clone() }
+        Self {
+            matching,
+            ..self.clone()
+        }
     }
 
     /// The same equations with the other parameters changed and one parameter free.
@@ -148,8 +151,9 @@ impl ExtendedSystem {
         let parameters = self.parameters(unknowns);
         let (period, _) = self.period_and_slopes(unknowns, &parameters);
         let mut integrator = Integrator::new(&self.field);
-        let [after, before] =
-            self.ends().map(|share| integrator.flow(state, &parameters, period * S::from_f64(share)));
+        let [after, before] = self
+            .ends()
+            .map(|share| integrator.flow(state, &parameters, period * S::from_f64(share)));
         let (after, before) = (after?, before?);
         let local = self.geometry.at(state, &parameters);
         let closure = (0..self.states).map(|component| after[component] - before[component]);
@@ -157,34 +161,64 @@ impl ExtendedSystem {
     }
 
     /// Residuals and their derivatives in every unknown: a matrix of `states + 2` rows.
-    pub(super) fn differentiate(&self, unknowns: &[f64]) -> Result<(Vec<f64>, DMatrix<f64>), OrbitError> {
+    pub(super) fn differentiate(
+        &self,
+        unknowns: &[f64],
+    ) -> Result<(Vec<f64>, DMatrix<f64>), OrbitError> {
         let (state, parameters) = (&unknowns[..self.dimension], self.parameters(unknowns));
-        let [after, before] = self.ends().map(|share| self.stretch(unknowns, &parameters, share));
+        let [after, before] = self
+            .ends()
+            .map(|share| self.stretch(unknowns, &parameters, share));
         let (after, before) = (after?, before?);
         let local = self.geometry.at(state, &parameters);
         let mut jacobian = DMatrix::zeros(self.states + 2, self.unknowns());
         self.fill_closure(&mut jacobian, unknowns, &parameters, &after, 1.0);
         self.fill_closure(&mut jacobian, unknowns, &parameters, &before, -1.0);
-        let parameter_inputs = self.free.iter().map(|&parameter| self.dimension + parameter);
-        let columns = (self.first_parameter()..).zip(parameter_inputs).chain((0..self.dimension).map(|i| (i, i)));
+        let parameter_inputs = self
+            .free
+            .iter()
+            .map(|&parameter| self.dimension + parameter);
+        let columns = (self.first_parameter()..)
+            .zip(parameter_inputs)
+            .chain((0..self.dimension).map(|i| (i, i)));
         let (event_slopes, velocity_slopes) = (local.event_gradient(), local.velocity_gradient());
         for (column, input) in columns {
             jacobian[(self.states, column)] = event_slopes[input];
             jacobian[(self.states + 1, column)] = velocity_slopes[input];
         }
-        let closure = (0..self.states).map(|component| after.state[component] - before.state[component]);
-        Ok((closure.chain([local.event(), local.velocity()]).collect(), jacobian))
+        let closure =
+            (0..self.states).map(|component| after.state[component] - before.state[component]);
+        Ok((
+            closure.chain([local.event(), local.velocity()]).collect(),
+            jacobian,
+        ))
     }
 
     /// The flow over a part of the period.
-    fn stretch(&self, unknowns: &[f64], parameters: &[f64], share: f64) -> Result<Stretch, OrbitError> {
+    fn stretch(
+        &self,
+        unknowns: &[f64],
+        parameters: &[f64],
+        share: f64,
+    ) -> Result<Stretch, OrbitError> {
         let (period, _) = self.period_and_slopes(unknowns, parameters);
-        let inputs: Vec<usize> =
-            (0..self.dimension).chain(self.free.iter().map(|&parameter| self.dimension + parameter)).collect();
+        let inputs: Vec<usize> = (0..self.dimension)
+            .chain(
+                self.free
+                    .iter()
+                    .map(|&parameter| self.dimension + parameter),
+            )
+            .collect();
         let start = &unknowns[..self.dimension];
-        let (state, jacobian) = flow_with_jacobian(&self.field, start, parameters, share * period, &inputs)?;
+        let (state, jacobian) =
+            flow_with_jacobian(&self.field, start, parameters, share * period, &inputs)?;
         let velocity = self.geometry.at(&state, parameters).flow();
-        Ok(Stretch { state, jacobian, velocity, share })
+        Ok(Stretch {
+            state,
+            jacobian,
+            velocity,
+            share,
+        })
     }
 
     /// Adds the derivatives of one end of the period to the closure's rows.
@@ -206,7 +240,8 @@ impl ExtendedSystem {
                 jacobian[(row, self.dimension)] += sign * by_period;
             }
             for (number, &parameter) in self.free.iter().enumerate() {
-                let slope = end.jacobian[(row, self.dimension + number)] + by_period * period_slopes[parameter];
+                let slope = end.jacobian[(row, self.dimension + number)]
+                    + by_period * period_slopes[parameter];
                 jacobian[(row, self.first_parameter() + number)] += sign * slope;
             }
         }
@@ -221,10 +256,12 @@ pub(super) fn solve_either(
 ) -> Result<Solve<Vec<f64>>, OrbitError> {
     match solve(&system.matched(Matching::AtEnd), start, tolerance)? {
         Solve::Root(root) => Ok(Solve::Root(root)),
-        Solve::Failed(failure) => Ok(match solve(&system.matched(Matching::AtMiddle), start, tolerance)? {
-            Solve::Root(root) => Solve::Root(root),
-            Solve::Failed(_) => Solve::Failed(failure),
-        }),
+        Solve::Failed(failure) => Ok(
+            match solve(&system.matched(Matching::AtMiddle), start, tolerance)? {
+                Solve::Root(root) => Solve::Root(root),
+                Solve::Failed(_) => Solve::Failed(failure),
+            },
+        ),
     }
 }
 

@@ -40,7 +40,11 @@ impl KernelBuilder {
 
     /// An input.
     pub fn input(&self, position: usize) -> Value {
-        assert!(position < self.inputs, "input {position} of {}", self.inputs);
+        assert!(
+            position < self.inputs,
+            "input {position} of {}",
+            self.inputs
+        );
         Value::Input(position as u32)
     }
 
@@ -99,7 +103,12 @@ impl KernelBuilder {
 
     /// The finished kernel.
     pub fn finish(self, outputs: Vec<Value>) -> Kernel {
-        Kernel { inputs: self.inputs, constants: self.constants, operations: self.operations, outputs }
+        Kernel {
+            inputs: self.inputs,
+            constants: self.constants,
+            operations: self.operations,
+            outputs,
+        }
     }
 
     /// Number a value of a constant operand.

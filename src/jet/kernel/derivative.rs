@@ -22,14 +22,21 @@ impl Kernel {
             let moved = operation.with_operands(|value| builder.import(self, value, &values));
             let result = builder.push(moved);
             let operands: Vec<Value> = operation.operands().collect();
-            let row = differentiate(&mut builder, moved, result, columns, |builder, operand, column| {
-                slope(builder, operands[operand], column, &slopes)
-            });
+            let row = differentiate(
+                &mut builder,
+                moved,
+                result,
+                columns,
+                |builder, operand, column| slope(builder, operands[operand], column, &slopes),
+            );
             values.push(result);
             slopes.push(row);
         }
-        let mut outputs: Vec<Value> =
-            self.outputs.iter().map(|&output| builder.import(self, output, &values)).collect();
+        let mut outputs: Vec<Value> = self
+            .outputs
+            .iter()
+            .map(|&output| builder.import(self, output, &values))
+            .collect();
         for &output in &self.outputs[..rows] {
             outputs.extend((0..columns).map(|column| slope(&mut builder, output, column, &slopes)));
         }

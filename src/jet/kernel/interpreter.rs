@@ -43,7 +43,9 @@ impl Interpreter {
         let code = kernel.operations.iter().map(|operation| match *operation {
             Operation::Add(a, b) => Instruction::Add(place(a), place(b)),
             Operation::Multiply(a, b) => Instruction::Multiply(place(a), place(b)),
-            Operation::MultiplyAdd(a, b, c) => Instruction::MultiplyAdd(place(a), place(b), place(c)),
+            Operation::MultiplyAdd(a, b, c) => {
+                Instruction::MultiplyAdd(place(a), place(b), place(c))
+            }
             Operation::RootOfPositivePart(a) => Instruction::RootOfPositivePart(place(a)),
             Operation::HalfReciprocal(a) => Instruction::HalfReciprocal(place(a)),
         });
@@ -61,8 +63,17 @@ impl Interpreter {
     ///
     /// If there are more values than inputs.
     pub fn with_last_inputs(&self, values: &[f64]) -> Self {
-        assert!(values.len() <= self.inputs, "{} values for {} inputs", values.len(), self.inputs);
-        Self { inputs: self.inputs - values.len(), known: [values, &self.known].concat(), ..self.clone() }
+        assert!(
+            values.len() <= self.inputs,
+            "{} values for {} inputs",
+            values.len(),
+            self.inputs
+        );
+        Self {
+            inputs: self.inputs - values.len(),
+            known: [values, &self.known].concat(),
+            ..self.clone()
+        }
     }
 
     /// Number of inputs.
@@ -83,7 +94,9 @@ impl Interpreter {
     pub fn run(&self, inputs: &[&[f64]], mut receive: impl FnMut(usize, f64)) {
         MEMORY.with_borrow_mut(|memory| {
             memory.clear();
-            inputs.iter().for_each(|slice| memory.extend_from_slice(slice));
+            inputs
+                .iter()
+                .for_each(|slice| memory.extend_from_slice(slice));
             assert_eq!(memory.len(), self.inputs, "a kernel runs on all its inputs");
             memory.extend_from_slice(&self.known);
             for &instruction in self.code.iter() {

@@ -26,7 +26,9 @@ impl Kernel {
         };
         let mut hoisted: Vec<Value> = Vec::new();
         let users = (0..self.operations.len()).filter(|&number| !frozen[number]);
-        let used = users.flat_map(|number| self.operations[number].operands()).chain(self.outputs.iter().copied());
+        let used = users
+            .flat_map(|number| self.operations[number].operands())
+            .chain(self.outputs.iter().copied());
         for value in used.filter(|&value| is_frozen(value)) {
             if !hoisted.contains(&value) {
                 hoisted.push(value);
@@ -63,19 +65,25 @@ impl Kernel {
         whole.outputs = hoisted.to_vec();
         let mut kernel = whole.without_dead_operations();
         kernel.inputs = self.inputs - free;
-        kernel.operations.iter_mut().for_each(|operation| *operation = operation.with_operands(shift));
-        kernel.outputs.iter_mut().for_each(|output| *output = shift(*output));
+        kernel
+            .operations
+            .iter_mut()
+            .for_each(|operation| *operation = operation.with_operands(shift));
+        kernel
+            .outputs
+            .iter_mut()
+            .for_each(|output| *output = shift(*output));
         kernel
     }
 
     fn rest(&self, free: usize, hoisted: &[Value], frozen: &[bool]) -> Kernel {
         let mut builder = KernelBuilder::new(free + hoisted.len());
         let mut renamed: Vec<Value> = Vec::with_capacity(self.operations.len());
-        let place = |value: Value, builder: &mut KernelBuilder, renamed: &[Value]| {
-            match hoisted.binary_search(&value) {
-                Ok(position) => builder.input(free + position),
-                Err(_) => builder.import(self, value, renamed),
-            }
+        let place = |value: Value, builder: &mut KernelBuilder, renamed: &[Value]| match hoisted
+            .binary_search(&value)
+        {
+            Ok(position) => builder.input(free + position),
+            Err(_) => builder.import(self, value, renamed),
         };
         for (operation, &frozen) in self.operations.iter().zip(frozen) {
             renamed.push(if frozen {
@@ -85,7 +93,11 @@ impl Kernel {
                 builder.push(moved)
             });
         }
-        let outputs = self.outputs.iter().map(|&output| place(output, &mut builder, &renamed)).collect();
+        let outputs = self
+            .outputs
+            .iter()
+            .map(|&output| place(output, &mut builder, &renamed))
+            .collect();
         builder.finish(outputs).without_dead_operations()
     }
 }
@@ -108,7 +120,10 @@ mod tests {
         assert_eq!(split.run.count().total(), 1);
         let coefficients = Interpreter::new(&split.prepare).evaluate(&[3.0, 4.0]);
         let bound = Interpreter::new(&split.run).with_last_inputs(&coefficients);
-        assert_eq!(bound.evaluate(&[2.0]), Interpreter::new(&kernel).evaluate(&[2.0, 3.0, 4.0]));
+        assert_eq!(
+            bound.evaluate(&[2.0]),
+            Interpreter::new(&kernel).evaluate(&[2.0, 3.0, 4.0])
+        );
     }
 
     #[test]
