@@ -37,7 +37,7 @@ fn study(name: &str, smooth_order: u32, contact_weight: u32) -> ConvergenceStudy
 }
 
 fn assert_rates(what: &str, rates: &[FactorRate]) {
-    for FactorRate { order, rate } in rates {
+    for FactorRate { order, rate, .. } in rates {
         let measured = rate.measured.expect("a range above rounding");
         // The next term of the series bends the line: 0.1 is what the issue of orders needs to know.
         assert!(
