@@ -105,7 +105,11 @@ impl<S: Real> FreeFlight<S> {
     }
 
     /// The nearby point of the free flow with `h' = 0`, and the time to it.
-    fn minimum_near(&mut self, state: &[S], parameters: &[S]) -> Result<(Vec<S>, S), AnalysisError> {
+    fn minimum_near(
+        &mut self,
+        state: &[S],
+        parameters: &[S],
+    ) -> Result<(Vec<S>, S), AnalysisError> {
         let (mut time, mut last) = (S::zero(), f64::INFINITY);
         let mut at = state.to_vec();
         for _ in 0..NEWTON_STEPS {
