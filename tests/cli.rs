@@ -110,7 +110,7 @@ fn wrong_calls() -> Vec<(&'static str, Vec<&'static str>)> {
                 "--set",
                 "grazing.solve_for=zeta",
                 "--set",
-                "delta=50",
+                "delta=1.5",
             ],
         ),
         (
@@ -261,7 +261,7 @@ fn set_up(folder: &Path) {
     write("word.csv", b"x,theta\n1e-6,0\n1e-6,small\n");
     write("infinite.csv", b"x\ninf\n");
     write("ragged.csv", b"x,theta\n1\n");
-    write("far.csv", b"x,theta\n100,1\n");
+    write("far.csv", b"x,theta\n1e200,1\n");
     fs::create_dir(folder.join("folder")).expect("writable");
     let linear = grazemap::model::catalogue::text("linear").expect("in the catalogue");
     let renamed = linear
@@ -469,8 +469,8 @@ fn images_by_map_and_by_simulation_agree_and_the_columns_are_those_promised() {
         cells.map(|cell| cell.parse().expect("a number")).collect()
     };
     for (a, b) in numbers(&map).into_iter().zip(numbers(&direct)) {
-        // Depths of 1e-6: truncation at weight 6 leaves far less than this.
-        assert!((a - b).abs() < 1e-9, "{a:e} {b:e}");
+        // The second images start some 1e-3 away, where the orders (5, 6) leave a few 1e-9.
+        assert!((a - b).abs() < 1e-8, "{a:e} {b:e}");
     }
 }
 
