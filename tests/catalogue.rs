@@ -14,6 +14,7 @@ fn every_scene_of_the_catalogue_is_read_without_fault() {
 }
 
 /// A grazing point of the reference numbers: a scene, its parameters, its state and `h''` there.
+#[derive(Clone)]
 struct Reference {
     scene: String,
     parameters: Vec<(&'static str, f64)>,
@@ -23,7 +24,7 @@ struct Reference {
 
 fn read(file: &str) -> serde_json::Value {
     let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR"))
-        .join("tests/data/rigid")
+        .join("tests/data")
         .join(file);
     let text =
         std::fs::read_to_string(path).expect("the reference numbers are part of the repository");
@@ -40,7 +41,7 @@ fn number(value: &serde_json::Value) -> f64 {
 
 /// The grazing points of `beam_tables.json` that have a scene; of two branches the larger is the scene's.
 fn cantilevers() -> Vec<Reference> {
-    let table = read("beam_tables.json");
+    let table = read("rigid/beam_tables.json");
     let rows = table
         .as_array()
         .expect("a list of rows")
@@ -69,7 +70,7 @@ fn cantilevers() -> Vec<Reference> {
 /// The base points of the public truth files: `h'' = −a*` by the equations printed in them.
 fn oscillators() -> Vec<Reference> {
     let electrostatic = |file: &str, scene: &str| {
-        let base = &read(file)["base"];
+        let base = &read(&format!("rigid/{file}"))["base"];
         let (voltage, theta) = (number(&base["V_star"]), number(&base["theta_star"]));
         Reference {
             scene: scene.to_owned(),
@@ -79,7 +80,7 @@ fn oscillators() -> Vec<Reference> {
         }
     };
     let linear = |file: &str, scene: &str| {
-        let base = &read(file)["base"];
+        let base = &read(&format!("rigid/{file}"))["base"];
         let omega = number(&base["omega_star"]);
         Reference {
             scene: scene.to_owned(),
@@ -97,13 +98,39 @@ fn oscillators() -> Vec<Reference> {
     ]
 }
 
+/// The soft impacts: the sets of `taylor_2var.json` that have a scene, `h'' = sigma omega^2`.
+fn soft_impacts() -> Vec<Reference> {
+    let sets = read("soft/taylor_2var.json");
+    let reference = |(scene, set): (&str, &str)| {
+        let (set, omega) = (&sets[set], number(&sets[set]["w"]));
+        Reference {
+            scene: scene.to_owned(),
+            parameters: vec![("A", number(&set["A_g"])), ("omega", omega)],
+            state: vec![1.0, 0.0, number(&set["phase_g"])],
+            normal_acceleration: omega * omega,
+        }
+    };
+    let sets_of_scenes = [
+        ("soft_a", "A1"),
+        ("soft_b", "B1"),
+        ("soft_b_surface", "B1"),
+        ("soft_c", "C1"),
+        ("soft_d", "D1"),
+    ];
+    sets_of_scenes.map(reference).to_vec()
+}
+
 /// At the reference's grazing point `h = h' = 0` and `h''` is the reference's: the scene's equations are the
 /// literature's. The tolerance is the rounding of about ten operations on numbers of order one. The guess must
 /// lie near that point, or the orbit found would be another branch's.
 #[test]
 fn scenes_graze_where_the_reference_numbers_say() {
-    let references: Vec<Reference> = cantilevers().into_iter().chain(oscillators()).collect();
-    assert_eq!(references.len(), 17);
+    let references: Vec<Reference> = cantilevers()
+        .into_iter()
+        .chain(oscillators())
+        .chain(soft_impacts())
+        .collect();
+    assert_eq!(references.len(), 22);
     for Reference {
         scene: name,
         parameters,

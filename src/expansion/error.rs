@@ -1,5 +1,6 @@
 //! What can go wrong in an expansion.
 
+use super::ContactLawError;
 use crate::flow::FlowError;
 use crate::jet::JetError;
 
@@ -12,12 +13,12 @@ pub enum ExpansionError {
     /// The flow under an expansion.
     #[error(transparent)]
     Flow(#[from] FlowError),
-    /// The surface is compliant; rigid stops only.
-    #[error("surface `{surface}` is compliant; this expansion knows rigid stops (`impact`) only")]
-    CompliantSurface {
-        /// Name of the surface.
-        surface: String,
-    },
+    /// The contact law of a compliant surface.
+    #[error(transparent)]
+    ContactLaw(#[from] ContactLawError),
+    /// The depth cannot stand in the place of a coordinate.
+    #[error("the depth -h_min has no slope along any coordinate of the section at the graze")]
+    DepthWithoutSlope,
     /// The graze is not simple.
     #[error(
         "h'' = {normal_acceleration:e} at the grazing point: a simple graze needs a positive one"

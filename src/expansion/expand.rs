@@ -1,15 +1,25 @@
 //! From a scene and its grazing orbit to the local map.
 
+use super::contact_law::ContactLaw;
 use super::description::{active_parameters, map_section, map_window, variables};
-use super::discontinuity::{ImpactSpeed, discontinuity, impact_speed};
+use super::discontinuity::discontinuity;
+use super::impact_speed::{ImpactSpeed, impact_speed};
 use super::leg::{LegExpansion, Route};
 use super::passage::Passage;
 use super::routes::{Routes, grazing_chart};
 use super::variables::Variables;
-use super::{ComposedMap, Contact, ExpansionError, Leg, LocalMap, MapOrders, Stage, compose};
+use super::{
+    ComposedMap, Contact, DepthSeries, ExpansionError, LeadingLaw, Leg, LocalMap, MapOrders, Stage,
+    compose,
+};
 use crate::model::Scene;
-use crate::numeric::Real;
+use crate::numeric::{Dd, Real};
 use crate::orbit::GrazingOrbit;
+
+/// Powers of `y` among which leading laws are looked for.
+const LEADING_ORDER: u32 = 8;
+/// Powers of `y` from which the radius of convergence is estimated.
+const RADIUS_ORDER: u32 = 24;
 
 /// Expands the map of one scene about one grazing orbit, at any orders.
 ///
@@ -49,8 +59,8 @@ impl<'a> Expander<'a> {
     ///
     /// # Errors
     ///
-    /// [`ExpansionError::CompliantSurface`] or [`ExpansionError::SeveralPassages`] where the scene
-    /// asks for what rigid single-passage expansions do not cover.
+    /// [`ExpansionError::SeveralPassages`] where the orbit grazes more than once, and
+    /// [`ExpansionError::ContactLaw`] where the law of a compliant stop is not analytic at the graze.
     pub fn new(scene: &'a Scene, orbit: &'a GrazingOrbit) -> Result<Self, ExpansionError> {
         if orbit.passages.len() != 1 {
             let passages = orbit.passages.len();
@@ -61,7 +71,8 @@ impl<'a> Expander<'a> {
         }
         let surface = orbit.grazing_point().surface;
         let active = &scene.expansion.active;
-        let passage = Passage::new(&scene.model, surface, orbit.parameters(), active)?;
+        let state = &orbit.grazing_point().state;
+        let passage = Passage::new(&scene.model, surface, state, orbit.parameters(), active)?;
         Ok(Self {
             scene,
             orbit,
@@ -105,11 +116,17 @@ impl<'a> Expander<'a> {
 
     /// The discontinuity mapping to a weighted degree, in double precision.
     ///
+    /// That of a compliant stop is expanded in double-double and rounded: its coefficients are differences
+    /// of terms that grow with the stiffness, and lose up to eight digits at weight 16.
+    ///
     /// # Errors
     ///
     /// See [`discontinuity`].
     pub fn contact(&self, weight: u32) -> Result<Contact, ExpansionError> {
-        self.contact_in::<f64>(weight)
+        match self.passage.law {
+            ContactLaw::Rigid { .. } => self.contact_in::<f64>(weight),
+            ContactLaw::Compliant { .. } => Ok(self.contact_in::<Dd>(weight)?.to_f64()),
+        }
     }
 
     /// The discontinuity mapping over any scalar.
@@ -126,6 +143,39 @@ impl<'a> Expander<'a> {
         // The depth vanishes on the grazing orbit: its constant term is rounding.
         contact.depth.coefficients_mut()[0] = S::zero();
         Ok(contact)
+    }
+
+    /// The discontinuity mapping along the depth alone, up to a power of `y`: its leading laws and its radius of
+    /// convergence.
+    ///
+    /// # Errors
+    ///
+    /// See [`discontinuity`].
+    pub fn depth_series(&self, order: u32) -> Result<DepthSeries, ExpansionError> {
+        let chart = grazing_chart(self.orbit);
+        DepthSeries::new(&self.passage, &chart, &self.variables, order)
+    }
+
+    /// The leading law of each coordinate's correction; `None` where it begins above `y^8`.
+    ///
+    /// # Errors
+    ///
+    /// See [`discontinuity`].
+    pub fn leading_laws(&self) -> Result<Vec<Option<LeadingLaw>>, ExpansionError> {
+        let series = self.depth_series(LEADING_ORDER)?;
+        let coordinates = 0..self.variables.coordinates;
+        Ok(coordinates
+            .map(|coordinate| series.leading_law(coordinate))
+            .collect())
+    }
+
+    /// Estimates the radius of convergence of the discontinuity mapping in `y`; see [`DepthSeries::radius`].
+    ///
+    /// # Errors
+    ///
+    /// See [`discontinuity`].
+    pub fn depth_radius(&self) -> Result<Option<f64>, ExpansionError> {
+        Ok(self.depth_series(RADIUS_ORDER)?.radius())
     }
 
     /// The speed at which the surface is met, to a weighted degree.

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::discontinuity::time_of_minimum;
+use super::approach::time_of_minimum;
 use super::passage::Passage;
 use super::section_chart::SectionChart;
 use super::variables::{DEVIATION_WEIGHT, Variables};

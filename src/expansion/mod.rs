@@ -3,24 +3,35 @@
 //! Deliberately absent: the direct simulator (agreement with it must be evidence, not an echo), text,
 //! templates.
 
+mod analyticity;
+mod approach;
 mod composition;
+mod contact_law;
+mod departure;
+mod depth_chart;
+mod depth_series;
 mod description;
 mod discontinuity;
 mod error;
 mod expand;
+mod impact_speed;
 mod leg;
 mod local_map;
 mod lost_digits;
 mod lowering;
 mod passage;
+mod release;
 mod routes;
 mod section_chart;
 mod variables;
 
 pub use composition::compose;
-pub use discontinuity::{ImpactSpeed, discontinuity, impact_speed};
+pub use contact_law::{ContactLaw, ContactLawError};
+pub use depth_series::{DepthSeries, LeadingLaw};
+pub use discontinuity::discontinuity;
 pub use error::ExpansionError;
 pub use expand::{Expander, Legs};
+pub use impact_speed::{ImpactSpeed, impact_speed};
 pub use leg::{LegExpansion, Route};
 pub use local_map::{
     ActiveParameter, ComposedMap, Contact, Leg, LocalMap, MapOrders, MapSection, MapWindow,

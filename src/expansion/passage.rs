@@ -3,20 +3,22 @@
 use std::sync::Arc;
 
 use super::ExpansionError;
+use super::analyticity::{Corner, corner_under};
+use super::contact_law::{ContactLaw, ContactLawError};
 use crate::flow::{Field, InputKind, Program, bound_but};
 use crate::jet::{Jet, JetSpace};
-use crate::model::{Model, NodeId, Response};
+use crate::model::{Model, NodeId, Response, Surface};
 use crate::numeric::{Dd, Real};
 
-/// The surface, its reset and the free field around a graze, inactive parameters folded in.
+/// The surface, its contact law and the free field around a graze, inactive parameters folded in.
 #[derive(Clone, Debug)]
 pub struct Passage {
     /// Name of the surface.
     pub surface: String,
     /// Free field with the event function watched, for its series in time and its jets.
     pub field: Field,
-    /// The reset, a program over jets.
-    pub reset: Program,
+    /// What happens at the surface.
+    pub law: ContactLaw,
     /// `h'`, then its derivative with respect to each component of the full state, over jets.
     pub normal_velocity: Program,
     dimension: usize,
@@ -25,24 +27,35 @@ pub struct Passage {
 }
 
 impl Passage {
-    /// Lowers the passage of a surface; `parameters` are the values at the graze.
+    /// Lowers the passage of a surface; `state` and `parameters` are the values at the graze.
     ///
     /// # Errors
     ///
-    /// [`ExpansionError::CompliantSurface`] if the surface has a contact field.
+    /// [`ExpansionError::ContactLaw`] if a contact field or release function is not analytic at `state`, the
+    /// grazing point.
     pub fn new(
         model: &Model,
         surface: usize,
+        state: &[Dd],
         parameters: &[Dd],
         active: &[usize],
     ) -> Result<Self, ExpansionError> {
         let surface = &model.surfaces[surface];
-        let Response::Impact { reset } = &surface.response else {
-            return Err(ExpansionError::CompliantSurface {
-                surface: surface.name.clone(),
-            });
-        };
         let inputs = jet_inputs(model.dimension(), parameters, active);
+        let law = match &surface.response {
+            Response::Impact { reset } => ContactLaw::Rigid {
+                reset: Program::new(&model.graph, reset, &inputs),
+            },
+            Response::Contact { field, release } => {
+                let graze: Vec<Dd> = state.iter().chain(parameters).copied().collect();
+                refuse_corners(model, surface, field, *release, &graze)?;
+                let watched = [*release, surface.event];
+                let kinds = bound_but(active, parameters);
+                ContactLaw::Compliant {
+                    field: Field::new(&model.graph, field, &watched, &kinds),
+                }
+            }
+        };
         let mut graph = model.graph.clone();
         let slopes = (0..model.dimension())
             .map(|component| graph.derivative(surface.normal_velocity, component));
@@ -52,7 +65,7 @@ impl Passage {
         Ok(Self {
             surface: surface.name.clone(),
             field: Field::free_bound(model, &[surface.event], active, parameters),
-            reset: Program::new(&model.graph, reset, &inputs),
+            law,
             normal_velocity: Program::new(&graph, &normal_velocity, &inputs),
             dimension: model.dimension(),
             parameters: parameters.to_vec(),
@@ -79,6 +92,25 @@ impl Passage {
         first_variable: usize,
     ) -> Vec<Jet<S>> {
         parameter_jets(&self.parameters, &self.active, space, first_variable)
+    }
+}
+
+/// A contact field or a release function at a corner of one of its functions has no expansion.
+fn refuse_corners(
+    model: &Model,
+    surface: &Surface,
+    field: &[NodeId],
+    release: NodeId,
+    graze: &[Dd],
+) -> Result<(), ContactLawError> {
+    let outputs: Vec<_> = field.iter().copied().chain([release]).collect();
+    match corner_under(&model.graph, &outputs, graze) {
+        None => Ok(()),
+        Some(Corner { function, argument }) => Err(ContactLawError::NotAnalytic {
+            surface: surface.name.clone(),
+            function,
+            argument,
+        }),
     }
 }
 

@@ -111,6 +111,20 @@ pub(super) fn fold_depth_powers<S: Scalar>(
     })
 }
 
+/// The jet times `y^power`; for a negative power its terms in lower powers of `y` are dropped.
+pub(super) fn shift_depth_power<S: Scalar>(jet: &Jet<S>, power: i32) -> Jet<S> {
+    let mut result = Jet::zero(jet.space());
+    let mut target = vec![0; jet.space().variables()];
+    for (exponents, value) in jet.terms() {
+        target.copy_from_slice(exponents);
+        if let Ok(shifted) = u8::try_from(i32::from(exponents[0]) + power) {
+            target[0] = shifted;
+            add_at(&mut result, &target, value);
+        }
+    }
+    result
+}
+
 fn rebase<S: Scalar>(
     jet: &Jet<S>,
     space: &Arc<JetSpace>,

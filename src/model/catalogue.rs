@@ -84,6 +84,20 @@ const ENTRIES: &[Entry] = &[
         "cantilever_0_068",
         "cantilever beam, zeta = 0.068: orbit 1/4"
     ),
+    entry!(
+        "soft_a",
+        "soft impacts A: spring (Kundu, Banerjee, Ing, Pavlovskaia, Wiercigroch 2012)"
+    ),
+    entry!(
+        "soft_b",
+        "soft impacts B: spring and damper, released at zero force"
+    ),
+    entry!(
+        "soft_b_surface",
+        "soft impacts B: spring and damper, released at the surface"
+    ),
+    entry!("soft_c", "soft impacts C: prestressed spring"),
+    entry!("soft_d", "soft impacts D: prestressed spring and damper"),
 ];
 
 /// Names of the scenes, in the order of the catalogue.

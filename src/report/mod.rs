@@ -25,9 +25,13 @@ mod run_page;
 mod table;
 mod table_text;
 
-pub use convergence_page::{chosen_words, convergence_figures, convergence_section, convergence_table, without_times};
-pub use curve_document::{Codimension2, CurveDocument, FoldDocument, PointDocument, SwitchDocument};
+pub use convergence_page::{
+    chosen_words, convergence_figures, convergence_section, convergence_table, without_times,
+};
 pub(crate) use curve_document::curve_end_words;
+pub use curve_document::{
+    Codimension2, CurveDocument, FoldDocument, PointDocument, SwitchDocument,
+};
 pub use diagram_figure::{diagram_array, diagram_figures, diagram_table, diagram_timing_table};
 pub use error::ReportError;
 pub use exact_json::{to_dense_json, to_exact_json};

@@ -1,0 +1,224 @@
+//! Leading laws of soft impacts, their radius in y, and laws that have no expansion.
+
+use grazemap::expansion::{ContactLawError, Expander, ExpansionError, LeadingLaw};
+use grazemap::model::{Scene, catalogue};
+use grazemap::orbit::{GrazingOrbit, locate};
+
+fn scene_of(name: &str, edits: &[(&str, &str)], overrides: &[(&str, &str)]) -> Scene {
+    let text = catalogue::text(name).expect("in the catalogue");
+    let text = edits.iter().fold(text.to_owned(), |text, (from, to)| {
+        assert!(text.contains(from), "nothing to edit: {from}");
+        text.replace(from, to)
+    });
+    let owned = |&(key, value): &(&str, &str)| (key.to_owned(), value.to_owned());
+    let overrides: Vec<_> = overrides.iter().map(owned).collect();
+    Scene::parse_with(&text, name, &overrides).unwrap_or_else(|error| panic!("{error}"))
+}
+
+fn orbit(scene: &Scene) -> GrazingOrbit {
+    let found = locate(scene).expect("no wrong input");
+    found.into_result().expect("the linear oscillator grazes")
+}
+
+const ZERO_TIME: [(&str, &str); 1] = [("section.kind", "stroboscopic")];
+
+/// Leading laws at zero net time, of u and of v.
+fn zero_time_laws(name: &str) -> (Vec<LeadingLaw>, f64) {
+    let scene = scene_of(name, &[], &ZERO_TIME);
+    let orbit = orbit(&scene);
+    let laws = Expander::new(&scene, &orbit)
+        .expect("an analytic law")
+        .leading_laws()
+        .expect("a simple release");
+    let laws = laws
+        .into_iter()
+        .map(|law| law.expect("within y^8"))
+        .collect();
+    (laws, orbit.grazing_point().normal_acceleration.to_f64())
+}
+
+fn check(name: &str, laws: &[LeadingLaw], expected: [(u32, f64); 2]) {
+    for (law, (exponent, coefficient)) in laws.iter().zip(expected) {
+        let error = (law.coefficient.to_f64() / coefficient - 1.0).abs();
+        assert_eq!(law.exponent, exponent, "{name}");
+        assert!(
+            error < 1e-14,
+            "{name}: {} for {coefficient}",
+            law.coefficient.to_f64()
+        );
+    }
+}
+
+/// Closed forms: tests/data/soft/symbolic_leading_terms.json, with a = h'' and J = u''' = 0 in the
+/// harmonic orbit at its top (so that J = −A ω sin, the forcing's rate, is R1 a there).
+#[test]
+fn leading_laws_of_the_four_systems_have_the_exponents_and_coefficients_of_the_closed_forms() {
+    let r1 = 0.03;
+    let two = 2.0_f64.sqrt();
+    let (laws, a) = zero_time_laws("soft_a");
+    let k2 = 33.0;
+    // J = d/dt (A cos) at the top: u''' = J − R1 u'' − k1 u' = 0 and u'' = −a give J = −R1 a.
+    let jerk = -r1 * a;
+    check(
+        "soft_a",
+        &laws,
+        [
+            (
+                5,
+                4.0 * two * k2 * (jerk + 2.0 * a * r1) / (15.0 * a.powf(2.5)),
+            ),
+            (3, -4.0 * two * k2 / (3.0 * a.sqrt())),
+        ],
+    );
+    let (laws, a) = zero_time_laws("soft_b");
+    check(
+        "soft_b",
+        &laws,
+        [(3, -2.0 * two * 0.5 / (3.0 * a.sqrt())), (2, -0.5)],
+    );
+    let (laws, a) = zero_time_laws("soft_c");
+    let b = 3.64 * 1.2;
+    check(
+        "soft_c",
+        &laws,
+        [
+            (2, -4.0 * (b / (a + b)).powi(2)),
+            (1, -2.0 * (2.0 * a).sqrt() * b / (a + b)),
+        ],
+    );
+    let (laws, a) = zero_time_laws("soft_d");
+    let b = 10.0 * 0.05;
+    check(
+        "soft_d",
+        &laws,
+        [
+            (2, -4.0 * (b / (a + b)).powi(2)),
+            (1, -2.0 * (2.0 * a).sqrt() * b / (a + b)),
+        ],
+    );
+}
+
+/// Released at the surface the damper gives back what it took, at order y²: with contact time
+/// t = 2 √(2/a) y and v = −a (s − t/2), the spring and the damper contribute at order y³.
+#[test]
+fn release_at_the_surface_moves_the_law_of_the_damper_to_the_third_power() {
+    let (laws, _) = zero_time_laws("soft_b_surface");
+    assert_eq!(laws[1].exponent, 3);
+    let (zero_force, _) = zero_time_laws("soft_b");
+    assert_eq!(zero_force[1].exponent, 2);
+}
+
+#[test]
+fn leading_law_of_a_rigid_stop_is_its_kick() {
+    let scene = scene_of("linear", &[], &ZERO_TIME);
+    let orbit = orbit(&scene);
+    let laws = Expander::new(&scene, &orbit)
+        .expect("rigid")
+        .leading_laws()
+        .expect("laws");
+    let law = laws[1].expect("a kick");
+    let kick = -1.8 * (2.0 * orbit.grazing_point().normal_acceleration.to_f64()).sqrt();
+    assert_eq!(law.exponent, 1);
+    assert!((law.coefficient.to_f64() / kick - 1.0).abs() < 1e-14);
+}
+
+/// The radii are those of the uniform laws in the stiffness, where their square roots or arc tangents end.
+#[test]
+fn radius_in_depth_follows_the_stiffness() {
+    let stiff = [("k2", "100"), ("R2", "0.05")];
+    let cases: [(&str, &[(&str, &str)], f64, f64); 4] = [
+        ("soft_a", &[], 33.0, 0.0),
+        ("soft_a", &[("k2", "3300")], 3300.0, 0.0),
+        ("soft_b", &[], 2.0, 0.5),
+        ("soft_b", &stiff, 100.0, 0.05),
+    ];
+    for (name, overrides, k2, r2) in cases {
+        let scene = scene_of(name, &[], overrides);
+        let orbit = orbit(&scene);
+        let expander = Expander::new(&scene, &orbit).expect("an analytic law");
+        let radius = expander
+            .depth_radius()
+            .expect("a series")
+            .expect("an infinite series");
+        let a = orbit.grazing_point().normal_acceleration.to_f64();
+        let expected = if name == "soft_a" {
+            (a / (2.0 * k2)).sqrt()
+        } else {
+            r2 * (a / 2.0).sqrt() / k2
+        };
+        println!("{name} {overrides:?}: {radius:.4e}, law {expected:.4e}");
+        assert!(
+            (0.6..1.6).contains(&(radius / expected)),
+            "{name}: {radius:e} for {expected:e}"
+        );
+    }
+}
+
+fn error_of(edits: &[(&str, &str)]) -> ExpansionError {
+    let scene = scene_of("soft_a", edits, &[]);
+    let orbit = orbit(&scene);
+    let expander = match Expander::new(&scene, &orbit) {
+        Ok(expander) => expander,
+        Err(error) => return error,
+    };
+    expander.contact(4).expect_err("a law without expansion")
+}
+
+const SPRING: &str = "free - k2*(u - sigma)";
+const RELEASE: &str = "contact = { v = \"free - k2*(u - sigma)\" }";
+
+#[test]
+fn a_contact_that_pulls_inward_is_refused_with_its_acceleration() {
+    let error = error_of(&[(SPRING, "free + 2")]);
+    let ExpansionError::ContactLaw(ContactLawError::Acceleration {
+        contact_acceleration,
+        free_acceleration,
+        ..
+    }) = error
+    else {
+        panic!("{error}")
+    };
+    assert!((contact_acceleration - (free_acceleration - 2.0)).abs() < 1e-14);
+}
+
+#[test]
+fn a_contact_without_release_near_the_graze_is_refused() {
+    let error = error_of(&[(
+        RELEASE,
+        "contact = { v = \"free - k2*(u - sigma)\" }\nrelease = \"1 + k2*(u - sigma)\"",
+    )]);
+    assert!(
+        matches!(error, ExpansionError::ContactLaw(ContactLawError::NoRelease { release, .. }) if (release - 1.0).abs() < 1e-14),
+        "{error}"
+    );
+}
+
+#[test]
+fn laws_that_are_not_analytic_on_the_surface_are_refused_by_the_function_that_is_not() {
+    let cases = [
+        ("free - k2*(u - sigma)^1.5", "power 1.5"),
+        ("free - k2*max(u - sigma, 0)", "max"),
+        ("free - k2*(u - sigma) - abs(v)*v", "abs"),
+        ("free - sqrt(u - sigma)", "sqrt"),
+    ];
+    for (law, name) in cases {
+        let error = error_of(&[(SPRING, law)]);
+        let ExpansionError::ContactLaw(ContactLawError::NotAnalytic { function, .. }) = &error
+        else {
+            panic!("{law}: {error}")
+        };
+        assert_eq!(function, name);
+    }
+}
+
+#[test]
+fn whole_powers_of_the_depth_are_expanded() {
+    // The cube of the depth acts at the power 2·3 + 1 of y.
+    let scene = scene_of("soft_a", &[(SPRING, "free - k2*(u - sigma)^3")], &ZERO_TIME);
+    let orbit = orbit(&scene);
+    let laws = Expander::new(&scene, &orbit)
+        .expect("analytic")
+        .leading_laws()
+        .expect("laws");
+    assert_eq!(laws[1].map(|law| law.exponent), Some(7));
+}
