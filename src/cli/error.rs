@@ -52,7 +52,7 @@ pub(super) enum CliError {
     )]
     DepthVariableName { name: String, kind: &'static str },
     /// Wrong input to the location of the orbit, or a flow that failed.
-    #[error(transparent)]
+    #[error("cannot locate the grazing orbit: {0}")]
     Orbit(#[from] OrbitError),
     /// No grazing orbit.
     #[error("no grazing orbit: {0}")]
@@ -221,11 +221,12 @@ fn ended(end: &Option<DirectEnd>) -> &'static str {
 
 /// A fault drawn in the text of its scene; colours only on a terminal.
 fn drawn(headline: &SceneHeadline) -> String {
-    let theme = if io::stderr().is_terminal() {
+    let mut theme = if io::stderr().is_terminal() {
         GraphicalTheme::unicode()
     } else {
         GraphicalTheme::unicode_nocolor()
     };
+    theme.characters.error = "error:".to_owned();
     let mut text = String::new();
     let handler = GraphicalReportHandler::new_themed(theme)
         .with_width(120)

@@ -26,7 +26,7 @@ use crate::report::{
 /// Where results go when no folder is named.
 const FOLDER: &str = "out";
 /// The scene of a run without a scene.
-const BUILT_IN: &str = "linear";
+const BUILT_IN: &str = "cantilever_3_5_soft";
 
 /// What was measured in a run: times alone, so that every other file is the same from run to run.
 #[derive(Debug, Serialize)]

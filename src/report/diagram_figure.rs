@@ -8,18 +8,18 @@ use crate::model::Method;
 
 /// The pictures of a diagram, each with the ending of its file's name.
 ///
-/// One picture of everything; where both the map and direct simulation were run, one of each too, on the same axes; and
-/// the largest Lyapunov exponent where it was computed.
+/// Where both the map and direct simulation were run, one picture of each, on the same axes; and the largest Lyapunov
+/// exponent where it was computed.
 pub fn diagram_figures(diagram: &Diagram) -> Vec<(&'static str, Figure)> {
-    let mut figures = vec![("", figure(diagram, |_| true))];
     let methods = [(Method::Map, "-map"), (Method::Direct, "-direct")];
     let has = |method| diagram.sweeps.iter().any(|sweep| sweep.method == method);
-    if methods.iter().all(|(method, _)| has(*method)) {
-        let one = |&(method, ending): &(Method, &'static str)| {
-            (ending, figure(diagram, |sweep| sweep.method == method))
-        };
-        figures.extend(methods.iter().map(one));
-    }
+    let mut figures = if methods.iter().all(|(method, _)| has(*method)) {
+        methods
+            .map(|(method, ending)| (ending, figure(diagram, |sweep| sweep.method == method)))
+            .into()
+    } else {
+        vec![("", figure(diagram, |_| true))]
+    };
     figures.extend(lyapunov_figure(diagram).map(|figure| ("-lyapunov", figure)));
     figures
 }
@@ -115,17 +115,9 @@ pub fn diagram_timing_table(diagrams: &[Diagram]) -> Result<Table, ReportError> 
 }
 
 fn figure(diagram: &Diagram, shown: impl Fn(&Sweep) -> bool) -> Figure {
-    let mut figure = Figure::new(
-        offset_axis(diagram),
-        Axis::linear(observable_words(&diagram.observable)),
-    );
+    let mut figure = Figure::new(offset_axis(diagram), value_axis(diagram));
     let alone = diagram.sweeps.iter().filter(|sweep| shown(sweep)).count() == 1;
-    for (number, sweep) in diagram
-        .sweeps
-        .iter()
-        .enumerate()
-        .filter(|(_, sweep)| shown(sweep))
-    {
+    for sweep in diagram.sweeps.iter().filter(|sweep| shown(sweep)) {
         let dots = sweep
             .points
             .iter()
@@ -135,9 +127,7 @@ fn figure(diagram: &Diagram, shown: impl Fn(&Sweep) -> bool) -> Figure {
         } else {
             sweep_word(sweep)
         };
-        figure
-            .series
-            .push(Series::dots(name, dots.collect()).with_color(number));
+        figure.series.push(Series::dots(name, dots.collect()));
     }
     figure.guides.push(Guide::Vertical {
         at: 0.0,
@@ -184,6 +174,24 @@ fn offset_axis(diagram: &Diagram) -> Axis {
     let axis = Axis::linear(format!("{letter} − {letter}*"));
     if lower < upper {
         axis.with_range(lower, upper)
+    } else {
+        axis
+    }
+}
+
+/// An axis that shows every value of every sweep.
+fn value_axis(diagram: &Diagram) -> Axis {
+    let axis = Axis::linear(observable_words(&diagram.observable));
+    let points = diagram.sweeps.iter().flat_map(|sweep| &sweep.points);
+    let values = points
+        .flat_map(|point| &point.values)
+        .filter(|value| value.is_finite());
+    let (lower, upper) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), &x| {
+        (low.min(x), high.max(x))
+    });
+    let margin = 0.04 * (upper - lower);
+    if margin > 0.0 {
+        axis.with_range(lower - margin, upper + margin)
     } else {
         axis
     }

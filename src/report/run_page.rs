@@ -141,7 +141,7 @@ fn summary(run: &RunPage<'_>) -> String {
         .map(|(_, terms)| terms.len())
         .sum();
     format!(
-        "The orbit grazes `{}` at {}. Near it the Poincaré map is {terms} coefficients, {} multiply-adds a step once the parameters are fixed.",
+        "The orbit grazes the surface “{}” at {}. Near it the Poincaré map is {terms} coefficients, {} multiply-adds a step once the parameters are fixed.",
         run.orbit.surface,
         solved.join(", "),
         run.emitted.frozen,
