@@ -69,6 +69,7 @@ impl<S: Real> Approach<S> {
         weight: u32,
         kind: DepthVariable,
     ) -> Result<Self, ExpansionError> {
+        variables.check_contact_space(weight)?;
         let base = variables.smooth_space(weight + 1)?;
         let parameters = passage.parameter_jets(&base, variables.coordinates);
         let start = chart.embed(passage, &base, 0)?;
