@@ -37,7 +37,7 @@ fn study(name: &str, smooth_order: u32, contact_weight: u32) -> ConvergenceStudy
 }
 
 fn assert_rates(what: &str, rates: &[FactorRate]) {
-    for FactorRate { order, rate } in rates {
+    for FactorRate { order, rate, .. } in rates {
         let measured = rate.measured.expect("a range above rounding");
         // The next term of the series bends the line: 0.1 is what the issue of orders needs to know.
         assert!(
@@ -78,17 +78,18 @@ fn the_cheapest_orders_meet_the_tolerance_on_fresh_points() {
     assert!(!hopeless.met, "{hopeless:?}");
 }
 
-fn jets(map: &LocalMap) -> Vec<&Jet<f64>> {
-    let of_stage = |stage| -> Vec<&Jet<f64>> {
-        match stage {
-            Stage::Leg(leg) => leg.image.iter().collect(),
-            Stage::Contact(contact) => {
-                let parts = contact.linear.iter().chain(&contact.quadratic);
-                parts.chain([&contact.depth]).collect()
-            }
+fn jets_of(stage: &Stage) -> Vec<&Jet<f64>> {
+    match stage {
+        Stage::Leg(leg) => leg.image.iter().collect(),
+        Stage::Contact(contact) => {
+            let parts = contact.linear.iter().chain(&contact.quadratic);
+            parts.chain([&contact.depth]).collect()
         }
-    };
-    map.stages.iter().flat_map(of_stage).collect()
+    }
+}
+
+fn jets(map: &LocalMap) -> Vec<&Jet<f64>> {
+    map.stages.iter().flat_map(jets_of).collect()
 }
 
 #[test]

@@ -162,9 +162,5 @@ fn map_and_simulation_agree_before_grazing() {
             by_map.lyapunov.is_some_and(|exponent| exponent < 0.0) && direct.lyapunov.is_none()
         );
     }
-    eprintln!(
-        "{:?} {:?} {:?}",
-        diagram.speed_ratio, diagram.sweeps[0].timing, diagram.sweeps[2].timing
-    );
     assert!(diagram.speed_ratio.is_some());
 }

@@ -61,7 +61,7 @@ impl<S: Real> FreeFlight<S> {
         let values = self.section.parameters().to_vec();
         let mut state = self.fly(self.section.state(), &values, duration)?;
         if self.section.kind() == PoincareSectionKind::Tangency {
-            state = self.to_minimum(&state, &values)?.0;
+            state = self.minimum_near(&state, &values)?.0;
         }
         let mut offsets = self.section.offsets(&self.without_advance(state));
         if offsets.iter().any(|value| !value.is_finite()) {
@@ -84,7 +84,7 @@ impl<S: Real> FreeFlight<S> {
         self.graze.place(offsets, parameters)?;
         let values = self.graze.parameters().to_vec();
         let start = self.graze.state().to_vec();
-        let (minimum, to_minimum) = self.to_minimum(&start, &values)?;
+        let (minimum, until_minimum) = self.minimum_near(&start, &values)?;
         let depth = -self.normal.evaluate(&minimum, &values).get(0);
         if depth <= S::zero() {
             return Ok((offsets.to_vec(), depth));
@@ -93,9 +93,9 @@ impl<S: Real> FreeFlight<S> {
         let entry = self.fly(&minimum, &values, since_minimum)?;
         let after = self.reset(&entry, &values);
         let image = if self.graze.kind() == PoincareSectionKind::Tangency {
-            self.to_minimum(&after, &values)?.0
+            self.minimum_near(&after, &values)?.0
         } else {
-            self.fly(&after, &values, -(to_minimum + since_minimum))?
+            self.fly(&after, &values, -(until_minimum + since_minimum))?
         };
         Ok((self.graze.offsets(&image), depth))
     }
@@ -105,7 +105,11 @@ impl<S: Real> FreeFlight<S> {
     }
 
     /// The nearby point of the free flow with `h' = 0`, and the time to it.
-    fn to_minimum(&mut self, state: &[S], parameters: &[S]) -> Result<(Vec<S>, S), AnalysisError> {
+    fn minimum_near(
+        &mut self,
+        state: &[S],
+        parameters: &[S],
+    ) -> Result<(Vec<S>, S), AnalysisError> {
         let (mut time, mut last) = (S::zero(), f64::INFINITY);
         let mut at = state.to_vec();
         for _ in 0..NEWTON_STEPS {

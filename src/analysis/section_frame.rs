@@ -19,7 +19,7 @@ const NEWTON_STEPS: usize = 40;
 pub struct SectionFrame<S: Real> {
     section: PoincareSection,
     origin: Vec<S>,
-    parameters: Vec<S>,
+    grazing_parameters: Vec<S>,
     active: Vec<usize>,
     surface: usize,
     graze_phase: Option<(Dd, Dd)>,
@@ -27,7 +27,7 @@ pub struct SectionFrame<S: Real> {
     clock: Option<Clock<S>>,
     orbit_period: S,
     state: Vec<S>,
-    values: Vec<S>,
+    parameters: Vec<S>,
 }
 
 /// The forcing: its rate as a function of the parameters, and by how much its phase advances.
@@ -59,7 +59,7 @@ impl<S: Real> SectionFrame<S> {
         Self {
             section: orbit.section.clone(),
             origin: convert(origin),
-            parameters: convert(orbit.parameters()),
+            grazing_parameters: convert(orbit.parameters()),
             active: scene.expansion.active.clone(),
             surface,
             graze_phase: graze,
@@ -71,7 +71,7 @@ impl<S: Real> SectionFrame<S> {
             }),
             orbit_period: S::from_dd(orbit.period),
             state: convert(origin),
-            values: convert(orbit.parameters()),
+            parameters: convert(orbit.parameters()),
         }
     }
 
@@ -142,9 +142,9 @@ impl<S: Real> SectionFrame<S> {
         for (&component, &offset) in self.section.coordinates.iter().zip(offsets) {
             self.state[component] += offset;
         }
-        self.values.copy_from_slice(&self.parameters);
+        self.parameters.copy_from_slice(&self.grazing_parameters);
         for (&parameter, &offset) in self.active.iter().zip(parameter_offsets) {
-            self.values[parameter] += offset;
+            self.parameters[parameter] += offset;
         }
         if self.section.kind == PoincareSectionKind::Tangency {
             self.solve_tangency();
@@ -159,7 +159,7 @@ impl<S: Real> SectionFrame<S> {
 
     /// All parameters of the model, as placed last.
     pub fn parameters(&self) -> &[S] {
-        &self.values
+        &self.parameters
     }
 
     /// Nominal return time at the parameters placed last.
@@ -183,7 +183,7 @@ impl<S: Real> SectionFrame<S> {
 
     /// Time in which the phase advances by this much.
     fn duration_of(&mut self, advance: S) -> S {
-        let (state, parameters) = (&self.state, &self.values);
+        let (state, parameters) = (&self.state, &self.parameters);
         let rate = self
             .clock
             .as_mut()
@@ -196,7 +196,7 @@ impl<S: Real> SectionFrame<S> {
         let eliminated = self.section.eliminated;
         let mut last = f64::INFINITY;
         for _ in 0..NEWTON_STEPS {
-            let values = self.tangency.evaluate(&self.state, &self.values);
+            let values = self.tangency.evaluate(&self.state, &self.parameters);
             let (value, slope) = (values.get(0), values.get(1));
             if value == S::zero() {
                 return;

@@ -70,15 +70,18 @@ impl<S: Real> Approach<S> {
         kind: DepthVariable,
     ) -> Result<Self, ExpansionError> {
         let base = variables.smooth_space(weight + 1)?;
-        let space = variables.contact_space(weight)?;
         let parameters = passage.parameter_jets(&base, variables.coordinates);
         let start = chart.embed(passage, &base, 0)?;
-        let order = weight as usize;
+        // The gap is divided by the square of the time, so that its power `weight + 1` acts at the weight.
+        let order = weight as usize + 1;
         let (minimum_time, series) = series_about_minimum(passage, &start, &parameters, order)?;
         let depth = -&series.watched(0)[0];
-        let chart = match kind {
-            DepthVariable::Added => None,
-            DepthVariable::Replacing => Some(DepthChart::new(&depth, variables, &space)?),
+        let (space, chart) = match kind {
+            DepthVariable::Added => (variables.contact_space(weight)?, None),
+            DepthVariable::Replacing => {
+                let chart = DepthChart::new(&depth, variables, weight)?;
+                (Arc::clone(&chart.space), Some(chart))
+            }
         };
         let raise = |jets: &[Jet<S>]| -> Vec<Jet<S>> {
             match &chart {

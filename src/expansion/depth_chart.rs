@@ -17,22 +17,25 @@ const NO_SLOPE: f64 = 1e-9;
 /// The variables (coordinates; parameters) as jets in `(y; c', p)`.
 #[derive(Clone, Debug)]
 pub(super) struct DepthChart<S: Real> {
+    /// Space of `(y; coordinates; parameters)`, without a monomial in the replaced coordinate.
+    pub(super) space: Arc<JetSpace>,
     inner: Vec<Jet<S>>,
 }
 
 impl<S: Real> DepthChart<S> {
-    /// Solves `u = y²` for a coordinate; `depth` is `u` in (coordinates; parameters), `space` that of
-    /// `(y; coordinates; parameters)`, of which the variable of that coordinate stays unused.
+    /// Solves `u = y²` for a coordinate, to a weighted degree; `depth` is `u` in (coordinates; parameters).
     ///
     /// # Errors
     ///
-    /// [`ExpansionError::DepthWithoutSlope`] if the depth does not depend on any coordinate at first order.
+    /// [`ExpansionError::DepthWithoutSlope`] if the depth does not depend on any coordinate at first order,
+    /// [`ExpansionError::Jet`] if the space would be too large.
     pub(super) fn new(
         depth: &Jet<S>,
         variables: &Variables,
-        space: &Arc<JetSpace>,
+        weight: u32,
     ) -> Result<Self, ExpansionError> {
         let replaced = steepest_coordinate(depth, variables)?;
+        let space = &space_without(replaced, variables, weight)?;
         let mut inner: Vec<_> = (0..variables.len())
             .map(|variable| Jet::variable(space, 1 + variable, S::zero()))
             .collect();
@@ -47,13 +50,25 @@ impl<S: Real> DepthChart<S> {
             let depth = values.swap_remove(1);
             (&depth - &square, values.swap_remove(0))
         })?;
-        Ok(Self { inner })
+        let space = Arc::clone(space);
+        Ok(Self { space, inner })
     }
 
     /// Jets in (coordinates; parameters) as jets in `(y; c', p)`.
     pub(super) fn raise(&self, jets: &[Jet<S>]) -> Vec<Jet<S>> {
         substitute_all(jets, &self.inner)
     }
+}
+
+/// The space of `(y; coordinates; parameters)` in which one coordinate is too heavy to have a monomial.
+fn space_without(
+    replaced: usize,
+    variables: &Variables,
+    weight: u32,
+) -> Result<Arc<JetSpace>, ExpansionError> {
+    let mut others = variables.clone();
+    others.weights[replaced] = weight + 1;
+    others.contact_space(weight)
 }
 
 /// The coordinate to replace: of those the depth depends on, the lightest, of these the steepest.
