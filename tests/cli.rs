@@ -102,7 +102,14 @@ fn wrong_calls() -> Vec<(&'static str, Vec<&'static str>)> {
         ),
         (
             "weight_beyond_memory",
-            vec!["expand", "linear", "--set", "expansion.contact_weight=64"],
+            vec![
+                "expand",
+                "linear",
+                "--set",
+                "expansion.contact_weight=64",
+                "--set",
+                "expansion.active=[\"alpha\", \"omega\", \"zeta\", \"delta\"]",
+            ],
         ),
         (
             "orbit_never_touches",
