@@ -1,7 +1,7 @@
 //! Direct simulation: one forcing period near grazing, and one image of the return map.
 //!
 //! The linear oscillator at `alpha = 1.002 alpha_g`, r = 0.8 (Foale 1994; Thota, Zhao, Dankowicz 2006), and the
-//! electrostatic one at `omega = 0.46` just beyond grazing, both on their attractors, impacts included.
+//! electrostatic one at `omega = 0.46`, 5 % beyond grazing, both on their attractors; the number of impacts is printed.
 
 use std::hint::black_box;
 
@@ -51,7 +51,7 @@ fn periods<S: Real>(criterion: &mut Criterion, scalar: &str) {
             "linear",
             model("linear", "alpha", 2.247_220_505_424_423 * 1.002),
         ),
-        ("electrostatic", model("mems", "V", 0.211_927_585_7 * 1.002)),
+        ("electrostatic", model("mems", "V", 0.211_927_585_7 * 1.05)),
     ];
     for (name, model) in systems {
         let system = HybridSystem::new(&model);
@@ -105,5 +105,9 @@ fn simulation(criterion: &mut Criterion) {
     returns::<Dd>(criterion, "double-double");
 }
 
-criterion_group!(benches, simulation);
+criterion_group! {
+    name = benches;
+    config = Criterion::default().without_plots();
+    targets = simulation
+}
 criterion_main!(benches);

@@ -1,4 +1,14 @@
 //! Grazemap: fast, measured local maps of oscillators that graze a stop.
+//!
+//! A description of an impact oscillator (a [`Scene`]) becomes a [`GrazingOrbit`], that becomes a [`LocalMap`], which is
+//! iterated as a [`DiscreteMap`], emitted as Rust code ([`EmittedCrate`]), and measured against direct event-driven
+//! simulation ([`ConvergenceStudy`]). Data flows one way: each module knows those before it and none after it.
+//!
+//! # A first application
+//!
+//! ```
+#![doc = include_str!("../tests/quickstart.rs")]
+//! ```
 
 pub mod numeric;
 
@@ -14,4 +24,22 @@ pub mod orbit;
 
 pub mod expansion;
 
+pub mod emission;
+
+pub mod iteration;
+
+pub mod analysis;
+
+pub mod convergence;
+
 pub mod report;
+
+pub mod cli;
+
+pub use analysis::diagram::Diagram;
+pub use convergence::ConvergenceStudy;
+pub use emission::EmittedCrate;
+pub use expansion::{Expander, LocalMap, MapOrders};
+pub use iteration::{DiscreteMap, HornerMap};
+pub use model::{Model, Scene};
+pub use orbit::GrazingOrbit;

@@ -268,10 +268,7 @@ fn at_phase(case: &Case, free: &Field, point: &[Dd; 2], phase: Dd, parameters: &
         Dd::ZERO,
         start,
     ];
-    let rate = Integrator::new(free)
-        .flow(&state, parameters, Dd::ONE)
-        .expect("smooth")[2]
-        - start;
+    let duration = graze_time(free, phase - point[1], parameters);
     let mut end = Integrator::new(free)
         .flow(&state, parameters, duration)
         .expect("smooth");

@@ -300,3 +300,38 @@ fn wrong_input_is_an_error() {
     );
     assert_eq!(simulator.forcing_period(), Err(HybridError::NoPhase));
 }
+
+#[test]
+fn a_singularity_is_said_in_finite_time() {
+    let model = model(&format!(
+        "parameters = {{ p = 1.0 }}\n[model.flow]\nx = \"v\"\nv = \"p*x^3\"\n\
+         {SURFACE}\nevent = \"x + 10\"\nimpact = {{ v = \"-v\" }}"
+    ));
+    let found = run::<f64>(&model, &[1.0], &[1.0, 1.0], 10.0);
+    assert!(
+        matches!(found.outcome, Outcome::Diverged { time } if time < 2.0),
+        "{:?}",
+        found.outcome
+    );
+}
+
+#[test]
+fn a_completed_chatter_is_said_with_its_duration() {
+    let found = run::<f64>(&ball(), &[1.0, 0.5], &[0.5, 0.0], 30.0);
+    let last = found
+        .events
+        .iter()
+        .rev()
+        .find_map(|event| match event.kind {
+            EventKind::Impact { rebound, .. } => Some((event.time, rebound)),
+            _ => None,
+        });
+    let (time, rebound) = last.expect("impacts before");
+    let ended = found.events.iter().find_map(|event| match event.kind {
+        EventKind::ChatterEnd { duration } => Some((event.time, duration)),
+        _ => None,
+    });
+    // Under constant gravity the rest takes 2 v / (1 - r).
+    let (end, duration) = ended.expect("a completed chatter");
+    assert!((duration - 4.0 * rebound).abs() < 1e-14 && (end - time - duration).abs() < 1e-14);
+}

@@ -72,7 +72,8 @@ impl<S: Real> Approach<S> {
         let base = variables.smooth_space(weight + 1)?;
         let parameters = passage.parameter_jets(&base, variables.coordinates);
         let start = chart.embed(passage, &base, 0)?;
-        let order = weight as usize;
+        // The gap is divided by the square of the time, so that its power `weight + 1` acts at the weight.
+        let order = weight as usize + 1;
         let (minimum_time, series) = series_about_minimum(passage, &start, &parameters, order)?;
         let depth = -&series.watched(0)[0];
         let (space, chart) = match kind {

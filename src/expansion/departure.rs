@@ -116,7 +116,7 @@ impl<S: Real> Departure<S> {
             &passage.field,
             &self.state,
             &parameters,
-            self.space.order().max(2),
+            (self.space.order() + 1).max(2),
         )
     }
 

@@ -145,7 +145,8 @@ impl<'a> LegExpansion<'a> {
         parameters: &[Jet<S>],
         origin: &[Dd],
     ) -> Result<Vec<Jet<S>>, ExpansionError> {
-        let series = local_series(&self.passage.field, state, parameters, space.order().max(2));
+        let order = (space.order() + 1).max(2);
+        let series = local_series(&self.passage.field, state, parameters, order);
         let time = match (to.section.kind, &self.rate) {
             (PoincareSectionKind::Stroboscopic { .. }, Some(rate)) => {
                 let inputs: Vec<_> = state.iter().chain(parameters).cloned().collect();

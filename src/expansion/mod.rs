@@ -18,6 +18,7 @@ mod impact_speed;
 mod leg;
 mod local_map;
 mod lost_digits;
+mod lowering;
 mod passage;
 mod release;
 mod routes;
@@ -37,6 +38,7 @@ pub use local_map::{
     SectionKind, Stage,
 };
 pub use lost_digits::LostDigits;
+pub use lowering::MapKernel;
 pub use passage::Passage;
 pub use routes::Routes;
 pub use section_chart::SectionChart;

@@ -13,6 +13,7 @@ mod program;
 mod samples;
 mod step_control;
 mod time_expansion;
+mod values;
 mod variational;
 
 pub use error::FlowError;

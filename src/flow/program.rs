@@ -8,6 +8,8 @@
 mod lowering;
 mod operation;
 
+use std::borrow::Borrow;
+
 use crate::jet::Graded;
 use crate::model::{ExpressionGraph, NodeId};
 use crate::numeric::{Dd, Scalar};
@@ -107,6 +109,11 @@ impl Program {
         self.operations.iter().filter(is_product).count()
     }
 
+    /// The slots a slot is computed from.
+    pub(crate) fn operands(&self, slot: usize) -> impl Iterator<Item = usize> + use<> {
+        self.operations[slot].operands()
+    }
+
     /// Computes the part of one degree of every slot but the inputs'.
     ///
     /// `tape` holds the slots one after another, each [`Graded::element_len`] scalars; `scratch` at
@@ -120,10 +127,22 @@ impl Program {
         tape: &mut [S],
         scratch: &mut [S],
     ) {
-        let len = algebra.element_len();
-        let part = algebra.part(degree);
-        let out = &mut scratch[..part.len()];
+        self.advance_with::<S, A, &A>(|_| algebra, degree, tape, scratch);
+    }
+
+    /// As [`advance`](Self::advance), in an algebra chosen for each slot.
+    pub(crate) fn advance_with<S: Scalar, A: Graded<S>, R: Borrow<A>>(
+        &self,
+        algebra_of: impl Fn(usize) -> R,
+        degree: usize,
+        tape: &mut [S],
+        scratch: &mut [S],
+    ) {
         for &slot in &self.reaching[degree.min(2)] {
+            let chosen = algebra_of(slot);
+            let algebra = chosen.borrow();
+            let (len, part) = (algebra.element_len(), algebra.part(degree));
+            let out = &mut scratch[..part.len()];
             run(
                 &self.operations[slot],
                 slot,

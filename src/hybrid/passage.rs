@@ -6,6 +6,7 @@
 //! crossings within one step, the quick dip of a near graze, cannot be missed: they have a minimum
 //! between them.
 
+use super::stationary::StationaryPoints;
 use crate::flow::horner;
 use crate::numeric::Real;
 
@@ -95,9 +96,7 @@ impl<S: Real> Passage<S> {
 /// Working memory of the search.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct PassageSearch {
-    scaled: Vec<f64>,
-    roots: Vec<f64>,
-    pending: Vec<(f64, f64)>,
+    stationary: StationaryPoints,
 }
 
 impl PassageSearch {
@@ -115,10 +114,11 @@ impl PassageSearch {
         {
             return;
         }
-        self.isolate(gap.slope, length.to_f64());
+        self.stationary.isolate(gap.slope, length.to_f64());
+        let roots = &self.stationary.roots;
         let mut left = (S::zero(), gap.at(S::zero()));
-        for index in 0..=self.roots.len() {
-            let stationary = self.roots.get(index).copied();
+        for index in 0..=roots.len() {
+            let stationary = roots.get(index).copied();
             let time = stationary.map_or(length, |root| {
                 polish_stationary(gap, S::from_f64(root) * length, length)
             });
@@ -137,61 +137,7 @@ impl PassageSearch {
             left = right;
         }
     }
-
-    /// Fills `roots` with the zeros of the slope in units of the length, increasing.
-    fn isolate<S: Real>(&mut self, slope: &[S], length: f64) {
-        self.scaled.clear();
-        let mut power = 1.0;
-        for coefficient in slope {
-            self.scaled.push(coefficient.to_f64() * power);
-            power *= length;
-        }
-        self.roots.clear();
-        let size: f64 = self.scaled.iter().map(|c| c.abs()).sum();
-        if !(size > 0.0 && size.is_finite()) {
-            return;
-        }
-        while self.scaled.len() > 2 && self.scaled.last().is_some_and(|c| c.abs() < 1e-18 * size) {
-            self.scaled.pop();
-        }
-        self.pending.clear();
-        self.pending.push((0.0, 1.0));
-        for _ in 0..MAX_INTERVALS {
-            let Some((a, b)) = self.pending.pop() else {
-                return;
-            };
-            self.examine(a, b);
-        }
-    }
-
-    /// Excludes, solves or splits one interval.
-    fn examine(&mut self, a: f64, b: f64) {
-        let (middle, half) = (0.5 * (a + b), 0.5 * (b - a));
-        let (value, slope) = value_and_slope(&self.scaled, middle);
-        let bound = curvature_bound(&self.scaled, b);
-        if value.abs() > half * (slope.abs() + 0.5 * bound * half) {
-            return;
-        }
-        if slope.abs() > bound * half || half < SMALLEST_HALF {
-            let (left, right) = (
-                value_and_slope(&self.scaled, a).0,
-                value_and_slope(&self.scaled, b).0,
-            );
-            if (left < 0.0) != (right < 0.0) {
-                let root = monotone_root(&self.scaled, a, b, left < 0.0);
-                self.roots.push(root);
-            }
-            return;
-        }
-        self.pending.push((middle, b));
-        self.pending.push((a, middle));
-    }
 }
-
-/// Intervals examined per step before the rest is given up; a step of an analytic field needs tens.
-const MAX_INTERVALS: usize = 100_000;
-/// Half-width, relative to the step, below which a multiple zero of the slope is not resolved.
-const SMALLEST_HALF: f64 = 1e-9;
 
 /// A lower bound of the gap on the step: `g_0 − Σ |g_k| L^k`.
 fn lower_bound<S: Real>(gap: &Gap<'_, S>, length: f64) -> f64 {
@@ -203,48 +149,6 @@ fn lower_bound<S: Real>(gap: &Gap<'_, S>, length: f64) -> f64 {
         .rev()
         .fold(0.0, |sum, c| (sum + c.to_f64().abs()) * length);
     gap.sign.to_f64() * first.to_f64() - variation
-}
-
-fn value_and_slope(coefficients: &[f64], at: f64) -> (f64, f64) {
-    let (mut value, mut slope) = (0.0, 0.0);
-    for &coefficient in coefficients.iter().rev() {
-        slope = slope * at + value;
-        value = value * at + coefficient;
-    }
-    (value, slope)
-}
-
-/// Bound of the second derivative on `[0, at]`.
-fn curvature_bound(coefficients: &[f64], at: f64) -> f64 {
-    let mut bound = 0.0;
-    for (degree, coefficient) in coefficients.iter().enumerate().skip(2).rev() {
-        bound = bound * at + (degree * (degree - 1)) as f64 * coefficient.abs();
-    }
-    bound
-}
-
-/// The zero of a monotone polynomial with a sign change on `[a, b]`: Newton, kept inside by bisection.
-fn monotone_root(coefficients: &[f64], mut a: f64, mut b: f64, rising: bool) -> f64 {
-    let mut at = 0.5 * (a + b);
-    for _ in 0..60 {
-        let (value, slope) = value_and_slope(coefficients, at);
-        if (value < 0.0) == rising {
-            a = at;
-        } else {
-            b = at;
-        }
-        let newton = at - value / slope;
-        let next = if newton > a && newton < b {
-            newton
-        } else {
-            0.5 * (a + b)
-        };
-        if (next - at).abs() < 1e-15 {
-            return next;
-        }
-        at = next;
-    }
-    at
 }
 
 /// Newton's method on the slope from a root good to `f64`.
@@ -422,13 +326,11 @@ mod tests {
 
     #[test]
     fn every_minimum_of_a_wave_is_found() {
-        // cos(9 t) + 2 by its series of order 60: minima at π/9 and π/3 (t <= 1... the second at 3π/9 > 1 is out).
-        let mut value = vec![0.0; 61];
+        // cos(9 t) + 2 by its series of order 60; the minimum after π/9 is at π/3 > 1.
         let mut term = 1.0;
+        let mut value = Vec::new();
         for k in 0..=60usize {
-            if k.is_multiple_of(2) {
-                value[k] = if k.is_multiple_of(4) { term } else { -term };
-            }
+            value.push([term, 0.0, -term, 0.0][k % 4]);
             term *= 9.0 / (k + 1) as f64;
         }
         value[0] += 2.0;

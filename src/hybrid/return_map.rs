@@ -9,66 +9,11 @@
 use super::HybridError;
 use super::backward::Back;
 use super::motion::Motion;
+use super::returned::{Log, Return, ReturnOutcome, ReturnSection};
 use super::simulator::{Approach, Simulator, Stop, check_finite};
 use super::system::HybridSystem;
 use super::trajectory::{Event, EventKind, Outcome};
 use crate::numeric::Real;
-
-/// The section of a return map.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum ReturnSection<S> {
-    /// Local minima of the gap of a surface along the free flow: `h' = 0`, `h'' > 0`.
-    Tangency {
-        /// The surface.
-        surface: usize,
-    },
-    /// The forcing phase of the graze: the passage nearest to the start comes first, that nearest to
-    /// the end is flown with the surface ignored.
-    GrazingPhase {
-        /// The surface.
-        surface: usize,
-    },
-    /// Any other forcing phase: everything in between is simulated.
-    OtherPhase {
-        /// The surface.
-        surface: usize,
-        /// Nominal time from the section to the graze.
-        graze_time: S,
-    },
-}
-
-/// One image of a section point.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Return<S> {
-    /// The full state at the next section point, the nominal advance of the phase removed.
-    pub state: Vec<S>,
-    /// Time from one section point to the next.
-    pub elapsed: S,
-    /// Contacts of the passage that the section is about: 0 or 1.
-    pub contacts: usize,
-    /// Contacts elsewhere in the period.
-    pub extra_contacts: usize,
-    /// Normal speeds at which surfaces were met, in order.
-    pub impact_speeds: Vec<S>,
-    /// Gaps of local minima without contact on the way, in order.
-    pub near_misses: Vec<S>,
-    /// How it ended.
-    pub outcome: ReturnOutcome<S>,
-}
-
-/// How a return ended.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum ReturnOutcome<S> {
-    /// At the section.
-    Returned,
-    /// No section point within three nominal return times.
-    NoReturn {
-        /// Time reached.
-        time: S,
-    },
-    /// The simulation ended otherwise.
-    Ended(Outcome<S>),
-}
 
 /// The return map of a section by direct simulation.
 ///
@@ -83,22 +28,6 @@ pub struct DirectReturn<'a, S: Real> {
     periods: i64,
     entry: Motion<S>,
     passage: Motion<S>,
-}
-
-/// What is counted on the way.
-struct Log<S> {
-    /// Times, surfaces and kinds of contacts and near misses.
-    events: Vec<Event<S>>,
-}
-
-impl<S: Real> Log<S> {
-    fn recorder(&mut self) -> impl FnMut(Event<S>) + '_ {
-        |event| {
-            if event.kind.is_contact() || matches!(event.kind, EventKind::NearMiss { .. }) {
-                self.events.push(event);
-            }
-        }
-    }
 }
 
 impl<'a, S: Real> DirectReturn<'a, S> {
@@ -214,7 +143,7 @@ impl<'a, S: Real> DirectReturn<'a, S> {
             };
             match self.next_stop(horizon, approach, log)? {
                 Stop::Minimum { gap } => {
-                    if self.is_final(surface)? {
+                    if self.is_final(surface) {
                         break ReturnOutcome::Returned;
                     }
                     let time = self.simulator.time();
@@ -226,8 +155,9 @@ impl<'a, S: Real> DirectReturn<'a, S> {
                 }
                 Stop::Contact { surface: met } if met == surface => {
                     self.entry.copy_from(&self.simulator.motion);
-                    let minimum = self.to_minimum(surface, horizon)?;
-                    if minimum && self.is_final(surface)? {
+                    // NOTE: a deep approach may meet a singularity behind the surface; then its contact is real.
+                    let minimum = self.reach_minimum(surface, horizon).unwrap_or(false);
+                    if minimum && self.is_final(surface) {
                         break ReturnOutcome::Returned;
                     }
                     self.simulator.motion.copy_from(&self.entry);
@@ -252,7 +182,7 @@ impl<'a, S: Real> DirectReturn<'a, S> {
         log: &mut Log<S>,
     ) -> Result<(usize, ReturnOutcome<S>), Outcome<S>> {
         self.simulator.motion.leaving[surface] = None;
-        let contacts = usize::from(self.to_first_passage(surface)?);
+        let contacts = usize::from(self.reach_first_passage(surface)?);
         if contacts == 1 {
             self.enter(surface, log)?;
         } else {
@@ -262,10 +192,11 @@ impl<'a, S: Real> DirectReturn<'a, S> {
             match self.next_stop(self.duration, Approach::default(), log)? {
                 Stop::Contact { surface: met } if met == surface => {
                     self.entry.copy_from(&self.simulator.motion);
-                    if !self.to_minimum(surface, self.duration)? {
-                        break;
-                    }
-                    let last = self.is_final(surface)?;
+                    let last = match self.reach_minimum(surface, self.duration) {
+                        Ok(false) => break,
+                        Ok(true) => self.is_final(surface),
+                        Err(_) => false,
+                    };
                     self.simulator.motion.copy_from(&self.entry);
                     if last {
                         self.fly_ignoring(surface, log)?;
@@ -303,13 +234,13 @@ impl<'a, S: Real> DirectReturn<'a, S> {
 
     /// Flies to the local minimum of the gap nearest to the start, forward or backward, at most a
     /// quarter of the return time; whether it lies beyond the surface.
-    fn to_first_passage(&mut self, surface: usize) -> Result<bool, Outcome<S>> {
+    fn reach_first_passage(&mut self, surface: usize) -> Result<bool, Outcome<S>> {
         let start = self.simulator.sense(surface);
         let limit = self.duration * S::from_f64(0.25);
         let found = if start.velocity > S::zero() {
             self.simulator.back(surface, Back::ToMinimum, -limit)?
         } else if start.velocity < S::zero() {
-            self.to_minimum(surface, limit)?
+            self.reach_minimum(surface, limit)?
         } else {
             true
         };
@@ -328,7 +259,7 @@ impl<'a, S: Real> DirectReturn<'a, S> {
     }
 
     /// Flies with the surface ignored to the next minimum of its gap; `false` if the horizon came first.
-    fn to_minimum(&mut self, surface: usize, horizon: S) -> Result<bool, Outcome<S>> {
+    fn reach_minimum(&mut self, surface: usize, horizon: S) -> Result<bool, Outcome<S>> {
         let approach = Approach {
             ignored: Some(surface),
             stop_at: Some(surface),
@@ -358,15 +289,17 @@ impl<'a, S: Real> DirectReturn<'a, S> {
     ///
     /// The next one, along the free flow, is looked for as far beyond the nominal return as the present
     /// one lies before it. The simulator stands where it stood afterwards.
-    fn is_final(&mut self, surface: usize) -> Result<bool, Outcome<S>> {
+    fn is_final(&mut self, surface: usize) -> bool {
         let early = self.duration - self.simulator.time();
         if early <= S::zero() {
-            return Ok(true);
+            return true;
         }
         self.passage.copy_from(&self.simulator.motion);
-        let nearer = self.to_minimum(surface, self.duration + early)?;
+        let nearer = self
+            .reach_minimum(surface, self.duration + early)
+            .unwrap_or(false);
         self.simulator.motion.copy_from(&self.passage);
-        Ok(!nearer)
+        !nearer
     }
 
     fn next_stop(
@@ -405,27 +338,6 @@ impl<'a, S: Real> DirectReturn<'a, S> {
                 .collect(),
             near_misses: near_misses.collect(),
             outcome,
-        }
-    }
-}
-
-impl<S: Real> Log<S> {
-    /// 1 if the passage nearest in time to the nominal graze made contact.
-    fn nominal_contacts(&self, surface: usize, graze_time: S) -> usize {
-        let distance = |event: &&Event<S>| (event.time - graze_time).abs();
-        let passages = self.events.iter().filter(|event| event.surface == surface);
-        let nearest = passages.reduce(|a, b| if distance(&b) < distance(&a) { b } else { a });
-        usize::from(nearest.is_some_and(|event| event.kind.is_contact()))
-    }
-}
-
-impl<S> ReturnSection<S> {
-    /// The surface the section is about.
-    pub fn surface(&self) -> usize {
-        match *self {
-            ReturnSection::Tangency { surface }
-            | ReturnSection::GrazingPhase { surface }
-            | ReturnSection::OtherPhase { surface, .. } => surface,
         }
     }
 }

@@ -1,7 +1,6 @@
 //! Values of a model's expressions at one state.
 
 use crate::flow::Program;
-use crate::jet::TimeSeries;
 use crate::numeric::Real;
 
 /// A program run at degree 0: the plain values of its outputs.
@@ -28,12 +27,7 @@ impl<'a, S: Real> Evaluator<'a, S> {
     pub(super) fn evaluate(&mut self, state: &[S], parameters: &[S]) -> &[S] {
         self.tape[..state.len()].copy_from_slice(state);
         self.tape[state.len()..state.len() + parameters.len()].copy_from_slice(parameters);
-        self.program.advance(
-            &TimeSeries { order: 0 },
-            0,
-            &mut self.tape,
-            &mut [S::zero()],
-        );
+        self.program.evaluate_values(&mut self.tape);
         for output in 0..self.outputs {
             self.values[output] = self.tape[self.program.output(output)];
         }

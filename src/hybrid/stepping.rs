@@ -36,13 +36,14 @@ impl<S: Real> Simulator<'_, S> {
         let admissible = admissible_length(&step, regime.watches.len());
         motion.last_step = admissible;
         let remaining = horizon - motion.time;
-        let (mut length, mut stop) = (admissible.min(remaining), None);
+        let mut first = First {
+            length: admissible.min(remaining),
+            stop: None,
+        };
         misses.clear();
         for (index, &watch) in regime.watches.iter().enumerate() {
-            let (value, slope) = (
-                step.watched_coefficients(2 * index),
-                step.watched_coefficients(2 * index + 1),
-            );
+            let value = step.watched_coefficients(2 * index);
+            let slope = step.watched_coefficients(2 * index + 1);
             let (gap, start, goal) = match watch {
                 Watch::Gap { surface } => {
                     let Some(goal) = goal(surface, approach, *near_miss) else {
@@ -58,30 +59,15 @@ impl<S: Real> Simulator<'_, S> {
                         goal,
                     )
                 }
-                Watch::Release => release_gap(motion, value, slope, length),
+                Watch::Release => release_gap(motion, value, slope, first.length),
             };
             found.clear();
-            search.search(&gap, length, start, goal, found);
-            for passage in found.iter() {
-                match (*passage, watch) {
-                    (Passage::Crossing { time }, Watch::Gap { surface }) => {
-                        (length, stop) = (time, Some(Stop::Contact { surface }));
-                    }
-                    (Passage::Crossing { time }, Watch::Release) => {
-                        (length, stop) = (time, Some(Stop::Release))
-                    }
-                    (Passage::Minimum { time, gap }, Watch::Gap { surface })
-                        if approach.stop_at == Some(surface) =>
-                    {
-                        (length, stop) = (time, Some(Stop::Minimum { gap }));
-                        break;
-                    }
-                    (Passage::Minimum { time, gap }, Watch::Gap { surface }) => {
-                        misses.push((time, surface, gap))
-                    }
-                    (Passage::Minimum { .. }, Watch::Release) => {}
-                }
-            }
+            search.search(&gap, first.length, start, goal, found);
+            first.take(watch, found, approach, misses);
+        }
+        let First { length, stop } = first;
+        if stop.is_none() && length < remaining && motion.time + length == motion.time {
+            return Err(Outcome::Diverged { time: motion.time });
         }
         step.state_at(length, next);
         let whole = length == remaining;
@@ -119,6 +105,46 @@ impl<S: Real> Simulator<'_, S> {
         }
         if let Some(phase) = &self.system.phase {
             motion.reduce_phase(phase.component, S::from_dd(phase.period));
+        }
+    }
+}
+
+/// The first event of a step so far.
+struct First<S> {
+    /// Its time; the end of the step where there is none.
+    length: S,
+    stop: Option<Stop<S>>,
+}
+
+impl<S: Real> First<S> {
+    /// Takes over the passages of one watch, all before `length`; minima that do not stop are put to `misses`.
+    fn take(
+        &mut self,
+        watch: Watch,
+        found: &[Passage<S>],
+        approach: Approach,
+        misses: &mut Vec<(S, usize, S)>,
+    ) {
+        for &passage in found {
+            let stop = match (passage, watch) {
+                (Passage::Crossing { .. }, Watch::Gap { surface }) => Stop::Contact { surface },
+                (Passage::Crossing { .. }, Watch::Release) => Stop::Release,
+                (Passage::Minimum { gap, .. }, Watch::Gap { surface })
+                    if approach.stop_at == Some(surface) =>
+                {
+                    Stop::Minimum { gap }
+                }
+                (Passage::Minimum { time, gap }, Watch::Gap { surface }) => {
+                    misses.push((time, surface, gap));
+                    continue;
+                }
+                (Passage::Minimum { .. }, Watch::Release) => continue,
+            };
+            *self = Self {
+                length: passage.time(),
+                stop: Some(stop),
+            };
+            return;
         }
     }
 }

@@ -54,7 +54,7 @@ pub enum EventKind<S> {
 pub enum Outcome<S> {
     /// The time asked for was reached.
     Completed,
-    /// The solution left the finite numbers.
+    /// The solution left the finite numbers, or its steps became too short to advance time (a singularity).
     Diverged {
         /// Time reached.
         time: S,

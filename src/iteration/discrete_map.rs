@@ -15,7 +15,13 @@ pub trait DiscreteMap: Sync {
     fn step(&self, state: &[f64], parameters: &[f64], image: &mut [f64]) -> StepInfo;
 
     /// One step with the Jacobian `∂x⁺_i/∂x_j`, row by row, into `jacobian` (length `dimension²`).
-    fn step_jacobian(&self, state: &[f64], parameters: &[f64], image: &mut [f64], jacobian: &mut [f64]) -> StepInfo;
+    fn step_jacobian(
+        &self,
+        state: &[f64],
+        parameters: &[f64],
+        image: &mut [f64],
+        jacobian: &mut [f64],
+    ) -> StepInfo;
 }
 
 /// What happened in one step.
@@ -27,4 +33,47 @@ pub struct StepInfo {
     pub depth: f64,
     /// Whether the image exists and is finite.
     pub valid: bool,
+}
+
+impl StepInfo {
+    /// Counts a passage of this depth.
+    pub fn add_passage(&mut self, depth: f64) {
+        if depth > 0.0 {
+            self.contacts += 1;
+            self.depth = self.depth.max(depth);
+        }
+    }
+
+    /// The same with [`valid`](Self::valid) set: whether every number of the image is finite.
+    pub fn checked(self, image: &[f64]) -> Self {
+        Self {
+            valid: image.iter().all(|value| value.is_finite()),
+            ..self
+        }
+    }
+}
+
+/// A reference to a map is a map.
+impl<M: DiscreteMap + ?Sized> DiscreteMap for &M {
+    fn dimension(&self) -> usize {
+        (**self).dimension()
+    }
+
+    fn parameters(&self) -> usize {
+        (**self).parameters()
+    }
+
+    fn step(&self, state: &[f64], parameters: &[f64], image: &mut [f64]) -> StepInfo {
+        (**self).step(state, parameters, image)
+    }
+
+    fn step_jacobian(
+        &self,
+        state: &[f64],
+        parameters: &[f64],
+        image: &mut [f64],
+        jacobian: &mut [f64],
+    ) -> StepInfo {
+        (**self).step_jacobian(state, parameters, image, jacobian)
+    }
 }

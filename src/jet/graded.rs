@@ -181,11 +181,22 @@ impl<S: Scalar> Graded<S> for TimeSeries {
 
     #[inline]
     fn convolve(&self, degree: usize, span: Span, a: &[S], b: &[S], out: &mut [S]) {
-        let mut sum = out[0];
-        for j in span.range(degree + 1) {
-            sum = a[j].mul_add(b[degree - j], sum);
+        let terms = span.range(degree + 1);
+        let (a, b) = (
+            &a[terms.clone()],
+            &b[degree + 1 - terms.end..degree + 1 - terms.start],
+        );
+        let (mut even, mut odd) = (out[0], S::zero());
+        let (pairs, rest) = a.as_chunks::<2>();
+        let (last, reversed) = b.as_rchunks::<2>();
+        for (&[a0, a1], &[b1, b0]) in pairs.iter().zip(reversed.iter().rev()) {
+            even = a0.mul_add(b0, even);
+            odd = a1.mul_add(b1, odd);
         }
-        out[0] = sum;
+        if let ([a], [b]) = (rest, last) {
+            even = a.mul_add(*b, even);
+        }
+        out[0] = even + odd;
     }
 
     fn multiply_by_head(&self, _degree: usize, a: &[S], part: &[S], out: &mut [S]) {

@@ -9,6 +9,7 @@ mod evaluation;
 mod functions;
 mod graded;
 mod implicit;
+pub mod kernel;
 mod linear;
 mod map;
 mod monomials;

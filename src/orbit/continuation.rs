@@ -35,14 +35,23 @@ impl Equations for Bordered {
     fn residual_dd(&self, unknowns: &[Dd]) -> Result<Vec<Dd>, OrbitError> {
         let mut residual = self.system.evaluate(unknowns)?;
         let terms = unknowns.iter().zip(&self.origin).zip(&self.normal);
-        residual.push(terms.map(|((&value, &origin), &normal)| (value - Dd::from(origin)) * Dd::from(normal)).sum());
+        residual.push(
+            terms
+                .map(|((&value, &origin), &normal)| (value - Dd::from(origin)) * Dd::from(normal))
+                .sum(),
+        );
         Ok(residual)
     }
 }
 
 impl Bordered {
     fn offset(&self, unknowns: &[f64]) -> f64 {
-        unknowns.iter().zip(&self.origin).zip(&self.normal).map(|((value, origin), normal)| (value - origin) * normal).sum()
+        unknowns
+            .iter()
+            .zip(&self.origin)
+            .zip(&self.normal)
+            .map(|((value, origin), normal)| (value - origin) * normal)
+            .sum()
     }
 }
 
@@ -53,8 +62,11 @@ pub(super) fn correct(
     normal: &[f64],
 ) -> Result<Option<Vec<f64>>, OrbitError> {
     for matching in [Matching::AtEnd, Matching::AtMiddle] {
-        let equations =
-            Bordered { system: system.matched(matching), origin: origin.to_vec(), normal: normal.to_vec() };
+        let equations = Bordered {
+            system: system.matched(matching),
+            origin: origin.to_vec(),
+            normal: normal.to_vec(),
+        };
         match solve(&equations, origin, TOLERANCE) {
             Ok(Solve::Root(root)) => return Ok(Some(root)),
             Ok(Solve::Failed(_)) | Err(OrbitError::Flow(_)) => {}
@@ -72,8 +84,11 @@ pub(super) fn correct_dd(
     normal: &[f64],
 ) -> Result<Option<Root>, OrbitError> {
     for matching in [Matching::AtEnd, Matching::AtMiddle] {
-        let equations =
-            Bordered { system: system.matched(matching), origin: origin.to_vec(), normal: normal.to_vec() };
+        let equations = Bordered {
+            system: system.matched(matching),
+            origin: origin.to_vec(),
+            normal: normal.to_vec(),
+        };
         if let Ok(Solve::Root(root)) = refine(&equations, point, 1e-22) {
             return Ok(Some(root));
         }
@@ -88,7 +103,9 @@ pub(super) fn tangent(
     along: &[f64],
 ) -> Result<Option<Vec<f64>>, OrbitError> {
     for matching in [Matching::AtEnd, Matching::AtMiddle] {
-        let Ok((_, jacobian)) = system.matched(matching).differentiate(point) else { continue };
+        let Ok((_, jacobian)) = system.matched(matching).differentiate(point) else {
+            continue;
+        };
         let mut right = DVector::zeros(point.len());
         right[point.len() - 1] = 1.0;
         if let Some(direction) = bordered(&jacobian, along).lu().solve(&right)

@@ -24,7 +24,13 @@ pub struct CurveOptions {
 
 impl Default for CurveOptions {
     fn default() -> Self {
-        Self { ds: 0.01, ds_min: 1e-8, ds_max: 0.05, max_steps: 2000, xi_count: 1 }
+        Self {
+            ds: 0.01,
+            ds_min: 1e-8,
+            ds_max: 0.05,
+            max_steps: 2000,
+            xi_count: 1,
+        }
     }
 }
 
@@ -101,6 +107,29 @@ pub enum CurveEnd {
     LeftRange,
 }
 
+impl std::fmt::Display for CurveEnd {
+    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            CurveEnd::Reached => write!(formatter, "reached the value asked for"),
+            CurveEnd::StepLimit => write!(formatter, "stopped at the limit of steps"),
+            CurveEnd::StepTooSmall { ds } => {
+                write!(formatter, "no orbit found even with steps of {ds:e}")
+            }
+            CurveEnd::DegenerateGraze {
+                normal_acceleration,
+            } => {
+                write!(
+                    formatter,
+                    "the graze ceases to be simple: h'' = {normal_acceleration:.6e}"
+                )
+            }
+            CurveEnd::LeftRange => {
+                write!(formatter, "left the range asked for by more than its width")
+            }
+        }
+    }
+}
+
 /// A grazing curve.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GrazingCurve {
@@ -117,23 +146,29 @@ pub struct GrazingCurve {
 impl GrazingCurve {
     /// Points where some `xi_n` vanishes, with `n`.
     pub fn codim2(&self) -> impl Iterator<Item = (usize, &SpecialPoint)> {
-        self.special.iter().filter_map(|special| match special.kind {
-            SpecialKind::Codimension2 { n } => Some((n, special)),
-            _ => None,
-        })
+        self.special
+            .iter()
+            .filter_map(|special| match special.kind {
+                SpecialKind::Codimension2 { n } => Some((n, special)),
+                _ => None,
+            })
     }
 
     /// Points where a parameter turns back, with the parameter.
     pub fn folds(&self) -> impl Iterator<Item = (usize, &SpecialPoint)> {
-        self.special.iter().filter_map(|special| match special.kind {
-            SpecialKind::Fold { parameter } => Some((parameter, special)),
-            _ => None,
-        })
+        self.special
+            .iter()
+            .filter_map(|special| match special.kind {
+                SpecialKind::Fold { parameter } => Some((parameter, special)),
+                _ => None,
+            })
     }
 
     /// Points where multipliers change between real and complex.
     pub fn multiplier_switches(&self) -> impl Iterator<Item = &SpecialPoint> {
-        self.special.iter().filter(|special| special.kind == SpecialKind::MultiplierSwitch)
+        self.special
+            .iter()
+            .filter(|special| special.kind == SpecialKind::MultiplierSwitch)
     }
 }
 

@@ -1,22 +1,22 @@
 //! The grazing orbit of a scene: from its guess, or from the steady state.
 
 use crate::model::{Scene, Symmetry};
-use crate::numeric::{Dd, Scalar};
 
 use super::OrbitError;
+use super::describe::describe;
 use super::minima::{gaps, watching_field};
-use super::monodromy::{XI_COUNT, full_monodromy, multipliers, on_section, section_point, xi};
-use super::newton::{NewtonFailure, Root, Solve};
+use super::monodromy::{full_monodromy, multipliers};
+use super::newton::{NewtonFailure, Solve};
 use super::outcome::{Location, NotLocated};
-use super::point::{GrazingOrbit, GrazingPoint};
 use super::search::Search;
-use super::section::{PoincareSection, reduced};
 use super::system::{ExtendedSystem, refine_either, solve_either};
 
 /// Largest residual of an orbit called located, relative to the size of its state.
 const RESIDUAL: f64 = 1e-24;
 /// `h'' T² / max h` below which a graze is not simple.
 const DEGENERATE: f64 = 1e-6;
+/// The same where Newton's method has stalled, which it does near a degenerate graze.
+const NEARLY_DEGENERATE: f64 = 1e-2;
 /// Distance from the guess, relative to its size, within which Newton's root is taken without looking further.
 const NEAR_GUESS: f64 = 0.5;
 
@@ -228,6 +228,11 @@ impl<'a> Locator<'a> {
 
     /// Why a root is not a simple graze.
     fn degeneracy(&self, unknowns: &[f64]) -> Option<NotLocated> {
+        self.degenerate_below(unknowns, DEGENERATE)
+    }
+
+    /// A degenerate graze, `h'' T² / max h` being below a bound.
+    fn degenerate_below(&self, unknowns: &[f64], bound: f64) -> Option<NotLocated> {
         let parameters = self.system.parameters(unknowns);
         let state = &unknowns[..self.system.dimension()];
         let normal_acceleration = self.system.geometry.at(state, &parameters).acceleration();
@@ -236,7 +241,7 @@ impl<'a> Locator<'a> {
         let largest =
             gaps(&field, state, &parameters, period).map_or(1.0, |gaps| gaps.largest[self.surface]);
         let relative = normal_acceleration * period * period / largest.abs().max(f64::MIN_POSITIVE);
-        (relative.is_nan() || relative < DEGENERATE).then(|| NotLocated::DegenerateGraze {
+        (relative.is_nan() || relative < bound).then(|| NotLocated::DegenerateGraze {
             parameter: self.name(),
             value: parameters[self.parameter],
             normal_acceleration,
@@ -249,7 +254,7 @@ impl<'a> Locator<'a> {
         let value = self.system.parameters(&failure.unknowns)[self.parameter];
         let last = failure.history.last().copied().unwrap_or(f64::NAN);
         if last < 1e-4
-            && let Some(reason) = self.degeneracy_within(&failure.unknowns, 1e-2)
+            && let Some(reason) = self.degenerate_below(&failure.unknowns, NEARLY_DEGENERATE)
         {
             return reason;
         }
@@ -273,31 +278,6 @@ impl<'a> Locator<'a> {
                     last,
                     history: failure.history,
                 }
-            }
-        }
-    }
-
-    /// A degenerate graze near which Newton's method stalled.
-    fn degeneracy_within(&self, unknowns: &[f64], width: f64) -> Option<NotLocated> {
-        match self.degeneracy(unknowns) {
-            Some(reason) => Some(reason),
-            None => {
-                let parameters = self.system.parameters(unknowns);
-                let state = &unknowns[..self.system.dimension()];
-                let normal_acceleration =
-                    self.system.geometry.at(state, &parameters).acceleration();
-                let period = self.system.period(unknowns);
-                let field = watching_field(&self.scene.model);
-                let largest = gaps(&field, state, &parameters, period).ok()?.largest[self.surface];
-                let relative =
-                    normal_acceleration * period * period / largest.abs().max(f64::MIN_POSITIVE);
-                let value = parameters[self.parameter];
-                (relative < width).then(|| NotLocated::DegenerateGraze {
-                    parameter: self.name(),
-                    value,
-                    normal_acceleration,
-                    relative,
-                })
             }
         }
     }
@@ -351,85 +331,13 @@ impl<'a> Locator<'a> {
             .iter()
             .fold(1.0_f64, |size, value| size.max(value.abs()));
         match refine_either(&self.system, unknowns, RESIDUAL * size)? {
-            Solve::Root(root) => Ok(Location::Located(Box::new(self.describe(&root)?))),
+            Solve::Root(root) => {
+                let rounded: Vec<f64> = root.unknowns.iter().map(|value| value.to_f64()).collect();
+                let mut orbit = describe(self.scene, self.surface, &self.system, &root)?;
+                orbit.guess_distance = self.guess_distance(&rounded);
+                Ok(Location::Located(Box::new(orbit)))
+            }
             Solve::Failed(failure) => Ok(Location::NotLocated(self.failed(failure))),
         }
     }
-
-    /// The orbit at a root.
-    fn describe(&self, root: &Root) -> Result<GrazingOrbit, OrbitError> {
-        let (model, system) = (&self.scene.model, &self.system);
-        let mut state = root.unknowns[..system.dimension()].to_vec();
-        if let Some(phase) = &model.phase {
-            let last = state.len() - 1;
-            state[last] = reduced(state[last], phase.period);
-        }
-        let parameters = system.parameters(&root.unknowns);
-        let local = system.geometry.at(&state, &parameters);
-        let graze = GrazingPoint {
-            surface: self.surface,
-            state: state.clone(),
-            parameters: parameters.clone(),
-            normal_acceleration: local.acceleration(),
-        };
-        let period = system.period(&root.unknowns);
-        let section = PoincareSection::of(self.scene, &graze)?;
-        let at_graze = full_monodromy(&system.field, &state, &parameters, period)?;
-        let point = section_point(model, &system.field, &system.geometry, &section, &graze)?;
-        let monodromy = if point == state {
-            on_section(&at_graze, &section, &local)
-        } else {
-            let there = full_monodromy(&system.field, &point, &parameters, period)?;
-            on_section(&there, &section, &system.geometry.at(&point, &parameters))
-        };
-        let rounded: Vec<f64> = root.unknowns.iter().map(|value| value.to_f64()).collect();
-        Ok(GrazingOrbit {
-            scene: self.scene.identifier.clone(),
-            digest: self.scene.digest,
-            period,
-            residual: root.residual,
-            multipliers: multipliers(&monodromy),
-            monodromy,
-            xi: xi(&at_graze, &local, XI_COUNT),
-            section,
-            section_point: point,
-            clearance: clearance(self.scene, &graze, period)?,
-            guess_distance: self.guess_distance(&rounded),
-            passages: vec![graze],
-        })
-    }
-}
-
-/// Lowest minimum of any event function along an orbit, its graze excepted.
-pub(super) fn clearance(
-    scene: &Scene,
-    graze: &GrazingPoint,
-    period: Dd,
-) -> Result<Option<f64>, OrbitError> {
-    let rounded = |values: &[Dd]| {
-        values
-            .iter()
-            .map(|value| value.magnitude().copysign(value.to_f64()))
-            .collect::<Vec<_>>()
-    };
-    let (state, parameters, period) = (
-        rounded(&graze.state),
-        rounded(&graze.parameters),
-        period.to_f64(),
-    );
-    let gaps = gaps(&watching_field(&scene.model), &state, &parameters, period)?;
-    let near = |time: f64| time.min(period - time) < 1e-6 * period;
-    let others = gaps
-        .minima
-        .iter()
-        .filter(|minimum| minimum.surface != graze.surface || !near(minimum.time));
-    let touching = |event: f64, surface: usize| event.abs() <= 1e-10 * gaps.largest[surface].abs();
-    let values = others.map(|m| {
-        if touching(m.event, m.surface) {
-            0.0
-        } else {
-            m.event
-        }
-    });
-    Ok(values.min_by(f64::total_cmp))
 }

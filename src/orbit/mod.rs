@@ -2,6 +2,9 @@
 //!
 //! Deliberately absent: the direct simulator. Every orbit here is one of the free flow, surfaces ignored.
 
+mod continuation;
+mod curve;
+mod describe;
 mod error;
 mod geometry;
 mod locate;
@@ -10,12 +13,22 @@ mod monodromy;
 mod newton;
 mod outcome;
 mod point;
+mod record;
 mod search;
 mod section;
 mod system;
+mod tracer;
 
+pub use curve::{
+    CurveEnd, CurveOptions, CurveOutcome, CurvePoint, GrazingCurve, SpecialKind, SpecialPoint,
+    curve,
+};
 pub use error::OrbitError;
 pub use locate::locate;
 pub use outcome::{Location, NotLocated};
 pub use point::{GrazingOrbit, GrazingPoint};
+pub use record::{
+    Codim2Record, CurvePointRecord, CurveRecord, FoldRecord, OrbitRecord, PointRecord,
+    SectionRecord, SwitchRecord,
+};
 pub use section::{PoincareSection, PoincareSectionKind};

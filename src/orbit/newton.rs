@@ -35,7 +35,7 @@ pub(super) struct NewtonFailure {
     pub(super) unknowns: Vec<f64>,
     /// Largest residual at every iterate.
     pub(super) history: Vec<f64>,
-    /// Smallest over largest singular value of the Jacobian with its rows and columns scaled, where it was too small.
+    /// Smallest over largest singular value of the Jacobian with its columns scaled, where it was too small.
     pub(super) singular: Option<f64>,
 }
 
@@ -51,7 +51,10 @@ pub(super) struct Root {
 const MAX_ITERATIONS: usize = 60;
 const MAX_HALVINGS: usize = 10;
 /// Below this the reciprocal condition of a scaled Jacobian is roundoff.
-const SINGULAR: f64 = 1e-13;
+const SINGULAR: f64 = 1e-11;
+
+/// A column of a Jacobian smaller than this, relative to its largest entry, is roundoff and is not scaled up.
+const ROUNDOFF: f64 = 1e-11;
 
 /// Damped Newton in `f64`, to a stall below `tolerance`.
 pub(super) fn solve(
@@ -192,30 +195,31 @@ fn newton_step(jacobian: &DMatrix<f64>, residual: &[f64]) -> Result<Vec<f64>, f6
     Ok(step.iter().copied().collect())
 }
 
-/// The inverse through a scaled singular value decomposition, or the reciprocal condition where that is roundoff.
+/// The inverse through a singular value decomposition, or the reciprocal condition where that is roundoff.
+///
+/// NOTE: columns are scaled (the unknowns have units of their own) unless they are roundoff; rows are not, for the
+/// closure's rows are differences `M − I`, and scaling would blow up a row that is nothing but their roundoff.
 fn inverse(jacobian: &DMatrix<f64>) -> Result<DMatrix<f64>, f64> {
     let mut scaled = jacobian.clone();
-    let largest =
-        |values: &mut dyn Iterator<Item = &f64>| values.fold(0.0_f64, |a, b| a.max(b.abs()));
-    let reciprocal = |size: f64| if size > 0.0 { 1.0 / size } else { 1.0 };
+    let largest = scaled.amax();
+    let factor = |size: f64| {
+        if size > ROUNDOFF * largest {
+            1.0 / size
+        } else {
+            1.0 / largest
+        }
+    };
     let columns: Vec<f64> = scaled
         .column_iter()
-        .map(|column| reciprocal(largest(&mut column.iter())))
+        .map(|column| factor(column.amax()))
         .collect();
     for (mut column, &factor) in scaled.column_iter_mut().zip(&columns) {
         column *= factor;
     }
-    let rows: Vec<f64> = scaled
-        .row_iter()
-        .map(|row| reciprocal(largest(&mut row.iter())))
-        .collect();
-    for (mut row, &factor) in scaled.row_iter_mut().zip(&rows) {
-        row *= factor;
-    }
     if !scaled.iter().all(|value| value.is_finite()) {
         return Err(0.0);
     }
-    let singular = scaled.clone().svd(true, true);
+    let singular = scaled.svd(true, true);
     let (high, low) = (
         singular.singular_values.max(),
         singular.singular_values.min(),
@@ -227,9 +231,6 @@ fn inverse(jacobian: &DMatrix<f64>) -> Result<DMatrix<f64>, f64> {
     let mut inverse = singular.pseudo_inverse(0.0).map_err(|_| condition)?;
     for (mut row, &factor) in inverse.row_iter_mut().zip(&columns) {
         row *= factor;
-    }
-    for (mut column, &factor) in inverse.column_iter_mut().zip(&rows) {
-        column *= factor;
     }
     Ok(inverse)
 }

@@ -29,7 +29,9 @@ pub fn write_atomically(path: &Path, bytes: &[u8]) -> Result<(), ReportError> {
         return Err(failed("write")(io::ErrorKind::IsADirectory.into()));
     }
     let folder = folder_of(path);
-    let mut temporary = temporary_file(folder).map_err(failed("write"))?;
+    // NOTE: the error itself would name the temporary file, which the reader has never heard of.
+    let temporary = temporary_file(folder).map_err(|error| io::Error::from(error.kind()));
+    let mut temporary = temporary.map_err(failed("write"))?;
     temporary.write_all(bytes).map_err(failed("write"))?;
     if let Ok(old) = fs::metadata(path) {
         let permissions = old.permissions();

@@ -7,20 +7,41 @@
 //! number are layout, and both are stated beside what they were done to.
 
 mod base64;
+mod convergence_page;
+mod curve_document;
+mod diagram_figure;
 mod error;
+mod exact_json;
 pub mod figure;
 mod files;
 mod json;
+mod map_document;
+mod named;
 mod npy;
 mod number;
+mod orbit_document;
 mod page;
+mod run_page;
 mod table;
 mod table_text;
 
+pub use convergence_page::{
+    chosen_words, convergence_figures, convergence_section, convergence_table, without_times,
+};
+pub(crate) use curve_document::curve_end_words;
+pub use curve_document::{
+    Codimension2, CurveDocument, FoldDocument, PointDocument, SwitchDocument,
+};
+pub use diagram_figure::{diagram_array, diagram_figures, diagram_table, diagram_timing_table};
 pub use error::ReportError;
+pub use exact_json::{to_dense_json, to_exact_json};
 pub use figure::Figure;
 pub use files::{OutputFolder, write_atomically};
 pub use json::to_json;
+pub use map_document::{DEPTH_VARIABLE, ExpansionParts, MapDocument, PolynomialMap, Term};
+pub use named::Named;
 pub use npy::npy_bytes;
+pub use orbit_document::{ExactPoint, OrbitDocument, SectionDocument};
 pub use page::{Page, PageFigure, Provenance, Section};
+pub use run_page::{CrateSummary, RunPage, StageTime, run_page};
 pub use table::{Alignment, Cell, Column, Table};

@@ -26,10 +26,7 @@ pub struct JetFlow {
 const MAX_ELEMENTS: usize = 10_000;
 
 /// Taylor steps that the first element is expected to span.
-const STEPS_PER_ELEMENT: f64 = 8.0;
-
-/// Largest last Legendre mode for which the error estimate, a product of two of them, is believed.
-const RESOLVED: f64 = 1e-4;
+const STEPS_PER_ELEMENT: f64 = 6.0;
 
 /// Jets of the state after a duration of either sign, from jets of the state and of all parameters.
 ///
@@ -94,10 +91,11 @@ impl<'a> Transport<'a> {
         parameters: &[Jet<f64>],
         tolerance: f64,
     ) -> Result<Self, FlowError> {
-        let coefficients: Vec<_> = parameters.iter().map(Jet::coefficients).collect();
+        let starts: Vec<_> = initial.iter().map(Jet::coefficients).collect();
+        let constants: Vec<_> = parameters.iter().map(Jet::coefficients).collect();
         Ok(Self {
             integrator: Integrator::new(field),
-            element: Element::new(field, first.space(), &coefficients)?,
+            element: Element::new(field, first.space(), &starts, &constants)?,
             parameters: parameters.iter().map(Jet::head).collect(),
             tolerance: tolerance.max(f64::EPSILON),
             jets: initial
@@ -121,7 +119,7 @@ impl<'a> Transport<'a> {
             let length = remaining / pieces;
             let before = self.jets.clone();
             match self.attempt(length)? {
-                Some(resolution) if self.accepts(resolution) => {
+                Some(resolution) if resolution.meets(self.tolerance) => {
                     remaining = if pieces == 1.0 {
                         0.0
                     } else {
@@ -129,11 +127,12 @@ impl<'a> Transport<'a> {
                     };
                     self.elements += 1;
                     self.error += resolution.error;
-                    longest = length.abs() * self.growth(resolution);
+                    longest = length.abs() * self.room(resolution).min(2.0);
                 }
-                _ => {
+                rejected => {
                     self.jets = before;
-                    longest = length.abs() * 0.5;
+                    longest = length.abs()
+                        * rejected.map_or(0.5, |r| (0.9 * self.room(r)).clamp(0.5, 0.8));
                 }
             }
         }
@@ -143,14 +142,9 @@ impl<'a> Transport<'a> {
         })
     }
 
-    fn accepts(&self, resolution: Resolution) -> bool {
-        resolution.error <= self.tolerance && resolution.tail <= RESOLVED
-    }
-
-    /// Factor from one element's length to the next: the error goes as its power 32.
-    fn growth(&self, resolution: Resolution) -> f64 {
-        let room = self.tolerance / resolution.error.max(f64::MIN_POSITIVE);
-        (0.9 * room.powf(1.0 / 32.0)).clamp(0.5, 2.0)
+    /// Factor of length that would just meet the tolerance: the error goes as its power 32.
+    fn room(&self, resolution: Resolution) -> f64 {
+        (self.tolerance / resolution.error.max(f64::MIN_POSITIVE)).powf(1.0 / 32.0)
     }
 
     fn heads(&self) -> Vec<f64> {
@@ -174,7 +168,10 @@ impl<'a> Transport<'a> {
             length,
             &mut nodes,
         )?;
-        let Some(resolution) = self.element.transport(&nodes, length, &mut self.jets) else {
+        let Some(resolution) =
+            self.element
+                .transport(&nodes, length, self.tolerance, &mut self.jets)
+        else {
             return Ok(None);
         };
         for (jet, head) in self.jets.chunks_exact_mut(self.stride).zip(state) {

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use super::gauss::{GAUSS, NODES, NodeValues};
 use super::solver::ElementSolver;
+use super::sparse::{SparseSpace, VariableSet, variables_of_monomials, variables_of_slots};
 use crate::flow::Field;
 use crate::jet::{JetError, JetSpace};
 use crate::numeric::{Lanes, Scalar};
@@ -14,6 +15,9 @@ pub(super) struct Element<'a> {
     space: Arc<JetSpace>,
     tape: Vec<NodeValues>,
     scratch: Vec<NodeValues>,
+    /// Variables of each monomial, and those on which each slot depends.
+    monomials: Vec<VariableSet>,
+    variables: Vec<VariableSet>,
     first_order: Arc<JetSpace>,
     first_order_tape: Vec<NodeValues>,
     /// Non-zero derivatives of slots by states.
@@ -42,6 +46,16 @@ pub(super) struct Resolution {
     pub(super) tail: f64,
 }
 
+/// Largest last Legendre mode for which the error estimate, a product of two of them, is believed.
+const RESOLVED: f64 = 1e-4;
+
+impl Resolution {
+    /// Whether the estimate is below a tolerance and believed.
+    pub(super) fn meets(self, tolerance: f64) -> bool {
+        self.error <= tolerance && self.tail <= RESOLVED
+    }
+}
+
 const ZERO: NodeValues = Lanes([0.0; NODES]);
 
 impl<'a> Element<'a> {
@@ -49,6 +63,7 @@ impl<'a> Element<'a> {
     pub(super) fn new(
         field: &'a Field,
         space: &Arc<JetSpace>,
+        initial: &[&[f64]],
         parameters: &[&[f64]],
     ) -> Result<Self, JetError> {
         let (program, dimension) = (field.program(), field.dimension());
@@ -69,6 +84,16 @@ impl<'a> Element<'a> {
                 .expect("order 1 keeps linear terms");
             first_order_tape[state * first_order.len() + monomial] = Lanes::splat(1.0);
         }
+        let monomials = variables_of_monomials(space);
+        let set = |coefficients: &&[f64]| {
+            let present = coefficients
+                .iter()
+                .zip(&monomials)
+                .filter(|(value, _)| **value != 0.0);
+            present.fold(0, |set, (_, monomial)| set | monomial)
+        };
+        let inputs: Vec<_> = initial.iter().chain(parameters).map(set).collect();
+        let variables = variables_of_slots(program, &inputs, dimension);
         let scratch = vec![ZERO; space.len().max(first_order.len())];
         let space = Arc::clone(space);
         Ok(Self {
@@ -76,6 +101,8 @@ impl<'a> Element<'a> {
             space,
             tape,
             scratch,
+            monomials,
+            variables,
             first_order,
             first_order_tape,
             gradients: Vec::new(),
@@ -88,11 +115,13 @@ impl<'a> Element<'a> {
     /// Moves jets over the element, from the nominal orbit at its nodes.
     ///
     /// `jets` holds the coefficients of every component, one after another; all but the heads are
-    /// replaced. `None`: the equations are singular, the element is too long.
+    /// replaced. Stops at the first degree that misses the tolerance. `None`: the equations are
+    /// singular, the element is too long.
     pub(super) fn transport(
         &mut self,
         nominal: &[NodeValues],
         length: f64,
+        tolerance: f64,
         jets: &mut [f64],
     ) -> Option<Resolution> {
         self.evaluate_nominal(nominal);
@@ -107,6 +136,9 @@ impl<'a> Element<'a> {
                 let tail = self.transport_degree(&solver, degree, length, jets);
                 resolution.tail = resolution.tail.max(tail);
                 resolution.error = resolution.error.max(tail * fundamental.max(f64::EPSILON));
+                if !resolution.meets(tolerance) {
+                    break;
+                }
             }
         }
         Some(resolution)
@@ -183,7 +215,17 @@ impl<'a> Element<'a> {
         for state in 0..self.field.dimension() {
             self.tape[state * len + range.start..state * len + range.end].fill(ZERO);
         }
-        program.advance(&*self.space, degree, &mut self.tape, &mut self.scratch);
+        let sparse = |slot: usize| SparseSpace {
+            space: &self.space,
+            monomials: &self.monomials,
+            variables: self.variables[slot],
+        };
+        program.advance_with::<_, SparseSpace, _>(
+            sparse,
+            degree,
+            &mut self.tape,
+            &mut self.scratch,
+        );
         for monomial in range.clone() {
             self.solve_monomial(solver, monomial, jets);
         }

@@ -6,6 +6,7 @@ mod element;
 mod gauss;
 mod nominal;
 mod solver;
+mod sparse;
 mod taylor;
 
 pub use collocation::{JetFlow, jet_transport};

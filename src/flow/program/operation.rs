@@ -87,6 +87,37 @@ pub(super) enum Operation {
     Sign(Slot),
 }
 
+impl Operation {
+    /// The slots an operation reads, its own left out.
+    pub(super) fn operands(&self) -> impl Iterator<Item = Slot> + use<> {
+        let slots: [Option<Slot>; 3] = match *self {
+            Operation::Input | Operation::Constant(_) => [None, None, None],
+            Operation::Euler(a)
+            | Operation::Neg(a)
+            | Operation::Scale(a, _)
+            | Operation::AddConstant(a, _)
+            | Operation::Sqrt(a)
+            | Operation::Exp { a, .. }
+            | Operation::Sine { a, .. }
+            | Operation::Cosine { a, .. }
+            | Operation::OfPhase { a, .. }
+            | Operation::Sinh { a, .. }
+            | Operation::Cosh { a, .. }
+            | Operation::Power { a, .. }
+            | Operation::Sign(a) => [Some(a), None, None],
+            Operation::Add(a, b)
+            | Operation::Sub(a, b)
+            | Operation::Mul(a, b)
+            | Operation::Div(a, b)
+            | Operation::MulByHead { head: a, factor: b }
+            | Operation::Primitive { a, w: b, .. }
+            | Operation::SignTimes { a, b } => [Some(a), Some(b), None],
+            Operation::Atan2 { y, x, w, .. } => [Some(y), Some(x), Some(w)],
+        };
+        slots.into_iter().flatten()
+    }
+}
+
 /// One operation at one degree: reads the tape, writes the part to `out`.
 #[inline]
 pub(super) fn run<S: Scalar, A: Graded<S>>(

@@ -62,6 +62,19 @@ impl Scene {
         read(&text, file_name).map_err(|fault| fault.in_file(file_name, &text))
     }
 
+    /// The text of a scene with overrides in it, as in [`parse_with`](Scene::parse_with): what the digest is of.
+    ///
+    /// # Errors
+    ///
+    /// The first fault of the overrides.
+    pub fn text_with(
+        source: &str,
+        file_name: &str,
+        overrides: &[(String, String)],
+    ) -> Result<String, SceneError> {
+        overridden(source, overrides).map_err(|fault| fault.in_file(file_name, source))
+    }
+
     /// Reads and checks a scene file.
     ///
     /// # Errors

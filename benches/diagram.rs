@@ -1,0 +1,71 @@
+//! A bifurcation diagram of the linear oscillator: 1000 parameter values times 1200 iterates by the map, and
+//! fewer by direct simulation, with the ratio of the times of one iterate.
+//!
+//! The problem is the one of Thota, Zhao and Dankowicz (2006), `omega = 1.8`, about its grazing orbit.
+
+use criterion::{Criterion, Throughput, criterion_group, criterion_main};
+use grazemap::analysis::NoProgress;
+use grazemap::analysis::diagram::{Diagram, diagram};
+use grazemap::expansion::{Expander, LocalMap, MapOrders};
+use grazemap::model::{DiagramRequest, Method, Scene, SweepDirection, catalogue};
+use grazemap::orbit::{GrazingOrbit, locate};
+
+/// The free orbit before grazing: every iterate of every value is made, by both methods.
+const RANGE: [f64; 2] = [-1e-3, -1e-4];
+
+struct Problem {
+    scene: Scene,
+    orbit: GrazingOrbit,
+    map: LocalMap,
+}
+
+fn problem() -> Problem {
+    let text = catalogue::text("linear").expect("in the catalogue");
+    let scene = Scene::parse(text, "linear").expect("a good scene");
+    let located = locate(&scene).expect("no wrong input");
+    let orbit = located.into_result().expect("it grazes");
+    let orders = MapOrders {
+        smooth_order: 5,
+        contact_weight: 6,
+    };
+    let expander = Expander::new(&scene, &orbit).expect("a rigid stop");
+    let map = expander.expand(orders).expect("a simple graze");
+    Problem { scene, orbit, map }
+}
+
+fn run(problem: &Problem, points: usize, iterates: [usize; 2], with: &[Method]) -> Diagram {
+    let [transient, keep] = iterates;
+    let request = DiagramRequest {
+        range: RANGE,
+        points,
+        transient,
+        keep,
+        direction: SweepDirection::Up,
+        with: with.to_vec(),
+        ..problem.scene.diagrams[0].clone()
+    };
+    let Problem { scene, orbit, map } = problem;
+    diagram(scene, orbit, map, &request, &NoProgress).expect("alpha is active")
+}
+
+fn diagrams(criterion: &mut Criterion) {
+    let problem = problem();
+    let both = run(&problem, 200, [20, 5], &[Method::Map, Method::Direct]);
+    if let Some(ratio) = both.speed_ratio {
+        println!("one iterate by direct simulation over one by the map: {ratio:.0}");
+    }
+    let mut group = criterion.benchmark_group("diagram");
+    group.sample_size(10);
+    group.throughput(Throughput::Elements(1000 * 1200));
+    group.bench_function("map, 1000 values x 1200 iterates", |bencher| {
+        bencher.iter(|| run(&problem, 1000, [1000, 200], &[Method::Map]));
+    });
+    group.throughput(Throughput::Elements(20 * 60));
+    group.bench_function("direct simulation, 20 values x 60 iterates", |bencher| {
+        bencher.iter(|| run(&problem, 20, [50, 10], &[Method::Direct]));
+    });
+    group.finish();
+}
+
+criterion_group!(benches, diagrams);
+criterion_main!(benches);

@@ -1,0 +1,71 @@
+//! One step of a local map: interpreted, lowered, frozen, iterated; at several orders (N, W).
+//!
+//! Two coordinates and two parameters, random coefficients. The operation counts are printed first: at one
+//! multiply-add per cycle they are a floor for compiled code that runs one point at a time, and at two vectors
+//! of eight lanes per cycle sixteen times less for lanes.
+
+#[path = "../tests/support/synthetic.rs"]
+mod synthetic;
+
+use std::hint::black_box;
+
+use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
+use grazemap::expansion::SectionKind;
+use grazemap::iteration::{DiscreteMap, HornerMap, InterpretedMap};
+
+const ORDERS: [(u32, u32); 4] = [(1, 1), (3, 4), (5, 6), (8, 10)];
+
+fn steps(criterion: &mut Criterion) {
+    let mut group = criterion.benchmark_group("map_step");
+    let (state, parameters) = synthetic::point(&mut synthetic::Numbers::new(1));
+    for (smooth, weight) in ORDERS {
+        let map = synthetic::map(smooth, weight, SectionKind::Tangency);
+        let (interpreted, lowered) = (InterpretedMap::new(&map), HornerMap::new(&map));
+        let frozen = lowered.freeze(&parameters);
+        let (all, few) = (lowered.count(), lowered.frozen_count());
+        println!("orders ({smooth}, {weight}): step {all:?}, frozen {few:?}");
+        let mut image = [0.0; 2];
+        let mut bench = |name: &str, map: &dyn DiscreteMap, parameters: &[f64]| {
+            group.bench_function(
+                BenchmarkId::new(name, format!("{smooth}_{weight}")),
+                |bencher| {
+                    bencher.iter(|| map.step(black_box(&state), black_box(parameters), &mut image));
+                },
+            );
+        };
+        bench("interpreted", &interpreted, &parameters);
+        bench("horner", &lowered, &parameters);
+        bench("frozen", &frozen, &[]);
+        bench(
+            "composed",
+            &HornerMap::composed(&map, &synthetic::composed(weight.max(2) as usize)),
+            &parameters,
+        );
+        group.bench_function(
+            BenchmarkId::new("freeze", format!("{smooth}_{weight}")),
+            |bencher| {
+                bencher.iter(|| lowered.freeze(black_box(&parameters)));
+            },
+        );
+    }
+    group.finish();
+}
+
+#[cfg(feature = "compiled-maps")]
+fn compiled(criterion: &mut Criterion) {
+    let mut group = criterion.benchmark_group("map_step_compiled");
+    for map in grazemap::iteration::CompiledMap::all() {
+        let (state, parameters) = (vec![1e-4; map.dimension()], vec![1e-5; map.parameters()]);
+        let mut image = vec![0.0; map.dimension()];
+        group.bench_function(map.identifier(), |bencher| {
+            bencher.iter(|| map.step(black_box(&state), black_box(&parameters), &mut image));
+        });
+    }
+    group.finish();
+}
+
+#[cfg(not(feature = "compiled-maps"))]
+fn compiled(_: &mut Criterion) {}
+
+criterion_group!(benches, steps, compiled);
+criterion_main!(benches);

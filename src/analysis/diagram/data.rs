@@ -1,0 +1,106 @@
+//! A bifurcation diagram as plain data.
+
+use serde::{Deserialize, Serialize};
+
+use crate::iteration::{ContactsPerPeriod, OrbitEnd, Period};
+use crate::model::Method;
+
+/// A bifurcation diagram: every sweep that was asked for, by every method.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Diagram {
+    /// Identifier of the scene.
+    pub scene: String,
+    /// Digest of the scene's text.
+    pub digest: u64,
+    /// Name of the swept parameter.
+    pub parameter: String,
+    /// Its grazing value, from which the offsets count.
+    pub grazing_value: f64,
+    /// What is drawn: `h`, `impact_speed`, or an expression.
+    pub observable: String,
+    /// Iterates dropped at each parameter value.
+    pub transient: usize,
+    /// Iterates kept at each parameter value.
+    pub keep: usize,
+    /// One sweep per method and direction.
+    pub sweeps: Vec<Sweep>,
+    /// Time of one iterate by direct simulation over that by the map, where both were run.
+    pub speed_ratio: Option<f64>,
+}
+
+/// One sweep along the parameter, the last state carried from value to value.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Sweep {
+    /// What computed it.
+    pub method: Method,
+    /// Which way it went.
+    pub heading: SweepHeading,
+    /// One entry per parameter value, in the order in which they were visited.
+    pub points: Vec<DiagramPoint>,
+    /// How long it took.
+    pub timing: Timing,
+}
+
+/// Which way a sweep goes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum SweepHeading {
+    /// Increasing parameter.
+    Up,
+    /// Decreasing parameter.
+    Down,
+}
+
+/// What a map settles on at one parameter value.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct DiagramPoint {
+    /// Offset of the parameter from its grazing value.
+    pub offset: f64,
+    /// The observable at each kept iterate; fewer than asked for where the orbit ended early.
+    pub values: Vec<f64>,
+    /// Period in iterates.
+    pub period: Period,
+    /// Contacts per period; `None` without a period.
+    pub contacts: Option<ContactsPerPeriod>,
+    /// Contacts over all kept iterates.
+    pub kept_contacts: u32,
+    /// Largest Lyapunov exponent per iterate; `None` for direct simulation or where the orbit ended early.
+    pub lyapunov: Option<f64>,
+    /// How the orbit ended. After an early end the sweep restarts at the fixed point of `P_smooth`.
+    pub end: OrbitEnd,
+    /// Kept iterates outside the window in which the map is to be trusted.
+    pub outside: usize,
+}
+
+/// Time spent in a sweep.
+///
+/// Differs from run to run: everything else of a diagram does not.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Timing {
+    /// Iterates made.
+    pub iterates: u64,
+    /// Seconds spent on iterating, preparing the map at each parameter value included; observables and
+    /// Lyapunov exponents apart.
+    pub seconds: f64,
+    /// Seconds of the whole sweep.
+    pub total_seconds: f64,
+}
+
+impl Timing {
+    /// Nanoseconds per iterate; NaN before the first.
+    pub fn nanoseconds_per_iterate(&self) -> f64 {
+        1e9 * self.seconds / self.iterates as f64
+    }
+}
+
+impl Diagram {
+    /// The diagram without its times: equal for equal requests, whatever the machine.
+    pub fn without_timing(&self) -> Self {
+        let mut diagram = self.clone();
+        diagram.speed_ratio = None;
+        for sweep in &mut diagram.sweeps {
+            sweep.timing = Timing::default();
+        }
+        diagram
+    }
+}

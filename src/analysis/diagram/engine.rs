@@ -1,0 +1,125 @@
+//! All sweeps of a diagram, on all cores.
+
+use rayon::prelude::*;
+
+use super::data::{Diagram, Sweep, SweepHeading};
+use super::sweep::{SweepRequest, sweep};
+use super::{DirectSweep, FrozenSweep, Observer, SmoothFixedPoint, SweptMap};
+use crate::analysis::{AnalysisError, DirectMap, Progress};
+use crate::expansion::LocalMap;
+use crate::hybrid::HybridSystem;
+use crate::iteration::{HornerMap, OrbitRequest};
+use crate::model::{DiagramRequest, Method, Scene, SweepDirection};
+use crate::orbit::GrazingOrbit;
+
+/// A diagram with its maps and requests worked out, ready to run.
+pub struct DiagramPlan<'a> {
+    /// One map per method.
+    pub maps: Vec<Box<dyn SweptMap + 'a>>,
+    /// Directions of the sweeps.
+    pub direction: SweepDirection,
+    /// What every sweep does.
+    pub request: SweepRequest,
+}
+
+/// The bifurcation diagram that a scene asks for.
+///
+/// Every sweep starts at the fixed point of `P_smooth` at its first parameter value and carries its last
+/// state from value to value; after an escape it starts again at the fixed point. Sweeps (one
+/// per method and heading) are independent and run side by side; each is sequential, so that its result
+/// does not depend on the number of cores.
+///
+/// # Errors
+///
+/// [`AnalysisError::NotActive`] if the swept parameter is no variable of the map;
+/// [`AnalysisError::Hybrid`] if the simulator refuses the model; [`AnalysisError::Expansion`] if the
+/// impact speed is drawn and cannot be expanded.
+pub fn diagram(
+    scene: &Scene,
+    orbit: &GrazingOrbit,
+    map: &LocalMap,
+    request: &DiagramRequest,
+    progress: &dyn Progress,
+) -> Result<Diagram, AnalysisError> {
+    let parameter = &scene.model.parameters[request.parameter].name;
+    let position = map
+        .parameters
+        .iter()
+        .position(|active| active.name == *parameter);
+    let position = position.ok_or_else(|| AnalysisError::NotActive {
+        parameter: parameter.clone(),
+    })?;
+    let system = HybridSystem::new(&scene.model);
+    let observer = || Observer::new(scene, orbit, map, &request.observe);
+    let swept = |method: &Method| -> Result<Box<dyn SweptMap + '_>, AnalysisError> {
+        Ok(match method {
+            Method::Map => Box::new(FrozenSweep {
+                map: HornerMap::new(map),
+                start: SmoothFixedPoint::new(map),
+                observer: observer()?,
+            }),
+            Method::Direct => Box::new(DirectSweep {
+                map: DirectMap::new(&system, scene, orbit)?,
+                start: SmoothFixedPoint::new(map),
+                observer: observer()?,
+            }),
+        })
+    };
+    let plan = DiagramPlan {
+        maps: request.with.iter().map(swept).collect::<Result<_, _>>()?,
+        direction: request.direction,
+        request: SweepRequest {
+            parameter: position,
+            range: request.range,
+            points: request.points,
+            orbit: OrbitRequest::new(request.transient, request.keep, &map.window.state),
+            window: map.window.state.clone(),
+        },
+    };
+    let sweeps = run_plan(&plan, progress);
+    Ok(Diagram {
+        scene: scene.identifier.clone(),
+        digest: scene.digest,
+        parameter: parameter.clone(),
+        grazing_value: orbit.parameters()[request.parameter].to_f64(),
+        observable: observer()?.label().to_owned(),
+        transient: request.transient,
+        keep: request.keep,
+        speed_ratio: speed_ratio(&sweeps),
+        sweeps,
+    })
+}
+
+/// Runs all sweeps of a plan: one per map and heading, maps in order, up before down.
+pub fn run_plan(plan: &DiagramPlan<'_>, progress: &dyn Progress) -> Vec<Sweep> {
+    let headings: &[SweepHeading] = match plan.direction {
+        SweepDirection::Up => &[SweepHeading::Up],
+        SweepDirection::Down => &[SweepHeading::Down],
+        SweepDirection::Both => &[SweepHeading::Up, SweepHeading::Down],
+    };
+    let tasks: Vec<_> = plan
+        .maps
+        .iter()
+        .flat_map(|map| headings.iter().map(move |&heading| (map, heading)))
+        .collect();
+    progress.expect((tasks.len() * plan.request.points) as u64);
+    tasks
+        .into_par_iter()
+        .map(|(map, heading)| sweep(&**map, &plan.request, heading, progress))
+        .collect()
+}
+
+/// Time of an iterate by direct simulation over that by the map.
+fn speed_ratio(sweeps: &[Sweep]) -> Option<f64> {
+    let mean = |method: Method| {
+        let times: Vec<_> = sweeps
+            .iter()
+            .filter(|sweep| sweep.method == method && sweep.timing.iterates > 0)
+            .map(|sweep| sweep.timing)
+            .collect();
+        let iterates: u64 = times.iter().map(|timing| timing.iterates).sum();
+        let seconds: f64 = times.iter().map(|timing| timing.seconds).sum();
+        (iterates > 0).then(|| seconds / iterates as f64)
+    };
+    Some(mean(Method::Direct)? / mean(Method::Map)?)
+}

@@ -1,0 +1,115 @@
+//! What a diagram draws, at a state of the section.
+
+use std::sync::{Mutex, PoisonError};
+
+use crate::analysis::values::Values;
+use crate::analysis::{AnalysisError, DepthEvaluation, DirectMap, MapEvaluation, SectionFrame};
+use crate::expansion::{Expander, ImpactSpeed, LocalMap};
+use crate::model::{NodeId, Observable, Scene};
+use crate::orbit::{GrazingOrbit, PoincareSectionKind};
+
+/// Evaluates an observable at states of a section.
+///
+/// - `h` at a state of the map on a tangency section is `−depth(x, p)`, the map's own polynomial;
+///   otherwise the event function at the full state.
+/// - `impact_speed` is the speed at which the surface is met next, 0 without contact: by the map its
+///   expansion in `y`, to the weight of the map's contacts.
+/// - An expression is evaluated at the full state.
+#[derive(Debug)]
+pub struct Observer {
+    kind: Kind,
+    depth: DepthEvaluation<f64>,
+    tangency: bool,
+    arrival: MapEvaluation<f64>,
+    speed: Option<ImpactSpeed>,
+    /// The frame and the expression; locked, because evaluating them needs working memory.
+    expression: Mutex<(SectionFrame<f64>, Values<f64>)>,
+    label: String,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Kind {
+    EventFunction,
+    ImpactSpeed,
+    Expression,
+}
+
+impl Observer {
+    /// The observer of a map of a scene.
+    ///
+    /// # Errors
+    ///
+    /// [`AnalysisError::Expansion`] if the impact speed is drawn and cannot be expanded.
+    pub fn new(
+        scene: &Scene,
+        orbit: &GrazingOrbit,
+        map: &LocalMap,
+        observe: &Observable,
+    ) -> Result<Self, AnalysisError> {
+        let event = scene.model.surfaces[orbit.grazing_point().surface].event;
+        let (kind, node, label): (Kind, NodeId, &str) = match observe {
+            Observable::EventFunction => (Kind::EventFunction, event, "h"),
+            Observable::ImpactSpeed => (Kind::ImpactSpeed, event, "impact_speed"),
+            Observable::Expression { text, node } => (Kind::Expression, *node, text),
+        };
+        let values = Values::new(&scene.model, &scene.model.graph, &[node]);
+        let speed = match kind {
+            Kind::ImpactSpeed => {
+                Some(Expander::new(scene, orbit)?.impact_speed(map.orders.contact_weight)?)
+            }
+            Kind::EventFunction | Kind::Expression => None,
+        };
+        Ok(Self {
+            kind,
+            depth: MapEvaluation::depth(map),
+            tangency: orbit.section.kind == PoincareSectionKind::Tangency,
+            arrival: MapEvaluation::arrival(map),
+            speed,
+            expression: Mutex::new((SectionFrame::new(scene, orbit), values)),
+            label: label.to_owned(),
+        })
+    }
+
+    /// The axis label: `h`, `impact_speed`, or the expression as the user wrote it.
+    pub fn label(&self) -> &str {
+        &self.label
+    }
+
+    /// The observable at a state of the map.
+    pub fn by_map(&self, state: &[f64], parameters: &[f64]) -> f64 {
+        match self.kind {
+            Kind::EventFunction if self.tangency => -self.depth.at(state, parameters),
+            Kind::ImpactSpeed => self.speed_by_map(state, parameters),
+            Kind::EventFunction | Kind::Expression => self.at_full_state(state, parameters),
+        }
+    }
+
+    /// The observable at a state of a direct simulation.
+    pub fn by_simulation(&self, map: &DirectMap<'_>, state: &[f64], parameters: &[f64]) -> f64 {
+        match self.kind {
+            Kind::ImpactSpeed => map.impact_speed(state, parameters),
+            Kind::EventFunction | Kind::Expression => self.at_full_state(state, parameters),
+        }
+    }
+
+    fn speed_by_map(&self, state: &[f64], parameters: &[f64]) -> f64 {
+        let y = self.depth.at(state, parameters).max(0.0).sqrt();
+        let mut point = self.arrival.image(state, parameters).offsets;
+        point.extend_from_slice(parameters);
+        self.speed.as_ref().map_or(f64::NAN, |speed| {
+            y * (speed.linear.evaluate(&point) + y * speed.quadratic.evaluate(&point))
+        })
+    }
+
+    fn at_full_state(&self, state: &[f64], parameters: &[f64]) -> f64 {
+        let mut expression = self
+            .expression
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner);
+        let (frame, values) = &mut *expression;
+        match frame.place(state, parameters) {
+            Ok(()) => values.evaluate(frame.state(), frame.parameters()).get(0),
+            Err(_) => f64::NAN,
+        }
+    }
+}

@@ -1,0 +1,135 @@
+//! The section map by direct simulation, in offsets.
+
+use super::AnalysisError;
+use super::section_frame::SectionFrame;
+use crate::hybrid::{DirectReturn, HybridSystem, Outcome, ReturnOutcome};
+use crate::model::Scene;
+use crate::numeric::Real;
+use crate::orbit::GrazingOrbit;
+
+/// The image of a section point by direct simulation.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SectionImage<S> {
+    /// Offsets of the image, the nominal advance of the phase removed; NaN where there is no image.
+    pub offsets: Vec<S>,
+    /// Contacts of the passage that the section is about.
+    pub contacts: usize,
+    /// Contacts elsewhere in the period.
+    pub extra_contacts: usize,
+    /// Speed of the first contact; 0 without one.
+    pub impact_speed: S,
+    /// How it ended.
+    pub end: DirectEnd,
+}
+
+/// How one direct return ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum DirectEnd {
+    /// At the section.
+    Returned,
+    /// No section point within three nominal return times.
+    NoReturn,
+    /// The start is beyond a rigid surface, and no free flight leads there from it.
+    Penetrating,
+    /// The simulation ended otherwise: a state that is not finite, no sticking field, too many steps.
+    Ended,
+}
+
+/// The section map of a scene by direct simulation, over `f64` or double-double.
+///
+/// The map is `P = P_smooth ∘ D` with the contact as it is: a section point beyond the surface is taken
+/// back along the free flow to the surface and goes through the contact and all that follows; the last
+/// approach to the section is flown with the surface ignored.
+#[derive(Clone, Debug)]
+pub struct DirectImage<'a, S: Real> {
+    frame: SectionFrame<S>,
+    returns: DirectReturn<'a, S>,
+}
+
+impl<'a, S: Real> DirectImage<'a, S> {
+    /// The map of a scene about its grazing orbit; `system` is the scene's model, lowered.
+    ///
+    /// # Errors
+    ///
+    /// [`AnalysisError::Hybrid`] if the simulator refuses the parameters.
+    pub fn new(
+        system: &'a HybridSystem,
+        scene: &Scene,
+        orbit: &GrazingOrbit,
+    ) -> Result<Self, AnalysisError> {
+        let mut frame = SectionFrame::new(scene, orbit);
+        let (section, duration) = (frame.return_section(), frame.duration());
+        let returns = DirectReturn::new(
+            system,
+            frame.parameters(),
+            section,
+            duration,
+            frame.periods(),
+        )?;
+        Ok(Self { frame, returns })
+    }
+
+    /// Number of coordinates.
+    pub fn dimension(&self) -> usize {
+        self.frame.dimension()
+    }
+
+    /// Number of active parameters.
+    pub fn parameters(&self) -> usize {
+        self.frame.active()
+    }
+
+    /// The image of a section point, everything in offsets.
+    ///
+    /// # Errors
+    ///
+    /// [`AnalysisError::Length`]; [`AnalysisError::Hybrid`] if an offset is not finite.
+    pub fn image(
+        &mut self,
+        offsets: &[S],
+        parameter_offsets: &[S],
+    ) -> Result<SectionImage<S>, AnalysisError> {
+        self.frame.place(offsets, parameter_offsets)?;
+        let duration = self.frame.duration();
+        self.returns
+            .set_parameters(self.frame.parameters(), duration)?;
+        let image = self.returns.image(self.frame.state())?;
+        let end = end_of(&image.outcome);
+        let offsets = match end {
+            DirectEnd::Returned => self.frame.offsets(&image.state),
+            _ => vec![S::from_f64(f64::NAN); self.frame.dimension()],
+        };
+        Ok(SectionImage {
+            offsets,
+            contacts: image.contacts,
+            extra_contacts: image.extra_contacts,
+            impact_speed: image.impact_speeds.first().copied().unwrap_or(S::zero()),
+            end,
+        })
+    }
+}
+
+/// One image of a section point by direct simulation: [`DirectImage`] for a single use.
+///
+/// # Errors
+///
+/// As [`DirectImage::new`] and [`DirectImage::image`].
+pub fn direct_image<S: Real>(
+    scene: &Scene,
+    orbit: &GrazingOrbit,
+    offsets: &[S],
+    parameter_offsets: &[S],
+) -> Result<SectionImage<S>, AnalysisError> {
+    let system = HybridSystem::new(&scene.model);
+    DirectImage::new(&system, scene, orbit)?.image(offsets, parameter_offsets)
+}
+
+fn end_of<S>(outcome: &ReturnOutcome<S>) -> DirectEnd {
+    match outcome {
+        ReturnOutcome::Returned => DirectEnd::Returned,
+        ReturnOutcome::NoReturn { .. } => DirectEnd::NoReturn,
+        ReturnOutcome::Ended(Outcome::Penetrating { .. }) => DirectEnd::Penetrating,
+        ReturnOutcome::Ended(_) => DirectEnd::Ended,
+    }
+}

@@ -1,0 +1,52 @@
+//! What can be wrong with what an analysis is asked.
+
+use crate::expansion::ExpansionError;
+use crate::flow::FlowError;
+use crate::hybrid::HybridError;
+
+/// Wrong input to an analysis, or a floor below that failed.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum AnalysisError {
+    /// A row of offsets has another length than the section's coordinates or the active parameters.
+    #[error("{what}: {expected} numbers expected, {found} were given")]
+    Length {
+        /// What the numbers are.
+        what: &'static str,
+        /// Numbers expected.
+        expected: usize,
+        /// Numbers given.
+        found: usize,
+    },
+    /// A diagram sweeps a parameter that the map does not keep as a variable.
+    #[error("the map has no variable `{parameter}`: parameters swept must be active")]
+    NotActive {
+        /// Name of the parameter.
+        parameter: String,
+    },
+    /// The direct simulation refused its input.
+    #[error(transparent)]
+    Hybrid(#[from] HybridError),
+    /// A free flight failed.
+    #[error(transparent)]
+    Flow(#[from] FlowError),
+    /// An expansion failed.
+    #[error(transparent)]
+    Expansion(#[from] ExpansionError),
+}
+
+/// Checks the length of a row of numbers.
+pub(crate) fn check_length(
+    what: &'static str,
+    expected: usize,
+    found: usize,
+) -> Result<(), AnalysisError> {
+    if expected == found {
+        Ok(())
+    } else {
+        Err(AnalysisError::Length {
+            what,
+            expected,
+            found,
+        })
+    }
+}

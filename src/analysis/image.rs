@@ -1,0 +1,222 @@
+//! Images of rows of offsets under the map, its parts, or direct simulation, iterated.
+
+use rayon::prelude::*;
+
+use super::error::check_length;
+use super::evaluation::{DepthEvaluation, MapEvaluation};
+use super::{AnalysisError, DirectEnd, DirectImage};
+use crate::expansion::{LocalMap, MapWindow};
+use crate::hybrid::HybridSystem;
+use crate::model::Scene;
+use crate::numeric::{Dd, Real};
+use crate::orbit::GrazingOrbit;
+
+/// What computes an image.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Using {
+    /// The local map.
+    Map,
+    /// Direct simulation.
+    Direct,
+    /// `P_smooth` alone.
+    Smooth,
+    /// `D` alone.
+    Discontinuity,
+}
+
+/// The numbers an image is computed in.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Precision {
+    /// Double precision.
+    #[default]
+    F64,
+    /// Double-double.
+    Dd,
+}
+
+/// One starting point, in offsets.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ImageRow {
+    /// One offset per coordinate of the section.
+    pub state: Vec<Dd>,
+    /// One offset per active parameter.
+    pub parameters: Vec<Dd>,
+}
+
+/// What is asked of [`images`].
+#[derive(Clone, Debug, PartialEq)]
+pub struct ImageRequest {
+    /// Starting points.
+    pub rows: Vec<ImageRow>,
+    /// Images per row.
+    pub iterations: usize,
+    /// What computes them.
+    pub using: Using,
+    /// In which numbers.
+    pub precision: Precision,
+}
+
+/// One image.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ImageRecord {
+    /// Row of the request, from 0.
+    pub row: usize,
+    /// Iteration, from 1.
+    pub iteration: usize,
+    /// Offsets of the image; NaN where there is none.
+    pub offsets: Vec<Dd>,
+    /// Passages that made contact.
+    pub contacts: usize,
+    /// Whether the point that was mapped lies within the window.
+    pub inside: bool,
+    /// Contacts elsewhere in the period, by direct simulation.
+    pub extra_contacts: Option<usize>,
+    /// How a direct simulation ended; `None` for polynomials.
+    pub end: Option<DirectEnd>,
+}
+
+/// Images of rows of offsets, row by row, each row's iterations in order.
+///
+/// A row ends early where it has no finite image; the record says so. Rows are computed on all cores;
+/// the result does not depend on their number.
+///
+/// # Errors
+///
+/// [`AnalysisError::Length`] if a row does not fit the section or the active parameters;
+/// [`AnalysisError::Hybrid`] if an offset is not finite.
+pub fn images(
+    scene: &Scene,
+    orbit: &GrazingOrbit,
+    map: &LocalMap,
+    request: &ImageRequest,
+) -> Result<Vec<ImageRecord>, AnalysisError> {
+    for row in &request.rows {
+        check_length("offsets of the state", map.dimension(), row.state.len())?;
+        check_length(
+            "offsets of the parameters",
+            map.parameters.len(),
+            row.parameters.len(),
+        )?;
+    }
+    match request.precision {
+        Precision::F64 => images_in::<f64>(scene, orbit, map, request),
+        Precision::Dd => images_in::<Dd>(scene, orbit, map, request),
+    }
+}
+
+fn images_in<S: Real>(
+    scene: &Scene,
+    orbit: &GrazingOrbit,
+    map: &LocalMap,
+    request: &ImageRequest,
+) -> Result<Vec<ImageRecord>, AnalysisError> {
+    let window = InWindow::<S>::new(map);
+    let rows: Vec<_> = match request.using {
+        Using::Direct => {
+            let system = HybridSystem::new(&scene.model);
+            let direct = DirectImage::<S>::new(&system, scene, orbit)?;
+            let fly = |direct: &mut DirectImage<S>, row| {
+                iterate(row, request, &window, |state, parameters| {
+                    let image = direct.image(state, parameters)?;
+                    Ok(Image {
+                        offsets: image.offsets,
+                        contacts: image.contacts,
+                        extra_contacts: Some(image.extra_contacts),
+                        end: Some(image.end),
+                    })
+                })
+            };
+            let rows = (0..request.rows.len()).into_par_iter();
+            rows.map_init(|| direct.clone(), fly)
+                .collect::<Result<_, _>>()?
+        }
+        _ => {
+            let evaluation = match request.using {
+                Using::Smooth => MapEvaluation::<S>::smooth(map),
+                Using::Discontinuity => MapEvaluation::discontinuity(map),
+                _ => MapEvaluation::new(map),
+            };
+            let step = |state: &[S], parameters: &[S]| {
+                let image = evaluation.image(state, parameters);
+                Ok(Image {
+                    offsets: image.offsets,
+                    contacts: image.contacts,
+                    extra_contacts: None,
+                    end: None,
+                })
+            };
+            let rows = (0..request.rows.len()).into_par_iter();
+            rows.map(|row| iterate(row, request, &window, step))
+                .collect::<Result<_, _>>()?
+        }
+    };
+    Ok(rows.into_iter().flatten().collect())
+}
+
+/// One image, whatever computed it.
+struct Image<S> {
+    offsets: Vec<S>,
+    contacts: usize,
+    extra_contacts: Option<usize>,
+    end: Option<DirectEnd>,
+}
+
+/// All images of one row.
+fn iterate<S: Real>(
+    row: usize,
+    request: &ImageRequest,
+    window: &InWindow<S>,
+    mut step: impl FnMut(&[S], &[S]) -> Result<Image<S>, AnalysisError>,
+) -> Result<Vec<ImageRecord>, AnalysisError> {
+    let convert = |values: &[Dd]| values.iter().map(|&value| S::from_dd(value)).collect();
+    let start = &request.rows[row];
+    let (mut state, parameters): (Vec<S>, Vec<S>) =
+        (convert(&start.state), convert(&start.parameters));
+    let mut records = Vec::with_capacity(request.iterations);
+    for iteration in 1..=request.iterations {
+        let inside = window.holds(&state, &parameters);
+        let image = step(&state, &parameters)?;
+        let finite = image.offsets.iter().all(|value| value.is_finite());
+        records.push(ImageRecord {
+            row,
+            iteration,
+            offsets: image.offsets.iter().map(|value| value.to_dd()).collect(),
+            contacts: image.contacts,
+            inside,
+            extra_contacts: image.extra_contacts,
+            end: image.end,
+        });
+        if !finite {
+            break;
+        }
+        state = image.offsets;
+    }
+    Ok(records)
+}
+
+/// The window of a map and its depth, to say whether a point lies within.
+struct InWindow<'a, S: Real> {
+    window: &'a MapWindow,
+    depth: DepthEvaluation<S>,
+}
+
+impl<'a, S: Real> InWindow<'a, S> {
+    fn new(map: &'a LocalMap) -> Self {
+        Self {
+            window: &map.window,
+            depth: MapEvaluation::depth(map),
+        }
+    }
+
+    fn holds(&self, state: &[S], parameters: &[S]) -> bool {
+        let within = |values: &[S], widths: &[f64]| {
+            let mut pairs = values.iter().zip(widths);
+            pairs.all(|(value, &width)| value.to_f64().abs() <= width)
+        };
+        within(state, &self.window.state)
+            && within(parameters, &self.window.parameter)
+            && self.depth.at(state, parameters).to_f64() <= self.window.depth
+    }
+}

@@ -1,0 +1,23 @@
+//! Images of section points, bifurcation diagrams: what a map does, by the map and by direct simulation.
+//!
+//! Deliberately absent: plotting, files, progress bars.
+
+pub mod diagram;
+mod direct_image;
+mod direct_map;
+mod error;
+mod evaluation;
+mod free_flight;
+mod image;
+mod progress;
+mod section_frame;
+mod values;
+
+pub use direct_image::{DirectEnd, DirectImage, SectionImage, direct_image};
+pub use direct_map::DirectMap;
+pub use error::AnalysisError;
+pub use evaluation::{DepthEvaluation, MapEvaluation, MapImage};
+pub use free_flight::FreeFlight;
+pub use image::{ImageRecord, ImageRequest, ImageRow, Precision, Using, images};
+pub use progress::{NoProgress, Progress};
+pub use section_frame::SectionFrame;

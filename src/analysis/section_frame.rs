@@ -1,0 +1,222 @@
+//! Offsets on a section and the full state: the frame in which direct simulation speaks to a map.
+
+use super::error::{AnalysisError, check_length};
+use super::values::Values;
+use crate::hybrid::ReturnSection;
+use crate::model::{Model, Scene};
+use crate::numeric::{Dd, Real};
+use crate::orbit::{GrazingOrbit, PoincareSection, PoincareSectionKind};
+
+/// Newton steps onto the tangency section before giving up: each doubles the digits.
+const NEWTON_STEPS: usize = 40;
+
+/// The section of a scene through its grazing orbit: offsets in, full states out, and back.
+///
+/// State offsets are relative to the point where the grazing orbit at `p*` meets the section, whatever
+/// the parameters; parameter offsets are relative to `p*`. On a tangency section the component that is
+/// no coordinate solves `h'(x, p) = 0`.
+#[derive(Clone, Debug)]
+pub struct SectionFrame<S: Real> {
+    section: PoincareSection,
+    origin: Vec<S>,
+    grazing_parameters: Vec<S>,
+    active: Vec<usize>,
+    surface: usize,
+    graze_phase: Option<(Dd, Dd)>,
+    tangency: Values<S>,
+    clock: Option<Clock<S>>,
+    orbit_period: S,
+    state: Vec<S>,
+    parameters: Vec<S>,
+}
+
+/// The forcing: its rate as a function of the parameters, and by how much its phase advances.
+#[derive(Clone, Debug)]
+struct Clock<S: Real> {
+    rate: Values<S>,
+    advance: S,
+    periods: usize,
+}
+
+impl<S: Real> SectionFrame<S> {
+    /// The frame of the section itself.
+    pub fn new(scene: &Scene, orbit: &GrazingOrbit) -> Self {
+        Self::about(scene, orbit, &orbit.section_point)
+    }
+
+    /// The frame of the section moved along the orbit to the graze, in which a contact acts.
+    pub fn at_graze(scene: &Scene, orbit: &GrazingOrbit) -> Self {
+        Self::about(scene, orbit, &orbit.grazing_point().state)
+    }
+
+    fn about(scene: &Scene, orbit: &GrazingOrbit, origin: &[Dd]) -> Self {
+        let model = &scene.model;
+        let surface = orbit.grazing_point().surface;
+        let convert = |values: &[Dd]| values.iter().map(|&value| S::from_dd(value)).collect();
+        let phase = model.phase.as_ref();
+        let graze =
+            phase.and_then(|clock| Some((*orbit.grazing_point().state.last()?, clock.period)));
+        Self {
+            section: orbit.section.clone(),
+            origin: convert(origin),
+            grazing_parameters: convert(orbit.parameters()),
+            active: scene.expansion.active.clone(),
+            surface,
+            graze_phase: graze,
+            tangency: tangency(model, surface, orbit.section.eliminated),
+            clock: phase.map(|clock| Clock {
+                rate: Values::new(model, &model.graph, &[clock.rate]),
+                advance: S::from_dd(clock.period * Dd::from(scene.grazing.periods as f64)),
+                periods: scene.grazing.periods,
+            }),
+            orbit_period: S::from_dd(orbit.period),
+            state: convert(origin),
+            parameters: convert(orbit.parameters()),
+        }
+    }
+
+    /// Number of coordinates.
+    pub fn dimension(&self) -> usize {
+        self.section.coordinates.len()
+    }
+
+    /// Number of active parameters.
+    pub fn active(&self) -> usize {
+        self.active.len()
+    }
+
+    /// The surface that the section is about.
+    pub fn surface(&self) -> usize {
+        self.surface
+    }
+
+    /// Which section.
+    pub fn kind(&self) -> PoincareSectionKind {
+        self.section.kind
+    }
+
+    /// The section as direct simulation knows it.
+    pub fn return_section(&mut self) -> ReturnSection<S> {
+        let surface = self.surface;
+        match (self.section.kind, self.graze_phase) {
+            (PoincareSectionKind::Stroboscopic { phase }, Some((graze, period))) => {
+                let difference = graze - phase;
+                let advance = difference - (difference / period).floor() * period;
+                if difference == Dd::ZERO {
+                    return ReturnSection::GrazingPhase { surface };
+                }
+                let graze_time = self.duration_of(S::from_dd(advance));
+                ReturnSection::OtherPhase {
+                    surface,
+                    graze_time,
+                }
+            }
+            _ => ReturnSection::Tangency { surface },
+        }
+    }
+
+    /// Whole periods by which the phase advances in one return; 0 for an autonomous system.
+    pub fn periods(&self) -> usize {
+        self.clock.as_ref().map_or(0, |clock| clock.periods)
+    }
+
+    /// Advance of the phase in one return; 0 for an autonomous system.
+    pub fn advance(&self) -> S {
+        self.clock.as_ref().map_or(S::zero(), |clock| clock.advance)
+    }
+
+    /// Places the full state and the parameters at offsets; read them with [`state`](Self::state) and
+    /// [`parameters`](Self::parameters).
+    ///
+    /// # Errors
+    ///
+    /// [`AnalysisError::Length`].
+    pub fn place(&mut self, offsets: &[S], parameter_offsets: &[S]) -> Result<(), AnalysisError> {
+        check_length("offsets of the state", self.dimension(), offsets.len())?;
+        check_length(
+            "offsets of the parameters",
+            self.active.len(),
+            parameter_offsets.len(),
+        )?;
+        self.state.copy_from_slice(&self.origin);
+        for (&component, &offset) in self.section.coordinates.iter().zip(offsets) {
+            self.state[component] += offset;
+        }
+        self.parameters.copy_from_slice(&self.grazing_parameters);
+        for (&parameter, &offset) in self.active.iter().zip(parameter_offsets) {
+            self.parameters[parameter] += offset;
+        }
+        if self.section.kind == PoincareSectionKind::Tangency {
+            self.solve_tangency();
+        }
+        Ok(())
+    }
+
+    /// The full state placed last.
+    pub fn state(&self) -> &[S] {
+        &self.state
+    }
+
+    /// All parameters of the model, as placed last.
+    pub fn parameters(&self) -> &[S] {
+        &self.parameters
+    }
+
+    /// Nominal return time at the parameters placed last.
+    pub fn duration(&mut self) -> S {
+        match &self.clock {
+            Some(clock) => {
+                let advance = clock.advance;
+                self.duration_of(advance)
+            }
+            None => self.orbit_period,
+        }
+    }
+
+    /// Offsets of the coordinates of a full state.
+    pub fn offsets(&self, state: &[S]) -> Vec<S> {
+        let coordinates = self.section.coordinates.iter();
+        coordinates
+            .map(|&component| state[component] - self.origin[component])
+            .collect()
+    }
+
+    /// Time in which the phase advances by this much.
+    fn duration_of(&mut self, advance: S) -> S {
+        let (state, parameters) = (&self.state, &self.parameters);
+        let rate = self
+            .clock
+            .as_mut()
+            .map(|clock| clock.rate.evaluate(state, parameters).get(0));
+        rate.map_or(self.orbit_period, |rate| advance / rate)
+    }
+
+    /// Newton's method for `h' = 0` in the eliminated component.
+    fn solve_tangency(&mut self) {
+        let eliminated = self.section.eliminated;
+        let mut last = f64::INFINITY;
+        for _ in 0..NEWTON_STEPS {
+            let values = self.tangency.evaluate(&self.state, &self.parameters);
+            let (value, slope) = (values.get(0), values.get(1));
+            if value == S::zero() {
+                return;
+            }
+            let step = value / slope;
+            let size = step.magnitude();
+            // Rounding is reached where the steps no longer shrink.
+            if !size.is_finite() || size >= last {
+                return;
+            }
+            self.state[eliminated] -= step;
+            last = size;
+        }
+    }
+}
+
+/// `h'` and its derivative by the eliminated component.
+fn tangency<S: Real>(model: &Model, surface: usize, eliminated: usize) -> Values<S> {
+    let mut graph = model.graph.clone();
+    let velocity = model.surfaces[surface].normal_velocity;
+    let slope = graph.derivative(velocity, eliminated);
+    Values::new(model, &graph, &[velocity, slope])
+}

@@ -1,0 +1,211 @@
+//! What can be typed after `grazemap`.
+
+use std::path::PathBuf;
+
+use clap::{Args, Parser, Subcommand, ValueEnum};
+
+use super::output::Destination;
+use crate::analysis::{Precision, Using};
+
+/// Fast, measured local maps of oscillators that graze a stop.
+///
+/// Without a command, runs the built-in scene `linear` start to finish into ./out.
+#[derive(Debug, Parser)]
+#[command(
+    name = "grazemap",
+    version,
+    args_conflicts_with_subcommands = true,
+    max_term_width = 100
+)]
+pub(super) struct Arguments {
+    #[command(subcommand)]
+    pub(super) command: Option<Command>,
+    #[command(flatten)]
+    pub(super) common: Common,
+}
+
+/// One command, one file of this floor.
+#[derive(Debug, Subcommand)]
+pub(super) enum Command {
+    /// Everything the scene asks for, with a report page, into ./out
+    Run(SceneOptions),
+    /// A scene from the catalogue to start from
+    New(NewOptions),
+    /// Parse and check a scene, no computing
+    Check(SceneOptions),
+    /// The grazing orbit
+    Locate(SceneOptions),
+    /// The grazing curve in two parameters, with its codimension-two points
+    Curve(CurveArguments),
+    /// Coefficients of P_smooth, D and their composition
+    Expand(SceneOptions),
+    /// The crate of Rust code
+    Emit(EmitArguments),
+    /// Images of section points
+    Image(ImageOptions),
+    /// Truncation orders against direct simulation; speed against accuracy
+    Converge(SceneOptions),
+    /// Bifurcation diagrams
+    Diagram(SceneOptions),
+}
+
+/// Options every command understands.
+#[derive(Clone, Debug, Default, Args)]
+pub(super) struct Common {
+    /// Override a parameter (`omega=1.9`) or a key (`expansion.smooth_order=7`); may be repeated
+    #[arg(long = "set", value_name = "NAME=VALUE", value_parser = assignment)]
+    pub(super) set: Vec<(String, String)>,
+    /// Write the results as JSON to a file, or to standard output (`-`)
+    #[arg(long, value_name = "FILE|-", value_parser = Destination::parse)]
+    pub(super) json: Option<Destination>,
+    /// Write the results' table as CSV to a file, or to standard output (`-`)
+    #[arg(long, value_name = "FILE|-", value_parser = Destination::parse)]
+    pub(super) csv: Option<Destination>,
+    /// Write the results' files into this folder
+    #[arg(short = 'o', long = "output", value_name = "DIR")]
+    pub(super) output: Option<PathBuf>,
+    /// Threads to compute with; default: all cores
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    pub(super) threads: Option<u16>,
+    /// Say nothing but errors
+    #[arg(short = 'q', long = "quiet")]
+    pub(super) quiet: bool,
+}
+
+/// A scene and the common options.
+#[derive(Clone, Debug, Args)]
+pub(super) struct SceneOptions {
+    /// A scene file, or the name of a scene of the catalogue
+    #[arg(value_name = "SCENE")]
+    pub(super) scene: PathBuf,
+    #[command(flatten)]
+    pub(super) common: Common,
+}
+
+/// Options of `curve`.
+#[derive(Clone, Debug, Args)]
+pub(super) struct CurveArguments {
+    #[command(flatten)]
+    pub(super) scene: SceneOptions,
+    /// The second parameter
+    #[arg(long, value_name = "PARAMETER")]
+    pub(super) with: String,
+    /// Its first value
+    #[arg(long, value_name = "A", allow_negative_numbers = true)]
+    pub(super) from: f64,
+    /// Its last value
+    #[arg(long, value_name = "B", allow_negative_numbers = true)]
+    pub(super) to: f64,
+    /// Follow xi_1 to xi_N
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=64))]
+    pub(super) xi: u16,
+}
+
+/// Options of `emit`.
+#[derive(Clone, Debug, Args)]
+pub(super) struct EmitArguments {
+    /// A scene file, or the name of a scene of the catalogue
+    #[arg(value_name = "SCENE", required_unless_present = "catalogue")]
+    pub(super) scene: Option<PathBuf>,
+    /// Emit the catalogue's crate of maps instead
+    #[arg(long, conflicts_with = "scene")]
+    pub(super) catalogue: bool,
+    /// Compare with what is in the folder, write nothing
+    #[arg(long)]
+    pub(super) check: bool,
+    #[command(flatten)]
+    pub(super) common: Common,
+}
+
+/// Options of `image`.
+#[derive(Clone, Debug, Args)]
+pub(super) struct ImageOptions {
+    #[command(flatten)]
+    pub(super) scene: SceneOptions,
+    /// Starting points: a CSV file whose header names coordinates and active parameters; offsets
+    #[arg(long, value_name = "CSV")]
+    pub(super) states: PathBuf,
+    /// What computes the images
+    #[arg(long, value_enum, default_value_t = UsingArgument::Map)]
+    pub(super) using: UsingArgument,
+    /// Images per row
+    #[arg(long, value_name = "K", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=10_000_000))]
+    pub(super) iterations: u32,
+    /// The numbers to compute with
+    #[arg(long, value_enum, default_value_t = PrecisionArgument::F64)]
+    pub(super) precision: PrecisionArgument,
+}
+
+/// What computes an image.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(super) enum UsingArgument {
+    /// The local map
+    Map,
+    /// Direct simulation
+    Direct,
+    /// P_smooth alone
+    Smooth,
+    /// D alone
+    Discontinuity,
+}
+
+impl From<UsingArgument> for Using {
+    fn from(argument: UsingArgument) -> Self {
+        match argument {
+            UsingArgument::Map => Self::Map,
+            UsingArgument::Direct => Self::Direct,
+            UsingArgument::Smooth => Self::Smooth,
+            UsingArgument::Discontinuity => Self::Discontinuity,
+        }
+    }
+}
+
+/// The numbers an image is computed in.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(super) enum PrecisionArgument {
+    /// Double precision
+    F64,
+    /// Double-double, about 32 digits
+    Dd,
+}
+
+impl From<PrecisionArgument> for Precision {
+    fn from(argument: PrecisionArgument) -> Self {
+        match argument {
+            PrecisionArgument::F64 => Self::F64,
+            PrecisionArgument::Dd => Self::Dd,
+        }
+    }
+}
+
+/// Options of `new`.
+#[derive(Clone, Debug, Args)]
+pub(super) struct NewOptions {
+    /// Name of the scene in the catalogue
+    #[arg(value_name = "NAME", required_unless_present = "list")]
+    pub(super) name: Option<String>,
+    /// List the catalogue
+    #[arg(long)]
+    pub(super) list: bool,
+    /// The file to write; default: NAME.toml
+    #[arg(
+        short = 'o',
+        long = "output",
+        value_name = "FILE",
+        conflicts_with = "list"
+    )]
+    pub(super) output: Option<PathBuf>,
+    /// Say nothing but errors
+    #[arg(short = 'q', long = "quiet")]
+    pub(super) quiet: bool,
+}
+
+/// `name=value`, split at the first `=`.
+fn assignment(text: &str) -> Result<(String, String), String> {
+    match text.split_once('=') {
+        Some((name, value)) if !name.trim().is_empty() => {
+            Ok((name.trim().to_owned(), value.trim().to_owned()))
+        }
+        _ => Err("expected NAME=VALUE".to_owned()),
+    }
+}

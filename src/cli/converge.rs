@@ -1,0 +1,61 @@
+//! `grazemap converge`: truncation orders against direct simulation; speed against accuracy.
+
+use super::arguments::SceneOptions;
+use super::error::CliError;
+use super::output::Results;
+use super::prepare::{grazing_orbit, prepare};
+use super::progress::Bar;
+use crate::convergence::{ConvergenceOptions, ConvergenceStudy, converge};
+use crate::report::{
+    ReportError, chosen_words, convergence_figures, convergence_table, to_dense_json, without_times,
+};
+
+pub(super) fn run(options: &SceneOptions) -> Result<(), CliError> {
+    let scene = prepare(options)?.scene;
+    let orbit = grazing_orbit(&scene)?;
+    let bar = Bar::new("convergence", &options.common);
+    let study = converge(&scene, &orbit, &ConvergenceOptions::of(&scene), &bar)?;
+    drop(bar);
+    let table = convergence_table(&study)?;
+    let direct = format!(
+        "direct simulation: {:.0} ns a return, error {:.1e}",
+        study.direct.period_ns, study.direct.error_estimate
+    );
+    let text = format!("{}\n{direct}\n{}\n", table.to_text(), chosen_words(&study));
+    let results = Results {
+        text,
+        json: to_dense_json(&study)?,
+        csv: Some(table.to_csv()?),
+        files: convergence_files(&study)?,
+    };
+    results.deliver("converge", &options.common)
+}
+
+/// Data and pictures of a study. Files named `speed` hold measured times, the others the same bytes from run to run.
+pub(super) fn convergence_files(
+    study: &ConvergenceStudy,
+) -> Result<Vec<(String, Vec<u8>)>, ReportError> {
+    let untimed = without_times(study);
+    let mut files = vec![
+        (
+            "convergence.json".to_owned(),
+            to_dense_json(&untimed)?.into_bytes(),
+        ),
+        (
+            "convergence.csv".to_owned(),
+            convergence_table(&untimed)?.to_csv()?.into_bytes(),
+        ),
+        (
+            "convergence-speed.csv".to_owned(),
+            convergence_table(study)?.to_csv()?.into_bytes(),
+        ),
+    ];
+    for (ending, figure, _) in convergence_figures(study) {
+        files.push((
+            format!("convergence{ending}.svg"),
+            figure.to_svg()?.into_bytes(),
+        ));
+        files.push((format!("convergence{ending}.png"), figure.to_png()?));
+    }
+    Ok(files)
+}

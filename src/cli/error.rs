@@ -1,0 +1,252 @@
+//! How a command can fail, and the exit code that says so.
+
+use std::io::{self, IsTerminal};
+use std::path::PathBuf;
+
+use miette::{GraphicalReportHandler, GraphicalTheme};
+
+use super::output::note;
+use crate::analysis::{AnalysisError, DirectEnd};
+use crate::convergence::ConvergenceError;
+use crate::emission::EmissionError;
+use crate::expansion::ExpansionError;
+use crate::model::{SceneError, SceneHeadline};
+use crate::orbit::{CurveEnd, NotLocated, OrbitError};
+use crate::report::{ReportError, curve_end_words};
+
+/// Exit code of mathematics that ended otherwise.
+const ENDED_OTHERWISE: u8 = 1;
+/// Exit code of wrong input.
+const WRONG_INPUT: u8 = 2;
+
+/// Why a command ended without doing what it was asked.
+#[derive(Debug, thiserror::Error)]
+pub(super) enum CliError {
+    /// A scene with a fault.
+    #[error(transparent)]
+    Scene(Box<SceneHeadline>),
+    /// Neither a file nor a scene of the catalogue.
+    #[error("no scene file `{}`, and no scene of that name in the catalogue{}", .path.display(), meant(.nearest))]
+    NoSuchScene {
+        path: PathBuf,
+        nearest: Option<String>,
+    },
+    /// A scene file that was there a moment ago.
+    #[error("cannot read {}: {source}", .path.display())]
+    UnreadableScene { path: PathBuf, source: io::Error },
+    /// No such scene in the catalogue.
+    #[error("no scene `{name}` in the catalogue{}; `grazemap new --list` shows it", meant(.nearest))]
+    NotInCatalogue {
+        name: String,
+        nearest: Option<String>,
+    },
+    /// A file that would be overwritten.
+    #[error("`{}` exists and is not overwritten; name another file with -o", .path.display())]
+    Exists { path: PathBuf },
+    /// A command without a table was asked for one.
+    #[error("`grazemap {command}` has no table; use --json")]
+    NoTable { command: &'static str },
+    /// A name that the output already uses.
+    #[error(
+        "`{name}` names a {kind} of the scene and the depth variable of the expansion; rename the {kind}"
+    )]
+    DepthVariableName { name: String, kind: &'static str },
+    /// Wrong input to the location of the orbit, or a flow that failed.
+    #[error("cannot locate the grazing orbit: {0}")]
+    Orbit(#[from] OrbitError),
+    /// No grazing orbit.
+    #[error("no grazing orbit: {0}")]
+    NotLocated(#[from] NotLocated),
+    /// An expansion that could not be made.
+    #[error("no expansion: {0}")]
+    Expansion(#[from] ExpansionError),
+    /// An analysis that refused its input, or a floor below it.
+    #[error(transparent)]
+    Analysis(#[from] AnalysisError),
+    /// An emission that refused the map.
+    #[error(transparent)]
+    Emission(#[from] EmissionError),
+    /// A folder that does not hold what would be emitted now.
+    #[error("{} is not what would be emitted now:{differences}", .folder.display())]
+    NotCurrent {
+        folder: PathBuf,
+        differences: String,
+    },
+    /// A study of convergence that could not be made.
+    #[error(transparent)]
+    Convergence(#[from] ConvergenceError),
+    /// No orders of the sweep meet the tolerance of the scene.
+    #[error("no orders up to those tried stay within the tolerance {tolerance:e} on the window; the best, N = {smooth_order}, W = {contact_weight}, reach {}", .error.map_or("no finite error".to_owned(), |error| format!("{error:.2e}")))]
+    ToleranceNotMet {
+        tolerance: f64,
+        smooth_order: u32,
+        contact_weight: u32,
+        error: Option<f64>,
+    },
+    /// A name that is no parameter.
+    #[error("no parameter `{name}` in the scene{}", meant(.nearest))]
+    NoSuchParameter {
+        name: String,
+        nearest: Option<String>,
+    },
+    /// An end of a range that is no finite number.
+    #[error("{flag} must be a finite number, found {value}")]
+    NotFinite { flag: &'static str, value: f64 },
+    /// A grazing curve that ended before its goal.
+    #[error("the grazing curve did not reach {parameter} = {goal}: {}; its last point is at {parameter} = {last}", curve_end_words(*.end))]
+    CurveEnded {
+        parameter: String,
+        goal: f64,
+        last: f64,
+        end: CurveEnd,
+    },
+    /// No diagram in the scene.
+    #[error("the scene asks for no diagram; add a [[diagram]] table")]
+    NoDiagram,
+    /// A file of starting points that cannot be read.
+    #[error("cannot read the starting points {}: {source}", .path.display())]
+    UnreadableStates { path: PathBuf, source: csv::Error },
+    /// A file of starting points without rows.
+    #[error("no starting points in {}: a header and at least one row are expected", .path.display())]
+    NoStates { path: PathBuf },
+    /// Too many starting points.
+    #[error("more than {limit} starting points in {}", .path.display())]
+    TooManyStates { path: PathBuf, limit: usize },
+    /// A column that is nothing of the map.
+    #[error("unknown column `{}` in {}; expected some of {known}", .name.escape_default(), .path.display())]
+    UnknownColumn {
+        path: PathBuf,
+        name: String,
+        known: String,
+    },
+    /// A column that stands twice.
+    #[error("column `{}` stands twice in {}", .name.escape_default(), .path.display())]
+    ColumnTwice { path: PathBuf, name: String },
+    /// A cell that is no number.
+    #[error("`{}` in line {line} of {} is no finite decimal number", .text.escape_default(), .path.display())]
+    NotANumber {
+        path: PathBuf,
+        line: u64,
+        text: String,
+    },
+    /// A point without an image.
+    #[error("row {row} has no image at iteration {iteration}: {}", ended(.end))]
+    NoImage {
+        row: usize,
+        iteration: usize,
+        end: Option<DirectEnd>,
+    },
+    /// A result that could not be laid out or written.
+    #[error(transparent)]
+    Report(#[from] ReportError),
+    /// Standard output refused.
+    #[error("cannot write to standard output: {0}")]
+    StandardOutput(io::Error),
+    /// No threads.
+    #[error("cannot start the threads: {0}")]
+    Threads(#[from] rayon::ThreadPoolBuildError),
+}
+
+impl CliError {
+    /// 1: the mathematics ended otherwise; 2: wrong input.
+    pub(super) fn exit_code(&self) -> u8 {
+        match self {
+            Self::NotLocated(_)
+            | Self::Orbit(OrbitError::Flow(_))
+            | Self::CurveEnded { .. }
+            | Self::NoImage { .. }
+            | Self::NotCurrent { .. } => ENDED_OTHERWISE,
+            Self::Analysis(error) => analysis_code(error),
+            Self::Expansion(error) => expansion_code(error),
+            Self::ToleranceNotMet { .. } => ENDED_OTHERWISE,
+            Self::Convergence(error) => convergence_code(error),
+            _ => WRONG_INPUT,
+        }
+    }
+
+    /// Says the error on standard error, a scene's fault drawn in its text.
+    pub(super) fn show(&self) {
+        match self {
+            Self::Scene(headline) => note(drawn(headline).trim_end()),
+            other => note(&format!("error: {}", chain(other))),
+        }
+    }
+}
+
+impl From<SceneError> for CliError {
+    fn from(error: SceneError) -> Self {
+        Self::Scene(Box::new(error.headline()))
+    }
+}
+
+fn convergence_code(error: &ConvergenceError) -> u8 {
+    match error {
+        ConvergenceError::NoTruth { .. } => ENDED_OTHERWISE,
+        ConvergenceError::Analysis(error) => analysis_code(error),
+        ConvergenceError::Expansion(error) => expansion_code(error),
+    }
+}
+
+fn analysis_code(error: &AnalysisError) -> u8 {
+    match error {
+        AnalysisError::Flow(_) => ENDED_OTHERWISE,
+        AnalysisError::Expansion(error) => expansion_code(error),
+        _ => WRONG_INPUT,
+    }
+}
+
+fn expansion_code(error: &ExpansionError) -> u8 {
+    match error {
+        ExpansionError::Jet(_) | ExpansionError::SeveralPassages { .. } => WRONG_INPUT,
+        _ => ENDED_OTHERWISE,
+    }
+}
+
+/// ` (did you mean ...?)`, or nothing.
+fn meant(nearest: &Option<String>) -> String {
+    nearest
+        .as_ref()
+        .map_or_else(String::new, |name| format!(" (did you mean `{name}`?)"))
+}
+
+/// How a point came to have no image.
+fn ended(end: &Option<DirectEnd>) -> &'static str {
+    match end {
+        Some(DirectEnd::NoReturn) => "no section point within three return times",
+        Some(DirectEnd::Penetrating) => "it is beyond the surface, and no free flight leads there",
+        Some(DirectEnd::Ended) => "the simulation ended before the section",
+        Some(DirectEnd::Returned) | None => "it is not finite",
+    }
+}
+
+/// A fault drawn in the text of its scene; colours only on a terminal.
+fn drawn(headline: &SceneHeadline) -> String {
+    let mut theme = if io::stderr().is_terminal() {
+        GraphicalTheme::unicode()
+    } else {
+        GraphicalTheme::unicode_nocolor()
+    };
+    theme.characters.error = "error:".to_owned();
+    let mut text = String::new();
+    let handler = GraphicalReportHandler::new_themed(theme)
+        .with_width(120)
+        .with_context_lines(1);
+    match handler.render_report(&mut text, headline) {
+        Ok(()) => text,
+        Err(_) => format!("error: {headline}"),
+    }
+}
+
+/// An error and its causes, each said once.
+fn chain(error: &dyn std::error::Error) -> String {
+    let mut text = error.to_string();
+    let mut cause = error.source();
+    while let Some(inner) = cause {
+        let said = inner.to_string();
+        if !text.contains(&said) {
+            text = format!("{text}: {said}");
+        }
+        cause = inner.source();
+    }
+    text
+}

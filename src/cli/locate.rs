@@ -1,0 +1,32 @@
+//! `grazemap locate`: the grazing orbit.
+
+use super::arguments::SceneOptions;
+use super::error::CliError;
+use super::output::Results;
+use super::prepare::{grazing_orbit, prepare};
+use crate::report::{OrbitDocument, ReportError, to_dense_json};
+
+pub(super) fn run(options: &SceneOptions) -> Result<(), CliError> {
+    let loaded = prepare(options)?;
+    let orbit = grazing_orbit(&loaded.scene)?;
+    let document = OrbitDocument::new(&loaded.scene, &orbit);
+    let results = Results::named("orbit", text(&document)?, to_dense_json(&document)?, None);
+    results.deliver("locate", &options.common)
+}
+
+/// The orbit as a person reads it.
+fn text(document: &OrbitDocument) -> Result<String, ReportError> {
+    let table = document.point_table()?.to_text();
+    let mut text = format!(
+        "grazing orbit of `{}` at `{}`\nsection: {}\n\n{table}",
+        document.scene,
+        document.surface,
+        document.section.words()
+    );
+    if let Some(clearance) = document.clearance.filter(|clearance| *clearance < 0.0) {
+        text.push_str(&format!(
+            "\nwarning: the orbit penetrates a surface elsewhere: h = {clearance:.6e}\n"
+        ));
+    }
+    Ok(text)
+}

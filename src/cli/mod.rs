@@ -1,0 +1,72 @@
+//! The command line: arguments, progress, exit codes, one file per command.
+//!
+//! Exit codes: 0 done; 1 the mathematics ended otherwise, and what was found is said; 2 wrong input.
+//!
+//! Deliberately absent: numerics.
+
+mod arguments;
+mod check;
+mod converge;
+mod curve;
+mod diagram;
+mod emit;
+mod error;
+mod expand;
+mod image;
+mod locate;
+mod new;
+mod offsets;
+mod output;
+mod prepare;
+mod progress;
+mod run;
+
+use std::ffi::OsString;
+use std::process::ExitCode;
+
+use clap::Parser;
+
+use arguments::{Arguments, Command};
+use error::CliError;
+
+/// Runs the program on the arguments of the process.
+///
+/// Wrong arguments are said on standard error and end with exit code 2, as every wrong input does.
+pub fn main() -> ExitCode {
+    run_with(std::env::args_os())
+}
+
+/// Runs the program on these arguments, the first being the program's name.
+pub fn run_with(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
+    let arguments = match Arguments::try_parse_from(arguments) {
+        Ok(arguments) => arguments,
+        Err(refusal) => {
+            // NOTE: `--help` and `--version` arrive here too, with exit code 0; a closed standard output is no fault.
+            let _shown = refusal.print();
+            return ExitCode::from(u8::try_from(refusal.exit_code()).unwrap_or(2));
+        }
+    };
+    match dispatch(arguments) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            error.show();
+            ExitCode::from(error.exit_code())
+        }
+    }
+}
+
+fn dispatch(arguments: Arguments) -> Result<(), CliError> {
+    match arguments.command {
+        Some(Command::New(options)) => new::run(&options),
+        Some(Command::Check(options)) => check::run(&options),
+        Some(Command::Locate(options)) => locate::run(&options),
+        Some(Command::Expand(options)) => expand::run(&options),
+        Some(Command::Curve(options)) => curve::run(&options),
+        Some(Command::Image(options)) => image::run(&options),
+        Some(Command::Converge(options)) => converge::run(&options),
+        Some(Command::Diagram(options)) => diagram::run(&options),
+        Some(Command::Emit(options)) => emit::run(&options),
+        Some(Command::Run(options)) => run::run(&options),
+        None => run::built_in(&arguments.common),
+    }
+}

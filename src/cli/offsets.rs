@@ -1,0 +1,124 @@
+//! Starting points of `image`: a CSV file of offsets, read as exact decimals.
+
+use std::path::Path;
+
+use super::error::CliError;
+use crate::analysis::ImageRow;
+use crate::expansion::LocalMap;
+use crate::numeric::Dd;
+
+/// Most rows read.
+const MOST_ROWS: usize = 10_000_000;
+
+/// What a column of the file gives.
+#[derive(Clone, Copy, Debug)]
+enum Column {
+    /// A coordinate of the section.
+    State(usize),
+    /// An active parameter.
+    Parameter(usize),
+}
+
+/// Reads the rows of a CSV file with a header; columns are coordinates and active parameters of the map, missing ones
+/// are 0.
+pub(super) fn read(path: &Path, map: &LocalMap) -> Result<Vec<ImageRow>, CliError> {
+    let unreadable = |source| CliError::UnreadableStates {
+        path: path.to_owned(),
+        source,
+    };
+    let mut reader = csv::ReaderBuilder::new()
+        .trim(csv::Trim::All)
+        .from_path(path)
+        .map_err(unreadable)?;
+    let header = reader.headers().map_err(unreadable)?.clone();
+    let columns = columns(&header, map, path)?;
+    let mut rows = Vec::new();
+    for (number, record) in reader.records().enumerate() {
+        let record = record.map_err(unreadable)?;
+        if number == MOST_ROWS {
+            return Err(CliError::TooManyStates {
+                path: path.to_owned(),
+                limit: MOST_ROWS,
+            });
+        }
+        rows.push(row(&record, &columns, map, path)?);
+    }
+    if rows.is_empty() {
+        return Err(CliError::NoStates {
+            path: path.to_owned(),
+        });
+    }
+    Ok(rows)
+}
+
+/// What each column of the header gives; every name known, none twice.
+fn columns(
+    header: &csv::StringRecord,
+    map: &LocalMap,
+    path: &Path,
+) -> Result<Vec<Column>, CliError> {
+    let mut columns = Vec::with_capacity(header.len());
+    for (number, name) in header.iter().enumerate() {
+        let name = name.trim_start_matches('\u{feff}');
+        let state = map
+            .section
+            .coordinates
+            .iter()
+            .position(|known| known == name);
+        let parameter = map.parameters.iter().position(|known| known.name == name);
+        let column = state
+            .map(Column::State)
+            .or(parameter.map(Column::Parameter));
+        columns.push(column.ok_or_else(|| CliError::UnknownColumn {
+            path: path.to_owned(),
+            name: name.to_owned(),
+            known: known_names(map),
+        })?);
+        if header.iter().take(number).any(|earlier| earlier == name) {
+            return Err(CliError::ColumnTwice {
+                path: path.to_owned(),
+                name: name.to_owned(),
+            });
+        }
+    }
+    Ok(columns)
+}
+
+fn row(
+    record: &csv::StringRecord,
+    columns: &[Column],
+    map: &LocalMap,
+    path: &Path,
+) -> Result<ImageRow, CliError> {
+    let mut row = ImageRow {
+        state: vec![Dd::ZERO; map.dimension()],
+        parameters: vec![Dd::ZERO; map.parameters.len()],
+    };
+    for (text, column) in record.iter().zip(columns) {
+        let value = Dd::from_decimal(text)
+            .ok()
+            .filter(|value| value.is_finite());
+        let value = value.ok_or_else(|| CliError::NotANumber {
+            path: path.to_owned(),
+            line: record.position().map_or(0, csv::Position::line),
+            text: text.to_owned(),
+        })?;
+        match *column {
+            Column::State(place) => row.state[place] = value,
+            Column::Parameter(place) => row.parameters[place] = value,
+        }
+    }
+    Ok(row)
+}
+
+fn known_names(map: &LocalMap) -> String {
+    let parameters = map.parameters.iter().map(|parameter| &parameter.name);
+    let names: Vec<&str> = map
+        .section
+        .coordinates
+        .iter()
+        .chain(parameters)
+        .map(String::as_str)
+        .collect();
+    names.join(", ")
+}

@@ -1,0 +1,127 @@
+//! What most commands begin with: the scene, its warnings, the threads, the orbit.
+
+use std::path::Path;
+
+use super::arguments::{Common, SceneOptions};
+use super::error::CliError;
+use super::output::note;
+use crate::convergence::{Choice, choose_orders};
+use crate::expansion::MapOrders;
+use crate::model::{Orders, Scene, catalogue};
+use crate::orbit::{GrazingOrbit, locate};
+
+/// Longer names are not compared with known ones.
+const LONGEST_NAME: usize = 200;
+
+/// A scene and the text it was read from.
+#[derive(Debug)]
+pub(super) struct Loaded {
+    /// The checked scene, overrides in it.
+    pub(super) scene: Scene,
+    /// What it was read from: the file's name, or the name in the catalogue.
+    pub(super) name: String,
+    /// Its text, overrides in it.
+    pub(super) text: String,
+}
+
+/// Reads and checks the scene, shows its warnings and starts the threads asked for.
+pub(super) fn prepare(options: &SceneOptions) -> Result<Loaded, CliError> {
+    start_threads(&options.common)?;
+    let loaded = load(&options.scene, &options.common.set)?;
+    if !options.common.quiet {
+        for warning in &loaded.scene.warnings {
+            note(&format!("warning: {warning}"));
+        }
+    }
+    Ok(loaded)
+}
+
+/// The scene of a path, or of the catalogue where there is no such file.
+pub(super) fn load(path: &Path, overrides: &[(String, String)]) -> Result<Loaded, CliError> {
+    let name = path.display().to_string();
+    if path.exists() {
+        let scene = Scene::load_with(path, overrides)?;
+        let source = std::fs::read_to_string(path).map_err(|source| CliError::UnreadableScene {
+            path: path.to_owned(),
+            source,
+        })?;
+        let text = Scene::text_with(&source, &name, overrides)?;
+        return Ok(Loaded { scene, name, text });
+    }
+    match path.to_str().and_then(catalogue::text) {
+        Some(source) => {
+            let file = format!("{name}.toml");
+            let scene = Scene::parse_with(source, &file, overrides)?;
+            let text = Scene::text_with(source, &file, overrides)?;
+            Ok(Loaded { scene, name, text })
+        }
+        None => Err(CliError::NoSuchScene {
+            path: path.to_owned(),
+            nearest: nearest(&name),
+        }),
+    }
+}
+
+/// The name of the catalogue nearest to a mistyped one.
+pub(super) fn nearest(name: &str) -> Option<String> {
+    nearest_of(name, catalogue::names())
+}
+
+/// The known name nearest to a mistyped one, if one is near enough to be what was meant.
+pub(super) fn nearest_of<'a>(name: &str, known: impl Iterator<Item = &'a str>) -> Option<String> {
+    if name.len() > LONGEST_NAME {
+        return None;
+    }
+    let distance = |known: &&str| strsim::damerau_levenshtein(name, known);
+    let near = known.min_by_key(distance)?;
+    (distance(&near) <= 1 + name.chars().count() / 4).then(|| near.to_owned())
+}
+
+/// The grazing orbit of a scene.
+pub(super) fn grazing_orbit(scene: &Scene) -> Result<GrazingOrbit, CliError> {
+    Ok(locate(scene)?.into_result()?)
+}
+
+fn start_threads(common: &Common) -> Result<(), CliError> {
+    match common.threads {
+        Some(threads) => Ok(rayon::ThreadPoolBuilder::new()
+            .num_threads(threads.into())
+            .build_global()?),
+        None => Ok(()),
+    }
+}
+
+/// The truncation orders of a scene: those it names, or the cheapest that meet the tolerance it names.
+pub(super) fn map_orders(scene: &Scene, orbit: &GrazingOrbit) -> Result<MapOrders, CliError> {
+    match scene.expansion.orders {
+        Orders::Fixed {
+            smooth_order,
+            contact_weight,
+        } => Ok(MapOrders {
+            smooth_order,
+            contact_weight,
+        }),
+        Orders::Tolerance(tolerance) => {
+            let Choice {
+                met,
+                smooth_order,
+                contact_weight,
+                error,
+                ..
+            } = choose_orders(scene, orbit, tolerance)?;
+            if met {
+                Ok(MapOrders {
+                    smooth_order,
+                    contact_weight,
+                })
+            } else {
+                Err(CliError::ToleranceNotMet {
+                    tolerance,
+                    smooth_order,
+                    contact_weight,
+                    error,
+                })
+            }
+        }
+    }
+}

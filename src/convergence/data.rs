@@ -1,0 +1,125 @@
+//! A study of convergence as plain data.
+
+use serde::{Deserialize, Serialize};
+
+use crate::model::Shape;
+
+/// How far maps of every order are from direct simulation, and how fast they are.
+///
+/// Errors are largest errors of a coordinate of one image, in the units of the offsets.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ConvergenceStudy {
+    /// Identifier of the scene.
+    pub scene: String,
+    /// Digest of the scene's text.
+    pub digest: u64,
+    /// The sample of the window.
+    pub sample: SampleSummary,
+    /// One entry per pair of orders and shape.
+    pub orders: Vec<OrderResult>,
+    /// `D` alone, cut at each weight: its error against `y`.
+    pub discontinuity_rates: Vec<FactorRate>,
+    /// `P_smooth` alone, cut at each degree: its error against the distance.
+    pub smooth_rates: Vec<FactorRate>,
+    /// The cheapest orders for the tolerance.
+    pub chosen: Choice,
+    /// Direct simulation.
+    pub direct: DirectSummary,
+    /// Nanoseconds of one multiply-add, measured in the same run.
+    pub multiply_add_ns: f64,
+}
+
+/// The points at which errors were measured.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct SampleSummary {
+    /// Points compared.
+    pub points: usize,
+    /// Points left out: no image, no contact in the grazing passage, or contacts elsewhere.
+    pub excluded: usize,
+}
+
+/// One map of the sweep.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct OrderResult {
+    /// Degree `N` of `P_smooth`.
+    pub smooth_order: u32,
+    /// Weighted degree `W` of `D`.
+    pub contact_weight: u32,
+    /// Shape of the map.
+    pub shape: Shape,
+    /// Error over the sample.
+    pub error: ErrorSummary,
+    /// Exponent with which the error falls when deviations are scaled as `y²`.
+    pub rate: Rate,
+    /// Nanoseconds of one step, parameters frozen, interpreted.
+    pub step_ns: f64,
+    /// Nanoseconds that the step's multiply-adds alone would take.
+    pub floor_ns: f64,
+    /// Operations of one step, parameters frozen.
+    pub operations: usize,
+    /// Coefficients other than zero, parameters not frozen.
+    pub coefficients: usize,
+}
+
+/// Errors over a sample; `null` where a map has no finite image.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ErrorSummary {
+    /// Largest.
+    pub max: Option<f64>,
+    /// Median.
+    pub median: Option<f64>,
+}
+
+/// A measured exponent beside the expected one.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Rate {
+    /// Slope of the error in logarithms; `None` where rounding leaves too short a range.
+    pub measured: Option<f64>,
+    /// Standard error of the slope.
+    pub uncertainty: Option<f64>,
+    /// What truncation alone would give.
+    pub expected: f64,
+    /// Range of the small variable used, in units of the window's edge.
+    pub range: Option<[f64; 2]>,
+}
+
+/// The rate of one factor of the map.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct FactorRate {
+    /// Its truncation order: a weight of `D`, a degree of `P_smooth`.
+    pub order: u32,
+    /// Its rate.
+    pub rate: Rate,
+    /// What it was measured from: sizes in units of the window's edge, and root-mean-square errors.
+    pub errors: Vec<[f64; 2]>,
+}
+
+/// The cheapest orders for a tolerance, or the best there are.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Choice {
+    /// Tolerance asked, in the units of the offsets.
+    pub tolerance: f64,
+    /// Whether the error stays below the tolerance, on the sample and on fresh points.
+    pub met: bool,
+    /// Degree of `P_smooth`.
+    pub smooth_order: u32,
+    /// Weighted degree of `D`.
+    pub contact_weight: u32,
+    /// Shape.
+    pub shape: Shape,
+    /// Largest error on the sample.
+    pub error: Option<f64>,
+    /// Largest error on fresh points.
+    pub fresh_error: Option<f64>,
+}
+
+/// What direct simulation costs and how accurate it is.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct DirectSummary {
+    /// The method.
+    pub method: String,
+    /// Nanoseconds of one return to the section, in double precision.
+    pub period_ns: f64,
+    /// Largest error of double precision against double-double, over the sample.
+    pub error_estimate: f64,
+}

@@ -1,0 +1,320 @@
+//! The study: one expansion, one sample, one truth, and every pair of orders measured on it.
+
+use rayon::prelude::*;
+
+use super::choice::choose;
+use super::data::{
+    ConvergenceStudy, DirectSummary, ErrorSummary, OrderResult, Rate, SampleSummary,
+};
+use super::errors::summarize;
+use super::rates::{ExactFactors, MapRates, discontinuity_rates, smooth_rates};
+use super::sample::WindowSample;
+use super::truth::{Truth, truth};
+use super::{ConvergenceError, MapFamily, timing};
+use crate::analysis::{DirectImage, MapEvaluation, Progress};
+use crate::expansion::{LocalMap, MapOrders, Stage};
+use crate::hybrid::HybridSystem;
+use crate::iteration::HornerMap;
+use crate::jet::Jet;
+use crate::model::{Orders, Scene, Shape};
+use crate::numeric::{Dd, Scalar};
+use crate::orbit::GrazingOrbit;
+
+/// Tolerance where the scene names none.
+const TOLERANCE: f64 = 1e-8;
+
+/// Highest degree and weight swept for a scene that names a tolerance instead of orders.
+const WITH_TOLERANCE: MapOrders = MapOrders {
+    smooth_order: 8,
+    contact_weight: 10,
+};
+
+/// What a study measures.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ConvergenceOptions {
+    /// Highest degree of `P_smooth` and weight of `D`: all lower ones are swept.
+    pub highest: MapOrders,
+    /// Shapes swept.
+    pub shapes: Vec<Shape>,
+    /// Points of the window.
+    pub points: usize,
+    /// Tolerance for which orders are chosen, in the units of the offsets.
+    pub tolerance: f64,
+    /// Highest weight of `D` whose rate is measured (its coefficients in double-double).
+    pub discontinuity_rates: u32,
+    /// Highest degree of `P_smooth` whose rate is measured (its coefficients in double-double, by Taylor's
+    /// method: seconds at degree 6 for a nonlinear field).
+    pub smooth_rates: u32,
+}
+
+impl ConvergenceOptions {
+    /// A scene's orders and a little beyond, its tolerance or `1e-8`.
+    pub fn of(scene: &Scene) -> Self {
+        let (highest, tolerance) = match scene.expansion.orders {
+            Orders::Fixed {
+                smooth_order,
+                contact_weight,
+            } => {
+                let highest = MapOrders {
+                    smooth_order: smooth_order + 1,
+                    contact_weight: contact_weight + 2,
+                };
+                (highest, TOLERANCE)
+            }
+            Orders::Tolerance(tolerance) => (WITH_TOLERANCE, tolerance),
+        };
+        Self {
+            highest,
+            shapes: vec![Shape::Factored, Shape::Composed],
+            points: 128,
+            tolerance,
+            discontinuity_rates: 8,
+            smooth_rates: 6,
+        }
+    }
+}
+
+/// Measures maps of every pair of orders against direct simulation in double-double.
+///
+/// # Errors
+///
+/// [`ConvergenceError`] if the scene cannot be expanded, or its window has no point to compare at.
+pub fn converge(
+    scene: &Scene,
+    orbit: &GrazingOrbit,
+    options: &ConvergenceOptions,
+    progress: &dyn Progress,
+) -> Result<ConvergenceStudy, ConvergenceError> {
+    let sweep = Sweep::new(scene, orbit, options, progress)?;
+    let mut orders = sweep.errors(progress)?;
+    let rate_orders = MapOrders {
+        smooth_order: options.smooth_rates,
+        contact_weight: options.discontinuity_rates,
+    };
+    let factors = ExactFactors::new(sweep.family.expander(), rate_orders)?;
+    sweep.add_rates(&factors, &mut orders)?;
+    let multiply_add_ns = timing::multiply_add_ns();
+    sweep.add_times(&mut orders, multiply_add_ns)?;
+    Ok(ConvergenceStudy {
+        scene: scene.identifier.clone(),
+        digest: scene.digest,
+        sample: SampleSummary {
+            points: sweep.truth.points.len(),
+            excluded: sweep.truth.excluded,
+        },
+        discontinuity_rates: discontinuity_rates(&sweep.sample, &factors, scene, orbit)?,
+        smooth_rates: smooth_rates(&sweep.sample, &factors, scene, orbit)?,
+        chosen: choose(&sweep, &orders, options.tolerance)?,
+        direct: sweep.direct()?,
+        multiply_add_ns,
+        orders,
+    })
+}
+
+/// One study under way.
+pub(super) struct Sweep<'a> {
+    scene: &'a Scene,
+    orbit: &'a GrazingOrbit,
+    options: ConvergenceOptions,
+    system: HybridSystem,
+    family: MapFamily<'a>,
+    sample: WindowSample,
+    truth: Truth,
+}
+
+impl<'a> Sweep<'a> {
+    pub(super) fn new(
+        scene: &'a Scene,
+        orbit: &'a GrazingOrbit,
+        options: &ConvergenceOptions,
+        progress: &dyn Progress,
+    ) -> Result<Self, ConvergenceError> {
+        let pairs = u64::from(options.highest.smooth_order * options.highest.contact_weight);
+        progress.expect(pairs * options.shapes.len() as u64);
+        let system = HybridSystem::new(&scene.model);
+        let family = MapFamily::new(scene, orbit, options.highest)?;
+        let sample = WindowSample::new(&family.map(options.highest)?);
+        let truth = truth(&system, scene, orbit, sample.points(0, options.points))?;
+        if truth.points.is_empty() {
+            return Err(ConvergenceError::NoTruth {
+                tried: options.points,
+            });
+        }
+        Ok(Self {
+            scene,
+            orbit,
+            options: options.clone(),
+            system,
+            family,
+            sample,
+            truth,
+        })
+    }
+
+    /// Errors of every map; rates and times are still to come.
+    pub(super) fn errors(
+        &self,
+        progress: &dyn Progress,
+    ) -> Result<Vec<OrderResult>, ConvergenceError> {
+        let highest = self.options.highest;
+        let tasks: Vec<_> = (1..=highest.smooth_order)
+            .flat_map(|n| (1..=highest.contact_weight).map(move |w| (n, w)))
+            .flat_map(|pair| self.options.shapes.iter().map(move |&shape| (pair, shape)))
+            .collect();
+        let measure = |((smooth_order, contact_weight), shape)| {
+            let orders = MapOrders {
+                smooth_order,
+                contact_weight,
+            };
+            let result = self.measure(orders, shape);
+            progress.advance(1);
+            result
+        };
+        tasks.into_par_iter().map(measure).collect()
+    }
+
+    fn measure(&self, orders: MapOrders, shape: Shape) -> Result<OrderResult, ConvergenceError> {
+        let lowered = self.lowered(orders, shape)?;
+        Ok(OrderResult {
+            smooth_order: orders.smooth_order,
+            contact_weight: orders.contact_weight,
+            shape,
+            error: summarize(&lowered, &self.truth),
+            rate: Rate {
+                measured: None,
+                uncertainty: None,
+                expected: f64::from(orders.smooth_order.min(orders.contact_weight) + 1),
+                range: None,
+            },
+            step_ns: 0.0,
+            floor_ns: 0.0,
+            operations: lowered.frozen_count().total(),
+            coefficients: self.coefficients(orders, shape)?,
+        })
+    }
+
+    /// The map as it is run.
+    pub(super) fn lowered(
+        &self,
+        orders: MapOrders,
+        shape: Shape,
+    ) -> Result<HornerMap, ConvergenceError> {
+        let map = self.family.map(orders)?;
+        Ok(match shape {
+            Shape::Composed => HornerMap::composed(&map, &self.family.compose(&map)?),
+            Shape::Factored | Shape::Auto => HornerMap::new(&map),
+        })
+    }
+
+    fn coefficients(&self, orders: MapOrders, shape: Shape) -> Result<usize, ConvergenceError> {
+        let map = self.family.map(orders)?;
+        Ok(match shape {
+            Shape::Composed => {
+                let composed = self.family.compose(&map)?;
+                let parts = [&composed.smooth, &composed.linear, &composed.quadratic];
+                count(&composed.depth)
+                    + parts.into_iter().map(|jets| count_all(jets)).sum::<usize>()
+            }
+            Shape::Factored | Shape::Auto => stage_coefficients(&map),
+        })
+    }
+
+    fn add_rates(
+        &self,
+        factors: &ExactFactors<'_, '_>,
+        orders: &mut [OrderResult],
+    ) -> Result<(), ConvergenceError> {
+        let expander = self.family.expander();
+        let rates = MapRates::new(expander, &self.sample, &self.system, self.scene, self.orbit)?;
+        orders.par_iter_mut().try_for_each(|result| {
+            let (map, rounding) = self.evaluation(factors, result)?;
+            result.rate = rates.rate(&map, rounding, result.smooth_order, result.contact_weight);
+            Ok(())
+        })
+    }
+
+    /// A map with its coefficients as exactly as they are known, and their rounding.
+    fn evaluation(
+        &self,
+        factors: &ExactFactors<'_, '_>,
+        result: &OrderResult,
+    ) -> Result<(MapEvaluation<Dd>, f64), ConvergenceError> {
+        let orders = result.orders();
+        if result.shape == Shape::Composed {
+            let composed = self.family.compose(&self.family.map(orders)?)?;
+            return Ok((MapEvaluation::composed(&composed), f64::ROUNDOFF));
+        }
+        Ok(match factors.map(orders)? {
+            Some(map) => (map, Dd::ROUNDOFF),
+            None => (MapEvaluation::new(&self.family.map(orders)?), f64::ROUNDOFF),
+        })
+    }
+
+    /// Times are taken one after another: side by side they would disturb each other.
+    fn add_times(
+        &self,
+        orders: &mut [OrderResult],
+        multiply_add_ns: f64,
+    ) -> Result<(), ConvergenceError> {
+        for result in orders {
+            let map = self.lowered(result.orders(), result.shape)?;
+            result.step_ns = timing::step_ns(&map, &self.truth.points[0]);
+            result.floor_ns = multiply_add_ns * result.operations as f64;
+        }
+        Ok(())
+    }
+
+    /// Truth on points that the sample does not hold.
+    pub(super) fn fresh_truth(&self) -> Result<Truth, ConvergenceError> {
+        let points = self.sample.points(self.options.points, self.options.points);
+        truth(&self.system, self.scene, self.orbit, points)
+    }
+
+    fn direct(&self) -> Result<DirectSummary, ConvergenceError> {
+        let mut direct = DirectImage::<f64>::new(&self.system, self.scene, self.orbit)?;
+        let (period_ns, error_estimate) = timing::direct(&mut direct, &self.truth)?;
+        Ok(DirectSummary {
+            method: "event-driven Taylor series, double precision".to_owned(),
+            period_ns,
+            error_estimate,
+        })
+    }
+}
+
+impl OrderResult {
+    /// The orders as the expansion names them.
+    pub fn orders(&self) -> MapOrders {
+        MapOrders {
+            smooth_order: self.smooth_order,
+            contact_weight: self.contact_weight,
+        }
+    }
+}
+
+impl ErrorSummary {
+    /// Whether every image was finite and no error above this.
+    pub fn is_within(&self, tolerance: f64) -> bool {
+        self.max.is_some_and(|error| error <= tolerance)
+    }
+}
+
+fn stage_coefficients(map: &LocalMap) -> usize {
+    let of_stage = |stage: &Stage| match stage {
+        Stage::Leg(leg) => count_all(&leg.image),
+        Stage::Contact(contact) => {
+            count(&contact.depth) + count_all(&contact.linear) + count_all(&contact.quadratic)
+        }
+    };
+    map.stages.iter().map(of_stage).sum()
+}
+
+fn count_all(jets: &[Jet<f64>]) -> usize {
+    jets.iter().map(count).sum()
+}
+
+fn count(jet: &Jet<f64>) -> usize {
+    jet.coefficients()
+        .iter()
+        .filter(|&&value| value != 0.0)
+        .count()
+}

@@ -1,0 +1,123 @@
+//! Maps of all orders from one expansion: what is cut off is dropped, not computed again.
+
+use std::sync::Arc;
+
+use crate::expansion::{
+    ComposedMap, Contact, DEVIATION_WEIGHT, Expander, ExpansionError, Leg, Legs, LocalMap,
+    MapOrders,
+};
+use crate::jet::{Jet, JetSpace};
+use crate::model::Scene;
+use crate::numeric::Real;
+use crate::orbit::GrazingOrbit;
+
+/// A scene expanded once to its highest orders; every lower map is a truncation.
+///
+/// A coefficient of a truncated series does not depend on where the series is cut, so a truncation equals
+/// the expansion at the lower orders up to rounding.
+#[derive(Clone, Debug)]
+pub struct MapFamily<'a> {
+    expander: Expander<'a>,
+    legs: Legs,
+    contact: Contact,
+    highest: MapOrders,
+}
+
+impl<'a> MapFamily<'a> {
+    /// Expands a scene to the highest orders.
+    ///
+    /// # Errors
+    ///
+    /// As [`Expander::expand`].
+    pub fn new(
+        scene: &'a Scene,
+        orbit: &'a GrazingOrbit,
+        highest: MapOrders,
+    ) -> Result<Self, ExpansionError> {
+        let expander = Expander::new(scene, orbit)?;
+        Ok(Self {
+            legs: expander.legs(highest.smooth_order)?,
+            contact: expander.contact(highest.contact_weight)?,
+            expander,
+            highest,
+        })
+    }
+
+    /// The expander.
+    pub fn expander(&self) -> &Expander<'a> {
+        &self.expander
+    }
+
+    /// The highest orders.
+    pub fn highest(&self) -> MapOrders {
+        self.highest
+    }
+
+    /// The map at lower orders.
+    ///
+    /// # Errors
+    ///
+    /// [`ExpansionError::Jet`] if a space is too large.
+    pub fn map(&self, orders: MapOrders) -> Result<LocalMap, ExpansionError> {
+        let legs = cut_legs(&self.expander, &self.legs, orders.smooth_order)?;
+        let contact = cut_contact(&self.expander, &self.contact, orders.contact_weight)?;
+        Ok(self.expander.assemble(orders, legs, contact))
+    }
+
+    /// The composed form of a map.
+    ///
+    /// # Errors
+    ///
+    /// As [`Expander::compose`].
+    pub fn compose(&self, map: &LocalMap) -> Result<ComposedMap, ExpansionError> {
+        self.expander.compose(map)
+    }
+}
+
+/// Legs cut at a degree.
+pub(super) fn cut_legs<S: Real>(
+    expander: &Expander<'_>,
+    legs: &Legs<S>,
+    smooth_order: u32,
+) -> Result<Legs<S>, ExpansionError> {
+    let space = expander
+        .variables()
+        .smooth_space(DEVIATION_WEIGHT * smooth_order)?;
+    let cut = |leg: &Leg<S>| Leg {
+        image: cut_all(&leg.image, &space),
+    };
+    Ok(Legs {
+        before: legs.before.as_ref().map(cut),
+        after: cut(&legs.after),
+    })
+}
+
+/// A contact cut at a weight.
+pub(super) fn cut_contact<S: Real>(
+    expander: &Expander<'_>,
+    contact: &Contact<S>,
+    weight: u32,
+) -> Result<Contact<S>, ExpansionError> {
+    let variables = expander.variables();
+    let depth_space = variables.smooth_space(weight + 1)?;
+    let linear_space = variables.smooth_space(weight.saturating_sub(1))?;
+    let quadratic_space = variables.smooth_space(weight.saturating_sub(2))?;
+    let mut quadratic = cut_all(&contact.quadratic, &quadratic_space);
+    if weight < 2 {
+        quadratic = quadratic.iter().map(|jet| Jet::zero(jet.space())).collect();
+    }
+    Ok(Contact {
+        depth: cut(&contact.depth, &depth_space),
+        linear: cut_all(&contact.linear, &linear_space),
+        quadratic,
+    })
+}
+
+fn cut_all<S: Real>(jets: &[Jet<S>], space: &Arc<JetSpace>) -> Vec<Jet<S>> {
+    jets.iter().map(|jet| cut(jet, space)).collect()
+}
+
+fn cut<S: Real>(jet: &Jet<S>, space: &Arc<JetSpace>) -> Jet<S> {
+    let same: Vec<_> = (0..space.variables()).map(Some).collect();
+    jet.reinterpret(space, &same)
+}

@@ -1,0 +1,315 @@
+//! How fast errors fall with the size of the deviations: of the map, of `D` alone, of `P_smooth` alone.
+
+use rayon::prelude::*;
+
+use super::ConvergenceError;
+use super::data::{FactorRate, Rate};
+use super::family::{cut_contact, cut_legs};
+use super::fit::fit_slope;
+use super::sample::{WindowSample, low_discrepancy};
+use super::truth::distance;
+use crate::analysis::{DirectEnd, DirectImage, FreeFlight, MapEvaluation};
+use crate::expansion::{Contact, Expander, Legs, MapOrders};
+use crate::hybrid::HybridSystem;
+use crate::model::Scene;
+use crate::numeric::{Dd, Real, Scalar};
+use crate::orbit::GrazingOrbit;
+
+/// Directions in which deviations are scaled.
+const DIRECTIONS: usize = 4;
+
+/// Sizes per direction: a factor of √2 apart.
+const SIZES: usize = 24;
+
+/// Largest size, in units of the window's edge.
+const LARGEST: f64 = 2.0;
+
+/// An error is truncation if it exceeds the rounding of the coefficients by this factor.
+const CLEAR: f64 = 1e3;
+
+/// Deviations of one size in several directions, with their exact images.
+struct Ladder {
+    /// Size, in units of the window's edge, and the points of that size.
+    rungs: Vec<(f64, Vec<Rung>)>,
+}
+
+/// One scaled point.
+struct Rung {
+    state: Vec<Dd>,
+    parameters: Vec<Dd>,
+    image: Vec<Dd>,
+}
+
+/// Something measured on a ladder: its exact images, `None` where there is none to compare with.
+type Exact<'f> = dyn FnMut(&[Dd], &[Dd]) -> Result<Option<Vec<Dd>>, ConvergenceError> + 'f;
+
+impl Ladder {
+    /// Points whose variable `i` is `scale(size, i)` times its share of a direction.
+    fn new(
+        directions: &[Vec<f64>],
+        coordinates: usize,
+        scale: impl Fn(f64, usize) -> f64,
+        exact: &mut Exact<'_>,
+    ) -> Result<Self, ConvergenceError> {
+        let mut rungs = Vec::new();
+        for step in 0..SIZES {
+            let size = LARGEST * 0.5f64.powf(0.5 * step as f64);
+            let mut points = Vec::new();
+            for direction in directions {
+                let offset =
+                    |(variable, &edge): (usize, &f64)| Dd::from(edge * scale(size, variable));
+                let offsets: Vec<Dd> = direction.iter().enumerate().map(offset).collect();
+                let (state, parameters) = offsets.split_at(coordinates);
+                if let Some(image) = exact(state, parameters)? {
+                    points.push(Rung {
+                        state: state.to_vec(),
+                        parameters: parameters.to_vec(),
+                        image,
+                    });
+                }
+            }
+            if points.len() == directions.len() {
+                rungs.push((size, points));
+            }
+        }
+        Ok(Self { rungs })
+    }
+
+    /// The rate of a map on the ladder; `rounding` is that of its coefficients, relative to the image. The
+    /// truth itself errs by the rounding of the depth, `1/y` of which is that of the kick.
+    fn rate<S: Real>(&self, map: &MapEvaluation<S>, rounding: f64, expected: f64) -> Rate {
+        self.rate_and_errors(map, rounding, expected).0
+    }
+
+    /// The rate of a map on the ladder, and the errors it was measured from: size and error.
+    fn rate_and_errors<S: Real>(
+        &self,
+        map: &MapEvaluation<S>,
+        rounding: f64,
+        expected: f64,
+    ) -> (Rate, Vec<[f64; 2]>) {
+        let points: Vec<_> = self
+            .rungs
+            .iter()
+            .map(|(size, points)| {
+                let error = root_mean_square(points.iter().map(|point| point.error(map)));
+                let image = root_mean_square(points.iter().map(Rung::size));
+                (
+                    *size,
+                    error,
+                    CLEAR * (rounding * image + Dd::ROUNDOFF / image),
+                )
+            })
+            .collect();
+        let fit = fit_slope(&points);
+        let rate = Rate {
+            measured: fit.map(|fit| fit.slope),
+            uncertainty: fit.map(|fit| fit.uncertainty),
+            expected,
+            range: fit.map(|fit| fit.range),
+        };
+        let errors = points
+            .iter()
+            .map(|&(size, error, _)| [size, error])
+            .collect();
+        (rate, errors)
+    }
+}
+
+impl Rung {
+    fn error<S: Real>(&self, map: &MapEvaluation<S>) -> f64 {
+        let convert = |values: &[Dd]| {
+            values
+                .iter()
+                .map(|&value| S::from_dd(value))
+                .collect::<Vec<S>>()
+        };
+        let image = map.image(&convert(&self.state), &convert(&self.parameters));
+        let image: Vec<Dd> = image.offsets.into_iter().map(Real::to_dd).collect();
+        distance(&image, &self.image)
+    }
+
+    fn size(&self) -> f64 {
+        distance(&self.image, &vec![Dd::ZERO; self.image.len()])
+    }
+}
+
+fn root_mean_square(values: impl ExactSizeIterator<Item = f64>) -> f64 {
+    let count = values.len() as f64;
+    (values.map(|value| value * value).sum::<f64>() / count).sqrt()
+}
+
+/// Edge points of the window that make contact: directions in which everything is scaled.
+fn contact_directions(sample: &WindowSample) -> Vec<Vec<f64>> {
+    let points = (0..).map_while(|index| (index < 1000).then(|| sample.point(index)));
+    let deep = points
+        .flatten()
+        .filter(|point| point.depth > 0.1 * sample.deepest());
+    deep.take(DIRECTIONS)
+        .map(|point| [point.state, point.parameters].concat())
+        .collect()
+}
+
+/// Directions over the whole window, each with its opposite: what is odd in the distance cancels.
+fn smooth_directions(sample: &WindowSample) -> Vec<Vec<f64>> {
+    let widths = sample.widths();
+    let direction = |index: usize| -> Vec<f64> {
+        let shares = low_discrepancy(index, widths.len());
+        widths
+            .iter()
+            .zip(&shares)
+            .map(|(width, share)| width * (2.0 * share - 1.0))
+            .collect()
+    };
+    (0..DIRECTIONS / 2)
+        .flat_map(|index| {
+            let there = direction(index);
+            let back = there.iter().map(|value| -value).collect();
+            [there, back]
+        })
+        .collect()
+}
+
+/// Measures the rate of whole maps: deviations of weight `w` scaled as `size^w`, so that `y` is
+/// proportional to the size.
+pub(super) struct MapRates {
+    ladder: Ladder,
+}
+
+impl MapRates {
+    pub(super) fn new(
+        expander: &Expander<'_>,
+        sample: &WindowSample,
+        system: &HybridSystem,
+        scene: &Scene,
+        orbit: &GrazingOrbit,
+    ) -> Result<Self, ConvergenceError> {
+        let variables = expander.variables();
+        let mut direct = DirectImage::<Dd>::new(system, scene, orbit)?;
+        let mut exact = |state: &[Dd], parameters: &[Dd]| {
+            let image = direct.image(state, parameters)?;
+            let comparable = image.end == DirectEnd::Returned
+                && image.contacts == 1
+                && image.extra_contacts == 0;
+            Ok(comparable.then_some(image.offsets))
+        };
+        let scale = |size: f64, variable: usize| size.powi(variables.weights[variable] as i32);
+        let directions = contact_directions(sample);
+        let ladder = Ladder::new(&directions, variables.coordinates, scale, &mut exact)?;
+        Ok(Self { ladder })
+    }
+
+    /// The rate of a map at these orders: after a contact the state is `O(y)`, so that a leg cut at degree
+    /// `N` errs by `y^(N+1)`, and a contact cut at weight `W` by `y^(W+1)`.
+    pub(super) fn rate(
+        &self,
+        map: &MapEvaluation<Dd>,
+        rounding: f64,
+        smooth_order: u32,
+        contact_weight: u32,
+    ) -> Rate {
+        let expected = f64::from(smooth_order.min(contact_weight) + 1);
+        self.ladder.rate(map, rounding, expected)
+    }
+}
+
+/// A scene's factors with coefficients in double-double: rates without the rounding of coefficients.
+pub(super) struct ExactFactors<'f, 'a> {
+    expander: &'f Expander<'a>,
+    legs: Legs<Dd>,
+    contact: Contact<Dd>,
+    highest: MapOrders,
+}
+
+impl<'f, 'a> ExactFactors<'f, 'a> {
+    pub(super) fn new(
+        expander: &'f Expander<'a>,
+        highest: MapOrders,
+    ) -> Result<Self, ConvergenceError> {
+        Ok(Self {
+            expander,
+            legs: expander.legs_by_taylor(highest.smooth_order)?,
+            contact: expander.contact_in(highest.contact_weight)?,
+            highest,
+        })
+    }
+
+    /// The factored map; `None` beyond the highest orders.
+    pub(super) fn map(
+        &self,
+        orders: MapOrders,
+    ) -> Result<Option<MapEvaluation<Dd>>, ConvergenceError> {
+        let highest = self.highest;
+        if orders.smooth_order > highest.smooth_order
+            || orders.contact_weight > highest.contact_weight
+        {
+            return Ok(None);
+        }
+        let legs = cut_legs(self.expander, &self.legs, orders.smooth_order)?;
+        let contact = cut_contact(self.expander, &self.contact, orders.contact_weight)?;
+        Ok(Some(MapEvaluation::of_parts(legs, contact)))
+    }
+}
+
+/// Rates of `D` alone, cut at each weight, in double-double.
+pub(super) fn discontinuity_rates(
+    sample: &WindowSample,
+    factors: &ExactFactors<'_, '_>,
+    scene: &Scene,
+    orbit: &GrazingOrbit,
+) -> Result<Vec<FactorRate>, ConvergenceError> {
+    let (expander, contact) = (factors.expander, &factors.contact);
+    let variables = expander.variables();
+    let mut flight = FreeFlight::<Dd>::new(scene, orbit);
+    let mut exact = |state: &[Dd], parameters: &[Dd]| {
+        let (image, depth) = flight.discontinuity(state, parameters)?;
+        Ok((depth > Dd::ZERO).then_some(image))
+    };
+    let scale = |size: f64, variable: usize| size.powi(variables.weights[variable] as i32);
+    let directions = contact_directions(sample);
+    let ladder = Ladder::new(&directions, variables.coordinates, scale, &mut exact)?;
+    let rate = |order: u32| {
+        let map = MapEvaluation::contact(cut_contact(expander, contact, order)?);
+        let (rate, errors) = ladder.rate_and_errors(&map, Dd::ROUNDOFF, f64::from(order + 1));
+        Ok(FactorRate {
+            order,
+            rate,
+            errors,
+        })
+    };
+    (1..=factors.highest.contact_weight)
+        .into_par_iter()
+        .map(rate)
+        .collect()
+}
+
+/// Rates of `P_smooth` alone, cut at each degree, in double-double.
+pub(super) fn smooth_rates(
+    sample: &WindowSample,
+    factors: &ExactFactors<'_, '_>,
+    scene: &Scene,
+    orbit: &GrazingOrbit,
+) -> Result<Vec<FactorRate>, ConvergenceError> {
+    let (expander, legs) = (factors.expander, &factors.legs);
+    let variables = expander.variables();
+    let mut flight = FreeFlight::<Dd>::new(scene, orbit);
+    let mut exact = |state: &[Dd], parameters: &[Dd]| Ok(Some(flight.smooth(state, parameters)?));
+    // A deviation of the default weight 2 is proportional to the size.
+    let scale =
+        |size: f64, variable: usize| size.powf(0.5 * f64::from(variables.weights[variable]));
+    let directions = smooth_directions(sample);
+    let ladder = Ladder::new(&directions, variables.coordinates, scale, &mut exact)?;
+    let rate = |order: u32| {
+        let map = MapEvaluation::legs(cut_legs(expander, legs, order)?);
+        let (rate, errors) = ladder.rate_and_errors(&map, Dd::ROUNDOFF, f64::from(order + 1));
+        Ok(FactorRate {
+            order,
+            rate,
+            errors,
+        })
+    };
+    (1..=factors.highest.smooth_order)
+        .into_par_iter()
+        .map(rate)
+        .collect()
+}

@@ -1,0 +1,163 @@
+//! Points of the window, evenly spread and the same in every run.
+
+use crate::analysis::DepthEvaluation;
+use crate::analysis::MapEvaluation;
+use crate::expansion::LocalMap;
+
+/// Smallest depth of a sample over the window's.
+const SHALLOWEST: f64 = 1e-4;
+
+/// Newton steps onto a depth.
+const NEWTON_STEPS: usize = 30;
+
+/// One starting point, in offsets.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SamplePoint {
+    /// One offset per coordinate.
+    pub state: Vec<f64>,
+    /// One offset per active parameter.
+    pub parameters: Vec<f64>,
+    /// Its depth `y²` by the map that was sampled.
+    pub depth: f64,
+}
+
+/// Samples the contact part of a window with a low-discrepancy sequence.
+///
+/// Depths are spread evenly in their logarithm over four decades up to the window's, everything else
+/// evenly over the half-widths. The coordinate along which the depth is steepest is solved for. Where a
+/// half-width is infinite it counts as the window's depth, the size of a deviation of weight 2.
+#[derive(Clone, Debug)]
+pub struct WindowSample {
+    depth: DepthEvaluation<f64>,
+    deepest: f64,
+    state: Vec<f64>,
+    parameters: Vec<f64>,
+    steepest: usize,
+}
+
+impl WindowSample {
+    /// The window of a map.
+    pub fn new(map: &LocalMap) -> Self {
+        let window = &map.window;
+        let width = |&width: &f64| {
+            if width.is_finite() {
+                width
+            } else {
+                window.depth
+            }
+        };
+        let depth = MapEvaluation::depth(map);
+        let mut sample = Self {
+            depth,
+            deepest: window.depth,
+            state: window.state.iter().map(width).collect(),
+            parameters: window.parameter.iter().map(width).collect(),
+            steepest: 0,
+        };
+        sample.steepest = sample.steepest_coordinate();
+        sample
+    }
+
+    /// Largest depth of the window.
+    pub fn deepest(&self) -> f64 {
+        self.deepest
+    }
+
+    /// Half-widths of the variables (coordinates; parameters), infinite ones replaced.
+    pub fn widths(&self) -> Vec<f64> {
+        [self.state.as_slice(), &self.parameters].concat()
+    }
+
+    /// Point number `index` of the sequence; `None` where no state of that depth is near.
+    pub fn point(&self, index: usize) -> Option<SamplePoint> {
+        let dimension = self.state.len() + self.parameters.len();
+        let shares = low_discrepancy(index, dimension + 1);
+        let spread = |(&width, &share): (&f64, &f64)| width * (2.0 * share - 1.0);
+        let widths = self.widths();
+        let offsets: Vec<f64> = widths.iter().zip(&shares[1..]).map(spread).collect();
+        let (state, parameters) = offsets.split_at(self.state.len());
+        let depth = self.deepest * SHALLOWEST.powf(1.0 - shares[0]);
+        self.at_depth(state.to_vec(), parameters.to_vec(), depth)
+    }
+
+    /// The points `first..first + count` that exist.
+    pub fn points(&self, first: usize, count: usize) -> Vec<SamplePoint> {
+        (first..first + count)
+            .filter_map(|index| self.point(index))
+            .collect()
+    }
+
+    /// The point with its steepest coordinate moved to a depth, by Newton's method.
+    fn at_depth(
+        &self,
+        mut state: Vec<f64>,
+        parameters: Vec<f64>,
+        depth: f64,
+    ) -> Option<SamplePoint> {
+        let step = 1e-4 * self.deepest;
+        state[self.steepest] = 0.0;
+        for _ in 0..NEWTON_STEPS {
+            let here = self.depth.at(&state, &parameters);
+            if (here - depth).abs() <= 1e-9 * depth {
+                return Some(SamplePoint {
+                    state,
+                    parameters,
+                    depth: here,
+                });
+            }
+            let mut shifted = state.clone();
+            shifted[self.steepest] += step;
+            let slope = (self.depth.at(&shifted, &parameters) - here) / step;
+            state[self.steepest] += (depth - here) / slope;
+        }
+        None
+    }
+
+    /// The coordinate along which the depth changes most over its half-width.
+    fn steepest_coordinate(&self) -> usize {
+        let parameters = vec![0.0; self.parameters.len()];
+        let step = 1e-4 * self.deepest;
+        let slope = |coordinate: usize| {
+            let mut state = vec![0.0; self.state.len()];
+            state[coordinate] = step;
+            self.depth.at(&state, &parameters).abs()
+        };
+        (0..self.state.len())
+            .max_by(|&a, &b| slope(a).total_cmp(&slope(b)))
+            .unwrap_or(0)
+    }
+}
+
+/// Point of the additive sequence of the generalised golden ratio: `frac(1/2 + n/φ^k)`, `φ^(d+1) = φ + 1`.
+///
+/// Any stretch of it covers the unit cube evenly.
+pub(super) fn low_discrepancy(index: usize, dimension: usize) -> Vec<f64> {
+    let mut ratio: f64 = 1.5;
+    for _ in 0..60 {
+        ratio = (1.0 + ratio).powf(1.0 / (dimension as f64 + 1.0));
+    }
+    (1..=dimension)
+        .map(|k| (0.5 + (index + 1) as f64 * ratio.powi(-(k as i32))).fract())
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_sequence_fills_the_cube_evenly() {
+        let points: Vec<_> = (0..256).map(|index| low_discrepancy(index, 3)).collect();
+        for coordinate in 0..3 {
+            for eighth in 0..8 {
+                let inside = |point: &&Vec<f64>| (point[coordinate] * 8.0) as usize == eighth;
+                let count = points.iter().filter(inside).count();
+                // 32 expected; a random sample would scatter by 5.
+                assert!(
+                    (28..=36).contains(&count),
+                    "{coordinate}, {eighth}: {count}"
+                );
+            }
+        }
+    }
+}

@@ -1,0 +1,81 @@
+//! Times of a map step, of a multiply-add, of a direct return.
+
+use std::hint::black_box;
+use std::time::Instant;
+
+use super::sample::SamplePoint;
+use super::truth::{Truth, distance, image};
+use crate::analysis::{AnalysisError, DirectImage};
+use crate::iteration::{DiscreteMap, HornerMap};
+use crate::numeric::{Dd, Scalar};
+
+/// Runs of which the median counts.
+const RUNS: usize = 5;
+
+/// Steps of one run.
+const STEPS: usize = 2000;
+
+/// Multiply-adds of one run.
+const MULTIPLY_ADDS: usize = 400_000;
+
+/// Independent chains of multiply-adds: enough to fill the units.
+const CHAINS: usize = 16;
+
+/// Median time of `work` over a few runs, in nanoseconds per unit.
+fn median_ns(units: usize, mut work: impl FnMut()) -> f64 {
+    let mut times: Vec<f64> = (0..RUNS)
+        .map(|_| {
+            let start = Instant::now();
+            work();
+            1e9 * start.elapsed().as_secs_f64() / units as f64
+        })
+        .collect();
+    times.sort_by(f64::total_cmp);
+    times[RUNS / 2]
+}
+
+/// One step of the map with its parameters frozen, at the first sample point.
+pub(super) fn step_ns(map: &HornerMap, point: &SamplePoint) -> f64 {
+    let frozen = map.freeze(&point.parameters);
+    let mut image = vec![0.0; frozen.dimension()];
+    median_ns(STEPS, || {
+        for _ in 0..STEPS {
+            frozen.step(black_box(&point.state), &[], &mut image);
+            black_box(&mut image);
+        }
+    })
+}
+
+/// One multiply-add, many of them in flight.
+pub(super) fn multiply_add_ns() -> f64 {
+    let factor = black_box(0.999_999);
+    median_ns(MULTIPLY_ADDS, || {
+        let mut sums = [1.0f64; CHAINS];
+        for _ in 0..MULTIPLY_ADDS / CHAINS {
+            for sum in &mut sums {
+                *sum = Scalar::mul_add(*sum, factor, 1e-6);
+            }
+        }
+        black_box(sums);
+    })
+}
+
+/// Nanoseconds of a direct return in double precision, and its largest error, over a sample.
+pub(super) fn direct(
+    direct: &mut DirectImage<'_, f64>,
+    truth: &Truth,
+) -> Result<(f64, f64), AnalysisError> {
+    let mut worst: f64 = 0.0;
+    let start = Instant::now();
+    for (point, exact) in truth.points.iter().zip(&truth.images) {
+        // A contact so shallow that double precision misses it is an error as large as the kick.
+        let found = match image(direct, &point.state, &point.parameters)? {
+            Some(found) => found.offsets,
+            None => vec![0.0; exact.len()],
+        };
+        let found: Vec<Dd> = found.into_iter().map(Dd::from).collect();
+        worst = worst.max(distance(&found, exact));
+    }
+    let period = 1e9 * start.elapsed().as_secs_f64() / truth.points.len().max(1) as f64;
+    Ok((period, worst))
+}

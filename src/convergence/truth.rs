@@ -1,0 +1,75 @@
+//! The truth: images by direct simulation in double-double.
+
+use rayon::prelude::*;
+
+use super::ConvergenceError;
+use super::sample::SamplePoint;
+use crate::analysis::{AnalysisError, DirectEnd, DirectImage, SectionImage};
+use crate::hybrid::HybridSystem;
+use crate::model::Scene;
+use crate::numeric::{Dd, Real};
+use crate::orbit::GrazingOrbit;
+
+/// Sample points with their images.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Truth {
+    /// Points that can be compared.
+    pub(super) points: Vec<SamplePoint>,
+    /// Their images.
+    pub(super) images: Vec<Vec<Dd>>,
+    /// Points left out.
+    pub(super) excluded: usize,
+}
+
+/// Simulates all points in double-double, side by side.
+pub(super) fn truth(
+    system: &HybridSystem,
+    scene: &Scene,
+    orbit: &GrazingOrbit,
+    points: Vec<SamplePoint>,
+) -> Result<Truth, ConvergenceError> {
+    let direct = DirectImage::<Dd>::new(system, scene, orbit)?;
+    let images: Vec<_> = points
+        .par_iter()
+        .map_init(
+            || direct.clone(),
+            |direct, point| image(direct, &point.state, &point.parameters),
+        )
+        .collect::<Result<_, _>>()?;
+    let mut truth = Truth::default();
+    for (point, image) in points.into_iter().zip(images) {
+        match image {
+            Some(image) => {
+                truth.points.push(point);
+                truth.images.push(image.offsets);
+            }
+            None => truth.excluded += 1,
+        }
+    }
+    Ok(truth)
+}
+
+/// The image of a point that makes its one contact in the grazing passage; `None` for any other.
+pub(super) fn image<S: Real>(
+    direct: &mut DirectImage<'_, S>,
+    state: &[f64],
+    parameters: &[f64],
+) -> Result<Option<SectionImage<S>>, AnalysisError> {
+    let convert = |values: &[f64]| {
+        values
+            .iter()
+            .map(|&value| S::from_f64(value))
+            .collect::<Vec<_>>()
+    };
+    let image = direct.image(&convert(state), &convert(parameters))?;
+    let comparable =
+        image.end == DirectEnd::Returned && image.contacts == 1 && image.extra_contacts == 0;
+    Ok(comparable.then_some(image))
+}
+
+/// Largest difference of a coordinate.
+pub(super) fn distance(a: &[Dd], b: &[Dd]) -> f64 {
+    let difference = |(&a, &b): (&Dd, &Dd)| (a - b).to_f64().abs();
+    let larger = |max: f64, value: f64| if value <= max { max } else { value };
+    a.iter().zip(b).map(difference).fold(0.0, larger)
+}

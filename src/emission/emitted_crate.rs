@@ -1,0 +1,129 @@
+//! The files of an emission, and whether a folder holds them.
+
+use std::collections::BTreeMap;
+use std::io;
+use std::path::Path;
+
+use super::comparison::first_difference;
+use super::layout::{catalogue_root, manifest, standalone_root};
+use super::{EmissionError, EmittedModule};
+
+/// The files of an emitted crate: relative path (with `/`) to text.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct EmittedCrate {
+    /// The files, sorted by path.
+    pub files: BTreeMap<String, String>,
+}
+
+/// How a folder differs from an emission.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Difference {
+    /// A file is not there.
+    Missing {
+        /// Its path in the crate.
+        path: String,
+    },
+    /// A file cannot be read.
+    Unreadable {
+        /// Its path in the crate.
+        path: String,
+    },
+    /// A file has another text, beyond the rounding of coefficients.
+    Changed {
+        /// Its path in the crate.
+        path: String,
+        /// The first line that differs by more than rounding, counted from 1.
+        line: usize,
+    },
+}
+
+impl std::fmt::Display for Difference {
+    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Missing { path } => write!(formatter, "{path} is missing"),
+            Self::Unreadable { path } => write!(formatter, "{path} cannot be read"),
+            Self::Changed { path, line } => write!(formatter, "{path} differs from line {line} on"),
+        }
+    }
+}
+
+impl EmittedCrate {
+    /// A crate that stands alone: manifest, root and one map, package `IDENTIFIER_map`.
+    ///
+    /// # Errors
+    ///
+    /// [`EmissionError::Layout`] if a template fails.
+    pub fn standalone(module: &EmittedModule) -> Result<Self, EmissionError> {
+        let name = &module.identifier;
+        let files = [
+            ("Cargo.toml".to_owned(), manifest(&format!("{name}_map"))?),
+            ("src/lib.rs".to_owned(), standalone_root(name)?),
+            (format!("src/{name}.rs"), module.text.clone()),
+        ];
+        Ok(Self {
+            files: files.into(),
+        })
+    }
+
+    /// The sources of the catalogue's crate: one module per map, sorted by name, and a registry of them.
+    ///
+    /// # Errors
+    ///
+    /// [`EmissionError::DuplicateModule`] for two maps of one name; [`EmissionError::Layout`] if a template
+    /// fails.
+    pub fn catalogue(modules: &[EmittedModule]) -> Result<Self, EmissionError> {
+        let mut files = BTreeMap::new();
+        for module in modules {
+            let path = format!("src/{}.rs", module.identifier);
+            if files.insert(path, module.text.clone()).is_some() {
+                return Err(EmissionError::DuplicateModule {
+                    name: module.identifier.clone(),
+                });
+            }
+        }
+        let mut names: Vec<&str> = modules
+            .iter()
+            .map(|module| module.identifier.as_str())
+            .collect();
+        names.sort_unstable();
+        files.insert("src/lib.rs".to_owned(), catalogue_root(&names)?);
+        Ok(Self { files })
+    }
+
+    /// Writes the files under a folder, each whole or not at all.
+    ///
+    /// # Errors
+    ///
+    /// What the file system answers.
+    pub fn write(&self, folder: &Path) -> io::Result<()> {
+        for (path, text) in &self.files {
+            let target = folder.join(path);
+            let parent = target.parent().unwrap_or(folder);
+            std::fs::create_dir_all(parent)?;
+            let partial = target.with_extension("partial");
+            std::fs::write(&partial, text)?;
+            std::fs::rename(&partial, &target)?;
+        }
+        Ok(())
+    }
+
+    /// How a folder differs from this emission by more than the rounding of coefficients; other files in
+    /// the folder do not count.
+    pub fn check(&self, folder: &Path) -> Vec<Difference> {
+        self.files
+            .iter()
+            .filter_map(|(path, text)| difference(path, text, &folder.join(path)))
+            .collect()
+    }
+}
+
+fn difference(path: &str, text: &str, file: &Path) -> Option<Difference> {
+    let path = path.to_owned();
+    match std::fs::read_to_string(file) {
+        Err(failure) if failure.kind() == io::ErrorKind::NotFound => {
+            Some(Difference::Missing { path })
+        }
+        Err(_) => Some(Difference::Unreadable { path }),
+        Ok(found) => first_difference(&found, text).map(|line| Difference::Changed { path, line }),
+    }
+}

@@ -1,0 +1,91 @@
+//! The templates: layout only. Every expression in them was rendered before.
+
+use super::EmissionError;
+
+/// What templates/map.rs.tera lays out.
+#[derive(Clone, Debug, serde::Serialize)]
+pub(super) struct MapLayout {
+    pub(super) header: Vec<String>,
+    pub(super) identifier: String,
+    pub(super) dimension: usize,
+    pub(super) parameters: usize,
+    pub(super) passages: usize,
+    pub(super) coefficients: usize,
+    pub(super) lanes: usize,
+    pub(super) smooth_order: u32,
+    pub(super) contact_weight: u32,
+    pub(super) scene: String,
+    pub(super) digest: String,
+    pub(super) section: String,
+    pub(super) coordinate_names: Vec<String>,
+    pub(super) parameter_names: Vec<String>,
+    pub(super) point: Vec<String>,
+    pub(super) grazing: Vec<String>,
+    pub(super) window_depth: String,
+    pub(super) window_state: Vec<String>,
+    pub(super) window_parameters: Vec<String>,
+    pub(super) tolerance: String,
+    pub(super) measured_error: String,
+    pub(super) prepare_statements: Vec<String>,
+    pub(super) prepare_outputs: Vec<String>,
+    pub(super) step_statements: Vec<String>,
+    pub(super) image: Vec<String>,
+    pub(super) depths: Vec<String>,
+    pub(super) jacobian_statements: Vec<String>,
+    pub(super) jacobian_image: Vec<String>,
+    pub(super) jacobian_depths: Vec<String>,
+    pub(super) jacobian_rows: Vec<String>,
+}
+
+/// The text of one map's module.
+pub(super) fn map(layout: &MapLayout) -> Result<String, EmissionError> {
+    let mut context = tera::Context::new();
+    context.insert("map", layout);
+    render(
+        "map.rs.tera",
+        include_str!("../../templates/map.rs.tera"),
+        context,
+    )
+}
+
+/// The manifest of a standalone crate.
+pub(super) fn manifest(package: &str) -> Result<String, EmissionError> {
+    let mut context = tera::Context::new();
+    context.insert("package", package);
+    render(
+        "crate_cargo.toml.tera",
+        include_str!("../../templates/crate_cargo.toml.tera"),
+        context,
+    )
+}
+
+/// The root of a standalone crate.
+pub(super) fn standalone_root(module: &str) -> Result<String, EmissionError> {
+    let mut context = tera::Context::new();
+    context.insert("module", module);
+    render(
+        "crate_lib.rs.tera",
+        include_str!("../../templates/crate_lib.rs.tera"),
+        context,
+    )
+}
+
+/// The root of the crate of the catalogue's maps.
+pub(super) fn catalogue_root(modules: &[&str]) -> Result<String, EmissionError> {
+    let mut context = tera::Context::new();
+    context.insert("modules", modules);
+    render(
+        "catalogue_lib.rs.tera",
+        include_str!("../../templates/catalogue_lib.rs.tera"),
+        context,
+    )
+}
+
+fn render(name: &str, template: &str, mut context: tera::Context) -> Result<String, EmissionError> {
+    context.insert("version", env!("CARGO_PKG_VERSION"));
+    context.insert("format", &super::FORMAT);
+    let mut templates = tera::Tera::default();
+    templates.autoescape_on(Vec::<&str>::new());
+    templates.add_raw_template(name, template)?;
+    Ok(templates.render(name, &context)?)
+}

@@ -1,0 +1,18 @@
+//! Local maps as Rust source text: one straight-line kernel, printed by templates that hold layout only.
+//!
+//! Deliberately absent: dynamics. This floor sees polynomials.
+
+mod comparison;
+mod emitted_crate;
+mod error;
+mod layout;
+mod module;
+mod names;
+mod printing;
+mod pruning;
+
+pub use emitted_crate::{Difference, EmittedCrate};
+pub use error::EmissionError;
+pub use module::{EmitOptions, EmittedModule, EmittedShape, FORMAT, emitted_module};
+pub use names::{checked_identifier, comment, string_literal};
+pub use pruning::{PruneReport, prune, prune_composed};

@@ -1,0 +1,116 @@
+//! What may stand in emitted text: checked identifiers, escaped literals, harmless comments.
+
+use super::EmissionError;
+
+/// Keywords of Rust, strict and reserved, in all editions.
+const KEYWORDS: [&str; 54] = [
+    "abstract", "as", "async", "await", "become", "box", "break", "const", "continue", "crate",
+    "do", "dyn", "else", "enum", "extern", "false", "final", "fn", "for", "gen", "if", "impl",
+    "in", "let", "loop", "macro", "match", "mod", "move", "mut", "override", "priv", "pub", "ref",
+    "return", "self", "static", "struct", "super", "trait", "true", "try", "type", "typeof",
+    "union", "unsafe", "unsized", "use", "virtual", "where", "while", "yield", "_", "lib",
+];
+
+/// The name, if it can name a module: `[a-z_][a-z0-9_]*`, at most 64 characters, no keyword (nor `lib`,
+/// which names the crate's own file).
+///
+/// # Errors
+///
+/// [`EmissionError::NotAnIdentifier`] otherwise.
+pub fn checked_identifier(name: &str) -> Result<&str, EmissionError> {
+    let starts_well = name.starts_with(|first: char| first.is_ascii_lowercase() || first == '_');
+    let continues_well = name
+        .bytes()
+        .all(|byte| byte.is_ascii_lowercase() || byte.is_ascii_digit() || byte == b'_');
+    if starts_well && continues_well && name.len() <= 64 && !KEYWORDS.contains(&name) {
+        Ok(name)
+    } else {
+        Err(EmissionError::NotAnIdentifier {
+            name: name.to_owned(),
+        })
+    }
+}
+
+/// The text as a Rust string literal of ASCII characters.
+pub fn string_literal(text: &str) -> String {
+    format!("\"{}\"", text.escape_default())
+}
+
+/// The text as it may stand in a comment: one line of printable ASCII that ends no comment.
+pub fn comment(text: &str) -> String {
+    text.escape_default()
+        .to_string()
+        .replace("*/", "* /")
+        .replace("/*", "/ *")
+}
+
+/// The number as the shortest literal that reads back to the same bits.
+///
+/// # Errors
+///
+/// [`EmissionError::NonFinite`] for what is no finite number.
+pub(super) fn number_literal(what: &'static str, value: f64) -> Result<String, EmissionError> {
+    if value.is_finite() {
+        Ok(format!("{value:?}"))
+    } else {
+        Err(EmissionError::NonFinite { what, value })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_plain_identifiers_pass() {
+        for name in ["linear", "mems_0_46", "_x"] {
+            assert!(checked_identifier(name).is_ok(), "{name}");
+        }
+        let hostile = [
+            "",
+            "fn",
+            "self",
+            "lib",
+            "_",
+            "9x",
+            "A",
+            "a-b",
+            "a b",
+            "a;b",
+            "a\n",
+            "../a",
+            "ä",
+            "a\u{202e}",
+        ];
+        for name in hostile {
+            assert!(checked_identifier(name).is_err(), "{name:?}");
+        }
+        assert!(checked_identifier(&"a".repeat(65)).is_err());
+    }
+
+    #[test]
+    fn strings_cannot_leave_their_literal() {
+        assert_eq!(
+            string_literal("a\"; loop {} //\n\\"),
+            r#""a\"; loop {} //\n\\""#
+        );
+        assert_eq!(comment("x\n*/ fn f() /*"), "x\\n* / fn f() / *");
+    }
+
+    #[test]
+    fn literals_read_back_to_the_same_bits() {
+        for value in [0.1, -1.0 / 3.0, 5e-324, f64::MAX, 1e16, -0.0] {
+            let literal = number_literal("value", value).unwrap();
+            assert_eq!(
+                literal.parse::<f64>().unwrap().to_bits(),
+                value.to_bits(),
+                "{literal}"
+            );
+            assert!(
+                literal.contains(['.', 'e']),
+                "{literal} would be an integer"
+            );
+        }
+        assert!(number_literal("value", f64::NAN).is_err());
+    }
+}

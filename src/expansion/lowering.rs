@@ -1,0 +1,118 @@
+//! A local map lowered to the one straight-line kernel that is run in process and printed as code.
+
+use super::{ComposedMap, Contact, Leg, LocalMap, Stage};
+use crate::jet::Jet;
+use crate::jet::kernel::{HornerPlan, Kernel, KernelBuilder, Value};
+
+/// A map as a kernel: from coordinates, and then parameters, to the image, and then the depth of every
+/// passage (`−h_min`, negative without contact).
+#[derive(Clone, Debug, PartialEq)]
+pub struct MapKernel {
+    /// Number of coordinates.
+    pub dimension: usize,
+    /// Number of parameters.
+    pub parameters: usize,
+    /// Number of grazing passages.
+    pub passages: usize,
+    /// The operations.
+    pub kernel: Kernel,
+}
+
+impl MapKernel {
+    /// Stage after stage: `P_smooth ∘ D`.
+    pub fn factored(map: &LocalMap) -> Self {
+        let (mut builder, mut state, parameters) = start(map);
+        let mut depths = Vec::new();
+        for stage in &map.stages {
+            let point = [state.as_slice(), &parameters].concat();
+            state = match stage {
+                Stage::Leg(Leg { image }) => lower_all(&mut builder, image, &point),
+                Stage::Contact(Contact {
+                    depth,
+                    linear,
+                    quadratic,
+                }) => {
+                    let depth = HornerPlan::of_jet(depth).lower(&mut builder, &point);
+                    depths.push(depth);
+                    contact(&mut builder, depth, &state, [linear, quadratic], &point)
+                }
+            };
+        }
+        Self::new(map, builder, state, depths)
+    }
+
+    /// One polynomial pass: `P_smooth + y B̂ + y² Ĉ`.
+    pub fn composed(map: &LocalMap, composed: &ComposedMap) -> Self {
+        let (mut builder, state, parameters) = start(map);
+        let point = [state, parameters].concat();
+        let depth = HornerPlan::of_jet(&composed.depth).lower(&mut builder, &point);
+        let smooth = lower_all(&mut builder, &composed.smooth, &point);
+        let image = contact(
+            &mut builder,
+            depth,
+            &smooth,
+            [&composed.linear, &composed.quadratic],
+            &point,
+        );
+        Self::new(map, builder, image, vec![depth])
+    }
+
+    fn new(map: &LocalMap, builder: KernelBuilder, image: Vec<Value>, depths: Vec<Value>) -> Self {
+        let passages = depths.len();
+        let kernel = builder
+            .finish([image, depths].concat())
+            .without_dead_operations();
+        Self {
+            dimension: map.dimension(),
+            parameters: map.parameters.len(),
+            passages,
+            kernel,
+        }
+    }
+
+    /// The kernel with the Jacobian `∂x⁺_i/∂x_j`, row by row, after its other outputs.
+    ///
+    /// At and below depth 0 the contact is the identity, and so is its derivative.
+    pub fn with_jacobian(&self) -> Kernel {
+        self.kernel.with_jacobian(self.dimension, self.dimension)
+    }
+}
+
+/// An empty kernel, its coordinates and its parameters.
+fn start(map: &LocalMap) -> (KernelBuilder, Vec<Value>, Vec<Value>) {
+    let (dimension, inputs) = (map.dimension(), map.dimension() + map.parameters.len());
+    let builder = KernelBuilder::new(inputs);
+    let state = (0..dimension)
+        .map(|position| builder.input(position))
+        .collect();
+    let parameters = (dimension..inputs)
+        .map(|position| builder.input(position))
+        .collect();
+    (builder, state, parameters)
+}
+
+fn lower_all(builder: &mut KernelBuilder, jets: &[Jet<f64>], point: &[Value]) -> Vec<Value> {
+    jets.iter()
+        .map(|jet| HornerPlan::of_jet(jet).lower(builder, point))
+        .collect()
+}
+
+/// `base + y linear + y² quadratic` with `y = √max(0, depth)`.
+fn contact(
+    builder: &mut KernelBuilder,
+    depth: Value,
+    base: &[Value],
+    [linear, quadratic]: [&[Jet<f64>]; 2],
+    point: &[Value],
+) -> Vec<Value> {
+    let y = builder.root_of_positive_part(depth);
+    let linear = lower_all(builder, linear, point);
+    let quadratic = lower_all(builder, quadratic, point);
+    let coordinates = base.iter().zip(linear.iter().zip(&quadratic));
+    coordinates
+        .map(|(&base, (&linear, &quadratic))| {
+            let slope = builder.multiply_add(y, quadratic, linear);
+            builder.multiply_add(y, slope, base)
+        })
+        .collect()
+}

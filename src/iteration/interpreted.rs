@@ -1,0 +1,137 @@
+//! The map evaluated from its jets, term by term: the reference for every other form.
+
+use super::{DiscreteMap, StepInfo};
+use crate::expansion::{Contact, Leg, LocalMap, Stage};
+use crate::jet::Jet;
+
+/// A local map read off its jets, stage by stage, without lowering: slow and plainly right.
+#[derive(Clone, Debug)]
+pub struct InterpretedMap {
+    dimension: usize,
+    parameters: usize,
+    stages: Vec<Stage>,
+}
+
+impl InterpretedMap {
+    /// The map of these stages.
+    pub fn new(map: &LocalMap) -> Self {
+        Self {
+            dimension: map.dimension(),
+            parameters: map.parameters.len(),
+            stages: map.stages.clone(),
+        }
+    }
+
+    /// Runs all stages on `point` (coordinates; parameters); with a tangent (rows of `∂x_i/∂x_j`), that too.
+    fn run(&self, point: &mut [f64], mut tangent: Option<&mut Vec<f64>>) -> StepInfo {
+        let mut info = StepInfo::default();
+        for stage in &self.stages {
+            let (next, jacobian) = match stage {
+                Stage::Leg(leg) => leg_step(leg, point, self.dimension),
+                Stage::Contact(contact) => contact_step(contact, point, self.dimension, &mut info),
+            };
+            if let Some(tangent) = tangent.as_deref_mut() {
+                *tangent = product(&jacobian, tangent, self.dimension);
+            }
+            point[..self.dimension].copy_from_slice(&next);
+        }
+        info
+    }
+
+    fn point(&self, state: &[f64], parameters: &[f64]) -> Vec<f64> {
+        assert_eq!(
+            (state.len(), parameters.len()),
+            (self.dimension, self.parameters),
+            "lengths of state and parameters"
+        );
+        [state, parameters].concat()
+    }
+}
+
+impl DiscreteMap for InterpretedMap {
+    fn dimension(&self) -> usize {
+        self.dimension
+    }
+
+    fn parameters(&self) -> usize {
+        self.parameters
+    }
+
+    fn step(&self, state: &[f64], parameters: &[f64], image: &mut [f64]) -> StepInfo {
+        let mut point = self.point(state, parameters);
+        let info = self.run(&mut point, None);
+        image.copy_from_slice(&point[..self.dimension]);
+        info.checked(image)
+    }
+
+    fn step_jacobian(
+        &self,
+        state: &[f64],
+        parameters: &[f64],
+        image: &mut [f64],
+        jacobian: &mut [f64],
+    ) -> StepInfo {
+        let mut point = self.point(state, parameters);
+        let mut tangent: Vec<f64> = (0..self.dimension * self.dimension)
+            .map(|place| f64::from(u8::from(place % (self.dimension + 1) == 0)))
+            .collect();
+        let info = self.run(&mut point, Some(&mut tangent));
+        image.copy_from_slice(&point[..self.dimension]);
+        jacobian.copy_from_slice(&tangent);
+        info.checked(image)
+    }
+}
+
+/// Value and gradient of a jet.
+fn expand(jet: &Jet<f64>, point: &[f64]) -> (f64, Vec<f64>) {
+    let mut gradient = vec![0.0; point.len()];
+    let value = jet.evaluate_with_gradient(point, &mut gradient);
+    (value, gradient)
+}
+
+fn leg_step(leg: &Leg, point: &[f64], dimension: usize) -> (Vec<f64>, Vec<f64>) {
+    let mut jacobian = Vec::with_capacity(dimension * dimension);
+    let mut next = Vec::with_capacity(dimension);
+    for jet in &leg.image {
+        let (value, gradient) = expand(jet, point);
+        next.push(value);
+        jacobian.extend_from_slice(&gradient[..dimension]);
+    }
+    (next, jacobian)
+}
+
+/// `x_i + y l_i + y² q_i` and its rows `δ_ij + y' (l_i + 2 y q_i) + y l_i' + y² q_i'`, `y' = depth'/(2y)`.
+fn contact_step(
+    contact: &Contact,
+    point: &[f64],
+    dimension: usize,
+    info: &mut StepInfo,
+) -> (Vec<f64>, Vec<f64>) {
+    let (depth, depth_gradient) = expand(&contact.depth, point);
+    let y = depth.max(0.0).sqrt();
+    let slope = if y > 0.0 { 0.5 / y } else { 0.0 };
+    info.add_passage(depth);
+    let mut jacobian = Vec::with_capacity(dimension * dimension);
+    let mut next = Vec::with_capacity(dimension);
+    for (i, (linear, quadratic)) in contact.linear.iter().zip(&contact.quadratic).enumerate() {
+        let ((l, l_gradient), (q, q_gradient)) = (expand(linear, point), expand(quadratic, point));
+        next.push(point[i] + y * (l + y * q));
+        for j in 0..dimension {
+            let identity = f64::from(u8::from(i == j));
+            let through_y = depth_gradient[j] * slope * (l + 2.0 * y * q);
+            jacobian.push(identity + through_y + y * (l_gradient[j] + y * q_gradient[j]));
+        }
+    }
+    (next, jacobian)
+}
+
+fn product(left: &[f64], right: &[f64], dimension: usize) -> Vec<f64> {
+    let entry = |row: usize, column: usize| -> f64 {
+        (0..dimension)
+            .map(|k| left[row * dimension + k] * right[k * dimension + column])
+            .sum()
+    };
+    (0..dimension * dimension)
+        .map(|place| entry(place / dimension, place % dimension))
+        .collect()
+}

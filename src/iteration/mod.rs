@@ -1,0 +1,23 @@
+//! Maps that can be iterated, and what their orbits do: periods, contacts, Lyapunov exponents.
+//!
+//! One contract, [`DiscreteMap`], whatever evaluates the map. Deliberately absent: where a map came from.
+
+#[cfg(feature = "compiled-maps")]
+mod compiled;
+mod discrete_map;
+mod frozen;
+mod horner;
+mod interpreted;
+mod lyapunov;
+mod orbit;
+mod period;
+
+#[cfg(feature = "compiled-maps")]
+pub use compiled::{CompiledMap, compiled};
+pub use discrete_map::{DiscreteMap, StepInfo};
+pub use frozen::FrozenMap;
+pub use horner::HornerMap;
+pub use interpreted::InterpretedMap;
+pub use lyapunov::largest_lyapunov_exponent;
+pub use orbit::{MapOrbit, OrbitEnd, OrbitRequest};
+pub use period::{ContactsPerPeriod, Period};

@@ -1,0 +1,308 @@
+//! A study of convergence as tables, pictures and sections of a page.
+
+use super::figure::{Annotation, Axis, Figure, Guide, Marker, Palette, Series};
+use super::{Cell, Column, ReportError, Section, Table};
+use crate::convergence::{ConvergenceStudy, FactorRate, OrderResult, Rate};
+use crate::model::Shape;
+
+/// Place of an expected slope below the errors it is compared with.
+const BELOW: f64 = 0.25;
+
+/// The study without its times: the same from run to run.
+pub fn without_times(study: &ConvergenceStudy) -> ConvergenceStudy {
+    let mut study = study.clone();
+    (study.multiply_add_ns, study.direct.period_ns) = (f64::NAN, f64::NAN);
+    for order in &mut study.orders {
+        (order.step_ns, order.floor_ns) = (f64::NAN, f64::NAN);
+    }
+    study
+}
+
+/// Every pair of orders and shape: error, rate, cost.
+///
+/// # Errors
+///
+/// Never in practice: every row has one cell for every column.
+pub fn convergence_table(study: &ConvergenceStudy) -> Result<Table, ReportError> {
+    let all: Vec<&OrderResult> = study.orders.iter().collect();
+    order_table(&all)
+}
+
+/// The pictures of a study, each with the ending of its file's name and a caption.
+pub fn convergence_figures(study: &ConvergenceStudy) -> Vec<(&'static str, Figure, String)> {
+    let mut figures = Vec::new();
+    if !study.discontinuity_rates.is_empty() {
+        let figure = rate_figure(
+            &study.discontinuity_rates,
+            "y / y at the edge of the window",
+            "W",
+        );
+        figures.push(("-contact", figure, "Error of the discontinuity mapping alone, cut at weight W, against double-double flights through the contact; dashed, a little below the range measured on: the expected slope W + 1.".to_owned()));
+    }
+    if !study.smooth_rates.is_empty() {
+        let figure = rate_figure(
+            &study.smooth_rates,
+            "distance / distance to the edge of the window",
+            "N",
+        );
+        figures.push(("-smooth", figure, "Error of P_smooth alone, cut at degree N, against double-double flights with the surface ignored; dashed, a little below the range measured on: the expected slope N + 1.".to_owned()));
+    }
+    figures.push(("-speed", speed_figure(study), "Largest error on the window against the time of one step, parameters frozen, interpreted in process; the points nearest to the lower left corner are worth having, labelled (N, W).".to_owned()));
+    figures
+}
+
+/// The section of a page about a study.
+///
+/// # Errors
+///
+/// Never in practice: every row has one cell for every column.
+pub fn convergence_section(study: &ConvergenceStudy) -> Result<Section, ReportError> {
+    let excluded = match study.sample.excluded {
+        0 => String::new(),
+        count => format!(
+            " {count} further points were left out: without exactly one contact in the period, a local map has nothing to say about them."
+        ),
+    };
+    let mut section = Section::new("Distance from direct simulation").prose(format!(
+        "Maps of {} pairs of orders were compared with direct simulation in double-double at {} points that fill the window.{excluded} {}",
+        study.orders.len(),
+        study.sample.points,
+        chosen_words(study)
+    ));
+    section = section.table(order_table(&diagonal(study))?, "Orders that grow together: error of one image over the window, its rate in y measured beside the one expected, cost of a step.");
+    for (_, figure, caption) in convergence_figures(study) {
+        section = section.figure(figure, caption);
+    }
+    section = section.table(
+        rate_table(study)?,
+        "Measured exponents of the errors of both factors.",
+    );
+    Ok(section.prose(format!(
+        "Direct simulation ({}) takes {:.0} ns a return and differs from double-double by up to {:.1e} on the same points.",
+        study.direct.method, study.direct.period_ns, study.direct.error_estimate
+    )))
+}
+
+/// Which orders were chosen, in words.
+pub fn chosen_words(study: &ConvergenceStudy) -> String {
+    let chosen = &study.chosen;
+    let orders = format!(
+        "({}, {}), {}",
+        chosen.smooth_order,
+        chosen.contact_weight,
+        shape_word(chosen.shape)
+    );
+    let error = |value: Option<f64>| {
+        value.map_or("no finite error".to_owned(), |value| format!("{value:.2e}"))
+    };
+    if chosen.met {
+        format!(
+            "The cheapest map within {:.0e} has the orders (N, W) = {orders}: largest error {} on the sample, {} on fresh points.",
+            chosen.tolerance,
+            error(chosen.error),
+            error(chosen.fresh_error)
+        )
+    } else {
+        format!(
+            "No map of the sweep stays within {:.0e} of direct simulation on the window; the most accurate has the orders (N, W) = {orders}: largest error {} on the sample, {} on fresh points.",
+            chosen.tolerance,
+            error(chosen.error),
+            error(chosen.fresh_error)
+        )
+    }
+}
+
+/// Factored maps whose orders grow together.
+fn diagonal(study: &ConvergenceStudy) -> Vec<&OrderResult> {
+    let with = |order: &&OrderResult| {
+        order.shape == Shape::Factored && order.contact_weight == order.smooth_order + 1
+    };
+    study.orders.iter().filter(with).collect()
+}
+
+fn order_table(orders: &[&OrderResult]) -> Result<Table, ReportError> {
+    let mut columns = vec![
+        Column::number("N"),
+        Column::number("W"),
+        Column::text("shape"),
+    ];
+    columns.extend(
+        [
+            "largest error",
+            "median error",
+            "measured rate",
+            "±",
+            "expected rate",
+            "coefficients",
+            "operations",
+        ]
+        .map(Column::number),
+    );
+    columns.extend(["step", "floor"].map(|name| Column::number(name).with_unit("ns")));
+    let mut table = Table::new(columns);
+    for order in orders {
+        let Rate {
+            measured,
+            uncertainty,
+            expected,
+            ..
+        } = order.rate;
+        table.push(vec![
+            Cell::Integer(order.smooth_order.into()),
+            Cell::Integer(order.contact_weight.into()),
+            Cell::text(shape_word(order.shape)),
+            number(order.error.max, 3),
+            number(order.error.median, 3),
+            number(measured, 4),
+            number(uncertainty, 2),
+            Cell::number(expected, 3),
+            Cell::Integer(order.coefficients as i64),
+            Cell::Integer(order.operations as i64),
+            number(Some(order.step_ns), 3),
+            number(Some(order.floor_ns), 3),
+        ])?;
+    }
+    Ok(table)
+}
+
+fn rate_table(study: &ConvergenceStudy) -> Result<Table, ReportError> {
+    let mut table = Table::new(vec![
+        Column::text("factor"),
+        Column::number("order"),
+        Column::number("measured"),
+        Column::number("±"),
+        Column::number("expected"),
+    ]);
+    let factors = [
+        ("D, in y", &study.discontinuity_rates),
+        ("P_smooth, in the distance", &study.smooth_rates),
+    ];
+    for (name, rates) in factors {
+        for FactorRate { order, rate, .. } in rates {
+            table.push(vec![
+                Cell::text(name),
+                Cell::Integer((*order).into()),
+                number(rate.measured, 4),
+                number(rate.uncertainty, 2),
+                Cell::number(rate.expected, 3),
+            ])?;
+        }
+    }
+    Ok(table)
+}
+
+/// A finite number, or nothing.
+fn number(value: Option<f64>, digits: usize) -> Cell {
+    value
+        .filter(|value| value.is_finite())
+        .map_or(Cell::Missing, |value| Cell::number(value, digits))
+}
+
+/// Error against size, one curve per order, with the expected slope through the middle of the range measured on.
+fn rate_figure(rates: &[FactorRate], size: &str, letter: &str) -> Figure {
+    let mut figure = Figure::new(Axis::log10(size), Axis::log10("error of one image"));
+    figure.palette = Palette::Sequential;
+    for (index, factor) in rates.iter().enumerate() {
+        let name = format!("{letter} = {}", factor.order);
+        figure.series.push(Series::line_with_markers(
+            name,
+            Marker::numbered(index),
+            factor.errors.clone(),
+        ));
+        figure.guides.extend(expected_slope(factor));
+    }
+    figure
+}
+
+fn expected_slope(factor: &FactorRate) -> Option<Guide> {
+    let [low, high] = factor.rate.range?;
+    let within =
+        |point: &&[f64; 2]| point[0] >= low * 0.999 && point[0] <= high * 1.001 && point[1] > 0.0;
+    let last = factor
+        .errors
+        .iter()
+        .filter(within)
+        .min_by(|a, b| a[0].total_cmp(&b[0]))?;
+    // Drawn a little below the measured points, which would hide it.
+    Some(Guide::Slope {
+        through: [last[0], BELOW * last[1]],
+        exponent: factor.rate.expected,
+        to: high,
+        label: String::new(),
+    })
+}
+
+/// Error against time, the cheapest map of each accuracy labelled.
+fn speed_figure(study: &ConvergenceStudy) -> Figure {
+    let mut figure = Figure::new(
+        Axis::log10("time of one step (ns)"),
+        Axis::log10("largest error on the window"),
+    );
+    for (shape, marker) in [
+        (Shape::Factored, Marker::Circle),
+        (Shape::Composed, Marker::Square),
+    ] {
+        let points: Vec<[f64; 2]> = study
+            .orders
+            .iter()
+            .filter(|order| order.shape == shape)
+            .filter_map(place)
+            .collect();
+        if !points.is_empty() {
+            figure
+                .series
+                .push(Series::markers(shape_word(shape), marker, points));
+        }
+    }
+    let direct = [study.direct.period_ns, study.direct.error_estimate];
+    figure.series.push(Series::markers(
+        "direct simulation, f64",
+        Marker::Diamond,
+        vec![direct],
+    ));
+    for order in frontier(study) {
+        let text = format!("({}, {})", order.smooth_order, order.contact_weight);
+        figure.annotations.extend(place(order).map(|at| Annotation {
+            at,
+            text,
+            marker: None,
+        }));
+    }
+    figure.guides.push(Guide::Horizontal {
+        at: study.chosen.tolerance,
+        label: "tolerance".to_owned(),
+    });
+    figure
+}
+
+fn place(order: &OrderResult) -> Option<[f64; 2]> {
+    order.error.max.map(|error| [order.step_ns, error])
+}
+
+/// Maps that no other one beats in both time and error, a decade of error apart.
+fn frontier(study: &ConvergenceStudy) -> Vec<&OrderResult> {
+    let mut orders: Vec<&OrderResult> = study
+        .orders
+        .iter()
+        .filter(|order| order.error.max.is_some())
+        .collect();
+    orders.sort_by(|a, b| a.step_ns.total_cmp(&b.step_ns));
+    let mut best = f64::INFINITY;
+    orders.retain(|order| {
+        let error = order.error.max.unwrap_or(f64::INFINITY);
+        let better = error < 0.2 * best;
+        if better {
+            best = error;
+        }
+        better
+    });
+    orders
+}
+
+fn shape_word(shape: Shape) -> &'static str {
+    match shape {
+        Shape::Auto => "auto",
+        Shape::Factored => "factored",
+        Shape::Composed => "composed",
+    }
+}

@@ -1,0 +1,209 @@
+//! A grazing curve as data: the fields of `curve --json`.
+
+use serde::Serialize;
+
+use super::{Cell, Column, Named, ReportError, Table};
+use crate::model::Scene;
+use crate::orbit::{CurveEnd, CurvePoint, GrazingCurve, SpecialPoint};
+
+/// A grazing curve in two parameters, ready to be written as JSON.
+#[derive(Clone, Debug, Serialize)]
+pub struct CurveDocument {
+    /// Identifier of the scene.
+    pub scene: String,
+    /// Digest of the scene's text.
+    pub digest: String,
+    /// Version of the program.
+    pub version: &'static str,
+    /// The two parameters: the adjusted one, and the one continued in.
+    pub free: [String; 2],
+    /// Points in order.
+    pub points: Vec<PointDocument>,
+    /// Points where a `xi_n` vanishes.
+    pub codim2: Vec<Codimension2>,
+    /// Points where a parameter turns back.
+    pub folds: Vec<FoldDocument>,
+    /// Points where multipliers change between real and complex.
+    pub multiplier_switches: Vec<SwitchDocument>,
+    /// How the curve ended, in words.
+    pub end: String,
+}
+
+/// One grazing orbit of a curve.
+#[derive(Clone, Debug, Serialize)]
+pub struct PointDocument {
+    /// All parameters.
+    pub parameters: Named<f64>,
+    /// Full state at the graze.
+    pub state: Named<f64>,
+    /// `h''`.
+    pub normal_acceleration: f64,
+    /// Multipliers, `[re, im]`, the largest first.
+    pub multipliers: Vec<[f64; 2]>,
+    /// `xi_1, xi_2, ...`
+    pub xi: Vec<f64>,
+    /// Whether the orbit stays on the free side of every surface.
+    pub physical: bool,
+}
+
+/// A point where `xi_n = 0`.
+#[derive(Clone, Debug, Serialize)]
+pub struct Codimension2 {
+    /// `n`.
+    pub n: usize,
+    /// All parameters.
+    pub parameters: Named<f64>,
+}
+
+/// A point where the curve turns back in a parameter.
+#[derive(Clone, Debug, Serialize)]
+pub struct FoldDocument {
+    /// The parameter that turns.
+    pub parameter: String,
+    /// All parameters.
+    pub parameters: Named<f64>,
+}
+
+/// A point where multipliers change between real and complex.
+#[derive(Clone, Debug, Serialize)]
+pub struct SwitchDocument {
+    /// All parameters.
+    pub parameters: Named<f64>,
+    /// Multipliers there.
+    pub multipliers: Vec<[f64; 2]>,
+}
+
+impl CurveDocument {
+    /// The curve of a scene.
+    pub fn new(scene: &Scene, curve: &GrazingCurve) -> Self {
+        let name = |parameter: usize| scene.model.parameters[parameter].name.clone();
+        let special = |point: &SpecialPoint| {
+            named(scene, point.parameters.iter().map(|value| value.to_f64()))
+        };
+        Self {
+            scene: scene.identifier.clone(),
+            digest: format!("{:016x}", scene.digest),
+            version: env!("CARGO_PKG_VERSION"),
+            free: curve.free.map(name),
+            points: curve
+                .points
+                .iter()
+                .map(|point| PointDocument::new(scene, point))
+                .collect(),
+            codim2: curve
+                .codim2()
+                .map(|(n, point)| Codimension2 {
+                    n,
+                    parameters: special(point),
+                })
+                .collect(),
+            folds: curve
+                .folds()
+                .map(|(parameter, point)| FoldDocument {
+                    parameter: name(parameter),
+                    parameters: special(point),
+                })
+                .collect(),
+            multiplier_switches: curve
+                .multiplier_switches()
+                .map(|point| SwitchDocument {
+                    parameters: special(point),
+                    multipliers: point.point.multipliers.clone(),
+                })
+                .collect(),
+            end: curve_end_words(curve.end),
+        }
+    }
+
+    /// The points as a table: parameters, state, multipliers, `xi_n`.
+    ///
+    /// # Errors
+    ///
+    /// Never in practice: every point has the same columns.
+    pub fn table(&self) -> Result<Table, ReportError> {
+        let mut table = Table::new(self.columns());
+        for point in &self.points {
+            let multipliers = point.multipliers.iter().flatten();
+            let named = point
+                .parameters
+                .0
+                .iter()
+                .chain(&point.state.0)
+                .map(|(_, value)| value);
+            let numbers = named
+                .chain([&point.normal_acceleration])
+                .chain(multipliers)
+                .chain(&point.xi);
+            table.push(numbers.map(|&value| Cell::number(value, 12)).collect())?;
+        }
+        Ok(table)
+    }
+
+    fn columns(&self) -> Vec<Column> {
+        let Some(point) = self.points.first() else {
+            return Vec::new();
+        };
+        let named = point
+            .parameters
+            .0
+            .iter()
+            .chain(&point.state.0)
+            .map(|(name, _)| name.clone());
+        let multipliers = (1..=point.multipliers.len())
+            .flat_map(|n| [format!("multiplier_{n}_re"), format!("multiplier_{n}_im")]);
+        let xi = (1..=point.xi.len()).map(|n| format!("xi_{n}"));
+        named
+            .chain(["normal_acceleration".to_owned()])
+            .chain(multipliers)
+            .chain(xi)
+            .map(Column::number)
+            .collect()
+    }
+}
+
+impl PointDocument {
+    fn new(scene: &Scene, point: &CurvePoint) -> Self {
+        Self {
+            parameters: named(scene, point.parameters.iter().copied()),
+            state: Named::new(
+                scene
+                    .model
+                    .full_state_names()
+                    .into_iter()
+                    .zip(point.state.iter().copied()),
+            ),
+            normal_acceleration: point.normal_acceleration,
+            multipliers: point.multipliers.clone(),
+            xi: point.xi.clone(),
+            physical: point.is_physical(),
+        }
+    }
+}
+
+fn named(scene: &Scene, values: impl Iterator<Item = f64>) -> Named<f64> {
+    Named::new(
+        scene
+            .model
+            .parameters
+            .iter()
+            .map(|parameter| parameter.name.as_str())
+            .zip(values),
+    )
+}
+
+/// How a curve ended.
+pub(crate) fn curve_end_words(end: CurveEnd) -> String {
+    match end {
+        CurveEnd::Reached => "the value asked for was reached".to_owned(),
+        CurveEnd::StepLimit => "the most steps allowed were made".to_owned(),
+        CurveEnd::StepTooSmall { ds } => format!("no convergence even at a step of {ds:.1e}"),
+        CurveEnd::DegenerateGraze {
+            normal_acceleration,
+        } => {
+            format!("the graze ceases to be simple: h'' = {normal_acceleration:.6e}")
+        }
+        CurveEnd::LeftRange => {
+            "the curve left the range asked for by more than its width".to_owned()
+        }
+    }
+}

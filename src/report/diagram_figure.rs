@@ -1,0 +1,267 @@
+//! Bifurcation diagrams as pictures, tables and arrays.
+
+use super::figure::{Annotation, Axis, Figure, Guide, Marker, Series, symbol};
+use super::{Cell, Column, ReportError, Table, npy_bytes};
+use crate::analysis::diagram::{Diagram, DiagramPoint, Sweep, SweepHeading};
+use crate::iteration::{OrbitEnd, Period};
+use crate::model::Method;
+
+/// The pictures of a diagram, each with the ending of its file's name.
+///
+/// Where both the map and direct simulation were run, one picture of each, on the same axes; and the largest Lyapunov
+/// exponent where it was computed.
+pub fn diagram_figures(diagram: &Diagram) -> Vec<(&'static str, Figure)> {
+    let methods = [(Method::Map, "-map"), (Method::Direct, "-direct")];
+    let has = |method| diagram.sweeps.iter().any(|sweep| sweep.method == method);
+    let mut figures = if methods.iter().all(|(method, _)| has(*method)) {
+        methods
+            .map(|(method, ending)| (ending, figure(diagram, |sweep| sweep.method == method)))
+            .into()
+    } else {
+        vec![("", figure(diagram, |_| true))]
+    };
+    figures.extend(lyapunov_figure(diagram).map(|figure| ("-lyapunov", figure)));
+    figures
+}
+
+/// One row per sweep and parameter value: what the orbit settled on, and the observable over one period (over all kept
+/// iterates where there is no period).
+///
+/// # Errors
+///
+/// Never in practice: every row has one cell for every column.
+pub fn diagram_table(diagrams: &[Diagram]) -> Result<Table, ReportError> {
+    let longest = diagrams
+        .iter()
+        .flat_map(points)
+        .map(|(_, point)| distinct(point).len())
+        .max()
+        .unwrap_or(0);
+    let mut table = Table::new(columns(longest));
+    for (number, diagram) in diagrams.iter().enumerate() {
+        for (sweep, point) in points(diagram) {
+            let mut row = vec![
+                Cell::Integer(number as i64 + 1),
+                Cell::text(diagram.parameter.clone()),
+                Cell::text(method_word(sweep.method)),
+                Cell::text(heading_word(sweep.heading)),
+                Cell::number(point.offset, 6),
+                period_cell(point.period),
+                Cell::Integer(point.kept_contacts.into()),
+                point
+                    .lyapunov
+                    .map_or(Cell::Missing, |value| Cell::number(value, 6)),
+                Cell::text(end_word(point.end)),
+                Cell::Integer(point.outside as i64),
+            ];
+            row.extend(distinct(point).iter().map(|&value| Cell::number(value, 6)));
+            row.resize(table.columns().len(), Cell::Missing);
+            table.push(row)?;
+        }
+    }
+    Ok(table)
+}
+
+/// Every kept value: an array of shape (sweeps, points, 1 + keep), the offset first; NaN after an early end.
+///
+/// # Errors
+///
+/// [`ReportError::ArrayShape`] if a sweep has more values than were asked for.
+pub fn diagram_array(diagram: &Diagram) -> Result<Vec<u8>, ReportError> {
+    let count = diagram
+        .sweeps
+        .iter()
+        .map(|sweep| sweep.points.len())
+        .max()
+        .unwrap_or(0);
+    let width = diagram.keep + 1;
+    let mut values = Vec::with_capacity(diagram.sweeps.len() * count * width);
+    for sweep in &diagram.sweeps {
+        for point in &sweep.points {
+            let row = std::iter::once(point.offset).chain(point.values.iter().copied());
+            values.extend(row.chain(std::iter::repeat(f64::NAN)).take(width));
+        }
+    }
+    npy_bytes(&[diagram.sweeps.len(), count, width], &values)
+}
+
+/// What the sweeps of diagrams cost, for people.
+///
+/// # Errors
+///
+/// Never in practice: every row has one cell for every column.
+pub fn diagram_timing_table(diagrams: &[Diagram]) -> Result<Table, ReportError> {
+    let mut table = Table::new(vec![
+        Column::text("diagram"),
+        Column::text("sweep"),
+        Column::number("values"),
+        Column::number("iterates"),
+        Column::number("time").with_unit("s"),
+        Column::number("one iterate").with_unit("ns"),
+    ]);
+    for diagram in diagrams {
+        for sweep in &diagram.sweeps {
+            table.push(vec![
+                Cell::text(format!("{} over {}", diagram.observable, diagram.parameter)),
+                Cell::text(sweep_word(sweep)),
+                Cell::Integer(sweep.points.len() as i64),
+                Cell::Integer(sweep.timing.iterates as i64),
+                Cell::number(sweep.timing.seconds, 3),
+                Cell::number(sweep.timing.nanoseconds_per_iterate(), 3),
+            ])?;
+        }
+    }
+    Ok(table)
+}
+
+fn figure(diagram: &Diagram, shown: impl Fn(&Sweep) -> bool) -> Figure {
+    let mut figure = Figure::new(offset_axis(diagram), value_axis(diagram));
+    let alone = diagram.sweeps.iter().filter(|sweep| shown(sweep)).count() == 1;
+    for sweep in diagram.sweeps.iter().filter(|sweep| shown(sweep)) {
+        let dots = sweep
+            .points
+            .iter()
+            .flat_map(|point| point.values.iter().map(|&value| [point.offset, value]));
+        let name = if alone {
+            method_word(sweep.method).to_owned()
+        } else {
+            sweep_word(sweep)
+        };
+        figure.series.push(Series::dots(name, dots.collect()));
+    }
+    figure.guides.push(Guide::Vertical {
+        at: 0.0,
+        label: String::new(),
+    });
+    figure.annotations.push(Annotation {
+        at: [0.0, 0.0],
+        text: "G".to_owned(),
+        marker: Some(Marker::Ring),
+    });
+    figure
+}
+
+fn lyapunov_figure(diagram: &Diagram) -> Option<Figure> {
+    let mut figure = Figure::new(
+        offset_axis(diagram),
+        Axis::linear("largest Lyapunov exponent per iterate"),
+    );
+    figure.size = (760, 300);
+    for sweep in &diagram.sweeps {
+        let known = |point: &DiagramPoint| point.lyapunov.map(|value| [point.offset, value]);
+        let dots: Vec<_> = sweep.points.iter().filter_map(known).collect();
+        if !dots.is_empty() {
+            figure.series.push(Series::dots(sweep_word(sweep), dots));
+        }
+    }
+    figure.guides.push(Guide::Horizontal {
+        at: 0.0,
+        label: String::new(),
+    });
+    (!figure.series.is_empty()).then_some(figure)
+}
+
+fn offset_axis(diagram: &Diagram) -> Axis {
+    let letter = symbol(&diagram.parameter);
+    let ends = diagram
+        .sweeps
+        .iter()
+        .flat_map(|sweep| &sweep.points)
+        .map(|point| point.offset);
+    let (lower, upper) = ends.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| {
+        (low.min(x), high.max(x))
+    });
+    let axis = Axis::linear(format!("{letter} − {letter}*"));
+    if lower < upper {
+        axis.with_range(lower, upper)
+    } else {
+        axis
+    }
+}
+
+/// An axis that shows every value of every sweep.
+fn value_axis(diagram: &Diagram) -> Axis {
+    let axis = Axis::linear(observable_words(&diagram.observable));
+    let points = diagram.sweeps.iter().flat_map(|sweep| &sweep.points);
+    let values = points
+        .flat_map(|point| &point.values)
+        .filter(|value| value.is_finite());
+    let (lower, upper) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), &x| {
+        (low.min(x), high.max(x))
+    });
+    let margin = 0.04 * (upper - lower);
+    if margin > 0.0 {
+        axis.with_range(lower - margin, upper + margin)
+    } else {
+        axis
+    }
+}
+
+fn observable_words(observable: &str) -> String {
+    match observable {
+        "h" => "event function h at the section".to_owned(),
+        "impact_speed" => "impact speed".to_owned(),
+        other => other.to_owned(),
+    }
+}
+
+fn columns(values: usize) -> Vec<Column> {
+    let mut columns = vec![Column::number("diagram")];
+    columns.extend(["parameter", "method", "heading"].map(Column::text));
+    columns.extend(["offset", "period", "kept_contacts", "lyapunov"].map(Column::number));
+    columns.extend([Column::text("end"), Column::number("outside")]);
+    columns.extend((1..=values).map(|number| Column::number(format!("value_{number}"))));
+    columns
+}
+
+fn points(diagram: &Diagram) -> impl Iterator<Item = (&Sweep, &DiagramPoint)> {
+    diagram
+        .sweeps
+        .iter()
+        .flat_map(|sweep| sweep.points.iter().map(move |point| (sweep, point)))
+}
+
+/// The values over one period, or all of them.
+fn distinct(point: &DiagramPoint) -> &[f64] {
+    match point.period {
+        Period::Periodic(period) => &point.values[..period.min(point.values.len())],
+        _ => &point.values,
+    }
+}
+
+fn period_cell(period: Period) -> Cell {
+    match period {
+        Period::Periodic(period) => Cell::Integer(period as i64),
+        _ => Cell::Missing,
+    }
+}
+
+fn sweep_word(sweep: &Sweep) -> String {
+    format!(
+        "{}, {}",
+        method_word(sweep.method),
+        heading_word(sweep.heading)
+    )
+}
+
+fn method_word(method: Method) -> &'static str {
+    match method {
+        Method::Map => "map",
+        Method::Direct => "direct simulation",
+    }
+}
+
+fn heading_word(heading: SweepHeading) -> &'static str {
+    match heading {
+        SweepHeading::Up => "up",
+        SweepHeading::Down => "down",
+    }
+}
+
+fn end_word(end: OrbitEnd) -> &'static str {
+    match end {
+        OrbitEnd::Completed => "completed",
+        OrbitEnd::Escaped { .. } => "escaped",
+        OrbitEnd::NoImage { .. } => "no image",
+    }
+}

@@ -1,0 +1,309 @@
+//! The page of a run: the model, the orbit, the expansion, how far it is from direct simulation, the diagrams.
+
+use serde::Serialize;
+
+use super::{
+    Cell, Column, MapDocument, OrbitDocument, Page, Provenance, ReportError, Section, Table,
+    convergence_section, diagram_figures, diagram_timing_table,
+};
+use crate::analysis::diagram::Diagram;
+use crate::convergence::ConvergenceStudy;
+use crate::iteration::OrbitEnd;
+use crate::model::{Method, Scene, Window};
+
+/// What a stage of a run took.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct StageTime {
+    /// The stage.
+    pub stage: &'static str,
+    /// Its wall-clock time.
+    pub seconds: f64,
+}
+
+/// Multiply-adds of the emitted code.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct CrateSummary {
+    /// A step, the parameters among the variables.
+    pub step: usize,
+    /// A step with the parameters folded in.
+    pub frozen: usize,
+    /// A step with the parameters folded in, with its Jacobian.
+    pub jacobian: usize,
+}
+
+/// Everything a run found.
+#[derive(Clone, Copy, Debug)]
+pub struct RunPage<'a> {
+    /// The scene.
+    pub scene: &'a Scene,
+    /// Its grazing orbit.
+    pub orbit: &'a OrbitDocument,
+    /// Its expansion.
+    pub map: &'a MapDocument,
+    /// The emitted code.
+    pub emitted: CrateSummary,
+    /// Maps of every order against direct simulation.
+    pub study: &'a ConvergenceStudy,
+    /// Its diagrams.
+    pub diagrams: &'a [Diagram],
+    /// What each stage took.
+    pub times: &'a [StageTime],
+}
+
+/// The page of a run.
+///
+/// # Errors
+///
+/// Never in practice: tables have one cell for every column.
+pub fn run_page(run: &RunPage<'_>) -> Result<Page, ReportError> {
+    let model = &run.scene.model;
+    let mut page = Page::new(format!("Grazing of the {}", model.name), provenance(run))
+        .summary(summary(run))
+        .section(model_section(run.scene)?)
+        .section(orbit_section(run.orbit)?)
+        .section(expansion_section(run)?)
+        .section(convergence_section(run.study)?);
+    if !run.diagrams.is_empty() {
+        page = page.section(diagram_section(run.diagrams)?);
+    }
+    Ok(page.section(time_section(run)?))
+}
+
+fn provenance(run: &RunPage<'_>) -> Provenance {
+    Provenance {
+        scene: run.scene.identifier.clone(),
+        source: run.scene.model.source.clone().unwrap_or_default(),
+        digest: run.map.digest.clone(),
+        version: format!("grazemap {}", run.map.version),
+        section: run.map.section.words(),
+        orders: orders_words(run.map),
+        more: vec![("Window".to_owned(), window_words(run.scene))],
+    }
+}
+
+fn orders_words(map: &MapDocument) -> String {
+    let (n, w) = (map.orders.smooth_order, map.orders.contact_weight);
+    let weights: Vec<String> = map
+        .weights
+        .0
+        .iter()
+        .map(|(name, weight)| format!("{name} {weight}"))
+        .collect();
+    format!(
+        "P_smooth to degree N = {n}, D to weight W = {w}; weights: {}",
+        weights.join(", ")
+    )
+}
+
+fn window_words(scene: &Scene) -> String {
+    let Window {
+        depth,
+        state,
+        parameter,
+    } = &scene.window;
+    let states = scene.model.full_state_names();
+    let parameters = scene
+        .model
+        .parameters
+        .iter()
+        .map(|parameter| parameter.name.as_str());
+    let widths = states
+        .into_iter()
+        .zip(state)
+        .chain(parameters.zip(parameter));
+    let widths = widths
+        .filter(|(_, width)| width.is_finite())
+        .map(|(name, width)| format!("{name} ± {width:e}"));
+    let parts: Vec<String> = std::iter::once(format!("y² ≤ {depth:e}"))
+        .chain(widths)
+        .collect();
+    parts.join(", ")
+}
+
+fn summary(run: &RunPage<'_>) -> String {
+    let solved: Vec<String> = run
+        .scene
+        .grazing
+        .solve_for
+        .iter()
+        .map(|&parameter| {
+            let name = &run.scene.model.parameters[parameter].name;
+            let value = run.orbit.parameters.get(name).copied().unwrap_or(f64::NAN);
+            format!("{name}* = {value:.12}")
+        })
+        .collect();
+    let terms: usize = run
+        .map
+        .composed
+        .outputs
+        .0
+        .iter()
+        .map(|(_, terms)| terms.len())
+        .sum();
+    format!(
+        "The orbit grazes the surface “{}” at {}. Near it the Poincaré map is {terms} coefficients, {} multiply-adds a step once the parameters are fixed.",
+        run.orbit.surface,
+        solved.join(", "),
+        run.emitted.frozen,
+    )
+}
+
+fn model_section(scene: &Scene) -> Result<Section, ReportError> {
+    let model = &scene.model;
+    let mut table = Table::new(vec![
+        Column::text("parameter"),
+        Column::number("value in the scene"),
+        Column::text("role"),
+    ]);
+    for (number, parameter) in model.parameters.iter().enumerate() {
+        let solved = scene.grazing.solve_for.contains(&number);
+        let active = scene.expansion.active.contains(&number);
+        let role = match (solved, active) {
+            (true, true) => "adjusted so that the orbit grazes; variable of the map",
+            (true, false) => "adjusted so that the orbit grazes",
+            (false, true) => "variable of the map",
+            (false, false) => "fixed",
+        };
+        table.push(vec![
+            Cell::text(parameter.name.clone()),
+            Cell::number(parameter.value.to_f64(), 12),
+            Cell::text(role),
+        ])?;
+    }
+    let phase = model.phase.as_ref().map_or(String::new(), |phase| {
+        format!(
+            " The forcing phase {} has the period {:.12}.",
+            phase.name,
+            phase.period.to_f64()
+        )
+    });
+    Ok(Section::new("Model")
+        .prose(format!("States: {}.{phase}", model.states.join(", ")))
+        .table(table, "Parameters of the scene."))
+}
+
+fn orbit_section(orbit: &OrbitDocument) -> Result<Section, ReportError> {
+    let [re, im] = orbit.multipliers.first().copied().unwrap_or([f64::NAN; 2]);
+    let stable = if re.hypot(im) < 1.0 {
+        "attracts"
+    } else {
+        "repels"
+    };
+    let xi = match orbit.xi.iter().position(|&xi| xi < 0.0) {
+        None if orbit.xi.is_empty() => String::new(),
+        None => format!(" xi_1 to xi_{} are positive.", orbit.xi.len()),
+        Some(first) => format!(
+            " xi_{} is negative: the grazing bifurcation is discontinuous, orbits leave the neighbourhood of the graze.",
+            first + 1
+        ),
+    };
+    let penetrates = match orbit.clearance {
+        Some(clearance) if clearance < 0.0 => {
+            format!(" The orbit penetrates a surface elsewhere (h = {clearance:.3e}).")
+        }
+        _ => String::new(),
+    };
+    let prose = format!(
+        "Newton's method on the extended system ended with a residual of {:.1e} in double-double. Without the stop the orbit {stable}: its largest multiplier has modulus {:.6}.{xi}{penetrates}",
+        orbit.residual,
+        re.hypot(im)
+    );
+    Ok(Section::new("Grazing orbit").prose(prose).table(
+        orbit.point_table()?,
+        "The grazing orbit: parameters p*, the grazing point, multipliers of the period map on the section, and xi_n = h_x · (dP_smooth)^n · β.",
+    ))
+}
+
+fn expansion_section(run: &RunPage<'_>) -> Result<Section, ReportError> {
+    let lost: Vec<String> = run
+        .map
+        .lost_digits
+        .0
+        .iter()
+        .map(|(name, digits)| format!("{name} {digits:.1}"))
+        .collect();
+    let prose = format!(
+        "Everything is a polynomial in offsets from the grazing orbit; y² = −h_min is the depth that the free flow would reach. Cancellation cost an estimated number of decimal digits of: {}.",
+        lost.join(", ")
+    );
+    let cost = format!(
+        "The emitted crate evaluates a step in {} multiply-adds, {} with the parameters folded in, {} with its Jacobian too.",
+        run.emitted.step, run.emitted.frozen, run.emitted.jacobian
+    );
+    Ok(Section::new("Expansion")
+        .prose(prose)
+        .table(run.map.size_table()?, "Coefficients that are not zero.")
+        .prose(cost))
+}
+
+fn diagram_section(diagrams: &[Diagram]) -> Result<Section, ReportError> {
+    let mut section = Section::new("Bifurcation diagrams");
+    for diagram in diagrams {
+        for (ending, figure) in diagram_figures(diagram) {
+            section = section.figure(figure, caption(diagram, ending));
+        }
+        if let Some(sentence) = left_sentence(diagram) {
+            section = section.prose(sentence);
+        }
+    }
+    Ok(section.table(
+        diagram_timing_table(diagrams)?,
+        "Iterates and times of the sweeps, measured in this run.",
+    ))
+}
+
+fn caption(diagram: &Diagram, ending: &str) -> String {
+    let what = match ending {
+        "-map" => "By the map alone",
+        "-direct" => "By direct simulation alone",
+        "-lyapunov" => "Largest Lyapunov exponent, from the map's Jacobian",
+        _ => "Bifurcation diagram",
+    };
+    format!(
+        "{what}: {} of {} iterates after {} dropped ones at each of {} values of {}, the last state carried along. G is the grazing point.",
+        diagram.keep,
+        diagram.transient + diagram.keep,
+        diagram.transient,
+        diagram.sweeps.first().map_or(0, |sweep| sweep.points.len()),
+        diagram.parameter
+    )
+}
+
+/// How many orbits of the map left the neighbourhood of the graze, if any did.
+fn left_sentence(diagram: &Diagram) -> Option<String> {
+    let points = || {
+        diagram
+            .sweeps
+            .iter()
+            .filter(|sweep| sweep.method == Method::Map)
+            .flat_map(|sweep| &sweep.points)
+    };
+    let left = points()
+        .filter(|point| point.end != OrbitEnd::Completed)
+        .count();
+    (left > 0).then(|| format!(
+        "At {left} of {} parameter values of the sweeps by the map the orbit left the neighbourhood of the graze in which the map holds; nothing is drawn there.",
+        points().count()
+    ))
+}
+
+fn time_section(run: &RunPage<'_>) -> Result<Section, ReportError> {
+    let mut table = Table::new(vec![
+        Column::text("stage"),
+        Column::number("time").with_unit("s"),
+    ]);
+    for time in run.times {
+        table.push(vec![Cell::text(time.stage), Cell::number(time.seconds, 3)])?;
+    }
+    let mut section =
+        Section::new("Times").table(table, "What each stage of this run took, by the clock.");
+    for diagram in run.diagrams {
+        if let Some(ratio) = diagram.speed_ratio {
+            section = section.prose(format!(
+                "In the diagram of {} over {} an iterate by direct simulation took {ratio:.0} times as long as one by the map.",
+                diagram.observable, diagram.parameter
+            ));
+        }
+    }
+    Ok(section)
+}

@@ -1,0 +1,166 @@
+//! Bifurcation diagrams of a map known from the literature, and of the linear oscillator by the map and by
+//! direct simulation.
+
+use grazemap::analysis::NoProgress;
+use grazemap::analysis::diagram::{
+    Diagram, DiagramPlan, Sweep, SweepHeading, SweepRequest, UnobservedSweep, diagram, run_plan,
+};
+use grazemap::expansion::Expander;
+use grazemap::expansion::MapOrders;
+use grazemap::iteration::{
+    ContactsPerPeriod, DiscreteMap, OrbitEnd, OrbitRequest, Period, StepInfo,
+};
+use grazemap::model::{Method, Observable, Scene, SweepDirection, catalogue};
+use grazemap::orbit::locate;
+
+/// The one-dimensional square-root map `x ↦ ν x + μ − √max(0, x)` of Nordmark (1991) and Chin, Ott, Nusse
+/// and Grebogi (1994), at `ν = 0.2`: below `ν = 1/4` the attractors for `μ > 0` are orbits with one contact
+/// in `m` iterates, and `m` grows by one at a time as `μ` falls to 0.
+struct SquareRootMap;
+
+impl DiscreteMap for SquareRootMap {
+    fn dimension(&self) -> usize {
+        1
+    }
+
+    fn parameters(&self) -> usize {
+        1
+    }
+
+    fn step(&self, state: &[f64], parameters: &[f64], image: &mut [f64]) -> StepInfo {
+        let mut info = StepInfo::default();
+        info.add_passage(state[0]);
+        image[0] = 0.2 * state[0] + parameters[0] - state[0].max(0.0).sqrt();
+        info.checked(image)
+    }
+
+    fn step_jacobian(
+        &self,
+        state: &[f64],
+        parameters: &[f64],
+        image: &mut [f64],
+        jacobian: &mut [f64],
+    ) -> StepInfo {
+        jacobian[0] = if state[0] > 0.0 {
+            0.2 - 0.5 / state[0].sqrt()
+        } else {
+            0.2
+        };
+        self.step(state, parameters, image)
+    }
+}
+
+fn plan(range: [f64; 2], direction: SweepDirection) -> DiagramPlan<'static> {
+    DiagramPlan {
+        maps: vec![Box::new(UnobservedSweep(SquareRootMap))],
+        direction,
+        request: SweepRequest {
+            parameter: 0,
+            range,
+            points: 400,
+            orbit: OrbitRequest::new(2000, 40, &[1.0]),
+            window: vec![1.0],
+        },
+    }
+}
+
+#[test]
+fn periods_of_the_square_root_map_grow_by_one_towards_grazing() {
+    let sweep = &run_plan(&plan([1e-5, 0.2], SweepDirection::Down), &NoProgress)[0];
+    let mut labels: Vec<ContactsPerPeriod> =
+        sweep.points.iter().filter_map(|p| p.contacts).collect();
+    labels.dedup();
+    let adding = labels.iter().filter(|label| label.contacts == 1);
+    let periods: Vec<usize> = adding.map(|label| label.period).collect();
+    assert!(periods.starts_with(&[2, 3, 4]), "{labels:?}");
+    assert!(periods.is_sorted(), "{periods:?}");
+}
+
+#[test]
+fn a_stable_period_has_a_negative_exponent() {
+    let sweep = &run_plan(&plan([0.03, 0.2], SweepDirection::Up), &NoProgress)[0];
+    let periodic = sweep
+        .points
+        .iter()
+        .filter(|point| point.period != Period::NotFound);
+    let exponents: Vec<f64> = periodic.filter_map(|point| point.lyapunov).collect();
+    assert!(exponents.len() > 100 && exponents.iter().all(|&exponent| exponent < 0.0));
+}
+
+#[test]
+fn sweeps_do_not_depend_on_the_number_of_threads() {
+    let on = |threads: usize| -> Vec<Sweep> {
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(threads)
+            .build()
+            .expect("a pool");
+        pool.install(|| run_plan(&plan([1e-4, 0.2], SweepDirection::Both), &NoProgress))
+    };
+    let points = |sweeps: Vec<Sweep>| -> Vec<_> {
+        sweeps.into_iter().map(|s| (s.heading, s.points)).collect()
+    };
+    let (one, four) = (points(on(1)), points(on(4)));
+    assert_eq!(one[0].0, SweepHeading::Up);
+    assert_eq!(one[1].1[0].offset, 0.2);
+    assert_eq!(one, four);
+}
+
+/// A diagram of the linear oscillator over a few parameter values.
+fn of_the_linear_oscillator(range: [f64; 2], points: usize, observe: Observable) -> Diagram {
+    let scene = Scene::parse(
+        catalogue::text("linear").expect("in the catalogue"),
+        "linear",
+    )
+    .expect("a good scene");
+    let orbit = locate(&scene)
+        .expect("no wrong input")
+        .into_result()
+        .expect("it grazes");
+    let orders = MapOrders {
+        smooth_order: 5,
+        contact_weight: 8,
+    };
+    let map = Expander::new(&scene, &orbit)
+        .expect("rigid")
+        .expand(orders)
+        .expect("a simple graze");
+    let request = grazemap::model::DiagramRequest {
+        range,
+        points,
+        transient: 200,
+        keep: 20,
+        observe,
+        with: vec![Method::Map, Method::Direct],
+        ..scene.diagrams[0].clone()
+    };
+    diagram(&scene, &orbit, &map, &request, &NoProgress).expect("alpha is active")
+}
+
+#[test]
+fn map_and_simulation_agree_before_grazing() {
+    let diagram = of_the_linear_oscillator([-1e-3, -9e-4], 4, Observable::EventFunction);
+    for (by_map, direct) in diagram.sweeps[0]
+        .points
+        .iter()
+        .zip(&diagram.sweeps[2].points)
+    {
+        assert_eq!(
+            (by_map.period, by_map.end),
+            (Period::Periodic(1), OrbitEnd::Completed)
+        );
+        assert_eq!(
+            by_map.contacts,
+            Some(ContactsPerPeriod {
+                contacts: 0,
+                period: 1
+            })
+        );
+        assert_eq!(direct.period, Period::Periodic(1));
+        // Simulation in double precision keeps about 14 digits of the gap.
+        assert!((by_map.values[0] - direct.values[0]).abs() < 1e-12);
+        assert!(
+            by_map.lyapunov.is_some_and(|exponent| exponent < 0.0) && direct.lyapunov.is_none()
+        );
+    }
+    assert!(diagram.speed_ratio.is_some());
+}

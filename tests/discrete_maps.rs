@@ -1,0 +1,228 @@
+//! The one contract test that every [`DiscreteMap`] passes.
+
+#[path = "support/synthetic.rs"]
+mod synthetic;
+
+use grazemap::expansion::SectionKind;
+use grazemap::iteration::{DiscreteMap, HornerMap, InterpretedMap, StepInfo};
+use synthetic::Numbers;
+
+/// Where a map is tested: states and parameters of its window.
+type Points = Vec<(Vec<f64>, Vec<f64>)>;
+
+/// Checks the contract at these points.
+///
+/// The Jacobian is compared with central differences where both sides of the difference made the same
+/// contacts; with a step of 1e-6 they are accurate to about 1e-9 of the largest entry away from
+/// `depth = 0`, where the slope of `y` varies on the scale of the depth itself.
+fn check(map: &dyn DiscreteMap, points: &Points) {
+    let mut contacts = [0usize; 2];
+    for (state, parameters) in points {
+        assert_eq!(
+            (state.len(), parameters.len()),
+            (map.dimension(), map.parameters())
+        );
+        let (image, info) = step(map, state, parameters);
+        assert!(
+            info.valid && image.iter().all(|value| value.is_finite()),
+            "image at {state:?}: {image:?}"
+        );
+        assert_eq!(
+            (image.clone(), info),
+            step(map, state, parameters),
+            "a step is deterministic"
+        );
+        assert_eq!(
+            info.contacts > 0,
+            info.depth > 0.0,
+            "a contact has a positive depth"
+        );
+        let (same, jacobian, same_info) = step_jacobian(map, state, parameters);
+        assert_eq!(info.contacts, same_info.contacts);
+        for (a, b) in same.iter().zip(&image) {
+            assert!(
+                (a - b).abs() <= 1e-13 * (1.0 + b.abs()),
+                "images of the two steps: {a} and {b}"
+            );
+        }
+        contacts[usize::from(info.contacts > 0)] += 1;
+        if info.depth == 0.0 || info.depth > 1e-2 {
+            check_jacobian(map, state, parameters, info, &jacobian);
+        }
+    }
+    assert!(
+        contacts[0] > 0 && contacts[1] > 0,
+        "points with and without contact: {contacts:?}"
+    );
+    let infinite = vec![f64::INFINITY; map.dimension()];
+    assert!(
+        !step(map, &infinite, &points[0].1).1.valid,
+        "no image of infinity"
+    );
+}
+
+fn check_jacobian(
+    map: &dyn DiscreteMap,
+    state: &[f64],
+    parameters: &[f64],
+    info: StepInfo,
+    jacobian: &[f64],
+) {
+    const STEP: f64 = 1e-6;
+    let dimension = map.dimension();
+    let size = jacobian
+        .iter()
+        .fold(1.0f64, |size, value| size.max(value.abs()));
+    for column in 0..dimension {
+        let moved = |offset: f64| {
+            let mut state = state.to_vec();
+            state[column] += offset;
+            step(map, &state, parameters)
+        };
+        let ((above, up), (below, down)) = (moved(STEP), moved(-STEP));
+        if up.contacts != info.contacts || down.contacts != info.contacts {
+            continue;
+        }
+        for row in 0..dimension {
+            let difference = (above[row] - below[row]) / (2.0 * STEP);
+            let entry = jacobian[row * dimension + column];
+            assert!(
+                (difference - entry).abs() < 1e-6 * size,
+                "entry ({row}, {column}): {entry}, difference {difference}"
+            );
+        }
+    }
+}
+
+fn step(map: &dyn DiscreteMap, state: &[f64], parameters: &[f64]) -> (Vec<f64>, StepInfo) {
+    let mut image = vec![f64::NAN; map.dimension()];
+    let info = map.step(state, parameters, &mut image);
+    (image, info)
+}
+
+fn step_jacobian(
+    map: &dyn DiscreteMap,
+    state: &[f64],
+    parameters: &[f64],
+) -> (Vec<f64>, Vec<f64>, StepInfo) {
+    let (mut image, mut jacobian) = (
+        vec![f64::NAN; map.dimension()],
+        vec![f64::NAN; map.dimension().pow(2)],
+    );
+    let info = map.step_jacobian(state, parameters, &mut image, &mut jacobian);
+    (image, jacobian, info)
+}
+
+fn points(count: usize) -> Points {
+    let mut numbers = Numbers::new(3);
+    (0..count)
+        .map(|_| synthetic::point(&mut numbers))
+        .map(|(state, parameters)| (state.into(), parameters.into()))
+        .collect()
+}
+
+#[test]
+fn interpreted_maps_keep_the_contract() {
+    for kind in [SectionKind::Tangency, SectionKind::Stroboscopic] {
+        check(
+            &InterpretedMap::new(&synthetic::map(3, 4, kind)),
+            &points(200),
+        );
+    }
+}
+
+#[test]
+fn horner_maps_keep_the_contract() {
+    let map = synthetic::map(3, 4, SectionKind::Stroboscopic);
+    check(&HornerMap::new(&map), &points(200));
+    check(
+        &HornerMap::composed(&map, &synthetic::composed(6)),
+        &points(200),
+    );
+}
+
+#[test]
+fn frozen_maps_keep_the_contract() {
+    let map = HornerMap::new(&synthetic::map(3, 4, SectionKind::Tangency));
+    let parameters = [0.02, -0.03];
+    let states = points(200)
+        .into_iter()
+        .map(|(state, _)| (state, Vec::new()))
+        .collect();
+    check(&map.freeze(&parameters), &states);
+}
+
+#[test]
+fn lowering_changes_images_by_rounding_only() {
+    for (smooth, weight) in [(1, 1), (3, 4), (5, 6), (8, 10)] {
+        let map = synthetic::map(smooth, weight, SectionKind::Stroboscopic);
+        let (reference, lowered) = (InterpretedMap::new(&map), HornerMap::new(&map));
+        for (state, parameters) in points(50) {
+            let ((a, info), (b, same)) = (
+                step(&reference, &state, &parameters),
+                step(&lowered, &state, &parameters),
+            );
+            assert_eq!(info.contacts, same.contacts);
+            let far = a
+                .iter()
+                .zip(&b)
+                .fold(0.0f64, |far, (a, b)| far.max((a - b).abs()));
+            // sqrt turns a rounding of 1e-17 in a depth of 1e-4 and more into at most 1e-15.
+            assert!(
+                far < 1e-13,
+                "orders ({smooth}, {weight}), depth {}: {a:?} and {b:?}",
+                info.depth
+            );
+        }
+    }
+}
+
+#[test]
+fn freezing_changes_no_bit() {
+    let map = HornerMap::new(&synthetic::map(5, 6, SectionKind::Stroboscopic));
+    for (state, parameters) in points(50) {
+        let frozen = map.freeze(&parameters);
+        assert_eq!(step(&map, &state, &parameters), step(&frozen, &state, &[]));
+        assert_eq!(
+            step_jacobian(&map, &state, &parameters).1,
+            step_jacobian(&frozen, &state, &[]).1
+        );
+    }
+}
+
+#[test]
+fn the_contact_is_the_identity_above_the_surface() {
+    let with = synthetic::map(3, 4, SectionKind::Tangency);
+    let mut without = with.clone();
+    without.stages.remove(0);
+    let (with, without) = (InterpretedMap::new(&with), InterpretedMap::new(&without));
+    let mut seen = 0;
+    for (state, parameters) in points(50) {
+        let (image, jacobian, info) = step_jacobian(&with, &state, &parameters);
+        if info.contacts == 0 {
+            let free = step_jacobian(&without, &state, &parameters);
+            assert_eq!((image, jacobian), (free.0, free.1));
+            seen += 1;
+        }
+    }
+    assert!(seen > 10, "{seen} points above the surface");
+}
+
+#[cfg(feature = "compiled-maps")]
+#[test]
+fn compiled_maps_keep_the_contract() {
+    for map in grazemap::iteration::CompiledMap::all() {
+        let mut numbers = Numbers::new(13);
+        let (state, parameter) = map.window();
+        let mut within = |widths: &[f64]| -> Vec<f64> {
+            widths
+                .iter()
+                .map(|&width| if width.is_finite() { width } else { 1e-3 } * numbers.next())
+                .collect()
+        };
+        let points = (0..200)
+            .map(|_| (within(state), within(parameter)))
+            .collect();
+        check(&map, &points);
+    }
+}

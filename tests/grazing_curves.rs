@@ -1,0 +1,150 @@
+//! Grazing curves of the electrostatic oscillator against reference points.
+
+#![allow(
+    clippy::unwrap_used,
+    reason = "a test may stop at the first thing that is not there"
+)]
+
+use std::ops::Range;
+use std::path::Path;
+
+use grazemap::model::Scene;
+use grazemap::numeric::Dd;
+use grazemap::orbit::{
+    CurveEnd, CurveOptions, CurveOutcome, GrazingCurve, OrbitError, SpecialKind, curve,
+};
+use serde_json::Value;
+
+fn reference(file: &str) -> Vec<Value> {
+    let path = format!("{}/tests/data/rigid/{file}", env!("CARGO_MANIFEST_DIR"));
+    serde_json::from_str(&std::fs::read_to_string(path).unwrap()).unwrap()
+}
+
+fn dd(value: &Value) -> Dd {
+    value.as_str().unwrap().parse().unwrap()
+}
+
+fn scene(name: &str) -> Scene {
+    Scene::load(Path::new(&format!(
+        "{}/scenes/{name}.toml",
+        env!("CARGO_MANIFEST_DIR")
+    )))
+    .unwrap()
+}
+
+fn index(scene: &Scene, name: &str) -> usize {
+    scene
+        .model
+        .parameters
+        .iter()
+        .position(|parameter| parameter.name == name)
+        .unwrap()
+}
+
+fn traced(scene: &Scene, from: f64, to: f64, options: &CurveOptions) -> GrazingCurve {
+    match curve(scene, index(scene, "omega"), from, to, options).unwrap() {
+        CurveOutcome::Traced(curve) => curve,
+        other => panic!("{other:?}"),
+    }
+}
+
+/// Distance of the nearest special point of a kind from a reference point, in both parameters.
+fn distance(scene: &Scene, curve: &GrazingCurve, kind: SpecialKind, point: &Value) -> f64 {
+    let (omega, v) = (index(scene, "omega"), index(scene, "V"));
+    let special = curve.special.iter().filter(|special| special.kind == kind);
+    let apart = |a: Dd, key: &str| (a - dd(&point[key])).to_f64().abs();
+    special
+        .map(|at| apart(at.parameters[omega], "omega").max(apart(at.parameters[v], "V")))
+        .fold(1.0, f64::min)
+}
+
+/// Number of reference points on a stretch of omega where xi_1 vanishes or multipliers meet, each met to 1e-12.
+fn met(scene: &Scene, curve: &GrazingCurve, stretch: Range<f64>) -> usize {
+    let mut met = 0;
+    for point in reference("mems_points.json") {
+        let kind = match point["type"].as_str().unwrap() {
+            "xi1" => SpecialKind::Codimension2 { n: 1 },
+            "disc" => SpecialKind::MultiplierSwitch,
+            _ => continue,
+        };
+        if stretch.contains(&dd(&point["omega"]).to_f64()) {
+            // The functions refined to 1e-14 have slopes of order 0.1 and more along the curve.
+            let distance = distance(scene, curve, kind, &point);
+            assert!(
+                distance < 1e-12,
+                "{kind:?} at {}: {distance:e}",
+                point["omega"]
+            );
+            met += 1;
+        }
+    }
+    met
+}
+
+#[test]
+fn electrostatic_curve_meets_the_reference_points_where_xi_vanishes_and_multipliers_meet() {
+    let scene = scene("mems");
+    let curve = traced(&scene, 0.46, 0.62, &CurveOptions::default());
+    assert_eq!(curve.end, CurveEnd::Reached);
+    assert!(curve.points.iter().all(|point| point.is_physical()));
+    assert_eq!(met(&scene, &curve, 0.46..0.62), 4);
+    assert_eq!(
+        curve.codim2().count() + curve.multiplier_switches().count(),
+        4
+    );
+}
+
+#[test]
+fn points_of_the_curve_are_grazing_orbits_of_the_reference() {
+    let scene = scene("mems");
+    let (omega, v) = (index(&scene, "omega"), index(&scene, "V"));
+    let points = reference("mems_curve.json");
+    let within = |point: &&Value| {
+        point["branch"] == 0 && (0.47..0.56).contains(&dd(&point["omega"]).to_f64())
+    };
+    for point in points.iter().filter(within).step_by(4) {
+        let value = dd(&point["omega"]).to_f64();
+        let curve = traced(&scene, 0.46, value, &CurveOptions::default());
+        let last = curve.points.last().unwrap();
+        assert_eq!(last.parameters[omega], value);
+        assert!(
+            (last.parameters[v] - dd(&point["V"]).to_f64()).abs() < 1e-12,
+            "omega = {value}"
+        );
+    }
+}
+
+#[test]
+fn curve_is_followed_round_two_folds_to_the_next_sheet() {
+    let scene = scene("mems_scenario3");
+    let omega = index(&scene, "omega");
+    let start = scene.model.parameters[omega].value.to_f64();
+    let curve = traced(&scene, start, 0.15, &CurveOptions::default());
+    assert_eq!(curve.end, CurveEnd::Reached);
+    let folds: Vec<f64> = curve
+        .folds()
+        .filter(|(p, _)| *p == omega)
+        .map(|(_, fold)| fold.parameters[omega].to_f64())
+        .collect();
+    let [high, low] = folds.as_slice() else {
+        panic!("{folds:?}")
+    };
+    // The start has xi_1 = 0 itself; multipliers meet once before the first fold and once between the folds.
+    assert!(0.1397 < *high && *high < 0.14 && 0.1297 < *low && *low < 0.13);
+    assert_eq!(met(&scene, &curve, 0.13925..*high), 1);
+    assert_eq!(met(&scene, &curve, 0.138..0.139), 1);
+    let points = reference("mems_points.json");
+    let next = points
+        .iter()
+        .find(|point| point["omega"].as_str().unwrap().starts_with("0.1301129273"))
+        .unwrap();
+    assert!(distance(&scene, &curve, SpecialKind::Codimension2 { n: 1 }, next) < 1e-11);
+}
+
+#[test]
+fn second_parameter_must_not_be_the_adjusted_one() {
+    let scene = scene("mems");
+    let parameter = index(&scene, "V");
+    let error = curve(&scene, parameter, 0.2, 0.3, &CurveOptions::default()).unwrap_err();
+    assert_eq!(error, OrbitError::SecondParameter { parameter });
+}

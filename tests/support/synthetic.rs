@@ -1,0 +1,125 @@
+//! Maps with random coefficients, for tests and benches.
+
+use grazemap::expansion::{
+    ActiveParameter, ComposedMap, Contact, Leg, LocalMap, MapOrders, MapSection, MapWindow,
+    SectionKind, Stage,
+};
+use grazemap::jet::{Jet, JetSpace};
+use grazemap::numeric::{Dd, Scalar};
+
+/// Numbers in `[-1, 1)` from a fixed seed (xorshift).
+pub(crate) struct Numbers(u64);
+
+impl Numbers {
+    pub(crate) fn new(seed: u64) -> Self {
+        Self(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) | 1)
+    }
+
+    pub(crate) fn next(&mut self) -> f64 {
+        self.0 ^= self.0 << 13;
+        self.0 ^= self.0 >> 7;
+        self.0 ^= self.0 << 17;
+        (self.0 >> 11) as f64 / (1u64 << 52) as f64 - 1.0
+    }
+
+    /// A jet in four variables without constant term.
+    fn jet(&mut self, weights: &[u32], order: usize, constant: f64) -> Jet<f64> {
+        let space = JetSpace::new(weights, order).expect("a small space");
+        let mut coefficients: Vec<f64> = (0..space.len()).map(|_| self.next()).collect();
+        coefficients[0] = constant;
+        Jet::from_coefficients(&space, coefficients)
+    }
+}
+
+/// Half-widths of the window of a synthetic map.
+pub(crate) const WINDOW: f64 = 0.2;
+
+/// Two coordinates, two parameters, a contact of this weight, and a leg of this order; the leg comes first
+/// as well where `stroboscopic`.
+pub(crate) fn map(smooth_order: u32, contact_weight: u32, kind: SectionKind) -> LocalMap {
+    let mut numbers = Numbers::new(7);
+    let leg = |numbers: &mut Numbers| {
+        Stage::Leg(Leg {
+            image: (0..2)
+                .map(|_| numbers.jet(&[1; 4], smooth_order as usize, 0.0).scale(0.5))
+                .collect(),
+        })
+    };
+    let weight = contact_weight as usize;
+    let mut three = |order: usize, constant: f64| {
+        vec![
+            numbers.jet(&[2; 4], order, constant),
+            numbers.jet(&[2; 4], order, 0.1),
+        ]
+    };
+    let depth = three(weight.max(2), 0.0).remove(0);
+    let contact = Contact {
+        depth,
+        linear: three(weight.saturating_sub(1), 0.3),
+        quadratic: three(weight.saturating_sub(2), 0.2),
+    };
+    let stages = match kind {
+        SectionKind::Tangency => vec![Stage::Contact(contact), leg(&mut numbers)],
+        SectionKind::Stroboscopic => vec![
+            leg(&mut numbers),
+            Stage::Contact(contact),
+            leg(&mut numbers),
+        ],
+    };
+    of_stages(
+        stages,
+        MapOrders {
+            smooth_order,
+            contact_weight,
+        },
+        kind,
+    )
+}
+
+pub(crate) fn of_stages(stages: Vec<Stage>, orders: MapOrders, kind: SectionKind) -> LocalMap {
+    let parameter = |name: &str, value: f64| ActiveParameter {
+        name: name.into(),
+        value: Dd::from_f64(value),
+    };
+    LocalMap {
+        scene: "synthetic".into(),
+        digest: 0x0123_4567_89ab_cdef,
+        section: MapSection {
+            kind,
+            coordinates: vec!["x".into(), "theta".into()],
+            point: vec![Dd::from_f64(0.5), Dd::from_f64(0.25)],
+            phase: None,
+        },
+        parameters: vec![parameter("alpha", 2.0), parameter("omega", 1.8)],
+        orders,
+        stages,
+        window: MapWindow {
+            depth: 0.1,
+            state: vec![WINDOW; 2],
+            parameter: vec![WINDOW; 2],
+        },
+    }
+}
+
+/// A composed form in two coordinates and two parameters.
+pub(crate) fn composed(order: usize) -> ComposedMap {
+    let mut numbers = Numbers::new(11);
+    let mut pair = |order: usize| {
+        vec![
+            numbers.jet(&[2; 4], order, 0.0),
+            numbers.jet(&[2; 4], order, 0.1),
+        ]
+    };
+    ComposedMap {
+        depth: pair(order).remove(0),
+        smooth: pair(order),
+        linear: pair(order - 1),
+        quadratic: pair(order - 2),
+    }
+}
+
+/// A point of the window: a state and parameters.
+pub(crate) fn point(numbers: &mut Numbers) -> ([f64; 2], [f64; 2]) {
+    let mut pair = || [WINDOW * numbers.next(), WINDOW * numbers.next()];
+    (pair(), pair())
+}
