@@ -4,7 +4,7 @@ use super::arguments::SceneOptions;
 use super::error::CliError;
 use super::output::Results;
 use super::prepare::{grazing_orbit, map_orders, prepare};
-use crate::expansion::{ComposedMap, Contact, Expander, Leg, LocalMap, MapOrders};
+use crate::expansion::{ComposedMap, Contact, Expander, Leg, LocalMap, MapOrders, RADIUS_ORDER};
 use crate::model::Scene;
 use crate::orbit::GrazingOrbit;
 use crate::report::{DEPTH_VARIABLE, ExpansionParts, MapDocument, ReportError, to_exact_json};
@@ -47,6 +47,7 @@ pub(super) fn expand(
     let map = expander.assemble(orders, expander.legs(orders.smooth_order)?, contact.clone());
     let smooth: Leg = expander.smooth(orders.smooth_order)?;
     let composed = expander.compose(&map)?;
+    let depth_series = expander.depth_series(RADIUS_ORDER)?;
     let lost_digits = expander.lost_digits(orders)?;
     let parts = ExpansionParts {
         variables: expander.variables(),
@@ -54,6 +55,7 @@ pub(super) fn expand(
         smooth: &smooth,
         contact: &contact,
         composed: &composed,
+        depth_series: &depth_series,
         lost_digits: &lost_digits,
     };
     let document = MapDocument::new(scene, orbit, parts);
@@ -88,11 +90,12 @@ fn refuse_depth_variable(expander: &Expander<'_>) -> Result<(), CliError> {
 fn text(document: &MapDocument) -> Result<String, ReportError> {
     let orders = document.orders;
     Ok(format!(
-        "expansion of `{}`: P_smooth to degree {}, D to weight {}\nsection: {}\n\nterms\n{}",
+        "expansion of `{}`: P_smooth to degree {}, D to weight {}\nsection: {}\n{}\nterms\n{}",
         document.scene,
         orders.smooth_order,
         orders.contact_weight,
         document.section.words(),
+        document.depth.words(),
         document.size_table()?.to_text()
     ))
 }

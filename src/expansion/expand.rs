@@ -18,8 +18,8 @@ use crate::orbit::GrazingOrbit;
 
 /// Powers of `y` among which leading laws are looked for.
 const LEADING_ORDER: u32 = 8;
-/// Powers of `y` from which the radius of convergence is estimated.
-const RADIUS_ORDER: u32 = 24;
+/// Powers of `y` from which [`Expander::depth_radius`] is estimated.
+pub const RADIUS_ORDER: u32 = 24;
 
 /// Expands the map of one scene about one grazing orbit, at any orders.
 ///

@@ -30,7 +30,7 @@ pub use contact_law::{ContactLaw, ContactLawError};
 pub use depth_series::{DepthSeries, LeadingLaw};
 pub use discontinuity::discontinuity;
 pub use error::ExpansionError;
-pub use expand::{Expander, Legs};
+pub use expand::{Expander, Legs, RADIUS_ORDER};
 pub use impact_speed::{ImpactSpeed, impact_speed};
 pub use leg::{LegExpansion, Route};
 pub use local_map::{

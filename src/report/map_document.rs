@@ -2,8 +2,8 @@
 
 use serde::Serialize;
 
-use super::{Cell, Column, Named, ReportError, SectionDocument, Table};
-use crate::expansion::{ComposedMap, Contact, Leg, LostDigits, MapOrders, Variables};
+use super::{Cell, Column, DepthDocument, Named, ReportError, SectionDocument, Table};
+use crate::expansion::{ComposedMap, Contact, DepthSeries, Leg, LostDigits, MapOrders, Variables};
 use crate::jet::Jet;
 use crate::model::Scene;
 use crate::orbit::GrazingOrbit;
@@ -34,6 +34,8 @@ pub struct MapDocument {
     pub discontinuity: PolynomialMap,
     /// `P_smooth ∘ D`, with `y² = -h_min`.
     pub composed: PolynomialMap,
+    /// Leading laws of `D` and where its series in `y` end.
+    pub depth: DepthDocument,
     /// Decimal digits lost to cancellation, an estimate per output.
     pub lost_digits: Named<f64>,
 }
@@ -72,6 +74,8 @@ pub struct ExpansionParts<'a> {
     pub contact: &'a Contact,
     /// Their composition.
     pub composed: &'a ComposedMap,
+    /// `D` along the depth alone.
+    pub depth_series: &'a DepthSeries,
     /// Digits lost in them.
     pub lost_digits: &'a LostDigits,
 }
@@ -85,6 +89,7 @@ impl MapDocument {
             smooth,
             contact,
             composed,
+            depth_series,
             lost_digits,
         } = parts;
         let active = scene.expansion.active.iter().map(|&parameter| {
@@ -106,6 +111,7 @@ impl MapDocument {
             smooth: smooth_map(variables, smooth),
             discontinuity: discontinuity_map(variables, contact),
             composed: composed_map(variables, composed),
+            depth: DepthDocument::new(variables, depth_series),
             lost_digits: Named::new(coordinates(variables).zip(worst_digits(lost_digits))),
         }
     }
