@@ -49,8 +49,7 @@ fn check(name: &str, laws: &[LeadingLaw], expected: [(u32, f64); 2]) {
     }
 }
 
-/// Closed forms: tests/data/soft/symbolic_leading_terms.json, with a = h'' and J = u''' = 0 in the
-/// harmonic orbit at its top (so that J = −A ω sin, the forcing's rate, is R1 a there).
+/// Closed forms: tests/data/soft/symbolic_leading_terms.json, with a = h'' and the forcing's rate J.
 #[test]
 fn leading_laws_of_the_four_systems_have_the_exponents_and_coefficients_of_the_closed_forms() {
     let r1 = 0.03;
@@ -120,6 +119,30 @@ fn leading_law_of_a_rigid_stop_is_its_kick() {
     let kick = -1.8 * (2.0 * orbit.grazing_point().normal_acceleration.to_f64()).sqrt();
     assert_eq!(law.exponent, 1);
     assert!((law.coefficient.to_f64() / kick - 1.0).abs() < 1e-14);
+}
+
+/// `xi_n = −∂h/∂u [Mⁿ]_12 β`, `β = sqrt(h''/2)` times the leading coefficient of D.
+#[test]
+fn xi_of_a_prestressed_stop_is_that_of_its_leading_law() {
+    let scene = scene_of("soft_c", &[], &ZERO_TIME);
+    let orbit = orbit(&scene);
+    let (a, pressed) = (orbit.grazing_point().normal_acceleration.hi, 3.64 * 1.2);
+    let natural = (1.0_f64 - 0.015 * 0.015).sqrt();
+    assert_eq!(orbit.xi.len(), 6);
+    for (periods, xi) in (1..).zip(&orbit.xi) {
+        let time = f64::from(periods) * orbit.period.hi;
+        let coupling = (-0.015 * time).exp() * (natural * time).sin() / natural;
+        let expected = 2.0 * a * (pressed / (a + pressed)) * coupling;
+        assert!(
+            (xi.hi - expected).abs() < 1e-14,
+            "{periods}: {} {expected}",
+            xi.hi
+        );
+    }
+    for name in ["soft_a", "soft_b", "soft_b_surface"] {
+        let scene = scene_of(name, &[], &[]);
+        assert!(self::orbit(&scene).xi.is_empty(), "{name}");
+    }
 }
 
 /// The radii are those of the uniform laws in the stiffness, where their square roots or arc tangents end.

@@ -14,6 +14,8 @@ pub(super) struct Geometry {
     acceleration: NodeId,
     clock: Option<Sloped>,
     reset: Option<Vec<Sloped>>,
+    /// The contact field of a compliant surface whose contact ends at the surface.
+    contact: Option<Vec<NodeId>>,
 }
 
 /// An expression and its gradient.
@@ -52,6 +54,12 @@ impl Geometry {
             ),
             Response::Contact { .. } => None,
         };
+        let contact = match &surface.response {
+            Response::Contact { field, release } if *release == surface.event => {
+                Some(field.clone())
+            }
+            _ => None,
+        };
         Self {
             dimension,
             flow: model.flow.clone(),
@@ -63,6 +71,7 @@ impl Geometry {
                 .as_ref()
                 .map(|phase| Sloped::new(&mut graph, phase.rate, inputs)),
             reset,
+            contact,
             graph,
         }
     }
@@ -151,6 +160,12 @@ impl<S: Scalar> LocalGeometry<'_, S> {
                 .map(|component| self.gradient(component))
                 .collect(),
         ))
+    }
+
+    /// The contact field, for a compliant surface whose contact ends at the surface.
+    pub(super) fn contact(&self) -> Option<Vec<S>> {
+        let field = self.geometry.contact.as_ref()?;
+        Some(field.iter().map(|&node| self.value(node)).collect())
     }
 
     /// Length of the full state.

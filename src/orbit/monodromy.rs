@@ -17,6 +17,9 @@ pub(super) type Rows<S> = Vec<Vec<S>>;
 /// How many `xi_n` are computed.
 pub(super) const XI_COUNT: usize = 6;
 
+/// A contact field nearer to the free field than this share of it begins as the free field does.
+const NO_JUMP: f64 = 1e-13;
+
 /// Derivative of the period's flow in the full state.
 pub(super) fn full_monodromy<S: Real>(
     field: &Field,
@@ -93,8 +96,8 @@ pub(super) fn on_section<S: Real>(
     section.coordinates.iter().map(row).collect()
 }
 
-/// `xi_1 … xi_count` from the monodromy in the full state at the graze; empty where `D` has no term linear in `y`
-/// that a reset would give.
+/// `xi_1 … xi_count` from the monodromy in the full state at the graze; empty where `D` has no term linear in `y`, or
+/// a contact ends elsewhere than at the surface.
 pub(super) fn xi<S: Real>(full: &Rows<S>, local: &LocalGeometry<'_, S>, count: usize) -> Vec<S> {
     let Some(kick) = kick_per_speed(local) else {
         return Vec::new();
@@ -112,9 +115,16 @@ pub(super) fn xi<S: Real>(full: &Rows<S>, local: &LocalGeometry<'_, S>, count: u
         .collect()
 }
 
-/// What the reset adds to the state per unit of approach speed, at speed 0: `e − G e` with `∇h·e = 0`, `∇h'·e = 1`.
+/// What a contact adds to the state per unit of approach speed, at speed 0.
 fn kick_per_speed<S: Real>(local: &LocalGeometry<'_, S>) -> Option<Vec<S>> {
-    let (_, jacobian) = local.reset()?;
+    match local.reset() {
+        Some((_, jacobian)) => Some(reset_kick(local, &jacobian)),
+        None => contact_kick(local),
+    }
+}
+
+/// Of a reset with Jacobian `G`: `e − G e` with `∇h·e = 0`, `∇h'·e = 1`.
+fn reset_kick<S: Real>(local: &LocalGeometry<'_, S>, jacobian: &Rows<S>) -> Vec<S> {
     let dimension = local.dimension();
     let (event, velocity) = (local.event_gradient(), local.velocity_gradient());
     let (event, velocity) = (&event[..dimension], &velocity[..dimension]);
@@ -126,8 +136,22 @@ fn kick_per_speed<S: Real>(local: &LocalGeometry<'_, S>) -> Option<Vec<S>> {
         .collect();
     let length = dot(velocity, &direction);
     let direction: Vec<S> = direction.iter().map(|&value| value / length).collect();
-    let image = apply(&jacobian, &direction);
-    Some(direction.iter().zip(&image).map(|(&e, &g)| e - g).collect())
+    let image = apply(jacobian, &direction);
+    direction.iter().zip(&image).map(|(&e, &g)| e - g).collect()
+}
+
+/// Of a contact field `f_c` that ends at the surface: `(f_c − f) · 2/a_c` with `a_c = ∇h'·f_c`, the contact lasting twice
+/// the approach speed over the acceleration; nothing where the fields agree at the graze, or the contact does not push.
+fn contact_kick<S: Real>(local: &LocalGeometry<'_, S>) -> Option<Vec<S>> {
+    let field = local.contact()?;
+    let velocity = local.velocity_gradient();
+    let acceleration = dot(&velocity[..local.dimension()], &field);
+    let flow = local.flow();
+    let jump: Vec<S> = field.iter().zip(&flow).map(|(&c, &f)| c - f).collect();
+    let largest = |vector: &[S]| vector.iter().fold(0.0_f64, |m, v| m.max(v.magnitude()));
+    let jumps = largest(&jump) > NO_JUMP * largest(&flow);
+    let time = S::from_f64(2.0) / acceleration;
+    (jumps && acceleration > S::zero()).then(|| jump.iter().map(|&value| value * time).collect())
 }
 
 /// Eigenvalues, the largest first; of a 2×2 matrix by the quadratic formula in the scalar itself.

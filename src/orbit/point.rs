@@ -39,8 +39,8 @@ pub struct GrazingOrbit {
     pub monodromy: Vec<Vec<Dd>>,
     /// Eigenvalues of the monodromy, `[re, im]`, the largest first.
     pub multipliers: Vec<[f64; 2]>,
-    /// `xi_1 … xi_6`: `xi_n = h_x · Mⁿ · β` (docs/mathematics/orbit.md); empty where the surface is compliant or its
-    /// reset does not leave the grazing point in place.
+    /// `xi_1 … xi_6`: `xi_n = h_x · Mⁿ · β` (docs/mathematics/orbit.md); empty where `D` has no term
+    /// linear in `y` (a contact field that begins as the free one) or the reset does not leave the grazing point in place.
     pub xi: Vec<Dd>,
     /// Lowest minimum of any event function along the orbit other than the grazing passages; negative where the orbit
     /// penetrates a surface and is therefore not one of the oscillator with its stops.
