@@ -67,5 +67,9 @@ fn diagrams(criterion: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, diagrams);
+criterion_group! {
+    name = benches;
+    config = Criterion::default().without_plots();
+    targets = diagrams
+}
 criterion_main!(benches);

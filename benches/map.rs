@@ -67,5 +67,9 @@ fn compiled(criterion: &mut Criterion) {
 #[cfg(not(feature = "compiled-maps"))]
 fn compiled(_: &mut Criterion) {}
 
-criterion_group!(benches, steps, compiled);
+criterion_group! {
+    name = benches;
+    config = Criterion::default().without_plots();
+    targets = steps, compiled
+}
 criterion_main!(benches);

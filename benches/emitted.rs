@@ -1,0 +1,147 @@
+//! Emitted steps of the linear scene, compiled for this machine and for any x86-64 or aarch64.
+//!
+//! `cargo bench --bench emitted` emits the scene at several orders, compiles each map with a small timing
+//! program by `rustc`, and prints nanoseconds per step: one point at a time (independent points), chained
+//! (each image the next state), and in lanes; with parameters as variables and frozen. Beside each stands
+//! its floor: the step's multiply-adds over the rate of a loop of nothing else, measured in the same run.
+
+use std::path::Path;
+use std::process::Command;
+
+use grazemap::emission::{EmitOptions, EmittedCrate, emitted_module};
+use grazemap::expansion::{Expander, MapOrders};
+use grazemap::model::{Scene, catalogue};
+use grazemap::orbit::locate;
+
+const ORDERS: [(u32, u32); 4] = [(1, 1), (3, 4), (5, 6), (8, 10)];
+
+/// Times an emitted module `linear`; prints one figure a line.
+const PROGRAM: &str = r#"
+use std::{hint::black_box, time::Instant};
+mod linear;
+use linear::*;
+const POINTS: usize = 1024;
+fn median(mut run: impl FnMut() -> f64, steps: usize) -> f64 {
+    let mut times: Vec<f64> = (0..101)
+        .map(|_| {
+            let start = Instant::now();
+            black_box(run());
+            start.elapsed().as_nanos() as f64 / steps as f64
+        })
+        .collect();
+    times.sort_by(f64::total_cmp);
+    times[50]
+}
+fn fma(a: f64, b: f64, c: f64) -> f64 {
+    if cfg!(target_feature = "fma") { a.mul_add(b, c) } else { a * b + c }
+}
+fn rate_of<const N: usize>() -> f64 {
+    let (factor, term) = (black_box([0.999; N]), black_box([1e-3; N]));
+    median(
+        || {
+            let mut sums = black_box([1.0; N]);
+            for _ in 0..POINTS {
+                for i in 0..N {
+                    sums[i] = fma(sums[i], factor[i], term[i]);
+                }
+            }
+            black_box(sums).iter().sum()
+        },
+        POINTS * N,
+    )
+}
+fn main() {
+    let offset = |i: usize, scale: f64| scale * ((i * 7919 % 1009) as f64 / 504.5 - 1.0);
+    let points: Vec<[f64; 2]> = (0..POINTS).map(|i| [offset(i, 1e-4), offset(i + 3, 1e-2)]).collect();
+    let lanes: Vec<[[f64; LANES]; 2]> = points
+        .chunks_exact(LANES)
+        .map(|c| [0, 1].map(|k| std::array::from_fn(|lane| c[lane][k])))
+        .collect();
+    let parameters = black_box([-1e-4, 1e-5]);
+    let lane_parameters = black_box([[-1e-4; LANES], [1e-5; LANES]]);
+    let frozen = freeze(parameters);
+    let sum = |step: Step| step.image[0] + step.image[1];
+    let lane_sum = |step: LaneStep| step.image[0][0] + step.image[1][LANES - 1];
+    println!("{}", median(|| points.iter().map(|&p| sum(step(p, parameters))).sum(), POINTS));
+    println!("{}", median(|| points.iter().map(|&p| sum(frozen.step(p))).sum(), POINTS));
+    println!("{}", median(|| (0..POINTS).fold(points[1], |p, _| frozen.step(p).image)[0], POINTS));
+    println!("{}", median(|| lanes.iter().map(|p| lane_sum(step_lanes(p, &lane_parameters))).sum(), POINTS));
+    println!("{}", median(|| lanes.iter().map(|p| lane_sum(frozen.step_lanes(p))).sum(), POINTS));
+    println!("{}", rate_of::<1>().min(rate_of::<8>()).min(rate_of::<64>()).min(rate_of::<96>()));
+}
+"#;
+
+/// Figures of one compiled program, in the order it prints them.
+fn measure(folder: &Path, native: bool) -> Vec<f64> {
+    let mut compiler = Command::new("rustc");
+    compiler.args([
+        "--edition",
+        "2024",
+        "-Copt-level=3",
+        "--cfg",
+        "feature=\"std\"",
+        "main.rs",
+    ]);
+    if native {
+        compiler.arg("-Ctarget-cpu=native");
+    }
+    let compiled = compiler
+        .current_dir(folder)
+        .status()
+        .expect("rustc is there")
+        .success();
+    assert!(compiled, "the emitted map compiles");
+    let output = Command::new(folder.join("main"))
+        .output()
+        .expect("the program runs");
+    let text = String::from_utf8(output.stdout).expect("numbers");
+    text.lines()
+        .map(|line| line.parse().expect("a number"))
+        .collect()
+}
+
+fn main() {
+    let text = catalogue::text("linear").expect("in the catalogue");
+    let scene = Scene::parse(text, "linear").expect("a good scene");
+    let orbit = locate(&scene)
+        .expect("no wrong input")
+        .into_result()
+        .expect("it grazes");
+    let expander = Expander::new(&scene, &orbit).expect("an analytic law");
+    println!("ns per step; floor = multiply-adds x time of one in a loop of nothing else");
+    println!(
+        "orders    target    step  frozen  chained  lanes  frozen lanes | floor  frozen | madds  frozen"
+    );
+    for (smooth_order, contact_weight) in ORDERS {
+        let orders = MapOrders {
+            smooth_order,
+            contact_weight,
+        };
+        let map = expander.expand(orders).expect("an expansion");
+        let module = emitted_module(&map, None, &EmitOptions::default()).expect("an emission");
+        let folder = tempfile::tempdir().expect("a folder");
+        let files = EmittedCrate::catalogue(std::slice::from_ref(&module))
+            .expect("one map")
+            .files;
+        std::fs::write(folder.path().join("linear.rs"), &files["src/linear.rs"]).expect("a file");
+        std::fs::write(folder.path().join("main.rs"), PROGRAM).expect("a file");
+        for native in [false, true] {
+            let t = measure(folder.path(), native);
+            let (all, few) = (
+                module.step_operations.multiply_adds,
+                module.frozen_operations.multiply_adds,
+            );
+            println!(
+                "({smooth_order}, {contact_weight:2})   {}  {:6.1}  {:6.1}  {:7.1}  {:5.2}  {:12.2} | {:5.2}  {:6.2} | {all:5}  {few:6}",
+                if native { "native  " } else { "baseline" },
+                t[0],
+                t[1],
+                t[2],
+                t[3],
+                t[4],
+                all as f64 * t[5],
+                few as f64 * t[5],
+            );
+        }
+    }
+}
