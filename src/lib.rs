@@ -6,7 +6,7 @@
 //!
 //! # A first application
 //!
-//! ```
+//! ```rust,test_harness
 #![doc = include_str!("../tests/quickstart.rs")]
 //! ```
 

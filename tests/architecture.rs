@@ -49,6 +49,7 @@ const FLOORS: [(&str, &[&str]); 13] = [
         "report",
         &[
             "numeric",
+            "jet",
             "model",
             "hybrid",
             "orbit",

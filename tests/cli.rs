@@ -102,7 +102,14 @@ fn wrong_calls() -> Vec<(&'static str, Vec<&'static str>)> {
         ),
         (
             "weight_beyond_memory",
-            vec!["expand", "linear", "--set", "expansion.contact_weight=64"],
+            vec![
+                "expand",
+                "linear",
+                "--set",
+                "expansion.contact_weight=64",
+                "--set",
+                "expansion.active=[\"alpha\", \"omega\", \"zeta\", \"delta\"]",
+            ],
         ),
         (
             "orbit_never_touches",
@@ -208,7 +215,7 @@ fn wrong_calls() -> Vec<(&'static str, Vec<&'static str>)> {
         (
             "image_far_away",
             vec![
-                "image", "linear", "--states", "far.csv", "--using", "direct", "-q",
+                "image", "mems", "--states", "far.csv", "--using", "direct", "-q",
             ],
         ),
         (
@@ -263,7 +270,7 @@ fn set_up(folder: &Path) {
     write("word.csv", b"x,theta\n1e-6,0\n1e-6,small\n");
     write("infinite.csv", b"x\ninf\n");
     write("ragged.csv", b"x,theta\n1\n");
-    write("far.csv", b"x,theta\n1e200,1\n");
+    write("far.csv", b"x,theta\n0.6,0\n");
     fs::create_dir(folder.join("folder")).expect("writable");
     let linear = grazemap::model::catalogue::text("linear").expect("in the catalogue");
     let renamed = linear

@@ -1,4 +1,4 @@
-// From a scene to a local map, and one step of it beside direct simulation.
+//! From a scene to a local map, and one step of it beside direct simulation.
 
 use grazemap::analysis::direct_image;
 use grazemap::expansion::{Expander, MapOrders};

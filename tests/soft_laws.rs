@@ -145,15 +145,22 @@ fn xi_of_a_prestressed_stop_is_that_of_its_leading_law() {
     }
 }
 
+/// Scene, overrides, `k2` and `R2`.
+type RadiusCase = (
+    &'static str,
+    &'static [(&'static str, &'static str)],
+    f64,
+    f64,
+);
+
 /// The radii are those of the uniform laws in the stiffness, where their square roots or arc tangents end.
 #[test]
 fn radius_in_depth_follows_the_stiffness() {
-    let stiff = [("k2", "100"), ("R2", "0.05")];
-    let cases: [(&str, &[(&str, &str)], f64, f64); 4] = [
+    let cases: [RadiusCase; 4] = [
         ("soft_a", &[], 33.0, 0.0),
         ("soft_a", &[("k2", "3300")], 3300.0, 0.0),
         ("soft_b", &[], 2.0, 0.5),
-        ("soft_b", &stiff, 100.0, 0.05),
+        ("soft_b", &[("k2", "100"), ("R2", "0.05")], 100.0, 0.05),
     ];
     for (name, overrides, k2, r2) in cases {
         let scene = scene_of(name, &[], overrides);

@@ -60,6 +60,21 @@ pub mod mems_codim2;
 #[rustfmt::skip]
 pub mod mems_scenario3;
 
+#[rustfmt::skip]
+pub mod soft_a;
+
+#[rustfmt::skip]
+pub mod soft_b;
+
+#[rustfmt::skip]
+pub mod soft_b_surface;
+
+#[rustfmt::skip]
+pub mod soft_c;
+
+#[rustfmt::skip]
+pub mod soft_d;
+
 /// A step on slices: state, parameters; image, depths. The contacts made, or `None` for wrong lengths.
 pub type StepOnSlices = fn(&[f64], &[f64], &mut [f64], &mut [f64]) -> Option<u32>;
 
@@ -341,6 +356,71 @@ pub static CATALOGUE: &[CatalogueMap] = &[
         step: mems_scenario3::step_on_slices,
         #[cfg(feature = "std")]
         step_jacobian: mems_scenario3::step_jacobian_on_slices,
+    },
+    CatalogueMap {
+        identifier: soft_a::SCENE,
+        digest: soft_a::DIGEST,
+        dimension: soft_a::DIMENSION,
+        parameters: soft_a::PARAMETERS,
+        passages: soft_a::PASSAGES,
+        window_state: &soft_a::WINDOW_STATE,
+        window_parameters: &soft_a::WINDOW_PARAMETERS,
+        #[cfg(feature = "std")]
+        step: soft_a::step_on_slices,
+        #[cfg(feature = "std")]
+        step_jacobian: soft_a::step_jacobian_on_slices,
+    },
+    CatalogueMap {
+        identifier: soft_b::SCENE,
+        digest: soft_b::DIGEST,
+        dimension: soft_b::DIMENSION,
+        parameters: soft_b::PARAMETERS,
+        passages: soft_b::PASSAGES,
+        window_state: &soft_b::WINDOW_STATE,
+        window_parameters: &soft_b::WINDOW_PARAMETERS,
+        #[cfg(feature = "std")]
+        step: soft_b::step_on_slices,
+        #[cfg(feature = "std")]
+        step_jacobian: soft_b::step_jacobian_on_slices,
+    },
+    CatalogueMap {
+        identifier: soft_b_surface::SCENE,
+        digest: soft_b_surface::DIGEST,
+        dimension: soft_b_surface::DIMENSION,
+        parameters: soft_b_surface::PARAMETERS,
+        passages: soft_b_surface::PASSAGES,
+        window_state: &soft_b_surface::WINDOW_STATE,
+        window_parameters: &soft_b_surface::WINDOW_PARAMETERS,
+        #[cfg(feature = "std")]
+        step: soft_b_surface::step_on_slices,
+        #[cfg(feature = "std")]
+        step_jacobian: soft_b_surface::step_jacobian_on_slices,
+    },
+    CatalogueMap {
+        identifier: soft_c::SCENE,
+        digest: soft_c::DIGEST,
+        dimension: soft_c::DIMENSION,
+        parameters: soft_c::PARAMETERS,
+        passages: soft_c::PASSAGES,
+        window_state: &soft_c::WINDOW_STATE,
+        window_parameters: &soft_c::WINDOW_PARAMETERS,
+        #[cfg(feature = "std")]
+        step: soft_c::step_on_slices,
+        #[cfg(feature = "std")]
+        step_jacobian: soft_c::step_jacobian_on_slices,
+    },
+    CatalogueMap {
+        identifier: soft_d::SCENE,
+        digest: soft_d::DIGEST,
+        dimension: soft_d::DIMENSION,
+        parameters: soft_d::PARAMETERS,
+        passages: soft_d::PASSAGES,
+        window_state: &soft_d::WINDOW_STATE,
+        window_parameters: &soft_d::WINDOW_PARAMETERS,
+        #[cfg(feature = "std")]
+        step: soft_d::step_on_slices,
+        #[cfg(feature = "std")]
+        step_jacobian: soft_d::step_jacobian_on_slices,
     },
 ];
 

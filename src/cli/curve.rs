@@ -11,6 +11,11 @@ use crate::report::{CurveDocument, to_dense_json};
 pub(super) fn run(options: &CurveArguments) -> Result<(), CliError> {
     let scene = prepare(&options.scene)?.scene;
     let with = parameter(&scene.model, &options.with)?;
+    if scene.grazing.solve_for.contains(&with) {
+        return Err(CliError::AlreadyAdjusted {
+            name: options.with.clone(),
+        });
+    }
     for (flag, value) in [("--from", options.from), ("--to", options.to)] {
         if !value.is_finite() {
             return Err(CliError::NotFinite { flag, value });

@@ -89,6 +89,9 @@ pub(super) enum CliError {
         name: String,
         nearest: Option<String>,
     },
+    /// A second parameter that is the first one.
+    #[error("`{name}` is already adjusted so that the orbit grazes; continue in another parameter")]
+    AlreadyAdjusted { name: String },
     /// An end of a range that is no finite number.
     #[error("{flag} must be a finite number, found {value}")]
     NotFinite { flag: &'static str, value: f64 },

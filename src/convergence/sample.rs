@@ -152,9 +152,9 @@ mod tests {
             for eighth in 0..8 {
                 let inside = |point: &&Vec<f64>| (point[coordinate] * 8.0) as usize == eighth;
                 let count = points.iter().filter(inside).count();
-                // 32 expected; a random sample would scatter by 5.
+                // 32 expected; the worst of 24 cells of a random sample would be off by about 12.
                 assert!(
-                    (28..=36).contains(&count),
+                    (26..=38).contains(&count),
                     "{coordinate}, {eighth}: {count}"
                 );
             }

@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 use super::ExpansionError;
 use super::contact_law::ContactLaw;
-use super::depth_chart::{DepthChart, smallest_space};
+use super::depth_chart::DepthChart;
 use super::passage::Passage;
 use super::section_chart::SectionChart;
 use super::variables::{Variables, lift};
@@ -31,15 +31,6 @@ impl DepthVariable {
         match law {
             ContactLaw::Rigid { .. } => Self::Added,
             ContactLaw::Compliant { .. } => Self::Replacing,
-        }
-    }
-
-    /// The space of `(y; coordinates; parameters)`; that of a replacing depth variable before it is known
-    /// which coordinate is replaced, which is then as large or larger.
-    fn space(self, variables: &Variables, weight: u32) -> Result<Arc<JetSpace>, ExpansionError> {
-        match self {
-            Self::Added => variables.contact_space(weight),
-            Self::Replacing => smallest_space(variables, weight),
         }
     }
 }
@@ -78,8 +69,7 @@ impl<S: Real> Approach<S> {
         weight: u32,
         kind: DepthVariable,
     ) -> Result<Self, ExpansionError> {
-        // A space that is too large is refused before anything is computed.
-        let added = kind.space(variables, weight)?;
+        variables.check_contact_space(weight)?;
         let base = variables.smooth_space(weight + 1)?;
         let parameters = passage.parameter_jets(&base, variables.coordinates);
         let start = chart.embed(passage, &base, 0)?;
@@ -88,7 +78,7 @@ impl<S: Real> Approach<S> {
         let (minimum_time, series) = series_about_minimum(passage, &start, &parameters, order)?;
         let depth = -&series.watched(0)[0];
         let (space, chart) = match kind {
-            DepthVariable::Added => (added, None),
+            DepthVariable::Added => (variables.contact_space(weight)?, None),
             DepthVariable::Replacing => {
                 let chart = DepthChart::new(&depth, variables, weight)?;
                 (Arc::clone(&chart.space), Some(chart))

@@ -71,22 +71,6 @@ fn space_without(
     others.contact_space(weight)
 }
 
-/// The smallest space that a replaced coordinate can leave: the lightest is replaced.
-///
-/// # Errors
-///
-/// [`ExpansionError::Jet`] if it would be too large.
-pub(super) fn smallest_space(
-    variables: &Variables,
-    weight: u32,
-) -> Result<Arc<JetSpace>, ExpansionError> {
-    let lightest = (0..variables.coordinates).min_by_key(|&i| variables.weights[i]);
-    match lightest {
-        Some(lightest) => space_without(lightest, variables, weight),
-        None => Err(ExpansionError::DepthWithoutSlope),
-    }
-}
-
 /// The coordinate to replace: of those the depth depends on, the lightest, of these the steepest.
 ///
 /// # Errors

@@ -54,10 +54,26 @@ impl Variables {
     ///
     /// [`ExpansionError::Jet`] if the space would be too large.
     pub fn contact_space(&self, weighted_degree: u32) -> Result<Arc<JetSpace>, ExpansionError> {
-        let weights: Vec<u32> = std::iter::once(1)
+        Ok(JetSpace::new(
+            &self.contact_weights(),
+            weighted_degree as usize,
+        )?)
+    }
+
+    /// Whether [`contact_space`](Self::contact_space) would be built; nothing is allocated.
+    ///
+    /// # Errors
+    ///
+    /// As [`contact_space`](Self::contact_space).
+    pub fn check_contact_space(&self, weighted_degree: u32) -> Result<(), ExpansionError> {
+        JetSpace::check(&self.contact_weights(), weighted_degree as usize)?;
+        Ok(())
+    }
+
+    fn contact_weights(&self) -> Vec<u32> {
+        std::iter::once(1)
             .chain(self.weights.iter().copied())
-            .collect();
-        Ok(JetSpace::new(&weights, weighted_degree as usize)?)
+            .collect()
     }
 }
 

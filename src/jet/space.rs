@@ -48,6 +48,29 @@ impl JetSpace {
     /// [`JetError::TooLarge`], before anything is allocated, if the product table would have more
     /// than [`MAX_PRODUCTS`] entries.
     pub fn new(weights: &[u32], order: usize) -> Result<Arc<Self>, JetError> {
+        let products = Self::check(weights, order)?;
+        let (exponents, degree_starts) = list_monomials(weights, order);
+        let ranks = RankTable::new(weights, order, &exponents);
+        let (pairs, pair_starts) = list_pairs(weights.len(), &exponents, &ranks, products);
+        let parents = list_parents(weights.len(), &exponents, &ranks);
+        Ok(Arc::new(Self {
+            parents,
+            weights: weights.to_vec(),
+            order,
+            exponents,
+            degree_starts,
+            pairs,
+            pair_starts,
+            ranks,
+        }))
+    }
+
+    /// Whether [`new`](Self::new) would build this space; its number of coefficient products.
+    ///
+    /// # Errors
+    ///
+    /// As [`JetSpace::new`]; nothing is allocated.
+    pub fn check(weights: &[u32], order: usize) -> Result<usize, JetError> {
         if let Some(variable) = weights.iter().position(|&weight| weight == 0) {
             return Err(JetError::ZeroWeight { variable });
         }
@@ -64,20 +87,7 @@ impl JetSpace {
                 limit: MAX_PRODUCTS,
             });
         }
-        let (exponents, degree_starts) = list_monomials(weights, order);
-        let ranks = RankTable::new(weights, order, &exponents);
-        let (pairs, pair_starts) = list_pairs(weights.len(), &exponents, &ranks, products as usize);
-        let parents = list_parents(weights.len(), &exponents, &ranks);
-        Ok(Arc::new(Self {
-            parents,
-            weights: weights.to_vec(),
-            order,
-            exponents,
-            degree_starts,
-            pairs,
-            pair_starts,
-            ranks,
-        }))
+        Ok(products as usize)
     }
 
     /// Coefficients of a jet and coefficient products of one product, without building the space.

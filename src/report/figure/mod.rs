@@ -1,6 +1,6 @@
 //! Figures as plain descriptions, drawn to SVG and PNG.
 //!
-//! A [`Figure`] says what is shown; the layout turns it into a [`drawing::Drawing`], a flat list of
+//! A [`Figure`] says what is shown; the layout turns it into a `Drawing`, a flat list of
 //! shapes in CSS pixels, and two painters turn that list into an SVG and a PNG that look alike.
 //! The same figure gives the same bytes.
 //!
