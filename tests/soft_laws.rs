@@ -258,8 +258,9 @@ fn whole_powers_of_the_depth_are_expanded() {
 #[test]
 fn equal_releases_give_equal_mappings_whatever_is_divided_out() {
     let contact = |release: &str| {
-        let law = format!("{RELEASE}\nrelease = \"{release}\"");
-        let scene = scene_of("soft_a", &[(RELEASE, &law)], &[]);
+        let contact = "contact = { v = \"free - k2*(u - sigma + d)\" }";
+        let law = format!("{contact}\nrelease = \"{release}\"");
+        let scene = scene_of("soft_c", &[(contact, &law)], &[]);
         let orbit = orbit(&scene);
         let expander = Expander::new(&scene, &orbit).expect("an analytic law");
         expander.contact(8).expect("a release")
