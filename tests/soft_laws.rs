@@ -1,6 +1,6 @@
 //! Leading laws of soft impacts, their radius in y, and laws that have no expansion.
 
-use grazemap::expansion::{ContactLawError, Expander, ExpansionError, LeadingLaw};
+use grazemap::expansion::{Contact, ContactLawError, Expander, ExpansionError, LeadingLaw};
 use grazemap::model::{Scene, catalogue};
 use grazemap::orbit::{GrazingOrbit, locate};
 
@@ -251,4 +251,57 @@ fn whole_powers_of_the_depth_are_expanded() {
         .leading_laws()
         .expect("laws");
     assert_eq!(laws[1].map(|law| law.exponent), Some(7));
+}
+
+/// The release function `(sigma − u) v` vanishes first where `v` does, but with two powers of y to divide by
+/// and a trivial root: the same contact, found with other balances.
+#[test]
+fn equal_releases_give_equal_mappings_whatever_is_divided_out() {
+    let contact = |release: &str| {
+        let contact = "contact = { v = \"free - k2*(u - sigma + d)\" }";
+        let law = format!("{contact}\nrelease = \"{release}\"");
+        let scene = scene_of("soft_c", &[(contact, &law)], &[]);
+        let orbit = orbit(&scene);
+        let expander = Expander::new(&scene, &orbit).expect("an analytic law");
+        expander.contact(8).expect("a release")
+    };
+    let (plain, product) = (contact("v"), contact("(sigma - u)*v"));
+    assert_eq!(plain.depth.space().order(), product.depth.space().order());
+    let of = |contact: &Contact| [contact.linear.clone(), contact.quadratic.clone()].concat();
+    for (a, b) in of(&plain).iter().zip(&of(&product)) {
+        let error =
+            (a - &b.reinterpret(a.space(), &[Some(0), Some(1), Some(2), Some(3)])).max_abs();
+        assert!(
+            error < 1e-13 * a.max_abs(),
+            "{error:e} of {:e}",
+            a.max_abs()
+        );
+    }
+}
+
+#[test]
+fn a_release_that_only_touches_zero_is_refused() {
+    let law = format!("{RELEASE}\nrelease = \"v^2\"");
+    let error = error_of(&[(RELEASE, &law)]);
+    assert!(
+        matches!(
+            error,
+            ExpansionError::ContactLaw(ContactLawError::NotSimple { power: 1, .. })
+        ),
+        "{error}"
+    );
+}
+
+/// The free acceleration plus `omega² sigma` is 0 at the grazing point, and not beside it.
+#[test]
+fn a_release_that_vanishes_at_the_grazing_point_alone_is_refused() {
+    let law = format!("{RELEASE}\nrelease = \"v + 0.1*(A*cos(theta) - k1*u + omega^2*sigma)\"");
+    let error = error_of(&[(RELEASE, &law)]);
+    assert!(
+        matches!(
+            error,
+            ExpansionError::ContactLaw(ContactLawError::NotUniform { .. })
+        ),
+        "{error}"
+    );
 }

@@ -12,13 +12,15 @@ use super::variables::{Variables, shift_depth_power};
 use super::{ContactLawError, ExpansionError};
 use crate::flow::{Field, LocalSeries, at_series_time, local_series};
 use crate::jet::{Jet, implicit_root};
-use crate::numeric::polynomial::{RootKind, roots_on_interval};
+use crate::numeric::polynomial::{evaluate, roots_on_interval};
 use crate::numeric::{Dd, Real, Scalar};
 
 /// Weight, and highest power of time, at which the balance is found.
 const BALANCE_WEIGHT: u32 = 4;
 /// Coefficients below this share of the largest of their series are zero: the balance is found in double-double.
 const VANISHING: f64 = 1e-22;
+/// A relative slope below this at a root of the balance is none.
+const NO_SLOPE: f64 = 1e-8;
 
 /// The leading behaviour `t = κ₀ y^q` of the contact time.
 #[derive(Clone, Debug, PartialEq)]
@@ -109,6 +111,14 @@ impl ReleaseBalance {
             contact_time,
         })
     }
+}
+
+/// Whether a polynomial has a slope at its root: rounding may split a double root into two with almost none.
+fn is_simple(coefficients: &[Dd], root: Dd) -> bool {
+    let (_, slope) = evaluate(coefficients, root);
+    let sizes: Vec<_> = coefficients.iter().map(|c| c.abs()).collect();
+    let (size, _) = evaluate(&sizes, root);
+    (slope * root).magnitude() > NO_SLOPE * size.magnitude()
 }
 
 /// The lowest powers of `y` in the release function's coefficients along the contact.
@@ -209,15 +219,17 @@ impl<'a> Polygon<'a> {
         let bound = coefficients.iter().map(|c| c.magnitude() / last);
         let bound = 1.0 + bound.fold(0.0, f64::max);
         let roots = roots_on_interval(&coefficients, Dd::from(bound));
-        match roots.first() {
-            None => Ok(None),
-            Some(root) if matches!(root.kind, RootKind::Crossing(_)) => Ok(Some(root.time)),
-            Some(root) => Err(ContactLawError::NotSimple {
-                surface: self.surface.to_owned(),
-                factor: root.time.to_f64(),
-                power: edge.drop / length,
-            }),
+        let Some(root) = roots.first().map(|root| root.time) else {
+            return Ok(None);
+        };
+        if is_simple(&coefficients, root) {
+            return Ok(Some(root));
         }
+        Err(ContactLawError::NotSimple {
+            surface: self.surface.to_owned(),
+            factor: root.to_f64(),
+            power: edge.drop / length,
+        })
     }
 
     fn balance(&self, edge: &Edge, factor: Dd) -> Result<ReleaseBalance, ContactLawError> {
