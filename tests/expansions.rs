@@ -97,7 +97,7 @@ fn composed_form_agrees_with_the_stages_to_its_order() {
         })
         .expect("expansion");
     let composed = expander.compose(&map).expect("one passage");
-    let errors = [1e-3_f64, 0.5e-3].map(|y| {
+    let errors = [0.04_f64, 0.02].map(|y| {
         let (state, parameters) = ([y * y, 3.0 * y * y], [0.5 * y * y, -y * y]);
         let (truth, depth) = image(&map, &state, &parameters);
         let point = [state, parameters].concat();
@@ -110,8 +110,9 @@ fn composed_form_agrees_with_the_stages_to_its_order() {
             .map(|i| (value(i) - truth[i]).abs())
             .fold(0.0, f64::max)
     });
-    // The composed form is cut at weight 9: errors are at rounding for depths of 1e-3.
-    assert!(errors.iter().all(|&error| error < 1e-15), "{errors:?}");
+    // The composed form is cut at weight 9: its error falls as the tenth power of y.
+    let rate = (errors[0] / errors[1]).log2();
+    assert!((rate - 10.0).abs() < 0.5, "rate {rate} of {errors:?}");
 }
 
 #[test]
@@ -131,19 +132,6 @@ fn few_digits_are_lost_in_the_catalogue() {
             assert!(*digits < 4.0, "{name}: {lost:?}");
         }
     }
-}
-
-#[test]
-fn impact_speed_is_that_of_energy_in_uniform_acceleration() {
-    // x'' = 1/2 near a graze of x'' = alpha cos(theta) − …: the leading law is √(2 h'') y.
-    let scene = scene_with("linear", &[]);
-    let orbit = orbit_of(&scene);
-    let speed = Expander::new(&scene, &orbit)
-        .expect("rigid")
-        .impact_speed(4)
-        .expect("speed");
-    let expected = (2.0 * orbit.grazing_point().normal_acceleration.to_f64()).sqrt();
-    assert!((speed.linear.head() - expected).abs() < 1e-13 * expected);
 }
 
 #[test]

@@ -43,6 +43,8 @@ struct Row {
     start: Vec<f64>,
     parameters: Vec<f64>,
     images: Vec<Vec<f64>>,
+    /// Speed at which the stop is met in the first iteration; 0 without contact.
+    impact_speed: f64,
 }
 
 fn number(value: &Value) -> f64 {
@@ -82,6 +84,7 @@ fn rows(file: &str) -> Vec<Row> {
             start: state(row),
             images,
             parameters: parameters.clone(),
+            impact_speed: number(&row["images"][0]["v_impact"]),
         }
     };
     data["rows"]
@@ -199,5 +202,28 @@ fn images_reach_rounding_as_the_orders_grow() {
         );
         // At N = 10, W = 16 every single image of the files is exact to rounding of offsets below 0.1.
         assert!(best[1] <= 1e-15, "{file}: images only to {:e}", best[1]);
+    }
+}
+
+#[test]
+fn impact_speeds_are_those_of_the_exact_images() {
+    for (file, name) in CASES {
+        let text = catalogue::text(name).expect("in the catalogue");
+        let scene = Scene::parse(text, name).expect("a good scene");
+        let orbit = locate(&scene)
+            .expect("no wrong input")
+            .into_result()
+            .expect("it grazes");
+        let expander = Expander::new(&scene, &orbit).expect("rigid");
+        let depth = expander.contact(12).expect("a contact").depth;
+        let speed = expander.impact_speed(12).expect("a speed");
+        for row in rows(file) {
+            let point = [row.start, row.parameters].concat();
+            let y = depth.evaluate(&point).max(0.0).sqrt();
+            let ours = y * (speed.linear.evaluate(&point) + y * speed.quadratic.evaluate(&point));
+            // Cut at weight 12; depths of the files stay below 1e-2.
+            let error = (ours - row.impact_speed).abs();
+            assert!(error <= 1e-12, "{file}: {ours} for {}", row.impact_speed);
+        }
     }
 }
