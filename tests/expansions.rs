@@ -1,8 +1,12 @@
 //! Expansions on several sections against each other's independent routes and closed forms.
 
-use grazemap::expansion::{Contact, Expander, ExpansionError, Leg, LocalMap, MapOrders, Stage};
+#[path = "support/stages.rs"]
+mod stages;
+
+use grazemap::expansion::{Expander, ExpansionError, LocalMap, MapOrders, Stage};
 use grazemap::model::{Scene, catalogue};
 use grazemap::orbit::{GrazingOrbit, locate};
+use stages::{fly, image};
 
 fn scene_with(name: &str, overrides: &[(&str, &str)]) -> Scene {
     let overrides: Vec<_> = overrides
@@ -30,34 +34,6 @@ fn expand(scene: &Scene, smooth_order: u32, contact_weight: u32) -> LocalMap {
         .expect("rigid")
         .expand(orders)
         .expect("an expansion")
-}
-
-fn fly(leg: &Leg, state: &mut [f64], parameters: &[f64]) {
-    let point: Vec<f64> = state.iter().chain(parameters).copied().collect();
-    for (value, jet) in state.iter_mut().zip(&leg.image) {
-        *value = jet.evaluate(&point);
-    }
-}
-
-fn touch(contact: &Contact, state: &mut [f64], parameters: &[f64]) -> f64 {
-    let point: Vec<f64> = state.iter().chain(parameters).copied().collect();
-    let y = contact.depth.evaluate(&point).max(0.0).sqrt();
-    let corrections = contact.linear.iter().zip(&contact.quadratic);
-    for (value, (linear, quadratic)) in state.iter_mut().zip(corrections) {
-        *value += y * (linear.evaluate(&point) + y * quadratic.evaluate(&point));
-    }
-    y
-}
-
-fn image(map: &LocalMap, state: &[f64], parameters: &[f64]) -> (Vec<f64>, f64) {
-    let (mut state, mut depth) = (state.to_vec(), 0.0);
-    for stage in &map.stages {
-        match stage {
-            Stage::Leg(leg) => fly(leg, &mut state, parameters),
-            Stage::Contact(contact) => depth = touch(contact, &mut state, parameters),
-        }
-    }
-    (state, depth)
 }
 
 /// The section a quarter period from the graze sees the same dynamics as the one at the graze: flying to

@@ -3,7 +3,10 @@
 //!
 //! `cargo test --release --test public_images -- --nocapture` prints the table of errors against orders.
 
-use grazemap::expansion::{Contact, Expander, Leg, LocalMap, MapOrders, Stage};
+#[path = "support/stages.rs"]
+mod stages;
+
+use grazemap::expansion::{Expander, LocalMap, MapOrders};
 use grazemap::model::{Scene, catalogue};
 use grazemap::orbit::locate;
 use serde_json::Value;
@@ -95,42 +98,19 @@ fn rows(file: &str) -> Vec<Row> {
         .collect()
 }
 
-fn fly(leg: &Leg, state: &mut [f64], parameters: &[f64]) {
-    let point: Vec<f64> = state.iter().chain(parameters).copied().collect();
-    for (value, jet) in state.iter_mut().zip(&leg.image) {
-        *value = jet.evaluate(&point);
-    }
-}
-
-/// Applies the contact; returns `y²`.
-fn touch(contact: &Contact, state: &mut [f64], parameters: &[f64]) -> f64 {
-    let point: Vec<f64> = state.iter().chain(parameters).copied().collect();
-    let y = contact.depth.evaluate(&point).max(0.0).sqrt();
-    let corrections = contact.linear.iter().zip(&contact.quadratic);
-    for (value, (linear, quadratic)) in state.iter_mut().zip(corrections) {
-        *value += y * (linear.evaluate(&point) + y * quadratic.evaluate(&point));
-    }
-    y * y
-}
-
 /// Depth and error of each iteration of a row, as long as offsets stay small.
 fn errors(map: &LocalMap, row: &Row) -> Vec<(f64, f64)> {
     let mut state = row.start.clone();
     let mut errors = Vec::new();
     for truth in &row.images {
-        let mut depth = 0.0;
-        for stage in &map.stages {
-            match stage {
-                Stage::Leg(leg) => fly(leg, &mut state, &row.parameters),
-                Stage::Contact(contact) => depth = touch(contact, &mut state, &row.parameters),
-            }
-        }
+        let (image, y) = stages::image(map, &state, &row.parameters);
+        state = image;
         let error = state
             .iter()
             .zip(truth)
             .map(|(a, b)| (a - b).abs())
             .fold(0.0, f64::max);
-        errors.push((depth, error));
+        errors.push((y * y, error));
         if truth.iter().any(|offset| offset.abs() > SMALL) {
             break;
         }

@@ -3,7 +3,10 @@
 //!
 //! `cargo test --release --test soft_images -- --nocapture` prints the tables of errors against orders.
 
-use grazemap::expansion::{Contact, Expander, Leg, LocalMap, MapOrders, Stage};
+#[path = "support/stages.rs"]
+mod stages;
+
+use grazemap::expansion::{Expander, LocalMap, MapOrders};
 use grazemap::hybrid::{DirectReturn, HybridSystem, ReturnOutcome, ReturnSection};
 use grazemap::model::{Scene, catalogue};
 use grazemap::numeric::{Dd, Scalar};
@@ -123,34 +126,10 @@ fn direct_simulation_agrees_with_the_exact_images_to_1e_minus_28() {
     }
 }
 
-fn fly(leg: &Leg, state: &mut [f64], parameters: &[f64]) {
-    let point: Vec<f64> = state.iter().chain(parameters).copied().collect();
-    for (value, jet) in state.iter_mut().zip(&leg.image) {
-        *value = jet.evaluate(&point);
-    }
-}
-
-/// Applies the contact; returns `y`.
-fn touch(contact: &Contact, state: &mut [f64], parameters: &[f64]) -> f64 {
-    let point: Vec<f64> = state.iter().chain(parameters).copied().collect();
-    let y = contact.depth.evaluate(&point).max(0.0).sqrt();
-    let corrections = contact.linear.iter().zip(&contact.quadratic);
-    for (value, (linear, quadratic)) in state.iter_mut().zip(corrections) {
-        *value += y * (linear.evaluate(&point) + y * quadratic.evaluate(&point));
-    }
-    y
-}
-
 /// Depth variable and error of an image by the map.
 fn error_of(map: &LocalMap, image: &Image) -> (f64, f64) {
     let [u, v, amplitude] = image.start.map(|value| value.hi);
-    let (mut state, mut depth) = ([u, v], 0.0);
-    for stage in &map.stages {
-        match stage {
-            Stage::Leg(leg) => fly(leg, &mut state, &[amplitude]),
-            Stage::Contact(contact) => depth = touch(contact, &mut state, &[amplitude]),
-        }
-    }
+    let (state, depth) = stages::image(map, &[u, v], &[amplitude]);
     let errors = [0, 1].map(|i| (state[i] - image.end[i].hi).abs());
     (depth, errors[0].max(errors[1]))
 }
