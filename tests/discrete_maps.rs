@@ -3,8 +3,12 @@
 #[path = "support/synthetic.rs"]
 mod synthetic;
 
+use grazemap::analysis::DirectMap;
 use grazemap::expansion::SectionKind;
+use grazemap::hybrid::HybridSystem;
 use grazemap::iteration::{DiscreteMap, HornerMap, InterpretedMap, StepInfo};
+use grazemap::model::{Scene, catalogue};
+use grazemap::orbit::locate;
 use synthetic::Numbers;
 
 /// Where a map is tested: states and parameters of its window.
@@ -225,4 +229,23 @@ fn compiled_maps_keep_the_contract() {
             .collect();
         check(&map, &points);
     }
+}
+
+/// The linear oscillator, with and without contact, clear of `y = 0` by more than the steps of differences.
+#[test]
+fn direct_simulation_keeps_the_contract() {
+    let text = catalogue::text("linear").expect("in the catalogue");
+    let scene = Scene::parse(text, "linear").expect("a good scene");
+    let orbit = locate(&scene)
+        .expect("no wrong input")
+        .into_result()
+        .expect("it grazes");
+    let system = HybridSystem::new(&scene.model);
+    let map = DirectMap::new(&system, &scene, &orbit).expect("a section of the scene");
+    let states = [-4e-4, -1e-4, 2e-4, 8e-4].map(|x| [vec![x, -1e-2], vec![x, 5e-3]]);
+    let points = states
+        .concat()
+        .into_iter()
+        .map(|state| (state, vec![1e-4, -1e-4]));
+    check(&map, &points.collect());
 }
