@@ -1,8 +1,11 @@
 //! Images of section points, by direct simulation and by the map, against images computed elsewhere to at
 //! least 30 digits (tests/data/rigid/README.md).
 
-use grazemap::analysis::{ImageRecord, ImageRequest, ImageRow, Precision, Using, images};
+use grazemap::analysis::{
+    ImageRecord, ImageRequest, ImageRow, Precision, Using, direct_image, images,
+};
 use grazemap::expansion::{Expander, LocalMap, MapOrders};
+use grazemap::iteration::{DiscreteMap, InterpretedMap};
 use grazemap::model::{Scene, catalogue};
 use grazemap::numeric::Dd;
 use grazemap::orbit::{GrazingOrbit, locate};
@@ -112,4 +115,35 @@ fn map_of_order_eight_and_weight_ten_is_good_to_eleven_digits_for_shallow_contac
     let records = images(&case.scene, &case.orbit, &case.map(8, 10), &request).expect("good rows");
     let worst = case.worst(&records, 1e-5);
     assert!(worst < 1e-11, "{worst:e}");
+}
+
+/// A stroboscopic section point with the velocity of the graze itself stands at the minimum of its gap but
+/// for rounding: map and simulation agree there as elsewhere.
+#[test]
+fn a_section_point_at_its_own_minimum_has_the_image_of_the_map() {
+    let text = catalogue::text("linear").expect("in the catalogue");
+    let section = [("section.kind".to_owned(), "stroboscopic".to_owned())];
+    let scene = Scene::parse_with(text, "linear", &section).expect("a good scene");
+    let orbit = locate(&scene)
+        .expect("no wrong input")
+        .into_result()
+        .expect("it grazes");
+    let orders = MapOrders {
+        smooth_order: 10,
+        contact_weight: 14,
+    };
+    let expander = Expander::new(&scene, &orbit).expect("rigid");
+    let map = InterpretedMap::new(&expander.expand(orders).expect("an expansion"));
+    let none = [0.0; 2];
+    for velocity in [0.0, 1e-40, -1e-40, 1e-20, -1e-20, 1e-9, -1e-9] {
+        let state = [1e-6, velocity];
+        let mut image = [0.0; 2];
+        assert_eq!(map.step(&state, &none, &mut image).contacts, 1);
+        let exact = direct_image::<Dd>(&scene, &orbit, &state.map(Dd::from), &none.map(Dd::from))
+            .expect("an image");
+        assert_eq!((exact.contacts, exact.extra_contacts), (1, 0), "{velocity}");
+        for (ours, truth) in image.iter().zip(&exact.offsets) {
+            assert!((ours - truth.to_f64()).abs() < 1e-16, "{velocity}: {ours}");
+        }
+    }
 }

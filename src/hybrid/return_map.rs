@@ -233,23 +233,25 @@ impl<'a, S: Real> DirectReturn<'a, S> {
     }
 
     /// Flies to the local minimum of the gap nearest to the start, forward or backward, at most a
-    /// quarter of the return time; whether it lies beyond the surface.
+    /// quarter of the return time, and stays at the start where there is none; whether it lies beyond
+    /// the surface.
     fn reach_first_passage(&mut self, surface: usize) -> Result<bool, Outcome<S>> {
         let start = self.simulator.sense(surface);
         let limit = self.duration * S::from_f64(0.25);
-        let found = if start.velocity > S::zero() {
-            self.simulator.back(surface, Back::ToMinimum, -limit)?
-        } else if start.velocity < S::zero() {
-            self.reach_minimum(surface, limit)?
-        } else {
+        // A minimum nearer than the rounding of the time cannot be flown to, and need not be.
+        let unresolved = start.acceleration * self.duration * S::from_f64(S::ROUNDOFF);
+        self.entry.copy_from(&self.simulator.motion);
+        let found = if start.velocity.abs() <= unresolved {
             true
-        };
-        let gap = if found {
-            self.simulator.sense(surface).gap
+        } else if start.velocity > S::zero() {
+            self.simulator.back(surface, Back::ToMinimum, -limit)?
         } else {
-            start.gap
+            self.reach_minimum(surface, limit)?
         };
-        Ok(gap < S::zero())
+        if !found {
+            self.simulator.motion.copy_from(&self.entry);
+        }
+        Ok(self.simulator.sense(surface).gap < S::zero())
     }
 
     fn restart(&mut self, state: &[S]) {
