@@ -6,6 +6,7 @@ mod driver;
 mod synthetic;
 
 use std::fs;
+use std::path::Path;
 
 use driver::{run, rustc};
 use grazemap::emission::{
@@ -14,7 +15,16 @@ use grazemap::emission::{
 };
 use grazemap::expansion::{LocalMap, SectionKind};
 use grazemap::iteration::{DiscreteMap, HornerMap, InterpretedMap};
+use grazemap::report::OutputFolder;
 use synthetic::Numbers;
+
+/// Writes the files of a crate.
+fn write(emitted: &EmittedCrate, folder: &Path) {
+    let folder = OutputFolder::create(folder).expect("the test can be set up");
+    for (path, text) in &emitted.files {
+        folder.write(path, text).expect("the test can be set up");
+    }
+}
 
 fn named(name: &str, mut map: LocalMap) -> LocalMap {
     map.scene = name.into();
@@ -117,10 +127,10 @@ fn agree(found: &[f64], expected: &[f64], tolerance: f64) {
 fn standalone_crates_compile_with_and_without_the_standard_library() {
     let (_, module) = composed_module();
     let folder = tempfile::tempdir().expect("the test can be set up");
-    EmittedCrate::standalone(&module)
-        .expect("the test can be set up")
-        .write(folder.path())
-        .expect("the test can be set up");
+    write(
+        &EmittedCrate::standalone(&module).expect("the test can be set up"),
+        folder.path(),
+    );
     rustc(
         &[
             "--crate-type",
@@ -152,9 +162,7 @@ fn the_catalogue_compiles_with_its_registry() {
         .collect();
     let emitted = EmittedCrate::catalogue(&modules).expect("the test can be set up");
     let folder = tempfile::tempdir().expect("the test can be set up");
-    emitted
-        .write(folder.path())
-        .expect("the test can be set up");
+    write(&emitted, folder.path());
     assert_eq!(emitted.check(folder.path()), []);
     rustc(
         &[
@@ -178,7 +186,7 @@ fn the_catalogue_compiles_with_its_registry() {
         Err(EmissionError::DuplicateModule { .. })
     ));
     let empty = EmittedCrate::catalogue(&[]).expect("the test can be set up");
-    empty.write(folder.path()).expect("the test can be set up");
+    write(&empty, folder.path());
     rustc(
         &["--crate-type", "lib", "src/lib.rs", "--crate-name", "c"],
         folder.path(),
@@ -190,9 +198,7 @@ fn a_changed_or_missing_file_is_a_difference() {
     let (_, module) = composed_module();
     let folder = tempfile::tempdir().expect("the test can be set up");
     let emitted = EmittedCrate::standalone(&module).expect("the test can be set up");
-    emitted
-        .write(folder.path())
-        .expect("the test can be set up");
+    write(&emitted, folder.path());
     assert_eq!(emitted.check(folder.path()), []);
     let file = folder.path().join("src/composed.rs");
     fs::write(
@@ -283,10 +289,10 @@ fn hostile_names_cannot_reach_emitted_code() {
         |line| line.trim_start().starts_with("compile_error") || line.starts_with("#![feature")
     ));
     let folder = tempfile::tempdir().expect("the test can be set up");
-    EmittedCrate::standalone(&module)
-        .expect("the test can be set up")
-        .write(folder.path())
-        .expect("the test can be set up");
+    write(
+        &EmittedCrate::standalone(&module).expect("the test can be set up"),
+        folder.path(),
+    );
     rustc(
         &[
             "--crate-type",

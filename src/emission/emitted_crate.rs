@@ -90,23 +90,6 @@ impl EmittedCrate {
         Ok(Self { files })
     }
 
-    /// Writes the files under a folder, each whole or not at all.
-    ///
-    /// # Errors
-    ///
-    /// What the file system answers.
-    pub fn write(&self, folder: &Path) -> io::Result<()> {
-        for (path, text) in &self.files {
-            let target = folder.join(path);
-            let parent = target.parent().unwrap_or(folder);
-            std::fs::create_dir_all(parent)?;
-            let partial = target.with_extension("partial");
-            std::fs::write(&partial, text)?;
-            std::fs::rename(&partial, &target)?;
-        }
-        Ok(())
-    }
-
     /// How a folder differs from this emission by more than the rounding of coefficients; other files in
     /// the folder do not count.
     pub fn check(&self, folder: &Path) -> Vec<Difference> {
