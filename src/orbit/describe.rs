@@ -24,14 +24,16 @@ pub(super) fn describe(
     }
     let parameters = system.parameters(&root.unknowns);
     let local = system.geometry.at(&state, &parameters);
+    let section = PoincareSection::of(scene, surface, &state, &parameters)?;
     let graze = GrazingPoint {
         surface,
         state: state.clone(),
         parameters: parameters.clone(),
         normal_acceleration: local.acceleration(),
+        time: Dd::ZERO,
+        section: section.clone(),
     };
     let period = system.period(&root.unknowns);
-    let section = PoincareSection::of(scene, &graze)?;
     let at_graze = full_monodromy(&system.field, &state, &parameters, period)?;
     let point = section_point(
         &scene.model,

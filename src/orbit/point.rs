@@ -16,6 +16,10 @@ pub struct GrazingPoint {
     pub parameters: Vec<Dd>,
     /// `h''` along the free flow; positive.
     pub normal_acceleration: Dd,
+    /// Time since the first grazing point of the period, in `[0, period of the orbit)`.
+    pub time: Dd,
+    /// The section moved along the orbit to this point: the chart in which its contact acts.
+    pub section: PoincareSection,
 }
 
 /// A periodic orbit of the free flow that grazes.

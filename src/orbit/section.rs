@@ -5,7 +5,6 @@ use crate::numeric::{Dd, Scalar};
 
 use super::OrbitError;
 use super::geometry::Geometry;
-use super::point::GrazingPoint;
 
 /// A section of a scene, in coordinates: the full state without one component.
 ///
@@ -35,16 +34,21 @@ pub enum PoincareSectionKind {
 }
 
 impl PoincareSection {
-    /// The section a scene asks for, through the orbit that grazes at `graze`.
+    /// The section a scene asks for, through an orbit that grazes `surface` at a full state.
     ///
     /// # Errors
     ///
     /// [`OrbitError::StroboscopicWithoutPhase`] if the scene asks for a phase of a model that has none.
-    pub fn of(scene: &Scene, graze: &GrazingPoint) -> Result<Self, OrbitError> {
+    pub fn of(
+        scene: &Scene,
+        surface: usize,
+        state: &[Dd],
+        parameters: &[Dd],
+    ) -> Result<Self, OrbitError> {
         let model = &scene.model;
         let phase = match scene.section {
-            Section::Tangency => return Ok(Self::tangency(model, graze)),
-            Section::Stroboscopic(StroboscopicPhase::Grazing) => graze.state[model.dimension() - 1],
+            Section::Tangency => return Ok(Self::tangency(model, surface, state, parameters)),
+            Section::Stroboscopic(StroboscopicPhase::Grazing) => state[model.dimension() - 1],
             Section::Stroboscopic(StroboscopicPhase::At(phase)) => phase,
         };
         let clock = model
@@ -62,11 +66,14 @@ impl PoincareSection {
     }
 
     /// The section `h' = 0` at a grazing point.
-    pub(super) fn tangency(model: &Model, graze: &GrazingPoint) -> Self {
-        let geometry = Geometry::new(model, graze.surface);
-        let slopes = geometry
-            .at(&graze.state, &graze.parameters)
-            .velocity_gradient();
+    pub(super) fn tangency(
+        model: &Model,
+        surface: usize,
+        state: &[Dd],
+        parameters: &[Dd],
+    ) -> Self {
+        let geometry = Geometry::new(model, surface);
+        let slopes = geometry.at(state, parameters).velocity_gradient();
         let steepest = (0..model.dimension())
             .max_by(|&a, &b| {
                 slopes[a]

@@ -210,17 +210,17 @@ impl<'a> Tracer<'a> {
                 .map(|value| value.to_dd())
                 .collect::<Vec<Dd>>()
         };
+        let (point, values) = (to_dd(&state), to_dd(&parameters));
+        let section = PoincareSection::tangency(&self.scene.model, self.surface, &point, &values);
+        let monodromy = on_section(&full, &section, &local);
         let graze = GrazingPoint {
             surface: self.surface,
-            state: to_dd(&state),
-            parameters: to_dd(&parameters),
+            state: point,
+            parameters: values,
             normal_acceleration: local.acceleration().to_dd(),
+            time: Dd::ZERO,
+            section,
         };
-        let monodromy = on_section(
-            &full,
-            &PoincareSection::tangency(&self.scene.model, &graze),
-            &local,
-        );
         let discriminant = match monodromy.as_slice() {
             [a, b] => {
                 let half_difference = (a[0] - b[1]) * S::from_f64(0.5);
