@@ -72,16 +72,12 @@ fn composed_form_agrees_with_the_stages_to_its_order() {
             contact_weight: 9,
         })
         .expect("expansion");
-    let composed = expander.compose(&map).expect("one passage");
+    let composed = expander.compose(&map).expect("a small space");
     let errors = [0.04_f64, 0.02].map(|y| {
         let (state, parameters) = ([y * y, 3.0 * y * y], [0.5 * y * y, -y * y]);
         let (truth, depth) = image(&map, &state, &parameters);
         let point = [state, parameters].concat();
-        let value = |i: usize| {
-            let quadratic = composed.quadratic[i].evaluate(&point);
-            let linear = composed.linear[i].evaluate(&point);
-            composed.smooth[i].evaluate(&point) + depth * (linear + depth * quadratic)
-        };
+        let value = |i: usize| composed.image[i].evaluate(&[depth], &point);
         (0..2)
             .map(|i| (value(i) - truth[i]).abs())
             .fold(0.0, f64::max)
@@ -118,7 +114,7 @@ fn a_reset_that_moves_a_touching_state_is_refused() {
     let orbit = orbit_of(&scene);
     let error = Expander::new(&scene, &orbit)
         .expect("rigid")
-        .contact(3)
+        .contact(0, 3)
         .expect_err("not an identity");
     assert!(
         matches!(error, ExpansionError::ResetNotIdentityAtTangency { .. }),

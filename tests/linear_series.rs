@@ -109,7 +109,7 @@ fn discontinuity_mapping_in_depth_and_phase_to_degree_six() {
         let orbit = orbit(&scene);
         let contact = Expander::new(&scene, &orbit)
             .expect("rigid")
-            .contact(12)
+            .contact(0, 12)
             .expect("a simple graze");
         for (coordinate, name) in ["x_out_minus_delta", "theta_out_minus_theta_star"]
             .iter()
@@ -142,7 +142,7 @@ fn discontinuity_mapping_with_parameters_to_degree_four() {
         let orbit = orbit(&scene);
         let contact = Expander::new(&scene, &orbit)
             .expect("rigid")
-            .contact(8)
+            .contact(0, 8)
             .expect("a simple graze");
         for (coordinate, name) in ["x_out_minus_delta", "theta_out_minus_theta_star"]
             .iter()

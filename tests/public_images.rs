@@ -195,7 +195,7 @@ fn impact_speeds_are_those_of_the_exact_images() {
             .into_result()
             .expect("it grazes");
         let expander = Expander::new(&scene, &orbit).expect("rigid");
-        let depth = expander.contact(12).expect("a contact").depth;
+        let depth = expander.contact(0, 12).expect("a contact").depth;
         let speed = expander.impact_speed(12).expect("a speed");
         for row in rows(file) {
             let point = [row.start, row.parameters].concat();

@@ -69,7 +69,7 @@ fn case(row: &Value) -> Case {
         damping: number(&row["R2"]),
         prestress: number(&row["d"]),
         acceleration: orbit.grazing_point().normal_acceleration.hi,
-        series: expander.depth_series(ORDER as u32).expect("a release"),
+        series: expander.depth_series(0, ORDER as u32).expect("a release"),
         images: images
             .map(|image| [0, 1, 2].map(|column| number(&image[column])))
             .collect(),

@@ -144,7 +144,7 @@ fn images_inside_the_radius_reach_rounding_as_the_orders_grow() {
             .expect("it grazes");
         let expander = Expander::new(&set.scene, &orbit).expect("an analytic law");
         let radius = expander
-            .depth_radius()
+            .depth_radius(0)
             .expect("a series")
             .expect("a finite radius");
         println!(

@@ -80,7 +80,7 @@ fn case(row: &Value) -> Case {
         whole_m: !m.contains('.'),
         singular,
         radius: expander
-            .depth_radius()
+            .depth_radius(0)
             .expect("a series")
             .expect("infinite"),
         map,

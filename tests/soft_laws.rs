@@ -28,7 +28,7 @@ fn zero_time_laws(name: &str) -> (Vec<LeadingLaw>, f64) {
     let orbit = orbit(&scene);
     let laws = Expander::new(&scene, &orbit)
         .expect("an analytic law")
-        .leading_laws()
+        .leading_laws(0)
         .expect("a simple release");
     let laws = laws
         .into_iter()
@@ -113,7 +113,7 @@ fn leading_law_of_a_rigid_stop_is_its_kick() {
     let orbit = orbit(&scene);
     let laws = Expander::new(&scene, &orbit)
         .expect("rigid")
-        .leading_laws()
+        .leading_laws(0)
         .expect("laws");
     let law = laws[1].expect("a kick");
     let kick = -1.8 * (2.0 * orbit.grazing_point().normal_acceleration.to_f64()).sqrt();
@@ -167,7 +167,7 @@ fn radius_in_depth_follows_the_stiffness() {
         let orbit = orbit(&scene);
         let expander = Expander::new(&scene, &orbit).expect("an analytic law");
         let radius = expander
-            .depth_radius()
+            .depth_radius(0)
             .expect("a series")
             .expect("an infinite series");
         let a = orbit.grazing_point().normal_acceleration.to_f64();
@@ -191,7 +191,7 @@ fn error_of(edits: &[(&str, &str)]) -> ExpansionError {
         Ok(expander) => expander,
         Err(error) => return error,
     };
-    expander.contact(4).expect_err("a law without expansion")
+    expander.contact(0, 4).expect_err("a law without expansion")
 }
 
 const SPRING: &str = "free - k2*(u - sigma)";
@@ -248,7 +248,7 @@ fn whole_powers_of_the_depth_are_expanded() {
     let orbit = orbit(&scene);
     let laws = Expander::new(&scene, &orbit)
         .expect("analytic")
-        .leading_laws()
+        .leading_laws(0)
         .expect("laws");
     assert_eq!(laws[1].map(|law| law.exponent), Some(7));
 }
@@ -263,7 +263,7 @@ fn equal_releases_give_equal_mappings_whatever_is_divided_out() {
         let scene = scene_of("soft_c", &[(contact, &law)], &[]);
         let orbit = orbit(&scene);
         let expander = Expander::new(&scene, &orbit).expect("an analytic law");
-        expander.contact(8).expect("a release")
+        expander.contact(0, 8).expect("a release")
     };
     let (plain, product) = (contact("v"), contact("(sigma - u)*v"));
     assert_eq!(plain.depth.space().order(), product.depth.space().order());

@@ -162,7 +162,7 @@ fn section_mapping_in_depth_and_phase_to_degree_eight() {
         let orbit = orbit(&scene);
         let expander = Expander::new(&scene, &orbit).expect("an analytic law");
         let contact = expander
-            .contact(2 * DEGREE)
+            .contact(0, 2 * DEGREE)
             .unwrap_or_else(|error| panic!("{name}: {error}"));
         let space = reference_space(2, DEGREE);
         let y = Jet::variable(&space, 0, 0.0);
@@ -188,7 +188,7 @@ fn mappings_in_depth_phase_and_amplitude() {
         .to_f64();
     let section = Expander::new(&scene, &orbit)
         .expect("an analytic law")
-        .contact(weight)
+        .contact(0, weight)
         .expect("a simple release");
     let space = reference_space(3, THREE_VARIABLES_DEGREE);
     let variable = |i| Jet::variable(&space, i, 0.0);

@@ -1,6 +1,6 @@
 //! A local map evaluated over any number: what its coefficients say, without the rounding of a step.
 
-use crate::expansion::{ComposedMap, Contact, Legs, LocalMap, Stage};
+use crate::expansion::{ComposedMap, Contact, DepthPolynomial, Legs, LocalMap, Stage};
 use crate::jet::Jet;
 use crate::numeric::Real;
 
@@ -18,24 +18,19 @@ pub struct MapEvaluation<S: Real> {
 enum StageOf<S: Real> {
     Leg(Vec<Jet<S>>),
     Contact(Contact<S>),
-    /// The smooth part, and what it is corrected by.
-    Composed(Vec<Jet<S>>, Contact<S>),
+    Composed(ComposedMap<S>),
 }
 
-/// `−h_min` of the first passage after a section point.
+/// `−h_min` of every passage after a section point.
 #[derive(Clone, Debug)]
 pub struct DepthEvaluation<S: Real> {
-    arrival: MapEvaluation<S>,
-    depth: Option<Jet<S>>,
+    until_last: MapEvaluation<S>,
 }
 
 impl<S: Real> DepthEvaluation<S> {
-    /// The depth at a section point, everything in offsets; minus infinity for a map without contacts.
-    pub fn at(&self, offsets: &[S], parameters: &[S]) -> S {
-        let mut point = self.arrival.image(offsets, parameters).offsets;
-        point.extend_from_slice(parameters);
-        let depth = self.depth.as_ref().map(|depth| depth.evaluate(&point));
-        depth.unwrap_or(S::from_f64(f64::NEG_INFINITY))
+    /// The depths at a section point, everything in offsets, in the order in which the passages are met.
+    pub fn at(&self, offsets: &[S], parameters: &[S]) -> Vec<S> {
+        self.until_last.image(offsets, parameters).depths
     }
 }
 
@@ -44,26 +39,34 @@ impl<S: Real> DepthEvaluation<S> {
 pub struct MapImage<S> {
     /// Offsets of the image.
     pub offsets: Vec<S>,
+    /// `−h_min` of every passage (negative without contact).
+    pub depths: Vec<S>,
+}
+
+impl<S: Real> MapImage<S> {
     /// Passages that made contact.
-    pub contacts: usize,
-    /// Largest `−h_min` of the passages (negative without contact).
-    pub depth: S,
+    pub fn contacts(&self) -> usize {
+        let made = |depth: &&S| **depth > S::zero();
+        self.depths.iter().filter(made).count()
+    }
 }
 
 impl<S: Real> MapEvaluation<S> {
     /// All stages of a map.
     pub fn new(map: &LocalMap) -> Self {
-        Self::of(map, |_| true)
+        Self::of(map, &map.stages)
     }
 
     /// The legs alone: `P_smooth`.
     pub fn smooth(map: &LocalMap) -> Self {
-        Self::of(map, |stage| matches!(stage, Stage::Leg(_)))
+        let legs = map.stages.iter().filter(|stage| !is_contact(stage));
+        Self::of(map, legs)
     }
 
-    /// The contacts alone: `D`.
+    /// The contact of the first passage alone: its `D`.
     pub fn discontinuity(map: &LocalMap) -> Self {
-        Self::of(map, |stage| matches!(stage, Stage::Contact(_)))
+        let first = map.stages.iter().find(|stage| is_contact(stage));
+        Self::of(map, first)
     }
 
     /// One contact alone, its coefficients as they are.
@@ -77,22 +80,26 @@ impl<S: Real> MapEvaluation<S> {
 
     /// A map in its composed form.
     pub fn composed(map: &ComposedMap) -> Self {
-        let contact = Contact {
-            depth: map.depth.map_scalars(S::from_f64),
-            linear: convert(&map.linear),
-            quadratic: convert(&map.quadratic),
+        let convert = |polynomials: &[DepthPolynomial]| {
+            let polynomials = polynomials.iter();
+            polynomials.map(|p| p.map_scalars(S::from_f64)).collect()
         };
         Self {
-            stages: vec![StageOf::Composed(convert(&map.smooth), contact)],
-            dimension: map.smooth.len(),
+            stages: vec![StageOf::Composed(ComposedMap {
+                depths: convert(&map.depths),
+                image: convert(&map.image),
+            })],
+            dimension: map.image.len(),
         }
     }
 
-    /// A contact between legs.
-    pub fn of_parts(legs: Legs<S>, contact: Contact<S>) -> Self {
-        let dimension = legs.after.image.len();
+    /// Contacts between legs.
+    pub fn of_parts(legs: Legs<S>, contacts: Vec<Contact<S>>) -> Self {
+        let dimension = contacts.first().map_or(0, |contact| contact.linear.len());
         let before = legs.before.map(|leg| StageOf::Leg(leg.image));
-        let rest = [StageOf::Contact(contact), StageOf::Leg(legs.after.image)];
+        let rest = contacts.into_iter().zip(legs.after);
+        let rest =
+            rest.flat_map(|(contact, leg)| [StageOf::Contact(contact), StageOf::Leg(leg.image)]);
         Self {
             stages: before.into_iter().chain(rest).collect(),
             dimension,
@@ -101,40 +108,31 @@ impl<S: Real> MapEvaluation<S> {
 
     /// Legs alone.
     pub fn legs(legs: Legs<S>) -> Self {
-        let dimension = legs.after.image.len();
-        let stages = legs.before.into_iter().chain([legs.after]);
+        let stages = legs.before.into_iter().chain(legs.after);
+        let stages: Vec<_> = stages.map(|leg| leg.image).collect();
         Self {
-            stages: stages.map(|leg| StageOf::Leg(leg.image)).collect(),
-            dimension,
+            dimension: stages.first().map_or(0, Vec::len),
+            stages: stages.into_iter().map(StageOf::Leg).collect(),
         }
     }
 
-    /// The stages before the first contact, and its depth: `−h_min` as the section sees it.
-    pub fn depth(map: &LocalMap) -> DepthEvaluation<S> {
-        let contact = map.stages.iter().find_map(|stage| match stage {
-            Stage::Contact(contact) => Some(contact.depth.map_scalars(S::from_f64)),
-            Stage::Leg(_) => None,
-        });
+    /// The depths of all passages as the section sees them.
+    pub fn depths(map: &LocalMap) -> DepthEvaluation<S> {
+        let last = map.stages.iter().rposition(is_contact);
         DepthEvaluation {
-            arrival: Self::arrival(map),
-            depth: contact,
+            until_last: Self::of(map, &map.stages[..last.map_or(0, |last| last + 1)]),
         }
     }
 
     /// The stages before the first contact.
     pub fn arrival(map: &LocalMap) -> Self {
-        let is_contact = |stage: &Stage| matches!(stage, Stage::Contact(_));
-        let count = map.stages.iter().position(is_contact).unwrap_or(0);
-        Self {
-            stages: map.stages[..count].iter().map(stage_of).collect(),
-            dimension: map.dimension(),
-        }
+        let first = map.stages.iter().position(is_contact);
+        Self::of(map, &map.stages[..first.unwrap_or(0)])
     }
 
-    fn of(map: &LocalMap, keep: impl Fn(&Stage) -> bool) -> Self {
-        let stages = map.stages.iter().filter(|stage| keep(stage));
+    fn of<'m>(map: &LocalMap, stages: impl IntoIterator<Item = &'m Stage>) -> Self {
         Self {
-            stages: stages.map(stage_of).collect(),
+            stages: stages.into_iter().map(stage_of).collect(),
             dimension: map.dimension(),
         }
     }
@@ -142,22 +140,20 @@ impl<S: Real> MapEvaluation<S> {
     /// The image of a point, everything in offsets.
     pub fn image(&self, offsets: &[S], parameters: &[S]) -> MapImage<S> {
         let mut point = [offsets, parameters].concat();
-        let mut contacts = 0;
-        let mut depth = S::from_f64(f64::NEG_INFINITY);
+        let mut depths = Vec::new();
         for stage in &self.stages {
             let image = match stage {
                 StageOf::Leg(jets) => evaluate(jets, &point),
                 StageOf::Contact(contact) => {
-                    let here = contact.depth.evaluate(&point);
-                    depth = depth.max(here);
-                    contacts += usize::from(here > S::zero());
-                    act(contact, &point, here, &point[..self.dimension])
+                    let depth = contact.depth.evaluate(&point);
+                    depths.push(depth);
+                    act(contact, &point, depth, &point[..self.dimension])
                 }
-                StageOf::Composed(smooth, contact) => {
-                    let here = contact.depth.evaluate(&point);
-                    depth = depth.max(here);
-                    contacts += usize::from(here > S::zero());
-                    act(contact, &point, here, &evaluate(smooth, &point))
+                StageOf::Composed(map) => {
+                    depths = composed_depths(map, &point);
+                    let roots: Vec<S> = depths.iter().map(|&depth| root(depth)).collect();
+                    let image = map.image.iter();
+                    image.map(|p| p.evaluate(&roots, &point)).collect()
                 }
             };
             point[..self.dimension].copy_from_slice(&image);
@@ -165,10 +161,29 @@ impl<S: Real> MapEvaluation<S> {
         point.truncate(self.dimension);
         MapImage {
             offsets: point,
-            contacts,
-            depth,
+            depths,
         }
     }
+}
+
+fn is_contact(stage: &Stage) -> bool {
+    matches!(stage, Stage::Contact(_))
+}
+
+/// The depth variable of a depth.
+fn root<S: Real>(depth: S) -> S {
+    depth.max(S::zero()).sqrt()
+}
+
+/// The depths of a composed map, each by the ones before it.
+fn composed_depths<S: Real>(map: &ComposedMap<S>, point: &[S]) -> Vec<S> {
+    let (mut depths, mut roots) = (Vec::new(), Vec::new());
+    for polynomial in &map.depths {
+        let depth = polynomial.evaluate(&roots, point);
+        depths.push(depth);
+        roots.push(root(depth));
+    }
+    depths
 }
 
 fn evaluate<S: Real>(jets: &[Jet<S>], point: &[S]) -> Vec<S> {

@@ -141,8 +141,8 @@ fn images_in<S: Real>(
             let step = |state: &[S], parameters: &[S]| {
                 let image = evaluation.image(state, parameters);
                 Ok(Image {
+                    contacts: image.contacts(),
                     offsets: image.offsets,
-                    contacts: image.contacts,
                     extra_contacts: None,
                     end: None,
                 })
@@ -196,17 +196,17 @@ fn iterate<S: Real>(
     Ok(records)
 }
 
-/// The window of a map and its depth, to say whether a point lies within.
+/// The window of a map and its depths, to say whether a point lies within.
 struct InWindow<'a, S: Real> {
     window: &'a MapWindow,
-    depth: DepthEvaluation<S>,
+    depths: DepthEvaluation<S>,
 }
 
 impl<'a, S: Real> InWindow<'a, S> {
     fn new(map: &'a LocalMap) -> Self {
         Self {
             window: &map.window,
-            depth: MapEvaluation::depth(map),
+            depths: MapEvaluation::depths(map),
         }
     }
 
@@ -215,8 +215,9 @@ impl<'a, S: Real> InWindow<'a, S> {
             let mut pairs = values.iter().zip(widths);
             pairs.all(|(value, &width)| value.to_f64().abs() <= width)
         };
+        let shallow = |depth: &S| depth.to_f64() <= self.window.depth;
         within(state, &self.window.state)
             && within(parameters, &self.window.parameter)
-            && self.depth.at(state, parameters).to_f64() <= self.window.depth
+            && self.depths.at(state, parameters).iter().all(shallow)
     }
 }

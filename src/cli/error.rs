@@ -200,7 +200,7 @@ fn analysis_code(error: &AnalysisError) -> u8 {
 
 fn expansion_code(error: &ExpansionError) -> u8 {
     match error {
-        ExpansionError::Jet(_) | ExpansionError::SeveralPassages { .. } => WRONG_INPUT,
+        ExpansionError::Jet(_) => WRONG_INPUT,
         _ => ENDED_OTHERWISE,
     }
 }

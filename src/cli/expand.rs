@@ -4,10 +4,14 @@ use super::arguments::SceneOptions;
 use super::error::CliError;
 use super::output::Results;
 use super::prepare::{grazing_orbit, map_orders, prepare};
-use crate::expansion::{ComposedMap, Contact, Expander, Leg, LocalMap, MapOrders, RADIUS_ORDER};
+use crate::expansion::{
+    ComposedMap, Expander, ExpansionError, LocalMap, MapOrders, RADIUS_ORDER, Stage,
+};
 use crate::model::Scene;
 use crate::orbit::GrazingOrbit;
-use crate::report::{DEPTH_VARIABLE, ExpansionParts, MapDocument, ReportError, to_exact_json};
+use crate::report::{
+    ExpansionParts, MapDocument, PassageParts, ReportError, depth_variables, to_exact_json,
+};
 
 /// Everything that is expanded for a map.
 #[derive(Debug)]
@@ -42,21 +46,28 @@ pub(super) fn expand(
     orders: MapOrders,
 ) -> Result<Expanded, CliError> {
     let expander = Expander::new(scene, orbit)?;
-    refuse_depth_variable(&expander)?;
-    let contact: Contact = expander.contact(orders.contact_weight)?;
-    let map = expander.assemble(orders, expander.legs(orders.smooth_order)?, contact.clone());
-    let smooth: Leg = expander.smooth(orders.smooth_order)?;
+    refuse_depth_variables(&expander)?;
+    let map = expander.expand(orders)?;
     let composed = expander.compose(&map)?;
-    let depth_series = expander.depth_series(RADIUS_ORDER)?;
-    let lost_digits = expander.lost_digits(orders)?;
+    let contacts = map.stages.iter().filter_map(|stage| match stage {
+        Stage::Contact(contact) => Some(contact),
+        Stage::Leg(_) => None,
+    });
+    let passages = contacts.enumerate().map(|(passage, contact)| {
+        Ok(PassageParts {
+            surface: &map.surfaces[passage],
+            variables: expander.variables_at(passage),
+            contact,
+            depth_series: expander.depth_series(passage, RADIUS_ORDER)?,
+        })
+    });
     let parts = ExpansionParts {
         variables: expander.variables(),
         orders,
-        smooth: &smooth,
-        contact: &contact,
+        smooth: &expander.smooth(orders.smooth_order)?,
+        passages: &passages.collect::<Result<Vec<_>, ExpansionError>>()?,
         composed: &composed,
-        depth_series: &depth_series,
-        lost_digits: &lost_digits,
+        lost_digits: &expander.lost_digits(orders)?,
     };
     let document = MapDocument::new(scene, orbit, parts);
     Ok(Expanded {
@@ -66,36 +77,47 @@ pub(super) fn expand(
     })
 }
 
-/// A variable of the scene named as the depth variable could not be told from it.
-fn refuse_depth_variable(expander: &Expander<'_>) -> Result<(), CliError> {
-    let variables = expander.variables();
-    match variables
-        .names
-        .iter()
-        .position(|name| name == DEPTH_VARIABLE)
-    {
-        Some(place) => Err(CliError::DepthVariableName {
-            name: DEPTH_VARIABLE.to_owned(),
-            kind: if place < variables.coordinates {
-                "state"
-            } else {
-                "parameter"
-            },
-        }),
-        None => Ok(()),
+/// A variable of the scene named as a depth variable could not be told from it.
+fn refuse_depth_variables(expander: &Expander<'_>) -> Result<(), CliError> {
+    let depths = depth_variables(expander.passages());
+    for passage in 0..expander.passages() {
+        let variables = expander.variables_at(passage);
+        let mut named = variables.names.iter().enumerate();
+        if let Some((place, name)) = named.find(|(_, name)| depths.contains(name)) {
+            return Err(CliError::DepthVariableName {
+                name: name.clone(),
+                kind: if place < variables.coordinates {
+                    "state"
+                } else {
+                    "parameter"
+                },
+            });
+        }
     }
+    Ok(())
 }
 
 /// The expansion's sizes as a person reads them.
 fn text(document: &MapDocument) -> Result<String, ReportError> {
     let orders = document.orders;
+    let laws = document.depth.as_slice().iter().enumerate();
+    let laws: String = laws
+        .map(
+            |(passage, laws)| match &document.discontinuity.as_slice()[passage].surface {
+                Some(surface) => {
+                    format!("passage {} at `{surface}`\n{}", passage + 1, laws.words())
+                }
+                None => laws.words(),
+            },
+        )
+        .collect();
     Ok(format!(
         "expansion of `{}`: P_smooth to degree {}, D to weight {}\nsection: {}\n{}\nterms\n{}",
         document.scene,
         orders.smooth_order,
         orders.contact_weight,
         document.section.words(),
-        document.depth.words(),
+        laws,
         document.size_table()?.to_text()
     ))
 }

@@ -12,7 +12,7 @@ use super::sample::WindowSample;
 use super::truth::{Truth, truth};
 use super::{ConvergenceError, MapFamily, timing};
 use crate::analysis::{DirectImage, MapEvaluation, Progress};
-use crate::expansion::{LocalMap, MapOrders, Stage};
+use crate::expansion::{DepthPolynomial, LocalMap, MapOrders, Stage};
 use crate::hybrid::HybridSystem;
 use crate::iteration::HornerMap;
 use crate::jet::Jet;
@@ -211,9 +211,8 @@ impl<'a> Sweep<'a> {
         Ok(match shape {
             Shape::Composed => {
                 let composed = self.family.compose(&map)?;
-                let parts = [&composed.smooth, &composed.linear, &composed.quadratic];
-                count(&composed.depth)
-                    + parts.into_iter().map(|jets| count_all(jets)).sum::<usize>()
+                let polynomials = composed.depths.iter().chain(&composed.image);
+                polynomials.map(DepthPolynomial::coefficients).sum()
             }
             Shape::Factored | Shape::Auto => stage_coefficients(&map),
         })

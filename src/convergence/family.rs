@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use crate::expansion::{
     ComposedMap, Contact, DEVIATION_WEIGHT, Expander, ExpansionError, Leg, Legs, LocalMap,
-    MapOrders,
+    MapOrders, Variables,
 };
 use crate::jet::{Jet, JetSpace};
 use crate::model::Scene;
@@ -19,7 +19,7 @@ use crate::orbit::GrazingOrbit;
 pub struct MapFamily<'a> {
     expander: Expander<'a>,
     legs: Legs,
-    contact: Contact,
+    contacts: Vec<Contact>,
     highest: MapOrders,
 }
 
@@ -37,7 +37,7 @@ impl<'a> MapFamily<'a> {
         let expander = Expander::new(scene, orbit)?;
         Ok(Self {
             legs: expander.legs(highest.smooth_order)?,
-            contact: expander.contact(highest.contact_weight)?,
+            contacts: expander.contacts(highest.contact_weight)?,
             expander,
             highest,
         })
@@ -60,8 +60,8 @@ impl<'a> MapFamily<'a> {
     /// [`ExpansionError::Jet`] if a space is too large.
     pub fn map(&self, orders: MapOrders) -> Result<LocalMap, ExpansionError> {
         let legs = cut_legs(&self.expander, &self.legs, orders.smooth_order)?;
-        let contact = cut_contact(&self.expander, &self.contact, orders.contact_weight)?;
-        Ok(self.expander.assemble(orders, legs, contact))
+        let contacts = cut_contacts(&self.expander, &self.contacts, orders.contact_weight)?;
+        Ok(self.expander.assemble(orders, legs, contacts))
     }
 
     /// The composed form of a map.
@@ -80,25 +80,42 @@ pub(super) fn cut_legs<S: Real>(
     legs: &Legs<S>,
     smooth_order: u32,
 ) -> Result<Legs<S>, ExpansionError> {
-    let space = expander
-        .variables()
-        .smooth_space(DEVIATION_WEIGHT * smooth_order)?;
-    let cut = |leg: &Leg<S>| Leg {
-        image: cut_all(&leg.image, &space),
+    let cut = |leg: &Leg<S>, variables: &Variables| {
+        let space = variables.smooth_space(DEVIATION_WEIGHT * smooth_order)?;
+        Ok::<_, ExpansionError>(Leg {
+            image: cut_all(&leg.image, &space),
+        })
     };
+    let before = legs.before.as_ref();
+    let after = legs.after.iter().enumerate();
     Ok(Legs {
-        before: legs.before.as_ref().map(cut),
-        after: cut(&legs.after),
+        before: before
+            .map(|leg| cut(leg, expander.variables()))
+            .transpose()?,
+        after: after
+            .map(|(passage, leg)| cut(leg, expander.variables_at(passage)))
+            .collect::<Result<_, _>>()?,
     })
+}
+
+/// All contacts cut at a weight.
+pub(super) fn cut_contacts<S: Real>(
+    expander: &Expander<'_>,
+    contacts: &[Contact<S>],
+    weight: u32,
+) -> Result<Vec<Contact<S>>, ExpansionError> {
+    let contacts = contacts.iter().enumerate();
+    contacts
+        .map(|(passage, contact)| cut_contact(expander.variables_at(passage), contact, weight))
+        .collect()
 }
 
 /// A contact cut at a weight.
 pub(super) fn cut_contact<S: Real>(
-    expander: &Expander<'_>,
+    variables: &Variables,
     contact: &Contact<S>,
     weight: u32,
 ) -> Result<Contact<S>, ExpansionError> {
-    let variables = expander.variables();
     let depth_space = variables.smooth_space(weight + 1)?;
     let linear_space = variables.smooth_space(weight.saturating_sub(1))?;
     let quadratic_space = variables.smooth_space(weight.saturating_sub(2))?;

@@ -4,11 +4,11 @@ use rayon::prelude::*;
 
 use super::ConvergenceError;
 use super::data::{FactorRate, Rate};
-use super::family::{cut_contact, cut_legs};
+use super::family::{cut_contact, cut_contacts, cut_legs};
 use super::fit::fit_slope;
 use super::sample::{WindowSample, low_discrepancy};
-use super::truth::distance;
-use crate::analysis::{DirectEnd, DirectImage, FreeFlight, MapEvaluation};
+use super::truth::{distance, is_comparable};
+use crate::analysis::{DirectImage, FreeFlight, MapEvaluation};
 use crate::expansion::{Contact, Expander, Legs, MapOrders};
 use crate::hybrid::HybridSystem;
 use crate::model::Scene;
@@ -188,10 +188,7 @@ impl MapRates {
         let mut direct = DirectImage::<Dd>::new(system, scene, orbit)?;
         let mut exact = |state: &[Dd], parameters: &[Dd]| {
             let image = direct.image(state, parameters)?;
-            let comparable = image.end == DirectEnd::Returned
-                && image.contacts == 1
-                && image.extra_contacts == 0;
-            Ok(comparable.then_some(image.offsets))
+            Ok(is_comparable(&image).then_some(image.offsets))
         };
         let scale = |size: f64, variable: usize| size.powi(variables.weights[variable] as i32);
         let directions = contact_directions(sample);
@@ -217,7 +214,7 @@ impl MapRates {
 pub(super) struct ExactFactors<'f, 'a> {
     expander: &'f Expander<'a>,
     legs: Legs<Dd>,
-    contact: Contact<Dd>,
+    contacts: Vec<Contact<Dd>>,
     highest: MapOrders,
 }
 
@@ -229,7 +226,9 @@ impl<'f, 'a> ExactFactors<'f, 'a> {
         Ok(Self {
             expander,
             legs: expander.legs_by_taylor(highest.smooth_order)?,
-            contact: expander.contact_in(highest.contact_weight)?,
+            contacts: (0..expander.passages())
+                .map(|passage| expander.contact_in(passage, highest.contact_weight))
+                .collect::<Result<_, _>>()?,
             highest,
         })
     }
@@ -246,19 +245,20 @@ impl<'f, 'a> ExactFactors<'f, 'a> {
             return Ok(None);
         }
         let legs = cut_legs(self.expander, &self.legs, orders.smooth_order)?;
-        let contact = cut_contact(self.expander, &self.contact, orders.contact_weight)?;
-        Ok(Some(MapEvaluation::of_parts(legs, contact)))
+        let contacts = cut_contacts(self.expander, &self.contacts, orders.contact_weight)?;
+        Ok(Some(MapEvaluation::of_parts(legs, contacts)))
     }
 }
 
-/// Rates of `D` alone, cut at each weight, in double-double.
+/// Rates of the `D` that the section is about alone, cut at each weight, in double-double.
 pub(super) fn discontinuity_rates(
     sample: &WindowSample,
     factors: &ExactFactors<'_, '_>,
     scene: &Scene,
     orbit: &GrazingOrbit,
 ) -> Result<Vec<FactorRate>, ConvergenceError> {
-    let (expander, contact) = (factors.expander, &factors.contact);
+    let expander = factors.expander;
+    let contact = &factors.contacts[expander.section_passage()];
     let variables = expander.variables();
     let mut flight = FreeFlight::<Dd>::new(scene, orbit);
     let mut exact = |state: &[Dd], parameters: &[Dd]| {
@@ -269,7 +269,7 @@ pub(super) fn discontinuity_rates(
     let directions = contact_directions(sample);
     let ladder = Ladder::new(&directions, variables.coordinates, scale, &mut exact)?;
     let rate = |order: u32| {
-        let map = MapEvaluation::contact(cut_contact(expander, contact, order)?);
+        let map = MapEvaluation::contact(cut_contact(variables, contact, order)?);
         let (rate, errors) = ladder.rate_and_errors(&map, Dd::ROUNDOFF, f64::from(order + 1));
         Ok(FactorRate {
             order,

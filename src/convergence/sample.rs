@@ -17,7 +17,7 @@ pub struct SamplePoint {
     pub state: Vec<f64>,
     /// One offset per active parameter.
     pub parameters: Vec<f64>,
-    /// Its depth `y²` by the map that was sampled.
+    /// Depth `y²` of its deepest passage by the map that was sampled.
     pub depth: f64,
 }
 
@@ -25,14 +25,16 @@ pub struct SamplePoint {
 ///
 /// Depths are spread evenly in their logarithm over four decades up to the window's, everything else
 /// evenly over the half-widths. The coordinate along which the depth is steepest is solved for. Where a
-/// half-width is infinite it counts as the window's depth, the size of a deviation of weight 2.
+/// half-width is infinite it counts as the window's depth, the size of a deviation of weight 2. With several
+/// passages each has its turn to be at the depth, the others being wherever that puts them within the window.
 #[derive(Clone, Debug)]
 pub struct WindowSample {
-    depth: DepthEvaluation<f64>,
+    depths: DepthEvaluation<f64>,
     deepest: f64,
     state: Vec<f64>,
     parameters: Vec<f64>,
-    steepest: usize,
+    /// The steepest coordinate of each passage's depth.
+    steepest: Vec<usize>,
 }
 
 impl WindowSample {
@@ -46,15 +48,16 @@ impl WindowSample {
                 window.depth
             }
         };
-        let depth = MapEvaluation::depth(map);
         let mut sample = Self {
-            depth,
+            depths: MapEvaluation::depths(map),
             deepest: window.depth,
             state: window.state.iter().map(width).collect(),
             parameters: window.parameter.iter().map(width).collect(),
-            steepest: 0,
+            steepest: Vec::new(),
         };
-        sample.steepest = sample.steepest_coordinate();
+        sample.steepest = (0..map.passages())
+            .map(|passage| sample.steepest_coordinate(passage))
+            .collect();
         sample
     }
 
@@ -77,7 +80,8 @@ impl WindowSample {
         let offsets: Vec<f64> = widths.iter().zip(&shares[1..]).map(spread).collect();
         let (state, parameters) = offsets.split_at(self.state.len());
         let depth = self.deepest * SHALLOWEST.powf(1.0 - shares[0]);
-        self.at_depth(state.to_vec(), parameters.to_vec(), depth)
+        let passage = index % self.steepest.len().max(1);
+        self.at_depth(passage, state.to_vec(), parameters.to_vec(), depth)
     }
 
     /// The points `first..first + count` that exist.
@@ -87,40 +91,44 @@ impl WindowSample {
             .collect()
     }
 
-    /// The point with its steepest coordinate moved to a depth, by Newton's method.
+    /// The point with the steepest coordinate of a passage moved until that passage has a depth, by Newton's method.
     fn at_depth(
         &self,
+        passage: usize,
         mut state: Vec<f64>,
         parameters: Vec<f64>,
         depth: f64,
     ) -> Option<SamplePoint> {
         let step = 1e-4 * self.deepest;
-        state[self.steepest] = 0.0;
+        let steepest = *self.steepest.get(passage)?;
+        state[steepest] = 0.0;
         for _ in 0..NEWTON_STEPS {
-            let here = self.depth.at(&state, &parameters);
+            let depths = self.depths.at(&state, &parameters);
+            let here = depths[passage];
             if (here - depth).abs() <= 1e-9 * depth {
-                return Some(SamplePoint {
+                let deepest = depths.into_iter().fold(here, f64::max);
+                return (deepest <= self.deepest.max(here)).then_some(SamplePoint {
                     state,
                     parameters,
-                    depth: here,
+                    depth: deepest,
                 });
             }
             let mut shifted = state.clone();
-            shifted[self.steepest] += step;
-            let slope = (self.depth.at(&shifted, &parameters) - here) / step;
-            state[self.steepest] += (depth - here) / slope;
+            shifted[steepest] += step;
+            let slope = (self.depths.at(&shifted, &parameters)[passage] - here) / step;
+            state[steepest] += (depth - here) / slope;
         }
         None
     }
 
-    /// The coordinate along which the depth changes most over its half-width.
-    fn steepest_coordinate(&self) -> usize {
+    /// The coordinate along which the depth of a passage changes most over its half-width.
+    fn steepest_coordinate(&self, passage: usize) -> usize {
         let parameters = vec![0.0; self.parameters.len()];
         let step = 1e-4 * self.deepest;
         let slope = |coordinate: usize| {
             let mut state = vec![0.0; self.state.len()];
             state[coordinate] = step;
-            self.depth.at(&state, &parameters).abs()
+            self.depths.at(&state, &parameters)[passage].abs()
         };
         (0..self.state.len())
             .max_by(|&a, &b| slope(a).total_cmp(&slope(b)))

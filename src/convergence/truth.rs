@@ -49,7 +49,7 @@ pub(super) fn truth(
     Ok(truth)
 }
 
-/// The image of a point that makes its one contact in the grazing passage; `None` for any other.
+/// The image of a point that makes contact in grazing passages only; `None` for any other.
 pub(super) fn image<S: Real>(
     direct: &mut DirectImage<'_, S>,
     state: &[f64],
@@ -62,9 +62,12 @@ pub(super) fn image<S: Real>(
             .collect::<Vec<_>>()
     };
     let image = direct.image(&convert(state), &convert(parameters))?;
-    let comparable =
-        image.end == DirectEnd::Returned && image.contacts == 1 && image.extra_contacts == 0;
-    Ok(comparable.then_some(image))
+    Ok(is_comparable(&image).then_some(image))
+}
+
+/// Whether a local map can be compared with an image: it has contacts, and none but those of its passages.
+pub(super) fn is_comparable<S>(image: &SectionImage<S>) -> bool {
+    image.end == DirectEnd::Returned && image.contacts > 0 && image.extra_contacts == 0
 }
 
 /// Largest difference of a coordinate.

@@ -29,14 +29,9 @@ pub enum EmissionError {
         /// Lanes asked for.
         lanes: usize,
     },
-    /// The composed shape was asked for, but no composed form exists.
-    #[error(
-        "the composed shape needs the composed form of a map with one passage; this map has {passages}"
-    )]
-    NoComposedForm {
-        /// Passages of the map.
-        passages: usize,
-    },
+    /// The composed shape was asked for, but no composed form was handed over.
+    #[error("the composed shape needs the composed form of the map")]
+    NoComposedForm,
     /// A polynomial or a list has not the shape the map's dimension asks for.
     #[error("{what}: expected {expected}, found {found}")]
     Shape {

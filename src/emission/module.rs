@@ -145,11 +145,8 @@ fn lower(
     composed: Option<&ComposedMap>,
     options: &EmitOptions,
 ) -> Result<(MapKernel, Option<PruneReport>), EmissionError> {
-    let no_form = EmissionError::NoComposedForm {
-        passages: map.passages(),
-    };
     match (options.shape, composed, options.tolerance) {
-        (EmittedShape::Composed, None, _) => Err(no_form),
+        (EmittedShape::Composed, None, _) => Err(EmissionError::NoComposedForm),
         (EmittedShape::Composed, Some(form), None) => Ok((MapKernel::composed(map, form), None)),
         (EmittedShape::Composed, Some(form), Some(tolerance)) => {
             let (form, report) = prune_composed(map, form, tolerance);
@@ -296,6 +293,7 @@ fn header(
             .map(|parameter| parameter.name.as_str())
             .collect(),
     );
+    let passages = names(map.surfaces.iter().map(String::as_str).collect());
     let shape = match options.shape {
         EmittedShape::Factored => "factored",
         EmittedShape::Composed => "composed",
@@ -306,6 +304,7 @@ fn header(
         format!("Section: {}.", section_word(map.section.kind)),
         format!("Coordinates: {coordinates}."),
         format!("Parameters: {parameters}."),
+        format!("Passages: {passages}."),
         format!(
             "Orders: smooth_order {}, contact_weight {}.",
             map.orders.smooth_order, map.orders.contact_weight

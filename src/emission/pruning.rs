@@ -5,7 +5,7 @@
 //! the share of the tolerance. Nothing is dropped before a contact (the root amplifies without bound), from
 //! a depth, or where the window is unbounded.
 
-use crate::expansion::{ComposedMap, Contact, Leg, LocalMap, Stage};
+use crate::expansion::{ComposedMap, Contact, DepthPolynomial, Leg, LocalMap, Stage};
 use crate::jet::Jet;
 
 /// The part of the tolerance that dropped monomials may use.
@@ -75,27 +75,24 @@ pub fn prune_composed(
 ) -> (ComposedMap, PruneReport) {
     let mut pruned = composed.clone();
     let mut report = PruneReport {
-        kept: terms(&composed.depth),
+        kept: composed
+            .depths
+            .iter()
+            .map(DepthPolynomial::coefficients)
+            .sum(),
         ..PruneReport::default()
     };
     let bounds = [map.window.state.as_slice(), &map.window.parameter].concat();
-    let budget = SHARE * tolerance / 3.0;
-    let mut smooth = 0.0f64;
-    for jet in &mut pruned.smooth {
-        smooth = smooth.max(drop_terms(jet, &bounds, 1.0, budget, &mut report));
+    for polynomial in &mut pruned.image {
+        let budget = SHARE * tolerance / polynomial.terms.len() as f64;
+        let mut lost = 0.0;
+        for term in &mut polynomial.terms {
+            let degree: i32 = term.powers.iter().map(|&power| i32::from(power)).sum();
+            let factor = map.window.depth.sqrt().powi(degree);
+            lost += drop_terms(&mut term.coefficient, &bounds, factor, budget, &mut report);
+        }
+        report.bound = report.bound.max(lost);
     }
-    let ComposedMap {
-        linear, quadratic, ..
-    } = &mut pruned;
-    report.bound = smooth
-        + drop_contact(
-            linear,
-            quadratic,
-            &bounds,
-            map.window.depth,
-            budget,
-            &mut report,
-        );
     (pruned, report)
 }
 

@@ -3,7 +3,7 @@
 use super::variables::{DEVIATION_WEIGHT, Variables};
 use super::{ActiveParameter, MapSection, MapWindow, SectionKind};
 use crate::model::Scene;
-use crate::orbit::{GrazingOrbit, PoincareSectionKind};
+use crate::orbit::{GrazingOrbit, PoincareSection, PoincareSectionKind};
 
 /// The section with its coordinates and their values on the grazing orbit.
 pub(super) fn map_section(scene: &Scene, orbit: &GrazingOrbit) -> MapSection {
@@ -49,9 +49,9 @@ pub(super) fn map_window(scene: &Scene, orbit: &GrazingOrbit) -> MapWindow {
     }
 }
 
-/// The variables (coordinates; active parameters) with the scene's weights.
-pub(super) fn variables(scene: &Scene, orbit: &GrazingOrbit) -> Variables {
-    let coordinates = orbit.section.coordinate_names(&scene.model);
+/// The variables (coordinates of a section; active parameters) with the scene's weights.
+pub(super) fn variables(scene: &Scene, section: &PoincareSection) -> Variables {
+    let coordinates = section.coordinate_names(&scene.model);
     let active = scene.expansion.active.iter();
     let parameters = active.map(|&parameter| scene.model.parameters[parameter].name.as_str());
     let names: Vec<_> = coordinates

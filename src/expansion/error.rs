@@ -51,12 +51,4 @@ pub enum ExpansionError {
         /// Which part of the map.
         part: &'static str,
     },
-    /// Several passages are not supported by this operation.
-    #[error("{operation} is defined for one grazing passage; this map has {passages}")]
-    SeveralPassages {
-        /// The operation.
-        operation: &'static str,
-        /// Passages of the map.
-        passages: usize,
-    },
 }

@@ -1,12 +1,12 @@
 //! From a scene and its grazing orbit to the local map.
 
 use super::contact_law::ContactLaw;
-use super::description::{active_parameters, map_section, map_window, variables};
+use super::description::{active_parameters, map_section, map_window};
 use super::discontinuity::discontinuity;
+use super::graze::Graze;
 use super::impact_speed::{ImpactSpeed, impact_speed};
-use super::leg::{LegExpansion, Route};
-use super::passage::Passage;
-use super::routes::{Routes, grazing_chart};
+use super::leg::LegExpansion;
+use super::routes::{Route, Routes};
 use super::variables::Variables;
 use super::{
     ComposedMap, Contact, DepthSeries, ExpansionError, LeadingLaw, Leg, LocalMap, MapOrders, Stage,
@@ -40,18 +40,17 @@ pub const RADIUS_ORDER: u32 = 24;
 pub struct Expander<'a> {
     scene: &'a Scene,
     orbit: &'a GrazingOrbit,
-    passage: Passage,
-    variables: Variables,
+    grazes: Vec<Graze>,
     routes: Routes,
 }
 
-/// The legs of one period with one passage.
+/// The legs of one period.
 #[derive(Clone, Debug)]
 pub struct Legs<S: Real = f64> {
-    /// From the section to the graze, where they differ.
+    /// From the section to the first graze, where they differ.
     pub before: Option<Leg<S>>,
-    /// From the graze to the next section point.
-    pub after: Leg<S>,
+    /// From each graze to the next, and from the last to the next section point.
+    pub after: Vec<Leg<S>>,
 }
 
 impl<'a> Expander<'a> {
@@ -59,32 +58,44 @@ impl<'a> Expander<'a> {
     ///
     /// # Errors
     ///
-    /// [`ExpansionError::SeveralPassages`] where the orbit grazes more than once, and
-    /// [`ExpansionError::ContactLaw`] where the law of a compliant stop is not analytic at the graze.
+    /// [`ExpansionError::ContactLaw`] where the law of a compliant stop is not analytic at its graze.
     pub fn new(scene: &'a Scene, orbit: &'a GrazingOrbit) -> Result<Self, ExpansionError> {
-        if orbit.passages.len() != 1 {
-            let passages = orbit.passages.len();
-            return Err(ExpansionError::SeveralPassages {
-                operation: "this expansion",
-                passages,
-            });
-        }
-        let surface = orbit.grazing_point().surface;
-        let active = &scene.expansion.active;
-        let state = &orbit.grazing_point().state;
-        let passage = Passage::new(&scene.model, surface, state, orbit.parameters(), active)?;
+        let routes = Routes::of(scene, orbit);
+        let grazes = routes.passages.iter();
+        let grazes = grazes.map(|&number| Graze::new(scene, orbit, number));
         Ok(Self {
             scene,
             orbit,
-            passage,
-            variables: variables(scene, orbit),
-            routes: Routes::of(scene, orbit),
+            grazes: grazes.collect::<Result<_, _>>()?,
+            routes,
         })
     }
 
-    /// The variables (coordinates; active parameters) with their weights.
+    /// Number of grazing passages of a period.
+    pub fn passages(&self) -> usize {
+        self.grazes.len()
+    }
+
+    /// The variables (coordinates of the section; active parameters) with their weights.
     pub fn variables(&self) -> &Variables {
-        &self.variables
+        self.variables_at(self.section_passage())
+    }
+
+    /// The passage that the section is about: the first one named by the scene, counted from the section.
+    pub fn section_passage(&self) -> usize {
+        self.routes.whole.from.passage
+    }
+
+    /// The variables (coordinates; active parameters) in which a passage is expanded.
+    ///
+    /// On a stroboscopic section they are the section's; on tangency sections each passage eliminates a component of
+    /// its own.
+    ///
+    /// # Panics
+    ///
+    /// If `passage` is not below [`passages`](Self::passages), as everywhere a passage is asked for.
+    pub fn variables_at(&self, passage: usize) -> &Variables {
+        &self.grazes[passage].variables
     }
 
     /// The local map at these orders.
@@ -93,28 +104,47 @@ impl<'a> Expander<'a> {
     ///
     /// [`ExpansionError`]: see [`discontinuity`] and [`LegExpansion::expand`].
     pub fn expand(&self, orders: MapOrders) -> Result<LocalMap, ExpansionError> {
-        let contact = self.contact(orders.contact_weight)?;
+        let contacts = self.contacts(orders.contact_weight)?;
         let legs = self.legs(orders.smooth_order)?;
-        Ok(self.assemble(orders, legs, contact))
+        Ok(self.assemble(orders, legs, contacts))
     }
 
-    /// A map from parts expanded before: legs by [`legs`](Self::legs), the passage by
-    /// [`contact`](Self::contact).
-    pub fn assemble(&self, orders: MapOrders, legs: Legs, contact: Contact) -> LocalMap {
+    /// A map from parts expanded before: legs by [`legs`](Self::legs), the passages by
+    /// [`contacts`](Self::contacts).
+    pub fn assemble(&self, orders: MapOrders, legs: Legs, contacts: Vec<Contact>) -> LocalMap {
         let before = legs.before.map(Stage::Leg).into_iter();
-        let rest = [Stage::Contact(contact), Stage::Leg(legs.after)];
+        let rest = contacts.into_iter().zip(legs.after);
+        let rest = rest.flat_map(|(contact, leg)| [Stage::Contact(contact), Stage::Leg(leg)]);
         LocalMap {
             scene: self.scene.identifier.clone(),
             digest: self.scene.digest,
             section: map_section(self.scene, self.orbit),
             parameters: active_parameters(self.scene, self.orbit),
             orders,
+            surfaces: self.surfaces(),
             stages: before.chain(rest).collect(),
             window: map_window(self.scene, self.orbit),
         }
     }
 
-    /// The discontinuity mapping to a weighted degree, in double precision.
+    /// Name of the surface of each passage, in the order in which they are met from the section.
+    pub fn surfaces(&self) -> Vec<String> {
+        let names = self.grazes.iter().map(|graze| &graze.passage.surface);
+        names.cloned().collect()
+    }
+
+    /// The discontinuity mappings of all passages to a weighted degree, in double precision.
+    ///
+    /// # Errors
+    ///
+    /// See [`discontinuity`].
+    pub fn contacts(&self, weight: u32) -> Result<Vec<Contact>, ExpansionError> {
+        (0..self.passages())
+            .map(|passage| self.contact(passage, weight))
+            .collect()
+    }
+
+    /// The discontinuity mapping of a passage to a weighted degree, in double precision.
     ///
     /// That of a compliant stop is expanded in double-double and rounded: its coefficients are differences
     /// of terms that grow with the stiffness, and lose up to eight digits at weight 16.
@@ -122,21 +152,26 @@ impl<'a> Expander<'a> {
     /// # Errors
     ///
     /// See [`discontinuity`].
-    pub fn contact(&self, weight: u32) -> Result<Contact, ExpansionError> {
-        match self.passage.law {
-            ContactLaw::Rigid { .. } => self.contact_in::<f64>(weight),
-            ContactLaw::Compliant { .. } => Ok(self.contact_in::<Dd>(weight)?.to_f64()),
+    pub fn contact(&self, passage: usize, weight: u32) -> Result<Contact, ExpansionError> {
+        match self.grazes[passage].passage.law {
+            ContactLaw::Rigid { .. } => self.contact_in::<f64>(passage, weight),
+            ContactLaw::Compliant { .. } => Ok(self.contact_in::<Dd>(passage, weight)?.to_f64()),
         }
     }
 
-    /// The discontinuity mapping over any scalar.
+    /// The discontinuity mapping of a passage over any scalar.
     ///
     /// # Errors
     ///
     /// See [`discontinuity`].
-    pub fn contact_in<S: Real>(&self, weight: u32) -> Result<Contact<S>, ExpansionError> {
-        let chart = grazing_chart(self.orbit);
-        let mut contact = discontinuity::<S>(&self.passage, &chart, &self.variables, weight)?;
+    pub fn contact_in<S: Real>(
+        &self,
+        passage: usize,
+        weight: u32,
+    ) -> Result<Contact<S>, ExpansionError> {
+        let graze = &self.grazes[passage];
+        let mut contact =
+            discontinuity::<S>(&graze.passage, &graze.chart, &graze.variables, weight)?;
         if !contact.is_finite() {
             return Err(ExpansionError::NotFinite { part: "D" });
         }
@@ -145,51 +180,47 @@ impl<'a> Expander<'a> {
         Ok(contact)
     }
 
-    /// The discontinuity mapping along the depth alone, up to a power of `y`: its leading laws and its radius of
-    /// convergence.
+    /// The discontinuity mapping of a passage along the depth alone, up to a power of `y`: its leading laws and its
+    /// radius of convergence.
     ///
     /// # Errors
     ///
     /// See [`discontinuity`].
-    pub fn depth_series(&self, order: u32) -> Result<DepthSeries, ExpansionError> {
-        let chart = grazing_chart(self.orbit);
-        DepthSeries::new(&self.passage, &chart, &self.variables, order)
+    pub fn depth_series(&self, passage: usize, order: u32) -> Result<DepthSeries, ExpansionError> {
+        let graze = &self.grazes[passage];
+        DepthSeries::new(&graze.passage, &graze.chart, &graze.variables, order)
     }
 
-    /// The leading law of each coordinate's correction; `None` where it begins above `y^8`.
+    /// The leading law of each coordinate's correction in a passage; `None` where it begins above `y^8`.
     ///
     /// # Errors
     ///
     /// See [`discontinuity`].
-    pub fn leading_laws(&self) -> Result<Vec<Option<LeadingLaw>>, ExpansionError> {
-        let series = self.depth_series(LEADING_ORDER)?;
-        let coordinates = 0..self.variables.coordinates;
+    pub fn leading_laws(&self, passage: usize) -> Result<Vec<Option<LeadingLaw>>, ExpansionError> {
+        let series = self.depth_series(passage, LEADING_ORDER)?;
+        let coordinates = 0..self.variables_at(passage).coordinates;
         Ok(coordinates
             .map(|coordinate| series.leading_law(coordinate))
             .collect())
     }
 
-    /// Estimates the radius of convergence of the discontinuity mapping in `y`; see [`DepthSeries::radius`].
+    /// Estimates the radius of convergence of a passage's mapping in `y`; see [`DepthSeries::radius`].
     ///
     /// # Errors
     ///
     /// See [`discontinuity`].
-    pub fn depth_radius(&self) -> Result<Option<f64>, ExpansionError> {
-        Ok(self.depth_series(RADIUS_ORDER)?.radius())
+    pub fn depth_radius(&self, passage: usize) -> Result<Option<f64>, ExpansionError> {
+        Ok(self.depth_series(passage, RADIUS_ORDER)?.radius())
     }
 
-    /// The speed at which the surface is met, to a weighted degree.
+    /// The speed at which the surface of a passage is met, to a weighted degree.
     ///
     /// # Errors
     ///
     /// See [`impact_speed`].
-    pub fn impact_speed(&self, weight: u32) -> Result<ImpactSpeed, ExpansionError> {
-        impact_speed(
-            &self.passage,
-            &grazing_chart(self.orbit),
-            &self.variables,
-            weight,
-        )
+    pub fn impact_speed(&self, passage: usize, weight: u32) -> Result<ImpactSpeed, ExpansionError> {
+        let graze = &self.grazes[passage];
+        impact_speed(&graze.passage, &graze.chart, &graze.variables, weight)
     }
 
     /// The legs to a degree.
@@ -219,7 +250,12 @@ impl<'a> Expander<'a> {
     ) -> Result<Legs<S>, ExpansionError> {
         Ok(Legs {
             before: self.routes.before.as_ref().map(&expand).transpose()?,
-            after: expand(&self.routes.after)?,
+            after: self
+                .routes
+                .after
+                .iter()
+                .map(&expand)
+                .collect::<Result<_, _>>()?,
         })
     }
 
@@ -239,10 +275,10 @@ impl<'a> Expander<'a> {
     ///
     /// See [`compose`].
     pub fn compose(&self, map: &LocalMap) -> Result<ComposedMap, ExpansionError> {
-        compose(map, &self.variables)
+        compose(map, self.variables())
     }
 
     fn leg_expansion(&self) -> LegExpansion<'_> {
-        LegExpansion::new(&self.scene.model, &self.passage, &self.variables)
+        LegExpansion::new(&self.scene.model, &self.grazes)
     }
 }

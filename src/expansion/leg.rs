@@ -3,12 +3,13 @@
 use std::sync::Arc;
 
 use super::approach::time_of_minimum;
-use super::passage::Passage;
-use super::section_chart::SectionChart;
-use super::variables::{DEVIATION_WEIGHT, Variables};
+use super::graze::Graze;
+use super::routes::Route;
+use super::variables::DEVIATION_WEIGHT;
 use super::{ExpansionError, Leg};
 use crate::flow::{
-    FlowError, Program, at_series_time, evaluate, jet_transport, jet_transport_taylor, local_series,
+    Field, FlowError, Program, at_series_time, evaluate, jet_transport, jet_transport_taylor,
+    local_series,
 };
 use crate::jet::{Jet, JetSpace};
 use crate::model::Model;
@@ -21,45 +22,29 @@ const TOLERANCE: f64 = 1e-15;
 /// Largest offset by which an orbit may miss its own section point.
 const LARGEST_DEFECT: f64 = 1e-9;
 
-/// Where a leg begins and ends on the grazing orbit.
-#[derive(Clone, Debug)]
-pub struct Route {
-    /// Chart of the section it leaves.
-    pub from: SectionChart,
-    /// Chart of the section it reaches.
-    pub to: SectionChart,
-    /// Time it takes on the grazing orbit.
-    pub duration: Dd,
-    /// What is added to the far chart's phase.
-    pub phase_advance: Dd,
-}
-
 /// Expands legs of one model about its grazing orbit.
 #[derive(Clone, Debug)]
 pub struct LegExpansion<'a> {
     model: &'a Model,
-    passage: &'a Passage,
-    variables: &'a Variables,
+    grazes: &'a [Graze],
     rate: Option<Program>,
 }
 
 impl<'a> LegExpansion<'a> {
-    /// Lowers the rate of the model's phase for jets; the field is the passage's.
-    pub fn new(model: &'a Model, passage: &'a Passage, variables: &'a Variables) -> Self {
-        let rate = model
-            .phase
-            .as_ref()
-            .map(|phase| passage.jet_program(model, &[phase.rate]));
+    /// Lowers the rate of the model's phase for jets; the field is that of the passages.
+    pub(super) fn new(model: &'a Model, grazes: &'a [Graze]) -> Self {
+        let clock = model.phase.as_ref();
+        let rate = clock
+            .zip(grazes.first())
+            .map(|(phase, graze)| graze.passage.jet_program(model, &[phase.rate]));
         Self {
             model,
-            passage,
-            variables,
+            grazes,
             rate,
         }
     }
 
-    /// The leg from one chart to another, `duration` later on the grazing orbit, to the total degree
-    /// `smooth_order` (weighted degree `2 · smooth_order`); the phase advances by `phase_advance`.
+    /// The leg along a route, to the total degree `smooth_order` (weighted degree `2 · smooth_order`).
     ///
     /// The jets of the flow come from collocation, order by order.
     ///
@@ -69,7 +54,7 @@ impl<'a> LegExpansion<'a> {
     pub fn expand(&self, route: &Route, smooth_order: u32) -> Result<Leg, ExpansionError> {
         self.expand_with(route, smooth_order, |start, parameters| {
             Ok(jet_transport(
-                &self.passage.field,
+                self.field(route),
                 start,
                 parameters,
                 route.duration.to_f64(),
@@ -92,7 +77,7 @@ impl<'a> LegExpansion<'a> {
     ) -> Result<Leg<S>, ExpansionError> {
         self.expand_with(route, smooth_order, |start, parameters| {
             jet_transport_taylor(
-                &self.passage.field,
+                self.field(route),
                 start,
                 parameters,
                 S::from_dd(route.duration),
@@ -106,17 +91,16 @@ impl<'a> LegExpansion<'a> {
         smooth_order: u32,
         fly: impl Fn(&[Jet<S>], &[Jet<S>]) -> Result<Vec<Jet<S>>, FlowError>,
     ) -> Result<Leg<S>, ExpansionError> {
-        let space = self
-            .variables
-            .smooth_space(DEVIATION_WEIGHT * smooth_order)?;
-        let start = route.from.embed(self.passage, &space, 0)?;
-        let parameters = self
-            .passage
-            .parameter_jets(&space, self.variables.coordinates);
+        let Graze {
+            passage, variables, ..
+        } = &self.grazes[route.from.passage];
+        let space = variables.smooth_space(DEVIATION_WEIGHT * smooth_order)?;
+        let start = route.from.chart.embed(passage, &space, 0)?;
+        let parameters = passage.parameter_jets(&space, variables.coordinates);
         let flown = fly(&start, &parameters)?;
-        let origin = self.origin(&route.to, route.phase_advance);
-        let state = self.reach(&route.to, &space, &flown, &parameters, &origin)?;
-        let image = route.to.offsets(&state, &origin);
+        let origin = self.origin(route);
+        let state = self.reach(route, &space, &flown, &parameters, &origin)?;
+        let image = route.to.chart.offsets(&state, &origin);
         Ok(Leg {
             image: image
                 .into_iter()
@@ -125,13 +109,18 @@ impl<'a> LegExpansion<'a> {
         })
     }
 
+    /// The free field, the event function at the far end watched.
+    fn field(&self, route: &Route) -> &Field {
+        &self.grazes[route.to.passage].passage.field
+    }
+
     /// The point of the far chart, its phase advanced.
-    fn origin(&self, to: &SectionChart, phase_advance: Dd) -> Vec<Dd> {
-        let mut origin = to.point.clone();
+    fn origin(&self, route: &Route) -> Vec<Dd> {
+        let mut origin = route.to.chart.point.clone();
         if self.model.phase.is_some()
             && let Some(phase) = origin.last_mut()
         {
-            *phase += phase_advance;
+            *phase += route.phase_advance;
         }
         origin
     }
@@ -139,15 +128,15 @@ impl<'a> LegExpansion<'a> {
     /// Flies the last little way to the far section.
     fn reach<S: Real>(
         &self,
-        to: &SectionChart,
+        route: &Route,
         space: &Arc<JetSpace>,
         state: &[Jet<S>],
         parameters: &[Jet<S>],
         origin: &[Dd],
     ) -> Result<Vec<Jet<S>>, ExpansionError> {
         let order = (space.order() + 1).max(2);
-        let series = local_series(&self.passage.field, state, parameters, order);
-        let time = match (to.section.kind, &self.rate) {
+        let series = local_series(self.field(route), state, parameters, order);
+        let time = match (route.to.chart.section.kind, &self.rate) {
             (PoincareSectionKind::Stroboscopic { .. }, Some(rate)) => {
                 let inputs: Vec<_> = state.iter().chain(parameters).cloned().collect();
                 let rate = &evaluate(rate, space, &inputs)[0];

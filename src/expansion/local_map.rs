@@ -1,5 +1,6 @@
 //! The local map: polynomials in offsets, stage by stage.
 
+use super::DepthPolynomial;
 use crate::jet::Jet;
 use crate::numeric::{Dd, Real, Scalar};
 
@@ -21,6 +22,8 @@ pub struct LocalMap {
     pub parameters: Vec<ActiveParameter>,
     /// Truncation orders.
     pub orders: MapOrders,
+    /// Name of the surface of each passage, in the order in which they are met from the section.
+    pub surfaces: Vec<String>,
     /// Legs and contacts, in the order in which they act.
     pub stages: Vec<Stage>,
     /// Where the map is to be trusted.
@@ -110,21 +113,16 @@ pub struct Contact<S: Scalar = f64> {
     pub quadratic: Vec<Jet<S>>,
 }
 
-/// The composed form of a map with one passage, with `y = √max(0, depth(x, p))`:
+/// The composed form of a map with passages `1 … K`: one polynomial pass in the coordinates, the parameters and
+/// the depth variables `y_k = √max(0, depth_k(y_1 … y_{k−1}; x, p))`.
 ///
-/// ```text
-/// P_i = smooth_i(x, p) + y linear_i(x, p) + y² quadratic_i(x, p)
-/// ```
+/// With one passage, `P_i = smooth_i(x, p) + y linear_i(x, p) + y² quadratic_i(x, p)`.
 #[derive(Clone, Debug)]
-pub struct ComposedMap {
-    /// `−h_min` seen from the section.
-    pub depth: Jet<f64>,
-    /// `P_smooth`, one polynomial per coordinate.
-    pub smooth: Vec<Jet<f64>>,
-    /// Coefficient of `y`.
-    pub linear: Vec<Jet<f64>>,
-    /// Coefficient of `y²`.
-    pub quadratic: Vec<Jet<f64>>,
+pub struct ComposedMap<S: Scalar = f64> {
+    /// `−h_min` of each passage seen from the section, which depends on the passages before it.
+    pub depths: Vec<DepthPolynomial<S>>,
+    /// One polynomial per coordinate.
+    pub image: Vec<DepthPolynomial<S>>,
 }
 
 impl<S: Real> Contact<S> {

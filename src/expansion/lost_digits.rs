@@ -3,9 +3,9 @@
 //! One idea: expand again in double-double, by the independent route (Taylor's method instead of
 //! collocation), at a low order where that is cheap, and compare degree by degree.
 
-use super::{Contact, Expander, ExpansionError, Legs, MapOrders};
+use super::{Expander, ExpansionError, Leg, Legs, MapOrders};
 use crate::jet::Jet;
-use crate::numeric::Dd;
+use crate::numeric::{Dd, Real};
 
 /// Highest degree of `P_smooth` that is expanded again.
 const SMOOTH_ORDER: u32 = 2;
@@ -18,7 +18,7 @@ const CONTACT_WEIGHT: u32 = 6;
 pub struct LostDigits {
     /// Of `P_smooth` (the worst of the legs).
     pub smooth: Vec<f64>,
-    /// Of `D`.
+    /// Of `D` (the worst of the passages).
     pub discontinuity: Vec<f64>,
 }
 
@@ -31,38 +31,50 @@ impl Expander<'_> {
     pub fn lost_digits(&self, orders: MapOrders) -> Result<LostDigits, ExpansionError> {
         let degree = orders.smooth_order.min(SMOOTH_ORDER);
         let weight = orders.contact_weight.min(CONTACT_WEIGHT);
-        let (legs, exact_legs) = (self.legs(degree)?, self.legs_by_taylor::<Dd>(degree)?);
-        let (contact, exact) = (self.contact(weight)?, self.contact_in::<Dd>(weight)?);
-        let coordinates = 0..self.variables().coordinates;
+        let (legs, exact) = (self.legs(degree)?, self.legs_by_taylor::<Dd>(degree)?);
+        let legs: Vec<_> = all(&legs).zip(all(&exact)).map(lost_by_leg).collect();
+        let contacts = (0..self.passages())
+            .map(|passage| self.lost_by_contact(passage, weight))
+            .collect::<Result<Vec<_>, _>>()?;
         Ok(LostDigits {
-            smooth: coordinates
-                .clone()
-                .map(|i| lost_by_legs(&legs, &exact_legs, i))
-                .collect(),
-            discontinuity: coordinates
-                .map(|i| lost_by_contact(&contact, &exact, i))
-                .collect(),
+            smooth: worst(&legs),
+            discontinuity: worst(&contacts),
         })
     }
-}
 
-fn lost_by_legs(legs: &Legs, exact: &Legs<Dd>, coordinate: usize) -> f64 {
-    let after = lost(
-        &legs.after.image[coordinate],
-        &exact.after.image[coordinate],
-    );
-    match (&legs.before, &exact.before) {
-        (Some(before), Some(exact)) => {
-            after.max(lost(&before.image[coordinate], &exact.image[coordinate]))
-        }
-        _ => after,
+    fn lost_by_contact(&self, passage: usize, weight: u32) -> Result<Vec<f64>, ExpansionError> {
+        let (contact, exact) = (
+            self.contact(passage, weight)?,
+            self.contact_in::<Dd>(passage, weight)?,
+        );
+        let linear = contact.linear.iter().zip(&exact.linear);
+        let quadratic = contact.quadratic.iter().zip(&exact.quadratic);
+        let pairs = linear.zip(quadratic);
+        Ok(pairs
+            .map(|((l, exact_l), (q, exact_q))| lost(l, exact_l).max(lost(q, exact_q)))
+            .collect())
     }
 }
 
-fn lost_by_contact(contact: &Contact, exact: &Contact<Dd>, coordinate: usize) -> f64 {
-    let linear = lost(&contact.linear[coordinate], &exact.linear[coordinate]);
-    let quadratic = lost(&contact.quadratic[coordinate], &exact.quadratic[coordinate]);
-    linear.max(quadratic)
+fn all<S: Real>(legs: &Legs<S>) -> impl Iterator<Item = &Leg<S>> {
+    legs.before.iter().chain(&legs.after)
+}
+
+fn lost_by_leg((leg, exact): (&Leg, &Leg<Dd>)) -> Vec<f64> {
+    let pairs = leg.image.iter().zip(&exact.image);
+    pairs.map(|(jet, exact)| lost(jet, exact)).collect()
+}
+
+/// The largest loss of each coordinate.
+fn worst(losses: &[Vec<f64>]) -> Vec<f64> {
+    let coordinates = 0..losses.first().map_or(0, Vec::len);
+    let worst = |coordinate: usize| {
+        losses
+            .iter()
+            .map(|loss| loss[coordinate])
+            .fold(0.0, f64::max)
+    };
+    coordinates.map(worst).collect()
 }
 
 /// Digits lost by a jet, the worst over its degrees.

@@ -1,6 +1,6 @@
 //! A local map lowered to the one straight-line kernel that is run in process and printed as code.
 
-use super::{ComposedMap, Contact, Leg, LocalMap, Stage};
+use super::{ComposedMap, Contact, DepthPolynomial, DepthTerm, Leg, LocalMap, Stage};
 use crate::jet::Jet;
 use crate::jet::kernel::{HornerPlan, Kernel, KernelBuilder, Value};
 
@@ -41,20 +41,21 @@ impl MapKernel {
         Self::new(map, builder, state, depths)
     }
 
-    /// One polynomial pass: `P_smooth + y B̂ + y² Ĉ`.
+    /// One polynomial pass: with one passage, `P_smooth + y B̂ + y² Ĉ`.
     pub fn composed(map: &LocalMap, composed: &ComposedMap) -> Self {
         let (mut builder, state, parameters) = start(map);
         let point = [state, parameters].concat();
-        let depth = HornerPlan::of_jet(&composed.depth).lower(&mut builder, &point);
-        let smooth = lower_all(&mut builder, &composed.smooth, &point);
-        let image = contact(
-            &mut builder,
-            depth,
-            &smooth,
-            [&composed.linear, &composed.quadratic],
-            &point,
-        );
-        Self::new(map, builder, image, vec![depth])
+        let (mut depths, mut roots) = (Vec::new(), Vec::new());
+        for depth in &composed.depths {
+            let depth = lower_depths(&mut builder, &terms(depth), &roots, &point);
+            roots.push(builder.root_of_positive_part(depth));
+            depths.push(depth);
+        }
+        let image = composed.image.iter();
+        let image = image
+            .map(|polynomial| lower_depths(&mut builder, &terms(polynomial), &roots, &point))
+            .collect();
+        Self::new(map, builder, image, depths)
     }
 
     fn new(map: &LocalMap, builder: KernelBuilder, image: Vec<Value>, depths: Vec<Value>) -> Self {
@@ -95,6 +96,33 @@ fn lower_all(builder: &mut KernelBuilder, jets: &[Jet<f64>], point: &[Value]) ->
     jets.iter()
         .map(|jet| HornerPlan::of_jet(jet).lower(builder, point))
         .collect()
+}
+
+fn terms(polynomial: &DepthPolynomial) -> Vec<&DepthTerm> {
+    polynomial.terms.iter().collect()
+}
+
+/// Horner's rule in the last depth variable, its coefficients in the others; `roots` are the depth variables
+/// that may occur.
+fn lower_depths(
+    builder: &mut KernelBuilder,
+    terms: &[&DepthTerm],
+    roots: &[Value],
+    point: &[Value],
+) -> Value {
+    let Some((&y, earlier)) = roots.split_last() else {
+        return match terms.first() {
+            Some(term) => HornerPlan::of_jet(&term.coefficient).lower(builder, point),
+            None => builder.constant(0.0),
+        };
+    };
+    let [base, linear, quadratic] = [0, 1, 2].map(|power| {
+        let with_power = |term: &&&DepthTerm| term.powers[earlier.len()] == power;
+        let terms: Vec<_> = terms.iter().filter(with_power).copied().collect();
+        lower_depths(builder, &terms, earlier, point)
+    });
+    let slope = builder.multiply_add(y, quadratic, linear);
+    builder.multiply_add(y, slope, base)
 }
 
 /// `base + y linear + y² quadratic` with `y = √max(0, depth)`.

@@ -9,11 +9,13 @@ mod composition;
 mod contact_law;
 mod departure;
 mod depth_chart;
+mod depth_polynomial;
 mod depth_series;
 mod description;
 mod discontinuity;
 mod error;
 mod expand;
+mod graze;
 mod impact_speed;
 mod leg;
 mod local_map;
@@ -27,12 +29,13 @@ mod variables;
 
 pub use composition::compose;
 pub use contact_law::{ContactLaw, ContactLawError};
+pub use depth_polynomial::{DepthPolynomial, DepthTerm};
 pub use depth_series::{DepthSeries, LeadingLaw};
 pub use discontinuity::discontinuity;
 pub use error::ExpansionError;
 pub use expand::{Expander, Legs, RADIUS_ORDER};
 pub use impact_speed::{ImpactSpeed, impact_speed};
-pub use leg::{LegExpansion, Route};
+pub use leg::LegExpansion;
 pub use local_map::{
     ActiveParameter, ComposedMap, Contact, Leg, LocalMap, MapOrders, MapSection, MapWindow,
     SectionKind, Stage,
@@ -40,6 +43,6 @@ pub use local_map::{
 pub use lost_digits::LostDigits;
 pub use lowering::MapKernel;
 pub use passage::Passage;
-pub use routes::Routes;
+pub use routes::{Route, RouteEnd, Routes};
 pub use section_chart::SectionChart;
 pub use variables::{DEVIATION_WEIGHT, Variables};

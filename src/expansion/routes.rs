@@ -1,96 +1,152 @@
-//! Which legs one period with one passage is made of.
+//! Which passages and legs one period is made of, in the order in which they are met from the section.
 
-use super::leg::Route;
 use super::section_chart::SectionChart;
 use crate::model::Scene;
 use crate::numeric::Dd;
 use crate::orbit::{GrazingOrbit, PoincareSectionKind};
 
-/// The legs of one period, as places on the grazing orbit.
+/// A passage nearer to the section than this share of the period lies on it.
+const ON_SECTION: f64 = 1e-24;
+
+/// One end of a leg.
+#[derive(Clone, Debug)]
+pub struct RouteEnd {
+    /// Chart of the section there.
+    pub chart: SectionChart,
+    /// The passage whose surface a tangency section is about, counted from the section.
+    pub passage: usize,
+}
+
+/// Where a leg begins and ends on the grazing orbit.
+#[derive(Clone, Debug)]
+pub struct Route {
+    /// The section it leaves.
+    pub from: RouteEnd,
+    /// The section it reaches.
+    pub to: RouteEnd,
+    /// Time it takes on the grazing orbit.
+    pub duration: Dd,
+    /// What is added to the far chart's phase: whole forcing periods.
+    pub phase_advance: Dd,
+}
+
+/// The itinerary of one period, as places on the grazing orbit.
 #[derive(Clone, Debug)]
 pub struct Routes {
-    /// From the section to the graze, where the section lies elsewhere.
+    /// The passages (indices into [`GrazingOrbit::passages`]) in the order in which they are met.
+    pub passages: Vec<usize>,
+    /// From the section to the first passage, where that lies elsewhere.
     pub before: Option<Route>,
-    /// From the graze to the next section point.
-    pub after: Route,
+    /// From each passage to the next, and from the last to the next section point.
+    pub after: Vec<Route>,
     /// From the section to the section, one period later.
     pub whole: Route,
 }
 
+/// A place on the grazing orbit: its end of a leg and the time since the section.
+#[derive(Clone, Debug)]
+struct Place {
+    end: RouteEnd,
+    time: Dd,
+}
+
 impl Routes {
-    /// The routes of a scene's section along its grazing orbit.
+    /// The itinerary of a scene's section along its grazing orbit.
     pub fn of(scene: &Scene, orbit: &GrazingOrbit) -> Self {
-        let section = SectionChart {
-            section: orbit.section.clone(),
-            point: orbit.section_point.clone(),
+        let until_first = time_to_first_passage(scene, orbit);
+        let mut met: Vec<(usize, Dd)> = (0..orbit.passages.len())
+            .map(|passage| {
+                let time = until_first + orbit.passages[passage].time;
+                (passage, reduced(time, orbit.period))
+            })
+            .collect();
+        met.sort_by(|a, b| a.1.to_f64().total_cmp(&b.1.to_f64()));
+        let about = met.iter().position(|&(passage, _)| passage == 0);
+        let section = |time: Dd| Place {
+            end: RouteEnd {
+                chart: SectionChart {
+                    section: orbit.section.clone(),
+                    point: orbit.section_point.clone(),
+                },
+                passage: about.unwrap_or(0),
+            },
+            time,
         };
-        let graze = grazing_chart(orbit);
-        let advance = phase_advance(scene);
-        let whole = Route {
-            from: section.clone(),
-            to: section.clone(),
-            duration: orbit.period,
-            phase_advance: advance,
-        };
-        let to_graze = advance_to_graze(scene, orbit);
-        if to_graze == Dd::ZERO {
-            let (before, after) = (None, whole.clone());
-            return Self {
-                before,
-                after,
-                whole,
-            };
+        let (start, end) = (section(Dd::ZERO), section(orbit.period));
+        let grazes = met.iter().enumerate().map(|(number, &(passage, time))| {
+            let (chart, passage) = (grazing_chart(orbit, passage), number);
+            let end = RouteEnd { chart, passage };
+            Place { end, time }
+        });
+        let mut places: Vec<_> = grazes.chain([end.clone()]).collect();
+        let route = |from: &Place, to: &Place| route(scene, orbit, from, to);
+        let before = places.first().filter(|first| first.time > Dd::ZERO);
+        let before = before.map(|first| route(&start, first));
+        if before.is_none()
+            && let Some(first) = places.first_mut()
+        {
+            first.end.chart = start.end.chart.clone();
         }
-        let duration = orbit.period * to_graze / advance;
-        // The charts' own phases already differ by the advance, up to a whole period.
-        let phase = scene.model.dimension() - 1;
-        let wrap = to_graze - (graze.point[phase] - section.point[phase]);
-        let before = Route {
-            from: section.clone(),
-            to: graze.clone(),
-            duration,
-            phase_advance: wrap,
-        };
-        let after = Route {
-            from: graze,
-            to: section,
-            duration: orbit.period - duration,
-            phase_advance: advance - wrap,
-        };
         Self {
-            before: Some(before),
-            after,
-            whole,
+            passages: met.into_iter().map(|(passage, _)| passage).collect(),
+            after: places
+                .windows(2)
+                .map(|pair| route(&pair[0], &pair[1]))
+                .collect(),
+            whole: route(&start, &end),
+            before,
         }
     }
 }
 
-/// The chart in which the contact happens: the scene's section, through the grazing point.
-pub(super) fn grazing_chart(orbit: &GrazingOrbit) -> SectionChart {
+/// The chart in which the contact of a passage acts: the scene's section, through the grazing point.
+pub(super) fn grazing_chart(orbit: &GrazingOrbit, passage: usize) -> SectionChart {
+    let graze = &orbit.passages[passage];
     SectionChart {
-        section: orbit.section.clone(),
-        point: orbit.grazing_point().state.clone(),
+        section: graze.section.clone(),
+        point: graze.state.clone(),
     }
 }
 
-/// Advance of the phase over one period of the orbit; 0 for an autonomous system.
-fn phase_advance(scene: &Scene) -> Dd {
-    let periods = Dd::from(scene.grazing.periods as f64);
-    let phase = scene.model.phase.as_ref();
-    phase.map_or(Dd::ZERO, |phase| phase.period * periods)
+/// The leg between two places.
+fn route(scene: &Scene, orbit: &GrazingOrbit, from: &Place, to: &Place) -> Route {
+    let duration = to.time - from.time;
+    let phase_advance = scene.model.phase.as_ref().map_or(Dd::ZERO, |clock| {
+        let phase = scene.model.dimension() - 1;
+        let all = clock.period * Dd::from(scene.grazing.periods as f64);
+        let flown = all * duration / orbit.period;
+        // The charts' own phases already differ by the advance, up to whole periods.
+        let turns =
+            (flown - (to.end.chart.point[phase] - from.end.chart.point[phase])) / clock.period;
+        clock.period * (turns + Dd::from(0.5)).floor()
+    });
+    Route {
+        from: from.end.clone(),
+        to: to.end.clone(),
+        duration,
+        phase_advance,
+    }
 }
 
-/// Advance of the phase from the section to the graze, in `[0, period)`; 0 on a tangency section.
-fn advance_to_graze(scene: &Scene, orbit: &GrazingOrbit) -> Dd {
+/// Time from the section to the first passage of the orbit; 0 on a tangency section.
+fn time_to_first_passage(scene: &Scene, orbit: &GrazingOrbit) -> Dd {
     let (PoincareSectionKind::Stroboscopic { phase }, Some(clock)) =
         (orbit.section.kind, &scene.model.phase)
     else {
         return Dd::ZERO;
     };
-    let difference = orbit.grazing_point().state[scene.model.dimension() - 1] - phase;
-    if difference < Dd::ZERO {
-        difference + clock.period
+    let ahead = orbit.grazing_point().state[scene.model.dimension() - 1] - phase;
+    let advance = clock.period * Dd::from(scene.grazing.periods as f64);
+    orbit.period * reduced(ahead, clock.period) / advance
+}
+
+/// A time in `[0, period)`; one that misses 0 or the period by rounding is 0.
+fn reduced(time: Dd, period: Dd) -> Dd {
+    let rest = time - (time / period).floor() * period;
+    let near = period * Dd::from(ON_SECTION);
+    if rest <= near || period - rest <= near {
+        Dd::ZERO
     } else {
-        difference
+        rest
     }
 }

@@ -20,6 +20,7 @@ mod map_document;
 mod named;
 mod npy;
 mod number;
+mod one_or_many;
 mod orbit_document;
 mod page;
 mod run_page;
@@ -40,9 +41,12 @@ pub use exact_json::{to_dense_json, to_exact_json};
 pub use figure::Figure;
 pub use files::{OutputFolder, write_atomically};
 pub use json::to_json;
-pub use map_document::{DEPTH_VARIABLE, ExpansionParts, MapDocument, PolynomialMap, Term};
+pub use map_document::{
+    ExpansionParts, MapDocument, PassageParts, PolynomialMap, Term, depth_variables,
+};
 pub use named::Named;
 pub use npy::npy_bytes;
+pub use one_or_many::OneOrMany;
 pub use orbit_document::{ExactPoint, OrbitDocument, SectionDocument};
 pub use page::{Page, PageFigure, Provenance, Section};
 pub use run_page::{CrateSummary, RunPage, StageTime, run_page};

@@ -1,8 +1,8 @@
 //! Maps with random coefficients, for tests and benches.
 
 use grazemap::expansion::{
-    ActiveParameter, ComposedMap, Contact, Leg, LocalMap, MapOrders, MapSection, MapWindow,
-    SectionKind, Stage,
+    ActiveParameter, ComposedMap, Contact, DepthPolynomial, DepthTerm, Leg, LocalMap, MapOrders,
+    MapSection, MapWindow, SectionKind, Stage,
 };
 use grazemap::jet::{Jet, JetSpace};
 use grazemap::numeric::{Dd, Scalar};
@@ -81,6 +81,10 @@ pub(crate) fn of_stages(stages: Vec<Stage>, orders: MapOrders, kind: SectionKind
         name: name.into(),
         value: Dd::from_f64(value),
     };
+    let contacts = stages
+        .iter()
+        .filter(|stage| matches!(stage, Stage::Contact(_)));
+    let surfaces = contacts.map(|_| "stop".to_owned()).collect();
     LocalMap {
         scene: "synthetic".into(),
         digest: 0x0123_4567_89ab_cdef,
@@ -92,6 +96,7 @@ pub(crate) fn of_stages(stages: Vec<Stage>, orders: MapOrders, kind: SectionKind
         },
         parameters: vec![parameter("alpha", 2.0), parameter("omega", 1.8)],
         orders,
+        surfaces,
         stages,
         window: MapWindow {
             depth: 0.1,
@@ -110,11 +115,27 @@ pub(crate) fn composed(order: usize) -> ComposedMap {
             numbers.jet(&[2; 4], order, 0.1),
         ]
     };
+    let polynomial = |parts: [&Jet<f64>; 3]| DepthPolynomial {
+        terms: (0..)
+            .zip(parts)
+            .map(|(power, part)| DepthTerm {
+                powers: vec![power],
+                coefficient: part.clone(),
+            })
+            .collect(),
+    };
+    let depth = DepthPolynomial {
+        terms: vec![DepthTerm {
+            powers: vec![0],
+            coefficient: pair(order).remove(0),
+        }],
+    };
+    let (smooth, linear, quadratic) = (pair(order), pair(order - 1), pair(order - 2));
     ComposedMap {
-        depth: pair(order).remove(0),
-        smooth: pair(order),
-        linear: pair(order - 1),
-        quadratic: pair(order - 2),
+        depths: vec![depth],
+        image: (0..2)
+            .map(|i| polynomial([&smooth[i], &linear[i], &quadratic[i]]))
+            .collect(),
     }
 }
 

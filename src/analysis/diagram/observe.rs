@@ -12,13 +12,13 @@ use crate::orbit::{GrazingOrbit, PoincareSectionKind};
 ///
 /// - `h` at a state of the map on a tangency section is `−depth(x, p)`, the map's own polynomial;
 ///   otherwise the event function at the full state.
-/// - `impact_speed` is the speed at which the surface is met next, 0 without contact: by the map its
+/// - `impact_speed` is the speed at which the surface of the first passage is met, 0 without contact: by the map its
 ///   expansion in `y`, to the weight of the map's contacts.
 /// - An expression is evaluated at the full state.
 #[derive(Debug)]
 pub struct Observer {
     kind: Kind,
-    depth: DepthEvaluation<f64>,
+    depths: DepthEvaluation<f64>,
     tangency: bool,
     arrival: MapEvaluation<f64>,
     speed: Option<ImpactSpeed>,
@@ -55,13 +55,14 @@ impl Observer {
         let values = Values::new(&scene.model, &scene.model.graph, &[node]);
         let speed = match kind {
             Kind::ImpactSpeed => {
-                Some(Expander::new(scene, orbit)?.impact_speed(map.orders.contact_weight)?)
+                let expander = Expander::new(scene, orbit)?;
+                Some(expander.impact_speed(0, map.orders.contact_weight)?)
             }
             Kind::EventFunction | Kind::Expression => None,
         };
         Ok(Self {
             kind,
-            depth: MapEvaluation::depth(map),
+            depths: MapEvaluation::depths(map),
             tangency: orbit.section.kind == PoincareSectionKind::Tangency,
             arrival: MapEvaluation::arrival(map),
             speed,
@@ -78,7 +79,7 @@ impl Observer {
     /// The observable at a state of the map.
     pub fn by_map(&self, state: &[f64], parameters: &[f64]) -> f64 {
         match self.kind {
-            Kind::EventFunction if self.tangency => -self.depth.at(state, parameters),
+            Kind::EventFunction if self.tangency => -self.depth(state, parameters),
             Kind::ImpactSpeed => self.speed_by_map(state, parameters),
             Kind::EventFunction | Kind::Expression => self.at_full_state(state, parameters),
         }
@@ -93,12 +94,18 @@ impl Observer {
     }
 
     fn speed_by_map(&self, state: &[f64], parameters: &[f64]) -> f64 {
-        let y = self.depth.at(state, parameters).max(0.0).sqrt();
+        let y = self.depth(state, parameters).max(0.0).sqrt();
         let mut point = self.arrival.image(state, parameters).offsets;
         point.extend_from_slice(parameters);
         self.speed.as_ref().map_or(f64::NAN, |speed| {
             y * (speed.linear.evaluate(&point) + y * speed.quadratic.evaluate(&point))
         })
+    }
+
+    /// Depth of the first passage after the section.
+    fn depth(&self, state: &[f64], parameters: &[f64]) -> f64 {
+        let depths = self.depths.at(state, parameters);
+        depths.first().copied().unwrap_or(f64::NEG_INFINITY)
     }
 
     fn at_full_state(&self, state: &[f64], parameters: &[f64]) -> f64 {
