@@ -196,7 +196,7 @@ fn impact_speeds_are_those_of_the_exact_images() {
             .expect("it grazes");
         let expander = Expander::new(&scene, &orbit).expect("rigid");
         let depth = expander.contact(0, 12).expect("a contact").depth;
-        let speed = expander.impact_speed(12).expect("a speed");
+        let speed = expander.impact_speed(0, 12).expect("a speed");
         for row in rows(file) {
             let point = [row.start, row.parameters].concat();
             let y = depth.evaluate(&point).max(0.0).sqrt();
