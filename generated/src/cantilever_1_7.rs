@@ -3,6 +3,7 @@
 // Section: tangency.
 // Coordinates: q, theta.
 // Parameters: Q, beta.
+// Passages: stop.
 // Orders: smooth_order 5, contact_weight 6.
 // Shape: factored, 8 lanes.
 // Window: depth 1e-5.

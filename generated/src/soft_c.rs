@@ -3,6 +3,7 @@
 // Section: tangency.
 // Coordinates: u, theta.
 // Parameters: A, omega.
+// Passages: stop.
 // Orders: smooth_order 5, contact_weight 8.
 // Shape: factored, 8 lanes.
 // Window: depth 0.0001.
