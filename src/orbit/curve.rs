@@ -103,6 +103,11 @@ pub enum CurveEnd {
         /// `h''` at the first such point.
         normal_acceleration: f64,
     },
+    /// A passage that no adjusted parameter is for ceased to graze, or to follow in the order named.
+    PassageLost {
+        /// Number of the passage, from 1.
+        passage: usize,
+    },
     /// The second parameter ran away from the range asked for by more than its width.
     LeftRange,
 }
@@ -123,6 +128,12 @@ impl std::fmt::Display for CurveEnd {
                     "the graze ceases to be simple: h'' = {normal_acceleration:.6e}"
                 )
             }
+            CurveEnd::PassageLost { passage } => {
+                write!(
+                    formatter,
+                    "passage {passage} does not graze beyond this point"
+                )
+            }
             CurveEnd::LeftRange => {
                 write!(formatter, "left the range asked for by more than its width")
             }
@@ -133,8 +144,8 @@ impl std::fmt::Display for CurveEnd {
 /// A grazing curve.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GrazingCurve {
-    /// The adjusted parameter and the second one.
-    pub free: [usize; 2],
+    /// The adjusted parameters, then the one continued in.
+    pub free: Vec<usize>,
     /// Points in order.
     pub points: Vec<CurvePoint>,
     /// Special points in order.
@@ -207,7 +218,7 @@ pub fn curve(
         Location::Located(orbit) => orbit,
         Location::NotLocated(reason) => return Ok(CurveOutcome::NotLocated(reason)),
     };
-    let tracer = Tracer::new(scene, &orbit, with, options);
+    let tracer = Tracer::new(scene, &orbit, with, options)?;
     let here = scene.model.parameters[with].value.to_f64();
     let mut start = tracer.start(&orbit);
     if here != from {

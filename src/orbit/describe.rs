@@ -1,75 +1,93 @@
 //! The description of a grazing orbit from a root of its equations.
 
 use crate::model::Scene;
-use crate::numeric::Dd;
+use crate::numeric::{Dd, Real};
 
 use super::OrbitError;
-use super::minima::{gaps, watching_field};
+use super::minima::{Minimum, gaps, watching_field};
 use super::monodromy::{XI_COUNT, full_monodromy, multipliers, on_section, section_point, xi};
 use super::newton::Root;
+use super::outcome::NotLocated;
+use super::passages::{SAME, Touch, passages};
 use super::point::{GrazingOrbit, GrazingPoint};
-use super::section::{PoincareSection, reduced};
+use super::section::PoincareSection;
 use super::system::ExtendedSystem;
+
+/// Largest `|h|` of a passage that no equation holds, relative to the range of `h`.
+const TOUCHING: f64 = 1e-20;
 
 /// The orbit at a root, without its distance from a guess.
 pub(super) fn describe(
     scene: &Scene,
-    surface: usize,
     system: &ExtendedSystem,
     root: &Root,
-) -> Result<GrazingOrbit, OrbitError> {
-    let mut state = root.unknowns[..system.dimension()].to_vec();
-    if let (Some(phase), Some(value)) = (&scene.model.phase, state.last_mut()) {
-        *value = reduced(*value, phase.period);
-    }
-    let parameters = system.parameters(&root.unknowns);
-    let local = system.geometry.at(&state, &parameters);
-    let section = PoincareSection::of(scene, surface, &state, &parameters)?;
-    let graze = GrazingPoint {
-        surface,
-        state: state.clone(),
-        parameters: parameters.clone(),
-        normal_acceleration: local.acceleration(),
-        time: Dd::ZERO,
-        section: section.clone(),
+) -> Result<Result<GrazingOrbit, NotLocated>, OrbitError> {
+    let found = match passages(scene, system, &root.unknowns, TOUCHING)? {
+        Ok(found) => found,
+        Err(reason) => return Ok(Err(reason)),
     };
+    let parameters = system.parameters(&root.unknowns);
     let period = system.period(&root.unknowns);
-    let at_graze = full_monodromy(&system.field, &state, &parameters, period)?;
-    let point = section_point(
-        &scene.model,
-        &system.field,
-        &system.geometry,
-        &section,
-        &graze,
-    )?;
-    let monodromy = if point == state {
-        on_section(&at_graze, &section, &local)
+    let passages = points(scene, system, &found.touches, &parameters)?;
+    let graze = &passages[0];
+    let geometry = system.geometry(0);
+    let section = graze.section.clone();
+    let at_graze = full_monodromy(&system.field, &graze.state, &parameters, period)?;
+    let point = section_point(&scene.model, &system.field, geometry, &section, graze)?;
+    let monodromy = if point == graze.state {
+        on_section(&at_graze, &section, &geometry.at(&point, &parameters))
     } else {
         let there = full_monodromy(&system.field, &point, &parameters, period)?;
-        on_section(&there, &section, &system.geometry.at(&point, &parameters))
+        on_section(&there, &section, &geometry.at(&point, &parameters))
     };
-    Ok(GrazingOrbit {
+    let local = geometry.at(&graze.state, &parameters);
+    Ok(Ok(GrazingOrbit {
         scene: scene.identifier.clone(),
         digest: scene.digest,
         period,
-        residual: root.residual,
+        residual: root.residual.max(found.residual),
         multipliers: multipliers(&monodromy),
         monodromy,
         xi: xi(&at_graze, &local, XI_COUNT),
         section,
         section_point: point,
-        clearance: clearance(scene, &graze, period)?,
+        clearance: clearance(scene, &passages, period)?,
         guess_distance: None,
-        passages: vec![graze],
-    })
+        passages,
+    }))
 }
 
-/// Lowest minimum of any event function along an orbit, its graze excepted; a touch to rounding counts as 0.
+/// Grazing points from touches.
+pub(super) fn points<S: Real>(
+    scene: &Scene,
+    system: &ExtendedSystem,
+    touches: &[Touch<S>],
+    parameters: &[Dd],
+) -> Result<Vec<GrazingPoint>, OrbitError> {
+    let point = |(passage, touch): (usize, &Touch<S>)| {
+        let state: Vec<Dd> = touch.state.iter().map(|value| value.to_dd()).collect();
+        let local = system.geometry(passage).at(&state, parameters);
+        Ok(GrazingPoint {
+            surface: touch.surface,
+            normal_acceleration: local.acceleration(),
+            time: touch.time.to_dd(),
+            section: PoincareSection::of(scene, touch.surface, &state, parameters)?,
+            state,
+            parameters: parameters.to_vec(),
+        })
+    };
+    touches.iter().enumerate().map(point).collect()
+}
+
+/// Lowest minimum of any event function along an orbit, its grazes excepted; a touch to rounding counts as 0.
 pub(super) fn clearance(
     scene: &Scene,
-    graze: &GrazingPoint,
+    passages: &[GrazingPoint],
     period: Dd,
 ) -> Result<Option<f64>, OrbitError> {
+    let Some(graze) = passages.first() else {
+        return Ok(None);
+    };
     let rounded = |values: &[Dd]| {
         values
             .iter()
@@ -79,11 +97,13 @@ pub(super) fn clearance(
     let (state, parameters) = (rounded(&graze.state), rounded(&graze.parameters));
     let period = period.to_f64();
     let gaps = gaps(&watching_field(&scene.model), &state, &parameters, period)?;
-    let near = |time: f64| time.min(period - time) < 1e-6 * period;
-    let others = gaps
-        .minima
-        .iter()
-        .filter(|minimum| minimum.surface != graze.surface || !near(minimum.time));
+    let is_graze = |minimum: &Minimum| {
+        let mine = passages.iter().filter(|at| at.surface == minimum.surface);
+        let apart = |at: &GrazingPoint| (at.time.to_f64() - minimum.time).rem_euclid(period);
+        mine.map(apart)
+            .any(|apart| apart.min(period - apart) < SAME * period)
+    };
+    let others = gaps.minima.iter().filter(|minimum| !is_graze(minimum));
     let touching = |event: f64, surface: usize| event.abs() <= 1e-10 * gaps.largest[surface].abs();
     let values = others.map(|m| {
         if touching(m.event, m.surface) {

@@ -6,22 +6,45 @@ use crate::jet::JetError;
 /// Wrong input to the location of a grazing orbit.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum OrbitError {
-    /// The scene grazes more than once a period.
+    /// Not one adjusted parameter per independent graze.
     #[error(
-        "the scene names {passages} grazing passages; one passage per period is what can be located"
+        "one parameter is adjusted for every independent graze: `solve_for` names {named}, and {most} at most are independent"
     )]
-    SeveralPassages {
-        /// Number of passages named.
-        passages: usize,
-    },
-    /// The scene asks for a symmetric orbit.
-    #[error("`symmetry = \"half-period\"` is not supported; use \"none\"")]
-    HalfPeriodSymmetry,
-    /// Not exactly one parameter is adjusted.
-    #[error("one parameter is adjusted for one graze; `solve_for` names {named}")]
     AdjustedParameters {
         /// Number of parameters named.
         named: usize,
+        /// Most independent grazes: the passages, or the pairs of mirrored ones.
+        most: usize,
+    },
+    /// A symmetric orbit with a passage that has no mirror image.
+    #[error(
+        "with `symmetry = \"half-period\"` the second half of the passages mirrors the first; {passages} cannot be halved"
+    )]
+    UnpairedPassages {
+        /// Number of passages named.
+        passages: usize,
+    },
+    /// A symmetric orbit of an even number of forcing periods.
+    #[error(
+        "no orbit of {periods} forcing periods is its own image under (x, theta) -> (-x, theta + period/2): its half lasts whole periods"
+    )]
+    EvenPeriods {
+        /// Forcing periods of the orbit.
+        periods: usize,
+    },
+    /// A model that lacks the symmetry asked for.
+    #[error(
+        "the model lacks the half-period symmetry: at the phase {phase} the rate of `{component}` is {rate:.6e}, at the mirrored state {mirrored:.6e} and not its negative"
+    )]
+    NotSymmetric {
+        /// The state component.
+        component: String,
+        /// Phase of the point.
+        phase: f64,
+        /// Its rate at the point.
+        rate: f64,
+        /// Its rate at the mirror image.
+        mirrored: f64,
     },
     /// A stroboscopic section of an autonomous system.
     #[error("a stroboscopic section needs a forcing phase; the model has none")]

@@ -1,35 +1,46 @@
 //! The grazing orbit of a scene: from its guess, or from the steady state.
 
 use crate::model::{Scene, Symmetry};
+use crate::numeric::Dd;
 
 use super::OrbitError;
 use super::describe::describe;
-use super::minima::{gaps, watching_field};
-use super::monodromy::{full_monodromy, multipliers};
-use super::newton::{NewtonFailure, Solve};
+use super::diagnosis::Diagnosis;
+use super::grazes::Grazes;
+use super::minima::{Minimum, gaps, watching_field};
+use super::newton::Solve;
 use super::outcome::{Location, NotLocated};
+use super::passages::{SAME, in_order};
+use super::point::GrazingOrbit;
 use super::search::Search;
+use super::symmetry::check_field;
 use super::system::{ExtendedSystem, refine_either, solve_either};
 
 /// Largest residual of an orbit called located, relative to the size of its state.
 const RESIDUAL: f64 = 1e-24;
-/// `h'' T² / max h` below which a graze is not simple.
-const DEGENERATE: f64 = 1e-6;
-/// The same where Newton's method has stalled, which it does near a degenerate graze.
-const NEARLY_DEGENERATE: f64 = 1e-2;
 /// Distance from the guess, relative to its size, within which Newton's root is taken without looking further.
 const NEAR_GUESS: f64 = 0.5;
+/// Part of a forcing period by which a guess may miss its graze.
+const NEAR_GRAZE: f64 = 0.05;
+/// Phases at which the model's symmetry is checked before an orbit is known.
+const SYMMETRY_POINTS: usize = 8;
+
+/// Unknowns of an extended system, or why there are none.
+type Found = Result<Vec<f64>, NotLocated>;
 
 /// Locates the grazing orbit of a scene.
 ///
 /// From the scene's guess Newton's method is tried on the extended system at once. Where that fails or ends far from
 /// the guess, or where there is no guess, the steady state of the free flow is shot to a periodic orbit and followed in
-/// the adjusted parameter until it touches; of two orbits found the one nearer the guess is taken.
+/// the adjusted parameter until it touches; of two orbits found the one nearer the guess is taken. Of several
+/// independent grazes the first is found alone, and its orbit's minima are where the others start from.
+///
+/// Passages that no adjusted parameter is for must touch to rounding, of themselves or by the symmetry.
 ///
 /// # Errors
 ///
-/// [`OrbitError`] for a scene that asks for what is not supported or contradicts itself. A search that ends without
-/// an orbit is [`Location::NotLocated`].
+/// [`OrbitError`] for a scene that contradicts itself. A search that ends without an orbit is
+/// [`Location::NotLocated`].
 pub fn locate(scene: &Scene) -> Result<Location, OrbitError> {
     let locator = Locator::new(scene)?;
     match locator.search()? {
@@ -39,61 +50,34 @@ pub fn locate(scene: &Scene) -> Result<Location, OrbitError> {
 }
 
 /// What the stages of a location share.
-pub(super) struct Locator<'a> {
-    pub(super) scene: &'a Scene,
-    pub(super) surface: usize,
-    pub(super) parameter: usize,
-    pub(super) system: ExtendedSystem,
+struct Locator<'a> {
+    scene: &'a Scene,
+    system: ExtendedSystem,
 }
 
 impl<'a> Locator<'a> {
     /// Checks what a scene asks for and sets up its equations.
-    pub(super) fn new(scene: &'a Scene) -> Result<Self, OrbitError> {
-        let grazing = &scene.grazing;
-        let &[surface] = grazing.passages.as_slice() else {
-            return Err(OrbitError::SeveralPassages {
-                passages: grazing.passages.len(),
-            });
-        };
-        let &[parameter] = grazing.solve_for.as_slice() else {
-            return Err(OrbitError::AdjustedParameters {
-                named: grazing.solve_for.len(),
-            });
-        };
-        if grazing.symmetry == Symmetry::HalfPeriod {
-            return Err(OrbitError::HalfPeriodSymmetry);
-        }
-        let (expected, found) = (
-            scene.model.dimension(),
-            grazing.guess.as_ref().map_or(0, Vec::len),
-        );
-        if grazing.guess.is_some() && expected != found {
+    fn new(scene: &'a Scene) -> Result<Self, OrbitError> {
+        let grazes = Grazes::of(scene)?;
+        let guess = scene.grazing.guess.as_ref();
+        let (expected, found) = (scene.model.dimension(), guess.map_or(0, Vec::len));
+        if guess.is_some() && expected != found {
             return Err(OrbitError::GuessLength { expected, found });
         }
-        let system = ExtendedSystem::new(
-            scene,
-            surface,
-            &scene.model.parameter_values(),
-            &[parameter],
-        );
+        let (base, free) = (scene.model.parameter_values(), &scene.grazing.solve_for);
         let locator = Self {
             scene,
-            surface,
-            parameter,
-            system,
+            system: ExtendedSystem::new(scene, grazes, &base, free),
         };
         locator.check_clock()?;
+        locator.check_symmetry()?;
         Ok(locator)
     }
 
     fn check_clock(&self) -> Result<(), OrbitError> {
         let state = vec![0.0; self.scene.model.dimension()];
-        match self
-            .system
-            .geometry
-            .at(&state, &self.start_parameters())
-            .clock()
-        {
+        let geometry = self.system.geometry(0);
+        match geometry.at(&state, &self.start_parameters()).clock() {
             Some((rate, _)) if !(rate > 0.0 && rate.is_finite()) => {
                 Err(OrbitError::PhaseRate { rate })
             }
@@ -101,17 +85,37 @@ impl<'a> Locator<'a> {
         }
     }
 
-    fn start_parameters(&self) -> Vec<f64> {
-        self.scene
-            .model
-            .parameter_values()
-            .iter()
-            .map(|value| value.to_f64())
-            .collect()
+    /// The symmetry asked for, at the guess and phases spread over the period.
+    fn check_symmetry(&self) -> Result<(), OrbitError> {
+        let model = &self.scene.model;
+        let (Symmetry::HalfPeriod, Some(clock)) = (self.system.grazes.symmetry, &model.phase)
+        else {
+            return Ok(());
+        };
+        let start = self.start();
+        let at_phase = |number: usize| {
+            let share = (number as f64 + 0.5) / SYMMETRY_POINTS as f64;
+            let states = start[..model.states.len()].iter().map(|&v| Dd::from(v));
+            states.chain([clock.period * Dd::from(share)]).collect()
+        };
+        let points: Vec<Vec<Dd>> = (0..SYMMETRY_POINTS).map(at_phase).collect();
+        let parameters = model.parameter_values();
+        check_field(model, self.system.geometry(0), &points, &parameters)
     }
 
-    /// Unknowns of a graze to the roundoff of `f64`.
-    fn search(&self) -> Result<Result<Vec<f64>, NotLocated>, OrbitError> {
+    fn start_parameters(&self) -> Vec<f64> {
+        let values = self.scene.model.parameter_values();
+        values.iter().map(|value| value.to_f64()).collect()
+    }
+
+    /// The guess, or rest.
+    fn start(&self) -> Vec<f64> {
+        let rest = || vec![0.0; self.scene.model.dimension()];
+        self.scene.grazing.guess.clone().unwrap_or_else(rest)
+    }
+
+    /// Unknowns of an orbit to the roundoff of `f64`.
+    fn search(&self) -> Result<Found, OrbitError> {
         let direct = match &self.scene.grazing.guess {
             Some(guess) => Some(self.direct(guess)?),
             None => None,
@@ -124,43 +128,136 @@ impl<'a> Locator<'a> {
         if self.scene.model.phase.is_none() {
             return Ok(direct.unwrap_or_else(|| Err(self.no_guess())));
         }
-        let rest = vec![0.0; self.scene.model.dimension()];
-        let start = self.scene.grazing.guess.as_ref().unwrap_or(&rest);
-        let value = self.start_parameters()[self.parameter];
-        let searched = Search::new(self.scene, &self.system, self.surface, self.parameter)
-            .run(start, value)?;
+        let (start, values) = (self.start(), self.start_parameters());
+        let searched = self.one_by_one(|alone, parameter| {
+            Search::new(self.scene, alone, parameter).run(&start, values[parameter])
+        })?;
         Ok(self.better(direct, searched))
     }
 
-    /// Newton on the extended system from the guess.
-    fn direct(&self, guess: &[f64]) -> Result<Result<Vec<f64>, NotLocated>, OrbitError> {
-        let period = if self.scene.model.phase.is_none() {
+    /// From the guess: all grazes at once, then one by one.
+    fn direct(&self, guess: &[f64]) -> Result<Found, OrbitError> {
+        let autonomous = self.scene.model.phase.is_none();
+        let parameters = self.start_parameters();
+        let guessed_period = if autonomous {
             self.first_return(guess)?
         } else {
             0.0
         };
-        let start = self
+        let start = self.system.first_graze(self.system.free()[0]).assemble(
+            guess,
+            guessed_period,
+            &[],
+            &parameters,
+        );
+        let period = self
             .system
-            .assemble(guess, period, &self.start_parameters());
-        match solve_either(&self.system, &start, 1e-9)? {
-            Solve::Root(unknowns) => Ok(match self.degeneracy(&unknowns) {
-                Some(reason) => Err(reason),
-                None => Ok(unknowns),
-            }),
-            Solve::Failed(failure) => Ok(Err(self.failed(failure))),
+            .first_graze(self.system.free()[0])
+            .period(&start);
+        let missed = NEAR_GRAZE * period / self.scene.grazing.periods as f64;
+        let at_once = self.from_first(guess, period, &parameters, missed)?;
+        if at_once.is_ok() || self.system.grazes.independent == 1 {
+            return Ok(at_once);
         }
+        self.one_by_one(|alone, _| {
+            self.newton(alone, &alone.assemble(guess, period, &[], &parameters))
+        })
+    }
+
+    /// All grazes, after the first alone has been found in one of the parameters.
+    fn one_by_one(
+        &self,
+        first: impl Fn(&ExtendedSystem, usize) -> Result<Found, OrbitError>,
+    ) -> Result<Found, OrbitError> {
+        let mut reason = None;
+        for &parameter in self.system.free() {
+            let alone = self.system.first_graze(parameter);
+            let found = match first(&alone, parameter)? {
+                Ok(root) if self.system.grazes.independent > 1 => {
+                    let (state, period) = (&root[..alone.dimension()], alone.period(&root));
+                    self.from_first(state, period, &alone.parameters(&root), SAME * period)?
+                }
+                found => found,
+            };
+            match found {
+                Ok(unknowns) => return Ok(Ok(unknowns)),
+                Err(failure) => reason = reason.or(Some(failure)),
+            }
+        }
+        Ok(Err(reason.unwrap_or_else(|| self.no_guess())))
+    }
+
+    /// Newton's method on all grazes from a point near the first.
+    fn from_first(
+        &self,
+        state: &[f64],
+        period: f64,
+        parameters: &[f64],
+        missed: f64,
+    ) -> Result<Found, OrbitError> {
+        let times = match self.start_times(state, period, parameters, missed)? {
+            Ok(times) => times,
+            Err(reason) => return Ok(Err(reason)),
+        };
+        let start = self.system.assemble(state, period, &times, parameters);
+        self.newton(&self.system, &start)
+    }
+
+    fn newton(&self, system: &ExtendedSystem, start: &[f64]) -> Result<Found, OrbitError> {
+        Ok(match solve_either(system, start, 1e-9)? {
+            Solve::Root(unknowns) => {
+                match Diagnosis::new(self.scene, system, &unknowns).degeneracy() {
+                    Some(reason) => Err(reason),
+                    None => Ok(unknowns),
+                }
+            }
+            Solve::Failed(failure) => {
+                Err(Diagnosis::new(self.scene, system, &failure.unknowns).failed(&failure))
+            }
+        })
+    }
+
+    /// Times of the lowest minima that follow a point near the first graze in the order named, one per further
+    /// independent graze. The first graze's own minimum, or its mirror's, is left out where it is nearer than `missed`.
+    fn start_times(
+        &self,
+        state: &[f64],
+        period: f64,
+        parameters: &[f64],
+        missed: f64,
+    ) -> Result<Result<Vec<f64>, NotLocated>, OrbitError> {
+        let grazes = &self.system.grazes;
+        if grazes.independent == 1 {
+            return Ok(Ok(Vec::new()));
+        }
+        let span = period * grazes.share();
+        let gaps = gaps(&watching_field(&self.scene.model), state, parameters, span)?;
+        let mirror = grazes.surfaces.get(grazes.unmirrored());
+        let own = |minimum: &Minimum| {
+            let near = minimum.time < missed || minimum.time > span - missed;
+            near && (minimum.surface == grazes.surfaces[0] || Some(&minimum.surface) == mirror)
+        };
+        let candidates: Vec<&Minimum> = gaps.minima.iter().filter(|m| !own(m)).collect();
+        let depth = |minimum: &Minimum| minimum.event / gaps.largest[minimum.surface].abs();
+        let wanted = &grazes.surfaces[1..grazes.independent];
+        Ok(match in_order(wanted, &candidates, depth) {
+            Ok(chosen) => Ok(chosen.iter().map(|minimum| minimum.time).collect()),
+            Err(number) => Err(NotLocated::NoMinimum {
+                passage: number + 2,
+                surface: self.scene.model.surfaces[wanted[number]].name.clone(),
+            }),
+        })
     }
 
     /// Time from the guess to the next minimum of the event function: the period's guess without a clock.
     fn first_return(&self, guess: &[f64]) -> Result<f64, OrbitError> {
         let (field, parameters) = (watching_field(&self.scene.model), self.start_parameters());
+        let surface = self.system.grazes.surfaces[0];
         let mut horizon = 1.0;
         while horizon < 1e5 {
-            let mut minima = gaps(&field, guess, &parameters, horizon)?
-                .minima
-                .into_iter();
-            if let Some(next) = minima.find(|m| m.surface == self.surface && m.time > 0.1 * horizon)
-            {
+            let gaps = gaps(&field, guess, &parameters, horizon)?;
+            let mut minima = gaps.between(0.1 * horizon..f64::INFINITY);
+            if let Some(next) = minima.find(|minimum| minimum.surface == surface) {
                 return Ok(next.time);
             }
             horizon *= 2.0;
@@ -169,11 +266,7 @@ impl<'a> Locator<'a> {
     }
 
     /// Of a root of Newton's method and the outcome of a search, the one to go on with.
-    fn better(
-        &self,
-        direct: Option<Result<Vec<f64>, NotLocated>>,
-        searched: Result<Vec<f64>, NotLocated>,
-    ) -> Result<Vec<f64>, NotLocated> {
+    fn better(&self, direct: Option<Found>, searched: Found) -> Found {
         match (direct, searched) {
             (Some(Ok(a)), Ok(b)) => Ok(
                 if self.relative_distance(&a) <= self.relative_distance(&b) {
@@ -193,9 +286,9 @@ impl<'a> Locator<'a> {
         }
     }
 
-    /// Distance from the guess in state and adjusted parameter, relative to the guess's size.
+    /// Distance from the guess in state and adjusted parameters, relative to the guess's size.
     fn relative_distance(&self, unknowns: &[f64]) -> f64 {
-        let start = self.start_parameters()[self.parameter];
+        let (start, found) = (self.start_parameters(), self.system.parameters(unknowns));
         let guess = self.scene.grazing.guess.iter().flatten();
         let size = guess
             .map(|value| value * value)
@@ -203,9 +296,12 @@ impl<'a> Locator<'a> {
             .sqrt()
             .max(1.0);
         let state = self.guess_distance(unknowns).unwrap_or(0.0) / size;
-        let parameter =
-            (self.system.parameters(unknowns)[self.parameter] - start).abs() / start.abs().max(0.1);
-        state.hypot(parameter)
+        let moved = self
+            .system
+            .free()
+            .iter()
+            .map(|&at| (found[at] - start[at]).abs() / start[at].abs().max(0.1));
+        moved.fold(state, f64::hypot)
     }
 
     /// Distance of a full state from the guess, the phase modulo its period.
@@ -226,118 +322,49 @@ impl<'a> Locator<'a> {
         Some(square.sqrt())
     }
 
-    /// Why a root is not a simple graze.
-    fn degeneracy(&self, unknowns: &[f64]) -> Option<NotLocated> {
-        self.degenerate_below(unknowns, DEGENERATE)
-    }
-
-    /// A degenerate graze, `h'' T² / max h` being below a bound.
-    fn degenerate_below(&self, unknowns: &[f64], bound: f64) -> Option<NotLocated> {
-        let parameters = self.system.parameters(unknowns);
-        let state = &unknowns[..self.system.dimension()];
-        let normal_acceleration = self.system.geometry.at(state, &parameters).acceleration();
-        let period = self.system.period(unknowns);
-        let field = watching_field(&self.scene.model);
-        let largest =
-            gaps(&field, state, &parameters, period).map_or(1.0, |gaps| gaps.largest[self.surface]);
-        let relative = normal_acceleration * period * period / largest.abs().max(f64::MIN_POSITIVE);
-        (relative.is_nan() || relative < bound).then(|| NotLocated::DegenerateGraze {
-            parameter: self.name(),
-            value: parameters[self.parameter],
-            normal_acceleration,
-            relative,
-        })
-    }
-
-    /// Why Newton's method failed.
-    fn failed(&self, failure: NewtonFailure) -> NotLocated {
-        let value = self.system.parameters(&failure.unknowns)[self.parameter];
-        let last = failure.history.last().copied().unwrap_or(f64::NAN);
-        if last < 1e-4
-            && let Some(reason) = self.degenerate_below(&failure.unknowns, NEARLY_DEGENERATE)
-        {
-            return reason;
-        }
-        match failure.singular {
-            Some(condition) => {
-                let [re, im] = self.multiplier_nearest_one(&failure.unknowns);
-                NotLocated::Singular {
-                    parameter: self.name(),
-                    value,
-                    condition,
-                    re,
-                    im,
-                }
-            }
-            None => {
-                let first = failure.history.first().copied().unwrap_or(f64::NAN);
-                NotLocated::NotConverged {
-                    parameter: self.name(),
-                    value,
-                    first,
-                    last,
-                    history: failure.history,
-                }
-            }
-        }
-    }
-
-    fn multiplier_nearest_one(&self, unknowns: &[f64]) -> [f64; 2] {
-        let (state, parameters) = (
-            &unknowns[..self.system.dimension()],
-            self.system.parameters(unknowns),
-        );
-        let states = self.scene.model.states.len();
-        let block = full_monodromy(
-            &self.system.field,
-            state,
-            &parameters,
-            self.system.period(unknowns),
-        )
-        .map(|rows| {
-            rows[..states]
-                .iter()
-                .map(|row| row[..states].to_vec())
-                .collect::<Vec<_>>()
-        });
-        let found = block.map_or_else(|_| Vec::new(), |block| multipliers(&block));
-        let distance = |value: &[f64; 2]| (value[0] - 1.0).hypot(value[1]);
-        found
-            .into_iter()
-            .min_by(|a, b| distance(a).total_cmp(&distance(b)))
-            .unwrap_or([f64::NAN; 2])
-    }
-
     fn no_guess(&self) -> NotLocated {
-        let value = self.start_parameters()[self.parameter];
+        let parameter = self.system.free()[0];
         NotLocated::NoPeriodicOrbit {
-            parameter: self.name(),
-            value,
+            parameter: self.scene.model.parameters[parameter].name.clone(),
+            value: self.start_parameters()[parameter],
             periods: 0,
             change: f64::NAN,
         }
     }
 
-    fn name(&self) -> String {
-        self.scene.model.parameters[self.parameter].name.clone()
-    }
-
     /// Refines a root to the roundoff of double-double and describes the orbit.
     fn finish(&self, unknowns: &[f64]) -> Result<Location, OrbitError> {
-        if let Some(reason) = self.degeneracy(unknowns) {
+        if let Some(reason) = Diagnosis::new(self.scene, &self.system, unknowns).degeneracy() {
             return Ok(Location::NotLocated(reason));
         }
         let size = unknowns
             .iter()
             .fold(1.0_f64, |size, value| size.max(value.abs()));
-        match refine_either(&self.system, unknowns, RESIDUAL * size)? {
-            Solve::Root(root) => {
-                let rounded: Vec<f64> = root.unknowns.iter().map(|value| value.to_f64()).collect();
-                let mut orbit = describe(self.scene, self.surface, &self.system, &root)?;
-                orbit.guess_distance = self.guess_distance(&rounded);
-                Ok(Location::Located(Box::new(orbit)))
+        let root = match refine_either(&self.system, unknowns, RESIDUAL * size)? {
+            Solve::Root(root) => root,
+            Solve::Failed(failure) => {
+                let diagnosis = Diagnosis::new(self.scene, &self.system, &failure.unknowns);
+                return Ok(Location::NotLocated(diagnosis.failed(&failure)));
             }
-            Solve::Failed(failure) => Ok(Location::NotLocated(self.failed(failure))),
+        };
+        let mut orbit = match describe(self.scene, &self.system, &root)? {
+            Ok(orbit) => orbit,
+            Err(reason) => return Ok(Location::NotLocated(reason)),
+        };
+        self.check_symmetry_of(&orbit)?;
+        let rounded: Vec<f64> = root.unknowns.iter().map(|value| value.to_f64()).collect();
+        orbit.guess_distance = self.guess_distance(&rounded);
+        Ok(Location::Located(Box::new(orbit)))
+    }
+
+    /// The symmetry asked for, at the grazes and the section point of an orbit.
+    fn check_symmetry_of(&self, orbit: &GrazingOrbit) -> Result<(), OrbitError> {
+        if self.system.grazes.symmetry == Symmetry::None {
+            return Ok(());
         }
+        let grazes = orbit.passages.iter().map(|graze| graze.state.clone());
+        let points: Vec<_> = grazes.chain([orbit.section_point.clone()]).collect();
+        let (model, geometry) = (&self.scene.model, self.system.geometry(0));
+        check_field(model, geometry, &points, orbit.parameters())
     }
 }

@@ -1,5 +1,7 @@
 //! Every minimum of the event functions along a stretch of the free flow.
 
+use std::ops::Range;
+
 use crate::flow::{Field, Integrator, horner};
 use crate::model::Model;
 
@@ -27,6 +29,15 @@ pub(super) struct Gaps {
     pub(super) largest: Vec<f64>,
     /// The state at the end.
     pub(super) end: Vec<f64>,
+}
+
+impl Gaps {
+    /// The minima strictly inside a range of times.
+    pub(super) fn between(&self, times: Range<f64>) -> impl Iterator<Item = &Minimum> {
+        let within =
+            move |minimum: &&Minimum| times.start < minimum.time && minimum.time < times.end;
+        self.minima.iter().filter(within)
+    }
 }
 
 /// Pieces of a step on which `h'` is taken to change sign at most once.
@@ -60,6 +71,7 @@ pub(super) fn gaps(
     let mut elapsed = 0.0;
     for _ in 0..MAX_STEPS {
         if elapsed >= duration {
+            found.minima.sort_by(|a, b| a.time.total_cmp(&b.time));
             return Ok(found);
         }
         let step = integrator.step(&found.end, parameters)?;

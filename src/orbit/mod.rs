@@ -5,17 +5,22 @@
 mod continuation;
 mod curve;
 mod describe;
+mod diagnosis;
 mod error;
 mod geometry;
+mod grazes;
 mod locate;
 mod minima;
 mod monodromy;
 mod newton;
 mod outcome;
+mod passages;
 mod point;
 mod record;
 mod search;
 mod section;
+mod shooting;
+mod symmetry;
 mod system;
 mod tracer;
 
@@ -25,7 +30,7 @@ pub use curve::{
 };
 pub use error::OrbitError;
 pub use locate::locate;
-pub use outcome::{Location, NotLocated};
+pub use outcome::{Adjusted, Location, NotLocated};
 pub use point::{GrazingOrbit, GrazingPoint};
 pub use record::{
     Codim2Record, CurvePointRecord, CurveRecord, FoldRecord, OrbitRecord, PointRecord,

@@ -1,5 +1,7 @@
 //! How the search for a grazing orbit ended.
 
+use std::fmt;
+
 use super::point::GrazingOrbit;
 
 /// How the search for a grazing orbit ended.
@@ -60,27 +62,26 @@ pub enum NotLocated {
     },
     /// The orbit touches the surface without a simple minimum of the event function.
     #[error(
-        "degenerate graze at {parameter} = {value}: h'' = {normal_acceleration:.6e} (h'' T²/max h = {relative:.3e}); a simple graze has h'' > 0"
+        "degenerate graze of `{surface}` at {at}: h'' = {normal_acceleration:.6e} (h'' T²/max h = {relative:.3e}); a simple graze has h'' > 0"
     )]
     DegenerateGraze {
-        /// Name of the adjusted parameter.
-        parameter: String,
-        /// Its value.
-        value: f64,
+        /// Name of the surface.
+        surface: String,
+        /// The adjusted parameters.
+        at: Adjusted,
         /// `h''` at the point.
         normal_acceleration: f64,
         /// `h''` in units of the largest `h` over the squared period.
         relative: f64,
     },
-    /// The orbit cannot be adjusted with this parameter here.
+    /// The orbit cannot be adjusted with these parameters here.
     #[error(
-        "the equations of the grazing orbit are singular in {parameter} at {parameter} = {value} (reciprocal condition {condition:.3e}); the multiplier nearest 1 is {re:.12} + {im:.12}i"
+        "the equations of the grazing orbit are singular in {} at {at} (reciprocal condition {condition:.3e}); the multiplier nearest 1 is {re:.12} + {im:.12}i",
+        .at.names()
     )]
     Singular {
-        /// Name of the adjusted parameter.
-        parameter: String,
-        /// Its value.
-        value: f64,
+        /// The adjusted parameters.
+        at: Adjusted,
         /// Reciprocal condition of the scaled Jacobian.
         condition: f64,
         /// Real part of the multiplier nearest 1.
@@ -90,14 +91,12 @@ pub enum NotLocated {
     },
     /// Newton's method did not end at a root.
     #[error(
-        "Newton's method did not converge: residual {first:.3e} at the start, {last:.3e} after {} iterations, at {parameter} = {value}",
+        "Newton's method did not converge: residual {first:.3e} at the start, {last:.3e} after {} iterations, at {at}",
         .history.len()
     )]
     NotConverged {
-        /// Name of the adjusted parameter.
-        parameter: String,
-        /// Its last value.
-        value: f64,
+        /// The adjusted parameters, at their last values.
+        at: Adjusted,
         /// First residual.
         first: f64,
         /// Last residual.
@@ -105,4 +104,84 @@ pub enum NotLocated {
         /// All residuals.
         history: Vec<f64>,
     },
+    /// The grazes found do not follow each other as the scene names them.
+    #[error(
+        "passage {passage} grazes `{surface}` {time:.6} after the first, where the order named wants it between {after:.6} and {before:.6}"
+    )]
+    OutOfOrder {
+        /// Number of the passage, from 1.
+        passage: usize,
+        /// Name of its surface.
+        surface: String,
+        /// Its time since the first.
+        time: f64,
+        /// Time of the passage before.
+        after: f64,
+        /// End of the period, or of its half for a symmetric orbit.
+        before: f64,
+    },
+    /// A surface the orbit does not approach where the scene names a passage.
+    #[error(
+        "the orbit has no minimum of `{surface}`'s event function where passage {passage} is named"
+    )]
+    NoMinimum {
+        /// Number of the passage, from 1.
+        passage: usize,
+        /// Name of its surface.
+        surface: String,
+    },
+    /// A passage that nothing adjusts does not touch.
+    #[error(
+        "passage {passage} does not touch `{surface}`: h = {event:.6e} at its minimum, {time:.6} after the first graze; {adjusted} of the grazes are adjusted for, this one needs a further parameter in `solve_for` or a symmetry"
+    )]
+    DoesNotTouch {
+        /// Number of the passage, from 1.
+        passage: usize,
+        /// Name of its surface.
+        surface: String,
+        /// Time of the minimum since the first graze.
+        time: f64,
+        /// The event function there.
+        event: f64,
+        /// Number of grazes that are adjusted for.
+        adjusted: usize,
+    },
+    /// The mirror image of a graze is not one.
+    #[error(
+        "passage {passage} is to mirror passage {of}, and at the mirrored state `{surface}` has h = {event:.6e}, h' = {velocity:.6e}"
+    )]
+    NotMirrored {
+        /// Number of the passage, from 1.
+        passage: usize,
+        /// Name of its surface.
+        surface: String,
+        /// Number of the passage it mirrors.
+        of: usize,
+        /// `h` at the mirrored state.
+        event: f64,
+        /// `h'` at the mirrored state.
+        velocity: f64,
+    },
+}
+
+/// Adjusted parameters with their values.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Adjusted(pub Vec<(String, f64)>);
+
+impl Adjusted {
+    /// The names alone.
+    pub fn names(&self) -> String {
+        let names: Vec<&str> = self.0.iter().map(|(name, _)| name.as_str()).collect();
+        names.join(", ")
+    }
+}
+
+impl fmt::Display for Adjusted {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for (number, (name, value)) in self.0.iter().enumerate() {
+            let comma = if number == 0 { "" } else { ", " };
+            write!(formatter, "{comma}{name} = {value}")?;
+        }
+        Ok(())
+    }
 }

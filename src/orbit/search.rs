@@ -7,15 +7,16 @@ use super::OrbitError;
 use super::minima::{Minimum, gaps, watching_field};
 use super::newton::{Solve, solve};
 use super::outcome::NotLocated;
-use super::system::{ExtendedSystem, Shooting, solve_either};
+use super::shooting::Shooting;
+use super::system::{ExtendedSystem, solve_either};
 
 /// A search along the periodic orbits of one parameter.
 pub(super) struct Search<'a> {
-    pub(super) scene: &'a Scene,
-    pub(super) system: &'a ExtendedSystem,
-    pub(super) surface: usize,
-    pub(super) parameter: usize,
-    pub(super) watching: Field,
+    scene: &'a Scene,
+    system: &'a ExtendedSystem,
+    surface: usize,
+    parameter: usize,
+    watching: Field,
 }
 
 /// A periodic orbit of the free flow at one value of the parameter.
@@ -35,17 +36,12 @@ const TRIALS: usize = 60;
 const NEAR: f64 = 0.2;
 
 impl<'a> Search<'a> {
-    /// A search in the parameter a scene adjusts.
-    pub(super) fn new(
-        scene: &'a Scene,
-        system: &'a ExtendedSystem,
-        surface: usize,
-        parameter: usize,
-    ) -> Self {
+    /// A search for the graze of a system that has one, in its parameter.
+    pub(super) fn new(scene: &'a Scene, system: &'a ExtendedSystem, parameter: usize) -> Self {
         Self {
             scene,
             system,
-            surface,
+            surface: system.grazes.surfaces[0],
             parameter,
             watching: watching_field(&scene.model),
         }
@@ -150,7 +146,7 @@ impl<'a> Search<'a> {
         let state = &root[..self.system.dimension()];
         let acceleration = self
             .system
-            .geometry
+            .geometry(0)
             .at(state, &self.system.parameters(&root))
             .acceleration();
         Ok((acceleration > 0.0).then_some(root))
@@ -184,7 +180,8 @@ impl<'a> Search<'a> {
     }
 
     fn unknowns(&self, state: &[f64], value: f64) -> Vec<f64> {
-        self.system.assemble(state, 0.0, &self.parameters(value))
+        self.system
+            .assemble(state, 0.0, &[], &self.parameters(value))
     }
 
     fn name(&self) -> String {

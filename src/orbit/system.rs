@@ -1,8 +1,10 @@
-//! The extended system of a grazing orbit: the orbit closes, and touches the surface at its start.
+//! The extended system of a grazing orbit: the orbit closes, and touches its surfaces.
 //!
-//! Unknowns are the full state at the graze, the period where no clock gives it, and the free parameters; equations
-//! `φ_T(X; p) − X = 0` in the states (the phase closes by itself), `h = 0` and `h' = 0`. Closure may be asked for at the
-//! end of the period or, from both sides, at its middle. See docs/mathematics/orbit.md.
+//! Unknowns are the full state at the first graze, the period where no clock gives it, the times of the further
+//! independent grazes, and the free parameters; equations `φ_T(X; p) − X = 0` in the states (the phase closes by itself)
+//! and `h = 0`, `h' = 0` at every independent graze. A symmetric orbit closes after half its period on its mirror image,
+//! `φ_{T/2}(X) + X = 0`. Closure may be asked for at the end or, from both sides, in the middle. See
+//! docs/mathematics/orbit.md.
 
 use nalgebra::DMatrix;
 
@@ -12,6 +14,7 @@ use crate::numeric::{Dd, Real};
 
 use super::OrbitError;
 use super::geometry::Geometry;
+use super::grazes::Grazes;
 use super::newton::{Equations, Root, Solve, refine, solve};
 
 /// Where the two ends of a period are matched.
@@ -23,11 +26,14 @@ pub(super) enum Matching {
     AtMiddle,
 }
 
-/// Closure and graze in the unknowns (full state, period of an autonomous system, free parameters).
+/// Closure and grazes in the unknowns (full state, period of an autonomous system, graze times, free parameters).
 #[derive(Clone, Debug)]
 pub(super) struct ExtendedSystem {
-    pub(super) geometry: Geometry,
+    /// The passages of the orbit.
+    pub(super) grazes: Grazes,
     pub(super) field: Field,
+    /// One per passage.
+    geometries: Vec<Geometry>,
     dimension: usize,
     states: usize,
     phase_advance: Option<Dd>,
@@ -36,26 +42,25 @@ pub(super) struct ExtendedSystem {
     matching: Matching,
 }
 
-/// A stretch of the flow with its derivatives in the full state, the period and all parameters asked for.
+/// A stretch of the flow with its derivatives in the full state, its duration and all parameters asked for.
 struct Stretch {
     state: Vec<f64>,
     jacobian: DMatrix<f64>,
     velocity: Vec<f64>,
-    /// Derivative of its duration in the period.
-    share: f64,
 }
 
 impl ExtendedSystem {
     /// The system of a scene whose other parameters are `base`.
-    pub(super) fn new(scene: &Scene, surface: usize, base: &[Dd], free: &[usize]) -> Self {
+    pub(super) fn new(scene: &Scene, grazes: Grazes, base: &[Dd], free: &[usize]) -> Self {
         let model = &scene.model;
-        let periods = Dd::from(scene.grazing.periods as f64);
+        let surfaces = grazes.surfaces.iter();
         Self {
-            geometry: Geometry::new(model, surface),
+            geometries: surfaces.map(|&at| Geometry::new(model, at)).collect(),
+            grazes,
             field: Field::free(model, &[]),
             dimension: model.dimension(),
             states: model.states.len(),
-            phase_advance: model.phase.as_ref().map(|phase| phase.period * periods),
+            phase_advance: Grazes::advance(scene),
             base: base.to_vec(),
             free: free.to_vec(),
             matching: Matching::AtEnd,
@@ -70,13 +75,28 @@ impl ExtendedSystem {
         }
     }
 
-    /// The same equations with the other parameters changed and one parameter free.
+    /// The same equations with the other parameters and the free ones changed.
     pub(super) fn with(&self, base: &[Dd], free: &[usize]) -> Self {
         Self {
             base: base.to_vec(),
             free: free.to_vec(),
             ..self.clone()
         }
+    }
+
+    /// Closure and the first graze, with one free parameter.
+    pub(super) fn first_graze(&self, parameter: usize) -> Self {
+        Self {
+            grazes: self.grazes.first(),
+            geometries: self.geometries[..1].to_vec(),
+            free: vec![parameter],
+            ..self.clone()
+        }
+    }
+
+    /// Expressions at the surface of a passage; of the first they serve for the flow and the clock too.
+    pub(super) fn geometry(&self, passage: usize) -> &Geometry {
+        &self.geometries[passage]
     }
 
     /// Number of states, the phase not counted.
@@ -89,21 +109,43 @@ impl ExtendedSystem {
         self.dimension
     }
 
+    /// The free parameters.
+    pub(super) fn free(&self) -> &[usize] {
+        &self.free
+    }
+
     /// Number of unknowns.
     pub(super) fn unknowns(&self) -> usize {
-        self.dimension + usize::from(self.phase_advance.is_none()) + self.free.len()
+        self.first_parameter() + self.free.len()
+    }
+
+    /// Position of the second graze's time among the unknowns.
+    fn first_time(&self) -> usize {
+        self.dimension + usize::from(self.phase_advance.is_none())
     }
 
     /// Position of the first free parameter among the unknowns.
     pub(super) fn first_parameter(&self) -> usize {
-        self.unknowns() - self.free.len()
+        self.first_time() + self.grazes.independent - 1
     }
 
-    /// Unknowns from their parts; `period` is used only where no clock gives it.
-    pub(super) fn assemble<S: Real>(&self, state: &[S], period: S, parameters: &[S]) -> Vec<S> {
+    fn equations(&self) -> usize {
+        self.states + 2 * self.grazes.independent
+    }
+
+    /// Unknowns from their parts; `period` is used only where no clock gives it, `times` are those of the independent
+    /// grazes after the first.
+    pub(super) fn assemble<S: Real>(
+        &self,
+        state: &[S],
+        period: S,
+        times: &[S],
+        parameters: &[S],
+    ) -> Vec<S> {
         let period = self.phase_advance.is_none().then_some(period);
         let free = self.free.iter().map(|&parameter| parameters[parameter]);
-        state.iter().copied().chain(period).chain(free).collect()
+        let state = state.iter().chain(&period).chain(times).copied();
+        state.chain(free).collect()
     }
 
     /// All parameters at these unknowns.
@@ -115,6 +157,12 @@ impl ExtendedSystem {
         parameters
     }
 
+    /// Times of the independent grazes, the first being 0.
+    pub(super) fn times<S: Real>(&self, unknowns: &[S]) -> Vec<S> {
+        let later = &unknowns[self.first_time()..self.first_parameter()];
+        [S::zero()].iter().chain(later).copied().collect()
+    }
+
     /// Duration of one period of the orbit.
     pub(super) fn period<S: Real>(&self, unknowns: &[S]) -> S {
         self.period_and_slopes(unknowns, &self.parameters(unknowns))
@@ -123,7 +171,7 @@ impl ExtendedSystem {
 
     /// The period and its derivatives in all parameters: `T = advance/rate(p)`.
     fn period_and_slopes<S: Real>(&self, unknowns: &[S], parameters: &[S]) -> (S, Vec<S>) {
-        let local = self.geometry.at(&unknowns[..self.dimension], parameters);
+        let local = self.geometries[0].at(&unknowns[..self.dimension], parameters);
         match (self.phase_advance, local.clock()) {
             (Some(advance), Some((rate, slopes))) => {
                 let period = S::from_dd(advance) / rate;
@@ -137,114 +185,141 @@ impl ExtendedSystem {
         }
     }
 
-    /// Ends of the period that closure compares, as parts of the period.
-    fn ends(&self) -> [f64; 2] {
+    /// Ends that closure compares, as parts of the period, each with the factor of its states in the difference.
+    fn ends(&self) -> [(f64, f64); 2] {
+        let (share, image) = (self.grazes.share(), self.grazes.image());
         match self.matching {
-            Matching::AtEnd => [1.0, 0.0],
-            Matching::AtMiddle => [0.5, -0.5],
+            Matching::AtEnd => [(share, 1.0), (0.0, -image)],
+            Matching::AtMiddle => [(0.5 * share, 1.0), (-0.5 * share, -image)],
         }
     }
 
-    /// Closure in the states, `h`, `h'`.
+    /// Closure in the states, then `h`, `h'` at every independent graze.
     pub(super) fn evaluate<S: Real>(&self, unknowns: &[S]) -> Result<Vec<S>, OrbitError> {
         let state = &unknowns[..self.dimension];
         let parameters = self.parameters(unknowns);
         let (period, _) = self.period_and_slopes(unknowns, &parameters);
         let mut integrator = Integrator::new(&self.field);
-        let [after, before] = self
-            .ends()
-            .map(|share| integrator.flow(state, &parameters, period * S::from_f64(share)));
-        let (after, before) = (after?, before?);
-        let local = self.geometry.at(state, &parameters);
-        let closure = (0..self.states).map(|component| after[component] - before[component]);
-        Ok(closure.chain([local.event(), local.velocity()]).collect())
+        let mut residual = vec![S::zero(); self.states];
+        for (share, factor) in self.ends() {
+            let end = integrator.flow(state, &parameters, period * S::from_f64(share))?;
+            for (sum, &component) in residual.iter_mut().zip(&end) {
+                *sum += component * S::from_f64(factor);
+            }
+        }
+        for (time, geometry) in self.times(unknowns).into_iter().zip(&self.geometries) {
+            let there = integrator.flow(state, &parameters, time)?;
+            let local = geometry.at(&there, &parameters);
+            residual.extend([local.event(), local.velocity()]);
+        }
+        Ok(residual)
     }
 
-    /// Residuals and their derivatives in every unknown: a matrix of `states + 2` rows.
+    /// Residuals and their derivatives in every unknown.
     pub(super) fn differentiate(
         &self,
         unknowns: &[f64],
     ) -> Result<(Vec<f64>, DMatrix<f64>), OrbitError> {
-        let (state, parameters) = (&unknowns[..self.dimension], self.parameters(unknowns));
-        let [after, before] = self
-            .ends()
-            .map(|share| self.stretch(unknowns, &parameters, share));
-        let (after, before) = (after?, before?);
-        let local = self.geometry.at(state, &parameters);
-        let mut jacobian = DMatrix::zeros(self.states + 2, self.unknowns());
-        self.fill_closure(&mut jacobian, unknowns, &parameters, &after, 1.0);
-        self.fill_closure(&mut jacobian, unknowns, &parameters, &before, -1.0);
-        let parameter_inputs = self
-            .free
-            .iter()
-            .map(|&parameter| self.dimension + parameter);
-        let columns = (self.first_parameter()..)
-            .zip(parameter_inputs)
-            .chain((0..self.dimension).map(|i| (i, i)));
-        let (event_slopes, velocity_slopes) = (local.event_gradient(), local.velocity_gradient());
-        for (column, input) in columns {
-            jacobian[(self.states, column)] = event_slopes[input];
-            jacobian[(self.states + 1, column)] = velocity_slopes[input];
+        let parameters = self.parameters(unknowns);
+        let mut residual = vec![0.0; self.states];
+        let mut jacobian = DMatrix::zeros(self.equations(), self.unknowns());
+        for (share, factor) in self.ends() {
+            let end = self.add_closure(&mut jacobian, unknowns, &parameters, share, factor)?;
+            for (sum, component) in residual.iter_mut().zip(end) {
+                *sum += factor * component;
+            }
         }
-        let closure =
-            (0..self.states).map(|component| after.state[component] - before.state[component]);
-        Ok((
-            closure.chain([local.event(), local.velocity()]).collect(),
-            jacobian,
-        ))
+        for (passage, time) in self.times(unknowns).into_iter().enumerate() {
+            let touch = self.fill_touch(&mut jacobian, unknowns, &parameters, passage, time)?;
+            residual.extend(touch);
+        }
+        Ok((residual, jacobian))
     }
 
-    /// The flow over a part of the period.
+    /// The flow over a duration from the first graze.
     fn stretch(
         &self,
         unknowns: &[f64],
         parameters: &[f64],
-        share: f64,
+        duration: f64,
     ) -> Result<Stretch, OrbitError> {
-        let (period, _) = self.period_and_slopes(unknowns, parameters);
-        let inputs: Vec<usize> = (0..self.dimension)
-            .chain(
-                self.free
-                    .iter()
-                    .map(|&parameter| self.dimension + parameter),
-            )
-            .collect();
+        let free = self
+            .free
+            .iter()
+            .map(|&parameter| self.dimension + parameter);
+        let inputs: Vec<usize> = (0..self.dimension).chain(free).collect();
         let start = &unknowns[..self.dimension];
         let (state, jacobian) =
-            flow_with_jacobian(&self.field, start, parameters, share * period, &inputs)?;
-        let velocity = self.geometry.at(&state, parameters).flow();
+            flow_with_jacobian(&self.field, start, parameters, duration, &inputs)?;
+        let velocity = self.geometries[0].at(&state, parameters).flow();
         Ok(Stretch {
             state,
             jacobian,
             velocity,
-            share,
         })
     }
 
-    /// Adds the derivatives of one end of the period to the closure's rows.
-    fn fill_closure(
+    /// Adds the derivatives of one end to the closure's rows; the state there.
+    fn add_closure(
         &self,
         jacobian: &mut DMatrix<f64>,
         unknowns: &[f64],
         parameters: &[f64],
-        end: &Stretch,
-        sign: f64,
-    ) {
-        let (_, period_slopes) = self.period_and_slopes(unknowns, parameters);
+        share: f64,
+        factor: f64,
+    ) -> Result<Vec<f64>, OrbitError> {
+        let (period, period_slopes) = self.period_and_slopes(unknowns, parameters);
+        let end = self.stretch(unknowns, parameters, share * period)?;
         for row in 0..self.states {
-            let by_period = end.velocity[row] * end.share;
+            let by_period = end.velocity[row] * share;
             for column in 0..self.dimension {
-                jacobian[(row, column)] += sign * end.jacobian[(row, column)];
+                jacobian[(row, column)] += factor * end.jacobian[(row, column)];
             }
             if self.phase_advance.is_none() {
-                jacobian[(row, self.dimension)] += sign * by_period;
+                jacobian[(row, self.dimension)] += factor * by_period;
             }
             for (number, &parameter) in self.free.iter().enumerate() {
                 let slope = end.jacobian[(row, self.dimension + number)]
                     + by_period * period_slopes[parameter];
-                jacobian[(row, self.first_parameter() + number)] += sign * slope;
+                jacobian[(row, self.first_parameter() + number)] += factor * slope;
             }
         }
+        Ok(end.state)
+    }
+
+    /// Fills the two rows of a graze; `h` and `h'` there.
+    fn fill_touch(
+        &self,
+        jacobian: &mut DMatrix<f64>,
+        unknowns: &[f64],
+        parameters: &[f64],
+        passage: usize,
+        time: f64,
+    ) -> Result<[f64; 2], OrbitError> {
+        let there = self.stretch(unknowns, parameters, time)?;
+        let local = self.geometries[passage].at(&there.state, parameters);
+        let rows = [
+            (local.event_gradient(), local.velocity()),
+            (local.velocity_gradient(), local.acceleration()),
+        ];
+        for (number, (slopes, by_time)) in rows.into_iter().enumerate() {
+            let row = self.states + 2 * passage + number;
+            let carried = |column: usize| -> f64 {
+                let column = there.jacobian.column(column);
+                column.iter().zip(&slopes).map(|(a, b)| a * b).sum()
+            };
+            for column in 0..self.dimension {
+                jacobian[(row, column)] = carried(column);
+            }
+            for (number, &parameter) in self.free.iter().enumerate() {
+                jacobian[(row, self.first_parameter() + number)] =
+                    carried(self.dimension + number) + slopes[self.dimension + parameter];
+            }
+            if passage > 0 {
+                jacobian[(row, self.first_time() + passage - 1)] = by_time;
+            }
+        }
+        Ok([local.event(), local.velocity()])
     }
 }
 
@@ -288,54 +363,5 @@ impl Equations for ExtendedSystem {
 
     fn residual_dd(&self, unknowns: &[Dd]) -> Result<Vec<Dd>, OrbitError> {
         self.evaluate(unknowns)
-    }
-}
-
-/// Closure alone, from a fixed phase and at fixed parameters: what finds a periodic orbit.
-#[derive(Clone, Debug)]
-pub(super) struct Shooting {
-    fixed: ExtendedSystem,
-    phase: f64,
-}
-
-impl Shooting {
-    /// Closure from this phase at these parameters.
-    pub(super) fn new(system: &ExtendedSystem, phase: f64, parameters: &[f64]) -> Self {
-        let parameters: Vec<Dd> = parameters.iter().map(|&value| Dd::from(value)).collect();
-        Self {
-            fixed: system.with(&parameters, &[]),
-            phase,
-        }
-    }
-
-    fn closure<S: Real>(&self, states: &[S]) -> Result<Vec<S>, OrbitError> {
-        let start: Vec<S> = states
-            .iter()
-            .copied()
-            .chain([S::from_f64(self.phase)])
-            .collect();
-        let mut residual = self.fixed.evaluate(&start)?;
-        residual.truncate(states.len());
-        Ok(residual)
-    }
-}
-
-impl Equations for Shooting {
-    fn linearised(&self, states: &[f64]) -> Result<(Vec<f64>, DMatrix<f64>), OrbitError> {
-        let count = states.len();
-        let start: Vec<f64> = states.iter().copied().chain([self.phase]).collect();
-        let (residual, jacobian) = self.fixed.differentiate(&start)?;
-        Ok((
-            residual[..count].to_vec(),
-            jacobian.view((0, 0), (count, count)).into_owned(),
-        ))
-    }
-
-    fn residual(&self, states: &[f64]) -> Result<Vec<f64>, OrbitError> {
-        self.closure(states)
-    }
-
-    fn residual_dd(&self, states: &[Dd]) -> Result<Vec<Dd>, OrbitError> {
-        self.closure(states)
     }
 }

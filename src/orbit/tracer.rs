@@ -1,22 +1,24 @@
 //! One pass along a grazing curve: steps, points, and the special points between them.
 
 use crate::model::Scene;
-use crate::numeric::{Dd, Real};
+use crate::numeric::Dd;
 
 use super::OrbitError;
 use super::continuation::{correct, correct_dd, tangent};
 use super::curve::{CurveEnd, CurveOptions, CurvePoint, GrazingCurve, SpecialKind, SpecialPoint};
-use super::describe::clearance;
+use super::describe::{clearance, points};
+use super::grazes::Grazes;
 use super::monodromy::{full_monodromy, multipliers, on_section, xi};
-use super::point::{GrazingOrbit, GrazingPoint};
-use super::section::{PoincareSection, reduced};
+use super::outcome::NotLocated;
+use super::passages::passages;
+use super::point::GrazingOrbit;
+use super::section::PoincareSection;
 use super::system::ExtendedSystem;
 
 /// What is followed along a curve.
 pub(super) struct Tracer<'a> {
     scene: &'a Scene,
-    surface: usize,
-    free: [usize; 2],
+    free: Vec<usize>,
     system: ExtendedSystem,
     options: &'a CurveOptions,
 }
@@ -30,35 +32,39 @@ struct Station {
     point: CurvePoint,
 }
 
+/// Largest `|h|` of a passage that no equation holds, relative to the range of `h`: the roundoff of an `f64` root.
+const TOUCHING: f64 = 1e-8;
+
 /// Cosine of the largest turn of the tangent in one step.
 const STRAIGHT: f64 = 0.98;
 
 impl<'a> Tracer<'a> {
-    /// A tracer of the curve through an orbit, in the parameter it was adjusted in and `with`.
+    /// A tracer of the curve through an orbit, in the parameters it was adjusted in and `with`.
     pub(super) fn new(
         scene: &'a Scene,
         orbit: &GrazingOrbit,
         with: usize,
         options: &'a CurveOptions,
-    ) -> Self {
-        let free = [scene.grazing.solve_for[0], with];
-        let surface = orbit.grazing_point().surface;
-        let system = ExtendedSystem::new(scene, surface, orbit.parameters(), &free);
-        Self {
+    ) -> Result<Self, OrbitError> {
+        let adjusted = scene.grazing.solve_for.iter().copied();
+        let free: Vec<usize> = adjusted.chain([with]).collect();
+        let system = ExtendedSystem::new(scene, Grazes::of(scene)?, orbit.parameters(), &free);
+        Ok(Self {
             scene,
-            surface,
             free,
             system,
             options,
-        }
+        })
     }
 
     /// Unknowns of a located orbit.
     pub(super) fn start(&self, orbit: &GrazingOrbit) -> Vec<f64> {
         let graze = orbit.grazing_point();
+        let independent = &orbit.passages[1..self.system.grazes.independent];
+        let times: Vec<Dd> = independent.iter().map(|passage| passage.time).collect();
         let unknowns = self
             .system
-            .assemble(&graze.state, orbit.period, &graze.parameters);
+            .assemble(&graze.state, orbit.period, &times, &graze.parameters);
         unknowns.iter().map(|value| value.to_f64()).collect()
     }
 
@@ -73,14 +79,17 @@ impl<'a> Tracer<'a> {
         let mut along = vec![0.0; start.len()];
         along[last] = if to < from { -1.0 } else { 1.0 };
         let mut curve = GrazingCurve {
-            free: self.free,
+            free: self.free.clone(),
             points: Vec::new(),
             special: Vec::new(),
             end: CurveEnd::StepLimit,
         };
-        let Some(mut here) = self.station(start.to_vec(), &along)? else {
-            curve.end = CurveEnd::StepTooSmall { ds: 0.0 };
-            return Ok((curve, start.to_vec()));
+        let mut here = match self.station(start.to_vec(), &along)? {
+            Ok(here) => here,
+            Err(end) => {
+                curve.end = end;
+                return Ok((curve, start.to_vec()));
+            }
         };
         curve.points.push(here.point.clone());
         let mut ds = self.options.ds;
@@ -89,11 +98,12 @@ impl<'a> Tracer<'a> {
                 curve.end = CurveEnd::Reached;
                 break;
             }
-            let Some((mut next, taken)) = self.step(&here, ds)? else {
-                curve.end = CurveEnd::StepTooSmall {
-                    ds: self.options.ds_min,
-                };
-                break;
+            let (mut next, taken) = match self.step(&here, ds)? {
+                Ok(step) => step,
+                Err(end) => {
+                    curve.end = end;
+                    break;
+                }
             };
             ds = (taken * 1.3).min(self.options.ds_max);
             if (here.unknowns[last] - to) * (next.unknowns[last] - to) <= 0.0
@@ -122,8 +132,15 @@ impl<'a> Tracer<'a> {
         Ok((curve, here.unknowns))
     }
 
-    /// The next station and the step that led there.
-    fn step(&self, here: &Station, mut ds: f64) -> Result<Option<(Station, f64)>, OrbitError> {
+    /// The next station and the step that led there, or how the curve ends.
+    fn step(
+        &self,
+        here: &Station,
+        mut ds: f64,
+    ) -> Result<Result<(Station, f64), CurveEnd>, OrbitError> {
+        let mut end = CurveEnd::StepTooSmall {
+            ds: self.options.ds_min,
+        };
         while ds >= self.options.ds_min {
             let predicted: Vec<f64> = here
                 .unknowns
@@ -133,14 +150,18 @@ impl<'a> Tracer<'a> {
                 .collect();
             if let Some(found) = correct(&self.system, &predicted, &here.tangent)?
                 && distance(&found, &predicted) < 0.3 * ds
-                && let Some(next) = self.station(found, &here.tangent)?
-                && dot(&next.tangent, &here.tangent) > STRAIGHT
             {
-                return Ok(Some((next, ds)));
+                match self.station(found, &here.tangent)? {
+                    Ok(next) if dot(&next.tangent, &here.tangent) > STRAIGHT => {
+                        return Ok(Ok((next, ds)));
+                    }
+                    Ok(_) => {}
+                    Err(reason) => end = reason,
+                }
             }
             ds *= 0.5;
         }
-        Ok(None)
+        Ok(Err(end))
     }
 
     /// The station between two where the second parameter has a value.
@@ -161,32 +182,36 @@ impl<'a> Tracer<'a> {
             return Ok(None);
         };
         found[last] = to;
-        self.station(found, &here.tangent)
+        Ok(self.station(found, &here.tangent)?.ok())
     }
 
-    /// Everything about a point of the curve.
-    fn station(&self, unknowns: Vec<f64>, along: &[f64]) -> Result<Option<Station>, OrbitError> {
+    /// Everything about a point of the curve, or why the curve ends there.
+    fn station(
+        &self,
+        unknowns: Vec<f64>,
+        along: &[f64],
+    ) -> Result<Result<Station, CurveEnd>, OrbitError> {
         let Some(tangent) = tangent(&self.system, &unknowns, along)? else {
-            return Ok(None);
+            return Ok(Err(CurveEnd::StepTooSmall { ds: 0.0 }));
         };
-        let (point, discriminant) = self.describe(&unknowns)?;
-        let first = unknowns.len() - 2;
+        let (point, discriminant) = match self.describe(&unknowns)? {
+            Ok(described) => described,
+            Err(end) => return Ok(Err(end)),
+        };
         let xi = point
             .xi
             .iter()
             .enumerate()
             .map(|(n, &value)| (SpecialKind::Codimension2 { n: n + 1 }, value));
-        let folds = (0..2).map(|k| {
-            (
-                SpecialKind::Fold {
-                    parameter: self.free[k],
-                },
-                tangent[first + k],
-            )
-        });
+        let turning = tangent[self.system.first_parameter()..].iter();
+        let folds = self
+            .free
+            .iter()
+            .zip(turning)
+            .map(|(&parameter, &component)| (SpecialKind::Fold { parameter }, component));
         let switch = discriminant.map(|value| (SpecialKind::MultiplierSwitch, value));
         let signs = xi.chain(folds).chain(switch).collect();
-        Ok(Some(Station {
+        Ok(Ok(Station {
             unknowns,
             tangent,
             signs,
@@ -195,54 +220,40 @@ impl<'a> Tracer<'a> {
     }
 
     /// The orbit at a point, and the discriminant of its two multipliers where there are two.
-    fn describe<S: Real>(&self, unknowns: &[S]) -> Result<(CurvePoint, Option<f64>), OrbitError> {
+    fn describe(
+        &self,
+        unknowns: &[f64],
+    ) -> Result<Result<(CurvePoint, Option<f64>), CurveEnd>, OrbitError> {
+        let touches = match passages(self.scene, &self.system, unknowns, TOUCHING)? {
+            Ok(found) => found.touches,
+            Err(reason) => return Ok(Err(lost(&reason))),
+        };
         let parameters = self.system.parameters(unknowns);
-        let mut state = unknowns[..self.system.dimension()].to_vec();
-        if let (Some(phase), Some(value)) = (&self.scene.model.phase, state.last_mut()) {
-            *value = S::from_dd(reduced(value.to_dd(), phase.period));
-        }
-        let local = self.system.geometry.at(&state, &parameters);
         let period = self.system.period(unknowns);
+        let exact: Vec<Dd> = parameters.iter().map(|&value| Dd::from(value)).collect();
+        let passages = points(self.scene, &self.system, &touches, &exact)?;
+        let (graze, state) = (&passages[0], touches[0].state.clone());
+        let local = self.system.geometry(0).at(&state, &parameters);
         let full = full_monodromy(&self.system.field, &state, &parameters, period)?;
-        let to_dd = |values: &[S]| {
-            values
-                .iter()
-                .map(|value| value.to_dd())
-                .collect::<Vec<Dd>>()
-        };
-        let (point, values) = (to_dd(&state), to_dd(&parameters));
-        let section = PoincareSection::tangency(&self.scene.model, self.surface, &point, &values);
+        let model = &self.scene.model;
+        let section = PoincareSection::tangency(model, graze.surface, &graze.state, &exact);
         let monodromy = on_section(&full, &section, &local);
-        let graze = GrazingPoint {
-            surface: self.surface,
-            state: point,
-            parameters: values,
-            normal_acceleration: local.acceleration().to_dd(),
-            time: Dd::ZERO,
-            section,
-        };
         let discriminant = match monodromy.as_slice() {
             [a, b] => {
-                let half_difference = (a[0] - b[1]) * S::from_f64(0.5);
-                Some((half_difference * half_difference + a[1] * b[0]).to_f64())
+                let half_difference = (a[0] - b[1]) * 0.5;
+                Some(half_difference * half_difference + a[1] * b[0])
             }
             _ => None,
         };
-        let rounded = |values: &[S]| {
-            values
-                .iter()
-                .map(|value| value.to_f64())
-                .collect::<Vec<f64>>()
-        };
         let point = CurvePoint {
-            normal_acceleration: local.acceleration().to_f64(),
+            normal_acceleration: local.acceleration(),
             multipliers: multipliers(&monodromy),
-            xi: rounded(&xi(&full, &local, self.options.xi_count)),
-            clearance: clearance(self.scene, &graze, period.to_dd())?,
-            parameters: rounded(&parameters),
-            state: rounded(&state),
+            xi: xi(&full, &local, self.options.xi_count),
+            clearance: clearance(self.scene, &passages, Dd::from(period))?,
+            parameters,
+            state,
         };
-        Ok((point, discriminant))
+        Ok(Ok((point, discriminant)))
     }
 
     /// Special points between two stations, in order along the curve.
@@ -287,7 +298,7 @@ impl<'a> Tracer<'a> {
             let Some(found) = correct(&self.system, &origin, &normal)? else {
                 break;
             };
-            let Some(station) = self.station(found, &here.tangent)? else {
+            let Ok(station) = self.station(found, &here.tangent)? else {
                 break;
             };
             let value = station.signs[index].1;
@@ -315,7 +326,9 @@ impl<'a> Tracer<'a> {
                 .map(Dd::from)
                 .collect(),
         };
-        let point = self.describe(&unknowns)?.0;
+        let Ok((point, _)) = self.describe(&unknowns)? else {
+            return Ok(None);
+        };
         Ok(Some((
             share,
             SpecialPoint {
@@ -324,6 +337,17 @@ impl<'a> Tracer<'a> {
                 point,
             },
         )))
+    }
+}
+
+/// The end of a curve where a passage ceases to graze.
+fn lost(reason: &NotLocated) -> CurveEnd {
+    match *reason {
+        NotLocated::OutOfOrder { passage, .. }
+        | NotLocated::NoMinimum { passage, .. }
+        | NotLocated::DoesNotTouch { passage, .. }
+        | NotLocated::NotMirrored { passage, .. } => CurveEnd::PassageLost { passage },
+        _ => CurveEnd::StepTooSmall { ds: 0.0 },
     }
 }
 

@@ -15,8 +15,8 @@ pub struct CurveDocument {
     pub digest: String,
     /// Version of the program.
     pub version: &'static str,
-    /// The two parameters: the adjusted one, and the one continued in.
-    pub free: [String; 2],
+    /// The adjusted parameters, then the one continued in.
+    pub free: Vec<String>,
     /// Points in order.
     pub points: Vec<PointDocument>,
     /// Points where a `xi_n` vanishes.
@@ -84,7 +84,7 @@ impl CurveDocument {
             scene: scene.identifier.clone(),
             digest: format!("{:016x}", scene.digest),
             version: env!("CARGO_PKG_VERSION"),
-            free: curve.free.map(name),
+            free: curve.free.iter().copied().map(name).collect(),
             points: curve
                 .points
                 .iter()
@@ -201,6 +201,9 @@ pub(crate) fn curve_end_words(end: CurveEnd) -> String {
             normal_acceleration,
         } => {
             format!("the graze ceases to be simple: h'' = {normal_acceleration:.6e}")
+        }
+        CurveEnd::PassageLost { passage } => {
+            format!("passage {passage} does not graze beyond this point")
         }
         CurveEnd::LeftRange => {
             "the curve left the range asked for by more than its width".to_owned()

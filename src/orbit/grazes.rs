@@ -1,0 +1,91 @@
+//! Which passages of a period graze, and what decides each: an equation, the symmetry, or nothing.
+
+use crate::model::{Scene, Symmetry};
+use crate::numeric::Dd;
+
+use super::OrbitError;
+
+/// The grazing passages of a scene's orbit.
+///
+/// The first `independent` ones are equations of the orbit, one adjusted parameter each. With the half-period symmetry
+/// the second half of the passages mirrors the first. Passages that are neither have to touch of themselves.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Grazes {
+    /// Surfaces grazed in one period, in order.
+    pub(super) surfaces: Vec<usize>,
+    /// Number of grazes that are equations.
+    pub(super) independent: usize,
+    /// Symmetry of the orbit.
+    pub(super) symmetry: Symmetry,
+}
+
+impl Grazes {
+    /// The grazes a scene asks for.
+    ///
+    /// NOTE: an orbit of an even number of forcing periods cannot be its own mirror image. Half of it lasts whole
+    /// periods, and `(x, theta) -> (-x, theta + period/2)` shifts the phase by half of one.
+    pub(super) fn of(scene: &Scene) -> Result<Self, OrbitError> {
+        let grazing = &scene.grazing;
+        let (surfaces, symmetry) = (grazing.passages.clone(), grazing.symmetry);
+        let (named, passages) = (grazing.solve_for.len(), surfaces.len());
+        if symmetry == Symmetry::HalfPeriod {
+            if grazing.periods % 2 == 0 {
+                let periods = grazing.periods;
+                return Err(OrbitError::EvenPeriods { periods });
+            }
+            if passages % 2 != 0 {
+                return Err(OrbitError::UnpairedPassages { passages });
+            }
+        }
+        let grazes = Self {
+            surfaces,
+            independent: named,
+            symmetry,
+        };
+        let most = grazes.unmirrored();
+        if named == 0 || named > most {
+            return Err(OrbitError::AdjustedParameters { named, most });
+        }
+        Ok(grazes)
+    }
+
+    /// Number of passages that mirror no other.
+    pub(super) fn unmirrored(&self) -> usize {
+        match self.symmetry {
+            Symmetry::None => self.surfaces.len(),
+            Symmetry::HalfPeriod => self.surfaces.len() / 2,
+        }
+    }
+
+    /// The first graze alone.
+    pub(super) fn first(&self) -> Self {
+        Self {
+            surfaces: self.surfaces[..1].to_vec(),
+            independent: 1,
+            symmetry: self.symmetry,
+        }
+    }
+
+    /// The part of the period after which the orbit is known: all of it, or half.
+    pub(super) fn share(&self) -> f64 {
+        match self.symmetry {
+            Symmetry::None => 1.0,
+            Symmetry::HalfPeriod => 0.5,
+        }
+    }
+
+    /// The factor by which the states return after that part: 1, or −1.
+    pub(super) fn image(&self) -> f64 {
+        match self.symmetry {
+            Symmetry::None => 1.0,
+            Symmetry::HalfPeriod => -1.0,
+        }
+    }
+
+    /// Phase a forced orbit runs through in a period, from the phase's own period.
+    pub(super) fn advance(scene: &Scene) -> Option<Dd> {
+        let periods = Dd::from(scene.grazing.periods as f64);
+        let phase = scene.model.phase.as_ref();
+        phase.map(|phase| phase.period * periods)
+    }
+}

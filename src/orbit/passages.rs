@@ -1,0 +1,298 @@
+//! All grazing passages of an orbit: those of its equations, those that touch of themselves, and the mirror images.
+
+use crate::flow::Integrator;
+use crate::model::{Scene, Symmetry};
+use crate::numeric::Real;
+
+use super::OrbitError;
+use super::minima::{Gaps, Minimum, gaps, watching_field};
+use super::outcome::NotLocated;
+use super::section::reduced;
+use super::symmetry::mirrored;
+use super::system::ExtendedSystem;
+
+/// A passage that touches its surface.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Touch<S> {
+    /// The surface.
+    pub(super) surface: usize,
+    /// Time since the first graze, in `[0, period of the orbit)`.
+    pub(super) time: S,
+    /// Full state; the phase in `[0, period)`.
+    pub(super) state: Vec<S>,
+}
+
+/// The passages of an orbit, and how far those that no equation holds are from touching.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Touches<S> {
+    pub(super) touches: Vec<Touch<S>>,
+    /// Largest `|h|` of a passage that is not an equation.
+    pub(super) residual: f64,
+}
+
+/// Part of the period within which two minima of one surface are the same.
+pub(super) const SAME: f64 = 1e-6;
+
+/// Newton steps in time to a minimum.
+const STEPS: usize = 60;
+
+/// The passages at a root of the extended system; those that are not equations must touch to `tolerance`, relative to the
+/// range of `h`.
+pub(super) fn passages<S: Real>(
+    scene: &Scene,
+    system: &ExtendedSystem,
+    unknowns: &[S],
+    tolerance: f64,
+) -> Result<Result<Touches<S>, NotLocated>, OrbitError> {
+    let orbit = Orbit::new(scene, system, unknowns);
+    let mut touches = match orbit.independent()? {
+        Ok(touches) => touches,
+        Err(reason) => return Ok(Err(reason)),
+    };
+    if touches.len() == system.grazes.surfaces.len() {
+        let residual = 0.0;
+        return Ok(Ok(Touches { touches, residual }));
+    }
+    let gaps = orbit.gaps()?;
+    if let Err(reason) = orbit.extend_by_minima(&mut touches, &gaps)? {
+        return Ok(Err(reason));
+    }
+    orbit.extend_by_mirror(&mut touches);
+    Ok(orbit.checked(touches, &gaps, tolerance))
+}
+
+/// A periodic orbit of the free flow, from its first graze.
+struct Orbit<'a, S> {
+    scene: &'a Scene,
+    system: &'a ExtendedSystem,
+    state: Vec<S>,
+    parameters: Vec<S>,
+    times: Vec<S>,
+    period: S,
+}
+
+impl<'a, S: Real> Orbit<'a, S> {
+    fn new(scene: &'a Scene, system: &'a ExtendedSystem, unknowns: &[S]) -> Self {
+        let period = system.period(unknowns);
+        let times = system.times(unknowns).into_iter();
+        Self {
+            scene,
+            system,
+            state: with_reduced_phase(scene, unknowns[..system.dimension()].to_vec()),
+            parameters: system.parameters(unknowns),
+            times: times
+                .map(|time| time - (time / period).floor() * period)
+                .collect(),
+            period,
+        }
+    }
+
+    /// Time after which the passages repeat or mirror each other.
+    fn span(&self) -> S {
+        self.period * S::from_f64(self.system.grazes.share())
+    }
+
+    fn touch(&self, surface: usize, time: S) -> Result<Touch<S>, OrbitError> {
+        let flown =
+            Integrator::new(&self.system.field).flow(&self.state, &self.parameters, time)?;
+        let state = with_reduced_phase(self.scene, flown);
+        Ok(Touch {
+            surface,
+            time,
+            state,
+        })
+    }
+
+    /// The passages that are equations, in the order named.
+    fn independent(&self) -> Result<Result<Vec<Touch<S>>, NotLocated>, OrbitError> {
+        let apart = self.period * S::from_f64(SAME);
+        let mut touches: Vec<Touch<S>> = Vec::new();
+        for (&time, &surface) in self.times.iter().zip(&self.system.grazes.surfaces) {
+            let earliest = touches
+                .last()
+                .map_or(S::zero(), |before| before.time + apart);
+            if time < earliest || time > self.span() - apart {
+                return Ok(Err(NotLocated::OutOfOrder {
+                    passage: touches.len() + 1,
+                    surface: self.scene.model.surfaces[surface].name.clone(),
+                    time: time.to_f64(),
+                    after: touches.last().map_or(0.0, |before| before.time.to_f64()),
+                    before: self.span().to_f64(),
+                }));
+            }
+            touches.push(self.touch(surface, time)?);
+        }
+        Ok(Ok(touches))
+    }
+
+    /// Minima over a whole period.
+    fn gaps(&self) -> Result<Gaps, OrbitError> {
+        let rounded = |values: &[S]| values.iter().map(|v| v.to_f64()).collect::<Vec<f64>>();
+        gaps(
+            &watching_field(&self.scene.model),
+            &rounded(&self.state),
+            &rounded(&self.parameters),
+            self.period.to_f64(),
+        )
+    }
+
+    /// Passages that no equation holds: of the minima after the last one that is held, those nearest to touching.
+    fn extend_by_minima(
+        &self,
+        touches: &mut Vec<Touch<S>>,
+        gaps: &Gaps,
+    ) -> Result<Result<(), NotLocated>, OrbitError> {
+        let grazes = &self.system.grazes;
+        let wanted = &grazes.surfaces[touches.len()..grazes.unmirrored()];
+        let apart = SAME * self.period.to_f64();
+        let from = touches.last().map_or(0.0, |last| last.time.to_f64()) + apart;
+        let within = from..self.span().to_f64() - apart;
+        let candidates: Vec<&Minimum> = gaps.between(within).collect();
+        let cost = |minimum: &Minimum| minimum.event.abs() / gaps.largest[minimum.surface].abs();
+        let chosen = match in_order(wanted, &candidates, cost) {
+            Ok(chosen) => chosen,
+            Err(missing) => return Ok(Err(self.missing(touches.len() + missing))),
+        };
+        for minimum in chosen {
+            let time = self.settled(touches.len(), minimum)?;
+            touches.push(self.touch(minimum.surface, time)?);
+        }
+        Ok(Ok(()))
+    }
+
+    /// The time of a minimum: Newton's method on `h'` along the orbit.
+    fn settled(&self, passage: usize, minimum: &Minimum) -> Result<S, OrbitError> {
+        let mut integrator = Integrator::new(&self.system.field);
+        let mut time = S::from_f64(minimum.time);
+        let mut state = integrator.flow(&self.state, &self.parameters, time)?;
+        let mut last = f64::INFINITY;
+        for _ in 0..STEPS {
+            let local = self.system.geometry(passage).at(&state, &self.parameters);
+            let step = -local.velocity() / local.acceleration();
+            let size = step.magnitude();
+            if size.is_nan() || size >= 0.5 * last {
+                break;
+            }
+            last = size;
+            time += step;
+            state = integrator.flow(&state, &self.parameters, step)?;
+        }
+        Ok(time)
+    }
+
+    /// Appends the mirror images.
+    fn extend_by_mirror(&self, touches: &mut Vec<Touch<S>>) {
+        let grazes = &self.system.grazes;
+        if grazes.symmetry == Symmetry::HalfPeriod {
+            let surfaces = &grazes.surfaces[touches.len()..];
+            let images: Vec<Touch<S>> = touches
+                .iter()
+                .zip(surfaces)
+                .map(|(touch, &surface)| Touch {
+                    surface,
+                    time: touch.time + self.span(),
+                    state: mirrored(&self.scene.model, &touch.state),
+                })
+                .collect();
+            touches.extend(images);
+        }
+    }
+
+    /// The passages, if all that are not equations touch.
+    fn checked(
+        &self,
+        touches: Vec<Touch<S>>,
+        gaps: &Gaps,
+        tolerance: f64,
+    ) -> Result<Touches<S>, NotLocated> {
+        let mut residual = 0.0_f64;
+        for (passage, touch) in touches.iter().enumerate().skip(self.times.len()) {
+            let local = self
+                .system
+                .geometry(passage)
+                .at(&touch.state, &self.parameters);
+            let (event, velocity) = (local.event().to_f64(), local.velocity().to_f64());
+            let range = gaps.largest[touch.surface].abs();
+            let off = event.abs().max(velocity.abs() * self.period.to_f64());
+            if off.is_nan() || off > tolerance * range {
+                return Err(self.apart(passage, touch, event, velocity));
+            }
+            residual = residual.max(event.abs());
+        }
+        Ok(Touches { touches, residual })
+    }
+
+    fn name(&self, passage: usize) -> String {
+        let surface = self.system.grazes.surfaces[passage];
+        self.scene.model.surfaces[surface].name.clone()
+    }
+
+    fn missing(&self, passage: usize) -> NotLocated {
+        NotLocated::NoMinimum {
+            passage: passage + 1,
+            surface: self.name(passage),
+        }
+    }
+
+    /// Why a passage that is not an equation does not touch.
+    fn apart(&self, passage: usize, touch: &Touch<S>, event: f64, velocity: f64) -> NotLocated {
+        let (surface, time) = (self.name(passage), touch.time.to_f64());
+        let unmirrored = self.system.grazes.unmirrored();
+        if passage < unmirrored {
+            return NotLocated::DoesNotTouch {
+                passage: passage + 1,
+                surface,
+                time,
+                event,
+                adjusted: self.system.grazes.independent,
+            };
+        }
+        NotLocated::NotMirrored {
+            passage: passage + 1,
+            surface,
+            of: passage - unmirrored + 1,
+            event,
+            velocity,
+        }
+    }
+}
+
+fn with_reduced_phase<S: Real>(scene: &Scene, mut state: Vec<S>) -> Vec<S> {
+    if let (Some(phase), Some(value)) = (&scene.model.phase, state.last_mut()) {
+        *value = S::from_dd(reduced(value.to_dd(), phase.period));
+    }
+    state
+}
+
+/// One minimum for every surface wanted, in the order wanted and of time, of the smallest total cost; or the number of
+/// the first that has none.
+pub(super) fn in_order<'a>(
+    wanted: &[usize],
+    minima: &[&'a Minimum],
+    cost: impl Fn(&Minimum) -> f64,
+) -> Result<Vec<&'a Minimum>, usize> {
+    // For every minimum that can end a choice so far: the total cost, and the choice.
+    let mut ending: Vec<(f64, Vec<usize>)> = vec![(0.0, Vec::new())];
+    for (number, &surface) in wanted.iter().enumerate() {
+        let mut next = Vec::new();
+        for (at, minimum) in minima.iter().enumerate() {
+            let before = ending
+                .iter()
+                .filter(|(_, chosen)| chosen.last().is_none_or(|&last| last < at))
+                .min_by(|(a, _), (b, _)| a.total_cmp(b));
+            if let (true, Some((total, chosen))) = (minimum.surface == surface, before) {
+                let mut chosen = chosen.clone();
+                chosen.push(at);
+                next.push((total + cost(minimum), chosen));
+            }
+        }
+        if next.is_empty() {
+            return Err(number);
+        }
+        ending = next;
+    }
+    let best = ending.into_iter().min_by(|(a, _), (b, _)| a.total_cmp(b));
+    Ok(best.map_or_else(Vec::new, |(_, chosen)| {
+        chosen.into_iter().map(|at| minima[at]).collect()
+    }))
+}
