@@ -122,7 +122,7 @@ impl Itinerary {
 /// What is counted on the way.
 #[derive(Clone, Debug)]
 pub(super) struct Log<S> {
-    /// Times, surfaces and kinds of contacts and near misses.
+    /// Near misses, and contacts at the time of the minimum that their approach would have had.
     pub(super) events: Vec<Event<S>>,
     /// Speed at which the section's own passage met its surface.
     pub(super) own: Option<S>,

@@ -206,7 +206,11 @@ impl<'a, S: Real> DirectReturn<'a, S> {
                     log.events.truncate(logged);
                     self.simulator.motion.copy_from(&self.entry);
                     if last {
-                        self.fly_ignoring(surface, log)?;
+                        let ignoring = Approach {
+                            ignored: Some(surface),
+                            stop_at: None,
+                        };
+                        self.fly(ignoring, log)?;
                         break;
                     }
                     self.respond(surface, log)?;
@@ -220,10 +224,9 @@ impl<'a, S: Real> DirectReturn<'a, S> {
 
     /// Everything simulated for the nominal duration.
     fn whole_period(&mut self, log: &mut Log<S>) -> Result<ReturnOutcome<S>, Outcome<S>> {
-        let flown = self
-            .simulator
-            .advance_to(self.duration, &mut log.recorder());
-        flown.map(|()| ReturnOutcome::Returned)
+        self.simulator.check_penetration(None)?;
+        self.fly(Approach::default(), log)?;
+        Ok(ReturnOutcome::Returned)
     }
 
     /// From a virtual section point back to the surface, and through the contact.
@@ -290,16 +293,15 @@ impl<'a, S: Real> DirectReturn<'a, S> {
         }
     }
 
-    /// Flies with the surface ignored to the end.
-    fn fly_ignoring(&mut self, surface: usize, log: &mut Log<S>) -> Result<(), Outcome<S>> {
-        let approach = Approach {
-            ignored: Some(surface),
-            stop_at: None,
-        };
-        while let Stop::Contact { surface } = self.next_stop(self.duration, approach, log)? {
-            self.respond(surface, log)?;
+    /// Flies to the end.
+    fn fly(&mut self, approach: Approach, log: &mut Log<S>) -> Result<(), Outcome<S>> {
+        loop {
+            match self.next_stop(self.duration, approach, log)? {
+                Stop::Contact { surface } => self.respond(surface, log)?,
+                Stop::Horizon => return Ok(()),
+                Stop::Minimum { .. } | Stop::Release => {}
+            }
         }
-        Ok(())
     }
 
     /// Whether the minimum the simulator stands at is nearer to the nominal return than the next one would be.
@@ -329,8 +331,26 @@ impl<'a, S: Real> DirectReturn<'a, S> {
             .next_stop(horizon, approach, &mut log.recorder())
     }
 
+    /// Applies a surface's response; the contact is logged at the minimum its approach would have had.
     fn respond(&mut self, surface: usize, log: &mut Log<S>) -> Result<(), Outcome<S>> {
-        self.simulator.respond(surface, &mut log.recorder())
+        let lead = self.lead(surface);
+        let contact = log.events.len();
+        let responded = self.simulator.respond(surface, &mut log.recorder());
+        if let Some(contact) = log.events.get_mut(contact) {
+            contact.time += lead;
+        }
+        responded
+    }
+
+    /// Time from the surface to the minimum of its gap along the free flow, to leading order, at most a quarter of
+    /// the return time; 0 where the flow does not turn.
+    fn lead(&mut self, surface: usize) -> S {
+        let sense = self.simulator.sense(surface);
+        if sense.acceleration <= S::zero() {
+            return S::zero();
+        }
+        let limit = self.duration * S::from_f64(0.25);
+        (-sense.velocity / sense.acceleration).min(limit)
     }
 
     fn report(&self, log: &Log<S>, outcome: ReturnOutcome<S>) -> Return<S> {
