@@ -8,7 +8,7 @@ use grazemap::analysis::diagram::{
 use grazemap::expansion::Expander;
 use grazemap::expansion::MapOrders;
 use grazemap::iteration::{
-    ContactsPerPeriod, DiscreteMap, OrbitEnd, OrbitRequest, Period, StepInfo,
+    ContactsPerPeriod, DiscreteMap, Itinerary, OrbitEnd, OrbitRequest, Period, StepInfo,
 };
 use grazemap::model::{Method, Observable, Scene, SweepDirection, catalogue};
 use grazemap::orbit::locate;
@@ -29,7 +29,7 @@ impl DiscreteMap for SquareRootMap {
 
     fn step(&self, state: &[f64], parameters: &[f64], image: &mut [f64]) -> StepInfo {
         let mut info = StepInfo::default();
-        info.add_passage(state[0]);
+        info.add_passage(0, state[0]);
         image[0] = 0.2 * state[0] + parameters[0] - state[0].max(0.0).sqrt();
         info.checked(image)
     }
@@ -52,7 +52,14 @@ impl DiscreteMap for SquareRootMap {
 
 fn plan(range: [f64; 2], direction: SweepDirection) -> DiagramPlan<'static> {
     DiagramPlan {
-        maps: vec![Box::new(UnobservedSweep(SquareRootMap))],
+        maps: vec![Box::new(UnobservedSweep {
+            map: SquareRootMap,
+            itinerary: Itinerary {
+                surfaces: vec!["wall".to_owned()],
+                passages: vec![0],
+                periods: 1,
+            },
+        })],
         direction,
         request: SweepRequest {
             parameter: 0,
@@ -74,6 +81,12 @@ fn periods_of_the_square_root_map_grow_by_one_towards_grazing() {
     let periods: Vec<usize> = adding.map(|label| label.period).collect();
     assert!(periods.starts_with(&[2, 3, 4]), "{labels:?}");
     assert!(periods.is_sorted(), "{periods:?}");
+    let names = sweep.points.iter().filter_map(|point| point.orbit.as_ref());
+    let names: Vec<String> = names.map(ToString::to_string).collect();
+    for period in 2..=4 {
+        let name = format!("(1,{period})");
+        assert!(names.contains(&name), "{name} in {names:?}");
+    }
 }
 
 #[test]

@@ -2,7 +2,7 @@
 //! tangency section's return map, computed elsewhere to at least 30 digits (tests/data/rigid/README.md).
 
 use grazemap::flow::{Field, Integrator};
-use grazemap::hybrid::{DirectReturn, HybridSystem, ReturnOutcome, ReturnSection};
+use grazemap::hybrid::{DirectReturn, HybridSystem, NominalPassage, ReturnOutcome, ReturnSection};
 use grazemap::model::{Model, Scene};
 use grazemap::numeric::{Dd, Real};
 use serde_json::Value;
@@ -357,12 +357,15 @@ fn images_at_another_phase_agree_with_the_reference_carried_along_the_free_flow(
                 case.model.phase.as_ref().expect("a phase").period - ahead,
                 &parameters,
             );
-            let section = ReturnSection::OtherPhase {
+            let graze = NominalPassage {
                 surface: 0,
-                graze_time,
+                time: graze_time.to_f64(),
             };
             let mut map =
-                DirectReturn::over_periods(&system, &parameters, section, 1).expect("a phase");
+                DirectReturn::over_periods(&system, &parameters, ReturnSection::OtherPhase, 1)
+                    .expect("a phase")
+                    .with_passages(&[graze])
+                    .expect("within the period");
             let found = map.image(&start).expect("finite");
             assert_eq!(
                 found.contacts > 0,

@@ -29,7 +29,7 @@ fn a_step_of_the_map_is_a_period_of_the_oscillator() -> Result<(), Box<dyn std::
     let (state, parameters) = ([1e-6, 2e-5], [1e-6, 0.0]);
     let mut image = [0.0; 2];
     let step = map.step(&state, &parameters, &mut image);
-    assert_eq!(step.contacts, 1);
+    assert_eq!(step.contacts(), 1);
 
     // The same by event-driven simulation, which knows nothing of the expansion.
     let truth = direct_image(&scene, &orbit, &state, &parameters)?;

@@ -138,7 +138,7 @@ fn a_section_point_at_its_own_minimum_has_the_image_of_the_map() {
     for velocity in [0.0, 1e-40, -1e-40, 1e-20, -1e-20, 1e-9, -1e-9] {
         let state = [1e-6, velocity];
         let mut image = [0.0; 2];
-        assert_eq!(map.step(&state, &none, &mut image).contacts, 1);
+        assert_eq!(map.step(&state, &none, &mut image).contacts(), 1);
         let exact = direct_image::<Dd>(&scene, &orbit, &state.map(Dd::from), &none.map(Dd::from))
             .expect("an image");
         assert_eq!((exact.contacts, exact.extra_contacts), (1, 0), "{velocity}");

@@ -7,7 +7,7 @@
 mod stages;
 
 use grazemap::expansion::{Expander, LocalMap, MapOrders};
-use grazemap::hybrid::{DirectReturn, HybridSystem, ReturnOutcome, ReturnSection};
+use grazemap::hybrid::{DirectReturn, HybridSystem, NominalPassage, ReturnOutcome, ReturnSection};
 use grazemap::model::{Scene, catalogue};
 use grazemap::numeric::{Dd, Scalar};
 use grazemap::orbit::locate;
@@ -102,12 +102,15 @@ fn direct_simulation_agrees_with_the_exact_images_to_1e_minus_28() {
         let mut worst = 0.0_f64;
         for image in &set.images {
             parameters[position("A")] = set.amplitude + image.start[2];
-            let section = ReturnSection::OtherPhase {
+            let graze = NominalPassage {
                 surface: 0,
-                graze_time: half_period,
+                time: half_period.to_f64(),
             };
             let mut map =
-                DirectReturn::over_periods(&system, &parameters, section, 1).expect("a phase");
+                DirectReturn::over_periods(&system, &parameters, ReturnSection::OtherPhase, 1)
+                    .expect("a phase")
+                    .with_passages(&[graze])
+                    .expect("within the period");
             let start = [image.start[0] - Dd::ONE, image.start[1], set.phase];
             let found = map.image(&start).expect("a finite state");
             assert_eq!(found.outcome, ReturnOutcome::Returned, "{name}");

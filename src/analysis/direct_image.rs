@@ -12,10 +12,15 @@ use crate::orbit::GrazingOrbit;
 pub struct SectionImage<S> {
     /// Offsets of the image, the nominal advance of the phase removed; NaN where there is no image.
     pub offsets: Vec<S>,
-    /// Contacts of the passage that the section is about.
+    /// Speed at which each passage met its surface, in the order in which they follow the section; `None` without
+    /// contact.
+    pub passages: Vec<Option<S>>,
+    /// Passages that made contact.
     pub contacts: usize,
-    /// Contacts elsewhere in the period.
+    /// Contacts beyond one per passage, and those at surfaces that do not graze.
     pub extra_contacts: usize,
+    /// All contacts per surface of the model.
+    pub hits: Vec<usize>,
     /// Speed of the first contact; 0 without one.
     pub impact_speed: S,
     /// How it ended.
@@ -66,7 +71,8 @@ impl<'a, S: Real> DirectImage<'a, S> {
             section,
             duration,
             frame.periods(),
-        )?;
+        )?
+        .with_passages(&frame.nominal_passages(duration))?;
         Ok(Self { frame, returns })
     }
 
@@ -78,6 +84,11 @@ impl<'a, S: Real> DirectImage<'a, S> {
     /// Number of active parameters.
     pub fn parameters(&self) -> usize {
         self.frame.active()
+    }
+
+    /// The places in [`GrazingOrbit::passages`] of the passages of one return.
+    pub(super) fn passage_places(&self) -> Vec<usize> {
+        self.frame.passage_places()
     }
 
     /// The image of a section point, everything in offsets.
@@ -102,9 +113,11 @@ impl<'a, S: Real> DirectImage<'a, S> {
         };
         Ok(SectionImage {
             offsets,
+            impact_speed: image.impact_speeds.first().copied().unwrap_or(S::zero()),
+            passages: image.passages,
             contacts: image.contacts,
             extra_contacts: image.extra_contacts,
-            impact_speed: image.impact_speeds.first().copied().unwrap_or(S::zero()),
+            hits: image.hits,
             end,
         })
     }

@@ -1,5 +1,6 @@
 //! Direct simulation under the contract of every map.
 
+use std::collections::BTreeSet;
 use std::sync::{Mutex, PoisonError};
 
 use super::AnalysisError;
@@ -12,8 +13,8 @@ use crate::orbit::GrazingOrbit;
 
 /// The section map by direct simulation in double precision, as a [`DiscreteMap`] in offsets.
 ///
-/// [`StepInfo::contacts`] counts the contacts of the passage that the section is about;
-/// [`StepInfo::depth`] is `v²/(2 h'')` of the impact speed `v`, which is `y²` to leading order.
+/// [`StepInfo::passages`] numbers the passages in the order in which they follow the section; [`StepInfo::depth`] is
+/// the largest `v²/(2 h'')` of their impact speeds `v`, which is `y²` to leading order.
 ///
 /// Jacobians are central differences with steps of about `ε^(1/3)`: good to about `1e-9` away from
 /// `y = 0`, where the map has no derivative, and wrong within a step of it.
@@ -22,7 +23,8 @@ pub struct DirectMap<'a> {
     image: Mutex<DirectImage<'a, f64>>,
     dimension: usize,
     parameters: usize,
-    normal_acceleration: f64,
+    normal_accelerations: Vec<f64>,
+    grazing_surfaces: BTreeSet<usize>,
 }
 
 impl<'a> DirectMap<'a> {
@@ -37,10 +39,14 @@ impl<'a> DirectMap<'a> {
         orbit: &GrazingOrbit,
     ) -> Result<Self, AnalysisError> {
         let image = DirectImage::new(system, scene, orbit)?;
+        let accelerations = image.passage_places().into_iter();
         Ok(Self {
             dimension: image.dimension(),
             parameters: image.parameters(),
-            normal_acceleration: orbit.grazing_point().normal_acceleration.to_f64(),
+            normal_accelerations: accelerations
+                .map(|place| orbit.passages[place].normal_acceleration.to_f64())
+                .collect(),
+            grazing_surfaces: orbit.passages.iter().map(|graze| graze.surface).collect(),
             image: Mutex::new(image),
         })
     }
@@ -49,6 +55,16 @@ impl<'a> DirectMap<'a> {
     pub fn impact_speed(&self, state: &[f64], parameters: &[f64]) -> f64 {
         self.simulate(state, parameters)
             .map_or(f64::NAN, |image| image.impact_speed)
+    }
+
+    /// All contacts at each surface that grazes, in the model's order, on the way from a section point to its image.
+    pub fn hits(&self, state: &[f64], parameters: &[f64]) -> Vec<u32> {
+        let image = self.simulate(state, parameters);
+        let hits = |&surface: &usize| {
+            let image = image.as_ref();
+            image.map_or(0, |image| image.hits[surface] as u32)
+        };
+        self.grazing_surfaces.iter().map(hits).collect()
     }
 
     /// The image with all that is known of it; `None` where the input is not finite.
@@ -64,7 +80,10 @@ impl Clone for DirectMap<'_> {
         let image = self.image.lock().unwrap_or_else(PoisonError::into_inner);
         Self {
             image: Mutex::new(image.clone()),
-            ..*self
+            dimension: self.dimension,
+            parameters: self.parameters,
+            normal_accelerations: self.normal_accelerations.clone(),
+            grazing_surfaces: self.grazing_surfaces.clone(),
         }
     }
 }
@@ -87,19 +106,14 @@ impl DiscreteMap for DirectMap<'_> {
             return StepInfo::default();
         };
         image.copy_from_slice(&simulated.offsets);
-        let speed = simulated.impact_speed;
-        let contacts = simulated.contacts as u32;
-        let depth = if contacts > 0 {
-            0.5 * speed * speed / self.normal_acceleration
-        } else {
-            0.0
-        };
-        StepInfo {
-            contacts,
-            depth,
-            valid: false,
+        let mut info = StepInfo::default();
+        let passages = simulated.passages.iter().zip(&self.normal_accelerations);
+        for (passage, (speed, acceleration)) in passages.enumerate() {
+            if let Some(speed) = speed {
+                info.add_passage(passage, 0.5 * speed * speed / acceleration);
+            }
         }
-        .checked(image)
+        info.checked(image)
     }
 
     fn step_jacobian(

@@ -1,8 +1,9 @@
 //! Offsets on a section and the full state: the frame in which direct simulation speaks to a map.
 
 use super::error::{AnalysisError, check_length};
+use super::itinerary::{FollowingPassage, passages_after_section};
 use super::values::Values;
-use crate::hybrid::ReturnSection;
+use crate::hybrid::{NominalPassage, ReturnSection};
 use crate::model::{Model, Scene};
 use crate::numeric::{Dd, Real};
 use crate::orbit::{GrazingOrbit, PoincareSection, PoincareSectionKind};
@@ -22,7 +23,7 @@ pub struct SectionFrame<S: Real> {
     grazing_parameters: Vec<S>,
     active: Vec<usize>,
     surface: usize,
-    graze_phase: Option<(Dd, Dd)>,
+    passages: Vec<FollowingPassage>,
     tangency: Values<S>,
     clock: Option<Clock<S>>,
     orbit_period: S,
@@ -54,15 +55,13 @@ impl<S: Real> SectionFrame<S> {
         let surface = orbit.grazing_point().surface;
         let convert = |values: &[Dd]| values.iter().map(|&value| S::from_dd(value)).collect();
         let phase = model.phase.as_ref();
-        let graze =
-            phase.and_then(|clock| Some((*orbit.grazing_point().state.last()?, clock.period)));
         Self {
             section: orbit.section.clone(),
             origin: convert(origin),
             grazing_parameters: convert(orbit.parameters()),
             active: scene.expansion.active.clone(),
             surface,
-            graze_phase: graze,
+            passages: passages_after_section(scene, orbit),
             tangency: tangency(model, surface, orbit.section.eliminated),
             clock: phase.map(|clock| Clock {
                 rate: Values::new(model, &model.graph, &[clock.rate]),
@@ -96,23 +95,34 @@ impl<S: Real> SectionFrame<S> {
     }
 
     /// The section as direct simulation knows it.
-    pub fn return_section(&mut self) -> ReturnSection<S> {
-        let surface = self.surface;
-        match (self.section.kind, self.graze_phase) {
-            (PoincareSectionKind::Stroboscopic { phase }, Some((graze, period))) => {
-                let difference = graze - phase;
-                let advance = difference - (difference / period).floor() * period;
-                if difference == Dd::ZERO {
-                    return ReturnSection::GrazingPhase { surface };
-                }
-                let graze_time = self.duration_of(S::from_dd(advance));
-                ReturnSection::OtherPhase {
-                    surface,
-                    graze_time,
+    pub fn return_section(&self) -> ReturnSection {
+        match (self.section.kind, self.passages.first()) {
+            (PoincareSectionKind::Stroboscopic { .. }, Some(first)) if first.share == 0.0 => {
+                ReturnSection::GrazingPhase {
+                    surface: first.surface,
                 }
             }
-            _ => ReturnSection::Tangency { surface },
+            (PoincareSectionKind::Stroboscopic { .. }, _) => ReturnSection::OtherPhase,
+            (PoincareSectionKind::Tangency, _) => ReturnSection::Tangency {
+                surface: self.surface,
+            },
         }
+    }
+
+    /// The passages of one return that nominally takes `duration`, in the order in which they follow the section.
+    pub fn nominal_passages(&self, duration: S) -> Vec<NominalPassage> {
+        let passages = self.passages.iter();
+        passages
+            .map(|passage| NominalPassage {
+                surface: passage.surface,
+                time: passage.share * duration.to_f64(),
+            })
+            .collect()
+    }
+
+    /// The places of these passages in [`GrazingOrbit::passages`].
+    pub fn passage_places(&self) -> Vec<usize> {
+        self.passages.iter().map(|passage| passage.place).collect()
     }
 
     /// Whole periods by which the phase advances in one return; 0 for an autonomous system.

@@ -33,6 +33,22 @@ pub enum HybridError {
         /// Surfaces of the model.
         surfaces: usize,
     },
+    /// The first passage of a return from a passage is not the one it starts at.
+    #[error("the first passage must be that of the section: at surface {surface}, at time 0")]
+    FirstPassage {
+        /// Surface of the section.
+        surface: usize,
+    },
+    /// A passage is not within the return.
+    #[error("passage {passage} at time {time:e} is not within a return that takes {duration:e}")]
+    PassageTime {
+        /// Number of the passage, from 0.
+        passage: usize,
+        /// Its nominal time.
+        time: f64,
+        /// Nominal return time.
+        duration: f64,
+    },
     /// The system has no forcing phase, so it has no forcing period.
     #[error("the model has no forcing phase, so no forcing period")]
     NoPhase,

@@ -10,6 +10,7 @@
 mod backward;
 mod chatter;
 mod error;
+mod itinerary;
 mod motion;
 mod passage;
 mod response;
@@ -24,6 +25,7 @@ mod system;
 mod trajectory;
 
 pub use error::HybridError;
+pub use itinerary::NominalPassage;
 pub use return_map::DirectReturn;
 pub use returned::{Return, ReturnOutcome, ReturnSection};
 pub use simulator::Simulator;

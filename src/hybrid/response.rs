@@ -100,6 +100,9 @@ impl<S: Real> Simulator<'_, S> {
     }
 
     /// Goes to the stick field; `next` holds the state before the last impact.
+    ///
+    /// A reset that moves a state at rest on the surface (a tangential restitution) would have to act on and on:
+    /// no field stands for it.
     fn stick(
         &mut self,
         surface: usize,
@@ -108,13 +111,14 @@ impl<S: Real> Simulator<'_, S> {
         duration: S,
         record: &mut dyn FnMut(Event<S>),
     ) -> Result<(), Outcome<S>> {
-        if self.surfaces[surface].held.is_none() {
+        let kick = largest_difference(&self.motion.state, &self.next);
+        self.remove_normal_velocity(surface, speed, rebound);
+        if self.surfaces[surface].held.is_none() || self.reset_moves(surface, kick) {
             return Err(Outcome::NoStickingField {
                 surface,
                 time: self.motion.time,
             });
         }
-        self.remove_normal_velocity(surface, speed, rebound);
         self.motion.regime = Regime::Stick { surface };
         self.motion.release_sign = S::one();
         let time = self.motion.time + duration;
@@ -152,6 +156,18 @@ impl<S: Real> Simulator<'_, S> {
         }
     }
 
+    /// Whether the reset moves the present state, which has no normal velocity, by more than a share of the last kick.
+    fn reset_moves(&mut self, surface: usize, kick: S) -> bool {
+        let Some(reset) = &mut self.surfaces[surface].reset else {
+            return false;
+        };
+        let state = &self.motion.state;
+        let size = state.iter().fold(S::zero(), |size, x| size.max(x.abs()));
+        let rounding = size * S::from_f64(64.0 * S::ROUNDOFF);
+        let image = reset.evaluate(state, &self.parameters);
+        largest_difference(image, state) > kick * S::from_f64(AT_REST) + rounding
+    }
+
     /// Ends the present contact or sticking.
     pub(super) fn release(&mut self, record: &mut dyn FnMut(Event<S>)) {
         let (Regime::Contact { surface } | Regime::Stick { surface }) = self.motion.regime else {
@@ -167,4 +183,12 @@ impl<S: Real> Simulator<'_, S> {
         self.record(surface, kind, record);
         self.leave(surface, sense);
     }
+}
+
+/// Share of an impact's kick up to which a reset leaves a state at rest in place.
+const AT_REST: f64 = 1e-6;
+
+fn largest_difference<S: Real>(a: &[S], b: &[S]) -> S {
+    let differences = a.iter().zip(b).map(|(&a, &b)| (a - b).abs());
+    differences.fold(S::zero(), S::max)
 }

@@ -8,8 +8,9 @@
 
 use super::HybridError;
 use super::backward::Back;
+use super::itinerary::{Itinerary, Log, NominalPassage};
 use super::motion::Motion;
-use super::returned::{Log, Return, ReturnOutcome, ReturnSection};
+use super::returned::{Return, ReturnOutcome, ReturnSection};
 use super::simulator::{Approach, Simulator, Stop, check_finite};
 use super::system::HybridSystem;
 use super::trajectory::{Event, EventKind, Outcome};
@@ -23,7 +24,8 @@ use crate::numeric::Real;
 #[derive(Clone, Debug)]
 pub struct DirectReturn<'a, S: Real> {
     simulator: Simulator<'a, S>,
-    section: ReturnSection<S>,
+    section: ReturnSection,
+    itinerary: Itinerary,
     duration: S,
     periods: i64,
     entry: Motion<S>,
@@ -40,12 +42,12 @@ impl<'a, S: Real> DirectReturn<'a, S> {
     pub fn new(
         system: &'a HybridSystem,
         parameters: &[S],
-        section: ReturnSection<S>,
+        section: ReturnSection,
         duration: S,
         periods: usize,
     ) -> Result<Self, HybridError> {
-        let (surface, surfaces) = (section.surface(), system.surfaces());
-        if surface >= surfaces {
+        let surfaces = system.surfaces();
+        if let Some(surface) = section.surface().filter(|&surface| surface >= surfaces) {
             return Err(HybridError::NoSuchSurface { surface, surfaces });
         }
         check_finite(&[duration], 0)?;
@@ -53,6 +55,7 @@ impl<'a, S: Real> DirectReturn<'a, S> {
         Ok(Self {
             simulator: Simulator::new(system, parameters)?,
             section,
+            itinerary: Itinerary::of_section(section),
             duration,
             periods: periods as i64,
             entry: motion.clone(),
@@ -68,7 +71,7 @@ impl<'a, S: Real> DirectReturn<'a, S> {
     pub fn over_periods(
         system: &'a HybridSystem,
         parameters: &[S],
-        section: ReturnSection<S>,
+        section: ReturnSection,
         periods: usize,
     ) -> Result<Self, HybridError> {
         let period = Simulator::new(system, parameters)?.forcing_period()?;
@@ -81,7 +84,23 @@ impl<'a, S: Real> DirectReturn<'a, S> {
         )
     }
 
-    /// Changes the parameters and the nominal return time.
+    /// The same with all grazing passages of the nominal return, so that [`Return::passages`] tells of each.
+    ///
+    /// The first passage of a tangency section and of one at a grazing phase is that of the section itself, at
+    /// time 0 and known without being named; a section between passages has none until they are named.
+    ///
+    /// # Errors
+    ///
+    /// [`HybridError::NoSuchSurface`]; [`HybridError::PassageTime`] if a passage is not within the return;
+    /// [`HybridError::FirstPassage`] if the first one is not that of the section.
+    pub fn with_passages(mut self, passages: &[NominalPassage]) -> Result<Self, HybridError> {
+        let surfaces = self.simulator.system().surfaces();
+        let duration = self.duration.to_f64();
+        self.itinerary = Itinerary::new(self.section, passages, duration, surfaces)?;
+        Ok(self)
+    }
+
+    /// Changes the parameters and the nominal return time, in which the passages keep their shares.
     ///
     /// # Errors
     ///
@@ -99,26 +118,13 @@ impl<'a, S: Real> DirectReturn<'a, S> {
     /// [`HybridError::StateLength`], [`HybridError::NotFinite`].
     pub fn image(&mut self, state: &[S]) -> Result<Return<S>, HybridError> {
         self.simulator.set_state(state)?;
-        let mut log = Log { events: Vec::new() };
+        let mut log = Log::new();
         let flown = match self.section {
             ReturnSection::Tangency { surface } => self.tangency(surface, &mut log),
             ReturnSection::GrazingPhase { surface } => self.grazing_phase(surface, state, &mut log),
-            ReturnSection::OtherPhase { .. } => self
-                .whole_period(&mut log)
-                .map(|()| (0, ReturnOutcome::Returned)),
+            ReturnSection::OtherPhase => self.whole_period(&mut log),
         };
-        let (contacts, outcome) = match flown {
-            Ok((contacts, outcome)) => (contacts, outcome),
-            Err(outcome) => (0, ReturnOutcome::Ended(outcome)),
-        };
-        let contacts = match self.section {
-            ReturnSection::OtherPhase {
-                surface,
-                graze_time,
-            } => log.nominal_contacts(surface, graze_time),
-            _ => contacts,
-        };
-        Ok(self.report(log, contacts, outcome))
+        Ok(self.report(&log, flown.unwrap_or_else(ReturnOutcome::Ended)))
     }
 
     /// The tangency section: from one local minimum of the gap to the one nearest in time to the nominal return.
@@ -126,17 +132,16 @@ impl<'a, S: Real> DirectReturn<'a, S> {
         &mut self,
         surface: usize,
         log: &mut Log<S>,
-    ) -> Result<(usize, ReturnOutcome<S>), Outcome<S>> {
+    ) -> Result<ReturnOutcome<S>, Outcome<S>> {
         let start = self.simulator.sense(surface);
         self.simulator.motion.leaving[surface] = None;
-        let contacts = usize::from(start.gap < S::zero());
-        if contacts == 1 {
+        if start.gap < S::zero() {
             self.enter(surface, log)?;
         } else {
             self.simulator.motion.at_minimum = Some(surface);
         }
         let horizon = self.duration * S::from_f64(3.0);
-        let outcome = loop {
+        loop {
             let approach = Approach {
                 ignored: None,
                 stop_at: Some(surface),
@@ -144,7 +149,7 @@ impl<'a, S: Real> DirectReturn<'a, S> {
             match self.next_stop(horizon, approach, log)? {
                 Stop::Minimum { gap } => {
                     if self.is_final(surface) {
-                        break ReturnOutcome::Returned;
+                        return Ok(ReturnOutcome::Returned);
                     }
                     let time = self.simulator.time();
                     log.events.push(Event {
@@ -155,23 +160,24 @@ impl<'a, S: Real> DirectReturn<'a, S> {
                 }
                 Stop::Contact { surface: met } if met == surface => {
                     self.entry.copy_from(&self.simulator.motion);
+                    let logged = log.events.len();
                     // NOTE: a deep approach may meet a singularity behind the surface; then its contact is real.
-                    let minimum = self.reach_minimum(surface, horizon).unwrap_or(false);
+                    let minimum = self.reach_minimum(surface, horizon, log).unwrap_or(false);
                     if minimum && self.is_final(surface) {
-                        break ReturnOutcome::Returned;
+                        return Ok(ReturnOutcome::Returned);
                     }
+                    log.events.truncate(logged);
                     self.simulator.motion.copy_from(&self.entry);
                     self.respond(surface, log)?;
                 }
                 Stop::Contact { surface } => self.respond(surface, log)?,
                 Stop::Horizon | Stop::Release => {
-                    break ReturnOutcome::NoReturn {
+                    return Ok(ReturnOutcome::NoReturn {
                         time: self.simulator.time(),
-                    };
+                    });
                 }
             }
-        };
-        Ok((contacts, outcome))
+        }
     }
 
     /// The grazing phase: from the section to the same phase, exactly the nominal duration later.
@@ -180,10 +186,9 @@ impl<'a, S: Real> DirectReturn<'a, S> {
         surface: usize,
         state: &[S],
         log: &mut Log<S>,
-    ) -> Result<(usize, ReturnOutcome<S>), Outcome<S>> {
+    ) -> Result<ReturnOutcome<S>, Outcome<S>> {
         self.simulator.motion.leaving[surface] = None;
-        let contacts = usize::from(self.reach_first_passage(surface)?);
-        if contacts == 1 {
+        if self.reach_first_passage(surface)? {
             self.enter(surface, log)?;
         } else {
             self.restart(state);
@@ -192,14 +197,20 @@ impl<'a, S: Real> DirectReturn<'a, S> {
             match self.next_stop(self.duration, Approach::default(), log)? {
                 Stop::Contact { surface: met } if met == surface => {
                     self.entry.copy_from(&self.simulator.motion);
-                    let last = match self.reach_minimum(surface, self.duration) {
+                    let logged = log.events.len();
+                    let last = match self.reach_minimum(surface, self.duration, log) {
                         Ok(false) => break,
                         Ok(true) => self.is_final(surface),
                         Err(_) => false,
                     };
+                    log.events.truncate(logged);
                     self.simulator.motion.copy_from(&self.entry);
                     if last {
-                        self.fly_ignoring(surface, log)?;
+                        let ignoring = Approach {
+                            ignored: Some(surface),
+                            stop_at: None,
+                        };
+                        self.fly(ignoring, log)?;
                         break;
                     }
                     self.respond(surface, log)?;
@@ -208,13 +219,14 @@ impl<'a, S: Real> DirectReturn<'a, S> {
                 Stop::Horizon | Stop::Minimum { .. } | Stop::Release => break,
             }
         }
-        Ok((contacts, ReturnOutcome::Returned))
+        Ok(ReturnOutcome::Returned)
     }
 
     /// Everything simulated for the nominal duration.
-    fn whole_period(&mut self, log: &mut Log<S>) -> Result<(), Outcome<S>> {
-        self.simulator
-            .advance_to(self.duration, &mut log.recorder())
+    fn whole_period(&mut self, log: &mut Log<S>) -> Result<ReturnOutcome<S>, Outcome<S>> {
+        self.simulator.check_penetration(None)?;
+        self.fly(Approach::default(), log)?;
+        Ok(ReturnOutcome::Returned)
     }
 
     /// From a virtual section point back to the surface, and through the contact.
@@ -229,6 +241,7 @@ impl<'a, S: Real> DirectReturn<'a, S> {
                 gap,
             });
         }
+        log.own = Some(-self.simulator.sense(surface).velocity);
         self.respond(surface, log)
     }
 
@@ -246,7 +259,7 @@ impl<'a, S: Real> DirectReturn<'a, S> {
         } else if start.velocity > S::zero() {
             self.simulator.back(surface, Back::ToMinimum, -limit)?
         } else {
-            self.reach_minimum(surface, limit)?
+            self.reach_minimum(surface, limit, &mut Log::new())?
         };
         if !found {
             self.simulator.motion.copy_from(&self.entry);
@@ -261,30 +274,34 @@ impl<'a, S: Real> DirectReturn<'a, S> {
     }
 
     /// Flies with the surface ignored to the next minimum of its gap; `false` if the horizon came first.
-    fn reach_minimum(&mut self, surface: usize, horizon: S) -> Result<bool, Outcome<S>> {
+    fn reach_minimum(
+        &mut self,
+        surface: usize,
+        horizon: S,
+        log: &mut Log<S>,
+    ) -> Result<bool, Outcome<S>> {
         let approach = Approach {
             ignored: Some(surface),
             stop_at: Some(surface),
         };
         loop {
-            match self.simulator.next_stop(horizon, approach, &mut |_| {})? {
+            match self.next_stop(horizon, approach, log)? {
                 Stop::Minimum { .. } => return Ok(true),
-                Stop::Contact { surface } => self.simulator.respond(surface, &mut |_| {})?,
+                Stop::Contact { surface } => self.respond(surface, log)?,
                 Stop::Horizon | Stop::Release => return Ok(false),
             }
         }
     }
 
-    /// Flies with the surface ignored to the end.
-    fn fly_ignoring(&mut self, surface: usize, log: &mut Log<S>) -> Result<(), Outcome<S>> {
-        let approach = Approach {
-            ignored: Some(surface),
-            stop_at: None,
-        };
-        while let Stop::Contact { surface } = self.next_stop(self.duration, approach, log)? {
-            self.respond(surface, log)?;
+    /// Flies to the end.
+    fn fly(&mut self, approach: Approach, log: &mut Log<S>) -> Result<(), Outcome<S>> {
+        loop {
+            match self.next_stop(self.duration, approach, log)? {
+                Stop::Contact { surface } => self.respond(surface, log)?,
+                Stop::Horizon => return Ok(()),
+                Stop::Minimum { .. } | Stop::Release => {}
+            }
         }
-        Ok(())
     }
 
     /// Whether the minimum the simulator stands at is nearer to the nominal return than the next one would be.
@@ -298,7 +315,7 @@ impl<'a, S: Real> DirectReturn<'a, S> {
         }
         self.passage.copy_from(&self.simulator.motion);
         let nearer = self
-            .reach_minimum(surface, self.duration + early)
+            .reach_minimum(surface, self.duration + early, &mut Log::new())
             .unwrap_or(false);
         self.simulator.motion.copy_from(&self.passage);
         !nearer
@@ -314,31 +331,42 @@ impl<'a, S: Real> DirectReturn<'a, S> {
             .next_stop(horizon, approach, &mut log.recorder())
     }
 
+    /// Applies a surface's response; the contact is logged at the minimum its approach would have had.
     fn respond(&mut self, surface: usize, log: &mut Log<S>) -> Result<(), Outcome<S>> {
-        self.simulator.respond(surface, &mut log.recorder())
+        let lead = self.lead(surface);
+        let contact = log.events.len();
+        let responded = self.simulator.respond(surface, &mut log.recorder());
+        if let Some(contact) = log.events.get_mut(contact) {
+            contact.time += lead;
+        }
+        responded
     }
 
-    fn report(&self, log: Log<S>, contacts: usize, outcome: ReturnOutcome<S>) -> Return<S> {
-        let all = log
-            .events
-            .iter()
-            .filter(|event| event.kind.is_contact())
-            .count();
-        let near_misses = log.events.iter().filter_map(|event| match event.kind {
-            EventKind::NearMiss { gap } => Some(gap),
-            _ => None,
-        });
+    /// Time from the surface to the minimum of its gap along the free flow, to leading order, at most a quarter of
+    /// the return time; 0 where the flow does not turn.
+    fn lead(&mut self, surface: usize) -> S {
+        let sense = self.simulator.sense(surface);
+        if sense.acceleration <= S::zero() {
+            return S::zero();
+        }
+        let limit = self.duration * S::from_f64(0.25);
+        (-sense.velocity / sense.acceleration).min(limit)
+    }
+
+    fn report(&self, log: &Log<S>, outcome: ReturnOutcome<S>) -> Return<S> {
+        let passages = self.itinerary.speeds(log, self.duration.to_f64());
+        let hits = log.hits(self.simulator.system().surfaces());
+        let contacts = passages.iter().flatten().count();
+        let all: usize = hits.iter().sum();
         Return {
             state: self.simulator.state_after_advance(self.periods),
             elapsed: self.simulator.time(),
             contacts,
             extra_contacts: all - contacts.min(all),
-            impact_speeds: log
-                .events
-                .iter()
-                .filter_map(|event| event.kind.contact_speed())
-                .collect(),
-            near_misses: near_misses.collect(),
+            passages,
+            hits,
+            impact_speeds: log.contact_speeds(),
+            near_misses: log.near_misses(),
             outcome,
         }
     }

@@ -68,7 +68,8 @@ pub enum Outcome<S> {
         /// The gap, negative.
         gap: S,
     },
-    /// The state must stay on a rigid surface, whose reset defines no direction of a contact force.
+    /// The state must stay on a rigid surface whose reset defines no direction of a contact force, or moves a state
+    /// at rest there (a tangential restitution).
     NoStickingField {
         /// The surface.
         surface: usize,

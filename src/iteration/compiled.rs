@@ -57,7 +57,9 @@ impl CompiledMap {
             "state, parameters and image have the map's lengths"
         );
         let mut info = StepInfo::default();
-        depths.iter().for_each(|&depth| info.add_passage(depth));
+        for (passage, &depth) in depths.iter().enumerate() {
+            info.add_passage(passage, depth);
+        }
         info.checked(image)
     }
 }

@@ -1,5 +1,7 @@
 //! The contract of every map that can be iterated.
 
+use super::PassageSet;
+
 /// A map `(x, p) ↦ x⁺` in offsets: interpreted, frozen, compiled, or evaluated by direct simulation.
 pub trait DiscreteMap: Sync {
     /// Number of coordinates of a state.
@@ -27,8 +29,8 @@ pub trait DiscreteMap: Sync {
 /// What happened in one step.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct StepInfo {
-    /// Grazing passages that made contact.
-    pub contacts: u32,
+    /// Grazing passages that made contact, numbered in the order in which they follow the section.
+    pub passages: PassageSet,
     /// Largest `y²` over the passages, 0 without contact.
     pub depth: f64,
     /// Whether the image exists and is finite.
@@ -36,10 +38,15 @@ pub struct StepInfo {
 }
 
 impl StepInfo {
-    /// Counts a passage of this depth.
-    pub fn add_passage(&mut self, depth: f64) {
+    /// Grazing passages that made contact: how many.
+    pub fn contacts(&self) -> u32 {
+        self.passages.len() as u32
+    }
+
+    /// Takes in the depth of a passage, numbered from 0.
+    pub fn add_passage(&mut self, passage: usize, depth: f64) {
         if depth > 0.0 {
-            self.contacts += 1;
+            self.passages.insert(passage);
             self.depth = self.depth.max(depth);
         }
     }

@@ -125,7 +125,7 @@ pub(super) fn run(
     let (dimension, first) = (image.len(), interpreter.outputs() - jacobian.len());
     interpreter.run(inputs, |number, value| match number {
         number if number < dimension => image[number] = value,
-        number if number < first => info.add_passage(value),
+        number if number < first => info.add_passage(number - dimension, value),
         number => jacobian[number - first] = value,
     });
     info.checked(image)

@@ -25,10 +25,16 @@ impl InterpretedMap {
     /// Runs all stages on `point` (coordinates; parameters); with a tangent (rows of `∂x_i/∂x_j`), that too.
     fn run(&self, point: &mut [f64], mut tangent: Option<&mut Vec<f64>>) -> StepInfo {
         let mut info = StepInfo::default();
+        let mut passages = 0;
         for stage in &self.stages {
             let (next, jacobian) = match stage {
                 Stage::Leg(leg) => leg_step(leg, point, self.dimension),
-                Stage::Contact(contact) => contact_step(contact, point, self.dimension, &mut info),
+                Stage::Contact(contact) => {
+                    let (depth, next, jacobian) = contact_step(contact, point, self.dimension);
+                    info.add_passage(passages, depth);
+                    passages += 1;
+                    (next, jacobian)
+                }
             };
             if let Some(tangent) = tangent.as_deref_mut() {
                 *tangent = product(&jacobian, tangent, self.dimension);
@@ -100,17 +106,15 @@ fn leg_step(leg: &Leg, point: &[f64], dimension: usize) -> (Vec<f64>, Vec<f64>) 
     (next, jacobian)
 }
 
-/// `x_i + y l_i + y² q_i` and its rows `δ_ij + y' (l_i + 2 y q_i) + y l_i' + y² q_i'`, `y' = depth'/(2y)`.
+/// The depth, `x_i + y l_i + y² q_i` and its rows `δ_ij + y' (l_i + 2 y q_i) + y l_i' + y² q_i'`, `y' = depth'/(2y)`.
 fn contact_step(
     contact: &Contact,
     point: &[f64],
     dimension: usize,
-    info: &mut StepInfo,
-) -> (Vec<f64>, Vec<f64>) {
+) -> (f64, Vec<f64>, Vec<f64>) {
     let (depth, depth_gradient) = expand(&contact.depth, point);
     let y = depth.max(0.0).sqrt();
     let slope = if y > 0.0 { 0.5 / y } else { 0.0 };
-    info.add_passage(depth);
     let mut jacobian = Vec::with_capacity(dimension * dimension);
     let mut next = Vec::with_capacity(dimension);
     for (i, (linear, quadratic)) in contact.linear.iter().zip(&contact.quadratic).enumerate() {
@@ -122,7 +126,7 @@ fn contact_step(
             jacobian.push(identity + through_y + y * (l_gradient[j] + y * q_gradient[j]));
         }
     }
-    (next, jacobian)
+    (depth, next, jacobian)
 }
 
 fn product(left: &[f64], right: &[f64], dimension: usize) -> Vec<f64> {

@@ -8,8 +8,10 @@ mod discrete_map;
 mod frozen;
 mod horner;
 mod interpreted;
+mod itinerary;
 mod lyapunov;
 mod orbit;
+mod passage_set;
 mod period;
 
 #[cfg(feature = "compiled-maps")]
@@ -18,6 +20,8 @@ pub use discrete_map::{DiscreteMap, StepInfo};
 pub use frozen::FrozenMap;
 pub use horner::HornerMap;
 pub use interpreted::InterpretedMap;
+pub use itinerary::{Itinerary, OrbitName};
 pub use lyapunov::largest_lyapunov_exponent;
 pub use orbit::{MapOrbit, OrbitEnd, OrbitRequest};
+pub use passage_set::PassageSet;
 pub use period::{ContactsPerPeriod, Period};

@@ -163,7 +163,7 @@ mod tests {
         }
         fn step(&self, state: &[f64], parameters: &[f64], image: &mut [f64]) -> StepInfo {
             let mut info = StepInfo::default();
-            info.add_passage(state[0] - 0.5);
+            info.add_passage(0, state[0] - 0.5);
             image[0] = parameters[0] * state[0] * (1.0 - state[0]);
             info.checked(image)
         }

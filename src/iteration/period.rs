@@ -99,7 +99,7 @@ impl ContactsPerPeriod {
     pub fn of(period: Period, steps: &[StepInfo]) -> Option<Self> {
         match period {
             Period::Periodic(period) => {
-                let contacts = steps.iter().take(period).map(|step| step.contacts).sum();
+                let contacts = steps.iter().take(period).map(StepInfo::contacts).sum();
                 Some(Self { contacts, period })
             }
             Period::NotFound => None,

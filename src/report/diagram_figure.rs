@@ -24,7 +24,8 @@ pub fn diagram_figures(diagram: &Diagram) -> Vec<(&'static str, Figure)> {
     figures
 }
 
-/// One row per sweep and parameter value: what the orbit settled on, and the observable over one period (over all kept
+/// One row per sweep and parameter value: what the orbit settled on, its name (hits at each surface of the first
+/// diagram that grazes, then periods), and the observable over one period (over all kept
 /// iterates where there is no period).
 ///
 /// # Errors
@@ -37,7 +38,8 @@ pub fn diagram_table(diagrams: &[Diagram]) -> Result<Table, ReportError> {
         .map(|(_, point)| distinct(point).len())
         .max()
         .unwrap_or(0);
-    let mut table = Table::new(columns(longest));
+    let surfaces = diagrams.first().map_or(&[][..], |diagram| &diagram.surfaces);
+    let mut table = Table::new(columns(surfaces, longest));
     for (number, diagram) in diagrams.iter().enumerate() {
         for (sweep, point) in points(diagram) {
             let mut row = vec![
@@ -53,6 +55,10 @@ pub fn diagram_table(diagrams: &[Diagram]) -> Result<Table, ReportError> {
                     .map_or(Cell::Missing, |value| Cell::number(value, 6)),
                 Cell::text(end_word(point.end)),
                 Cell::Integer(point.outside as i64),
+                point
+                    .orbit
+                    .as_ref()
+                    .map_or(Cell::Missing, |name| Cell::text(name.to_string())),
             ];
             row.extend(distinct(point).iter().map(|&value| Cell::number(value, 6)));
             row.resize(table.columns().len(), Cell::Missing);
@@ -205,13 +211,20 @@ fn observable_words(observable: &str) -> String {
     }
 }
 
-fn columns(values: usize) -> Vec<Column> {
+fn columns(surfaces: &[String], values: usize) -> Vec<Column> {
     let mut columns = vec![Column::number("diagram")];
     columns.extend(["parameter", "method", "heading"].map(Column::text));
     columns.extend(["offset", "period", "kept_contacts", "lyapunov"].map(Column::number));
     columns.extend([Column::text("end"), Column::number("outside")]);
+    columns.push(Column::text(orbit_header(surfaces)));
     columns.extend((1..=values).map(|number| Column::number(format!("value_{number}"))));
     columns
+}
+
+/// `orbit (left,right,periods)`: in which order the names of orbits count.
+fn orbit_header(surfaces: &[String]) -> String {
+    let counted = surfaces.iter().map(String::as_str).chain(["periods"]);
+    format!("orbit ({})", counted.collect::<Vec<_>>().join(","))
 }
 
 fn points(diagram: &Diagram) -> impl Iterator<Item = (&Sweep, &DiagramPoint)> {

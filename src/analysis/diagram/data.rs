@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::iteration::{ContactsPerPeriod, OrbitEnd, Period};
+use crate::iteration::{ContactsPerPeriod, OrbitEnd, OrbitName, Period};
 use crate::model::Method;
 
 /// A bifurcation diagram: every sweep that was asked for, by every method.
@@ -18,6 +18,8 @@ pub struct Diagram {
     pub grazing_value: f64,
     /// What is drawn: `h`, `impact_speed`, or an expression.
     pub observable: String,
+    /// Names of the surfaces that graze, in the model's order: that of the hits in the names of orbits.
+    pub surfaces: Vec<String>,
     /// Iterates dropped at each parameter value.
     pub transient: usize,
     /// Iterates kept at each parameter value.
@@ -62,6 +64,8 @@ pub struct DiagramPoint {
     pub period: Period,
     /// Contacts per period; `None` without a period.
     pub contacts: Option<ContactsPerPeriod>,
+    /// Name of the orbit, `None` without a period; its hits count every contact at a surface that grazes.
+    pub orbit: Option<OrbitName>,
     /// Contacts over all kept iterates.
     pub kept_contacts: u32,
     /// Largest Lyapunov exponent per iterate; `None` for direct simulation or where the orbit ended early.

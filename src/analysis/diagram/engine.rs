@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use super::data::{Diagram, Sweep, SweepHeading};
 use super::sweep::{SweepRequest, sweep};
 use super::{DirectSweep, FrozenSweep, Observer, SmoothFixedPoint, SweptMap};
-use crate::analysis::{AnalysisError, DirectMap, Progress};
+use crate::analysis::{AnalysisError, DirectMap, Progress, itinerary};
 use crate::expansion::LocalMap;
 use crate::hybrid::HybridSystem;
 use crate::iteration::{HornerMap, OrbitRequest};
@@ -50,6 +50,7 @@ pub fn diagram(
         parameter: parameter.clone(),
     })?;
     let system = HybridSystem::new(&scene.model);
+    let itinerary = itinerary(scene, orbit);
     let observer = || Observer::new(scene, orbit, map, &request.observe);
     let swept = |method: &Method| -> Result<Box<dyn SweptMap + '_>, AnalysisError> {
         Ok(match method {
@@ -57,11 +58,13 @@ pub fn diagram(
                 map: HornerMap::new(map),
                 start: SmoothFixedPoint::new(map),
                 observer: observer()?,
+                itinerary: itinerary.clone(),
             }),
             Method::Direct => Box::new(DirectSweep {
                 map: DirectMap::new(&system, scene, orbit)?,
                 start: SmoothFixedPoint::new(map),
                 observer: observer()?,
+                itinerary: itinerary.clone(),
             }),
         })
     };
@@ -83,6 +86,7 @@ pub fn diagram(
         parameter: parameter.clone(),
         grazing_value: orbit.parameters()[request.parameter].to_f64(),
         observable: observer()?.label().to_owned(),
+        surfaces: itinerary.surfaces.clone(),
         transient: request.transient,
         keep: request.keep,
         speed_ratio: speed_ratio(&sweeps),

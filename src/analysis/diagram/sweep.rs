@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 use super::SweptMap;
 use super::data::{DiagramPoint, Sweep, SweepHeading, Timing};
 use crate::analysis::Progress;
-use crate::iteration::{DiscreteMap, MapOrbit, OrbitEnd, OrbitRequest, largest_lyapunov_exponent};
+use crate::iteration::{DiscreteMap, MapOrbit, OrbitEnd, OrbitName, OrbitRequest, Period, StepInfo, largest_lyapunov_exponent};
 
 /// Iterates in which the tangent vector of a Lyapunov exponent turns to its direction.
 const TANGENT_TRANSIENT: usize = 20;
@@ -112,10 +112,23 @@ fn point(
             .collect(),
         period: orbit.period,
         contacts: orbit.contacts_per_period(),
-        kept_contacts: orbit.steps.iter().map(|step| step.contacts).sum(),
+        orbit: name(map, orbit, parameters),
+        kept_contacts: orbit.steps.iter().map(StepInfo::contacts).sum(),
         lyapunov: lyapunov(map, fixed, orbit, request),
         end: orbit.end,
         outside: orbit.states().filter(outside).count(),
+    }
+}
+
+/// The name of a periodic orbit; `None` without a period.
+fn name(map: &dyn SweptMap, orbit: &MapOrbit, parameters: &[f64]) -> Option<OrbitName> {
+    match orbit.period {
+        Period::Periodic(period) => {
+            let returns = orbit.states().take(period);
+            let hits = returns.map(|state| map.hits(state, parameters));
+            Some(map.itinerary().name(hits))
+        }
+        Period::NotFound => None,
     }
 }
 

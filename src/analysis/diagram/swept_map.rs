@@ -3,7 +3,7 @@
 use super::observe::Observer;
 use super::start::SmoothFixedPoint;
 use crate::analysis::DirectMap;
-use crate::iteration::{DiscreteMap, HornerMap, StepInfo};
+use crate::iteration::{DiscreteMap, HornerMap, Itinerary, StepInfo};
 use crate::model::Method;
 
 /// A map that can be swept along a parameter.
@@ -25,6 +25,12 @@ pub trait SweptMap: Sync {
 
     /// The observable at a state.
     fn observe(&self, state: &[f64], parameters: &[f64]) -> f64;
+
+    /// The surfaces that graze and the passages of one return.
+    fn itinerary(&self) -> &Itinerary;
+
+    /// Contacts per surface of the itinerary on the way from a state to its image.
+    fn hits(&self, state: &[f64], parameters: &[f64]) -> Vec<u32>;
 
     /// Whether the map's Jacobian is cheap and exact, so that Lyapunov exponents are computed.
     fn has_jacobian(&self) -> bool;
@@ -68,12 +74,25 @@ fn fixed<'m, M: DiscreteMap + 'm>(map: M, parameters: &[f64]) -> Box<dyn Discret
     })
 }
 
+/// The hits of one step of a map by its passages.
+fn hits_of_step(
+    map: &impl DiscreteMap,
+    itinerary: &Itinerary,
+    state: &[f64],
+    parameters: &[f64],
+) -> Vec<u32> {
+    let mut image = vec![0.0; map.dimension()];
+    itinerary.hits(map.step(state, parameters, &mut image).passages)
+}
+
 /// A map written by hand: it starts at 0, and its first coordinate is drawn.
 #[derive(Clone, Debug)]
-pub struct UnobservedSweep<M>(
+pub struct UnobservedSweep<M> {
     /// The map.
-    pub M,
-);
+    pub map: M,
+    /// Which surface each of its passages meets.
+    pub itinerary: Itinerary,
+}
 
 impl<M: DiscreteMap> SweptMap for UnobservedSweep<M> {
     fn method(&self) -> Method {
@@ -81,23 +100,31 @@ impl<M: DiscreteMap> SweptMap for UnobservedSweep<M> {
     }
 
     fn dimension(&self) -> usize {
-        self.0.dimension()
+        self.map.dimension()
     }
 
     fn parameters(&self) -> usize {
-        self.0.parameters()
+        self.map.parameters()
     }
 
     fn at(&self, parameters: &[f64]) -> Box<dyn DiscreteMap + '_> {
-        fixed(&self.0, parameters)
+        fixed(&self.map, parameters)
     }
 
     fn start(&self, _: &[f64]) -> Vec<f64> {
-        vec![0.0; self.0.dimension()]
+        vec![0.0; self.map.dimension()]
     }
 
     fn observe(&self, state: &[f64], _: &[f64]) -> f64 {
         state[0]
+    }
+
+    fn itinerary(&self) -> &Itinerary {
+        &self.itinerary
+    }
+
+    fn hits(&self, state: &[f64], parameters: &[f64]) -> Vec<u32> {
+        hits_of_step(&self.map, &self.itinerary, state, parameters)
     }
 
     fn has_jacobian(&self) -> bool {
@@ -114,6 +141,8 @@ pub struct FrozenSweep {
     pub start: SmoothFixedPoint,
     /// What is drawn.
     pub observer: Observer,
+    /// Which surface each passage meets.
+    pub itinerary: Itinerary,
 }
 
 impl SweptMap for FrozenSweep {
@@ -141,6 +170,14 @@ impl SweptMap for FrozenSweep {
         self.observer.by_map(state, parameters)
     }
 
+    fn itinerary(&self) -> &Itinerary {
+        &self.itinerary
+    }
+
+    fn hits(&self, state: &[f64], parameters: &[f64]) -> Vec<u32> {
+        hits_of_step(&self.map, &self.itinerary, state, parameters)
+    }
+
     fn has_jacobian(&self) -> bool {
         true
     }
@@ -155,6 +192,8 @@ pub struct DirectSweep<'a> {
     pub start: SmoothFixedPoint,
     /// What is drawn.
     pub observer: Observer,
+    /// Which surface each passage meets.
+    pub itinerary: Itinerary,
 }
 
 impl SweptMap for DirectSweep<'_> {
@@ -181,6 +220,14 @@ impl SweptMap for DirectSweep<'_> {
 
     fn observe(&self, state: &[f64], parameters: &[f64]) -> f64 {
         self.observer.by_simulation(&self.map, state, parameters)
+    }
+
+    fn itinerary(&self) -> &Itinerary {
+        &self.itinerary
+    }
+
+    fn hits(&self, state: &[f64], parameters: &[f64]) -> Vec<u32> {
+        self.map.hits(state, parameters)
     }
 
     fn has_jacobian(&self) -> bool {
