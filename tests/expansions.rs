@@ -3,8 +3,12 @@
 #[path = "support/stages.rs"]
 mod stages;
 
+use std::collections::HashSet;
+
+use grazemap::analysis::MapEvaluation;
 use grazemap::expansion::{Expander, ExpansionError, LocalMap, MapOrders, Stage};
 use grazemap::model::{Scene, catalogue};
+use grazemap::numeric::Dd;
 use grazemap::orbit::{GrazingOrbit, locate};
 use stages::{fly, image};
 
@@ -85,6 +89,41 @@ fn composed_form_agrees_with_the_stages_to_its_order() {
     // The composed form is cut at weight 9: its error falls as the tenth power of y.
     let rate = (errors[0] / errors[1]).log2();
     assert!((rate - 10.0).abs() < 0.5, "rate {rate} of {errors:?}");
+}
+
+#[test]
+fn composed_form_of_two_passages_agrees_with_the_stages_to_its_order() {
+    let scene = scene_with("two_stops_t1", &[]);
+    let orbit = orbit_of(&scene);
+    let expander = Expander::new(&scene, &orbit).expect("an analytic law");
+    let orders = MapOrders {
+        smooth_order: 6,
+        contact_weight: 7,
+    };
+    let map = expander.expand(orders).expect("an expansion");
+    let composed = expander.compose(&map).expect("a small space");
+    assert_eq!(map.surfaces, ["right", "left"]);
+    let (mut patterns, mut sums) = (HashSet::new(), [0.0_f64; 2]);
+    for number in 1..=60 {
+        let share = |k: i32| (f64::from(number) * 0.754_877_67_f64.powi(k)).fract() - 0.5;
+        for (sum, y) in sums.iter_mut().zip([0.04_f64, 0.02]) {
+            let offset = |k: i32| Dd::from(share(k) * y * y);
+            let (state, parameters) = ([1, 2, 3, 4].map(offset), [5, 6].map(offset));
+            let stages = MapEvaluation::<Dd>::new(&map).image(&state, &parameters);
+            let one_pass = MapEvaluation::<Dd>::composed(&composed).image(&state, &parameters);
+            let made =
+                |depths: &[Dd]| -> Vec<bool> { depths.iter().map(|u| *u > Dd::ZERO).collect() };
+            assert_eq!(made(&stages.depths), made(&one_pass.depths));
+            patterns.insert(made(&stages.depths));
+            let pairs = stages.offsets.iter().zip(&one_pass.offsets);
+            *sum += pairs.map(|(&a, &b)| (a - b).to_f64().powi(2)).sum::<f64>();
+        }
+    }
+    // Contact at neither stop, at one of them, at both.
+    assert_eq!(patterns.len(), 4);
+    // Kicks of a relaxed spring are O(y³): every depth stays O(y²), and what is cut is O(y⁸).
+    let rate = 0.5 * (sums[0] / sums[1]).log2();
+    assert!((rate - 8.0).abs() < 0.5, "rate {rate} of {sums:?}");
 }
 
 #[test]

@@ -329,10 +329,7 @@ fn grazes_that_contradict_the_symmetry_are_wrong_input() {
 }
 
 fn two_stops(set: &str) -> Scene {
-    let path = format!(
-        "{}/tests/data/two_stops/two_stops_{set}.toml",
-        env!("CARGO_MANIFEST_DIR")
-    );
+    let path = format!("{}/scenes/two_stops_{set}.toml", env!("CARGO_MANIFEST_DIR"));
     Scene::load(std::path::Path::new(&path)).unwrap()
 }
 

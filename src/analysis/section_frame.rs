@@ -1,12 +1,11 @@
 //! Offsets on a section and the full state: the frame in which direct simulation speaks to a map.
 
 use super::error::{AnalysisError, check_length};
-use super::itinerary::{FollowingPassage, passages_after_section};
 use super::values::Values;
 use crate::hybrid::{NominalPassage, ReturnSection};
 use crate::model::{Model, Scene};
 use crate::numeric::{Dd, Real};
-use crate::orbit::{GrazingOrbit, PoincareSection, PoincareSectionKind};
+use crate::orbit::{FollowingPassage, GrazingOrbit, PoincareSection, PoincareSectionKind};
 
 /// Newton steps onto the tangency section before giving up: each doubles the digits.
 const NEWTON_STEPS: usize = 40;
@@ -61,7 +60,7 @@ impl<S: Real> SectionFrame<S> {
             grazing_parameters: convert(orbit.parameters()),
             active: scene.expansion.active.clone(),
             surface,
-            passages: passages_after_section(scene, orbit),
+            passages: orbit.passages_after_section(scene),
             tangency: tangency(model, surface, orbit.section.eliminated),
             clock: phase.map(|clock| Clock {
                 rate: Values::new(model, &model.graph, &[clock.rate]),

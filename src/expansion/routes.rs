@@ -3,10 +3,7 @@
 use super::section_chart::SectionChart;
 use crate::model::Scene;
 use crate::numeric::Dd;
-use crate::orbit::{GrazingOrbit, PoincareSectionKind};
-
-/// A passage nearer to the section than this share of the period lies on it.
-const ON_SECTION: f64 = 1e-24;
+use crate::orbit::GrazingOrbit;
 
 /// One end of a leg.
 #[derive(Clone, Debug)]
@@ -53,15 +50,8 @@ struct Place {
 impl Routes {
     /// The itinerary of a scene's section along its grazing orbit.
     pub fn of(scene: &Scene, orbit: &GrazingOrbit) -> Self {
-        let until_first = time_to_first_passage(scene, orbit);
-        let mut met: Vec<(usize, Dd)> = (0..orbit.passages.len())
-            .map(|passage| {
-                let time = until_first + orbit.passages[passage].time;
-                (passage, reduced(time, orbit.period))
-            })
-            .collect();
-        met.sort_by(|a, b| a.1.to_f64().total_cmp(&b.1.to_f64()));
-        let about = met.iter().position(|&(passage, _)| passage == 0);
+        let met = orbit.passages_after_section(scene);
+        let about = met.iter().position(|passage| passage.place == 0);
         let section = |time: Dd| Place {
             end: RouteEnd {
                 chart: SectionChart {
@@ -73,9 +63,10 @@ impl Routes {
             time,
         };
         let (start, end) = (section(Dd::ZERO), section(orbit.period));
-        let grazes = met.iter().enumerate().map(|(number, &(passage, time))| {
-            let (chart, passage) = (grazing_chart(orbit, passage), number);
+        let grazes = met.iter().enumerate().map(|(passage, graze)| {
+            let chart = grazing_chart(orbit, graze.place);
             let end = RouteEnd { chart, passage };
+            let time = graze.time;
             Place { end, time }
         });
         let mut places: Vec<_> = grazes.chain([end.clone()]).collect();
@@ -88,7 +79,7 @@ impl Routes {
             first.end.chart = start.end.chart.clone();
         }
         Self {
-            passages: met.into_iter().map(|(passage, _)| passage).collect(),
+            passages: met.into_iter().map(|passage| passage.place).collect(),
             after: places
                 .windows(2)
                 .map(|pair| route(&pair[0], &pair[1]))
@@ -125,28 +116,5 @@ fn route(scene: &Scene, orbit: &GrazingOrbit, from: &Place, to: &Place) -> Route
         to: to.end.clone(),
         duration,
         phase_advance,
-    }
-}
-
-/// Time from the section to the first passage of the orbit; 0 on a tangency section.
-fn time_to_first_passage(scene: &Scene, orbit: &GrazingOrbit) -> Dd {
-    let (PoincareSectionKind::Stroboscopic { phase }, Some(clock)) =
-        (orbit.section.kind, &scene.model.phase)
-    else {
-        return Dd::ZERO;
-    };
-    let ahead = orbit.grazing_point().state[scene.model.dimension() - 1] - phase;
-    let advance = clock.period * Dd::from(scene.grazing.periods as f64);
-    orbit.period * reduced(ahead, clock.period) / advance
-}
-
-/// A time in `[0, period)`; one that misses 0 or the period by rounding is 0.
-fn reduced(time: Dd, period: Dd) -> Dd {
-    let rest = time - (time / period).floor() * period;
-    let near = period * Dd::from(ON_SECTION);
-    if rest <= near || period - rest <= near {
-        Dd::ZERO
-    } else {
-        rest
     }
 }

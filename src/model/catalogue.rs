@@ -98,6 +98,24 @@ const ENTRIES: &[Entry] = &[
     ),
     entry!("soft_c", "soft impacts C: prestressed spring"),
     entry!("soft_d", "soft impacts D: prestressed spring and damper"),
+    entry!("two_stops_t1", "two masses between two elastic stops, T1"),
+    entry!(
+        "two_stops_t1_prestressed",
+        "two masses between two prestressed stops, T1"
+    ),
+    entry!(
+        "two_stops_t1_rigid",
+        "two masses between two rigid stops, T1"
+    ),
+    entry!("two_stops_t2", "two masses between two elastic stops, T2"),
+    entry!(
+        "two_stops_t2_prestressed",
+        "two masses between two prestressed stops, T2"
+    ),
+    entry!(
+        "two_stops_t2_rigid",
+        "two masses between two rigid stops, T2"
+    ),
 ];
 
 /// Names of the scenes, in the order of the catalogue.

@@ -9,6 +9,7 @@ mod diagnosis;
 mod error;
 mod geometry;
 mod grazes;
+mod itinerary;
 mod locate;
 mod minima;
 mod monodromy;
@@ -29,6 +30,7 @@ pub use curve::{
     curve,
 };
 pub use error::OrbitError;
+pub use itinerary::FollowingPassage;
 pub use locate::locate;
 pub use outcome::{Adjusted, Location, NotLocated};
 pub use point::{GrazingOrbit, GrazingPoint};

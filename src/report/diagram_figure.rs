@@ -38,7 +38,9 @@ pub fn diagram_table(diagrams: &[Diagram]) -> Result<Table, ReportError> {
         .map(|(_, point)| distinct(point).len())
         .max()
         .unwrap_or(0);
-    let surfaces = diagrams.first().map_or(&[][..], |diagram| &diagram.surfaces);
+    let surfaces = diagrams
+        .first()
+        .map_or(&[][..], |diagram| &diagram.surfaces);
     let mut table = Table::new(columns(surfaces, longest));
     for (number, diagram) in diagrams.iter().enumerate() {
         for (sweep, point) in points(diagram) {
