@@ -45,10 +45,10 @@ fn section_share(scene: &Scene, orbit: &GrazingOrbit) -> Dd {
     }
 }
 
-/// What is left above a whole number, in `[0, 1)`.
+/// What is left above a whole number, in `[0, 1)`; 0 for whole numbers alone.
 fn fraction(value: Dd) -> f64 {
-    let fraction = (value - value.floor()).to_f64();
-    if fraction < 1.0 { fraction } else { 0.0 }
+    const BELOW_ONE: f64 = 1.0 - f64::EPSILON / 2.0;
+    (value - value.floor()).to_f64().min(BELOW_ONE)
 }
 
 /// Which surface each passage of one return meets, the passages in the order in which they follow the section.

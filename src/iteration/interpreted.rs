@@ -107,11 +107,7 @@ fn leg_step(leg: &Leg, point: &[f64], dimension: usize) -> (Vec<f64>, Vec<f64>) 
 }
 
 /// The depth, `x_i + y l_i + y² q_i` and its rows `δ_ij + y' (l_i + 2 y q_i) + y l_i' + y² q_i'`, `y' = depth'/(2y)`.
-fn contact_step(
-    contact: &Contact,
-    point: &[f64],
-    dimension: usize,
-) -> (f64, Vec<f64>, Vec<f64>) {
+fn contact_step(contact: &Contact, point: &[f64], dimension: usize) -> (f64, Vec<f64>, Vec<f64>) {
     let (depth, depth_gradient) = expand(&contact.depth, point);
     let y = depth.max(0.0).sqrt();
     let slope = if y > 0.0 { 0.5 / y } else { 0.0 };

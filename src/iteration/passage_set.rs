@@ -59,9 +59,7 @@ impl PassageSet {
 impl FromIterator<usize> for PassageSet {
     fn from_iter<I: IntoIterator<Item = usize>>(passages: I) -> Self {
         let mut set = Self::default();
-        passages
-            .into_iter()
-            .for_each(|passage| set.insert(passage));
+        passages.into_iter().for_each(|passage| set.insert(passage));
         set
     }
 }

@@ -5,7 +5,10 @@ use std::time::{Duration, Instant};
 use super::SweptMap;
 use super::data::{DiagramPoint, Sweep, SweepHeading, Timing};
 use crate::analysis::Progress;
-use crate::iteration::{DiscreteMap, MapOrbit, OrbitEnd, OrbitName, OrbitRequest, Period, StepInfo, largest_lyapunov_exponent};
+use crate::iteration::{
+    DiscreteMap, MapOrbit, OrbitEnd, OrbitName, OrbitRequest, Period, StepInfo,
+    largest_lyapunov_exponent,
+};
 
 /// Iterates in which the tangent vector of a Lyapunov exponent turns to its direction.
 const TANGENT_TRANSIENT: usize = 20;
