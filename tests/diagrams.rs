@@ -12,6 +12,7 @@ use grazemap::iteration::{
 };
 use grazemap::model::{Method, Observable, Scene, SweepDirection, catalogue};
 use grazemap::orbit::locate;
+use grazemap::report::diagram_table;
 
 /// The one-dimensional square-root map `x ↦ ν x + μ − √max(0, x)` of Nordmark (1991) and Chin, Ott, Nusse
 /// and Grebogi (1994), at `ν = 0.2`: below `ν = 1/4` the attractors for `μ > 0` are orbits with one contact
@@ -120,11 +121,13 @@ fn sweeps_do_not_depend_on_the_number_of_threads() {
 
 /// A diagram of the linear oscillator over a few parameter values.
 fn of_the_linear_oscillator(range: [f64; 2], points: usize, observe: Observable) -> Diagram {
-    let scene = Scene::parse(
-        catalogue::text("linear").expect("in the catalogue"),
-        "linear",
-    )
-    .expect("a good scene");
+    of_scene("linear", range, points, observe)
+}
+
+/// A diagram of a scene of the catalogue over a few parameter values.
+fn of_scene(name: &str, range: [f64; 2], points: usize, observe: Observable) -> Diagram {
+    let text = catalogue::text(name).expect("in the catalogue");
+    let scene = Scene::parse(text, name).expect("a good scene");
     let orbit = locate(&scene)
         .expect("no wrong input")
         .into_result()
@@ -176,4 +179,36 @@ fn map_and_simulation_agree_before_grazing() {
         );
     }
     assert!(diagram.speed_ratio.is_some());
+}
+
+/// The cantilever beam (docs/literature.md): with `zeta = 0.09` the orbit beyond grazing has one impact in five periods.
+#[test]
+fn map_and_simulation_name_the_orbit_beyond_grazing_as_the_literature_does() {
+    let range = [-4e-4, 8e-4];
+    let diagram = of_scene("cantilever_0_09", range, 5, Observable::EventFunction);
+    for sweep in [&diagram.sweeps[0], &diagram.sweeps[2]] {
+        let names = sweep.points.iter().map(|point| point.orbit.as_ref());
+        let names: Vec<_> = names.map(|name| name.map(ToString::to_string)).collect();
+        let expected = ["(0,1)", "(0,1)", "(1,5)", "(1,5)", "(1,5)"];
+        let expected = expected.map(|name| Some(name.to_owned()));
+        assert_eq!(names, expected, "{:?}", sweep.method);
+    }
+}
+
+#[test]
+fn tables_and_json_write_the_names_and_what_they_count() {
+    let diagram = of_the_linear_oscillator([-1e-3, -9e-4], 2, Observable::EventFunction);
+    let csv = diagram_table(std::slice::from_ref(&diagram)).and_then(|table| table.to_csv());
+    let csv = csv.expect("a table");
+    let mut lines = csv.lines();
+    let header = lines.next().expect("a header");
+    assert!(
+        header.contains(",outside,\"orbit (stop,periods)\",value_1"),
+        "{header}"
+    );
+    assert!(lines.all(|line| line.contains(",0,\"(0,1)\",")), "{csv}");
+    let json = serde_json::to_value(&diagram).expect("plain data");
+    assert_eq!(json["surfaces"][0], "stop");
+    let name = &json["sweeps"][0]["points"][0]["orbit"];
+    assert_eq!((&name["hits"][0], &name["periods"]), (&0.into(), &1.into()));
 }

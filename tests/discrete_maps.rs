@@ -4,9 +4,9 @@
 mod synthetic;
 
 use grazemap::analysis::DirectMap;
-use grazemap::expansion::SectionKind;
+use grazemap::expansion::{LocalMap, SectionKind, Stage};
 use grazemap::hybrid::HybridSystem;
-use grazemap::iteration::{DiscreteMap, HornerMap, InterpretedMap, StepInfo};
+use grazemap::iteration::{DiscreteMap, HornerMap, InterpretedMap, PassageSet, StepInfo};
 use grazemap::model::{Scene, catalogue};
 use grazemap::orbit::locate;
 use synthetic::Numbers;
@@ -210,6 +210,49 @@ fn the_contact_is_the_identity_above_the_surface() {
         }
     }
     assert!(seen > 10, "{seen} points above the surface");
+}
+
+/// The passages of a map whose depth is positive, each depth evaluated at the image of all stages before it.
+fn passages_by_depth(map: &LocalMap, state: &[f64], parameters: &[f64]) -> PassageSet {
+    let contacts = map.stages.iter().enumerate();
+    let contacts = contacts.filter_map(|(place, stage)| match stage {
+        Stage::Contact(contact) => Some((place, contact)),
+        Stage::Leg(_) => None,
+    });
+    let made = |place: usize, depth: &grazemap::jet::Jet<f64>| {
+        let mut before = map.clone();
+        before.stages.truncate(place);
+        let (arrival, _) = step(&InterpretedMap::new(&before), state, parameters);
+        depth.evaluate(&[&arrival[..], parameters].concat()) > 0.0
+    };
+    let numbered = contacts.enumerate();
+    numbered
+        .filter(|(_, (place, contact))| made(*place, &contact.depth))
+        .map(|(number, _)| number)
+        .collect()
+}
+
+#[test]
+fn every_form_of_a_map_says_which_of_its_passages_made_contact() {
+    let mut map = synthetic::map(3, 4, SectionKind::Stroboscopic);
+    map.stages.extend(map.stages.clone());
+    let (interpreted, horner) = (InterpretedMap::new(&map), HornerMap::new(&map));
+    let mut seen = std::collections::BTreeSet::new();
+    for (state, parameters) in points(400) {
+        let made = passages_by_depth(&map, &state, &parameters);
+        let frozen = horner.freeze(&parameters);
+        for info in [
+            step(&interpreted, &state, &parameters).1,
+            step(&horner, &state, &parameters).1,
+            step_jacobian(&horner, &state, &parameters).2,
+            step(&frozen, &state, &[]).1,
+        ] {
+            assert_eq!(info.passages, made);
+            assert_eq!(info.contacts() as usize, made.len());
+        }
+        seen.insert(made.iter().collect::<Vec<_>>());
+    }
+    assert_eq!(seen.len(), 4, "all combinations of two passages: {seen:?}");
 }
 
 #[cfg(feature = "compiled-maps")]

@@ -9,6 +9,9 @@ use super::section::PoincareSectionKind;
 /// A passage nearer to the section than this share of the period lies on it.
 const ON_SECTION: f64 = 1e-24;
 
+/// The largest share of a period.
+const BELOW_ONE: f64 = 1.0 - f64::EPSILON / 2.0;
+
 /// A grazing passage as a section sees it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FollowingPassage {
@@ -36,7 +39,7 @@ impl GrazingOrbit {
                     place,
                     surface: passage.surface,
                     time,
-                    share: (time / self.period).to_f64(),
+                    share: (time / self.period).to_f64().min(BELOW_ONE),
                 }
             })
             .collect();

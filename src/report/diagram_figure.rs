@@ -24,9 +24,10 @@ pub fn diagram_figures(diagram: &Diagram) -> Vec<(&'static str, Figure)> {
     figures
 }
 
-/// One row per sweep and parameter value: what the orbit settled on, its name (hits at each surface of the first
-/// diagram that grazes, then periods), and the observable over one period (over all kept
-/// iterates where there is no period).
+/// One row per sweep and parameter value: what the orbit settled on, its name, and the observable over one period (over
+/// all kept iterates where there is no period).
+///
+/// The hits in the names are those at the surfaces of the first diagram: all diagrams of a scene have the same.
 ///
 /// # Errors
 ///
