@@ -2,6 +2,7 @@
 //!
 //! Deliberately absent: the direct simulator. Every orbit here is one of the free flow, surfaces ignored.
 
+mod conditions;
 mod continuation;
 mod curve;
 mod describe;
@@ -9,6 +10,7 @@ mod diagnosis;
 mod error;
 mod geometry;
 mod grazes;
+mod kick;
 mod locate;
 mod minima;
 mod monodromy;
@@ -16,14 +18,16 @@ mod newton;
 mod outcome;
 mod passages;
 mod point;
-mod record;
 mod search;
 mod section;
 mod shooting;
+mod special;
+mod station;
 mod symmetry;
 mod system;
 mod tracer;
 
+pub use conditions::GrazingConditions;
 pub use curve::{
     CurveEnd, CurveOptions, CurveOutcome, CurvePoint, GrazingCurve, SpecialKind, SpecialPoint,
     curve,
@@ -32,8 +36,4 @@ pub use error::OrbitError;
 pub use locate::locate;
 pub use outcome::{Adjusted, Location, NotLocated};
 pub use point::{GrazingOrbit, GrazingPoint};
-pub use record::{
-    Codim2Record, CurvePointRecord, CurveRecord, FoldRecord, OrbitRecord, PointRecord,
-    SectionRecord, SwitchRecord,
-};
 pub use section::{PoincareSection, PoincareSectionKind};
