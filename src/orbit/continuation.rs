@@ -82,18 +82,16 @@ pub(super) fn correct_dd(
     point: &[f64],
     origin: &[f64],
     normal: &[f64],
-) -> Result<Option<Root>, OrbitError> {
-    for matching in [Matching::AtEnd, Matching::AtMiddle] {
-        let equations = Bordered {
-            system: system.matched(matching),
-            origin: origin.to_vec(),
-            normal: normal.to_vec(),
-        };
-        if let Ok(Solve::Root(root)) = refine(&equations, point, 1e-22) {
-            return Ok(Some(root));
-        }
+) -> Result<Solve<Root>, OrbitError> {
+    let equations = |matching| Bordered {
+        system: system.matched(matching),
+        origin: origin.to_vec(),
+        normal: normal.to_vec(),
+    };
+    match refine(&equations(Matching::AtEnd), point, 1e-22) {
+        Ok(Solve::Root(root)) => Ok(Solve::Root(root)),
+        _ => refine(&equations(Matching::AtMiddle), point, 1e-22),
     }
-    Ok(None)
 }
 
 /// The unit tangent of the curve at a point, on the side of `along`; `None` where it is not determined.
@@ -118,7 +116,8 @@ pub(super) fn tangent(
     Ok(None)
 }
 
-fn bordered(jacobian: &DMatrix<f64>, normal: &[f64]) -> DMatrix<f64> {
+/// A Jacobian with one more row.
+pub(super) fn bordered(jacobian: &DMatrix<f64>, normal: &[f64]) -> DMatrix<f64> {
     let rows = jacobian.nrows();
     let mut matrix = jacobian.clone().insert_row(rows, 0.0);
     for (column, &value) in normal.iter().enumerate() {

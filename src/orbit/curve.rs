@@ -4,7 +4,9 @@ use crate::model::Scene;
 use crate::numeric::Dd;
 
 use super::OrbitError;
+use super::conditions::GrazingConditions;
 use super::outcome::{Location, NotLocated};
+use super::station::Stations;
 use super::tracer::Tracer;
 
 /// Steps of a continuation, in arclength over (state, phase, both parameters).
@@ -28,7 +30,7 @@ impl Default for CurveOptions {
             ds: 0.01,
             ds_min: 1e-8,
             ds_max: 0.05,
-            max_steps: 2000,
+            max_steps: 20_000,
             xi_count: 1,
         }
     }
@@ -45,8 +47,10 @@ pub struct CurvePoint {
     pub normal_acceleration: f64,
     /// Multipliers, the largest first.
     pub multipliers: Vec<[f64; 2]>,
-    /// `xi_1, xi_2, …`
+    /// `xi_1, xi_2, …` from the first passage to itself.
     pub xi: Vec<f64>,
+    /// The same from every passage to every passage, ordered by `from`, then `to`.
+    pub conditions: Vec<GrazingConditions<f64>>,
     /// Lowest other minimum of any event function.
     pub clearance: Option<f64>,
 }
@@ -61,10 +65,15 @@ impl CurvePoint {
 /// What happens at a special point of a curve.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SpecialKind {
-    /// `xi_n = 0`: codimension two.
+    /// `xi_n = 0` between two passages: codimension two. With the half-period symmetry only passages that mirror no
+    /// other stand as `from`.
     Codimension2 {
         /// `n`.
         n: usize,
+        /// The passage that stretches.
+        from: usize,
+        /// The passage whose gap neither opens nor closes.
+        to: usize,
     },
     /// The curve turns back in a parameter.
     Fold {
@@ -155,12 +164,12 @@ pub struct GrazingCurve {
 }
 
 impl GrazingCurve {
-    /// Points where some `xi_n` vanishes, with `n`.
-    pub fn codim2(&self) -> impl Iterator<Item = (usize, &SpecialPoint)> {
+    /// Points where some `xi_n` vanishes, with `n` and the passages from and to which it is.
+    pub fn codim2(&self) -> impl Iterator<Item = (usize, [usize; 2], &SpecialPoint)> {
         self.special
             .iter()
             .filter_map(|special| match special.kind {
-                SpecialKind::Codimension2 { n } => Some((n, special)),
+                SpecialKind::Codimension2 { n, from, to } => Some((n, [from, to], special)),
                 _ => None,
             })
     }
@@ -218,9 +227,12 @@ pub fn curve(
         Location::Located(orbit) => orbit,
         Location::NotLocated(reason) => return Ok(CurveOutcome::NotLocated(reason)),
     };
-    let tracer = Tracer::new(scene, &orbit, with, options)?;
+    let tracer = Tracer {
+        stations: Stations::new(scene, &orbit, with, options.xi_count)?,
+        options,
+    };
     let here = scene.model.parameters[with].value.to_f64();
-    let mut start = tracer.start(&orbit);
+    let mut start = tracer.stations.start(&orbit);
     if here != from {
         let (lead, last) = tracer.trace(&start, from)?;
         if lead.end != CurveEnd::Reached {

@@ -4,14 +4,19 @@ use crate::model::Scene;
 use crate::numeric::{Dd, Real};
 
 use super::OrbitError;
+use super::conditions::{conditions, legs, round};
+use super::kick::Kick;
 use super::minima::{Minimum, gaps, watching_field};
-use super::monodromy::{XI_COUNT, full_monodromy, multipliers, on_section, section_point, xi};
+use super::monodromy::{full_monodromy, multipliers, on_section, section_point};
 use super::newton::Root;
 use super::outcome::NotLocated;
 use super::passages::{SAME, Touch, passages};
 use super::point::{GrazingOrbit, GrazingPoint};
 use super::section::PoincareSection;
 use super::system::ExtendedSystem;
+
+/// How many `xi_n` are computed from every passage to every other.
+const XI_COUNT: usize = 6;
 
 /// Largest `|h|` of a passage that no equation holds, relative to the range of `h`.
 const TOUCHING: f64 = 1e-20;
@@ -28,19 +33,21 @@ pub(super) fn describe(
     };
     let parameters = system.parameters(&root.unknowns);
     let period = system.period(&root.unknowns);
-    let passages = points(scene, system, &found.touches, &parameters)?;
+    let touches = &found.touches;
+    let passages = points(scene, system, touches, &parameters)?;
+    let legs = legs(&system.field, touches, &parameters, period)?;
+    let kicks = kicks(scene, system, &passages)?;
+    let conditions = conditions(system, &kicks, touches, &legs, &parameters, XI_COUNT)?;
     let graze = &passages[0];
     let geometry = system.geometry(0);
     let section = graze.section.clone();
-    let at_graze = full_monodromy(&system.field, &graze.state, &parameters, period)?;
     let point = section_point(&scene.model, &system.field, geometry, &section, graze)?;
     let monodromy = if point == graze.state {
-        on_section(&at_graze, &section, &geometry.at(&point, &parameters))
+        on_section(&round(&legs), &section, &geometry.at(&point, &parameters))
     } else {
         let there = full_monodromy(&system.field, &point, &parameters, period)?;
         on_section(&there, &section, &geometry.at(&point, &parameters))
     };
-    let local = geometry.at(&graze.state, &parameters);
     Ok(Ok(GrazingOrbit {
         scene: scene.identifier.clone(),
         digest: scene.digest,
@@ -48,13 +55,28 @@ pub(super) fn describe(
         residual: root.residual.max(found.residual),
         multipliers: multipliers(&monodromy),
         monodromy,
-        xi: xi(&at_graze, &local, XI_COUNT),
+        xi: conditions[0].values.clone(),
+        conditions,
         section,
         section_point: point,
         clearance: clearance(scene, &passages, period)?,
         guess_distance: None,
         passages,
     }))
+}
+
+/// The kick of every passage.
+pub(super) fn kicks(
+    scene: &Scene,
+    system: &ExtendedSystem,
+    passages: &[GrazingPoint],
+) -> Result<Vec<Kick>, OrbitError> {
+    let kick = |(passage, point): (usize, &GrazingPoint)| {
+        let (state, parameters) = (&point.state, &point.parameters);
+        let local = system.geometry(passage).at(state, parameters);
+        Kick::of(&scene.model, point.surface, &local, state, parameters)
+    };
+    passages.iter().enumerate().map(kick).collect()
 }
 
 /// Grazing points from touches.

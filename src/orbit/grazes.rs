@@ -29,11 +29,11 @@ impl Grazes {
         let (surfaces, symmetry) = (grazing.passages.clone(), grazing.symmetry);
         let (named, passages) = (grazing.solve_for.len(), surfaces.len());
         if symmetry == Symmetry::HalfPeriod {
-            if grazing.periods % 2 == 0 {
+            if grazing.periods.is_multiple_of(2) {
                 let periods = grazing.periods;
                 return Err(OrbitError::EvenPeriods { periods });
             }
-            if passages % 2 != 0 {
+            if !passages.is_multiple_of(2) {
                 return Err(OrbitError::UnpairedPassages { passages });
             }
         }

@@ -155,7 +155,7 @@ impl<'a> Locator<'a> {
             .first_graze(self.system.free()[0])
             .period(&start);
         let missed = NEAR_GRAZE * period / self.scene.grazing.periods as f64;
-        let at_once = self.from_first(guess, period, &parameters, missed)?;
+        let at_once = self.after_first(guess, period, &parameters, missed)?;
         if at_once.is_ok() || self.system.grazes.independent == 1 {
             return Ok(at_once);
         }
@@ -175,7 +175,7 @@ impl<'a> Locator<'a> {
             let found = match first(&alone, parameter)? {
                 Ok(root) if self.system.grazes.independent > 1 => {
                     let (state, period) = (&root[..alone.dimension()], alone.period(&root));
-                    self.from_first(state, period, &alone.parameters(&root), SAME * period)?
+                    self.after_first(state, period, &alone.parameters(&root), SAME * period)?
                 }
                 found => found,
             };
@@ -188,7 +188,7 @@ impl<'a> Locator<'a> {
     }
 
     /// Newton's method on all grazes from a point near the first.
-    fn from_first(
+    fn after_first(
         &self,
         state: &[f64],
         period: f64,

@@ -2,6 +2,7 @@
 //!
 //! Deliberately absent: the direct simulator. Every orbit here is one of the free flow, surfaces ignored.
 
+mod conditions;
 mod continuation;
 mod curve;
 mod describe;
@@ -10,6 +11,7 @@ mod error;
 mod geometry;
 mod grazes;
 mod itinerary;
+mod kick;
 mod locate;
 mod minima;
 mod monodromy;
@@ -17,14 +19,16 @@ mod newton;
 mod outcome;
 mod passages;
 mod point;
-mod record;
 mod search;
 mod section;
 mod shooting;
+mod special;
+mod station;
 mod symmetry;
 mod system;
 mod tracer;
 
+pub use conditions::GrazingConditions;
 pub use curve::{
     CurveEnd, CurveOptions, CurveOutcome, CurvePoint, GrazingCurve, SpecialKind, SpecialPoint,
     curve,
@@ -34,8 +38,4 @@ pub use itinerary::FollowingPassage;
 pub use locate::locate;
 pub use outcome::{Adjusted, Location, NotLocated};
 pub use point::{GrazingOrbit, GrazingPoint};
-pub use record::{
-    Codim2Record, CurvePointRecord, CurveRecord, FoldRecord, OrbitRecord, PointRecord,
-    SectionRecord, SwitchRecord,
-};
 pub use section::{PoincareSection, PoincareSectionKind};

@@ -1,4 +1,4 @@
-//! Monodromy of the free flow on a section, its multipliers, and `xi_n`.
+//! Monodromy of the free flow on a section, and its multipliers.
 
 use nalgebra::DMatrix;
 
@@ -13,12 +13,6 @@ use super::section::{PoincareSection, PoincareSectionKind};
 
 /// A square matrix by rows.
 pub(super) type Rows<S> = Vec<Vec<S>>;
-
-/// How many `xi_n` are computed.
-pub(super) const XI_COUNT: usize = 6;
-
-/// A contact field nearer to the free field than this share of it begins as the free field does.
-const NO_JUMP: f64 = 1e-13;
 
 /// Derivative of the period's flow in the full state.
 pub(super) fn full_monodromy<S: Real>(
@@ -96,64 +90,6 @@ pub(super) fn on_section<S: Real>(
     section.coordinates.iter().map(row).collect()
 }
 
-/// `xi_1 … xi_count` from the monodromy in the full state at the graze; empty where `D` has no term linear in `y`, or
-/// a contact ends elsewhere than at the surface.
-pub(super) fn xi<S: Real>(full: &Rows<S>, local: &LocalGeometry<'_, S>, count: usize) -> Vec<S> {
-    let Some(kick) = kick_per_speed(local) else {
-        return Vec::new();
-    };
-    let slopes = &local.event_gradient()[..local.dimension()];
-    let mut vector: Vec<S> = kick
-        .iter()
-        .map(|&value| value * local.acceleration())
-        .collect();
-    (0..count)
-        .map(|_| {
-            vector = apply(full, &vector);
-            dot(slopes, &vector)
-        })
-        .collect()
-}
-
-/// What a contact adds to the state per unit of approach speed, at speed 0.
-fn kick_per_speed<S: Real>(local: &LocalGeometry<'_, S>) -> Option<Vec<S>> {
-    match local.reset() {
-        Some((_, jacobian)) => Some(reset_kick(local, &jacobian)),
-        None => contact_kick(local),
-    }
-}
-
-/// Of a reset with Jacobian `G`: `e − G e` with `∇h·e = 0`, `∇h'·e = 1`.
-fn reset_kick<S: Real>(local: &LocalGeometry<'_, S>, jacobian: &Rows<S>) -> Vec<S> {
-    let dimension = local.dimension();
-    let (event, velocity) = (local.event_gradient(), local.velocity_gradient());
-    let (event, velocity) = (&event[..dimension], &velocity[..dimension]);
-    let overlap = dot(event, velocity) / dot(event, event);
-    let direction: Vec<S> = velocity
-        .iter()
-        .zip(event)
-        .map(|(&b, &a)| b - a * overlap)
-        .collect();
-    let length = dot(velocity, &direction);
-    let direction: Vec<S> = direction.iter().map(|&value| value / length).collect();
-    let image = apply(jacobian, &direction);
-    direction.iter().zip(&image).map(|(&e, &g)| e - g).collect()
-}
-
-/// Of a contact field `f_c` that ends at the surface: `(f_c − f) · 2/a_c` with `a_c = ∇h'·f_c`, the contact lasting twice
-/// the approach speed over the acceleration; nothing where the fields agree at the graze, or the contact does not push.
-fn contact_kick<S: Real>(local: &LocalGeometry<'_, S>) -> Option<Vec<S>> {
-    let field = local.contact()?;
-    let velocity = local.velocity_gradient();
-    let acceleration = dot(&velocity[..local.dimension()], &field);
-    let flow = local.flow();
-    let jump: Vec<S> = field.iter().zip(&flow).map(|(&c, &f)| c - f).collect();
-    let largest = |vector: &[S]| vector.iter().fold(0.0_f64, |m, v| m.max(v.magnitude()));
-    let jumps = largest(&jump) > NO_JUMP * largest(&flow);
-    let time = S::from_f64(2.0) / acceleration;
-    (jumps && acceleration > S::zero()).then(|| jump.iter().map(|&value| value * time).collect())
-}
-
 /// Eigenvalues, the largest first; of a 2×2 matrix by the quadratic formula in the scalar itself.
 pub(super) fn multipliers<S: Real>(matrix: &Rows<S>) -> Vec<[f64; 2]> {
     let mut values = match matrix.as_slice() {
@@ -204,11 +140,22 @@ fn general<S: Real>(rows: &[Vec<S>]) -> Vec<[f64; 2]> {
         .collect()
 }
 
-fn apply<S: Scalar>(rows: &Rows<S>, vector: &[S]) -> Vec<S> {
+/// A matrix times a vector.
+pub(super) fn apply<S: Scalar>(rows: &[Vec<S>], vector: &[S]) -> Vec<S> {
     rows.iter().map(|row| dot(row, vector)).collect()
 }
 
-fn dot<S: Scalar>(a: &[S], b: &[S]) -> S {
+/// The product of two square matrices.
+pub(super) fn product<S: Scalar>(left: &Rows<S>, right: &Rows<S>) -> Rows<S> {
+    let columns = right.len();
+    let column = |at: usize| right.iter().map(|row| row[at]).collect::<Vec<S>>();
+    let columns: Rows<S> = (0..columns).map(column).collect();
+    let row = |row: &Vec<S>| columns.iter().map(|column| dot(row, column)).collect();
+    left.iter().map(row).collect()
+}
+
+/// The scalar product.
+pub(super) fn dot<S: Scalar>(a: &[S], b: &[S]) -> S {
     a.iter()
         .zip(b)
         .fold(S::zero(), |sum, (&a, &b)| a.mul_add(b, sum))

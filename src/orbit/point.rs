@@ -3,6 +3,7 @@
 use crate::model::Scene;
 use crate::numeric::Dd;
 
+use super::conditions::GrazingConditions;
 use super::section::PoincareSection;
 
 /// A point where an orbit of the free flow touches a surface: `h = 0`, `h' = 0`.
@@ -43,9 +44,10 @@ pub struct GrazingOrbit {
     pub monodromy: Vec<Vec<Dd>>,
     /// Eigenvalues of the monodromy, `[re, im]`, the largest first.
     pub multipliers: Vec<[f64; 2]>,
-    /// `xi_1 … xi_6`: `xi_n = h_x · Mⁿ · β` (docs/mathematics/orbit.md); empty where `D` has no term
-    /// linear in `y` (a contact field that begins as the free one) or the reset does not leave the grazing point in place.
+    /// `xi_1 … xi_6` from the first passage to itself: `xi_n = h_x · Mⁿ · β` (docs/mathematics/orbit.md).
     pub xi: Vec<Dd>,
+    /// The same from every passage to every passage, ordered by `from`, then `to`.
+    pub conditions: Vec<GrazingConditions<Dd>>,
     /// Lowest minimum of any event function along the orbit other than the grazing passages; negative where the orbit
     /// penetrates a surface and is therefore not one of the oscillator with its stops.
     pub clearance: Option<f64>,

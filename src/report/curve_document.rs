@@ -51,6 +51,10 @@ pub struct PointDocument {
 pub struct Codimension2 {
     /// `n`.
     pub n: usize,
+    /// The passage that stretches, from 0.
+    pub from: usize,
+    /// The passage whose gap neither opens nor closes, from 0.
+    pub to: usize,
     /// All parameters.
     pub parameters: Named<f64>,
 }
@@ -92,8 +96,10 @@ impl CurveDocument {
                 .collect(),
             codim2: curve
                 .codim2()
-                .map(|(n, point)| Codimension2 {
+                .map(|(n, [from, to], point)| Codimension2 {
                     n,
+                    from,
+                    to,
                     parameters: special(point),
                 })
                 .collect(),

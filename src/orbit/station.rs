@@ -1,0 +1,228 @@
+//! Points of a grazing curve, with the functions whose zeros are its special points.
+
+use crate::model::Scene;
+use crate::numeric::{Dd, Real};
+
+use super::OrbitError;
+use super::conditions::{GrazingConditions, conditions, legs, round};
+use super::continuation::tangent;
+use super::curve::{CurveEnd, CurvePoint, SpecialKind};
+use super::describe::{clearance, kicks, points};
+use super::grazes::Grazes;
+use super::kick::Kick;
+use super::monodromy::{Rows, multipliers, on_section};
+use super::outcome::NotLocated;
+use super::passages::{Touch, passages};
+use super::point::GrazingOrbit;
+use super::section::PoincareSection;
+use super::system::ExtendedSystem;
+
+/// What is the same at every point of a curve.
+pub(super) struct Stations<'a> {
+    pub(super) scene: &'a Scene,
+    pub(super) system: ExtendedSystem,
+    /// How many conditions are followed from every passage to every other.
+    count: usize,
+    kicks: Vec<Kick>,
+}
+
+/// A point on the way, with the functions whose zeros are special points.
+#[derive(Clone, Debug)]
+pub(super) struct Station {
+    pub(super) unknowns: Vec<f64>,
+    pub(super) tangent: Vec<f64>,
+    pub(super) signs: Vec<(SpecialKind, f64)>,
+    pub(super) point: CurvePoint,
+}
+
+/// The passages of an orbit with the flow between them.
+struct Passed<S> {
+    parameters: Vec<S>,
+    period: S,
+    touches: Vec<Touch<S>>,
+    legs: Vec<Rows<S>>,
+}
+
+/// Largest `|h|` of a passage that no equation holds, relative to the range of `h`: the roundoff of an `f64` root.
+const TOUCHING: f64 = 1e-8;
+
+impl<'a> Stations<'a> {
+    /// The curve through an orbit, in the parameters it was adjusted in and `with`.
+    pub(super) fn new(
+        scene: &'a Scene,
+        orbit: &GrazingOrbit,
+        with: usize,
+        count: usize,
+    ) -> Result<Self, OrbitError> {
+        let adjusted = scene.grazing.solve_for.iter().copied();
+        let free: Vec<usize> = adjusted.chain([with]).collect();
+        let system = ExtendedSystem::new(scene, Grazes::of(scene)?, orbit.parameters(), &free);
+        let kicks = kicks(scene, &system, &orbit.passages)?;
+        Ok(Self {
+            scene,
+            system,
+            count,
+            kicks,
+        })
+    }
+
+    /// Unknowns of a located orbit.
+    pub(super) fn start(&self, orbit: &GrazingOrbit) -> Vec<f64> {
+        let graze = orbit.grazing_point();
+        let independent = &orbit.passages[1..self.system.grazes.independent];
+        let times: Vec<Dd> = independent.iter().map(|passage| passage.time).collect();
+        let unknowns = self
+            .system
+            .assemble(&graze.state, orbit.period, &times, &graze.parameters);
+        unknowns.iter().map(|value| value.to_f64()).collect()
+    }
+
+    /// Everything about a point of the curve, or why the curve ends there.
+    pub(super) fn at(
+        &self,
+        unknowns: Vec<f64>,
+        along: &[f64],
+    ) -> Result<Result<Station, CurveEnd>, OrbitError> {
+        let Some(tangent) = tangent(&self.system, &unknowns, along)? else {
+            return Ok(Err(CurveEnd::StepTooSmall { ds: 0.0 }));
+        };
+        let (point, discriminant) = match self.describe(&unknowns)? {
+            Ok(described) => described,
+            Err(end) => return Ok(Err(end)),
+        };
+        let turning = tangent[self.system.first_parameter()..].iter();
+        let folds = self
+            .system
+            .free()
+            .iter()
+            .zip(turning)
+            .map(|(&parameter, &component)| (SpecialKind::Fold { parameter }, component));
+        let switch = discriminant.map(|value| (SpecialKind::MultiplierSwitch, value));
+        let signs = self.codimension2(&point.conditions).chain(folds);
+        Ok(Ok(Station {
+            signs: signs.chain(switch).collect(),
+            unknowns,
+            tangent,
+            point,
+        }))
+    }
+
+    /// The conditions as functions along the curve. Those from mirror images repeat the others and are left out.
+    fn codimension2<'c>(
+        &self,
+        conditions: &'c [GrazingConditions<f64>],
+    ) -> impl Iterator<Item = (SpecialKind, f64)> + use<'c> {
+        let unmirrored = self.system.grazes.unmirrored();
+        let followed = conditions.iter().filter(move |at| at.from < unmirrored);
+        followed.flat_map(
+            |&GrazingConditions {
+                 from,
+                 to,
+                 ref values,
+             }| {
+                let kind = move |n| SpecialKind::Codimension2 { n, from, to };
+                (1..).map(kind).zip(values.iter().copied())
+            },
+        )
+    }
+
+    /// One condition at unknowns near the curve, whether or not every passage touches there.
+    pub(super) fn condition<S: Real>(
+        &self,
+        unknowns: &[S],
+        from: usize,
+        to: usize,
+        n: usize,
+    ) -> Result<S, OrbitError> {
+        let nowhere = S::from_f64(f64::NAN);
+        let Ok(passed) = self.passed(unknowns, f64::INFINITY)? else {
+            return Ok(nowhere);
+        };
+        let all = self.conditions(&passed, n)?;
+        let mine = all.iter().find(|at| at.from == from && at.to == to);
+        let value = mine.and_then(|at| at.values.get(n - 1));
+        Ok(value.copied().unwrap_or(nowhere))
+    }
+
+    fn conditions<S: Real>(
+        &self,
+        passed: &Passed<S>,
+        count: usize,
+    ) -> Result<Vec<GrazingConditions<S>>, OrbitError> {
+        conditions(
+            &self.system,
+            &self.kicks,
+            &passed.touches,
+            &passed.legs,
+            &passed.parameters,
+            count,
+        )
+    }
+
+    fn passed<S: Real>(
+        &self,
+        unknowns: &[S],
+        tolerance: f64,
+    ) -> Result<Result<Passed<S>, CurveEnd>, OrbitError> {
+        let touches = match passages(self.scene, &self.system, unknowns, tolerance)? {
+            Ok(found) => found.touches,
+            Err(reason) => return Ok(Err(lost(&reason))),
+        };
+        let parameters = self.system.parameters(unknowns);
+        let period = self.system.period(unknowns);
+        Ok(Ok(Passed {
+            legs: legs(&self.system.field, &touches, &parameters, period)?,
+            parameters,
+            period,
+            touches,
+        }))
+    }
+
+    /// The orbit at a point, and the discriminant of its two multipliers where there are two.
+    pub(super) fn describe(
+        &self,
+        unknowns: &[f64],
+    ) -> Result<Result<(CurvePoint, Option<f64>), CurveEnd>, OrbitError> {
+        let passed = match self.passed(unknowns, TOUCHING)? {
+            Ok(passed) => passed,
+            Err(end) => return Ok(Err(end)),
+        };
+        let conditions = self.conditions(&passed, self.count)?;
+        let parameters = &passed.parameters;
+        let exact: Vec<Dd> = parameters.iter().map(|&value| Dd::from(value)).collect();
+        let passages = points(self.scene, &self.system, &passed.touches, &exact)?;
+        let (graze, state) = (&passages[0], passed.touches[0].state.clone());
+        let local = self.system.geometry(0).at(&state, parameters);
+        let model = &self.scene.model;
+        let section = PoincareSection::tangency(model, graze.surface, &graze.state, &exact);
+        let monodromy = on_section(&round(&passed.legs), &section, &local);
+        let discriminant = match monodromy.as_slice() {
+            [a, b] => {
+                let half_difference = (a[0] - b[1]) * 0.5;
+                Some(half_difference * half_difference + a[1] * b[0])
+            }
+            _ => None,
+        };
+        let point = CurvePoint {
+            normal_acceleration: local.acceleration(),
+            multipliers: multipliers(&monodromy),
+            xi: conditions[0].values.clone(),
+            conditions,
+            clearance: clearance(self.scene, &passages, Dd::from(passed.period))?,
+            parameters: passed.parameters,
+            state,
+        };
+        Ok(Ok((point, discriminant)))
+    }
+}
+
+/// The end of a curve where a passage ceases to graze.
+fn lost(reason: &NotLocated) -> CurveEnd {
+    match *reason {
+        NotLocated::OutOfOrder { passage, .. }
+        | NotLocated::NoMinimum { passage, .. }
+        | NotLocated::DoesNotTouch { passage, .. }
+        | NotLocated::NotMirrored { passage, .. } => CurveEnd::PassageLost { passage },
+        _ => CurveEnd::StepTooSmall { ds: 0.0 },
+    }
+}
