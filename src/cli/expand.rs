@@ -4,7 +4,10 @@ use super::arguments::SceneOptions;
 use super::error::CliError;
 use super::output::Results;
 use super::prepare::{grazing_orbit, map_orders, prepare};
-use crate::expansion::{ComposedMap, Contact, Expander, Leg, LocalMap, MapOrders, RADIUS_ORDER};
+use super::window_edge::warn_of_edge;
+use crate::expansion::{
+    ComposedMap, Contact, Expander, Leg, LocalMap, MapOrders, RADIUS_ORDER, WindowEdge,
+};
 use crate::model::Scene;
 use crate::orbit::GrazingOrbit;
 use crate::report::{DEPTH_VARIABLE, ExpansionParts, MapDocument, ReportError, to_exact_json};
@@ -24,7 +27,7 @@ pub(super) fn run(options: &SceneOptions) -> Result<(), CliError> {
     let scene = prepare(options)?.scene;
     let orbit = grazing_orbit(&scene)?;
     let orders = map_orders(&scene, &orbit)?;
-    let document = expand(&scene, &orbit, orders)?.document;
+    let document = expand(&scene, &orbit, orders, options.common.quiet)?.document;
     let csv = document.coefficient_table()?.to_csv()?;
     let results = Results::named(
         "map",
@@ -35,11 +38,12 @@ pub(super) fn run(options: &SceneOptions) -> Result<(), CliError> {
     results.deliver("expand", &options.common)
 }
 
-/// Expands a scene's map about its orbit.
+/// Expands a scene's map about its orbit; warns, unless `quiet`, of a window deeper than its series.
 pub(super) fn expand(
     scene: &Scene,
     orbit: &GrazingOrbit,
     orders: MapOrders,
+    quiet: bool,
 ) -> Result<Expanded, CliError> {
     let expander = Expander::new(scene, orbit)?;
     refuse_depth_variable(&expander)?;
@@ -48,6 +52,8 @@ pub(super) fn expand(
     let smooth: Leg = expander.smooth(orders.smooth_order)?;
     let composed = expander.compose(&map)?;
     let depth_series = expander.depth_series(RADIUS_ORDER)?;
+    let window_edge = WindowEdge::new(&depth_series, scene.window.depth, orders.contact_weight);
+    warn_of_edge(scene, window_edge.as_ref(), quiet);
     let lost_digits = expander.lost_digits(orders)?;
     let parts = ExpansionParts {
         variables: expander.variables(),
@@ -56,6 +62,7 @@ pub(super) fn expand(
         contact: &contact,
         composed: &composed,
         depth_series: &depth_series,
+        window_edge,
         lost_digits: &lost_digits,
     };
     let document = MapDocument::new(scene, orbit, parts);

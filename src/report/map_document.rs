@@ -3,7 +3,9 @@
 use serde::Serialize;
 
 use super::{Cell, Column, DepthDocument, Named, ReportError, SectionDocument, Table};
-use crate::expansion::{ComposedMap, Contact, DepthSeries, Leg, LostDigits, MapOrders, Variables};
+use crate::expansion::{
+    ComposedMap, Contact, DepthSeries, Leg, LostDigits, MapOrders, Variables, WindowEdge,
+};
 use crate::jet::Jet;
 use crate::model::Scene;
 use crate::orbit::GrazingOrbit;
@@ -76,6 +78,8 @@ pub struct ExpansionParts<'a> {
     pub composed: &'a ComposedMap,
     /// `D` along the depth alone.
     pub depth_series: &'a DepthSeries,
+    /// What its truncation leaves out at the edge of the window.
+    pub window_edge: Option<WindowEdge>,
     /// Digits lost in them.
     pub lost_digits: &'a LostDigits,
 }
@@ -90,6 +94,7 @@ impl MapDocument {
             contact,
             composed,
             depth_series,
+            window_edge,
             lost_digits,
         } = parts;
         let active = scene.expansion.active.iter().map(|&parameter| {
@@ -111,7 +116,7 @@ impl MapDocument {
             smooth: smooth_map(variables, smooth),
             discontinuity: discontinuity_map(variables, contact),
             composed: composed_map(variables, composed),
-            depth: DepthDocument::new(variables, depth_series),
+            depth: DepthDocument::new(variables, depth_series, window_edge),
             lost_digits: Named::new(coordinates(variables).zip(worst_digits(lost_digits))),
         }
     }
