@@ -1,0 +1,4 @@
+mod direct;
+mod family;
+mod law;
+fn main() {}
