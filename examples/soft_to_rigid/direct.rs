@@ -3,7 +3,7 @@
 use grazemap::flow::{Field, Integrator};
 use grazemap::hybrid::{Event, EventKind, HybridSystem, Simulator};
 use grazemap::model::Scene;
-use grazemap::numeric::{Dd, Scalar};
+use grazemap::numeric::Dd;
 use grazemap::orbit::GrazingOrbit;
 
 /// How long before the lowest point of the free flight the simulation begins, in times from the stop to there.

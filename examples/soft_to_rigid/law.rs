@@ -8,8 +8,6 @@
 //!
 //! with the entry at the time `t1 < 0`, the speed `v` there, `a_e = (k1 σ − G)/M` and the homogeneous free flow `E`.
 
-use grazemap::numeric::Scalar;
-
 use crate::direct::Jump;
 use crate::family::{DAMPING, Stop};
 
