@@ -5,7 +5,9 @@ use super::error::CliError;
 use super::output::Results;
 use super::prepare::{grazing_orbit, prepare};
 use super::progress::Bar;
+use super::window_edge::{warn_of_edges, window_edges};
 use crate::convergence::{ConvergenceOptions, ConvergenceStudy, converge};
+use crate::expansion::Expander;
 use crate::report::{
     ReportError, chosen_words, convergence_figures, convergence_table, to_dense_json, without_times,
 };
@@ -13,8 +15,12 @@ use crate::report::{
 pub(super) fn run(options: &SceneOptions) -> Result<(), CliError> {
     let scene = prepare(options)?.scene;
     let orbit = grazing_orbit(&scene)?;
+    let swept = ConvergenceOptions::of(&scene);
+    let expander = Expander::new(&scene, &orbit)?;
+    let edges = window_edges(&expander, swept.highest.contact_weight)?;
+    warn_of_edges(&scene, edges, options.common.quiet);
     let bar = Bar::new("convergence", &options.common);
-    let study = converge(&scene, &orbit, &ConvergenceOptions::of(&scene), &bar)?;
+    let study = converge(&scene, &orbit, &swept, &bar)?;
     drop(bar);
     let table = convergence_table(&study)?;
     let direct = format!(

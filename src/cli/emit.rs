@@ -87,7 +87,12 @@ fn emit_named(name: &str, options: &EmitArguments) -> Result<EmittedModule, CliE
 fn emit_scene(options: &SceneOptions) -> Result<EmittedModule, CliError> {
     let scene = prepare(options)?.scene;
     let orbit = grazing_orbit(&scene)?;
-    let expanded = expand(&scene, &orbit, map_orders(&scene, &orbit)?)?;
+    let expanded = expand(
+        &scene,
+        &orbit,
+        map_orders(&scene, &orbit)?,
+        options.common.quiet,
+    )?;
     emit(&scene, &expanded)
 }
 

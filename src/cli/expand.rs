@@ -4,8 +4,9 @@ use super::arguments::SceneOptions;
 use super::error::CliError;
 use super::output::Results;
 use super::prepare::{grazing_orbit, map_orders, prepare};
+use super::window_edge::warn_of_edges;
 use crate::expansion::{
-    ComposedMap, Expander, ExpansionError, LocalMap, MapOrders, RADIUS_ORDER, Stage,
+    ComposedMap, Expander, ExpansionError, LocalMap, MapOrders, RADIUS_ORDER, Stage, WindowEdge,
 };
 use crate::model::Scene;
 use crate::orbit::GrazingOrbit;
@@ -28,7 +29,7 @@ pub(super) fn run(options: &SceneOptions) -> Result<(), CliError> {
     let scene = prepare(options)?.scene;
     let orbit = grazing_orbit(&scene)?;
     let orders = map_orders(&scene, &orbit)?;
-    let document = expand(&scene, &orbit, orders)?.document;
+    let document = expand(&scene, &orbit, orders, options.common.quiet)?.document;
     let csv = document.coefficient_table()?.to_csv()?;
     let results = Results::named(
         "map",
@@ -39,11 +40,12 @@ pub(super) fn run(options: &SceneOptions) -> Result<(), CliError> {
     results.deliver("expand", &options.common)
 }
 
-/// Expands a scene's map about its orbit.
+/// Expands a scene's map about its orbit; warns, unless `quiet`, of a window deeper than its series.
 pub(super) fn expand(
     scene: &Scene,
     orbit: &GrazingOrbit,
     orders: MapOrders,
+    quiet: bool,
 ) -> Result<Expanded, CliError> {
     let expander = Expander::new(scene, orbit)?;
     refuse_depth_variables(&expander)?;
@@ -54,18 +56,24 @@ pub(super) fn expand(
         Stage::Leg(_) => None,
     });
     let passages = contacts.enumerate().map(|(passage, contact)| {
+        let depth_series = expander.depth_series(passage, RADIUS_ORDER)?;
+        let (depth, weight) = (scene.window.depth, orders.contact_weight);
         Ok(PassageParts {
             surface: &map.surfaces[passage],
             variables: expander.variables_at(passage),
             contact,
-            depth_series: expander.depth_series(passage, RADIUS_ORDER)?,
+            window_edge: WindowEdge::new(&depth_series, depth, weight),
+            depth_series,
         })
     });
+    let passages = passages.collect::<Result<Vec<_>, ExpansionError>>()?;
+    let edges = passages.iter().filter_map(|passage| passage.window_edge);
+    warn_of_edges(scene, edges, quiet);
     let parts = ExpansionParts {
         variables: expander.variables(),
         orders,
         smooth: &expander.smooth(orders.smooth_order)?,
-        passages: &passages.collect::<Result<Vec<_>, ExpansionError>>()?,
+        passages: &passages,
         composed: &composed,
         lost_digits: &expander.lost_digits(orders)?,
     };

@@ -20,6 +20,7 @@ mod output;
 mod prepare;
 mod progress;
 mod run;
+mod window_edge;
 
 use std::ffi::OsString;
 use std::process::ExitCode;

@@ -83,7 +83,9 @@ pub(super) fn run(options: &SceneOptions) -> Result<(), CliError> {
     folder.write("orbit.json", to_dense_json(&orbit_document)?)?;
 
     let orders = map_orders(scene, &orbit)?;
-    let expanded = clock.time("expansion", || expand(scene, &orbit, orders))?;
+    let expanded = clock.time("expansion", || {
+        expand(scene, &orbit, orders, options.common.quiet)
+    })?;
     folder.write("map.json", to_exact_json(&expanded.document)?)?;
     folder.write("map.csv", expanded.document.coefficient_table()?.to_csv()?)?;
 

@@ -98,6 +98,11 @@ impl<'a> Expander<'a> {
         &self.grazes[passage].variables
     }
 
+    /// Largest `y²` of the scene's window.
+    pub(super) fn depth_limit(&self) -> f64 {
+        self.scene.window.depth
+    }
+
     /// The local map at these orders.
     ///
     /// # Errors

@@ -26,6 +26,7 @@ mod release;
 mod routes;
 mod section_chart;
 mod variables;
+mod window_edge;
 
 pub use composition::compose;
 pub use contact_law::{ContactLaw, ContactLawError};
@@ -46,3 +47,4 @@ pub use passage::Passage;
 pub use routes::{Route, RouteEnd, Routes};
 pub use section_chart::SectionChart;
 pub use variables::{DEVIATION_WEIGHT, Variables};
+pub use window_edge::WindowEdge;

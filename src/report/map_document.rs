@@ -5,6 +5,7 @@ use serde::Serialize;
 use super::{Cell, Column, DepthDocument, Named, OneOrMany, ReportError, SectionDocument, Table};
 use crate::expansion::{
     ComposedMap, Contact, DepthPolynomial, DepthSeries, Leg, LostDigits, MapOrders, Variables,
+    WindowEdge,
 };
 use crate::jet::Jet;
 use crate::model::Scene;
@@ -99,6 +100,8 @@ pub struct PassageParts<'a> {
     pub contact: &'a Contact,
     /// `D` along the depth alone.
     pub depth_series: DepthSeries,
+    /// What its truncation leaves out at the edge of the window.
+    pub window_edge: Option<WindowEdge>,
 }
 
 impl MapDocument {
@@ -121,7 +124,13 @@ impl MapDocument {
             ..discontinuity_map(passage.variables, depth, passage.contact)
         });
         let laws = parts.passages.iter();
-        let laws = laws.map(|passage| DepthDocument::new(passage.variables, &passage.depth_series));
+        let laws = laws.map(|passage| {
+            DepthDocument::new(
+                passage.variables,
+                &passage.depth_series,
+                passage.window_edge,
+            )
+        });
         Self {
             scene: scene.identifier.clone(),
             digest: format!("{:016x}", scene.digest),

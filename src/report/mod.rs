@@ -34,7 +34,7 @@ pub(crate) use curve_document::curve_end_words;
 pub use curve_document::{
     Codimension2, CurveDocument, FoldDocument, PointDocument, SwitchDocument,
 };
-pub use depth_document::{DepthDocument, LeadingTerm};
+pub use depth_document::{DepthDocument, LeadingTerm, edge_words};
 pub use diagram_figure::{diagram_array, diagram_figures, diagram_table, diagram_timing_table};
 pub use error::ReportError;
 pub use exact_json::{to_dense_json, to_exact_json};

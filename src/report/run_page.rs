@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use super::{
     Cell, Column, MapDocument, OrbitDocument, Page, Provenance, ReportError, Section, Table,
-    convergence_section, diagram_figures, diagram_timing_table,
+    convergence_section, diagram_figures, diagram_timing_table, edge_words,
 };
 use crate::analysis::diagram::Diagram;
 use crate::convergence::ConvergenceStudy;
@@ -230,8 +230,19 @@ fn expansion_section(run: &RunPage<'_>) -> Result<Section, ReportError> {
         "The emitted crate evaluates a step in {} multiply-adds, {} with the parameters folded in, {} with its Jacobian too.",
         run.emitted.step, run.emitted.frozen, run.emitted.jacobian
     );
-    Ok(Section::new("Expansion")
-        .prose(prose)
+    let mut section = Section::new("Expansion").prose(prose);
+    for edge in run
+        .map
+        .depth
+        .as_slice()
+        .iter()
+        .filter_map(|laws| laws.window_edge.as_ref())
+    {
+        let warning = if edge.is_within() { "" } else { "Warning: " };
+        let words = edge_words(edge);
+        section = section.prose(format!("{warning}at the edge of the window {words}."));
+    }
+    Ok(section
         .table(run.map.size_table()?, "Coefficients that are not zero.")
         .prose(cost))
 }

@@ -1,0 +1,105 @@
+//! The discontinuity mapping at zero net time by direct simulation in double-double: no expansion.
+
+use grazemap::flow::{Field, Integrator};
+use grazemap::hybrid::{Event, EventKind, HybridSystem, Simulator};
+use grazemap::model::Scene;
+use grazemap::numeric::Dd;
+use grazemap::orbit::GrazingOrbit;
+
+/// How long before the lowest point of the free flight the simulation begins, in times from the stop to there.
+const HEAD_START: f64 = 3.0;
+/// How long after a rigid impact it ends, in the same times.
+const AFTERMATH: f64 = 0.1;
+
+/// A stop of a linear oscillator with states `(w, v)` and its grazing orbit, lowered for simulation.
+#[derive(Debug)]
+pub(crate) struct DirectJump {
+    system: HybridSystem,
+    free: Field,
+    parameters: Vec<Dd>,
+    graze: Vec<Dd>,
+    acceleration: Dd,
+}
+
+/// What a contact does to a free motion that would have turned back at depth `y²`.
+#[derive(Clone, Debug)]
+pub(crate) struct Jump {
+    /// `D(x) − x`, of `w` and of `v`.
+    pub(crate) change: [Dd; 2],
+    /// When the stop is met, before the free motion would have turned back: negative.
+    pub(crate) entry: Dd,
+    /// The full state when it is met, the free flow's.
+    pub(crate) entry_state: Vec<Dd>,
+    /// How long the contact lasts; 0 for an impact.
+    pub(crate) contact_time: Dd,
+}
+
+impl DirectJump {
+    pub(crate) fn new(scene: &Scene, orbit: &GrazingOrbit) -> Self {
+        Self {
+            system: HybridSystem::new(&scene.model),
+            free: Field::free(&scene.model, &[]),
+            parameters: orbit.parameters().to_vec(),
+            graze: orbit.grazing_point().state.clone(),
+            acceleration: orbit.grazing_point().normal_acceleration,
+        }
+    }
+
+    /// The jump from `w = y²`, `v = 0` at the grazing phase, after zero net time; only the first contact counts.
+    pub(crate) fn at(&self, y: Dd) -> Jump {
+        let mut state = self.graze.clone();
+        (state[0], state[1]) = (y * y, Dd::ZERO);
+        let fall = (Dd::from(2.0) / self.acceleration).sqrt() * y;
+        let head_start = fall * Dd::from(HEAD_START);
+        let start = self.flown(&state, -head_start);
+        let (met, left) = self.contact(&start, head_start * Dd::from(2.0));
+        let impact = met == left;
+        let end = if impact {
+            left + fall * Dd::from(AFTERMATH)
+        } else {
+            left
+        };
+        let mut simulator = self.simulator(&start);
+        simulator.run(end).expect("a finite duration");
+        let image = self.flown(simulator.state(), head_start - end);
+        Jump {
+            change: [image[0] - state[0], image[1] - state[1]],
+            entry: met - head_start,
+            entry_state: self.flown(&state, met - head_start),
+            contact_time: left - met,
+        }
+    }
+
+    /// When the first contact begins and ends.
+    fn contact(&self, start: &[Dd], duration: Dd) -> (Dd, Dd) {
+        let events = self.simulator(start).run(duration);
+        let events = events.expect("a finite duration").events;
+        let first = |kind: fn(&EventKind<Dd>) -> bool| {
+            let of = |event: &&Event<Dd>| kind(&event.kind);
+            events.iter().find(of).map(|event| event.time)
+        };
+        let impact = first(|kind| matches!(kind, EventKind::Impact { .. }));
+        let begin = first(|kind| matches!(kind, EventKind::ContactBegin { .. }));
+        // NOTE: a stiff contact that begins within rounding of the surface can end at once, still inward, and begin anew.
+        let outward = |kind: &EventKind<Dd>| matches!(kind, EventKind::ContactEnd { speed } if *speed > Dd::ZERO);
+        let end = first(outward);
+        match (impact, begin, end) {
+            (Some(time), _, _) => (time, time),
+            (None, Some(begin), Some(end)) => (begin, end),
+            _ => panic!("the stop is met and left: {events:?}"),
+        }
+    }
+
+    fn simulator(&self, start: &[Dd]) -> Simulator<'_, Dd> {
+        let mut simulator = Simulator::new(&self.system, &self.parameters).expect("parameters");
+        simulator.set_near_miss_limit(Dd::ZERO);
+        simulator.set_state(start).expect("a finite state");
+        simulator
+    }
+
+    fn flown(&self, state: &[Dd], time: Dd) -> Vec<Dd> {
+        Integrator::new(&self.free)
+            .flow(state, &self.parameters, time)
+            .expect("a linear field")
+    }
+}

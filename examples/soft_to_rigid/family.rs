@@ -1,0 +1,153 @@
+//! Families of stops that harden: scenes with a stiffness, and what their uniform laws say.
+//!
+//! The linear oscillator `u'' = −R1 u' − k1 u + A cos θ` of `Kundu2012` with its stop at `u = 1`; the state `w = u − 1` is
+//! the distance from the stop, so that a depth of 1e-26 has all its digits in double-double.
+
+use grazemap::expansion::Expander;
+use grazemap::model::Scene;
+use grazemap::orbit::{GrazingOrbit, locate};
+
+use crate::direct::DirectJump;
+
+/// `R1`, `k1` and `σ` of every family; `M = 1`.
+pub(crate) const DAMPING: f64 = 0.03;
+/// Damper of the stop of family B.
+const STOP_DAMPING: f64 = 0.5;
+/// Force with which the stop of family C is pressed against its seat.
+const PRESTRESS: f64 = 1.0;
+
+/// A law of contact in which the stiffness is free.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Family {
+    /// A spring: `−k2 w`.
+    A,
+    /// A spring and a damper, released at zero force: `−k2 w − R2 w'`, `R2 = 0.5`.
+    B,
+    /// A spring under a prestress that does not grow with the stiffness: `−k2 w − F`, `F = 1`.
+    C,
+}
+
+/// A grazing stop of some stiffness.
+#[derive(Debug)]
+pub(crate) struct Stop {
+    pub(crate) scene: Scene,
+    pub(crate) orbit: GrazingOrbit,
+}
+
+impl Family {
+    pub(crate) const ALL: [Self; 3] = [Self::A, Self::B, Self::C];
+
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Self::A => "A",
+            Self::B => "B",
+            Self::C => "C",
+        }
+    }
+
+    /// The stop of a stiffness; `m` is twice the natural frequency over that of the forcing.
+    pub(crate) fn stop(self, k2: &str, m: &str) -> Stop {
+        let law = match self {
+            Self::A => format!("contact = {{ v = \"free - {k2}*w\" }}"),
+            Self::B => format!(
+                "contact = {{ v = \"free - {k2}*w - {STOP_DAMPING}*v\" }}\nrelease = \"{k2}*w + {STOP_DAMPING}*v\""
+            ),
+            Self::C => format!("contact = {{ v = \"free - {k2}*w - {PRESTRESS}\" }}"),
+        };
+        Stop::of(&law, m)
+    }
+
+    /// `h''` in contact at the graze, for the free one.
+    fn pressed(self, free: f64) -> f64 {
+        match self {
+            Self::A | Self::B => free,
+            Self::C => free + PRESTRESS,
+        }
+    }
+
+    /// The depth variable at which the contact time turns from that of a soft contact to that of a stiff one.
+    pub(crate) fn turn(self, free: f64, k2: f64) -> f64 {
+        self.pressed(free) / (2.0 * free * k2).sqrt()
+    }
+
+    /// Radius in `y` of the uniform law: where its arc tangent (A, C) or its square root (B) ends.
+    pub(crate) fn radius(self, free: f64, k2: f64) -> f64 {
+        match self {
+            Self::A | Self::C => self.turn(free, k2),
+            Self::B => STOP_DAMPING * (free / 2.0).sqrt() / k2,
+        }
+    }
+
+    /// The damper of the stop.
+    pub(crate) fn stop_damping(self) -> f64 {
+        match self {
+            Self::B => STOP_DAMPING,
+            Self::A | Self::C => 0.0,
+        }
+    }
+}
+
+impl Stop {
+    /// The rigid stop that gives back the whole speed.
+    pub(crate) fn rigid(m: &str) -> Self {
+        Self::of("impact = { v = \"-v\" }", m)
+    }
+
+    fn of(law: &str, m: &str) -> Self {
+        let text = format!(
+            r#"
+[model]
+name = "a stop that hardens"
+states = ["w", "v"]
+parameters = {{ A = 0.31, omega = "2*sqrt(1 - 0.015^2)/{m}" }}
+
+[model.phase]
+name = "theta"
+rate = "omega"
+period = "2*pi"
+
+[model.flow]
+w = "v"
+v = "A*cos(theta) - {DAMPING}*v - w - 1"
+
+[[model.surface]]
+name = "stop"
+event = "-w"
+{law}
+
+[grazing]
+surface = "stop"
+solve_for = "A"
+periods = 1
+guess = {{ w = 0.0, v = 0.0, theta = 0.05 }}
+
+[section]
+kind = "stroboscopic"
+
+[expansion]
+active = []
+smooth_order = 1
+contact_weight = 1
+"#
+        );
+        let scene = Scene::parse(&text, "stop.toml").unwrap_or_else(|error| panic!("{error}"));
+        let orbit = locate(&scene)
+            .expect("a good scene")
+            .into_result()
+            .expect("the linear oscillator grazes");
+        Self { scene, orbit }
+    }
+
+    /// `h''` of the free motion at the graze.
+    pub(crate) fn acceleration(&self) -> f64 {
+        self.orbit.grazing_point().normal_acceleration.hi
+    }
+
+    pub(crate) fn expander(&self) -> Expander<'_> {
+        Expander::new(&self.scene, &self.orbit).expect("an analytic law")
+    }
+
+    pub(crate) fn direct(&self) -> DirectJump {
+        DirectJump::new(&self.scene, &self.orbit)
+    }
+}
