@@ -63,6 +63,12 @@ impl WindowSample {
         self.deepest
     }
 
+    /// Depth `y²`, negative without contact, at offsets of the variables (coordinates; parameters).
+    pub(super) fn depth(&self, offsets: &[f64]) -> f64 {
+        let (state, parameters) = offsets.split_at(self.state.len());
+        self.depth.at(state, parameters)
+    }
+
     /// Half-widths of the variables (coordinates; parameters), infinite ones replaced.
     pub fn widths(&self) -> Vec<f64> {
         [self.state.as_slice(), &self.parameters].concat()

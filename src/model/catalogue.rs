@@ -98,6 +98,19 @@ const ENTRIES: &[Entry] = &[
     ),
     entry!("soft_c", "soft impacts C: prestressed spring"),
     entry!("soft_d", "soft impacts D: prestressed spring and damper"),
+    entry!("moving_stop", "linear oscillator with a moving stop"),
+    entry!(
+        "impact_pair",
+        "two masses that hit each other: four states, both velocities reset"
+    ),
+    entry!(
+        "three_masses",
+        "chain of three masses with a prestressed stop: six states"
+    ),
+    entry!(
+        "self_excited",
+        "van der Pol oscillator carrying a mass that hits a stop: no forcing"
+    ),
 ];
 
 /// Names of the scenes, in the order of the catalogue.
