@@ -12,7 +12,7 @@ use complex::{Complex, solve};
 use grazemap::expansion::Expander;
 use grazemap::model::Scene;
 use grazemap::numeric::{Dd, Scalar};
-use grazemap::orbit::GrazingOrbit;
+use grazemap::orbit::{GrazingOrbit, OrbitError, locate};
 use systems::{STROBOSCOPIC, TANGENCY, located, scene};
 
 /// A parameter of the model where the orbit grazes.
@@ -259,6 +259,13 @@ fn a_prestressed_stop_kicks_the_last_of_three_masses_only() {
     let expected = ["x1", "v1", "x2", "v2", "x3"].map(|name| (name, dd(0.0)));
     let expected = [expected.as_slice(), &[("v3", kick)]].concat();
     assert_kicks(&kicks(&scene, &orbit), &expected);
+}
+
+#[test]
+fn an_orbit_without_forcing_is_found_from_a_guess_only() {
+    let mut scene = scene("self_excited", TANGENCY);
+    scene.grazing.guess = None;
+    assert_eq!(locate(&scene), Err(OrbitError::AutonomousWithoutGuess));
 }
 
 /// Without forcing and with two states, a grazing impact only moves the state along the orbit: `D` begins with

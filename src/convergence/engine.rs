@@ -68,8 +68,8 @@ impl ConvergenceOptions {
             shapes: vec![Shape::Factored, Shape::Composed],
             points: 128,
             tolerance,
-            discontinuity_rates: 8,
-            smooth_rates: 6,
+            discontinuity_rates: highest.contact_weight.min(8),
+            smooth_rates: highest.smooth_order.min(6),
         }
     }
 }

@@ -122,7 +122,7 @@ impl<'a> Locator<'a> {
             return Ok(Ok(unknowns.clone()));
         }
         if self.scene.model.phase.is_none() {
-            return Ok(direct.unwrap_or_else(|| Err(self.no_guess())));
+            return direct.ok_or(OrbitError::AutonomousWithoutGuess);
         }
         let rest = vec![0.0; self.scene.model.dimension()];
         let start = self.scene.grazing.guess.as_ref().unwrap_or(&rest);
@@ -306,16 +306,6 @@ impl<'a> Locator<'a> {
             .into_iter()
             .min_by(|a, b| distance(a).total_cmp(&distance(b)))
             .unwrap_or([f64::NAN; 2])
-    }
-
-    fn no_guess(&self) -> NotLocated {
-        let value = self.start_parameters()[self.parameter];
-        NotLocated::NoPeriodicOrbit {
-            parameter: self.name(),
-            value,
-            periods: 0,
-            change: f64::NAN,
-        }
     }
 
     fn name(&self) -> String {
