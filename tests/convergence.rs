@@ -62,6 +62,20 @@ fn errors_of_the_map_fall_with_the_lower_of_both_exponents() {
     }
 }
 
+/// Six states, a stroboscopic section and a compliant stop: directions that only the quadratic terms of the depth
+/// take into contact are left out, or no rate would be that of the orders.
+#[test]
+fn errors_fall_with_the_expected_exponents_for_three_masses_and_a_compliant_stop() {
+    let study = study("three_masses", 3, 4);
+    assert_rates("D", &study.discontinuity_rates);
+    assert_rates("P_smooth", &study.smooth_rates);
+    for result in study.orders {
+        let measured = result.rate.measured.expect("a range above rounding");
+        // The legs are linear in the states, so that a low degree may cost nothing.
+        assert!(measured > result.rate.expected - 0.1, "{result:?}");
+    }
+}
+
 #[test]
 fn the_cheapest_orders_meet_the_tolerance_on_fresh_points() {
     let scene = scene("linear");

@@ -46,6 +46,9 @@ pub mod foale;
 pub mod foale_omega_2_2;
 
 #[rustfmt::skip]
+pub mod impact_pair;
+
+#[rustfmt::skip]
 pub mod linear;
 
 #[rustfmt::skip]
@@ -61,6 +64,12 @@ pub mod mems_codim2;
 pub mod mems_scenario3;
 
 #[rustfmt::skip]
+pub mod moving_stop;
+
+#[rustfmt::skip]
+pub mod self_excited;
+
+#[rustfmt::skip]
 pub mod soft_a;
 
 #[rustfmt::skip]
@@ -74,6 +83,9 @@ pub mod soft_c;
 
 #[rustfmt::skip]
 pub mod soft_d;
+
+#[rustfmt::skip]
+pub mod three_masses;
 
 /// A step on slices: state, parameters; image, depths. The contacts made, or `None` for wrong lengths.
 pub type StepOnSlices = fn(&[f64], &[f64], &mut [f64], &mut [f64]) -> Option<u32>;
@@ -293,6 +305,19 @@ pub static CATALOGUE: &[CatalogueMap] = &[
         step_jacobian: foale_omega_2_2::step_jacobian_on_slices,
     },
     CatalogueMap {
+        identifier: impact_pair::SCENE,
+        digest: impact_pair::DIGEST,
+        dimension: impact_pair::DIMENSION,
+        parameters: impact_pair::PARAMETERS,
+        passages: impact_pair::PASSAGES,
+        window_state: &impact_pair::WINDOW_STATE,
+        window_parameters: &impact_pair::WINDOW_PARAMETERS,
+        #[cfg(feature = "std")]
+        step: impact_pair::step_on_slices,
+        #[cfg(feature = "std")]
+        step_jacobian: impact_pair::step_jacobian_on_slices,
+    },
+    CatalogueMap {
         identifier: linear::SCENE,
         digest: linear::DIGEST,
         dimension: linear::DIMENSION,
@@ -358,6 +383,32 @@ pub static CATALOGUE: &[CatalogueMap] = &[
         step_jacobian: mems_scenario3::step_jacobian_on_slices,
     },
     CatalogueMap {
+        identifier: moving_stop::SCENE,
+        digest: moving_stop::DIGEST,
+        dimension: moving_stop::DIMENSION,
+        parameters: moving_stop::PARAMETERS,
+        passages: moving_stop::PASSAGES,
+        window_state: &moving_stop::WINDOW_STATE,
+        window_parameters: &moving_stop::WINDOW_PARAMETERS,
+        #[cfg(feature = "std")]
+        step: moving_stop::step_on_slices,
+        #[cfg(feature = "std")]
+        step_jacobian: moving_stop::step_jacobian_on_slices,
+    },
+    CatalogueMap {
+        identifier: self_excited::SCENE,
+        digest: self_excited::DIGEST,
+        dimension: self_excited::DIMENSION,
+        parameters: self_excited::PARAMETERS,
+        passages: self_excited::PASSAGES,
+        window_state: &self_excited::WINDOW_STATE,
+        window_parameters: &self_excited::WINDOW_PARAMETERS,
+        #[cfg(feature = "std")]
+        step: self_excited::step_on_slices,
+        #[cfg(feature = "std")]
+        step_jacobian: self_excited::step_jacobian_on_slices,
+    },
+    CatalogueMap {
         identifier: soft_a::SCENE,
         digest: soft_a::DIGEST,
         dimension: soft_a::DIMENSION,
@@ -421,6 +472,19 @@ pub static CATALOGUE: &[CatalogueMap] = &[
         step: soft_d::step_on_slices,
         #[cfg(feature = "std")]
         step_jacobian: soft_d::step_jacobian_on_slices,
+    },
+    CatalogueMap {
+        identifier: three_masses::SCENE,
+        digest: three_masses::DIGEST,
+        dimension: three_masses::DIMENSION,
+        parameters: three_masses::PARAMETERS,
+        passages: three_masses::PASSAGES,
+        window_state: &three_masses::WINDOW_STATE,
+        window_parameters: &three_masses::WINDOW_PARAMETERS,
+        #[cfg(feature = "std")]
+        step: three_masses::step_on_slices,
+        #[cfg(feature = "std")]
+        step_jacobian: three_masses::step_jacobian_on_slices,
     },
 ];
 

@@ -1,12 +1,14 @@
 //! `P_smooth` and `D` one at a time, by flying them: no expansion.
 //!
 //! What the two factors of a map are measured against. The flights are those of the definition: the
-//! free flow with the surface ignored; back to the surface, through the reset, and on to the section.
+//! free flow with the surface ignored; back to the surface, through the reset or the contact, and on to
+//! the section.
 
 use super::AnalysisError;
 use super::section_frame::SectionFrame;
 use super::values::Values;
 use crate::flow::{Field, Integrator};
+use crate::hybrid::{HybridSystem, Simulator};
 use crate::model::{Response, Scene};
 use crate::numeric::Real;
 use crate::orbit::{GrazingOrbit, PoincareSectionKind};
@@ -14,21 +16,38 @@ use crate::orbit::{GrazingOrbit, PoincareSectionKind};
 /// Newton steps in time before giving up.
 const NEWTON_STEPS: usize = 60;
 
-/// Flies the smooth part and the contact of a rigid stop apart, over `f64` or double-double.
+/// Flies the smooth part and the contact apart, over `f64` or double-double.
 #[derive(Clone, Debug)]
-pub struct FreeFlight<S: Real> {
+pub struct FreeFlight<'a, S: Real> {
     section: SectionFrame<S>,
     graze: SectionFrame<S>,
     field: Field,
     /// `h, h', h''`.
     normal: Values<S>,
-    reset: Option<Values<S>>,
+    response: Flown<'a, S>,
     phase: Option<usize>,
 }
 
-impl<S: Real> FreeFlight<S> {
-    /// The flights of a scene about its grazing orbit.
-    pub fn new(scene: &Scene, orbit: &GrazingOrbit) -> Self {
+/// What happens at the surface, ready to be flown.
+#[derive(Clone, Debug)]
+enum Flown<'a, S: Real> {
+    /// The reset, in no time.
+    Reset(Values<S>),
+    /// The contact, until its release.
+    Contact(Box<Simulator<'a, S>>),
+}
+
+impl<'a, S: Real> FreeFlight<'a, S> {
+    /// The flights of a scene about its grazing orbit; `system` is the scene's model, lowered.
+    ///
+    /// # Errors
+    ///
+    /// [`AnalysisError::Hybrid`] if the simulator refuses the parameters.
+    pub fn new(
+        system: &'a HybridSystem,
+        scene: &Scene,
+        orbit: &GrazingOrbit,
+    ) -> Result<Self, AnalysisError> {
         let model = &scene.model;
         let surface = &model.surfaces[orbit.grazing_point().surface];
         let normal = [
@@ -36,84 +55,98 @@ impl<S: Real> FreeFlight<S> {
             surface.normal_velocity,
             surface.normal_acceleration,
         ];
-        let reset = match &surface.response {
-            Response::Impact { reset } => Some(Values::new(model, &model.graph, reset)),
-            Response::Contact { .. } => None,
+        let section = SectionFrame::new(scene, orbit);
+        let response = match &surface.response {
+            Response::Impact { reset } => Flown::Reset(Values::new(model, &model.graph, reset)),
+            Response::Contact { .. } => {
+                Flown::Contact(Box::new(Simulator::new(system, section.parameters())?))
+            }
         };
-        Self {
-            section: SectionFrame::new(scene, orbit),
+        Ok(Self {
+            section,
             graze: SectionFrame::at_graze(scene, orbit),
             field: Field::free(model, &[]),
             normal: Values::new(model, &model.graph, &normal),
-            reset,
+            response,
             phase: model.phase.is_some().then(|| model.dimension() - 1),
-        }
+        })
     }
 
-    /// `P_smooth` of a section point, in offsets.
+    /// `P_smooth` of a section point, in offsets; `None` where the flight leaves the finite numbers or ends
+    /// near no minimum of the gap.
     ///
     /// # Errors
     ///
-    /// [`AnalysisError::Length`], [`AnalysisError::Flow`].
-    pub fn smooth(&mut self, offsets: &[S], parameters: &[S]) -> Result<Vec<S>, AnalysisError> {
+    /// [`AnalysisError::Length`].
+    pub fn smooth(
+        &mut self,
+        offsets: &[S],
+        parameters: &[S],
+    ) -> Result<Option<Vec<S>>, AnalysisError> {
         self.section.place(offsets, parameters)?;
         let duration = self.section.duration();
         let values = self.section.parameters().to_vec();
-        let mut state = self.fly(self.section.state(), &values, duration)?;
+        let mut end = self.fly(self.section.state(), &values, duration);
         if self.section.kind() == PoincareSectionKind::Tangency {
-            state = self.minimum_near(&state, &values)?.0;
+            end = end.and_then(|state| Some(self.minimum_near(&state, &values)?.0));
         }
-        let mut offsets = self.section.offsets(&self.without_advance(state));
-        if offsets.iter().any(|value| !value.is_finite()) {
-            offsets.fill(S::from_f64(f64::NAN));
-        }
-        Ok(offsets)
+        let image = end.map(|state| self.section.offsets(&self.without_advance(state)));
+        Ok(image.filter(|image| image.iter().all(|value| value.is_finite())))
     }
 
     /// `D` of a point in the grazing chart, in offsets, with its depth `−h_min`: the point itself where
-    /// that is not positive; NaN for a surface that is not rigid.
+    /// that is not positive; `None` where no minimum of the gap is near or a contact does not end within a
+    /// return time.
     ///
     /// # Errors
     ///
-    /// [`AnalysisError::Length`], [`AnalysisError::Flow`].
+    /// [`AnalysisError::Length`], [`AnalysisError::Hybrid`].
     pub fn discontinuity(
         &mut self,
         offsets: &[S],
         parameters: &[S],
-    ) -> Result<(Vec<S>, S), AnalysisError> {
+    ) -> Result<Option<(Vec<S>, S)>, AnalysisError> {
         self.graze.place(offsets, parameters)?;
         let values = self.graze.parameters().to_vec();
         let start = self.graze.state().to_vec();
-        let (minimum, until_minimum) = self.minimum_near(&start, &values)?;
+        let Some((minimum, until_minimum)) = self.minimum_near(&start, &values) else {
+            return Ok(None);
+        };
         let depth = -self.normal.evaluate(&minimum, &values).get(0);
         if depth <= S::zero() {
-            return Ok((offsets.to_vec(), depth));
+            return Ok(Some((offsets.to_vec(), depth)));
         }
-        let since_minimum = self.entry_time(&minimum, &values)?;
-        let entry = self.fly(&minimum, &values, since_minimum)?;
-        let after = self.reset(&entry, &values);
-        let image = if self.graze.kind() == PoincareSectionKind::Tangency {
-            self.minimum_near(&after, &values)?.0
-        } else {
-            self.fly(&after, &values, -(until_minimum + since_minimum))?
+        let Some((entry, since_minimum)) = self.entry(&minimum, &values) else {
+            return Ok(None);
         };
-        Ok((self.graze.offsets(&image), depth))
+        let Some((after, contact_time)) = self.respond(&entry, &values)? else {
+            return Ok(None);
+        };
+        let image = if self.graze.kind() == PoincareSectionKind::Tangency {
+            self.minimum_near(&after, &values).map(|(image, _)| image)
+        } else {
+            let elapsed = until_minimum + since_minimum + contact_time;
+            self.fly(&after, &values, -elapsed)
+        };
+        Ok(image.map(|image| (self.graze.offsets(&image), depth)))
     }
 
-    fn fly(&self, state: &[S], parameters: &[S], duration: S) -> Result<Vec<S>, AnalysisError> {
-        Ok(Integrator::new(&self.field).flow(state, parameters, duration)?)
+    /// The free flow after a time of either sign; `None` where it leaves the finite numbers.
+    fn fly(&self, state: &[S], parameters: &[S], duration: S) -> Option<Vec<S>> {
+        let end = Integrator::new(&self.field).flow(state, parameters, duration);
+        end.ok()
+            .filter(|state| state.iter().all(|value| value.is_finite()))
     }
 
-    /// The nearby point of the free flow with `h' = 0`, and the time to it.
-    fn minimum_near(
-        &mut self,
-        state: &[S],
-        parameters: &[S],
-    ) -> Result<(Vec<S>, S), AnalysisError> {
+    /// The nearby minimum of the gap along the free flow, `h' = 0` with `h'' > 0`, and the time to it.
+    fn minimum_near(&mut self, state: &[S], parameters: &[S]) -> Option<(Vec<S>, S)> {
         let (mut time, mut last) = (S::zero(), f64::INFINITY);
         let mut at = state.to_vec();
         for _ in 0..NEWTON_STEPS {
             let normal = self.normal.evaluate(&at, parameters);
+            if normal.get(2) <= S::zero() {
+                return None;
+            }
             let step = -(normal.get(1) / normal.get(2));
             let size = step.magnitude();
             if size == 0.0 || !size.is_finite() || size >= last {
@@ -122,17 +155,17 @@ impl<S: Real> FreeFlight<S> {
             (time, last) = (time + step, size);
             at = self.fly(state, parameters, time)?;
         }
-        Ok((at, time))
+        Some((at, time))
     }
 
-    /// The time, negative, from a minimum beyond the surface back to the surface.
-    fn entry_time(&mut self, minimum: &[S], parameters: &[S]) -> Result<S, AnalysisError> {
+    /// The point where the free flow to a minimum beyond the surface meets it, and the time, negative, from there.
+    fn entry(&mut self, minimum: &[S], parameters: &[S]) -> Option<(Vec<S>, S)> {
         let normal = self.normal.evaluate(minimum, parameters);
         let (depth, acceleration) = (-normal.get(0), normal.get(2));
         let mut time = -(S::from_f64(2.0) * depth / acceleration).sqrt();
         let mut last = f64::INFINITY;
+        let mut at = self.fly(minimum, parameters, time)?;
         for _ in 0..NEWTON_STEPS {
-            let at = self.fly(minimum, parameters, time)?;
             let normal = self.normal.evaluate(&at, parameters);
             let step = normal.get(0) / normal.get(1);
             let size = step.magnitude();
@@ -140,19 +173,28 @@ impl<S: Real> FreeFlight<S> {
                 break;
             }
             (time, last) = (time - step, size);
+            at = self.fly(minimum, parameters, time)?;
         }
-        Ok(time)
+        Some((at, time))
     }
 
-    fn reset(&mut self, state: &[S], parameters: &[S]) -> Vec<S> {
-        match &mut self.reset {
-            Some(reset) => {
+    /// The state after the reset or at the end of the contact, and the time it took.
+    fn respond(
+        &mut self,
+        state: &[S],
+        parameters: &[S],
+    ) -> Result<Option<(Vec<S>, S)>, AnalysisError> {
+        match &mut self.response {
+            Flown::Reset(reset) => {
                 let values = reset.evaluate(state, parameters);
-                (0..state.len())
-                    .map(|component| values.get(component))
-                    .collect()
+                let after = (0..state.len()).map(|component| values.get(component));
+                Ok(Some((after.collect(), S::zero())))
             }
-            None => vec![S::from_f64(f64::NAN); state.len()],
+            Flown::Contact(simulator) => {
+                let longest = self.graze.duration();
+                simulator.set_parameters(parameters)?;
+                Ok(simulator.contact_phase(self.graze.surface(), state, longest)?)
+            }
         }
     }
 

@@ -68,8 +68,8 @@ impl ConvergenceOptions {
             shapes: vec![Shape::Factored, Shape::Composed],
             points: 128,
             tolerance,
-            discontinuity_rates: 8,
-            smooth_rates: 6,
+            discontinuity_rates: highest.contact_weight.min(8),
+            smooth_rates: highest.smooth_order.min(6),
         }
     }
 }
@@ -102,8 +102,14 @@ pub fn converge(
             points: sweep.truth.points.len(),
             excluded: sweep.truth.excluded,
         },
-        discontinuity_rates: discontinuity_rates(&sweep.sample, &factors, scene, orbit)?,
-        smooth_rates: smooth_rates(&sweep.sample, &factors, scene, orbit)?,
+        discontinuity_rates: discontinuity_rates(
+            &sweep.sample,
+            &factors,
+            &sweep.system,
+            scene,
+            orbit,
+        )?,
+        smooth_rates: smooth_rates(&sweep.sample, &factors, &sweep.system, scene, orbit)?,
         chosen: choose(&sweep, &orders, options.tolerance)?,
         direct: sweep.direct()?,
         multiply_add_ns,

@@ -24,6 +24,12 @@ const SIZES: usize = 24;
 /// Largest size, in units of the window's edge.
 const LARGEST: f64 = 2.0;
 
+/// Points of the sample among which directions are looked for.
+const CANDIDATES: usize = 1000;
+
+/// Share of the window's depth from which a point counts as deep.
+const DEEP: f64 = 0.1;
+
 /// An error is truncation if it exceeds the rounding of the coefficients by this factor.
 const CLEAR: f64 = 1e3;
 
@@ -53,7 +59,7 @@ impl Ladder {
     ) -> Result<Self, ConvergenceError> {
         let mut rungs = Vec::new();
         for step in 0..SIZES {
-            let size = LARGEST * 0.5f64.powf(0.5 * step as f64);
+            let size = size(step);
             let mut points = Vec::new();
             for direction in directions {
                 let offset =
@@ -139,15 +145,31 @@ fn root_mean_square(values: impl ExactSizeIterator<Item = f64>) -> f64 {
     (values.map(|value| value * value).sum::<f64>() / count).sqrt()
 }
 
-/// Edge points of the window that make contact: directions in which everything is scaled.
-fn contact_directions(sample: &WindowSample) -> Vec<Vec<f64>> {
-    let points = (0..).map_while(|index| (index < 1000).then(|| sample.point(index)));
-    let deep = points
-        .flatten()
-        .filter(|point| point.depth > 0.1 * sample.deepest());
-    deep.take(DIRECTIONS)
+/// Edge points of the window at which the section's passage makes contact, and does so at every size: directions in which everything is
+/// scaled. A point that only the depth's quadratic terms take beyond the surface leaves it when scaled down.
+fn contact_directions(sample: &WindowSample, expander: &Expander<'_>) -> Vec<Vec<f64>> {
+    let (passage, weights) = (expander.section_passage(), &expander.variables().weights);
+    let smallest = size(SIZES - 1);
+    let deep = |offsets: &Vec<f64>| {
+        let scaled = offsets.iter().zip(weights);
+        let scaled: Vec<_> = scaled
+            .map(|(offset, &weight)| offset * smallest.powi(weight as i32))
+            .collect();
+        let limit = DEEP * sample.deepest();
+        sample.depth(passage, offsets) > limit
+            && sample.depth(passage, &scaled) > limit * smallest * smallest
+    };
+    let points = (0..CANDIDATES).filter_map(|index| sample.point(index));
+    points
         .map(|point| [point.state, point.parameters].concat())
+        .filter(deep)
+        .take(DIRECTIONS)
         .collect()
+}
+
+/// Size of a step of the ladder, in units of the window's edge.
+fn size(step: usize) -> f64 {
+    LARGEST * 0.5f64.powf(0.5 * step as f64)
 }
 
 /// Directions over the whole window, each with its opposite: what is odd in the distance cancels.
@@ -191,7 +213,7 @@ impl MapRates {
             Ok(is_comparable(&image).then_some(image.offsets))
         };
         let scale = |size: f64, variable: usize| size.powi(variables.weights[variable] as i32);
-        let directions = contact_directions(sample);
+        let directions = contact_directions(sample, expander);
         let ladder = Ladder::new(&directions, variables.coordinates, scale, &mut exact)?;
         Ok(Self { ladder })
     }
@@ -254,19 +276,20 @@ impl<'f, 'a> ExactFactors<'f, 'a> {
 pub(super) fn discontinuity_rates(
     sample: &WindowSample,
     factors: &ExactFactors<'_, '_>,
+    system: &HybridSystem,
     scene: &Scene,
     orbit: &GrazingOrbit,
 ) -> Result<Vec<FactorRate>, ConvergenceError> {
     let expander = factors.expander;
     let contact = &factors.contacts[expander.section_passage()];
     let variables = expander.variables();
-    let mut flight = FreeFlight::<Dd>::new(scene, orbit);
+    let mut flight = FreeFlight::<Dd>::new(system, scene, orbit)?;
     let mut exact = |state: &[Dd], parameters: &[Dd]| {
-        let (image, depth) = flight.discontinuity(state, parameters)?;
-        Ok((depth > Dd::ZERO).then_some(image))
+        let flown = flight.discontinuity(state, parameters)?;
+        Ok(flown.and_then(|(image, depth)| (depth > Dd::ZERO).then_some(image)))
     };
     let scale = |size: f64, variable: usize| size.powi(variables.weights[variable] as i32);
-    let directions = contact_directions(sample);
+    let directions = contact_directions(sample, expander);
     let ladder = Ladder::new(&directions, variables.coordinates, scale, &mut exact)?;
     let rate = |order: u32| {
         let map = MapEvaluation::contact(cut_contact(variables, contact, order)?);
@@ -287,13 +310,14 @@ pub(super) fn discontinuity_rates(
 pub(super) fn smooth_rates(
     sample: &WindowSample,
     factors: &ExactFactors<'_, '_>,
+    system: &HybridSystem,
     scene: &Scene,
     orbit: &GrazingOrbit,
 ) -> Result<Vec<FactorRate>, ConvergenceError> {
     let (expander, legs) = (factors.expander, &factors.legs);
     let variables = expander.variables();
-    let mut flight = FreeFlight::<Dd>::new(scene, orbit);
-    let mut exact = |state: &[Dd], parameters: &[Dd]| Ok(Some(flight.smooth(state, parameters)?));
+    let mut flight = FreeFlight::<Dd>::new(system, scene, orbit)?;
+    let mut exact = |state: &[Dd], parameters: &[Dd]| Ok(flight.smooth(state, parameters)?);
     // A deviation of the default weight 2 is proportional to the size.
     let scale =
         |size: f64, variable: usize| size.powf(0.5 * f64::from(variables.weights[variable]));

@@ -66,6 +66,12 @@ impl WindowSample {
         self.deepest
     }
 
+    /// Depth `y²` of a passage, negative without contact, at offsets of the variables (coordinates; parameters).
+    pub(super) fn depth(&self, passage: usize, offsets: &[f64]) -> f64 {
+        let (state, parameters) = offsets.split_at(self.state.len());
+        self.depths.at(state, parameters)[passage]
+    }
+
     /// Half-widths of the variables (coordinates; parameters), infinite ones replaced.
     pub fn widths(&self) -> Vec<f64> {
         [self.state.as_slice(), &self.parameters].concat()

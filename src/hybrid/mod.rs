@@ -9,6 +9,7 @@
 
 mod backward;
 mod chatter;
+mod contact_phase;
 mod error;
 mod itinerary;
 mod motion;

@@ -116,6 +116,19 @@ const ENTRIES: &[Entry] = &[
         "two_stops_t2_rigid",
         "two masses between two rigid stops, T2"
     ),
+    entry!("moving_stop", "linear oscillator with a moving stop"),
+    entry!(
+        "impact_pair",
+        "two masses that hit each other: four states, both velocities reset"
+    ),
+    entry!(
+        "three_masses",
+        "chain of three masses with a prestressed stop: six states"
+    ),
+    entry!(
+        "self_excited",
+        "van der Pol oscillator carrying a mass that hits a stop: no forcing"
+    ),
 ];
 
 /// Names of the scenes, in the order of the catalogue.

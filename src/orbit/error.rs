@@ -49,6 +49,11 @@ pub enum OrbitError {
     /// A stroboscopic section of an autonomous system.
     #[error("a stroboscopic section needs a forcing phase; the model has none")]
     StroboscopicWithoutPhase,
+    /// An autonomous system whose limit cycle nothing points to.
+    #[error(
+        "without a forcing phase the orbit is found from a `guess` of its grazing point; [grazing] gives none"
+    )]
+    AutonomousWithoutGuess,
     /// The forcing does not advance.
     #[error("the phase must advance: its rate is {rate:e}")]
     PhaseRate {

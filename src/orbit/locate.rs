@@ -126,7 +126,7 @@ impl<'a> Locator<'a> {
             return Ok(Ok(unknowns.clone()));
         }
         if self.scene.model.phase.is_none() {
-            return Ok(direct.unwrap_or_else(|| Err(self.no_guess())));
+            return direct.ok_or(OrbitError::AutonomousWithoutGuess);
         }
         let (start, values) = (self.start(), self.start_parameters());
         let searched = self.one_by_one(|alone, parameter| {
@@ -184,7 +184,11 @@ impl<'a> Locator<'a> {
                 Err(failure) => reason = reason.or(Some(failure)),
             }
         }
-        Ok(Err(reason.unwrap_or_else(|| self.no_guess())))
+        // The locator has checked that at least one parameter is adjusted.
+        reason.map(Err).ok_or(OrbitError::AdjustedParameters {
+            named: 0,
+            most: self.system.grazes.independent,
+        })
     }
 
     /// Newton's method on all grazes from a point near the first.
@@ -320,16 +324,6 @@ impl<'a> Locator<'a> {
             square += difference.min(period - difference).powi(2);
         }
         Some(square.sqrt())
-    }
-
-    fn no_guess(&self) -> NotLocated {
-        let parameter = self.system.free()[0];
-        NotLocated::NoPeriodicOrbit {
-            parameter: self.scene.model.parameters[parameter].name.clone(),
-            value: self.start_parameters()[parameter],
-            periods: 0,
-            change: f64::NAN,
-        }
     }
 
     /// Refines a root to the roundoff of double-double and describes the orbit.
