@@ -3,6 +3,7 @@
 // Section: tangency.
 // Coordinates: x1, x2, v2, theta.
 // Parameters: A, omega.
+// Passages: gap.
 // Orders: smooth_order 3, contact_weight 5.
 // Shape: factored, 8 lanes.
 // Window: depth 0.001.

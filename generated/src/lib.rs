@@ -87,6 +87,24 @@ pub mod soft_d;
 #[rustfmt::skip]
 pub mod three_masses;
 
+#[rustfmt::skip]
+pub mod two_stops_t1;
+
+#[rustfmt::skip]
+pub mod two_stops_t1_prestressed;
+
+#[rustfmt::skip]
+pub mod two_stops_t1_rigid;
+
+#[rustfmt::skip]
+pub mod two_stops_t2;
+
+#[rustfmt::skip]
+pub mod two_stops_t2_prestressed;
+
+#[rustfmt::skip]
+pub mod two_stops_t2_rigid;
+
 /// A step on slices: state, parameters; image, depths. The contacts made, or `None` for wrong lengths.
 pub type StepOnSlices = fn(&[f64], &[f64], &mut [f64], &mut [f64]) -> Option<u32>;
 
@@ -485,6 +503,84 @@ pub static CATALOGUE: &[CatalogueMap] = &[
         step: three_masses::step_on_slices,
         #[cfg(feature = "std")]
         step_jacobian: three_masses::step_jacobian_on_slices,
+    },
+    CatalogueMap {
+        identifier: two_stops_t1::SCENE,
+        digest: two_stops_t1::DIGEST,
+        dimension: two_stops_t1::DIMENSION,
+        parameters: two_stops_t1::PARAMETERS,
+        passages: two_stops_t1::PASSAGES,
+        window_state: &two_stops_t1::WINDOW_STATE,
+        window_parameters: &two_stops_t1::WINDOW_PARAMETERS,
+        #[cfg(feature = "std")]
+        step: two_stops_t1::step_on_slices,
+        #[cfg(feature = "std")]
+        step_jacobian: two_stops_t1::step_jacobian_on_slices,
+    },
+    CatalogueMap {
+        identifier: two_stops_t1_prestressed::SCENE,
+        digest: two_stops_t1_prestressed::DIGEST,
+        dimension: two_stops_t1_prestressed::DIMENSION,
+        parameters: two_stops_t1_prestressed::PARAMETERS,
+        passages: two_stops_t1_prestressed::PASSAGES,
+        window_state: &two_stops_t1_prestressed::WINDOW_STATE,
+        window_parameters: &two_stops_t1_prestressed::WINDOW_PARAMETERS,
+        #[cfg(feature = "std")]
+        step: two_stops_t1_prestressed::step_on_slices,
+        #[cfg(feature = "std")]
+        step_jacobian: two_stops_t1_prestressed::step_jacobian_on_slices,
+    },
+    CatalogueMap {
+        identifier: two_stops_t1_rigid::SCENE,
+        digest: two_stops_t1_rigid::DIGEST,
+        dimension: two_stops_t1_rigid::DIMENSION,
+        parameters: two_stops_t1_rigid::PARAMETERS,
+        passages: two_stops_t1_rigid::PASSAGES,
+        window_state: &two_stops_t1_rigid::WINDOW_STATE,
+        window_parameters: &two_stops_t1_rigid::WINDOW_PARAMETERS,
+        #[cfg(feature = "std")]
+        step: two_stops_t1_rigid::step_on_slices,
+        #[cfg(feature = "std")]
+        step_jacobian: two_stops_t1_rigid::step_jacobian_on_slices,
+    },
+    CatalogueMap {
+        identifier: two_stops_t2::SCENE,
+        digest: two_stops_t2::DIGEST,
+        dimension: two_stops_t2::DIMENSION,
+        parameters: two_stops_t2::PARAMETERS,
+        passages: two_stops_t2::PASSAGES,
+        window_state: &two_stops_t2::WINDOW_STATE,
+        window_parameters: &two_stops_t2::WINDOW_PARAMETERS,
+        #[cfg(feature = "std")]
+        step: two_stops_t2::step_on_slices,
+        #[cfg(feature = "std")]
+        step_jacobian: two_stops_t2::step_jacobian_on_slices,
+    },
+    CatalogueMap {
+        identifier: two_stops_t2_prestressed::SCENE,
+        digest: two_stops_t2_prestressed::DIGEST,
+        dimension: two_stops_t2_prestressed::DIMENSION,
+        parameters: two_stops_t2_prestressed::PARAMETERS,
+        passages: two_stops_t2_prestressed::PASSAGES,
+        window_state: &two_stops_t2_prestressed::WINDOW_STATE,
+        window_parameters: &two_stops_t2_prestressed::WINDOW_PARAMETERS,
+        #[cfg(feature = "std")]
+        step: two_stops_t2_prestressed::step_on_slices,
+        #[cfg(feature = "std")]
+        step_jacobian: two_stops_t2_prestressed::step_jacobian_on_slices,
+    },
+    CatalogueMap {
+        identifier: two_stops_t2_rigid::SCENE,
+        digest: two_stops_t2_rigid::DIGEST,
+        dimension: two_stops_t2_rigid::DIMENSION,
+        parameters: two_stops_t2_rigid::PARAMETERS,
+        passages: two_stops_t2_rigid::PASSAGES,
+        window_state: &two_stops_t2_rigid::WINDOW_STATE,
+        window_parameters: &two_stops_t2_rigid::WINDOW_PARAMETERS,
+        #[cfg(feature = "std")]
+        step: two_stops_t2_rigid::step_on_slices,
+        #[cfg(feature = "std")]
+        step_jacobian: two_stops_t2_rigid::step_jacobian_on_slices,
     },
 ];
 

@@ -3,6 +3,7 @@
 // Section: tangency.
 // Coordinates: x, theta.
 // Parameters: alpha, b.
+// Passages: stop.
 // Orders: smooth_order 5, contact_weight 6.
 // Shape: factored, 8 lanes.
 // Window: depth 0.001.

@@ -3,6 +3,7 @@
 // Section: tangency.
 // Coordinates: x1, v1, x2.
 // Parameters: delta, mu.
+// Passages: stop.
 // Orders: smooth_order 4, contact_weight 5.
 // Shape: factored, 8 lanes.
 // Window: depth 0.001.

@@ -3,6 +3,7 @@
 // Section: stroboscopic.
 // Coordinates: x1, v1, x2, v2, x3, v3.
 // Parameters: f, omega.
+// Passages: stop.
 // Orders: smooth_order 3, contact_weight 5.
 // Shape: factored, 8 lanes.
 // Window: depth 0.0003.
