@@ -15,6 +15,13 @@ use grazemap::orbit::{
 };
 use serde_json::Value;
 
+/// `xi_1 = 0`, of the one passage.
+const FIRST: SpecialKind = SpecialKind::Codimension2 {
+    n: 1,
+    from: 0,
+    to: 0,
+};
+
 fn reference(file: &str) -> Vec<Value> {
     let path = format!("{}/tests/data/rigid/{file}", env!("CARGO_MANIFEST_DIR"));
     serde_json::from_str(&std::fs::read_to_string(path).unwrap()).unwrap()
@@ -63,7 +70,7 @@ fn met(scene: &Scene, curve: &GrazingCurve, stretch: Range<f64>) -> usize {
     let mut met = 0;
     for point in reference("mems_points.json") {
         let kind = match point["type"].as_str().unwrap() {
-            "xi1" => SpecialKind::Codimension2 { n: 1 },
+            "xi1" => FIRST,
             "disc" => SpecialKind::MultiplierSwitch,
             _ => continue,
         };
@@ -138,7 +145,7 @@ fn curve_is_followed_round_two_folds_to_the_next_sheet() {
         .iter()
         .find(|point| point["omega"].as_str().unwrap().starts_with("0.1301129273"))
         .unwrap();
-    assert!(distance(&scene, &curve, SpecialKind::Codimension2 { n: 1 }, next) < 1e-11);
+    assert!(distance(&scene, &curve, FIRST, next) < 1e-11);
 }
 
 #[test]

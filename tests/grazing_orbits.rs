@@ -9,7 +9,7 @@ use std::path::Path;
 
 use grazemap::model::Scene;
 use grazemap::numeric::{Dd, Scalar};
-use grazemap::orbit::{GrazingOrbit, Location, NotLocated, OrbitRecord, locate};
+use grazemap::orbit::{GrazingOrbit, Location, NotLocated, locate};
 use serde_json::Value;
 
 fn reference(file: &str) -> Value {
@@ -539,19 +539,4 @@ fn resonance_without_damping_is_singular() {
         panic!("{reason}")
     };
     assert!((re - 1.0).hypot(im) < 1e-6, "{re} {im}");
-}
-
-#[test]
-fn record_of_an_orbit_names_its_quantities() {
-    let scene = scene("linear", &[]);
-    let record = serde_json::to_value(OrbitRecord::new(&scene, &located(&scene))).unwrap();
-    assert!(
-        (record["parameters"]["alpha"].as_f64().unwrap() - 2.247_220_505_424_423).abs() < 1e-15
-    );
-    assert_eq!(
-        record["section"]["coordinates"],
-        serde_json::json!(["x", "theta"])
-    );
-    assert_eq!(record["physical"], true);
-    assert_eq!(record["xi"].as_array().unwrap().len(), 6);
 }

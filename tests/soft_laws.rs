@@ -139,9 +139,90 @@ fn xi_of_a_prestressed_stop_is_that_of_its_leading_law() {
             xi.hi
         );
     }
+}
+
+/// Where D begins with y² or y³, β is the direction of that law with ∇h'·β = h'': `xi_n = h'' [Mⁿ]_12`.
+#[test]
+fn xi_of_softer_stops_follows_the_direction_of_their_leading_law() {
+    let natural = (1.0_f64 - 0.015 * 0.015).sqrt();
     for name in ["soft_a", "soft_b", "soft_b_surface"] {
-        let scene = scene_of(name, &[], &[]);
-        assert!(self::orbit(&scene).xi.is_empty(), "{name}");
+        let orbit = orbit(&scene_of(name, &[], &[]));
+        let a = orbit.grazing_point().normal_acceleration.hi;
+        assert_eq!(orbit.xi.len(), 6, "{name}");
+        for (periods, xi) in (1..).zip(&orbit.xi) {
+            let time = f64::from(periods) * orbit.period.hi;
+            let expected = a * (-0.015 * time).exp() * (natural * time).sin() / natural;
+            assert!((xi.hi - expected).abs() < 1e-14, "{name}, {periods}");
+        }
+    }
+}
+
+/// Two masses whose stop is carried by the second, of a third of the first one's: the contact pushes both.
+const CARRIED_STOP: &str = r#"
+[model]
+name = "a stop carried by the second mass"
+states = ["x1", "v1", "x2", "v2"]
+parameters = { k0 = 20.0, e = 0.0, omega = 1.1, d = 1.0 }
+[model.phase]
+name = "theta"
+rate = "omega"
+period = "2*pi"
+[model.flow]
+x1 = "v1"
+v1 = "cos(theta) - 0.05*v1 - x1 + x2"
+x2 = "v2"
+v2 = "3*(0.5*cos(theta) - 0.02*v2 - 3*x2 + x1)"
+[[model.surface]]
+name = "stop"
+event = "d - x1 + x2"
+contact = { v1 = "free - k0*(x1 - x2 - d + e)", v2 = "free + 3*k0*(x1 - x2 - d + e)" }
+[grazing]
+surface = "stop"
+solve_for = "d"
+[section]
+kind = "stroboscopic"
+"#;
+
+/// The leading coefficients `c` of D at zero net time span β: `xi_n / xi_1 = ∇h Mⁿ c / ∇h M c`.
+#[test]
+fn xi_follows_the_leading_coefficients_of_a_contact_that_pushes_two_masses() {
+    for e in ["0", "0.1"] {
+        let overrides = [("e".to_owned(), e.to_owned())];
+        let scene = Scene::parse_with(CARRIED_STOP, "carried", &overrides)
+            .unwrap_or_else(|error| panic!("{error}"));
+        let orbit = orbit(&scene);
+        let expander = Expander::new(&scene, &orbit).expect("an analytic law");
+        let laws = expander.leading_laws().expect("a simple release");
+        let laws: Vec<_> = laws.into_iter().map(|law| law.expect("a law")).collect();
+        let first = laws
+            .iter()
+            .map(|law| law.exponent)
+            .min()
+            .expect("four laws");
+        assert_eq!(first, if e == "0" { 3 } else { 1 });
+        let leading = |law: &LeadingLaw| {
+            if law.exponent == first {
+                law.coefficient.to_f64()
+            } else {
+                0.0
+            }
+        };
+        let mut vector: Vec<f64> = laws.iter().map(leading).collect();
+        assert!(vector[1] != 0.0 && (vector[3] / vector[1] + 3.0).abs() < 1e-12);
+        let images: Vec<f64> = (0..6)
+            .map(|_| {
+                let rows = orbit.monodromy.iter();
+                let row = |row: &Vec<grazemap::numeric::Dd>| {
+                    row.iter().zip(&vector).map(|(m, v)| m.hi * v).sum()
+                };
+                vector = rows.map(row).collect();
+                vector[2] - vector[0]
+            })
+            .collect();
+        for (xi, image) in orbit.xi.iter().zip(&images) {
+            let error = xi.hi / orbit.xi[0].hi - image / images[0];
+            assert!(error.abs() < 1e-12, "e = {e}: {error:e}");
+        }
     }
 }
 

@@ -76,9 +76,20 @@ fn parameter(model: &Model, name: &str) -> Result<usize, CliError> {
 /// How the curve went, as a person reads it.
 fn text(document: &CurveDocument, curve: &GrazingCurve) -> String {
     let mut text = format!("{} points; {}\n", curve.points.len(), document.end);
+    let several = document
+        .points
+        .iter()
+        .any(|point| point.conditions.len() > 1);
     for point in &document.codim2 {
+        let [from, to] = &point.surfaces;
+        let ends = if several {
+            let (first, second) = (point.from + 1, point.to + 1);
+            format!(" from passage {first} ({from}) to passage {second} ({to})")
+        } else {
+            String::new()
+        };
         text.push_str(&format!(
-            "xi_{} = 0 at {}\n",
+            "xi_{}{ends} = 0 at {}\n",
             point.n,
             pairs(&point.parameters.0)
         ));

@@ -227,18 +227,21 @@ pub fn curve(
         Location::Located(orbit) => orbit,
         Location::NotLocated(reason) => return Ok(CurveOutcome::NotLocated(reason)),
     };
-    let tracer = Tracer {
-        stations: Stations::new(scene, &orbit, with, options.xi_count)?,
-        options,
+    let tracer = |count| -> Result<Tracer<'_>, OrbitError> {
+        let stations = Stations::new(scene, &orbit, with, count)?;
+        Ok(Tracer { stations, options })
     };
     let here = scene.model.parameters[with].value.to_f64();
-    let mut start = tracer.stations.start(&orbit);
+    let mut start = Stations::new(scene, &orbit, with, 0)?.start(&orbit);
     if here != from {
-        let (lead, last) = tracer.trace(&start, from)?;
+        // On the way to the start no condition is followed.
+        let (lead, last) = tracer(0)?.trace(&start, from)?;
         if lead.end != CurveEnd::Reached {
             return Ok(CurveOutcome::StartNotReached(lead));
         }
         start = last;
     }
-    Ok(CurveOutcome::Traced(tracer.trace(&start, to)?.0))
+    Ok(CurveOutcome::Traced(
+        tracer(options.xi_count)?.trace(&start, to)?.0,
+    ))
 }

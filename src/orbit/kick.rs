@@ -21,7 +21,7 @@ pub(super) enum Kick {
     /// The first power of time, along the free flow, with which contact and free field differ.
     Difference {
         /// The free field, watching the contact field and then itself.
-        watching: Field,
+        watching: Box<Field>,
         /// The power.
         power: usize,
     },
@@ -45,7 +45,7 @@ impl Kick {
             return Ok(Self::Jump);
         }
         let watched: Vec<_> = field.iter().chain(&model.flow).copied().collect();
-        let watching = Field::free(model, &watched);
+        let watching = Box::new(Field::free(model, &watched));
         let power = first_difference(&watching, state, parameters)?;
         Ok(power.map_or(Self::None, |power| Self::Difference { watching, power }))
     }
@@ -53,7 +53,7 @@ impl Kick {
     /// `β` at a point; nothing where no contact is felt.
     ///
     /// Where `D` begins with `y`, `β = sqrt(h''/2) ∂D/∂y`; else its direction is that of the difference's leading
-    /// power, and its length such that `∇h'·β = h''`.
+    /// power, and its length such that `∇h'·β = h''` (of a contact that acts along the surface alone, `h''/|∇h'|`).
     pub(super) fn direction<S: Real>(
         &self,
         local: &LocalGeometry<'_, S>,
@@ -77,7 +77,11 @@ impl Kick {
                     .collect();
                 let velocity = local.velocity_gradient();
                 let outwards = dot(&velocity[..count], &difference);
-                Some(scaled(&difference, S::one() / outwards))
+                let length = |vector: &[S]| dot(vector, vector).sqrt();
+                let product = length(&velocity[..count]) * length(&difference);
+                let along = outwards.magnitude() <= NO_JUMP * product.magnitude();
+                let size = if along { product } else { outwards };
+                Some(scaled(&difference, S::one() / size))
             }
             Self::None => None,
         };

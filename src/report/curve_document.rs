@@ -2,6 +2,7 @@
 
 use serde::Serialize;
 
+use super::orbit_document::{ConditionsDocument, surface_of};
 use super::{Cell, Column, Named, ReportError, Table};
 use crate::model::Scene;
 use crate::orbit::{CurveEnd, CurvePoint, GrazingCurve, SpecialPoint};
@@ -40,13 +41,15 @@ pub struct PointDocument {
     pub normal_acceleration: f64,
     /// Multipliers, `[re, im]`, the largest first.
     pub multipliers: Vec<[f64; 2]>,
-    /// `xi_1, xi_2, ...`
+    /// `xi_1, xi_2, ...` from the first passage to itself.
     pub xi: Vec<f64>,
+    /// `xi_n` from every passage to every passage.
+    pub conditions: Vec<ConditionsDocument>,
     /// Whether the orbit stays on the free side of every surface.
     pub physical: bool,
 }
 
-/// A point where `xi_n = 0`.
+/// A point where `xi_n = 0` between two passages.
 #[derive(Clone, Debug, Serialize)]
 pub struct Codimension2 {
     /// `n`.
@@ -55,6 +58,8 @@ pub struct Codimension2 {
     pub from: usize,
     /// The passage whose gap neither opens nor closes, from 0.
     pub to: usize,
+    /// Names of their surfaces.
+    pub surfaces: [String; 2],
     /// All parameters.
     pub parameters: Named<f64>,
 }
@@ -100,6 +105,7 @@ impl CurveDocument {
                     n,
                     from,
                     to,
+                    surfaces: [from, to].map(|passage| surface_of(scene, passage)),
                     parameters: special(point),
                 })
                 .collect(),
@@ -136,10 +142,12 @@ impl CurveDocument {
                 .iter()
                 .chain(&point.state.0)
                 .map(|(_, value)| value);
+            let others = point.other_conditions().flat_map(|pair| &pair.values);
             let numbers = named
                 .chain([&point.normal_acceleration])
                 .chain(multipliers)
-                .chain(&point.xi);
+                .chain(&point.xi)
+                .chain(others);
             table.push(numbers.map(|&value| Cell::number(value, 12)).collect())?;
         }
         Ok(table)
@@ -158,10 +166,15 @@ impl CurveDocument {
         let multipliers = (1..=point.multipliers.len())
             .flat_map(|n| [format!("multiplier_{n}_re"), format!("multiplier_{n}_im")]);
         let xi = (1..=point.xi.len()).map(|n| format!("xi_{n}"));
+        let others = point.other_conditions().flat_map(|pair| {
+            let ends = format!("from_{}_to_{}", pair.from, pair.to);
+            (1..=pair.values.len()).map(move |n| format!("xi_{n}_{ends}"))
+        });
         named
             .chain(["normal_acceleration".to_owned()])
             .chain(multipliers)
             .chain(xi)
+            .chain(others)
             .map(Column::number)
             .collect()
     }
@@ -181,8 +194,18 @@ impl PointDocument {
             normal_acceleration: point.normal_acceleration,
             multipliers: point.multipliers.clone(),
             xi: point.xi.clone(),
+            conditions: point
+                .conditions
+                .iter()
+                .map(|pair| ConditionsDocument::new(scene, pair.from, pair.to, pair.values.clone()))
+                .collect(),
             physical: point.is_physical(),
         }
+    }
+
+    /// The conditions but those from the first passage to itself.
+    fn other_conditions(&self) -> impl Iterator<Item = &ConditionsDocument> {
+        self.conditions.iter().skip(1)
     }
 }
 

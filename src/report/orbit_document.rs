@@ -5,7 +5,7 @@ use serde::Serialize;
 use super::{Cell, Column, Named, ReportError, Table};
 use crate::model::Scene;
 use crate::numeric::Dd;
-use crate::orbit::{GrazingOrbit, GrazingPoint, PoincareSectionKind};
+use crate::orbit::{GrazingConditions, GrazingOrbit, GrazingPoint, PoincareSectionKind};
 
 /// The digits of a double-double.
 const ALL_DIGITS: usize = 32;
@@ -19,15 +19,15 @@ pub struct OrbitDocument {
     pub digest: String,
     /// Version of the program.
     pub version: &'static str,
-    /// The surface that is grazed.
+    /// The surface that is grazed first.
     pub surface: String,
     /// All parameters at which the orbit grazes.
     pub parameters: Named<f64>,
-    /// Full state at the grazing point.
+    /// Full state at the first grazing point.
     pub state: Named<f64>,
     /// Duration of one period of the orbit, in time.
     pub period: f64,
-    /// `h''` at the grazing point.
+    /// `h''` at the first grazing point.
     pub normal_acceleration: f64,
     /// The section.
     pub section: SectionDocument,
@@ -35,14 +35,57 @@ pub struct OrbitDocument {
     pub monodromy: Vec<Vec<f64>>,
     /// Its eigenvalues, `[re, im]`, the largest first.
     pub multipliers: Vec<[f64; 2]>,
-    /// `xi_1, xi_2, ...`
+    /// `xi_1, xi_2, ...` from the first passage to itself.
     pub xi: Vec<f64>,
+    /// Grazing passages of a period, in order.
+    pub passages: Vec<PassageDocument>,
+    /// `xi_n` from every passage to every passage.
+    pub conditions: Vec<ConditionsDocument>,
     /// Largest residual of the equations of the orbit.
     pub residual: f64,
     /// Lowest minimum of any event function elsewhere on the orbit; negative where it penetrates a surface.
     pub clearance: Option<f64>,
     /// Parameters and state to 32 digits.
     pub digits32: ExactPoint,
+}
+
+/// A grazing passage.
+#[derive(Clone, Debug, Serialize)]
+pub struct PassageDocument {
+    /// Name of the surface.
+    pub surface: String,
+    /// Time since the first passage.
+    pub time: f64,
+    /// Full state.
+    pub state: Named<f64>,
+    /// `h''`.
+    pub normal_acceleration: f64,
+}
+
+/// The conditions from one passage to another.
+#[derive(Clone, Debug, Serialize)]
+pub struct ConditionsDocument {
+    /// The passage that stretches, from 0.
+    pub from: usize,
+    /// The passage whose gap is looked at, from 0.
+    pub to: usize,
+    /// Names of their surfaces.
+    pub surfaces: [String; 2],
+    /// `xi_1, xi_2, ...`; empty where the contact does not differ from free flight.
+    pub values: Vec<f64>,
+}
+
+impl ConditionsDocument {
+    /// Conditions of an orbit of a scene.
+    pub(super) fn new(scene: &Scene, from: usize, to: usize, values: Vec<f64>) -> Self {
+        let surfaces = [from, to].map(|passage| surface_of(scene, passage));
+        Self {
+            from,
+            to,
+            surfaces,
+            values,
+        }
+    }
 }
 
 /// A grazing point to 32 digits.
@@ -124,6 +167,23 @@ impl OrbitDocument {
             monodromy: orbit.monodromy.iter().map(|row| round(row)).collect(),
             multipliers: orbit.multipliers.clone(),
             xi: round(&orbit.xi),
+            passages: orbit
+                .passages
+                .iter()
+                .map(|graze| PassageDocument {
+                    surface: scene.model.surfaces[graze.surface].name.clone(),
+                    time: graze.time.to_f64(),
+                    state: state(scene, graze, |value| value.to_f64()),
+                    normal_acceleration: graze.normal_acceleration.to_f64(),
+                })
+                .collect(),
+            conditions: orbit
+                .conditions
+                .iter()
+                .map(|GrazingConditions { from, to, values }| {
+                    ConditionsDocument::new(scene, *from, *to, round(values))
+                })
+                .collect(),
             residual: orbit.residual,
             clearance: orbit.clearance,
             digits32: ExactPoint {
@@ -159,6 +219,72 @@ impl OrbitDocument {
         table.push(vec![Cell::text("residual"), Cell::number(self.residual, 3)])?;
         Ok(table)
     }
+
+    /// The surfaces grazed, in order.
+    pub fn surfaces(&self) -> Vec<&str> {
+        let passages = self.passages.iter();
+        passages.map(|passage| passage.surface.as_str()).collect()
+    }
+
+    /// The passages as a table: one row each.
+    ///
+    /// # Errors
+    ///
+    /// Never in practice: every row has a cell per column.
+    pub fn passages_table(&self) -> Result<Table, ReportError> {
+        let names = self.state.0.iter().map(|(name, _)| name.clone());
+        let numbers = ["time".to_owned()].into_iter().chain(names);
+        let mut columns = vec![Column::text("passage"), Column::text("surface")];
+        columns.extend(numbers.chain(["h''".to_owned()]).map(Column::number));
+        let mut table = Table::new(columns);
+        for (number, passage) in self.passages.iter().enumerate() {
+            let state = passage.state.0.iter().map(|(_, value)| *value);
+            let numbers = [passage.time].into_iter().chain(state);
+            let mut row = vec![
+                Cell::text(format!("{}", number + 1)),
+                Cell::text(passage.surface.clone()),
+            ];
+            row.extend(
+                numbers
+                    .chain([passage.normal_acceleration])
+                    .map(|value| Cell::number(value, 12)),
+            );
+            table.push(row)?;
+        }
+        Ok(table)
+    }
+
+    /// The conditions as a table: one row per pair of passages, one column per `n`.
+    ///
+    /// # Errors
+    ///
+    /// Never in practice: every row has a cell per column.
+    pub fn conditions_table(&self) -> Result<Table, ReportError> {
+        let felt = || {
+            self.conditions
+                .iter()
+                .filter(|pair| !pair.values.is_empty())
+        };
+        let count = felt().map(|pair| pair.values.len()).max().unwrap_or(0);
+        let mut columns = vec![Column::text("from"), Column::text("to")];
+        columns.extend((1..=count).map(|n| Column::number(format!("xi_{n}"))));
+        let mut table = Table::new(columns);
+        for pair in felt() {
+            let ends = [(pair.from, 0), (pair.to, 1)];
+            let name = |(passage, end): (usize, usize)| {
+                Cell::text(format!("{} {}", passage + 1, pair.surfaces[end]))
+            };
+            let values = pair.values.iter().map(|&value| Cell::number(value, 9));
+            table.push(ends.map(name).into_iter().chain(values).collect())?;
+        }
+        Ok(table)
+    }
+}
+
+/// Name of the surface of a passage of a scene's orbit.
+pub(super) fn surface_of(scene: &Scene, passage: usize) -> String {
+    let surface = scene.grazing.passages[passage];
+    scene.model.surfaces[surface].name.clone()
 }
 
 fn parameters<T>(scene: &Scene, graze: &GrazingPoint, form: impl Fn(Dd) -> T) -> Named<T> {

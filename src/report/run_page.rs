@@ -189,14 +189,7 @@ fn orbit_section(orbit: &OrbitDocument) -> Result<Section, ReportError> {
     } else {
         "repels"
     };
-    let xi = match orbit.xi.iter().position(|&xi| xi < 0.0) {
-        None if orbit.xi.is_empty() => String::new(),
-        None => format!(" xi_1 to xi_{} are positive.", orbit.xi.len()),
-        Some(first) => format!(
-            " xi_{} is negative: the grazing bifurcation is discontinuous, orbits leave the neighbourhood of the graze.",
-            first + 1
-        ),
-    };
+    let xi = conditions_prose(orbit);
     let penetrates = match orbit.clearance {
         Some(clearance) if clearance < 0.0 => {
             format!(" The orbit penetrates a surface elsewhere (h = {clearance:.3e}).")
@@ -208,10 +201,41 @@ fn orbit_section(orbit: &OrbitDocument) -> Result<Section, ReportError> {
         orbit.residual,
         re.hypot(im)
     );
-    Ok(Section::new("Grazing orbit").prose(prose).table(
+    let section = Section::new("Grazing orbit").prose(prose).table(
         orbit.point_table()?,
-        "The grazing orbit: parameters p*, the grazing point, multipliers of the period map on the section, and xi_n = h_x · (dP_smooth)^n · β.",
-    ))
+        "The grazing orbit: parameters p*, the (first) grazing point, multipliers of the period map on the section, and xi_n = h_x · (dP_smooth)^n · β.",
+    );
+    if orbit.passages.len() == 1 {
+        return Ok(section);
+    }
+    let passages = orbit.passages_table()?;
+    let conditions = orbit.conditions_table()?;
+    Ok(section
+        .table(passages, "The grazing passages of a period.")
+        .table(
+            conditions,
+            "xi_n from one passage to the n-th following of another.",
+        ))
+}
+
+/// What the signs of the conditions say.
+fn conditions_prose(orbit: &OrbitDocument) -> String {
+    let closing = orbit.conditions.iter().find_map(|pair| {
+        let n = pair.values.iter().position(|&xi| xi < 0.0)? + 1;
+        let [from, to] = &pair.surfaces;
+        Some(if orbit.passages.len() == 1 {
+            format!("xi_{n}")
+        } else {
+            format!("xi_{n} from {from} to {to}")
+        })
+    });
+    match closing {
+        Some(name) => format!(
+            " {name} is negative: a contact brings the orbit back to the surface then. Where D begins with y, as for rigid and prestressed stops, the grazing bifurcation is discontinuous and orbits leave the neighbourhood of the graze."
+        ),
+        None if orbit.conditions.iter().all(|pair| pair.values.is_empty()) => String::new(),
+        None => " All xi_n computed are positive.".to_owned(),
+    }
 }
 
 fn expansion_section(run: &RunPage<'_>) -> Result<Section, ReportError> {
