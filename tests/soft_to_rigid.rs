@@ -18,7 +18,7 @@ use serde_json::Value;
 /// Allowed error, relative to the size of a jump or to the state it is a difference of (below 1).
 const EXACT: f64 = 1e-26;
 /// Stiffnesses above this: a contact shorter than 1e-5 of the fall, of which the simulation has fewer digits.
-const STIFFEST: f64 = 1e20;
+const STIFFEST: f64 = 1e12;
 
 fn number(value: &Value) -> Dd {
     let text = value.as_str().expect("a decimal string");

@@ -3,7 +3,6 @@
 //! The linear oscillator `u'' = −R1 u' − k1 u + A cos θ` of `Kundu2012` with its stop at `u = 1`; the state `w = u − 1` is
 //! the distance from the stop, so that a depth of 1e-26 has all its digits in double-double.
 
-use grazemap::expansion::Expander;
 use grazemap::model::Scene;
 use grazemap::orbit::{GrazingOrbit, locate};
 
@@ -12,9 +11,9 @@ use crate::direct::DirectJump;
 /// `R1`, `k1` and `σ` of every family; `M = 1`.
 pub(crate) const DAMPING: f64 = 0.03;
 /// Damper of the stop of family B.
-const STOP_DAMPING: f64 = 0.5;
+pub(crate) const STOP_DAMPING: f64 = 0.5;
 /// Force with which the stop of family C is pressed against its seat.
-const PRESTRESS: f64 = 1.0;
+pub(crate) const PRESTRESS: f64 = 1.0;
 
 /// A law of contact in which the stiffness is free.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -37,14 +36,6 @@ pub(crate) struct Stop {
 impl Family {
     pub(crate) const ALL: [Self; 3] = [Self::A, Self::B, Self::C];
 
-    pub(crate) fn name(self) -> &'static str {
-        match self {
-            Self::A => "A",
-            Self::B => "B",
-            Self::C => "C",
-        }
-    }
-
     /// The stop of a stiffness; `m` is twice the natural frequency over that of the forcing.
     pub(crate) fn stop(self, k2: &str, m: &str) -> Stop {
         let law = match self {
@@ -55,27 +46,6 @@ impl Family {
             Self::C => format!("contact = {{ v = \"free - {k2}*w - {PRESTRESS}\" }}"),
         };
         Stop::of(&law, m)
-    }
-
-    /// `h''` in contact at the graze, for the free one.
-    fn pressed(self, free: f64) -> f64 {
-        match self {
-            Self::A | Self::B => free,
-            Self::C => free + PRESTRESS,
-        }
-    }
-
-    /// The depth variable at which the contact time turns from that of a soft contact to that of a stiff one.
-    pub(crate) fn turn(self, free: f64, k2: f64) -> f64 {
-        self.pressed(free) / (2.0 * free * k2).sqrt()
-    }
-
-    /// Radius in `y` of the uniform law: where its arc tangent (A, C) or its square root (B) ends.
-    pub(crate) fn radius(self, free: f64, k2: f64) -> f64 {
-        match self {
-            Self::A | Self::C => self.turn(free, k2),
-            Self::B => STOP_DAMPING * (free / 2.0).sqrt() / k2,
-        }
     }
 
     /// The damper of the stop.
@@ -136,15 +106,6 @@ contact_weight = 1
             .into_result()
             .expect("the linear oscillator grazes");
         Self { scene, orbit }
-    }
-
-    /// `h''` of the free motion at the graze.
-    pub(crate) fn acceleration(&self) -> f64 {
-        self.orbit.grazing_point().normal_acceleration.hi
-    }
-
-    pub(crate) fn expander(&self) -> Expander<'_> {
-        Expander::new(&self.scene, &self.orbit).expect("an analytic law")
     }
 
     pub(crate) fn direct(&self) -> DirectJump {

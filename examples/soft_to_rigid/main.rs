@@ -11,6 +11,7 @@ mod law;
 mod reach;
 #[path = "../support/study.rs"]
 mod study;
+mod uniform;
 
 use std::error::Error;
 

@@ -22,7 +22,7 @@ pub enum ContactLaw {
 pub enum ContactLawError {
     /// A function at its corner or singularity on the surface.
     #[error(
-        "the contact law of surface `{surface}` is not analytic at the graze: {function} of {argument:e} there; powers of the depth that are not whole (Hertz) have no expansion in whole powers of y"
+        "the contact law of surface `{surface}` is not analytic at the graze: {function} of {argument:e} there; it has no Taylor series on the surface (a power of the depth that is not whole, as Hertz's, would need integrals over the contact in its place)"
     )]
     NotAnalytic {
         /// Name of the surface.
