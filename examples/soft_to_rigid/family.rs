@@ -1,4 +1,4 @@
-//! Families of stops that harden: scenes with a stiffness, and what their uniform laws say.
+//! Families of stops that harden: scenes with a stiffness.
 //!
 //! The linear oscillator `u'' = −R1 u' − k1 u + A cos θ` of `Kundu2012` with its stop at `u = 1`; the state `w = u − 1` is
 //! the distance from the stop, so that a depth of 1e-26 has all its digits in double-double.
@@ -8,7 +8,7 @@ use grazemap::orbit::{GrazingOrbit, locate};
 
 use crate::direct::DirectJump;
 
-/// `R1`, `k1` and `σ` of every family; `M = 1`.
+/// `R1` of every family; `k1 = σ = M = 1`.
 pub(crate) const DAMPING: f64 = 0.03;
 /// Damper of the stop of family B.
 pub(crate) const STOP_DAMPING: f64 = 0.5;
