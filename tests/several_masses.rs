@@ -156,7 +156,7 @@ fn the_last_of_three_masses_grazes_where_its_amplitude_is_the_gap() {
 /// Coefficients of `y` in the image of `D` at the graze, one per coordinate.
 fn kicks(scene: &Scene, orbit: &GrazingOrbit) -> Vec<(String, Dd)> {
     let expander = Expander::new(scene, orbit).expect("one passage");
-    let contact = expander.contact_in::<Dd>(4).expect("a simple graze");
+    let contact = expander.contact_in::<Dd>(0, 4).expect("a simple graze");
     let names = expander.variables().names.iter().cloned();
     names
         .zip(contact.linear.iter().map(|jet| jet.head()))
@@ -276,7 +276,7 @@ fn a_planar_oscillator_without_forcing_has_no_square_root() {
     let orbit = located(&scene);
     assert!(orbit.xi.iter().all(|xi| xi.magnitude() < 1e-28));
     let expander = Expander::new(&scene, &orbit).expect("one passage");
-    let contact = expander.contact_in::<Dd>(4).expect("a simple graze");
+    let contact = expander.contact_in::<Dd>(0, 4).expect("a simple graze");
     assert!(contact.linear[0].head().magnitude() < 1e-28);
     let r = parameter(&scene, &orbit, "r");
     let error = contact.quadratic[0].head() - (r * r - dd(1.0));

@@ -28,7 +28,7 @@ impl Truth {
     fn new(scene: &Scene, orbit: &GrazingOrbit, map: &LocalMap, size: f64, wanted: usize) -> Self {
         let system = HybridSystem::new(&scene.model);
         let mut direct = DirectImage::<Dd>::new(&system, scene, orbit).expect("a section");
-        let depth = MapEvaluation::<f64>::depth(map);
+        let depth = MapEvaluation::<f64>::depths(map);
         let (mut numbers, mut points) = (Numbers::new(11), Vec::new());
         for _ in 0..5000 {
             let mut random = |widths: &[f64]| -> Vec<f64> {
@@ -39,8 +39,8 @@ impl Truth {
             let scaled = |values: &[f64], size: f64| -> Vec<f64> {
                 values.iter().map(|value| value * size * size).collect()
             };
-            let small = depth.at(&scaled(&state, 1e-3), &scaled(&parameters, 1e-3)) * 1e6;
-            if small < 0.02 * map.window.depth || depth.at(&state, &parameters) > map.window.depth {
+            let small = depth.at(&scaled(&state, 1e-3), &scaled(&parameters, 1e-3))[0] * 1e6;
+            if small < 0.02 * map.window.depth || depth.at(&state, &parameters)[0] > map.window.depth {
                 continue;
             }
             let exact = |values: &[f64]| scaled(values, size).into_iter().map(Dd::from).collect();
@@ -61,7 +61,7 @@ impl Truth {
         let map = MapEvaluation::<Dd>::new(map);
         let error = |[state, parameters, image]: &[Vec<Dd>; 3]| {
             let found = map.image(state, parameters);
-            assert!(found.contacts == 1);
+            assert!(found.contacts() == 1);
             let errors = found.offsets.iter().zip(image);
             errors
                 .map(|(&a, &b)| (a - b).magnitude())

@@ -192,7 +192,7 @@ fn xi_follows_the_leading_coefficients_of_a_contact_that_pushes_two_masses() {
             .unwrap_or_else(|error| panic!("{error}"));
         let orbit = orbit(&scene);
         let expander = Expander::new(&scene, &orbit).expect("an analytic law");
-        let laws = expander.leading_laws().expect("a simple release");
+        let laws = expander.leading_laws(0).expect("a simple release");
         let laws: Vec<_> = laws.into_iter().map(|law| law.expect("a law")).collect();
         let first = laws
             .iter()

@@ -51,7 +51,7 @@ fn at_the_usable_depth_a_map_has_two_digits_of_what_the_contact_does() {
             .expect("it grazes");
         let expander = Expander::new(&scene, &orbit).expect("an analytic law");
         let edge = expander
-            .window_edge(orders.contact_weight)
+            .window_edge(0, orders.contact_weight)
             .expect("a series");
         let depth = edge.expect("an infinite series").usable_depth;
         let (state, parameters) = ([sign * depth, 0.0], [0.0; 2]);
