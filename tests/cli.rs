@@ -387,12 +387,20 @@ fn a_new_scene_checks_and_gives_the_orbit_of_the_closed_form() {
         "monodromy",
         "multipliers",
         "xi",
+        "passages",
+        "conditions",
         "residual",
     ];
     assert!(keys.iter().all(|key| !orbit[key].is_null()), "{orbit}");
     assert_eq!(
         orbit["section"]["coordinates"],
         serde_json::json!(["x", "theta"])
+    );
+    assert_eq!(orbit["passages"][0]["state"], orbit["state"]);
+    assert_eq!(orbit["conditions"][0]["values"], orbit["xi"]);
+    assert_eq!(
+        orbit["conditions"][0]["surfaces"],
+        serde_json::json!(["stop", "stop"])
     );
 }
 

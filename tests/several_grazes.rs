@@ -7,7 +7,10 @@
 
 use grazemap::model::Scene;
 use grazemap::numeric::{Dd, Scalar};
-use grazemap::orbit::{GrazingOrbit, Location, NotLocated, OrbitError, locate};
+use grazemap::orbit::{
+    CurveEnd, CurveOptions, CurveOutcome, GrazingCurve, GrazingOrbit, Location, NotLocated,
+    OrbitError, PoincareSectionKind, curve, locate,
+};
 
 /// A damped oscillator forced in two harmonics between two stops.
 const OSCILLATOR: &str = r#"
@@ -326,6 +329,77 @@ fn grazes_that_contradict_the_symmetry_are_wrong_input() {
         error(&parse(&two, &[])),
         OrbitError::AdjustedParameters { named: 2, most: 1 }
     );
+}
+
+#[test]
+fn section_moves_neither_the_passages_nor_the_multipliers() {
+    let text = edited(&MIRRORED);
+    let tangency = located(&parse(&text, &[]));
+    let fixed = [("section.kind", "stroboscopic"), ("section.phase", "1")];
+    let stroboscopic = located(&parse(&text, &fixed));
+    assert_eq!(stroboscopic.section_point[2], Dd::ONE);
+    let charts = |orbit: &GrazingOrbit| {
+        let charts = orbit.passages.iter();
+        charts
+            .map(|at| at.section.coordinates.clone())
+            .collect::<Vec<_>>()
+    };
+    assert_eq!(charts(&tangency), [[0, 2], [0, 2]]);
+    assert_eq!(charts(&stroboscopic), [[0, 1], [0, 1]]);
+    assert_eq!(
+        tangency.passages[1].section.kind,
+        PoincareSectionKind::Tangency
+    );
+    for (a, b) in tangency.multipliers.iter().zip(&stroboscopic.multipliers) {
+        assert!((a[0] - b[0]).hypot(a[1] - b[1]) < 1e-14);
+    }
+    assert_eq!(tangency.conditions, stroboscopic.conditions);
+}
+
+/// The grazing curve in b from 0 on.
+fn along_b(scene: &Scene, to: f64) -> GrazingCurve {
+    let mut parameters = scene.model.parameters.iter();
+    let b = parameters
+        .position(|parameter| parameter.name == "b")
+        .unwrap();
+    match curve(scene, b, 0.0, to, &CurveOptions::default()).unwrap() {
+        CurveOutcome::Traced(curve) => curve,
+        other => panic!("{other:?}"),
+    }
+}
+
+#[test]
+fn curve_of_independent_grazes_ends_at_the_orbit_located_there() {
+    let scene = parse(OSCILLATOR, &[]);
+    let curve = along_b(&scene, 0.4);
+    assert_eq!(curve.end, CurveEnd::Reached);
+    let names = curve
+        .free
+        .iter()
+        .map(|&at| scene.model.parameters[at].name.as_str());
+    assert_eq!(names.collect::<Vec<_>>(), ["right", "left", "b"]);
+    let last = curve.points.last().unwrap();
+    let there = located(&parse(OSCILLATOR, &[("b", "0.4")]));
+    for (found, expected) in last.parameters.iter().zip(there.parameters()) {
+        assert!(
+            (found - expected.hi).abs() < 1e-12,
+            "{found} for {expected}"
+        );
+    }
+    // One condition is followed by default, and six are given by the orbit.
+    for (found, expected) in last.conditions.iter().zip(&there.conditions) {
+        assert_eq!((found.from, found.to), (expected.from, expected.to));
+        assert!((found.values[0] - expected.values[0].hi).abs() < 1e-11);
+    }
+    assert_eq!(last.conditions.len(), 4);
+}
+
+#[test]
+fn curve_ends_where_a_passage_that_nothing_adjusts_ceases_to_graze() {
+    let mut scene = parse(&edited(&MIRRORED), &[]);
+    scene.grazing.symmetry = grazemap::model::Symmetry::None;
+    let curve = along_b(&scene, 0.2);
+    assert_eq!(curve.end, CurveEnd::PassageLost { passage: 2 });
 }
 
 fn two_stops(set: &str) -> Scene {

@@ -40,7 +40,9 @@ impl Truth {
                 values.iter().map(|value| value * size * size).collect()
             };
             let small = depth.at(&scaled(&state, 1e-3), &scaled(&parameters, 1e-3))[0] * 1e6;
-            if small < 0.02 * map.window.depth || depth.at(&state, &parameters)[0] > map.window.depth {
+            if small < 0.02 * map.window.depth
+                || depth.at(&state, &parameters)[0] > map.window.depth
+            {
                 continue;
             }
             let exact = |values: &[f64]| scaled(values, size).into_iter().map(Dd::from).collect();

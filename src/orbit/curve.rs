@@ -9,7 +9,8 @@ use super::outcome::{Location, NotLocated};
 use super::station::Stations;
 use super::tracer::Tracer;
 
-/// Steps of a continuation, in arclength over (state, phase, both parameters).
+/// Steps of a continuation, in arclength over its unknowns: the full state at the first graze, the period where no clock
+/// gives it, the times of further independent grazes, and the free parameters.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CurveOptions {
     /// First step.
@@ -20,7 +21,7 @@ pub struct CurveOptions {
     pub ds_max: f64,
     /// Most steps.
     pub max_steps: usize,
-    /// How many `xi_n` are followed.
+    /// How many `xi_n` are followed from every passage to every other.
     pub xi_count: usize,
 }
 

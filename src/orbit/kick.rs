@@ -68,20 +68,12 @@ impl Kick {
             Self::Difference { watching, power } => {
                 let mut integrator = Integrator::<S>::new(watching);
                 let step = integrator.step(state, parameters)?;
-                let count = local.dimension();
-                let difference: Vec<S> = (0..count)
-                    .map(|component| {
-                        let at = |watched| step.watched_coefficients(watched)[*power];
-                        at(component) - at(count + component)
-                    })
+                let of = |watched| step.watched_coefficients(watched)[*power];
+                let components = 0..local.dimension();
+                let difference: Vec<S> = components
+                    .map(|component| of(component) - of(local.dimension() + component))
                     .collect();
-                let velocity = local.velocity_gradient();
-                let outwards = dot(&velocity[..count], &difference);
-                let length = |vector: &[S]| dot(vector, vector).sqrt();
-                let product = length(&velocity[..count]) * length(&difference);
-                let along = outwards.magnitude() <= NO_JUMP * product.magnitude();
-                let size = if along { product } else { outwards };
-                Some(scaled(&difference, S::one() / size))
+                Some(outwards(local, &difference))
             }
             Self::None => None,
         };
@@ -89,14 +81,24 @@ impl Kick {
     }
 }
 
-/// The first power of time with which the contact field differs from the free one.
+/// A vector scaled such that `∇h'·v = 1`, or to the length `1/|∇h'|` where it points along the surface.
+fn outwards<S: Real>(local: &LocalGeometry<'_, S>, vector: &[S]) -> Vec<S> {
+    let velocity = local.velocity_gradient();
+    let velocity = &velocity[..local.dimension()];
+    let normal = dot(velocity, vector);
+    let lengths = (dot(velocity, velocity) * dot(vector, vector)).sqrt();
+    let along = normal.magnitude() <= NO_JUMP * lengths.magnitude();
+    scaled(vector, S::one() / if along { lengths } else { normal })
+}
+
+/// The first power of time with which the contact field differs from the free one; of those an `f64` integrator sees.
 fn first_difference(
     watching: &Field,
     state: &[Dd],
     parameters: &[Dd],
 ) -> Result<Option<usize>, OrbitError> {
+    let order = Integrator::<f64>::new(watching).order();
     let mut integrator = Integrator::<Dd>::new(watching);
-    let order = integrator.order();
     let step = integrator.step(state, parameters)?;
     let count = watching.dimension();
     let mut largest = 0.0_f64;

@@ -10,7 +10,7 @@ use super::grazes::Grazes;
 use super::minima::{Minimum, gaps, watching_field};
 use super::newton::Solve;
 use super::outcome::{Location, NotLocated};
-use super::passages::{SAME, in_order};
+use super::passages::{SAME, disorder, in_order};
 use super::point::GrazingOrbit;
 use super::search::Search;
 use super::symmetry::check_field;
@@ -144,16 +144,11 @@ impl<'a> Locator<'a> {
         } else {
             0.0
         };
-        let start = self.system.first_graze(self.system.free()[0]).assemble(
-            guess,
-            guessed_period,
-            &[],
-            &parameters,
-        );
-        let period = self
+        let unknown_times = vec![0.0; self.system.grazes.independent - 1];
+        let start = self
             .system
-            .first_graze(self.system.free()[0])
-            .period(&start);
+            .assemble(guess, guessed_period, &unknown_times, &parameters);
+        let period = self.system.period(&start);
         let missed = NEAR_GRAZE * period / self.scene.grazing.periods as f64;
         let at_once = self.after_first(guess, period, &parameters, missed)?;
         if at_once.is_ok() || self.system.grazes.independent == 1 {
@@ -210,7 +205,8 @@ impl<'a> Locator<'a> {
     fn newton(&self, system: &ExtendedSystem, start: &[f64]) -> Result<Found, OrbitError> {
         Ok(match solve_either(system, start, 1e-9)? {
             Solve::Root(unknowns) => {
-                match Diagnosis::new(self.scene, system, &unknowns).degeneracy() {
+                let degenerate = Diagnosis::new(self.scene, system, &unknowns).degeneracy();
+                match degenerate.or_else(|| disorder(self.scene, system, &unknowns)) {
                     Some(reason) => Err(reason),
                     None => Ok(unknowns),
                 }
@@ -229,13 +225,20 @@ impl<'a> Locator<'a> {
         period: f64,
         parameters: &[f64],
         missed: f64,
-    ) -> Result<Result<Vec<f64>, NotLocated>, OrbitError> {
+    ) -> Result<Found, OrbitError> {
         let grazes = &self.system.grazes;
         if grazes.independent == 1 {
             return Ok(Ok(Vec::new()));
         }
         let span = period * grazes.share();
-        let gaps = gaps(&watching_field(&self.scene.model), state, parameters, span)?;
+        let wanted = &grazes.surfaces[1..grazes.independent];
+        let missing = |number: usize| NotLocated::NoMinimum {
+            passage: number + 2,
+            surface: self.scene.model.surfaces[wanted[number]].name.clone(),
+        };
+        let Ok(gaps) = gaps(&watching_field(&self.scene.model), state, parameters, span) else {
+            return Ok(Err(missing(0)));
+        };
         let mirror = grazes.surfaces.get(grazes.unmirrored());
         let own = |minimum: &Minimum| {
             let near = minimum.time < missed || minimum.time > span - missed;
@@ -243,13 +246,9 @@ impl<'a> Locator<'a> {
         };
         let candidates: Vec<&Minimum> = gaps.minima.iter().filter(|m| !own(m)).collect();
         let depth = |minimum: &Minimum| minimum.event / gaps.largest[minimum.surface].abs();
-        let wanted = &grazes.surfaces[1..grazes.independent];
         Ok(match in_order(wanted, &candidates, depth) {
             Ok(chosen) => Ok(chosen.iter().map(|minimum| minimum.time).collect()),
-            Err(number) => Err(NotLocated::NoMinimum {
-                passage: number + 2,
-                surface: self.scene.model.surfaces[wanted[number]].name.clone(),
-            }),
+            Err(number) => Err(missing(number)),
         })
     }
 

@@ -61,6 +61,15 @@ pub(super) fn passages<S: Real>(
     Ok(orbit.checked(touches, &gaps, tolerance))
 }
 
+/// Why the grazes of a root do not follow each other as named.
+pub(super) fn disorder(
+    scene: &Scene,
+    system: &ExtendedSystem,
+    unknowns: &[f64],
+) -> Option<NotLocated> {
+    Orbit::new(scene, system, unknowns).disorder()
+}
+
 /// A periodic orbit of the free flow, from its first graze.
 struct Orbit<'a, S> {
     scene: &'a Scene,
@@ -103,26 +112,40 @@ impl<'a, S: Real> Orbit<'a, S> {
         })
     }
 
+    /// The first passage whose time is not between that of the one before and the end of the span.
+    fn disorder(&self) -> Option<NotLocated> {
+        let apart = self.period * S::from_f64(SAME);
+        let end = self.span() - apart;
+        let ordered = |at: &usize| {
+            let earliest = at
+                .checked_sub(1)
+                .map_or(S::zero(), |before| self.times[before] + apart);
+            earliest <= self.times[*at] && self.times[*at] <= end
+        };
+        let at = (0..self.times.len()).find(|at| !ordered(at))?;
+        let before = at
+            .checked_sub(1)
+            .map_or(0.0, |before| self.times[before].to_f64());
+        Some(NotLocated::OutOfOrder {
+            passage: at + 1,
+            surface: self.name(at),
+            time: self.times[at].to_f64(),
+            after: before,
+            before: self.span().to_f64(),
+        })
+    }
+
     /// The passages that are equations, in the order named.
     fn independent(&self) -> Result<Result<Vec<Touch<S>>, NotLocated>, OrbitError> {
-        let apart = self.period * S::from_f64(SAME);
-        let mut touches: Vec<Touch<S>> = Vec::new();
-        for (&time, &surface) in self.times.iter().zip(&self.system.grazes.surfaces) {
-            let earliest = touches
-                .last()
-                .map_or(S::zero(), |before| before.time + apart);
-            if time < earliest || time > self.span() - apart {
-                return Ok(Err(NotLocated::OutOfOrder {
-                    passage: touches.len() + 1,
-                    surface: self.scene.model.surfaces[surface].name.clone(),
-                    time: time.to_f64(),
-                    after: touches.last().map_or(0.0, |before| before.time.to_f64()),
-                    before: self.span().to_f64(),
-                }));
-            }
-            touches.push(self.touch(surface, time)?);
+        if let Some(reason) = self.disorder() {
+            return Ok(Err(reason));
         }
-        Ok(Ok(touches))
+        let surfaces = &self.system.grazes.surfaces;
+        let named = self.times.iter().zip(surfaces);
+        let touches: Result<Vec<_>, _> = named
+            .map(|(&time, &surface)| self.touch(surface, time))
+            .collect();
+        Ok(Ok(touches?))
     }
 
     /// Minima over a whole period.
@@ -271,19 +294,23 @@ pub(super) fn in_order<'a>(
     minima: &[&'a Minimum],
     cost: impl Fn(&Minimum) -> f64,
 ) -> Result<Vec<&'a Minimum>, usize> {
-    // For every minimum that can end a choice so far: the total cost, and the choice.
+    // Choices so far, by the minimum they end with: the total cost, and the choice.
     let mut ending: Vec<(f64, Vec<usize>)> = vec![(0.0, Vec::new())];
     for (number, &surface) in wanted.iter().enumerate() {
         let mut next = Vec::new();
+        let mut earlier = ending.iter().peekable();
+        let mut cheapest: Option<&(f64, Vec<usize>)> = None;
         for (at, minimum) in minima.iter().enumerate() {
-            let before = ending
-                .iter()
-                .filter(|(_, chosen)| chosen.last().is_none_or(|&last| last < at))
-                .min_by(|(a, _), (b, _)| a.total_cmp(b));
-            if let (true, Some((total, chosen))) = (minimum.surface == surface, before) {
-                let mut chosen = chosen.clone();
-                chosen.push(at);
-                next.push((total + cost(minimum), chosen));
+            while let Some(choice) =
+                earlier.next_if(|(_, chosen)| chosen.last().is_none_or(|&last| last < at))
+            {
+                if cheapest.is_none_or(|(total, _)| choice.0 < *total) {
+                    cheapest = Some(choice);
+                }
+            }
+            if let (true, Some((total, chosen))) = (minimum.surface == surface, cheapest) {
+                let longer = chosen.iter().copied().chain([at]).collect();
+                next.push((total + cost(minimum), longer));
             }
         }
         if next.is_empty() {

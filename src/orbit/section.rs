@@ -66,12 +66,7 @@ impl PoincareSection {
     }
 
     /// The section `h' = 0` at a grazing point.
-    pub(super) fn tangency(
-        model: &Model,
-        surface: usize,
-        state: &[Dd],
-        parameters: &[Dd],
-    ) -> Self {
+    pub(super) fn tangency(model: &Model, surface: usize, state: &[Dd], parameters: &[Dd]) -> Self {
         let geometry = Geometry::new(model, surface);
         let slopes = geometry.at(state, parameters).velocity_gradient();
         let steepest = (0..model.dimension())

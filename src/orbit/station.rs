@@ -114,16 +114,11 @@ impl<'a> Stations<'a> {
     ) -> impl Iterator<Item = (SpecialKind, f64)> + use<'c> {
         let unmirrored = self.system.grazes.unmirrored();
         let followed = conditions.iter().filter(move |at| at.from < unmirrored);
-        followed.flat_map(
-            |&GrazingConditions {
-                 from,
-                 to,
-                 ref values,
-             }| {
-                let kind = move |n| SpecialKind::Codimension2 { n, from, to };
-                (1..).map(kind).zip(values.iter().copied())
-            },
-        )
+        followed.flat_map(|pair| {
+            let (from, to) = (pair.from, pair.to);
+            let kind = move |n| SpecialKind::Codimension2 { n, from, to };
+            (1..).map(kind).zip(pair.values.iter().copied())
+        })
     }
 
     /// One condition at unknowns near the curve, whether or not every passage touches there.
