@@ -35,7 +35,7 @@ fn number(value: &Value) -> Dd {
 
 fn scene(name: &str, overrides: &[(&str, &str)]) -> Scene {
     let path = format!(
-        "{}/tests/data/two_stops/two_stops_{name}.toml",
+        "{}/scenes/two_stops_{name}.toml",
         env!("CARGO_MANIFEST_DIR")
     );
     let owned = |&(key, value): &(&str, &str)| (key.to_owned(), value.to_owned());

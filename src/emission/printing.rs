@@ -1,12 +1,18 @@
 //! Printing a kernel as Rust statements, one short statement a line.
+//!
+//! Every `let` opens a scope within the last one, and a compiler walks them recursively: thousands of them end in
+//! its stack. A long kernel is printed in blocks, each handing on the results that are used after it.
 
 use super::EmissionError;
 use super::names::number_literal;
 use crate::jet::kernel::{Kernel, Operation, Value};
 
+/// Most statements in one scope.
+const BLOCK: usize = 512;
+
 /// A kernel as text: statements and the expressions of its outputs.
 pub(super) struct PrintedKernel {
-    /// One `let` per operation, `r0`, `r1`, ... in order.
+    /// One `let` per operation, `r0`, `r1`, ... in order, in blocks where there are many.
     pub(super) statements: Vec<String>,
     /// One expression per output.
     pub(super) outputs: Vec<String>,
@@ -41,9 +47,47 @@ pub(super) fn print(
         .map(|&output| operand(output))
         .collect::<Result<_, _>>()?;
     Ok(PrintedKernel {
-        statements,
+        statements: in_blocks(kernel, statements),
         outputs,
     })
+}
+
+/// The statements, in blocks if they are more than one block's.
+fn in_blocks(kernel: &Kernel, statements: Vec<String>) -> Vec<String> {
+    if statements.len() <= BLOCK {
+        return statements;
+    }
+    let last_use = last_uses(kernel);
+    let mut lines = Vec::with_capacity(statements.len() + statements.len() / BLOCK * 3);
+    for (number, block) in statements.chunks(BLOCK).enumerate() {
+        let end = number * BLOCK + block.len();
+        let handed_on: Vec<_> = (number * BLOCK..end)
+            .filter(|&result| last_use[result] >= end)
+            .map(|result| format!("r{result}"))
+            .collect();
+        let handed_on = format!("[{}]", handed_on.join(", "));
+        lines.push(format!("let {handed_on} = {{"));
+        lines.extend(block.iter().map(|statement| format!("    {statement}")));
+        lines.push(format!("    {handed_on}"));
+        lines.push("};".to_owned());
+    }
+    lines
+}
+
+/// The last operation that uses each result; beyond all operations for an output.
+fn last_uses(kernel: &Kernel) -> Vec<usize> {
+    let mut last = vec![0; kernel.operations.len()];
+    let mut used = |value: Value, by: usize| {
+        if let Value::Result(result) = value {
+            last[result as usize] = by;
+        }
+    };
+    for (number, operation) in kernel.operations.iter().enumerate() {
+        operation.operands().for_each(|value| used(value, number));
+    }
+    let end = kernel.operations.len();
+    kernel.outputs.iter().for_each(|&output| used(output, end));
+    last
 }
 
 fn expression(operation: &Operation, operands: &[String]) -> String {
