@@ -13,8 +13,10 @@ use grazemap::emission::{
     Difference, EmissionError, EmitOptions, EmittedCrate, EmittedModule, EmittedShape,
     emitted_module,
 };
-use grazemap::expansion::{LocalMap, SectionKind};
+use grazemap::expansion::{Expander, LocalMap, MapOrders, SectionKind};
 use grazemap::iteration::{DiscreteMap, HornerMap, InterpretedMap};
+use grazemap::model::{Scene, catalogue};
+use grazemap::orbit::locate;
 use grazemap::report::OutputFolder;
 use synthetic::Numbers;
 
@@ -39,12 +41,14 @@ fn maps() -> Vec<(LocalMap, EmittedModule)> {
         synthetic::map(4, 5, SectionKind::Stroboscopic),
     );
     let lowest = named("lowest", synthetic::map(1, 1, SectionKind::Tangency));
+    // Long enough to be printed in blocks.
+    let long = named("long", synthetic::map(7, 8, SectionKind::Tangency));
     let options = EmitOptions::default();
     let emit = |map: LocalMap| {
         let module = emitted_module(&map, None, &options).expect("the test can be set up");
         (map, module)
     };
-    [tangency, stroboscopic, lowest].map(emit).into()
+    [tangency, stroboscopic, lowest, long].map(emit).into()
 }
 
 fn composed_module() -> (LocalMap, EmittedModule) {
@@ -150,6 +154,36 @@ fn standalone_crates_compile_with_and_without_the_standard_library() {
     let root =
         fs::read_to_string(folder.path().join("src/lib.rs")).expect("the test can be set up");
     assert!(root.contains("no_std"));
+}
+
+#[test]
+fn maps_of_thousands_of_operations_compile_with_debug_information() {
+    let text = catalogue::text("two_stops_t1").expect("in the catalogue");
+    let scene = Scene::parse(text, "two_stops_t1").expect("a good scene");
+    let orbit = locate(&scene)
+        .expect("no wrong input")
+        .into_result()
+        .expect("it grazes");
+    let orders = MapOrders {
+        smooth_order: 4,
+        contact_weight: 8,
+    };
+    let map = Expander::new(&scene, &orbit).and_then(|expander| expander.expand(orders));
+    let module = emitted_module(&map.expect("an expansion"), None, &EmitOptions::default());
+    let module = module.expect("finite coefficients");
+    let folder = tempfile::tempdir().expect("the test can be set up");
+    let standalone = EmittedCrate::standalone(&module).expect("the test can be set up");
+    write(&standalone, folder.path());
+    // As Cargo's development profile with optimisation: one scope for each of 7000 statements overflows its stack.
+    let profile = ["-C", "opt-level=2", "-C", "debuginfo=1"];
+    let library = [
+        "--crate-type",
+        "lib",
+        "--cfg",
+        "feature=\"std\"",
+        "src/lib.rs",
+    ];
+    rustc(&[&library[..], &profile[..]].concat(), folder.path());
 }
 
 #[test]

@@ -65,10 +65,18 @@ fn in_blocks(kernel: &Kernel, statements: Vec<String>) -> Vec<String> {
             .filter(|&result| last_use[result] >= end)
             .map(|result| format!("r{result}"))
             .collect();
-        let handed_on = format!("[{}]", handed_on.join(", "));
-        lines.push(format!("let {handed_on} = {{"));
+        let names = || {
+            handed_on
+                .chunks(12)
+                .map(|names| format!("    {},", names.join(", ")))
+        };
+        lines.push("let [".to_owned());
+        lines.extend(names());
+        lines.push("] = {".to_owned());
         lines.extend(block.iter().map(|statement| format!("    {statement}")));
-        lines.push(format!("    {handed_on}"));
+        lines.push("    [".to_owned());
+        lines.extend(names());
+        lines.push("    ]".to_owned());
         lines.push("};".to_owned());
     }
     lines
