@@ -196,6 +196,28 @@ fn map_and_simulation_name_the_orbit_beyond_grazing_as_the_literature_does() {
 }
 
 #[test]
+fn one_stop_of_two_is_hit_once_in_three_periods_by_map_and_by_simulation() {
+    let range = [-1e-3, 1e-4];
+    let observe = Observable::EventFunction;
+    let diagram = of_scene("two_stops_t1_prestressed", range, 3, observe);
+    assert_eq!(diagram.surfaces, ["left", "right"]);
+    for sweep in [&diagram.sweeps[1], &diagram.sweeps[3]] {
+        let names = sweep.points.iter().map(|point| point.orbit.as_ref());
+        let names: Vec<_> = names.map(|name| name.map(ToString::to_string)).collect();
+        // Downwards from before the graze; of the symmetric pair, either stop.
+        assert_eq!(names[0].as_deref(), Some("(0,0,1)"), "{:?}", sweep.method);
+        for name in &names[1..] {
+            let name = name.as_deref();
+            assert!(
+                matches!(name, Some("(0,1,3)" | "(1,0,3)")),
+                "{name:?} {:?}",
+                sweep.method
+            );
+        }
+    }
+}
+
+#[test]
 fn tables_and_json_write_the_names_and_what_they_count() {
     let diagram = of_the_linear_oscillator([-1e-3, -9e-4], 2, Observable::EventFunction);
     let csv = diagram_table(std::slice::from_ref(&diagram)).and_then(|table| table.to_csv());

@@ -8,6 +8,7 @@ use super::{
 };
 use crate::analysis::diagram::Diagram;
 use crate::convergence::ConvergenceStudy;
+use crate::expansion::WindowEdge;
 use crate::iteration::OrbitEnd;
 use crate::model::{Method, Scene, Window};
 
@@ -140,9 +141,18 @@ fn summary(run: &RunPage<'_>) -> String {
         .iter()
         .map(|(_, terms)| terms.len())
         .sum();
+    let surfaces: Vec<_> = run
+        .orbit
+        .passages
+        .iter()
+        .map(|passage| format!("“{}”", passage.surface))
+        .collect();
+    let surfaces = match surfaces.as_slice() {
+        [one] => format!("the surface {one}"),
+        several => format!("the surfaces {} in turn", several.join(", ")),
+    };
     format!(
-        "The orbit grazes the surface “{}” at {}. Near it the Poincaré map is {terms} coefficients, {} multiply-adds a step once the parameters are fixed.",
-        run.orbit.surface,
+        "The orbit grazes {surfaces} at {}. Near it the Poincaré map is {terms} coefficients, {} multiply-adds a step once the parameters are fixed.",
         solved.join(", "),
         run.emitted.frozen,
     )
@@ -254,21 +264,24 @@ fn expansion_section(run: &RunPage<'_>) -> Result<Section, ReportError> {
         "The emitted crate evaluates a step in {} multiply-adds, {} with the parameters folded in, {} with its Jacobian too.",
         run.emitted.step, run.emitted.frozen, run.emitted.jacobian
     );
-    let mut section = Section::new("Expansion").prose(prose);
-    for edge in run
-        .map
-        .depth
-        .as_slice()
-        .iter()
-        .filter_map(|laws| laws.window_edge.as_ref())
-    {
-        let warning = if edge.is_within() { "" } else { "Warning: " };
-        let words = edge_words(edge);
-        section = section.prose(format!("{warning}at the edge of the window {words}."));
-    }
-    Ok(section
+    let laws = run.map.depth.as_slice().iter();
+    let mut edges: Vec<_> = laws
+        .filter_map(|laws| laws.window_edge)
+        .map(edge_sentence)
+        .collect();
+    // Passages that are mirror images say the same.
+    edges.dedup();
+    let section = Section::new("Expansion").prose(prose);
+    Ok(edges
+        .into_iter()
+        .fold(section, Section::prose)
         .table(run.map.size_table()?, "Coefficients that are not zero.")
         .prose(cost))
+}
+
+fn edge_sentence(edge: WindowEdge) -> String {
+    let warning = if edge.is_within() { "" } else { "Warning: " };
+    format!("{warning}at the edge of the window {}.", edge_words(&edge))
 }
 
 fn diagram_section(diagrams: &[Diagram]) -> Result<Section, ReportError> {
