@@ -5,6 +5,7 @@
 
 mod choice;
 mod data;
+mod economise;
 mod engine;
 mod error;
 mod errors;
