@@ -2,12 +2,13 @@
 
 use super::arguments::SceneOptions;
 use super::error::CliError;
+use super::expand::local_map;
 use super::output::Results;
-use super::prepare::{grazing_orbit, map_orders, prepare};
+use super::prepare::{grazing_orbit, prepare};
 use super::progress::Bar;
 use crate::analysis::Progress;
 use crate::analysis::diagram::{Diagram, diagram};
-use crate::expansion::{Expander, LocalMap};
+use crate::expansion::LocalMap;
 use crate::model::Scene;
 use crate::orbit::GrazingOrbit;
 use crate::report::{
@@ -20,7 +21,7 @@ pub(super) fn run(options: &SceneOptions) -> Result<(), CliError> {
         return Err(CliError::NoDiagram);
     }
     let orbit = grazing_orbit(&scene)?;
-    let map = Expander::new(&scene, &orbit)?.expand(map_orders(&scene, &orbit)?)?;
+    let map = local_map(&scene, &orbit)?;
     let bar = Bar::new("diagram", &options.common);
     let diagrams = diagrams(&scene, &orbit, &map, &bar)?;
     drop(bar);

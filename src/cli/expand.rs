@@ -7,7 +7,7 @@ use super::prepare::{grazing_orbit, map_orders, prepare};
 use crate::expansion::{
     ComposedMap, Expander, ExpansionError, LocalMap, MapOrders, RADIUS_ORDER, Stage,
 };
-use crate::model::Scene;
+use crate::model::{Scene, Shape};
 use crate::orbit::GrazingOrbit;
 use crate::report::{
     ExpansionParts, MapDocument, PassageParts, ReportError, depth_variables, to_exact_json,
@@ -16,9 +16,9 @@ use crate::report::{
 /// Everything that is expanded for a map.
 #[derive(Debug)]
 pub(super) struct Expanded {
-    /// The map, stage by stage.
+    /// The map, stage by stage, in the shape the scene asks for.
     pub(super) map: LocalMap,
-    /// The map in one polynomial pass.
+    /// The map of series in one polynomial pass.
     pub(super) composed: ComposedMap,
     /// What is written about it.
     pub(super) document: MapDocument,
@@ -39,6 +39,16 @@ pub(super) fn run(options: &SceneOptions) -> Result<(), CliError> {
     results.deliver("expand", &options.common)
 }
 
+/// The map of a scene, in the shape it asks for.
+pub(super) fn local_map(scene: &Scene, orbit: &GrazingOrbit) -> Result<LocalMap, CliError> {
+    let expander = Expander::new(scene, orbit)?;
+    let orders = map_orders(scene, orbit)?;
+    Ok(match scene.emit.shape {
+        Shape::Flown => expander.flown(orders)?,
+        _ => expander.expand(orders)?,
+    })
+}
+
 /// Expands a scene's map about its orbit.
 pub(super) fn expand(
     scene: &Scene,
@@ -47,15 +57,15 @@ pub(super) fn expand(
 ) -> Result<Expanded, CliError> {
     let expander = Expander::new(scene, orbit)?;
     refuse_depth_variables(&expander)?;
-    let map = expander.expand(orders)?;
-    let composed = expander.compose(&map)?;
-    let contacts = map.stages.iter().filter_map(|stage| match stage {
+    let series = expander.expand(orders)?;
+    let composed = expander.compose(&series)?;
+    let contacts = series.stages.iter().filter_map(|stage| match stage {
         Stage::Contact(contact) => Some(contact),
-        Stage::Leg(_) => None,
+        Stage::Leg(_) | Stage::Flown(_) => None,
     });
     let passages = contacts.enumerate().map(|(passage, contact)| {
         Ok(PassageParts {
-            surface: &map.surfaces[passage],
+            surface: &series.surfaces[passage],
             variables: expander.variables_at(passage),
             contact,
             depth_series: expander.depth_series(passage, RADIUS_ORDER)?,
@@ -70,6 +80,10 @@ pub(super) fn expand(
         lost_digits: &expander.lost_digits(orders)?,
     };
     let document = MapDocument::new(scene, orbit, parts);
+    let map = match scene.emit.shape {
+        Shape::Flown => expander.flown(orders)?,
+        _ => series,
+    };
     Ok(Expanded {
         map,
         composed,

@@ -6,11 +6,12 @@ use serde::Serialize;
 
 use super::arguments::ImageOptions;
 use super::error::CliError;
+use super::expand::local_map;
 use super::offsets;
 use super::output::{Destination, Results, note};
-use super::prepare::{grazing_orbit, map_orders, prepare};
+use super::prepare::{grazing_orbit, prepare};
 use crate::analysis::{DirectEnd, ImageRecord, ImageRequest, Precision, Using, images};
-use crate::expansion::{Expander, LocalMap};
+use crate::expansion::LocalMap;
 use crate::numeric::Dd;
 use crate::report::{Named, to_dense_json};
 
@@ -42,7 +43,7 @@ enum Offset {
 pub(super) fn run(options: &ImageOptions) -> Result<(), CliError> {
     let scene = prepare(&options.scene)?.scene;
     let orbit = grazing_orbit(&scene)?;
-    let map = Expander::new(&scene, &orbit)?.expand(map_orders(&scene, &orbit)?)?;
+    let map = local_map(&scene, &orbit)?;
     let request = ImageRequest {
         rows: offsets::read(&options.states, &map)?,
         iterations: options.iterations as usize,

@@ -202,7 +202,7 @@ impl<'a> Sweep<'a> {
         let map = self.family.map(orders)?;
         Ok(match shape {
             Shape::Composed => HornerMap::composed(&map, &self.family.compose(&map)?),
-            Shape::Factored | Shape::Auto => HornerMap::new(&map),
+            Shape::Factored | Shape::Flown | Shape::Auto => HornerMap::new(&map),
         })
     }
 
@@ -214,7 +214,7 @@ impl<'a> Sweep<'a> {
                 let polynomials = composed.depths.iter().chain(&composed.image);
                 polynomials.map(DepthPolynomial::coefficients).sum()
             }
-            Shape::Factored | Shape::Auto => stage_coefficients(&map),
+            Shape::Factored | Shape::Flown | Shape::Auto => stage_coefficients(&map),
         })
     }
 
@@ -300,6 +300,7 @@ impl ErrorSummary {
 fn stage_coefficients(map: &LocalMap) -> usize {
     let of_stage = |stage: &Stage| match stage {
         Stage::Leg(leg) => count_all(&leg.image),
+        Stage::Flown(flown) => flown.polynomials().map(count).sum(),
         Stage::Contact(contact) => {
             count(&contact.depth) + count_all(&contact.linear) + count_all(&contact.quadratic)
         }

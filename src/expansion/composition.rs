@@ -13,8 +13,12 @@ use crate::jet::{Jet, substitute_all};
 ///
 /// # Errors
 ///
-/// [`ExpansionError::Jet`] if the space would be too large.
+/// [`ExpansionError::Jet`] if the space would be too large, [`ExpansionError::FlownIsNoPolynomial`] for a map with a
+/// flown contact.
 pub fn compose(map: &LocalMap, variables: &Variables) -> Result<ComposedMap, ExpansionError> {
+    if map.is_flown() {
+        return Err(ExpansionError::FlownIsNoPolynomial);
+    }
     let weight = map.orders.contact_weight.max(map.orders.smooth_order);
     let spaces = DepthSpace::new(map.passages(), variables, weight)?;
     let smooth_space = variables.smooth_space(DEVIATION_WEIGHT * map.orders.smooth_order)?;
@@ -61,6 +65,8 @@ impl Composition {
         for stage in &map.stages {
             state = match stage {
                 Stage::Leg(leg) => fly(leg, &state),
+                // A flown contact is refused before.
+                Stage::Flown(_) => state,
                 Stage::Contact(contact) => {
                     let depth = substitute_all(std::slice::from_ref(&contact.depth), &state);
                     depths.extend(depth);

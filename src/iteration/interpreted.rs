@@ -1,7 +1,8 @@
 //! The map evaluated from its jets, term by term: the reference for every other form.
 
+use super::tangents::Tangents;
 use super::{DiscreteMap, StepInfo};
-use crate::expansion::{Contact, Leg, LocalMap, Stage};
+use crate::expansion::{Contact, FlownContact, Leg, LocalMap, Stage};
 use crate::jet::Jet;
 
 /// A local map read off its jets, stage by stage, without lowering: slow and plainly right.
@@ -29,6 +30,7 @@ impl InterpretedMap {
             let (next, jacobian) = match stage {
                 Stage::Leg(leg) => leg_step(leg, point, self.dimension),
                 Stage::Contact(contact) => contact_step(contact, point, self.dimension, &mut info),
+                Stage::Flown(flown) => flown_step(flown, point, self.dimension, &mut info),
             };
             if let Some(tangent) = tangent.as_deref_mut() {
                 *tangent = product(&jacobian, tangent, self.dimension);
@@ -123,6 +125,21 @@ fn contact_step(
         }
     }
     (next, jacobian)
+}
+
+/// The image and its rows of derivatives, carried along operation by operation.
+fn flown_step(
+    flown: &FlownContact,
+    point: &[f64],
+    dimension: usize,
+    info: &mut StepInfo,
+) -> (Vec<f64>, Vec<f64>) {
+    let mut tangents = Tangents::new(dimension);
+    let point = tangents.variables(point);
+    let (image, depth) = flown.act(&mut tangents, &point);
+    info.add_passage(depth.value);
+    let jacobian = image.iter().flat_map(|value| &value.tangent).copied();
+    (image.iter().map(|value| value.value).collect(), jacobian.collect())
 }
 
 fn product(left: &[f64], right: &[f64], dimension: usize) -> Vec<f64> {

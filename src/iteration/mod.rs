@@ -11,6 +11,7 @@ mod interpreted;
 mod lyapunov;
 mod orbit;
 mod period;
+mod tangents;
 
 #[cfg(feature = "compiled-maps")]
 pub use compiled::{CompiledMap, compiled};

@@ -333,5 +333,6 @@ fn shape_word(shape: Shape) -> &'static str {
         Shape::Auto => "auto",
         Shape::Factored => "factored",
         Shape::Composed => "composed",
+        Shape::Flown => "flown",
     }
 }

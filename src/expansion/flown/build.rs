@@ -1,0 +1,297 @@
+//! From a passage to its flown contact: the pieces, the plan, and the check that the plan is enough.
+
+use nalgebra::DMatrix;
+
+use super::arithmetic::Numbers;
+use super::contact::{ContactTime, FlightPlan, FlownContact};
+use super::reference::{FlownReference, MOST_STEPS, Reference};
+use super::smooth::{SmoothExpansion, SmoothPieces};
+use super::start::fit;
+use super::{AffineLaw, FlightError};
+use crate::expansion::ExpansionError;
+use crate::expansion::contact_law::ContactLaw;
+use crate::expansion::passage::Passage;
+use crate::expansion::release::ReleaseBalance;
+use crate::expansion::section_chart::SectionChart;
+use crate::expansion::variables::Variables;
+use crate::numeric::linear::eigenvalues;
+use crate::numeric::{Dd, Real, Scalar};
+
+/// Smallest depth variable at which contacts are checked: a depth of 1e-32.
+const SHALLOWEST: f64 = 1e-16;
+/// Depth variables per decade at which contacts are checked.
+const PER_DECADE: f64 = 4.0;
+/// Depths are checked a little beyond the window.
+const MARGIN: f64 = 1.1;
+/// Points of the window besides its middle at which each depth is checked.
+const CORNERS: usize = 6;
+/// Longest step, times the largest eigenvalue: the terms of a step then grow to at most 5 before they fall.
+const LONGEST_STEP: f64 = 3.2;
+/// Rounding of a double: what a truncation or a Newton step must be below.
+const EXACT: f64 = 1e-16;
+/// The same one step earlier, so that the Jacobian of the last step is exact too.
+const NEARLY: f64 = 1e-9;
+/// Relative error of what a contact adds that is still rounding.
+const ROUNDING: f64 = 1e-14;
+/// Most Newton steps.
+const MOST_NEWTON: usize = 8;
+
+/// Where contacts are to be flown.
+pub(in crate::expansion) struct FlightWindow {
+    /// Largest `y²`.
+    pub(in crate::expansion) depth: f64,
+    /// Half-widths of the coordinates and the parameters.
+    pub(in crate::expansion) half_widths: Vec<f64>,
+}
+
+/// Expands a passage about an exactly flown contact; its image errs by weight `weight + 1`, with the constants of
+/// the free flow whatever the stiffness of the contact.
+///
+/// # Errors
+///
+/// [`FlightError`] if the law is not affine or a contact of the window is not flown to rounding;
+/// [`ExpansionError`] as for a discontinuity mapping.
+pub(in crate::expansion) fn flown_contact(
+    passage: &Passage,
+    chart: &SectionChart,
+    variables: &Variables,
+    weight: u32,
+    window: &FlightWindow,
+) -> Result<Option<FlownContact>, ExpansionError> {
+    let ContactLaw::Compliant { field, flight } = &passage.law else {
+        return Ok(None);
+    };
+    let affine = flight.as_ref().as_ref().map_err(Clone::clone)?;
+    let balance = ReleaseBalance::new(passage, field, chart, variables)?;
+    if balance.power() != 1 {
+        return Err(FlightError::ContactTime {
+            surface: passage.surface.clone(),
+            power: balance.power(),
+        }
+        .into());
+    }
+    if !(window.depth > 0.0 && window.depth.is_finite()) {
+        let surface = passage.surface.clone();
+        return Err(FlightError::NoDepth { surface }.into());
+    }
+    let pieces = SmoothExpansion::new(passage, affine, chart, variables, weight)?.pieces()?;
+    let planner = Planner {
+        surface: &passage.surface,
+        factor: balance.factor().to_f64(),
+        rate: spectral_radius(affine)?,
+        samples: samples(window),
+    };
+    let contact = planner.plan(unplanned(pieces, balance.factor()))?;
+    if !contact.is_finite() {
+        return Err(ExpansionError::NotFinite { part: "D" });
+    }
+    Ok(Some(contact.map_scalars(Real::to_f64)))
+}
+
+fn unplanned(pieces: SmoothPieces, factor: Dd) -> FlownContact<Dd> {
+    FlownContact {
+        largest: vec![0.0; pieces.section.len()],
+        depth: pieces.depth,
+        gap: pieces.gap,
+        entry: pieces.entry,
+        law: pieces.law,
+        back: pieces.back,
+        section: pieces.section,
+        contact_time: ContactTime {
+            numerator: vec![factor],
+            denominator: vec![Dd::ONE],
+        },
+        plan: FlightPlan {
+            entry: MOST_NEWTON,
+            steps: 1,
+            order: 1,
+            release: 0,
+        },
+    }
+}
+
+fn spectral_radius(affine: &AffineLaw) -> Result<f64, ExpansionError> {
+    let rows = affine.matrix.len();
+    let matrix = DMatrix::from_fn(rows, rows, |i, j| affine.matrix[i][j].to_f64());
+    let largest = eigenvalues(&matrix)?.first().map_or(0.0, |value| value.norm());
+    Ok(largest.max(f64::MIN_POSITIVE))
+}
+
+/// Depth variables, each with the points of the window at which it is checked; the first point is the middle.
+fn samples(window: &FlightWindow) -> Vec<(Dd, Vec<Vec<Dd>>)> {
+    let highest = MARGIN * window.depth.sqrt();
+    let count = ((highest / SHALLOWEST).log10() * PER_DECADE).ceil();
+    let depths = (0..=count as u32)
+        .map(|number| highest * (SHALLOWEST / highest).powf(f64::from(number) / count));
+    let points = |number: usize| -> Vec<Vec<Dd>> {
+        let corner = |corner: usize| {
+            let widths = window.half_widths.iter().enumerate();
+            let signed = |(variable, &width): (usize, &f64)| {
+                Dd::from(width * sign(number, corner, variable))
+            };
+            widths.map(signed).collect()
+        };
+        let middle = vec![Dd::ZERO; window.half_widths.len()];
+        std::iter::once(middle).chain((0..CORNERS).map(corner)).collect()
+    };
+    let depths = depths.enumerate();
+    depths.map(|(number, y)| (Dd::from(y), points(number))).collect()
+}
+
+/// Corners of a box, spread evenly over them.
+fn sign(number: usize, corner: usize, variable: usize) -> f64 {
+    let turns = (number * CORNERS + corner + 1) as f64 * (variable as f64 + 2.0).sqrt();
+    if turns.fract() < 0.5 { -1.0 } else { 1.0 }
+}
+
+/// Finds the fewest steps that fly every contact of the window.
+struct Planner<'a> {
+    surface: &'a str,
+    factor: f64,
+    rate: f64,
+    samples: Vec<(Dd, Vec<Vec<Dd>>)>,
+}
+
+/// A contact flown by the reference.
+struct Checked {
+    y: Dd,
+    point: Vec<Dd>,
+    exact: FlownReference,
+}
+
+impl Planner<'_> {
+    fn plan(&self, mut contact: FlownContact<Dd>) -> Result<FlownContact<Dd>, ExpansionError> {
+        let checked = self.references(&contact)?;
+        if checked.first().is_some_and(|first| first.exact.sign > 0.0) {
+            contact.law = contact.law.turned();
+        }
+        contact.contact_time = fitted(&checked);
+        let longest = checked.iter().map(|c| c.exact.time.to_f64()).fold(0.0, f64::max);
+        let reach = self.rate * longest * MARGIN;
+        contact.plan.steps = (reach / LONGEST_STEP).ceil().max(1.0) as usize;
+        contact.plan.order = order(reach / contact.plan.steps as f64, contact.gap.len() + 1);
+        contact.plan.entry = fewest(|steps| entry_error(&contact, &checked, steps));
+        contact.plan.release = fewest(|steps| release_error(&contact, &checked, steps));
+        self.check(&contact, &checked)?;
+        contact.largest = largest_corrections(&contact, &checked);
+        Ok(contact)
+    }
+
+    fn references(&self, contact: &FlownContact<Dd>) -> Result<Vec<Checked>, FlightError> {
+        let reference = Reference {
+            contact,
+            factor: self.factor,
+            rate: self.rate,
+        };
+        let samples = self.samples.iter();
+        let points = samples.flat_map(|(y, points)| points.iter().map(move |point| (*y, point)));
+        points
+            .map(|(y, point)| match reference.fly(y, point) {
+                Some(exact) => Ok(Checked {
+                    y,
+                    point: point.clone(),
+                    exact,
+                }),
+                None => Err(FlightError::NoRelease {
+                    surface: self.surface.to_owned(),
+                    depth: (y * y).to_f64(),
+                    steps: MOST_STEPS,
+                }),
+            })
+            .collect()
+    }
+
+    fn check(&self, contact: &FlownContact<Dd>, checked: &[Checked]) -> Result<(), FlightError> {
+        let errors = checked.iter().map(|sample| (sample.y, error(contact, sample)));
+        let worst = errors.max_by(|a, b| a.1.total_cmp(&b.1));
+        match worst {
+            Some((y, error)) if error.is_nan() || error > ROUNDING => Err(FlightError::Inexact {
+                surface: self.surface.to_owned(),
+                depth: (y * y).to_f64(),
+                error,
+            }),
+            _ => Ok(()),
+        }
+    }
+}
+
+/// The contact time along the middle of the window.
+fn fitted(checked: &[Checked]) -> ContactTime<Dd> {
+    let middle = checked.iter().step_by(1 + CORNERS);
+    let samples: Vec<_> = middle
+        .map(|sample| {
+            let y = sample.y.to_f64();
+            (y, sample.exact.time.to_f64() / y)
+        })
+        .collect();
+    let fit = fit(&samples);
+    let exact = |numbers: Vec<f64>| numbers.into_iter().map(Dd::from).collect();
+    ContactTime {
+        numerator: exact(fit.numerator),
+        denominator: exact(fit.denominator),
+    }
+}
+
+/// Powers of time after which a step of this length (times the largest eigenvalue) is exact.
+fn order(reach: f64, degree: usize) -> usize {
+    let mut term = 1.0;
+    let mut order = 0;
+    while term > EXACT {
+        order += 1;
+        term *= reach / order as f64;
+    }
+    order.max(degree) + 1
+}
+
+/// The fewest Newton steps whose error is rounding, and that of one step fewer nearly so.
+fn fewest(error: impl Fn(usize) -> f64) -> usize {
+    let enough = |&steps: &usize| error(steps) <= EXACT && error(steps - 1) <= NEARLY;
+    (1..MOST_NEWTON).find(enough).unwrap_or(MOST_NEWTON)
+}
+
+fn worst(errors: impl Iterator<Item = f64>) -> f64 {
+    errors.fold(0.0, |worst, error| if error.is_nan() { f64::INFINITY } else { worst.max(error) })
+}
+
+fn entry_error(contact: &FlownContact<Dd>, checked: &[Checked], steps: usize) -> f64 {
+    let with = |steps: usize| {
+        let mut contact = contact.clone();
+        contact.plan.entry = steps;
+        contact
+    };
+    let (few, many) = (with(steps), with(MOST_NEWTON));
+    worst(checked.iter().map(|Checked { y, point, .. }| {
+        let time = |contact: &FlownContact<Dd>| contact.entry(&mut Numbers::default(), y, point).time;
+        let exact = time(&many);
+        ((time(&few) - exact) / exact).magnitude()
+    }))
+}
+
+fn release_error(contact: &FlownContact<Dd>, checked: &[Checked], steps: usize) -> f64 {
+    let mut contact = contact.clone();
+    contact.plan.release = steps;
+    worst(checked.iter().map(|Checked { y, point, exact }| {
+        let numbers = &mut Numbers::default();
+        let entry = contact.entry(numbers, y, point);
+        let time = contact.fly(numbers, y, &entry).0;
+        ((time - exact.time) / exact.time).magnitude()
+    }))
+}
+
+/// Error of a contact, relative to the largest of its corrections.
+fn error(contact: &FlownContact<Dd>, sample: &Checked) -> f64 {
+    let found = contact.corrections(&mut Numbers::default(), &sample.y, &sample.point);
+    let exact = &sample.exact.corrections;
+    let size = exact.iter().map(|value| value.magnitude()).fold(0.0, f64::max);
+    let pairs = found.iter().zip(exact);
+    worst(pairs.map(|(found, exact)| (*found - *exact).magnitude() / size))
+}
+
+fn largest_corrections(contact: &FlownContact<Dd>, checked: &[Checked]) -> Vec<f64> {
+    let coordinates = 0..contact.dimension();
+    let of = |coordinate: usize| {
+        let corrections = checked.iter().map(|sample| &sample.exact.corrections[coordinate]);
+        corrections.map(|value| value.magnitude()).fold(0.0, f64::max)
+    };
+    coordinates.map(of).collect()
+}
