@@ -48,7 +48,8 @@ pub struct ConvergenceOptions {
 }
 
 impl ConvergenceOptions {
-    /// A scene's orders and a little beyond, its tolerance or `1e-8`.
+    /// A scene's orders and a little beyond, its tolerance or `1e-8`; both shapes of series, or the flown one where
+    /// the scene asks for it.
     pub fn of(scene: &Scene) -> Self {
         let (highest, tolerance) = match scene.expansion.orders {
             Orders::Fixed {
@@ -65,7 +66,10 @@ impl ConvergenceOptions {
         };
         Self {
             highest,
-            shapes: vec![Shape::Factored, Shape::Composed],
+            shapes: match scene.emit.shape {
+                Shape::Flown => vec![Shape::Flown],
+                _ => vec![Shape::Factored, Shape::Composed],
+            },
             points: 128,
             tolerance,
             discontinuity_rates: 8,
@@ -199,15 +203,23 @@ impl<'a> Sweep<'a> {
         orders: MapOrders,
         shape: Shape,
     ) -> Result<HornerMap, ConvergenceError> {
-        let map = self.family.map(orders)?;
+        let map = self.map(orders, shape)?;
         Ok(match shape {
             Shape::Composed => HornerMap::composed(&map, &self.family.compose(&map)?),
             Shape::Factored | Shape::Flown | Shape::Auto => HornerMap::new(&map),
         })
     }
 
+    /// The map stage by stage.
+    fn map(&self, orders: MapOrders, shape: Shape) -> Result<LocalMap, ConvergenceError> {
+        Ok(match shape {
+            Shape::Flown => self.family.flown_map(orders)?,
+            Shape::Factored | Shape::Composed | Shape::Auto => self.family.map(orders)?,
+        })
+    }
+
     fn coefficients(&self, orders: MapOrders, shape: Shape) -> Result<usize, ConvergenceError> {
-        let map = self.family.map(orders)?;
+        let map = self.map(orders, shape)?;
         Ok(match shape {
             Shape::Composed => {
                 let composed = self.family.compose(&map)?;
@@ -239,9 +251,16 @@ impl<'a> Sweep<'a> {
         result: &OrderResult,
     ) -> Result<(MapEvaluation<Dd>, f64), ConvergenceError> {
         let orders = result.orders();
-        if result.shape == Shape::Composed {
-            let composed = self.family.compose(&self.family.map(orders)?)?;
-            return Ok((MapEvaluation::composed(&composed), f64::ROUNDOFF));
+        match result.shape {
+            Shape::Composed => {
+                let composed = self.family.compose(&self.family.map(orders)?)?;
+                return Ok((MapEvaluation::composed(&composed), f64::ROUNDOFF));
+            }
+            Shape::Flown => {
+                let map = self.family.flown_map(orders)?;
+                return Ok((MapEvaluation::new(&map), f64::ROUNDOFF));
+            }
+            Shape::Factored | Shape::Auto => {}
         }
         Ok(match factors.map(orders)? {
             Some(map) => (map, Dd::ROUNDOFF),

@@ -123,7 +123,11 @@ fn check_shapes(map: &LocalMap) -> Result<(), EmissionError> {
         match stage {
             Stage::Leg(leg) => check("polynomials of a leg", dimension, leg.image.len())?,
             Stage::Flown(flown) => {
-                check("corrections of a flown contact", dimension, flown.dimension())?;
+                check(
+                    "corrections of a flown contact",
+                    dimension,
+                    flown.dimension(),
+                )?;
             }
             Stage::Contact(contact) => {
                 check(

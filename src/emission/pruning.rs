@@ -190,7 +190,9 @@ fn stage_bounds(map: &LocalMap) -> Vec<Vec<f64>> {
             Stage::Flown(flown) => {
                 let corrections = flown.largest_corrections().iter();
                 let pairs = corrections.zip(&bounds);
-                pairs.map(|(correction, bound)| bound + correction).collect()
+                pairs
+                    .map(|(correction, bound)| bound + correction)
+                    .collect()
             }
             Stage::Contact(contact) => {
                 let corrections = contact.linear.iter().zip(&contact.quadratic);

@@ -75,7 +75,8 @@ impl<S: Real> Approach<S> {
         let start = chart.embed(passage, &base, 0)?;
         // The gap is divided by the square of the time, so that its power `weight + 1` acts at the weight.
         let order = weight as usize + 1;
-        let (minimum_time, series) = series_about_minimum(&passage.field, &start, &parameters, order)?;
+        let (minimum_time, series) =
+            series_about_minimum(&passage.field, &start, &parameters, order)?;
         let depth = -&series.watched(0)[0];
         let (space, chart) = match kind {
             DepthVariable::Added => (variables.contact_space(weight)?, None),
@@ -169,10 +170,7 @@ pub(super) fn series_about_minimum<S: Real>(
     let minimum: Vec<_> = (0..start.len())
         .map(|component| at_series_time(series.state(component), &time))
         .collect();
-    Ok((
-        time,
-        local_series(field, &minimum, parameters, order),
-    ))
+    Ok((time, local_series(field, &minimum, parameters, order)))
 }
 
 /// Solves `h'(t) = Σ k h_k t^{k−1} = 0` for the time as a jet.

@@ -188,12 +188,7 @@ impl<'a> Expander<'a> {
     }
 
     /// A map from legs and passages of either kind.
-    pub fn assemble_stages(
-        &self,
-        orders: MapOrders,
-        legs: Legs,
-        passages: Vec<Stage>,
-    ) -> LocalMap {
+    pub fn assemble_stages(&self, orders: MapOrders, legs: Legs, passages: Vec<Stage>) -> LocalMap {
         let before = legs.before.map(Stage::Leg).into_iter();
         let rest = passages.into_iter().zip(legs.after);
         let rest = rest.flat_map(|(passage, leg)| [passage, Stage::Leg(leg)]);

@@ -164,11 +164,16 @@ impl LocalMap {
 
     /// Whether a contact of this map is flown.
     pub fn is_flown(&self) -> bool {
-        self.stages.iter().any(|stage| matches!(stage, Stage::Flown(_)))
+        self.stages
+            .iter()
+            .any(|stage| matches!(stage, Stage::Flown(_)))
     }
 
     /// Number of grazing passages.
     pub fn passages(&self) -> usize {
-        self.stages.iter().filter(|stage| stage.is_passage()).count()
+        self.stages
+            .iter()
+            .filter(|stage| stage.is_passage())
+            .count()
     }
 }

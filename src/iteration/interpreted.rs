@@ -139,7 +139,10 @@ fn flown_step(
     let (image, depth) = flown.act(&mut tangents, &point);
     info.add_passage(depth.value);
     let jacobian = image.iter().flat_map(|value| &value.tangent).copied();
-    (image.iter().map(|value| value.value).collect(), jacobian.collect())
+    (
+        image.iter().map(|value| value.value).collect(),
+        jacobian.collect(),
+    )
 }
 
 fn product(left: &[f64], right: &[f64], dimension: usize) -> Vec<f64> {

@@ -37,7 +37,9 @@ impl Tangents {
     fn combined(&self, value: f64, parts: &[(f64, &Tangent)]) -> Tangent {
         let along = |direction: usize| {
             let parts = parts.iter();
-            parts.map(|(factor, part)| factor * part.tangent[direction]).sum()
+            parts
+                .map(|(factor, part)| factor * part.tangent[direction])
+                .sum()
         };
         let tangent = (0..self.directions).map(along).collect();
         Tangent { value, tangent }

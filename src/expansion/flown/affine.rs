@@ -131,8 +131,7 @@ impl Slopes<'_> {
 fn distances(model: &Model, field: &[NodeId]) -> Vec<Option<u32>> {
     let dimension = model.dimension();
     let forced = |component: usize| field[component] != model.flow[component];
-    let mut distances: Vec<Option<u32>> =
-        (0..dimension).map(|i| forced(i).then_some(0)).collect();
+    let mut distances: Vec<Option<u32>> = (0..dimension).map(|i| forced(i).then_some(0)).collect();
     for distance in 0..dimension as u32 {
         for component in 0..dimension {
             let inputs = [field[component], model.flow[component]]

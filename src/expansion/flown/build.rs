@@ -37,21 +37,25 @@ const ROUNDING: f64 = 1e-14;
 const MOST_NEWTON: usize = 8;
 
 /// Where contacts are to be flown.
-pub(in crate::expansion) struct FlightWindow {
+#[derive(Clone, Debug, PartialEq)]
+pub struct FlightWindow {
     /// Largest `y²`.
-    pub(in crate::expansion) depth: f64,
-    /// Half-widths of the coordinates and the parameters.
-    pub(in crate::expansion) half_widths: Vec<f64>,
+    pub depth: f64,
+    /// Half-widths of the coordinates, then of the parameters, in offsets.
+    pub half_widths: Vec<f64>,
 }
 
-/// Expands a passage about an exactly flown contact; its image errs by weight `weight + 1`, with the constants of
-/// the free flow whatever the stiffness of the contact.
+/// Expands a passage about an exactly flown contact; `None` for a rigid stop.
+///
+/// The image errs by weight `weight + 1`, with the constants of the free flow whatever the stiffness of the contact.
+/// What is flown is checked on the window from a depth of 1e-32 on, contact by contact, against steps that are
+/// finer and more: the shape is refused where its fixed number of steps is not enough.
 ///
 /// # Errors
 ///
 /// [`FlightError`] if the law is not affine or a contact of the window is not flown to rounding;
 /// [`ExpansionError`] as for a discontinuity mapping.
-pub(in crate::expansion) fn flown_contact(
+pub fn flown_contact(
     passage: &Passage,
     chart: &SectionChart,
     variables: &Variables,
@@ -113,7 +117,9 @@ fn unplanned(pieces: SmoothPieces, factor: Dd) -> FlownContact<Dd> {
 fn spectral_radius(affine: &AffineLaw) -> Result<f64, ExpansionError> {
     let rows = affine.matrix.len();
     let matrix = DMatrix::from_fn(rows, rows, |i, j| affine.matrix[i][j].to_f64());
-    let largest = eigenvalues(&matrix)?.first().map_or(0.0, |value| value.norm());
+    let largest = eigenvalues(&matrix)?
+        .first()
+        .map_or(0.0, |value| value.norm());
     Ok(largest.max(f64::MIN_POSITIVE))
 }
 
@@ -132,10 +138,14 @@ fn samples(window: &FlightWindow) -> Vec<(Dd, Vec<Vec<Dd>>)> {
             widths.map(signed).collect()
         };
         let middle = vec![Dd::ZERO; window.half_widths.len()];
-        std::iter::once(middle).chain((0..CORNERS).map(corner)).collect()
+        std::iter::once(middle)
+            .chain((0..CORNERS).map(corner))
+            .collect()
     };
     let depths = depths.enumerate();
-    depths.map(|(number, y)| (Dd::from(y), points(number))).collect()
+    depths
+        .map(|(number, y)| (Dd::from(y), points(number)))
+        .collect()
 }
 
 /// Corners of a box, spread evenly over them.
@@ -166,7 +176,10 @@ impl Planner<'_> {
             contact.law = contact.law.turned();
         }
         contact.contact_time = fitted(&checked);
-        let longest = checked.iter().map(|c| c.exact.time.to_f64()).fold(0.0, f64::max);
+        let longest = checked
+            .iter()
+            .map(|c| c.exact.time.to_f64())
+            .fold(0.0, f64::max);
         let reach = self.rate * longest * MARGIN;
         contact.plan.steps = (reach / LONGEST_STEP).ceil().max(1.0) as usize;
         contact.plan.order = order(reach / contact.plan.steps as f64, contact.gap.len() + 1);
@@ -202,7 +215,9 @@ impl Planner<'_> {
     }
 
     fn check(&self, contact: &FlownContact<Dd>, checked: &[Checked]) -> Result<(), FlightError> {
-        let errors = checked.iter().map(|sample| (sample.y, error(contact, sample)));
+        let errors = checked
+            .iter()
+            .map(|sample| (sample.y, error(contact, sample)));
         let worst = errors.max_by(|a, b| a.1.total_cmp(&b.1));
         match worst {
             Some((y, error)) if error.is_nan() || error > ROUNDING => Err(FlightError::Inexact {
@@ -250,7 +265,13 @@ fn fewest(error: impl Fn(usize) -> f64) -> usize {
 }
 
 fn worst(errors: impl Iterator<Item = f64>) -> f64 {
-    errors.fold(0.0, |worst, error| if error.is_nan() { f64::INFINITY } else { worst.max(error) })
+    errors.fold(0.0, |worst, error| {
+        if error.is_nan() {
+            f64::INFINITY
+        } else {
+            worst.max(error)
+        }
+    })
 }
 
 fn entry_error(contact: &FlownContact<Dd>, checked: &[Checked], steps: usize) -> f64 {
@@ -261,7 +282,8 @@ fn entry_error(contact: &FlownContact<Dd>, checked: &[Checked], steps: usize) ->
     };
     let (few, many) = (with(steps), with(MOST_NEWTON));
     worst(checked.iter().map(|Checked { y, point, .. }| {
-        let time = |contact: &FlownContact<Dd>| contact.entry(&mut Numbers::default(), y, point).time;
+        let time =
+            |contact: &FlownContact<Dd>| contact.entry(&mut Numbers::default(), y, point).time;
         let exact = time(&many);
         ((time(&few) - exact) / exact).magnitude()
     }))
@@ -282,7 +304,10 @@ fn release_error(contact: &FlownContact<Dd>, checked: &[Checked], steps: usize) 
 fn error(contact: &FlownContact<Dd>, sample: &Checked) -> f64 {
     let found = contact.corrections(&mut Numbers::default(), &sample.y, &sample.point);
     let exact = &sample.exact.corrections;
-    let size = exact.iter().map(|value| value.magnitude()).fold(0.0, f64::max);
+    let size = exact
+        .iter()
+        .map(|value| value.magnitude())
+        .fold(0.0, f64::max);
     let pairs = found.iter().zip(exact);
     worst(pairs.map(|(found, exact)| (*found - *exact).magnitude() / size))
 }
@@ -290,8 +315,12 @@ fn error(contact: &FlownContact<Dd>, sample: &Checked) -> f64 {
 fn largest_corrections(contact: &FlownContact<Dd>, checked: &[Checked]) -> Vec<f64> {
     let coordinates = 0..contact.dimension();
     let of = |coordinate: usize| {
-        let corrections = checked.iter().map(|sample| &sample.exact.corrections[coordinate]);
-        corrections.map(|value| value.magnitude()).fold(0.0, f64::max)
+        let corrections = checked
+            .iter()
+            .map(|sample| &sample.exact.corrections[coordinate]);
+        corrections
+            .map(|value| value.magnitude())
+            .fold(0.0, f64::max)
     };
     coordinates.map(of).collect()
 }

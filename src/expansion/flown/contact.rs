@@ -97,7 +97,10 @@ impl<S: Scalar> FlownContact<S> {
         let drives = self.law.forces.iter().map(|(_, force)| force);
         let series = drives.chain([&self.law.release]).flat_map(|d| &d.series);
         let rest = self.gap.iter().chain(&self.back).chain(&self.section);
-        [&self.depth, &self.entry].into_iter().chain(series).chain(rest)
+        [&self.depth, &self.entry]
+            .into_iter()
+            .chain(series)
+            .chain(rest)
     }
 }
 
@@ -153,7 +156,12 @@ impl<S: Real> FlownContact<S> {
 
     /// Whether every coefficient is finite.
     pub fn is_finite(&self) -> bool {
-        let law = self.law.matrix.iter().flatten().chain(&self.law.release_row);
+        let law = self
+            .law
+            .matrix
+            .iter()
+            .flatten()
+            .chain(&self.law.release_row);
         let time = &self.contact_time;
         let numbers = law.chain(&time.numerator).chain(&time.denominator);
         self.polynomials().all(Jet::is_finite) && numbers.copied().all(Scalar::is_finite)

@@ -66,7 +66,9 @@ impl<S: Scalar> FlownContact<S> {
         let step = self.last_step(arithmetic, entry, &length);
         let part = self.release_part(arithmetic, &step.release);
         let states = step.states.iter();
-        let added = states.map(|series| horner(arithmetic, series, &part)).collect();
+        let added = states
+            .map(|series| horner(arithmetic, series, &part))
+            .collect();
         let before = arithmetic.constant(S::from_f64(self.plan.steps as f64 - 1.0));
         let flown = arithmetic.add(&part, &before);
         (arithmetic.multiply(&flown, &length), added)
@@ -138,7 +140,10 @@ impl<S: Scalar> FlownContact<S> {
         arithmetic: &mut A,
         y: &A::Value,
     ) -> A::Value {
-        let ContactTime { numerator, denominator } = &self.contact_time;
+        let ContactTime {
+            numerator,
+            denominator,
+        } = &self.contact_time;
         let [numerator, denominator] = [numerator, denominator].map(|numbers| {
             let values: Vec<_> = numbers.iter().map(|&n| arithmetic.constant(n)).collect();
             horner(arithmetic, &values, y)
@@ -161,13 +166,19 @@ impl<S: Scalar> FlownContact<S> {
         let zero = arithmetic.constant(S::zero());
         let start = vec![zero; self.law.matrix.len()];
         let order = self.plan.order;
-        let mut step = self.law.step(arithmetic, &forces, &release, start, length, order);
+        let mut step = self
+            .law
+            .step(arithmetic, &forces, &release, start, length, order);
         for _ in 1..self.plan.steps {
             let start = step.states.iter().map(|series| sum(arithmetic, series));
             let start = start.collect();
-            forces.iter_mut().for_each(|series| shift(arithmetic, series, None));
+            forces
+                .iter_mut()
+                .for_each(|series| shift(arithmetic, series, None));
             shift(arithmetic, &mut release, None);
-            step = self.law.step(arithmetic, &forces, &release, start, length, order);
+            step = self
+                .law
+                .step(arithmetic, &forces, &release, start, length, order);
         }
         step
     }
@@ -269,13 +280,14 @@ impl<S: Scalar> Drive<S> {
     }
 }
 
-
 fn all<A: Arithmetic>(
     arithmetic: &mut A,
     jets: &[Jet<A::Scalar>],
     point: &[A::Value],
 ) -> Vec<A::Value> {
-    jets.iter().map(|jet| arithmetic.polynomial(jet, point)).collect()
+    jets.iter()
+        .map(|jet| arithmetic.polynomial(jet, point))
+        .collect()
 }
 
 /// `base + Σ_i row_i (series_i)_power`.
@@ -286,7 +298,10 @@ fn dot<A: Arithmetic>(
     power: usize,
     base: A::Value,
 ) -> A::Value {
-    let terms = row.iter().zip(series).filter(|&(&entry, _)| entry != A::Scalar::zero());
+    let terms = row
+        .iter()
+        .zip(series)
+        .filter(|&(&entry, _)| entry != A::Scalar::zero());
     terms.fold(base, |sum, (&entry, series)| {
         let entry = arithmetic.constant(entry);
         arithmetic.multiply_add(&entry, &series[power], &sum)
@@ -315,7 +330,9 @@ pub(super) fn scaled_all<A: Arithmetic>(
     length: &A::Value,
 ) -> Vec<Vec<A::Value>> {
     let polynomials = polynomials.iter();
-    polynomials.map(|coefficients| scaled(arithmetic, coefficients, length)).collect()
+    polynomials
+        .map(|coefficients| scaled(arithmetic, coefficients, length))
+        .collect()
 }
 
 /// The coefficients about another point (`None`: about 1), by repeated synthetic division.
@@ -336,11 +353,7 @@ pub(super) fn shift<A: Arithmetic>(
 }
 
 /// A polynomial, lowest power first.
-fn horner<A: Arithmetic>(
-    arithmetic: &mut A,
-    coefficients: &[A::Value],
-    at: &A::Value,
-) -> A::Value {
+fn horner<A: Arithmetic>(arithmetic: &mut A, coefficients: &[A::Value], at: &A::Value) -> A::Value {
     let Some((last, lower)) = coefficients.split_last() else {
         return arithmetic.constant(A::Scalar::zero());
     };

@@ -17,6 +17,6 @@ mod start;
 
 pub use affine::AffineLaw;
 pub use arithmetic::{Arithmetic, Numbers};
-pub(super) use build::{FlightWindow, flown_contact};
+pub use build::{FlightWindow, flown_contact};
 pub use contact::{FlightPlan, FlownContact};
 pub use error::FlightError;

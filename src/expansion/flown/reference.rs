@@ -3,8 +3,8 @@
 use super::arithmetic::Numbers;
 use super::contact::FlownContact;
 use super::flight::{scaled, scaled_all, shift};
-use crate::numeric::polynomial::evaluate;
 use crate::numeric::Dd;
+use crate::numeric::polynomial::evaluate;
 
 /// Steps within the shorter of the contact time at small depths and the law's own time.
 const STEPS_PER_TIME: f64 = 4.0;
@@ -58,7 +58,9 @@ impl Reference<'_> {
             if part.is_some() {
                 let time = (Dd::from(number as f64) + at) * length;
                 let since_minimum = entry.time + time;
-                let corrections = self.contact.on_section(numbers, &since_minimum, added, point);
+                let corrections = self
+                    .contact
+                    .on_section(numbers, &since_minimum, added, point);
                 return Some(FlownReference {
                     time,
                     sign: sign?,
@@ -66,7 +68,9 @@ impl Reference<'_> {
                 });
             }
             state = added;
-            forces.iter_mut().for_each(|series| shift(numbers, series, None));
+            forces
+                .iter_mut()
+                .for_each(|series| shift(numbers, series, None));
             shift(numbers, &mut release, None);
         }
         None

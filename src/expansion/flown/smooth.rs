@@ -220,13 +220,7 @@ impl<'a> SmoothExpansion<'a> {
     }
 
     /// A jet in (coordinates; parameters) in a space where they begin at `first`, or at the graze alone.
-    fn lift(
-        &self,
-        jet: &Jet<Dd>,
-        space: &Arc<JetSpace>,
-        first: usize,
-        carried: usize,
-    ) -> Jet<Dd> {
+    fn lift(&self, jet: &Jet<Dd>, space: &Arc<JetSpace>, first: usize, carried: usize) -> Jet<Dd> {
         if carried == 0 {
             return Jet::constant(space, jet.head());
         }

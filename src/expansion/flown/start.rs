@@ -75,7 +75,10 @@ impl Fit {
     /// The sum over one denominator `Π (1 + y/y_j)`.
     fn rational(&self) -> ContactTime<f64> {
         let denominator = product(&self.scales);
-        let mut numerator = denominator.iter().map(|d| self.factors[0] * d).collect::<Vec<_>>();
+        let mut numerator = denominator
+            .iter()
+            .map(|d| self.factors[0] * d)
+            .collect::<Vec<_>>();
         for (number, factor) in self.factors[1..].iter().enumerate() {
             let mut others = self.scales.clone();
             others.remove(number);
