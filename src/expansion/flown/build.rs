@@ -25,8 +25,9 @@ const PER_DECADE: f64 = 4.0;
 const MARGIN: f64 = 1.1;
 /// Points of the window besides its middle at which each depth is checked.
 const CORNERS: usize = 6;
-/// Longest step, times the largest eigenvalue: the terms of a step then grow to at most 5 before they fall.
-const LONGEST_STEP: f64 = 3.2;
+/// Longest step, times the largest eigenvalue: half a period of a stiff stop and a little, where the terms of a step
+/// grow to at most 8 before they fall.
+const LONGEST_STEP: f64 = 3.6;
 /// Rounding of a double: what a truncation or a Newton step must be below.
 const EXACT: f64 = 1e-16;
 /// The same one step earlier, so that the Jacobian of the last step is exact too.
