@@ -299,9 +299,10 @@ const STIFF: [Law; 4] = [
     ),
 ];
 
-/// Depths from 1e-30 to 1e-3.
+/// Depths from 1e-3 to 1e-30: the upper decades, where laws take over from each other, closely, none at a round place.
 fn depths() -> impl Iterator<Item = f64> {
-    (0..=27).map(|number| 1e-3 * 0.1_f64.powi(number))
+    let upper = (0..40).map(|number| 1e-3 * 0.1_f64.powf(0.103 * f64::from(number)));
+    upper.chain((4..=27).map(|number| 1e-3 * 0.1_f64.powi(number)))
 }
 
 #[test]

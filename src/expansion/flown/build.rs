@@ -20,7 +20,11 @@ use crate::numeric::{Dd, Real, Scalar};
 /// Smallest depth variable at which contacts are checked: a depth of 1e-32.
 const SHALLOWEST: f64 = 1e-16;
 /// Depth variables per decade at which contacts are checked.
-const PER_DECADE: f64 = 4.0;
+const PER_DECADE: f64 = 5.0;
+/// Depth variables per decade between which the contact time is fitted: none of them is checked.
+const FITTED_PER_DECADE: f64 = 12.0;
+/// Contact times over `y` that differ by less are fitted once.
+const DISTINCT: f64 = 2e-3;
 /// Depths are checked a little beyond the window.
 const MARGIN: f64 = 1.1;
 /// Points of the window besides its middle at which each depth is checked.
@@ -85,6 +89,8 @@ pub fn flown_contact(
         factor: balance.factor().to_f64(),
         rate: spectral_radius(affine)?,
         samples: samples(window),
+        highest: highest(window),
+        middle: vec![Dd::ZERO; window.half_widths.len()],
     };
     let contact = planner.plan(unplanned(pieces, balance.factor()))?;
     if !contact.is_finite() {
@@ -124,12 +130,14 @@ fn spectral_radius(affine: &AffineLaw) -> Result<f64, ExpansionError> {
     Ok(largest.max(f64::MIN_POSITIVE))
 }
 
+/// Depth variables from the highest down, so many per decade.
+fn depths(highest: f64, per_decade: f64) -> impl Iterator<Item = f64> {
+    let count = ((highest / SHALLOWEST).log10() * per_decade).ceil();
+    (0..=count as u32).map(move |number| highest * 0.1_f64.powf(f64::from(number) / per_decade))
+}
+
 /// Depth variables, each with the points of the window at which it is checked; the first point is the middle.
 fn samples(window: &FlightWindow) -> Vec<(Dd, Vec<Vec<Dd>>)> {
-    let highest = MARGIN * window.depth.sqrt();
-    let count = ((highest / SHALLOWEST).log10() * PER_DECADE).ceil();
-    let depths = (0..=count as u32)
-        .map(|number| highest * (SHALLOWEST / highest).powf(f64::from(number) / count));
     let points = |number: usize| -> Vec<Vec<Dd>> {
         let corner = |corner: usize| {
             let widths = window.half_widths.iter().enumerate();
@@ -143,10 +151,15 @@ fn samples(window: &FlightWindow) -> Vec<(Dd, Vec<Vec<Dd>>)> {
             .chain((0..CORNERS).map(corner))
             .collect()
     };
-    let depths = depths.enumerate();
+    let depths = depths(highest(window), PER_DECADE).enumerate();
     depths
         .map(|(number, y)| (Dd::from(y), points(number)))
         .collect()
+}
+
+/// The highest depth variable at which contacts are checked.
+fn highest(window: &FlightWindow) -> f64 {
+    MARGIN * window.depth.sqrt()
 }
 
 /// Corners of a box, spread evenly over them.
@@ -161,6 +174,8 @@ struct Planner<'a> {
     factor: f64,
     rate: f64,
     samples: Vec<(Dd, Vec<Vec<Dd>>)>,
+    highest: f64,
+    middle: Vec<Dd>,
 }
 
 /// A contact flown by the reference.
@@ -176,7 +191,7 @@ impl Planner<'_> {
         if checked.first().is_some_and(|first| first.exact.sign > 0.0) {
             contact.law = contact.law.turned();
         }
-        contact.contact_time = fitted(&checked);
+        contact.contact_time = self.contact_time(&contact)?;
         let longest = checked
             .iter()
             .map(|c| c.exact.time.to_f64())
@@ -192,27 +207,58 @@ impl Planner<'_> {
     }
 
     fn references(&self, contact: &FlownContact<Dd>) -> Result<Vec<Checked>, FlightError> {
+        let samples = self.samples.iter();
+        let points = samples.flat_map(|(y, points)| points.iter().map(move |point| (*y, point)));
+        points
+            .map(|(y, point)| {
+                Ok(Checked {
+                    y,
+                    point: point.clone(),
+                    exact: self.reference(contact, y, point)?,
+                })
+            })
+            .collect()
+    }
+
+    fn reference(
+        &self,
+        contact: &FlownContact<Dd>,
+        y: Dd,
+        point: &[Dd],
+    ) -> Result<FlownReference, FlightError> {
         let reference = Reference {
             contact,
             factor: self.factor,
             rate: self.rate,
         };
-        let samples = self.samples.iter();
-        let points = samples.flat_map(|(y, points)| points.iter().map(move |point| (*y, point)));
-        points
-            .map(|(y, point)| match reference.fly(y, point) {
-                Some(exact) => Ok(Checked {
-                    y,
-                    point: point.clone(),
-                    exact,
-                }),
-                None => Err(FlightError::NoRelease {
-                    surface: self.surface.to_owned(),
-                    depth: (y * y).to_f64(),
-                    steps: MOST_STEPS,
-                }),
+        reference
+            .fly(y, point)
+            .ok_or_else(|| FlightError::NoRelease {
+                surface: self.surface.to_owned(),
+                depth: (y * y).to_f64(),
+                steps: MOST_STEPS,
             })
-            .collect()
+    }
+
+    /// The contact time along the middle of the window, as a function of `y`.
+    fn contact_time(&self, contact: &FlownContact<Dd>) -> Result<ContactTime<Dd>, FlightError> {
+        let mut samples: Vec<(f64, f64)> = Vec::new();
+        // Between the depths that are checked.
+        for (number, y) in depths(self.highest * 1.05, FITTED_PER_DECADE).enumerate() {
+            let exact = self.reference(contact, Dd::from(y), &self.middle)?;
+            let factor = exact.time.to_f64() / y;
+            let last = samples.last().map_or(0.0, |sample| sample.1);
+            let whole_decade = number.is_multiple_of(FITTED_PER_DECADE as usize);
+            if whole_decade || (factor - last).abs() > DISTINCT * factor {
+                samples.push((y, factor));
+            }
+        }
+        let fit = fit(&samples);
+        let exact = |numbers: Vec<f64>| numbers.into_iter().map(Dd::from).collect();
+        Ok(ContactTime {
+            numerator: exact(fit.numerator),
+            denominator: exact(fit.denominator),
+        })
     }
 
     fn check(&self, contact: &FlownContact<Dd>, checked: &[Checked]) -> Result<(), FlightError> {
@@ -228,23 +274,6 @@ impl Planner<'_> {
             }),
             _ => Ok(()),
         }
-    }
-}
-
-/// The contact time along the middle of the window.
-fn fitted(checked: &[Checked]) -> ContactTime<Dd> {
-    let middle = checked.iter().step_by(1 + CORNERS);
-    let samples: Vec<_> = middle
-        .map(|sample| {
-            let y = sample.y.to_f64();
-            (y, sample.exact.time.to_f64() / y)
-        })
-        .collect();
-    let fit = fit(&samples);
-    let exact = |numbers: Vec<f64>| numbers.into_iter().map(Dd::from).collect();
-    ContactTime {
-        numerator: exact(fit.numerator),
-        denominator: exact(fit.denominator),
     }
 }
 
