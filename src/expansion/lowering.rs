@@ -113,6 +113,10 @@ impl Arithmetic for KernelBuilder {
         Self::half_reciprocal(self, *a)
     }
 
+    fn held(&mut self, a: &Value) -> Value {
+        Self::held(self, *a)
+    }
+
     fn polynomial(&mut self, jet: &Jet<f64>, point: &[Value]) -> Value {
         HornerPlan::of_jet(jet).lower(self, point)
     }

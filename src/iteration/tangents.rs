@@ -78,6 +78,10 @@ impl Arithmetic for Tangents {
         self.combined(value, &[(-2.0 * value * value, a)])
     }
 
+    fn held(&mut self, a: &Tangent) -> Tangent {
+        self.constant(a.value)
+    }
+
     fn polynomial(&mut self, jet: &Jet<f64>, point: &[Tangent]) -> Tangent {
         let values: Vec<f64> = point.iter().map(|value| value.value).collect();
         let mut gradient = vec![0.0; values.len()];

@@ -27,6 +27,8 @@ pub trait Arithmetic {
     fn root_of_positive_part(&mut self, a: &Self::Value) -> Self::Value;
     /// `1/(2a)`, and 0 where `a` is not positive.
     fn half_reciprocal(&mut self, a: &Self::Value) -> Self::Value;
+    /// `a`, a constant to differentiation: a choice on which no result depends.
+    fn held(&mut self, a: &Self::Value) -> Self::Value;
     /// A polynomial at a point.
     fn polynomial(&mut self, jet: &Jet<Self::Scalar>, point: &[Self::Value]) -> Self::Value;
 }
@@ -78,6 +80,10 @@ impl<S: Real> Arithmetic for Numbers<S> {
         } else {
             S::zero()
         }
+    }
+
+    fn held(&mut self, a: &S) -> S {
+        *a
     }
 
     fn polynomial(&mut self, jet: &Jet<S>, point: &[S]) -> S {

@@ -34,8 +34,8 @@ const CORNERS: usize = 6;
 const LONGEST_STEP: f64 = 3.6;
 /// Rounding of a double: what a truncation or a Newton step must be below.
 const EXACT: f64 = 1e-16;
-/// The same one step earlier, so that the Jacobian of the last step is exact too.
-const NEARLY: f64 = 1e-9;
+/// The same one step earlier: the slope in the last step, and with it the Jacobian, is as exact as that.
+const NEARLY: f64 = 1e-8;
 /// Relative error of what a contact adds that is still rounding.
 const ROUNDING: f64 = 1e-14;
 /// Most Newton steps.

@@ -63,6 +63,8 @@ impl<S: Scalar> FlownContact<S> {
         let contact_time = self.contact_time(arithmetic, y);
         let share = arithmetic.constant(S::one() / S::from_f64(self.plan.steps as f64));
         let length = arithmetic.multiply(&contact_time, &share);
+        // How a flight is cut into steps does not change where it ends.
+        let length = arithmetic.held(&length);
         let step = self.last_step(arithmetic, entry, &length);
         let part = self.release_part(arithmetic, &step.release);
         let states = step.states.iter();
@@ -106,6 +108,8 @@ impl<S: Scalar> FlownContact<S> {
         let around = [std::slice::from_ref(y), point].concat();
         let mut sigma = arithmetic.polynomial(&self.entry, &around);
         for _ in 0..self.plan.entry {
+            // At a root Newton's step has the root's derivative, whatever the derivative of where it begins.
+            sigma = arithmetic.held(&sigma);
             let time = arithmetic.multiply(&minus_y, &sigma);
             let (value, slope) = horner_with_slope(arithmetic, &quotient, &time);
             let scaled = arithmetic.multiply(&sigma, &value);
@@ -115,6 +119,7 @@ impl<S: Scalar> FlownContact<S> {
             let bent = arithmetic.multiply(&bend, &sigma);
             let derivative = arithmetic.multiply_add(&two, &scaled, &bent);
             let half = arithmetic.half_reciprocal(&derivative);
+            let half = arithmetic.held(&half);
             let step = arithmetic.multiply(&residual, &half);
             sigma = arithmetic.multiply_add(&step, &minus_two, &sigma);
         }
@@ -192,8 +197,10 @@ impl<S: Scalar> FlownContact<S> {
         let minus_two = arithmetic.constant(S::from_f64(-2.0));
         let mut part = arithmetic.constant(S::one());
         for _ in 0..self.plan.release {
+            part = arithmetic.held(&part);
             let (value, slope) = horner_with_slope(arithmetic, release, &part);
             let half = arithmetic.half_reciprocal(&slope);
+            let half = arithmetic.held(&half);
             let step = arithmetic.multiply(&value, &half);
             part = arithmetic.multiply_add(&step, &minus_two, &part);
         }
