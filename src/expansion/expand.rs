@@ -117,9 +117,8 @@ impl<'a> Expander<'a> {
     ///
     /// # Errors
     ///
-    /// [`ExpansionError::Flight`] where a law is not affine, the window names no depth, or a contact of the window is
-    /// not flown to rounding; [`ExpansionError::NothingToFly`] without a compliant stop; else as
-    /// [`expand`](Self::expand).
+    /// [`ExpansionError::Flight`] where a law is not affine or a contact of the window is not flown to rounding;
+    /// [`ExpansionError::NothingToFly`] without a compliant stop; else as [`expand`](Self::expand).
     pub fn flown(&self, orders: MapOrders) -> Result<LocalMap, ExpansionError> {
         let passages = self.flown_passages(orders.contact_weight)?;
         Ok(self.assemble_stages(orders, self.legs(orders.smooth_order)?, passages))

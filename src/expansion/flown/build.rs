@@ -21,7 +21,7 @@ use crate::numeric::{Dd, Real, Scalar};
 const SHALLOWEST: f64 = 1e-16;
 /// Depth variables per decade at which contacts are checked.
 const PER_DECADE: f64 = 5.0;
-/// Depth variables per decade between which the contact time is fitted: none of them is checked.
+/// Depth variables per decade to which the contact time is fitted: none of them is checked.
 const FITTED_PER_DECADE: f64 = 12.0;
 /// Contact times over `y` that differ by less are fitted once.
 const DISTINCT: f64 = 2e-3;
@@ -32,6 +32,8 @@ const CORNERS: usize = 6;
 /// Longest step, times the largest eigenvalue: half a period of a stiff stop and a little, where the terms of a step
 /// grow to at most 8 before they fall.
 const LONGEST_STEP: f64 = 3.6;
+/// Most steps of a flight.
+const MOST_FLOWN_STEPS: usize = 16;
 /// Rounding of a double: what a truncation or a Newton step must be below.
 const EXACT: f64 = 1e-16;
 /// The same one step earlier: the slope in the last step, and with it the Jacobian, is as exact as that.
@@ -80,8 +82,11 @@ pub fn flown_contact(
         .into());
     }
     if !(window.depth > 0.0 && window.depth.is_finite()) {
-        let surface = passage.surface.clone();
-        return Err(FlightError::NoDepth { surface }.into());
+        return Err(FlightError::Depth {
+            surface: passage.surface.clone(),
+            depth: window.depth,
+        }
+        .into());
     }
     let pieces = SmoothExpansion::new(passage, affine, chart, variables, weight)?.pieces()?;
     let planner = Planner {
@@ -197,13 +202,27 @@ impl Planner<'_> {
             .map(|c| c.exact.time.to_f64())
             .fold(0.0, f64::max);
         let reach = self.rate * longest * MARGIN;
-        contact.plan.steps = (reach / LONGEST_STEP).ceil().max(1.0) as usize;
-        contact.plan.order = order(reach / contact.plan.steps as f64, contact.gap.len() + 1);
+        contact.plan.steps = self.steps(reach)?;
+        // Without stiffness the force, of degree `W + 1`, is integrated once for every component.
+        let degree = contact.gap.len() + 1 + contact.law.matrix.len();
+        contact.plan.order = order(reach / contact.plan.steps as f64).max(degree);
         contact.plan.entry = fewest(|steps| entry_error(&contact, &checked, steps));
         contact.plan.release = fewest(|steps| release_error(&contact, &checked, steps));
         self.check(&contact, &checked)?;
         contact.largest = largest_corrections(&contact, &checked);
         Ok(contact)
+    }
+
+    fn steps(&self, reach: f64) -> Result<usize, FlightError> {
+        let steps = (reach / LONGEST_STEP).ceil().max(1.0);
+        if steps <= MOST_FLOWN_STEPS as f64 {
+            return Ok(steps as usize);
+        }
+        Err(FlightError::TooLong {
+            surface: self.surface.to_owned(),
+            steps,
+            most: MOST_FLOWN_STEPS,
+        })
     }
 
     fn references(&self, contact: &FlownContact<Dd>) -> Result<Vec<Checked>, FlightError> {
@@ -243,8 +262,7 @@ impl Planner<'_> {
     /// The contact time along the middle of the window, as a function of `y`.
     fn contact_time(&self, contact: &FlownContact<Dd>) -> Result<ContactTime<Dd>, FlightError> {
         let mut samples: Vec<(f64, f64)> = Vec::new();
-        // Between the depths that are checked.
-        for (number, y) in depths(self.highest * 1.05, FITTED_PER_DECADE).enumerate() {
+        for (number, y) in depths(MARGIN * self.highest, FITTED_PER_DECADE).enumerate() {
             let exact = self.reference(contact, Dd::from(y), &self.middle)?;
             let factor = exact.time.to_f64() / y;
             let last = samples.last().map_or(0.0, |sample| sample.1);
@@ -278,14 +296,14 @@ impl Planner<'_> {
 }
 
 /// Powers of time after which a step of this length (times the largest eigenvalue) is exact.
-fn order(reach: f64, degree: usize) -> usize {
+fn order(reach: f64) -> usize {
     let mut term = 1.0;
     let mut order = 0;
     while term > EXACT {
         order += 1;
         term *= reach / order as f64;
     }
-    order.max(degree) + 1
+    order + 1
 }
 
 /// The fewest Newton steps whose error is rounding, and that of one step fewer nearly so.

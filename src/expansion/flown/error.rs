@@ -35,13 +35,15 @@ pub enum FlightError {
         /// Power of `y`.
         power: usize,
     },
-    /// No window says how deep contacts are.
+    /// The largest depth is none.
     #[error(
-        "the contact of surface `{surface}` cannot be flown without a largest depth: name `depth` in [window]"
+        "the contact of surface `{surface}` cannot be flown up to depth {depth:e}: expected a positive, finite one"
     )]
-    NoDepth {
+    Depth {
         /// Name of the surface.
         surface: String,
+        /// `y²`.
+        depth: f64,
     },
     /// A contact of the window does not end.
     #[error(
@@ -54,6 +56,18 @@ pub enum FlightError {
         depth: f64,
         /// Steps tried.
         steps: usize,
+    },
+    /// A contact lasts for many of its own times.
+    #[error(
+        "the contact of surface `{surface}` cannot be flown: its longest contact takes {steps} steps, at most {most} are emitted; the law is too strongly damped"
+    )]
+    TooLong {
+        /// Name of the surface.
+        surface: String,
+        /// Steps it takes.
+        steps: f64,
+        /// Steps emitted at most.
+        most: usize,
     },
     /// A fixed number of steps does not fly every contact of the window.
     #[error(
