@@ -1,6 +1,7 @@
-//! Emitted steps of the linear scene, compiled for this machine and for any x86-64 or aarch64.
+//! Emitted steps of the linear scene, and of a spring whose contact is a series or flown, compiled for this machine
+//! and for any x86-64 or aarch64.
 //!
-//! `cargo bench --bench emitted` emits the scene at several orders, compiles each map with a small timing
+//! `cargo bench --bench emitted` emits the scenes at several orders, compiles each map with a small timing
 //! program by `rustc`, and prints nanoseconds per step: one point at a time (independent points), chained
 //! (each image the next state), and in lanes; with parameters as variables and frozen. Beside each stands
 //! its floor: the step's multiply-adds over the rate of a loop of nothing else, measured in the same run.
@@ -8,18 +9,28 @@
 use std::path::Path;
 use std::process::Command;
 
-use grazemap::emission::{EmitOptions, EmittedCrate, emitted_module};
+use grazemap::emission::{EmitOptions, EmittedModule, emitted_module};
 use grazemap::expansion::{Expander, MapOrders};
-use grazemap::model::{Scene, catalogue};
+use grazemap::model::{Scene, Shape, catalogue};
 use grazemap::orbit::locate;
 
-const ORDERS: [(u32, u32); 4] = [(1, 1), (3, 4), (5, 6), (8, 10)];
+/// Scenes with their orders; `flown` in those of the flown shape.
+const MAPS: [(&str, u32, u32); 8] = [
+    ("linear", 1, 1),
+    ("linear", 3, 4),
+    ("linear", 5, 6),
+    ("linear", 8, 10),
+    ("soft_a", 6, 8),
+    ("soft_b", 6, 8),
+    ("soft_a_stiff", 6, 8),
+    ("soft_b_stiff", 6, 8),
+];
 
-/// Times an emitted module `linear`; prints one figure a line.
+/// Times an emitted module `map`; prints one figure a line.
 const PROGRAM: &str = r#"
 use std::{hint::black_box, time::Instant};
-mod linear;
-use linear::*;
+mod map;
+use map::*;
 const POINTS: usize = 1024;
 fn median(mut run: impl FnMut() -> f64, steps: usize) -> f64 {
     let mut times: Vec<f64> = (0..101)
@@ -101,30 +112,38 @@ fn measure(folder: &Path, native: bool) -> Vec<f64> {
         .collect()
 }
 
-fn main() {
-    let text = catalogue::text("linear").expect("in the catalogue");
-    let scene = Scene::parse(text, "linear").expect("a good scene");
+/// The emission of a scene at these orders.
+fn module(name: &str, orders: MapOrders) -> EmittedModule {
+    let text = catalogue::text(name).expect("in the catalogue");
+    let scene = Scene::parse(text, name).expect("a good scene");
     let orbit = locate(&scene)
         .expect("no wrong input")
         .into_result()
         .expect("it grazes");
     let expander = Expander::new(&scene, &orbit).expect("an analytic law");
+    let map = match scene.emit.shape {
+        Shape::Flown => expander.flown(orders),
+        _ => expander.expand(orders),
+    };
+    let map = map.expect("an expansion");
+    emitted_module(&map, None, &EmitOptions::default()).expect("an emission")
+}
+
+fn main() {
     println!("ns per step; floor = multiply-adds x time of one in a loop of nothing else");
     println!(
-        "orders    target    step  frozen  chained  lanes  frozen lanes | floor  frozen | madds  frozen"
+        "scene         orders    target    step  frozen  chained  lanes  frozen lanes | floor  frozen | madds  frozen"
     );
-    for (smooth_order, contact_weight) in ORDERS {
-        let orders = MapOrders {
-            smooth_order,
-            contact_weight,
-        };
-        let map = expander.expand(orders).expect("an expansion");
-        let module = emitted_module(&map, None, &EmitOptions::default()).expect("an emission");
+    for (name, smooth_order, contact_weight) in MAPS {
+        let module = module(
+            name,
+            MapOrders {
+                smooth_order,
+                contact_weight,
+            },
+        );
         let folder = tempfile::tempdir().expect("a folder");
-        let files = EmittedCrate::catalogue(std::slice::from_ref(&module))
-            .expect("one map")
-            .files;
-        std::fs::write(folder.path().join("linear.rs"), &files["src/linear.rs"]).expect("a file");
+        std::fs::write(folder.path().join("map.rs"), &module.text).expect("a file");
         std::fs::write(folder.path().join("main.rs"), PROGRAM).expect("a file");
         for native in [false, true] {
             let t = measure(folder.path(), native);
@@ -133,7 +152,7 @@ fn main() {
                 module.frozen_operations.multiply_adds,
             );
             println!(
-                "({smooth_order}, {contact_weight:2})   {}  {:6.1}  {:6.1}  {:7.1}  {:5.2}  {:12.2} | {:5.2}  {:6.2} | {all:5}  {few:6}",
+                "{name:12} ({smooth_order}, {contact_weight:2})   {}  {:6.1}  {:6.1}  {:7.1}  {:5.2}  {:12.2} | {:5.2}  {:6.2} | {all:5}  {few:6}",
                 if native { "native  " } else { "baseline" },
                 t[0],
                 t[1],

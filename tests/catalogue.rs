@@ -114,6 +114,8 @@ fn soft_impacts() -> Vec<Reference> {
         ("soft_a", "A1"),
         ("soft_b", "B1"),
         ("soft_b_surface", "B1"),
+        ("soft_a_stiff", "A1"),
+        ("soft_b_stiff", "B1"),
         ("soft_c", "C1"),
         ("soft_d", "D1"),
     ];
@@ -130,7 +132,7 @@ fn scenes_graze_where_the_reference_numbers_say() {
         .chain(oscillators())
         .chain(soft_impacts())
         .collect();
-    assert_eq!(references.len(), 22);
+    assert_eq!(references.len(), 24);
     for Reference {
         scene: name,
         parameters,

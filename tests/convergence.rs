@@ -95,6 +95,7 @@ fn the_cheapest_orders_meet_the_tolerance_on_fresh_points() {
 fn jets_of(stage: &Stage) -> Vec<&Jet<f64>> {
     match stage {
         Stage::Leg(leg) => leg.image.iter().collect(),
+        Stage::Flown(flown) => flown.polynomials().collect(),
         Stage::Contact(contact) => {
             let parts = contact.linear.iter().chain(&contact.quadratic);
             parts.chain([&contact.depth]).collect()

@@ -219,7 +219,7 @@ fn passages_by_depth(map: &LocalMap, state: &[f64], parameters: &[f64]) -> Passa
     let contacts = map.stages.iter().enumerate();
     let contacts = contacts.filter_map(|(place, stage)| match stage {
         Stage::Contact(contact) => Some((place, contact)),
-        Stage::Leg(_) => None,
+        Stage::Leg(_) | Stage::Flown(_) => None,
     });
     let made = |place: usize, depth: &grazemap::jet::Jet<f64>| {
         let mut before = map.clone();

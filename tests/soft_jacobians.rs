@@ -135,6 +135,7 @@ fn step(map: &LocalMap, start: [f64; 2], amplitude: f64) -> ([f64; 2], Matrix) {
         let (image, factor) = match stage {
             Stage::Leg(leg) => fly(leg, &point),
             Stage::Contact(contact) => touch(contact, &point),
+            Stage::Flown(_) => unreachable!("the map of series is asked for"),
         };
         let product =
             |i: usize, j: usize| factor[i][0] * matrix[0][j] + factor[i][1] * matrix[1][j];

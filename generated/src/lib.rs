@@ -73,7 +73,13 @@ pub mod self_excited;
 pub mod soft_a;
 
 #[rustfmt::skip]
+pub mod soft_a_stiff;
+
+#[rustfmt::skip]
 pub mod soft_b;
+
+#[rustfmt::skip]
+pub mod soft_b_stiff;
 
 #[rustfmt::skip]
 pub mod soft_b_surface;
@@ -440,6 +446,19 @@ pub static CATALOGUE: &[CatalogueMap] = &[
         step_jacobian: soft_a::step_jacobian_on_slices,
     },
     CatalogueMap {
+        identifier: soft_a_stiff::SCENE,
+        digest: soft_a_stiff::DIGEST,
+        dimension: soft_a_stiff::DIMENSION,
+        parameters: soft_a_stiff::PARAMETERS,
+        passages: soft_a_stiff::PASSAGES,
+        window_state: &soft_a_stiff::WINDOW_STATE,
+        window_parameters: &soft_a_stiff::WINDOW_PARAMETERS,
+        #[cfg(feature = "std")]
+        step: soft_a_stiff::step_on_slices,
+        #[cfg(feature = "std")]
+        step_jacobian: soft_a_stiff::step_jacobian_on_slices,
+    },
+    CatalogueMap {
         identifier: soft_b::SCENE,
         digest: soft_b::DIGEST,
         dimension: soft_b::DIMENSION,
@@ -451,6 +470,19 @@ pub static CATALOGUE: &[CatalogueMap] = &[
         step: soft_b::step_on_slices,
         #[cfg(feature = "std")]
         step_jacobian: soft_b::step_jacobian_on_slices,
+    },
+    CatalogueMap {
+        identifier: soft_b_stiff::SCENE,
+        digest: soft_b_stiff::DIGEST,
+        dimension: soft_b_stiff::DIMENSION,
+        parameters: soft_b_stiff::PARAMETERS,
+        passages: soft_b_stiff::PASSAGES,
+        window_state: &soft_b_stiff::WINDOW_STATE,
+        window_parameters: &soft_b_stiff::WINDOW_PARAMETERS,
+        #[cfg(feature = "std")]
+        step: soft_b_stiff::step_on_slices,
+        #[cfg(feature = "std")]
+        step_jacobian: soft_b_stiff::step_jacobian_on_slices,
     },
     CatalogueMap {
         identifier: soft_b_surface::SCENE,

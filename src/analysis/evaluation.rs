@@ -1,6 +1,8 @@
 //! A local map evaluated over any number: what its coefficients say, without the rounding of a step.
 
-use crate::expansion::{ComposedMap, Contact, DepthPolynomial, Legs, LocalMap, Stage};
+use crate::expansion::{
+    ComposedMap, Contact, DepthPolynomial, FlownContact, Legs, LocalMap, Numbers, Stage,
+};
 use crate::jet::Jet;
 use crate::numeric::Real;
 
@@ -18,6 +20,7 @@ pub struct MapEvaluation<S: Real> {
 enum StageOf<S: Real> {
     Leg(Vec<Jet<S>>),
     Contact(Contact<S>),
+    Flown(Box<FlownContact<S>>),
     Composed(ComposedMap<S>),
 }
 
@@ -59,13 +62,13 @@ impl<S: Real> MapEvaluation<S> {
 
     /// The legs alone: `P_smooth`.
     pub fn smooth(map: &LocalMap) -> Self {
-        let legs = map.stages.iter().filter(|stage| !is_contact(stage));
+        let legs = map.stages.iter().filter(|stage| !stage.is_passage());
         Self::of(map, legs)
     }
 
     /// The contact of the first passage alone: its `D`.
     pub fn discontinuity(map: &LocalMap) -> Self {
-        let first = map.stages.iter().find(|stage| is_contact(stage));
+        let first = map.stages.iter().find(|stage| stage.is_passage());
         Self::of(map, first)
     }
 
@@ -118,7 +121,7 @@ impl<S: Real> MapEvaluation<S> {
 
     /// The depths of all passages as the section sees them.
     pub fn depths(map: &LocalMap) -> DepthEvaluation<S> {
-        let last = map.stages.iter().rposition(is_contact);
+        let last = map.stages.iter().rposition(Stage::is_passage);
         DepthEvaluation {
             until_last: Self::of(map, &map.stages[..last.map_or(0, |last| last + 1)]),
         }
@@ -126,7 +129,7 @@ impl<S: Real> MapEvaluation<S> {
 
     /// The stages before the first contact.
     pub fn arrival(map: &LocalMap) -> Self {
-        let first = map.stages.iter().position(is_contact);
+        let first = map.stages.iter().position(Stage::is_passage);
         Self::of(map, &map.stages[..first.unwrap_or(0)])
     }
 
@@ -149,6 +152,11 @@ impl<S: Real> MapEvaluation<S> {
                     depths.push(depth);
                     act(contact, &point, depth, &point[..self.dimension])
                 }
+                StageOf::Flown(flown) => {
+                    let (image, depth) = flown.act(&mut Numbers::new(), &point);
+                    depths.push(depth);
+                    image
+                }
                 StageOf::Composed(map) => {
                     depths = composed_depths(map, &point);
                     let roots: Vec<S> = depths.iter().map(|&depth| root(depth)).collect();
@@ -164,10 +172,6 @@ impl<S: Real> MapEvaluation<S> {
             depths,
         }
     }
-}
-
-fn is_contact(stage: &Stage) -> bool {
-    matches!(stage, Stage::Contact(_))
 }
 
 /// The depth variable of a depth.
@@ -209,6 +213,7 @@ fn act<S: Real>(contact: &Contact<S>, point: &[S], depth: S, start: &[S]) -> Vec
 fn stage_of<S: Real>(stage: &Stage) -> StageOf<S> {
     match stage {
         Stage::Leg(leg) => StageOf::Leg(convert(&leg.image)),
+        Stage::Flown(flown) => StageOf::Flown(Box::new(flown.map_scalars(S::from_f64))),
         Stage::Contact(contact) => StageOf::Contact(Contact {
             depth: contact.depth.map_scalars(S::from_f64),
             linear: convert(&contact.linear),

@@ -112,7 +112,7 @@ pub(super) fn emit(scene: &Scene, expanded: &Expanded) -> Result<EmittedModule, 
         emitted_module(&expanded.map, Some(&expanded.composed), &options)
     };
     let module = match scene.emit.shape {
-        Shape::Factored => shaped(EmittedShape::Factored)?,
+        Shape::Factored | Shape::Flown => shaped(EmittedShape::Factored)?,
         Shape::Composed => shaped(EmittedShape::Composed)?,
         Shape::Auto => {
             let (factored, composed) = (

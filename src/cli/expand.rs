@@ -8,7 +8,7 @@ use super::window_edge::warn_of_edges;
 use crate::expansion::{
     ComposedMap, Expander, ExpansionError, LocalMap, MapOrders, RADIUS_ORDER, Stage, WindowEdge,
 };
-use crate::model::Scene;
+use crate::model::{Scene, Shape};
 use crate::orbit::GrazingOrbit;
 use crate::report::{
     ExpansionParts, MapDocument, PassageParts, ReportError, depth_variables, to_exact_json,
@@ -17,9 +17,9 @@ use crate::report::{
 /// Everything that is expanded for a map.
 #[derive(Debug)]
 pub(super) struct Expanded {
-    /// The map, stage by stage.
+    /// The map, stage by stage, in the shape the scene asks for.
     pub(super) map: LocalMap,
-    /// The map in one polynomial pass.
+    /// The map of series in one polynomial pass.
     pub(super) composed: ComposedMap,
     /// What is written about it.
     pub(super) document: MapDocument,
@@ -49,17 +49,17 @@ pub(super) fn expand(
 ) -> Result<Expanded, CliError> {
     let expander = Expander::new(scene, orbit)?;
     refuse_depth_variables(&expander)?;
-    let map = expander.expand(orders)?;
-    let composed = expander.compose(&map)?;
-    let contacts = map.stages.iter().filter_map(|stage| match stage {
+    let series = expander.expand(orders)?;
+    let composed = expander.compose(&series)?;
+    let contacts = series.stages.iter().filter_map(|stage| match stage {
         Stage::Contact(contact) => Some(contact),
-        Stage::Leg(_) => None,
+        Stage::Leg(_) | Stage::Flown(_) => None,
     });
     let passages = contacts.enumerate().map(|(passage, contact)| {
         let depth_series = expander.depth_series(passage, RADIUS_ORDER)?;
         let (depth, weight) = (scene.window.depth, orders.contact_weight);
         Ok(PassageParts {
-            surface: &map.surfaces[passage],
+            surface: &series.surfaces[passage],
             variables: expander.variables_at(passage),
             contact,
             window_edge: WindowEdge::new(&depth_series, depth, weight),
@@ -78,6 +78,10 @@ pub(super) fn expand(
         lost_digits: &expander.lost_digits(orders)?,
     };
     let document = MapDocument::new(scene, orbit, parts);
+    let map = match scene.emit.shape {
+        Shape::Flown => expander.flown(orders)?,
+        _ => series,
+    };
     Ok(Expanded {
         map,
         composed,

@@ -4,12 +4,12 @@ use super::error::CliError;
 use super::output::note;
 use super::prepare::map_orders;
 use crate::expansion::{Expander, ExpansionError, LocalMap, WindowEdge};
-use crate::model::Scene;
+use crate::model::{Scene, Shape};
 use crate::orbit::GrazingOrbit;
 use crate::report::edge_words;
 
 /// Says on standard error where a truncation leaves out too much at the edge of the scene's window, of the passage
-/// whose contact loses most.
+/// whose contact loses most. Contacts that are flown are not truncated.
 pub(super) fn warn_of_edges(
     scene: &Scene,
     edges: impl IntoIterator<Item = WindowEdge>,
@@ -18,7 +18,8 @@ pub(super) fn warn_of_edges(
     let share = |edge: &WindowEdge| edge.omitted_share;
     let beyond = edges.into_iter().filter(|edge| !edge.is_within());
     let worst = beyond.max_by(|a, b| share(a).total_cmp(&share(b)));
-    if let Some(edge) = worst.filter(|_| !quiet) {
+    let series = scene.emit.shape != Shape::Flown;
+    if let Some(edge) = worst.filter(|_| series && !quiet) {
         note(&format!(
             "warning: `{}`: at the edge of the window {}",
             scene.identifier,
@@ -27,7 +28,7 @@ pub(super) fn warn_of_edges(
     }
 }
 
-/// The map of a scene at its orders, with the warning.
+/// The map of a scene at its orders, in the shape it asks for; with the warning where its contacts are series.
 pub(super) fn local_map(
     scene: &Scene,
     orbit: &GrazingOrbit,

@@ -30,7 +30,10 @@ pub fn choose_orders(
 ) -> Result<Choice, ConvergenceError> {
     let options = ConvergenceOptions {
         highest: HIGHEST,
-        shapes: vec![Shape::Factored],
+        shapes: vec![match scene.emit.shape {
+            Shape::Flown => Shape::Flown,
+            _ => Shape::Factored,
+        }],
         tolerance,
         ..ConvergenceOptions::of(scene)
     };

@@ -83,6 +83,8 @@ fn wanted(map: &LocalMap) -> usize {
             let parts = [contact.linear.first(), contact.quadratic.first()];
             parts.into_iter().flatten().map(length).sum()
         }
+        // A family's maps are series.
+        Stage::Flown(_) => 0,
     };
     let most = map.stages.iter().map(coefficients).max().unwrap_or(0);
     FEWEST_POINTS.max(POINTS_PER_COEFFICIENT * most)

@@ -48,7 +48,8 @@ pub struct ConvergenceOptions {
 }
 
 impl ConvergenceOptions {
-    /// A scene's orders and a little beyond, its tolerance or `1e-8`.
+    /// A scene's orders and a little beyond, its tolerance or `1e-8`; both shapes of series, or the flown one where
+    /// the scene asks for it.
     pub fn of(scene: &Scene) -> Self {
         let (highest, tolerance) = match scene.expansion.orders {
             Orders::Fixed {
@@ -65,7 +66,10 @@ impl ConvergenceOptions {
         };
         Self {
             highest,
-            shapes: vec![Shape::Factored, Shape::Composed],
+            shapes: match scene.emit.shape {
+                Shape::Flown => vec![Shape::Flown],
+                _ => vec![Shape::Factored, Shape::Composed],
+            },
             points: 128,
             tolerance,
             discontinuity_rates: highest.contact_weight.min(8),
@@ -205,22 +209,30 @@ impl<'a> Sweep<'a> {
         orders: MapOrders,
         shape: Shape,
     ) -> Result<HornerMap, ConvergenceError> {
-        let map = self.family.map(orders)?;
+        let map = self.map(orders, shape)?;
         Ok(match shape {
             Shape::Composed => HornerMap::composed(&map, &self.family.compose(&map)?),
-            Shape::Factored | Shape::Auto => HornerMap::new(&map),
+            Shape::Factored | Shape::Flown | Shape::Auto => HornerMap::new(&map),
+        })
+    }
+
+    /// The map stage by stage.
+    fn map(&self, orders: MapOrders, shape: Shape) -> Result<LocalMap, ConvergenceError> {
+        Ok(match shape {
+            Shape::Flown => self.family.flown_map(orders)?,
+            Shape::Factored | Shape::Composed | Shape::Auto => self.family.map(orders)?,
         })
     }
 
     fn coefficients(&self, orders: MapOrders, shape: Shape) -> Result<usize, ConvergenceError> {
-        let map = self.family.map(orders)?;
+        let map = self.map(orders, shape)?;
         Ok(match shape {
             Shape::Composed => {
                 let composed = self.family.compose(&map)?;
                 let polynomials = composed.depths.iter().chain(&composed.image);
                 polynomials.map(DepthPolynomial::coefficients).sum()
             }
-            Shape::Factored | Shape::Auto => stage_coefficients(&map),
+            Shape::Factored | Shape::Flown | Shape::Auto => stage_coefficients(&map),
         })
     }
 
@@ -245,9 +257,16 @@ impl<'a> Sweep<'a> {
         result: &OrderResult,
     ) -> Result<(MapEvaluation<Dd>, f64), ConvergenceError> {
         let orders = result.orders();
-        if result.shape == Shape::Composed {
-            let composed = self.family.compose(&self.family.map(orders)?)?;
-            return Ok((MapEvaluation::composed(&composed), f64::ROUNDOFF));
+        match result.shape {
+            Shape::Composed => {
+                let composed = self.family.compose(&self.family.map(orders)?)?;
+                return Ok((MapEvaluation::composed(&composed), f64::ROUNDOFF));
+            }
+            Shape::Flown => {
+                let map = self.family.flown_map(orders)?;
+                return Ok((MapEvaluation::new(&map), f64::ROUNDOFF));
+            }
+            Shape::Factored | Shape::Auto => {}
         }
         Ok(match factors.map(orders)? {
             Some(map) => (map, Dd::ROUNDOFF),
@@ -306,6 +325,7 @@ impl ErrorSummary {
 fn stage_coefficients(map: &LocalMap) -> usize {
     let of_stage = |stage: &Stage| match stage {
         Stage::Leg(leg) => count_all(&leg.image),
+        Stage::Flown(flown) => flown.polynomials().map(count).sum(),
         Stage::Contact(contact) => {
             count(&contact.depth) + count_all(&contact.linear) + count_all(&contact.quadratic)
         }

@@ -1,10 +1,10 @@
 //! Maps of all orders from one expansion: what is cut off is dropped, not computed again.
 
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use crate::expansion::{
     ComposedMap, Contact, DEVIATION_WEIGHT, Expander, ExpansionError, Leg, Legs, LocalMap,
-    MapOrders, Variables,
+    MapOrders, Stage, Variables,
 };
 use crate::jet::{Jet, JetSpace};
 use crate::model::Scene;
@@ -20,6 +20,8 @@ pub struct MapFamily<'a> {
     expander: Expander<'a>,
     legs: Legs,
     contacts: Vec<Contact>,
+    /// Passages with flown contacts, by weight: a flight is planned for its weight, and planned when first asked for.
+    flown: Vec<OnceLock<Result<Vec<Stage>, ExpansionError>>>,
     highest: MapOrders,
 }
 
@@ -38,6 +40,9 @@ impl<'a> MapFamily<'a> {
         Ok(Self {
             legs: expander.legs(highest.smooth_order)?,
             contacts: expander.contacts(highest.contact_weight)?,
+            flown: (0..=highest.contact_weight)
+                .map(|_| OnceLock::new())
+                .collect(),
             expander,
             highest,
         })
@@ -62,6 +67,19 @@ impl<'a> MapFamily<'a> {
         let legs = cut_legs(&self.expander, &self.legs, orders.smooth_order)?;
         let contacts = cut_contacts(&self.expander, &self.contacts, orders.contact_weight)?;
         Ok(self.expander.assemble(orders, legs, contacts))
+    }
+
+    /// The map at lower orders with its contacts flown.
+    ///
+    /// # Errors
+    ///
+    /// As [`Expander::flown`].
+    pub fn flown_map(&self, orders: MapOrders) -> Result<LocalMap, ExpansionError> {
+        let weight = orders.contact_weight.min(self.highest.contact_weight);
+        let plan = || self.expander.flown_passages(weight);
+        let passages = self.flown[weight as usize].get_or_init(plan).clone()?;
+        let legs = cut_legs(&self.expander, &self.legs, orders.smooth_order)?;
+        Ok(self.expander.assemble_stages(orders, legs, passages))
     }
 
     /// The composed form of a map.

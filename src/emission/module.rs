@@ -14,7 +14,7 @@ pub const FORMAT: u32 = 1;
 /// Shape of an emitted step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum EmittedShape {
-    /// Stage after stage: `P_smooth ∘ D`.
+    /// Stage after stage: `P_smooth ∘ D`; of a map with flown contacts, the flown shape.
     Factored,
     /// One polynomial pass.
     Composed,
@@ -122,6 +122,13 @@ fn check_shapes(map: &LocalMap) -> Result<(), EmissionError> {
     for stage in &map.stages {
         match stage {
             Stage::Leg(leg) => check("polynomials of a leg", dimension, leg.image.len())?,
+            Stage::Flown(flown) => {
+                check(
+                    "corrections of a flown contact",
+                    dimension,
+                    flown.dimension(),
+                )?;
+            }
             Stage::Contact(contact) => {
                 check(
                     "linear polynomials of a contact",
@@ -295,6 +302,7 @@ fn header(
     );
     let passages = names(map.surfaces.iter().map(String::as_str).collect());
     let shape = match options.shape {
+        EmittedShape::Factored if map.is_flown() => "flown",
         EmittedShape::Factored => "factored",
         EmittedShape::Composed => "composed",
     };

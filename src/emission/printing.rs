@@ -107,5 +107,6 @@ fn expression(operation: &Operation, operands: &[String]) -> String {
         }
         Operation::RootOfPositivePart(_) => format!("sqrt(positive_part({}))", operands[0]),
         Operation::HalfReciprocal(_) => format!("half_reciprocal({})", operands[0]),
+        Operation::Held(_) => operands[0].clone(),
     }
 }

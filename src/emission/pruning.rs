@@ -40,6 +40,7 @@ pub fn prune(map: &LocalMap, tolerance: f64) -> (LocalMap, PruneReport) {
                     lost = lost.max(drop_terms(jet, bounds, 1.0, budget, &mut report));
                 }
             }
+            Stage::Flown(flown) => report.kept += flown.polynomials().map(terms).sum::<usize>(),
             Stage::Contact(Contact {
                 depth,
                 linear,
@@ -186,6 +187,13 @@ fn stage_bounds(map: &LocalMap) -> Vec<Vec<f64>> {
                 .iter()
                 .map(|jet| magnitude(jet, &bounds))
                 .collect(),
+            Stage::Flown(flown) => {
+                let corrections = flown.largest_corrections().iter();
+                let pairs = corrections.zip(&bounds);
+                pairs
+                    .map(|(correction, bound)| bound + correction)
+                    .collect()
+            }
             Stage::Contact(contact) => {
                 let corrections = contact.linear.iter().zip(&contact.quadratic);
                 let sizes = corrections

@@ -11,7 +11,7 @@ use super::depth_chart::DepthChart;
 use super::passage::Passage;
 use super::section_chart::SectionChart;
 use super::variables::{Variables, lift};
-use crate::flow::{LocalSeries, at_series_time, local_series};
+use crate::flow::{Field, LocalSeries, at_series_time, local_series};
 use crate::jet::{Jet, JetSpace, implicit_root};
 use crate::numeric::Real;
 
@@ -75,7 +75,8 @@ impl<S: Real> Approach<S> {
         let start = chart.embed(passage, &base, 0)?;
         // The gap is divided by the square of the time, so that its power `weight + 1` acts at the weight.
         let order = weight as usize + 1;
-        let (minimum_time, series) = series_about_minimum(passage, &start, &parameters, order)?;
+        let (minimum_time, series) =
+            series_about_minimum(&passage.field, &start, &parameters, order)?;
         let depth = -&series.watched(0)[0];
         let (space, chart) = match kind {
             DepthVariable::Added => (variables.contact_space(weight)?, None),
@@ -149,15 +150,16 @@ impl<S: Real> Approach<S> {
     }
 }
 
-/// Time from a state to its minimum of the gap, and the series of the free flow about that minimum.
-fn series_about_minimum<S: Real>(
-    passage: &Passage,
+/// Time from a state to its minimum of the gap, and the series of the free flow about that minimum; the gap is the
+/// first function watched.
+pub(super) fn series_about_minimum<S: Real>(
+    field: &Field,
     start: &[Jet<S>],
     parameters: &[Jet<S>],
     order: usize,
 ) -> Result<(Jet<S>, LocalSeries<S>), ExpansionError> {
     let order = order.max(2);
-    let series = local_series(&passage.field, start, parameters, order);
+    let series = local_series(field, start, parameters, order);
     let normal_acceleration = 2.0 * series.watched(0)[2].head().to_f64();
     if !(normal_acceleration > 0.0 && normal_acceleration.is_finite()) {
         return Err(ExpansionError::DegenerateGraze {
@@ -168,10 +170,7 @@ fn series_about_minimum<S: Real>(
     let minimum: Vec<_> = (0..start.len())
         .map(|component| at_series_time(series.state(component), &time))
         .collect();
-    Ok((
-        time,
-        local_series(&passage.field, &minimum, parameters, order),
-    ))
+    Ok((time, local_series(field, &minimum, parameters, order)))
 }
 
 /// Solves `h'(t) = Σ k h_k t^{k−1} = 0` for the time as a jet.

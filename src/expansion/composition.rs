@@ -13,7 +13,8 @@ use crate::jet::{Jet, substitute_all};
 ///
 /// # Errors
 ///
-/// [`ExpansionError::Jet`] if the space would be too large.
+/// [`ExpansionError::Jet`] if the space would be too large, [`ExpansionError::FlownIsNoPolynomial`] for a map with a
+/// flown contact.
 pub fn compose(map: &LocalMap, variables: &Variables) -> Result<ComposedMap, ExpansionError> {
     let weight = map.orders.contact_weight.max(map.orders.smooth_order);
     let spaces = DepthSpace::new(map.passages(), variables, weight)?;
@@ -21,10 +22,10 @@ pub fn compose(map: &LocalMap, variables: &Variables) -> Result<ComposedMap, Exp
     let start = (0..variables.len())
         .map(|variable| Jet::variable(&smooth_space, variable, 0.0))
         .collect();
-    let smooth = Composition::of(map, start, |state, _, _| state);
+    let smooth = Composition::of(map, start, |state, _, _| state)?;
     let whole = Composition::of(map, spaces.identity(), |state, contact, passage| {
         act(contact, state, &spaces.depth_variable(passage))
-    });
+    })?;
     let mut reduced = Vec::new();
     for depth in &whole.depths {
         reduced.push(spaces.reduced(depth, &reduced));
@@ -56,11 +57,12 @@ impl Composition {
         map: &LocalMap,
         start: Vec<Jet<f64>>,
         act: impl Fn(Vec<Jet<f64>>, &Contact, usize) -> Vec<Jet<f64>>,
-    ) -> Self {
+    ) -> Result<Self, ExpansionError> {
         let (mut state, mut depths) = (start, Vec::new());
         for stage in &map.stages {
             state = match stage {
                 Stage::Leg(leg) => fly(leg, &state),
+                Stage::Flown(_) => return Err(ExpansionError::FlownIsNoPolynomial),
                 Stage::Contact(contact) => {
                     let depth = substitute_all(std::slice::from_ref(&contact.depth), &state);
                     depths.extend(depth);
@@ -69,10 +71,10 @@ impl Composition {
             };
         }
         state.truncate(map.dimension());
-        Self {
+        Ok(Self {
             depths,
             image: state,
-        }
+        })
     }
 }
 

@@ -1,5 +1,6 @@
 //! What happens at a surface during a passage, lowered for jets, and what can be wrong with it.
 
+use super::flown::{AffineLaw, FlightError};
 use crate::flow::{Field, Program};
 
 /// The contact law of a surface, inactive parameters folded in.
@@ -14,6 +15,8 @@ pub enum ContactLaw {
     Compliant {
         /// The contact field; watched are the release function, then the event function.
         field: Field,
+        /// The law as one that can be flown exactly, or why it cannot.
+        flight: Box<Result<AffineLaw, FlightError>>,
     },
 }
 

@@ -47,7 +47,7 @@ impl<'a> Through<'a> {
     ) -> Result<Self, ExpansionError> {
         Ok(match &passage.law {
             ContactLaw::Rigid { reset } => Self::Reset(reset),
-            ContactLaw::Compliant { field } => Self::Contact {
+            ContactLaw::Compliant { field, .. } => Self::Contact {
                 field,
                 release: ReleaseBalance::new(passage, field, chart, variables)?,
             },

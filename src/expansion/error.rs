@@ -1,8 +1,9 @@
 //! What can go wrong in an expansion.
 
-use super::ContactLawError;
+use super::{ContactLawError, FlightError};
 use crate::flow::FlowError;
 use crate::jet::JetError;
+use crate::numeric::NumericError;
 
 /// Error of an expansion.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -16,6 +17,18 @@ pub enum ExpansionError {
     /// The contact law of a compliant surface.
     #[error(transparent)]
     ContactLaw(#[from] ContactLawError),
+    /// A contact that cannot be flown exactly.
+    #[error(transparent)]
+    Flight(#[from] FlightError),
+    /// A flown map was asked for where every stop is rigid.
+    #[error("there is no contact to fly: every stop is rigid; use the shape `factored`")]
+    NothingToFly,
+    /// A composed form was asked for where a contact is flown.
+    #[error("a map with a flown contact has no composed form: its contact is no polynomial")]
+    FlownIsNoPolynomial,
+    /// Small linear algebra.
+    #[error(transparent)]
+    Numeric(#[from] NumericError),
     /// The depth cannot stand in the place of a coordinate.
     #[error("the depth -h_min has no slope along any coordinate of the section at the graze")]
     DepthWithoutSlope,

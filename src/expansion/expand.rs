@@ -3,6 +3,7 @@
 use super::contact_law::ContactLaw;
 use super::description::{active_parameters, map_section, map_window};
 use super::discontinuity::discontinuity;
+use super::flown::{FlightWindow, FlownContact, flown_contact};
 use super::graze::Graze;
 use super::impact_speed::{ImpactSpeed, impact_speed};
 use super::leg::LegExpansion;
@@ -114,12 +115,87 @@ impl<'a> Expander<'a> {
         Ok(self.assemble(orders, legs, contacts))
     }
 
+    /// The local map at these orders with every compliant contact flown exactly: uniform in stiffness and damping,
+    /// and dearer per step. Passages of rigid stops stay series.
+    ///
+    /// The error of a flown passage is of weight `contact_weight + 1` with the constants of the free flow.
+    ///
+    /// # Errors
+    ///
+    /// [`ExpansionError::Flight`] where a law is not affine or a contact of the window is not flown to rounding;
+    /// [`ExpansionError::NothingToFly`] without a compliant stop; else as [`expand`](Self::expand).
+    pub fn flown(&self, orders: MapOrders) -> Result<LocalMap, ExpansionError> {
+        let passages = self.flown_passages(orders.contact_weight)?;
+        Ok(self.assemble_stages(orders, self.legs(orders.smooth_order)?, passages))
+    }
+
+    /// The passages of [`flown`](Self::flown).
+    ///
+    /// # Errors
+    ///
+    /// As [`flown`](Self::flown).
+    pub fn flown_passages(&self, weight: u32) -> Result<Vec<Stage>, ExpansionError> {
+        let passages = 0..self.passages();
+        let stages: Vec<_> = passages
+            .map(|passage| match self.flown_contact(passage, weight)? {
+                Some(flown) => Ok(Stage::Flown(Box::new(flown))),
+                None => Ok(Stage::Contact(self.contact(passage, weight)?)),
+            })
+            .collect::<Result<_, ExpansionError>>()?;
+        if stages.iter().any(|stage| matches!(stage, Stage::Flown(_))) {
+            Ok(stages)
+        } else {
+            Err(ExpansionError::NothingToFly)
+        }
+    }
+
+    /// The flown contact of a passage; `None` for a rigid stop.
+    ///
+    /// # Errors
+    ///
+    /// As [`flown`](Self::flown).
+    pub fn flown_contact(
+        &self,
+        passage: usize,
+        weight: u32,
+    ) -> Result<Option<FlownContact>, ExpansionError> {
+        let Graze {
+            passage: graze,
+            chart,
+            variables,
+        } = &self.grazes[passage];
+        let window = self.flight_window(passage);
+        flown_contact(graze, chart, variables, weight, &window)
+    }
+
+    /// The window as a passage sees it: of coordinates that are not the section's own it is not known, and they are
+    /// taken to be as large as a contact makes them.
+    fn flight_window(&self, passage: usize) -> FlightWindow {
+        let window = map_window(self.scene, self.orbit);
+        let reach = window.depth.sqrt();
+        let finite = |width: f64| if width.is_finite() { width } else { reach };
+        let own = passage == self.section_passage();
+        let coordinates = window.state.iter();
+        let coordinates = coordinates.map(|&width| if own { finite(width) } else { reach });
+        let parameters = window.parameter.iter().map(|&width| finite(width));
+        FlightWindow {
+            depth: window.depth,
+            half_widths: coordinates.chain(parameters).collect(),
+        }
+    }
+
     /// A map from parts expanded before: legs by [`legs`](Self::legs), the passages by
     /// [`contacts`](Self::contacts).
     pub fn assemble(&self, orders: MapOrders, legs: Legs, contacts: Vec<Contact>) -> LocalMap {
+        let passages = contacts.into_iter().map(Stage::Contact);
+        self.assemble_stages(orders, legs, passages.collect())
+    }
+
+    /// A map from legs and passages of either kind.
+    pub fn assemble_stages(&self, orders: MapOrders, legs: Legs, passages: Vec<Stage>) -> LocalMap {
         let before = legs.before.map(Stage::Leg).into_iter();
-        let rest = contacts.into_iter().zip(legs.after);
-        let rest = rest.flat_map(|(contact, leg)| [Stage::Contact(contact), Stage::Leg(leg)]);
+        let rest = passages.into_iter().zip(legs.after);
+        let rest = rest.flat_map(|(passage, leg)| [passage, Stage::Leg(leg)]);
         LocalMap {
             scene: self.scene.identifier.clone(),
             digest: self.scene.digest,

@@ -1,6 +1,6 @@
 //! The local map: polynomials in offsets, stage by stage.
 
-use super::DepthPolynomial;
+use super::{DepthPolynomial, FlownContact};
 use crate::jet::Jet;
 use crate::numeric::{Dd, Real, Scalar};
 
@@ -89,6 +89,15 @@ pub enum Stage {
     Leg(Leg),
     /// A grazing passage.
     Contact(Contact),
+    /// A grazing passage whose contact is flown exactly.
+    Flown(Box<FlownContact>),
+}
+
+impl Stage {
+    /// Whether this is a grazing passage.
+    pub fn is_passage(&self) -> bool {
+        !matches!(self, Self::Leg(_))
+    }
 }
 
 /// A leg: each image coordinate as a polynomial in (coordinates; parameters), without constant term.
@@ -153,11 +162,18 @@ impl LocalMap {
         self.section.coordinates.len()
     }
 
+    /// Whether a contact of this map is flown.
+    pub fn is_flown(&self) -> bool {
+        self.stages
+            .iter()
+            .any(|stage| matches!(stage, Stage::Flown(_)))
+    }
+
     /// Number of grazing passages.
     pub fn passages(&self) -> usize {
         self.stages
             .iter()
-            .filter(|stage| matches!(stage, Stage::Contact(_)))
+            .filter(|stage| stage.is_passage())
             .count()
     }
 }

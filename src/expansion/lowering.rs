@@ -1,6 +1,6 @@
 //! A local map lowered to the one straight-line kernel that is run in process and printed as code.
 
-use super::{ComposedMap, Contact, DepthPolynomial, DepthTerm, Leg, LocalMap, Stage};
+use super::{Arithmetic, ComposedMap, Contact, DepthPolynomial, DepthTerm, Leg, LocalMap, Stage};
 use crate::jet::Jet;
 use crate::jet::kernel::{HornerPlan, Kernel, KernelBuilder, Value};
 
@@ -35,6 +35,11 @@ impl MapKernel {
                     let depth = HornerPlan::of_jet(depth).lower(&mut builder, &point);
                     depths.push(depth);
                     contact(&mut builder, depth, &state, [linear, quadratic], &point)
+                }
+                Stage::Flown(flown) => {
+                    let (image, depth) = flown.act(&mut builder, &point);
+                    depths.push(depth);
+                    image
                 }
             };
         }
@@ -76,6 +81,44 @@ impl MapKernel {
     /// At and below depth 0 the contact is the identity, and so is its derivative.
     pub fn with_jacobian(&self) -> Kernel {
         self.kernel.with_jacobian(self.dimension, self.dimension)
+    }
+}
+
+/// A flown contact appends its operations.
+impl Arithmetic for KernelBuilder {
+    type Scalar = f64;
+    type Value = Value;
+
+    fn constant(&mut self, value: f64) -> Value {
+        Self::constant(self, value)
+    }
+
+    fn add(&mut self, a: &Value, b: &Value) -> Value {
+        Self::add(self, *a, *b)
+    }
+
+    fn multiply(&mut self, a: &Value, b: &Value) -> Value {
+        Self::multiply(self, *a, *b)
+    }
+
+    fn multiply_add(&mut self, a: &Value, b: &Value, c: &Value) -> Value {
+        Self::multiply_add(self, *a, *b, *c)
+    }
+
+    fn root_of_positive_part(&mut self, a: &Value) -> Value {
+        Self::root_of_positive_part(self, *a)
+    }
+
+    fn half_reciprocal(&mut self, a: &Value) -> Value {
+        Self::half_reciprocal(self, *a)
+    }
+
+    fn held(&mut self, a: &Value) -> Value {
+        Self::held(self, *a)
+    }
+
+    fn polynomial(&mut self, jet: &Jet<f64>, point: &[Value]) -> Value {
+        HornerPlan::of_jet(jet).lower(self, point)
     }
 }
 

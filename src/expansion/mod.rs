@@ -15,6 +15,7 @@ mod description;
 mod discontinuity;
 mod error;
 mod expand;
+mod flown;
 mod graze;
 mod impact_speed;
 mod leg;
@@ -35,6 +36,10 @@ pub use depth_series::{DepthSeries, LeadingLaw};
 pub use discontinuity::discontinuity;
 pub use error::ExpansionError;
 pub use expand::{Expander, Legs, RADIUS_ORDER};
+pub use flown::{
+    AffineLaw, Arithmetic, FlightError, FlightPlan, FlightWindow, FlownContact, Numbers,
+    flown_contact,
+};
 pub use impact_speed::{ImpactSpeed, impact_speed};
 pub use leg::LegExpansion;
 pub use local_map::{

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use super::ExpansionError;
 use super::analyticity::{Corner, corner_under};
 use super::contact_law::{ContactLaw, ContactLawError};
+use super::flown::AffineLaw;
 use crate::flow::{Field, InputKind, Program, bound_but};
 use crate::jet::{Jet, JetSpace};
 use crate::model::{Model, NodeId, Response, Surface};
@@ -27,7 +28,7 @@ pub struct Passage {
 }
 
 impl Passage {
-    /// Lowers the passage of a surface; `state` and `parameters` are the values at the graze.
+    /// Lowers the passage of surface `number`; `state` and `parameters` are the values at the graze.
     ///
     /// # Errors
     ///
@@ -35,12 +36,12 @@ impl Passage {
     /// grazing point.
     pub fn new(
         model: &Model,
-        surface: usize,
+        number: usize,
         state: &[Dd],
         parameters: &[Dd],
         active: &[usize],
     ) -> Result<Self, ExpansionError> {
-        let surface = &model.surfaces[surface];
+        let surface = &model.surfaces[number];
         let inputs = jet_inputs(model.dimension(), parameters, active);
         let law = match &surface.response {
             Response::Impact { reset } => ContactLaw::Rigid {
@@ -51,8 +52,16 @@ impl Passage {
                 refuse_corners(model, surface, field, *release, &graze)?;
                 let watched = [*release, surface.event];
                 let kinds = bound_but(active, parameters);
+                let flight = AffineLaw::new(
+                    model,
+                    number,
+                    [field, &[*release]],
+                    [state, parameters],
+                    active,
+                );
                 ContactLaw::Compliant {
                     field: Field::new(&model.graph, field, &watched, &kinds),
+                    flight: Box::new(flight),
                 }
             }
         };
@@ -77,6 +86,11 @@ impl Passage {
     pub fn jet_program(&self, model: &Model, outputs: &[NodeId]) -> Program {
         let inputs = jet_inputs(self.dimension, &self.parameters, &self.active);
         Program::new(&model.graph, outputs, &inputs)
+    }
+
+    /// Values of all parameters at the graze.
+    pub(super) fn parameter_values(&self) -> &[Dd] {
+        &self.parameters
     }
 
     /// Length of the full state.

@@ -66,6 +66,16 @@ impl ReleaseBalance {
         Ok(balance)
     }
 
+    /// `q` of the contact time `κ₀ y^q`.
+    pub(super) fn power(&self) -> usize {
+        self.power
+    }
+
+    /// `κ₀`.
+    pub(super) fn factor(&self) -> Dd {
+        self.factor
+    }
+
     /// Weights by which the contact time is less exact than the state at the entry.
     pub(super) fn lost_weights(&self) -> u32 {
         self.divided.saturating_sub(self.power) as u32

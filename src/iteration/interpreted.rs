@@ -1,7 +1,8 @@
 //! The map evaluated from its jets, term by term: the reference for every other form.
 
+use super::tangents::Tangents;
 use super::{DiscreteMap, StepInfo};
-use crate::expansion::{Contact, Leg, LocalMap, Stage};
+use crate::expansion::{Contact, FlownContact, Leg, LocalMap, Stage};
 use crate::jet::Jet;
 
 /// A local map read off its jets, stage by stage, without lowering: slow and plainly right.
@@ -31,6 +32,12 @@ impl InterpretedMap {
                 Stage::Leg(leg) => leg_step(leg, point, self.dimension),
                 Stage::Contact(contact) => {
                     let (depth, next, jacobian) = contact_step(contact, point, self.dimension);
+                    info.add_passage(passages, depth);
+                    passages += 1;
+                    (next, jacobian)
+                }
+                Stage::Flown(flown) => {
+                    let (depth, next, jacobian) = flown_step(flown, point, self.dimension);
                     info.add_passage(passages, depth);
                     passages += 1;
                     (next, jacobian)
@@ -123,6 +130,19 @@ fn contact_step(contact: &Contact, point: &[f64], dimension: usize) -> (f64, Vec
         }
     }
     (depth, next, jacobian)
+}
+
+/// The image and its rows of derivatives, carried along operation by operation.
+fn flown_step(flown: &FlownContact, point: &[f64], dimension: usize) -> (f64, Vec<f64>, Vec<f64>) {
+    let mut tangents = Tangents::new(dimension);
+    let point = tangents.variables(point);
+    let (image, depth) = flown.act(&mut tangents, &point);
+    let jacobian = image.iter().flat_map(|value| &value.tangent).copied();
+    (
+        depth.value,
+        image.iter().map(|value| value.value).collect(),
+        jacobian.collect(),
+    )
 }
 
 fn product(left: &[f64], right: &[f64], dimension: usize) -> Vec<f64> {

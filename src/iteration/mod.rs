@@ -13,6 +13,7 @@ mod lyapunov;
 mod orbit;
 mod passage_set;
 mod period;
+mod tangents;
 
 #[cfg(feature = "compiled-maps")]
 pub use compiled::{CompiledMap, compiled};

@@ -39,6 +39,8 @@ pub enum Operation {
     RootOfPositivePart(Value),
     /// `1/(2a)`, and 0 at `a = 0`: the slope of the depth variable.
     HalfReciprocal(Value),
+    /// `a`, a constant to differentiation: a choice on which no result depends.
+    Held(Value),
 }
 
 impl Operation {
@@ -47,7 +49,9 @@ impl Operation {
         let (a, b, c) = match *self {
             Self::Add(a, b) | Self::Multiply(a, b) => (a, Some(b), None),
             Self::MultiplyAdd(a, b, c) => (a, Some(b), Some(c)),
-            Self::RootOfPositivePart(a) | Self::HalfReciprocal(a) => (a, None, None),
+            Self::RootOfPositivePart(a) | Self::HalfReciprocal(a) | Self::Held(a) => {
+                (a, None, None)
+            }
         };
         [Some(a), b, c].into_iter().flatten()
     }
@@ -60,6 +64,7 @@ impl Operation {
             Self::MultiplyAdd(a, b, c) => Self::MultiplyAdd(map(a), map(b), map(c)),
             Self::RootOfPositivePart(a) => Self::RootOfPositivePart(map(a)),
             Self::HalfReciprocal(a) => Self::HalfReciprocal(map(a)),
+            Self::Held(a) => Self::Held(map(a)),
         }
     }
 }
@@ -109,6 +114,7 @@ impl Kernel {
                 Operation::RootOfPositivePart(..) | Operation::HalfReciprocal(..) => {
                     count.roots += 1
                 }
+                Operation::Held(..) => {}
             }
         }
         count

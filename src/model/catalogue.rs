@@ -96,6 +96,14 @@ const ENTRIES: &[Entry] = &[
         "soft_b_surface",
         "soft impacts B: spring and damper, released at the surface"
     ),
+    entry!(
+        "soft_a_stiff",
+        "soft impacts A: stiff spring, contacts flown exactly"
+    ),
+    entry!(
+        "soft_b_stiff",
+        "soft impacts B: spring and light damper, contacts flown exactly"
+    ),
     entry!("soft_c", "soft impacts C: prestressed spring"),
     entry!("soft_d", "soft impacts D: prestressed spring and damper"),
     entry!("two_stops_t1", "two masses between two elastic stops, T1"),

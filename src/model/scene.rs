@@ -144,6 +144,8 @@ pub enum Shape {
     Factored,
     /// One polynomial pass.
     Composed,
+    /// Stage by stage, every compliant contact flown exactly.
+    Flown,
 }
 
 /// `[[diagram]]`.

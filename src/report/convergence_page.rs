@@ -112,10 +112,10 @@ pub fn chosen_words(study: &ConvergenceStudy) -> String {
     }
 }
 
-/// Factored maps whose orders grow together.
+/// Maps stage by stage whose orders grow together.
 fn diagonal(study: &ConvergenceStudy) -> Vec<&OrderResult> {
     let with = |order: &&OrderResult| {
-        order.shape == Shape::Factored && order.contact_weight == order.smooth_order + 1
+        order.shape != Shape::Composed && order.contact_weight == order.smooth_order + 1
     };
     study.orders.iter().filter(with).collect()
 }
@@ -270,6 +270,7 @@ fn speed_figure(study: &ConvergenceStudy) -> Figure {
     for (shape, marker) in [
         (Shape::Factored, Marker::Circle),
         (Shape::Composed, Marker::Square),
+        (Shape::Flown, Marker::Diamond),
     ] {
         let points: Vec<[f64; 2]> = study
             .orders
@@ -333,5 +334,6 @@ fn shape_word(shape: Shape) -> &'static str {
         Shape::Auto => "auto",
         Shape::Factored => "factored",
         Shape::Composed => "composed",
+        Shape::Flown => "flown",
     }
 }

@@ -28,6 +28,7 @@ pub(crate) fn image(map: &LocalMap, state: &[f64], parameters: &[f64]) -> (Vec<f
         match stage {
             Stage::Leg(leg) => fly(leg, &mut state, parameters),
             Stage::Contact(contact) => depth = touch(contact, &mut state, parameters),
+            Stage::Flown(_) => unreachable!("maps of series alone come here"),
         }
     }
     (state, depth)

@@ -101,6 +101,14 @@ impl KernelBuilder {
         self.push(Operation::HalfReciprocal(a))
     }
 
+    /// `a`, a constant to differentiation.
+    pub fn held(&mut self, a: Value) -> Value {
+        match a {
+            Value::Constant(_) => a,
+            Value::Input(_) | Value::Result(_) => self.push(Operation::Held(a)),
+        }
+    }
+
     /// The finished kernel.
     pub fn finish(self, outputs: Vec<Value>) -> Kernel {
         Kernel {

@@ -13,6 +13,8 @@ impl Kernel {
     /// (1/(2a))' = −2 (1/(2a))² a'
     /// ```
     ///
+    /// Held values have no derivative, and are no operations of their own any more.
+    ///
     /// Derivatives that are 0 or 1 whatever the inputs cost nothing.
     pub fn with_jacobian(&self, rows: usize, columns: usize) -> Self {
         let mut builder = KernelBuilder::new(self.inputs);
@@ -20,6 +22,11 @@ impl Kernel {
         let mut slopes: Vec<Vec<Value>> = Vec::with_capacity(self.operations.len());
         for operation in &self.operations {
             let moved = operation.with_operands(|value| builder.import(self, value, &values));
+            if let Operation::Held(value) = moved {
+                values.push(value);
+                slopes.push(vec![builder.constant(0.0); columns]);
+                continue;
+            }
             let result = builder.push(moved);
             let operands: Vec<Value> = operation.operands().collect();
             let row = differentiate(
@@ -87,6 +94,7 @@ fn differentiate(
             let outer = builder.multiply(minus_two, square);
             builder.multiply(inner, outer)
         }
+        Operation::Held(_) => builder.constant(0.0),
     };
     (0..columns).map(|column| one(builder, column)).collect()
 }

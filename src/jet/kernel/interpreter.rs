@@ -29,6 +29,7 @@ enum Instruction {
     MultiplyAdd(u32, u32, u32),
     RootOfPositivePart(u32),
     HalfReciprocal(u32),
+    Copy(u32),
 }
 
 impl Interpreter {
@@ -48,6 +49,7 @@ impl Interpreter {
             }
             Operation::RootOfPositivePart(a) => Instruction::RootOfPositivePart(place(a)),
             Operation::HalfReciprocal(a) => Instruction::HalfReciprocal(place(a)),
+            Operation::Held(a) => Instruction::Copy(place(a)),
         });
         Self {
             inputs: kernel.inputs,
@@ -127,6 +129,7 @@ fn execute(instruction: Instruction, memory: &[f64]) -> f64 {
         Instruction::MultiplyAdd(a, b, c) => Scalar::mul_add(at(a), at(b), at(c)),
         Instruction::RootOfPositivePart(a) => positive_part(at(a)).sqrt(),
         Instruction::HalfReciprocal(a) => half_reciprocal(at(a)),
+        Instruction::Copy(a) => at(a),
     }
 }
 

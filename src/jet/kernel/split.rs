@@ -139,4 +139,18 @@ mod tests {
         let below = Interpreter::new(&jacobian).evaluate(&[-2.0, 1.0]);
         assert_eq!(below, [-7.0, 0.0, 12.0, 0.0]);
     }
+    #[test]
+    fn a_held_value_is_a_constant_to_the_jacobian_and_costs_nothing() {
+        let mut builder = KernelBuilder::new(1);
+        let x = builder.input(0);
+        let square = builder.multiply(x, x);
+        let held = builder.held(square);
+        let product = builder.multiply(held, x);
+        let kernel = builder.finish(vec![product]);
+        assert_eq!(Interpreter::new(&kernel).evaluate(&[3.0]), [27.0]);
+        let jacobian = kernel.with_jacobian(1, 1);
+        assert_eq!(Interpreter::new(&jacobian).evaluate(&[3.0]), [27.0, 9.0]);
+        assert_eq!(kernel.count().total(), 2);
+        assert_eq!(jacobian.operations.len(), 2);
+    }
 }

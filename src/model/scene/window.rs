@@ -55,8 +55,9 @@ pub(super) fn read_emit(table: Option<&Table<'_>>) -> Checked<Emit> {
             ("auto", Shape::Auto),
             ("factored", Shape::Factored),
             ("composed", Shape::Composed),
+            ("flown", Shape::Flown),
         ];
-        emit.shape = shape.choice(&options, "\"factored\", \"composed\", \"auto\"")?;
+        emit.shape = shape.choice(&options, "\"factored\", \"composed\", \"flown\", \"auto\"")?;
     }
     if let Some(lanes) = table.field("lanes") {
         emit.lanes = lanes.count(1, MOST_LANES)? as usize;

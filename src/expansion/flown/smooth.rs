@@ -1,0 +1,290 @@
+//! The smooth pieces of a flown passage: series of the free flow about its minimum of the gap.
+
+use std::sync::Arc;
+
+use super::AffineLaw;
+use super::contact::{Drive, LinearLaw};
+use crate::expansion::ExpansionError;
+use crate::expansion::approach::{Approach, DepthVariable, series_about_minimum, time_of_minimum};
+use crate::expansion::passage::Passage;
+use crate::expansion::section_chart::SectionChart;
+use crate::expansion::variables::{Variables, respace};
+use crate::flow::{LocalSeries, at_series_time, local_series};
+use crate::jet::{Jet, JetSpace};
+use crate::numeric::{Dd, Scalar};
+use crate::orbit::PoincareSectionKind;
+
+/// Weight to which the start of the entry's Newton steps is expanded.
+const ENTRY_WEIGHT: u32 = 3;
+/// Coefficients below this share of the largest of their series are zero: expansions are in double-double.
+const VANISHING: f64 = 1e-22;
+/// A combination of the gap and its rate is a force if no coefficient differs by more than this share.
+const SAME: f64 = 1e-20;
+
+/// The series of the free flow that a flown passage is made of.
+pub(super) struct SmoothPieces {
+    pub(super) depth: Jet<Dd>,
+    pub(super) gap: Vec<Jet<Dd>>,
+    pub(super) entry: Jet<Dd>,
+    pub(super) law: LinearLaw<Dd>,
+    pub(super) back: Vec<Jet<Dd>>,
+    pub(super) section: Vec<Jet<Dd>>,
+}
+
+/// One passage under expansion.
+pub(super) struct SmoothExpansion<'a> {
+    passage: &'a Passage,
+    affine: &'a AffineLaw,
+    chart: &'a SectionChart,
+    variables: &'a Variables,
+    weight: u32,
+    /// Time from the section point to the minimum.
+    minimum_time: Jet<Dd>,
+    /// The free flow about the minimum.
+    series: LocalSeries<Dd>,
+}
+
+impl<'a> SmoothExpansion<'a> {
+    /// Expands the free flow about its minimum of the gap; the image then errs by weight `weight + 1`.
+    pub(super) fn new(
+        passage: &'a Passage,
+        affine: &'a AffineLaw,
+        chart: &'a SectionChart,
+        variables: &'a Variables,
+        weight: u32,
+    ) -> Result<Self, ExpansionError> {
+        let space = variables.smooth_space(weight + 1)?;
+        let parameters = passage.parameter_jets(&space, variables.coordinates);
+        let start = chart.embed(passage, &space, 0)?;
+        let order = weight as usize + 1;
+        let (minimum_time, series) =
+            series_about_minimum(&affine.field, &start, &parameters, order)?;
+        Ok(Self {
+            passage,
+            affine,
+            chart,
+            variables,
+            weight,
+            minimum_time,
+            series,
+        })
+    }
+
+    /// All pieces.
+    pub(super) fn pieces(&self) -> Result<SmoothPieces, ExpansionError> {
+        let gap = self.series.watched(0);
+        let mut depth = -&gap[0];
+        // The depth vanishes on the grazing orbit: its constant term is rounding.
+        depth.coefficients_mut()[0] = Dd::ZERO;
+        let quotient = gap.iter().enumerate().skip(2);
+        let quotient: Result<_, _> = quotient.map(|(power, jet)| self.cut(jet, power)).collect();
+        Ok(SmoothPieces {
+            depth,
+            gap: quotient?,
+            entry: self.entry()?,
+            law: self.law()?,
+            back: self.back()?,
+            section: self.section()?,
+        })
+    }
+
+    /// A coefficient of the time's `power`, cut at what is left of the weight.
+    fn cut(&self, jet: &Jet<Dd>, power: usize) -> Result<Jet<Dd>, ExpansionError> {
+        let weight = (self.weight + 1).saturating_sub(power as u32);
+        Ok(respace(jet, &self.variables.smooth_space(weight)?))
+    }
+
+    fn entry(&self) -> Result<Jet<Dd>, ExpansionError> {
+        let approach = Approach::new(
+            self.passage,
+            self.chart,
+            self.variables,
+            ENTRY_WEIGHT,
+            DepthVariable::Added,
+        )?;
+        approach.entry_time_over_depth(&approach.depth_variable())
+    }
+
+    fn law(&self) -> Result<LinearLaw<Dd>, ExpansionError> {
+        let forced = self.affine.forced.iter().enumerate();
+        let forces = forced
+            .map(|(number, &component)| Ok((component, self.drive(2 + number)?)))
+            .collect::<Result<_, ExpansionError>>()?;
+        Ok(LinearLaw {
+            matrix: self.affine.matrix.clone(),
+            forces,
+            release_row: self.affine.release_row.clone(),
+            release: self.drive(1)?,
+        })
+    }
+
+    /// A watched function as a combination of 1, the gap and its rate, or else as the series it is.
+    fn drive(&self, watched: usize) -> Result<Drive<Dd>, ExpansionError> {
+        let (series, gap) = (self.series.watched(watched), self.series.watched(0));
+        let combination = combination(series, gap);
+        let series = match &combination {
+            Some(_) => Vec::new(),
+            None => {
+                let terms = series.iter().enumerate();
+                terms
+                    .map(|(power, jet)| self.cut(jet, power))
+                    .collect::<Result<_, _>>()?
+            }
+        };
+        let [constant, gap, gap_rate] = combination.unwrap_or([Dd::ZERO; 3]);
+        Ok(Drive {
+            constant,
+            gap,
+            gap_rate,
+            series,
+        })
+    }
+
+    /// The free flow backwards by `s` from `x_free(s) + z`, less `x_free(0)`.
+    fn back(&self) -> Result<Vec<Jet<Dd>>, ExpansionError> {
+        let moved = self.affine.components.len();
+        let carried = if self.affine.free_is_affine {
+            0
+        } else {
+            self.variables.len()
+        };
+        let weights: Vec<u32> = std::iter::once(1)
+            .chain(self.added_weights())
+            .chain(self.variables.weights[..carried].iter().copied())
+            .collect();
+        let space = JetSpace::new(&weights, self.weight as usize)?;
+        let time = Jet::variable(&space, 0, Dd::ZERO);
+        let first = 1 + moved;
+        let mut state: Vec<_> = (0..self.passage.dimension())
+            .map(|component| {
+                let series = self.series.state(component).iter();
+                let lifted: Vec<_> = series
+                    .map(|jet| self.lift(jet, &space, first, carried))
+                    .collect();
+                at_series_time(&lifted, &time)
+            })
+            .collect();
+        self.add_variables(&mut state, &space, 1);
+        let parameters = self.parameters(&space, first, carried);
+        let order = self.weight as usize + 1;
+        let series = local_series(&self.passage.field, &state, &parameters, order);
+        let back = -&time;
+        let components = self.affine.components.iter();
+        Ok(components
+            .map(|&component| {
+                let image = at_series_time(series.state(component), &back);
+                depending_on(&image, 1..first)
+            })
+            .collect())
+    }
+
+    /// From what was added at the minimum to the corrections of the coordinates.
+    fn section(&self) -> Result<Vec<Jet<Dd>>, ExpansionError> {
+        let moved = self.affine.components.len();
+        let weights: Vec<u32> = self
+            .added_weights()
+            .chain(self.variables.weights.iter().copied())
+            .collect();
+        let space = JetSpace::new(&weights, self.weight as usize)?;
+        let carried = self.variables.len();
+        let mut state: Vec<_> = (0..self.passage.dimension())
+            .map(|component| {
+                let jet = &self.series.state(component)[0];
+                self.lift(jet, &space, moved, carried)
+            })
+            .collect();
+        self.add_variables(&mut state, &space, 0);
+        let parameters = self.parameters(&space, moved, carried);
+        let order = (self.weight as usize + 1).max(2);
+        let series = local_series(&self.passage.field, &state, &parameters, order);
+        let time = match self.chart.section.kind {
+            PoincareSectionKind::Tangency => {
+                time_of_minimum(series.watched(0), &Jet::zero(&space))?
+            }
+            PoincareSectionKind::Stroboscopic { .. } => {
+                -&self.lift(&self.minimum_time, &space, moved, carried)
+            }
+        };
+        let coordinates = self.chart.section.coordinates.iter();
+        Ok(coordinates
+            .map(|&component| {
+                let image = at_series_time(series.state(component), &time);
+                depending_on(&image, 0..moved)
+            })
+            .collect())
+    }
+
+    /// Weight of what is added to each moved component: a force acts for a time `O(y)`.
+    fn added_weights(&self) -> impl Iterator<Item = u32> {
+        self.affine.distances.iter().map(|distance| 1 + distance)
+    }
+
+    /// A jet in (coordinates; parameters) in a space where they begin at `first`, or at the graze alone.
+    fn lift(&self, jet: &Jet<Dd>, space: &Arc<JetSpace>, first: usize, carried: usize) -> Jet<Dd> {
+        if carried == 0 {
+            return Jet::constant(space, jet.head());
+        }
+        let places: Vec<_> = (first..first + carried).map(Some).collect();
+        jet.reinterpret(space, &places)
+    }
+
+    fn parameters(&self, space: &Arc<JetSpace>, first: usize, carried: usize) -> Vec<Jet<Dd>> {
+        if carried > 0 {
+            let first = first + self.variables.coordinates;
+            return self.passage.parameter_jets(space, first);
+        }
+        let values = self.passage.parameter_values().iter();
+        values.map(|&value| Jet::constant(space, value)).collect()
+    }
+
+    /// Adds a variable, from number `first` on, to each moved component.
+    fn add_variables(&self, state: &mut [Jet<Dd>], space: &Arc<JetSpace>, first: usize) {
+        for (position, &component) in self.affine.components.iter().enumerate() {
+            state[component] += &Jet::variable(space, first + position, Dd::ZERO);
+        }
+    }
+}
+
+/// `[c, a, b]` with `series = c + a h + b h'`, if there are such numbers.
+fn combination(series: &[Jet<Dd>], gap: &[Jet<Dd>]) -> Option<[Dd; 3]> {
+    let scale = series.iter().map(Jet::max_abs).fold(0.0, f64::max);
+    let clean = |value: Dd| {
+        if value.magnitude() <= VANISHING * scale {
+            Dd::ZERO
+        } else {
+            value
+        }
+    };
+    let head = |power: usize| gap[power].head();
+    let number = |value: usize| Dd::from(value as f64);
+    let rate = clean(series[1].head() / (number(2) * head(2)));
+    let slope = number(3) * gap.get(3).map_or(Dd::ZERO, Jet::head);
+    let factor = clean((series.get(2)?.head() - rate * slope) / head(2));
+    let constant = clean(series[0].head());
+    for (power, jet) in series[..series.len() - 1].iter().enumerate() {
+        let next = gap[power + 1].scale(rate * number(power + 1));
+        let mut rest = jet - &(&gap[power].scale(factor) + &next);
+        if power == 0 {
+            rest = rest.add_constant(-constant);
+        }
+        let size = jet.max_abs().max(scale);
+        if rest.max_abs().is_nan() || rest.max_abs() > SAME * size {
+            return None;
+        }
+    }
+    Some([constant, factor, rate])
+}
+
+/// The terms of a jet in which one of these variables occurs.
+fn depending_on(jet: &Jet<Dd>, variables: std::ops::Range<usize>) -> Jet<Dd> {
+    let largest = jet.max_abs();
+    let mut result = Jet::zero(jet.space());
+    for (monomial, &value) in jet.coefficients().iter().enumerate() {
+        let exponents = &jet.space().exponents(monomial)[variables.clone()];
+        let rounding = value.magnitude() <= VANISHING * largest;
+        if !rounding && exponents.iter().any(|&exponent| exponent > 0) {
+            result.coefficients_mut()[monomial] = value;
+        }
+    }
+    result
+}
