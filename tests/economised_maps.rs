@@ -76,6 +76,7 @@ fn jets(map: &LocalMap) -> Vec<&Jet<f64>> {
                 let corrections = contact.linear.iter().chain(&contact.quadratic);
                 corrections.chain([&contact.depth]).collect()
             }
+            Stage::Flown(_) => panic!("a family's maps are series"),
         })
         .collect()
 }

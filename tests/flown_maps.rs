@@ -205,7 +205,7 @@ fn interpreted_lowered_frozen_and_compiled_maps_agree() {
         let (state, parameters) = point.split_at(2);
         let (mut image, mut jacobian) = ([0.0; 2], [0.0; 4]);
         let info = interpreted.step_jacobian(state, parameters, &mut image, &mut jacobian);
-        assert!(info.valid && info.contacts == 1, "{point:?}");
+        assert!(info.valid && info.contacts() == 1, "{point:?}");
         // A stiff contact multiplies rounding by up to √k2 y/√a = 40 in the kick and as much again in its slope.
         agree("compiled image", &answer[..2], &image, 1e-13);
         agree("compiled Jacobian", &answer[3..], &jacobian, 1e-11);
