@@ -168,6 +168,33 @@ fn a_prestress_may_be_an_active_parameter() {
     assert!(error < 1e-10, "{error:e}");
 }
 
+#[test]
+fn the_free_field_need_not_be_affine() {
+    let law = [
+        ("model.flow.v", "A*cos(theta) - R1*v - k1*u - 0.05*u^3"),
+        (
+            "model.surface.0.contact.v",
+            "A*cos(theta) - R1*v - k1*u - k2*(u - sigma)",
+        ),
+        ("k2", "1e5"),
+        ("window.depth", "1e-4"),
+        ("window.state", "{ u = 1e-4, theta = 0.01 }"),
+        ("window.parameter", "{ A = 1e-5, omega = 1e-5 }"),
+    ];
+    let shallow = depths().filter(|&depth| depth <= 1e-4);
+    let points: Vec<_> = shallow
+        .map(|depth| (vec![depth, depth], vec![0.1 * depth, 0.0]))
+        .collect();
+    let orders = MapOrders {
+        smooth_order: 6,
+        contact_weight: 6,
+    };
+    let error = worst_error(&scene("A", &law), orders, &points);
+    println!("A, a cubic free field: {error:.1e}");
+    // Degree 7 and weight 7 at y = 0.01, where the phase turns by 0.03.
+    assert!(error < 1e-9, "{error:e}");
+}
+
 /// A stiff map on its section, and points of its window with contact.
 fn section_map(contact_weight: u32) -> (LocalMap, Vec<[f64; 4]>) {
     let window = [
