@@ -144,6 +144,57 @@ fn section_maps_of_stiff_stops_are_exact_to_1e_minus_9_on_the_same_depths() {
     }
 }
 
+#[test]
+fn a_prestress_may_be_an_active_parameter() {
+    let law = [
+        ("d", "1e-2"),
+        ("k2", "1e4"),
+        ("section.kind", "stroboscopic"),
+        ("expansion.active", "[\"A\", \"d\"]"),
+        ("window.depth", "1e-3"),
+        ("window.state", "{ u = 1e-2, v = 1e-2 }"),
+        ("window.parameter", "{ A = 1e-3, d = 1e-3 }"),
+    ];
+    let points: Vec<_> = depths()
+        .map(|depth| (vec![depth, depth], vec![0.3 * depth, depth]))
+        .collect();
+    // The force is a series of its own then: 1, h and h' have no coefficient that moves with d.
+    let orders = MapOrders {
+        smooth_order: 2,
+        contact_weight: 8,
+    };
+    let error = worst_error(&scene("C", &law), orders, &points);
+    println!("C, d active: {error:.1e}");
+    assert!(error < 1e-10, "{error:e}");
+}
+
+#[test]
+fn the_free_field_need_not_be_affine() {
+    let law = [
+        ("model.flow.v", "A*cos(theta) - R1*v - k1*u - 0.05*u^3"),
+        (
+            "model.surface.0.contact.v",
+            "A*cos(theta) - R1*v - k1*u - k2*(u - sigma)",
+        ),
+        ("k2", "1e5"),
+        ("window.depth", "1e-4"),
+        ("window.state", "{ u = 1e-4, theta = 0.01 }"),
+        ("window.parameter", "{ A = 1e-5, omega = 1e-5 }"),
+    ];
+    let shallow = depths().filter(|&depth| depth <= 1e-4);
+    let points: Vec<_> = shallow
+        .map(|depth| (vec![depth, depth], vec![0.1 * depth, 0.0]))
+        .collect();
+    let orders = MapOrders {
+        smooth_order: 6,
+        contact_weight: 6,
+    };
+    let error = worst_error(&scene("A", &law), orders, &points);
+    println!("A, a cubic free field: {error:.1e}");
+    // Degree 7 and weight 7 at y = 0.01, where the phase turns by 0.03.
+    assert!(error < 1e-9, "{error:e}");
+}
+
 /// A stiff map on its section, and points of its window with contact.
 fn section_map(contact_weight: u32) -> (LocalMap, Vec<[f64; 4]>) {
     let window = [
@@ -267,7 +318,7 @@ fn laws_that_are_not_affine_are_refused_with_the_component_at_fault() {
     let refused = |scene: &Scene| {
         let orbit = orbit(scene);
         let expander = Expander::new(scene, &orbit).expect("an analytic law");
-        expander.flown_contact(0, 4).err().expect("no affine law")
+        expander.flown_contact(0, 4).expect_err("no affine law")
     };
     let at = |state: &str| {
         ExpansionError::Flight(FlightError::Field {
@@ -290,7 +341,7 @@ fn a_contact_that_outlasts_its_own_times_is_refused() {
     let scene = scene("D", &[("R2", "1e4"), ("k2", "10")]);
     let orbit = orbit(&scene);
     let expander = Expander::new(&scene, &orbit).expect("an analytic law");
-    let error = expander.flown_contact(0, 4).err().expect("many steps");
+    let error = expander.flown_contact(0, 4).expect_err("many steps");
     assert!(
         matches!(error, ExpansionError::Flight(FlightError::TooLong { .. })),
         "{error}"
@@ -307,6 +358,6 @@ fn a_scene_of_rigid_stops_has_nothing_to_fly() {
         smooth_order: 2,
         contact_weight: 3,
     };
-    let error = expander.flown(orders).err().expect("a rigid stop");
+    let error = expander.flown(orders).expect_err("a rigid stop");
     assert_eq!(error, ExpansionError::NothingToFly);
 }

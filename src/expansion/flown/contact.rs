@@ -46,14 +46,14 @@ pub(super) struct LinearLaw<S: Scalar> {
     pub(super) release: Drive<S>,
 }
 
-/// A function along the free flow: a combination of 1, the gap and its rate, or a series of its own.
+/// A function along the free flow: a combination of 1, the gap and its rate, and a series for the rest.
 #[derive(Clone, Debug)]
 pub(super) struct Drive<S: Scalar> {
     pub(super) constant: S,
     pub(super) gap: S,
     pub(super) gap_rate: S,
-    /// Coefficients in the time from the minimum; empty where the combination says all.
-    pub(super) series: Vec<Jet<S>>,
+    /// Coefficients of the rest in the time from the minimum; empty where the combination says all.
+    pub(super) rest: Vec<Jet<S>>,
 }
 
 /// `κ(y) = P(y)/Q(y)`, positive; lowest power first.
@@ -95,11 +95,11 @@ impl<S: Scalar> FlownContact<S> {
     /// Every polynomial of the passage.
     pub fn polynomials(&self) -> impl Iterator<Item = &Jet<S>> {
         let drives = self.law.forces.iter().map(|(_, force)| force);
-        let series = drives.chain([&self.law.release]).flat_map(|d| &d.series);
+        let rests = drives.chain([&self.law.release]).flat_map(|d| &d.rest);
         let rest = self.gap.iter().chain(&self.back).chain(&self.section);
         [&self.depth, &self.entry]
             .into_iter()
-            .chain(series)
+            .chain(rests)
             .chain(rest)
     }
 }
@@ -114,7 +114,7 @@ impl<S: Scalar> LinearLaw<S> {
                 constant: -release.constant,
                 gap: -release.gap,
                 gap_rate: -release.gap_rate,
-                series: release.series.iter().map(|jet| -jet).collect(),
+                rest: release.rest.iter().map(|jet| -jet).collect(),
             },
             ..self
         }
@@ -130,7 +130,7 @@ impl<S: Real> FlownContact<S> {
             constant: convert(drive.constant),
             gap: convert(drive.gap),
             gap_rate: convert(drive.gap_rate),
-            series: jets(&drive.series),
+            rest: jets(&drive.rest),
         };
         let forces = self.law.forces.iter();
         FlownContact {

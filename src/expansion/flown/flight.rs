@@ -50,7 +50,7 @@ impl<S: Scalar> FlownContact<S> {
         let entry = self.entry(arithmetic, y, point);
         let (flown, added) = self.fly(arithmetic, y, &entry);
         let time = arithmetic.add(&entry.time, &flown);
-        self.on_section(arithmetic, &time, added, point)
+        self.on_section(arithmetic, &time, &added, point)
     }
 
     /// From the entry to the release: the contact time and what the contact has added to each moved component.
@@ -81,15 +81,13 @@ impl<S: Scalar> FlownContact<S> {
         &self,
         arithmetic: &mut A,
         time: &A::Value,
-        added: Vec<A::Value>,
+        added: &[A::Value],
         point: &[A::Value],
     ) -> Vec<A::Value> {
-        let moved = added.len();
-        let mut exit = [std::slice::from_ref(time), &added, point].concat();
+        let mut exit = [std::slice::from_ref(time), added, point].concat();
         // Where the free field is affine the way back does not depend on the point.
         exit.truncate(self.back.first().map_or(0, |jet| jet.space().variables()));
         let back = all(arithmetic, &self.back, &exit);
-        debug_assert_eq!(back.len(), moved);
         all(arithmetic, &self.section, &[&back, point].concat())
     }
 
@@ -267,11 +265,6 @@ impl<S: Scalar> Drive<S> {
         time: &A::Value,
         point: &[A::Value],
     ) -> Vec<A::Value> {
-        if !self.series.is_empty() {
-            let mut series = all(arithmetic, &self.series, point);
-            shift(arithmetic, &mut series, Some(time));
-            return series;
-        }
         let by_gap = arithmetic.constant(self.gap);
         let term = |power: usize| {
             let constant = if power == 0 { self.constant } else { S::zero() };
@@ -283,7 +276,13 @@ impl<S: Scalar> Drive<S> {
             }
             arithmetic.multiply_add(&by_gap, &gap[power], &sum)
         };
-        (0..gap.len()).map(term).collect()
+        let mut sum: Vec<_> = (0..gap.len()).map(term).collect();
+        let mut rest = all(arithmetic, &self.rest, point);
+        shift(arithmetic, &mut rest, Some(time));
+        for (sum, rest) in sum.iter_mut().zip(&rest) {
+            *sum = arithmetic.add(sum, rest);
+        }
+        sum
     }
 }
 

@@ -60,7 +60,7 @@ impl Reference<'_> {
                 let since_minimum = entry.time + time;
                 let corrections = self
                     .contact
-                    .on_section(numbers, &since_minimum, added, point);
+                    .on_section(numbers, &since_minimum, &added, point);
                 return Some(FlownReference {
                     time,
                     sign: sign?,

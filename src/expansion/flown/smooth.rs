@@ -18,7 +18,7 @@ use crate::orbit::PoincareSectionKind;
 const ENTRY_WEIGHT: u32 = 3;
 /// Coefficients below this share of the largest of their series are zero: expansions are in double-double.
 const VANISHING: f64 = 1e-22;
-/// A combination of the gap and its rate is a force if no coefficient differs by more than this share.
+/// What a combination of the gap and its rate leaves of a force is rounding below this share of it.
 const SAME: f64 = 1e-20;
 
 /// The series of the free flow that a flown passage is made of.
@@ -118,25 +118,18 @@ impl<'a> SmoothExpansion<'a> {
         })
     }
 
-    /// A watched function as a combination of 1, the gap and its rate, or else as the series it is.
+    /// A watched function as a combination of 1, the gap and its rate, and what that leaves.
     fn drive(&self, watched: usize) -> Result<Drive<Dd>, ExpansionError> {
         let (series, gap) = (self.series.watched(watched), self.series.watched(0));
-        let combination = combination(series, gap);
-        let series = match &combination {
-            Some(_) => Vec::new(),
-            None => {
-                let terms = series.iter().enumerate();
-                terms
-                    .map(|(power, jet)| self.cut(jet, power))
-                    .collect::<Result<_, _>>()?
-            }
-        };
-        let [constant, gap, gap_rate] = combination.unwrap_or([Dd::ZERO; 3]);
+        let ([constant, gap, gap_rate], rest) = decomposed(series, gap);
+        let rest = rest.iter().enumerate();
         Ok(Drive {
             constant,
             gap,
             gap_rate,
-            series,
+            rest: rest
+                .map(|(power, jet)| self.cut(jet, power))
+                .collect::<Result<_, _>>()?,
         })
     }
 
@@ -245,34 +238,41 @@ impl<'a> SmoothExpansion<'a> {
     }
 }
 
-/// `[c, a, b]` with `series = c + a h + b h'`, if there are such numbers.
-fn combination(series: &[Jet<Dd>], gap: &[Jet<Dd>]) -> Option<[Dd; 3]> {
+/// `[c, a, b]`, and what remains of `series = c + a h + b h' + rest` beside them.
+///
+/// At the grazing point the rest has no term in `1`, `t` and `t²`: whatever is proportional to the gap or its rate is not
+/// in it, and follows the depth exactly.
+fn decomposed(series: &[Jet<Dd>], gap: &[Jet<Dd>]) -> ([Dd; 3], Vec<Jet<Dd>>) {
     let scale = series.iter().map(Jet::max_abs).fold(0.0, f64::max);
-    let clean = |value: Dd| {
-        if value.magnitude() <= VANISHING * scale {
-            Dd::ZERO
-        } else {
-            value
-        }
-    };
-    let head = |power: usize| gap[power].head();
+    let clean = |value: Dd| rounded_away(value, VANISHING * scale);
+    let head = |jets: &[Jet<Dd>], power: usize| jets.get(power).map_or(Dd::ZERO, Jet::head);
     let number = |value: usize| Dd::from(value as f64);
-    let rate = clean(series[1].head() / (number(2) * head(2)));
-    let slope = number(3) * gap.get(3).map_or(Dd::ZERO, Jet::head);
-    let factor = clean((series.get(2)?.head() - rate * slope) / head(2));
-    let constant = clean(series[0].head());
-    for (power, jet) in series[..series.len() - 1].iter().enumerate() {
-        let next = gap[power + 1].scale(rate * number(power + 1));
-        let mut rest = jet - &(&gap[power].scale(factor) + &next);
-        if power == 0 {
-            rest = rest.add_constant(-constant);
-        }
-        let size = jet.max_abs().max(scale);
-        if rest.max_abs().is_nan() || rest.max_abs() > SAME * size {
-            return None;
-        }
+    let rate = clean(head(series, 1) / (number(2) * head(gap, 2)));
+    let bent = number(3) * head(gap, 3);
+    let factor = clean((head(series, 2) - rate * bent) / head(gap, 2));
+    let constant = clean(head(series, 0));
+    let mut rest: Vec<_> = (0..series.len() - 1)
+        .map(|power| {
+            let next = gap[power + 1].scale(rate * number(power + 1));
+            let known = &gap[power].scale(factor) + &next;
+            let offset = if power == 0 { constant } else { Dd::ZERO };
+            let rest = (&series[power] - &known).add_constant(-offset);
+            rest.map_scalars(|value| rounded_away(value, SAME * scale))
+        })
+        .collect();
+    while rest.last().is_some_and(|jet| jet.max_abs() == 0.0) {
+        rest.pop();
     }
-    Some([constant, factor, rate])
+    ([constant, factor, rate], rest)
+}
+
+/// A value, or 0 if it is no larger than rounding.
+fn rounded_away(value: Dd, rounding: f64) -> Dd {
+    if value.magnitude() <= rounding {
+        Dd::ZERO
+    } else {
+        value
+    }
 }
 
 /// The terms of a jet in which one of these variables occurs.
