@@ -61,6 +61,31 @@ impl WindowSample {
         sample
     }
 
+    /// The sample of a window whose depth and half-widths (coordinates; parameters) are multiplied by factors.
+    ///
+    /// # Panics
+    ///
+    /// If there is not one factor per variable.
+    pub fn scaled(&self, depth: f64, variables: &[f64]) -> Self {
+        assert_eq!(variables.len(), self.state.len() + self.parameters.len());
+        let (state, parameters) = variables.split_at(self.state.len());
+        let times = |widths: &[f64], factors: &[f64]| {
+            let pairs = widths.iter().zip(factors);
+            pairs.map(|(width, factor)| width * factor).collect()
+        };
+        Self {
+            deepest: self.deepest * depth,
+            state: times(&self.state, state),
+            parameters: times(&self.parameters, parameters),
+            ..self.clone()
+        }
+    }
+
+    /// The coordinates that are solved for: a passage's depth decides them.
+    pub(super) fn solved(&self) -> &[usize] {
+        &self.steepest
+    }
+
     /// Largest depth of the window.
     pub fn deepest(&self) -> f64 {
         self.deepest

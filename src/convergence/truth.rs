@@ -65,6 +65,21 @@ pub(super) fn image<S: Real>(
     Ok(is_comparable(&image).then_some(image))
 }
 
+/// The image of a point after which the orbit returned with no contact but those of grazing passages, if any.
+pub(super) fn image_within_passages<S: Real>(
+    direct: &mut DirectImage<'_, S>,
+    point: &SamplePoint,
+) -> Option<Vec<S>> {
+    let convert = |values: &[f64]| {
+        let values = values.iter();
+        values.map(|&value| S::from_f64(value)).collect::<Vec<_>>()
+    };
+    let image = direct.image(&convert(&point.state), &convert(&point.parameters));
+    let image = image.ok()?;
+    let comparable = image.end == DirectEnd::Returned && image.extra_contacts == 0;
+    comparable.then_some(image.offsets)
+}
+
 /// Whether a local map can be compared with an image: it has contacts, and none but those of its passages.
 pub(super) fn is_comparable<S>(image: &SectionImage<S>) -> bool {
     image.end == DirectEnd::Returned && image.contacts > 0 && image.extra_contacts == 0
