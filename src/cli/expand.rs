@@ -3,12 +3,11 @@
 use super::arguments::SceneOptions;
 use super::error::CliError;
 use super::output::Results;
-use super::prepare::{grazing_orbit, map_orders, prepare};
+use super::prepare::{Plan, grazing_orbit, plan, prepare};
 use super::window_edge::warn_of_edges;
 use crate::expansion::{
-    ComposedMap, Expander, ExpansionError, LocalMap, MapOrders, RADIUS_ORDER, Stage, WindowEdge,
+    ComposedMap, Expander, ExpansionError, LocalMap, RADIUS_ORDER, Stage, WindowEdge,
 };
-use crate::model::Scene;
 use crate::orbit::GrazingOrbit;
 use crate::report::{
     ExpansionParts, MapDocument, PassageParts, ReportError, depth_variables, to_exact_json,
@@ -28,8 +27,8 @@ pub(super) struct Expanded {
 pub(super) fn run(options: &SceneOptions) -> Result<(), CliError> {
     let scene = prepare(options)?.scene;
     let orbit = grazing_orbit(&scene)?;
-    let orders = map_orders(&scene, &orbit)?;
-    let document = expand(&scene, &orbit, orders, options.common.quiet)?.document;
+    let plan = plan(&scene, &orbit)?;
+    let document = expand(&plan, &orbit, options.common.quiet)?.document;
     let csv = document.coefficient_table()?.to_csv()?;
     let results = Results::named(
         "map",
@@ -40,13 +39,13 @@ pub(super) fn run(options: &SceneOptions) -> Result<(), CliError> {
     results.deliver("expand", &options.common)
 }
 
-/// Expands a scene's map about its orbit; warns, unless `quiet`, of a window deeper than its series.
+/// Expands the map of a plan about its orbit; warns, unless `quiet`, of a window deeper than its series.
 pub(super) fn expand(
-    scene: &Scene,
+    plan: &Plan,
     orbit: &GrazingOrbit,
-    orders: MapOrders,
     quiet: bool,
 ) -> Result<Expanded, CliError> {
+    let (scene, orders) = (&plan.scene, plan.orders);
     let expander = Expander::new(scene, orbit)?;
     refuse_depth_variables(&expander)?;
     let map = expander.expand(orders)?;

@@ -20,7 +20,7 @@ use crate::jet::Jet;
 use crate::model::{Scene, Shape};
 use crate::orbit::GrazingOrbit;
 
-/// Points by which maps are chosen.
+/// Points by which maps are chosen, beside the corners.
 pub(super) const POINTS: usize = 128;
 
 /// Orders of the expansions, until the level after the first at which a map meets the tolerance.
@@ -128,11 +128,14 @@ pub fn chosen_map(
 impl Choice {
     /// Cheaper where both meet the tolerance, more accurate where neither does.
     fn beats(&self, other: &Self) -> bool {
-        let size = |choice: &Self| choice.error.unwrap_or(f64::INFINITY);
+        let size = |choice: &Self| {
+            let errors = [choice.error, choice.fresh_error];
+            errors.into_iter().flatten().fold(f64::NAN, f64::max)
+        };
         if self.met {
             (self.operations, self.coefficients) < (other.operations, other.coefficients)
         } else {
-            size(self) < size(other)
+            size(self) < size(other) || size(other).is_nan()
         }
     }
 
@@ -171,7 +174,8 @@ impl<'a> Bench<'a> {
     ) -> Result<Self, ConvergenceError> {
         let system = HybridSystem::new(&scene.model);
         let sample = WindowSample::new(&family.map(family.highest())?);
-        let truth = truth(&system, scene, orbit, sample.points(0, POINTS))?;
+        let points = [sample.corners(), sample.points(0, POINTS)].concat();
+        let truth = truth(&system, scene, orbit, points)?;
         if truth.points.is_empty() {
             return Err(ConvergenceError::NoTruth { tried: POINTS });
         }

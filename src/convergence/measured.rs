@@ -41,7 +41,7 @@ impl MeasuredError {
     }
 }
 
-/// Compares a map with direct simulation in double-double at fresh points of the window.
+/// Compares a map with direct simulation in double-double at the corners of the window and at fresh points.
 ///
 /// `local` has the window; `map` is what is run, in whatever shape, with whatever was dropped.
 ///
@@ -56,10 +56,12 @@ pub fn measured_error(
     points: usize,
 ) -> Result<MeasuredError, ConvergenceError> {
     let system = HybridSystem::new(&scene.model);
-    let sample = WindowSample::new(local).points(FIRST, points);
-    let truth = truth(&system, scene, orbit, sample)?;
+    let sample = WindowSample::new(local);
+    let points = [sample.corners(), sample.points(FIRST, points)].concat();
+    let tried = points.len();
+    let truth = truth(&system, scene, orbit, points)?;
     if truth.points.is_empty() {
-        return Err(ConvergenceError::NoTruth { tried: points });
+        return Err(ConvergenceError::NoTruth { tried });
     }
     Ok(MeasuredError {
         error: summarize(map, &truth).max,

@@ -19,7 +19,7 @@ use crate::model::Scene;
 use crate::numeric::Dd;
 use crate::orbit::GrazingOrbit;
 
-/// Points at which a window is tried.
+/// Points at which a window is tried, beside its corners.
 const POINTS: usize = 48;
 
 /// Number in the sequence of the first of them: none of those that orders are chosen by.
@@ -116,7 +116,7 @@ struct Trial<'a> {
 impl Trial<'_> {
     /// Whether the map meets the tolerance at every point of a sample; the first failure ends the trial.
     fn holds(&self, sample: &WindowSample) -> bool {
-        let points = sample.points(FIRST, POINTS);
+        let points = [sample.corners(), sample.points(FIRST, POINTS)].concat();
         let meets = |direct: &mut DirectImage<'_, Dd>, point: &SamplePoint| {
             let exact = image_within_passages(direct, point)?;
             (error(self.map, point, &exact) <= self.tolerance).then_some(())
