@@ -45,7 +45,7 @@ pub struct ConvergenceStudy {
 pub struct SampleSummary {
     /// Points compared.
     pub points: usize,
-    /// Points left out: no image, no contact in the grazing passage, or contacts elsewhere.
+    /// Points left out: no image, or contacts other than those of the grazing passages.
     pub excluded: usize,
 }
 

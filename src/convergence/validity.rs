@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 use super::ConvergenceError;
 use super::errors::error;
 use super::sample::{SamplePoint, WindowSample};
-use super::truth::image_within_passages;
+use super::truth::image;
 use crate::analysis::DirectImage;
 use crate::expansion::LocalMap;
 use crate::hybrid::HybridSystem;
@@ -118,7 +118,7 @@ impl Trial<'_> {
     fn holds(&self, sample: &WindowSample) -> bool {
         let points = [sample.corners(), sample.points(FIRST, POINTS)].concat();
         let meets = |direct: &mut DirectImage<'_, Dd>, point: &SamplePoint| {
-            let exact = image_within_passages(direct, point)?;
+            let exact = image(direct, point).ok()??;
             (error(self.map, point, &exact) <= self.tolerance).then_some(())
         };
         let all = points.par_iter().try_for_each_init(|| self.direct.clone(), meets);

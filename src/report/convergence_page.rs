@@ -67,7 +67,7 @@ pub fn convergence_section(study: &ConvergenceStudy) -> Result<Section, ReportEr
     let excluded = match study.sample.excluded {
         0 => String::new(),
         count => format!(
-            " {count} further points were left out: without exactly one contact in the period, a local map has nothing to say about them."
+            " {count} further points were left out: about contacts other than those of the grazing passages a local map has nothing to say."
         ),
     };
     let mut section = Section::new("Distance from direct simulation").prose(format!(
