@@ -34,7 +34,12 @@ fn orbit(scene: &Scene) -> GrazingOrbit {
 fn error(scene: &Scene, orbit: &GrazingOrbit, map: &HornerMap, points: &[SamplePoint]) -> f64 {
     let system = HybridSystem::new(&scene.model);
     let mut direct = DirectImage::<Dd>::new(&system, scene, orbit).expect("good input");
-    let exact = |values: &[f64]| values.iter().map(|&value| Dd::from(value)).collect::<Vec<_>>();
+    let exact = |values: &[f64]| {
+        values
+            .iter()
+            .map(|&value| Dd::from(value))
+            .collect::<Vec<_>>()
+    };
     points.iter().fold(0.0, |worst: f64, point| {
         let truth = direct.image(&exact(&point.state), &exact(&point.parameters));
         let truth = truth.expect("good input");
@@ -92,7 +97,11 @@ fn a_choice_is_cheaper_than_the_best_pair_with_every_monomial() {
     let all = family.map(choice.orders()).expect("smaller spaces");
     let count = |stage: &Stage| -> usize { jets(stage).iter().map(|jet| nonzero(jet)).sum() };
     let full: usize = all.stages.iter().map(count).sum();
-    assert!(choice.coefficients < full, "{} of {full}", choice.coefficients);
+    assert!(
+        choice.coefficients < full,
+        "{} of {full}",
+        choice.coefficients
+    );
 }
 
 #[test]
@@ -119,7 +128,10 @@ fn jets(stage: &Stage) -> Vec<&Jet<f64>> {
 }
 
 fn nonzero(jet: &Jet<f64>) -> usize {
-    jet.coefficients().iter().filter(|&&value| value != 0.0).count()
+    jet.coefficients()
+        .iter()
+        .filter(|&&value| value != 0.0)
+        .count()
 }
 
 /// A heavier parameter is a coarser cut of the same series: the expansion of a scene that names the weight.
@@ -136,7 +148,9 @@ fn a_family_cut_with_heavier_parameters_is_the_expansion_with_those_weights() {
         contact_weight: 6,
     };
     let family = MapFamily::new(&scene, &orbit, highest).expect("a simple graze");
-    let cut = family.weighted_map(orders, &[4, 6]).expect("smaller spaces");
+    let cut = family
+        .weighted_map(orders, &[4, 6])
+        .expect("smaller spaces");
     let weights = [("alpha", 4), ("omega", 6)].map(|(name, weight)| (name.to_owned(), weight));
     let mut weighted = scene.clone();
     weighted.expansion.weights.extend(weights);
@@ -145,7 +159,10 @@ fn a_family_cut_with_heavier_parameters_is_the_expansion_with_those_weights() {
     let stages = cut.stages.iter().zip(&expanded.stages);
     for (cut, expanded) in stages.flat_map(|(a, b)| jets(a).into_iter().zip(jets(b))) {
         assert_eq!(nonzero(cut), nonzero(expanded));
-        let scale = expanded.coefficients().iter().fold(1.0, |max: f64, c| max.max(c.abs()));
+        let scale = expanded
+            .coefficients()
+            .iter()
+            .fold(1.0, |max: f64, c| max.max(c.abs()));
         for (powers, value) in expanded.terms() {
             // Both are computed to a relative 1e-15 of their largest terms.
             let difference = (cut.coefficient(powers) - value).abs();
@@ -188,7 +205,11 @@ fn the_largest_window_holds_and_one_a_third_larger_does_not() {
         assert!(at(1.35) > tolerance, "{tolerance:e}: {found:?}");
         let names: Vec<_> = found.parameter.keys().cloned().collect();
         assert_eq!(names, ["alpha", "omega"]);
-        assert!(found.depth.is_some_and(|depth| depth >= scale * scene.window.depth));
+        assert!(
+            found
+                .depth
+                .is_some_and(|depth| depth >= scale * scene.window.depth)
+        );
         let widths: BTreeMap<_, _> = found.parameter.clone();
         assert!(widths["alpha"].is_some_and(|width| width >= scale * 1e-3));
         scales.push(scale);

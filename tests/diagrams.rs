@@ -86,7 +86,11 @@ fn iterates_beyond_the_depth_or_the_parameter_of_the_window_are_counted_outside(
     };
     assert!(outside(1.0, 1.0).iter().all(|&count| count == 0));
     // Every periodic orbit of the map near grazing makes a contact, at some depth.
-    assert!(outside(1e-12, 1.0).iter().all(|&count| (1..=40).contains(&count)));
+    assert!(
+        outside(1e-12, 1.0)
+            .iter()
+            .all(|&count| (1..=40).contains(&count))
+    );
     let beyond = outside(1.0, 1.5e-3);
     assert!(beyond[..190].iter().all(|&count| count == 0));
     assert!(beyond[210..].iter().all(|&count| count == 40));

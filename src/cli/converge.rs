@@ -9,8 +9,8 @@ use super::window_edge::{warn_of_edges, window_edges};
 use crate::convergence::{ConvergenceOptions, ConvergenceStudy, converge};
 use crate::expansion::Expander;
 use crate::report::{
-    ReportError, accuracy_words, chosen_words, convergence_figures, convergence_table, to_dense_json, validity_words,
-    without_times,
+    ReportError, accuracy_words, chosen_words, convergence_figures, convergence_table,
+    to_dense_json, validity_words, without_times,
 };
 
 pub(super) fn run(arguments: &ConvergeOptions) -> Result<(), CliError> {

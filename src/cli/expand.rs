@@ -40,11 +40,7 @@ pub(super) fn run(options: &SceneOptions) -> Result<(), CliError> {
 }
 
 /// Expands the map of a plan about its orbit; warns, unless `quiet`, of a window deeper than its series.
-pub(super) fn expand(
-    plan: &Plan,
-    orbit: &GrazingOrbit,
-    quiet: bool,
-) -> Result<Expanded, CliError> {
+pub(super) fn expand(plan: &Plan, orbit: &GrazingOrbit, quiet: bool) -> Result<Expanded, CliError> {
     let (scene, orders) = (&plan.scene, plan.orders);
     let expander = Expander::new(scene, orbit)?;
     refuse_depth_variables(&expander)?;

@@ -102,7 +102,11 @@ fn crossing(windows: &[WindowAccuracy]) -> Option<f64> {
     };
     let share = excess(above) / (excess(above) - excess(below));
     let depth = above.depth * (below.depth / above.depth).powf(share);
-    Some(if depth.is_finite() { depth } else { below.depth })
+    Some(if depth.is_finite() {
+        depth
+    } else {
+        below.depth
+    })
 }
 
 #[cfg(test)]

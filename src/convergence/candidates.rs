@@ -58,7 +58,9 @@ pub(super) fn candidates(
         let weights = [&variables.weights[..variables.coordinates], &parameters].concat();
         let forecast = Forecast::new(&map, &weights, points);
         let named = names.iter().cloned().zip(parameters.iter().copied());
-        let changed = named.zip(base).filter(|((_, weight), base)| weight != *base);
+        let changed = named
+            .zip(base)
+            .filter(|((_, weight), base)| weight != *base);
         let changed: BTreeMap<String, u32> = changed.map(|(named, _)| named).collect();
         let pairs = (1..=highest.smooth_order)
             .flat_map(|n| (1..=highest.contact_weight).map(move |w| (n, w)));
@@ -89,12 +91,14 @@ fn parameter_weights(base: &[u32]) -> Vec<Vec<u32>> {
         return vec![base.to_vec()];
     }
     if base.len() > ALONE {
-        return WEIGHTS.iter().map(|&weight| vec![weight; base.len()]).collect();
+        return WEIGHTS
+            .iter()
+            .map(|&weight| vec![weight; base.len()])
+            .collect();
     }
     let grow = |all: Vec<Vec<u32>>| -> Vec<Vec<u32>> {
-        let longer = |weights: Vec<u32>| {
-            WEIGHTS.map(|weight| [weights.as_slice(), &[weight]].concat())
-        };
+        let longer =
+            |weights: Vec<u32>| WEIGHTS.map(|weight| [weights.as_slice(), &[weight]].concat());
         all.into_iter().flat_map(longer).collect()
     };
     base.iter().fold(vec![Vec::new()], |all, _| grow(all))
@@ -107,7 +111,10 @@ fn cost(map: &LocalMap) -> (usize, usize) {
     let mut add = |jet: &Jet<f64>| {
         let terms = jet.terms().filter(|&(_, value)| value != 0.0);
         let exponents: Vec<&[u8]> = terms.map(|(exponents, _)| exponents).collect();
-        let folded: BTreeSet<&[u8]> = exponents.iter().map(|powers| &powers[..dimension]).collect();
+        let folded: BTreeSet<&[u8]> = exponents
+            .iter()
+            .map(|powers| &powers[..dimension])
+            .collect();
         cost.0 += folded.len();
         cost.1 += exponents.len();
     };

@@ -3,6 +3,7 @@
 //! One idea: the cost of a map is known from its coefficients and its error forecast from one expansion of higher order, so
 //! that only maps that may be the answer are measured. See docs/mathematics/convergence.md.
 
+use std::collections::BTreeMap;
 use std::time::Instant;
 
 use super::ConvergenceError;
@@ -13,7 +14,7 @@ use super::family::MapFamily;
 use super::sample::WindowSample;
 use super::truth::{Truth, truth};
 use crate::emission::{prune, prune_composed};
-use crate::expansion::{ComposedMap, LocalMap, MapOrders, Stage};
+use crate::expansion::{ComposedMap, Expander, LocalMap, MapOrders, Stage};
 use crate::hybrid::HybridSystem;
 use crate::iteration::HornerMap;
 use crate::jet::Jet;
@@ -102,7 +103,9 @@ pub fn choose(
             break;
         }
     }
-    let mut choice = found.or(nearest).ok_or(ConvergenceError::NoTruth { tried: 0 })?;
+    let mut choice = found
+        .or(nearest)
+        .ok_or(ConvergenceError::NoTruth { tried: 0 })?;
     choice.seconds = clock.elapsed().as_secs_f64();
     Ok(choice)
 }
@@ -120,7 +123,7 @@ pub fn chosen_map(
     let scene = choice.weighted(scene);
     let family = MapFamily::new(&scene, orbit, choice.orders())?;
     let map = family.map(choice.orders())?;
-    let form = Form::new(&family, map, choice.shape)?;
+    let form = Form::new(&scene, orbit, map, choice.shape)?;
     let run = form.with(choice.monomials, choice.tolerance).lowered();
     Ok((form.map, run))
 }
@@ -146,12 +149,16 @@ impl Choice {
 
     /// The scene with the weights chosen: what is expanded at [`orders`](Self::orders).
     pub fn weighted(&self, scene: &Scene) -> Scene {
-        let mut scene = scene.clone();
-        let chosen = self.weights.iter();
-        let chosen = chosen.map(|(name, &weight)| (name.clone(), weight));
-        scene.expansion.weights.extend(chosen);
-        scene
+        weighted(scene, &self.weights)
     }
+}
+
+fn weighted(scene: &Scene, weights: &BTreeMap<String, u32>) -> Scene {
+    let mut scene = scene.clone();
+    let weights = weights.iter();
+    let weights = weights.map(|(name, &weight)| (name.clone(), weight));
+    scene.expansion.weights.extend(weights);
+    scene
 }
 
 /// What every candidate is measured on.
@@ -222,7 +229,8 @@ impl<'a> Bench<'a> {
         shape: Shape,
     ) -> Result<Choice, ConvergenceError> {
         let tolerance = self.options.tolerance;
-        let form = Form::new(family, candidate.map(family)?, shape)?;
+        let scene = weighted(self.scene, &candidate.weights);
+        let form = Form::new(&scene, self.orbit, candidate.map(family)?, shape)?;
         let mut last = None;
         for monomials in [Monomials::Needed, Monomials::All] {
             let form = form.with(monomials, tolerance);
@@ -250,7 +258,8 @@ impl<'a> Bench<'a> {
                 choice.fresh_error = summarize(&map, fresh).max;
                 choice.fresh_points = fresh.points.len();
                 choice.met = within(choice.fresh_error);
-                choice.single_precision_error = summarize(&form.clone().single().lowered(), fresh).max;
+                choice.single_precision_error =
+                    summarize(&form.clone().single().lowered(), fresh).max;
                 if choice.met {
                     return Ok(choice);
                 }
@@ -280,13 +289,15 @@ struct Form {
 }
 
 impl Form {
+    /// The composed form is cut by the weights of the scene.
     fn new(
-        family: &MapFamily<'_>,
+        scene: &Scene,
+        orbit: &GrazingOrbit,
         map: LocalMap,
         shape: Shape,
     ) -> Result<Self, ConvergenceError> {
         let composed = match shape {
-            Shape::Composed => Some(family.compose(&map)?),
+            Shape::Composed => Some(Expander::new(scene, orbit)?.compose(&map)?),
             Shape::Factored | Shape::Auto => None,
         };
         Ok(Self { map, composed })
@@ -332,8 +343,13 @@ impl Form {
     fn coefficients(&self) -> usize {
         let mut form = self.clone();
         let jets = form.jets_mut().into_iter();
-        jets.map(|jet| jet.coefficients().iter().filter(|&&value| value != 0.0).count())
-            .sum()
+        jets.map(|jet| {
+            jet.coefficients()
+                .iter()
+                .filter(|&&value| value != 0.0)
+                .count()
+        })
+        .sum()
     }
 
     fn jets_mut(&mut self) -> Vec<&mut Jet<f64>> {

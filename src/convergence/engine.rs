@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use super::accuracy::{DepthAccuracy, depth_accuracy};
-use super::choice::{ChoiceOptions, chosen_map, choose};
+use super::choice::{ChoiceOptions, choose, chosen_map};
 use super::data::{
     ConvergenceStudy, DirectSummary, ErrorSummary, OrderResult, Rate, SampleSummary,
 };

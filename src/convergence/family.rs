@@ -85,13 +85,16 @@ impl<'a> MapFamily<'a> {
             variables
         };
         let section = weighted(self.expander.variables());
-        let passages = (0..self.expander.passages()).map(|passage| self.expander.variables_at(passage));
+        let passages =
+            (0..self.expander.passages()).map(|passage| self.expander.variables_at(passage));
         let passages: Vec<_> = passages.map(weighted).collect();
         let order = orders.smooth_order;
         let before = self.legs.before.as_ref();
         let after = self.legs.after.iter().zip(&passages);
         let legs = Legs {
-            before: before.map(|leg| cut_leg(leg, &section, order)).transpose()?,
+            before: before
+                .map(|leg| cut_leg(leg, &section, order))
+                .transpose()?,
             after: after
                 .map(|(leg, variables)| cut_leg(leg, variables, order))
                 .collect::<Result<_, _>>()?,

@@ -39,7 +39,10 @@ impl Forecast {
 
     /// Largest coordinate of what a pair of orders leaves out, over the points: no bound, as higher terms are missing.
     pub(super) fn error(&self, orders: MapOrders) -> f64 {
-        let (n, w) = (orders.smooth_order as usize - 1, orders.contact_weight as usize - 1);
+        let (n, w) = (
+            orders.smooth_order as usize - 1,
+            orders.contact_weight as usize - 1,
+        );
         let pairs = self.smooth.iter().zip(&self.contact);
         let sizes = pairs.flat_map(|(smooth, contact)| {
             let sums = smooth[n].iter().zip(&contact[w]);
@@ -100,16 +103,14 @@ fn at_point(
 
 /// The image of a contact `x + y B + y² C`, and what each weight leaves out of it: the terms of `B` and `C` beyond the cut, and
 /// those of the depth through `δy = δ(y²)/2y`.
-fn contact_cuts(
-    law: &Contact,
-    weights: &[u32],
-    here: &[f64],
-    count: usize,
-) -> (Vec<f64>, Effects) {
+fn contact_cuts(law: &Contact, weights: &[u32], here: &[f64], count: usize) -> (Vec<f64>, Effects) {
     let depth = law.depth.evaluate(here);
     if depth <= 0.0 {
         let dimension = law.linear.len();
-        return (here[..dimension].to_vec(), vec![vec![0.0; dimension]; count]);
+        return (
+            here[..dimension].to_vec(),
+            vec![vec![0.0; dimension]; count],
+        );
     }
     let y = depth.sqrt();
     let depths = Sums::new(&law.depth, weights, here);

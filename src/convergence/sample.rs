@@ -131,7 +131,9 @@ impl WindowSample {
             let (state, parameters) = offsets.split_at(self.state.len());
             self.at_depth(passage, state.to_vec(), parameters.to_vec(), self.deepest)
         };
-        (0..signs * self.steepest.len()).filter_map(corner).collect()
+        (0..signs * self.steepest.len())
+            .filter_map(corner)
+            .collect()
     }
 
     /// The points `first..first + count` that exist.

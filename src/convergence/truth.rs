@@ -31,10 +31,7 @@ pub(super) fn truth(
     let direct = DirectImage::<Dd>::new(system, scene, orbit)?;
     let images: Vec<_> = points
         .par_iter()
-        .map_init(
-            || direct.clone(),
-            |direct, point| image(direct, point),
-        )
+        .map_init(|| direct.clone(), |direct, point| image(direct, point))
         .collect::<Result<_, _>>()?;
     let mut truth = Truth::default();
     for (point, image) in points.into_iter().zip(images) {

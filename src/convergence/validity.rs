@@ -121,7 +121,9 @@ impl Trial<'_> {
             let exact = image(direct, point).ok()??;
             (error(self.map, point, &exact) <= self.tolerance).then_some(())
         };
-        let all = points.par_iter().try_for_each_init(|| self.direct.clone(), meets);
+        let all = points
+            .par_iter()
+            .try_for_each_init(|| self.direct.clone(), meets);
         2 * points.len() >= POINTS && all.is_some()
     }
 }
@@ -137,7 +139,9 @@ fn largest(down: i32, mut holds: impl FnMut(f64) -> bool) -> Option<f64> {
             return Some(2f64.powi(UP));
         }
     } else {
-        low = (1..=down).map(|octave| -octave).find(|&octave| holds(2f64.powi(octave)))?;
+        low = (1..=down)
+            .map(|octave| -octave)
+            .find(|&octave| holds(2f64.powi(octave)))?;
     }
     let (mut low, mut high) = (f64::from(low), f64::from(low + 1));
     for _ in 0..HALVINGS {

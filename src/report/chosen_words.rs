@@ -61,6 +61,9 @@ pub fn accuracy_words(accuracy: &DepthAccuracy) -> String {
         Some(depth) => format!(
             "In windows of a depth below {depth:.1e} it is more accurate than direct simulation in double precision."
         ),
-        None => "In no window measured is it more accurate than direct simulation in double precision.".to_owned(),
+        None => {
+            "In no window measured is it more accurate than direct simulation in double precision."
+                .to_owned()
+        }
     }
 }
