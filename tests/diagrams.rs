@@ -5,8 +5,7 @@ use grazemap::analysis::NoProgress;
 use grazemap::analysis::diagram::{
     Diagram, DiagramPlan, Sweep, SweepHeading, SweepRequest, UnobservedSweep, diagram, run_plan,
 };
-use grazemap::expansion::Expander;
-use grazemap::expansion::MapOrders;
+use grazemap::expansion::{Expander, MapOrders, MapWindow};
 use grazemap::iteration::{
     ContactsPerPeriod, DiscreteMap, Itinerary, OrbitEnd, OrbitRequest, Period, StepInfo,
 };
@@ -67,9 +66,34 @@ fn plan(range: [f64; 2], direction: SweepDirection) -> DiagramPlan<'static> {
             range,
             points: 400,
             orbit: OrbitRequest::new(2000, 40, &[1.0]),
-            window: vec![1.0],
+            window: MapWindow {
+                depth: 1.0,
+                state: vec![1.0],
+                parameter: vec![1.0],
+            },
         },
     }
+}
+
+#[test]
+fn iterates_beyond_the_depth_or_the_parameter_of_the_window_are_counted_outside() {
+    let outside = |depth: f64, parameter: f64| {
+        let mut plan = plan([1e-3, 2e-3], SweepDirection::Up);
+        (plan.request.window.depth, plan.request.window.parameter[0]) = (depth, parameter);
+        let sweep = run_plan(&plan, &NoProgress).remove(0);
+        let counts = sweep.points.iter().map(|point| point.outside);
+        counts.collect::<Vec<_>>()
+    };
+    assert!(outside(1.0, 1.0).iter().all(|&count| count == 0));
+    // Every periodic orbit of the map near grazing makes a contact, at some depth.
+    assert!(
+        outside(1e-12, 1.0)
+            .iter()
+            .all(|&count| (1..=40).contains(&count))
+    );
+    let beyond = outside(1.0, 1.5e-3);
+    assert!(beyond[..190].iter().all(|&count| count == 0));
+    assert!(beyond[210..].iter().all(|&count| count == 40));
 }
 
 #[test]

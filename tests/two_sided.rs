@@ -9,7 +9,7 @@ use grazemap::analysis::diagram::{
     DiagramPlan, DirectSweep, Observer, SmoothFixedPoint, SweepRequest, run_plan,
 };
 use grazemap::analysis::{DirectImage, DirectMap, NoProgress, SectionImage, itinerary};
-use grazemap::expansion::{Expander, MapOrders};
+use grazemap::expansion::{Expander, MapOrders, MapWindow};
 use grazemap::hybrid::HybridSystem;
 use grazemap::iteration::{DiscreteMap, OrbitRequest, Period};
 use grazemap::model::{Observable, Scene, SweepDirection};
@@ -238,7 +238,11 @@ fn direct_diagrams_name_orbits_by_their_hits_at_either_stop() {
             range: [-1e-2, BEYOND],
             points: 2,
             orbit: OrbitRequest::new(400, 20, &[1.0, 1.0]),
-            window: vec![1.0; 2],
+            window: MapWindow {
+                depth: 1.0,
+                state: vec![1.0; 2],
+                parameter: vec![1.0],
+            },
         },
     };
     let sweep = &run_plan(&plan, &NoProgress)[0];

@@ -44,7 +44,7 @@ pub(super) enum Command {
     /// Images of section points
     Image(ImageOptions),
     /// Truncation orders against direct simulation; speed against accuracy
-    Converge(SceneOptions),
+    Converge(ConvergeOptions),
     /// Bifurcation diagrams
     Diagram(SceneOptions),
 }
@@ -113,8 +113,21 @@ pub(super) struct EmitArguments {
     /// Compare with what is in the folder, write nothing
     #[arg(long)]
     pub(super) check: bool,
+    /// Measure the error on the window against direct simulation, as is always done for a scene with a tolerance
+    #[arg(long)]
+    pub(super) measure: bool,
     #[command(flatten)]
     pub(super) common: Common,
+}
+
+/// Options of `converge`.
+#[derive(Clone, Debug, Args)]
+pub(super) struct ConvergeOptions {
+    #[command(flatten)]
+    pub(super) scene: SceneOptions,
+    /// Fresh points at which the chosen map is compared with direct simulation
+    #[arg(long, value_name = "N", default_value_t = 1000, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    pub(super) fresh: u32,
 }
 
 /// Options of `image`.

@@ -1,6 +1,6 @@
 //! `grazemap converge`: truncation orders against direct simulation; speed against accuracy.
 
-use super::arguments::SceneOptions;
+use super::arguments::ConvergeOptions;
 use super::error::CliError;
 use super::output::Results;
 use super::prepare::{grazing_orbit, prepare};
@@ -9,13 +9,18 @@ use super::window_edge::{warn_of_edges, window_edges};
 use crate::convergence::{ConvergenceOptions, ConvergenceStudy, converge};
 use crate::expansion::Expander;
 use crate::report::{
-    ReportError, chosen_words, convergence_figures, convergence_table, to_dense_json, without_times,
+    ReportError, accuracy_words, chosen_words, convergence_figures, convergence_table,
+    to_dense_json, validity_words, without_times,
 };
 
-pub(super) fn run(options: &SceneOptions) -> Result<(), CliError> {
+pub(super) fn run(arguments: &ConvergeOptions) -> Result<(), CliError> {
+    let options = &arguments.scene;
     let scene = prepare(options)?.scene;
     let orbit = grazing_orbit(&scene)?;
-    let swept = ConvergenceOptions::of(&scene);
+    let swept = ConvergenceOptions {
+        fresh: arguments.fresh as usize,
+        ..ConvergenceOptions::of(&scene)
+    };
     let expander = Expander::new(&scene, &orbit)?;
     let edges = window_edges(&expander, swept.highest.contact_weight)?;
     warn_of_edges(&scene, edges, options.common.quiet);
@@ -27,7 +32,13 @@ pub(super) fn run(options: &SceneOptions) -> Result<(), CliError> {
         "direct simulation: {:.0} ns a return, error {:.1e}",
         study.direct.period_ns, study.direct.error_estimate
     );
-    let text = format!("{}\n{direct}\n{}\n", table.to_text(), chosen_words(&study));
+    let text = format!(
+        "{}\n{direct}\n{}\n{}\n{}\n",
+        table.to_text(),
+        chosen_words(&study),
+        validity_words(&study.validity),
+        accuracy_words(&study.accuracy)
+    );
     let results = Results {
         text,
         json: to_dense_json(&study)?,

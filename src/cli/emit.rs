@@ -8,15 +8,23 @@ use super::arguments::{EmitArguments, SceneOptions};
 use super::error::CliError;
 use super::expand::{Expanded, expand};
 use super::output::{Results, print};
-use super::prepare::{grazing_orbit, map_orders, prepare};
-use crate::emission::{EmitOptions, EmittedCrate, EmittedModule, EmittedShape, emitted_module};
-use crate::model::{Orders, Scene, Shape, catalogue};
+use super::prepare::{Plan, grazing_orbit, plan, prepare};
+use crate::convergence::{Choice, Monomials, measured_error};
+use crate::emission::{
+    EmitOptions, EmittedCrate, EmittedModule, EmittedShape, emitted_module, prune, prune_composed,
+};
+use crate::iteration::HornerMap;
+use crate::model::{Shape, catalogue};
+use crate::orbit::GrazingOrbit;
 use crate::report::{OutputFolder, to_dense_json};
 
 /// Where a crate goes when no folder is named.
 const FOLDER: &str = "out/crate";
 /// Where the catalogue's crate goes when no folder is named.
 const CATALOGUE_FOLDER: &str = "generated";
+
+/// Fresh points at which the error of an emitted map is measured.
+const MEASURED_POINTS: usize = 1000;
 
 /// What `--json` says about an emission.
 #[derive(Debug, Serialize)]
@@ -31,15 +39,13 @@ struct ModuleSummary {
     step_multiply_adds: usize,
     frozen_step_multiply_adds: usize,
     frozen_jacobian_multiply_adds: usize,
+    measured_error: Option<f64>,
 }
 
 pub(super) fn run(options: &EmitArguments) -> Result<(), CliError> {
     let (modules, emitted) = match &options.scene {
         Some(scene) => {
-            let module = emit_scene(&SceneOptions {
-                scene: scene.clone(),
-                common: options.common.clone(),
-            })?;
+            let module = emit_scene(scene.clone(), options)?;
             let emitted = EmittedCrate::standalone(&module)?;
             (vec![module], emitted)
         }
@@ -78,55 +84,112 @@ pub(super) fn run(options: &EmitArguments) -> Result<(), CliError> {
 }
 
 fn emit_named(name: &str, options: &EmitArguments) -> Result<EmittedModule, CliError> {
-    emit_scene(&SceneOptions {
-        scene: PathBuf::from(name),
-        common: options.common.clone(),
-    })
+    emit_scene(PathBuf::from(name), options)
 }
 
-fn emit_scene(options: &SceneOptions) -> Result<EmittedModule, CliError> {
-    let scene = prepare(options)?.scene;
+fn emit_scene(scene: PathBuf, options: &EmitArguments) -> Result<EmittedModule, CliError> {
+    let scene = prepare(&SceneOptions {
+        scene,
+        common: options.common.clone(),
+    })?
+    .scene;
     let orbit = grazing_orbit(&scene)?;
-    let expanded = expand(
-        &scene,
-        &orbit,
-        map_orders(&scene, &orbit)?,
-        options.common.quiet,
-    )?;
-    emit(&scene, &expanded)
+    let plan = plan(&scene, &orbit)?;
+    let expanded = expand(&plan, &orbit, options.common.quiet)?;
+    let asked = if options.measure {
+        Measurement::Always
+    } else {
+        Measurement::WithTolerance
+    };
+    emit(&plan, &orbit, &expanded, asked)
+}
+
+/// Of which maps the error is measured for the emitted constants.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Measurement {
+    /// Of all.
+    Always,
+    /// Of those of a scene that names a tolerance.
+    WithTolerance,
 }
 
 /// The module of an expanded scene, in the shape it asks for.
-pub(super) fn emit(scene: &Scene, expanded: &Expanded) -> Result<EmittedModule, CliError> {
-    let tolerance = match scene.expansion.orders {
-        Orders::Fixed { .. } => None,
-        Orders::Tolerance(tolerance) => Some(tolerance),
+pub(super) fn emit(
+    plan: &Plan,
+    orbit: &GrazingOrbit,
+    expanded: &Expanded,
+    measurement: Measurement,
+) -> Result<EmittedModule, CliError> {
+    let choice = plan.choice.as_ref();
+    let needed = |choice: &&Choice| choice.monomials == Monomials::Needed;
+    let options = EmitOptions {
+        shape: EmittedShape::Factored,
+        lanes: plan.scene.emit.lanes,
+        tolerance: choice.map(|choice| choice.tolerance),
+        drop_within: choice.filter(needed).map(|choice| choice.tolerance),
+        measured_error: None,
     };
-    let shaped = |shape| {
-        let options = EmitOptions {
-            shape,
-            lanes: scene.emit.lanes,
-            tolerance,
-            measured_error: None,
-        };
-        emitted_module(&expanded.map, Some(&expanded.composed), &options)
+    let mut options = EmitOptions {
+        shape: emitted_shape(plan, expanded, &options)?,
+        ..options
     };
-    let module = match scene.emit.shape {
-        Shape::Factored | Shape::Flown => shaped(EmittedShape::Factored)?,
-        Shape::Composed => shaped(EmittedShape::Composed)?,
+    if choice.is_some() || measurement == Measurement::Always {
+        let map = as_emitted(expanded, &options);
+        let measured = measured_error(&plan.scene, orbit, &expanded.map, &map, MEASURED_POINTS)?;
+        options.measured_error = measured.rounded_up();
+    }
+    module(expanded, &options)
+}
+
+/// The shape chosen with the orders, the one a scene names, or the one with fewer operations.
+fn emitted_shape(
+    plan: &Plan,
+    expanded: &Expanded,
+    options: &EmitOptions,
+) -> Result<EmittedShape, CliError> {
+    let shape = match &plan.choice {
+        Some(choice) => choice.shape,
+        None => plan.scene.emit.shape,
+    };
+    Ok(match shape {
+        Shape::Factored | Shape::Flown => EmittedShape::Factored,
+        Shape::Composed => EmittedShape::Composed,
         Shape::Auto => {
-            let (factored, composed) = (
-                shaped(EmittedShape::Factored)?,
-                shaped(EmittedShape::Composed)?,
-            );
-            if composed.frozen_operations.total() < factored.frozen_operations.total() {
-                composed
+            let operations = |shape| {
+                let options = EmitOptions {
+                    shape,
+                    ..options.clone()
+                };
+                Ok::<_, CliError>(module(expanded, &options)?.frozen_operations.total())
+            };
+            if operations(EmittedShape::Composed)? < operations(EmittedShape::Factored)? {
+                EmittedShape::Composed
             } else {
-                factored
+                EmittedShape::Factored
             }
         }
-    };
-    Ok(module)
+    })
+}
+
+fn module(expanded: &Expanded, options: &EmitOptions) -> Result<EmittedModule, CliError> {
+    Ok(emitted_module(
+        &expanded.map,
+        Some(&expanded.composed),
+        options,
+    )?)
+}
+
+/// The map that the emitted code computes, interpreted.
+fn as_emitted(expanded: &Expanded, options: &EmitOptions) -> HornerMap {
+    let (map, composed) = (&expanded.map, &expanded.composed);
+    match (options.shape, options.drop_within) {
+        (EmittedShape::Factored, None) => HornerMap::new(map),
+        (EmittedShape::Factored, Some(tolerance)) => HornerMap::new(&prune(map, tolerance).0),
+        (EmittedShape::Composed, None) => HornerMap::composed(map, composed),
+        (EmittedShape::Composed, Some(tolerance)) => {
+            HornerMap::composed(map, &prune_composed(map, composed, tolerance).0)
+        }
+    }
 }
 
 /// Writes the files of a crate, each whole or not at all.
@@ -165,6 +228,7 @@ fn summary(modules: &[EmittedModule], emitted: &EmittedCrate) -> Summary {
         step_multiply_adds: module.step_operations.multiply_adds,
         frozen_step_multiply_adds: module.frozen_operations.multiply_adds,
         frozen_jacobian_multiply_adds: module.jacobian_operations.multiply_adds,
+        measured_error: module.measured_error,
     };
     Summary {
         modules: modules.iter().map(module).collect(),
@@ -184,6 +248,11 @@ fn text(modules: &[EmittedModule], emitted: &EmittedCrate, folder: &Path) -> Str
             "  {}: {} multiply-adds a step, {} with the parameters frozen\n",
             module.identifier, step.multiply_adds, frozen.multiply_adds
         ));
+        if let Some(error) = module.measured_error {
+            text.push_str(&format!(
+                "    within {error:.1e} of direct simulation at {MEASURED_POINTS} points of the window\n"
+            ));
+        }
     }
     text
 }

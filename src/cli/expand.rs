@@ -3,12 +3,12 @@
 use super::arguments::SceneOptions;
 use super::error::CliError;
 use super::output::Results;
-use super::prepare::{grazing_orbit, map_orders, prepare};
+use super::prepare::{Plan, grazing_orbit, plan, prepare};
 use super::window_edge::warn_of_edges;
 use crate::expansion::{
-    ComposedMap, Expander, ExpansionError, LocalMap, MapOrders, RADIUS_ORDER, Stage, WindowEdge,
+    ComposedMap, Expander, ExpansionError, LocalMap, RADIUS_ORDER, Stage, WindowEdge,
 };
-use crate::model::{Scene, Shape};
+use crate::model::Shape;
 use crate::orbit::GrazingOrbit;
 use crate::report::{
     ExpansionParts, MapDocument, PassageParts, ReportError, depth_variables, to_exact_json,
@@ -28,8 +28,8 @@ pub(super) struct Expanded {
 pub(super) fn run(options: &SceneOptions) -> Result<(), CliError> {
     let scene = prepare(options)?.scene;
     let orbit = grazing_orbit(&scene)?;
-    let orders = map_orders(&scene, &orbit)?;
-    let document = expand(&scene, &orbit, orders, options.common.quiet)?.document;
+    let plan = plan(&scene, &orbit)?;
+    let document = expand(&plan, &orbit, options.common.quiet)?.document;
     let csv = document.coefficient_table()?.to_csv()?;
     let results = Results::named(
         "map",
@@ -40,13 +40,9 @@ pub(super) fn run(options: &SceneOptions) -> Result<(), CliError> {
     results.deliver("expand", &options.common)
 }
 
-/// Expands a scene's map about its orbit; warns, unless `quiet`, of a window deeper than its series.
-pub(super) fn expand(
-    scene: &Scene,
-    orbit: &GrazingOrbit,
-    orders: MapOrders,
-    quiet: bool,
-) -> Result<Expanded, CliError> {
+/// Expands the map of a plan about its orbit; warns, unless `quiet`, of a window deeper than its series.
+pub(super) fn expand(plan: &Plan, orbit: &GrazingOrbit, quiet: bool) -> Result<Expanded, CliError> {
+    let (scene, orders) = (&plan.scene, plan.orders);
     let expander = Expander::new(scene, orbit)?;
     refuse_depth_variables(&expander)?;
     let series = expander.expand(orders)?;

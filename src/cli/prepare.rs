@@ -91,37 +91,47 @@ fn start_threads(common: &Common) -> Result<(), CliError> {
     }
 }
 
-/// The truncation orders of a scene: those it names, or the cheapest that meet the tolerance it names.
-pub(super) fn map_orders(scene: &Scene, orbit: &GrazingOrbit) -> Result<MapOrders, CliError> {
-    match scene.expansion.orders {
+/// What of a scene is expanded.
+#[derive(Debug)]
+pub(super) struct Plan {
+    /// The scene, with the weights chosen where it names a tolerance.
+    pub(super) scene: Scene,
+    /// The truncation orders.
+    pub(super) orders: MapOrders,
+    /// How they were chosen, where the scene names a tolerance.
+    pub(super) choice: Option<Choice>,
+}
+
+/// The orders that a scene names, or the cheapest map that meets the tolerance it names.
+pub(super) fn plan(scene: &Scene, orbit: &GrazingOrbit) -> Result<Plan, CliError> {
+    let tolerance = match scene.expansion.orders {
         Orders::Fixed {
             smooth_order,
             contact_weight,
-        } => Ok(MapOrders {
-            smooth_order,
-            contact_weight,
-        }),
-        Orders::Tolerance(tolerance) => {
-            let Choice {
-                met,
-                smooth_order,
-                contact_weight,
-                error,
-                ..
-            } = choose_orders(scene, orbit, tolerance)?;
-            if met {
-                Ok(MapOrders {
+        } => {
+            return Ok(Plan {
+                scene: scene.clone(),
+                orders: MapOrders {
                     smooth_order,
                     contact_weight,
-                })
-            } else {
-                Err(CliError::ToleranceNotMet {
-                    tolerance,
-                    smooth_order,
-                    contact_weight,
-                    error,
-                })
-            }
+                },
+                choice: None,
+            });
         }
+        Orders::Tolerance(tolerance) => tolerance,
+    };
+    let choice = choose_orders(scene, orbit, tolerance)?;
+    if !choice.met {
+        return Err(CliError::ToleranceNotMet {
+            tolerance,
+            smooth_order: choice.smooth_order,
+            contact_weight: choice.contact_weight,
+            error: choice.fresh_error.or(choice.error),
+        });
     }
+    Ok(Plan {
+        scene: choice.weighted(scene),
+        orders: choice.orders(),
+        choice: Some(choice),
+    })
 }

@@ -8,11 +8,11 @@ use serde::Serialize;
 use super::arguments::{Common, SceneOptions};
 use super::converge::convergence_files;
 use super::diagram::{diagram_files, diagrams};
-use super::emit::{emit, write_crate};
+use super::emit::{Measurement, emit, write_crate};
 use super::error::CliError;
 use super::expand::expand;
 use super::output::{Results, note};
-use super::prepare::{Loaded, grazing_orbit, map_orders, prepare};
+use super::prepare::{Loaded, grazing_orbit, plan, prepare};
 use super::progress::Bar;
 use crate::analysis::diagram::{Diagram, Sweep, SweepHeading};
 use crate::convergence::{ConvergenceOptions, converge};
@@ -82,14 +82,14 @@ pub(super) fn run(options: &SceneOptions) -> Result<(), CliError> {
     let orbit_document = OrbitDocument::new(scene, &orbit);
     folder.write("orbit.json", to_dense_json(&orbit_document)?)?;
 
-    let orders = map_orders(scene, &orbit)?;
-    let expanded = clock.time("expansion", || {
-        expand(scene, &orbit, orders, options.common.quiet)
-    })?;
+    let plan = clock.time("orders", || plan(scene, &orbit))?;
+    let expanded = clock.time("expansion", || expand(&plan, &orbit, options.common.quiet))?;
     folder.write("map.json", to_exact_json(&expanded.document)?)?;
     folder.write("map.csv", expanded.document.coefficient_table()?.to_csv()?)?;
 
-    let module = clock.time("emission", || emit(scene, &expanded))?;
+    let module = clock.time("emission", || {
+        emit(&plan, &orbit, &expanded, Measurement::WithTolerance)
+    })?;
     write_crate(
         &EmittedCrate::standalone(&module)?,
         &folder.path().join("crate"),

@@ -2,7 +2,7 @@
 
 use super::error::CliError;
 use super::output::note;
-use super::prepare::map_orders;
+use super::prepare::plan;
 use crate::expansion::{Expander, ExpansionError, LocalMap, WindowEdge};
 use crate::model::{Scene, Shape};
 use crate::orbit::GrazingOrbit;
@@ -34,14 +34,14 @@ pub(super) fn local_map(
     orbit: &GrazingOrbit,
     quiet: bool,
 ) -> Result<LocalMap, CliError> {
-    let orders = map_orders(scene, orbit)?;
-    let expander = Expander::new(scene, orbit)?;
+    let plan = plan(scene, orbit)?;
+    let expander = Expander::new(&plan.scene, orbit)?;
     warn_of_edges(
         scene,
-        window_edges(&expander, orders.contact_weight)?,
+        window_edges(&expander, plan.orders.contact_weight)?,
         quiet,
     );
-    Ok(expander.expand(orders)?)
+    Ok(expander.expand(plan.orders)?)
 }
 
 /// The edges of the passages of a scene whose series do not end.

@@ -1,7 +1,12 @@
 //! A study of convergence as plain data.
 
+use std::collections::BTreeMap;
+
 use serde::{Deserialize, Serialize};
 
+use super::accuracy::DepthAccuracy;
+use super::pareto::ParetoPoint;
+use super::validity::Validity;
 use crate::model::Shape;
 
 /// How far maps of every order are from direct simulation, and how fast they are.
@@ -21,8 +26,14 @@ pub struct ConvergenceStudy {
     pub discontinuity_rates: Vec<FactorRate>,
     /// `P_smooth` alone, cut at each degree: its error against the distance.
     pub smooth_rates: Vec<FactorRate>,
-    /// The cheapest orders for the tolerance.
+    /// The cheapest map for the tolerance, or the most accurate one tried.
     pub chosen: Choice,
+    /// The largest window on which the chosen map meets the tolerance.
+    pub validity: Validity,
+    /// The chosen map and direct simulation in double precision as the window shrinks.
+    pub accuracy: DepthAccuracy,
+    /// Maps of the sweep that no other one beats in both time and error, and direct simulation.
+    pub pareto: Vec<ParetoPoint>,
     /// Direct simulation.
     pub direct: DirectSummary,
     /// Nanoseconds of one multiply-add, measured in the same run.
@@ -34,7 +45,7 @@ pub struct ConvergenceStudy {
 pub struct SampleSummary {
     /// Points compared.
     pub points: usize,
-    /// Points left out: no image, no contact in the grazing passage, or contacts elsewhere.
+    /// Points left out: no image, or contacts other than those of the grazing passages.
     pub excluded: usize,
 }
 
@@ -94,8 +105,8 @@ pub struct FactorRate {
     pub errors: Vec<[f64; 2]>,
 }
 
-/// The cheapest orders for a tolerance, or the best there are.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+/// The cheapest map for a tolerance, or the most accurate one tried.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Choice {
     /// Tolerance asked, in the units of the offsets.
     pub tolerance: f64,
@@ -107,10 +118,34 @@ pub struct Choice {
     pub contact_weight: u32,
     /// Shape.
     pub shape: Shape,
+    /// Weights of parameters, by name, where they are heavier than the scene's.
+    pub weights: BTreeMap<String, u32>,
+    /// Which monomials it has.
+    pub monomials: Monomials,
     /// Largest error on the sample.
     pub error: Option<f64>,
-    /// Largest error on fresh points.
+    /// Largest error on fresh points; `None` where it failed on the sample already.
     pub fresh_error: Option<f64>,
+    /// Fresh points compared.
+    pub fresh_points: usize,
+    /// Largest error on fresh points if coefficients were rounded to single precision, for information.
+    pub single_precision_error: Option<f64>,
+    /// Operations of one step, parameters frozen.
+    pub operations: usize,
+    /// Coefficients other than zero, parameters not frozen.
+    pub coefficients: usize,
+    /// Seconds that the choice took.
+    pub seconds: f64,
+}
+
+/// Which monomials of a truncation a map has.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Monomials {
+    /// All of them.
+    All,
+    /// Those that the tolerance needs.
+    Needed,
 }
 
 /// What direct simulation costs and how accurate it is.

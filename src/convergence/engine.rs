@@ -2,14 +2,17 @@
 
 use rayon::prelude::*;
 
-use super::choice::choose;
+use super::accuracy::{DepthAccuracy, depth_accuracy};
+use super::choice::{ChoiceOptions, choose, chosen_map};
 use super::data::{
     ConvergenceStudy, DirectSummary, ErrorSummary, OrderResult, Rate, SampleSummary,
 };
 use super::errors::summarize;
+use super::pareto::pareto;
 use super::rates::{ExactFactors, MapRates, discontinuity_rates, smooth_rates};
 use super::sample::WindowSample;
 use super::truth::{Truth, truth};
+use super::validity::validity;
 use super::{ConvergenceError, MapFamily, timing};
 use crate::analysis::{DirectImage, MapEvaluation, Progress};
 use crate::expansion::{DepthPolynomial, LocalMap, MapOrders, Stage};
@@ -38,8 +41,10 @@ pub struct ConvergenceOptions {
     pub shapes: Vec<Shape>,
     /// Points of the window.
     pub points: usize,
-    /// Tolerance for which orders are chosen, in the units of the offsets.
+    /// Tolerance for which a map is chosen, in the units of the offsets.
     pub tolerance: f64,
+    /// Fresh points on which the chosen map has to hold.
+    pub fresh: usize,
     /// Highest weight of `D` whose rate is measured (its coefficients in double-double).
     pub discontinuity_rates: u32,
     /// Highest degree of `P_smooth` whose rate is measured (its coefficients in double-double, by Taylor's
@@ -72,6 +77,7 @@ impl ConvergenceOptions {
             },
             points: 128,
             tolerance,
+            fresh: ChoiceOptions::new(tolerance).fresh,
             discontinuity_rates: highest.contact_weight.min(8),
             smooth_rates: highest.smooth_order.min(6),
         }
@@ -99,6 +105,13 @@ pub fn converge(
     sweep.add_rates(&factors, &mut orders)?;
     let multiply_add_ns = timing::multiply_add_ns();
     sweep.add_times(&mut orders, multiply_add_ns)?;
+    let choice = ChoiceOptions {
+        tolerance: options.tolerance,
+        fresh: options.fresh,
+    };
+    let chosen = choose(scene, orbit, &choice)?;
+    let (local, map) = chosen_map(&chosen, scene, orbit)?;
+    let direct = sweep.direct()?;
     Ok(ConvergenceStudy {
         scene: scene.identifier.clone(),
         digest: scene.digest,
@@ -114,8 +127,11 @@ pub fn converge(
             orbit,
         )?,
         smooth_rates: smooth_rates(&sweep.sample, &factors, &sweep.system, scene, orbit)?,
-        chosen: choose(&sweep, &orders, options.tolerance)?,
-        direct: sweep.direct()?,
+        validity: validity(scene, orbit, &local, &map, options.tolerance)?,
+        accuracy: sweep.accuracy(&map)?,
+        pareto: pareto(&orders, &direct),
+        chosen,
+        direct,
         multiply_add_ns,
         orders,
     })
@@ -288,10 +304,8 @@ impl<'a> Sweep<'a> {
         Ok(())
     }
 
-    /// Truth on points that the sample does not hold.
-    pub(super) fn fresh_truth(&self) -> Result<Truth, ConvergenceError> {
-        let points = self.sample.points(self.options.points, self.options.points);
-        truth(&self.system, self.scene, self.orbit, points)
+    fn accuracy(&self, map: &HornerMap) -> Result<DepthAccuracy, ConvergenceError> {
+        depth_accuracy(&self.system, self.scene, self.orbit, &self.sample, map)
     }
 
     fn direct(&self) -> Result<DirectSummary, ConvergenceError> {

@@ -20,7 +20,8 @@ pub(super) fn summarize(map: &impl DiscreteMap, truth: &Truth) -> ErrorSummary {
     }
 }
 
-fn error(map: &impl DiscreteMap, point: &SamplePoint, truth: &[Dd]) -> f64 {
+/// The largest error of a coordinate at one point; not finite where the map has no image.
+pub(super) fn error(map: &impl DiscreteMap, point: &SamplePoint, truth: &[Dd]) -> f64 {
     let mut image = vec![0.0; map.dimension()];
     map.step(&point.state, &point.parameters, &mut image);
     let image: Vec<Dd> = image.into_iter().map(Dd::from).collect();

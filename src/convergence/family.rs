@@ -82,6 +82,48 @@ impl<'a> MapFamily<'a> {
         Ok(self.expander.assemble_stages(orders, legs, passages))
     }
 
+    /// The map at lower orders, with weights of the active parameters that are at least the scene's: heavier
+    /// parameters are cut at lower powers.
+    ///
+    /// # Errors
+    ///
+    /// [`ExpansionError::Jet`] if a space is too large.
+    ///
+    /// # Panics
+    ///
+    /// If there is not one weight per active parameter.
+    pub fn weighted_map(
+        &self,
+        orders: MapOrders,
+        parameters: &[u32],
+    ) -> Result<LocalMap, ExpansionError> {
+        let weighted = |variables: &Variables| {
+            let mut variables = variables.clone();
+            variables.weights[variables.coordinates..].copy_from_slice(parameters);
+            variables
+        };
+        let section = weighted(self.expander.variables());
+        let passages =
+            (0..self.expander.passages()).map(|passage| self.expander.variables_at(passage));
+        let passages: Vec<_> = passages.map(weighted).collect();
+        let order = orders.smooth_order;
+        let before = self.legs.before.as_ref();
+        let after = self.legs.after.iter().zip(&passages);
+        let legs = Legs {
+            before: before
+                .map(|leg| cut_leg(leg, &section, order))
+                .transpose()?,
+            after: after
+                .map(|(leg, variables)| cut_leg(leg, variables, order))
+                .collect::<Result<_, _>>()?,
+        };
+        let contacts = self.contacts.iter().zip(&passages);
+        let contacts = contacts
+            .map(|(contact, variables)| cut_contact(variables, contact, orders.contact_weight));
+        let contacts = contacts.collect::<Result<_, _>>()?;
+        Ok(self.expander.assemble(orders, legs, contacts))
+    }
+
     /// The composed form of a map.
     ///
     /// # Errors
@@ -98,12 +140,7 @@ pub(super) fn cut_legs<S: Real>(
     legs: &Legs<S>,
     smooth_order: u32,
 ) -> Result<Legs<S>, ExpansionError> {
-    let cut = |leg: &Leg<S>, variables: &Variables| {
-        let space = variables.smooth_space(DEVIATION_WEIGHT * smooth_order)?;
-        Ok::<_, ExpansionError>(Leg {
-            image: cut_all(&leg.image, &space),
-        })
-    };
+    let cut = |leg, variables| cut_leg(leg, variables, smooth_order);
     let before = legs.before.as_ref();
     let after = legs.after.iter().enumerate();
     Ok(Legs {
@@ -113,6 +150,17 @@ pub(super) fn cut_legs<S: Real>(
         after: after
             .map(|(passage, leg)| cut(leg, expander.variables_at(passage)))
             .collect::<Result<_, _>>()?,
+    })
+}
+
+fn cut_leg<S: Real>(
+    leg: &Leg<S>,
+    variables: &Variables,
+    smooth_order: u32,
+) -> Result<Leg<S>, ExpansionError> {
+    let space = variables.smooth_space(DEVIATION_WEIGHT * smooth_order)?;
+    Ok(Leg {
+        image: cut_all(&leg.image, &space),
     })
 }
 

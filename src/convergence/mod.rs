@@ -3,6 +3,8 @@
 //! The one place where expansion and simulation meet, so that their agreement is evidence.
 //! Deliberately absent: plotting. See docs/mathematics/convergence.md.
 
+mod accuracy;
+mod candidates;
 mod choice;
 mod data;
 mod economise;
@@ -11,18 +13,27 @@ mod error;
 mod errors;
 mod family;
 mod fit;
+mod forecast;
+mod form;
+mod measured;
+mod pareto;
 mod rates;
 mod sample;
 mod timing;
 mod truth;
+mod validity;
 
-pub use choice::choose_orders;
+pub use accuracy::{DepthAccuracy, WindowAccuracy};
+pub use choice::{ChoiceOptions, choose, choose_orders, chosen_map};
 pub use data::{
-    Choice, ConvergenceStudy, DirectSummary, ErrorSummary, FactorRate, OrderResult, Rate,
-    SampleSummary,
+    Choice, ConvergenceStudy, DirectSummary, ErrorSummary, FactorRate, Monomials, OrderResult,
+    Rate, SampleSummary,
 };
 pub use engine::{ConvergenceOptions, converge};
 pub use error::ConvergenceError;
 pub use family::MapFamily;
 pub use fit::{SlopeFit, fit_slope};
+pub use measured::{MeasuredError, measured_error};
+pub use pareto::{ParetoMap, ParetoPoint};
 pub use sample::{SamplePoint, WindowSample};
+pub use validity::{Validity, validity};

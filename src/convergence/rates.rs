@@ -7,7 +7,7 @@ use super::data::{FactorRate, Rate};
 use super::family::{cut_contact, cut_contacts, cut_legs};
 use super::fit::fit_slope;
 use super::sample::{WindowSample, low_discrepancy};
-use super::truth::{distance, is_comparable};
+use super::truth::{distance, tells_order};
 use crate::analysis::{DirectImage, FreeFlight, MapEvaluation};
 use crate::expansion::{Contact, Expander, Legs, MapOrders};
 use crate::hybrid::HybridSystem;
@@ -210,7 +210,7 @@ impl MapRates {
         let mut direct = DirectImage::<Dd>::new(system, scene, orbit)?;
         let mut exact = |state: &[Dd], parameters: &[Dd]| {
             let image = direct.image(state, parameters)?;
-            Ok(is_comparable(&image).then_some(image.offsets))
+            Ok(tells_order(&image).then_some(image.offsets))
         };
         let scale = |size: f64, variable: usize| size.powi(variables.weights[variable] as i32);
         let directions = contact_directions(sample, expander);

@@ -7,6 +7,9 @@ use crate::expansion::LocalMap;
 /// Smallest depth of a sample over the window's.
 const SHALLOWEST: f64 = 1e-4;
 
+/// Variables whose signs are combined in corners; further ones share them.
+const CORNERS: usize = 5;
+
 /// Newton steps onto a depth.
 const NEWTON_STEPS: usize = 30;
 
@@ -61,6 +64,31 @@ impl WindowSample {
         sample
     }
 
+    /// The sample of a window whose depth and half-widths (coordinates; parameters) are multiplied by factors.
+    ///
+    /// # Panics
+    ///
+    /// If there is not one factor per variable.
+    pub fn scaled(&self, depth: f64, variables: &[f64]) -> Self {
+        assert_eq!(variables.len(), self.state.len() + self.parameters.len());
+        let (state, parameters) = variables.split_at(self.state.len());
+        let times = |widths: &[f64], factors: &[f64]| {
+            let pairs = widths.iter().zip(factors);
+            pairs.map(|(width, factor)| width * factor).collect()
+        };
+        Self {
+            deepest: self.deepest * depth,
+            state: times(&self.state, state),
+            parameters: times(&self.parameters, parameters),
+            ..self.clone()
+        }
+    }
+
+    /// The coordinates that are solved for: a passage's depth decides them.
+    pub(super) fn solved(&self) -> &[usize] {
+        &self.steepest
+    }
+
     /// Largest depth of the window.
     pub fn deepest(&self) -> f64 {
         self.deepest
@@ -88,6 +116,24 @@ impl WindowSample {
         let depth = self.deepest * SHALLOWEST.powf(1.0 - shares[0]);
         let passage = index % self.steepest.len().max(1);
         self.at_depth(passage, state.to_vec(), parameters.to_vec(), depth)
+    }
+
+    /// Points at the window's depth with everything else at its half-width, each sign in turn: where errors are
+    /// largest, and where a sequence that fills the window seldom comes. At most 32 per passage.
+    pub fn corners(&self) -> Vec<SamplePoint> {
+        let widths = self.widths();
+        let signs = 1usize << widths.len().min(CORNERS);
+        let corner = |number: usize| {
+            let (passage, signs) = (number / signs, number % signs);
+            let sign = |variable: usize| 1.0 - 2.0 * (signs >> (variable % CORNERS) & 1) as f64;
+            let offsets = widths.iter().enumerate();
+            let offsets: Vec<f64> = offsets.map(|(i, width)| sign(i) * width).collect();
+            let (state, parameters) = offsets.split_at(self.state.len());
+            self.at_depth(passage, state.to_vec(), parameters.to_vec(), self.deepest)
+        };
+        (0..signs * self.steepest.len())
+            .filter_map(corner)
+            .collect()
     }
 
     /// The points `first..first + count` that exist.

@@ -68,11 +68,8 @@ pub(super) fn direct(
     let mut worst: f64 = 0.0;
     let start = Instant::now();
     for (point, exact) in truth.points.iter().zip(&truth.images) {
-        // A contact so shallow that double precision misses it is an error as large as the kick.
-        let found = match image(direct, &point.state, &point.parameters)? {
-            Some(found) => found.offsets,
-            None => vec![0.0; exact.len()],
-        };
+        // An orbit that double precision sends elsewhere is an error as large as the kick.
+        let found = image(direct, point)?.unwrap_or_else(|| vec![0.0; exact.len()]);
         let found: Vec<Dd> = found.into_iter().map(Dd::from).collect();
         worst = worst.max(distance(&found, exact));
     }

@@ -31,17 +31,14 @@ pub(super) fn truth(
     let direct = DirectImage::<Dd>::new(system, scene, orbit)?;
     let images: Vec<_> = points
         .par_iter()
-        .map_init(
-            || direct.clone(),
-            |direct, point| image(direct, &point.state, &point.parameters),
-        )
+        .map_init(|| direct.clone(), |direct, point| image(direct, point))
         .collect::<Result<_, _>>()?;
     let mut truth = Truth::default();
     for (point, image) in points.into_iter().zip(images) {
         match image {
             Some(image) => {
                 truth.points.push(point);
-                truth.images.push(image.offsets);
+                truth.images.push(image);
             }
             None => truth.excluded += 1,
         }
@@ -49,24 +46,24 @@ pub(super) fn truth(
     Ok(truth)
 }
 
-/// The image of a point that makes contact in grazing passages only; `None` for any other.
+/// The image of a point after which the orbit returns with no contact but those of grazing passages, if any.
+///
+/// A point that makes none counts: a map that sees one there errs by its kick.
 pub(super) fn image<S: Real>(
     direct: &mut DirectImage<'_, S>,
-    state: &[f64],
-    parameters: &[f64],
-) -> Result<Option<SectionImage<S>>, AnalysisError> {
+    point: &SamplePoint,
+) -> Result<Option<Vec<S>>, AnalysisError> {
     let convert = |values: &[f64]| {
-        values
-            .iter()
-            .map(|&value| S::from_f64(value))
-            .collect::<Vec<_>>()
+        let values = values.iter();
+        values.map(|&value| S::from_f64(value)).collect::<Vec<_>>()
     };
-    let image = direct.image(&convert(state), &convert(parameters))?;
-    Ok(is_comparable(&image).then_some(image))
+    let image = direct.image(&convert(&point.state), &convert(&point.parameters))?;
+    let comparable = image.end == DirectEnd::Returned && image.extra_contacts == 0;
+    Ok(comparable.then_some(image.offsets))
 }
 
-/// Whether a local map can be compared with an image: it has contacts, and none but those of its passages.
-pub(super) fn is_comparable<S>(image: &SectionImage<S>) -> bool {
+/// Whether an image tells the order of a map: it has contacts, and none but those of its passages.
+pub(super) fn tells_order<S>(image: &SectionImage<S>) -> bool {
     image.end == DirectEnd::Returned && image.contacts > 0 && image.extra_contacts == 0
 }
 

@@ -27,8 +27,10 @@ pub struct EmitOptions {
     pub shape: EmittedShape,
     /// Points per call of the lane kernels, 1 to 64.
     pub lanes: usize,
-    /// Error that is asked for, absolute and per coordinate; `None` keeps every monomial.
+    /// Error that is asked for, absolute and per coordinate, for the header.
     pub tolerance: Option<f64>,
+    /// Error of which dropped monomials may use a tenth, absolute and per coordinate; `None` keeps every monomial.
+    pub drop_within: Option<f64>,
     /// Error that was measured on the window, for the header.
     pub measured_error: Option<f64>,
 }
@@ -39,6 +41,7 @@ impl Default for EmitOptions {
             shape: EmittedShape::Factored,
             lanes: 8,
             tolerance: None,
+            drop_within: None,
             measured_error: None,
         }
     }
@@ -59,6 +62,8 @@ pub struct EmittedModule {
     pub jacobian_operations: OperationCount,
     /// What the tolerance dropped.
     pub pruned: Option<PruneReport>,
+    /// Error that was measured on the window.
+    pub measured_error: Option<f64>,
 }
 
 /// Emits a map.
@@ -92,6 +97,7 @@ pub fn emitted_module(
         frozen_operations: step.count(),
         jacobian_operations: split.run.count(),
         pruned,
+        measured_error: options.measured_error,
     })
 }
 
@@ -152,7 +158,7 @@ fn lower(
     composed: Option<&ComposedMap>,
     options: &EmitOptions,
 ) -> Result<(MapKernel, Option<PruneReport>), EmissionError> {
-    match (options.shape, composed, options.tolerance) {
+    match (options.shape, composed, options.drop_within) {
         (EmittedShape::Composed, None, _) => Err(EmissionError::NoComposedForm),
         (EmittedShape::Composed, Some(form), None) => Ok((MapKernel::composed(map, form), None)),
         (EmittedShape::Composed, Some(form), Some(tolerance)) => {

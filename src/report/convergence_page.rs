@@ -1,6 +1,8 @@
 //! A study of convergence as tables, pictures and sections of a page.
 
-use super::figure::{Annotation, Axis, Figure, Guide, Marker, Palette, Series};
+use super::chosen_words::{accuracy_words, chosen_words, validity_words};
+use super::figure::{Axis, Figure, Guide, Marker, Palette, Series};
+use super::speed_figure::{accuracy_figure, pareto_table, speed_figure, validity_table};
 use super::{Cell, Column, ReportError, Section, Table};
 use crate::convergence::{ConvergenceStudy, FactorRate, OrderResult, Rate};
 use crate::model::Shape;
@@ -12,6 +14,8 @@ const BELOW: f64 = 0.25;
 pub fn without_times(study: &ConvergenceStudy) -> ConvergenceStudy {
     let mut study = study.clone();
     (study.multiply_add_ns, study.direct.period_ns) = (f64::NAN, f64::NAN);
+    study.chosen.seconds = f64::NAN;
+    study.pareto.clear();
     for order in &mut study.orders {
         (order.step_ns, order.floor_ns) = (f64::NAN, f64::NAN);
     }
@@ -48,6 +52,9 @@ pub fn convergence_figures(study: &ConvergenceStudy) -> Vec<(&'static str, Figur
         figures.push(("-smooth", figure, "Error of P_smooth alone, cut at degree N, against double-double flights with the surface ignored; dashed, a little below the range measured on: the expected slope N + 1.".to_owned()));
     }
     figures.push(("-speed", speed_figure(study), "Largest error on the window against the time of one step, parameters frozen, interpreted in process; the points nearest to the lower left corner are worth having, labelled (N, W).".to_owned()));
+    if let Some(figure) = accuracy_figure(&study.accuracy) {
+        figures.push(("-depth", figure, "Largest error of the chosen map and of direct simulation in double precision, both against double-double, in windows that shrink with their depth.".to_owned()));
+    }
     figures
 }
 
@@ -60,7 +67,7 @@ pub fn convergence_section(study: &ConvergenceStudy) -> Result<Section, ReportEr
     let excluded = match study.sample.excluded {
         0 => String::new(),
         count => format!(
-            " {count} further points were left out: without exactly one contact in the period, a local map has nothing to say about them."
+            " {count} further points were left out: about contacts other than those of the grazing passages a local map has nothing to say."
         ),
     };
     let mut section = Section::new("Distance from direct simulation").prose(format!(
@@ -77,39 +84,24 @@ pub fn convergence_section(study: &ConvergenceStudy) -> Result<Section, ReportEr
         rate_table(study)?,
         "Measured exponents of the errors of both factors.",
     );
+    section = section
+        .table(
+            pareto_table(study)?,
+            "Speed against accuracy: the maps that no other one beats in both, and direct simulation.",
+        )
+        .table(
+            validity_table(&study.validity)?,
+            "The largest window on which the chosen map stays within the tolerance; below the first row each width alone, all else being that of the scaled window.",
+        )
+        .prose(format!(
+            "{} {}",
+            validity_words(&study.validity),
+            accuracy_words(&study.accuracy)
+        ));
     Ok(section.prose(format!(
         "Direct simulation ({}) takes {:.0} ns a return and differs from double-double by up to {:.1e} on the same points.",
         study.direct.method, study.direct.period_ns, study.direct.error_estimate
     )))
-}
-
-/// Which orders were chosen, in words.
-pub fn chosen_words(study: &ConvergenceStudy) -> String {
-    let chosen = &study.chosen;
-    let orders = format!(
-        "({}, {}), {}",
-        chosen.smooth_order,
-        chosen.contact_weight,
-        shape_word(chosen.shape)
-    );
-    let error = |value: Option<f64>| {
-        value.map_or("no finite error".to_owned(), |value| format!("{value:.2e}"))
-    };
-    if chosen.met {
-        format!(
-            "The cheapest map within {:.0e} has the orders (N, W) = {orders}: largest error {} on the sample, {} on fresh points.",
-            chosen.tolerance,
-            error(chosen.error),
-            error(chosen.fresh_error)
-        )
-    } else {
-        format!(
-            "No map of the sweep stays within {:.0e} of direct simulation on the window; the most accurate has the orders (N, W) = {orders}: largest error {} on the sample, {} on fresh points.",
-            chosen.tolerance,
-            error(chosen.error),
-            error(chosen.fresh_error)
-        )
-    }
 }
 
 /// Maps stage by stage whose orders grow together.
@@ -221,7 +213,7 @@ fn rate_table(study: &ConvergenceStudy) -> Result<Table, ReportError> {
 }
 
 /// A finite number, or nothing.
-fn number(value: Option<f64>, digits: usize) -> Cell {
+pub(super) fn number(value: Option<f64>, digits: usize) -> Cell {
     value
         .filter(|value| value.is_finite())
         .map_or(Cell::Missing, |value| Cell::number(value, digits))
@@ -261,75 +253,7 @@ fn expected_slope(factor: &FactorRate) -> Option<Guide> {
     })
 }
 
-/// Error against time, the cheapest map of each accuracy labelled.
-fn speed_figure(study: &ConvergenceStudy) -> Figure {
-    let mut figure = Figure::new(
-        Axis::log10("time of one step (ns)"),
-        Axis::log10("largest error on the window"),
-    );
-    for (shape, marker) in [
-        (Shape::Factored, Marker::Circle),
-        (Shape::Composed, Marker::Square),
-        (Shape::Flown, Marker::Diamond),
-    ] {
-        let points: Vec<[f64; 2]> = study
-            .orders
-            .iter()
-            .filter(|order| order.shape == shape)
-            .filter_map(place)
-            .collect();
-        if !points.is_empty() {
-            figure
-                .series
-                .push(Series::markers(shape_word(shape), marker, points));
-        }
-    }
-    let direct = [study.direct.period_ns, study.direct.error_estimate];
-    figure.series.push(Series::markers(
-        "direct simulation, f64",
-        Marker::Diamond,
-        vec![direct],
-    ));
-    for order in frontier(study) {
-        let text = format!("({}, {})", order.smooth_order, order.contact_weight);
-        figure.annotations.extend(place(order).map(|at| Annotation {
-            at,
-            text,
-            marker: None,
-        }));
-    }
-    figure.guides.push(Guide::Horizontal {
-        at: study.chosen.tolerance,
-        label: "tolerance".to_owned(),
-    });
-    figure
-}
-
-fn place(order: &OrderResult) -> Option<[f64; 2]> {
-    order.error.max.map(|error| [order.step_ns, error])
-}
-
-/// Maps that no other one beats in both time and error, a decade of error apart.
-fn frontier(study: &ConvergenceStudy) -> Vec<&OrderResult> {
-    let mut orders: Vec<&OrderResult> = study
-        .orders
-        .iter()
-        .filter(|order| order.error.max.is_some())
-        .collect();
-    orders.sort_by(|a, b| a.step_ns.total_cmp(&b.step_ns));
-    let mut best = f64::INFINITY;
-    orders.retain(|order| {
-        let error = order.error.max.unwrap_or(f64::INFINITY);
-        let better = error < 0.2 * best;
-        if better {
-            best = error;
-        }
-        better
-    });
-    orders
-}
-
-fn shape_word(shape: Shape) -> &'static str {
+pub(super) fn shape_word(shape: Shape) -> &'static str {
     match shape {
         Shape::Auto => "auto",
         Shape::Factored => "factored",

@@ -7,6 +7,7 @@
 //! number are layout, and both are stated beside what they were done to.
 
 mod base64;
+mod chosen_words;
 mod convergence_page;
 mod curve_document;
 mod depth_document;
@@ -24,11 +25,13 @@ mod one_or_many;
 mod orbit_document;
 mod page;
 mod run_page;
+mod speed_figure;
 mod table;
 mod table_text;
 
+pub use chosen_words::{accuracy_words, chosen_words, validity_words};
 pub use convergence_page::{
-    chosen_words, convergence_figures, convergence_section, convergence_table, without_times,
+    convergence_figures, convergence_section, convergence_table, without_times,
 };
 pub(crate) use curve_document::curve_end_words;
 pub use curve_document::{

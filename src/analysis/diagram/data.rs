@@ -72,7 +72,8 @@ pub struct DiagramPoint {
     pub lyapunov: Option<f64>,
     /// How the orbit ended. After an early end the sweep restarts at the fixed point of `P_smooth`.
     pub end: OrbitEnd,
-    /// Kept iterates outside the window in which the map is to be trusted.
+    /// Kept iterates outside the window in which the map is to be trusted: beyond the half-width of a coordinate or the
+    /// depth, or all of them where the parameter is beyond its half-width.
     pub outside: usize,
 }
 

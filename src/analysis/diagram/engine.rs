@@ -76,7 +76,7 @@ pub fn diagram(
             range: request.range,
             points: request.points,
             orbit: OrbitRequest::new(request.transient, request.keep, &map.window.state),
-            window: map.window.state.clone(),
+            window: map.window.clone(),
         },
     };
     let sweeps = run_plan(&plan, progress);

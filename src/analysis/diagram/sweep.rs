@@ -5,6 +5,7 @@ use std::time::{Duration, Instant};
 use super::SweptMap;
 use super::data::{DiagramPoint, Sweep, SweepHeading, Timing};
 use crate::analysis::Progress;
+use crate::expansion::MapWindow;
 use crate::iteration::{
     DiscreteMap, MapOrbit, OrbitEnd, OrbitName, OrbitRequest, Period, StepInfo,
     largest_lyapunov_exponent,
@@ -24,8 +25,8 @@ pub struct SweepRequest {
     pub points: usize,
     /// Iterates at each value, and when an orbit has escaped.
     pub orbit: OrbitRequest,
-    /// Half-widths of the window, to count iterates outside.
-    pub window: Vec<f64>,
+    /// The window, to count iterates outside.
+    pub window: MapWindow,
 }
 
 impl SweepRequest {
@@ -103,10 +104,6 @@ fn point(
     orbit: &MapOrbit,
     request: &SweepRequest,
 ) -> DiagramPoint {
-    let outside = |state: &&[f64]| {
-        let mut pairs = state.iter().zip(&request.window);
-        pairs.any(|(value, &width)| value.abs() > width)
-    };
     DiagramPoint {
         offset,
         values: orbit
@@ -119,8 +116,24 @@ fn point(
         kept_contacts: orbit.steps.iter().map(StepInfo::contacts).sum(),
         lyapunov: lyapunov(map, fixed, orbit, request),
         end: orbit.end,
-        outside: orbit.states().filter(outside).count(),
+        outside: outside(orbit, offset, request),
     }
+}
+
+/// Kept iterates outside the window: beyond a half-width, or reached by a passage deeper than the window's; all of them where
+/// the parameter is beyond its own.
+fn outside(orbit: &MapOrbit, offset: f64, request: &SweepRequest) -> usize {
+    let window = &request.window;
+    let width = window.parameter.get(request.parameter);
+    if width.is_some_and(|&width| offset.abs() > width) {
+        return orbit.states().len();
+    }
+    let beyond = |state: &[f64]| {
+        let mut pairs = state.iter().zip(&window.state);
+        pairs.any(|(value, &width)| value.abs() > width)
+    };
+    let left = |(state, step): &(&[f64], &StepInfo)| beyond(state) || step.depth > window.depth;
+    orbit.states().zip(&orbit.steps).filter(left).count()
 }
 
 /// The name of a periodic orbit; `None` without a period.

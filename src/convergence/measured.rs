@@ -1,0 +1,93 @@
+//! The error of a map as it is run, on points that nothing was chosen by.
+
+use super::ConvergenceError;
+use super::data::SampleSummary;
+use super::errors::summarize;
+use super::sample::WindowSample;
+use super::truth::truth;
+use crate::expansion::LocalMap;
+use crate::hybrid::HybridSystem;
+use crate::iteration::HornerMap;
+use crate::model::Scene;
+use crate::orbit::GrazingOrbit;
+
+/// Number in the sequence of the first point: orders are chosen by the ones before it.
+const FIRST: usize = 128;
+
+/// The largest error of a map on its window.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MeasuredError {
+    /// Largest error of a coordinate, in the units of the offsets; `None` where an image is not finite.
+    pub error: Option<f64>,
+    /// What it was measured on.
+    pub sample: SampleSummary,
+}
+
+impl MeasuredError {
+    /// The error rounded up to two digits: the same number on machines whose arithmetic differs in the last place.
+    pub fn rounded_up(&self) -> Option<f64> {
+        self.error.map(|error| {
+            if error <= 0.0 {
+                return 0.0;
+            }
+            let mut exponent = error.log10().floor() as i32 - 1;
+            let mut digits = (error / 10f64.powi(exponent)).ceil() as u32;
+            if digits >= 100 {
+                (digits, exponent) = (10, exponent + 1);
+            }
+            // Read from decimals, so that the number printed is as short as it says.
+            format!("{digits}e{exponent}").parse().unwrap_or(error)
+        })
+    }
+}
+
+/// Compares a map with direct simulation in double-double at the corners of the window and at fresh points.
+///
+/// `local` has the window; `map` is what is run, in whatever shape, with whatever was dropped.
+///
+/// # Errors
+///
+/// [`ConvergenceError`] if the window has no point to compare at, or direct simulation fails.
+pub fn measured_error(
+    scene: &Scene,
+    orbit: &GrazingOrbit,
+    local: &LocalMap,
+    map: &HornerMap,
+    points: usize,
+) -> Result<MeasuredError, ConvergenceError> {
+    let system = HybridSystem::new(&scene.model);
+    let sample = WindowSample::new(local);
+    let points = [sample.corners(), sample.points(FIRST, points)].concat();
+    let tried = points.len();
+    let truth = truth(&system, scene, orbit, points)?;
+    if truth.points.is_empty() {
+        return Err(ConvergenceError::NoTruth { tried });
+    }
+    Ok(MeasuredError {
+        error: summarize(map, &truth).max,
+        sample: SampleSummary {
+            points: truth.points.len(),
+            excluded: truth.excluded,
+        },
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn errors_are_rounded_up_to_two_digits() {
+        let rounded = |error| {
+            let sample = SampleSummary {
+                points: 1,
+                excluded: 0,
+            };
+            let error = Some(error);
+            MeasuredError { error, sample }.rounded_up()
+        };
+        assert_eq!(rounded(1.234e-8), Some(1.3e-8));
+        assert_eq!(rounded(9.96e-8), Some(1e-7));
+        assert_eq!(rounded(0.0), Some(0.0));
+    }
+}

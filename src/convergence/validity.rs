@@ -1,0 +1,171 @@
+//! How far a map holds: the largest window on which its error stays within a tolerance.
+//!
+//! One idea: the sample of the scene's window is scaled until a point of it fails.
+
+use std::collections::BTreeMap;
+
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+
+use super::ConvergenceError;
+use super::errors::error;
+use super::sample::{SamplePoint, WindowSample};
+use super::truth::image;
+use crate::analysis::DirectImage;
+use crate::expansion::LocalMap;
+use crate::hybrid::HybridSystem;
+use crate::iteration::HornerMap;
+use crate::model::Scene;
+use crate::numeric::Dd;
+use crate::orbit::GrazingOrbit;
+
+/// Points at which a window is tried, beside its corners.
+const POINTS: usize = 48;
+
+/// Number in the sequence of the first of them: none of those that orders are chosen by.
+const FIRST: usize = 20_000;
+
+/// Octaves by which the scene's window is scaled down at most.
+const DOWN: i32 = 24;
+
+/// Octaves by which a window is scaled up at most.
+const UP: i32 = 6;
+
+/// Halvings of the last octave: the scale is found to 5 %.
+const HALVINGS: usize = 4;
+
+/// The largest window on which a map meets a tolerance.
+///
+/// A window holds where at every point of a sample direct simulation in double-double returns, makes no contact
+/// but those of the grazing passages, and differs from the map by the tolerance at most. Sizes are found to 5 %.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Validity {
+    /// The tolerance, in the units of the offsets.
+    pub tolerance: f64,
+    /// Largest factor of the scene's window (depth and all half-widths alike), between `2^-24` and 64; `None` where
+    /// none holds.
+    pub scale: Option<f64>,
+    /// Largest depth where the half-widths are those of the scaled window; at most 64 times its own.
+    pub depth: Option<f64>,
+    /// Largest half-width of each coordinate where all else is that of the scaled window; `None` for a coordinate
+    /// that the depth decides.
+    pub state: BTreeMap<String, Option<f64>>,
+    /// Largest half-width of each parameter where all else is that of the scaled window.
+    pub parameter: BTreeMap<String, Option<f64>>,
+}
+
+/// The largest window on which a map, as it is run, meets a tolerance.
+///
+/// `local` names the variables and the window of the scene; `map` is what is run, in whatever shape.
+///
+/// # Errors
+///
+/// [`ConvergenceError`] if direct simulation cannot be set up for the scene.
+pub fn validity(
+    scene: &Scene,
+    orbit: &GrazingOrbit,
+    local: &LocalMap,
+    map: &HornerMap,
+    tolerance: f64,
+) -> Result<Validity, ConvergenceError> {
+    let system = HybridSystem::new(&scene.model);
+    let trial = Trial {
+        map,
+        direct: DirectImage::new(&system, scene, orbit)?,
+        tolerance,
+    };
+    let sample = WindowSample::new(local);
+    let widths = sample.widths();
+    let scaled = |window: &WindowSample, scale| window.scaled(scale, &vec![scale; widths.len()]);
+    let scale = largest(DOWN, |scale| trial.holds(&scaled(&sample, scale)));
+    let window = scale.map(|scale| scaled(&sample, scale));
+    let alone = |variable: usize| {
+        let window = window.as_ref()?;
+        if sample.solved().contains(&variable) {
+            return None;
+        }
+        let grown = |factor| {
+            let mut factors = vec![1.0; widths.len()];
+            factors[variable] = factor;
+            trial.holds(&window.scaled(1.0, &factors))
+        };
+        largest(0, grown).map(|factor| factor * window.widths()[variable])
+    };
+    let depth = window.as_ref().and_then(|window| {
+        let deeper = |factor| trial.holds(&window.scaled(factor, &vec![1.0; widths.len()]));
+        largest(0, deeper).map(|factor| factor * window.deepest())
+    });
+    let coordinates = local.section.coordinates.iter().cloned();
+    let parameters = local.parameters.iter().map(|active| active.name.clone());
+    Ok(Validity {
+        tolerance,
+        scale,
+        depth,
+        state: coordinates.zip((0..).map(&alone)).collect(),
+        parameter: parameters.zip((local.dimension()..).map(&alone)).collect(),
+    })
+}
+
+/// A map on trial.
+struct Trial<'a> {
+    map: &'a HornerMap,
+    direct: DirectImage<'a, Dd>,
+    tolerance: f64,
+}
+
+impl Trial<'_> {
+    /// Whether the map meets the tolerance at every point of a sample; the first failure ends the trial.
+    fn holds(&self, sample: &WindowSample) -> bool {
+        let points = [sample.corners(), sample.points(FIRST, POINTS)].concat();
+        let meets = |direct: &mut DirectImage<'_, Dd>, point: &SamplePoint| {
+            let exact = image(direct, point).ok()??;
+            (error(self.map, point, &exact) <= self.tolerance).then_some(())
+        };
+        let all = points
+            .par_iter()
+            .try_for_each_init(|| self.direct.clone(), meets);
+        2 * points.len() >= POINTS && all.is_some()
+    }
+}
+
+/// The largest factor that holds, to 5 %, between `2^-down` and `2^6`.
+fn largest(down: i32, mut holds: impl FnMut(f64) -> bool) -> Option<f64> {
+    let mut low = 0;
+    if holds(1.0) {
+        while low < UP && holds(2f64.powi(low + 1)) {
+            low += 1;
+        }
+        if low == UP {
+            return Some(2f64.powi(UP));
+        }
+    } else {
+        low = (1..=down)
+            .map(|octave| -octave)
+            .find(|&octave| holds(2f64.powi(octave)))?;
+    }
+    let (mut low, mut high) = (f64::from(low), f64::from(low + 1));
+    for _ in 0..HALVINGS {
+        let middle = 0.5 * (low + high);
+        if holds(middle.exp2()) {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+    Some(low.exp2())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_largest_factor_is_found_to_five_percent_from_both_sides() {
+        for edge in [1e-3, 0.3, 1.0, 7.0, 50.0] {
+            let found = largest(DOWN, |factor| factor <= edge).unwrap();
+            assert!(found <= edge && edge < 1.05 * found, "{edge}: {found}");
+        }
+        assert_eq!(largest(DOWN, |_| true), Some(64.0));
+        assert_eq!(largest(DOWN, |_| false), None);
+    }
+}

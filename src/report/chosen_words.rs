@@ -1,0 +1,69 @@
+//! Which map was chosen, how far it holds and where it is the more accurate, in words.
+
+use super::convergence_page::shape_word;
+use crate::convergence::{ConvergenceStudy, DepthAccuracy, Monomials, Validity};
+
+/// Which map was chosen, in words.
+pub fn chosen_words(study: &ConvergenceStudy) -> String {
+    let chosen = &study.chosen;
+    let orders = format!(
+        "({}, {}), {}",
+        chosen.smooth_order,
+        chosen.contact_weight,
+        shape_word(chosen.shape)
+    );
+    let weights = chosen.weights.iter();
+    let weights: String = weights
+        .map(|(name, weight)| format!(", weight {weight} of {name}"))
+        .collect();
+    let dropped = match chosen.monomials {
+        Monomials::All => "",
+        Monomials::Needed => ", without the monomials the tolerance does not need",
+    };
+    let map = format!(
+        "(N, W) = {orders}{weights}{dropped} ({} coefficients)",
+        chosen.coefficients
+    );
+    let error = |value: Option<f64>| {
+        value.map_or("no finite error".to_owned(), |value| format!("{value:.2e}"))
+    };
+    let sample = error(chosen.error);
+    let fresh = match chosen.fresh_points {
+        0 => String::new(),
+        points => format!(", {} on {points} fresh points", error(chosen.fresh_error)),
+    };
+    let tolerance = chosen.tolerance;
+    if chosen.met {
+        format!(
+            "The cheapest map within {tolerance:.0e} has the orders {map}: largest error {sample} on the sample{fresh}."
+        )
+    } else {
+        format!(
+            "No map tried stays within {tolerance:.0e} of direct simulation on the window; the most accurate has the orders {map}: largest error {sample} on the sample{fresh}."
+        )
+    }
+}
+
+/// How far the chosen map holds, in words.
+pub fn validity_words(validity: &Validity) -> String {
+    let tolerance = validity.tolerance;
+    match (validity.scale, validity.depth) {
+        (Some(scale), Some(depth)) => format!(
+            "It stays within {tolerance:.0e} on {scale:.2e} times the scene's window; with the half-widths of that, to the depth {depth:.2e}."
+        ),
+        _ => format!("It stays within {tolerance:.0e} on no window, however small."),
+    }
+}
+
+/// Where the chosen map is more accurate than direct simulation in double precision, in words.
+pub fn accuracy_words(accuracy: &DepthAccuracy) -> String {
+    match accuracy.crossing {
+        Some(depth) => format!(
+            "In windows of a depth below {depth:.1e} it is more accurate than direct simulation in double precision."
+        ),
+        None => {
+            "In no window measured is it more accurate than direct simulation in double precision."
+                .to_owned()
+        }
+    }
+}

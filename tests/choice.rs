@@ -1,0 +1,233 @@
+//! The map chosen for a tolerance, how far it holds, and where it beats direct simulation in double precision.
+
+use std::collections::BTreeMap;
+
+use grazemap::analysis::{DirectEnd, DirectImage};
+use grazemap::convergence::{
+    Choice, ChoiceOptions, MapFamily, Monomials, SamplePoint, WindowSample, choose, choose_orders,
+    chosen_map, measured_error, validity,
+};
+use grazemap::expansion::{Expander, LocalMap, MapOrders, Stage};
+use grazemap::hybrid::HybridSystem;
+use grazemap::iteration::{DiscreteMap, HornerMap};
+use grazemap::jet::Jet;
+use grazemap::model::{Scene, catalogue};
+use grazemap::numeric::Dd;
+use grazemap::orbit::{GrazingOrbit, locate};
+
+/// Number in the sequence of the first point of the checks: beyond all that anything is chosen or measured by.
+const UNUSED: usize = 100_000;
+
+fn scene(name: &str) -> Scene {
+    Scene::parse(catalogue::text(name).expect("in the catalogue"), name).expect("a good scene")
+}
+
+fn orbit(scene: &Scene) -> GrazingOrbit {
+    locate(scene)
+        .expect("no wrong input")
+        .into_result()
+        .expect("it grazes")
+}
+
+/// Largest error of a map over points that make no contact but those of grazing passages, by direct simulation in
+/// double-double; infinite where one does.
+fn error(scene: &Scene, orbit: &GrazingOrbit, map: &HornerMap, points: &[SamplePoint]) -> f64 {
+    let system = HybridSystem::new(&scene.model);
+    let mut direct = DirectImage::<Dd>::new(&system, scene, orbit).expect("good input");
+    let exact = |values: &[f64]| {
+        values
+            .iter()
+            .map(|&value| Dd::from(value))
+            .collect::<Vec<_>>()
+    };
+    points.iter().fold(0.0, |worst: f64, point| {
+        let truth = direct.image(&exact(&point.state), &exact(&point.parameters));
+        let truth = truth.expect("good input");
+        if truth.end != DirectEnd::Returned || truth.extra_contacts > 0 {
+            return f64::INFINITY;
+        }
+        let mut image = vec![0.0; map.dimension()];
+        map.step(&point.state, &point.parameters, &mut image);
+        let differences = image.iter().zip(&truth.offsets);
+        differences.fold(worst, |worst, (&image, &truth)| {
+            worst.max((Dd::from(image) - truth).to_f64().abs())
+        })
+    })
+}
+
+fn assert_holds(name: &str, tolerance: f64) -> Choice {
+    let scene = scene(name);
+    let orbit = orbit(&scene);
+    let choice = choose_orders(&scene, &orbit, tolerance).expect("a choice");
+    assert!(choice.met && choice.fresh_points >= 600, "{choice:?}");
+    let (local, map) = chosen_map(&choice, &scene, &orbit).expect("a simple graze");
+    let points = WindowSample::new(&local).points(UNUSED, 1000);
+    // The largest of one sample of a thousand points exceeds that of another by a little.
+    let found = error(&scene, &orbit, &map, &points);
+    assert!(found <= 1.1 * tolerance, "{name}, {tolerance:e}: {found:e}");
+    choice
+}
+
+#[test]
+fn chosen_maps_exceed_the_tolerance_by_less_than_a_tenth_at_points_never_used() {
+    for (name, tolerances) in [
+        ("linear", [1e-4, 1e-6, 1e-8]),
+        ("cantilever_3_5_soft", [1e-4, 1e-5, 3e-6]),
+    ] {
+        let choices = tolerances.map(|tolerance| assert_holds(name, tolerance));
+        let operations = choices.map(|choice| choice.operations);
+        assert!(operations.is_sorted(), "{name}: {operations:?}");
+    }
+}
+
+/// Two passages, the symmetric scene of two stops: each has its turn in the sample.
+#[test]
+fn a_map_of_two_passages_is_chosen_too() {
+    assert_holds("two_stops_t1", 1e-6);
+}
+
+#[test]
+fn a_choice_is_cheaper_than_the_best_pair_with_every_monomial() {
+    let scene = scene("linear");
+    let orbit = orbit(&scene);
+    let tolerance = 1e-6;
+    let choice = choose_orders(&scene, &orbit, tolerance).expect("a choice");
+    assert_eq!(choice.monomials, Monomials::Needed);
+    let family = MapFamily::new(&scene, &orbit, choice.orders()).expect("a simple graze");
+    let all = family.map(choice.orders()).expect("smaller spaces");
+    let count = |stage: &Stage| -> usize { jets(stage).iter().map(|jet| nonzero(jet)).sum() };
+    let full: usize = all.stages.iter().map(count).sum();
+    assert!(
+        choice.coefficients < full,
+        "{} of {full}",
+        choice.coefficients
+    );
+}
+
+#[test]
+fn a_tolerance_out_of_reach_is_said_to_be_and_how_close_maps_came() {
+    let scene = scene("linear");
+    let options = ChoiceOptions {
+        fresh: 100,
+        ..ChoiceOptions::new(1e-30)
+    };
+    let choice = choose(&scene, &orbit(&scene), &options).expect("a choice");
+    assert!(!choice.met, "{choice:?}");
+    // What the highest orders reach on this window.
+    assert!(choice.error.is_some_and(|error| error < 1e-9), "{choice:?}");
+}
+
+fn jets(stage: &Stage) -> Vec<&Jet<f64>> {
+    match stage {
+        Stage::Leg(leg) => leg.image.iter().collect(),
+        Stage::Contact(contact) => {
+            let corrections = contact.linear.iter().chain(&contact.quadratic);
+            corrections.chain([&contact.depth]).collect()
+        }
+    }
+}
+
+fn nonzero(jet: &Jet<f64>) -> usize {
+    jet.coefficients()
+        .iter()
+        .filter(|&&value| value != 0.0)
+        .count()
+}
+
+/// A heavier parameter is a coarser cut of the same series: the expansion of a scene that names the weight.
+#[test]
+fn a_family_cut_with_heavier_parameters_is_the_expansion_with_those_weights() {
+    let scene = scene("linear");
+    let orbit = orbit(&scene);
+    let highest = MapOrders {
+        smooth_order: 5,
+        contact_weight: 7,
+    };
+    let orders = MapOrders {
+        smooth_order: 4,
+        contact_weight: 6,
+    };
+    let family = MapFamily::new(&scene, &orbit, highest).expect("a simple graze");
+    let cut = family
+        .weighted_map(orders, &[4, 6])
+        .expect("smaller spaces");
+    let weights = [("alpha", 4), ("omega", 6)].map(|(name, weight)| (name.to_owned(), weight));
+    let mut weighted = scene.clone();
+    weighted.expansion.weights.extend(weights);
+    let expander = Expander::new(&weighted, &orbit).expect("rigid");
+    let expanded = expander.expand(orders).expect("a simple graze");
+    let stages = cut.stages.iter().zip(&expanded.stages);
+    for (cut, expanded) in stages.flat_map(|(a, b)| jets(a).into_iter().zip(jets(b))) {
+        assert_eq!(nonzero(cut), nonzero(expanded));
+        let scale = expanded
+            .coefficients()
+            .iter()
+            .fold(1.0, |max: f64, c| max.max(c.abs()));
+        for (powers, value) in expanded.terms() {
+            // Both are computed to a relative 1e-15 of their largest terms.
+            let difference = (cut.coefficient(powers) - value).abs();
+            assert!(difference <= 1e-11 * scale, "{powers:?}: {difference:e}");
+        }
+    }
+}
+
+/// The map of a scene at orders, with its interpreter.
+fn expanded(scene: &Scene, orbit: &GrazingOrbit, n: u32, w: u32) -> (LocalMap, HornerMap) {
+    let orders = MapOrders {
+        smooth_order: n,
+        contact_weight: w,
+    };
+    let expander = Expander::new(scene, orbit).expect("a simple graze");
+    let map = expander.expand(orders).expect("a simple graze");
+    let run = HornerMap::new(&map);
+    (map, run)
+}
+
+#[test]
+fn the_largest_window_holds_and_one_a_third_larger_does_not() {
+    let scene = scene("linear");
+    let orbit = orbit(&scene);
+    let (local, map) = expanded(&scene, &orbit, 3, 5);
+    let sample = WindowSample::new(&local);
+    let variables = sample.widths().len();
+    let mut scales = Vec::new();
+    for tolerance in [1e-6, 1e-8] {
+        let found = validity(&scene, &orbit, &local, &map, tolerance).expect("good input");
+        let scale = found.scale.expect("a small window holds");
+        let at = |factor: f64| {
+            let factors = vec![scale * factor; variables];
+            let window = sample.scaled(scale * factor, &factors);
+            let points = [window.corners(), window.points(UNUSED, 200)].concat();
+            error(&scene, &orbit, &map, &points)
+        };
+        // The trial's own points are fewer: the largest error of more of them may be a little larger.
+        assert!(at(0.9) <= 1.1 * tolerance, "{tolerance:e}: {found:?}");
+        assert!(at(1.35) > tolerance, "{tolerance:e}: {found:?}");
+        let names: Vec<_> = found.parameter.keys().cloned().collect();
+        assert_eq!(names, ["alpha", "omega"]);
+        assert!(
+            found
+                .depth
+                .is_some_and(|depth| depth >= scale * scene.window.depth)
+        );
+        let widths: BTreeMap<_, _> = found.parameter.clone();
+        assert!(widths["alpha"].is_some_and(|width| width >= scale * 1e-3));
+        scales.push(scale);
+    }
+    assert!(scales[1] < scales[0], "{scales:?}");
+}
+
+#[test]
+fn the_measured_error_of_a_map_bounds_its_error_at_other_points_to_a_tenth() {
+    let scene = scene("linear");
+    let orbit = orbit(&scene);
+    let (local, map) = expanded(&scene, &orbit, 4, 6);
+    let measured = measured_error(&scene, &orbit, &local, &map, 1000).expect("good input");
+    let stated = measured.rounded_up().expect("finite");
+    let sample = WindowSample::new(&local);
+    let found = error(&scene, &orbit, &map, &sample.points(UNUSED, 1000));
+    assert!(found <= 1.1 * stated, "{found:e}, {stated:e}");
+    // Where the corners are the worst points the statement is about them; rounded up by a tenth at most.
+    let worst = found.max(error(&scene, &orbit, &map, &sample.corners()));
+    assert!(stated <= 1.2 * worst, "{worst:e}, {stated:e}");
+}
