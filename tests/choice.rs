@@ -124,6 +124,7 @@ fn jets(stage: &Stage) -> Vec<&Jet<f64>> {
             let corrections = contact.linear.iter().chain(&contact.quadratic);
             corrections.chain([&contact.depth]).collect()
         }
+        Stage::Flown(_) => panic!("a linear scene of series"),
     }
 }
 

@@ -586,6 +586,76 @@ const QUICK: [&str; 10] = [
     "diagram.0.keep=20",
 ];
 
+#[test]
+fn a_crate_emitted_for_a_tolerance_states_the_measured_error_and_is_the_same_twice() {
+    let folder = scratch();
+    let linear = grazemap::model::catalogue::text("linear").expect("in the catalogue");
+    let tolerant = linear
+        .replace("smooth_order = 5\n", "tolerance = 1e-6\n")
+        .replace("contact_weight = 6\n", "");
+    fs::write(folder.path().join("linear.toml"), tolerant).expect("writable");
+    let emit = |scene: &str, output: &str, measure: bool| {
+        let mut arguments = vec!["emit", scene, "-o", output];
+        arguments.extend(measure.then_some("--measure"));
+        let done = grazemap(folder.path(), &arguments);
+        assert!(done.status.success(), "{}", text(&done.stderr));
+        let sources = files(&folder.path().join(output));
+        let texts = sources
+            .iter()
+            .map(|path| fs::read_to_string(path).unwrap_or_default());
+        texts.collect::<String>()
+    };
+    let constant = |source: &str, name: &str| -> Option<f64> {
+        let line = source
+            .lines()
+            .find(|line| line.contains(&format!("const {name}:")));
+        let value = line.and_then(|line| line.split("Some(").nth(1))?;
+        value.split(')').next()?.parse().ok()
+    };
+    let tolerant = emit("linear.toml", "a", false);
+    assert_eq!(constant(&tolerant, "TOLERANCE"), Some(1e-6));
+    let error = constant(&tolerant, "MEASURED_ERROR").expect("measured");
+    // Rounded up to two digits, at most a tenth.
+    assert!((1e-9..=1.1e-6).contains(&error), "{error:e}");
+    assert_eq!(tolerant, emit("linear.toml", "b", false));
+    assert_eq!(
+        constant(&emit("linear", "c", false), "MEASURED_ERROR"),
+        None
+    );
+    let error = constant(&emit("linear", "d", true), "MEASURED_ERROR").expect("measured");
+    assert!((1e-9..1e-6).contains(&error), "{error:e}");
+}
+
+#[test]
+fn a_study_says_what_was_chosen_where_it_holds_and_the_front_with_direct_simulation() {
+    let folder = scratch();
+    let arguments = ["converge", "linear", "--fresh", "200", "--json", "-", "-q"];
+    let study = json(folder.path(), &arguments);
+    assert!(study["chosen"]["met"].is_boolean() && study["chosen"]["seconds"].is_number());
+    assert!(study["validity"]["scale"].is_number() && study["validity"]["depth"].is_number());
+    assert!(study["validity"]["parameter"]["alpha"].is_number());
+    assert!(study["validity"]["state"]["theta"].is_number());
+    let front = study["pareto"].as_array().expect("a list");
+    let (direct, maps) = front.split_last().expect("direct simulation");
+    assert!(direct["map"].is_null() && !maps.is_empty());
+    let errors: Vec<_> = maps
+        .iter()
+        .filter_map(|map| map["error"].as_f64())
+        .collect();
+    assert!(
+        errors.len() == maps.len() && errors.is_sorted_by(|a, b| a > b),
+        "{errors:?}"
+    );
+    let windows = study["accuracy"]["windows"].as_array().expect("a list");
+    let crossing = study["accuracy"]["crossing"].as_f64().expect("a depth");
+    for window in windows {
+        let number = |name: &str| window[name].as_f64().expect("a number");
+        if number("depth") < crossing {
+            assert!(number("map") <= number("direct"), "{window}");
+        }
+    }
+}
+
 fn files(folder: &Path) -> Vec<PathBuf> {
     let mut found = Vec::new();
     for entry in fs::read_dir(folder).expect("readable") {
