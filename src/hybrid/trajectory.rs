@@ -76,6 +76,14 @@ pub enum Outcome<S> {
         /// Time reached.
         time: S,
     },
+    /// A contact cannot begin: its field has no Taylor series at the surface, or one that ends within the rounding of
+    /// time (a root, `abs`, `max` or a power that is not whole, at its corner there).
+    ContactNotAnalytic {
+        /// The surface.
+        surface: usize,
+        /// Time reached.
+        time: S,
+    },
     /// The limit on steps was reached.
     StepLimit {
         /// The limit.
