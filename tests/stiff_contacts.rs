@@ -110,6 +110,55 @@ fn a_grazing_passage_is_one_contact_of_the_closed_forms_duration_at_every_stiffn
     }
 }
 
+/// A mass under a constant force 1 that turns back at a depth `y²` behind a spring `k` at `u = 1`, or does not.
+///
+/// In contact `u − 1 = (v/ω) sin ωt − (1 − cos ωt)/k`, `ω² = k`, `v = √2 y`: it lasts `(2/ω) arctan(v ω)`.
+fn spring_contact<S: Real>(k: f64, y: f64, law: &str) {
+    let text = format!(
+        "[model]\nname = \"spring\"\nstates = [\"u\", \"v\"]\nparameters = {{ p = 1.0, k = {k:e} }}\n[model.flow]\nu = \"v\"\nv = \"-1\"\n\
+         [[model.surface]]\nname = \"stop\"\nevent = \"p - u\"\ncontact = {{ v = \"free - k*(u - p)\" }}\n{law}\n\
+         [grazing]\nsurface = \"stop\"\nsolve_for = \"p\"\n"
+    );
+    let scene = Scene::parse(&text, "spring").unwrap_or_else(|error| panic!("{error}"));
+    let system = HybridSystem::new(&scene.model);
+    let (y, k) = (S::from_f64(y), S::from_f64(k));
+    let speed = (y * y + y * y).sqrt();
+    let before = speed * S::from_f64(3.0);
+    let start = [
+        S::one() + y * y - before * before * S::from_f64(0.5),
+        before,
+    ];
+    let mut simulator = Simulator::new(&system, &[S::one(), k]).expect("parameters");
+    simulator.set_near_miss_limit(S::zero());
+    simulator.set_state(&start).expect("a finite state");
+    let flown = simulator.run(before + before).expect("a finite duration");
+    let named = format!("k {k:?} y {y:?} {law}: {flown:?}");
+    assert_eq!(flown.outcome, Outcome::Completed, "{named}");
+    let [begin, end] = &flown.events[..] else {
+        panic!("{named}")
+    };
+    assert!(matches!(end.kind, EventKind::ContactEnd { speed } if speed > S::zero()));
+    let rate = k.sqrt();
+    let lasts = (speed * rate).to_f64().atan() * 2.0 / rate.to_f64();
+    // The surface is met to the rounding of u = 1, over the speed; the closed form is evaluated in f64.
+    let rounding = 16.0 * (S::ROUNDOFF / speed.to_f64() + f64::EPSILON * lasts);
+    let error = ((end.time - begin.time).to_f64() - lasts).abs();
+    assert!(error < rounding, "{error:e} {named}");
+}
+
+#[test]
+fn a_release_at_the_surface_may_be_written_with_any_factor_at_every_stiffness() {
+    for decade in 2..=20 {
+        let k = 10f64.powi(decade);
+        for y in [1e-1, 1e-2, 1e-3] {
+            for law in ["", "release = \"u - p\"", "release = \"-7*k*(u - p)\""] {
+                spring_contact::<f64>(k, y, law);
+                spring_contact::<Dd>(k, y, law);
+            }
+        }
+    }
+}
+
 /// `∫ dx / √(1 − x^{5/2})` over `[0, 1]`, twice: the beta function `4/5 B(2/5, 1/2)`.
 const HERTZ: f64 = 2.943_275_184_324_704_7;
 

@@ -181,7 +181,7 @@ fn coefficients_that_overflow_cost_order_and_no_digits() {
         let end = Integrator::new(&field)
             .flow(&[start], &[], Dd::from(0.5) / start)
             .unwrap();
-        let error = (end[0] / start - Dd::from(2.0)).magnitude();
+        let error = (end[0] / start - Dd::from(2.0)).abs().to_f64();
         assert!(error < 1e-30, "1e{decade}: {error:e}");
     }
     let beyond = Integrator::new(&field).step(&[Dd::from(1e100)], &[]).err();
