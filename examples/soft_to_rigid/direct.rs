@@ -80,9 +80,7 @@ impl DirectJump {
         };
         let impact = first(|kind| matches!(kind, EventKind::Impact { .. }));
         let begin = first(|kind| matches!(kind, EventKind::ContactBegin { .. }));
-        // NOTE: a stiff contact that begins within rounding of the surface can end at once, still inward, and begin anew.
-        let outward = |kind: &EventKind<Dd>| matches!(kind, EventKind::ContactEnd { speed } if *speed > Dd::ZERO);
-        let end = first(outward);
+        let end = first(|kind| matches!(kind, EventKind::ContactEnd { .. }));
         match (impact, begin, end) {
             (Some(time), _, _) => (time, time),
             (None, Some(begin), Some(end)) => (begin, end),
