@@ -8,6 +8,7 @@ mod data;
 mod engine;
 mod error;
 mod errors;
+mod extremes;
 mod family;
 mod fit;
 mod rates;
@@ -22,6 +23,10 @@ pub use data::{
 };
 pub use engine::{ConvergenceOptions, converge};
 pub use error::ConvergenceError;
+pub use extremes::{
+    Coefficients, ExtremeAxis, ExtremeCase, ExtremeOutcome, ExtremeRow, ExtremesStudy, Measured,
+    extreme_cases, extremes, measure_extreme,
+};
 pub use family::MapFamily;
 pub use fit::{SlopeFit, fit_slope};
 pub use sample::{SamplePoint, WindowSample};
