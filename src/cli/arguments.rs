@@ -44,7 +44,7 @@ pub(super) enum Command {
     /// Images of section points
     Image(ImageOptions),
     /// Truncation orders against direct simulation; speed against accuracy
-    Converge(SceneOptions),
+    Converge(ConvergeOptions),
     /// Bifurcation diagrams
     Diagram(SceneOptions),
 }
@@ -78,6 +78,19 @@ pub(super) struct SceneOptions {
     /// A scene file, or the name of a scene of the catalogue
     #[arg(value_name = "SCENE")]
     pub(super) scene: PathBuf,
+    #[command(flatten)]
+    pub(super) common: Common,
+}
+
+/// Options of `converge`.
+#[derive(Clone, Debug, Args)]
+pub(super) struct ConvergeOptions {
+    /// A scene file, or the name of a scene of the catalogue
+    #[arg(value_name = "SCENE", required_unless_present = "extremes")]
+    pub(super) scene: Option<PathBuf>,
+    /// Instead of a scene: the study of what is accurate and what is refused at the ends of every scale
+    #[arg(long, conflicts_with_all = ["scene", "set"])]
+    pub(super) extremes: bool,
     #[command(flatten)]
     pub(super) common: Common,
 }

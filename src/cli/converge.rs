@@ -1,18 +1,55 @@
 //! `grazemap converge`: truncation orders against direct simulation; speed against accuracy.
 
-use super::arguments::SceneOptions;
+use super::arguments::{Common, ConvergeOptions, SceneOptions};
 use super::error::CliError;
 use super::output::Results;
-use super::prepare::{grazing_orbit, prepare};
+use super::prepare::{grazing_orbit, prepare, start_threads};
 use super::progress::Bar;
 use super::window_edge::{warn_of_edges, window_edges};
-use crate::convergence::{ConvergenceOptions, ConvergenceStudy, converge};
+use crate::convergence::{
+    ConvergenceOptions, ConvergenceStudy, converge, extreme_cases, extremes,
+};
 use crate::expansion::Expander;
 use crate::report::{
-    ReportError, chosen_words, convergence_figures, convergence_table, to_dense_json, without_times,
+    ReportError, chosen_words, convergence_figures, convergence_table, extremes_figures, extremes_table, extremes_words, to_dense_json, without_times,
 };
 
-pub(super) fn run(options: &SceneOptions) -> Result<(), CliError> {
+pub(super) fn run(options: &ConvergeOptions) -> Result<(), CliError> {
+    match &options.scene {
+        Some(scene) => of_scene(&SceneOptions {
+            scene: scene.clone(),
+            common: options.common.clone(),
+        }),
+        None => of_extremes(&options.common),
+    }
+}
+
+/// The study of extremes.
+fn of_extremes(common: &Common) -> Result<(), CliError> {
+    start_threads(common)?;
+    let bar = Bar::new("extremes", common);
+    let study = extremes(&extreme_cases(), &bar);
+    drop(bar);
+    let table = extremes_table(&study)?;
+    let (csv, json) = (table.to_csv()?, to_dense_json(&study)?);
+    let mut files = vec![
+        ("extremes.json".to_owned(), json.clone().into_bytes()),
+        ("table.csv".to_owned(), csv.clone().into_bytes()),
+        ("table.md".to_owned(), table.to_markdown().into_bytes()),
+    ];
+    for (stem, figure) in extremes_figures(&study) {
+        files.push((format!("{stem}.svg"), figure.to_svg()?.into_bytes()));
+    }
+    let results = Results {
+        text: format!("{}\n{}\n", table.to_text(), extremes_words(&study)),
+        json,
+        csv: Some(csv),
+        files,
+    };
+    results.deliver("converge", common)
+}
+
+fn of_scene(options: &SceneOptions) -> Result<(), CliError> {
     let scene = prepare(options)?.scene;
     let orbit = grazing_orbit(&scene)?;
     let swept = ConvergenceOptions::of(&scene);

@@ -98,6 +98,21 @@ impl<'a> Expander<'a> {
         &self.grazes[passage].variables
     }
 
+    /// The size of what each variable of a passage deviates from: of the states together, of each parameter; 1 for a
+    /// phase and for what is 0.
+    pub(super) fn units(&self, passage: usize) -> Vec<f64> {
+        let Graze { chart, .. } = &self.grazes[passage];
+        let states = self.scene.model.states.len();
+        let size = |value: f64| if value > 0.0 { value } else { 1.0 };
+        let lengths = chart.point[..states].iter().map(|value| value.to_f64().abs());
+        let length = size(lengths.fold(0.0, f64::max));
+        let coordinates = chart.section.coordinates.iter();
+        let coordinates = coordinates.map(|&at| if at < states { length } else { 1.0 });
+        let parameters = self.scene.expansion.active.iter();
+        let parameters = parameters.map(|&at| size(self.orbit.parameters()[at].to_f64().abs()));
+        coordinates.chain(parameters).collect()
+    }
+
     /// Largest `y²` of the scene's window.
     pub(super) fn depth_limit(&self) -> f64 {
         self.scene.window.depth

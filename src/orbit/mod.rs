@@ -19,6 +19,7 @@ mod newton;
 mod outcome;
 mod passages;
 mod point;
+mod scaled;
 mod search;
 mod section;
 mod shooting;

@@ -16,6 +16,7 @@ use super::OrbitError;
 use super::geometry::Geometry;
 use super::grazes::Grazes;
 use super::newton::{Equations, Root, Solve, refine, solve};
+use super::scaled::{Scaled, unit_of, unit_of_all};
 
 /// Where the two ends of a period are matched.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -155,6 +156,22 @@ impl ExtendedSystem {
             parameters[parameter] = value;
         }
         parameters
+    }
+
+    /// The system in units: the states' own size, and that of each adjusted parameter.
+    fn scaled(&self, unknowns: &[f64]) -> Scaled<'_, Self> {
+        let length = unit_of_all(&unknowns[..self.states]);
+        let mut units = vec![1.0; self.unknowns()];
+        units[..self.states].fill(length);
+        let parameters = self.first_parameter()..unknowns.len();
+        for place in parameters {
+            units[place] = unit_of(unknowns[place].abs());
+        }
+        Scaled {
+            equations: self,
+            units,
+            residual_unit: length,
+        }
     }
 
     /// Times of the independent grazes, the first being 0.
@@ -323,32 +340,44 @@ impl ExtendedSystem {
     }
 }
 
-/// Newton's method with the period matched at its end, then at its middle; the end's failure if both fail.
+/// Newton's method with the period matched at its end, then at its middle; the end's failure if both fail. The tolerance
+/// is one of residuals in the units of the start.
 pub(super) fn solve_either(
     system: &ExtendedSystem,
     start: &[f64],
     tolerance: f64,
 ) -> Result<Solve<Vec<f64>>, OrbitError> {
-    match solve(&system.matched(Matching::AtEnd), start, tolerance)? {
+    let matched = |matching| {
+        let system = system.matched(matching);
+        let scaled = system.scaled(start);
+        scaled.solve(start, |scaled, start| solve(scaled, start, tolerance))
+    };
+    match matched(Matching::AtEnd)? {
         Solve::Root(root) => Ok(Solve::Root(root)),
-        Solve::Failed(failure) => Ok(
-            match solve(&system.matched(Matching::AtMiddle), start, tolerance)? {
-                Solve::Root(root) => Solve::Root(root),
-                Solve::Failed(_) => Solve::Failed(failure),
-            },
-        ),
+        Solve::Failed(failure) => Ok(match matched(Matching::AtMiddle)? {
+            Solve::Root(root) => Solve::Root(root),
+            Solve::Failed(_) => Solve::Failed(failure),
+        }),
     }
 }
 
-/// Refinement with the period matched at its end, then at its middle.
+/// Refinement with the period matched at its end, then at its middle, to a tolerance relative to the size of the unknowns in
+/// units of their own.
 pub(super) fn refine_either(
     system: &ExtendedSystem,
     start: &[f64],
     tolerance: f64,
 ) -> Result<Solve<Root>, OrbitError> {
-    match refine(&system.matched(Matching::AtEnd), start, tolerance) {
+    let matched = |matching| {
+        let system = system.matched(matching);
+        let scaled = system.scaled(start);
+        let unknowns = scaled.to_units(start);
+        let size = unknowns.iter().fold(1.0_f64, |size, value| size.max(value.abs()));
+        scaled.refine(start, |scaled, start| refine(scaled, start, tolerance * size))
+    };
+    match matched(Matching::AtEnd) {
         Ok(Solve::Root(root)) => Ok(Solve::Root(root)),
-        _ => refine(&system.matched(Matching::AtMiddle), start, tolerance),
+        _ => matched(Matching::AtMiddle),
     }
 }
 

@@ -1,6 +1,6 @@
 //! The rows of the study, as plain data.
 
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
 use crate::expansion::MapOrders;
 
@@ -8,7 +8,7 @@ use crate::expansion::MapOrders;
 const SLACK: f64 = 1.0;
 
 /// What is taken to its end.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum ExtremeAxis {
     /// The depth `y²`.
@@ -87,7 +87,7 @@ impl ExtremeAxis {
 }
 
 /// The numbers in which a map's coefficients are kept and its contact is computed.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Coefficients {
     /// Rounded to single precision, computed with in double.
@@ -100,7 +100,7 @@ pub enum Coefficients {
 }
 
 /// One case of the study.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ExtremeRow {
     /// What is taken to its end.
     pub axis: ExtremeAxis,
@@ -119,7 +119,7 @@ pub struct ExtremeRow {
 }
 
 /// What came of a case.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum ExtremeOutcome {
     /// A map, and how good it is.
@@ -134,7 +134,7 @@ pub enum ExtremeOutcome {
 }
 
 /// Decimal digits, `−log10` of a relative error; `None` where there is nothing to compare with.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Measured {
     /// Of the grazing value of the adjusted parameter, against its closed form.
     pub grazing: Option<f64>,
@@ -146,11 +146,11 @@ pub struct Measured {
     pub map: Option<f64>,
     /// The digits of that truth itself.
     pub map_truth: f64,
-    /// Digits that the truncation of the contact leaves, as predicted by its series in `y`; infinite where the series ends.
+    /// Digits that the truncation of the contact leaves, as predicted by its series in `y`; all where the series ends.
     pub truncation: f64,
     /// Digits of the numbers used, less [`LostDigits`](crate::expansion::LostDigits) of the contact.
     pub rounding: f64,
-    /// The same of the legs.
+    /// The same of the legs, over the kick: rounding is relative to the image, which may be much larger.
     pub leg_rounding: f64,
     /// Digits that cutting the legs leaves: what their last degree does to the image, over the kick.
     pub leg_truncation: f64,
@@ -169,15 +169,17 @@ impl Measured {
 
     /// Whether a measurement falls short of what was promised, as far as the truth can tell.
     pub fn is_silent_loss(&self) -> bool {
-        let short = |digits: f64, promised: f64| digits.is_nan() || digits < promised - SLACK;
-        let contact = short(self.contact, self.promised().min(self.contact_truth));
-        let of_map = |digits| short(digits, self.promised_of_map().min(self.map_truth));
-        contact || self.map.is_some_and(of_map)
+        let short = |digits: f64, promised: f64, truth: f64| {
+            let told = promised.min(truth);
+            told >= SLACK && (digits.is_nan() || digits < told - SLACK)
+        };
+        let of_map = |digits| short(digits, self.promised_of_map(), self.map_truth);
+        short(self.contact, self.promised(), self.contact_truth) || self.map.is_some_and(of_map)
     }
 }
 
 /// The study.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ExtremesStudy {
     /// One row per case.
     pub rows: Vec<ExtremeRow>,

@@ -131,17 +131,17 @@ impl Trial<'_> {
         let lost = self.expander.lost_digits(self.case.orders)?;
         let digits = |lost: &[f64]| self.digits_kept() - lost.iter().copied().fold(0.0, f64::max);
         let contact_truth = self.contact_truth()?;
-        let (map, map_truth, leg_truncation) = self.whole_map(&parts)?;
+        let whole = self.whole_map(&parts)?;
         Ok(Measured {
             grazing: self.grazing(),
             contact: self.contact(parts.contact, &contact_truth.correction)?,
             contact_truth: contact_truth.digits,
-            map,
-            map_truth,
+            map: whole.digits,
+            map_truth: whole.truth,
             truncation: self.truncation()?,
             rounding: digits(&lost.discontinuity),
-            leg_rounding: digits(&lost.smooth),
-            leg_truncation,
+            leg_rounding: digits(&lost.smooth) - whole.over_kick,
+            leg_truncation: whole.last_degree,
         })
     }
 
@@ -168,6 +168,8 @@ impl Trial<'_> {
         let place = |name| self.scene.model.parameters.iter().position(|p| p.name == name);
         let exact = match self.case.scene {
             "linear" => grazing_force(self.scene)?,
+            // Below a ratio of 0 the top has split in two, and the orbit grazes elsewhere.
+            FLAT_TOP if self.case.value < 0.0 => return None,
             FLAT_TOP => self.orbit.parameters()[place("delta")?] - self.orbit.parameters()[place("b")?],
             _ => return None,
         };
@@ -182,8 +184,8 @@ impl Trial<'_> {
         let edge = WindowEdge::new(&series, depth, self.case.orders.contact_weight);
         Ok(match edge {
             Some(edge) if depth >= edge.radius * edge.radius => 0.0,
-            Some(edge) => digits_of(edge.omitted_share, 1.0).max(0.0),
-            None => f64::INFINITY,
+            Some(edge) => digits_of(edge.omitted_share, 1.0).clamp(0.0, MOST_DIGITS),
+            None => MOST_DIGITS,
         })
     }
 
@@ -234,8 +236,8 @@ impl Trial<'_> {
         digits_of(FLIGHT_ROUNDINGS * Dd::ROUNDOFF * size, smallest)
     }
 
-    /// Digits of the map over its kick, of the truth, and those that the last degree of the legs leaves.
-    fn whole_map<S: Real>(&self, parts: &Parts<S>) -> Result<(Option<f64>, f64, f64), Refusal> {
+    /// The map beside direct simulation.
+    fn whole_map<S: Real>(&self, parts: &Parts<S>) -> Result<WholeMap, Refusal> {
         let (state, parameters) = self.point::<S>();
         let image = |legs: Legs<S>| {
             let map = MapEvaluation::of_parts(legs, vec![parts.contact.clone()]);
@@ -249,19 +251,34 @@ impl Trial<'_> {
         let free = flight.smooth(&state, &parameters)?;
         let exact = direct.image(&state, &parameters)?;
         let (Some(free), true) = (free, is_comparable(&exact)) else {
-            return Ok((None, f64::NAN, f64::NAN));
+            return Ok(WholeMap::default());
         };
         let kick = distance(&exact.offsets, &free);
-        let last_degree = match self.case.orders.smooth_order.checked_sub(1) {
-            None | Some(0) => kick,
-            Some(lower) => distance(&found, &image(cut_legs(&self.expander, &parts.legs, lower)?)),
+        let last_degree = match self.case.orders.smooth_order {
+            0 | 1 => kick,
+            order => distance(&found, &image(cut_legs(&self.expander, &parts.legs, order - 1)?)),
         };
-        Ok((
-            Some(digits_of(distance(&found, &exact.offsets), kick)),
-            self.flown_digits(kick),
-            digits_of(last_degree, kick).max(0.0),
-        ))
+        let size = distance(&exact.offsets, &vec![Dd::ZERO; exact.offsets.len()]);
+        Ok(WholeMap {
+            digits: Some(digits_of(distance(&found, &exact.offsets), kick)),
+            truth: self.flown_digits(kick),
+            last_degree: digits_of(last_degree, kick).max(0.0),
+            over_kick: (size / kick).log10().max(0.0),
+        })
     }
+}
+
+/// A map beside direct simulation; nothing known where the point has no image to compare with.
+#[derive(Default)]
+struct WholeMap {
+    /// Of the map, over the kick.
+    digits: Option<f64>,
+    /// Of the simulation, over the kick.
+    truth: f64,
+    /// What the last degree of the legs leaves.
+    last_degree: f64,
+    /// Digits by which the image is larger than the kick.
+    over_kick: f64,
 }
 
 /// Roundings that a flight adds up, in units of the size of the state.
