@@ -6,12 +6,11 @@ use super::output::Results;
 use super::prepare::{grazing_orbit, prepare, start_threads};
 use super::progress::Bar;
 use super::window_edge::{warn_of_edges, window_edges};
-use crate::convergence::{
-    ConvergenceOptions, ConvergenceStudy, converge, extreme_cases, extremes,
-};
+use crate::convergence::{ConvergenceOptions, ConvergenceStudy, converge, extreme_cases, extremes};
 use crate::expansion::Expander;
 use crate::report::{
-    ReportError, chosen_words, convergence_figures, convergence_table, extremes_figures, extremes_table, extremes_words, to_dense_json, without_times,
+    ReportError, chosen_words, convergence_figures, convergence_table, extremes_figures,
+    extremes_table, extremes_words, to_dense_json, without_times,
 };
 
 pub(super) fn run(options: &ConvergeOptions) -> Result<(), CliError> {

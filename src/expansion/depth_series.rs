@@ -164,7 +164,8 @@ fn decay(sizes: &[f64]) -> f64 {
         return 1.0;
     };
     let later = sizes.iter().enumerate().skip(first + 1);
-    let rates = later.map(|(power, &size)| (size / sizes[first]).powf(1.0 / (power - first) as f64));
+    let rates =
+        later.map(|(power, &size)| (size / sizes[first]).powf(1.0 / (power - first) as f64));
     let fastest = rates.fold(0.0, f64::max);
     fastest.min(1.0)
 }

@@ -104,7 +104,9 @@ impl<'a> Expander<'a> {
         let Graze { chart, .. } = &self.grazes[passage];
         let states = self.scene.model.states.len();
         let size = |value: f64| if value > 0.0 { value } else { 1.0 };
-        let lengths = chart.point[..states].iter().map(|value| value.to_f64().abs());
+        let lengths = chart.point[..states]
+            .iter()
+            .map(|value| value.to_f64().abs());
         let length = size(lengths.fold(0.0, f64::max));
         let coordinates = chart.section.coordinates.iter();
         let coordinates = coordinates.map(|&at| if at < states { length } else { 1.0 });

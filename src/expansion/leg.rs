@@ -114,7 +114,9 @@ impl<'a> LegExpansion<'a> {
     fn sizes(&self, route: &Route, origin: &[Dd]) -> Vec<f64> {
         let states = self.model.states.len();
         let largest = origin[..states].iter().map(|value| value.magnitude());
-        let length = Some(largest.fold(0.0, f64::max)).filter(|&size| size > 0.0).unwrap_or(1.0);
+        let length = Some(largest.fold(0.0, f64::max))
+            .filter(|&size| size > 0.0)
+            .unwrap_or(1.0);
         let coordinates = route.to.chart.section.coordinates.iter();
         coordinates
             .map(|&component| if component < states { length } else { 1.0 })

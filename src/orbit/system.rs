@@ -372,8 +372,12 @@ pub(super) fn refine_either(
         let system = system.matched(matching);
         let scaled = system.scaled(start);
         let unknowns = scaled.to_units(start);
-        let size = unknowns.iter().fold(1.0_f64, |size, value| size.max(value.abs()));
-        scaled.refine(start, |scaled, start| refine(scaled, start, tolerance * size))
+        let size = unknowns
+            .iter()
+            .fold(1.0_f64, |size, value| size.max(value.abs()));
+        scaled.refine(start, |scaled, start| {
+            refine(scaled, start, tolerance * size)
+        })
     };
     match matched(Matching::AtEnd) {
         Ok(Solve::Root(root)) => Ok(Solve::Root(root)),

@@ -3,7 +3,9 @@
 use super::figure::{Axis, Figure, Marker, Series, Stroke};
 use super::number::significant;
 use super::{Cell, Column, ReportError, Table};
-use crate::convergence::{Coefficients, ExtremeAxis, ExtremeOutcome, ExtremeRow, ExtremesStudy, Measured};
+use crate::convergence::{
+    Coefficients, ExtremeAxis, ExtremeOutcome, ExtremeRow, ExtremesStudy, Measured,
+};
 
 /// Fewer promised digits than this are said as a window too deep.
 const FEW_DIGITS: f64 = 2.0;
@@ -116,7 +118,10 @@ fn axis_figure(axis: ExtremeAxis, rows: &[&ExtremeRow]) -> Figure {
         ExtremeAxis::Orders | ExtremeAxis::Coefficients => Axis::linear(axis.words()),
         _ => Axis::log10(axis.words()),
     };
-    let mut figure = Figure::new(horizontal, Axis::linear("digits of the contact's correction"));
+    let mut figure = Figure::new(
+        horizontal,
+        Axis::linear("digits of the contact's correction"),
+    );
     for (index, (name, rows)) in by_curve(axis, rows).iter().enumerate() {
         let points = |of: fn(&Measured) -> Option<f64>| {
             let measured = rows.iter().filter_map(|row| match &row.outcome {

@@ -26,7 +26,11 @@ pub(super) struct LinearOscillator {
 /// `α* = δ |1 − ω² + 2iζω|`.
 pub(super) fn grazing_force(scene: &Scene) -> Option<Dd> {
     let value = |name: &str| {
-        let found = scene.model.parameters.iter().find(|parameter| parameter.name == name);
+        let found = scene
+            .model
+            .parameters
+            .iter()
+            .find(|parameter| parameter.name == name);
         found.map(|parameter| parameter.value)
     };
     let (zeta, omega, delta) = (value("zeta")?, value("omega")?, value("delta")?);
@@ -39,7 +43,11 @@ impl LinearOscillator {
     /// The oscillator of the scene `linear` about its orbit.
     pub(super) fn new(scene: &Scene, orbit: &GrazingOrbit) -> Option<Self> {
         let value = |name: &str| {
-            let place = scene.model.parameters.iter().position(|parameter| parameter.name == name);
+            let place = scene
+                .model
+                .parameters
+                .iter()
+                .position(|parameter| parameter.name == name);
             place.map(|place| orbit.parameters()[place])
         };
         Some(Self {

@@ -164,7 +164,10 @@ impl Measured {
 
     /// Digits of the map that its estimates promise.
     pub fn promised_of_map(&self) -> f64 {
-        self.promised().min(self.leg_rounding).min(self.leg_truncation).max(0.0)
+        self.promised()
+            .min(self.leg_rounding)
+            .min(self.leg_truncation)
+            .max(0.0)
     }
 
     /// Whether a measurement falls short of what was promised, as far as the truth can tell.

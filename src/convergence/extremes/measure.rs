@@ -6,9 +6,7 @@ use super::data::{Coefficients, ExtremeOutcome, ExtremeRow, Measured};
 use crate::analysis::{AnalysisError, DirectImage, FreeFlight, MapEvaluation};
 use crate::convergence::family::cut_legs;
 use crate::convergence::truth::{distance, is_comparable};
-use crate::expansion::{
-    Contact, Expander, ExpansionError, Leg, Legs, RADIUS_ORDER, WindowEdge,
-};
+use crate::expansion::{Contact, Expander, ExpansionError, Leg, Legs, RADIUS_ORDER, WindowEdge};
 use crate::hybrid::HybridSystem;
 use crate::jet::Jet;
 use crate::model::{Scene, catalogue};
@@ -69,7 +67,9 @@ pub fn measure_extreme(case: &ExtremeCase) -> ExtremeRow {
 fn measured(case: &ExtremeCase) -> Result<Measured, Refusal> {
     let scene = scene(case)?;
     let orbit = locate(&scene).map_err(|error| refusal("orbit", error))?;
-    let orbit = orbit.into_result().map_err(|error| refusal("orbit", error))?;
+    let orbit = orbit
+        .into_result()
+        .map_err(|error| refusal("orbit", error))?;
     let trial = Trial {
         case,
         scene: &scene,
@@ -122,8 +122,12 @@ impl Trial<'_> {
 
     fn double_double(&self) -> Result<Parts<Dd>, Refusal> {
         Ok(Parts {
-            legs: self.expander.legs_by_taylor(self.case.orders.smooth_order)?,
-            contact: self.expander.contact_in(0, self.case.orders.contact_weight)?,
+            legs: self
+                .expander
+                .legs_by_taylor(self.case.orders.smooth_order)?,
+            contact: self
+                .expander
+                .contact_in(0, self.case.orders.contact_weight)?,
         })
     }
 
@@ -160,17 +164,28 @@ impl Trial<'_> {
         let mut state = vec![S::zero(); variables.coordinates];
         // NOTE: every scene of the study has a stop `length - position`: on its tangency section the depth is the first offset.
         state[0] = S::from_f64(self.case.depth);
-        (state, vec![S::zero(); variables.len() - variables.coordinates])
+        (
+            state,
+            vec![S::zero(); variables.len() - variables.coordinates],
+        )
     }
 
     /// Digits of the grazing parameter where there is a closed form.
     fn grazing(&self) -> Option<f64> {
-        let place = |name| self.scene.model.parameters.iter().position(|p| p.name == name);
+        let place = |name| {
+            self.scene
+                .model
+                .parameters
+                .iter()
+                .position(|p| p.name == name)
+        };
         let exact = match self.case.scene {
             "linear" => grazing_force(self.scene)?,
             // Below a ratio of 0 the top has split in two, and the orbit grazes elsewhere.
             FLAT_TOP if self.case.value < 0.0 => return None,
-            FLAT_TOP => self.orbit.parameters()[place("delta")?] - self.orbit.parameters()[place("b")?],
+            FLAT_TOP => {
+                self.orbit.parameters()[place("delta")?] - self.orbit.parameters()[place("b")?]
+            }
             _ => return None,
         };
         let found = self.orbit.parameters()[place("alpha")?];
@@ -200,9 +215,8 @@ impl Trial<'_> {
         let found = corrections.map(|(&image, &start)| image.to_dd() - start.to_dd());
         let compared = found.zip(exact).zip(&exponents);
         let compared = compared.filter(|(_, exponent)| exponent.as_ref() == leading);
-        let digits = compared.map(|((found, &exact), _)| {
-            digits_of((found - exact).magnitude(), exact.magnitude())
-        });
+        let digits = compared
+            .map(|((found, &exact), _)| digits_of((found - exact).magnitude(), exact.magnitude()));
         Ok(digits.fold(MOST_DIGITS, smaller))
     }
 
@@ -213,15 +227,21 @@ impl Trial<'_> {
             && let Some(oscillator) = LinearOscillator::new(self.scene, self.orbit)
         {
             return Ok(ContactTruth {
-                correction: oscillator.correction(self.orbit.section_point[0], state[0]).to_vec(),
+                correction: oscillator
+                    .correction(self.orbit.section_point[0], state[0])
+                    .to_vec(),
                 digits: MOST_DIGITS - 2.0,
             });
         }
         let mut flight = FreeFlight::<Dd>::new(&self.system, self.scene, self.orbit)?;
         let flown = flight.discontinuity(&state, &parameters)?;
-        let (image, _) = flown.ok_or_else(|| refusal("simulation", "the flight through the contact has no image"))?;
+        let (image, _) = flown
+            .ok_or_else(|| refusal("simulation", "the flight through the contact has no image"))?;
         let correction: Vec<_> = image.iter().zip(&state).map(|(&a, &b)| a - b).collect();
-        let size = correction.iter().map(|value| value.magnitude()).fold(0.0, f64::max);
+        let size = correction
+            .iter()
+            .map(|value| value.magnitude())
+            .fold(0.0, f64::max);
         Ok(ContactTruth {
             digits: self.flown_digits(size),
             correction,
@@ -256,7 +276,10 @@ impl Trial<'_> {
         let kick = distance(&exact.offsets, &free);
         let last_degree = match self.case.orders.smooth_order {
             0 | 1 => kick,
-            order => distance(&found, &image(cut_legs(&self.expander, &parts.legs, order - 1)?)),
+            order => distance(
+                &found,
+                &image(cut_legs(&self.expander, &parts.legs, order - 1)?),
+            ),
         };
         let size = distance(&exact.offsets, &vec![Dd::ZERO; exact.offsets.len()]);
         Ok(WholeMap {
@@ -293,18 +316,28 @@ struct ContactTruth {
 /// `−log10` of a relative error, at most the digits of double-double; NaN of what is not a number.
 fn digits_of(error: f64, size: f64) -> f64 {
     let share = error / size;
-    if share.is_nan() { f64::NAN } else { (-share.log10()).min(MOST_DIGITS) }
+    if share.is_nan() {
+        f64::NAN
+    } else {
+        (-share.log10()).min(MOST_DIGITS)
+    }
 }
 
 /// The smaller of two, NaN winning.
 fn smaller(a: f64, b: f64) -> f64 {
-    if a.is_nan() || b.is_nan() { f64::NAN } else { a.min(b) }
+    if a.is_nan() || b.is_nan() {
+        f64::NAN
+    } else {
+        a.min(b)
+    }
 }
 
 fn rounded_to_single(parts: &Parts<f64>) -> Parts<f64> {
     let round = |jet: &Jet<f64>| jet.map_scalars(|value| f64::from(value as f32));
     let all = |jets: &[Jet<f64>]| jets.iter().map(round).collect();
-    let leg = |leg: &Leg| Leg { image: all(&leg.image) };
+    let leg = |leg: &Leg| Leg {
+        image: all(&leg.image),
+    };
     Parts {
         legs: Legs {
             before: parts.legs.before.as_ref().map(leg),
