@@ -110,13 +110,11 @@ impl<'a> LegExpansion<'a> {
         })
     }
 
-    /// What an offset of each coordinate is small against: the states at the far end, or 1 for a phase.
+    /// What a defect of each coordinate is small against: the states at the far end where they exceed 1, otherwise 1.
     fn sizes(&self, route: &Route, origin: &[Dd]) -> Vec<f64> {
         let states = self.model.states.len();
-        let largest = origin[..states].iter().map(|value| value.magnitude());
-        let length = Some(largest.fold(0.0, f64::max))
-            .filter(|&size| size > 0.0)
-            .unwrap_or(1.0);
+        let length = origin[..states].iter().map(|value| value.magnitude());
+        let length = length.fold(1.0, f64::max);
         let coordinates = route.to.chart.section.coordinates.iter();
         coordinates
             .map(|&component| if component < states { length } else { 1.0 })

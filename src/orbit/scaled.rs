@@ -24,11 +24,6 @@ pub(super) fn unit_of(size: f64) -> f64 {
     }
 }
 
-/// The unit of the largest of some states.
-pub(super) fn unit_of_all(states: &[f64]) -> f64 {
-    unit_of(states.iter().fold(0.0, |size, value| value.abs().max(size)))
-}
-
 /// A system of equations whose unknowns and residuals are in units of their own.
 #[derive(Clone, Debug)]
 pub(super) struct Scaled<'a, E> {

@@ -7,7 +7,7 @@ use super::OrbitError;
 use super::minima::{Minimum, gaps, watching_field};
 use super::newton::{Solve, solve};
 use super::outcome::NotLocated;
-use super::scaled::{Scaled, unit_of_all};
+use super::scaled::Scaled;
 use super::shooting::Shooting;
 use super::system::{ExtendedSystem, solve_either};
 
@@ -102,7 +102,7 @@ impl<'a> Search<'a> {
                 .map(|(a, b)| (a - b).abs())
                 .fold(0.0, f64::max);
             state = next;
-            if change < SETTLED * unit_of_all(&state[..states]) {
+            if change < SETTLED * self.system.length(&self.unknowns(&state, value)) {
                 break;
             }
         }
@@ -113,7 +113,7 @@ impl<'a> Search<'a> {
     fn periodic(&self, value: f64, start: &[f64]) -> Option<Periodic> {
         let (states, parameters) = (self.system.states(), self.parameters(value));
         let shooting = Shooting::new(self.system, *start.get(states)?, &parameters);
-        let length = unit_of_all(&start[..states]);
+        let length = self.system.length(&self.unknowns(start, value));
         let scaled = Scaled {
             equations: &shooting,
             units: vec![length; states],

@@ -6,6 +6,8 @@
 //! `φ_{T/2}(X) + X = 0`. Closure may be asked for at the end or, from both sides, in the middle. See
 //! docs/mathematics/orbit.md.
 
+use std::f64::consts::TAU;
+
 use nalgebra::DMatrix;
 
 use crate::flow::{Field, Integrator, flow_with_jacobian};
@@ -16,7 +18,7 @@ use super::OrbitError;
 use super::geometry::Geometry;
 use super::grazes::Grazes;
 use super::newton::{Equations, Root, Solve, refine, solve};
-use super::scaled::{Scaled, unit_of, unit_of_all};
+use super::scaled::{Scaled, unit_of};
 
 /// Where the two ends of a period are matched.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -158,9 +160,23 @@ impl ExtendedSystem {
         parameters
     }
 
+    /// The unit of the states: of their own size, or of what their rates come to over a period's `T/2π`, at a graze where they vanish.
+    pub(super) fn length(&self, unknowns: &[f64]) -> f64 {
+        let state = &unknowns[..self.dimension];
+        let parameters = self.parameters(unknowns);
+        let (period, _) = self.period_and_slopes(unknowns, &parameters);
+        let rates = self.geometries[0].at(state, &parameters).flow();
+        let reached = rates.iter().map(|rate| rate * period / TAU);
+        let sizes = state[..self.states]
+            .iter()
+            .copied()
+            .chain(reached.take(self.states));
+        unit_of(sizes.fold(0.0, |size, value| value.abs().max(size)))
+    }
+
     /// The system in units: the states' own size, and that of each adjusted parameter.
     fn scaled(&self, unknowns: &[f64]) -> Scaled<'_, Self> {
-        let length = unit_of_all(&unknowns[..self.states]);
+        let length = self.length(unknowns);
         let mut units = vec![1.0; self.unknowns()];
         units[..self.states].fill(length);
         let parameters = self.first_parameter()..unknowns.len();
