@@ -41,9 +41,9 @@ impl<E: Equations> Scaled<'_, E> {
         start: &[f64],
         solve: impl Fn(&Self, &[f64]) -> Result<Solve<Vec<f64>>, OrbitError>,
     ) -> Result<Solve<Vec<f64>>, OrbitError> {
-        Ok(match solve(self, &self.to_units(start))? {
-            Solve::Root(root) => Solve::Root(self.from_units(&root)),
-            Solve::Failed(failure) => Solve::Failed(self.failure_from_units(failure)),
+        Ok(match solve(self, &self.in_units(start))? {
+            Solve::Root(root) => Solve::Root(self.without_units(&root)),
+            Solve::Failed(failure) => Solve::Failed(self.failure_back(failure)),
         })
     }
 
@@ -53,42 +53,42 @@ impl<E: Equations> Scaled<'_, E> {
         start: &[f64],
         refine: impl Fn(&Self, &[f64]) -> Result<Solve<Root>, OrbitError>,
     ) -> Result<Solve<Root>, OrbitError> {
-        Ok(match refine(self, &self.to_units(start))? {
+        Ok(match refine(self, &self.in_units(start))? {
             Solve::Root(root) => Solve::Root(Root {
-                unknowns: self.from_units_dd(&root.unknowns),
+                unknowns: self.without_units_dd(&root.unknowns),
                 residual: root.residual * self.residual_unit,
             }),
-            Solve::Failed(failure) => Solve::Failed(self.failure_from_units(failure)),
+            Solve::Failed(failure) => Solve::Failed(self.failure_back(failure)),
         })
     }
 
     /// Unknowns in their units.
-    pub(super) fn to_units(&self, unknowns: &[f64]) -> Vec<f64> {
+    pub(super) fn in_units(&self, unknowns: &[f64]) -> Vec<f64> {
         let pairs = unknowns.iter().zip(&self.units);
         pairs.map(|(value, unit)| value / unit).collect()
     }
 
-    fn from_units(&self, unknowns: &[f64]) -> Vec<f64> {
+    fn without_units(&self, unknowns: &[f64]) -> Vec<f64> {
         let pairs = unknowns.iter().zip(&self.units);
         pairs.map(|(value, unit)| value * unit).collect()
     }
 
-    fn from_units_dd(&self, unknowns: &[Dd]) -> Vec<Dd> {
+    fn without_units_dd(&self, unknowns: &[Dd]) -> Vec<Dd> {
         let pairs = unknowns.iter().zip(&self.units);
         pairs
             .map(|(&value, &unit)| value * Dd::from(unit))
             .collect()
     }
 
-    fn failure_from_units(&self, mut failure: NewtonFailure) -> NewtonFailure {
-        failure.unknowns = self.from_units(&failure.unknowns);
+    fn failure_back(&self, mut failure: NewtonFailure) -> NewtonFailure {
+        failure.unknowns = self.without_units(&failure.unknowns);
         for residual in &mut failure.history {
             *residual *= self.residual_unit;
         }
         failure
     }
 
-    fn residuals_to_units(&self, residual: Vec<f64>) -> Vec<f64> {
+    fn residuals_in_units(&self, residual: Vec<f64>) -> Vec<f64> {
         let values = residual.into_iter();
         values.map(|value| value / self.residual_unit).collect()
     }
@@ -96,20 +96,22 @@ impl<E: Equations> Scaled<'_, E> {
 
 impl<E: Equations> Equations for Scaled<'_, E> {
     fn linearised(&self, unknowns: &[f64]) -> Result<(Vec<f64>, DMatrix<f64>), OrbitError> {
-        let (residual, mut jacobian) = self.equations.linearised(&self.from_units(unknowns))?;
+        let (residual, mut jacobian) = self.equations.linearised(&self.without_units(unknowns))?;
         for (mut column, unit) in jacobian.column_iter_mut().zip(&self.units) {
             column *= unit / self.residual_unit;
         }
-        Ok((self.residuals_to_units(residual), jacobian))
+        Ok((self.residuals_in_units(residual), jacobian))
     }
 
     fn residual(&self, unknowns: &[f64]) -> Result<Vec<f64>, OrbitError> {
-        let residual = self.equations.residual(&self.from_units(unknowns))?;
-        Ok(self.residuals_to_units(residual))
+        let residual = self.equations.residual(&self.without_units(unknowns))?;
+        Ok(self.residuals_in_units(residual))
     }
 
     fn residual_dd(&self, unknowns: &[Dd]) -> Result<Vec<Dd>, OrbitError> {
-        let residual = self.equations.residual_dd(&self.from_units_dd(unknowns))?;
+        let residual = self
+            .equations
+            .residual_dd(&self.without_units_dd(unknowns))?;
         let unit = Dd::from(1.0 / self.residual_unit);
         Ok(residual.into_iter().map(|value| value * unit).collect())
     }

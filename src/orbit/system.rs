@@ -387,7 +387,7 @@ pub(super) fn refine_either(
     let matched = |matching| {
         let system = system.matched(matching);
         let scaled = system.scaled(start);
-        let unknowns = scaled.to_units(start);
+        let unknowns = scaled.in_units(start);
         let size = unknowns
             .iter()
             .fold(1.0_f64, |size, value| size.max(value.abs()));

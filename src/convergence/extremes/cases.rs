@@ -56,7 +56,7 @@ impl ExtremeCase {
         Self { depth, ..self }
     }
 
-    fn to_orders(self, smooth_order: u32, contact_weight: u32) -> Self {
+    fn cut_at(self, smooth_order: u32, contact_weight: u32) -> Self {
         let orders = MapOrders {
             smooth_order,
             contact_weight,
@@ -216,7 +216,7 @@ fn orders() -> Vec<ExtremeCase> {
         move |&order: &u32| {
             ExtremeCase::new(ExtremeAxis::Orders, order.into(), scene)
                 .with("expansion.active", "[]")
-                .to_orders(order, order)
+                .cut_at(order, order)
                 .at_depth(depth)
         }
     };
@@ -248,7 +248,7 @@ fn coefficients() -> Vec<ExtremeCase> {
             coefficients,
             ..ExtremeCase::new(ExtremeAxis::Coefficients, bits, scene)
                 .with("expansion.active", "[]")
-                .to_orders(5, 24)
+                .cut_at(5, 24)
         }
     };
     let scenes = ["linear", "soft_a", "mems"];
