@@ -13,8 +13,9 @@ use super::outcome::{Location, NotLocated};
 use super::passages::{SAME, disorder, in_order};
 use super::point::GrazingOrbit;
 use super::search::Search;
+use super::solving::{refine_either, solve_either};
 use super::symmetry::check_field;
-use super::system::{ExtendedSystem, refine_either, solve_either};
+use super::system::ExtendedSystem;
 
 /// Largest residual of an orbit called located, relative to the size of its unknowns.
 const RESIDUAL: f64 = 1e-24;

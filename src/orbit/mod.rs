@@ -23,6 +23,7 @@ mod scaled;
 mod search;
 mod section;
 mod shooting;
+mod solving;
 mod special;
 mod station;
 mod symmetry;

@@ -9,7 +9,8 @@ use super::newton::{Solve, solve};
 use super::outcome::NotLocated;
 use super::scaled::Scaled;
 use super::shooting::Shooting;
-use super::system::{ExtendedSystem, solve_either};
+use super::solving::solve_either;
+use super::system::ExtendedSystem;
 
 /// A search along the periodic orbits of one parameter.
 pub(super) struct Search<'a> {
