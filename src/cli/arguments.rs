@@ -82,6 +82,22 @@ pub(super) struct SceneOptions {
     pub(super) common: Common,
 }
 
+/// Options of `converge`.
+#[derive(Clone, Debug, Args)]
+pub(super) struct ConvergeOptions {
+    /// A scene file, or the name of a scene of the catalogue
+    #[arg(value_name = "SCENE", required_unless_present = "extremes")]
+    pub(super) scene: Option<PathBuf>,
+    /// Instead of a scene: the study of what is accurate and what is refused at the ends of every scale
+    #[arg(long, conflicts_with_all = ["scene", "set"])]
+    pub(super) extremes: bool,
+    /// Fresh points at which the chosen map is compared with direct simulation
+    #[arg(long, value_name = "N", default_value_t = 1000, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    pub(super) fresh: u32,
+    #[command(flatten)]
+    pub(super) common: Common,
+}
+
 /// Options of `curve`.
 #[derive(Clone, Debug, Args)]
 pub(super) struct CurveArguments {
@@ -118,16 +134,6 @@ pub(super) struct EmitArguments {
     pub(super) measure: bool,
     #[command(flatten)]
     pub(super) common: Common,
-}
-
-/// Options of `converge`.
-#[derive(Clone, Debug, Args)]
-pub(super) struct ConvergeOptions {
-    #[command(flatten)]
-    pub(super) scene: SceneOptions,
-    /// Fresh points at which the chosen map is compared with direct simulation
-    #[arg(long, value_name = "N", default_value_t = 1000, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
-    pub(super) fresh: u32,
 }
 
 /// Options of `image`.

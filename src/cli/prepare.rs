@@ -82,7 +82,8 @@ pub(super) fn grazing_orbit(scene: &Scene) -> Result<GrazingOrbit, CliError> {
     Ok(locate(scene)?.into_result()?)
 }
 
-fn start_threads(common: &Common) -> Result<(), CliError> {
+/// Starts the threads asked for.
+pub(super) fn start_threads(common: &Common) -> Result<(), CliError> {
     match common.threads {
         Some(threads) => Ok(rayon::ThreadPoolBuilder::new()
             .num_threads(threads.into())

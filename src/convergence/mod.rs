@@ -11,6 +11,7 @@ mod economise;
 mod engine;
 mod error;
 mod errors;
+mod extremes;
 mod family;
 mod fit;
 mod forecast;
@@ -31,6 +32,10 @@ pub use data::{
 };
 pub use engine::{ConvergenceOptions, converge};
 pub use error::ConvergenceError;
+pub use extremes::{
+    Coefficients, ExtremeAxis, ExtremeCase, ExtremeOutcome, ExtremeRow, ExtremesStudy, Measured,
+    extreme_cases, extremes, measure_extreme,
+};
 pub use family::MapFamily;
 pub use fit::{SlopeFit, fit_slope};
 pub use measured::{MeasuredError, measured_error};

@@ -16,7 +16,7 @@ use super::variables::{DEVIATION_WEIGHT, Variables};
 use crate::jet::Jet;
 use crate::numeric::{Dd, Scalar};
 
-/// Coefficients below this share of the largest of this power or lower are rounding.
+/// Coefficients below this share of the largest of this power, or of what lower ones carry on, are rounding.
 const VANISHING: f64 = 1e-20;
 /// How many powers make one of the two groups that the radius is estimated from.
 const LAST_POWERS: usize = 8;
@@ -138,19 +138,36 @@ fn depth_alone(
     })
 }
 
-/// The largest coefficient of each power or a lower one over the components of the image.
+/// The largest coefficient of each power over the components of the image, or of a lower one where rounding carries it on.
+///
+/// Coefficients of a series whose radius exceeds 1 fall from power to power without being rounding: what a lower
+/// power leaves at a higher one falls as fast, by `λ = max_k (M_k/M_0)^{1/k}` a power, `M_k` being the largest of power `k`. The
+/// threshold therefore does not depend on the units of length.
 fn scales(image: &[Jet<Dd>], order: u32) -> Vec<f64> {
-    let mut largest = 0.0_f64;
-    let powers = 0..=order as usize;
-    let scales = powers.map(|power| {
-        let of_power = image
-            .iter()
-            .map(|jet| at_power(jet, power).magnitude())
-            .fold(0.0, f64::max);
-        largest = largest.max(of_power);
-        largest
+    let of_power = |power: usize| {
+        let values = image.iter().map(|jet| at_power(jet, power).magnitude());
+        values.fold(0.0, f64::max)
+    };
+    let largest: Vec<f64> = (0..=order as usize).map(of_power).collect();
+    let rate = decay(&largest);
+    let mut carried = 0.0_f64;
+    let scales = largest.iter().map(|&value| {
+        carried = value.max(rate * carried);
+        carried
     });
     scales.collect()
+}
+
+/// `λ` of a list of sizes, at most 1.
+fn decay(sizes: &[f64]) -> f64 {
+    let Some(first) = sizes.iter().position(|&size| size > 0.0) else {
+        return 1.0;
+    };
+    let later = sizes.iter().enumerate().skip(first + 1);
+    let rates =
+        later.map(|(power, &size)| (size / sizes[first]).powf(1.0 / (power - first) as f64));
+    let fastest = rates.fold(0.0, f64::max);
+    fastest.min(1.0)
 }
 
 fn at_power(jet: &Jet<Dd>, power: usize) -> Dd {

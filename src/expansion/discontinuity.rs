@@ -70,7 +70,7 @@ impl<S: Real> Approach<S> {
         let (mut linear, mut quadratic) = (Vec::new(), Vec::new());
         for &component in &chart.section.coordinates {
             let correction = &image[component] - &self.start[component];
-            self.check_identity_at_zero_depth(passage, &correction)?;
+            self.check_identity_at_zero_depth(passage, &image[component], &correction)?;
             linear.push(fold_depth_powers(
                 &correction,
                 1,
@@ -104,11 +104,13 @@ impl<S: Real> Approach<S> {
     fn check_identity_at_zero_depth(
         &self,
         passage: &Passage,
+        image: &Jet<S>,
         correction: &Jet<S>,
     ) -> Result<(), ExpansionError> {
         let at_zero_depth = coefficient_of_depth_power(correction, 0, self.depth.space());
         let displacement = largest(&at_zero_depth);
-        let scale = largest(correction).max(1.0);
+        // The state itself is in the image: its size is what was rounded.
+        let scale = largest(image).max(1.0);
         if displacement.is_nan() || displacement > 1e6 * S::ROUNDOFF * scale {
             let surface = passage.surface.clone();
             return Err(ExpansionError::ResetNotIdentityAtTangency {

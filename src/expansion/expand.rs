@@ -1,5 +1,7 @@
 //! From a scene and its grazing orbit to the local map.
 
+use std::f64::consts::TAU;
+
 use super::contact_law::ContactLaw;
 use super::description::{active_parameters, map_section, map_window};
 use super::discontinuity::discontinuity;
@@ -97,6 +99,26 @@ impl<'a> Expander<'a> {
     /// If `passage` is not below [`passages`](Self::passages), as everywhere a passage is asked for.
     pub fn variables_at(&self, passage: usize) -> &Variables {
         &self.grazes[passage].variables
+    }
+
+    /// The size of what each variable of a passage deviates from: of the states together, or `h'' (T/2π)²` where they
+    /// are smaller; of each parameter; 1 for a phase and for what is 0.
+    pub(super) fn units(&self, passage: usize) -> Vec<f64> {
+        let Graze { chart, .. } = &self.grazes[passage];
+        let states = self.scene.model.states.len();
+        let size = |value: f64| if value > 0.0 { value } else { 1.0 };
+        let acceleration = self.orbit.passages[self.routes.passages[passage]].normal_acceleration;
+        let time = self.orbit.period.to_f64() / TAU;
+        let reached = acceleration.to_f64() * time * time;
+        let lengths = chart.point[..states]
+            .iter()
+            .map(|value| value.to_f64().abs());
+        let length = size(lengths.fold(reached, f64::max));
+        let coordinates = chart.section.coordinates.iter();
+        let coordinates = coordinates.map(|&at| if at < states { length } else { 1.0 });
+        let parameters = self.scene.expansion.active.iter();
+        let parameters = parameters.map(|&at| size(self.orbit.parameters()[at].to_f64().abs()));
+        coordinates.chain(parameters).collect()
     }
 
     /// Largest `y²` of the scene's window.

@@ -13,7 +13,7 @@ use crate::flow::{
 };
 use crate::jet::{Jet, JetSpace};
 use crate::model::Model;
-use crate::numeric::{Dd, Real};
+use crate::numeric::{Dd, Real, Scalar};
 use crate::orbit::PoincareSectionKind;
 
 /// Relative accuracy asked of the jets of the flow.
@@ -101,12 +101,24 @@ impl<'a> LegExpansion<'a> {
         let origin = self.origin(route);
         let state = self.reach(route, &space, &flown, &parameters, &origin)?;
         let image = route.to.chart.offsets(&state, &origin);
+        let sizes = self.sizes(route, &origin);
+        let image = image.into_iter().zip(sizes);
         Ok(Leg {
             image: image
-                .into_iter()
-                .map(without_constant)
+                .map(|(jet, size)| without_constant(jet, size))
                 .collect::<Result<_, _>>()?,
         })
+    }
+
+    /// What a defect of each coordinate is small against: the states at the far end where they exceed 1, otherwise 1.
+    fn sizes(&self, route: &Route, origin: &[Dd]) -> Vec<f64> {
+        let states = self.model.states.len();
+        let length = origin[..states].iter().map(|value| value.magnitude());
+        let length = length.fold(1.0, f64::max);
+        let coordinates = route.to.chart.section.coordinates.iter();
+        coordinates
+            .map(|&component| if component < states { length } else { 1.0 })
+            .collect()
     }
 
     /// The free field, the event function at the far end watched.
@@ -153,12 +165,12 @@ impl<'a> LegExpansion<'a> {
 }
 
 /// Drops the constant term, which is the orbit's defect in rounding.
-fn without_constant<S: Real>(mut jet: Jet<S>) -> Result<Jet<S>, ExpansionError> {
+fn without_constant<S: Real>(mut jet: Jet<S>, size: f64) -> Result<Jet<S>, ExpansionError> {
     if !jet.is_finite() {
         return Err(ExpansionError::NotFinite { part: "P_smooth" });
     }
     let defect = jet.head().magnitude();
-    if defect > LARGEST_DEFECT {
+    if defect > LARGEST_DEFECT * size {
         return Err(ExpansionError::NotPeriodic { defect });
     }
     jet.coefficients_mut()[0] = S::zero();

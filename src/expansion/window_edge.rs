@@ -21,7 +21,8 @@ pub struct WindowEdge {
     /// Lowest power of `y` in a correction.
     pub leading_exponent: u32,
     /// Share of the correction that the truncation leaves out at the edge, at most:
-    /// `Σ_{k>W} |c_k| y^k / |c_n| y^n` over the powers known; 1 where the correction begins above the weight.
+    /// `Σ_{k>W} |c_k| y^k / |c_n| y^n`, the powers beyond those known estimated from the radius; 1 where the correction begins
+    /// above the weight.
     pub omitted_share: f64,
     /// The depth at which the share is [`LARGEST_SHARE`](Self::LARGEST_SHARE), within the radius; 0 where the
     /// correction begins above the weight.
@@ -58,7 +59,7 @@ impl WindowEdge {
         let (omitted_share, usable_depth) = if contact_weight < leading_exponent {
             (1.0, 0.0)
         } else {
-            let share = |y: f64| omitted_share(series, leading_exponent, contact_weight, y);
+            let share = |y: f64| omitted_share(series, leading_exponent, contact_weight, y, radius);
             let usable = largest_within(radius, |y| share(y) <= Self::LARGEST_SHARE);
             (share(depth.sqrt()), usable * usable)
         };
@@ -79,17 +80,42 @@ impl WindowEdge {
     }
 }
 
-/// `Σ_{k>W} |c_k| y^k / |c_n| y^n`, the largest over the corrections that begin with `y^n`.
-fn omitted_share(series: &DepthSeries, leading: u32, weight: u32, y: f64) -> f64 {
+/// `Σ_{k>W} |c_k| y^k / |c_n| y^n`, the largest over the corrections that begin with `y^n`, with the [tail](tail_factor)
+/// beyond the powers known.
+fn omitted_share(series: &DepthSeries, leading: u32, weight: u32, y: f64, radius: f64) -> f64 {
     let leading = leading as usize;
     let of = |coefficients: &Vec<_>| {
         let size = |k: usize| Scalar::magnitude(coefficients[k]);
-        let first = (weight as usize + 1).min(coefficients.len() - 1);
-        let rest = (first..coefficients.len()).map(|k| size(k) * y.powi((k - leading) as i32));
-        (size(leading) > 0.0).then(|| rest.sum::<f64>() / size(leading))
+        let order = coefficients.len() - 1;
+        let first = (weight as usize + 1).min(order);
+        let rest = (first..=order).map(|k| size(k) * y.powi((k - leading) as i32));
+        let last = order.saturating_sub(ENVELOPE).max(leading)..=order;
+        let envelope =
+            last.map(|k| size(k) * y.powi((k - leading) as i32) * share_of(y, radius, order - k));
+        let tail = envelope.fold(0.0, f64::max) * tail_factor(y / radius, order);
+        (size(leading) > 0.0).then(|| (rest.sum::<f64>() + tail) / size(leading))
     };
     let shares = series.coefficients.iter().filter_map(of);
     shares.fold(0.0, f64::max)
+}
+
+/// How many of the last powers tell how large the next ones are: some vanish by symmetry.
+const ENVELOPE: usize = 4;
+
+/// What is left of a power after so many further ones, `(y/R)^j`.
+fn share_of(y: f64, radius: f64, powers: usize) -> f64 {
+    (y / radius).powi(powers as i32)
+}
+
+/// `Σ_{k>n} |c_k| y^k` over `|c_n| y^n` where `|c_k| ~ k^{−3/2} R^{−k}`, at most: `q/(1 − q)` with `q = y/R`, and on the circle
+/// itself `2n`.
+fn tail_factor(q: f64, order: usize) -> f64 {
+    let on_the_circle = 2.0 * order as f64;
+    if q < 1.0 {
+        (q / (1.0 - q)).min(on_the_circle)
+    } else {
+        on_the_circle
+    }
 }
 
 /// The largest number up to `end` that meets a condition which holds near 0 and ends once.
@@ -159,6 +185,16 @@ mod tests {
         let edge = WindowEdge::new(&series, depth, 8).expect("an infinite series");
         // Sixteen powers of a square root of a square: some tens of roundings.
         assert!((edge.omitted_share / WindowEdge::LARGEST_SHARE - 1.0).abs() < 1e-13);
+    }
+
+    #[test]
+    fn what_lies_beyond_the_powers_known_is_counted() {
+        // The estimate of the radius takes the terms for k^(-3/2) R^-k, so that it is larger than that of a geometric series.
+        let series = geometric(1, 0.1);
+        let exact = 0.5_f64.powi(23) / 0.5;
+        let edge = WindowEdge::new(&series, 0.05 * 0.05, 23).expect("an infinite series");
+        let ratio = edge.omitted_share / exact;
+        assert!((0.9..3.0).contains(&ratio), "{ratio}");
     }
 
     #[test]

@@ -13,10 +13,11 @@ use super::outcome::{Location, NotLocated};
 use super::passages::{SAME, disorder, in_order};
 use super::point::GrazingOrbit;
 use super::search::Search;
+use super::solving::{refine_either, solve_either};
 use super::symmetry::check_field;
-use super::system::{ExtendedSystem, refine_either, solve_either};
+use super::system::ExtendedSystem;
 
-/// Largest residual of an orbit called located, relative to the size of its state.
+/// Largest residual of an orbit called located, relative to the size of its unknowns.
 const RESIDUAL: f64 = 1e-24;
 /// Distance from the guess, relative to its size, within which Newton's root is taken without looking further.
 const NEAR_GUESS: f64 = 0.5;
@@ -330,10 +331,7 @@ impl<'a> Locator<'a> {
         if let Some(reason) = Diagnosis::new(self.scene, &self.system, unknowns).degeneracy() {
             return Ok(Location::NotLocated(reason));
         }
-        let size = unknowns
-            .iter()
-            .fold(1.0_f64, |size, value| size.max(value.abs()));
-        let root = match refine_either(&self.system, unknowns, RESIDUAL * size)? {
+        let root = match refine_either(&self.system, unknowns, RESIDUAL)? {
             Solve::Root(root) => root,
             Solve::Failed(failure) => {
                 let diagnosis = Diagnosis::new(self.scene, &self.system, &failure.unknowns);

@@ -7,8 +7,10 @@ use super::OrbitError;
 use super::minima::{Minimum, gaps, watching_field};
 use super::newton::{Solve, solve};
 use super::outcome::NotLocated;
+use super::scaled::Scaled;
 use super::shooting::Shooting;
-use super::system::{ExtendedSystem, solve_either};
+use super::solving::solve_either;
+use super::system::ExtendedSystem;
 
 /// A search along the periodic orbits of one parameter.
 pub(super) struct Search<'a> {
@@ -30,6 +32,8 @@ struct Periodic {
 
 /// Periods flown to settle.
 const SETTLING: usize = 400;
+/// Change of a period, in the unit of the states, of a motion that has settled.
+const SETTLED: f64 = 1e-10;
 /// Parameter values tried.
 const TRIALS: usize = 60;
 /// Part of the range of `h` within which Newton on the extended system is tried.
@@ -99,7 +103,7 @@ impl<'a> Search<'a> {
                 .map(|(a, b)| (a - b).abs())
                 .fold(0.0, f64::max);
             state = next;
-            if change < 1e-10 {
+            if change < SETTLED * self.system.length(&self.unknowns(&state, value)) {
                 break;
             }
         }
@@ -110,7 +114,14 @@ impl<'a> Search<'a> {
     fn periodic(&self, value: f64, start: &[f64]) -> Option<Periodic> {
         let (states, parameters) = (self.system.states(), self.parameters(value));
         let shooting = Shooting::new(self.system, *start.get(states)?, &parameters);
-        let Ok(Solve::Root(root)) = solve(&shooting, &start[..states], 1e-9) else {
+        let length = self.system.length(&self.unknowns(start, value));
+        let scaled = Scaled {
+            equations: &shooting,
+            units: vec![length; states],
+            residual_unit: length,
+        };
+        let solved = scaled.solve(&start[..states], |scaled, start| solve(scaled, start, 1e-9));
+        let Ok(Solve::Root(root)) = solved else {
             return None;
         };
         let mut full = start.to_vec();

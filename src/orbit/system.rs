@@ -6,6 +6,8 @@
 //! `φ_{T/2}(X) + X = 0`. Closure may be asked for at the end or, from both sides, in the middle. See
 //! docs/mathematics/orbit.md.
 
+use std::f64::consts::TAU;
+
 use nalgebra::DMatrix;
 
 use crate::flow::{Field, Integrator, flow_with_jacobian};
@@ -15,7 +17,8 @@ use crate::numeric::{Dd, Real};
 use super::OrbitError;
 use super::geometry::Geometry;
 use super::grazes::Grazes;
-use super::newton::{Equations, Root, Solve, refine, solve};
+use super::newton::Equations;
+use super::scaled::{Scaled, unit_of};
 
 /// Where the two ends of a period are matched.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -155,6 +158,36 @@ impl ExtendedSystem {
             parameters[parameter] = value;
         }
         parameters
+    }
+
+    /// The unit of the states: of their own size, or of what their rates come to over a period's `T/2π`, at a graze where they vanish.
+    pub(super) fn length(&self, unknowns: &[f64]) -> f64 {
+        let state = &unknowns[..self.dimension];
+        let parameters = self.parameters(unknowns);
+        let (period, _) = self.period_and_slopes(unknowns, &parameters);
+        let rates = self.geometries[0].at(state, &parameters).flow();
+        let reached = rates.iter().map(|rate| rate * period / TAU);
+        let sizes = state[..self.states]
+            .iter()
+            .copied()
+            .chain(reached.take(self.states));
+        unit_of(sizes.fold(0.0, |size, value| value.abs().max(size)))
+    }
+
+    /// The system in units: the states' own size, and that of each adjusted parameter.
+    pub(super) fn scaled(&self, unknowns: &[f64]) -> Scaled<'_, Self> {
+        let length = self.length(unknowns);
+        let mut units = vec![1.0; self.unknowns()];
+        units[..self.states].fill(length);
+        let parameters = self.first_parameter()..unknowns.len();
+        for place in parameters {
+            units[place] = unit_of(unknowns[place].abs());
+        }
+        Scaled {
+            equations: self,
+            units,
+            residual_unit: length,
+        }
     }
 
     /// Times of the independent grazes, the first being 0.
@@ -320,35 +353,6 @@ impl ExtendedSystem {
             }
         }
         Ok([local.event(), local.velocity()])
-    }
-}
-
-/// Newton's method with the period matched at its end, then at its middle; the end's failure if both fail.
-pub(super) fn solve_either(
-    system: &ExtendedSystem,
-    start: &[f64],
-    tolerance: f64,
-) -> Result<Solve<Vec<f64>>, OrbitError> {
-    match solve(&system.matched(Matching::AtEnd), start, tolerance)? {
-        Solve::Root(root) => Ok(Solve::Root(root)),
-        Solve::Failed(failure) => Ok(
-            match solve(&system.matched(Matching::AtMiddle), start, tolerance)? {
-                Solve::Root(root) => Solve::Root(root),
-                Solve::Failed(_) => Solve::Failed(failure),
-            },
-        ),
-    }
-}
-
-/// Refinement with the period matched at its end, then at its middle.
-pub(super) fn refine_either(
-    system: &ExtendedSystem,
-    start: &[f64],
-    tolerance: f64,
-) -> Result<Solve<Root>, OrbitError> {
-    match refine(&system.matched(Matching::AtEnd), start, tolerance) {
-        Ok(Solve::Root(root)) => Ok(Solve::Root(root)),
-        _ => refine(&system.matched(Matching::AtMiddle), start, tolerance),
     }
 }
 

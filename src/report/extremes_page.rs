@@ -1,0 +1,159 @@
+//! The study of extremes as a table and pictures.
+
+use super::figure::{Axis, Figure, Marker, Series, Stroke};
+use super::number::significant;
+use super::{Cell, Column, ReportError, Table};
+use crate::convergence::{
+    Coefficients, ExtremeAxis, ExtremeOutcome, ExtremeRow, ExtremesStudy, Measured,
+};
+
+/// Fewer promised digits than this are said as a window too deep.
+const FEW_DIGITS: f64 = 2.0;
+
+/// One row per case: what was measured beside what was promised, or what was said.
+///
+/// # Errors
+///
+/// Never in practice: every row has one cell for every column.
+pub fn extremes_table(study: &ExtremesStudy) -> Result<Table, ReportError> {
+    let mut table = Table::new(vec![
+        Column::text("axis"),
+        Column::number("value"),
+        Column::text("scene"),
+        Column::number("N"),
+        Column::number("W"),
+        Column::number("y²"),
+        Column::text("coefficients"),
+        Column::number("graze"),
+        Column::number("contact"),
+        Column::number("promised"),
+        Column::number("map"),
+        Column::number("promised of map"),
+        Column::text("said"),
+    ]);
+    for row in &study.rows {
+        table.push(cells(row))?;
+    }
+    Ok(table)
+}
+
+fn cells(row: &ExtremeRow) -> Vec<Cell> {
+    let mut cells = vec![
+        Cell::text(row.axis.words()),
+        Cell::number(row.value, 2),
+        Cell::text(&row.scene),
+        Cell::Integer(row.orders.smooth_order.into()),
+        Cell::Integer(row.orders.contact_weight.into()),
+        Cell::number(row.depth, 2),
+        Cell::text(coefficients_word(row.coefficients)),
+    ];
+    match &row.outcome {
+        ExtremeOutcome::Measured(measured) => cells.extend([
+            digits(measured.grazing),
+            digits(told(measured.contact, measured.contact_truth)),
+            digits(Some(measured.promised())),
+            digits(measured.map.and_then(|map| told(map, measured.map_truth))),
+            digits(measured.map.map(|_| measured.promised_of_map())),
+            Cell::text(verdict(measured)),
+        ]),
+        ExtremeOutcome::Refused { stage, message } => {
+            cells.extend([const { Cell::Missing }; 5]);
+            cells.push(Cell::text(format!("{stage}: {message}")));
+        }
+    }
+    cells
+}
+
+/// Measured digits, no more than the truth has; none where it has none.
+fn told(digits: f64, truth: f64) -> Option<f64> {
+    (truth >= 1.0).then(|| digits.min(truth))
+}
+
+/// One decimal; what is not a number stays empty.
+fn digits(value: Option<f64>) -> Cell {
+    let rounded = value.map(|value| (10.0 * value).round() / 10.0);
+    rounded
+        .filter(|value| value.is_finite())
+        .map_or(Cell::Missing, |value| Cell::number(value, 3))
+}
+
+fn verdict(measured: &Measured) -> &'static str {
+    if measured.is_silent_loss() {
+        "silent loss"
+    } else if measured.truncation < FEW_DIGITS {
+        "window too deep"
+    } else {
+        ""
+    }
+}
+
+fn coefficients_word(coefficients: Coefficients) -> &'static str {
+    match coefficients {
+        Coefficients::Single => "f32",
+        Coefficients::Double => "f64",
+        Coefficients::DoubleDouble => "double-double",
+    }
+}
+
+/// How many cases were measured, refused, and lost in silence.
+pub fn extremes_words(study: &ExtremesStudy) -> String {
+    let is_refused = |row: &&ExtremeRow| matches!(row.outcome, ExtremeOutcome::Refused { .. });
+    let refused = study.rows.iter().filter(is_refused).count();
+    let measured = study.rows.len() - refused;
+    let silent = study.silent_losses().count();
+    format!("{measured} cases measured, {refused} refused, {silent} silent losses")
+}
+
+/// One picture per axis, with the stem of its file's name: digits of the contact, measured and promised.
+pub fn extremes_figures(study: &ExtremesStudy) -> Vec<(&'static str, Figure)> {
+    let figure = |axis: ExtremeAxis| {
+        let rows: Vec<_> = study.rows.iter().filter(|row| row.axis == axis).collect();
+        (!rows.is_empty()).then(|| (axis.stem(), axis_figure(axis, &rows)))
+    };
+    ExtremeAxis::ALL.into_iter().filter_map(figure).collect()
+}
+
+fn axis_figure(axis: ExtremeAxis, rows: &[&ExtremeRow]) -> Figure {
+    let horizontal = match axis {
+        ExtremeAxis::Orders | ExtremeAxis::Coefficients => Axis::linear(axis.words()),
+        _ => Axis::log10(axis.words()),
+    };
+    let mut figure = Figure::new(
+        horizontal,
+        Axis::linear("digits of the contact's correction"),
+    );
+    for (index, (name, rows)) in by_curve(axis, rows).iter().enumerate() {
+        let points = |of: fn(&Measured) -> Option<f64>| {
+            let measured = rows.iter().filter_map(|row| match &row.outcome {
+                ExtremeOutcome::Measured(measured) => Some([row.value, of(measured)?]),
+                ExtremeOutcome::Refused { .. } => None,
+            });
+            measured.collect::<Vec<_>>()
+        };
+        let found = points(|measured| told(measured.contact, measured.contact_truth));
+        let found = Series::markers(name, Marker::numbered(index), found);
+        let promised = points(|measured| Some(measured.promised()));
+        let promised = Series::line(format!("{name}, promised"), Stroke::Solid, promised);
+        figure.series.push(found.with_color(index));
+        figure.series.push(promised.with_color(index));
+    }
+    figure
+}
+
+/// Curves of a picture: rows of one scene that follow each other, a value that comes again beginning another one.
+fn by_curve<'a>(axis: ExtremeAxis, rows: &[&'a ExtremeRow]) -> Vec<(String, Vec<&'a ExtremeRow>)> {
+    let mut curves: Vec<(String, Vec<&ExtremeRow>)> = Vec::new();
+    for &row in rows {
+        let name = match axis {
+            ExtremeAxis::Stiffness | ExtremeAxis::NormalAcceleration => {
+                format!("{}, y² = {}", row.scene, significant(row.depth, 1))
+            }
+            _ => row.scene.clone(),
+        };
+        match curves.last_mut() {
+            Some((last, rows)) if *last == name && rows[0].value != row.value => rows.push(row),
+            _ => curves.push((name, vec![row])),
+        }
+    }
+    curves
+}
