@@ -157,6 +157,8 @@ impl Choice {
 
 fn weighted(scene: &Scene, weights: &BTreeMap<String, u32>) -> Scene {
     let mut scene = scene.clone();
+    let kept = |(name, _): &(String, u32)| !weights.contains_key(name);
+    scene.expansion.weights.retain(kept);
     let weights = weights.iter();
     let weights = weights.map(|(name, &weight)| (name.clone(), weight));
     scene.expansion.weights.extend(weights);
