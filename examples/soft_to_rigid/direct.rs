@@ -80,7 +80,9 @@ impl DirectJump {
         };
         let impact = first(|kind| matches!(kind, EventKind::Impact { .. }));
         let begin = first(|kind| matches!(kind, EventKind::ContactBegin { .. }));
-        let end = first(|kind| matches!(kind, EventKind::ContactEnd { .. }));
+        // NOTE: a stiff contact that begins within rounding of the surface can end at once, still inward, and begin anew.
+        let outward = |kind: &EventKind<Dd>| matches!(kind, EventKind::ContactEnd { speed } if *speed > Dd::ZERO);
+        let end = first(outward);
         match (impact, begin, end) {
             (Some(time), _, _) => (time, time),
             (None, Some(begin), Some(end)) => (begin, end),

@@ -4,7 +4,7 @@
 
 use super::FlowError;
 use super::field::Field;
-use super::step_control::{component_step, order_for, shortening};
+use super::step_control::{component_step, order_for};
 use super::time_expansion::expand;
 use crate::jet::TimeSeries;
 use crate::numeric::Real;
@@ -28,9 +28,6 @@ pub struct Integrator<'a, S: Real> {
 pub struct Step<'s, S: Real> {
     field: &'s Field,
     tape: &'s [S],
-    /// Coefficients of one slot on the tape.
-    stride: usize,
-    /// Degree up to which they are numbers.
     order: usize,
     /// Length of the interval on which the polynomials meet the tolerance, positive and finite.
     pub length: S,
@@ -41,12 +38,6 @@ const MAX_STEPS: usize = 1_000_000;
 
 /// Longest step where nothing was asked: reached only where the solution is a polynomial in time.
 const DEFAULT_MAX_STEP: f64 = 1e3;
-
-/// Largest coefficient a step uses: products of larger ones overflow in double-double.
-const LARGEST: f64 = 1e280;
-
-/// Size that only the coefficients of a fast solution reach before they overflow; those of a singular one need not.
-const FAST: f64 = 1e140;
 
 impl<'a, S: Real> Integrator<'a, S> {
     /// An integrator with the tolerance of the scalar's own roundoff.
@@ -80,68 +71,46 @@ impl<'a, S: Real> Integrator<'a, S> {
 
     /// Expands the solution about a state.
     ///
-    /// Where the coefficients overflow, those of rates above some 1e8 in double-double, the order is lower and the step
-    /// shorter, so that it meets the same tolerance.
-    ///
     /// `parameters` holds one value per parameter of the field; those of bound ones are ignored.
     ///
     /// # Errors
     ///
-    /// [`FlowError::NotFinite`] if a coefficient of the solution or of a watched function is not finite, but for an
-    /// overflow in the upper half of the order, or if no step is long enough to be a number.
+    /// [`FlowError::NotFinite`] if a coefficient of the solution is not finite, or no step is long
+    /// enough to be a number.
     pub fn step(&mut self, state: &[S], parameters: &[S]) -> Result<Step<'_, S>, FlowError> {
-        let stride = self.series.order + 1;
+        let len = self.series.order + 1;
         for (input, &value) in state.iter().chain(parameters).enumerate() {
-            self.tape[input * stride] = value;
+            self.tape[input * len] = value;
         }
         expand(self.field, &self.series, &mut self.tape, &mut [S::zero()]);
-        let order = self.finite_order()?;
-        let length = S::from_f64(self.step_length(order)?);
+        let length = S::from_f64(self.step_length()?);
         Ok(Step {
             field: self.field,
             tape: &self.tape,
-            stride,
-            order,
+            order: self.series.order,
             length,
         })
     }
 
-    /// Degree up to which every component and every watched function has coefficients of admissible size.
-    fn finite_order(&self) -> Result<usize, FlowError> {
-        let (field, stride) = (self.field, self.series.order + 1);
-        let watched = (0..field.watched())
-            .map(|watched| field.time_program().output(field.dimension() + watched));
-        let mut order = self.series.order;
-        for slot in (0..field.dimension()).chain(watched) {
-            let coefficients = &self.tape[slot * stride..(slot + 1) * stride];
-            let admissible = |value: &S| value.magnitude() <= LARGEST;
-            let Some(degree) = coefficients.iter().position(|value| !admissible(value)) else {
-                continue;
-            };
-            let fast = coefficients[..degree]
-                .iter()
-                .any(|value| value.magnitude() > FAST);
-            if !fast || 2 * degree <= self.series.order {
-                return Err(FlowError::NotFinite { degree });
-            }
-            order = order.min(degree - 1);
-        }
-        Ok(order)
-    }
-
-    fn step_length(&self, order: usize) -> Result<f64, FlowError> {
-        let stride = self.series.order + 1;
+    fn step_length(&self) -> Result<f64, FlowError> {
+        let len = self.series.order + 1;
         let mut step = self.max_step;
         for component in 0..self.field.dimension() {
-            let coefficients = &self.tape[component * stride..];
-            let length = component_step(|degree| coefficients[degree].magnitude(), order);
-            step = step.min(length);
+            let coefficients = &self.tape[component * len..(component + 1) * len];
+            if let Some(degree) = coefficients.iter().position(|value| !value.is_finite()) {
+                return Err(FlowError::NotFinite { degree });
+            }
+            step = step.min(component_step(
+                |degree| coefficients[degree].magnitude(),
+                len - 1,
+            ));
         }
-        step *= shortening(order, self.series.order);
         if step > 0.0 {
             Ok(step)
         } else {
-            Err(FlowError::NotFinite { degree: order })
+            Err(FlowError::NotFinite {
+                degree: self.series.order,
+            })
         }
     }
 
@@ -207,8 +176,8 @@ impl<S: Real> Step<'_, S> {
     }
 
     fn slot(&self, slot: usize) -> &[S] {
-        let start = slot * self.stride;
-        &self.tape[start..=start + self.order]
+        let len = self.order + 1;
+        &self.tape[slot * len..(slot + 1) * len]
     }
 }
 

@@ -33,14 +33,6 @@ pub(crate) fn component_step(magnitudes: impl Fn(usize) -> f64, order: usize) ->
     step.exp2()
 }
 
-/// Factor of the step of an order below the one that meets the tolerance with a step of `e^{−2} ρ`.
-///
-/// The order `m < n` asks for `e^{−2n/m} ρ`. The condition weighs a term against one of at most half its degree, which
-/// at most doubles the exponent of the factor.
-pub(crate) fn shortening(order: usize, full: usize) -> f64 {
-    (-4.0 * (full as f64 / order as f64 - 1.0)).exp()
-}
-
 /// `max_j log2 h_j` with `|x_k| h_j^{k−j} = ε_k |x_j|`.
 ///
 /// NOTE: where the first term that does not vanish is in the upper half, the condition would ask for a

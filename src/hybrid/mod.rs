@@ -14,7 +14,6 @@ mod error;
 mod itinerary;
 mod motion;
 mod passage;
-mod release;
 mod response;
 mod return_map;
 mod returned;

@@ -2,7 +2,6 @@
 
 use super::passage::Start;
 use super::system::Regime;
-use super::trajectory::Outcome;
 use crate::numeric::Real;
 
 /// State of a simulation between two steps.
@@ -17,8 +16,6 @@ pub(super) struct Motion<S> {
     pub(super) reference_phase: S,
     /// Factor that makes the present regime's release function positive; 0 until its first step.
     pub(super) release_sign: S,
-    /// Time within which the surface of the present contact was met, until its first step.
-    pub(super) met_within: Option<S>,
     /// Per surface: rounding of its gap if the state has just left it.
     pub(super) leaving: Vec<Option<S>>,
     /// The surface whose gap has a reported minimum here.
@@ -36,7 +33,6 @@ impl<S: Real> Motion<S> {
             turns: 0,
             reference_phase: S::zero(),
             release_sign: S::zero(),
-            met_within: None,
             leaving: vec![None; surfaces],
             at_minimum: None,
             last_step: S::one(),
@@ -56,17 +52,6 @@ impl<S: Real> Motion<S> {
             leaving,
             ..*other
         };
-    }
-
-    /// The outcome where no step leads on from here.
-    pub(super) fn stalled(&self) -> Outcome<S> {
-        let time = self.time;
-        match self.regime {
-            Regime::Contact { surface } if self.met_within.is_some() => {
-                Outcome::ContactNotAnalytic { surface, time }
-            }
-            _ => Outcome::Diverged { time },
-        }
     }
 
     /// How the search of a surface's gap starts here.

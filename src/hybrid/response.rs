@@ -20,7 +20,6 @@ impl<S: Real> Simulator<'_, S> {
             Law::Compliant { .. } => {
                 self.motion.regime = Regime::Contact { surface };
                 self.motion.release_sign = S::zero();
-                self.motion.met_within = Some(before.met_within());
                 self.record(
                     surface,
                     EventKind::ContactBegin {
@@ -122,7 +121,6 @@ impl<S: Real> Simulator<'_, S> {
         }
         self.motion.regime = Regime::Stick { surface };
         self.motion.release_sign = S::one();
-        self.motion.met_within = None;
         let time = self.motion.time + duration;
         if duration > S::zero() {
             record(Event {

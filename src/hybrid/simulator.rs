@@ -141,7 +141,7 @@ impl<'a, S: Real> Simulator<'a, S> {
         motion.state.copy_from_slice(state);
         motion.time = S::zero();
         motion.turns = 0;
-        (motion.at_minimum, motion.met_within) = (None, None);
+        motion.at_minimum = None;
         motion.regime = Regime::Free;
         if let Some(phase) = &self.system.phase {
             motion.reference_phase = state[phase.component];

@@ -1,6 +1,7 @@
 //! One step of the simulator: expand, search every watched gap, take the state at the first event.
 
-use super::passage::{Gap, Goal, Passage};
+use super::motion::Motion;
+use super::passage::{Gap, Goal, Passage, Start};
 use super::simulator::{Approach, Simulator, Stop, SurfaceTools};
 use super::system::{HybridSystem, Law, Regime, RegimeField, Watch};
 use super::trajectory::{Event, EventKind, Outcome};
@@ -29,9 +30,8 @@ impl<S: Real> Simulator<'_, S> {
             ..
         } = self;
         let (integrator, regime) = present(system, motion.regime, free, surfaces);
-        let stalled = motion.stalled();
         let Ok(step) = integrator.step(&motion.state, parameters) else {
-            return Err(stalled);
+            return Err(Outcome::Diverged { time: motion.time });
         };
         let admissible = admissible_length(&step, regime.watches.len());
         motion.last_step = admissible;
@@ -59,7 +59,7 @@ impl<S: Real> Simulator<'_, S> {
                         goal,
                     )
                 }
-                Watch::Release(inside) => motion.release_gap(inside, value, slope, first.length),
+                Watch::Release => release_gap(motion, value, slope, first.length),
             };
             found.clear();
             search.search(&gap, first.length, start, goal, found);
@@ -67,7 +67,7 @@ impl<S: Real> Simulator<'_, S> {
         }
         let First { length, stop } = first;
         if stop.is_none() && length < remaining && motion.time + length == motion.time {
-            return Err(stalled);
+            return Err(Outcome::Diverged { time: motion.time });
         }
         step.state_at(length, next);
         let whole = length == remaining;
@@ -128,7 +128,7 @@ impl<S: Real> First<S> {
         for &passage in found {
             let stop = match (passage, watch) {
                 (Passage::Crossing { .. }, Watch::Gap { surface }) => Stop::Contact { surface },
-                (Passage::Crossing { .. }, Watch::Release(_)) => Stop::Release,
+                (Passage::Crossing { .. }, Watch::Release) => Stop::Release,
                 (Passage::Minimum { gap, .. }, Watch::Gap { surface })
                     if approach.stop_at == Some(surface) =>
                 {
@@ -138,7 +138,7 @@ impl<S: Real> First<S> {
                     misses.push((time, surface, gap));
                     continue;
                 }
-                (Passage::Minimum { .. }, Watch::Release(_)) => continue,
+                (Passage::Minimum { .. }, Watch::Release) => continue,
             };
             *self = Self {
                 length: passage.time(),
@@ -196,4 +196,44 @@ fn goal<S: Real>(surface: usize, approach: Approach, near_miss: S) -> Option<Goa
             near_miss
         },
     })
+}
+
+/// The release function made positive; its sign is found on the regime's first step.
+fn release_gap<'p, S: Real>(
+    motion: &mut Motion<S>,
+    value: &'p [S],
+    slope: &'p [S],
+    length: S,
+) -> (Gap<'p, S>, Start<S>, Goal<S>) {
+    let mut start = Start::Inside;
+    if motion.release_sign == S::zero() {
+        let size = value
+            .iter()
+            .rev()
+            .fold(S::zero(), |size, c| (size * length).max(c.abs()));
+        let rounding = S::from_f64(64.0 * S::ROUNDOFF) * size;
+        let on_zero = value[0].abs() <= rounding;
+        motion.release_sign = if on_zero {
+            slope[0].signum()
+        } else {
+            value[0].signum()
+        };
+        start = if on_zero {
+            Start::Leaving { rounding }
+        } else {
+            Start::Inside
+        };
+    }
+    let gap = Gap {
+        value,
+        slope,
+        sign: motion.release_sign,
+    };
+    (
+        gap,
+        start,
+        Goal::Crossing {
+            near: S::from_f64(-1.0),
+        },
+    )
 }

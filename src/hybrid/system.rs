@@ -1,6 +1,5 @@
 //! A model lowered for direct simulation: one field per regime, one program per reset.
 
-use super::release::Inside;
 use super::sticking::stick_field;
 use crate::flow::{Field, InputKind, Program};
 use crate::model::{ExpressionGraph, Model, NodeId, Response, Surface};
@@ -77,7 +76,7 @@ pub(super) enum Watch {
     /// The gap of a surface: contact begins.
     Gap { surface: usize },
     /// The present contact or sticking ends.
-    Release(Inside),
+    Release,
 }
 
 impl HybridSystem {
@@ -148,23 +147,15 @@ impl Lowering<'_> {
             Response::Impact { reset } => {
                 let stick = stick_field(&mut self.graph, self.model, surface, reset);
                 let pressing = self.graph.neg(surface.normal_acceleration);
-                let stick = stick
-                    .map(|field| self.regime(&field, Some((pressing, Inside::Positive)), &others));
+                let stick = stick.map(|field| self.regime(&field, Some(pressing), &others));
                 Law::Rigid {
                     reset: self.program(reset),
                     stick,
                 }
             }
-            Response::Contact { field, release } => {
-                let inside = if *release == surface.event {
-                    Inside::Negative
-                } else {
-                    Inside::AsItStarts
-                };
-                Law::Compliant {
-                    contact: self.regime(field, Some((*release, inside)), &others),
-                }
-            }
+            Response::Contact { field, release } => Law::Compliant {
+                contact: self.regime(field, Some(*release), &others),
+            },
         };
         SurfaceLaw { sensor, law }
     }
@@ -190,14 +181,14 @@ impl Lowering<'_> {
     fn regime(
         &mut self,
         derivatives: &[NodeId],
-        release: Option<(NodeId, Inside)>,
+        release: Option<NodeId>,
         surfaces: &[usize],
     ) -> RegimeField {
         let gaps = surfaces
             .iter()
             .map(|&surface| (Watch::Gap { surface }, self.model.surfaces[surface].event));
         let watched: Vec<_> = release
-            .map(|(node, inside)| (Watch::Release(inside), node))
+            .map(|node| (Watch::Release, node))
             .into_iter()
             .chain(gaps)
             .collect();

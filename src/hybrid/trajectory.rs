@@ -54,7 +54,7 @@ pub enum EventKind<S> {
 pub enum Outcome<S> {
     /// The time asked for was reached.
     Completed,
-    /// The solution or a watched function left the finite numbers, or its steps became too short to advance time (a singularity).
+    /// The solution left the finite numbers, or its steps became too short to advance time (a singularity).
     Diverged {
         /// Time reached.
         time: S,
@@ -71,14 +71,6 @@ pub enum Outcome<S> {
     /// The state must stay on a rigid surface whose reset defines no direction of a contact force, or moves a state
     /// at rest there (a tangential restitution).
     NoStickingField {
-        /// The surface.
-        surface: usize,
-        /// Time reached.
-        time: S,
-    },
-    /// A contact cannot begin: its field has no Taylor series at the surface, or one that ends within the rounding of
-    /// time (a root, `abs`, `max` or a power that is not whole, at its corner there; a rate beyond the numbers).
-    ContactNotAnalytic {
         /// The surface.
         surface: usize,
         /// Time reached.
