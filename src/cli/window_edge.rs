@@ -36,11 +36,11 @@ pub(super) fn local_map(
 ) -> Result<LocalMap, CliError> {
     let plan = plan(scene, orbit)?;
     let expander = Expander::new(&plan.scene, orbit)?;
-    warn_of_edges(
-        scene,
-        window_edges(&expander, plan.orders.contact_weight)?,
-        quiet,
-    );
+    if scene.emit.shape == Shape::Flown {
+        return Ok(expander.flown(plan.orders)?);
+    }
+    let edges = window_edges(&expander, plan.orders.contact_weight)?;
+    warn_of_edges(scene, edges, quiet);
     Ok(expander.expand(plan.orders)?)
 }
 
