@@ -118,16 +118,8 @@ fn cost(map: &LocalMap) -> (usize, usize) {
         cost.0 += folded.len();
         cost.1 += exponents.len();
     };
-    for stage in &map.stages {
-        match stage {
-            Stage::Leg(leg) => leg.image.iter().for_each(&mut add),
-            Stage::Contact(contact) => {
-                let corrections = contact.linear.iter().chain(&contact.quadratic);
-                corrections.chain([&contact.depth]).for_each(&mut add);
-            }
-            Stage::Flown(flown) => flown.polynomials().for_each(&mut add),
-        }
-    }
+    let polynomials = map.stages.iter().flat_map(Stage::polynomials);
+    polynomials.for_each(&mut add);
     cost
 }
 

@@ -15,10 +15,9 @@ use super::truth::{Truth, truth};
 use super::validity::validity;
 use super::{ConvergenceError, MapFamily, timing};
 use crate::analysis::{DirectImage, MapEvaluation, Progress};
-use crate::expansion::{DepthPolynomial, LocalMap, MapOrders, Stage};
+use crate::expansion::{LocalMap, MapOrders};
 use crate::hybrid::HybridSystem;
 use crate::iteration::HornerMap;
-use crate::jet::Jet;
 use crate::model::{Orders, Scene, Shape};
 use crate::numeric::{Dd, Scalar};
 use crate::orbit::GrazingOrbit;
@@ -243,12 +242,8 @@ impl<'a> Sweep<'a> {
     fn coefficients(&self, orders: MapOrders, shape: Shape) -> Result<usize, ConvergenceError> {
         let map = self.map(orders, shape)?;
         Ok(match shape {
-            Shape::Composed => {
-                let composed = self.family.compose(&map)?;
-                let polynomials = composed.depths.iter().chain(&composed.image);
-                polynomials.map(DepthPolynomial::coefficients).sum()
-            }
-            Shape::Factored | Shape::Flown | Shape::Auto => stage_coefficients(&map),
+            Shape::Composed => self.family.compose(&map)?.coefficients(),
+            Shape::Factored | Shape::Flown | Shape::Auto => map.coefficients(),
         })
     }
 
@@ -334,26 +329,4 @@ impl ErrorSummary {
     pub fn is_within(&self, tolerance: f64) -> bool {
         self.max.is_some_and(|error| error <= tolerance)
     }
-}
-
-fn stage_coefficients(map: &LocalMap) -> usize {
-    let of_stage = |stage: &Stage| match stage {
-        Stage::Leg(leg) => count_all(&leg.image),
-        Stage::Flown(flown) => flown.polynomials().map(count).sum(),
-        Stage::Contact(contact) => {
-            count(&contact.depth) + count_all(&contact.linear) + count_all(&contact.quadratic)
-        }
-    };
-    map.stages.iter().map(of_stage).sum()
-}
-
-fn count_all(jets: &[Jet<f64>]) -> usize {
-    jets.iter().map(count).sum()
-}
-
-fn count(jet: &Jet<f64>) -> usize {
-    jet.coefficients()
-        .iter()
-        .filter(|&&value| value != 0.0)
-        .count()
 }

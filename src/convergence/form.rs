@@ -70,13 +70,10 @@ impl Form {
     }
 
     pub(super) fn coefficients(&self) -> usize {
-        let flown = self.map.stages.iter().filter_map(|stage| match stage {
-            Stage::Flown(flown) => Some(flown.polynomials().map(count).sum::<usize>()),
-            Stage::Leg(_) | Stage::Contact(_) => None,
-        });
-        let mut form = self.clone();
-        let series: usize = form.jets_mut().into_iter().map(|jet| count(jet)).sum();
-        flown.sum::<usize>() + series
+        match &self.composed {
+            Some(composed) => composed.coefficients(),
+            None => self.map.coefficients(),
+        }
     }
 
     fn jets_mut(&mut self) -> Vec<&mut Jet<f64>> {
@@ -87,12 +84,6 @@ impl Form {
         }
         self.map.stages.iter_mut().flat_map(stage_jets).collect()
     }
-}
-
-/// Number of coefficients that are not zero.
-fn count(jet: &Jet<f64>) -> usize {
-    let values = jet.coefficients().iter();
-    values.filter(|&&value| value != 0.0).count()
 }
 
 /// The polynomials of a stage that is a series; none of one that is flown.

@@ -40,13 +40,15 @@ pub fn prune(map: &LocalMap, tolerance: f64) -> (LocalMap, PruneReport) {
                     lost = lost.max(drop_terms(jet, bounds, 1.0, budget, &mut report));
                 }
             }
-            Stage::Flown(flown) => report.kept += flown.polynomials().map(terms).sum::<usize>(),
+            Stage::Flown(flown) => {
+                report.kept += flown.polynomials().map(Jet::nonzero).sum::<usize>()
+            }
             Stage::Contact(Contact {
                 depth,
                 linear,
                 quadratic,
             }) => {
-                report.kept += terms(depth);
+                report.kept += depth.nonzero();
                 lost = drop_contact(
                     linear,
                     quadratic,
@@ -147,13 +149,6 @@ fn drop_terms(
     report.dropped += dropped;
     report.kept += contributions.len() - dropped;
     lost
-}
-
-fn terms(jet: &Jet<f64>) -> usize {
-    jet.coefficients()
-        .iter()
-        .filter(|&&coefficient| coefficient != 0.0)
-        .count()
 }
 
 fn contribution(exponents: &[u8], coefficient: f64, bounds: &[f64]) -> f64 {

@@ -57,11 +57,8 @@ impl DepthPolynomial {
 
     /// Number of coefficients that are not zero.
     pub fn coefficients(&self) -> usize {
-        let values = self
-            .terms
-            .iter()
-            .flat_map(|term| term.coefficient.coefficients());
-        values.filter(|&&value| value != 0.0).count()
+        let terms = self.terms.iter();
+        terms.map(|term| term.coefficient.nonzero()).sum()
     }
 }
 

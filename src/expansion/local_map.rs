@@ -98,6 +98,18 @@ impl Stage {
     pub fn is_passage(&self) -> bool {
         !matches!(self, Self::Leg(_))
     }
+
+    /// Every polynomial of the stage.
+    pub fn polynomials(&self) -> Vec<&Jet<f64>> {
+        match self {
+            Self::Leg(leg) => leg.image.iter().collect(),
+            Self::Contact(contact) => {
+                let corrections = contact.linear.iter().chain(&contact.quadratic);
+                corrections.chain([&contact.depth]).collect()
+            }
+            Self::Flown(flown) => flown.polynomials().collect(),
+        }
+    }
 }
 
 /// A leg: each image coordinate as a polynomial in (coordinates; parameters), without constant term.
@@ -134,6 +146,14 @@ pub struct ComposedMap<S: Scalar = f64> {
     pub image: Vec<DepthPolynomial<S>>,
 }
 
+impl ComposedMap {
+    /// Number of coefficients that are not zero.
+    pub fn coefficients(&self) -> usize {
+        let polynomials = self.depths.iter().chain(&self.image);
+        polynomials.map(DepthPolynomial::coefficients).sum()
+    }
+}
+
 impl<S: Real> Contact<S> {
     /// Whether every coefficient is finite.
     pub fn is_finite(&self) -> bool {
@@ -167,6 +187,12 @@ impl LocalMap {
         self.stages
             .iter()
             .any(|stage| matches!(stage, Stage::Flown(_)))
+    }
+
+    /// Number of coefficients that are not zero.
+    pub fn coefficients(&self) -> usize {
+        let polynomials = self.stages.iter().flat_map(Stage::polynomials);
+        polynomials.map(Jet::nonzero).sum()
     }
 
     /// Number of grazing passages.

@@ -31,6 +31,12 @@ impl JetSpace {
 }
 
 impl<S: Scalar> Jet<S> {
+    /// Number of coefficients that are not zero.
+    pub fn nonzero(&self) -> usize {
+        let values = self.coefficients.iter();
+        values.filter(|&&value| value != S::zero()).count()
+    }
+
     /// Value at a point, one coordinate per variable.
     ///
     /// # Panics
