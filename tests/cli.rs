@@ -246,6 +246,14 @@ fn wrong_calls() -> Vec<(&'static str, Vec<&'static str>)> {
         ),
         ("emit_nothing", vec!["emit"]),
         (
+            "emit_in_another_language",
+            vec!["emit", "linear", "--target", "cobol"],
+        ),
+        (
+            "emit_catalogue_in_c",
+            vec!["emit", "--catalogue", "--target", "c"],
+        ),
+        (
             "emit_check_of_nothing",
             vec!["emit", "linear", "--check", "-o", "nowhere"],
         ),
@@ -595,6 +603,13 @@ fn an_emitted_crate_checks_until_it_is_touched() {
     };
     assert_eq!(emit(&[]), Some(0));
     assert_eq!(emit(&["--check"]), Some(0));
+    assert_eq!(
+        emit(&["--check", "--target", "c"]),
+        Some(1),
+        "no header is there"
+    );
+    assert_eq!(emit(&["--target", "c"]), Some(0));
+    assert_eq!(emit(&["--check", "--target", "c"]), Some(0));
     assert_eq!(
         emit(&["--check", "--set", "expansion.smooth_order=4"]),
         Some(1)

@@ -6,6 +6,7 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 
 use super::output::Destination;
 use crate::analysis::{Precision, Using};
+use crate::emission::Target;
 
 /// Fast, measured local maps of oscillators that graze a stop.
 ///
@@ -39,7 +40,7 @@ pub(super) enum Command {
     Curve(CurveArguments),
     /// Coefficients of P_smooth, D and their composition
     Expand(SceneOptions),
-    /// The crate of Rust code
+    /// The map as code: a crate of Rust, a C header or CUDA kernels
     Emit(EmitArguments),
     /// Images of section points
     Image(ImageOptions),
@@ -126,6 +127,9 @@ pub(super) struct EmitArguments {
     /// Emit the catalogue's crate of maps instead
     #[arg(long, conflicts_with = "scene")]
     pub(super) catalogue: bool,
+    /// The language of the map: a crate of Rust, a C99 header, or CUDA kernels in one file
+    #[arg(long, value_enum, default_value_t = TargetArgument::Rust, conflicts_with = "catalogue")]
+    pub(super) target: TargetArgument,
     /// Compare with what is in the folder, write nothing
     #[arg(long)]
     pub(super) check: bool,
@@ -134,6 +138,27 @@ pub(super) struct EmitArguments {
     pub(super) measure: bool,
     #[command(flatten)]
     pub(super) common: Common,
+}
+
+/// Language of an emitted map.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(super) enum TargetArgument {
+    /// A crate of Rust without dependencies
+    Rust,
+    /// A header for C99, C++ and shared libraries
+    C,
+    /// The header's functions with CUDA kernels, one thread a point
+    Cuda,
+}
+
+impl From<TargetArgument> for Target {
+    fn from(argument: TargetArgument) -> Self {
+        match argument {
+            TargetArgument::Rust => Self::Rust,
+            TargetArgument::C => Self::C,
+            TargetArgument::Cuda => Self::Cuda,
+        }
+    }
 }
 
 /// Options of `image`.

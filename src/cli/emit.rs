@@ -1,4 +1,4 @@
-//! `grazemap emit`: the crate of Rust code, or whether a folder holds it.
+//! `grazemap emit`: the crate of Rust code, or the map in C or CUDA, or whether a folder holds it.
 
 use std::path::{Path, PathBuf};
 
@@ -11,15 +11,14 @@ use super::output::{Results, print};
 use super::prepare::{Plan, grazing_orbit, plan, prepare};
 use crate::convergence::{Choice, Monomials, measured_error};
 use crate::emission::{
-    EmitOptions, EmittedCrate, EmittedModule, EmittedShape, emitted_module, prune, prune_composed,
+    EmitOptions, EmittedCrate, EmittedModule, EmittedShape, Target, emitted_module, prune,
+    prune_composed,
 };
 use crate::iteration::HornerMap;
 use crate::model::{Shape, catalogue};
 use crate::orbit::GrazingOrbit;
 use crate::report::{OutputFolder, to_dense_json};
 
-/// Where a crate goes when no folder is named.
-const FOLDER: &str = "out/crate";
 /// Where the catalogue's crate goes when no folder is named.
 const CATALOGUE_FOLDER: &str = "generated";
 
@@ -60,7 +59,7 @@ pub(super) fn run(options: &EmitArguments) -> Result<(), CliError> {
     let default = if options.catalogue {
         CATALOGUE_FOLDER
     } else {
-        FOLDER
+        folder_of(options.target.into())
     };
     let folder = options
         .common
@@ -83,6 +82,15 @@ pub(super) fn run(options: &EmitArguments) -> Result<(), CliError> {
     .deliver("emit", &common)
 }
 
+/// Where an emission goes when no folder is named.
+fn folder_of(target: Target) -> &'static str {
+    match target {
+        Target::Rust => "out/crate",
+        Target::C => "out/c",
+        Target::Cuda => "out/cuda",
+    }
+}
+
 fn emit_named(name: &str, options: &EmitArguments) -> Result<EmittedModule, CliError> {
     emit_scene(PathBuf::from(name), options)
 }
@@ -101,7 +109,7 @@ fn emit_scene(scene: PathBuf, options: &EmitArguments) -> Result<EmittedModule, 
     } else {
         Measurement::WithTolerance
     };
-    emit(&plan, &orbit, &expanded, asked)
+    emit(&plan, &orbit, &expanded, asked, options.target.into())
 }
 
 /// Of which maps the error is measured for the emitted constants.
@@ -119,10 +127,12 @@ pub(super) fn emit(
     orbit: &GrazingOrbit,
     expanded: &Expanded,
     measurement: Measurement,
+    target: Target,
 ) -> Result<EmittedModule, CliError> {
     let choice = plan.choice.as_ref();
     let needed = |choice: &&Choice| choice.monomials == Monomials::Needed;
     let options = EmitOptions {
+        target,
         shape: EmittedShape::Factored,
         lanes: plan.scene.emit.lanes,
         tolerance: choice.map(|choice| choice.tolerance),

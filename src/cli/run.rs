@@ -16,7 +16,7 @@ use super::prepare::{Loaded, grazing_orbit, plan, prepare};
 use super::progress::Bar;
 use crate::analysis::diagram::{Diagram, Sweep, SweepHeading};
 use crate::convergence::{ConvergenceOptions, converge};
-use crate::emission::EmittedCrate;
+use crate::emission::{EmittedCrate, Target};
 use crate::model::Method;
 use crate::report::{
     CrateSummary, OrbitDocument, OutputFolder, RunPage, StageTime, run_page, to_dense_json,
@@ -88,7 +88,13 @@ pub(super) fn run(options: &SceneOptions) -> Result<(), CliError> {
     folder.write("map.csv", expanded.document.coefficient_table()?.to_csv()?)?;
 
     let module = clock.time("emission", || {
-        emit(&plan, &orbit, &expanded, Measurement::WithTolerance)
+        emit(
+            &plan,
+            &orbit,
+            &expanded,
+            Measurement::WithTolerance,
+            Target::Rust,
+        )
     })?;
     write_crate(
         &EmittedCrate::standalone(&module)?,

@@ -6,9 +6,9 @@ use std::path::Path;
 
 use super::comparison::first_difference;
 use super::layout::{catalogue_root, manifest, standalone_root};
-use super::{EmissionError, EmittedModule};
+use super::{EmissionError, EmittedModule, Target};
 
-/// The files of an emitted crate: relative path (with `/`) to text.
+/// The files of an emission: relative path (with `/`) to text.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct EmittedCrate {
     /// The files, sorted by path.
@@ -48,21 +48,25 @@ impl std::fmt::Display for Difference {
 }
 
 impl EmittedCrate {
-    /// A crate that stands alone: manifest, root and one map, package `IDENTIFIER_map`.
+    /// A map that stands alone: in Rust a crate of manifest, root and one module, package `IDENTIFIER_map`; in C a
+    /// header `IDENTIFIER.h`; in CUDA `IDENTIFIER.cu`.
     ///
     /// # Errors
     ///
     /// [`EmissionError::Layout`] if a template fails.
     pub fn standalone(module: &EmittedModule) -> Result<Self, EmissionError> {
         let name = &module.identifier;
-        let files = [
-            ("Cargo.toml".to_owned(), manifest(&format!("{name}_map"))?),
-            ("src/lib.rs".to_owned(), standalone_root(name)?),
-            (format!("src/{name}.rs"), module.text.clone()),
-        ];
-        Ok(Self {
-            files: files.into(),
-        })
+        let text = module.text.clone();
+        let files = match module.target {
+            Target::Rust => BTreeMap::from([
+                ("Cargo.toml".to_owned(), manifest(&format!("{name}_map"))?),
+                ("src/lib.rs".to_owned(), standalone_root(name)?),
+                (format!("src/{name}.rs"), text),
+            ]),
+            Target::C => BTreeMap::from([(format!("{name}.h"), text)]),
+            Target::Cuda => BTreeMap::from([(format!("{name}.cu"), text)]),
+        };
+        Ok(Self { files })
     }
 
     /// The sources of the catalogue's crate: one module per map, sorted by name, and a registry of them.

@@ -1,12 +1,17 @@
 //! The templates: layout only. Every expression in them was rendered before.
 
 use super::EmissionError;
+use super::target::Target;
 
-/// What templates/map.rs.tera lays out.
+/// What templates/map.rs.tera and templates/map.c.tera lay out.
 #[derive(Clone, Debug, serde::Serialize)]
 pub(super) struct MapLayout {
     pub(super) header: Vec<String>,
+    /// Word of the target.
+    pub(super) target: &'static str,
     pub(super) identifier: String,
+    /// The identifier in capitals, for the names of macros.
+    pub(super) upper: String,
     pub(super) dimension: usize,
     pub(super) parameters: usize,
     pub(super) passages: usize,
@@ -24,6 +29,8 @@ pub(super) struct MapLayout {
     pub(super) window_depth: String,
     pub(super) window_state: Vec<String>,
     pub(super) window_parameters: Vec<String>,
+    /// Conditions in C that a point lies in the window.
+    pub(super) inside: Vec<String>,
     pub(super) tolerance: String,
     pub(super) measured_error: String,
     pub(super) prepare_statements: Vec<String>,
@@ -35,17 +42,25 @@ pub(super) struct MapLayout {
     pub(super) jacobian_image: Vec<String>,
     pub(super) jacobian_depths: Vec<String>,
     pub(super) jacobian_rows: Vec<String>,
+    pub(super) jacobian_entries: Vec<String>,
 }
 
 /// The text of one map's module.
-pub(super) fn map(layout: &MapLayout) -> Result<String, EmissionError> {
+pub(super) fn map(target: Target, layout: &MapLayout) -> Result<String, EmissionError> {
     let mut context = tera::Context::new();
     context.insert("map", layout);
-    render(
-        "map.rs.tera",
-        include_str!("../../templates/map.rs.tera"),
-        context,
-    )
+    match target {
+        Target::Rust => render(
+            "map.rs.tera",
+            include_str!("../../templates/map.rs.tera"),
+            context,
+        ),
+        Target::C | Target::Cuda => render(
+            "map.c.tera",
+            include_str!("../../templates/map.c.tera"),
+            context,
+        ),
+    }
 }
 
 /// The manifest of a standalone crate.

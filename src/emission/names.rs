@@ -36,6 +36,23 @@ pub fn string_literal(text: &str) -> String {
     format!("\"{}\"", text.escape_default())
 }
 
+/// The text as a C string literal: printable ASCII, other bytes in octal; no trigraph can arise.
+pub(super) fn c_string_literal(text: &str) -> String {
+    let mut literal = String::from("\"");
+    for byte in text.bytes() {
+        match byte {
+            b'"' | b'\\' | b'?' => {
+                literal.push('\\');
+                literal.push(char::from(byte));
+            }
+            b' '..=b'~' => literal.push(char::from(byte)),
+            _ => literal.push_str(&format!("\\{byte:03o}")),
+        }
+    }
+    literal.push('"');
+    literal
+}
+
 /// The text as it may stand in a comment: one line of printable ASCII that ends no comment.
 pub fn comment(text: &str) -> String {
     text.escape_default()
@@ -93,6 +110,10 @@ mod tests {
         assert_eq!(
             string_literal("a\"; loop {} //\n\\"),
             r#""a\"; loop {} //\n\\""#
+        );
+        assert_eq!(
+            c_string_literal("a\"??/ä\n\\"),
+            r#""a\"\?\?/\303\244\012\\""#
         );
         assert_eq!(comment("x\n*/ fn f() /*"), "x\\n* / fn f() / *");
     }

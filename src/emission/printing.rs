@@ -1,18 +1,19 @@
-//! Printing a kernel as Rust statements, one short statement a line.
+//! Printing a kernel as statements of the target's language, one short statement a line.
 //!
-//! Every `let` opens a scope within the last one, and a compiler walks them recursively: thousands of them end in
+//! In Rust every `let` opens a scope within the last one, and the compiler walks them recursively: thousands of them end in
 //! its stack. A long kernel is printed in blocks, each handing on the results that are used after it.
 
 use super::EmissionError;
 use super::names::number_literal;
-use crate::jet::kernel::{Kernel, Operation, Value};
+use super::target::Target;
+use crate::jet::kernel::{Kernel, Value};
 
 /// Most statements in one scope.
 const BLOCK: usize = 512;
 
 /// A kernel as text: statements and the expressions of its outputs.
 pub(super) struct PrintedKernel {
-    /// One `let` per operation, `r0`, `r1`, ... in order, in blocks where there are many.
+    /// One binding per operation, `r0`, `r1`, ... in order, in blocks where there are many.
     pub(super) statements: Vec<String>,
     /// One expression per output.
     pub(super) outputs: Vec<String>,
@@ -20,6 +21,7 @@ pub(super) struct PrintedKernel {
 
 /// Prints a kernel; `input` names its inputs.
 pub(super) fn print(
+    target: Target,
     kernel: &Kernel,
     input: impl Fn(usize) -> String,
 ) -> Result<PrintedKernel, EmissionError> {
@@ -36,18 +38,18 @@ pub(super) fn print(
             .operands()
             .map(operand)
             .collect::<Result<Vec<_>, _>>()?;
-        statements.push(format!(
-            "let r{number} = {};",
-            expression(operation, &operands)
-        ));
+        statements.push(target.binding(number, &target.expression(operation, &operands)));
     }
     let outputs = kernel
         .outputs
         .iter()
         .map(|&output| operand(output))
         .collect::<Result<_, _>>()?;
+    if target.nests_statements() {
+        statements = in_blocks(kernel, statements);
+    }
     Ok(PrintedKernel {
-        statements: in_blocks(kernel, statements),
+        statements,
         outputs,
     })
 }
@@ -96,17 +98,4 @@ fn last_uses(kernel: &Kernel) -> Vec<usize> {
     let end = kernel.operations.len();
     kernel.outputs.iter().for_each(|&output| used(output, end));
     last
-}
-
-fn expression(operation: &Operation, operands: &[String]) -> String {
-    match operation {
-        Operation::Add(..) => format!("{} + {}", operands[0], operands[1]),
-        Operation::Multiply(..) => format!("{} * {}", operands[0], operands[1]),
-        Operation::MultiplyAdd(..) => {
-            format!("fma({}, {}, {})", operands[0], operands[1], operands[2])
-        }
-        Operation::RootOfPositivePart(_) => format!("sqrt(positive_part({}))", operands[0]),
-        Operation::HalfReciprocal(_) => format!("half_reciprocal({})", operands[0]),
-        Operation::Held(_) => operands[0].clone(),
-    }
 }
