@@ -6,7 +6,10 @@ mod synthetic;
 use grazemap::analysis::DirectMap;
 use grazemap::expansion::{LocalMap, SectionKind, Stage};
 use grazemap::hybrid::HybridSystem;
-use grazemap::iteration::{DiscreteMap, HornerMap, InterpretedMap, PassageSet, StepInfo};
+use grazemap::iteration::{
+    DiscreteMap, HornerMap, InterpretedMap, MapOrbit, OrbitEnd, OrbitRequest, PassageSet, StepInfo,
+    largest_lyapunov_exponent,
+};
 use grazemap::model::{Scene, catalogue};
 use grazemap::orbit::locate;
 use synthetic::Numbers;
@@ -194,6 +197,44 @@ fn freezing_changes_no_bit() {
             step_jacobian(&frozen, &state, &[]).1
         );
     }
+}
+
+#[test]
+fn orbits_in_lanes_are_those_of_the_frozen_map_to_the_last_bit() {
+    let map = HornerMap::new(&synthetic::map(3, 4, SectionKind::Stroboscopic));
+    // Large parameters drive some orbits out of the window, at different iterates; the last block fills five lanes of eight.
+    let points: Points = points(29)
+        .into_iter()
+        .map(|(state, parameters)| (state, parameters.iter().map(|p| 4.0 * p).collect()))
+        .collect();
+    let (mut ended, mut stayed) = (0, 0);
+    for (transient, keep) in [(5, 40), (30, 0)] {
+        let mut request = OrbitRequest::new(transient, keep, &[0.2, 0.3]);
+        request.escape_factor = 1.2;
+        for block in points.chunks(8) {
+            let states: Vec<&[f64]> = block.iter().map(|point| &point.0[..]).collect();
+            let parameters: Vec<&[f64]> = block.iter().map(|point| &point.1[..]).collect();
+            let mut lanes = map.freeze_lanes::<8>(&parameters);
+            let orbits = lanes.orbits(&states, &request);
+            let exponents = lanes.largest_lyapunov_exponents(&states, 3, 20);
+            for (lane, (state, parameters)) in block.iter().enumerate() {
+                let frozen = map.freeze(parameters);
+                let alone = MapOrbit::of(&frozen, state, &[], &request);
+                assert_eq!(orbits[lane], alone);
+                let depths = map.first_depths(alone.states(), parameters);
+                for (depth, made) in depths.iter().zip(alone.steps.iter().skip(1)) {
+                    assert_eq!(depth.max(0.0), made.depth);
+                }
+                let exponent = largest_lyapunov_exponent(&frozen, state, &[], 3, 20);
+                assert_eq!(exponents[lane], exponent);
+                match alone.end {
+                    OrbitEnd::Completed => stayed += 1,
+                    OrbitEnd::Escaped { .. } | OrbitEnd::NoImage { .. } => ended += 1,
+                }
+            }
+        }
+    }
+    assert!(ended > 5 && stayed > 5, "{ended} ended, {stayed} stayed");
 }
 
 #[test]

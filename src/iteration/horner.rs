@@ -1,8 +1,9 @@
 //! The map lowered to nested Horner schemes and run in process.
 
-use super::{DiscreteMap, FrozenMap, StepInfo};
+use super::{DiscreteMap, FrozenLanes, FrozenMap, StepInfo};
 use crate::expansion::{ComposedMap, LocalMap, MapKernel};
-use crate::jet::kernel::{Interpreter, Kernel, OperationCount};
+use crate::jet::kernel::{Interpreter, Kernel, LaneInterpreter, OperationCount};
+use crate::numeric::Lanes;
 
 /// A local map as a straight-line kernel: the operations of the emitted code, interpreted.
 ///
@@ -16,6 +17,7 @@ pub struct HornerMap {
     jacobian: Interpreter,
     frozen_step: Freezer,
     frozen_jacobian: Freezer,
+    frozen_depth: Freezer,
 }
 
 impl HornerMap {
@@ -39,6 +41,7 @@ impl HornerMap {
             jacobian: Interpreter::new(&jacobian),
             frozen_step: Freezer::new(step, lowered.dimension),
             frozen_jacobian: Freezer::new(&jacobian, lowered.dimension),
+            frozen_depth: Freezer::new(&first_depth(&lowered), lowered.dimension),
         }
     }
 
@@ -62,6 +65,46 @@ impl HornerMap {
             self.dimension,
             self.frozen_step.freeze(parameters),
             self.frozen_jacobian.freeze(parameters),
+        )
+    }
+
+    /// Depth `−h_min` of the first passage (negative without contact) at states of one parameter value: the very depths that
+    /// steps from these states would find.
+    ///
+    /// # Panics
+    ///
+    /// If states or parameters have not the map's lengths.
+    pub fn first_depths<'s>(
+        &self,
+        states: impl IntoIterator<Item = &'s [f64]>,
+        parameters: &[f64],
+    ) -> Vec<f64> {
+        const LANES: usize = 16;
+        let mut depth = self
+            .frozen_depth
+            .freeze_lanes::<LANES>(&[parameters; LANES]);
+        let states: Vec<&[f64]> = states.into_iter().collect();
+        let blocks = states.chunks(LANES).flat_map(|block| {
+            let lane = |number: usize| block.get(number).unwrap_or(&block[0]);
+            let coordinates = 0..self.dimension;
+            let point = coordinates.map(|i| Lanes::from_fn(|number| lane(number)[i]));
+            depth.run(&point.collect::<Vec<_>>());
+            depth.output(0).0.into_iter().take(block.len())
+        });
+        blocks.collect()
+    }
+
+    /// The map at other parameters in every lane.
+    ///
+    /// # Panics
+    ///
+    /// If there are none or more than `N`, or if their number is not the map's.
+    pub fn freeze_lanes<const N: usize>(&self, parameters: &[&[f64]]) -> FrozenLanes<N> {
+        FrozenLanes::new(
+            self.dimension,
+            parameters.len(),
+            self.frozen_step.freeze_lanes(parameters),
+            self.frozen_jacobian.freeze_lanes(parameters),
         )
     }
 }
@@ -90,6 +133,14 @@ impl DiscreteMap for HornerMap {
     }
 }
 
+/// The depth of the first passage alone.
+fn first_depth(map: &MapKernel) -> Kernel {
+    let mut kernel = map.kernel.clone();
+    kernel.outputs = kernel.outputs[map.dimension..].to_vec();
+    kernel.outputs.truncate(1);
+    kernel.without_dead_operations()
+}
+
 /// A kernel split into what is computed when freezing and what is left to each step.
 #[derive(Clone, Debug)]
 struct Freezer {
@@ -111,6 +162,11 @@ impl Freezer {
     fn freeze(&self, parameters: &[f64]) -> Interpreter {
         self.run
             .with_last_inputs(&self.prepare.evaluate(parameters))
+    }
+
+    fn freeze_lanes<const N: usize>(&self, parameters: &[&[f64]]) -> LaneInterpreter<N> {
+        let prepared = parameters.iter().map(|own| self.prepare.evaluate(own));
+        self.run.in_lanes(&prepared.collect::<Vec<_>>())
     }
 }
 

@@ -6,6 +6,7 @@
 mod compiled;
 mod discrete_map;
 mod frozen;
+mod frozen_lanes;
 mod horner;
 mod interpreted;
 mod itinerary;
@@ -19,6 +20,7 @@ mod tangents;
 pub use compiled::{CompiledMap, compiled};
 pub use discrete_map::{DiscreteMap, StepInfo};
 pub use frozen::FrozenMap;
+pub use frozen_lanes::FrozenLanes;
 pub use horner::HornerMap;
 pub use interpreted::InterpretedMap;
 pub use itinerary::{Itinerary, OrbitName};

@@ -90,25 +90,21 @@ impl MapOrbit {
             (dimension, dimension),
             "lengths of state and scales"
         );
-        let mut orbit = Self::empty(initial, request.keep);
+        let mut orbit = Self::begin(initial, request.keep);
         let mut image = vec![0.0; dimension];
         for iterate in 1..=request.transient + request.keep {
             let info = map.step(&orbit.last, parameters, &mut image);
-            if let Some(end) = leaves(&image, info, request, iterate) {
-                orbit.end = end;
-                return orbit;
-            }
-            orbit.last.copy_from_slice(&image);
-            if iterate > request.transient {
-                orbit.states.extend_from_slice(&image);
-                orbit.steps.push(info);
+            orbit.arrive(&image, info, request, iterate);
+            if orbit.end != OrbitEnd::Completed {
+                break;
             }
         }
-        orbit.period = Period::of(&orbit.states, &request.scales, request.period_tolerance);
+        orbit.settle(request);
         orbit
     }
 
-    fn empty(initial: &[f64], keep: usize) -> Self {
+    /// An orbit before its first iterate.
+    pub(super) fn begin(initial: &[f64], keep: usize) -> Self {
         Self {
             dimension: initial.len(),
             states: Vec::with_capacity(keep * initial.len()),
@@ -116,6 +112,32 @@ impl MapOrbit {
             last: initial.to_vec(),
             end: OrbitEnd::Completed,
             period: Period::NotFound,
+        }
+    }
+
+    /// Takes in an image of the last state, unless it ends the orbit.
+    pub(super) fn arrive(
+        &mut self,
+        image: &[f64],
+        info: StepInfo,
+        request: &OrbitRequest,
+        iterate: usize,
+    ) {
+        if let Some(end) = leaves(image, info, request, iterate) {
+            self.end = end;
+            return;
+        }
+        self.last.copy_from_slice(image);
+        if iterate > request.transient {
+            self.states.extend_from_slice(image);
+            self.steps.push(info);
+        }
+    }
+
+    /// Finds the period of an orbit that was completed.
+    pub(super) fn settle(&mut self, request: &OrbitRequest) {
+        if self.end == OrbitEnd::Completed {
+            self.period = Period::of(&self.states, &request.scales, request.period_tolerance);
         }
     }
 

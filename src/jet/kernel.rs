@@ -8,11 +8,13 @@ mod builder;
 mod derivative;
 mod horner;
 mod interpreter;
+mod lane_interpreter;
 mod split;
 
 pub use builder::KernelBuilder;
 pub use horner::HornerPlan;
 pub use interpreter::Interpreter;
+pub use lane_interpreter::LaneInterpreter;
 pub use split::SplitKernel;
 
 /// An operand: where a number comes from.

@@ -2,8 +2,9 @@
 
 use rayon::prelude::*;
 
+use super::course::sweep;
 use super::data::{Diagram, Sweep, SweepHeading};
-use super::sweep::{SweepRequest, sweep};
+use super::sweep::SweepRequest;
 use super::{DirectSweep, FrozenSweep, Observer, SmoothFixedPoint, SweptMap};
 use crate::analysis::{AnalysisError, DirectMap, Progress, itinerary};
 use crate::expansion::LocalMap;
@@ -26,8 +27,8 @@ pub struct DiagramPlan<'a> {
 ///
 /// Every sweep starts at the fixed point of `P_smooth` at its first parameter value and carries its last
 /// state from value to value; after an escape it starts again at the fixed point. Sweeps (one
-/// per method and heading) are independent and run side by side; each is sequential, so that its result
-/// does not depend on the number of cores.
+/// per method and heading) run side by side, and so do segments of each, whose seams are mended: no result
+/// depends on the number of cores.
 ///
 /// # Errors
 ///

@@ -3,6 +3,8 @@
 //! One idea: a sweep knows a map only as a [`SweptMap`], so that the local map, direct simulation and a
 //! map written by hand are swept, observed and timed by the same code.
 
+mod attractor;
+mod course;
 mod data;
 mod engine;
 mod observe;
@@ -15,4 +17,4 @@ pub use engine::{DiagramPlan, diagram, run_plan};
 pub use observe::Observer;
 pub use start::SmoothFixedPoint;
 pub use sweep::SweepRequest;
-pub use swept_map::{DirectSweep, FrozenSweep, SweptMap, UnobservedSweep};
+pub use swept_map::{DirectSweep, FrozenSweep, Settled, Start, SweptMap, UnobservedSweep};

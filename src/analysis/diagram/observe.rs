@@ -76,10 +76,15 @@ impl Observer {
         &self.label
     }
 
+    /// Whether it is `−depth` of the first passage at a state of the map.
+    pub fn is_depth_of_map(&self) -> bool {
+        self.kind == Kind::EventFunction && self.tangency
+    }
+
     /// The observable at a state of the map.
     pub fn by_map(&self, state: &[f64], parameters: &[f64]) -> f64 {
         match self.kind {
-            Kind::EventFunction if self.tangency => -self.depth(state, parameters),
+            Kind::EventFunction if self.is_depth_of_map() => -self.depth(state, parameters),
             Kind::ImpactSpeed => self.speed_by_map(state, parameters),
             Kind::EventFunction | Kind::Expression => self.at_full_state(state, parameters),
         }

@@ -1,18 +1,12 @@
-//! One sweep: parameter values in order, the last state carried along.
+//! What a sweep asks for, and what it finds at one parameter value.
 
 use std::time::{Duration, Instant};
 
-use super::SweptMap;
-use super::data::{DiagramPoint, Sweep, SweepHeading, Timing};
-use crate::analysis::Progress;
+use super::attractor::Attractor;
+use super::data::{DiagramPoint, SweepHeading};
+use super::{Settled, Start, SweptMap};
 use crate::expansion::MapWindow;
-use crate::iteration::{
-    DiscreteMap, MapOrbit, OrbitEnd, OrbitName, OrbitRequest, Period, StepInfo,
-    largest_lyapunov_exponent,
-};
-
-/// Iterates in which the tangent vector of a Lyapunov exponent turns to its direction.
-const TANGENT_TRANSIENT: usize = 20;
+use crate::iteration::{MapOrbit, OrbitEnd, OrbitName, OrbitRequest, Period, StepInfo};
 
 /// What is asked of a sweep.
 #[derive(Clone, Debug, PartialEq)]
@@ -40,8 +34,15 @@ impl SweepRequest {
         first + share * (last - first)
     }
 
+    /// The map's parameters at an offset of the swept one.
+    pub(super) fn parameters(&self, map: &dyn SweptMap, offset: f64) -> Vec<f64> {
+        let mut parameters = vec![0.0; map.parameters()];
+        parameters[self.parameter] = offset;
+        parameters
+    }
+
     /// All offsets in the order of a heading.
-    fn offsets(&self, heading: SweepHeading) -> Vec<f64> {
+    pub(super) fn offsets(&self, heading: SweepHeading) -> Vec<f64> {
         let upwards = (0..self.points).map(|index| self.offset(index));
         match heading {
             SweepHeading::Up => upwards.collect(),
@@ -50,41 +51,43 @@ impl SweepRequest {
     }
 }
 
-/// Runs one sweep, from the map's start at its first parameter value.
-pub(super) fn sweep(
+/// What a map settles on at one value, and where the next one starts.
+#[derive(Clone, Debug)]
+pub(super) struct Visit {
+    pub(super) point: DiagramPoint,
+    pub(super) attractor: Attractor,
+    /// The last state; `None` after an escape.
+    pub(super) carried: Option<Vec<f64>>,
+    pub(super) iterates: u64,
+    pub(super) time: Duration,
+}
+
+/// Visits some values side by side, as many at a time as the map has lanes; each is a starting state, `None` for the map's own, and a
+/// value of the swept parameter.
+pub(super) fn visit(
     map: &dyn SweptMap,
     request: &SweepRequest,
-    heading: SweepHeading,
-    progress: &dyn Progress,
-) -> Sweep {
-    let start = Instant::now();
-    let mut iterating = Duration::ZERO;
-    let mut iterates = 0;
-    let mut carried = None;
-    let mut parameters = vec![0.0; map.parameters()];
-    let mut points = Vec::with_capacity(request.points);
-    for offset in request.offsets(heading) {
-        parameters[request.parameter] = offset;
-        let clock = Instant::now();
-        let fixed = map.at(&parameters);
-        let state = carried.unwrap_or_else(|| map.start(&parameters));
-        let orbit = MapOrbit::of(&*fixed, &state, &[], &request.orbit);
-        iterating += clock.elapsed();
-        iterates += made(&orbit, request);
-        points.push(point(map, &*fixed, &parameters, offset, &orbit, request));
-        carried = (orbit.end == OrbitEnd::Completed).then_some(orbit.last);
-        progress.advance(1);
-    }
-    Sweep {
-        method: map.method(),
-        heading,
-        points,
-        timing: Timing {
-            iterates,
-            seconds: iterating.as_secs_f64(),
-            total_seconds: start.elapsed().as_secs_f64(),
-        },
-    }
+    values: &[(Option<Vec<f64>>, f64)],
+) -> Vec<Visit> {
+    let start = |(state, offset): &(Option<Vec<f64>>, f64)| {
+        let parameters = request.parameters(map, *offset);
+        let state = state.clone().unwrap_or_else(|| map.start(&parameters));
+        Start { state, parameters }
+    };
+    let clock = Instant::now();
+    let starts: Vec<Start> = values.iter().map(start).collect();
+    let settled = map.settle(&starts, &request.orbit);
+    let time = clock.elapsed() / values.len().max(1) as u32;
+    let settled = settled.into_iter().zip(&starts).zip(values);
+    settled
+        .map(|((settled, start), &(_, offset))| Visit {
+            point: point(map, &start.parameters, offset, &settled, request),
+            attractor: Attractor::of(&settled.orbit),
+            iterates: made(&settled.orbit, request),
+            carried: (settled.orbit.end == OrbitEnd::Completed).then_some(settled.orbit.last),
+            time,
+        })
+        .collect()
 }
 
 /// Iterates an orbit made.
@@ -98,23 +101,20 @@ fn made(orbit: &MapOrbit, request: &SweepRequest) -> u64 {
 
 fn point(
     map: &dyn SweptMap,
-    fixed: &dyn DiscreteMap,
     parameters: &[f64],
     offset: f64,
-    orbit: &MapOrbit,
+    settled: &Settled,
     request: &SweepRequest,
 ) -> DiagramPoint {
+    let orbit = &settled.orbit;
     DiagramPoint {
         offset,
-        values: orbit
-            .states()
-            .map(|state| map.observe(state, parameters))
-            .collect(),
+        values: map.observe_all(orbit, parameters),
         period: orbit.period,
         contacts: orbit.contacts_per_period(),
         orbit: name(map, orbit, parameters),
         kept_contacts: orbit.steps.iter().map(StepInfo::contacts).sum(),
-        lyapunov: lyapunov(map, fixed, orbit, request),
+        lyapunov: settled.lyapunov,
         end: orbit.end,
         outside: outside(orbit, offset, request),
     }
@@ -146,23 +146,4 @@ fn name(map: &dyn SweptMap, orbit: &MapOrbit, parameters: &[f64]) -> Option<Orbi
         }
         Period::NotFound => None,
     }
-}
-
-/// The largest Lyapunov exponent over as many iterates as were kept, onwards from the orbit's end.
-fn lyapunov(
-    map: &dyn SweptMap,
-    fixed: &dyn DiscreteMap,
-    orbit: &MapOrbit,
-    request: &SweepRequest,
-) -> Option<f64> {
-    if !map.has_jacobian() || orbit.end != OrbitEnd::Completed {
-        return None;
-    }
-    largest_lyapunov_exponent(
-        fixed,
-        &orbit.last,
-        &[],
-        TANGENT_TRANSIENT,
-        request.orbit.keep,
-    )
 }

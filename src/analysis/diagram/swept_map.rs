@@ -1,10 +1,25 @@
-//! What a sweep asks of a map: to be fixed at a parameter value, and to be observed.
+//! What a sweep asks of a map: to be fixed at a parameter value, to settle there, and to be observed.
 
 use super::observe::Observer;
 use super::start::SmoothFixedPoint;
 use crate::analysis::DirectMap;
-use crate::iteration::{DiscreteMap, HornerMap, Itinerary, StepInfo};
+use crate::iteration::{
+    DiscreteMap, HornerMap, Itinerary, MapOrbit, OrbitEnd, OrbitRequest, StepInfo,
+    largest_lyapunov_exponent,
+};
 use crate::model::Method;
+
+/// Iterates in which the tangent vector of a Lyapunov exponent turns to its direction.
+const TANGENT_TRANSIENT: usize = 20;
+
+/// Lanes of a map that runs in lanes: wide enough that an instruction is read seldom, and its memory stays close.
+const LANES: usize = 16;
+
+/// Segments of a sweep by a map: two cores' lanes twice over.
+const MAP_SEGMENTS: usize = 4 * LANES;
+
+/// Segments of a sweep by direct simulation, where mending a seam costs more.
+const DIRECT_SEGMENTS: usize = 8;
 
 /// A map that can be swept along a parameter.
 pub trait SweptMap: Sync {
@@ -17,6 +32,20 @@ pub trait SweptMap: Sync {
     /// Number of parameters.
     fn parameters(&self) -> usize;
 
+    /// Segments of a sweep that run side by side, where it has values enough.
+    fn segments(&self) -> usize;
+
+    /// Orbits that run in step; no result depends on it.
+    fn lanes(&self) -> usize {
+        1
+    }
+
+    /// What the map settles on from some states, at most as many as it has lanes.
+    fn settle(&self, starts: &[Start], request: &OrbitRequest) -> Vec<Settled> {
+        let alone = |start: &Start| settle_alone(self, start, request);
+        starts.iter().map(alone).collect()
+    }
+
     /// The map at fixed parameters, a map without parameters: prepared once per parameter value.
     fn at(&self, parameters: &[f64]) -> Box<dyn DiscreteMap + '_>;
 
@@ -26,6 +55,14 @@ pub trait SweptMap: Sync {
     /// The observable at a state.
     fn observe(&self, state: &[f64], parameters: &[f64]) -> f64;
 
+    /// The observable at every kept state of an orbit.
+    fn observe_all(&self, orbit: &MapOrbit, parameters: &[f64]) -> Vec<f64> {
+        let states = orbit.states();
+        states
+            .map(|state| self.observe(state, parameters))
+            .collect()
+    }
+
     /// The surfaces that graze and the passages of one return.
     fn itinerary(&self) -> &Itinerary;
 
@@ -34,6 +71,36 @@ pub trait SweptMap: Sync {
 
     /// Whether the map's Jacobian is cheap and exact, so that Lyapunov exponents are computed.
     fn has_jacobian(&self) -> bool;
+}
+
+/// Where an orbit starts.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Start {
+    /// The state.
+    pub state: Vec<f64>,
+    /// All parameters of the map.
+    pub parameters: Vec<f64>,
+}
+
+/// An orbit, and its largest Lyapunov exponent over as many iterates as were kept, onwards from its end.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Settled {
+    /// The orbit.
+    pub orbit: MapOrbit,
+    /// The exponent; `None` where there is no Jacobian or the orbit ended early.
+    pub lyapunov: Option<f64>,
+}
+
+fn settle_alone<M: SweptMap + ?Sized>(map: &M, start: &Start, request: &OrbitRequest) -> Settled {
+    let fixed = map.at(&start.parameters);
+    let orbit = MapOrbit::of(&*fixed, &start.state, &[], request);
+    let complete = map.has_jacobian() && orbit.end == OrbitEnd::Completed;
+    let exponent =
+        || largest_lyapunov_exponent(&*fixed, &orbit.last, &[], TANGENT_TRANSIENT, request.keep);
+    Settled {
+        lyapunov: complete.then(exponent).flatten(),
+        orbit,
+    }
 }
 
 /// Any map with its parameters given at every step.
@@ -107,6 +174,10 @@ impl<M: DiscreteMap> SweptMap for UnobservedSweep<M> {
         self.map.parameters()
     }
 
+    fn segments(&self) -> usize {
+        MAP_SEGMENTS
+    }
+
     fn at(&self, parameters: &[f64]) -> Box<dyn DiscreteMap + '_> {
         fixed(&self.map, parameters)
     }
@@ -158,6 +229,32 @@ impl SweptMap for FrozenSweep {
         self.map.parameters()
     }
 
+    fn segments(&self) -> usize {
+        MAP_SEGMENTS
+    }
+
+    fn lanes(&self) -> usize {
+        LANES
+    }
+
+    fn settle(&self, starts: &[Start], request: &OrbitRequest) -> Vec<Settled> {
+        let parameters = starts.iter().map(|start| &start.parameters[..]);
+        let states: Vec<&[f64]> = starts.iter().map(|start| &start.state[..]).collect();
+        let mut map = self
+            .map
+            .freeze_lanes::<LANES>(&parameters.collect::<Vec<_>>());
+        let orbits = map.orbits(&states, request);
+        let last: Vec<&[f64]> = orbits.iter().map(|orbit| &orbit.last[..]).collect();
+        let exponents = map.largest_lyapunov_exponents(&last, TANGENT_TRANSIENT, request.keep);
+        let settled = orbits.into_iter().zip(exponents);
+        settled
+            .map(|(orbit, exponent)| Settled {
+                lyapunov: exponent.filter(|_| orbit.end == OrbitEnd::Completed),
+                orbit,
+            })
+            .collect()
+    }
+
     fn at(&self, parameters: &[f64]) -> Box<dyn DiscreteMap + '_> {
         Box::new(self.map.freeze(parameters))
     }
@@ -168,6 +265,17 @@ impl SweptMap for FrozenSweep {
 
     fn observe(&self, state: &[f64], parameters: &[f64]) -> f64 {
         self.observer.by_map(state, parameters)
+    }
+
+    fn observe_all(&self, orbit: &MapOrbit, parameters: &[f64]) -> Vec<f64> {
+        if self.observer.is_depth_of_map() {
+            let depths = self.map.first_depths(orbit.states(), parameters);
+            return depths.into_iter().map(|depth| -depth).collect();
+        }
+        let states = orbit.states();
+        states
+            .map(|state| self.observe(state, parameters))
+            .collect()
     }
 
     fn itinerary(&self) -> &Itinerary {
@@ -207,6 +315,10 @@ impl SweptMap for DirectSweep<'_> {
 
     fn parameters(&self) -> usize {
         self.map.parameters()
+    }
+
+    fn segments(&self) -> usize {
+        DIRECT_SEGMENTS
     }
 
     fn at(&self, parameters: &[f64]) -> Box<dyn DiscreteMap + '_> {

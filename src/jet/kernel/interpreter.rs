@@ -3,7 +3,7 @@
 use std::cell::RefCell;
 use std::sync::Arc;
 
-use super::{Kernel, Operation, Value};
+use super::{Kernel, LaneInterpreter, Operation, Value};
 
 thread_local! {
     static MEMORY: RefCell<Vec<f64>> = const { RefCell::new(Vec::new()) };
@@ -23,7 +23,7 @@ pub struct Interpreter {
 }
 
 #[derive(Clone, Copy, Debug)]
-enum Instruction {
+pub(super) enum Instruction {
     Add(u32, u32),
     Multiply(u32, u32),
     MultiplyAdd(u32, u32, u32),
@@ -76,6 +76,27 @@ impl Interpreter {
             known: [values, &self.known].concat(),
             ..self.clone()
         }
+    }
+
+    /// The interpreter for `N` points at once, its last inputs set for good to other values in every lane.
+    ///
+    /// # Panics
+    ///
+    /// If there are more than `N` lanes, or more values than inputs, or lanes of different lengths.
+    pub fn in_lanes<const N: usize>(&self, last_inputs: &[Vec<f64>]) -> LaneInterpreter<N> {
+        let set = last_inputs.first().map_or(0, Vec::len);
+        assert!(
+            set <= self.inputs,
+            "{set} values for {} inputs",
+            self.inputs
+        );
+        LaneInterpreter::new(
+            self.inputs - set,
+            last_inputs,
+            &self.known,
+            self.code.clone(),
+            self.outputs.clone(),
+        )
     }
 
     /// Number of inputs.
@@ -134,10 +155,13 @@ fn execute(instruction: Instruction, memory: &[f64]) -> f64 {
 }
 
 /// `max(0, a)`; 0 for NaN.
-fn positive_part(a: f64) -> f64 {
+#[inline(always)]
+pub(super) fn positive_part(a: f64) -> f64 {
     if a > 0.0 { a } else { 0.0 }
 }
 
-fn half_reciprocal(a: f64) -> f64 {
+/// `1/(2a)`; 0 where `a` is not positive.
+#[inline(always)]
+pub(super) fn half_reciprocal(a: f64) -> f64 {
     if a > 0.0 { 0.5 / a } else { 0.0 }
 }

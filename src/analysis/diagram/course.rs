@@ -1,0 +1,359 @@
+//! One sweep: parameter values in order, the last state carried along.
+//!
+//! A state that is carried from value to value leaves nothing to do side by side. A sweep is therefore cut into segments, which run in step: a
+//! scout that stops at few values, and iterates little at each, guesses the state that is carried into every segment. Then the seams are mended:
+//! from the true last state of the segment before, the values of a segment are visited again until the map settles on what
+//! was found there already. What changes up to a segment's end is carried into the next. The cuts depend on the number of values alone, so that
+//! no result depends on the number of cores.
+
+use std::ops::Range;
+use std::time::{Duration, Instant};
+
+use rayon::prelude::*;
+
+use super::SweptMap;
+use super::data::{Sweep, SweepHeading, Timing};
+use super::sweep::{SweepRequest, Visit, visit};
+use crate::analysis::Progress;
+use crate::iteration::{MapOrbit, OrbitEnd, OrbitRequest};
+
+/// Fewest values of a segment.
+const SHORTEST: usize = 8;
+/// Values of each segment at which the scout stops.
+const STOPS: usize = 4;
+/// Iterates of the scout at each.
+const SCOUTED: usize = 16;
+
+/// Runs one sweep, from the map's start at its first parameter value.
+pub(super) fn sweep(
+    map: &dyn SweptMap,
+    request: &SweepRequest,
+    heading: SweepHeading,
+    progress: &dyn Progress,
+) -> Sweep {
+    let clock = Instant::now();
+    let mut course = Course::new(map, request, heading);
+    course.run(progress);
+    course.mend();
+    let timing = Timing {
+        total_seconds: clock.elapsed().as_secs_f64(),
+        ..course.timing
+    };
+    let visits = course.visits.into_iter().flatten();
+    Sweep {
+        method: map.method(),
+        heading,
+        points: visits.map(|visit| visit.point).collect(),
+        timing,
+    }
+}
+
+/// A sweep under way.
+struct Course<'a> {
+    map: &'a dyn SweptMap,
+    request: &'a SweepRequest,
+    offsets: Vec<f64>,
+    segments: Vec<Range<usize>>,
+    /// What was found at every value, in order.
+    visits: Vec<Option<Visit>>,
+    timing: Timing,
+}
+
+/// How far a segment has come.
+struct Front {
+    segment: usize,
+    /// The value to visit next.
+    value: usize,
+    /// The state that is carried there.
+    carried: Option<Vec<f64>>,
+}
+
+impl<'a> Course<'a> {
+    fn new(map: &'a dyn SweptMap, request: &'a SweepRequest, heading: SweepHeading) -> Self {
+        let offsets = request.offsets(heading);
+        let count = map.segments().min(offsets.len() / SHORTEST).max(1);
+        let cut = |number: usize| number * offsets.len() / count;
+        let segments = (0..count).map(|number| cut(number)..cut(number + 1));
+        Self {
+            map,
+            request,
+            segments: segments.collect(),
+            visits: vec![None; offsets.len()],
+            offsets,
+            timing: Timing::default(),
+        }
+    }
+
+    /// All segments side by side, from where the scout comes by.
+    fn run(&mut self, progress: &dyn Progress) {
+        let clock = Instant::now();
+        let starts = self.scout();
+        self.timing.seconds += clock.elapsed().as_secs_f64();
+        let fronts = starts.into_iter().zip(&self.segments).enumerate();
+        let fronts = fronts.map(|(segment, (carried, values))| Front {
+            segment,
+            value: values.start,
+            carried,
+        });
+        let mut fronts: Vec<Front> = fronts.collect();
+        while !fronts.is_empty() {
+            let visits = self.visit(&fronts);
+            progress.advance(fronts.len() as u64);
+            let advanced = fronts.into_iter().zip(visits);
+            fronts = advanced
+                .filter_map(|(front, visit)| self.onwards(&front, visit))
+                .collect();
+        }
+    }
+
+    /// Carries the last state of every segment into the next until nothing changes.
+    fn mend(&mut self) {
+        let mut changed: Vec<usize> = (1..self.segments.len()).collect();
+        while !changed.is_empty() {
+            let fronts = changed.iter().map(|&segment| self.seam(segment));
+            let mut fronts: Vec<Front> = fronts.collect();
+            changed = Vec::new();
+            while !fronts.is_empty() {
+                let visits = self.visit(&fronts);
+                let mut further = Vec::new();
+                for (front, visit) in fronts.into_iter().zip(visits) {
+                    if self.is_known(front.value, &visit) {
+                        continue;
+                    }
+                    match self.onwards(&front, visit) {
+                        Some(front) => further.push(front),
+                        None => changed.push(front.segment + 1),
+                    }
+                }
+                fronts = further;
+            }
+            changed.retain(|&segment| segment < self.segments.len());
+        }
+    }
+
+    /// A segment entered from the end of the one before.
+    fn seam(&self, segment: usize) -> Front {
+        let value = self.segments[segment].start;
+        let before = self.visits[value - 1].as_ref();
+        Front {
+            segment,
+            value,
+            carried: before.and_then(|visit| visit.carried.clone()),
+        }
+    }
+
+    fn is_known(&self, value: usize, visit: &Visit) -> bool {
+        let known = self.visits[value].as_ref();
+        known.is_some_and(|known| known.attractor.agrees(&visit.attractor))
+    }
+
+    /// Keeps a visit; the front's next value, `None` at the segment's end.
+    fn onwards(&mut self, front: &Front, visit: Visit) -> Option<Front> {
+        let value = front.value + 1;
+        let next = (value < self.segments[front.segment].end).then(|| Front {
+            segment: front.segment,
+            value,
+            carried: visit.carried.clone(),
+        });
+        self.visits[front.value] = Some(visit);
+        next
+    }
+
+    /// The next values of some segments, as many at a time as the map has lanes, on all cores.
+    fn visit(&mut self, fronts: &[Front]) -> Vec<Visit> {
+        let value = |front: &Front| (front.carried.clone(), self.offsets[front.value]);
+        let values: Vec<_> = fronts.iter().map(value).collect();
+        let blocks = values.par_chunks(self.map.lanes());
+        let visits = blocks.flat_map_iter(|block| visit(self.map, self.request, block));
+        let visits: Vec<Visit> = visits.collect();
+        self.timing.iterates += visits.iter().map(|visit| visit.iterates).sum::<u64>();
+        let time: Duration = visits.iter().map(|visit| visit.time).sum();
+        self.timing.seconds += time.as_secs_f64();
+        visits
+    }
+
+    /// The states that are carried into the segments, roughly.
+    fn scout(&self) -> Vec<Option<Vec<f64>>> {
+        let request = OrbitRequest {
+            transient: SCOUTED,
+            keep: 0,
+            ..self.request.orbit.clone()
+        };
+        let mut carried: Option<Vec<f64>> = None;
+        let mut starts = Vec::with_capacity(self.segments.len());
+        for segment in &self.segments {
+            starts.push(carried.clone());
+            if segment.end == self.offsets.len() {
+                break;
+            }
+            for stop in 0..STOPS {
+                let value = segment.start + stop * segment.len() / STOPS;
+                let parameters = self.request.parameters(self.map, self.offsets[value]);
+                let state = carried.unwrap_or_else(|| self.map.start(&parameters));
+                let fixed = self.map.at(&parameters);
+                let orbit = MapOrbit::of(&*fixed, &state, &[], &request);
+                carried = (orbit.end == OrbitEnd::Completed).then_some(orbit.last);
+            }
+        }
+        starts
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::analysis::NoProgress;
+    use crate::analysis::diagram::{Settled, Start};
+    use crate::expansion::MapWindow;
+    use crate::iteration::{DiscreteMap, Itinerary, StepInfo};
+    use crate::model::Method;
+
+    /// `x ↦ x + (p + x − x³)/10`: two stable fixed points between the folds at `p = ±2/√27`.
+    struct Hysteresis;
+
+    impl DiscreteMap for Hysteresis {
+        fn dimension(&self) -> usize {
+            1
+        }
+        fn parameters(&self) -> usize {
+            1
+        }
+        fn step(&self, state: &[f64], parameters: &[f64], image: &mut [f64]) -> StepInfo {
+            let x = state[0];
+            image[0] = x + 0.1 * (parameters[0] + x - x * x * x);
+            StepInfo::default().checked(image)
+        }
+        fn step_jacobian(
+            &self,
+            state: &[f64],
+            parameters: &[f64],
+            image: &mut [f64],
+            jacobian: &mut [f64],
+        ) -> StepInfo {
+            jacobian[0] = 1.1 - 0.3 * state[0] * state[0];
+            self.step(state, parameters, image)
+        }
+    }
+
+    /// Sweeps it, with a scout that is told the truth or always carried to the wrong side.
+    struct Swept {
+        misled: bool,
+        itinerary: Itinerary,
+    }
+
+    /// The map at a parameter, or one that throws every state to the upper side.
+    struct At {
+        parameter: f64,
+        misled: bool,
+    }
+
+    impl DiscreteMap for At {
+        fn dimension(&self) -> usize {
+            1
+        }
+        fn parameters(&self) -> usize {
+            0
+        }
+        fn step(&self, state: &[f64], _: &[f64], image: &mut [f64]) -> StepInfo {
+            let info = Hysteresis.step(state, &[self.parameter], image);
+            if self.misled {
+                image[0] = 2.0;
+            }
+            info
+        }
+        fn step_jacobian(
+            &self,
+            state: &[f64],
+            _: &[f64],
+            image: &mut [f64],
+            jacobian: &mut [f64],
+        ) -> StepInfo {
+            Hysteresis.step_jacobian(state, &[self.parameter], image, jacobian)
+        }
+    }
+
+    impl SweptMap for Swept {
+        fn method(&self) -> Method {
+            Method::Map
+        }
+        fn dimension(&self) -> usize {
+            1
+        }
+        fn parameters(&self) -> usize {
+            1
+        }
+        fn segments(&self) -> usize {
+            16
+        }
+        fn at(&self, parameters: &[f64]) -> Box<dyn DiscreteMap + '_> {
+            Box::new(At {
+                parameter: parameters[0],
+                misled: self.misled,
+            })
+        }
+        fn settle(&self, starts: &[Start], request: &OrbitRequest) -> Vec<Settled> {
+            let settle = |start: &Start| Settled {
+                orbit: MapOrbit::of(&Hysteresis, &start.state, &start.parameters, request),
+                lyapunov: None,
+            };
+            starts.iter().map(settle).collect()
+        }
+        fn start(&self, _: &[f64]) -> Vec<f64> {
+            vec![0.0]
+        }
+        fn observe(&self, state: &[f64], _: &[f64]) -> f64 {
+            state[0]
+        }
+        fn itinerary(&self) -> &Itinerary {
+            &self.itinerary
+        }
+        fn hits(&self, _: &[f64], _: &[f64]) -> Vec<u32> {
+            vec![0]
+        }
+        fn has_jacobian(&self) -> bool {
+            false
+        }
+    }
+
+    /// Offsets at which a sweep jumps from one side to the other.
+    fn jumps(misled: bool, heading: SweepHeading) -> Vec<f64> {
+        let map = Swept {
+            misled,
+            itinerary: Itinerary {
+                surfaces: vec!["wall".to_owned()],
+                passages: vec![0],
+                periods: 1,
+            },
+        };
+        let request = SweepRequest {
+            parameter: 0,
+            range: [-0.6, 0.6],
+            points: 241,
+            orbit: OrbitRequest::new(400, 4, &[1.0]),
+            window: MapWindow {
+                depth: 1.0,
+                state: vec![9.0],
+                parameter: vec![9.0],
+            },
+        };
+        let sweep = sweep(&map, &request, heading, &NoProgress);
+        let points = &sweep.points;
+        let pairs = points.windows(2);
+        let jump =
+            |pair: &&[super::super::DiagramPoint]| pair[0].values[3] * pair[1].values[3] < 0.0;
+        pairs.filter(jump).map(|pair| pair[1].offset).collect()
+    }
+
+    #[test]
+    fn a_sweep_stays_on_its_branch_up_to_the_fold_whatever_its_segments_started_with() {
+        let fold = 2.0 / 27f64.sqrt();
+        for misled in [false, true] {
+            let up = jumps(misled, SweepHeading::Up);
+            assert_eq!(up.len(), 1, "{up:?}");
+            assert!((0.0..0.02).contains(&(up[0] - fold)), "{up:?}");
+            let down = jumps(misled, SweepHeading::Down);
+            assert_eq!(down.len(), 1, "{down:?}");
+            assert!((-0.02..0.0).contains(&(down[0] + fold)), "{down:?}");
+        }
+    }
+}

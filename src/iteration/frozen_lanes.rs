@@ -1,0 +1,234 @@
+//! The map at fixed parameters, other ones in every lane.
+
+use super::{MapOrbit, OrbitEnd, OrbitRequest, StepInfo};
+use crate::jet::kernel::LaneInterpreter;
+use crate::numeric::{self, Lanes, widest};
+
+/// A local map with other parameters folded in in every lane, made by
+/// [`HornerMap::freeze_lanes`](super::HornerMap::freeze_lanes).
+///
+/// Orbits of independent states run in step, with the widest registers of the machine, and each is that of
+/// the [`FrozenMap`](super::FrozenMap) at its parameters to the last bit.
+#[derive(Clone, Debug)]
+pub struct FrozenLanes<const N: usize> {
+    dimension: usize,
+    lanes: usize,
+    step: LaneInterpreter<N>,
+    jacobian: LaneInterpreter<N>,
+}
+
+impl<const N: usize> FrozenLanes<N> {
+    pub(super) fn new(
+        dimension: usize,
+        lanes: usize,
+        step: LaneInterpreter<N>,
+        jacobian: LaneInterpreter<N>,
+    ) -> Self {
+        assert!((1..=N).contains(&lanes), "{lanes} lanes of {N}");
+        Self {
+            dimension,
+            lanes,
+            step,
+            jacobian,
+        }
+    }
+
+    /// Iterates a state in every lane, as [`MapOrbit::of`] does one.
+    ///
+    /// # Panics
+    ///
+    /// If there is not one state for every lane, or states and scales have not the map's lengths.
+    pub fn orbits(&mut self, initial: &[&[f64]], request: &OrbitRequest) -> Vec<MapOrbit> {
+        let state = self.gather(initial);
+        let scales = request.scales.len();
+        assert_eq!(scales, self.dimension, "lengths of state and scales");
+        let orbits = initial.iter();
+        let mut orbits: Vec<MapOrbit> = orbits
+            .map(|state| MapOrbit::begin(state, request.keep))
+            .collect();
+        let limits = request.scales.iter();
+        widest(Iterating {
+            map: &mut self.step,
+            request,
+            limits: limits
+                .map(|scale| Lanes::splat(request.escape_factor * scale))
+                .collect(),
+            image: vec![0.0; self.dimension],
+            state,
+            orbits: &mut orbits,
+        });
+        orbits.iter_mut().for_each(|orbit| orbit.settle(request));
+        orbits
+    }
+
+    /// Largest Lyapunov exponent of every lane, as
+    /// [`largest_lyapunov_exponent`](super::largest_lyapunov_exponent) gives that of one map.
+    ///
+    /// # Panics
+    ///
+    /// If there is not one state of the map's length for every lane.
+    pub fn largest_lyapunov_exponents(
+        &mut self,
+        initial: &[&[f64]],
+        transient: usize,
+        iterates: usize,
+    ) -> Vec<Option<f64>> {
+        let state = self.gather(initial);
+        let exponents = widest(Stretching {
+            map: &mut self.jacobian,
+            state,
+            transient,
+            iterates,
+        });
+        exponents[..self.lanes].to_vec()
+    }
+
+    /// Lanes beyond those in use repeat the first.
+    fn gather(&self, states: &[&[f64]]) -> Vec<Lanes<N>> {
+        assert_eq!(states.len(), self.lanes, "one state for every lane");
+        let own = |lane: usize| states.get(lane).unwrap_or(&states[0]);
+        (0..self.dimension)
+            .map(|coordinate| Lanes::from_fn(|lane| own(lane)[coordinate]))
+            .collect()
+    }
+}
+
+/// Orbits in step.
+struct Iterating<'a, const N: usize> {
+    map: &'a mut LaneInterpreter<N>,
+    request: &'a OrbitRequest,
+    /// Sizes at which a coordinate has escaped; infinite once it has.
+    limits: Vec<Lanes<N>>,
+    state: Vec<Lanes<N>>,
+    /// Room for the image of a lane.
+    image: Vec<f64>,
+    orbits: &'a mut [MapOrbit],
+}
+
+impl<const N: usize> numeric::Kernel for Iterating<'_, N> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(mut self) {
+        let all = self.request.transient + self.request.keep;
+        for iterate in 1..=all {
+            self.map.run(&self.state);
+            let stays = self.stays();
+            if iterate > self.request.transient || !stays || iterate == all {
+                self.arrive(iterate);
+            }
+            for (coordinate, state) in self.state.iter_mut().enumerate() {
+                *state = self.map.output(coordinate);
+            }
+            if !stays {
+                self.retire();
+            }
+        }
+    }
+}
+
+impl<const N: usize> Iterating<'_, N> {
+    /// Whether the images of all lanes are finite and within their limits.
+    #[inline(always)]
+    fn stays(&self) -> bool {
+        let mut stays = true;
+        for (coordinate, limit) in self.limits.iter().enumerate() {
+            let image = self.map.output(coordinate);
+            for lane in 0..N {
+                stays &= image[lane].abs() <= limit[lane];
+            }
+        }
+        stays
+    }
+
+    /// Tells the orbits that go on where they came from and where they are.
+    fn arrive(&mut self, iterate: usize) {
+        let dimension = self.state.len();
+        let image = &mut self.image;
+        for (lane, orbit) in self.orbits.iter_mut().enumerate() {
+            if orbit.end != OrbitEnd::Completed {
+                continue;
+            }
+            let mut info = StepInfo::default();
+            for (passage, number) in (dimension..self.map.outputs()).enumerate() {
+                info.add_passage(passage, self.map.output(number)[lane]);
+            }
+            for (coordinate, value) in image.iter_mut().enumerate() {
+                *value = self.map.output(coordinate)[lane];
+                orbit.last[coordinate] = self.state[coordinate][lane];
+            }
+            orbit.arrive(image, info.checked(image), self.request, iterate);
+        }
+    }
+
+    /// Lets the lanes whose orbits have ended, and those in no use, rest at the origin.
+    fn retire(&mut self) {
+        for lane in 0..N {
+            let ended = |orbit: &MapOrbit| orbit.end != OrbitEnd::Completed;
+            if self.orbits.get(lane).is_none_or(ended) {
+                self.state.iter_mut().for_each(|state| state[lane] = 0.0);
+                let limits = self.limits.iter_mut();
+                limits.for_each(|limit| limit[lane] = f64::INFINITY);
+            }
+        }
+    }
+}
+
+/// Tangent vectors carried along orbits in step.
+struct Stretching<'a, const N: usize> {
+    map: &'a mut LaneInterpreter<N>,
+    state: Vec<Lanes<N>>,
+    transient: usize,
+    iterates: usize,
+}
+
+impl<const N: usize> numeric::Kernel for Stretching<'_, N> {
+    type Output = [Option<f64>; N];
+
+    #[inline(always)]
+    fn run(mut self) -> Self::Output {
+        let dimension = self.state.len();
+        let first = self.map.outputs() - dimension * dimension;
+        let mut tangent = vec![Lanes::splat(1.0 / (dimension as f64).sqrt()); dimension];
+        let mut image = tangent.clone();
+        let mut sum = Lanes::splat(0.0);
+        // Lanes whose tangent vector was annihilated.
+        let mut annihilated = [false; N];
+        let mut finite = [true; N];
+        for iterate in 0..self.transient + self.iterates {
+            self.map.run(&self.state);
+            for (coordinate, state) in self.state.iter_mut().enumerate() {
+                *state = self.map.output(coordinate);
+                for lane in 0..N {
+                    // What follows an annihilation does not count.
+                    finite[lane] &= state[lane].is_finite() | annihilated[lane];
+                }
+            }
+            let mut square = Lanes::splat(0.0);
+            for (row, value) in image.iter_mut().enumerate() {
+                *value = Lanes::splat(0.0);
+                for (column, part) in tangent.iter().enumerate() {
+                    *value += self.map.output(first + row * dimension + column) * *part;
+                }
+                square += *value * *value;
+            }
+            let growth = square.map(f64::sqrt);
+            for lane in 0..N {
+                annihilated[lane] |= finite[lane] & (growth[lane] == 0.0);
+            }
+            for (part, value) in tangent.iter_mut().zip(&image) {
+                *part = *value / growth;
+            }
+            if iterate >= self.transient {
+                sum += growth.map(f64::ln);
+            }
+        }
+        std::array::from_fn(|lane| {
+            if annihilated[lane] {
+                return Some(f64::NEG_INFINITY);
+            }
+            let mean = sum[lane] / self.iterates as f64;
+            (finite[lane] && mean.is_finite()).then_some(mean)
+        })
+    }
+}
