@@ -4,7 +4,11 @@
 //! `cargo bench --bench emitted` emits the scenes at several orders, compiles each map with a small timing
 //! program by `rustc`, and prints nanoseconds per step: one point at a time (independent points), chained
 //! (each image the next state), and in lanes; with parameters as variables and frozen. Beside each stands
-//! its floor: the step's multiply-adds over the rate of a loop of nothing else, measured in the same run.
+//! its floor: the step's multiply-adds over the rate of a loop of nothing else, measured in the same run. The first rows are
+//! two bare polynomials of order 5 in three variables, on which other programs were measured.
+
+#[path = "../tests/support/synthetic.rs"]
+mod synthetic;
 
 use std::path::Path;
 use std::process::Command;
@@ -71,8 +75,8 @@ fn main() {
     let parameters = black_box([-1e-4, 1e-5]);
     let lane_parameters = black_box([[-1e-4; LANES], [1e-5; LANES]]);
     let frozen = freeze(parameters);
-    let sum = |step: Step| step.image[0] + step.image[1];
-    let lane_sum = |step: LaneStep| step.image[0][0] + step.image[1][LANES - 1];
+    let sum = |step: Step| black_box(step).image[0];
+    let lane_sum = |step: LaneStep| black_box(step).image[0][0];
     println!("{}", median(|| points.iter().map(|&p| sum(step(p, parameters))).sum(), POINTS));
     println!("{}", median(|| points.iter().map(|&p| sum(frozen.step(p))).sum(), POINTS));
     println!("{}", median(|| (0..POINTS).fold(points[1], |p, _| frozen.step(p).image)[0], POINTS));
@@ -134,34 +138,40 @@ fn main() {
     println!(
         "scene         orders    target    step  frozen  chained  lanes  frozen lanes | floor  frozen | madds  frozen"
     );
+    let options = EmitOptions::default();
+    let bare = emitted_module(&synthetic::two_polynomials(5), None, &options);
+    measure_both("polynomials", (5, 0), &bare.expect("an emission"));
     for (name, smooth_order, contact_weight) in MAPS {
-        let module = module(
-            name,
-            MapOrders {
-                smooth_order,
-                contact_weight,
-            },
+        let orders = MapOrders {
+            smooth_order,
+            contact_weight,
+        };
+        let shown = (smooth_order, contact_weight);
+        measure_both(name, shown, &module(name, orders));
+    }
+}
+
+/// Times a module compiled for any machine and for this one, a line each.
+fn measure_both(name: &str, (smooth_order, contact_weight): (u32, u32), module: &EmittedModule) {
+    let folder = tempfile::tempdir().expect("a folder");
+    std::fs::write(folder.path().join("map.rs"), &module.text).expect("a file");
+    std::fs::write(folder.path().join("main.rs"), PROGRAM).expect("a file");
+    for native in [false, true] {
+        let t = measure(folder.path(), native);
+        let (all, few) = (
+            module.step_operations.multiply_adds,
+            module.frozen_operations.multiply_adds,
         );
-        let folder = tempfile::tempdir().expect("a folder");
-        std::fs::write(folder.path().join("map.rs"), &module.text).expect("a file");
-        std::fs::write(folder.path().join("main.rs"), PROGRAM).expect("a file");
-        for native in [false, true] {
-            let t = measure(folder.path(), native);
-            let (all, few) = (
-                module.step_operations.multiply_adds,
-                module.frozen_operations.multiply_adds,
-            );
-            println!(
-                "{name:12} ({smooth_order}, {contact_weight:2})   {}  {:6.1}  {:6.1}  {:7.1}  {:5.2}  {:12.2} | {:5.2}  {:6.2} | {all:5}  {few:6}",
-                if native { "native  " } else { "baseline" },
-                t[0],
-                t[1],
-                t[2],
-                t[3],
-                t[4],
-                all as f64 * t[5],
-                few as f64 * t[5],
-            );
-        }
+        println!(
+            "{name:12} ({smooth_order}, {contact_weight:2})   {}  {:6.1}  {:6.1}  {:7.1}  {:5.2}  {:12.2} | {:5.2}  {:6.2} | {all:5}  {few:6}",
+            if native { "native  " } else { "baseline" },
+            t[0],
+            t[1],
+            t[2],
+            t[3],
+            t[4],
+            all as f64 * t[5],
+            few as f64 * t[5],
+        );
     }
 }

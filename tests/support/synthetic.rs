@@ -1,4 +1,5 @@
 //! Maps with random coefficients, for tests and benches.
+#![allow(dead_code, reason = "each test or bench uses a part of it")]
 
 #[path = "numbers.rs"]
 mod numbers;
@@ -65,6 +66,29 @@ pub(crate) fn map(smooth_order: u32, contact_weight: u32, kind: SectionKind) -> 
         },
         kind,
     )
+}
+
+/// Two full polynomials of this order in three variables, one of them a parameter, without a contact: the step of a map on which other
+/// programs were measured.
+pub(crate) fn two_polynomials(order: u32) -> LocalMap {
+    let mut numbers = Numbers::new(3);
+    let mut polynomial = || {
+        let full = numbers.jet(&[1; 4], order as usize, 0.0).scale(0.5);
+        let within = |powers: &[u8]| powers[3] == 0;
+        let terms: Vec<f64> = full
+            .terms()
+            .map(|(powers, value)| if within(powers) { value } else { 0.0 })
+            .collect();
+        Jet::from_coefficients(full.space(), terms)
+    };
+    let stages = vec![Stage::Leg(Leg {
+        image: vec![polynomial(), polynomial()],
+    })];
+    let orders = MapOrders {
+        smooth_order: order,
+        contact_weight: 1,
+    };
+    of_stages(stages, orders, SectionKind::Tangency)
 }
 
 pub(crate) fn of_stages(stages: Vec<Stage>, orders: MapOrders, kind: SectionKind) -> LocalMap {
