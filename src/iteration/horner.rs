@@ -1,5 +1,7 @@
 //! The map lowered to nested Horner schemes and run in process.
 
+use std::sync::OnceLock;
+
 use super::{DiscreteMap, FrozenMap, StepInfo};
 use crate::expansion::{ComposedMap, LocalMap, MapKernel};
 use crate::jet::kernel::{Interpreter, Kernel, OperationCount};
@@ -9,13 +11,11 @@ use crate::jet::kernel::{Interpreter, Kernel, OperationCount};
 /// [`freeze`](Self::freeze) it where many steps are made at the same parameters.
 #[derive(Clone, Debug)]
 pub struct HornerMap {
-    dimension: usize,
-    parameters: usize,
-    count: OperationCount,
+    lowered: MapKernel,
     step: Interpreter,
-    jacobian: Interpreter,
     frozen_step: Freezer,
-    frozen_jacobian: Freezer,
+    /// With the Jacobian, made when first asked for: whole, and split for freezing.
+    jacobian: OnceLock<(Interpreter, Freezer)>,
 }
 
 impl HornerMap {
@@ -30,21 +30,25 @@ impl HornerMap {
     }
 
     fn of_kernel(lowered: MapKernel) -> Self {
-        let (step, jacobian) = (&lowered.kernel, lowered.with_jacobian());
         Self {
-            dimension: lowered.dimension,
-            parameters: lowered.parameters,
-            count: step.count(),
-            step: Interpreter::new(step),
-            jacobian: Interpreter::new(&jacobian),
-            frozen_step: Freezer::new(step, lowered.dimension),
-            frozen_jacobian: Freezer::new(&jacobian, lowered.dimension),
+            step: Interpreter::new(&lowered.kernel),
+            frozen_step: Freezer::new(&lowered.kernel, lowered.dimension),
+            jacobian: OnceLock::new(),
+            lowered,
         }
+    }
+
+    fn jacobian(&self) -> &(Interpreter, Freezer) {
+        self.jacobian.get_or_init(|| {
+            let kernel = self.lowered.with_jacobian();
+            let freezer = Freezer::new(&kernel, self.lowered.dimension);
+            (Interpreter::new(&kernel), freezer)
+        })
     }
 
     /// Operations of one step.
     pub fn count(&self) -> OperationCount {
-        self.count
+        self.lowered.kernel.count()
     }
 
     /// Operations of one step of the frozen map.
@@ -59,20 +63,20 @@ impl HornerMap {
     /// If their number is not the map's.
     pub fn freeze(&self, parameters: &[f64]) -> FrozenMap {
         FrozenMap::new(
-            self.dimension,
+            self.lowered.dimension,
             self.frozen_step.freeze(parameters),
-            self.frozen_jacobian.freeze(parameters),
+            self.jacobian().1.freeze(parameters),
         )
     }
 }
 
 impl DiscreteMap for HornerMap {
     fn dimension(&self) -> usize {
-        self.dimension
+        self.lowered.dimension
     }
 
     fn parameters(&self) -> usize {
-        self.parameters
+        self.lowered.parameters
     }
 
     fn step(&self, state: &[f64], parameters: &[f64], image: &mut [f64]) -> StepInfo {
@@ -86,7 +90,7 @@ impl DiscreteMap for HornerMap {
         image: &mut [f64],
         jacobian: &mut [f64],
     ) -> StepInfo {
-        run(&self.jacobian, &[state, parameters], image, jacobian)
+        run(&self.jacobian().0, &[state, parameters], image, jacobian)
     }
 }
 
