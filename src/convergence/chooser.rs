@@ -35,17 +35,18 @@ const STEP: MapOrders = MapOrders {
 /// Maps tried after the first that meets the tolerance: of a dearer one more monomials may be dropped.
 const FURTHER: usize = 3;
 
-/// Maps whose composed form is tried, from the cheapest.
-const COMPOSED: usize = 32;
+/// Maps within the slack whose composed form is tried, from the cheapest.
+const FEW: usize = 8;
 
-/// One is tried where the forecast of its stages is within this many times the tolerance: folding leaves out less than they do.
+/// Further ones are tried where the forecast of their stages is within this many times the tolerance: folding can leave out less
+/// than they do.
 const COMPOSED_SLACK: f64 = 100.0;
+
+/// So many of them, and of economised maps, from the least forecast.
+const LIKELIEST: usize = 24;
 
 /// Most terms of a map whose composed form is tried: beyond, composing takes seconds and wins nothing.
 const COMPOSED_TERMS: usize = 5000;
-
-/// Economised maps tried, from the cheapest.
-const ECONOMISED: usize = 12;
 
 /// An error that falls by less from one expansion to the next has come to its end.
 const FALLS: f64 = 0.5;
@@ -276,7 +277,6 @@ fn try_level(
         candidates.filter(move |candidate| candidate.forecast <= bound)
     };
     let mut taylor: Vec<&Candidate> = likely(SLACK).collect();
-    let fitted: Vec<&Candidate> = likely(GAIN).collect();
     if taylor.is_empty() {
         let top =
             |candidate: &&Candidate| candidate.orders == highest && candidate.weights.is_empty();
@@ -294,13 +294,9 @@ fn try_level(
             )
         })?;
     }
+    let small = |candidate: &&Candidate| candidate.cost.1 <= COMPOSED_TERMS;
     if shape != Shape::Factored {
-        let small = |candidate: &&Candidate| candidate.cost.1 <= COMPOSED_TERMS;
-        let small: Vec<_> = likely(COMPOSED_SLACK)
-            .filter(small)
-            .take(COMPOSED)
-            .collect();
-        let found = try_all(&small, |candidate| {
+        let mut judge = |candidate: &Candidate| {
             bench.judge(
                 level,
                 candidate,
@@ -308,21 +304,35 @@ fn try_level(
                 Polynomials::Taylor,
                 trial,
             )
-        })?;
+        };
+        let few: Vec<_> = likely(SLACK).filter(small).take(FEW).collect();
+        let found = try_all(&few, &mut judge)?;
+        for candidate in likeliest(likely(COMPOSED_SLACK).filter(small), found) {
+            judge(candidate)?;
+        }
         most = most.min(found);
     }
-    let cheaper = fitted.iter().filter(|candidate| candidate.cost <= most);
-    let cheaper: Vec<_> = cheaper.take(ECONOMISED).copied().collect();
+    let fitted = likeliest(likely(GAIN), most);
     let shapes = [Shape::Factored, Shape::Composed].into_iter();
     for of in shapes.filter(|&of| shape == Shape::Auto || shape == of) {
-        let small =
-            |candidate: &&&Candidate| of == Shape::Factored || candidate.cost.1 <= COMPOSED_TERMS;
-        let few: Vec<_> = cheaper.iter().filter(small).copied().collect();
-        try_all(&few, |candidate| {
-            bench.judge(level, candidate, of, Polynomials::Economised, trial)
-        })?;
+        let few = fitted.iter().copied();
+        for candidate in few.filter(|candidate| of == Shape::Factored || small(candidate)) {
+            bench.judge(level, candidate, of, Polynomials::Economised, trial)?;
+        }
     }
     Ok(())
+}
+
+/// Of candidates no dearer than one that serves, those of the least forecast.
+fn likeliest<'c>(
+    candidates: impl Iterator<Item = &'c Candidate>,
+    most: (usize, usize),
+) -> Vec<&'c Candidate> {
+    let cheaper = candidates.filter(|candidate| candidate.cost <= most);
+    let mut cheaper: Vec<_> = cheaper.collect();
+    cheaper.sort_by(|a, b| a.forecast.total_cmp(&b.forecast));
+    cheaper.truncate(LIKELIEST);
+    cheaper
 }
 
 /// Tries candidates until a few after the first that meets the tolerance; the cost of that one.
