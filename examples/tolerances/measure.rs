@@ -1,8 +1,6 @@
 //! What is chosen for a scene, and how good it is on points that it was not chosen by.
 
-use grazemap::convergence::{
-    Choice, Chooser, ConvergenceError, ExactImages, WindowSample, chosen_map, step_ns,
-};
+use grazemap::convergence::{Choice, Chooser, ConvergenceError, ExactImages, chosen_map, step_ns};
 use grazemap::iteration::HornerMap;
 use grazemap::model::{Scene, catalogue};
 use grazemap::orbit::{GrazingOrbit, locate};
@@ -106,7 +104,7 @@ fn chosen(
         let exact = match &exact {
             Some(exact) => exact,
             None => {
-                let points = WindowSample::new(&local).points(FIRST, POINTS);
+                let points = chooser.points(FIRST, POINTS);
                 exact.insert(ExactImages::new(scene, orbit, points)?)
             }
         };

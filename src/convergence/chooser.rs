@@ -9,6 +9,7 @@ use super::family::MapFamily;
 use super::judge::{Bench, Trial};
 use super::level::{Level, highest_orders};
 use super::rule::{OrderRule, PROBE};
+use super::sample::SamplePoint;
 use crate::expansion::MapOrders;
 use crate::model::{Scene, Shape};
 use crate::orbit::GrazingOrbit;
@@ -106,6 +107,12 @@ impl<'a> Chooser<'a> {
         self.levels[0].rule.clone()
     }
 
+    /// Points of the window, from a number of the sequence on: nothing is chosen by those beyond the first 128 and as many
+    /// fresh ones as were asked for.
+    pub fn points(&self, first: usize, count: usize) -> Vec<SamplePoint> {
+        self.bench.sample().points(first, count)
+    }
+
     /// The cheapest map for a tolerance: see [`choose_orders`](super::choose_orders).
     ///
     /// # Errors
@@ -140,13 +147,17 @@ impl<'a> Chooser<'a> {
     fn choose_series(&mut self, trial: &mut Trial) -> Result<Option<Limit>, ConvergenceError> {
         let reachable = trial.tolerance.max(self.bench.rounding());
         let mut highest = self.beyond(self.rule().orders(reachable));
+        let slack = match self.scene.emit.shape {
+            Shape::Factored => SLACK,
+            _ => COMPOSED_SLACK,
+        };
         let mut last = f64::INFINITY;
         loop {
             let at = self.level(highest)?;
             let level = &self.levels[at];
             let remainder = level.remainder();
             let next = self.next(level, reachable);
-            if remainder <= SLACK * trial.tolerance || next == highest {
+            if remainder <= slack * trial.tolerance || next == highest {
                 try_level(&mut self.bench, level, trial)?;
                 if trial.found().is_some() {
                     return Ok(None);

@@ -137,6 +137,11 @@ impl<'a> Bench<'a> {
         self.scene
     }
 
+    /// The window.
+    pub(super) fn sample(&self) -> &WindowSample {
+        &self.sample
+    }
+
     /// The points that have an image.
     pub(super) fn points(&self) -> Vec<SamplePoint> {
         self.truth.points.clone()

@@ -3,11 +3,13 @@
 use super::ConvergenceError;
 use super::data::SampleSummary;
 use super::errors::{error, summarize};
+use super::family::MapFamily;
+use super::rule::PROBE;
 use super::sample::{SamplePoint, WindowSample};
 use super::timing;
 use super::truth::{Truth, truth};
 use crate::analysis::DirectImage;
-use crate::expansion::LocalMap;
+use crate::expansion::{LocalMap, MapOrders};
 use crate::hybrid::HybridSystem;
 use crate::iteration::HornerMap;
 use crate::model::Scene;
@@ -57,13 +59,34 @@ pub fn measured_error(
     map: &HornerMap,
     points: usize,
 ) -> Result<MeasuredError, ConvergenceError> {
-    let sample = WindowSample::new(local);
+    let sample = window_sample(scene, orbit, local)?;
     let points = [sample.corners(), sample.points(FIRST, points)].concat();
     let exact = ExactImages::new(scene, orbit, points)?;
     Ok(MeasuredError {
         error: summarize(map, &exact.truth).max,
         sample: exact.summary(),
     })
+}
+
+/// The window of a map, its depths by one of orders high enough to know them.
+pub(super) fn window_sample(
+    scene: &Scene,
+    orbit: &GrazingOrbit,
+    local: &LocalMap,
+) -> Result<WindowSample, ConvergenceError> {
+    let orders = local.orders;
+    let known = orders.smooth_order >= PROBE.smooth_order
+        && orders.contact_weight >= PROBE.contact_weight
+        && local.fitted_to.is_none();
+    if known {
+        return Ok(WindowSample::new(local));
+    }
+    let orders = MapOrders {
+        smooth_order: orders.smooth_order.max(PROBE.smooth_order),
+        contact_weight: orders.contact_weight.max(PROBE.contact_weight),
+    };
+    let map = MapFamily::new(scene, orbit, orders)?.map(orders)?;
+    Ok(WindowSample::new(&map))
 }
 
 /// Points of a window with their images by direct simulation in double-double, to compare any number of maps with.
