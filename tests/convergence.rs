@@ -23,10 +23,10 @@ fn orbit(scene: &Scene) -> GrazingOrbit {
 fn study(name: &str, smooth_order: u32, contact_weight: u32) -> ConvergenceStudy {
     let scene = scene(name);
     let options = ConvergenceOptions {
-        highest: MapOrders {
+        highest: Some(MapOrders {
             smooth_order,
             contact_weight,
-        },
+        }),
         shapes: vec![Shape::Factored],
         points: 32,
         discontinuity_rates: contact_weight,

@@ -3,9 +3,9 @@
 use rayon::prelude::*;
 
 use super::error::check_length;
-use super::evaluation::{DepthEvaluation, MapEvaluation};
+use super::evaluation::MapEvaluation;
 use super::{AnalysisError, DirectEnd, DirectImage};
-use crate::expansion::{LocalMap, MapWindow};
+use crate::expansion::LocalMap;
 use crate::hybrid::HybridSystem;
 use crate::model::Scene;
 use crate::numeric::{Dd, Real};
@@ -112,13 +112,17 @@ fn images_in<S: Real>(
     map: &LocalMap,
     request: &ImageRequest,
 ) -> Result<Vec<ImageRecord>, AnalysisError> {
-    let window = InWindow::<S>::new(map);
+    let depths = MapEvaluation::<S>::depths(map);
+    let inside = |state: &[S], parameters: &[S]| {
+        let depths = depths.at(state, parameters);
+        map.window.holds(state, parameters, &depths)
+    };
     let rows: Vec<_> = match request.using {
         Using::Direct => {
             let system = HybridSystem::new(&scene.model);
             let direct = DirectImage::<S>::new(&system, scene, orbit)?;
             let fly = |direct: &mut DirectImage<S>, row| {
-                iterate(row, request, &window, |state, parameters| {
+                iterate(row, request, &inside, |state, parameters| {
                     let image = direct.image(state, parameters)?;
                     Ok(Image {
                         offsets: image.offsets,
@@ -148,7 +152,7 @@ fn images_in<S: Real>(
                 })
             };
             let rows = (0..request.rows.len()).into_par_iter();
-            rows.map(|row| iterate(row, request, &window, step))
+            rows.map(|row| iterate(row, request, &inside, step))
                 .collect::<Result<_, _>>()?
         }
     };
@@ -167,7 +171,7 @@ struct Image<S> {
 fn iterate<S: Real>(
     row: usize,
     request: &ImageRequest,
-    window: &InWindow<S>,
+    inside: impl Fn(&[S], &[S]) -> bool,
     mut step: impl FnMut(&[S], &[S]) -> Result<Image<S>, AnalysisError>,
 ) -> Result<Vec<ImageRecord>, AnalysisError> {
     let convert = |values: &[Dd]| values.iter().map(|&value| S::from_dd(value)).collect();
@@ -176,7 +180,7 @@ fn iterate<S: Real>(
         (convert(&start.state), convert(&start.parameters));
     let mut records = Vec::with_capacity(request.iterations);
     for iteration in 1..=request.iterations {
-        let inside = window.holds(&state, &parameters);
+        let inside = inside(&state, &parameters);
         let image = step(&state, &parameters)?;
         let finite = image.offsets.iter().all(|value| value.is_finite());
         records.push(ImageRecord {
@@ -194,30 +198,4 @@ fn iterate<S: Real>(
         state = image.offsets;
     }
     Ok(records)
-}
-
-/// The window of a map and its depths, to say whether a point lies within.
-struct InWindow<'a, S: Real> {
-    window: &'a MapWindow,
-    depths: DepthEvaluation<S>,
-}
-
-impl<'a, S: Real> InWindow<'a, S> {
-    fn new(map: &'a LocalMap) -> Self {
-        Self {
-            window: &map.window,
-            depths: MapEvaluation::depths(map),
-        }
-    }
-
-    fn holds(&self, state: &[S], parameters: &[S]) -> bool {
-        let within = |values: &[S], widths: &[f64]| {
-            let mut pairs = values.iter().zip(widths);
-            pairs.all(|(value, &width)| value.to_f64().abs() <= width)
-        };
-        let shallow = |depth: &S| depth.to_f64() <= self.window.depth;
-        within(state, &self.window.state)
-            && within(parameters, &self.window.parameter)
-            && self.depths.at(state, parameters).iter().all(shallow)
-    }
 }

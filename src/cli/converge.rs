@@ -59,11 +59,16 @@ fn of_scene(options: &SceneOptions, fresh: usize) -> Result<(), CliError> {
         ..ConvergenceOptions::of(&scene)
     };
     let expander = Expander::new(&scene, &orbit)?;
-    let edges = window_edges(&expander, swept.highest.contact_weight)?;
-    warn_of_edges(&scene, edges, options.common.quiet);
     let bar = Bar::new("convergence", &options.common);
     let study = converge(&scene, &orbit, &swept, &bar)?;
     drop(bar);
+    let highest = study
+        .orders
+        .iter()
+        .map(|result| result.contact_weight)
+        .max();
+    let edges = window_edges(&expander, highest.unwrap_or(1))?;
+    warn_of_edges(&scene, edges, options.common.quiet);
     let table = convergence_table(&study)?;
     let direct = format!(
         "direct simulation: {:.0} ns a return, error {:.1e}",

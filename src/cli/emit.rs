@@ -9,7 +9,7 @@ use super::error::CliError;
 use super::expand::{Expanded, expand};
 use super::output::{Results, print};
 use super::prepare::{Plan, grazing_orbit, plan, prepare};
-use crate::convergence::{Choice, Monomials, measured_error};
+use crate::convergence::{Choice, measured_error};
 use crate::emission::{
     EmitOptions, EmittedCrate, EmittedModule, EmittedShape, Target, emitted_module, prune,
     prune_composed,
@@ -130,13 +130,12 @@ pub(super) fn emit(
     target: Target,
 ) -> Result<EmittedModule, CliError> {
     let choice = plan.choice.as_ref();
-    let needed = |choice: &&Choice| choice.monomials == Monomials::Needed;
     let options = EmitOptions {
         target,
         shape: EmittedShape::Factored,
         lanes: plan.scene.emit.lanes,
         tolerance: choice.map(|choice| choice.tolerance),
-        drop_within: choice.filter(needed).map(|choice| choice.tolerance),
+        drop_within: choice.and_then(Choice::drop_after),
         measured_error: None,
     };
     let mut options = EmitOptions {

@@ -7,12 +7,12 @@ use miette::{GraphicalReportHandler, GraphicalTheme};
 
 use super::output::note;
 use crate::analysis::{AnalysisError, DirectEnd};
-use crate::convergence::ConvergenceError;
+use crate::convergence::{ConvergenceError, Limit};
 use crate::emission::EmissionError;
 use crate::expansion::ExpansionError;
 use crate::model::{SceneError, SceneHeadline};
 use crate::orbit::{CurveEnd, NotLocated, OrbitError};
-use crate::report::{ReportError, curve_end_words};
+use crate::report::{ReportError, curve_end_words, limit_words};
 
 /// Exit code of mathematics that ended otherwise.
 const ENDED_OTHERWISE: u8 = 1;
@@ -76,12 +76,13 @@ pub(super) enum CliError {
     #[error(transparent)]
     Convergence(#[from] ConvergenceError),
     /// No orders of the sweep meet the tolerance of the scene.
-    #[error("no orders up to those tried stay within the tolerance {tolerance:e} on the window; the best, N = {smooth_order}, W = {contact_weight}, reach {}", .error.map_or("no finite error".to_owned(), |error| format!("{error:.2e}")))]
+    #[error("no orders up to those tried stay within the tolerance {tolerance:e} on the window; the best, N = {smooth_order}, W = {contact_weight}, reach {}{}", .error.map_or("no finite error".to_owned(), |error| format!("{error:.2e}")), .limit.map_or(String::new(), |limit| format!(": {}", limit_words(limit))))]
     ToleranceNotMet {
         tolerance: f64,
         smooth_order: u32,
         contact_weight: u32,
         error: Option<f64>,
+        limit: Option<Limit>,
     },
     /// A name that is no parameter.
     #[error("no parameter `{name}` in the scene{}", meant(.nearest))]

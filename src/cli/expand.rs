@@ -17,11 +17,11 @@ use crate::report::{
 /// Everything that is expanded for a map.
 #[derive(Debug)]
 pub(super) struct Expanded {
-    /// The map, stage by stage, in the shape the scene asks for.
+    /// The map, stage by stage, in the shape the scene asks for, with the coefficients that were chosen.
     pub(super) map: LocalMap,
-    /// The map of series in one polynomial pass.
+    /// The map of series in one polynomial pass, with the coefficients that were chosen.
     pub(super) composed: ComposedMap,
-    /// What is written about it.
+    /// What is written about it: coefficients of the Taylor series at its orders.
     pub(super) document: MapDocument,
 }
 
@@ -74,9 +74,10 @@ pub(super) fn expand(plan: &Plan, orbit: &GrazingOrbit, quiet: bool) -> Result<E
         lost_digits: &expander.lost_digits(orders)?,
     };
     let document = MapDocument::new(scene, orbit, parts);
-    let map = match scene.emit.shape {
-        Shape::Flown => expander.flown(orders)?,
-        _ => series,
+    let map = plan.map(orbit)?;
+    let composed = match map.fitted_to {
+        Some(_) if scene.emit.shape == Shape::Composed => expander.compose(&map)?,
+        _ => composed,
     };
     Ok(Expanded {
         map,

@@ -6,8 +6,8 @@ use super::arguments::{Common, SceneOptions};
 use super::error::CliError;
 use super::output::note;
 use crate::convergence::{Choice, choose_orders};
-use crate::expansion::MapOrders;
-use crate::model::{Orders, Scene, catalogue};
+use crate::expansion::{Expander, LocalMap, MapOrders};
+use crate::model::{Orders, Scene, Shape, catalogue};
 use crate::orbit::{GrazingOrbit, locate};
 
 /// Longer names are not compared with known ones.
@@ -95,12 +95,26 @@ pub(super) fn start_threads(common: &Common) -> Result<(), CliError> {
 /// What of a scene is expanded.
 #[derive(Debug)]
 pub(super) struct Plan {
-    /// The scene, with the weights chosen where it names a tolerance.
+    /// The scene, with the weights and the shape chosen where it names a tolerance.
     pub(super) scene: Scene,
     /// The truncation orders.
     pub(super) orders: MapOrders,
     /// How they were chosen, where the scene names a tolerance.
     pub(super) choice: Option<Choice>,
+}
+
+impl Plan {
+    /// The map, stage by stage, in the shape asked for or chosen.
+    pub(super) fn map(&self, orbit: &GrazingOrbit) -> Result<LocalMap, CliError> {
+        if let Some(choice) = &self.choice {
+            return Ok(choice.local_map(&self.scene, orbit)?);
+        }
+        let expander = Expander::new(&self.scene, orbit)?;
+        Ok(match self.scene.emit.shape {
+            Shape::Flown => expander.flown(self.orders)?,
+            _ => expander.expand(self.orders)?,
+        })
+    }
 }
 
 /// The orders that a scene names, or the cheapest map that meets the tolerance it names.
@@ -128,10 +142,13 @@ pub(super) fn plan(scene: &Scene, orbit: &GrazingOrbit) -> Result<Plan, CliError
             smooth_order: choice.smooth_order,
             contact_weight: choice.contact_weight,
             error: choice.fresh_error.or(choice.error),
+            limit: choice.limit,
         });
     }
+    let mut scene = choice.weighted(scene);
+    scene.emit.shape = choice.shape;
     Ok(Plan {
-        scene: choice.weighted(scene),
+        scene,
         orders: choice.orders(),
         choice: Some(choice),
     })

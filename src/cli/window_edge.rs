@@ -35,13 +35,12 @@ pub(super) fn local_map(
     quiet: bool,
 ) -> Result<LocalMap, CliError> {
     let plan = plan(scene, orbit)?;
-    let expander = Expander::new(&plan.scene, orbit)?;
-    if scene.emit.shape == Shape::Flown {
-        return Ok(expander.flown(plan.orders)?);
+    if plan.scene.emit.shape != Shape::Flown {
+        let expander = Expander::new(&plan.scene, orbit)?;
+        let edges = window_edges(&expander, plan.orders.contact_weight)?;
+        warn_of_edges(scene, edges, quiet);
     }
-    let edges = window_edges(&expander, plan.orders.contact_weight)?;
-    warn_of_edges(scene, edges, quiet);
-    Ok(expander.expand(plan.orders)?)
+    plan.map(orbit)
 }
 
 /// The edges of the passages of a scene whose series do not end.

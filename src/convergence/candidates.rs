@@ -4,9 +4,8 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use super::ConvergenceError;
 use super::family::MapFamily;
-use super::forecast::Forecast;
-use super::sample::SamplePoint;
-use crate::expansion::{LocalMap, MapOrders, Stage};
+use super::forecast::{Forecaster, weighted_degrees};
+use crate::expansion::{DEVIATION_WEIGHT, LocalMap, MapOrders, Stage};
 use crate::jet::Jet;
 
 /// Weights of a parameter that are tried.
@@ -14,12 +13,6 @@ const WEIGHTS: [u32; 3] = [2, 4, 6];
 
 /// Parameters that are given weights one by one; more of them are given the same one.
 const ALONE: usize = 2;
-
-/// Sample points of a forecast.
-const POINTS: usize = 24;
-
-/// A map is measured where its forecast is within this many times the tolerance.
-const SLACK: f64 = 2.0;
 
 /// Orders and weights that may meet the tolerance.
 #[derive(Clone, Debug)]
@@ -31,7 +24,9 @@ pub(super) struct Candidate {
     /// Weights of all active parameters.
     parameters: Vec<u32>,
     /// Terms of a step once the parameters are folded in, then all terms.
-    cost: (usize, usize),
+    pub(super) cost: (usize, usize),
+    /// What truncation is forecast to leave out.
+    pub(super) forecast: f64,
 }
 
 impl Candidate {
@@ -41,22 +36,16 @@ impl Candidate {
     }
 }
 
-/// The candidates of an expansion, cheapest first; the highest orders are always among them.
-pub(super) fn candidates(
-    family: &MapFamily<'_>,
-    points: &[SamplePoint],
-    tolerance: f64,
-) -> Result<Vec<Candidate>, ConvergenceError> {
-    let highest = family.highest();
-    let map = family.map(highest)?;
+/// Every pair of orders with every choice of weights, cheapest first.
+pub(super) fn candidates(family: &MapFamily<'_>, forecaster: &Forecaster) -> Vec<Candidate> {
+    let (highest, map) = (family.highest(), forecaster.map());
     let variables = family.expander().variables();
     let names = &variables.names[variables.coordinates..];
     let base = &variables.weights[variables.coordinates..];
-    let points = &points[..points.len().min(POINTS)];
     let mut found = Vec::new();
     for parameters in parameter_weights(base) {
         let weights = [&variables.weights[..variables.coordinates], &parameters].concat();
-        let forecast = Forecast::new(&map, &weights, points);
+        let (forecast, costs) = (forecaster.forecast(&weights), Costs::of(map, &weights));
         let named = names.iter().cloned().zip(parameters.iter().copied());
         let changed = named
             .zip(base)
@@ -64,25 +53,22 @@ pub(super) fn candidates(
         let changed: BTreeMap<String, u32> = changed.map(|(named, _)| named).collect();
         let pairs = (1..=highest.smooth_order)
             .flat_map(|n| (1..=highest.contact_weight).map(move |w| (n, w)));
-        for (smooth_order, contact_weight) in pairs {
+        found.extend(pairs.map(|(smooth_order, contact_weight)| {
             let orders = MapOrders {
                 smooth_order,
                 contact_weight,
             };
-            let top = orders == highest && changed.is_empty();
-            if forecast.error(orders) <= SLACK * tolerance || top {
-                let cost = cost(&family.weighted_map(orders, &parameters)?);
-                found.push(Candidate {
-                    orders,
-                    weights: changed.clone(),
-                    parameters: parameters.clone(),
-                    cost,
-                });
+            Candidate {
+                orders,
+                weights: changed.clone(),
+                parameters: parameters.clone(),
+                cost: costs.at(orders),
+                forecast: forecast.error(orders),
             }
-        }
+        }));
     }
     found.sort_by_key(|candidate| candidate.cost);
-    Ok(found)
+    found
 }
 
 /// Weights of the parameters: the scene's, and heavier ones where it names none.
@@ -104,23 +90,85 @@ fn parameter_weights(base: &[u32]) -> Vec<Vec<u32>> {
     base.iter().fold(vec![Vec::new()], |all, _| grow(all))
 }
 
-/// Terms with the parameters folded in (monomials in the coordinates), then all terms.
-fn cost(map: &LocalMap) -> (usize, usize) {
-    let dimension = map.dimension();
-    let mut cost = (0, 0);
-    let mut add = |jet: &Jet<f64>| {
-        let terms = jet.terms().filter(|&(_, value)| value != 0.0);
-        let exponents: Vec<&[u8]> = terms.map(|(exponents, _)| exponents).collect();
-        let folded: BTreeSet<&[u8]> = exponents
-            .iter()
-            .map(|powers| &powers[..dimension])
+/// Terms that each cut keeps: with the parameters folded in (monomials in the coordinates), then all of them.
+#[derive(Debug)]
+struct Costs {
+    /// Of the legs, by degree.
+    legs: Vec<(usize, usize)>,
+    /// Of the contacts, by weight.
+    contacts: Vec<(usize, usize)>,
+}
+
+impl Costs {
+    fn of(map: &LocalMap, weights: &[u32]) -> Self {
+        let orders = map.orders;
+        let mut costs = Self {
+            legs: vec![(0, 0); orders.smooth_order as usize + 1],
+            contacts: vec![(0, 0); orders.contact_weight as usize + 1],
+        };
+        let (dimension, leg_degree) = (map.dimension(), DEVIATION_WEIGHT as usize);
+        for stage in &map.stages {
+            match stage {
+                Stage::Leg(leg) => leg.image.iter().for_each(|jet| {
+                    let kept = Kept::new(jet, weights, dimension);
+                    kept.add(&mut costs.legs, |degree| Some(leg_degree * degree));
+                }),
+                Stage::Contact(law) => {
+                    let mut add = |jet: &Jet<f64>, lower: usize, higher: usize| {
+                        let cut = |weight: usize| (weight + higher).checked_sub(lower);
+                        Kept::new(jet, weights, dimension).add(&mut costs.contacts, cut);
+                    };
+                    add(&law.depth, 0, 1);
+                    law.linear.iter().for_each(|jet| add(jet, 1, 0));
+                    law.quadratic.iter().for_each(|jet| add(jet, 2, 0));
+                }
+                Stage::Flown(_) => {}
+            }
+        }
+        costs
+    }
+
+    fn at(&self, orders: MapOrders) -> (usize, usize) {
+        let leg = self.legs[orders.smooth_order as usize];
+        let contact = self.contacts[orders.contact_weight as usize];
+        (leg.0 + contact.0, leg.1 + contact.1)
+    }
+}
+
+/// Weighted degrees of a polynomial's terms, and the lowest of those that share their powers of the coordinates.
+struct Kept {
+    all: Vec<usize>,
+    folded: Vec<usize>,
+}
+
+impl Kept {
+    fn new(jet: &Jet<f64>, weights: &[u32], dimension: usize) -> Self {
+        let degrees = weighted_degrees(jet, weights);
+        let terms = jet.terms().zip(degrees);
+        let mut terms: Vec<(usize, &[u8])> = terms
+            .filter(|((_, value), _)| *value != 0.0)
+            .map(|((exponents, _), degree)| (degree, &exponents[..dimension]))
             .collect();
-        cost.0 += folded.len();
-        cost.1 += exponents.len();
-    };
-    let polynomials = map.stages.iter().flat_map(Stage::polynomials);
-    polynomials.for_each(&mut add);
-    cost
+        terms.sort_unstable();
+        let mut seen = BTreeSet::new();
+        let first = terms.iter().filter(|(_, powers)| seen.insert(*powers));
+        Self {
+            folded: first.map(|&(degree, _)| degree).collect(),
+            all: terms.iter().map(|&(degree, _)| degree).collect(),
+        }
+    }
+
+    /// Adds the terms up to the weighted degree that each order is cut at.
+    fn add(&self, costs: &mut [(usize, usize)], cut: impl Fn(usize) -> Option<usize>) {
+        for (order, cost) in costs.iter_mut().enumerate() {
+            if let Some(highest) = cut(order) {
+                let within =
+                    |degrees: &[usize]| degrees.partition_point(|&degree| degree <= highest);
+                cost.0 += within(&self.folded);
+                cost.1 += within(&self.all);
+            }
+        }
+    }
 }
 
 #[cfg(test)]

@@ -4,37 +4,18 @@
 //! that only maps that may be the answer are measured. See docs/mathematics/convergence.md.
 
 use std::collections::BTreeMap;
-use std::time::Instant;
 
 use super::ConvergenceError;
-use super::candidates::candidates;
-use super::data::{Choice, Monomials};
-use super::errors::summarize;
+use super::chooser::Chooser;
+use super::data::{Choice, Polynomials};
+use super::economise::Economiser;
 use super::family::MapFamily;
 use super::form::Form;
-use super::sample::WindowSample;
-use super::truth::{Truth, truth};
-use crate::expansion::{LocalMap, MapOrders};
-use crate::hybrid::HybridSystem;
+use crate::emission::prune;
+use crate::expansion::{Expander, LocalMap, MapOrders};
 use crate::iteration::HornerMap;
 use crate::model::{Scene, Shape};
 use crate::orbit::GrazingOrbit;
-
-/// Points by which maps are chosen, beside the corners.
-pub(super) const POINTS: usize = 128;
-
-/// Orders of the expansions, until the level after the first at which a map meets the tolerance.
-const LEVELS: [MapOrders; 4] = [orders(3, 4), orders(4, 6), orders(6, 8), orders(8, 10)];
-
-/// Maps whose composed form is tried at each level, from the cheapest.
-const COMPOSED: usize = 8;
-
-const fn orders(smooth_order: u32, contact_weight: u32) -> MapOrders {
-    MapOrders {
-        smooth_order,
-        contact_weight,
-    }
-}
 
 /// What is asked of a choice.
 #[derive(Clone, Debug, PartialEq)]
@@ -81,32 +62,7 @@ pub fn choose(
     orbit: &GrazingOrbit,
     options: &ChoiceOptions,
 ) -> Result<Choice, ConvergenceError> {
-    let clock = Instant::now();
-    let mut bench: Option<Bench<'_>> = None;
-    let mut found: Option<Choice> = None;
-    let mut nearest: Option<Choice> = None;
-    for highest in LEVELS {
-        let family = MapFamily::new(scene, orbit, highest)?;
-        let bench = match &mut bench {
-            Some(bench) => bench,
-            None => bench.insert(Bench::new(scene, orbit, options, &family)?),
-        };
-        let was_found = found.is_some();
-        for tried in bench.tried(&family)? {
-            let best = if tried.met { &mut found } else { &mut nearest };
-            if best.as_ref().is_none_or(|best| tried.beats(best)) {
-                *best = Some(tried);
-            }
-        }
-        if was_found {
-            break;
-        }
-    }
-    let mut choice = found
-        .or(nearest)
-        .ok_or(ConvergenceError::NoTruth { tried: 0 })?;
-    choice.seconds = clock.elapsed().as_secs_f64();
-    Ok(choice)
+    Chooser::new(scene, orbit, options.fresh)?.choose(options.tolerance)
 }
 
 /// The map that was chosen: as it is expanded, and as it is run.
@@ -120,42 +76,74 @@ pub fn chosen_map(
     orbit: &GrazingOrbit,
 ) -> Result<(LocalMap, HornerMap), ConvergenceError> {
     let scene = choice.weighted(scene);
-    let family = MapFamily::new(&scene, orbit, choice.orders())?;
-    let map = match choice.shape {
-        Shape::Flown => family.flown_map(choice.orders())?,
-        _ => family.map(choice.orders())?,
-    };
+    let map = choice.local_map(&scene, orbit)?;
     let form = Form::new(&scene, orbit, map, choice.shape)?;
-    let run = form.with(choice.monomials, choice.tolerance).lowered();
+    let run = form.without(choice.drop_after()).lowered();
     Ok((form.map, run))
 }
 
 impl Choice {
-    /// Cheaper where both meet the tolerance, more accurate where neither does.
-    fn beats(&self, other: &Self) -> bool {
-        let size = |choice: &Self| {
-            let errors = [choice.error, choice.fresh_error];
-            errors.into_iter().flatten().fold(f64::NAN, f64::max)
-        };
-        if self.met {
-            (self.operations, self.coefficients) < (other.operations, other.coefficients)
-        } else {
-            size(self) < size(other) || size(other).is_nan()
-        }
-    }
-
     /// The orders as the expansion names them.
     pub fn orders(&self) -> MapOrders {
-        orders(self.smooth_order, self.contact_weight)
+        MapOrders {
+            smooth_order: self.smooth_order,
+            contact_weight: self.contact_weight,
+        }
     }
 
     /// The scene with the weights chosen: what is expanded at [`orders`](Self::orders).
     pub fn weighted(&self, scene: &Scene) -> Scene {
         weighted(scene, &self.weights)
     }
+
+    /// The map before anything is dropped of it, with what an economised one lacks dropped already: coefficients are fitted
+    /// to the monomials that are left.
+    ///
+    /// `scene` has the [weights](Self::weighted) chosen.
+    ///
+    /// # Errors
+    ///
+    /// [`ConvergenceError`] if the scene cannot be expanded.
+    pub fn local_map(
+        &self,
+        scene: &Scene,
+        orbit: &GrazingOrbit,
+    ) -> Result<LocalMap, ConvergenceError> {
+        let orders = self.orders();
+        if self.shape == Shape::Flown {
+            return Ok(MapFamily::new(scene, orbit, orders)?.flown_map(orders)?);
+        }
+        let Some(exact) = self.fitted_to else {
+            return Ok(MapFamily::new(scene, orbit, orders)?.map(orders)?);
+        };
+        let unweighted = self.unweighted(scene);
+        let family = MapFamily::new(&unweighted, orbit, exact)?;
+        let variables = Expander::new(scene, orbit)?.variables().clone();
+        let map = family.weighted_map(orders, &variables.weights[variables.coordinates..])?;
+        let map = match self.drop_within {
+            Some(error) if self.shape == Shape::Factored => prune(&map, error).0,
+            _ => map,
+        };
+        Ok(Economiser::new(family.map(exact)?)?.economise(map))
+    }
+
+    /// The error of which monomials dropped of [`local_map`](Self::local_map) may use a tenth; `None` where none are to be
+    /// dropped any more.
+    pub fn drop_after(&self) -> Option<f64> {
+        let dropped = self.polynomials == Polynomials::Economised && self.shape == Shape::Factored;
+        self.drop_within.filter(|_| !dropped)
+    }
+
+    /// The scene without the weights chosen.
+    fn unweighted(&self, scene: &Scene) -> Scene {
+        let mut scene = scene.clone();
+        let kept = |(name, _): &(String, u32)| !self.weights.contains_key(name);
+        scene.expansion.weights.retain(kept);
+        scene
+    }
 }
 
-fn weighted(scene: &Scene, weights: &BTreeMap<String, u32>) -> Scene {
+pub(super) fn weighted(scene: &Scene, weights: &BTreeMap<String, u32>) -> Scene {
     let mut scene = scene.clone();
     let kept = |(name, _): &(String, u32)| !weights.contains_key(name);
     scene.expansion.weights.retain(kept);
@@ -163,153 +151,4 @@ fn weighted(scene: &Scene, weights: &BTreeMap<String, u32>) -> Scene {
     let weights = weights.map(|(name, &weight)| (name.clone(), weight));
     scene.expansion.weights.extend(weights);
     scene
-}
-
-/// What every candidate is measured on.
-struct Bench<'a> {
-    scene: &'a Scene,
-    orbit: &'a GrazingOrbit,
-    options: &'a ChoiceOptions,
-    system: HybridSystem,
-    sample: WindowSample,
-    truth: Truth,
-    fresh: Option<Truth>,
-}
-
-impl<'a> Bench<'a> {
-    fn new(
-        scene: &'a Scene,
-        orbit: &'a GrazingOrbit,
-        options: &'a ChoiceOptions,
-        family: &MapFamily<'_>,
-    ) -> Result<Self, ConvergenceError> {
-        let system = HybridSystem::new(&scene.model);
-        let sample = WindowSample::new(&family.map(family.highest())?);
-        let points = [sample.corners(), sample.points(0, POINTS)].concat();
-        let truth = truth(&system, scene, orbit, points)?;
-        if truth.points.is_empty() {
-            return Err(ConvergenceError::NoTruth { tried: POINTS });
-        }
-        Ok(Self {
-            scene,
-            orbit,
-            options,
-            system,
-            sample,
-            truth,
-            fresh: None,
-        })
-    }
-
-    /// Maps of one expansion: of each shape the cheapest that meets the tolerance, and those that failed on the way.
-    fn tried(&mut self, family: &MapFamily<'_>) -> Result<Vec<Choice>, ConvergenceError> {
-        if self.scene.emit.shape == Shape::Flown {
-            return self.tried_flown(family);
-        }
-        let candidates = candidates(family, &self.truth.points, self.options.tolerance)?;
-        let mut tried = Vec::new();
-        if self.scene.emit.shape != Shape::Composed {
-            for candidate in &candidates {
-                tried.push(self.judge(
-                    candidate.map(family)?,
-                    &candidate.weights,
-                    Shape::Factored,
-                )?);
-                if tried.last().is_some_and(|choice| choice.met) {
-                    break;
-                }
-            }
-        }
-        if self.scene.emit.shape != Shape::Factored {
-            for candidate in candidates.iter().take(COMPOSED) {
-                tried.push(self.judge(
-                    candidate.map(family)?,
-                    &candidate.weights,
-                    Shape::Composed,
-                )?);
-                if tried.last().is_some_and(|choice| choice.met) {
-                    break;
-                }
-            }
-        }
-        Ok(tried)
-    }
-
-    /// Maps with flown contacts, leg degree and contact weight growing together until the tolerance is met: no series
-    /// forecasts what their truncation leaves out.
-    fn tried_flown(&mut self, family: &MapFamily<'_>) -> Result<Vec<Choice>, ConvergenceError> {
-        let highest = family.highest();
-        let mut tried = Vec::new();
-        for contact_weight in 2..=highest.contact_weight {
-            let smooth_order = contact_weight.min(highest.smooth_order);
-            let map = family.flown_map(orders(smooth_order, contact_weight))?;
-            tried.push(self.judge(map, &BTreeMap::new(), Shape::Flown)?);
-            if tried.last().is_some_and(|choice| choice.met) {
-                break;
-            }
-        }
-        Ok(tried)
-    }
-
-    /// A candidate measured on the sample and, where it holds there, on fresh points: without the monomials that the tolerance
-    /// does not need, or else with them.
-    fn judge(
-        &mut self,
-        map: LocalMap,
-        weights: &BTreeMap<String, u32>,
-        shape: Shape,
-    ) -> Result<Choice, ConvergenceError> {
-        let (tolerance, orders) = (self.options.tolerance, map.orders);
-        let scene = weighted(self.scene, weights);
-        let form = Form::new(&scene, self.orbit, map, shape)?;
-        let mut last = None;
-        for monomials in [Monomials::Needed, Monomials::All] {
-            let form = form.with(monomials, tolerance);
-            let map = form.lowered();
-            let error = summarize(&map, &self.truth).max;
-            let within = |error: Option<f64>| error.is_some_and(|error| error <= tolerance);
-            let mut choice = Choice {
-                tolerance,
-                met: false,
-                smooth_order: orders.smooth_order,
-                contact_weight: orders.contact_weight,
-                shape,
-                weights: weights.clone(),
-                monomials,
-                error,
-                fresh_error: None,
-                fresh_points: 0,
-                single_precision_error: None,
-                operations: map.frozen_count().total(),
-                coefficients: form.coefficients(),
-                seconds: 0.0,
-            };
-            if within(error) {
-                let fresh = self.fresh()?;
-                choice.fresh_error = summarize(&map, fresh).max;
-                choice.fresh_points = fresh.points.len();
-                choice.met = within(choice.fresh_error);
-                choice.single_precision_error = match shape {
-                    Shape::Flown => None,
-                    _ => summarize(&form.clone().single().lowered(), fresh).max,
-                };
-                if choice.met {
-                    return Ok(choice);
-                }
-            }
-            last = Some(choice);
-        }
-        last.ok_or(ConvergenceError::NoTruth { tried: 0 })
-    }
-
-    fn fresh(&mut self) -> Result<&Truth, ConvergenceError> {
-        let fresh = match self.fresh.take() {
-            Some(fresh) => fresh,
-            None => {
-                let points = self.sample.points(POINTS, self.options.fresh);
-                truth(&self.system, self.scene, self.orbit, points)?
-            }
-        };
-        Ok(self.fresh.insert(fresh))
-    }
 }

@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 use super::accuracy::DepthAccuracy;
 use super::pareto::ParetoPoint;
 use super::validity::Validity;
+use crate::expansion::MapOrders;
 use crate::model::Shape;
 
 /// How far maps of every order are from direct simulation, and how fast they are.
@@ -122,6 +123,12 @@ pub struct Choice {
     pub weights: BTreeMap<String, u32>,
     /// Which monomials it has.
     pub monomials: Monomials,
+    /// The error of which those that it lacks were allowed a tenth, by their bound on the window; `None` where it has all.
+    pub drop_within: Option<f64>,
+    /// Whose coefficients it has.
+    pub polynomials: Polynomials,
+    /// Orders of the map that economised coefficients were fitted to.
+    pub fitted_to: Option<MapOrders>,
     /// Largest error on the sample.
     pub error: Option<f64>,
     /// Largest error on fresh points; `None` where it failed on the sample already.
@@ -134,8 +141,34 @@ pub struct Choice {
     pub operations: usize,
     /// Coefficients other than zero, parameters not frozen.
     pub coefficients: usize,
+    /// Orders that the rule predicts for the tolerance; see docs/mathematics/orders.md.
+    pub predicted: MapOrders,
+    /// Why no map meets the tolerance, where none does.
+    pub limit: Option<Limit>,
     /// Seconds that the choice took.
     pub seconds: f64,
+}
+
+/// Whose coefficients a map has.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Polynomials {
+    /// Those of the Taylor series.
+    Taylor,
+    /// Those fitted to a map of higher orders on the window.
+    Economised,
+}
+
+/// What keeps maps from meeting a tolerance.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Limit {
+    /// The highest orders that are expanded for so many variables leave out more.
+    Orders,
+    /// Terms do not fall, or hardly, on the window: it reaches to the radius of convergence.
+    Radius,
+    /// Rounding: what truncation leaves out is within the tolerance, and higher orders bring the error down no more.
+    Rounding,
 }
 
 /// Which monomials of a truncation a map has.

@@ -25,17 +25,18 @@ use crate::orbit::GrazingOrbit;
 /// Tolerance where the scene names none.
 const TOLERANCE: f64 = 1e-8;
 
-/// Highest degree and weight swept for a scene that names a tolerance instead of orders.
-const WITH_TOLERANCE: MapOrders = MapOrders {
-    smooth_order: 8,
-    contact_weight: 10,
+/// Highest degree and weight of the factors whose rates are measured.
+const RATES: MapOrders = MapOrders {
+    smooth_order: 6,
+    contact_weight: 8,
 };
 
 /// What a study measures.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ConvergenceOptions {
-    /// Highest degree of `P_smooth` and weight of `D`: all lower ones are swept.
-    pub highest: MapOrders,
+    /// Highest degree of `P_smooth` and weight of `D`: all lower ones are swept; `None` for a degree and two weights beyond
+    /// the chosen ones.
+    pub highest: Option<MapOrders>,
     /// Shapes swept.
     pub shapes: Vec<Shape>,
     /// Points of the window.
@@ -60,13 +61,13 @@ impl ConvergenceOptions {
                 smooth_order,
                 contact_weight,
             } => {
-                let highest = MapOrders {
-                    smooth_order: smooth_order + 1,
-                    contact_weight: contact_weight + 2,
+                let orders = MapOrders {
+                    smooth_order,
+                    contact_weight,
                 };
-                (highest, TOLERANCE)
+                (Some(beyond(orders)), TOLERANCE)
             }
-            Orders::Tolerance(tolerance) => (WITH_TOLERANCE, tolerance),
+            Orders::Tolerance(tolerance) => (None, tolerance),
         };
         Self {
             highest,
@@ -77,9 +78,17 @@ impl ConvergenceOptions {
             points: 128,
             tolerance,
             fresh: ChoiceOptions::new(tolerance).fresh,
-            discontinuity_rates: highest.contact_weight.min(8),
-            smooth_rates: highest.smooth_order.min(6),
+            discontinuity_rates: RATES.contact_weight,
+            smooth_rates: RATES.smooth_order,
         }
+    }
+}
+
+/// A degree and two weights more: where the next orders of both factors lead.
+fn beyond(orders: MapOrders) -> MapOrders {
+    MapOrders {
+        smooth_order: orders.smooth_order + 1,
+        contact_weight: orders.contact_weight + 2,
     }
 }
 
@@ -94,21 +103,22 @@ pub fn converge(
     options: &ConvergenceOptions,
     progress: &dyn Progress,
 ) -> Result<ConvergenceStudy, ConvergenceError> {
-    let sweep = Sweep::new(scene, orbit, options, progress)?;
-    let mut orders = sweep.errors(progress)?;
-    let rate_orders = MapOrders {
-        smooth_order: options.smooth_rates,
-        contact_weight: options.discontinuity_rates,
-    };
-    let factors = ExactFactors::new(sweep.family.expander(), rate_orders)?;
-    sweep.add_rates(&factors, &mut orders)?;
-    let multiply_add_ns = timing::multiply_add_ns();
-    sweep.add_times(&mut orders, multiply_add_ns)?;
     let choice = ChoiceOptions {
         tolerance: options.tolerance,
         fresh: options.fresh,
     };
     let chosen = choose(scene, orbit, &choice)?;
+    let highest = options.highest.unwrap_or_else(|| beyond(chosen.orders()));
+    let sweep = Sweep::new(scene, orbit, options, highest, progress)?;
+    let mut orders = sweep.errors(progress)?;
+    let rate_orders = MapOrders {
+        smooth_order: options.smooth_rates.min(highest.smooth_order),
+        contact_weight: options.discontinuity_rates.min(highest.contact_weight),
+    };
+    let factors = ExactFactors::new(sweep.family.expander(), rate_orders)?;
+    sweep.add_rates(&factors, &mut orders)?;
+    let multiply_add_ns = timing::multiply_add_ns();
+    sweep.add_times(&mut orders, multiply_add_ns)?;
     let (local, map) = chosen_map(&chosen, scene, orbit)?;
     let direct = sweep.direct()?;
     Ok(ConvergenceStudy {
@@ -141,6 +151,7 @@ pub(super) struct Sweep<'a> {
     scene: &'a Scene,
     orbit: &'a GrazingOrbit,
     options: ConvergenceOptions,
+    highest: MapOrders,
     system: HybridSystem,
     family: MapFamily<'a>,
     sample: WindowSample,
@@ -152,13 +163,14 @@ impl<'a> Sweep<'a> {
         scene: &'a Scene,
         orbit: &'a GrazingOrbit,
         options: &ConvergenceOptions,
+        highest: MapOrders,
         progress: &dyn Progress,
     ) -> Result<Self, ConvergenceError> {
-        let pairs = u64::from(options.highest.smooth_order * options.highest.contact_weight);
+        let pairs = u64::from(highest.smooth_order * highest.contact_weight);
         progress.expect(pairs * options.shapes.len() as u64);
         let system = HybridSystem::new(&scene.model);
-        let family = MapFamily::new(scene, orbit, options.highest)?;
-        let sample = WindowSample::new(&family.map(options.highest)?);
+        let family = MapFamily::new(scene, orbit, highest)?;
+        let sample = WindowSample::new(&family.map(highest)?);
         let truth = truth(&system, scene, orbit, sample.points(0, options.points))?;
         if truth.points.is_empty() {
             return Err(ConvergenceError::NoTruth {
@@ -169,6 +181,7 @@ impl<'a> Sweep<'a> {
             scene,
             orbit,
             options: options.clone(),
+            highest,
             system,
             family,
             sample,
@@ -181,7 +194,7 @@ impl<'a> Sweep<'a> {
         &self,
         progress: &dyn Progress,
     ) -> Result<Vec<OrderResult>, ConvergenceError> {
-        let highest = self.options.highest;
+        let highest = self.highest;
         let tasks: Vec<_> = (1..=highest.smooth_order)
             .flat_map(|n| (1..=highest.contact_weight).map(move |w| (n, w)))
             .flat_map(|pair| self.options.shapes.iter().map(move |&shape| (pair, shape)))

@@ -36,10 +36,33 @@ impl<'a> MapFamily<'a> {
         orbit: &'a GrazingOrbit,
         highest: MapOrders,
     ) -> Result<Self, ExpansionError> {
+        Self::sharing(scene, orbit, highest, &[])
+    }
+
+    /// [`new`](Self::new) with whatever other families of the scene have expanded already.
+    pub(super) fn sharing(
+        scene: &'a Scene,
+        orbit: &'a GrazingOrbit,
+        highest: MapOrders,
+        others: &[&Self],
+    ) -> Result<Self, ExpansionError> {
         let expander = Expander::new(scene, orbit)?;
+        let (order, weight) = (highest.smooth_order, highest.contact_weight);
+        let with_legs = others
+            .iter()
+            .find(|other| other.highest.smooth_order >= order);
+        let with_contacts = others
+            .iter()
+            .find(|other| other.highest.contact_weight >= weight);
         Ok(Self {
-            legs: expander.legs(highest.smooth_order)?,
-            contacts: expander.contacts(highest.contact_weight)?,
+            legs: match with_legs {
+                Some(other) => cut_legs(&expander, &other.legs, order)?,
+                None => expander.legs(order)?,
+            },
+            contacts: match with_contacts {
+                Some(other) => cut_contacts(&expander, &other.contacts, weight)?,
+                None => expander.contacts(weight)?,
+            },
             flown: (0..=highest.contact_weight)
                 .map(|_| OnceLock::new())
                 .collect(),

@@ -12,31 +12,68 @@ use crate::jet::Jet;
 /// Difference quotients are taken over this part of the state.
 const STEP: f64 = 1e-6;
 
+/// A map followed stage by stage from sample points: what forecasts are made from, whatever the weights.
+#[derive(Clone, Debug)]
+pub(super) struct Forecaster {
+    map: LocalMap,
+    /// By point, then by stage.
+    routes: Vec<Vec<Station>>,
+}
+
+/// A stage on the way of a point.
+#[derive(Clone, Debug)]
+struct Station {
+    /// Input: coordinates and parameters.
+    here: Vec<f64>,
+    /// Jacobian of the stages that follow, row by row.
+    jacobian: Vec<Vec<f64>>,
+}
+
 /// Forecasts for one choice of weights: at each point, what each cut leaves out of the image.
 #[derive(Clone, Debug)]
 pub(super) struct Forecast {
     /// By point, then by degree from 1: effects of the legs.
-    smooth: Vec<Vec<Vec<f64>>>,
+    smooth: Vec<Effects>,
     /// By point, then by weight from 1: effects of the contacts.
-    contact: Vec<Vec<Vec<f64>>>,
+    contact: Vec<Effects>,
+}
+
+/// By cut, then by coordinate of the image.
+type Effects = Vec<Vec<f64>>;
+
+impl Forecaster {
+    /// Follows sample points through a map.
+    pub(super) fn new(map: LocalMap, points: &[SamplePoint]) -> Self {
+        let rests: Vec<_> = (1..=map.stages.len())
+            .map(|from| rest(&map, from))
+            .collect();
+        let routes = points
+            .iter()
+            .map(|point| route(&map, point, &rests))
+            .collect();
+        Self { map, routes }
+    }
+
+    /// The map that is followed.
+    pub(super) fn map(&self) -> &LocalMap {
+        &self.map
+    }
+
+    /// The forecast with the weights of (coordinates; parameters).
+    pub(super) fn forecast(&self, weights: &[u32]) -> Forecast {
+        let degrees: Vec<_> = self
+            .map
+            .stages
+            .iter()
+            .map(|s| degrees(s, weights))
+            .collect();
+        let of = |route: &Vec<Station>| at_point(&self.map, route, &degrees);
+        let (smooth, contact) = self.routes.iter().map(of).unzip();
+        Forecast { smooth, contact }
+    }
 }
 
 impl Forecast {
-    /// At sample points, by a map, with the weights of (coordinates; parameters).
-    pub(super) fn new(map: &LocalMap, weights: &[u32], points: &[SamplePoint]) -> Self {
-        let mut forecast = Self {
-            smooth: Vec::new(),
-            contact: Vec::new(),
-        };
-        let rests: Vec<_> = (1..=map.stages.len()).map(|from| rest(map, from)).collect();
-        for point in points {
-            let (smooth, contact) = at_point(map, weights, point, &rests);
-            forecast.smooth.push(smooth);
-            forecast.contact.push(contact);
-        }
-        forecast
-    }
-
     /// Largest coordinate of what a pair of orders leaves out, over the points: no bound, as higher terms are missing.
     pub(super) fn error(&self, orders: MapOrders) -> f64 {
         let (n, w) = (
@@ -50,6 +87,29 @@ impl Forecast {
         });
         sizes.fold(0.0, f64::max)
     }
+
+    /// Largest coordinate of what the terms of each degree of the legs, from 2, contribute to the image.
+    pub(super) fn leg_sizes(&self) -> Vec<f64> {
+        sizes(&self.smooth)
+    }
+
+    /// Largest coordinate of what the terms of each weight of the contacts, from 2, contribute to the image.
+    pub(super) fn contact_sizes(&self) -> Vec<f64> {
+        sizes(&self.contact)
+    }
+}
+
+/// Sizes of what lies between a cut and the one before it, the largest over points and coordinates.
+fn sizes(effects: &[Effects]) -> Vec<f64> {
+    let cuts = effects.first().map_or(0, Vec::len);
+    let size = |cut: usize| {
+        let differences = effects.iter().flat_map(|effects| {
+            let pairs = effects[cut - 1].iter().zip(&effects[cut]);
+            pairs.map(|(before, after)| (before - after).abs())
+        });
+        differences.fold(0.0, f64::max)
+    };
+    (1..cuts).map(size).collect()
 }
 
 /// The stages from one on.
@@ -59,72 +119,107 @@ fn rest(map: &LocalMap, from: usize) -> MapEvaluation<f64> {
     MapEvaluation::new(&rest)
 }
 
-type Effects = Vec<Vec<f64>>;
-
-fn at_point(
-    map: &LocalMap,
-    weights: &[u32],
-    point: &SamplePoint,
-    rests: &[MapEvaluation<f64>],
-) -> (Effects, Effects) {
+fn route(map: &LocalMap, point: &SamplePoint, rests: &[MapEvaluation<f64>]) -> Vec<Station> {
     let dimension = map.dimension();
-    let orders = map.orders;
-    let mut smooth = vec![vec![0.0; dimension]; orders.smooth_order as usize];
-    let mut contact = vec![vec![0.0; dimension]; orders.contact_weight as usize];
     let mut here = [point.state.as_slice(), &point.parameters].concat();
+    let mut stations = Vec::with_capacity(rests.len());
     for (stage, rest) in map.stages.iter().zip(rests) {
-        let (image, cuts, effects) = match stage {
+        let image = image(stage, &here, dimension);
+        stations.push(Station {
+            jacobian: jacobian(rest, &image, &point.parameters),
+            here: here.clone(),
+        });
+        here[..dimension].copy_from_slice(&image);
+    }
+    stations
+}
+
+/// The image under one stage.
+fn image(stage: &Stage, here: &[f64], dimension: usize) -> Vec<f64> {
+    match stage {
+        Stage::Leg(leg) => leg.image.iter().map(|jet| jet.evaluate(here)).collect(),
+        Stage::Contact(law) => {
+            let y = law.depth.evaluate(here).max(0.0).sqrt();
+            let parts = law.linear.iter().zip(&law.quadratic).zip(here);
+            let moved = |((b, c), x): ((&Jet<f64>, &Jet<f64>), &f64)| {
+                x + y * (b.evaluate(here) + y * c.evaluate(here))
+            };
+            parts.map(moved).collect()
+        }
+        // A family's maps are series.
+        Stage::Flown(_) => here[..dimension].to_vec(),
+    }
+}
+
+/// Weighted degrees of the monomials of a stage's spaces: of a leg, or of a depth and the two parts of a correction.
+fn degrees(stage: &Stage, weights: &[u32]) -> Vec<Vec<usize>> {
+    let of = |jet: Option<&Jet<f64>>| jet.map_or(Vec::new(), |jet| weighted_degrees(jet, weights));
+    match stage {
+        Stage::Leg(leg) => vec![of(leg.image.first())],
+        Stage::Contact(law) => vec![
+            of(Some(&law.depth)),
+            of(law.linear.first()),
+            of(law.quadratic.first()),
+        ],
+        Stage::Flown(_) => Vec::new(),
+    }
+}
+
+/// The weighted degree of every monomial of a jet's space.
+pub(super) fn weighted_degrees(jet: &Jet<f64>, weights: &[u32]) -> Vec<usize> {
+    let degree = |(exponents, _): (&[u8], f64)| {
+        let pairs = exponents.iter().zip(weights);
+        pairs
+            .map(|(&exponent, &weight)| usize::from(exponent) * weight as usize)
+            .sum()
+    };
+    jet.terms().map(degree).collect()
+}
+
+fn at_point(map: &LocalMap, route: &[Station], degrees: &[Vec<Vec<usize>>]) -> (Effects, Effects) {
+    let dimension = map.dimension();
+    let mut smooth = vec![vec![0.0; dimension]; map.orders.smooth_order as usize];
+    let mut contact = vec![vec![0.0; dimension]; map.orders.contact_weight as usize];
+    for ((stage, station), degrees) in map.stages.iter().zip(route).zip(degrees) {
+        let (cuts, effects) = match stage {
             Stage::Leg(leg) => {
-                let image: Vec<f64> = leg.image.iter().map(|jet| jet.evaluate(&here)).collect();
-                let sums = leg.image.iter().map(|jet| Sums::new(jet, weights, &here));
-                let sums: Vec<_> = sums.collect();
+                let sums = all_sums(&leg.image, &degrees[0], &station.here);
                 let left = |cut: usize| {
                     let degree = DEVIATION_WEIGHT as usize * cut;
                     sums.iter().map(|sums| sums.beyond(degree)).collect()
                 };
                 let cuts: Effects = (1..=smooth.len()).map(left).collect();
-                (image, cuts, &mut smooth)
+                (cuts, &mut smooth)
             }
             Stage::Contact(law) => {
-                let (image, cuts) = contact_cuts(law, weights, &here, contact.len());
-                (image, cuts, &mut contact)
+                let cuts = contact_cuts(law, degrees, &station.here, contact.len());
+                (cuts, &mut contact)
             }
-            // A family's maps are series.
             Stage::Flown(_) => continue,
         };
-        let jacobian = jacobian(rest, &image, &point.parameters);
         for (effect, cut) in effects.iter_mut().zip(&cuts) {
-            for (row, sum) in jacobian.iter().zip(effect.iter_mut()) {
+            for (row, sum) in station.jacobian.iter().zip(effect.iter_mut()) {
                 *sum += row.iter().zip(cut).map(|(a, b)| a * b).sum::<f64>();
             }
         }
-        here[..dimension].copy_from_slice(&image);
     }
     (smooth, contact)
 }
 
-/// The image of a contact `x + y B + y² C`, and what each weight leaves out of it: the terms of `B` and `C` beyond the cut, and
-/// those of the depth through `δy = δ(y²)/2y`.
-fn contact_cuts(law: &Contact, weights: &[u32], here: &[f64], count: usize) -> (Vec<f64>, Effects) {
-    let depth = law.depth.evaluate(here);
+/// What each weight leaves out of a contact `x + y B + y² C`: the terms of `B` and `C` beyond the cut, and those of the depth
+/// through `δy = δ(y²)/2y`.
+fn contact_cuts(law: &Contact, degrees: &[Vec<usize>], here: &[f64], count: usize) -> Effects {
+    let depths = &all_sums(std::slice::from_ref(&law.depth), &degrees[0], here)[0];
+    let depth = depths.total();
     if depth <= 0.0 {
-        let dimension = law.linear.len();
-        return (
-            here[..dimension].to_vec(),
-            vec![vec![0.0; dimension]; count],
-        );
+        return vec![vec![0.0; law.linear.len()]; count];
     }
     let y = depth.sqrt();
-    let depths = Sums::new(&law.depth, weights, here);
-    let parts = law.linear.iter().zip(&law.quadratic);
-    let parts: Vec<_> = parts
-        .map(|(b, c)| (Sums::new(b, weights, here), Sums::new(c, weights, here)))
-        .collect();
-    let image = parts.iter().zip(here);
-    let image = image.map(|((b, c), x)| x + y * (b.total() + y * c.total()));
+    let linear = all_sums(&law.linear, &degrees[1], here);
+    let quadratic = all_sums(&law.quadratic, &degrees[2], here);
     let left = |weight: usize| {
         let shift = 0.5 * depths.beyond(weight + 1) / y;
-        let of_coordinate = |(b, c): &(Sums, Sums)| {
+        let of_coordinate = |(b, c): (&Sums, &Sums)| {
             let quadratic = match weight.checked_sub(2) {
                 Some(degree) => c.beyond(degree),
                 None => c.total(),
@@ -132,31 +227,32 @@ fn contact_cuts(law: &Contact, weights: &[u32], here: &[f64], count: usize) -> (
             let steepness = b.total() + 2.0 * y * c.total();
             y * (b.beyond(weight - 1) + y * quadratic) + shift * steepness
         };
-        parts.iter().map(of_coordinate).collect()
+        linear.iter().zip(&quadratic).map(of_coordinate).collect()
     };
-    (image.collect(), (1..=count).map(left).collect())
+    (1..=count).map(left).collect()
 }
 
 /// Sums of a polynomial's terms at a point, by weighted degree.
+#[derive(Debug, Default)]
 struct Sums(Vec<f64>);
 
-impl Sums {
-    fn new(jet: &Jet<f64>, weights: &[u32], here: &[f64]) -> Self {
-        let mut sums = Vec::new();
-        for (exponents, coefficient) in jet.terms() {
-            let (mut degree, mut value) = (0, coefficient);
-            for ((&exponent, &weight), x) in exponents.iter().zip(weights).zip(here) {
-                degree += usize::from(exponent) * weight as usize;
-                value *= x.powi(i32::from(exponent));
-            }
-            if sums.len() <= degree {
-                sums.resize(degree + 1, 0.0);
-            }
-            sums[degree] += value;
-        }
-        Self(sums)
+/// The sums of polynomials of one space.
+fn all_sums(jets: &[Jet<f64>], degrees: &[usize], here: &[f64]) -> Vec<Sums> {
+    let mut monomials = Vec::with_capacity(degrees.len());
+    if let Some(jet) = jets.first() {
+        jet.space().monomials_at(here, &mut monomials);
     }
+    let highest = degrees.iter().copied().max().unwrap_or(0);
+    let of = |jet: &Jet<f64>| {
+        let mut sums = vec![0.0; highest + 1];
+        let terms = jet.coefficients().iter().zip(&monomials).zip(degrees);
+        terms.for_each(|((coefficient, monomial), &degree)| sums[degree] += coefficient * monomial);
+        Sums(sums)
+    };
+    jets.iter().map(of).collect()
+}
 
+impl Sums {
     fn beyond(&self, degree: usize) -> f64 {
         self.0.iter().skip(degree + 1).sum()
     }

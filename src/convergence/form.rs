@@ -1,7 +1,6 @@
 //! A map in the shape in which it is run, with or without the monomials that a tolerance does not need.
 
 use super::ConvergenceError;
-use super::data::Monomials;
 use crate::emission::{prune, prune_composed};
 use crate::expansion::{ComposedMap, Expander, LocalMap, Stage};
 use crate::iteration::HornerMap;
@@ -32,11 +31,9 @@ impl Form {
         Ok(Self { map, composed })
     }
 
-    pub(super) fn with(&self, monomials: Monomials, tolerance: f64) -> Self {
-        match monomials {
-            Monomials::All => self.clone(),
-            Monomials::Needed => self.pruned(tolerance),
-        }
+    /// Without the monomials that an error does not need; `None` keeps them all.
+    pub(super) fn without(&self, error: Option<f64>) -> Self {
+        error.map_or_else(|| self.clone(), |error| self.pruned(error))
     }
 
     fn pruned(&self, tolerance: f64) -> Self {

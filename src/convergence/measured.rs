@@ -2,10 +2,14 @@
 
 use super::ConvergenceError;
 use super::data::SampleSummary;
-use super::errors::summarize;
-use super::sample::WindowSample;
-use super::truth::truth;
-use crate::expansion::LocalMap;
+use super::errors::{error, summarize};
+use super::family::MapFamily;
+use super::rule::PROBE;
+use super::sample::{SamplePoint, WindowSample};
+use super::timing;
+use super::truth::{Truth, truth};
+use crate::analysis::DirectImage;
+use crate::expansion::{LocalMap, MapOrders};
 use crate::hybrid::HybridSystem;
 use crate::iteration::HornerMap;
 use crate::model::Scene;
@@ -55,21 +59,103 @@ pub fn measured_error(
     map: &HornerMap,
     points: usize,
 ) -> Result<MeasuredError, ConvergenceError> {
-    let system = HybridSystem::new(&scene.model);
-    let sample = WindowSample::new(local);
+    let sample = window_sample(scene, orbit, local)?;
     let points = [sample.corners(), sample.points(FIRST, points)].concat();
-    let tried = points.len();
-    let truth = truth(&system, scene, orbit, points)?;
-    if truth.points.is_empty() {
-        return Err(ConvergenceError::NoTruth { tried });
-    }
+    let exact = ExactImages::new(scene, orbit, points)?;
     Ok(MeasuredError {
-        error: summarize(map, &truth).max,
-        sample: SampleSummary {
-            points: truth.points.len(),
-            excluded: truth.excluded,
-        },
+        error: summarize(map, &exact.truth).max,
+        sample: exact.summary(),
     })
+}
+
+/// The window of a map, its depths by one of orders high enough to know them.
+pub(super) fn window_sample(
+    scene: &Scene,
+    orbit: &GrazingOrbit,
+    local: &LocalMap,
+) -> Result<WindowSample, ConvergenceError> {
+    let orders = local.orders;
+    let known = orders.smooth_order >= PROBE.smooth_order
+        && orders.contact_weight >= PROBE.contact_weight
+        && local.fitted_to.is_none();
+    if known {
+        return Ok(WindowSample::new(local));
+    }
+    let orders = MapOrders {
+        smooth_order: orders.smooth_order.max(PROBE.smooth_order),
+        contact_weight: orders.contact_weight.max(PROBE.contact_weight),
+    };
+    let map = MapFamily::new(scene, orbit, orders)?.map(orders)?;
+    Ok(WindowSample::new(&map))
+}
+
+/// Points of a window with their images by direct simulation in double-double, to compare any number of maps with.
+#[derive(Clone, Debug)]
+pub struct ExactImages {
+    truth: Truth,
+}
+
+impl ExactImages {
+    /// Simulates points side by side; those that do not return, or with contacts other than those of the grazing passages, are
+    /// left out.
+    ///
+    /// # Errors
+    ///
+    /// [`ConvergenceError`] if no point is left, or direct simulation fails.
+    pub fn new(
+        scene: &Scene,
+        orbit: &GrazingOrbit,
+        points: Vec<SamplePoint>,
+    ) -> Result<Self, ConvergenceError> {
+        let system = HybridSystem::new(&scene.model);
+        let tried = points.len();
+        let truth = truth(&system, scene, orbit, points)?;
+        if truth.points.is_empty() {
+            return Err(ConvergenceError::NoTruth { tried });
+        }
+        Ok(Self { truth })
+    }
+
+    /// How many points there are, and how many were left out.
+    pub fn summary(&self) -> SampleSummary {
+        SampleSummary {
+            points: self.truth.points.len(),
+            excluded: self.truth.excluded,
+        }
+    }
+
+    /// The points that have images.
+    pub fn points(&self) -> &[SamplePoint] {
+        &self.truth.points
+    }
+
+    /// The largest error of a coordinate at each point, of a map run in double precision; not finite where it has no image.
+    pub fn errors(&self, map: &HornerMap) -> Vec<f64> {
+        let pairs = self.truth.points.iter().zip(&self.truth.images);
+        pairs
+            .map(|(point, image)| error(map, point, image))
+            .collect()
+    }
+
+    /// Nanoseconds of a return by direct simulation in double precision, one after another over the first points, and its
+    /// largest error there.
+    ///
+    /// # Errors
+    ///
+    /// [`ConvergenceError`] if direct simulation fails.
+    pub fn direct(
+        &self,
+        scene: &Scene,
+        orbit: &GrazingOrbit,
+        points: usize,
+    ) -> Result<(f64, f64), ConvergenceError> {
+        let system = HybridSystem::new(&scene.model);
+        let mut direct = DirectImage::<f64>::new(&system, scene, orbit)?;
+        let mut first = self.truth.clone();
+        first.points.truncate(points);
+        first.images.truncate(points);
+        Ok(timing::direct(&mut direct, &first)?)
+    }
 }
 
 #[cfg(test)]

@@ -6,6 +6,7 @@
 mod accuracy;
 mod candidates;
 mod choice;
+mod chooser;
 mod data;
 mod economise;
 mod engine;
@@ -16,9 +17,12 @@ mod family;
 mod fit;
 mod forecast;
 mod form;
+mod judge;
+mod level;
 mod measured;
 mod pareto;
 mod rates;
+mod rule;
 mod sample;
 mod timing;
 mod truth;
@@ -26,9 +30,10 @@ mod validity;
 
 pub use accuracy::{DepthAccuracy, WindowAccuracy};
 pub use choice::{ChoiceOptions, choose, choose_orders, chosen_map};
+pub use chooser::Chooser;
 pub use data::{
-    Choice, ConvergenceStudy, DirectSummary, ErrorSummary, FactorRate, Monomials, OrderResult,
-    Rate, SampleSummary,
+    Choice, ConvergenceStudy, DirectSummary, ErrorSummary, FactorRate, Limit, Monomials,
+    OrderResult, Polynomials, Rate, SampleSummary,
 };
 pub use engine::{ConvergenceOptions, converge};
 pub use error::ConvergenceError;
@@ -38,7 +43,9 @@ pub use extremes::{
 };
 pub use family::MapFamily;
 pub use fit::{SlopeFit, fit_slope};
-pub use measured::{MeasuredError, measured_error};
+pub use measured::{ExactImages, MeasuredError, measured_error};
 pub use pareto::{ParetoMap, ParetoPoint};
+pub use rule::{Decay, OrderRule};
 pub use sample::{SamplePoint, WindowSample};
+pub use timing::{multiply_add_ns, step_ns};
 pub use validity::{Validity, validity};

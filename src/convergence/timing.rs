@@ -34,8 +34,8 @@ fn median_ns(units: usize, mut work: impl FnMut()) -> f64 {
     times[RUNS / 2]
 }
 
-/// One step of the map with its parameters frozen, at the first sample point.
-pub(super) fn step_ns(map: &HornerMap, point: &SamplePoint) -> f64 {
+/// Nanoseconds of one step of a map with its parameters frozen, at a point: the median of five runs.
+pub fn step_ns(map: &HornerMap, point: &SamplePoint) -> f64 {
     let frozen = map.freeze(&point.parameters);
     let mut image = vec![0.0; frozen.dimension()];
     median_ns(STEPS, || {
@@ -46,8 +46,8 @@ pub(super) fn step_ns(map: &HornerMap, point: &SamplePoint) -> f64 {
     })
 }
 
-/// One multiply-add, many of them in flight.
-pub(super) fn multiply_add_ns() -> f64 {
+/// Nanoseconds of one multiply-add in double precision, sixteen chains of them in flight: the median of five runs.
+pub fn multiply_add_ns() -> f64 {
     let factor = black_box(0.999_999);
     median_ns(MULTIPLY_ADDS, || {
         let mut sums = [1.0f64; CHAINS];

@@ -9,6 +9,7 @@ use serde::{Deserialize, Serialize};
 
 use super::ConvergenceError;
 use super::errors::error;
+use super::measured::window_sample;
 use super::sample::{SamplePoint, WindowSample};
 use super::truth::image;
 use crate::analysis::DirectImage;
@@ -74,7 +75,7 @@ pub fn validity(
         direct: DirectImage::new(&system, scene, orbit)?,
         tolerance,
     };
-    let sample = WindowSample::new(local);
+    let sample = window_sample(scene, orbit, local)?;
     let widths = sample.widths();
     let scaled = |window: &WindowSample, scale| window.scaled(scale, &vec![scale; widths.len()]);
     let scale = largest(DOWN, |scale| trial.holds(&scaled(&sample, scale)));

@@ -52,6 +52,12 @@ pub(super) fn header(
             stated(options.measured_error)
         ),
     ];
+    if let Some(orders) = map.fitted_to {
+        lines.push(format!(
+            "Coefficients: economised, fitted on the window to smooth_order {}, contact_weight {}.",
+            orders.smooth_order, orders.contact_weight
+        ));
+    }
     if let Some(report) = pruned {
         let bound = number_literal("the bound of the dropped monomials", report.bound)?;
         lines.push(format!(

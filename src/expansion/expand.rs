@@ -227,6 +227,7 @@ impl<'a> Expander<'a> {
             surfaces: self.surfaces(),
             stages: before.chain(rest).collect(),
             window: map_window(self.scene, self.orbit),
+            fitted_to: None,
         }
     }
 

@@ -28,6 +28,8 @@ pub struct LocalMap {
     pub stages: Vec<Stage>,
     /// Where the map is to be trusted.
     pub window: MapWindow,
+    /// Orders of the map that the coefficients were fitted to on the window, where they are not those of the Taylor series.
+    pub fitted_to: Option<MapOrders>,
 }
 
 /// Section of a map.
@@ -80,6 +82,20 @@ pub struct MapWindow {
     pub state: Vec<f64>,
     /// One half-width per active parameter.
     pub parameter: Vec<f64>,
+}
+
+impl MapWindow {
+    /// Whether offsets of the state, those of the parameters and the depths of the passages lie within; parameters that are
+    /// not given count as 0.
+    pub fn holds<S: Real>(&self, state: &[S], parameters: &[S], depths: &[S]) -> bool {
+        let within = |values: &[S], widths: &[f64]| {
+            let mut pairs = values.iter().zip(widths);
+            pairs.all(|(value, &width)| value.to_f64().abs() <= width)
+        };
+        within(state, &self.state)
+            && within(parameters, &self.parameter)
+            && depths.iter().all(|depth| depth.to_f64() <= self.depth)
+    }
 }
 
 /// One stage of a local map.

@@ -1,5 +1,7 @@
 //! The map lowered to nested Horner schemes and run in process.
 
+use std::sync::OnceLock;
+
 use super::{DiscreteMap, FrozenLanes, FrozenMap, StepInfo};
 use crate::expansion::{ComposedMap, LocalMap, MapKernel};
 use crate::jet::kernel::{Interpreter, Kernel, LaneInterpreter, OperationCount};
@@ -10,14 +12,13 @@ use crate::numeric::Lanes;
 /// [`freeze`](Self::freeze) it where many steps are made at the same parameters.
 #[derive(Clone, Debug)]
 pub struct HornerMap {
-    dimension: usize,
-    parameters: usize,
-    count: OperationCount,
+    lowered: MapKernel,
     step: Interpreter,
-    jacobian: Interpreter,
     frozen_step: Freezer,
-    frozen_jacobian: Freezer,
-    frozen_depth: Freezer,
+    /// With the Jacobian, made when first asked for: whole, and split for freezing.
+    jacobian: OnceLock<(Interpreter, Freezer)>,
+    /// The depth of the first passage alone, made when first asked for.
+    depth: OnceLock<Freezer>,
 }
 
 impl HornerMap {
@@ -32,22 +33,26 @@ impl HornerMap {
     }
 
     fn of_kernel(lowered: MapKernel) -> Self {
-        let (step, jacobian) = (&lowered.kernel, lowered.with_jacobian());
         Self {
-            dimension: lowered.dimension,
-            parameters: lowered.parameters,
-            count: step.count(),
-            step: Interpreter::new(step),
-            jacobian: Interpreter::new(&jacobian),
-            frozen_step: Freezer::new(step, lowered.dimension),
-            frozen_jacobian: Freezer::new(&jacobian, lowered.dimension),
-            frozen_depth: Freezer::new(&first_depth(&lowered), lowered.dimension),
+            step: Interpreter::new(&lowered.kernel),
+            frozen_step: Freezer::new(&lowered.kernel, lowered.dimension),
+            jacobian: OnceLock::new(),
+            depth: OnceLock::new(),
+            lowered,
         }
+    }
+
+    fn jacobian(&self) -> &(Interpreter, Freezer) {
+        self.jacobian.get_or_init(|| {
+            let kernel = self.lowered.with_jacobian();
+            let freezer = Freezer::new(&kernel, self.lowered.dimension);
+            (Interpreter::new(&kernel), freezer)
+        })
     }
 
     /// Operations of one step.
     pub fn count(&self) -> OperationCount {
-        self.count
+        self.lowered.kernel.count()
     }
 
     /// Operations of one step of the frozen map.
@@ -62,9 +67,9 @@ impl HornerMap {
     /// If their number is not the map's.
     pub fn freeze(&self, parameters: &[f64]) -> FrozenMap {
         FrozenMap::new(
-            self.dimension,
+            self.lowered.dimension,
             self.frozen_step.freeze(parameters),
-            self.frozen_jacobian.freeze(parameters),
+            self.jacobian().1.freeze(parameters),
         )
     }
 
@@ -73,20 +78,20 @@ impl HornerMap {
     ///
     /// # Panics
     ///
-    /// If states or parameters have not the map's lengths.
+    /// If states or parameters have not the map's lengths, or the map has no passage.
     pub fn first_depths<'s>(
         &self,
         states: impl IntoIterator<Item = &'s [f64]>,
         parameters: &[f64],
     ) -> Vec<f64> {
         const LANES: usize = 16;
-        let mut depth = self
-            .frozen_depth
-            .freeze_lanes::<LANES>(&[parameters; LANES]);
+        let depth = || Freezer::new(&first_depth(&self.lowered), self.lowered.dimension);
+        let depth = self.depth.get_or_init(depth);
+        let mut depth = depth.freeze_lanes::<LANES>(&[parameters; LANES]);
         let states: Vec<&[f64]> = states.into_iter().collect();
         let blocks = states.chunks(LANES).flat_map(|block| {
             let lane = |number: usize| block.get(number).unwrap_or(&block[0]);
-            let coordinates = 0..self.dimension;
+            let coordinates = 0..self.lowered.dimension;
             let point = coordinates.map(|i| Lanes::from_fn(|number| lane(number)[i]));
             depth.run(&point.collect::<Vec<_>>());
             depth.output(0).0.into_iter().take(block.len())
@@ -101,21 +106,21 @@ impl HornerMap {
     /// If there are none or more than `N`, or if their number is not the map's.
     pub fn freeze_lanes<const N: usize>(&self, parameters: &[&[f64]]) -> FrozenLanes<N> {
         FrozenLanes::new(
-            self.dimension,
+            self.lowered.dimension,
             parameters.len(),
             self.frozen_step.freeze_lanes(parameters),
-            self.frozen_jacobian.freeze_lanes(parameters),
+            self.jacobian().1.freeze_lanes(parameters),
         )
     }
 }
 
 impl DiscreteMap for HornerMap {
     fn dimension(&self) -> usize {
-        self.dimension
+        self.lowered.dimension
     }
 
     fn parameters(&self) -> usize {
-        self.parameters
+        self.lowered.parameters
     }
 
     fn step(&self, state: &[f64], parameters: &[f64], image: &mut [f64]) -> StepInfo {
@@ -129,7 +134,7 @@ impl DiscreteMap for HornerMap {
         image: &mut [f64],
         jacobian: &mut [f64],
     ) -> StepInfo {
-        run(&self.jacobian, &[state, parameters], image, jacobian)
+        run(&self.jacobian().0, &[state, parameters], image, jacobian)
     }
 }
 

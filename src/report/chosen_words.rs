@@ -1,7 +1,9 @@
 //! Which map was chosen, how far it holds and where it is the more accurate, in words.
 
 use super::convergence_page::shape_word;
-use crate::convergence::{ConvergenceStudy, DepthAccuracy, Monomials, Validity};
+use crate::convergence::{
+    ConvergenceStudy, DepthAccuracy, Limit, Monomials, Polynomials, Validity,
+};
 
 /// Which map was chosen, in words.
 pub fn chosen_words(study: &ConvergenceStudy) -> String {
@@ -20,8 +22,12 @@ pub fn chosen_words(study: &ConvergenceStudy) -> String {
         Monomials::All => "",
         Monomials::Needed => ", without the monomials the tolerance does not need",
     };
+    let fitted = match chosen.polynomials {
+        Polynomials::Taylor => "",
+        Polynomials::Economised => ", its coefficients fitted to a map of higher orders",
+    };
     let map = format!(
-        "(N, W) = {orders}{weights}{dropped} ({} coefficients)",
+        "(N, W) = {orders}{weights}{fitted}{dropped} ({} coefficients)",
         chosen.coefficients
     );
     let error = |value: Option<f64>| {
@@ -39,8 +45,20 @@ pub fn chosen_words(study: &ConvergenceStudy) -> String {
         )
     } else {
         format!(
-            "No map tried stays within {tolerance:.0e} of direct simulation on the window; the most accurate has the orders {map}: largest error {sample} on the sample{fresh}."
+            "No map tried stays within {tolerance:.0e} of direct simulation on the window{}; the most accurate has the orders {map}: largest error {sample} on the sample{fresh}.",
+            chosen
+                .limit
+                .map_or(String::new(), |limit| format!(" ({})", limit_words(limit)))
         )
+    }
+}
+
+/// What keeps maps from meeting a tolerance, in words.
+pub fn limit_words(limit: Limit) -> &'static str {
+    match limit {
+        Limit::Orders => "the highest orders expanded leave out more",
+        Limit::Radius => "the window reaches to where the series cease to converge",
+        Limit::Rounding => "rounding in double precision is more",
     }
 }
 

@@ -30,7 +30,7 @@ mod speed_figure;
 mod table;
 mod table_text;
 
-pub use chosen_words::{accuracy_words, chosen_words, validity_words};
+pub use chosen_words::{accuracy_words, chosen_words, limit_words, validity_words};
 pub use convergence_page::{
     convergence_figures, convergence_section, convergence_table, without_times,
 };

@@ -118,6 +118,7 @@ pub(crate) fn of_stages(stages: Vec<Stage>, orders: MapOrders, kind: SectionKind
             state: vec![WINDOW; 2],
             parameter: vec![WINDOW; 2],
         },
+        fitted_to: None,
     }
 }
 

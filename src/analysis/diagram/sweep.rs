@@ -116,24 +116,17 @@ fn point(
         kept_contacts: orbit.steps.iter().map(StepInfo::contacts).sum(),
         lyapunov: settled.lyapunov,
         end: orbit.end,
-        outside: outside(orbit, offset, request),
+        outside: outside(orbit, parameters, request),
     }
 }
 
 /// Kept iterates outside the window: beyond a half-width, or reached by a passage deeper than the window's; all of them where
 /// the parameter is beyond its own.
-fn outside(orbit: &MapOrbit, offset: f64, request: &SweepRequest) -> usize {
-    let window = &request.window;
-    let width = window.parameter.get(request.parameter);
-    if width.is_some_and(|&width| offset.abs() > width) {
-        return orbit.states().len();
-    }
-    let beyond = |state: &[f64]| {
-        let mut pairs = state.iter().zip(&window.state);
-        pairs.any(|(value, &width)| value.abs() > width)
-    };
-    let left = |(state, step): &(&[f64], &StepInfo)| beyond(state) || step.depth > window.depth;
-    orbit.states().zip(&orbit.steps).filter(left).count()
+fn outside(orbit: &MapOrbit, parameters: &[f64], request: &SweepRequest) -> usize {
+    let kept = orbit.states().zip(&orbit.steps);
+    let outside =
+        kept.filter(|(state, step)| !request.window.holds(state, parameters, &[step.depth]));
+    outside.count()
 }
 
 /// The name of a periodic orbit; `None` without a period.

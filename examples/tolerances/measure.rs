@@ -1,0 +1,120 @@
+//! What is chosen for a scene, and how good it is on points that it was not chosen by.
+
+use grazemap::convergence::{Choice, Chooser, ConvergenceError, ExactImages, chosen_map, step_ns};
+use grazemap::iteration::HornerMap;
+use grazemap::model::{Scene, catalogue};
+use grazemap::orbit::{GrazingOrbit, locate};
+
+use crate::TOLERANCES;
+
+/// Number in the sequence of the first point of the comparison: beyond all that anything is chosen by.
+const FIRST: usize = 200_000;
+/// Points of the comparison.
+const POINTS: usize = 10_000;
+/// Those over which direct simulation is timed.
+const TIMED: usize = 300;
+/// Points on which a map has to hold to be chosen, as where a scene names a tolerance.
+const FRESH: usize = 1000;
+/// An error above the tolerance times this is counted.
+const EXCEEDS: f64 = 1.1;
+
+/// A scene with its maps and their errors.
+pub(crate) struct Case {
+    scene: Scene,
+    orbit: GrazingOrbit,
+    exact: ExactImages,
+    maps: Vec<Chosen>,
+}
+
+/// A map and its errors.
+struct Chosen {
+    choice: Choice,
+    map: HornerMap,
+    coordinates: usize,
+    errors: Vec<f64>,
+}
+
+/// One line of the study.
+#[derive(Clone, Debug)]
+pub(crate) struct Row {
+    pub(crate) scene: String,
+    pub(crate) coordinates: usize,
+    pub(crate) choice: Choice,
+    /// Largest error on the points of the comparison.
+    pub(crate) error: f64,
+    /// Points compared, and those whose error exceeds the tolerance by more than a tenth.
+    pub(crate) points: usize,
+    pub(crate) exceeding: usize,
+    pub(crate) step_ns: f64,
+    pub(crate) floor_ns: f64,
+    pub(crate) direct_ns: f64,
+}
+
+impl Case {
+    /// Chooses for all tolerances; the truth is simulated once.
+    pub(crate) fn new(name: &str) -> Result<Self, String> {
+        let said = |error: &dyn std::error::Error| error.to_string();
+        let source = catalogue::text(name).ok_or("no name of the catalogue")?;
+        let scene = Scene::parse(source, name).map_err(|error| said(&error))?;
+        let location = locate(&scene).map_err(|error| said(&error))?;
+        let orbit = location.into_result().map_err(|error| said(&error))?;
+        let (exact, maps) = chosen(&scene, &orbit).map_err(|error| said(&error))?;
+        Ok(Self {
+            scene,
+            orbit,
+            exact,
+            maps,
+        })
+    }
+
+    /// The lines of the scene, with times.
+    pub(crate) fn rows(&self, multiply_add_ns: f64) -> Result<Vec<Row>, ConvergenceError> {
+        let (direct_ns, _) = self.exact.direct(&self.scene, &self.orbit, TIMED)?;
+        let row = |chosen: &Chosen| {
+            let largest = |max: f64, &error: &f64| if error <= max { max } else { error };
+            let limit = EXCEEDS * chosen.choice.tolerance;
+            let exceeds =
+                |error: &&f64| error.partial_cmp(&&limit).is_none_or(|order| order.is_gt());
+            Row {
+                scene: self.scene.identifier.clone(),
+                coordinates: chosen.coordinates,
+                choice: chosen.choice.clone(),
+                error: chosen.errors.iter().fold(0.0, largest),
+                points: chosen.errors.len(),
+                exceeding: chosen.errors.iter().filter(exceeds).count(),
+                step_ns: step_ns(&chosen.map, &self.exact.points()[0]),
+                floor_ns: multiply_add_ns * chosen.choice.operations as f64,
+                direct_ns,
+            }
+        };
+        Ok(self.maps.iter().map(row).collect())
+    }
+}
+
+fn chosen(
+    scene: &Scene,
+    orbit: &GrazingOrbit,
+) -> Result<(ExactImages, Vec<Chosen>), ConvergenceError> {
+    let mut chooser = Chooser::new(scene, orbit, FRESH)?;
+    let mut exact = None;
+    let mut maps = Vec::new();
+    for tolerance in TOLERANCES {
+        let choice = chooser.choose(tolerance)?;
+        let (local, map) = chosen_map(&choice, scene, orbit)?;
+        let exact = match &exact {
+            Some(exact) => exact,
+            None => {
+                let points = chooser.points(FIRST, POINTS);
+                exact.insert(ExactImages::new(scene, orbit, points)?)
+            }
+        };
+        maps.push(Chosen {
+            errors: exact.errors(&map),
+            coordinates: local.dimension(),
+            choice,
+            map,
+        });
+    }
+    let exact = exact.ok_or(ConvergenceError::NoTruth { tried: POINTS })?;
+    Ok((exact, maps))
+}

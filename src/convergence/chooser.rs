@@ -1,0 +1,364 @@
+//! Choosing maps of one scene for any tolerances: what is expanded and simulated once serves all of them.
+
+use std::time::Instant;
+
+use super::ConvergenceError;
+use super::candidates::Candidate;
+use super::data::{Choice, Limit, Polynomials};
+use super::family::MapFamily;
+use super::judge::{Bench, Trial};
+use super::level::{Level, highest_orders};
+use super::rule::{OrderRule, PROBE};
+use super::sample::SamplePoint;
+use crate::expansion::MapOrders;
+use crate::model::{Scene, Shape};
+use crate::orbit::GrazingOrbit;
+
+/// A map is measured where its forecast is within this many times the tolerance.
+const SLACK: f64 = 2.0;
+
+/// An economised one where that of its truncation is: fits gain a factor of 2 to 20.
+const GAIN: f64 = 20.0;
+
+/// Degrees and weights that an expansion has beyond the predicted ones: orders can be exchanged for one another, and forecasts
+/// and fits need terms beyond what they cut.
+const MARGIN: MapOrders = MapOrders {
+    smooth_order: 1,
+    contact_weight: 2,
+};
+
+/// By how much an expansion grows that was not high enough.
+const STEP: MapOrders = MapOrders {
+    smooth_order: 2,
+    contact_weight: 3,
+};
+
+/// Maps tried after the first that meets the tolerance: of a dearer one more monomials may be dropped.
+const FURTHER: usize = 3;
+
+/// Maps within the slack whose composed form is tried, from the cheapest.
+const FEW: usize = 8;
+
+/// Further ones are tried where the forecast of their stages is within this many times the tolerance: folding can leave out less
+/// than they do.
+const COMPOSED_SLACK: f64 = 100.0;
+
+/// So many of them, and of economised maps, from the least forecast.
+const LIKELIEST: usize = 24;
+
+/// Most terms of a map whose composed form is tried: beyond, composing takes seconds and wins nothing.
+const COMPOSED_TERMS: usize = 5000;
+
+/// An error that falls by less from one expansion to the next has come to its end.
+const FALLS: f64 = 0.5;
+
+/// An error of which truncation is forecast to be less than this share is rounding.
+const TRUNCATION: f64 = 0.1;
+
+/// Chooses maps of one scene.
+///
+/// ```
+/// use grazemap::convergence::Chooser;
+/// use grazemap::model::{Scene, catalogue};
+/// use grazemap::orbit::locate;
+///
+/// let text = catalogue::text("linear").expect("in the catalogue");
+/// let scene = Scene::parse(text, "linear.toml")?;
+/// let orbit = locate(&scene)?.into_result()?;
+/// let mut chooser = Chooser::new(&scene, &orbit, 100)?;
+/// let [coarse, fine] = [1e-3, 1e-6].map(|tolerance| chooser.choose(tolerance));
+/// assert!(coarse?.operations < fine?.operations);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub struct Chooser<'a> {
+    scene: &'a Scene,
+    orbit: &'a GrazingOrbit,
+    bench: Bench<'a>,
+    limit: MapOrders,
+    levels: Vec<Level<'a>>,
+}
+
+impl<'a> Chooser<'a> {
+    /// Expands to low orders and simulates the points that maps are chosen by; `fresh` is the number of points on which a map
+    /// has to hold too.
+    ///
+    /// # Errors
+    ///
+    /// [`ConvergenceError`] if the scene cannot be expanded, or its window has no point to compare at.
+    pub fn new(
+        scene: &'a Scene,
+        orbit: &'a GrazingOrbit,
+        fresh: usize,
+    ) -> Result<Self, ConvergenceError> {
+        let family = MapFamily::new(scene, orbit, PROBE)?;
+        let bench = Bench::new(scene, orbit, fresh, &family.map(PROBE)?)?;
+        let probe = Level::new(family, &bench.points())?;
+        Ok(Self {
+            scene,
+            orbit,
+            bench,
+            limit: highest_orders(probe.family.expander().variables().len()),
+            levels: vec![probe],
+        })
+    }
+
+    /// The rule that searches begin with.
+    pub fn rule(&self) -> OrderRule {
+        self.levels[0].rule.clone()
+    }
+
+    /// Points of the window, from a number of the sequence on: nothing is chosen by those beyond the first 128 and as many
+    /// fresh ones as were asked for.
+    pub fn points(&self, first: usize, count: usize) -> Vec<SamplePoint> {
+        self.bench.sample().points(first, count)
+    }
+
+    /// The cheapest map for a tolerance: see [`choose_orders`](super::choose_orders).
+    ///
+    /// # Errors
+    ///
+    /// As [`new`](Self::new).
+    pub fn choose(&mut self, tolerance: f64) -> Result<Choice, ConvergenceError> {
+        let clock = Instant::now();
+        let mut trial = Trial::new(tolerance);
+        let mut limit = None;
+        if self.scene.emit.shape != Shape::Flown {
+            limit = self.choose_series(&mut trial)?;
+        }
+        let flown = match self.scene.emit.shape {
+            Shape::Flown => true,
+            Shape::Auto => trial.found().is_none(),
+            _ => false,
+        };
+        if flown {
+            self.choose_flown(&mut trial)?;
+        }
+        let mut choice = trial.best().ok_or(ConvergenceError::NoTruth { tried: 0 })?;
+        choice.predicted = self.rule().orders(tolerance);
+        choice.limit = match choice.met {
+            true => None,
+            false => limit.or(Some(Limit::Orders)),
+        };
+        choice.seconds = clock.elapsed().as_secs_f64();
+        Ok(choice)
+    }
+
+    /// Expansions from the predicted orders on until a map meets the tolerance; why none does.
+    fn choose_series(&mut self, trial: &mut Trial) -> Result<Option<Limit>, ConvergenceError> {
+        let reachable = trial.tolerance.max(self.bench.rounding());
+        let mut highest = self.beyond(self.rule().orders(reachable));
+        let slack = match self.scene.emit.shape {
+            Shape::Factored => SLACK,
+            _ => COMPOSED_SLACK,
+        };
+        let mut last = f64::INFINITY;
+        loop {
+            let at = self.level(highest)?;
+            let level = &self.levels[at];
+            let remainder = level.remainder();
+            let next = self.next(level, reachable);
+            if remainder <= slack * trial.tolerance || next == highest {
+                try_level(&mut self.bench, level, trial)?;
+                if trial.found().is_some() {
+                    return Ok(None);
+                }
+                let error = trial.nearest_error();
+                let ended = error > FALLS * last;
+                if ended || next == highest {
+                    return Ok(Some(match level.rule.converges() {
+                        false => Limit::Radius,
+                        true if remainder < TRUNCATION * error => Limit::Rounding,
+                        true => Limit::Orders,
+                    }));
+                }
+                last = error;
+            }
+            highest = next;
+        }
+    }
+
+    /// The orders of the next expansion: one step towards those that this one predicts, or of both factors where it predicts
+    /// no higher ones.
+    fn next(&self, level: &Level<'_>, tolerance: f64) -> MapOrders {
+        let here = level.family.highest();
+        let predicted = level.rule.orders(tolerance);
+        let legs = predicted.smooth_order > here.smooth_order;
+        let contacts = predicted.contact_weight > here.contact_weight;
+        let grown = |grows: bool, order: u32, step: u32| order + if grows { step } else { 0 };
+        self.clamped(MapOrders {
+            smooth_order: grown(legs || !contacts, here.smooth_order, STEP.smooth_order),
+            contact_weight: grown(contacts || !legs, here.contact_weight, STEP.contact_weight),
+        })
+    }
+
+    fn beyond(&self, orders: MapOrders) -> MapOrders {
+        self.clamped(MapOrders {
+            smooth_order: orders.smooth_order + MARGIN.smooth_order,
+            contact_weight: orders.contact_weight + MARGIN.contact_weight,
+        })
+    }
+
+    /// Within the highest orders; at least 2, so that terms can be seen to fall.
+    fn clamped(&self, orders: MapOrders) -> MapOrders {
+        MapOrders {
+            smooth_order: orders.smooth_order.clamp(2, self.limit.smooth_order),
+            contact_weight: orders.contact_weight.clamp(4, self.limit.contact_weight),
+        }
+    }
+
+    /// The expansion to some orders, made once.
+    fn level(&mut self, highest: MapOrders) -> Result<usize, ConvergenceError> {
+        let made = |level: &Level<'_>| level.family.highest() == highest;
+        if let Some(at) = self.levels.iter().position(made) {
+            return Ok(at);
+        }
+        let families: Vec<_> = self.levels.iter().map(|level| &level.family).collect();
+        let family = MapFamily::sharing(self.scene, self.orbit, highest, &families)?;
+        let level = Level::new(family, &self.bench.points())?;
+        self.levels.push(level);
+        Ok(self.levels.len() - 1)
+    }
+
+    /// Maps with flown contacts, no series forecasting what their truncation leaves out: the least weight that serves with a degree as high, by
+    /// bisection, then the least degree.
+    fn choose_flown(&mut self, trial: &mut Trial) -> Result<(), ConvergenceError> {
+        let top = self.limit.smooth_order.min(self.limit.contact_weight);
+        let orders = |smooth_order: u32, contact_weight: u32| MapOrders {
+            smooth_order,
+            contact_weight,
+        };
+        let at = self.level(orders(top, top))?;
+        let family = &self.levels[at].family;
+        // A law that cannot be flown has no flown map to offer; a scene that asks for one is told why.
+        if let (Err(error), true) = (
+            family.flown_map(orders(1, 2)),
+            self.scene.emit.shape == Shape::Flown,
+        ) {
+            return Err(error.into());
+        }
+        let bench = &mut self.bench;
+        let mut meets = |smooth_order: u32, contact_weight: u32| {
+            let Ok(map) = family.flown_map(orders(smooth_order, contact_weight)) else {
+                return Ok::<_, ConvergenceError>(false);
+            };
+            bench.judge_flown(map, trial)
+        };
+        let (mut fails, mut serves) = (1, 2);
+        while !meets(serves, serves)? {
+            if serves == top {
+                return Ok(());
+            }
+            (fails, serves) = (serves, (2 * serves).min(top));
+        }
+        while serves - fails > 1 {
+            let middle = (fails + serves) / 2;
+            if meets(middle, middle)? {
+                serves = middle;
+            } else {
+                fails = middle;
+            }
+        }
+        for degree in (1..serves).rev() {
+            if !meets(degree, serves)? {
+                break;
+            }
+        }
+        for weight in (2..serves).rev() {
+            if !meets(serves, weight)? {
+                break;
+            }
+        }
+        Ok(())
+    }
+}
+
+/// The maps of one expansion that may be the answer: Taylor maps, factored and composed, then economised ones that are cheaper
+/// than the cheapest of them.
+fn try_level(
+    bench: &mut Bench<'_>,
+    level: &Level<'_>,
+    trial: &mut Trial,
+) -> Result<(), ConvergenceError> {
+    let shape = bench.scene().emit.shape;
+    let highest = level.family.highest();
+    let tolerance = trial.tolerance;
+    let likely = |slack: f64| {
+        let bound = slack * tolerance;
+        let candidates = level.candidates.iter();
+        candidates.filter(move |candidate| candidate.forecast <= bound)
+    };
+    let mut taylor: Vec<&Candidate> = likely(SLACK).collect();
+    if taylor.is_empty() {
+        let top =
+            |candidate: &&Candidate| candidate.orders == highest && candidate.weights.is_empty();
+        taylor.extend(level.candidates.iter().find(top));
+    }
+    let mut most = (usize::MAX, usize::MAX);
+    if shape != Shape::Composed {
+        most = try_all(&taylor, |candidate| {
+            bench.judge(
+                level,
+                candidate,
+                Shape::Factored,
+                Polynomials::Taylor,
+                trial,
+            )
+        })?;
+    }
+    let small = |candidate: &&Candidate| candidate.cost.1 <= COMPOSED_TERMS;
+    if shape != Shape::Factored {
+        let mut judge = |candidate: &Candidate| {
+            bench.judge(
+                level,
+                candidate,
+                Shape::Composed,
+                Polynomials::Taylor,
+                trial,
+            )
+        };
+        let few: Vec<_> = likely(SLACK).filter(small).take(FEW).collect();
+        let found = try_all(&few, &mut judge)?;
+        for candidate in likeliest(likely(COMPOSED_SLACK).filter(small), found) {
+            judge(candidate)?;
+        }
+        most = most.min(found);
+    }
+    let fitted = likeliest(likely(GAIN), most);
+    let shapes = [Shape::Factored, Shape::Composed].into_iter();
+    for of in shapes.filter(|&of| shape == Shape::Auto || shape == of) {
+        let few = fitted.iter().copied();
+        for candidate in few.filter(|candidate| of == Shape::Factored || small(candidate)) {
+            bench.judge(level, candidate, of, Polynomials::Economised, trial)?;
+        }
+    }
+    Ok(())
+}
+
+/// Of candidates no dearer than one that serves, those of the least forecast.
+fn likeliest<'c>(
+    candidates: impl Iterator<Item = &'c Candidate>,
+    most: (usize, usize),
+) -> Vec<&'c Candidate> {
+    let cheaper = candidates.filter(|candidate| candidate.cost <= most);
+    let mut cheaper: Vec<_> = cheaper.collect();
+    cheaper.sort_by(|a, b| a.forecast.total_cmp(&b.forecast));
+    cheaper.truncate(LIKELIEST);
+    cheaper
+}
+
+/// Tries candidates until a few after the first that meets the tolerance; the cost of that one.
+fn try_all(
+    candidates: &[&Candidate],
+    mut judge: impl FnMut(&Candidate) -> Result<bool, ConvergenceError>,
+) -> Result<(usize, usize), ConvergenceError> {
+    let mut first = None;
+    for (number, candidate) in candidates.iter().enumerate() {
+        if first.is_some_and(|first| number > first + FURTHER) {
+            break;
+        }
+        if judge(candidate)? && first.is_none() {
+            first = Some(number);
+        }
+    }
+    Ok(first.map_or((usize::MAX, usize::MAX), |first| candidates[first].cost))
+}

@@ -1,0 +1,283 @@
+//! Maps on trial for a tolerance: measured on a sample and, where they hold there, on fresh points.
+
+use std::collections::BTreeMap;
+
+use super::ConvergenceError;
+use super::candidates::Candidate;
+use super::choice::weighted;
+use super::data::{Choice, Monomials, Polynomials};
+use super::errors::summarize;
+use super::form::Form;
+use super::level::Level;
+use super::sample::{SamplePoint, WindowSample};
+use super::truth::{Truth, truth};
+use crate::emission::prune;
+use crate::expansion::LocalMap;
+use crate::hybrid::HybridSystem;
+use crate::model::{Scene, Shape};
+use crate::orbit::GrazingOrbit;
+
+/// Points by which maps are chosen, beside the corners.
+const POINTS: usize = 128;
+
+/// Multiples of the tolerance whose tenth monomials may be dropped within, by their bound on the window; the bound is seldom
+/// reached, and the verdict is measured.
+const DROPS: [f64; 6] = [300.0, 100.0, 30.0, 10.0, 3.0, 1.0];
+
+/// What every candidate is measured on.
+pub(super) struct Bench<'a> {
+    scene: &'a Scene,
+    orbit: &'a GrazingOrbit,
+    system: HybridSystem,
+    sample: WindowSample,
+    truth: Truth,
+    fresh_points: usize,
+    fresh: Option<Truth>,
+}
+
+/// The candidates for one tolerance: the cheapest that meets it and the nearest of the others.
+#[derive(Debug)]
+pub(super) struct Trial {
+    pub(super) tolerance: f64,
+    found: Option<Choice>,
+    nearest: Option<Choice>,
+    last_met: bool,
+}
+
+impl Trial {
+    pub(super) fn new(tolerance: f64) -> Self {
+        Self {
+            tolerance,
+            found: None,
+            nearest: None,
+            last_met: false,
+        }
+    }
+
+    pub(super) fn add(&mut self, choice: Choice) {
+        self.last_met = choice.met;
+        let best = if choice.met {
+            &mut self.found
+        } else {
+            &mut self.nearest
+        };
+        if best.as_ref().is_none_or(|best| choice.beats(best)) {
+            *best = Some(choice);
+        }
+    }
+
+    /// Whether the candidate added last meets the tolerance.
+    pub(super) fn last_met(&self) -> bool {
+        self.last_met
+    }
+
+    pub(super) fn found(&self) -> Option<&Choice> {
+        self.found.as_ref()
+    }
+
+    /// Error of the nearest of those that fail.
+    pub(super) fn nearest_error(&self) -> f64 {
+        self.nearest.as_ref().map_or(f64::INFINITY, Choice::size)
+    }
+
+    pub(super) fn best(self) -> Option<Choice> {
+        self.found.or(self.nearest)
+    }
+}
+
+impl Choice {
+    /// Cheaper where both meet the tolerance, more accurate where neither does.
+    fn beats(&self, other: &Self) -> bool {
+        if self.met {
+            (self.operations, self.coefficients) < (other.operations, other.coefficients)
+        } else {
+            self.size() < other.size()
+        }
+    }
+
+    /// The largest error measured; infinite where an image was not finite.
+    fn size(&self) -> f64 {
+        let errors = [self.error, self.fresh_error].into_iter().flatten();
+        let largest = errors.fold(f64::NAN, f64::max);
+        if largest.is_nan() {
+            f64::INFINITY
+        } else {
+            largest
+        }
+    }
+}
+
+impl<'a> Bench<'a> {
+    /// Simulates the points that maps are chosen by; `map` has the window.
+    pub(super) fn new(
+        scene: &'a Scene,
+        orbit: &'a GrazingOrbit,
+        fresh_points: usize,
+        map: &LocalMap,
+    ) -> Result<Self, ConvergenceError> {
+        let system = HybridSystem::new(&scene.model);
+        let sample = WindowSample::new(map);
+        let points = [sample.corners(), sample.points(0, POINTS)].concat();
+        let truth = truth(&system, scene, orbit, points)?;
+        if truth.points.is_empty() {
+            return Err(ConvergenceError::NoTruth { tried: POINTS });
+        }
+        Ok(Self {
+            scene,
+            orbit,
+            system,
+            sample,
+            truth,
+            fresh_points,
+            fresh: None,
+        })
+    }
+
+    pub(super) fn scene(&self) -> &'a Scene {
+        self.scene
+    }
+
+    /// The window.
+    pub(super) fn sample(&self) -> &WindowSample {
+        &self.sample
+    }
+
+    /// The points that have an image.
+    pub(super) fn points(&self) -> Vec<SamplePoint> {
+        self.truth.points.clone()
+    }
+
+    /// What rounding an image to double precision can come to.
+    pub(super) fn rounding(&self) -> f64 {
+        let offsets = self.truth.images.iter().flatten();
+        let largest = offsets
+            .map(|offset| offset.to_f64().abs())
+            .fold(0.0, f64::max);
+        f64::EPSILON * largest
+    }
+
+    /// Measures a candidate with as few monomials as the tolerance needs; whether it meets it.
+    pub(super) fn judge(
+        &mut self,
+        level: &Level<'_>,
+        candidate: &Candidate,
+        shape: Shape,
+        polynomials: Polynomials,
+        trial: &mut Trial,
+    ) -> Result<bool, ConvergenceError> {
+        let map = candidate.map(&level.family)?;
+        let scene = weighted(self.scene, &candidate.weights);
+        let economiser = match polynomials {
+            Polynomials::Taylor => None,
+            Polynomials::Economised => match level.economiser() {
+                Some(economiser) => Some(economiser),
+                None => return Ok(false),
+            },
+        };
+        let fitted = |map: LocalMap| match economiser {
+            Some(economiser) => economiser.economise(map),
+            None => map,
+        };
+        // Coefficients of a factored map are fitted to the monomials that are left.
+        let first = economiser.is_some() && shape != Shape::Composed;
+        let whole = Form::new(&scene, self.orbit, fitted(map.clone()), shape)?;
+        let pruned = |error: f64| match first {
+            true => Form::new(&scene, self.orbit, fitted(prune(&map, error).0), shape),
+            false => Ok(whole.without(Some(error))),
+        };
+        self.fewest(&whole, pruned, (&candidate.weights, shape), trial)
+    }
+
+    /// Measures a map with flown contacts, with as few monomials of its legs as the tolerance needs.
+    pub(super) fn judge_flown(
+        &mut self,
+        map: LocalMap,
+        trial: &mut Trial,
+    ) -> Result<bool, ConvergenceError> {
+        let whole = Form::new(self.scene, self.orbit, map, Shape::Flown)?;
+        let pruned = |error: f64| Ok(whole.without(Some(error)));
+        self.fewest(&whole, pruned, (&BTreeMap::new(), Shape::Flown), trial)
+    }
+
+    /// Measures a map and, where it meets the tolerance, the same with ever more of its monomials until one does with fewest
+    /// of them; whether it does.
+    fn fewest(
+        &mut self,
+        whole: &Form,
+        pruned: impl Fn(f64) -> Result<Form, ConvergenceError>,
+        (weights, shape): (&BTreeMap<String, u32>, Shape),
+        trial: &mut Trial,
+    ) -> Result<bool, ConvergenceError> {
+        let tolerance = trial.tolerance;
+        trial.add(self.measured(whole, weights, shape, None, tolerance)?);
+        if !trial.last_met() {
+            return Ok(false);
+        }
+        for times in DROPS {
+            let error = times * tolerance;
+            let form = pruned(error)?;
+            trial.add(self.measured(&form, weights, shape, Some(error), tolerance)?);
+            if trial.last_met() {
+                break;
+            }
+        }
+        Ok(true)
+    }
+
+    fn measured(
+        &mut self,
+        form: &Form,
+        weights: &BTreeMap<String, u32>,
+        shape: Shape,
+        drop_within: Option<f64>,
+        tolerance: f64,
+    ) -> Result<Choice, ConvergenceError> {
+        let map = form.lowered();
+        let error = summarize(&map, &self.truth).max;
+        let within = |error: Option<f64>| error.is_some_and(|error| error <= tolerance);
+        let (orders, fitted_to) = (form.map.orders, form.map.fitted_to);
+        let mut choice = Choice {
+            tolerance,
+            met: false,
+            smooth_order: orders.smooth_order,
+            contact_weight: orders.contact_weight,
+            shape,
+            weights: weights.clone(),
+            monomials: drop_within.map_or(Monomials::All, |_| Monomials::Needed),
+            drop_within,
+            polynomials: fitted_to.map_or(Polynomials::Taylor, |_| Polynomials::Economised),
+            fitted_to,
+            error,
+            fresh_error: None,
+            fresh_points: 0,
+            single_precision_error: None,
+            operations: map.frozen_count().total(),
+            coefficients: form.coefficients(),
+            predicted: orders,
+            limit: None,
+            seconds: 0.0,
+        };
+        if within(error) {
+            let fresh = self.fresh()?;
+            choice.fresh_error = summarize(&map, fresh).max;
+            choice.fresh_points = fresh.points.len();
+            choice.met = within(choice.fresh_error);
+            if choice.met && shape != Shape::Flown {
+                let single = form.clone().single().lowered();
+                choice.single_precision_error = summarize(&single, fresh).max;
+            }
+        }
+        Ok(choice)
+    }
+
+    fn fresh(&mut self) -> Result<&Truth, ConvergenceError> {
+        let fresh = match self.fresh.take() {
+            Some(fresh) => fresh,
+            None => {
+                let points = self.sample.points(POINTS, self.fresh_points);
+                truth(&self.system, self.scene, self.orbit, points)?
+            }
+        };
+        Ok(self.fresh.insert(fresh))
+    }
+}
