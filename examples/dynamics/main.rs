@@ -1,56 +1,151 @@
-use grazemap::analysis::periodic::*;
-use grazemap::analysis::{DirectImage, MapEvaluation};
-use grazemap::convergence::MapFamily;
-use grazemap::expansion::MapOrders;
-use grazemap::hybrid::HybridSystem;
-use grazemap::model::{Scene, catalogue};
-use grazemap::numeric::{Dd, Real};
-use grazemap::orbit::locate;
-use std::time::Instant;
+//! The study docs/studies/dynamics.md: what the truncation of one step means for orbits, their stability, their bifurcations and attractors.
+//!
+//! `cargo run --release --example dynamics` measures everything anew (a few minutes) and writes the tables and figures of
+//! the page. The truth is direct simulation, in double-double but for attractors; `tests/dynamics.rs` holds it to closed forms.
 
-fn show(tag: &str, orbits: &[PeriodicOrbit<Dd>]) {
-    for o in orbits {
-        let m = o.multipliers().unwrap();
-        println!(
-            "{tag} x={:.3e} p={:.12e} mult={:.6},{:.6} det={:.6} extra={} contacts={:?} res={:.1e}",
-            o.states[0][0].to_f64(), o.parameters[0].to_f64(), m[0], m[1], o.determinant().unwrap().to_f64(), o.extra_contacts,
-            o.itinerary.iter().map(|s| s.len()).collect::<Vec<_>>(), o.residual
-        );
-    }
+mod adding;
+mod attractor;
+mod born;
+mod chosen;
+mod conclusions;
+mod loci;
+#[path = "../support/study.rs"]
+mod study;
+mod subject;
+
+use std::error::Error;
+
+use grazemap::analysis::periodic::BifurcationKind;
+
+use attractor::Site;
+use born::{Born, Graze};
+use study::Study;
+use subject::Subject;
+
+/// Scenes at a generic graze, and at points where `ξ₁ = 0`.
+const GENERIC: [&str; 3] = ["linear", "foale_omega_2_2", "mems"];
+const CODIMENSION_TWO: [&str; 3] = ["linear_codim2", "mems_codim2", "mems_scenario3"];
+/// Orders of tables and figures that have no room for all.
+const SHOWN: [(u32, u32); 7] = [(1, 2), (2, 1), (2, 2), (2, 3), (3, 4), (4, 6), (5, 8)];
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let mut study = Study::open("dynamics")?;
+    let generic = GENERIC.map(Subject::new);
+    let special = CODIMENSION_TWO.map(Subject::new);
+    orbits_born(&mut study, &generic, &special)?;
+    bifurcations(&mut study, &special)?;
+    attractors(&mut study)?;
+    let adding = adding::table()?;
+    study.data("adding", &adding)?;
+    study.shown("adding", &adding)?;
+    let chosen = chosen::table(&[
+        (Subject::new("linear"), None),
+        (
+            Subject::new("linear_codim2"),
+            Some((BifurcationKind::Fold, -0.1)),
+        ),
+        (
+            Subject::new("mems_codim2"),
+            Some((BifurcationKind::Flip, -1.0)),
+        ),
+        (
+            Subject::new("mems_scenario3"),
+            Some((BifurcationKind::Flip, 1.0)),
+        ),
+    ])?;
+    study.data("chosen", &chosen)?;
+    study.shown("chosen", &chosen)?;
+    study.close()
 }
 
-fn main() {
-    let names: Vec<String> = std::env::args().skip(1).collect();
-    for arg in &names {
-        let mut parts = arg.split(':');
-        let name = parts.next().unwrap();
-        let returns: usize = parts.next().map_or(1, |s| s.parse().unwrap());
-        let scene = Scene::parse(catalogue::text(name).unwrap(), name).unwrap();
-        let orbit = locate(&scene).unwrap().into_result().unwrap();
-        println!("== {name} n={returns} window {:?}", scene.window.depth);
-        let system = HybridSystem::new(&scene.model);
-        let mut direct = DirectImage::<Dd>::new(&system, &scene, &orbit).unwrap();
-        let family = MapFamily::new(&scene, &orbit, MapOrders { smooth_order: 7, contact_weight: 10 }).unwrap();
-        let highest = family.map(family.highest()).unwrap();
-        let mut itinerary = vec![grazemap::iteration::PassageSet::default(); returns];
-        itinerary[0].insert(0);
-        let problem = PeriodicProblem { returns, free: 0, itinerary: Some(itinerary), scales: window_scales(&highest.window) };
-        let guess = Guess { state: vec![Dd::ZERO; highest.dimension()], parameters: vec![Dd::ZERO; highest.parameters.len()] };
-        let d = scene.window.depth;
-        let values: Vec<Dd> = (0..7).map(|k| Dd::from(d * 0.01 * 10f64.powf(k as f64 / 3.0))).collect();
-        let t = Instant::now();
-        let truth = branch(&mut direct, &problem, 0, &values, &guess);
-        println!("direct {:?} for {}", t.elapsed(), truth.len());
-        show("direct", &truth);
-        for (n, w) in [(1, 1), (1, 2), (1,3), (2, 1), (2, 2), (2, 3), (3, 3), (3, 4), (5, 6), (7,10)] {
-            let map = family.map(MapOrders { smooth_order: n, contact_weight: w }).unwrap();
-            let mut map = MapEvaluation::<Dd>::new(&map);
-            let t = Instant::now();
-            let orbits = branch(&mut map, &problem, 0, &values, &guess);
-            let t = t.elapsed();
-            let err: Vec<String> = orbits.iter().zip(&truth).map(|(a, b)| format!("{:.1e}", (a.parameters[0] - b.parameters[0]).to_f64())).collect();
-            println!("({n},{w}) {:?} dp={err:?}", t);
-            show("  ", &orbits[orbits.len().saturating_sub(1)..]);
-        }
+/// Position and multipliers of the orbit born.
+fn orbits_born(
+    study: &mut Study,
+    generic: &[Subject],
+    special: &[Subject],
+) -> Result<(), Box<dyn Error>> {
+    let generic: Vec<_> = generic.iter().map(Born::new).collect();
+    let special: Vec<_> = special.iter().map(Born::new).collect();
+    let all: Vec<_> = generic.iter().chain(&special).collect();
+    study.data("born", &born::data_table(&all)?)?;
+    for (stem, graze, scenes) in [
+        ("generic", Graze::Generic, &generic),
+        ("codim2", Graze::CodimensionTwo, &special),
+    ] {
+        let slopes = born::slope_table(graze, scenes)?;
+        study.data(&format!("slopes-{stem}"), &slopes)?;
+        study.shown(&format!("slopes-{stem}"), &slopes)?;
+        let errors = born::error_table(scenes, 1)?;
+        study.data(&format!("errors-{stem}"), &errors)?;
+        study.shown(&format!("errors-{stem}"), &errors)?;
     }
+    study.figure(
+        "trace-generic",
+        &born::trace_figure(&generic[0], "A generic graze"),
+    )?;
+    study.figure(
+        "trace-codim2",
+        &born::trace_figure(&special[2], "Codimension two"),
+    )?;
+    let conclusions = conclusions::table(&special)?;
+    study.data("conclusions", &conclusions)?;
+    study.shown("conclusions", &conclusions)
+}
+
+/// Folds and flips beside the codimension-two points.
+fn bifurcations(study: &mut Study, special: &[Subject]) -> Result<(), Box<dyn Error>> {
+    let loci: Vec<_> = special.iter().flat_map(loci::loci).collect();
+    let all: Vec<_> = loci.iter().collect();
+    let mut families = loci::families(&loci);
+    study.data("loci", &loci::table(&all, &born::ORDERS)?)?;
+    let edges: Vec<_> = families
+        .iter()
+        .flat_map(|family| [family[0], family[2]])
+        .collect();
+    study.shown("loci", &loci::table(&edges, &SHOWN)?)?;
+    let slopes = loci::slope_table(&families)?;
+    study.data("slopes-loci", &slopes)?;
+    study.shown("slopes-loci", &slopes)?;
+    families.retain(|family| {
+        family[0].scene == "linear_codim2" && family[0].kind == BifurcationKind::Fold
+    });
+    for family in &families {
+        study.figure("fold", &loci::figure(family, &SHOWN))?;
+    }
+    Ok(())
+}
+
+/// Attractors beside a codimension-two point and in chaos that begins at a graze.
+fn attractors(study: &mut Study) -> Result<(), Box<dyn Error>> {
+    let orders = [(1, 1), (1, 2), (2, 1), (2, 2), (2, 3), (3, 4), (5, 8)];
+    let sites = [
+        Site {
+            subject: Subject::new("linear_codim2"),
+            parameters: [3.997e-3, 1e-3],
+            label: "linear_codim2",
+        },
+        Site {
+            subject: Subject::new("cantilever_3_5_soft"),
+            parameters: [2.9e-4, 0.0],
+            label: "cantilever_3_5_soft",
+        },
+    ];
+    let compared: Vec<_> = sites
+        .iter()
+        .map(|site| attractor::compared(site, &site.subject.maps(), &orders))
+        .collect();
+    let pairs: Vec<_> = sites.iter().zip(&compared).collect();
+    let table = attractor::table(&pairs)?;
+    study.data("attractors", &table)?;
+    study.shown("attractors", &table)?;
+    study.figure(
+        "density",
+        &attractor::density_figure(&sites[0], &compared[0], &[(2, 2), (5, 8)]),
+    )?;
+    let maps = sites[0].subject.maps();
+    let range = [3.9934e-3, 4.004e-3];
+    study.figure(
+        "sweep",
+        &attractor::sweep_figure(&sites[0], &maps, range, &[(1, 2), (2, 2)]),
+    )
 }

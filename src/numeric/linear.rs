@@ -289,7 +289,8 @@ mod tests {
         // det of the Hilbert matrix of size 3 is 1/2160 (Sloane A005249).
         let third = determinant::<Dd>(&hilbert(3)).unwrap();
         assert!((third * Dd::from(2160.0) - Dd::ONE).magnitude() < 1e-28);
-        let cycle = DMatrix::from_row_slice(3, 3, &[0.0, 2e-90, 0.0, 0.0, 0.0, 4.0, 8e90, 0.0, 0.0]);
+        let cycle =
+            DMatrix::from_row_slice(3, 3, &[0.0, 2e-90, 0.0, 0.0, 0.0, 4.0, 8e90, 0.0, 0.0]);
         assert!((determinant(&cycle).unwrap() / 64.0 - 1.0).abs() < 1e-14);
         let exchange = DMatrix::from_row_slice(2, 2, &[0.0, 1.0, 1.0, 0.0]);
         assert_eq!(determinant(&exchange), Ok(-1.0));

@@ -48,12 +48,7 @@ fn predicted<S: Real>(
 }
 
 /// The point of the line through two guesses at which a coordinate has a value; the second where it does not vary.
-pub(super) fn line<S: Real>(
-    a: &Guess<S>,
-    b: &Guess<S>,
-    coordinate: usize,
-    value: S,
-) -> Guess<S> {
+pub(super) fn line<S: Real>(a: &Guess<S>, b: &Guess<S>, coordinate: usize, value: S) -> Guess<S> {
     let run = b.state[coordinate] - a.state[coordinate];
     let share = if run == S::zero() {
         S::one()

@@ -16,9 +16,9 @@ mod section_map;
 
 pub use bifurcation::{Bifurcation, BifurcationKind, bifurcation};
 pub use branch::branch;
-pub use derivative::{Linearisation, linearise};
 pub(super) use derivative::state_jacobian;
+pub use derivative::{Linearisation, linearise};
 pub use newton::periodic_orbit;
 pub use orbit::PeriodicOrbit;
 pub use problem::{Guess, Held, PeriodicOutcome, PeriodicProblem, window_scales};
-pub use section_map::{SectionMap, SectionStep};
+pub use section_map::{SectionMap, SectionStep, Stepped};

@@ -70,10 +70,7 @@ impl PeriodicProblem {
         };
         let components = step.iter().enumerate();
         let components = components.map(|(number, value)| value.magnitude() / scale(number));
-        components.fold(
-            0.0,
-            |max, value| if value <= max { max } else { value },
-        )
+        components.fold(0.0, |max, value| if value <= max { max } else { value })
     }
 }
 

@@ -1,7 +1,7 @@
 //! A section map over any number, whatever evaluates it.
 
 use crate::analysis::{DirectEnd, DirectImage, MapEvaluation};
-use crate::iteration::PassageSet;
+use crate::iteration::{DiscreteMap, PassageSet};
 use crate::numeric::Real;
 
 /// A map `(x, p) ↦ x⁺` in offsets, in double precision or in double-double.
@@ -17,7 +17,7 @@ pub struct SectionStep<S> {
     pub offsets: Vec<S>,
     /// Passages that made contact, in the order in which they follow the section.
     pub contacts: PassageSet,
-    /// Smallest of their depths, in units in which it goes with `y²`; 0 without contact.
+    /// Smallest of their depths ([`Stepped`] maps say the largest), in units in which it goes with `y²`; 0 without contact.
     ///
     /// How near the point is to where the map has no derivative. A local map says `y²`, direct simulation the square of the
     /// impact speed.
@@ -63,6 +63,23 @@ impl<S: Real> SectionMap<S> for DirectImage<'_, S> {
         let speeds = image.passages.into_iter();
         let depths = speeds.map(|speed| speed.map(|speed| speed * speed));
         SectionStep::new(image.offsets, depths, image.extra_contacts)
+    }
+}
+
+/// A map that is iterated in double precision, as a section map: compiled, frozen, interpreted, or simulated.
+#[derive(Clone, Copy, Debug)]
+pub struct Stepped<M>(pub M);
+
+impl<M: DiscreteMap> SectionMap<f64> for Stepped<M> {
+    fn image(&mut self, state: &[f64], parameters: &[f64]) -> Option<SectionStep<f64>> {
+        let mut offsets = vec![f64::NAN; state.len()];
+        let info = self.0.step(state, parameters, &mut offsets);
+        info.valid.then_some(SectionStep {
+            offsets,
+            contacts: info.passages,
+            depth: info.depth,
+            extra_contacts: 0,
+        })
     }
 }
 
