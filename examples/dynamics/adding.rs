@@ -1,7 +1,7 @@
 //! The flip that ends a window of 1/n orbits of the cantilever: leading formula, maps, direct simulation.
 
 use grazemap::analysis::periodic::{
-    Bifurcation, BifurcationKind, Guess, PeriodicProblem, SectionMap, bifurcation, branch,
+    BifurcationKind, Guess, PeriodicOrbit, PeriodicProblem, SectionMap, bifurcation, branch,
 };
 use grazemap::iteration::{DiscreteMap, HornerMap};
 use grazemap::numeric::Dd;
@@ -14,9 +14,9 @@ use crate::subject::{HIGHEST, Maps, Subject, written};
 const WINDOWS: [(usize, f64); 2] = [(6, 2.45e-4), (7, 1.145e-4)];
 /// Iterates until the orbit has settled.
 const TRANSIENT: usize = 20_000;
-/// Steps of the section coordinate along a branch, as shares of it, and how many.
+/// Steps of the section coordinate along a branch, as shares of it, and how many on either side.
 const STEP: f64 = 0.01;
-const STEPS: i32 = 60;
+const STEPS: i32 = 50;
 
 /// The flip by direct simulation and by every order, and by the formula of lowest order.
 pub(crate) fn table() -> Result<Table, ReportError> {
@@ -89,20 +89,30 @@ fn settled(maps: &Maps<'_>, returns: usize, wall: f64) -> Guess<Dd> {
     }
 }
 
-/// The flip nearest to an orbit along its branch, on the side of smaller coordinates first.
+/// The flip of a 1/n orbit: along its branch from the first coordinate, downwards, at which the map has the orbit, then upwards from there.
 fn flip(map: &mut dyn SectionMap<Dd>, problem: &PeriodicProblem, guess: &Guess<Dd>) -> Option<f64> {
-    let start = guess.state[0];
-    for side in [-STEP, STEP] {
-        let values: Vec<Dd> = (0..STEPS)
-            .map(|step| start * Dd::from(1.0 + side * f64::from(step)))
-            .collect();
-        let orbits = branch(map, problem, 0, &values, guess);
-        let found: Option<Bifurcation<Dd>> = orbits.windows(2).find_map(|pair| {
-            bifurcation(map, problem, BifurcationKind::Flip, 0, [&pair[0], &pair[1]])
-        });
-        if let Some(found) = found {
-            return Some(found.orbit.parameters[0].to_f64());
-        }
-    }
-    None
+    let value = |step: i32| guess.state[0] * Dd::from(1.0 - STEP * f64::from(step));
+    let down: Vec<Dd> = (0..STEPS).map(value).collect();
+    let (first, orbits) = (0..down.len())
+        .map(|first| (first, branch(map, problem, 0, &down[first..], guess)))
+        .find(|(_, orbits)| orbits.len() > 1)?;
+    let up: Vec<Dd> = (-STEPS..=first as i32).rev().map(value).collect();
+    let start = orbits[0].guess();
+    turned(map, problem, &orbits).or_else(|| {
+        let orbits = branch(map, problem, 0, &up, &start);
+        turned(map, problem, &orbits)
+    })
+}
+
+/// The parameter of the first flip between neighbours.
+fn turned(
+    map: &mut dyn SectionMap<Dd>,
+    problem: &PeriodicProblem,
+    orbits: &[PeriodicOrbit<Dd>],
+) -> Option<f64> {
+    let between = |pair: &[PeriodicOrbit<Dd>]| {
+        bifurcation(map, problem, BifurcationKind::Flip, 0, [&pair[0], &pair[1]])
+    };
+    let found = orbits.windows(2).find_map(between)?;
+    Some(found.orbit.parameters[0].to_f64())
 }

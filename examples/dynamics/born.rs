@@ -53,14 +53,6 @@ impl Graze {
             Self::CodimensionTwo => (n + 1).min(2 + w.div_ceil(2)),
         }
     }
-
-    /// Power of `y` of the parameter itself.
-    pub(crate) fn leading(self) -> u32 {
-        match self {
-            Self::Generic => 1,
-            Self::CodimensionTwo => 2,
-        }
-    }
 }
 
 impl<'a> Born<'a> {

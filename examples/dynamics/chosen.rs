@@ -4,7 +4,6 @@ use grazemap::analysis::periodic::{
     Bifurcation, BifurcationKind, PeriodicOrbit, PeriodicProblem, SectionMap, Stepped, bifurcation,
 };
 use grazemap::convergence::{Choice, ChoiceOptions, choose, chosen_map};
-use grazemap::iteration::HornerMap;
 use grazemap::numeric::{Dd, Real};
 use grazemap::report::{Cell, Column, ReportError, Table};
 
@@ -39,7 +38,7 @@ pub(crate) fn table(
         "dtr at the edge",
         "dp/p newborn",
         "orbit born",
-        "locus: error of p - p_graze",
+        "fold or flip: dy²/y²",
     ];
     let mut columns: Vec<_> = headings.map(Column::number).into();
     for text in [0, 4, 9] {
@@ -157,16 +156,4 @@ fn row(
 /// Difference of the depths of the bifurcating orbits, relative.
 fn locus_error(truth: &Bifurcation<Dd>, chosen: &Bifurcation<f64>) -> f64 {
     (chosen.orbit.states[0][0] / truth.orbit.states[0][0].to_f64() - 1.0).abs()
-}
-
-/// The map of a choice, for other measurements.
-pub(crate) fn chosen(subject: &Subject, share: f64) -> HornerMap {
-    let options = ChoiceOptions {
-        tolerance: share * subject.scene.window.depth,
-        fresh: FRESH,
-    };
-    let choice = choose(&subject.scene, &subject.orbit, &options).expect("a scene with a window");
-    chosen_map(&choice, &subject.scene, &subject.orbit)
-        .expect("an expansion")
-        .1
 }

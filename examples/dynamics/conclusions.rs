@@ -84,7 +84,7 @@ pub(crate) fn table(scenes: &[Born<'_>]) -> Result<Table, ReportError> {
             let verdict = Verdict::of(orbit);
             let word = match verdict.agrees(&truth) {
                 false => "wrong",
-                true if (verdict.curvature / truth.curvature - 1.0).abs() > 0.1 => "misplaced",
+                true if (verdict.curvature / truth.curvature - 1.0).abs() > 0.01 => "misplaced",
                 true => "right",
             };
             table.push(row(scene, written(order), &verdict, word))?;

@@ -12,13 +12,14 @@ use crate::numeric::{NumericError, Real};
 
 /// Newton steps made at most.
 const STEPS: usize = 60;
-/// Halvings of a step that leads where the map has no image or derivative.
-const HALVINGS: usize = 40;
+/// Halvings of a step that leads nowhere nearer.
+const HALVINGS: usize = 20;
 
 /// The periodic orbit of a map near a guess, one variable held.
 ///
 /// Newton's method for `Pⁿ(x, p) = x` with all variables but the held one unknown. A step is halved while the orbit of its end has no image, or
-/// no derivative, or loses the contacts asked for where the start had them. Steps below `ε^(3/4)` of the scales end it: the method squares them.
+/// no derivative, loses the contacts asked for where the start had them, or misses the first point by more. Steps below `ε^(3/4)` of the scales end
+/// it: the method squares them.
 ///
 /// # Panics
 ///
@@ -46,8 +47,8 @@ pub fn periodic_orbit<S: Real>(
             Err(_) => return PeriodicOutcome::NoImage { steps },
         };
         let length = problem.length(&step);
-        let Some(next) = search.damped(&period, &step) else {
-            return PeriodicOutcome::NoImage { steps };
+        let Some(next) = search.damped(&period, &step, length) else {
+            return PeriodicOutcome::NotConverged { last_step: length };
         };
         period = next;
         // At the resolution of the numbers steps no longer shrink.
@@ -118,17 +119,27 @@ impl<M: ?Sized> Search<'_, M> {
         })
     }
 
-    /// The period a step away, or less where that has none or loses the contacts asked for.
-    fn damped<S: Real>(&mut self, from: &Period<S>, step: &DVector<S>) -> Option<Period<S>>
+    /// The period a step away, or less where that has none, loses the contacts asked for or misses its start by more.
+    fn damped<S: Real>(
+        &mut self,
+        from: &Period<S>,
+        step: &DVector<S>,
+        length: f64,
+    ) -> Option<Period<S>>
     where
         M: SectionMap<S>,
     {
         let asked = self.problem.itinerary.as_ref();
         let keeps = asked.is_some_and(|asked| *asked == from.itinerary);
+        let missed = from.residual(self.problem);
+        // Residuals of steps this short are rounding.
+        let nearer =
+            |next: &Period<S>| length <= S::ROUNDOFF.sqrt() || next.residual(self.problem) < missed;
         let mut share = S::one();
         for _ in 0..HALVINGS {
             let next = self.period(&from.moved(step, share, self.problem.free));
-            let accepted = next.filter(|next| !keeps || next.itinerary == from.itinerary);
+            let accepted =
+                next.filter(|next| (!keeps || next.itinerary == from.itinerary) && nearer(next));
             if accepted.is_some() {
                 return accepted;
             }
@@ -200,10 +211,15 @@ impl<S: Real> Period<S> {
         Guess { state, parameters }
     }
 
-    fn outcome(self, problem: &PeriodicProblem) -> PeriodicOutcome<S> {
+    /// Largest difference of a coordinate of the last image and the first point, in the scales.
+    fn residual(&self, problem: &PeriodicProblem) -> f64 {
         let gaps = self.image.iter().zip(&self.states[0]).zip(&problem.scales);
         let gaps = gaps.map(|((&image, &first), scale)| (image - first).magnitude() / scale);
-        let residual = gaps.fold(0.0, f64::max);
+        gaps.fold(0.0, f64::max)
+    }
+
+    fn outcome(self, problem: &PeriodicProblem) -> PeriodicOutcome<S> {
+        let residual = self.residual(problem);
         let asked = problem.itinerary.as_ref();
         let same = asked.is_none_or(|asked| *asked == self.itinerary);
         let orbit = PeriodicOrbit {

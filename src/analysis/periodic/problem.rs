@@ -52,7 +52,7 @@ pub enum PeriodicOutcome<S> {
         /// Newton steps made.
         steps: usize,
     },
-    /// Newton's steps did not shrink.
+    /// No step led nearer, or the steps did not shrink.
     NotConverged {
         /// Length of the last one, in the scales.
         last_step: f64,
