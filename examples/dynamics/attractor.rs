@@ -250,12 +250,12 @@ fn density(values: &[f64], [low, high]: [f64; 2]) -> Vec<[f64; 2]> {
     counts.iter().enumerate().map(share).collect()
 }
 
-/// Attractors against the first parameter: a sweep of direct simulation and of maps.
+/// Depths of the attractor against the first parameter: direct simulation, and a map that says there is one orbit.
 pub(crate) fn sweep_figure(
     site: &Site,
     maps: &Maps<'_>,
     range: [f64; 2],
-    drawn: &[(u32, u32)],
+    drawn: (u32, u32),
 ) -> Figure {
     const POINTS: usize = 160;
     const SHOWN: usize = 60;
@@ -274,17 +274,15 @@ pub(crate) fn sweep_figure(
     };
     let mut figure = Figure::new(
         Axis::linear("α − α*"),
-        Axis::linear("distance beyond the stop at the section, x").with_range(-1e-4, 1.2e-3),
+        Axis::log10("depth y^{2} of the contacts").with_range(1e-9, 2e-3),
     );
-    figure.title = format!("From grazing to the flip ({})", site.label);
+    figure.title = format!("From grazing to beyond the flip ({})", site.label);
+    let direct = sweep(&site.subject.double());
+    figure.series.push(Series::dots("direct", direct));
+    let map = sweep(&HornerMap::new(&maps.local(drawn)));
+    let line = map.into_iter().step_by(SHOWN).collect();
     figure
         .series
-        .push(Series::dots("direct", sweep(&site.subject.double())));
-    for order in drawn {
-        let map = HornerMap::new(&maps.local(*order));
-        figure
-            .series
-            .push(Series::dots(written(*order), sweep(&map)));
-    }
+        .push(Series::line(written(drawn), Stroke::Solid, line));
     figure
 }

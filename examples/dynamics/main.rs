@@ -146,6 +146,6 @@ fn attractors(study: &mut Study) -> Result<(), Box<dyn Error>> {
     let range = [3.9934e-3, 4.004e-3];
     study.figure(
         "sweep",
-        &attractor::sweep_figure(&sites[0], &maps, range, &[(1, 2), (2, 2)]),
+        &attractor::sweep_figure(&sites[0], &maps, range, (1, 2)),
     )
 }
