@@ -5,10 +5,10 @@ use std::sync::{Mutex, PoisonError};
 
 use super::AnalysisError;
 use super::direct_image::{DirectEnd, DirectImage, SectionImage};
+use super::periodic::state_jacobian;
 use crate::hybrid::HybridSystem;
 use crate::iteration::{DiscreteMap, StepInfo};
 use crate::model::Scene;
-use crate::numeric::Scalar;
 use crate::orbit::GrazingOrbit;
 
 /// The section map by direct simulation in double precision, as a [`DiscreteMap`] in offsets.
@@ -16,8 +16,8 @@ use crate::orbit::GrazingOrbit;
 /// [`StepInfo::passages`] numbers the passages in the order in which they follow the section; [`StepInfo::depth`] is
 /// the largest `v²/(2 h'')` of their impact speeds `v`, which is `y²` to leading order.
 ///
-/// Jacobians are central differences with steps of about `ε^(1/3)`: good to about `1e-9` away from
-/// `y = 0`, where the map has no derivative, and wrong within a step of it.
+/// Jacobians are central differences of fourth order whose steps shrink with the depth ([`linearise`](super::periodic::linearise)):
+/// good to about `1e-12` of an entry away from `y = 0`, where the map has no derivative, and to the digits that double precision leaves the kick near it.
 #[derive(Debug)]
 pub struct DirectMap<'a> {
     image: Mutex<DirectImage<'a, f64>>,
@@ -25,6 +25,7 @@ pub struct DirectMap<'a> {
     parameters: usize,
     normal_accelerations: Vec<f64>,
     grazing_surfaces: BTreeSet<usize>,
+    scales: Vec<f64>,
 }
 
 impl<'a> DirectMap<'a> {
@@ -47,6 +48,7 @@ impl<'a> DirectMap<'a> {
                 .map(|place| orbit.passages[place].normal_acceleration.to_f64())
                 .collect(),
             grazing_surfaces: orbit.passages.iter().map(|graze| graze.surface).collect(),
+            scales: state_scales(scene, orbit),
             image: Mutex::new(image),
         })
     }
@@ -84,6 +86,7 @@ impl Clone for DirectMap<'_> {
             parameters: self.parameters,
             normal_accelerations: self.normal_accelerations.clone(),
             grazing_surfaces: self.grazing_surfaces.clone(),
+            scales: self.scales.clone(),
         }
     }
 }
@@ -123,19 +126,24 @@ impl DiscreteMap for DirectMap<'_> {
         image: &mut [f64],
         jacobian: &mut [f64],
     ) -> StepInfo {
-        let step = f64::ROUNDOFF.cbrt();
-        let (mut up, mut down) = (vec![0.0; self.dimension], vec![0.0; self.dimension]);
-        let mut point = state.to_vec();
-        for column in 0..self.dimension {
-            point[column] = state[column] + step;
-            self.step(&point, parameters, &mut up);
-            point[column] = state[column] - step;
-            self.step(&point, parameters, &mut down);
-            point[column] = state[column];
-            for row in 0..self.dimension {
-                jacobian[row * self.dimension + column] = (up[row] - down[row]) / (2.0 * step);
+        jacobian.fill(f64::NAN);
+        let derivative = {
+            let mut direct = self.image.lock().unwrap_or_else(PoisonError::into_inner);
+            state_jacobian(&mut *direct, state, parameters, &self.scales)
+        };
+        if let Some((_, derivative)) = derivative {
+            for (place, entry) in jacobian.iter_mut().enumerate() {
+                *entry = derivative[(place / self.dimension, place % self.dimension)];
             }
         }
         self.step(state, parameters, image)
     }
+}
+
+/// Half-widths of the window, one per coordinate; 1 where it is unbounded.
+fn state_scales(scene: &Scene, orbit: &GrazingOrbit) -> Vec<f64> {
+    let coordinates = orbit.section.coordinates.iter();
+    let widths = coordinates.map(|&component| scene.window.state[component]);
+    let bounded = |width: f64| if width.is_finite() { width } else { 1.0 };
+    widths.map(bounded).collect()
 }

@@ -1,4 +1,4 @@
-//! Images of section points, bifurcation diagrams: what a map does, by the map and by direct simulation.
+//! Images of section points, periodic orbits, bifurcation diagrams: what a map does, by the map and by direct simulation.
 //!
 //! Deliberately absent: plotting, files, progress bars.
 
@@ -10,6 +10,7 @@ mod evaluation;
 mod free_flight;
 mod image;
 mod itinerary;
+pub mod periodic;
 mod progress;
 mod section_frame;
 mod values;

@@ -94,7 +94,40 @@ pub fn inverse<S: Real>(matrix: &DMatrix<S>) -> Result<DMatrix<S>, NumericError>
     Ok(inverse)
 }
 
+/// The determinant of a square matrix; zero where a pivot is zero within rounding.
+///
+/// # Errors
+///
+/// [`NumericError::Shape`] if the matrix is not square, [`NumericError::NotFinite`] if an entry is not.
+///
+/// ```
+/// use grazemap::numeric::linear::determinant;
+/// use nalgebra::DMatrix;
+/// assert_eq!(determinant(&DMatrix::from_row_slice(2, 2, &[0.0, 2.0, 3.0, 5.0]))?, -6.0);
+/// # Ok::<(), grazemap::numeric::NumericError>(())
+/// ```
+pub fn determinant<S: Real>(matrix: &DMatrix<S>) -> Result<S, NumericError> {
+    match factorize(matrix) {
+        Ok(factorization) => Ok(factorization.determinant()),
+        Err(NumericError::Singular { .. }) => Ok(S::zero()),
+        Err(error) => Err(error),
+    }
+}
+
 impl<S: Real> Factorization<S> {
+    /// The determinant of the matrix: the product of the pivots over that of the rows' scales, signed by their order.
+    pub fn determinant(&self) -> S {
+        let pivots = (0..self.size()).map(|place| self.factors[(place, place)]);
+        let unscaled = pivots
+            .zip(&self.row_scale)
+            .fold(S::one(), |product, (pivot, &scale)| product * pivot / scale);
+        if is_even(&self.order) {
+            unscaled
+        } else {
+            -unscaled
+        }
+    }
+
     /// Rows of the matrix.
     pub fn size(&self) -> usize {
         self.order.len()
@@ -133,6 +166,16 @@ impl<S: Real> Factorization<S> {
     pub fn reciprocal_pivot(&self) -> f64 {
         self.reciprocal_pivot
     }
+}
+
+/// Whether a permutation is a product of an even number of exchanges.
+fn is_even(order: &[usize]) -> bool {
+    let places = order.iter().enumerate();
+    let inversions = places.map(|(place, &number)| {
+        let after = order[place + 1..].iter();
+        after.filter(|&&later| later < number).count()
+    });
+    inversions.sum::<usize>() % 2 == 0
 }
 
 /// Scales each row by a power of two that brings its largest entry into `[1, 2)`, and returns the scales.
@@ -239,6 +282,20 @@ mod tests {
             (x[0] - 1.0).abs() < 1e-14 && (x[1] - 2.0).abs() < 1e-14,
             "{x}"
         );
+    }
+
+    #[test]
+    fn determinants_know_the_order_and_the_units_of_the_rows() {
+        // det of the Hilbert matrix of size 3 is 1/2160 (Sloane A005249).
+        let third = determinant::<Dd>(&hilbert(3)).unwrap();
+        assert!((third * Dd::from(2160.0) - Dd::ONE).magnitude() < 1e-28);
+        let cycle =
+            DMatrix::from_row_slice(3, 3, &[0.0, 2e-90, 0.0, 0.0, 0.0, 4.0, 8e90, 0.0, 0.0]);
+        assert!((determinant(&cycle).unwrap() / 64.0 - 1.0).abs() < 1e-14);
+        let exchange = DMatrix::from_row_slice(2, 2, &[0.0, 1.0, 1.0, 0.0]);
+        assert_eq!(determinant(&exchange), Ok(-1.0));
+        let singular = DMatrix::from_row_slice(2, 2, &[0.1, 0.3, 0.2, 0.6]);
+        assert_eq!(determinant(&singular), Ok(0.0));
     }
 
     #[test]

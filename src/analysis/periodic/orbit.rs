@@ -1,0 +1,92 @@
+//! A periodic orbit of a section map and what its Jacobian says.
+
+use nalgebra::{Complex, DMatrix};
+
+use super::problem::Guess;
+use crate::iteration::PassageSet;
+use crate::numeric::linear::{determinant, eigenvalues};
+use crate::numeric::{NumericError, Real};
+
+/// A periodic orbit, its first point held or solved for.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PeriodicOrbit<S> {
+    /// The points, in order, in offsets.
+    pub states: Vec<Vec<S>>,
+    /// All active parameters, in offsets.
+    pub parameters: Vec<S>,
+    /// Passages that made contact, return by return.
+    pub itinerary: Vec<PassageSet>,
+    /// Contacts of the whole period that no passage accounts for; an orbit with some is not the one that a local map has.
+    pub extra_contacts: usize,
+    /// Jacobian of the period's map at the first point.
+    pub jacobian: DMatrix<S>,
+    /// Largest difference of a coordinate of the image of the last point and the first, in the scales.
+    pub residual: f64,
+}
+
+impl<S: Real> PeriodicOrbit<S> {
+    /// Characteristic multipliers, largest magnitude first.
+    ///
+    /// # Errors
+    ///
+    /// As [`eigenvalues`].
+    pub fn multipliers(&self) -> Result<Vec<Complex<f64>>, NumericError> {
+        eigenvalues(&self.jacobian.map(Real::to_f64))
+    }
+
+    /// Whether all multipliers are inside the unit circle.
+    ///
+    /// # Errors
+    ///
+    /// As [`eigenvalues`].
+    pub fn is_stable(&self) -> Result<bool, NumericError> {
+        let multipliers = self.multipliers()?;
+        Ok(multipliers.iter().all(|multiplier| multiplier.norm() < 1.0))
+    }
+
+    /// `tr J`.
+    pub fn trace(&self) -> S {
+        self.jacobian.trace()
+    }
+
+    /// `det J`.
+    ///
+    /// # Errors
+    ///
+    /// As [`determinant`].
+    pub fn determinant(&self) -> Result<S, NumericError> {
+        determinant(&self.jacobian)
+    }
+
+    /// `det(J − s I)`, which vanishes where `s` is a multiplier.
+    ///
+    /// # Errors
+    ///
+    /// As [`determinant`].
+    pub fn characteristic(&self, multiplier: f64) -> Result<S, NumericError> {
+        let mut shifted = self.jacobian.clone();
+        for place in 0..shifted.nrows() {
+            shifted[(place, place)] -= S::from_f64(multiplier);
+        }
+        determinant(&shifted)
+    }
+
+    /// Largest multiplier's logarithm over the returns of a period: the Lyapunov exponent of the orbit.
+    ///
+    /// # Errors
+    ///
+    /// As [`eigenvalues`].
+    pub fn lyapunov_exponent(&self) -> Result<f64, NumericError> {
+        let multipliers = self.multipliers()?;
+        let largest = multipliers.first().map_or(f64::NAN, |first| first.norm());
+        Ok(largest.ln() / self.states.len() as f64)
+    }
+
+    /// Where a neighbouring orbit is looked for: here.
+    pub fn guess(&self) -> Guess<S> {
+        Guess {
+            state: self.states[0].clone(),
+            parameters: self.parameters.clone(),
+        }
+    }
+}
