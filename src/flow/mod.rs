@@ -2,6 +2,7 @@
 //!
 //! Deliberately absent: impacts and contact.
 
+mod affine;
 mod error;
 mod evaluation;
 mod field;
@@ -16,6 +17,7 @@ mod time_expansion;
 mod values;
 mod variational;
 
+pub use affine::{AffineExpressions, AffineFieldRows, AffineFlow, AffineRows, dot};
 pub use error::FlowError;
 pub use evaluation::evaluate;
 pub use field::{Field, bound_but};

@@ -6,9 +6,10 @@
 //! crossings within one step, the quick dip of a near graze, cannot be missed: they have a minimum
 //! between them.
 
+use super::flight::Outlook;
 use super::stationary::StationaryPoints;
-use crate::flow::horner;
 use crate::numeric::Real;
+use crate::numeric::polynomial;
 
 /// A gap on one step: Taylor coefficients of `sign · value` and of its derivative.
 #[derive(Clone, Copy, Debug)]
@@ -23,20 +24,18 @@ pub(crate) struct Gap<'p, S> {
 
 impl<S: Real> Gap<'_, S> {
     fn at(&self, time: S) -> S {
-        self.sign * horner(self.value, time)
+        self.sign * polynomial::value(self.value, time)
     }
 
-    fn slope_at(&self, time: S) -> S {
-        self.sign * horner(self.slope, time)
+    /// Value and slope.
+    fn value_and_slope(&self, time: S) -> (S, S) {
+        let (value, slope) = polynomial::value_and_slope(self.value, time);
+        (self.sign * value, self.sign * slope)
     }
 
     /// Value of the slope and of its derivative.
     fn slope_and_curvature(&self, time: S) -> (S, S) {
-        let (mut slope, mut curvature) = (S::zero(), S::zero());
-        for &coefficient in self.slope.iter().rev() {
-            curvature = curvature.mul_add(time, slope);
-            slope = slope.mul_add(time, coefficient);
-        }
+        let (slope, curvature) = polynomial::value_and_slope(self.slope, time);
         (self.sign * slope, self.sign * curvature)
     }
 }
@@ -101,20 +100,25 @@ pub(crate) struct PassageSearch {
 
 impl PassageSearch {
     /// Appends the gap's passages on `[0, length]`, in order of time, up to its first crossing.
+    ///
+    /// `outlook` is what is known of the gap beforehand.
     pub(crate) fn search<S: Real>(
         &mut self,
         gap: &Gap<'_, S>,
         length: S,
         start: Start<S>,
         goal: Goal<S>,
+        outlook: Outlook,
         found: &mut Vec<Passage<S>>,
     ) {
-        if let Goal::Crossing { near } = goal
-            && lower_bound(gap, length.to_f64()) > near.to_f64().max(0.0)
-        {
-            return;
+        match outlook {
+            Outlook::Quiet => return,
+            Outlook::Monotone => self.stationary.clear(),
+            Outlook::OneExtremum { near } => {
+                self.stationary.single(gap.slope, length.to_f64(), near);
+            }
+            Outlook::Open => self.stationary.isolate(gap.slope, length.to_f64()),
         }
-        self.stationary.isolate(gap.slope, length.to_f64());
         let roots = &self.stationary.roots;
         let mut left = (S::zero(), gap.at(S::zero()));
         for index in 0..=roots.len() {
@@ -137,18 +141,6 @@ impl PassageSearch {
             left = right;
         }
     }
-}
-
-/// A lower bound of the gap on the step: `g_0 − Σ |g_k| L^k`.
-fn lower_bound<S: Real>(gap: &Gap<'_, S>, length: f64) -> f64 {
-    let [first, rest @ ..] = gap.value else {
-        return f64::NEG_INFINITY;
-    };
-    let variation = rest
-        .iter()
-        .rev()
-        .fold(0.0, |sum, c| (sum + c.to_f64().abs()) * length);
-    gap.sign.to_f64() * first.to_f64() - variation
 }
 
 /// Newton's method on the slope from a root good to `f64`.
@@ -219,13 +211,13 @@ impl<S: Real> Piece<S> {
         let noise = S::from_f64(2.0 * S::ROUNDOFF * largest_term(gap, length.to_f64()));
         let mut time = self.guess(gap, left, right);
         for _ in 0..MAX_NEWTON {
-            let value = gap.at(time);
+            let (value, slope) = gap.value_and_slope(time);
             if value > S::zero() {
                 positive = time;
             } else {
                 negative = time;
             }
-            let newton = time - value / gap.slope_at(time);
+            let newton = time - value / slope;
             let inside = newton > positive && newton < negative;
             let next = if inside {
                 newton
@@ -294,7 +286,7 @@ mod tests {
             sign: S::one(),
         };
         let mut found = Vec::new();
-        PassageSearch::default().search(&gap, S::one(), start, goal, &mut found);
+        PassageSearch::default().search(&gap, S::one(), start, goal, Outlook::Open, &mut found);
         found
     }
 
