@@ -1,6 +1,6 @@
 //! One step along a field, however it is computed: what the search of events needs of it.
 
-use super::passage::Goal;
+use super::passage::{Goal, Start};
 use crate::flow::{Step, component_step};
 use crate::numeric::Real;
 
@@ -12,8 +12,8 @@ pub(super) trait Flight<S: Real> {
     /// The time in which the motion changes.
     fn time_scale(&self) -> S;
 
-    /// What is known beforehand of a watched function on `[0, length]`.
-    fn outlook(&mut self, watch: usize, length: S, goal: &Goal<S>) -> Outlook;
+    /// What is known beforehand of a watched function on `[0, length]`, searched from a start.
+    fn outlook(&mut self, watch: usize, length: S, start: &Start<S>, goal: &Goal<S>) -> Outlook;
 
     /// Taylor coefficients of a watched function and of its derivative.
     fn polynomials(&mut self, watch: usize) -> (&[S], &[S]);
@@ -27,6 +27,11 @@ pub(super) trait Flight<S: Real> {
 pub(super) enum Outlook {
     /// No event.
     Quiet,
+    /// At most one zero, which is a fall and lies near this time; extrema are not asked for.
+    OneCrossing {
+        /// The time, a guess.
+        near: f64,
+    },
     /// No extremum.
     Monotone,
     /// One extremum at most, near this time.
@@ -43,6 +48,9 @@ impl Outlook {
     pub(super) fn in_time(self, length: f64) -> Self {
         match self {
             Outlook::OneExtremum { near } => Outlook::OneExtremum {
+                near: near * length,
+            },
+            Outlook::OneCrossing { near } => Outlook::OneCrossing {
                 near: near * length,
             },
             other => other,
@@ -83,7 +91,7 @@ impl<S: Real> Flight<S> for TaylorFlight<'_, S> {
         self.length
     }
 
-    fn outlook(&mut self, watch: usize, length: S, goal: &Goal<S>) -> Outlook {
+    fn outlook(&mut self, watch: usize, length: S, _start: &Start<S>, goal: &Goal<S>) -> Outlook {
         let value = self.step.watched_coefficients(2 * watch);
         match *goal {
             Goal::Crossing { near }

@@ -18,6 +18,8 @@ pub(super) struct Motion<S> {
     pub(super) release_sign: S,
     /// Rounding of the release function where the present contact began.
     pub(super) release_rounding: S,
+    /// Uncertainty of the time at which the surface was met: the gap left there over the speed.
+    pub(super) entry_uncertainty: S,
     /// Per surface: rounding of its gap if the state has just left it.
     pub(super) leaving: Vec<Option<S>>,
     /// The surface whose gap has a reported minimum here.
@@ -36,6 +38,7 @@ impl<S: Real> Motion<S> {
             reference_phase: S::zero(),
             release_sign: S::zero(),
             release_rounding: S::zero(),
+            entry_uncertainty: S::zero(),
             leaving: vec![None; surfaces],
             at_minimum: None,
             last_step: S::one(),

@@ -8,7 +8,7 @@
 
 use super::flight::Outlook;
 use super::stationary::StationaryPoints;
-use crate::numeric::Real;
+use crate::numeric::{Real, Scalar};
 use crate::numeric::polynomial;
 
 /// A gap on one step: Taylor coefficients of `sign · value` and of its derivative.
@@ -113,6 +113,18 @@ impl PassageSearch {
     ) {
         match outlook {
             Outlook::Quiet => return,
+            Outlook::OneCrossing { near } => {
+                let piece = Piece {
+                    left: (S::zero(), gap.sign * gap.value[0]),
+                    right: (length, gap.at(length)),
+                    stationary: false,
+                };
+                if piece.right.1 < S::zero() {
+                    let time = piece.crossing_from(gap, S::from_f64(near), length);
+                    found.push(Passage::Crossing { time });
+                }
+                return;
+            }
             Outlook::Monotone => self.stationary.clear(),
             Outlook::OneExtremum { near } => {
                 self.stationary.single(gap.slope, length.to_f64(), near);
@@ -145,6 +157,9 @@ impl PassageSearch {
 
 /// Newton's method on the slope from a root good to `f64`.
 fn polish_stationary<S: Real>(gap: &Gap<'_, S>, mut time: S, length: S) -> S {
+    if S::ROUNDOFF >= f64::ROUNDOFF {
+        return time;
+    }
     let rounding = S::from_f64(2.0 * S::ROUNDOFF) * length;
     for _ in 0..6 {
         let (slope, curvature) = gap.slope_and_curvature(time);
@@ -204,13 +219,23 @@ impl<S: Real> Piece<S> {
 
     /// Time at which the gap falls through 0.
     fn crossing(&self, gap: &Gap<'_, S>, length: S) -> S {
-        let ((mut positive, left), (mut negative, right)) = (self.left, self.right);
+        let (left, right) = (self.left.1, self.right.1);
         if left <= S::zero() {
-            return positive;
+            return self.left.0;
         }
-        let noise = S::from_f64(2.0 * S::ROUNDOFF * largest_term(gap, length.to_f64()));
-        let mut time = self.guess(gap, left, right);
-        for _ in 0..MAX_NEWTON {
+        self.crossing_from(gap, self.guess(gap, left, right), length)
+    }
+
+    /// The same by Newton's method from a time, kept inside the piece by bisection.
+    ///
+    /// After a step `Δ` the error is about `Δ² |h''/2h'|`; `h''` is taken from the last two slopes, and twice as large.
+    fn crossing_from(&self, gap: &Gap<'_, S>, start: S, length: S) -> S {
+        let (mut positive, mut negative) = (self.left.0, self.right.0);
+        let rounding = S::from_f64(0.25 * S::ROUNDOFF) * length;
+        let least = S::from_f64(4.0) / length;
+        let mut time = start.max(positive).min(negative);
+        let mut before = None;
+        for step in 0..MAX_NEWTON {
             let (value, slope) = gap.value_and_slope(time);
             if value > S::zero() {
                 positive = time;
@@ -218,15 +243,25 @@ impl<S: Real> Piece<S> {
                 negative = time;
             }
             let newton = time - value / slope;
-            let inside = newton > positive && newton < negative;
+            let inside = newton >= positive && newton <= negative;
             let next = if inside {
                 newton
             } else {
                 (positive + negative) * S::from_f64(0.5)
             };
-            if next == time || (value.abs() <= noise && inside) {
+            let change = next - time;
+            let is_last = |(last, last_slope): (S, S)| {
+                let bend = (slope - last_slope) / ((time - last) * slope);
+                (bend.abs() + least) * change * change <= rounding
+            };
+            let settled = inside && before.is_some_and(is_last);
+            if next == time || settled {
                 return next;
             }
+            if step >= SETTLED && value.abs() <= noise(gap, length) {
+                return if inside { newton } else { time };
+            }
+            before = Some((time, slope));
             time = next;
         }
         time
@@ -257,12 +292,15 @@ impl<S: Real> Piece<S> {
 /// Most Newton and bisection steps to a crossing.
 const MAX_NEWTON: usize = 200;
 
-/// Largest term `|g_k| L^k` of a gap: its rounding is a few units in the last place of this.
-fn largest_term<S: Real>(gap: &Gap<'_, S>, length: f64) -> f64 {
-    gap.value
-        .iter()
-        .rev()
-        .fold(0.0, |size: f64, c| (size * length).max(c.to_f64().abs()))
+/// Steps after which the rounding of the gap may end the iteration.
+const SETTLED: usize = 5;
+
+/// Rounding of a gap: a few units in the last place of its largest term `|g_k| L^k`.
+fn noise<S: Real>(gap: &Gap<'_, S>, length: S) -> S {
+    let length = length.to_f64();
+    let coefficients = gap.value.iter().rev();
+    let largest = coefficients.fold(0.0, |size: f64, c| (size * length).max(c.to_f64().abs()));
+    S::from_f64(2.0 * S::ROUNDOFF * largest)
 }
 
 #[cfg(test)]

@@ -18,7 +18,12 @@ impl<S: Real> Simulator<'_, S> {
         match self.system.surfaces[surface].law {
             Law::Rigid { .. } => self.impact(surface, before, record),
             Law::Compliant { .. } => {
-                self.begin_contact(surface);
+                let uncertainty = if before.velocity == S::zero() {
+                    S::zero()
+                } else {
+                    (before.gap / before.velocity).abs() * S::from_f64(4.0)
+                };
+                self.begin_contact(surface, uncertainty);
                 self.record(
                     surface,
                     EventKind::ContactBegin {

@@ -173,14 +173,15 @@ impl<'a, S: Real> Simulator<'a, S> {
             if sense.gap < -sense.rounding
                 && matches!(self.system.surfaces[surface].law, Law::Compliant { .. })
             {
-                self.begin_contact(surface);
+                self.begin_contact(surface, S::zero());
             }
         }
         Ok(())
     }
 
-    /// Goes to the contact field of a compliant surface.
-    pub(super) fn begin_contact(&mut self, surface: usize) {
+    /// Goes to the contact field of a compliant surface, met at a time known up to an uncertainty.
+    pub(super) fn begin_contact(&mut self, surface: usize, uncertainty: S) {
+        self.motion.entry_uncertainty = uncertainty;
         self.motion.regime = Regime::Contact { surface };
         self.motion.release_sign = S::zero();
         let release = self.surfaces[surface].release.as_mut();

@@ -1,5 +1,7 @@
 //! One step of the simulator: expand, search every watched gap, take the state at the first event.
 
+use std::cmp::Ordering;
+
 use super::flight::{Flight, Outlook, TaylorFlight};
 use super::motion::Motion;
 use super::passage::{Gap, Goal, Passage, Start};
@@ -110,8 +112,9 @@ impl<S: Real> Leg<'_, S> {
                     let Some(goal) = goal(surface, self.approach, self.near_miss) else {
                         continue;
                     };
-                    let outlook = flight.outlook(index, first.length, &goal);
-                    (S::one(), motion.start(surface), goal, outlook)
+                    let start = motion.start(surface);
+                    let outlook = flight.outlook(index, first.length, &start, &goal);
+                    (S::one(), start, goal, outlook)
                 }
                 Watch::Release => {
                     let (value, slope) = flight.polynomials(index);
@@ -138,6 +141,8 @@ impl<S: Real> Leg<'_, S> {
             return Err(Outcome::Diverged { time: motion.time });
         }
         std::mem::swap(&mut motion.state, &mut work.next);
+        work.misses
+            .sort_unstable_by(|a, b| a.0.partial_cmp(&b.0).unwrap_or(Ordering::Equal));
         for &(time, surface, gap) in work.misses.iter().filter(|miss| miss.0 <= length) {
             record(Event {
                 time: motion.time + time,
@@ -244,7 +249,8 @@ fn release_start<S: Real>(
         .fold(S::zero(), |size, c| (size * length).max(c.abs()));
     let rounding = motion
         .release_rounding
-        .max(S::from_f64(64.0 * S::ROUNDOFF) * size);
+        .max(S::from_f64(64.0 * S::ROUNDOFF) * size)
+        .max(slope[0].abs() * motion.entry_uncertainty);
     if value[0].abs() <= rounding {
         motion.release_sign = slope[0].signum();
         Start::Leaving { rounding }

@@ -11,11 +11,11 @@
 //! are computed once; a step is a product with the start. See docs/mathematics/affine-flow.md.
 
 use super::series::{SeriesRow, padded};
-use crate::numeric::{Real, Scalar};
+use crate::numeric::{Real, Scalar, polynomial};
 
 /// Longest step in units of the fastest rate of the field: the largest term of a series on it is about 1.5
 /// times its first ones.
-const REACH: f64 = 1.75;
+const REACH: f64 = 2.4;
 /// Longest step where nothing else limits it: the solution is a polynomial in time.
 const MAX_STEP: f64 = 1e3;
 /// Most terms of a series.
@@ -34,7 +34,8 @@ pub struct AffineFlow<S: Real> {
     transition: Vec<S>,
     /// Cosine and sine of the turn of each harmonic in a step.
     turns: Vec<(S, S)>,
-    state_series: Vec<SeriesRow<S>>,
+    /// Series of the states that are no other state's derivative, and the state that is theirs.
+    state_series: Vec<(usize, SeriesRow<S>, Option<usize>)>,
     watched_series: Vec<SeriesRow<S>>,
     /// Bernstein coefficients of the watched functions on the step, in `f64`.
     control: Vec<SeriesRow<f64>>,
@@ -106,7 +107,9 @@ impl<S: Real> AffineFlow<S> {
                 .map(|&k| (k * field.phase_rate * length).sin_cos())
                 .map(|(sine, cosine)| (cosine, sine))
                 .collect(),
-            state_series: states.iter().map(table).collect(),
+            state_series: leading_states(field.derivatives)
+                .map(|(state, slope)| (state, table(&states[state]), slope))
+                .collect(),
             sizes: control.iter().map(|rows| largest(rows)).collect(),
             control: control
                 .iter()
@@ -136,9 +139,17 @@ impl<S: Real> AffineFlow<S> {
         self.phase_rate
     }
 
-    /// Taylor coefficients of a state along the flow, good on `[−length, length]`.
-    pub fn state_series(&self, state: usize, extended: &[S], out: &mut [S]) {
-        self.state_series[state].combine(extended, out);
+    /// The states at a time within `[−length, length]`; `series` holds one series.
+    pub fn states_at(&self, time: S, extended: &[S], series: &mut [S], states: &mut [S]) {
+        for (state, row, slope) in &self.state_series {
+            row.combine(extended, series);
+            match slope {
+                Some(slope) => {
+                    (states[*state], states[*slope]) = polynomial::value_and_slope(series, time);
+                }
+                None => states[*state] = polynomial::value(series, time),
+            }
+        }
     }
 
     /// Taylor coefficients of a watched function along the flow, good on `[−length, length]`.
@@ -178,6 +189,36 @@ impl<S: Real> AffineFlow<S> {
 pub fn dot<S: Scalar>(row: &[S], extended: &[S]) -> S {
     let terms = row.iter().zip(extended);
     terms.fold(S::zero(), |sum, (&a, &y)| a.mul_add(y, sum))
+}
+
+/// The states whose series are needed: `(i, Some(j))` where `x_i' = x_j` and `x_i` gives both.
+fn leading_states<S: Real>(
+    derivatives: &[&[S]],
+) -> impl Iterator<Item = (usize, Option<usize>)> {
+    let count = derivatives.len();
+    let slope_of = |state: usize| {
+        let row = derivatives[state];
+        let only = |&other: &usize| {
+            let unit = |(column, &entry): (usize, &S)| {
+                entry == if column == other { S::one() } else { S::zero() }
+            };
+            other != state && row.iter().enumerate().all(unit)
+        };
+        (0..count).find(only)
+    };
+    let mut slopes: Vec<Option<usize>> = (0..count).map(slope_of).collect();
+    let mut given = vec![false; count];
+    for state in 0..count {
+        match slopes[state] {
+            Some(slope) if !given[state] && !given[slope] => given[slope] = true,
+            _ => slopes[state] = None,
+        }
+    }
+    let leading: Vec<_> = (0..count)
+        .filter(|&state| !given[state])
+        .map(|state| (state, slopes[state]))
+        .collect();
+    leading.into_iter()
 }
 
 /// A divisor of the period, or the longest step.

@@ -4,8 +4,8 @@ use super::extended::Extended;
 use super::tools::Buffers;
 use crate::flow::AffineFlow;
 use crate::hybrid::flight::{Flight, Outlook};
-use crate::hybrid::passage::Goal;
-use crate::numeric::{Real, polynomial};
+use crate::hybrid::passage::{Goal, Start};
+use crate::numeric::Real;
 
 /// A step of the exact flow: polynomials of the watched functions are formed when they are asked for.
 pub(in crate::hybrid) struct AffineFlight<'t, S: Real> {
@@ -50,7 +50,7 @@ impl<S: Real> Flight<S> for AffineFlight<'_, S> {
         S::from_f64(self.flow.time_scale())
     }
 
-    fn outlook(&mut self, watch: usize, _length: S, goal: &Goal<S>) -> Outlook {
+    fn outlook(&mut self, watch: usize, _length: S, start: &Start<S>, goal: &Goal<S>) -> Outlook {
         let Buffers {
             control, rounded, ..
         } = &mut *self.buffers;
@@ -60,7 +60,13 @@ impl<S: Real> Flight<S> for AffineFlight<'_, S> {
             Goal::Crossing { near } => near.to_f64().max(0.0),
             Goal::Minima => f64::INFINITY,
         };
-        outlook(control, near, rounding).in_time(self.flow.length().to_f64())
+        let seen = if near == 0.0 {
+            signs(control, *start != Start::Inside, rounding)
+        } else {
+            None
+        };
+        let seen = seen.unwrap_or_else(|| turns(control, near, rounding));
+        seen.in_time(self.flow.length().to_f64())
     }
 
     fn polynomials(&mut self, watch: usize) -> (&[S], &[S]) {
@@ -92,11 +98,8 @@ impl<S: Real> Flight<S> for AffineFlight<'_, S> {
             }
             self.extended.put(next, theta);
         } else {
-            for (component, state) in state[..states].iter_mut().enumerate() {
-                self.flow
-                    .state_series(component, &self.extended.values, value);
-                *state = polynomial::value(value, time);
-            }
+            let values = &self.extended.values;
+            self.flow.states_at(time, values, value, &mut state[..states]);
         }
         if let (Some(theta), Some(phase)) = (theta, state.get_mut(states)) {
             *phase = theta;
@@ -105,52 +108,67 @@ impl<S: Real> Flight<S> for AffineFlight<'_, S> {
     }
 }
 
-/// What the control points of a function tell of it on the step.
+/// What the signs of a function's control points tell of its zeros on the step; `None` if not enough.
 ///
-/// A polynomial has no more extrema than its control points, and as many if they have one at most; it lies
+/// A polynomial has no more zeros than its control points have changes of sign, and differs from that by an even
+/// number. The first point has no say where the step starts on a zero.
+fn signs(control: &[f64], on_zero: bool, rounding: f64) -> Option<Outlook> {
+    let rest = &control[usize::from(on_zero)..];
+    let positive = rest.iter().take_while(|&&b| b > rounding).count();
+    if positive == rest.len() {
+        return Some(Outlook::Quiet);
+    }
+    if positive == 0 || !rest[positive..].iter().all(|&b| b < -rounding) {
+        return None;
+    }
+    let place = positive + usize::from(on_zero);
+    let (before, after) = (control[place - 1], control[place]);
+    let share = (place as f64 - after / (after - before)) / (control.len() - 1) as f64;
+    Some(Outlook::OneCrossing { near: share })
+}
+
+/// What the turns of a function's control points tell of its extrema on the step, gaps up to `near` being of interest.
+///
+/// A polynomial has no more extrema than its control points, and differs from that by an even number; it lies
 /// between the least and the greatest of them, and starts and ends with the first and the last.
-fn outlook(control: &[f64], near: f64, rounding: f64) -> Outlook {
-    let lowest = control.iter().fold(f64::INFINITY, |low, &b| if b < low { b } else { low });
+fn turns(control: &[f64], near: f64, rounding: f64) -> Outlook {
+    let lowest = control
+        .iter()
+        .fold(f64::INFINITY, |low, &b| if b < low { b } else { low });
     if lowest > near + rounding {
         return Outlook::Quiet;
     }
-    let (mut falls, mut rises) = (0usize, 0usize);
-    for pair in control.windows(2) {
-        falls += usize::from(pair[1] < pair[0] - rounding);
-        rises += usize::from(pair[1] > pair[0] + rounding);
+    let last = control.len() - 1;
+    let run = |from: usize, falls: bool| {
+        let pairs = control[from..].windows(2);
+        let goes_on = |pair: &&[f64]| {
+            if falls {
+                pair[1] < pair[0] - rounding
+            } else {
+                pair[1] > pair[0] + rounding
+            }
+        };
+        from + pairs.take_while(goes_on).count()
+    };
+    let falls = control[1] < control[0];
+    let first = run(0, falls);
+    if first == last {
+        return match falls && control[last] <= rounding {
+            true => Outlook::Monotone,
+            false => Outlook::Quiet,
+        };
     }
-    let steps = control.len() - 1;
-    if falls + rises != steps {
+    if first == 0 || run(first, !falls) != last {
         return Outlook::Open;
     }
-    let last = control[steps];
-    match (falls, rises) {
-        (0, _) => return Outlook::Quiet,
-        (_, 0) if last > rounding => return Outlook::Quiet,
-        (_, 0) => return Outlook::Monotone,
-        _ => {}
+    if !falls && control[last] > rounding {
+        return Outlook::Quiet;
     }
-    if control[1] < control[0] {
-        let turns = control[..=falls].windows(2).all(|pair| pair[1] < pair[0]);
-        turn(control, falls, turns)
-    } else {
-        let turns = control[..=rises].windows(2).all(|pair| pair[1] > pair[0]);
-        if turns && last > rounding {
-            return Outlook::Quiet;
-        }
-        turn(control, rises, turns)
-    }
-}
-
-/// One extremum, near the control point `place`, where the points turn once.
-fn turn(control: &[f64], place: usize, once: bool) -> Outlook {
-    if !once {
-        return Outlook::Open;
-    }
-    let [before, at, after] = [control[place - 1], control[place], control[place + 1]];
+    let [before, at, after] = [control[first - 1], control[first], control[first + 1]];
     let offset = 0.5 * (before - after) / (before - 2.0 * at + after);
-    let share = (place as f64 + offset) / (control.len() - 1) as f64;
-    Outlook::OneExtremum { near: share }
+    Outlook::OneExtremum {
+        near: (first as f64 + offset) / last as f64,
+    }
 }
 
 #[cfg(test)]
@@ -161,16 +179,16 @@ mod tests {
     fn control_points_tell_quiet_steps_from_those_that_must_be_searched() {
         let quiet = [[3.0, 2.0, 1.0, 0.5], [0.0, 1.0, 2.0, 3.0], [1.0, 2.0, 3.0, 1.0]];
         for control in quiet {
-            assert_eq!(outlook(&control, f64::INFINITY, 1e-9), Outlook::Quiet);
+            assert_eq!(turns(&control, f64::INFINITY, 1e-9), Outlook::Quiet);
         }
         let dip = [3.0, 1.0, 0.5, 2.0, 4.0];
-        assert_eq!(outlook(&dip, 0.0, 1e-9), Outlook::Quiet);
+        assert_eq!(turns(&dip, 0.0, 1e-9), Outlook::Quiet);
         assert!(matches!(
-            outlook(&dip, 1.0, 1e-9),
+            turns(&dip, 1.0, 1e-9),
             Outlook::OneExtremum { near } if near > 0.25 && near < 0.75
         ));
-        assert_eq!(outlook(&[3.0, 1.0, -1.0], 0.0, 1e-9), Outlook::Monotone);
-        assert_eq!(outlook(&[1.0, 0.0, 1.0, 0.0, 1.0], 0.0, 1e-9), Outlook::Open);
-        assert_eq!(outlook(&[1.0, 1.0 + 1e-12, 2.0], 2.0, 1e-9), Outlook::Open);
+        assert_eq!(turns(&[3.0, 1.0, -1.0], 0.0, 1e-9), Outlook::Monotone);
+        assert_eq!(turns(&[1.0, 0.0, 1.0, 0.0, 1.0], 0.0, 1e-9), Outlook::Open);
+        assert_eq!(turns(&[1.0, 1.0 + 1e-12, 2.0], 2.0, 1e-9), Outlook::Open);
     }
 }
