@@ -66,8 +66,8 @@ fn of_scene(options: &SceneOptions, fresh: usize) -> Result<(), CliError> {
     drop(bar);
     let table = convergence_table(&study)?;
     let direct = format!(
-        "direct simulation: {:.0} ns a return, error {:.1e}",
-        study.direct.period_ns, study.direct.error_estimate
+        "direct simulation ({}): {:.0} ns a return, error {:.1e}",
+        study.direct.method, study.direct.period_ns, study.direct.error_estimate
     );
     let text = format!(
         "{}\n{direct}\n{}\n{}\n{}\n",

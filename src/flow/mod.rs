@@ -25,5 +25,4 @@ pub use integrator::{Integrator, Step, horner};
 pub use jet_transport::{JetFlow, jet_transport, jet_transport_taylor};
 pub use local_series::{LocalSeries, at_series_time, local_series};
 pub use program::{InputKind, Program};
-pub(crate) use step_control::component_step;
 pub use variational::flow_with_jacobian;

@@ -1,7 +1,7 @@
 //! One step along a field, however it is computed: what the search of events needs of it.
 
 use super::passage::{Goal, Start};
-use crate::flow::{Step, component_step};
+use crate::flow::Step;
 use crate::numeric::Real;
 
 /// One step of a smooth flight.
@@ -71,11 +71,7 @@ impl<'s, S: Real> TaylorFlight<'s, S> {
     /// it is not, so the watched functions limit the step as well.
     pub(super) fn new(step: Step<'s, S>, watches: usize) -> Self {
         let length = (0..watches).fold(step.length.to_f64(), |length, watch| {
-            let value = step.watched_coefficients(2 * watch);
-            length.min(component_step(
-                |degree| value[degree].magnitude(),
-                value.len() - 1,
-            ))
+            length.min(step.watched_length(2 * watch))
         });
         let length = S::from_f64(length);
         Self { step, length }
