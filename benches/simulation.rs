@@ -46,16 +46,15 @@ fn settled<'a, S: Real>(system: &'a HybridSystem, model: &Model) -> (Simulator<'
 }
 
 fn periods<S: Real>(criterion: &mut Criterion, scalar: &str) {
+    let linear = model("linear", "alpha", 2.247_220_505_424_423 * 1.002);
+    let electrostatic = model("mems", "V", 0.211_927_585_7 * 1.05);
     let systems = [
-        (
-            "linear",
-            model("linear", "alpha", 2.247_220_505_424_423 * 1.002),
-        ),
-        ("electrostatic", model("mems", "V", 0.211_927_585_7 * 1.05)),
+        ("linear", HybridSystem::new(&linear), &linear),
+        ("linear-taylor", HybridSystem::without_exact_flow(&linear), &linear),
+        ("electrostatic", HybridSystem::new(&electrostatic), &electrostatic),
     ];
-    for (name, model) in systems {
-        let system = HybridSystem::new(&model);
-        let (mut simulator, period) = settled::<S>(&system, &model);
+    for (name, system, model) in systems {
+        let (mut simulator, period) = settled::<S>(&system, model);
         let (mut contacts, mut total) = (0u64, 0u64);
         criterion.bench_function(&format!("simulation/period/{name}/{scalar}"), |bencher| {
             bencher.iter(|| {

@@ -230,6 +230,53 @@ fn a_spring_returns_the_mass_after_half_its_period() {
     assert!((found.state[1] + Dd::ONE).abs().to_f64() < 1e-29);
 }
 
+/// A free mass that meets a stiff spring `k` at `x = p`, far from the origin: the gap there is rounding.
+fn stiff() -> Model {
+    model(&format!(
+        "parameters = {{ p = 1.0, k = 1e4 }}\n[model.flow]\nx = \"v\"\nv = \"0*x\"\n\
+         {SURFACE}\nevent = \"p - x\"\ncontact = {{ v = \"free - k*(x - p)\" }}"
+    ))
+}
+
+/// Contacts begun and ended by masses that meet the stiff spring once, for many start states.
+fn stiff_contacts<S: Real>(system: &HybridSystem, stiffness: f64) {
+    let wall = S::from_dd(Dd::from(7.0) / Dd::from(3.0));
+    let mut simulator =
+        Simulator::new(system, &[wall, S::from_f64(stiffness)]).expect("finite parameters");
+    for start in 1..200 {
+        let speed = S::from_f64(100.0) / S::from_f64(f64::from(start) + 0.3);
+        let state = [wall - speed * S::from_f64(0.7), speed];
+        simulator.set_state(&state).expect("finite");
+        let found = simulator.run(S::from_f64(2.0)).expect("finite");
+        let kinds = found.events.iter().map(|event| match event.kind {
+            EventKind::ContactBegin { .. } => "begin",
+            EventKind::ContactEnd { .. } => "end",
+            _ => "other",
+        });
+        let kinds: Vec<_> = kinds.collect();
+        assert_eq!(kinds, ["begin", "end"], "k = {stiffness:e}, start {start}");
+        // The spring turns the velocity round; rounding of the position, of size 0.7 speed, moves it by ε √k of that.
+        let error = ((found.state[1] + speed) / speed.max(S::one())).abs().to_f64();
+        assert!(error < 64.0 * S::ROUNDOFF * stiffness.sqrt(), "{error:e}");
+    }
+}
+
+#[test]
+fn a_stiff_contact_is_one_contact() {
+    let (exact, general) = (
+        HybridSystem::new(&stiff()),
+        HybridSystem::without_exact_flow(&stiff()),
+    );
+    for system in [&exact, &general] {
+        for stiffness in [1e2, 1e4, 1e6, 1e8] {
+            stiff_contacts::<f64>(system, stiffness);
+        }
+        for stiffness in [1e5, 1e8] {
+            stiff_contacts::<Dd>(system, stiffness);
+        }
+    }
+}
+
 #[test]
 fn a_damped_stop_releases_at_zero_force() {
     for release in ["release = \"k*x + p*v\"", "release = \"-k*x - p*v\""] {

@@ -71,8 +71,8 @@ fn of_scene(options: &SceneOptions, fresh: usize) -> Result<(), CliError> {
     warn_of_edges(&scene, edges, options.common.quiet);
     let table = convergence_table(&study)?;
     let direct = format!(
-        "direct simulation: {:.0} ns a return, error {:.1e}",
-        study.direct.period_ns, study.direct.error_estimate
+        "direct simulation ({}): {:.0} ns a return, error {:.1e}",
+        study.direct.method, study.direct.period_ns, study.direct.error_estimate
     );
     let text = format!(
         "{}\n{direct}\n{}\n{}\n{}\n",

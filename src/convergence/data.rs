@@ -37,6 +37,9 @@ pub struct ConvergenceStudy {
     pub pareto: Vec<ParetoPoint>,
     /// Direct simulation.
     pub direct: DirectSummary,
+    /// The same by Taylor's method, where `direct` is by the exact flow of affine fields.
+    #[serde(default)]
+    pub direct_by_taylor: Option<DirectSummary>,
     /// Nanoseconds of one multiply-add, measured in the same run.
     pub multiply_add_ns: f64,
 }
@@ -184,9 +187,9 @@ pub enum Monomials {
 /// What direct simulation costs and how accurate it is.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct DirectSummary {
-    /// The method.
+    /// The method: `exact affine flow` or `Taylor`.
     pub method: String,
-    /// Nanoseconds of one return to the section, in double precision.
+    /// Nanoseconds of one return to the section, in double precision, the parameters being those of the one before.
     pub period_ns: f64,
     /// Largest error of double precision against double-double, over the sample.
     pub error_estimate: f64,

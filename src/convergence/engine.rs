@@ -16,7 +16,7 @@ use super::validity::validity;
 use super::{ConvergenceError, MapFamily, timing};
 use crate::analysis::{DirectImage, MapEvaluation, Progress};
 use crate::expansion::{LocalMap, MapOrders};
-use crate::hybrid::HybridSystem;
+use crate::hybrid::{FlowMethod, HybridSystem};
 use crate::iteration::HornerMap;
 use crate::model::{Orders, Scene, Shape};
 use crate::numeric::{Dd, Scalar};
@@ -120,7 +120,8 @@ pub fn converge(
     let multiply_add_ns = timing::multiply_add_ns();
     sweep.add_times(&mut orders, multiply_add_ns)?;
     let (local, map) = chosen_map(&chosen, scene, orbit)?;
-    let direct = sweep.direct()?;
+    let direct = sweep.direct(&sweep.system)?;
+    let direct_by_taylor = sweep.direct_by_taylor()?;
     Ok(ConvergenceStudy {
         scene: scene.identifier.clone(),
         digest: scene.digest,
@@ -138,9 +139,10 @@ pub fn converge(
         smooth_rates: smooth_rates(&sweep.sample, &factors, &sweep.system, scene, orbit)?,
         validity: validity(scene, orbit, &local, &map, options.tolerance)?,
         accuracy: sweep.accuracy(&map)?,
-        pareto: pareto(&orders, &direct),
+        pareto: pareto(&orders, direct_by_taylor.iter().chain([&direct])),
         chosen,
         direct,
+        direct_by_taylor,
         multiply_add_ns,
         orders,
     })
@@ -316,14 +318,27 @@ impl<'a> Sweep<'a> {
         depth_accuracy(&self.system, self.scene, self.orbit, &self.sample, map)
     }
 
-    fn direct(&self) -> Result<DirectSummary, ConvergenceError> {
-        let mut direct = DirectImage::<f64>::new(&self.system, self.scene, self.orbit)?;
+    fn direct(&self, system: &HybridSystem) -> Result<DirectSummary, ConvergenceError> {
+        let mut direct = DirectImage::<f64>::new(system, self.scene, self.orbit)?;
         let (period_ns, error_estimate) = timing::direct(&mut direct, &self.truth)?;
         Ok(DirectSummary {
-            method: "event-driven Taylor series, double precision".to_owned(),
+            method: match system.method() {
+                FlowMethod::ExactAffine => "exact affine flow",
+                FlowMethod::Taylor => "Taylor",
+            }
+            .to_owned(),
             period_ns,
             error_estimate,
         })
+    }
+
+    /// Direct simulation without the exact flow, where there is one.
+    fn direct_by_taylor(&self) -> Result<Option<DirectSummary>, ConvergenceError> {
+        if self.system.method() == FlowMethod::Taylor {
+            return Ok(None);
+        }
+        let system = HybridSystem::without_exact_flow(&self.scene.model);
+        self.direct(&system).map(Some)
     }
 }
 

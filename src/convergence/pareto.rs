@@ -6,10 +6,13 @@ use super::data::{DirectSummary, OrderResult};
 use crate::model::Shape;
 
 /// One method on the front.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ParetoPoint {
     /// The map; `None` for direct simulation in double precision.
     pub map: Option<ParetoMap>,
+    /// The method of direct simulation; `None` for a map.
+    #[serde(default)]
+    pub direct: Option<String>,
     /// Nanoseconds of one step, or of one return.
     pub step_ns: f64,
     /// Largest error on the window, against double-double.
@@ -27,8 +30,11 @@ pub struct ParetoMap {
     pub shape: Shape,
 }
 
-/// The front, fastest first, direct simulation last whether beaten or not.
-pub(super) fn pareto(orders: &[OrderResult], direct: &DirectSummary) -> Vec<ParetoPoint> {
+/// The front, fastest first, direct simulation last by every method whether beaten or not.
+pub(super) fn pareto<'d>(
+    orders: &[OrderResult],
+    direct: impl IntoIterator<Item = &'d DirectSummary>,
+) -> Vec<ParetoPoint> {
     let point = |result: &OrderResult| {
         Some(ParetoPoint {
             map: Some(ParetoMap {
@@ -36,6 +42,7 @@ pub(super) fn pareto(orders: &[OrderResult], direct: &DirectSummary) -> Vec<Pare
                 contact_weight: result.contact_weight,
                 shape: result.shape,
             }),
+            direct: None,
             step_ns: result.step_ns,
             error: result.error.max?,
         })
@@ -52,10 +59,11 @@ pub(super) fn pareto(orders: &[OrderResult], direct: &DirectSummary) -> Vec<Pare
         best = best.min(point.error);
         better
     });
-    points.push(ParetoPoint {
+    points.extend(direct.into_iter().map(|direct| ParetoPoint {
         map: None,
+        direct: Some(direct.method.clone()),
         step_ns: direct.period_ns,
         error: direct.error_estimate,
-    });
+    }));
     points
 }

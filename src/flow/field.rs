@@ -1,8 +1,8 @@
 //! A smooth vector field and the functions watched along it.
 
-use super::program::{InputKind, Program};
+use super::program::{InputKind, Program, TimeSchedule};
 use crate::model::{ExpressionGraph, Model, NodeId};
-use crate::numeric::Dd;
+use crate::numeric::{Dd, Scalar};
 
 /// A vector field `x' = f(x, p)` with scalar functions watched along its flow, lowered to a [`Program`].
 ///
@@ -14,6 +14,7 @@ use crate::numeric::Dd;
 pub struct Field {
     jet_program: Program,
     time_program: Program,
+    schedule: TimeSchedule,
     dimension: usize,
     parameters: usize,
     watched: usize,
@@ -49,9 +50,11 @@ impl Field {
                     .map(|&kind| unbound_as(kind, InputKind::Variable)),
             )
             .collect();
+        let time_program = Program::new(graph, &outputs, &in_time);
         Self {
             jet_program: Program::new(graph, &outputs, &in_jets),
-            time_program: Program::new(graph, &outputs, &in_time),
+            schedule: time_program.schedule(&in_time, derivatives.len()),
+            time_program,
             dimension: derivatives.len(),
             parameters: parameters.len(),
             watched: watched.len(),
@@ -100,6 +103,14 @@ impl Field {
     /// The program for series in time, with the same inputs and outputs.
     pub fn time_program(&self) -> &Program {
         &self.time_program
+    }
+}
+
+impl Field {
+    /// Taylor coefficients in time of every slot, as numbers; see [`Program::expand`].
+    pub(crate) fn expand<S: Scalar>(&self, inverses: &[S], tape: &mut [S]) {
+        self.time_program
+            .expand(&self.schedule, self.dimension, inverses, tape);
     }
 }
 

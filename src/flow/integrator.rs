@@ -4,9 +4,7 @@
 
 use super::FlowError;
 use super::field::Field;
-use super::step_control::{component_step, order_for};
-use super::time_expansion::expand;
-use crate::jet::TimeSeries;
+use super::step_control::{component_step, margin_for, order_for_numbers};
 use crate::numeric::Real;
 
 /// Taylor integrator of one field over `f64` or double-double.
@@ -17,8 +15,12 @@ use crate::numeric::Real;
 #[derive(Clone, Debug)]
 pub struct Integrator<'a, S: Real> {
     field: &'a Field,
-    series: TimeSeries,
+    order: usize,
     max_step: f64,
+    /// Margin of the step per degree.
+    margin: f64,
+    /// `1/k` for every power of time.
+    inverses: Vec<S>,
     tape: Vec<S>,
 }
 
@@ -29,6 +31,7 @@ pub struct Step<'s, S: Real> {
     field: &'s Field,
     tape: &'s [S],
     order: usize,
+    margin: f64,
     /// Length of the interval on which the polynomials meet the tolerance, positive and finite.
     pub length: S,
 }
@@ -47,14 +50,17 @@ impl<'a, S: Real> Integrator<'a, S> {
 
     /// An integrator with a relative local tolerance, at least the scalar's roundoff.
     pub fn with_tolerance(field: &'a Field, tolerance: f64) -> Self {
-        let series = TimeSeries {
-            order: order_for(tolerance.max(S::ROUNDOFF)),
-        };
-        let tape = vec![S::zero(); field.time_program().slots() * (series.order + 1)];
+        let tolerance = tolerance.max(S::ROUNDOFF);
+        let order = order_for_numbers::<S>(tolerance);
+        let tape = vec![S::zero(); field.time_program().slots() * (order + 1)];
         Self {
             field,
-            series,
+            order,
             max_step: DEFAULT_MAX_STEP,
+            margin: margin_for(tolerance, order),
+            inverses: (0..=order)
+                .map(|k| S::one() / S::from_f64(k.max(1) as f64))
+                .collect(),
             tape,
         }
     }
@@ -66,7 +72,7 @@ impl<'a, S: Real> Integrator<'a, S> {
 
     /// Order of the method.
     pub fn order(&self) -> usize {
-        self.series.order
+        self.order
     }
 
     /// Expands the solution about a state.
@@ -78,22 +84,23 @@ impl<'a, S: Real> Integrator<'a, S> {
     /// [`FlowError::NotFinite`] if a coefficient of the solution is not finite, or no step is long
     /// enough to be a number.
     pub fn step(&mut self, state: &[S], parameters: &[S]) -> Result<Step<'_, S>, FlowError> {
-        let len = self.series.order + 1;
+        let len = self.order + 1;
         for (input, &value) in state.iter().chain(parameters).enumerate() {
             self.tape[input * len] = value;
         }
-        expand(self.field, &self.series, &mut self.tape, &mut [S::zero()]);
+        self.field.expand(&self.inverses, &mut self.tape);
         let length = S::from_f64(self.step_length()?);
         Ok(Step {
             field: self.field,
             tape: &self.tape,
-            order: self.series.order,
+            order: self.order,
+            margin: self.margin,
             length,
         })
     }
 
     fn step_length(&self) -> Result<f64, FlowError> {
-        let len = self.series.order + 1;
+        let len = self.order + 1;
         let mut step = self.max_step;
         for component in 0..self.field.dimension() {
             let coefficients = &self.tape[component * len..(component + 1) * len];
@@ -103,13 +110,14 @@ impl<'a, S: Real> Integrator<'a, S> {
             step = step.min(component_step(
                 |degree| coefficients[degree].magnitude(),
                 len - 1,
+                self.margin,
             ));
         }
         if step > 0.0 {
             Ok(step)
         } else {
             Err(FlowError::NotFinite {
-                degree: self.series.order,
+                degree: self.order,
             })
         }
     }
@@ -161,6 +169,12 @@ impl<S: Real> Step<'_, S> {
                 .time_program()
                 .output(self.field.dimension() + watched),
         )
+    }
+
+    /// Length on which a watched function's polynomial meets the tolerance as the states' do.
+    pub(crate) fn watched_length(&self, watched: usize) -> f64 {
+        let value = self.watched_coefficients(watched);
+        component_step(|degree| value[degree].magnitude(), self.order, self.margin)
     }
 
     /// The state at a time since the start of the step.

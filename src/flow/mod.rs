@@ -2,6 +2,7 @@
 //!
 //! Deliberately absent: impacts and contact.
 
+mod affine;
 mod error;
 mod evaluation;
 mod field;
@@ -16,6 +17,7 @@ mod time_expansion;
 mod values;
 mod variational;
 
+pub use affine::{AffineExpressions, AffineFieldRows, AffineFlow, AffineRows, dot};
 pub use error::FlowError;
 pub use evaluation::evaluate;
 pub use field::{Field, bound_but};
@@ -23,5 +25,4 @@ pub use integrator::{Integrator, Step, horner};
 pub use jet_transport::{JetFlow, jet_transport, jet_transport_taylor};
 pub use local_series::{LocalSeries, at_series_time, local_series};
 pub use program::{InputKind, Program};
-pub(crate) use step_control::component_step;
 pub use variational::flow_with_jacobian;

@@ -11,40 +11,99 @@
 //!   `|x_k| h^k ≤ ε_k max_j |x_j| h^j`, where `ε_k = e^{−k(2 + 0.7/(n−1))}`;
 //! * the last three coefficients are looked at, not two, for fields with symmetries.
 
+use crate::numeric::{Real, Scalar};
+
 /// Order for a relative tolerance.
 pub(crate) fn order_for(tolerance: f64) -> usize {
     (-0.5 * tolerance.ln()).ceil().max(3.0) as usize + 1
 }
 
+/// Order for a relative tolerance of series with numbers as coefficients: higher than [`order_for`] by four tenths.
+///
+/// NOTE: Jorba and Zou's order is best where the products of series are all the cost, which grows as the square
+/// of the order; a series of numbers costs nearly as much for what grows with the order itself.
+pub(crate) fn order_for_numbers<S: Real>(tolerance: f64) -> usize {
+    let order = order_for(tolerance);
+    if S::ROUNDOFF >= f64::ROUNDOFF {
+        order + 2 * order / 5
+    } else {
+        order
+    }
+}
+
+/// Natural logarithm, per degree, of the share to which the last term is held at an order: that of
+/// Jorba and Zou's order at the tolerance, whatever the order taken.
+pub(crate) fn margin_for(tolerance: f64, order: usize) -> f64 {
+    let theirs = order_for(tolerance);
+    margin_at(theirs) * theirs as f64 / order as f64
+}
+
+/// Jorba and Zou's margin at their order.
+pub(crate) fn margin_at(order: usize) -> f64 {
+    2.0 + 0.7 / (order - 1) as f64
+}
+
 /// Number of last coefficients looked at.
 const TAIL: usize = 3;
 
-/// Longest admissible step of one component from the magnitudes of its Taylor coefficients;
+/// Longest admissible step of one component from the magnitudes of its Taylor coefficients, with a margin per degree;
 /// infinite if the last ones vanish.
-pub(crate) fn component_step(magnitudes: impl Fn(usize) -> f64, order: usize) -> f64 {
-    let margin = (2.0 + 0.7 / (order - 1) as f64) * std::f64::consts::LOG2_E;
+pub(crate) fn component_step(
+    magnitudes: impl Fn(usize) -> f64,
+    order: usize,
+    margin: f64,
+) -> f64 {
+    let margin = margin * std::f64::consts::LOG2_E;
+    let mut heads = [f64::NEG_INFINITY; MAX_HEADS];
+    let heads = &mut heads[..(order / 2 + 1).min(MAX_HEADS)];
+    for (degree, head) in heads.iter_mut().enumerate() {
+        let magnitude = magnitudes(degree);
+        if magnitude > 0.0 {
+            *head = log2(magnitude);
+        }
+    }
     let mut step = f64::INFINITY;
     for degree in (order + 1).saturating_sub(TAIL).max(1)..=order {
         let tail = magnitudes(degree);
         if tail > 0.0 {
-            step = step.min(log2_step(&magnitudes, degree, log2(tail), margin));
+            let heads = &heads[..(degree / 2 + 1).min(MAX_HEADS)];
+            step = step.min(log2_step(heads, &magnitudes, degree, log2(tail), margin));
         }
     }
     step.exp2()
 }
 
-/// `max_j log2 h_j` with `|x_k| h_j^{k−j} = ε_k |x_j|`.
+/// Most of the first coefficients that are looked at.
+const MAX_HEADS: usize = 32;
+
+/// `1/k`.
+const INVERSES: [f64; 256] = {
+    let mut inverses = [0.0; 256];
+    let mut k = 1;
+    while k < inverses.len() {
+        inverses[k] = 1.0 / k as f64;
+        k += 1;
+    }
+    inverses
+};
+
+/// `max_j log2 h_j` with `|x_k| h_j^{k−j} = ε_k |x_j|`; `heads` holds `log2 |x_j|`.
 ///
 /// NOTE: where the first term that does not vanish is in the upper half, the condition would ask for a
 /// tiny step though the component is itself tiny; there the radius of convergence alone decides.
-fn log2_step(magnitudes: impl Fn(usize) -> f64, degree: usize, tail: f64, margin: f64) -> f64 {
+fn log2_step(
+    heads: &[f64],
+    magnitudes: impl Fn(usize) -> f64,
+    degree: usize,
+    tail: f64,
+    margin: f64,
+) -> f64 {
+    let needed = tail + margin * degree as f64;
     let mut step = f64::NEG_INFINITY;
-    for lower in 0..=degree / 2 {
-        let magnitude = magnitudes(lower);
-        if magnitude > 0.0 {
-            let room = log2(magnitude) - tail - margin * degree as f64;
-            step = step.max(room / (degree - lower) as f64);
-        }
+    let inverse = |power: usize| INVERSES[power.min(INVERSES.len() - 1)];
+    for (lower, head) in heads.iter().enumerate() {
+        let room = (head - needed) * inverse(degree - lower);
+        step = if room > step { room } else { step };
     }
     if step > f64::NEG_INFINITY {
         return step;
@@ -70,7 +129,7 @@ mod tests {
     #[test]
     fn geometric_coefficients_give_the_step_of_jorba_and_zou() {
         let (order, radius) = (20, 3.0_f64);
-        let step = component_step(|degree| radius.powi(-(degree as i32)), order);
+        let step = component_step(|degree| radius.powi(-(degree as i32)), order, margin_at(order));
         let expected = radius * (-2.0 - 0.7 / 19.0_f64).exp();
         assert!((step / expected - 1.0).abs() < 0.01, "{step} {expected}");
     }
@@ -78,11 +137,11 @@ mod tests {
     #[test]
     fn vanishing_tails_do_not_limit_the_step_and_vanishing_heads_do_not_shrink_it() {
         let linear = |degree: usize| if degree < 2 { 1e4 } else { 0.0 };
-        assert_eq!(component_step(linear, 20), f64::INFINITY);
+        assert_eq!(component_step(linear, 20, margin_at(20)), f64::INFINITY);
         let from_rest = |degree: usize| if degree < 2 { 0.0 } else { 1.0 };
-        assert!(component_step(from_rest, 20) > 0.08);
+        assert!(component_step(from_rest, 20, margin_at(20)) > 0.08);
         let even = |degree: usize| f64::from(degree.is_multiple_of(2));
-        assert!(component_step(even, 19) < 0.2);
+        assert!(component_step(even, 19, margin_at(19)) < 0.2);
     }
 
     #[test]

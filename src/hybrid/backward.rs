@@ -1,8 +1,9 @@
 //! Free flight backward in time, to the minimum of a gap or to the surface itself.
 
+use super::flight::{Flight, Outlook, TaylorFlight};
+use super::motion::Motion;
 use super::passage::{Gap, Goal, Passage};
-use super::simulator::Simulator;
-use super::stepping::admissible_length;
+use super::simulator::{Simulator, Work};
 use super::trajectory::Outcome;
 use crate::numeric::Real;
 
@@ -43,18 +44,55 @@ impl<S: Real> Simulator<'_, S> {
     }
 
     fn step_back(&mut self, surface: usize, goal: Back, remaining: S) -> Result<bool, Outcome<S>> {
-        let Ok(step) = self.free.step(&self.motion.state, &self.parameters) else {
-            return Err(Outcome::Diverged {
-                time: self.motion.time,
-            });
+        let Self {
+            motion,
+            parameters,
+            affine,
+            free,
+            work,
+            reversed,
+            ..
+        } = self;
+        let exact = affine
+            .as_mut()
+            .and_then(|tools| tools.flight(motion, parameters));
+        let mut leg = BackwardLeg {
+            motion,
+            work,
+            reversed,
+            surface,
+            goal,
+            remaining,
         };
-        let length = admissible_length(&step, self.surfaces.len()).min(remaining);
-        let (value, slope) = (
-            step.watched_coefficients(2 * surface),
-            step.watched_coefficients(2 * surface + 1),
-        );
+        match exact {
+            Some(mut flight) => leg.fly(&mut flight),
+            None => match free.step(&leg.motion.state, parameters) {
+                Ok(step) => leg.fly(&mut TaylorFlight::new(step, self.surfaces.len())),
+                Err(_) => Err(Outcome::Diverged {
+                    time: leg.motion.time,
+                }),
+            },
+        }
+    }
+}
+
+/// One backward step to be flown.
+struct BackwardLeg<'s, S: Real> {
+    motion: &'s mut Motion<S>,
+    work: &'s mut Work<S>,
+    /// The gap and its slope in reversed time.
+    reversed: &'s mut (Vec<S>, Vec<S>),
+    surface: usize,
+    goal: Back,
+    remaining: S,
+}
+
+impl<S: Real> BackwardLeg<'_, S> {
+    /// Flies to the goal, or to the end of the step; whether the goal was reached.
+    fn fly<F: Flight<S>>(&mut self, flight: &mut F) -> Result<bool, Outcome<S>> {
+        let length = flight.length().min(self.remaining);
         // In s = −t the gap is Σ g_k (−s)^k, its slope −g'(−s); the surface is where −gap falls through 0.
-        let (value_sign, goal) = match goal {
+        let (value_sign, goal) = match self.goal {
             Back::ToMinimum => (S::one(), Goal::Minima),
             Back::ToSurface => (
                 -S::one(),
@@ -63,6 +101,7 @@ impl<S: Real> Simulator<'_, S> {
                 },
             ),
         };
+        let (value, slope) = flight.polynomials(self.surface);
         alternate(value, value_sign, &mut self.reversed.0);
         alternate(slope, -value_sign, &mut self.reversed.1);
         let gap = Gap {
@@ -70,18 +109,23 @@ impl<S: Real> Simulator<'_, S> {
             slope: &self.reversed.1,
             sign: S::one(),
         };
-        self.found.clear();
-        self.search.search(
-            &gap,
-            length,
-            self.motion.start(surface),
-            goal,
-            &mut self.found,
-        );
-        let found = self.found.first().map(Passage::time);
+        let Work {
+            search,
+            found,
+            next,
+            ..
+        } = &mut *self.work;
+        found.clear();
+        let start = self.motion.start(self.surface);
+        search.search(&gap, length, start, goal, Outlook::Open, found);
+        let found = found.first().map(Passage::time);
         let time = found.unwrap_or(length);
-        step.state_at(-time, &mut self.next);
-        std::mem::swap(&mut self.motion.state, &mut self.next);
+        if !flight.land(-time, next) {
+            return Err(Outcome::Diverged {
+                time: self.motion.time,
+            });
+        }
+        std::mem::swap(&mut self.motion.state, next);
         self.motion.time -= time;
         Ok(found.is_some())
     }

@@ -7,10 +7,12 @@
 //! Deliberately absent: Poincaré maps' expansions, orbits, anything truncated.
 //! See docs/mathematics/direct-simulation.md.
 
+mod affine;
 mod backward;
 mod chatter;
 mod contact_phase;
 mod error;
+mod flight;
 mod itinerary;
 mod motion;
 mod passage;
@@ -30,5 +32,5 @@ pub use itinerary::NominalPassage;
 pub use return_map::DirectReturn;
 pub use returned::{Return, ReturnOutcome, ReturnSection};
 pub use simulator::Simulator;
-pub use system::{HybridSystem, Regime};
+pub use system::{FlowMethod, HybridSystem, Regime};
 pub use trajectory::{Event, EventKind, Outcome, Trajectory};

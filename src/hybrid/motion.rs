@@ -16,11 +16,15 @@ pub(super) struct Motion<S> {
     pub(super) reference_phase: S,
     /// Factor that makes the present regime's release function positive; 0 until its first step.
     pub(super) release_sign: S,
+    /// Rounding of the release function where the present contact began.
+    pub(super) release_rounding: S,
+    /// Uncertainty of the time at which the surface was met: the gap left there over the speed.
+    pub(super) entry_uncertainty: S,
     /// Per surface: rounding of its gap if the state has just left it.
     pub(super) leaving: Vec<Option<S>>,
     /// The surface whose gap has a reported minimum here.
     pub(super) at_minimum: Option<usize>,
-    /// Length of the last step.
+    /// The time in which the motion changed on the last step.
     pub(super) last_step: S,
 }
 
@@ -33,6 +37,8 @@ impl<S: Real> Motion<S> {
             turns: 0,
             reference_phase: S::zero(),
             release_sign: S::zero(),
+            release_rounding: S::zero(),
+            entry_uncertainty: S::zero(),
             leaving: vec![None; surfaces],
             at_minimum: None,
             last_step: S::one(),

@@ -6,9 +6,10 @@
 //! crossings within one step, the quick dip of a near graze, cannot be missed: they have a minimum
 //! between them.
 
+use super::flight::Outlook;
 use super::stationary::StationaryPoints;
-use crate::flow::horner;
-use crate::numeric::Real;
+use crate::numeric::{Real, Scalar};
+use crate::numeric::polynomial;
 
 /// A gap on one step: Taylor coefficients of `sign · value` and of its derivative.
 #[derive(Clone, Copy, Debug)]
@@ -23,20 +24,18 @@ pub(crate) struct Gap<'p, S> {
 
 impl<S: Real> Gap<'_, S> {
     fn at(&self, time: S) -> S {
-        self.sign * horner(self.value, time)
+        self.sign * polynomial::value(self.value, time)
     }
 
-    fn slope_at(&self, time: S) -> S {
-        self.sign * horner(self.slope, time)
+    /// Value and slope.
+    fn value_and_slope(&self, time: S) -> (S, S) {
+        let (value, slope) = polynomial::value_and_slope(self.value, time);
+        (self.sign * value, self.sign * slope)
     }
 
     /// Value of the slope and of its derivative.
     fn slope_and_curvature(&self, time: S) -> (S, S) {
-        let (mut slope, mut curvature) = (S::zero(), S::zero());
-        for &coefficient in self.slope.iter().rev() {
-            curvature = curvature.mul_add(time, slope);
-            slope = slope.mul_add(time, coefficient);
-        }
+        let (slope, curvature) = polynomial::value_and_slope(self.slope, time);
         (self.sign * slope, self.sign * curvature)
     }
 }
@@ -101,20 +100,37 @@ pub(crate) struct PassageSearch {
 
 impl PassageSearch {
     /// Appends the gap's passages on `[0, length]`, in order of time, up to its first crossing.
+    ///
+    /// `outlook` is what is known of the gap beforehand.
     pub(crate) fn search<S: Real>(
         &mut self,
         gap: &Gap<'_, S>,
         length: S,
         start: Start<S>,
         goal: Goal<S>,
+        outlook: Outlook,
         found: &mut Vec<Passage<S>>,
     ) {
-        if let Goal::Crossing { near } = goal
-            && lower_bound(gap, length.to_f64()) > near.to_f64().max(0.0)
-        {
-            return;
+        match outlook {
+            Outlook::Quiet => return,
+            Outlook::OneCrossing { near } => {
+                let piece = Piece {
+                    left: (S::zero(), gap.sign * gap.value[0]),
+                    right: (length, gap.at(length)),
+                    stationary: false,
+                };
+                if piece.right.1 < S::zero() {
+                    let time = piece.crossing_from(gap, S::from_f64(near), length);
+                    found.push(Passage::Crossing { time });
+                }
+                return;
+            }
+            Outlook::Monotone => self.stationary.clear(),
+            Outlook::OneExtremum { near } => {
+                self.stationary.single(gap.slope, length.to_f64(), near);
+            }
+            Outlook::Open => self.stationary.isolate(gap.slope, length.to_f64()),
         }
-        self.stationary.isolate(gap.slope, length.to_f64());
         let roots = &self.stationary.roots;
         let mut left = (S::zero(), gap.at(S::zero()));
         for index in 0..=roots.len() {
@@ -139,20 +155,11 @@ impl PassageSearch {
     }
 }
 
-/// A lower bound of the gap on the step: `g_0 − Σ |g_k| L^k`.
-fn lower_bound<S: Real>(gap: &Gap<'_, S>, length: f64) -> f64 {
-    let [first, rest @ ..] = gap.value else {
-        return f64::NEG_INFINITY;
-    };
-    let variation = rest
-        .iter()
-        .rev()
-        .fold(0.0, |sum, c| (sum + c.to_f64().abs()) * length);
-    gap.sign.to_f64() * first.to_f64() - variation
-}
-
 /// Newton's method on the slope from a root good to `f64`.
 fn polish_stationary<S: Real>(gap: &Gap<'_, S>, mut time: S, length: S) -> S {
+    if S::ROUNDOFF >= f64::ROUNDOFF {
+        return time;
+    }
     let rounding = S::from_f64(2.0 * S::ROUNDOFF) * length;
     for _ in 0..6 {
         let (slope, curvature) = gap.slope_and_curvature(time);
@@ -212,29 +219,49 @@ impl<S: Real> Piece<S> {
 
     /// Time at which the gap falls through 0.
     fn crossing(&self, gap: &Gap<'_, S>, length: S) -> S {
-        let ((mut positive, left), (mut negative, right)) = (self.left, self.right);
+        let (left, right) = (self.left.1, self.right.1);
         if left <= S::zero() {
-            return positive;
+            return self.left.0;
         }
-        let noise = S::from_f64(2.0 * S::ROUNDOFF * largest_term(gap, length.to_f64()));
-        let mut time = self.guess(gap, left, right);
-        for _ in 0..MAX_NEWTON {
-            let value = gap.at(time);
+        self.crossing_from(gap, self.guess(gap, left, right), length)
+    }
+
+    /// The same by Newton's method from a time, kept inside the piece by bisection.
+    ///
+    /// After a step `Δ` the error is about `Δ² |h''/2h'|`; `h''` is taken from the last two slopes, and twice as large.
+    fn crossing_from(&self, gap: &Gap<'_, S>, start: S, length: S) -> S {
+        let (mut positive, mut negative) = (self.left.0, self.right.0);
+        let rounding = S::from_f64(0.25 * S::ROUNDOFF) * length;
+        let least = S::from_f64(4.0) / length;
+        let mut time = start.max(positive).min(negative);
+        let mut before = None;
+        for step in 0..MAX_NEWTON {
+            let (value, slope) = gap.value_and_slope(time);
             if value > S::zero() {
                 positive = time;
             } else {
                 negative = time;
             }
-            let newton = time - value / gap.slope_at(time);
-            let inside = newton > positive && newton < negative;
+            let newton = time - value / slope;
+            let inside = newton >= positive && newton <= negative;
             let next = if inside {
                 newton
             } else {
                 (positive + negative) * S::from_f64(0.5)
             };
-            if next == time || (value.abs() <= noise && inside) {
+            let change = next - time;
+            let is_last = |(last, last_slope): (S, S)| {
+                let bend = (slope - last_slope) / ((time - last) * slope);
+                (bend.abs() + least) * change * change <= rounding
+            };
+            let settled = inside && before.is_some_and(is_last);
+            if next == time || settled {
                 return next;
             }
+            if step >= SETTLED && value.abs() <= noise(gap, length) {
+                return if inside { newton } else { time };
+            }
+            before = Some((time, slope));
             time = next;
         }
         time
@@ -265,12 +292,15 @@ impl<S: Real> Piece<S> {
 /// Most Newton and bisection steps to a crossing.
 const MAX_NEWTON: usize = 200;
 
-/// Largest term `|g_k| L^k` of a gap: its rounding is a few units in the last place of this.
-fn largest_term<S: Real>(gap: &Gap<'_, S>, length: f64) -> f64 {
-    gap.value
-        .iter()
-        .rev()
-        .fold(0.0, |size: f64, c| (size * length).max(c.to_f64().abs()))
+/// Steps after which the rounding of the gap may end the iteration.
+const SETTLED: usize = 5;
+
+/// Rounding of a gap: a few units in the last place of its largest term `|g_k| L^k`.
+fn noise<S: Real>(gap: &Gap<'_, S>, length: S) -> S {
+    let length = length.to_f64();
+    let coefficients = gap.value.iter().rev();
+    let largest = coefficients.fold(0.0, |size: f64, c| (size * length).max(c.to_f64().abs()));
+    S::from_f64(2.0 * S::ROUNDOFF * largest)
 }
 
 #[cfg(test)]
@@ -294,7 +324,7 @@ mod tests {
             sign: S::one(),
         };
         let mut found = Vec::new();
-        PassageSearch::default().search(&gap, S::one(), start, goal, &mut found);
+        PassageSearch::default().search(&gap, S::one(), start, goal, Outlook::Open, &mut found);
         found
     }
 

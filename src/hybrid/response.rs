@@ -18,8 +18,12 @@ impl<S: Real> Simulator<'_, S> {
         match self.system.surfaces[surface].law {
             Law::Rigid { .. } => self.impact(surface, before, record),
             Law::Compliant { .. } => {
-                self.motion.regime = Regime::Contact { surface };
-                self.motion.release_sign = S::zero();
+                let uncertainty = if before.velocity == S::zero() {
+                    S::zero()
+                } else {
+                    (before.gap / before.velocity).abs() * S::from_f64(4.0)
+                };
+                self.begin_contact(surface, uncertainty);
                 self.record(
                     surface,
                     EventKind::ContactBegin {
@@ -34,9 +38,15 @@ impl<S: Real> Simulator<'_, S> {
 
     /// The normal motion at a surface.
     pub(super) fn sense(&mut self, surface: usize) -> Sense<S> {
-        self.surfaces[surface]
-            .sensor
-            .sense(&self.motion.state, &self.parameters)
+        let exact = self
+            .affine
+            .as_mut()
+            .and_then(|tools| tools.sense(surface, &self.motion, &self.parameters));
+        exact.unwrap_or_else(|| {
+            self.surfaces[surface]
+                .sensor
+                .sense(&self.motion.state, &self.parameters)
+        })
     }
 
     fn record(&self, surface: usize, kind: EventKind<S>, record: &mut dyn FnMut(Event<S>)) {
@@ -53,9 +63,13 @@ impl<S: Real> Simulator<'_, S> {
         before: Sense<S>,
         record: &mut dyn FnMut(Event<S>),
     ) -> Result<(), Outcome<S>> {
-        self.next.copy_from_slice(&self.motion.state);
-        if let Some(reset) = &mut self.surfaces[surface].reset {
-            let image = reset.evaluate(&self.next, &self.parameters);
+        self.work.next.copy_from_slice(&self.motion.state);
+        let exact = self
+            .affine
+            .as_mut()
+            .is_some_and(|tools| tools.reset(surface, &mut self.motion, &self.parameters));
+        if let Some(reset) = self.surfaces[surface].reset.as_mut().filter(|_| !exact) {
+            let image = reset.evaluate(&self.work.next, &self.parameters);
             self.motion.state.copy_from_slice(image);
         }
         let after = self.sense(surface);
@@ -111,7 +125,7 @@ impl<S: Real> Simulator<'_, S> {
         duration: S,
         record: &mut dyn FnMut(Event<S>),
     ) -> Result<(), Outcome<S>> {
-        let kick = largest_difference(&self.motion.state, &self.next);
+        let kick = largest_difference(&self.motion.state, &self.work.next);
         self.remove_normal_velocity(surface, speed, rebound);
         if self.surfaces[surface].held.is_none() || self.reset_moves(surface, kick) {
             return Err(Outcome::NoStickingField {
@@ -150,7 +164,7 @@ impl<S: Real> Simulator<'_, S> {
         let after: Vec<S> = self.motion.state.clone();
         for _ in 0..2 {
             for (i, value) in self.motion.state.iter_mut().enumerate() {
-                *value = self.next[i] + (after[i] - self.next[i]) * share;
+                *value = self.work.next[i] + (after[i] - self.work.next[i]) * share;
             }
             share -= self.sense(surface).velocity / total;
         }

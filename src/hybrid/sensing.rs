@@ -61,15 +61,20 @@ impl<'a, S: Real> Sensor<'a, S> {
 
     pub(super) fn sense(&mut self, state: &[S], parameters: &[S]) -> Sense<S> {
         let values = self.0.evaluate(state, parameters);
-        let size = values[4..]
-            .iter()
-            .fold(S::zero(), |size, term| size.max(term.abs()));
         Sense {
             gap: values[0],
             velocity: values[1],
             acceleration: values[2],
             jerk: values[3],
-            rounding: S::from_f64(16.0 * S::ROUNDOFF) * size,
+            rounding: rounding_of(&values[4..]),
         }
     }
+}
+
+/// Rounding of a sum: a few units in the last place of its largest term.
+pub(super) fn rounding_of<S: Real>(terms: &[S]) -> S {
+    let size = terms
+        .iter()
+        .fold(S::zero(), |size, term| size.max(term.abs()));
+    S::from_f64(16.0 * S::ROUNDOFF) * size
 }

@@ -4,9 +4,10 @@
 //! ([`passage`](super::passage)), the state is taken at the first event and the surface's response applied.
 
 use super::HybridError;
+use super::affine::AffineTools;
 use super::motion::Motion;
 use super::passage::{Passage, PassageSearch};
-use super::sensing::{Evaluator, Sensor};
+use super::sensing::{Evaluator, Sensor, rounding_of};
 use super::system::{HybridSystem, Law, Regime, SurfaceLaw};
 use super::trajectory::{Event, Outcome, Trajectory};
 use crate::flow::Integrator;
@@ -21,14 +22,24 @@ pub struct Simulator<'a, S: Real> {
     pub(super) parameters: Vec<S>,
     pub(super) motion: Motion<S>,
     pub(super) free: Integrator<'a, S>,
-    pub(super) search: PassageSearch,
-    pub(super) found: Vec<Passage<S>>,
-    pub(super) next: Vec<S>,
+    /// The exact flow, where free flight is affine.
+    pub(super) affine: Option<AffineTools<'a, S>>,
+    pub(super) work: Work<S>,
     /// A gap and its slope in reversed time.
     pub(super) reversed: (Vec<S>, Vec<S>),
     pub(super) surfaces: Vec<SurfaceTools<'a, S>>,
     pub(super) near_miss: S,
     pub(super) step_limit: usize,
+}
+
+/// Working memory of a step.
+#[derive(Clone, Debug)]
+pub(super) struct Work<S> {
+    pub(super) search: PassageSearch,
+    pub(super) found: Vec<Passage<S>>,
+    /// The state after a step, or before an impact.
+    pub(super) next: Vec<S>,
+    /// Minima without contact: time in the step, surface, gap.
     pub(super) misses: Vec<(S, usize, S)>,
 }
 
@@ -37,6 +48,8 @@ pub struct Simulator<'a, S: Real> {
 pub(super) struct SurfaceTools<'a, S: Real> {
     pub(super) sensor: Sensor<'a, S>,
     pub(super) reset: Option<Evaluator<'a, S>>,
+    /// Sizes of the terms of a compliant surface's release function.
+    release: Option<Evaluator<'a, S>>,
     /// Integrator of the contact field or the stick field.
     pub(super) held: Option<Integrator<'a, S>>,
 }
@@ -78,9 +91,13 @@ impl<'a, S: Real> Simulator<'a, S> {
             parameters: parameters.to_vec(),
             motion: Motion::new(system.dimension, system.surfaces.len()),
             free: Integrator::new(&system.free.field),
-            search: PassageSearch::default(),
-            found: Vec::new(),
-            next: vec![S::zero(); system.dimension],
+            affine: system.affine.as_ref().map(AffineTools::new),
+            work: Work {
+                search: PassageSearch::default(),
+                found: Vec::new(),
+                next: vec![S::zero(); system.dimension],
+                misses: Vec::new(),
+            },
             reversed: (Vec::new(), Vec::new()),
             surfaces: system
                 .surfaces
@@ -89,7 +106,6 @@ impl<'a, S: Real> Simulator<'a, S> {
                 .collect(),
             near_miss: S::from_f64(f64::INFINITY),
             step_limit: STEP_LIMIT,
-            misses: Vec::new(),
         };
         simulator.set_parameters(parameters)?;
         Ok(simulator)
@@ -109,7 +125,10 @@ impl<'a, S: Real> Simulator<'a, S> {
             });
         }
         check_finite(parameters, self.system.dimension)?;
-        self.parameters.copy_from_slice(parameters);
+        if self.parameters != parameters {
+            self.parameters.copy_from_slice(parameters);
+            self.affine.iter_mut().for_each(AffineTools::drop_tables);
+        }
         Ok(())
     }
 
@@ -137,6 +156,7 @@ impl<'a, S: Real> Simulator<'a, S> {
             });
         }
         check_finite(state, 0)?;
+        self.affine.iter_mut().for_each(AffineTools::forget);
         let motion = &mut self.motion;
         motion.state.copy_from_slice(state);
         motion.time = S::zero();
@@ -147,17 +167,29 @@ impl<'a, S: Real> Simulator<'a, S> {
             motion.reference_phase = state[phase.component];
         }
         for surface in 0..self.surfaces.len() {
-            let sense = self.surfaces[surface].sensor.sense(state, &self.parameters);
+            let sense = self.sense(surface);
             self.motion.leaving[surface] =
                 (sense.gap.abs() <= sense.rounding).then_some(sense.rounding);
             if sense.gap < -sense.rounding
                 && matches!(self.system.surfaces[surface].law, Law::Compliant { .. })
             {
-                self.motion.regime = Regime::Contact { surface };
-                self.motion.release_sign = S::zero();
+                self.begin_contact(surface, S::zero());
             }
         }
         Ok(())
+    }
+
+    /// Goes to the contact field of a compliant surface, met at a time known up to an uncertainty.
+    pub(super) fn begin_contact(&mut self, surface: usize, uncertainty: S) {
+        self.motion.entry_uncertainty = uncertainty;
+        self.motion.regime = Regime::Contact { surface };
+        self.motion.release_sign = S::zero();
+        let release = self.surfaces[surface].release.as_mut();
+        let rounding = release.map(|release| {
+            let terms = release.evaluate(&self.motion.state, &self.parameters);
+            rounding_of(terms)
+        });
+        self.motion.release_rounding = rounding.unwrap_or(S::zero());
     }
 
     /// The full state; the phase within half a period of the one it was placed at.
@@ -325,9 +357,7 @@ impl<'a, S: Real> Simulator<'a, S> {
             {
                 continue;
             }
-            let sense = self.surfaces[surface]
-                .sensor
-                .sense(&self.motion.state, &self.parameters);
+            let sense = self.sense(surface);
             if sense.gap < -sense.rounding * S::from_f64(64.0) {
                 return Err(Outcome::Penetrating {
                     surface,
@@ -342,13 +372,15 @@ impl<'a, S: Real> Simulator<'a, S> {
 
 impl<'a, S: Real> SurfaceTools<'a, S> {
     fn new(surface: &'a SurfaceLaw, dimension: usize) -> Self {
-        let (reset, held) = match &surface.law {
-            Law::Rigid { reset, stick } => (Some(Evaluator::new(reset, dimension)), stick.as_ref()),
-            Law::Compliant { contact } => (None, Some(contact)),
+        let (reset, release, held) = match &surface.law {
+            Law::Rigid { reset, stick } => (Some(reset), None, stick.as_ref()),
+            Law::Compliant { contact, release } => (None, Some(release), Some(contact)),
         };
+        let evaluator = |program| Evaluator::new(program, dimension);
         Self {
             sensor: Sensor::new(&surface.sensor, dimension),
-            reset,
+            reset: reset.map(evaluator),
+            release: release.map(evaluator),
             held: held.map(|held| Integrator::new(&held.field)),
         }
     }

@@ -4,6 +4,7 @@
 //! most one if `|p'(m)| > B w`, where `B` bounds `|p''|` on it; otherwise it is halved.
 
 use crate::numeric::Real;
+use crate::numeric::polynomial::{self, value_and_slope};
 
 /// Zeros of a slope, and the memory to find them.
 #[derive(Clone, Debug, Default)]
@@ -20,6 +21,29 @@ const MAX_INTERVALS: usize = 100_000;
 const SMALLEST_HALF: f64 = 1e-9;
 
 impl StationaryPoints {
+    /// Leaves no zero.
+    pub(super) fn clear(&mut self) {
+        self.roots.clear();
+    }
+
+    /// Fills `roots` with the zero of a slope that has one at most, which lies near a time.
+    pub(super) fn single<S: Real>(&mut self, slope: &[S], length: f64, near: f64) {
+        self.roots.clear();
+        self.scaled.clear();
+        self.scaled.extend(slope.iter().map(|c| c.to_f64()));
+        let (first, last) = (self.scaled[0], polynomial::value(&self.scaled, length));
+        if (first < 0.0) == (last < 0.0) {
+            return;
+        }
+        let at = if near > 0.0 && near < length {
+            near
+        } else {
+            0.5 * length
+        };
+        let root = monotone_root(&self.scaled, (0.0, at, length), first < 0.0);
+        self.roots.push(root / length);
+    }
+
     /// Fills `roots` with the zeros of the slope in units of the length, increasing.
     pub(super) fn isolate<S: Real>(&mut self, slope: &[S], length: f64) {
         self.scaled.clear();
@@ -60,7 +84,7 @@ impl StationaryPoints {
                 value_and_slope(&self.scaled, b).0,
             );
             if (left < 0.0) != (right < 0.0) {
-                let root = monotone_root(&self.scaled, a, b, left < 0.0);
+                let root = monotone_root(&self.scaled, (a, middle, b), left < 0.0);
                 self.roots.push(root);
             }
             return;
@@ -68,15 +92,6 @@ impl StationaryPoints {
         self.pending.push((middle, b));
         self.pending.push((a, middle));
     }
-}
-
-fn value_and_slope(coefficients: &[f64], at: f64) -> (f64, f64) {
-    let (mut value, mut slope) = (0.0, 0.0);
-    for &coefficient in coefficients.iter().rev() {
-        slope = slope * at + value;
-        value = value * at + coefficient;
-    }
-    (value, slope)
 }
 
 /// Bound of the second derivative on `[0, at]`.
@@ -88,9 +103,13 @@ fn curvature_bound(coefficients: &[f64], at: f64) -> f64 {
     bound
 }
 
-/// The zero of a monotone polynomial with a sign change on `[a, b]`: Newton, kept inside by bisection.
-fn monotone_root(coefficients: &[f64], mut a: f64, mut b: f64, rising: bool) -> f64 {
-    let mut at = 0.5 * (a + b);
+/// The one zero of a polynomial with a sign change on `[a, b]`: Newton from `at`, kept inside by bisection.
+fn monotone_root(
+    coefficients: &[f64],
+    (mut a, mut at, mut b): (f64, f64, f64),
+    rising: bool,
+) -> f64 {
+    let size = b;
     for _ in 0..60 {
         let (value, slope) = value_and_slope(coefficients, at);
         if (value < 0.0) == rising {
@@ -104,7 +123,11 @@ fn monotone_root(coefficients: &[f64], mut a: f64, mut b: f64, rising: bool) -> 
         } else {
             0.5 * (a + b)
         };
-        if (next - at).abs() < 1e-15 {
+        if (next - at).abs() < 1e-9 * size && next == newton {
+            // NOTE: Newton's method squares the error.
+            return next;
+        }
+        if next == at {
             return next;
         }
         at = next;

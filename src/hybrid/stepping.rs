@@ -1,15 +1,18 @@
 //! One step of the simulator: expand, search every watched gap, take the state at the first event.
 
+use std::cmp::Ordering;
+
+use super::flight::{Flight, Outlook, TaylorFlight};
 use super::motion::Motion;
 use super::passage::{Gap, Goal, Passage, Start};
-use super::simulator::{Approach, Simulator, Stop, SurfaceTools};
+use super::simulator::{Approach, Simulator, Stop, SurfaceTools, Work};
 use super::system::{HybridSystem, Law, Regime, RegimeField, Watch};
 use super::trajectory::{Event, EventKind, Outcome};
-use crate::flow::{Integrator, Step, component_step};
+use crate::flow::Integrator;
 use crate::numeric::Real;
 
 impl<S: Real> Simulator<'_, S> {
-    /// One Taylor step, cut at the first event.
+    /// One step, cut at the first event.
     pub(super) fn step(
         &mut self,
         horizon: S,
@@ -21,91 +24,138 @@ impl<S: Real> Simulator<'_, S> {
             parameters,
             motion,
             free,
-            search,
-            found,
-            next,
+            affine,
+            work,
             surfaces,
             near_miss,
-            misses,
             ..
         } = self;
         let (integrator, regime) = present(system, motion.regime, free, surfaces);
-        let Ok(step) = integrator.step(&motion.state, parameters) else {
-            return Err(Outcome::Diverged { time: motion.time });
+        let exact = affine
+            .as_mut()
+            .and_then(|tools| tools.flight(motion, parameters));
+        let mut leg = Leg {
+            motion,
+            work,
+            watches: &regime.watches,
+            near_miss: *near_miss,
+            horizon,
+            approach,
         };
-        let admissible = admissible_length(&step, regime.watches.len());
-        motion.last_step = admissible;
-        let remaining = horizon - motion.time;
-        let mut first = First {
-            length: admissible.min(remaining),
-            stop: None,
-        };
-        misses.clear();
-        for (index, &watch) in regime.watches.iter().enumerate() {
-            let value = step.watched_coefficients(2 * index);
-            let slope = step.watched_coefficients(2 * index + 1);
-            let (gap, start, goal) = match watch {
-                Watch::Gap { surface } => {
-                    let Some(goal) = goal(surface, approach, *near_miss) else {
-                        continue;
-                    };
-                    (
-                        Gap {
-                            value,
-                            slope,
-                            sign: S::one(),
-                        },
-                        motion.start(surface),
-                        goal,
-                    )
-                }
-                Watch::Release => release_gap(motion, value, slope, first.length),
-            };
-            found.clear();
-            search.search(&gap, first.length, start, goal, found);
-            first.take(watch, found, approach, misses);
-        }
-        let First { length, stop } = first;
-        if stop.is_none() && length < remaining && motion.time + length == motion.time {
-            return Err(Outcome::Diverged { time: motion.time });
-        }
-        step.state_at(length, next);
-        let whole = length == remaining;
-        std::mem::swap(&mut motion.state, next);
-        for &(time, surface, gap) in misses.iter().filter(|miss| miss.0 <= length) {
-            record(Event {
-                time: motion.time + time,
-                surface,
-                kind: EventKind::NearMiss { gap },
-            });
-        }
-        motion.time = if whole { horizon } else { motion.time + length };
+        let stop = match exact {
+            Some(mut flight) => leg.fly(&mut flight, record),
+            None => match integrator.step(&leg.motion.state, parameters) {
+                Ok(step) => leg.fly(&mut TaylorFlight::new(step, regime.watches.len()), record),
+                Err(_) => Err(Outcome::Diverged {
+                    time: leg.motion.time,
+                }),
+            },
+        }?;
         self.settle(stop, approach);
         Ok(stop)
     }
 
     /// Updates what is remembered after a step: surfaces left behind, the phase.
     fn settle(&mut self, stop: Option<Stop<S>>, approach: Approach) {
-        let motion = &mut self.motion;
-        motion.at_minimum = match stop {
+        self.motion.at_minimum = match stop {
             Some(Stop::Minimum { .. }) => approach.stop_at,
             _ => None,
         };
-        for (surface, tools) in self.surfaces.iter_mut().enumerate() {
-            if let Some(rounding) = motion.leaving[surface]
-                && tools
-                    .sensor
-                    .sense(&motion.state, &self.parameters)
-                    .gap
-                    .abs()
-                    > rounding
+        for surface in 0..self.surfaces.len() {
+            if let Some(rounding) = self.motion.leaving[surface]
+                && self.sense(surface).gap.abs() > rounding
             {
-                motion.leaving[surface] = None;
+                self.motion.leaving[surface] = None;
             }
         }
         if let Some(phase) = &self.system.phase {
-            motion.reduce_phase(phase.component, S::from_dd(phase.period));
+            let period = S::from_dd(phase.period);
+            self.motion.reduce_phase(phase.component, period);
         }
+    }
+}
+
+/// One step to be flown: from where, and what is looked for.
+struct Leg<'s, S: Real> {
+    motion: &'s mut Motion<S>,
+    work: &'s mut Work<S>,
+    watches: &'s [Watch],
+    near_miss: S,
+    horizon: S,
+    approach: Approach,
+}
+
+impl<S: Real> Leg<'_, S> {
+    /// Searches every watched gap and takes the state at the first event, or at the end of the step.
+    fn fly<F: Flight<S>>(
+        &mut self,
+        flight: &mut F,
+        record: &mut dyn FnMut(Event<S>),
+    ) -> Result<Option<Stop<S>>, Outcome<S>> {
+        let (motion, work) = (&mut *self.motion, &mut *self.work);
+        let admissible = flight.length();
+        motion.last_step = flight.time_scale();
+        let remaining = self.horizon - motion.time;
+        let slack = S::from_f64(32.0 * S::ROUNDOFF) * admissible;
+        let mut first = First {
+            length: if remaining <= admissible + slack {
+                remaining
+            } else {
+                admissible
+            },
+            stop: None,
+        };
+        work.misses.clear();
+        for (index, &watch) in self.watches.iter().enumerate() {
+            let (sign, start, goal, outlook) = match watch {
+                Watch::Gap { surface } => {
+                    let Some(goal) = goal(surface, self.approach, self.near_miss) else {
+                        continue;
+                    };
+                    let start = motion.start(surface);
+                    let outlook = flight.outlook(index, first.length, &start, &goal);
+                    (S::one(), start, goal, outlook)
+                }
+                Watch::Release => {
+                    let (value, slope) = flight.polynomials(index);
+                    let start = release_start(motion, value, slope, first.length);
+                    let goal = Goal::Crossing {
+                        near: S::from_f64(-1.0),
+                    };
+                    (motion.release_sign, start, goal, Outlook::Open)
+                }
+            };
+            if outlook == Outlook::Quiet {
+                continue;
+            }
+            let (value, slope) = flight.polynomials(index);
+            let gap = Gap { value, slope, sign };
+            work.found.clear();
+            work.search
+                .search(&gap, first.length, start, goal, outlook, &mut work.found);
+            first.take(watch, &work.found, self.approach, &mut work.misses);
+        }
+        let First { length, stop } = first;
+        let stuck = stop.is_none() && length < remaining && motion.time + length == motion.time;
+        if stuck || !flight.land(length, &mut work.next) {
+            return Err(Outcome::Diverged { time: motion.time });
+        }
+        std::mem::swap(&mut motion.state, &mut work.next);
+        work.misses
+            .sort_unstable_by(|a, b| a.0.partial_cmp(&b.0).unwrap_or(Ordering::Equal));
+        for &(time, surface, gap) in work.misses.iter().filter(|miss| miss.0 <= length) {
+            record(Event {
+                time: motion.time + time,
+                surface,
+                kind: EventKind::NearMiss { gap },
+            });
+        }
+        motion.time = if length == remaining {
+            self.horizon
+        } else {
+            motion.time + length
+        };
+        Ok(stop)
     }
 }
 
@@ -149,21 +199,6 @@ impl<S: Real> First<S> {
     }
 }
 
-/// Length on which the state's and every watched function's polynomial meets the tolerance.
-///
-/// NOTE: a state at rest on a surface is a polynomial of any length while the force that will release
-/// it is not.
-pub(super) fn admissible_length<S: Real>(step: &Step<'_, S>, watches: usize) -> S {
-    let length = (0..watches).fold(step.length.to_f64(), |length, watch| {
-        let value = step.watched_coefficients(2 * watch);
-        length.min(component_step(
-            |degree| value[degree].magnitude(),
-            value.len() - 1,
-        ))
-    });
-    S::from_f64(length)
-}
-
 /// The present integrator and what is watched along it.
 fn present<'s, 'a, S: Real>(
     system: &'a HybridSystem,
@@ -176,7 +211,7 @@ fn present<'s, 'a, S: Real>(
     };
     let field = match &system.surfaces[surface].law {
         Law::Rigid { stick, .. } => stick.as_ref(),
-        Law::Compliant { contact } => Some(contact),
+        Law::Compliant { contact, .. } => Some(contact),
     };
     match (surfaces[surface].held.as_mut(), field) {
         (Some(held), Some(field)) => (held, field),
@@ -198,42 +233,29 @@ fn goal<S: Real>(surface: usize, approach: Approach, near_miss: S) -> Option<Goa
     })
 }
 
-/// The release function made positive; its sign is found on the regime's first step.
-fn release_gap<'p, S: Real>(
+/// How the search of a release function starts; its sign is found on the regime's first step.
+fn release_start<S: Real>(
     motion: &mut Motion<S>,
-    value: &'p [S],
-    slope: &'p [S],
+    value: &[S],
+    slope: &[S],
     length: S,
-) -> (Gap<'p, S>, Start<S>, Goal<S>) {
-    let mut start = Start::Inside;
-    if motion.release_sign == S::zero() {
-        let size = value
-            .iter()
-            .rev()
-            .fold(S::zero(), |size, c| (size * length).max(c.abs()));
-        let rounding = S::from_f64(64.0 * S::ROUNDOFF) * size;
-        let on_zero = value[0].abs() <= rounding;
-        motion.release_sign = if on_zero {
-            slope[0].signum()
-        } else {
-            value[0].signum()
-        };
-        start = if on_zero {
-            Start::Leaving { rounding }
-        } else {
-            Start::Inside
-        };
+) -> Start<S> {
+    if motion.release_sign != S::zero() {
+        return Start::Inside;
     }
-    let gap = Gap {
-        value,
-        slope,
-        sign: motion.release_sign,
-    };
-    (
-        gap,
-        start,
-        Goal::Crossing {
-            near: S::from_f64(-1.0),
-        },
-    )
+    let size = value
+        .iter()
+        .rev()
+        .fold(S::zero(), |size, c| (size * length).max(c.abs()));
+    let rounding = motion
+        .release_rounding
+        .max(S::from_f64(64.0 * S::ROUNDOFF) * size)
+        .max(slope[0].abs() * motion.entry_uncertainty);
+    if value[0].abs() <= rounding {
+        motion.release_sign = slope[0].signum();
+        Start::Leaving { rounding }
+    } else {
+        motion.release_sign = value[0].signum();
+        Start::Inside
+    }
 }

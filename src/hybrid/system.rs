@@ -1,5 +1,6 @@
 //! A model lowered for direct simulation: one field per regime, one program per reset.
 
+use super::affine::AffineSystem;
 use super::sticking::stick_field;
 use crate::flow::{Field, InputKind, Program};
 use crate::model::{ExpressionGraph, Model, NodeId, Response, Surface};
@@ -33,6 +34,17 @@ pub struct HybridSystem {
     pub(super) phase: Option<PhaseClock>,
     pub(super) free: RegimeField,
     pub(super) surfaces: Vec<SurfaceLaw>,
+    /// The affine expressions, where free flight is affine.
+    pub(super) affine: Option<AffineSystem>,
+}
+
+/// How a system is flown.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum FlowMethod {
+    /// By the exact flow of its affine fields; a resting contact and a contact with another law by Taylor's method.
+    ExactAffine,
+    /// By Taylor's method.
+    Taylor,
 }
 
 /// The forcing phase: where it stands in the full state, its period, and its rate.
@@ -59,8 +71,11 @@ pub(super) enum Law {
         reset: Program,
         stick: Option<RegimeField>,
     },
-    /// Contact field.
-    Compliant { contact: RegimeField },
+    /// Contact field, and `x_i ∂ρ/∂x_i` of the release function: the size of its terms.
+    Compliant {
+        contact: RegimeField,
+        release: Program,
+    },
 }
 
 /// A field with its watched functions, each followed by its derivative along the field.
@@ -80,8 +95,18 @@ pub(super) enum Watch {
 }
 
 impl HybridSystem {
-    /// Lowers a model.
+    /// Lowers a model. Where its free flight and its event functions are affine in the states, with a force
+    /// trigonometric in the phase, it is flown exactly.
     pub fn new(model: &Model) -> Self {
+        Self {
+            affine: AffineSystem::new(model),
+            ..Self::without_exact_flow(model)
+        }
+    }
+
+    /// Lowers a model that is flown by Taylor's method, whatever its fields: slower where they are
+    /// affine, and an independent check there.
+    pub fn without_exact_flow(model: &Model) -> Self {
         let mut lowering = Lowering {
             graph: model.graph.clone(),
             model,
@@ -105,6 +130,15 @@ impl HybridSystem {
             phase,
             free,
             surfaces,
+            affine: None,
+        }
+    }
+
+    /// How free flight is computed.
+    pub fn method(&self) -> FlowMethod {
+        match self.affine {
+            Some(_) => FlowMethod::ExactAffine,
+            None => FlowMethod::Taylor,
         }
     }
 
@@ -153,9 +187,13 @@ impl Lowering<'_> {
                     stick,
                 }
             }
-            Response::Contact { field, release } => Law::Compliant {
-                contact: self.regime(field, Some(*release), &others),
-            },
+            Response::Contact { field, release } => {
+                let terms = self.terms(*release);
+                Law::Compliant {
+                    contact: self.regime(field, Some(*release), &others),
+                    release: self.program(&terms),
+                }
+            }
         };
         SurfaceLaw { sensor, law }
     }
@@ -170,12 +208,18 @@ impl Lowering<'_> {
             surface.normal_acceleration,
             jerk,
         ];
-        for component in 0..self.model.dimension() {
-            let slope = self.graph.derivative(surface.event, component);
-            let state = self.graph.input(component);
-            outputs.push(self.graph.mul(slope, state));
-        }
+        outputs.extend(self.terms(surface.event));
         self.program(&outputs)
+    }
+
+    /// `x_i ∂u/∂x_i` of a function: the size of its terms.
+    fn terms(&mut self, function: NodeId) -> Vec<NodeId> {
+        let term = |component| {
+            let slope = self.graph.derivative(function, component);
+            let state = self.graph.input(component);
+            self.graph.mul(slope, state)
+        };
+        (0..self.model.dimension()).map(term).collect()
     }
 
     fn regime(

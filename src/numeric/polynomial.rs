@@ -11,11 +11,14 @@
 //! not finite give no extrema and no roots; callers check theirs.
 
 mod bernstein;
+mod evaluation;
 
 use std::cmp::Ordering;
 
 use super::{Bracket, Real};
 use bernstein::sign_changes;
+
+pub use evaluation::{value, value_and_slope};
 
 /// A local minimum or maximum of a polynomial.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -14,6 +14,9 @@ const BELOW: f64 = 0.25;
 pub fn without_times(study: &ConvergenceStudy) -> ConvergenceStudy {
     let mut study = study.clone();
     (study.multiply_add_ns, study.direct.period_ns) = (f64::NAN, f64::NAN);
+    if let Some(taylor) = &mut study.direct_by_taylor {
+        taylor.period_ns = f64::NAN;
+    }
     study.chosen.seconds = f64::NAN;
     study.pareto.clear();
     for order in &mut study.orders {

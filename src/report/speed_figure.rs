@@ -29,12 +29,13 @@ pub(super) fn speed_figure(study: &ConvergenceStudy) -> Figure {
                 .push(Series::markers(shape_word(shape), marker, points));
         }
     }
-    let direct = [study.direct.period_ns, study.direct.error_estimate];
-    figure.series.push(Series::markers(
-        "direct simulation, f64",
-        Marker::Diamond,
-        vec![direct],
-    ));
+    for direct in study.direct_by_taylor.iter().chain([&study.direct]) {
+        figure.series.push(Series::markers(
+            &direct_words(&direct.method),
+            Marker::Diamond,
+            vec![[direct.period_ns, direct.error_estimate]],
+        ));
+    }
     for order in frontier(study) {
         let text = format!("({}, {})", order.smooth_order, order.contact_weight);
         figure.annotations.extend(place(order).map(|at| Annotation {
@@ -48,6 +49,10 @@ pub(super) fn speed_figure(study: &ConvergenceStudy) -> Figure {
         label: "tolerance".to_owned(),
     });
     figure
+}
+
+fn direct_words(method: &str) -> String {
+    format!("direct simulation, f64, {method}")
 }
 
 fn place(order: &OrderResult) -> Option<[f64; 2]> {
@@ -86,10 +91,13 @@ pub(super) fn pareto_table(study: &ConvergenceStudy) -> Result<Table, ReportErro
     for point in &study.pareto {
         let (method, orders) = match &point.map {
             Some(map) => (
-                shape_word(map.shape),
+                shape_word(map.shape).to_owned(),
                 [map.smooth_order, map.contact_weight].map(|order| Cell::Integer(order.into())),
             ),
-            None => ("direct simulation, f64", [Cell::Missing, Cell::Missing]),
+            None => (
+                direct_words(point.direct.as_deref().unwrap_or_default()),
+                [Cell::Missing, Cell::Missing],
+            ),
         };
         let [n, w] = orders;
         table.push(vec![

@@ -3,7 +3,7 @@
 //! Slow and general: any scalar, so also double-double. The step is controlled on the parts of every
 //! degree of every component.
 
-use crate::flow::step_control::{component_step, order_for};
+use crate::flow::step_control::{component_step, margin_at, order_for};
 use crate::flow::time_expansion::expand;
 use crate::flow::{Field, FlowError};
 use crate::jet::{Graded, Jet, JetSeries};
@@ -122,6 +122,7 @@ impl<'a, S: Real> JetExpansion<'a, S> {
                 step = step.min(component_step(
                     |power| self.magnitude(component, power, degree),
                     order,
+                    margin_at(order),
                 ));
             }
         }

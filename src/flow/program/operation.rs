@@ -118,6 +118,34 @@ impl Operation {
     }
 }
 
+impl Operation {
+    /// All slots an operation reads, those that are computed after it included.
+    pub(super) fn reads(&self) -> impl Iterator<Item = Slot> + use<> {
+        let partners = match *self {
+            Operation::Exp { euler_a, .. } => [Some(euler_a), None, None],
+            Operation::Sine {
+                euler_a, cosine, ..
+            } => [Some(euler_a), Some(cosine), None],
+            Operation::Cosine { euler_a, sine, .. } => [Some(euler_a), Some(sine), None],
+            Operation::OfPhase { partner, .. } => [Some(partner), None, None],
+            Operation::Sinh { euler_a, cosh, .. } => [Some(euler_a), Some(cosh), None],
+            Operation::Cosh { euler_a, sinh, .. } => [Some(euler_a), Some(sinh), None],
+            Operation::Primitive { euler_u, .. } => [Some(euler_u), None, None],
+            Operation::Power {
+                euler_a, euler_u, ..
+            } => [Some(euler_a), Some(euler_u), None],
+            Operation::Atan2 {
+                euler_y,
+                euler_x,
+                euler_u,
+                ..
+            } => [Some(euler_y), Some(euler_x), Some(euler_u)],
+            _ => [None; 3],
+        };
+        self.operands().chain(partners.into_iter().flatten())
+    }
+}
+
 /// One operation at one degree: reads the tape, writes the part to `out`.
 #[inline]
 pub(super) fn run<S: Scalar, A: Graded<S>>(

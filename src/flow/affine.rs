@@ -1,0 +1,9 @@
+//! Affine fields, recognised from the expression graph, and their exact flow.
+
+mod expressions;
+mod flow;
+mod form;
+mod series;
+
+pub use expressions::{AffineExpressions, AffineRows};
+pub use flow::{AffineFieldRows, AffineFlow, dot};

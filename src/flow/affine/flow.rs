@@ -1,0 +1,368 @@
+//! The exact flow of an affine field at one parameter vector, as tables.
+//!
+//! One idea: with the harmonics of the phase and the number 1 as further states the field is linear,
+//! `y' = M y`, and so everything along its flow is linear in the start:
+//!
+//! ```text
+//! y(t) = exp(M t) y(0),     r(t) = Σ_k t^k (r M^k / k!) y(0)     for any row r.
+//! ```
+//!
+//! Resonance, vanishing damping and defective matrices need no case of their own. The rows `r M^k / k!`
+//! are computed once; a step is a product with the start. See docs/mathematics/affine-flow.md.
+
+use super::series::{SeriesRow, padded};
+use crate::numeric::{Real, Scalar, polynomial};
+
+/// Longest step in units of the fastest rate of the field: the largest term of a series on it is about 1.5
+/// times its first ones.
+const REACH: f64 = 2.4;
+/// Longest step where nothing else limits it: the solution is a polynomial in time.
+const MAX_STEP: f64 = 1e3;
+/// Most terms of a series.
+const MAX_TERMS: usize = 96;
+
+/// Tables of one affine field and of the functions watched along it.
+#[derive(Clone, Debug)]
+pub struct AffineFlow<S: Real> {
+    states: usize,
+    columns: usize,
+    len: usize,
+    length: S,
+    time_scale: f64,
+    phase_rate: S,
+    /// Rows of `exp(M L)` for the states, one after another.
+    transition: Vec<S>,
+    /// Cosine and sine of the turn of each harmonic in a step.
+    turns: Vec<(S, S)>,
+    /// Series of the states that are no other state's derivative, and the state that is theirs.
+    state_series: Vec<(usize, SeriesRow<S>, Option<usize>)>,
+    watched_series: Vec<SeriesRow<S>>,
+    /// Bernstein coefficients of the watched functions on the step, in `f64`.
+    control: Vec<SeriesRow<f64>>,
+    /// Per watched function the largest Bernstein coefficient of each component.
+    sizes: Vec<Vec<f64>>,
+}
+
+/// An affine field at one parameter vector: rows over the extended state.
+#[derive(Clone, Copy, Debug)]
+pub struct AffineFieldRows<'r, S> {
+    /// Derivative of each state.
+    pub derivatives: &'r [&'r [S]],
+    /// Functions watched along the flow.
+    pub watched: &'r [&'r [S]],
+    /// Rate of the phase; 0 where there is none.
+    pub phase_rate: S,
+    /// Multiples of the phase in the extended state.
+    pub multiples: &'r [S],
+    /// A time that whole steps should fill: the forcing period.
+    pub period: Option<S>,
+}
+
+impl<S: Real> AffineFieldRows<'_, S> {
+    /// The row of the derivative along the field of the function of a row.
+    pub fn lie_derivative(&self, row: &[S]) -> Vec<S> {
+        Matrix::new(self).apply(row)
+    }
+}
+
+impl<S: Real> AffineFlow<S> {
+    /// Computes the tables; `None` where a series does not end within the numbers of the type.
+    pub fn new(field: &AffineFieldRows<'_, S>) -> Option<Self> {
+        let matrix = Matrix::new(field);
+        let rate = matrix.rate();
+        let length = step_length(rate, field.period);
+        let limit = length.to_f64();
+        let unit = |state: usize| {
+            let mut row = vec![S::zero(); matrix.columns];
+            row[state] = S::one();
+            row
+        };
+        let series = |row: Vec<S>| matrix.series(row, limit);
+        let states: Option<Vec<_>> = (0..matrix.states).map(unit).map(series).collect();
+        let watched: Option<Vec<_>> = field.watched.iter().map(|row| series(row.to_vec())).collect();
+        let (states, watched) = (states?, watched?);
+        let longest = states.iter().chain(&watched).map(Vec::len).max()?;
+        let len = padded(longest);
+        let table = |rows: &Vec<Vec<S>>| {
+            let mut rows = rows.clone();
+            rows.resize(len, vec![S::zero(); matrix.columns]);
+            SeriesRow::new(&rows, matrix.columns)
+        };
+        let control: Vec<_> = watched
+            .iter()
+            .map(|rows| control_rows(rows, limit, len))
+            .collect();
+        let transition = states.iter().flat_map(|rows| sum_at(rows, length)).collect();
+        Some(Self {
+            states: matrix.states,
+            columns: matrix.columns,
+            len,
+            length,
+            time_scale: if rate > 0.0 { 1.0 / rate } else { limit },
+            phase_rate: field.phase_rate,
+            transition,
+            turns: field
+                .multiples
+                .iter()
+                .map(|&k| (k * field.phase_rate * length).sin_cos())
+                .map(|(sine, cosine)| (cosine, sine))
+                .collect(),
+            state_series: leading_states(field.derivatives)
+                .map(|(state, slope)| (state, table(&states[state]), slope))
+                .collect(),
+            sizes: control.iter().map(|rows| largest(rows)).collect(),
+            control: control
+                .iter()
+                .map(|rows| SeriesRow::new(rows, matrix.columns))
+                .collect(),
+            watched_series: watched.iter().map(table).collect(),
+        })
+    }
+
+    /// Length of a step.
+    pub fn length(&self) -> S {
+        self.length
+    }
+
+    /// The time in which the field changes: the inverse of its fastest rate, at most the length of a step.
+    pub fn time_scale(&self) -> f64 {
+        self.time_scale.min(self.length.to_f64())
+    }
+
+    /// Number of coefficients of every series.
+    pub fn coefficients(&self) -> usize {
+        self.len
+    }
+
+    /// Rate of the phase.
+    pub fn phase_rate(&self) -> S {
+        self.phase_rate
+    }
+
+    /// The states at a time within `[−length, length]`; `series` holds one series.
+    pub fn states_at(&self, time: S, extended: &[S], series: &mut [S], states: &mut [S]) {
+        for (state, row, slope) in &self.state_series {
+            row.combine(extended, series);
+            match slope {
+                Some(slope) => {
+                    (states[*state], states[*slope]) = polynomial::value_and_slope(series, time);
+                }
+                None => states[*state] = polynomial::value(series, time),
+            }
+        }
+    }
+
+    /// Taylor coefficients of a watched function along the flow, good on `[−length, length]`.
+    pub fn watched_series(&self, watched: usize, extended: &[S], out: &mut [S]) {
+        self.watched_series[watched].combine(extended, out);
+    }
+
+    /// Bernstein coefficients of a watched function on `[0, length]`, in `f64`: the function lies within
+    /// their range, and has no more extrema than they have.
+    pub fn control_points(&self, watched: usize, extended: &[f64], out: &mut [f64]) {
+        self.control[watched].combine(extended, out);
+    }
+
+    /// A bound of the size of the terms of which the control points are sums.
+    pub fn size(&self, watched: usize, extended: &[f64]) -> f64 {
+        let terms = self.sizes[watched].iter().zip(extended);
+        terms.fold(0.0, |sum, (size, y)| sum + size * y.abs())
+    }
+
+    /// The extended state a whole step later, but for the last component, which is 1.
+    pub fn advance(&self, extended: &[S], out: &mut [S]) {
+        let extended = &extended[..self.columns];
+        for (value, row) in out.iter_mut().zip(self.transition.chunks_exact(self.columns)) {
+            *value = dot(row, extended);
+        }
+        for (harmonic, &(cosine, sine)) in self.turns.iter().enumerate() {
+            let place = self.states + 2 * harmonic;
+            let (c, s) = (extended[place], extended[place + 1]);
+            out[place] = c * cosine - s * sine;
+            out[place + 1] = c * sine + s * cosine;
+        }
+    }
+}
+
+/// Product of a row with the extended state.
+#[inline]
+pub fn dot<S: Scalar>(row: &[S], extended: &[S]) -> S {
+    let terms = row.iter().zip(extended);
+    terms.fold(S::zero(), |sum, (&a, &y)| a.mul_add(y, sum))
+}
+
+/// The states whose series are needed: `(i, Some(j))` where `x_i' = x_j` and `x_i` gives both.
+fn leading_states<S: Real>(
+    derivatives: &[&[S]],
+) -> impl Iterator<Item = (usize, Option<usize>)> {
+    let count = derivatives.len();
+    let slope_of = |state: usize| {
+        let row = derivatives[state];
+        let only = |&other: &usize| {
+            let unit = |(column, &entry): (usize, &S)| {
+                entry == if column == other { S::one() } else { S::zero() }
+            };
+            other != state && row.iter().enumerate().all(unit)
+        };
+        (0..count).find(only)
+    };
+    let mut slopes: Vec<Option<usize>> = (0..count).map(slope_of).collect();
+    let mut given = vec![false; count];
+    for state in 0..count {
+        match slopes[state] {
+            Some(slope) if !given[state] && !given[slope] => given[slope] = true,
+            _ => slopes[state] = None,
+        }
+    }
+    let leading: Vec<_> = (0..count)
+        .filter(|&state| !given[state])
+        .map(|state| (state, slopes[state]))
+        .collect();
+    leading.into_iter()
+}
+
+/// A divisor of the period, or the longest step.
+fn step_length<S: Real>(rate: f64, period: Option<S>) -> S {
+    let longest = (REACH / rate).min(MAX_STEP);
+    match period {
+        Some(period) if period > S::zero() => {
+            period / S::from_f64((period.to_f64() / longest).ceil().max(1.0))
+        }
+        _ => S::from_f64(longest),
+    }
+}
+
+/// `M`, by rows.
+struct Matrix<S> {
+    states: usize,
+    columns: usize,
+    rows: Vec<Vec<S>>,
+}
+
+impl<S: Real> Matrix<S> {
+    fn new(field: &AffineFieldRows<'_, S>) -> Self {
+        let states = field.derivatives.len();
+        let columns = states + 2 * field.multiples.len() + 1;
+        let mut rows: Vec<Vec<S>> = field.derivatives.iter().map(|row| row.to_vec()).collect();
+        rows.resize(columns, vec![S::zero(); columns]);
+        for (harmonic, &multiple) in field.multiples.iter().enumerate() {
+            let (cosine, sine) = (states + 2 * harmonic, states + 2 * harmonic + 1);
+            let rate = multiple * field.phase_rate;
+            rows[cosine][sine] = -rate;
+            rows[sine][cosine] = rate;
+        }
+        Self {
+            states,
+            columns,
+            rows,
+        }
+    }
+
+    /// `r M`.
+    fn apply(&self, row: &[S]) -> Vec<S> {
+        let mut image = vec![S::zero(); self.columns];
+        for (&factor, line) in row.iter().zip(&self.rows) {
+            if factor != S::zero() {
+                for (value, &entry) in image.iter_mut().zip(line) {
+                    *value = factor.mul_add(entry, *value);
+                }
+            }
+        }
+        image
+    }
+
+    /// `r M^k / k!` for as many `k` as the step needs: entry by entry until its terms are below the rounding of
+    /// its largest, so that units do not matter.
+    fn series(&self, row: Vec<S>, length: f64) -> Option<Vec<Vec<S>>> {
+        let mut largest = vec![0.0f64; self.columns];
+        let (mut rows, mut power, mut small) = (Vec::new(), 1.0, 0);
+        let mut row = row;
+        while small < 2 {
+            if rows.len() == MAX_TERMS || !row.iter().all(|value| value.is_finite()) {
+                return None;
+            }
+            let mut all_small = true;
+            for (largest, value) in largest.iter_mut().zip(&row) {
+                let term = value.magnitude() * power;
+                all_small &= term <= *largest * S::ROUNDOFF * 0.0625;
+                *largest = largest.max(term);
+            }
+            small = if all_small { small + 1 } else { 0 };
+            let next = self.apply(&row);
+            rows.push(row);
+            let divisor = S::one() / S::from_f64(rows.len() as f64);
+            row = next.into_iter().map(|value| value * divisor).collect();
+            power *= length;
+        }
+        Some(rows)
+    }
+
+    /// Estimate from above of the largest magnitude of an eigenvalue: `‖M^64‖^(1/64)`.
+    fn rate(&self) -> f64 {
+        let columns = self.columns;
+        let mut power: Vec<f64> = self.rows.iter().flatten().map(|v| v.to_f64()).collect();
+        let mut logarithm = 0.0;
+        for squaring in 0..7 {
+            let norm = power.iter().fold(0.0f64, |norm, value| norm.max(value.abs()));
+            if norm == 0.0 {
+                return 0.0;
+            }
+            power.iter_mut().for_each(|value| *value /= norm);
+            logarithm = 2.0 * logarithm + norm.ln();
+            if squaring == 6 {
+                return (logarithm / 64.0).exp();
+            }
+            let mut square = vec![0.0; power.len()];
+            for (row, out) in power.chunks(columns).zip(square.chunks_mut(columns)) {
+                for (&factor, line) in row.iter().zip(power.chunks(columns)) {
+                    for (value, entry) in out.iter_mut().zip(line) {
+                        *value += factor * entry;
+                    }
+                }
+            }
+            power = square;
+        }
+        0.0
+    }
+}
+
+/// `Σ_k rows_k t^k`.
+fn sum_at<S: Real>(rows: &[Vec<S>], time: S) -> Vec<S> {
+    let mut sum = vec![S::zero(); rows[0].len()];
+    for row in rows.iter().rev() {
+        for (value, &coefficient) in sum.iter_mut().zip(row) {
+            *value = value.mul_add(time, coefficient);
+        }
+    }
+    sum
+}
+
+/// The largest magnitude in each column.
+fn largest(rows: &[Vec<f64>]) -> Vec<f64> {
+    let mut largest = vec![0.0f64; rows[0].len()];
+    for row in rows {
+        for (largest, value) in largest.iter_mut().zip(row) {
+            *largest = largest.max(value.abs());
+        }
+    }
+    largest
+}
+
+/// Rows of Bernstein coefficients of degree `len − 1` on `[0, length]`:
+/// `b_i = Σ_{k ≤ i} C(i, k) / C(n, k) c_k length^k`.
+fn control_rows<S: Real>(rows: &[Vec<S>], length: f64, len: usize) -> Vec<Vec<f64>> {
+    let columns = rows[0].len();
+    let degree = (len - 1) as f64;
+    let mut points = vec![vec![0.0; columns]; len];
+    for (i, point) in points.iter_mut().enumerate() {
+        let (mut factor, mut power) = (1.0, 1.0);
+        for (k, row) in rows.iter().enumerate().take(i + 1) {
+            for (value, &coefficient) in point.iter_mut().zip(row) {
+                *value += factor * power * coefficient.to_f64();
+            }
+            factor *= (i - k) as f64 / (degree - k as f64).max(1.0);
+            power *= length;
+        }
+    }
+    points
+}

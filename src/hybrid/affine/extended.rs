@@ -1,0 +1,75 @@
+//! The extended state: the states, the harmonics of the phase, and one.
+
+use crate::numeric::Real;
+
+/// The extended state that belongs to a full state, and the phases whose harmonics are known.
+#[derive(Clone, Debug)]
+pub(super) struct Extended<S> {
+    states: usize,
+    phase: Option<usize>,
+    multiples: Vec<S>,
+    pub(super) values: Vec<S>,
+    /// Phase of the harmonics in `values`.
+    theta: Option<S>,
+    /// The phase a period starts from, and its harmonics.
+    anchor: Option<S>,
+    anchored: Vec<S>,
+}
+
+impl<S: Real> Extended<S> {
+    pub(super) fn new(states: usize, phase: Option<usize>, harmonics: usize) -> Self {
+        let mut values = vec![S::zero(); states + 2 * harmonics + 1];
+        values[states + 2 * harmonics] = S::one();
+        Self {
+            states,
+            phase,
+            multiples: Vec::new(),
+            values,
+            theta: None,
+            anchor: None,
+            anchored: vec![S::zero(); 2 * harmonics],
+        }
+    }
+
+    pub(super) fn set_multiples(&mut self, multiples: &[S]) {
+        self.multiples.clear();
+        self.multiples.extend_from_slice(multiples);
+        self.forget();
+    }
+
+    /// Forgets the harmonics, so that a motion does not depend on the one before.
+    pub(super) fn forget(&mut self) {
+        (self.theta, self.anchor) = (None, None);
+    }
+
+    /// Takes a full state; `anchor` is the phase a period starts from.
+    pub(super) fn take(&mut self, state: &[S], anchor: S) {
+        self.values[..self.states].copy_from_slice(&state[..self.states]);
+        let Some(phase) = self.phase else { return };
+        let theta = state[phase];
+        if self.theta == Some(theta) {
+            return;
+        }
+        self.theta = Some(theta);
+        let place = self.states..self.states + self.anchored.len();
+        if self.anchor == Some(theta) {
+            self.values[place].copy_from_slice(&self.anchored);
+            return;
+        }
+        let harmonics = self.values[place.clone()].chunks_exact_mut(2);
+        for (pair, &multiple) in harmonics.zip(&self.multiples) {
+            let (sine, cosine) = (multiple * theta).sin_cos();
+            pair.copy_from_slice(&[cosine, sine]);
+        }
+        if theta == anchor {
+            self.anchor = Some(theta);
+            self.anchored.copy_from_slice(&self.values[place]);
+        }
+    }
+
+    /// Takes over the extended state after a step, at a phase.
+    pub(super) fn put(&mut self, values: &[S], theta: Option<S>) {
+        self.values.copy_from_slice(values);
+        self.theta = theta;
+    }
+}

@@ -1,0 +1,200 @@
+//! Tables of a system's affine flows at one parameter vector, and what they work on.
+
+use super::{AffineSurface, AffineSystem};
+use super::extended::Extended;
+use super::flight::AffineFlight;
+use crate::flow::{AffineFieldRows, AffineFlow, AffineRows, dot};
+use crate::hybrid::motion::Motion;
+use crate::hybrid::sensing::Sense;
+use crate::hybrid::system::Regime;
+use crate::numeric::{Dd, Real};
+
+/// The affine side of a simulator.
+#[derive(Clone, Debug)]
+pub(in crate::hybrid) struct AffineTools<'a, S: Real> {
+    system: &'a AffineSystem,
+    extended: Extended<S>,
+    buffers: Buffers<S>,
+    /// Computed when first needed after a change of parameters.
+    tables: Option<Tables<S>>,
+}
+
+/// Polynomials of one watched function, and the extended state after a step.
+#[derive(Clone, Debug)]
+pub(super) struct Buffers<S> {
+    pub(super) value: Vec<S>,
+    pub(super) slope: Vec<S>,
+    pub(super) next: Vec<S>,
+    pub(super) control: Vec<f64>,
+    pub(super) rounded: Vec<f64>,
+}
+
+#[derive(Clone, Debug)]
+struct Tables<S: Real> {
+    /// `None` where the series of free flight do not end within the numbers of the type.
+    free: Option<AffineFlow<S>>,
+    surfaces: Vec<SurfaceTables<S>>,
+}
+
+#[derive(Clone, Debug)]
+struct SurfaceTables<S: Real> {
+    /// Rows of `h, h', h'', h'''` along the free flow.
+    normal: [Vec<S>; 4],
+    reset: Option<Vec<Vec<S>>>,
+    contact: Option<AffineFlow<S>>,
+}
+
+impl<'a, S: Real> AffineTools<'a, S> {
+    pub(in crate::hybrid) fn new(system: &'a AffineSystem) -> Self {
+        let expressions = &system.expressions;
+        let (states, phase) = (expressions.states(), expressions.phase());
+        Self {
+            system,
+            extended: Extended::new(states, phase, expressions.harmonics()),
+            buffers: Buffers {
+                value: Vec::new(),
+                slope: Vec::new(),
+                next: vec![S::zero(); expressions.columns()],
+                control: Vec::new(),
+                rounded: vec![0.0; expressions.columns()],
+            },
+            tables: None,
+        }
+    }
+
+    /// To be called where the parameters change.
+    pub(in crate::hybrid) fn drop_tables(&mut self) {
+        self.tables = None;
+    }
+
+    /// To be called where a state is placed: what follows must not depend on what was before.
+    pub(in crate::hybrid) fn forget(&mut self) {
+        self.extended.forget();
+    }
+
+    fn prepare(&mut self, parameters: &[S]) {
+        if self.tables.is_none() {
+            let rows = self.system.expressions.at(parameters);
+            self.extended.set_multiples(&rows.multiples);
+            self.tables = Some(Tables::new(self.system, &rows));
+        }
+    }
+
+    /// The flight from the present state; `None` where the regime has no affine flow.
+    pub(in crate::hybrid) fn flight(
+        &mut self,
+        motion: &Motion<S>,
+        parameters: &[S],
+    ) -> Option<AffineFlight<'_, S>> {
+        self.prepare(parameters);
+        let tables = self.tables.as_ref()?;
+        let flow = match motion.regime {
+            Regime::Free => tables.free.as_ref(),
+            Regime::Contact { surface } => tables.surfaces[surface].contact.as_ref(),
+            Regime::Stick { .. } => None,
+        }?;
+        self.extended.take(&motion.state, motion.reference_phase);
+        let phase = self.system.expressions.phase();
+        Some(AffineFlight::new(
+            flow,
+            &mut self.extended,
+            &mut self.buffers,
+            phase.map(|component| motion.state[component]),
+        ))
+    }
+
+    /// The normal motion at a surface, along the free flow.
+    pub(in crate::hybrid) fn sense(
+        &mut self,
+        surface: usize,
+        motion: &Motion<S>,
+        parameters: &[S],
+    ) -> Option<Sense<S>> {
+        self.prepare(parameters);
+        let tables = self.tables.as_ref()?;
+        tables.free.as_ref()?;
+        self.extended.take(&motion.state, motion.reference_phase);
+        let values = &self.extended.values;
+        let normal = &tables.surfaces[surface].normal;
+        let terms = normal[0].iter().zip(values).take(values.len() - 1);
+        let size = terms.fold(S::zero(), |size, (&a, &y)| size.max((a * y).abs()));
+        Some(Sense {
+            gap: dot(&normal[0], values),
+            velocity: dot(&normal[1], values),
+            acceleration: dot(&normal[2], values),
+            jerk: dot(&normal[3], values),
+            rounding: S::from_f64(16.0 * S::ROUNDOFF) * size,
+        })
+    }
+
+    /// Writes the state after an impact; `false` where the reset is not affine.
+    pub(in crate::hybrid) fn reset(
+        &mut self,
+        surface: usize,
+        motion: &mut Motion<S>,
+        parameters: &[S],
+    ) -> bool {
+        self.prepare(parameters);
+        let tables = self.tables.as_ref();
+        let Some(reset) = tables.and_then(|tables| tables.surfaces[surface].reset.as_ref()) else {
+            return false;
+        };
+        self.extended.take(&motion.state, motion.reference_phase);
+        for (value, row) in motion.state.iter_mut().zip(reset) {
+            *value = dot(row, &self.extended.values);
+        }
+        true
+    }
+}
+
+impl<S: Real> Tables<S> {
+    fn new(system: &AffineSystem, rows: &AffineRows<S>) -> Self {
+        let row = |&place: &usize| rows.rows[place].as_slice();
+        let events: Vec<&[S]> = system.surfaces.iter().map(|s| row(&s.event)).collect();
+        let free: Vec<&[S]> = system.free.iter().map(row).collect();
+        let one = system.expressions.columns() - 1;
+        let rate = system.phase.map(|(rate, _)| rows.rows[rate][one]);
+        let field = AffineFieldRows {
+            derivatives: &free,
+            watched: &events,
+            phase_rate: rate.unwrap_or(S::zero()),
+            multiples: &rows.multiples,
+            period: system.phase.and_then(|(_, period)| whole_period(period, rate)),
+        };
+        let surface = |surface: &AffineSurface| SurfaceTables {
+            normal: normal(&field, row(&surface.event)),
+            reset: surface.reset.as_ref().map(|reset| {
+                let image = reset.iter().map(|place| row(place).to_vec());
+                image.collect()
+            }),
+            contact: surface.contact.as_ref().and_then(|contact| {
+                let derivatives: Vec<&[S]> = contact.derivatives.iter().map(row).collect();
+                let others = contact.others.iter().map(|&other| events[other]);
+                let watched: Vec<&[S]> = [row(&contact.release)].into_iter().chain(others).collect();
+                AffineFlow::new(&AffineFieldRows {
+                    derivatives: &derivatives,
+                    watched: &watched,
+                    ..field
+                })
+            }),
+        };
+        Self {
+            free: AffineFlow::new(&field),
+            surfaces: system.surfaces.iter().map(surface).collect(),
+        }
+    }
+}
+
+/// The forcing period in time.
+fn whole_period<S: Real>(period: Dd, rate: Option<S>) -> Option<S> {
+    let rate = rate.filter(|rate| *rate > S::zero())?;
+    Some(S::from_dd(period) / rate)
+}
+
+/// Rows of a function and its first three derivatives along a field.
+fn normal<S: Real>(field: &AffineFieldRows<'_, S>, event: &[S]) -> [Vec<S>; 4] {
+    let first = field.lie_derivative(event);
+    let second = field.lie_derivative(&first);
+    let third = field.lie_derivative(&second);
+    [event.to_vec(), first, second, third]
+}

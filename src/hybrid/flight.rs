@@ -1,0 +1,125 @@
+//! One step along a field, however it is computed: what the search of events needs of it.
+
+use super::passage::{Goal, Start};
+use crate::flow::Step;
+use crate::numeric::Real;
+
+/// One step of a smooth flight.
+pub(super) trait Flight<S: Real> {
+    /// Length of the step.
+    fn length(&self) -> S;
+
+    /// The time in which the motion changes.
+    fn time_scale(&self) -> S;
+
+    /// What is known beforehand of a watched function on `[0, length]`, searched from a start.
+    fn outlook(&mut self, watch: usize, length: S, start: &Start<S>, goal: &Goal<S>) -> Outlook;
+
+    /// Taylor coefficients of a watched function and of its derivative.
+    fn polynomials(&mut self, watch: usize) -> (&[S], &[S]);
+
+    /// Writes the full state at a time; `false` if it is not finite.
+    fn land(&mut self, time: S, state: &mut [S]) -> bool;
+}
+
+/// What is known of a watched function before its events are searched.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Outlook {
+    /// No event.
+    Quiet,
+    /// At most one zero, which is a fall and lies near this time; extrema are not asked for.
+    OneCrossing {
+        /// The time, a guess.
+        near: f64,
+    },
+    /// No extremum.
+    Monotone,
+    /// One extremum at most, near this time.
+    OneExtremum {
+        /// The time, a guess.
+        near: f64,
+    },
+    /// Nothing.
+    Open,
+}
+
+impl Outlook {
+    /// An outlook in units of the step, in time.
+    pub(super) fn in_time(self, length: f64) -> Self {
+        match self {
+            Outlook::OneExtremum { near } => Outlook::OneExtremum {
+                near: near * length,
+            },
+            Outlook::OneCrossing { near } => Outlook::OneCrossing {
+                near: near * length,
+            },
+            other => other,
+        }
+    }
+}
+
+/// A Taylor step of any field.
+pub(super) struct TaylorFlight<'s, S: Real> {
+    step: Step<'s, S>,
+    length: S,
+}
+
+impl<'s, S: Real> TaylorFlight<'s, S> {
+    /// `watches`: number of watched functions.
+    ///
+    /// NOTE: a state at rest on a surface is a polynomial of any length while the force that will release
+    /// it is not, so the watched functions limit the step as well.
+    pub(super) fn new(step: Step<'s, S>, watches: usize) -> Self {
+        let length = (0..watches).fold(step.length.to_f64(), |length, watch| {
+            length.min(step.watched_length(2 * watch))
+        });
+        let length = S::from_f64(length);
+        Self { step, length }
+    }
+}
+
+impl<S: Real> Flight<S> for TaylorFlight<'_, S> {
+    fn length(&self) -> S {
+        self.length
+    }
+
+    fn time_scale(&self) -> S {
+        self.length
+    }
+
+    fn outlook(&mut self, watch: usize, length: S, _start: &Start<S>, goal: &Goal<S>) -> Outlook {
+        let value = self.step.watched_coefficients(2 * watch);
+        match *goal {
+            Goal::Crossing { near }
+                if lower_bound(value, length.to_f64()) > near.to_f64().max(0.0) =>
+            {
+                Outlook::Quiet
+            }
+            _ => Outlook::Open,
+        }
+    }
+
+    fn polynomials(&mut self, watch: usize) -> (&[S], &[S]) {
+        (
+            self.step.watched_coefficients(2 * watch),
+            self.step.watched_coefficients(2 * watch + 1),
+        )
+    }
+
+    fn land(&mut self, time: S, state: &mut [S]) -> bool {
+        self.step.state_at(time, state);
+        true
+    }
+}
+
+/// A lower bound of a polynomial on `[0, length]`: `g_0 − Σ |g_k| L^k`.
+fn lower_bound<S: Real>(value: &[S], length: f64) -> f64 {
+    let [first, rest @ ..] = value else {
+        return f64::NEG_INFINITY;
+    };
+    let variation = rest
+        .iter()
+        .rev()
+        .fold(0.0, |sum, c| (sum + c.to_f64().abs()) * length);
+    first.to_f64() - variation
+}

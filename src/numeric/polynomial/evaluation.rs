@@ -1,0 +1,81 @@
+//! Values of polynomials in four interleaved chains.
+//!
+//! One idea: `p(t) = P_0(q) + t P_1(q) + t² P_2(q) + t³ P_3(q)` with `q = t⁴`: four short chains of dependent
+//! operations that run side by side, in place of one long one.
+
+use crate::numeric::Scalar;
+
+const CHAINS: usize = 4;
+
+/// The value at `time` of the polynomial with these ascending coefficients.
+#[inline]
+pub fn value<S: Scalar>(coefficients: &[S], time: S) -> S {
+    let square = time * time;
+    let quartic = square * square;
+    let (chunks, rest) = coefficients.as_chunks::<CHAINS>();
+    let mut chains = start(rest);
+    for chunk in chunks.iter().rev() {
+        for lane in 0..CHAINS {
+            chains[lane] = chains[lane].mul_add(quartic, chunk[lane]);
+        }
+    }
+    join(&chains, time, square)
+}
+
+/// The value and the derivative at `time` of the polynomial with these ascending coefficients.
+#[inline]
+pub fn value_and_slope<S: Scalar>(coefficients: &[S], time: S) -> (S, S) {
+    let square = time * time;
+    let quartic = square * square;
+    let (chunks, rest) = coefficients.as_chunks::<CHAINS>();
+    let mut chains = start(rest);
+    let mut slopes = [S::zero(); CHAINS];
+    for chunk in chunks.iter().rev() {
+        for lane in 0..CHAINS {
+            slopes[lane] = slopes[lane].mul_add(quartic, chains[lane]);
+            chains[lane] = chains[lane].mul_add(quartic, chunk[lane]);
+        }
+    }
+    let [_, first, second, third] = chains;
+    let (two, three, four) = (S::from_f64(2.0), S::from_f64(3.0), S::from_f64(4.0));
+    let within = (three * third * time + two * second).mul_add(time, first);
+    let along = join(&slopes, time, square) * (four * square * time);
+    (join(&chains, time, square), within + along)
+}
+
+/// The coefficients above the whole chunks.
+#[inline(always)]
+fn start<S: Scalar>(rest: &[S]) -> [S; CHAINS] {
+    std::array::from_fn(|lane| rest.get(lane).copied().unwrap_or(S::zero()))
+}
+
+#[inline(always)]
+fn join<S: Scalar>(chains: &[S; CHAINS], time: S, square: S) -> S {
+    let low = chains[1].mul_add(time, chains[0]);
+    let high = chains[3].mul_add(time, chains[2]);
+    high.mul_add(square, low)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn chains_give_the_value_and_the_slope_of_integer_polynomials_exactly() {
+        for len in 0..12usize {
+            let coefficients: Vec<f64> = (0..len).map(|k| (k * k) as f64 - 3.0).collect();
+            let powers = |time: f64, shift: usize| -> f64 {
+                let term = |(k, c): (usize, &f64)| match shift {
+                    0 => c * time.powi(k as i32),
+                    _ => k as f64 * c * time.powi(k as i32 - 1),
+                };
+                coefficients.iter().enumerate().map(term).sum()
+            };
+            for time in [-2.0, 1.0, 3.0] {
+                let expected = (powers(time, 0), powers(time, 1));
+                assert_eq!(value_and_slope(&coefficients, time), expected, "{len} {time}");
+                assert_eq!(value(&coefficients, time), expected.0);
+            }
+        }
+    }
+}
