@@ -14,7 +14,8 @@ use crate::jet::Graded;
 use crate::model::{ExpressionGraph, NodeId};
 use crate::numeric::{Dd, Scalar};
 use lowering::Lowering;
-use operation::{Operation, Slot, run};
+use operation::Slot;
+pub(super) use operation::{Operation, run};
 
 /// How an input of the graph enters a program.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -107,6 +108,11 @@ impl Program {
             )
         };
         self.operations.iter().filter(is_product).count()
+    }
+
+    /// The recurrence of a slot.
+    pub(super) fn operation(&self, slot: usize) -> &Operation {
+        &self.operations[slot]
     }
 
     /// The slots a slot is computed from.

@@ -10,7 +10,6 @@
 use std::ops::Range;
 
 use super::JetSpace;
-use super::product::sum_of_products;
 use crate::numeric::Scalar;
 
 /// Which terms of `Σ_j a_j b_{k−j}` a convolution takes.
@@ -27,6 +26,18 @@ pub enum Span {
 }
 
 impl Span {
+    /// Whether it leaves out the term `j = 0`.
+    #[inline(always)]
+    pub(super) fn leaves_first(self) -> bool {
+        matches!(self, Span::WithoutFirst | Span::Interior)
+    }
+
+    /// Whether it leaves out the term `j = k`.
+    #[inline(always)]
+    pub(super) fn leaves_last(self) -> bool {
+        matches!(self, Span::WithoutLast | Span::Interior)
+    }
+
     /// The part of an ordered list of terms (first: `j = 0`, last: `j = k`) that the span takes.
     #[inline(always)]
     pub fn range(self, terms: usize) -> Range<usize> {
@@ -127,10 +138,8 @@ impl<S: Scalar> Graded<S> for JetSpace {
 
     #[inline]
     fn convolve(&self, degree: usize, span: Span, a: &[S], b: &[S], out: &mut [S]) {
-        for (monomial, value) in self.degree_range(degree).zip(out) {
-            let pairs = self.pairs(monomial);
-            *value = sum_of_products(&pairs[span.range(pairs.len())], a, b, *value);
-        }
+        let first = self.degree_range(degree).start;
+        self.convolve_runs(degree, span, (a, b), (first, out), |_| true);
     }
 
     fn multiply_by_head(&self, _degree: usize, a: &[S], part: &[S], out: &mut [S]) {

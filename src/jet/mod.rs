@@ -3,6 +3,7 @@
 //! Deliberately absent: differential equations, impacts.
 
 mod calculus;
+mod convolution;
 pub mod elementary;
 mod error;
 mod evaluation;
@@ -15,6 +16,7 @@ mod map;
 mod monomials;
 mod operators;
 mod product;
+mod product_table;
 mod series;
 mod space;
 mod substitution;

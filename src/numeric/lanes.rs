@@ -10,7 +10,7 @@ use std::ops::{
 
 use num_traits::{One, Zero};
 
-use super::{Dd, Scalar};
+use super::{Dd, Kernel, Scalar, widest};
 
 /// `N` doubles on which every operation acts lane by lane.
 ///
@@ -169,8 +169,15 @@ impl<const N: usize> Scalar for Lanes<N> {
         Self::splat(value.hi)
     }
 
+    #[inline(always)]
+    fn mul_add(self, a: Self, mut b: Self) -> Self {
+        for lane in 0..N {
+            b.0[lane] = Scalar::mul_add(self.0[lane], a.0[lane], b.0[lane]);
+        }
+        b
+    }
+
     lane_by_lane!(
-        mul_add(a, b),
         sqrt(),
         exp(),
         ln(),
@@ -213,6 +220,11 @@ impl<const N: usize> Scalar for Lanes<N> {
         self.0
             .iter()
             .fold(true, |finite, value| finite & value.is_finite())
+    }
+
+    #[inline(always)]
+    fn dispatch<K: Kernel>(kernel: K) -> K::Output {
+        widest(kernel)
     }
 }
 

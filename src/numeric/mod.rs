@@ -7,6 +7,7 @@
 //! Deliberately absent: jets, models, files.
 
 mod bracket;
+mod dispatch;
 mod double;
 mod double_double;
 mod error;
@@ -18,6 +19,7 @@ mod sampling;
 mod scalar;
 
 pub use bracket::{Bracket, BracketOutcome};
+pub use dispatch::{Kernel, widest};
 pub use double_double::{Dd, ParseDdError};
 pub use error::NumericError;
 pub use lanes::Lanes;

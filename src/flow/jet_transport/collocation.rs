@@ -4,9 +4,10 @@
 //! lanes, the field's program runs once over them per degree, and one small matrix solves for every
 //! coefficient. See docs/mathematics/flow.md.
 
-use super::element::{Element, Resolution};
+use super::element::Element;
 use super::gauss::NODES;
-use super::nominal::nominal_orbit;
+use super::nominal::guess_orbit;
+use super::resolution::Resolution;
 use crate::flow::{Field, FlowError, Integrator};
 use crate::jet::Jet;
 use crate::numeric::Lanes;
@@ -110,29 +111,28 @@ impl<'a> Transport<'a> {
     }
 
     fn run(&mut self, duration: f64) -> Result<(), FlowError> {
-        let (mut remaining, mut longest) = (duration, self.first_length(duration)?);
+        let (mut remaining, mut longest) = (duration, None);
         for _ in 0..MAX_ELEMENTS {
             if remaining == 0.0 {
                 return Ok(());
             }
-            let pieces = (remaining.abs() / longest).ceil().max(1.0);
-            let length = remaining / pieces;
             let before = self.jets.clone();
-            match self.attempt(length)? {
+            let (length, resolution) = self.attempt(remaining, longest)?;
+            match resolution {
                 Some(resolution) if resolution.meets(self.tolerance) => {
-                    remaining = if pieces == 1.0 {
+                    remaining = if length == remaining {
                         0.0
                     } else {
                         remaining - length
                     };
                     self.elements += 1;
                     self.error += resolution.error;
-                    longest = length.abs() * self.room(resolution).min(2.0);
+                    longest = Some(length.abs() * self.room(resolution).min(2.0));
                 }
                 rejected => {
                     self.jets = before;
-                    longest = length.abs()
-                        * rejected.map_or(0.5, |r| (0.9 * self.room(r)).clamp(0.5, 0.8));
+                    let factor = rejected.map_or(0.5, |r| (0.9 * self.room(r)).clamp(0.5, 0.8));
+                    longest = Some(length.abs() * factor);
                 }
             }
         }
@@ -147,39 +147,32 @@ impl<'a> Transport<'a> {
         (self.tolerance / resolution.error.max(f64::MIN_POSITIVE)).powf(1.0 / 32.0)
     }
 
-    fn heads(&self) -> Vec<f64> {
-        self.jets.iter().step_by(self.stride).copied().collect()
-    }
-
-    fn first_length(&mut self, duration: f64) -> Result<f64, FlowError> {
-        let state = self.heads();
-        let step = self.integrator.step(&state, &self.parameters)?;
-        Ok((STEPS_PER_ELEMENT * step.length).min(duration.abs()))
-    }
-
-    /// One element; `None` if its equations are singular.
-    fn attempt(&mut self, length: f64) -> Result<Option<Resolution>, FlowError> {
-        let mut state = self.heads();
+    /// One element of at most the longest length, if one is known; `None` if its equations are singular.
+    fn attempt(
+        &mut self,
+        remaining: f64,
+        longest: Option<f64>,
+    ) -> Result<(f64, Option<Resolution>), FlowError> {
+        let state: Vec<_> = self.jets.iter().step_by(self.stride).copied().collect();
         let mut nodes = vec![Lanes([0.0; NODES]); state.len()];
-        nominal_orbit(
+        let length = |step: f64| {
+            let longest = longest.unwrap_or(STEPS_PER_ELEMENT * step);
+            remaining / (remaining.abs() / longest).ceil().max(1.0)
+        };
+        let length = guess_orbit(
             &mut self.integrator,
-            &mut state,
+            &state,
             &self.parameters,
             length,
             &mut nodes,
         )?;
-        let Some(resolution) =
-            self.element
-                .transport(&nodes, length, self.tolerance, &mut self.jets)
-        else {
-            return Ok(None);
-        };
-        for (jet, head) in self.jets.chunks_exact_mut(self.stride).zip(state) {
-            jet[0] = head;
-        }
-        match self.jets.iter().all(|value| value.is_finite()) {
-            true => Ok(Some(resolution)),
-            false => Err(FlowError::NotFinite { degree: 0 }),
+        let resolution = self
+            .element
+            .transport(&mut nodes, length, self.tolerance, &mut self.jets);
+        let is_finite = self.jets.iter().all(|value| value.is_finite());
+        match resolution {
+            Some(_) if !is_finite => Err(FlowError::NotFinite { degree: 0 }),
+            resolution => Ok((length, resolution)),
         }
     }
 }

@@ -2,30 +2,33 @@
 
 use std::sync::Arc;
 
-use super::gauss::{GAUSS, NODES, NodeValues};
-use super::solver::ElementSolver;
-use super::sparse::{SparseSpace, VariableSet, variables_of_monomials, variables_of_slots};
-use crate::flow::Field;
+use super::gauss::{Functionals, GAUSS, NODES, NodeValues};
+use super::remainders::Remainders;
+use super::resolution::Resolution;
+use super::solver::{ElementSolver, Part};
+use crate::flow::{Field, Program};
 use crate::jet::{JetError, JetSpace};
-use crate::numeric::{Lanes, Scalar};
+use crate::numeric::{Kernel, Lanes, Scalar, widest};
 
 /// The tape of a field over jets whose coefficients are node values, and the gradients of its slots.
 pub(super) struct Element<'a> {
     field: &'a Field,
     space: Arc<JetSpace>,
+    solver: ElementSolver,
+    remainders: Remainders<'a>,
     tape: Vec<NodeValues>,
     scratch: Vec<NodeValues>,
-    /// Variables of each monomial, and those on which each slot depends.
-    monomials: Vec<VariableSet>,
-    variables: Vec<VariableSet>,
     first_order: Arc<JetSpace>,
     first_order_tape: Vec<NodeValues>,
-    /// Non-zero derivatives of slots by states.
+    /// Non-zero derivatives by states of the slots whose lower parts recurrences read.
     gradients: Vec<Gradient>,
-    /// One coefficient of every component: initial value, remainder, node values.
-    initial: Vec<f64>,
-    remainders: Vec<NodeValues>,
-    states: Vec<NodeValues>,
+    /// Rates of the components on the nominal orbit, and corrections of the orbit and of them.
+    rates: Vec<NodeValues>,
+    corrections: [Vec<NodeValues>; 2],
+    /// Remainders of components that owe something to driven ones, one part after another.
+    owed: Vec<NodeValues>,
+    /// Functionals of the rates of every component, one part after another.
+    functionals: Vec<Functionals>,
 }
 
 /// A derivative of a slot by a state at the nodes.
@@ -33,30 +36,18 @@ struct Gradient {
     slot: usize,
     state: usize,
     slope: NodeValues,
-    is_euler: bool,
-    is_output: bool,
-}
-
-/// How well an element resolves its jets.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Resolution {
-    /// Estimated error at the end, over the largest coefficient of the same degree: the worst degree.
-    pub(super) error: f64,
-    /// Largest last Legendre mode over the largest coefficient of the same degree.
-    pub(super) tail: f64,
-}
-
-/// Largest last Legendre mode for which the error estimate, a product of two of them, is believed.
-const RESOLVED: f64 = 1e-4;
-
-impl Resolution {
-    /// Whether the estimate is below a tolerance and believed.
-    pub(super) fn meets(self, tolerance: f64) -> bool {
-        self.error <= tolerance && self.tail <= RESOLVED
-    }
 }
 
 const ZERO: NodeValues = Lanes([0.0; NODES]);
+
+/// Most of Newton's steps towards a nominal orbit.
+const MAX_CORRECTIONS: usize = 10;
+
+/// Corrections that end Newton's method: rounding, and what quadratic convergence turns into rounding.
+const CORRECTED: f64 = 4e-15;
+
+/// Corrections that may no longer shrink.
+const STAGNANT: f64 = 1e-11;
 
 impl<'a> Element<'a> {
     /// Memory for one element; parameters, constant along the orbit, are given as coefficients.
@@ -79,79 +70,67 @@ impl<'a> Element<'a> {
             first_order_tape[input * first_order.len()] = Lanes::splat(coefficients[0]);
         }
         for state in 0..dimension {
-            let monomial = first_order
-                .linear_monomial(state)
-                .expect("order 1 keeps linear terms");
-            first_order_tape[state * first_order.len() + monomial] = Lanes::splat(1.0);
+            first_order_tape[state * first_order.len() + 1 + state] = Lanes::splat(1.0);
         }
-        let monomials = variables_of_monomials(space);
-        let set = |coefficients: &&[f64]| {
-            let present = coefficients
-                .iter()
-                .zip(&monomials)
-                .filter(|(value, _)| **value != 0.0);
-            present.fold(0, |set, (_, monomial)| set | monomial)
-        };
-        let inputs: Vec<_> = initial.iter().chain(parameters).map(set).collect();
-        let variables = variables_of_slots(program, &inputs, dimension);
-        let scratch = vec![ZERO; space.len().max(first_order.len())];
-        let space = Arc::clone(space);
+        let inputs: Vec<_> = initial.iter().chain(parameters).copied().collect();
         Ok(Self {
             field,
-            space,
+            solver: ElementSolver::new(chains(program, dimension)),
+            remainders: Remainders::new(program, space, &inputs, dimension),
             tape,
-            scratch,
-            monomials,
-            variables,
+            scratch: vec![ZERO; space.len().max(first_order.len())],
             first_order,
             first_order_tape,
             gradients: Vec::new(),
-            initial: vec![0.0; dimension],
-            remainders: vec![ZERO; dimension],
-            states: vec![ZERO; dimension],
+            rates: vec![ZERO; dimension],
+            corrections: [vec![ZERO; dimension], vec![ZERO; dimension]],
+            owed: vec![ZERO; dimension * space.len()],
+            functionals: vec![Lanes([0.0; 4]); dimension * space.len()],
+            space: Arc::clone(space),
         })
     }
 
-    /// Moves jets over the element, from the nominal orbit at its nodes.
+    /// Moves jets over an element of a length, from a guess of the nominal orbit at its nodes.
     ///
-    /// `jets` holds the coefficients of every component, one after another; all but the heads are
-    /// replaced. Stops at the first degree that misses the tolerance. `None`: the equations are
-    /// singular, the element is too long.
+    /// `jets` holds the coefficients of every component, one after another. Stops at the first degree that
+    /// misses the tolerance. `None`: the equations are singular or have no solution near the guess, the element
+    /// is too long.
     pub(super) fn transport(
         &mut self,
-        nominal: &[NodeValues],
+        nominal: &mut [NodeValues],
         length: f64,
         tolerance: f64,
         jets: &mut [f64],
     ) -> Option<Resolution> {
-        self.evaluate_nominal(nominal);
-        let solver = self.solver(length)?;
-        let fundamental = solver.fundamental_tail();
-        let mut resolution = Resolution {
-            error: 0.0,
-            tail: fundamental,
-        };
+        let mut resolution = widest(Nominal {
+            element: self,
+            nominal,
+            length,
+            jets,
+        })?;
         for degree in 1..=self.space.order() {
+            if !resolution.meets(tolerance) {
+                break;
+            }
             if !self.space.degree_range(degree).is_empty() {
-                let tail = self.transport_degree(&solver, degree, length, jets);
-                resolution.tail = resolution.tail.max(tail);
-                resolution.error = resolution.error.max(tail * fundamental.max(f64::EPSILON));
-                if !resolution.meets(tolerance) {
-                    break;
-                }
+                let tail = widest(Degree {
+                    element: self,
+                    degree,
+                    jets,
+                });
+                resolution.include(tail * length.abs());
             }
         }
         Some(resolution)
     }
 
-    /// Heads of all slots and their gradients by the state.
-    fn evaluate_nominal(&mut self, nominal: &[NodeValues]) {
-        let program = self.field.program();
+    /// Values of the field and of its slopes by the state at node values.
+    #[inline(always)]
+    fn evaluate(&mut self, nominal: &[NodeValues]) {
+        let (program, len) = (self.field.program(), self.first_order.len());
         for (state, &values) in nominal.iter().enumerate() {
-            self.tape[state * self.space.len()] = values;
-            self.first_order_tape[state * self.first_order.len()] = values;
+            self.first_order_tape[state * len] = values;
         }
-        program.advance(&*self.space, 0, &mut self.tape, &mut self.scratch);
         for degree in 0..=1 {
             program.advance(
                 &*self.first_order,
@@ -160,129 +139,252 @@ impl<'a> Element<'a> {
                 &mut self.scratch,
             );
         }
+        for (component, rate) in self.rates.iter_mut().enumerate() {
+            *rate = self.first_order_tape[program.output(component) * len];
+        }
+    }
+
+    /// Newton's method for the orbit; the solver is that of the last step.
+    #[inline(always)]
+    fn correct(&mut self, nominal: &mut [NodeValues], length: f64, start: &[f64]) -> bool {
+        let (program, len) = (self.field.program(), self.first_order.len());
+        let mut last = f64::INFINITY;
+        for _ in 0..MAX_CORRECTIONS {
+            self.evaluate(nominal);
+            let tape = &self.first_order_tape;
+            let slope = |row: usize, state: usize| tape[program.output(row) * len + 1 + state];
+            if !self.solver.factor(length, slope) {
+                return false;
+            }
+            let [corrections, rate_corrections] = &mut self.corrections;
+            let solver = &self.solver;
+            solver.correct(start, nominal, &self.rates, corrections, rate_corrections);
+            let size = relative_size(corrections, nominal, &self.rates, length);
+            for (values, &correction) in nominal.iter_mut().zip(&*corrections) {
+                *values += correction;
+            }
+            if size <= CORRECTED || (last <= STAGNANT && size > 0.5 * last) {
+                return true;
+            }
+            last = size;
+        }
+        false
+    }
+
+    /// Heads of all slots, and the slopes of those that are read again.
+    #[inline(always)]
+    fn prepare_slots(&mut self, nominal: &[NodeValues]) {
+        let (program, len) = (self.field.program(), self.space.len());
+        let (first_len, dimension) = (self.first_order.len(), self.field.dimension());
+        for (state, &values) in nominal.iter().enumerate() {
+            self.tape[state * len] = values;
+        }
         self.gradients.clear();
-        let dimension = self.field.dimension();
         for slot in program.inputs()..program.slots() {
+            self.tape[slot * len] = self.first_order_tape[slot * first_len];
             for state in 0..dimension {
-                let slope = self.slope(slot, state);
-                if slope != ZERO {
-                    let is_output =
-                        (0..dimension).any(|component| program.output(component) == slot);
-                    let is_euler = program.is_euler(slot);
-                    self.gradients.push(Gradient {
-                        slot,
-                        state,
-                        slope,
-                        is_euler,
-                        is_output,
-                    });
+                let slope = self.first_order_tape[slot * first_len + 1 + state];
+                if self.remainders.history[slot] && slope != ZERO {
+                    self.gradients.push(Gradient { slot, state, slope });
                 }
             }
         }
     }
 
-    fn slope(&self, slot: usize, state: usize) -> NodeValues {
-        let monomial = self
-            .first_order
-            .linear_monomial(state)
-            .expect("order 1 keeps linear terms");
-        self.first_order_tape[slot * self.first_order.len() + monomial]
-    }
-
-    fn solver(&self, length: f64) -> Option<ElementSolver> {
+    /// Remainders of the components in one degree, those owed to driven components included.
+    #[inline(always)]
+    fn pass_on(&mut self, degree: usize) -> bool {
         let (program, dimension) = (self.field.program(), self.field.dimension());
-        let jacobian: Vec<_> = (0..dimension * dimension)
-            .map(|entry| self.slope(program.output(entry / dimension), entry % dimension))
-            .collect();
-        let has_remainder: Vec<_> = (0..dimension)
-            .map(|component| program.output(component) >= dimension)
-            .collect();
-        ElementSolver::new(&jacobian, length, &has_remainder)
-    }
-
-    /// One degree: remainders, the linear equations, the state's share in every slot, the end.
-    ///
-    /// Returns the last Legendre modes of the derivatives, over the largest coefficient of the degree.
-    fn transport_degree(
-        &mut self,
-        solver: &ElementSolver,
-        degree: usize,
-        length: f64,
-        jets: &mut [f64],
-    ) -> f64 {
-        let (program, len) = (self.field.program(), self.space.len());
-        let range = self.space.degree_range(degree);
-        for state in 0..self.field.dimension() {
-            self.tape[state * len + range.start..state * len + range.end].fill(ZERO);
-        }
-        let sparse = |slot: usize| SparseSpace {
-            space: &self.space,
-            monomials: &self.monomials,
-            variables: self.variables[slot],
+        let (range, len) = (self.space.degree_range(degree), self.space.len());
+        let remainder = |remainders: &Remainders, component: usize| {
+            remainders.source(program.output(component))
         };
-        program.advance_with::<_, SparseSpace, _>(
-            sparse,
-            degree,
-            &mut self.tape,
-            &mut self.scratch,
-        );
-        for monomial in range.clone() {
-            self.solve_monomial(solver, monomial, jets);
+        let is_driving = |component: usize| {
+            self.solver.is_driven(component) && remainder(&self.remainders, component).is_some()
+        };
+        if !(0..dimension).any(is_driving) {
+            return false;
         }
-        self.add_linear_part(degree);
-        let (mut tail, mut largest) = (0.0_f64, f64::MIN_POSITIVE);
-        for component in 0..self.field.dimension() {
-            for monomial in range.clone() {
-                let rates = self.tape[program.output(component) * len + monomial];
-                let value = &mut jets[component * len + monomial];
-                largest = largest.max(value.abs());
-                *value += length * GAUSS.integral(rates);
-                largest = largest.max(value.abs());
-                tail = tail.max(GAUSS.tail(rates));
+        for component in 0..dimension {
+            let owed = &mut self.owed[component * range.len()..(component + 1) * range.len()];
+            match remainder(&self.remainders, component) {
+                Some(slot) => {
+                    owed.copy_from_slice(&self.tape[slot * len..][range.clone()]);
+                }
+                None => owed.fill(ZERO),
+            }
+            if self.solver.is_driven(component) {
+                continue;
+            }
+            for driven in (0..dimension).filter(|&driven| self.solver.is_driven(driven)) {
+                if let Some(slot) = remainder(&self.remainders, driven) {
+                    let sources = &self.tape[slot * len..][range.clone()];
+                    self.solver.pass_on(driven, sources, component, owed);
+                }
             }
         }
-        tail * length.abs() / largest
+        true
     }
 
-    /// Node values of one coefficient of the state, into the tape.
-    #[inline]
-    fn solve_monomial(&mut self, solver: &ElementSolver, monomial: usize, jets: &[f64]) {
-        let (program, len) = (self.field.program(), self.space.len());
-        for component in 0..self.states.len() {
-            self.initial[component] = jets[component * len + monomial];
-            self.remainders[component] = self.tape[program.output(component) * len + monomial];
-        }
-        solver.solve(&self.initial, &self.remainders, &mut self.states);
-        for (component, &values) in self.states.iter().enumerate() {
-            self.tape[component * len + monomial] = values;
-        }
-    }
-
-    /// Adds the share of the state's part of a degree to the part of every slot.
-    fn add_linear_part(&mut self, degree: usize) {
-        let (len, range) = (self.space.len(), self.space.degree_range(degree));
-        let last = degree == self.space.order();
-        for gradient in self
-            .gradients
-            .iter()
-            .filter(|gradient| gradient.is_output || !last)
-        {
-            let factor = if gradient.is_euler {
-                degree as f64
+    /// Node values of the states, but for the last degree, and functionals of their rates.
+    #[inline(always)]
+    fn solve(&mut self, degree: usize, jets: &[f64]) {
+        let has_owed = self.pass_on(degree);
+        let (program, dimension) = (self.field.program(), self.field.dimension());
+        let (range, len) = (self.space.degree_range(degree), self.space.len());
+        let (states, slots) = self.tape.split_at_mut(dimension * len);
+        let mut sources = vec![None; dimension];
+        for (component, source) in sources.iter_mut().enumerate() {
+            *source = if has_owed {
+                Some(&self.owed[component * range.len()..(component + 1) * range.len()])
             } else {
-                1.0
+                let slot = self.remainders.source(program.output(component));
+                slot.map(|slot| &slots[(slot - dimension) * len..][range.clone()])
             };
-            let slope = gradient.slope * Lanes::splat(factor);
-            let (states, slots) = self.tape.split_at_mut(self.field.dimension() * len);
-            let states =
-                &states[gradient.state * len + range.start..gradient.state * len + range.end];
-            let first = (gradient.slot - self.field.dimension()) * len;
-            for (value, &state) in slots[first + range.start..first + range.end]
-                .iter_mut()
-                .zip(states)
-            {
-                *value = slope.mul_add(state, *value);
+        }
+        let part = Part {
+            initial: jets,
+            stride: len,
+            first: range.start,
+            remainders: &sources,
+        };
+        for state in 0..dimension {
+            let monomials = self.remainders.support(state).part(degree);
+            if degree < self.space.order() {
+                let out = &mut states[state * len..][monomials.clone()];
+                self.solver.states(state, part, monomials.clone(), out);
+            }
+            if self.solver.root(state) == state {
+                let out = &mut self.functionals[state * len..][monomials.clone()];
+                self.solver.functionals(state, part, monomials, out);
             }
         }
     }
+
+    /// Moves the coefficients of one degree to the end; the largest last mode of their rates over the largest of them.
+    #[inline(always)]
+    fn advance(&self, degree: usize, jets: &mut [f64]) -> f64 {
+        let (len, dimension) = (self.space.len(), self.field.dimension());
+        let (mut tail, mut largest) = (0.0_f64, f64::MIN_POSITIVE);
+        // NOTE: integrals of other components first, for they need the initial values of these.
+        for integrals in [true, false] {
+            for state in 0..dimension {
+                let root = self.solver.root(state);
+                if (root != state) != integrals {
+                    continue;
+                }
+                for monomial in self.remainders.support(state).part(degree) {
+                    let functionals = self.functionals[root * len + monomial];
+                    let initial = |state: usize| jets[state * len + monomial];
+                    let change = self.solver.advance(state, functionals, initial);
+                    let value = &mut jets[state * len + monomial];
+                    let end = *value + change;
+                    largest = largest.max(value.abs()).max(end.abs());
+                    tail = tail.max(functionals.0[2].abs()).max(functionals.0[3].abs());
+                    *value = end;
+                }
+            }
+        }
+        tail / largest
+    }
+}
+
+/// The nominal orbit of an element: its nodes, its end, the equations of all degrees.
+struct Nominal<'e, 'a> {
+    element: &'e mut Element<'a>,
+    nominal: &'e mut [NodeValues],
+    length: f64,
+    jets: &'e mut [f64],
+}
+
+impl Kernel for Nominal<'_, '_> {
+    type Output = Option<Resolution>;
+
+    #[inline(always)]
+    fn run(self) -> Option<Resolution> {
+        let element = self.element;
+        let len = element.space.len();
+        let mut start = Vec::with_capacity(element.rates.len());
+        start.extend(self.jets.iter().step_by(len));
+        if !element.correct(self.nominal, self.length, &start) {
+            return None;
+        }
+        element.prepare_slots(self.nominal);
+        element.solver.expand();
+        let mut resolution = Resolution::new(element.solver.fundamental_tail());
+        for state in 0..start.len() {
+            let root = element.solver.root(state);
+            let rate = element.rates[root] + element.corrections[1][root];
+            let functionals = GAUSS.functionals_of(rate);
+            let initial = |state: usize| start[state];
+            self.jets[state * len] += element.solver.advance(state, functionals, initial);
+            let largest = self.nominal[state].magnitude().max(f64::MIN_POSITIVE);
+            if root == state {
+                let tail = functionals.0[2].abs().max(functionals.0[3].abs());
+                resolution.include(tail * self.length.abs() / largest);
+            }
+        }
+        Some(resolution)
+    }
+}
+
+/// All coefficients of one degree on an element.
+struct Degree<'e, 'a> {
+    element: &'e mut Element<'a>,
+    degree: usize,
+    jets: &'e mut [f64],
+}
+
+impl Kernel for Degree<'_, '_> {
+    type Output = f64;
+
+    #[inline(always)]
+    fn run(self) -> f64 {
+        let (element, degree) = (self.element, self.degree);
+        element.remainders.compute(degree, &mut element.tape);
+        element.solve(degree, self.jets);
+        if degree < element.space.order() {
+            for gradient in &element.gradients {
+                let slope = (gradient.slot, gradient.slope);
+                let tape = &mut element.tape;
+                element
+                    .remainders
+                    .add_share(degree, slope, gradient.state, tape);
+            }
+        }
+        element.advance(degree, self.jets)
+    }
+}
+
+/// Of each component: the one of which it is the integral, if it is nothing else and that one is not an integral itself.
+fn chains(program: &Program, dimension: usize) -> Vec<Option<usize>> {
+    let rate = |component: usize| program.output(component);
+    (0..dimension)
+        .map(|component| {
+            let root = rate(component);
+            (root < dimension && rate(root) >= dimension).then_some(root)
+        })
+        .collect()
+}
+
+/// Largest correction of a component, over the largest value of the component or change of it in the element.
+#[inline(always)]
+fn relative_size(
+    corrections: &[NodeValues],
+    nominal: &[NodeValues],
+    rates: &[NodeValues],
+    length: f64,
+) -> f64 {
+    let mut worst = 0.0_f64;
+    for ((correction, values), rate) in corrections.iter().zip(nominal).zip(rates) {
+        let scale = values.magnitude() + length.abs() * rate.magnitude();
+        let size = correction.magnitude();
+        if size > 0.0 || size.is_nan() {
+            worst = worst.max(size / scale.max(f64::MIN_POSITIVE));
+            if size.is_nan() {
+                return f64::INFINITY;
+            }
+        }
+    }
+    worst
 }

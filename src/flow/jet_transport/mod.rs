@@ -3,8 +3,11 @@
 mod block;
 mod collocation;
 mod element;
+mod elimination;
 mod gauss;
 mod nominal;
+mod remainders;
+mod resolution;
 mod solver;
 mod sparse;
 mod taylor;

@@ -9,6 +9,7 @@ use crate::numeric::Scalar;
 /// ```text
 /// u_0 = exp a_0,   u_k = (1/k) Σ_{j=1}^{k} (Ea)_j u_{k−j}
 /// ```
+#[inline(always)]
 pub fn part<S: Scalar, A: Graded<S>>(
     algebra: &A,
     degree: usize,

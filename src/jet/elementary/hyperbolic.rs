@@ -9,6 +9,7 @@ use crate::numeric::Scalar;
 /// ```text
 /// s_0 = sinh a_0,   s_k = (1/k) Σ_{j=1}^{k} (Ea)_j c_{k−j}
 /// ```
+#[inline(always)]
 pub fn sinh_part<S: Scalar, A: Graded<S>>(
     algebra: &A,
     degree: usize,
@@ -25,6 +26,7 @@ pub fn sinh_part<S: Scalar, A: Graded<S>>(
 /// ```text
 /// c_0 = cosh a_0,   c_k = (1/k) Σ_{j=1}^{k} (Ea)_j s_{k−j}
 /// ```
+#[inline(always)]
 pub fn cosh_part<S: Scalar, A: Graded<S>>(
     algebra: &A,
     degree: usize,
@@ -36,6 +38,7 @@ pub fn cosh_part<S: Scalar, A: Graded<S>>(
     pair_part(algebra, HeadFunction::Cosh, degree, a, euler_a, sinh, out);
 }
 
+#[inline(always)]
 fn pair_part<S: Scalar, A: Graded<S>>(
     algebra: &A,
     function: HeadFunction,

@@ -10,6 +10,7 @@ use crate::numeric::Scalar;
 /// ```
 ///
 /// `b_0` must be invertible.
+#[inline(always)]
 pub fn part<S: Scalar, A: Graded<S>>(
     algebra: &A,
     degree: usize,

@@ -9,6 +9,7 @@ use crate::numeric::Scalar;
 /// ```text
 /// s_0 = sin a_0,   s_k = (1/k) Σ_{j=1}^{k} (Ea)_j c_{k−j}
 /// ```
+#[inline(always)]
 pub fn sine_part<S: Scalar, A: Graded<S>>(
     algebra: &A,
     degree: usize,
@@ -30,6 +31,7 @@ pub fn sine_part<S: Scalar, A: Graded<S>>(
 /// ```text
 /// c_0 = cos a_0,   c_k = −(1/k) Σ_{j=1}^{k} (Ea)_j s_{k−j}
 /// ```
+#[inline(always)]
 pub fn cosine_part<S: Scalar, A: Graded<S>>(
     algebra: &A,
     degree: usize,
