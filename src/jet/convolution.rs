@@ -29,6 +29,58 @@ impl<'a, S> Factor<'a, S> {
     }
 }
 
+/// What becomes of a sum of products: `(base + sign · sum) · factor`.
+#[derive(Clone, Copy)]
+pub(super) struct Finish<'a, S> {
+    pub(super) base: Base<'a, S>,
+    pub(super) sign: S,
+    pub(super) factor: S,
+}
+
+/// What a sum of products is added to.
+#[derive(Clone, Copy)]
+pub(super) enum Base<'a, S> {
+    Nothing,
+    /// The coefficients there are.
+    Present,
+    /// Those of an element.
+    Element(&'a [S]),
+}
+
+impl<S: Scalar> Finish<'_, S> {
+    /// Adds to the coefficients there are.
+    pub(super) fn add() -> Self {
+        Self {
+            base: Base::Present,
+            sign: S::one(),
+            factor: S::one(),
+        }
+    }
+
+    #[inline(always)]
+    fn store(&self, first: usize, sums: &[S], out: &mut [S]) {
+        let finished = |base: S, sum: S| (base + self.sign * sum) * self.factor;
+        match self.base {
+            Base::Nothing => {
+                for (value, &sum) in out.iter_mut().zip(sums) {
+                    *value = sum * self.factor;
+                }
+            }
+            Base::Present => {
+                for (value, &sum) in out.iter_mut().zip(sums) {
+                    *value = finished(*value, sum);
+                }
+            }
+            Base::Element(element) => {
+                let base = &element[first..first + sums.len()];
+                for ((value, &sum), &base) in out.iter_mut().zip(sums).zip(base) {
+                    *value = finished(base, sum);
+                }
+            }
+        }
+    }
+}
+
 /// A product, or part of one: what is added to the coefficients of some runs.
 pub(super) struct Convolution<'a, S, F> {
     pub(super) table: &'a ProductTable,
@@ -36,6 +88,7 @@ pub(super) struct Convolution<'a, S, F> {
     pub(super) span: Span,
     pub(super) a: Factor<'a, S>,
     pub(super) b: Factor<'a, S>,
+    pub(super) finish: Finish<'a, S>,
     /// The coefficients from the monomial `first` on.
     pub(super) first: usize,
     pub(super) out: &'a mut [S],
@@ -51,11 +104,19 @@ impl<S: Scalar, F: Fn(&Range<usize>) -> bool> Kernel for Convolution<'_, S, F> {
         let square = std::ptr::eq(self.a.coefficients, self.b.coefficients)
             && matches!(self.span, Span::Full | Span::Interior);
         for run in self.runs {
+            let place = run.monomials.start.wrapping_sub(self.first);
+            let Some(out) = self
+                .out
+                .get_mut(place..place.wrapping_add(run.monomials.len()))
+            else {
+                continue;
+            };
             if !(self.keep)(&run.monomials) {
+                if !matches!(self.finish.base, Base::Present) {
+                    out.fill(S::zero());
+                }
                 continue;
             }
-            let place = run.monomials.start - self.first;
-            let out = &mut self.out[place..place + run.monomials.len()];
             let terms = Terms {
                 table: self.table,
                 run,
@@ -63,6 +124,7 @@ impl<S: Scalar, F: Fn(&Range<usize>) -> bool> Kernel for Convolution<'_, S, F> {
                 square,
                 a: self.a,
                 b: self.b,
+                finish: self.finish,
             };
             add_run(&terms, out);
         }
@@ -93,6 +155,7 @@ struct Terms<'a, S> {
     square: bool,
     a: Factor<'a, S>,
     b: Factor<'a, S>,
+    finish: Finish<'a, S>,
 }
 
 impl<S: Scalar> Terms<'_, S> {
@@ -127,7 +190,7 @@ impl<S: Scalar> Terms<'_, S> {
         let Some(out) = out.first_chunk_mut::<LEN>() else {
             return;
         };
-        let mut sums = if self.square { [S::zero(); LEN] } else { *out };
+        let mut sums = [S::zero(); LEN];
         self.add_group::<1, LEN>(&mut sums);
         self.add_group::<2, LEN>(&mut sums);
         self.add_group::<3, LEN>(&mut sums);
@@ -137,9 +200,7 @@ impl<S: Scalar> Terms<'_, S> {
         self.add_group::<7, LEN>(&mut sums);
         self.add_group::<LONGEST_IN_REGISTERS, LEN>(&mut sums);
         if self.square {
-            for (sum, &value) in sums.iter_mut().zip(&*out) {
-                *sum = value + (*sum + *sum);
-            }
+            sums.iter_mut().for_each(|sum| *sum += *sum);
             if let Some(root) = self.root() {
                 match LEN {
                     1 => self.add_blocks::<1, LEN>(&[root], &mut sums),
@@ -149,7 +210,7 @@ impl<S: Scalar> Terms<'_, S> {
                 }
             }
         }
-        *out = sums;
+        self.finish.store(self.run.monomials.start, &sums, out);
     }
 
     #[inline(always)]
@@ -186,22 +247,17 @@ impl<S: Scalar> Terms<'_, S> {
     /// The same for a run of any length.
     #[inline(always)]
     fn add_in_memory(&self, out: &mut [S]) {
-        let mut sums = match self.square {
-            true => vec![S::zero(); out.len()],
-            false => out.to_vec(),
-        };
+        let mut sums = vec![S::zero(); out.len()];
         for left in 1..=out.len() {
             self.add_blocks_of(left, self.blocks(left), &mut sums);
         }
         if self.square {
-            for (sum, &value) in sums.iter_mut().zip(&*out) {
-                *sum = value + (*sum + *sum);
-            }
+            sums.iter_mut().for_each(|sum| *sum += *sum);
             if let Some(root) = self.root() {
                 self.add_blocks_of(out.len().div_ceil(2), &[root], &mut sums);
             }
         }
-        out.copy_from_slice(&sums);
+        self.finish.store(self.run.monomials.start, &sums, out);
     }
 
     #[inline(always)]

@@ -89,6 +89,34 @@ pub trait Graded<S: Scalar> {
     /// Adds `Σ_j a_j b_{degree−j}` over the span to `out`, a slice of the part's length.
     fn convolve(&self, degree: usize, span: Span, a: &[S], b: &[S], out: &mut [S]);
 
+    /// `out = factor · Σ_j a_j b_{degree−j}` over the span.
+    #[inline(always)]
+    fn scaled_convolution(
+        &self,
+        degree: usize,
+        span: Span,
+        (a, b): (&[S], &[S]),
+        factor: S,
+        out: &mut [S],
+    ) {
+        out.fill(S::zero());
+        self.convolve(degree, span, a, b, out);
+        for value in out {
+            *value *= factor;
+        }
+    }
+
+    /// `out = (a_degree − Σ_{j=1}^{degree} b_j u_{degree−j}) / b_0`.
+    #[inline(always)]
+    fn quotient_part(&self, degree: usize, (a, b): (&[S], &[S]), u: &[S], out: &mut [S]) {
+        out.fill(S::zero());
+        self.convolve(degree, Span::WithoutFirst, b, u, out);
+        for (value, &numerator) in out.iter_mut().zip(&a[self.part(degree)]) {
+            *value = numerator - *value;
+        }
+        self.divide_by_head(b, out);
+    }
+
     /// Adds `a_0 b_degree` to `out`, for an element `a` of which only the head is non-zero; `part` is
     /// `b_degree`.
     fn multiply_by_head(&self, degree: usize, a: &[S], part: &[S], out: &mut [S]);
@@ -138,8 +166,24 @@ impl<S: Scalar> Graded<S> for JetSpace {
 
     #[inline]
     fn convolve(&self, degree: usize, span: Span, a: &[S], b: &[S], out: &mut [S]) {
-        let first = self.degree_range(degree).start;
-        self.convolve_runs(degree, span, (a, b), (first, out), |_| true);
+        self.convolve_part(self.whole_part(degree, out), span, (a, b));
+    }
+
+    #[inline]
+    fn scaled_convolution(
+        &self,
+        degree: usize,
+        span: Span,
+        (a, b): (&[S], &[S]),
+        factor: S,
+        out: &mut [S],
+    ) {
+        self.scaled_part(self.whole_part(degree, out), span, (a, b), factor);
+    }
+
+    #[inline]
+    fn quotient_part(&self, degree: usize, (a, b): (&[S], &[S]), u: &[S], out: &mut [S]) {
+        self.quotient_part_of(self.whole_part(degree, out), (a, b), u);
     }
 
     fn multiply_by_head(&self, _degree: usize, a: &[S], part: &[S], out: &mut [S]) {

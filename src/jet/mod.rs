@@ -27,6 +27,7 @@ pub use graded::{Graded, HeadFunction, Span, TimeSeries, scalar_head};
 pub use implicit::{implicit_root, implicit_roots};
 pub use linear::solve_linear;
 pub use map::JetMap;
+pub(crate) use product::PartOf;
 pub use series::JetSeries;
 pub use space::{JetSpace, MAX_PRODUCTS};
 pub use substitution::{Substitution, substitute, substitute_all};

@@ -1,10 +1,20 @@
-//! The product of two jets as a pass over the space's product table.
+//! The product of two jets, and the parts of one degree of products and quotients, as a pass over the
+//! space's product table.
 
 use std::ops::Range;
 
-use super::convolution::{Convolution, Factor};
+use super::convolution::{Base, Convolution, Factor, Finish};
 use super::{JetSpace, Span};
 use crate::numeric::Scalar;
+
+/// A part of one degree: its coefficients, whose first is that of the monomial `first`, and the runs to compute.
+pub(crate) struct PartOf<'a, S, F> {
+    pub(crate) degree: usize,
+    pub(crate) first: usize,
+    pub(crate) out: &'a mut [S],
+    /// Which runs of monomials can differ from zero.
+    pub(crate) keep: F,
+}
 
 impl JetSpace {
     /// `out += a b` for coefficient slices of this space.
@@ -20,33 +30,91 @@ impl JetSpace {
             span: Span::Full,
             a: Factor::full(&a[..self.len()]),
             b: Factor::full(&b[..self.len()]),
+            finish: Finish::add(),
             first: 0,
             out,
             keep: |_: &Range<usize>| true,
         });
     }
 
-    /// [`Graded::convolve`](super::Graded::convolve), for the runs of monomials that `keep` takes, `out` beginning at
-    /// the monomial `first`.
+    /// [`Graded::convolve`](super::Graded::convolve) for some runs.
     #[inline]
-    pub(crate) fn convolve_runs<S: Scalar>(
+    pub(crate) fn convolve_part<S: Scalar>(
         &self,
-        degree: usize,
+        part: PartOf<'_, S, impl Fn(&Range<usize>) -> bool>,
         span: Span,
         (a, b): (&[S], &[S]),
-        (first, out): (usize, &mut [S]),
-        keep: impl Fn(&Range<usize>) -> bool,
+    ) {
+        self.finish_part(part, span, (a, b), Finish::add());
+    }
+
+    /// [`Graded::scaled_convolution`](super::Graded::scaled_convolution) for some runs.
+    #[inline]
+    pub(crate) fn scaled_part<S: Scalar>(
+        &self,
+        part: PartOf<'_, S, impl Fn(&Range<usize>) -> bool>,
+        span: Span,
+        (a, b): (&[S], &[S]),
+        factor: S,
+    ) {
+        let finish = Finish {
+            base: Base::Nothing,
+            sign: S::one(),
+            factor,
+        };
+        self.finish_part(part, span, (a, b), finish);
+    }
+
+    /// [`Graded::quotient_part`](super::Graded::quotient_part) for some runs.
+    #[inline]
+    pub(crate) fn quotient_part_of<S: Scalar>(
+        &self,
+        part: PartOf<'_, S, impl Fn(&Range<usize>) -> bool>,
+        (a, b): (&[S], &[S]),
+        u: &[S],
+    ) {
+        let finish = Finish {
+            base: Base::Element(a),
+            sign: -S::one(),
+            factor: S::one() / b[0],
+        };
+        self.finish_part(part, Span::WithoutFirst, (b, u), finish);
+    }
+
+    #[inline]
+    fn finish_part<S: Scalar>(
+        &self,
+        part: PartOf<'_, S, impl Fn(&Range<usize>) -> bool>,
+        span: Span,
+        (a, b): (&[S], &[S]),
+        finish: Finish<'_, S>,
     ) {
         S::dispatch(Convolution {
             table: self.table(),
-            runs: self.table().runs(degree..degree + 1),
+            runs: self.table().runs(part.degree..part.degree + 1),
             span,
             a: Factor::full(a),
             b: Factor::full(b),
-            first,
-            out,
-            keep,
+            finish,
+            first: part.first,
+            out: part.out,
+            keep: part.keep,
         });
+    }
+
+    /// A part of one degree with all its runs.
+    #[inline]
+    pub(super) fn whole_part<'a, S>(
+        &self,
+        degree: usize,
+        out: &'a mut [S],
+    ) -> PartOf<'a, S, fn(&Range<usize>) -> bool> {
+        PartOf {
+            degree,
+            first: self.degree_range(degree).start,
+            out,
+            keep: |_| true,
+        }
     }
 
     /// The runs of one degree: neighbouring monomials that differ in their last two variables only.
@@ -83,6 +151,7 @@ impl JetSpace {
             span: Span::Full,
             a: factor(a, low_a),
             b: factor(b, low_b),
+            finish: Finish::add(),
             first,
             out,
             keep: |_: &Range<usize>| true,

@@ -84,6 +84,15 @@ impl<const N: usize> IndexMut<usize> for Lanes<N> {
     }
 }
 
+/// Keeps a loop over lanes to one element at a time.
+///
+/// NOTE: left to itself, the compiler spreads neighbouring elements over a register, lane by lane, with gathers and
+/// scatters, which are many times slower than the lanes themselves.
+#[inline(always)]
+pub(crate) fn one_by_one(element: usize) {
+    std::hint::black_box(element);
+}
+
 macro_rules! operator {
     ($trait:ident, $method:ident, $assign_trait:ident, $assign_method:ident, $assign:tt) => {
         impl<const N: usize> $trait for Lanes<N> {

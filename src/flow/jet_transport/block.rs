@@ -1,7 +1,7 @@
 //! Square blocks over the nodes of an element.
 
 use super::gauss::{NODES, NodeValues};
-use crate::numeric::{Lanes, Scalar};
+use crate::numeric::{Lanes, Scalar, one_by_one};
 
 /// A matrix over the nodes, by columns.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -62,7 +62,8 @@ impl Block {
     #[inline(always)]
     pub(super) fn scaled(&self, factor: f64) -> Self {
         let mut block = *self;
-        for column in &mut block.0 {
+        for (j, column) in block.0.iter_mut().enumerate() {
+            one_by_one(j);
             *column *= Lanes::splat(factor);
         }
         block
@@ -71,7 +72,8 @@ impl Block {
     /// Subtracts `diag(rows) · other`.
     #[inline(always)]
     pub(super) fn subtract_scaled_rows(&mut self, rows: NodeValues, other: &Self) {
-        for (column, other) in self.0.iter_mut().zip(&other.0) {
+        for (j, (column, other)) in self.0.iter_mut().zip(&other.0).enumerate() {
+            one_by_one(j);
             *column -= rows * *other;
         }
     }
@@ -80,7 +82,8 @@ impl Block {
     #[inline(always)]
     pub(super) fn minus(&self, other: &Self) -> Self {
         let mut block = *self;
-        for (column, other) in block.0.iter_mut().zip(&other.0) {
+        for (j, (column, other)) in block.0.iter_mut().zip(&other.0).enumerate() {
+            one_by_one(j);
             *column -= *other;
         }
         block

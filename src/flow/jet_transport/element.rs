@@ -15,8 +15,7 @@ pub(super) struct Element<'a> {
     field: &'a Field,
     space: Arc<JetSpace>,
     solver: ElementSolver,
-    remainders: Remainders<'a>,
-    tape: Vec<NodeValues>,
+    remainders: Remainders,
     scratch: Vec<NodeValues>,
     first_order: Arc<JetSpace>,
     first_order_tape: Vec<NodeValues>,
@@ -31,9 +30,9 @@ pub(super) struct Element<'a> {
     functionals: Vec<Functionals>,
 }
 
-/// A derivative of a slot by a state at the nodes.
+/// A derivative of a stored slot by a state at the nodes.
 struct Gradient {
-    slot: usize,
+    place: usize,
     state: usize,
     slope: NodeValues,
 }
@@ -59,14 +58,9 @@ impl<'a> Element<'a> {
     ) -> Result<Self, JetError> {
         let (program, dimension) = (field.program(), field.dimension());
         let first_order = JetSpace::uniform(dimension, 1)?;
-        let mut tape = vec![ZERO; program.slots() * space.len()];
         let mut first_order_tape = vec![ZERO; program.slots() * first_order.len()];
         for (parameter, coefficients) in parameters.iter().enumerate() {
             let input = dimension + parameter;
-            let element = &mut tape[input * space.len()..(input + 1) * space.len()];
-            for (values, &coefficient) in element.iter_mut().zip(*coefficients) {
-                *values = Lanes::splat(coefficient);
-            }
             first_order_tape[input * first_order.len()] = Lanes::splat(coefficients[0]);
         }
         for state in 0..dimension {
@@ -77,8 +71,7 @@ impl<'a> Element<'a> {
             field,
             solver: ElementSolver::new(chains(program, dimension)),
             remainders: Remainders::new(program, space, &inputs, dimension),
-            tape,
-            scratch: vec![ZERO; space.len().max(first_order.len())],
+            scratch: vec![ZERO; first_order.len()],
             first_order,
             first_order_tape,
             gradients: Vec::new(),
@@ -171,54 +164,57 @@ impl<'a> Element<'a> {
         false
     }
 
-    /// Heads of all slots, and the slopes of those that are read again.
+    /// Heads of the stored slots, and the slopes of those that are read again.
     #[inline(always)]
-    fn prepare_slots(&mut self, nominal: &[NodeValues]) {
-        let (program, len) = (self.field.program(), self.space.len());
-        let (first_len, dimension) = (self.first_order.len(), self.field.dimension());
-        for (state, &values) in nominal.iter().enumerate() {
-            self.tape[state * len] = values;
-        }
+    fn prepare_slots(&mut self) {
+        let (len, dimension) = (self.first_order.len(), self.field.dimension());
         self.gradients.clear();
-        for slot in program.inputs()..program.slots() {
-            self.tape[slot * len] = self.first_order_tape[slot * first_len];
+        for place in 0..self.remainders.places() {
+            let slot = self.remainders.slot(place);
+            let head = self.first_order_tape[slot * len];
+            self.remainders.set_head(place, head);
+            if place < dimension || !self.remainders.is_read_again(place) {
+                continue;
+            }
             for state in 0..dimension {
-                let slope = self.first_order_tape[slot * first_len + 1 + state];
-                if self.remainders.history[slot] && slope != ZERO {
-                    self.gradients.push(Gradient { slot, state, slope });
+                let slope = self.first_order_tape[slot * len + 1 + state];
+                if slope != ZERO {
+                    self.gradients.push(Gradient {
+                        place,
+                        state,
+                        slope,
+                    });
                 }
             }
         }
     }
 
-    /// Remainders of the components in one degree, those owed to driven components included.
+    /// Remainders of the components in one degree with what they owe to those of driven components; `false` if
+    /// these have none.
     #[inline(always)]
     fn pass_on(&mut self, degree: usize) -> bool {
-        let (program, dimension) = (self.field.program(), self.field.dimension());
-        let (range, len) = (self.space.degree_range(degree), self.space.len());
-        let remainder = |remainders: &Remainders, component: usize| {
-            remainders.source(program.output(component))
+        let dimension = self.field.dimension();
+        let range = self.space.degree_range(degree);
+        let is_driving = |component: &usize| {
+            self.solver.is_driven(*component)
+                && self.remainders.remainder(*component, degree).is_some()
         };
-        let is_driving = |component: usize| {
-            self.solver.is_driven(component) && remainder(&self.remainders, component).is_some()
-        };
-        if !(0..dimension).any(is_driving) {
+        let driving: Vec<_> = (0..dimension).filter(is_driving).collect();
+        if driving.is_empty() {
             return false;
         }
         for component in 0..dimension {
             let owed = &mut self.owed[component * range.len()..(component + 1) * range.len()];
-            match remainder(&self.remainders, component) {
-                Some(slot) => {
-                    owed.copy_from_slice(&self.tape[slot * len..][range.clone()]);
+            match self.remainders.remainder(component, degree) {
+                Some(start) => {
+                    owed.copy_from_slice(&self.remainders.others()[start..][range.clone()])
                 }
                 None => owed.fill(ZERO),
             }
-            if self.solver.is_driven(component) {
-                continue;
-            }
-            for driven in (0..dimension).filter(|&driven| self.solver.is_driven(driven)) {
-                if let Some(slot) = remainder(&self.remainders, driven) {
-                    let sources = &self.tape[slot * len..][range.clone()];
+            for &driven in &driving {
+                let start = self.remainders.remainder(driven, degree);
+                if let Some(start) = start.filter(|_| !self.solver.is_driven(component)) {
+                    let sources = &self.remainders.others()[start..][range.clone()];
                     self.solver.pass_on(driven, sources, component, owed);
                 }
             }
@@ -230,17 +226,23 @@ impl<'a> Element<'a> {
     #[inline(always)]
     fn solve(&mut self, degree: usize, jets: &[f64]) {
         let has_owed = self.pass_on(degree);
-        let (program, dimension) = (self.field.program(), self.field.dimension());
+        let dimension = self.field.dimension();
         let (range, len) = (self.space.degree_range(degree), self.space.len());
-        let (states, slots) = self.tape.split_at_mut(dimension * len);
-        let mut sources = vec![None; dimension];
-        for (component, source) in sources.iter_mut().enumerate() {
-            *source = if has_owed {
+        let mut starts = Vec::with_capacity(dimension);
+        for component in 0..dimension {
+            starts.push((
+                self.remainders.remainder(component, degree),
+                self.remainders.part(component, degree),
+            ));
+        }
+        let (states, others) = self.remainders.split();
+        let mut sources = Vec::with_capacity(dimension);
+        for (component, (start, _)) in starts.iter().enumerate() {
+            sources.push(if has_owed {
                 Some(&self.owed[component * range.len()..(component + 1) * range.len()])
             } else {
-                let slot = self.remainders.source(program.output(component));
-                slot.map(|slot| &slots[(slot - dimension) * len..][range.clone()])
-            };
+                start.map(|start| &others[start..][range.clone()])
+            });
         }
         let part = Part {
             initial: jets,
@@ -248,15 +250,14 @@ impl<'a> Element<'a> {
             first: range.start,
             remainders: &sources,
         };
-        for state in 0..dimension {
-            let monomials = self.remainders.support(state).part(degree);
+        for (state, (_, monomials)) in starts.iter().enumerate() {
             if degree < self.space.order() {
                 let out = &mut states[state * len..][monomials.clone()];
                 self.solver.states(state, part, monomials.clone(), out);
             }
             if self.solver.root(state) == state {
                 let out = &mut self.functionals[state * len..][monomials.clone()];
-                self.solver.functionals(state, part, monomials, out);
+                self.solver.functionals(state, part, monomials.clone(), out);
             }
         }
     }
@@ -265,7 +266,7 @@ impl<'a> Element<'a> {
     #[inline(always)]
     fn advance(&self, degree: usize, jets: &mut [f64]) -> f64 {
         let (len, dimension) = (self.space.len(), self.field.dimension());
-        let (mut tail, mut largest) = (0.0_f64, f64::MIN_POSITIVE);
+        let (mut tail, mut largest) = (Lanes([0.0; 4]), f64::MIN_POSITIVE);
         // NOTE: integrals of other components first, for they need the initial values of these.
         for integrals in [true, false] {
             for state in 0..dimension {
@@ -273,18 +274,19 @@ impl<'a> Element<'a> {
                 if (root != state) != integrals {
                     continue;
                 }
-                for monomial in self.remainders.support(state).part(degree) {
+                for monomial in self.remainders.part(state, degree) {
                     let functionals = self.functionals[root * len + monomial];
                     let initial = |state: usize| jets[state * len + monomial];
                     let change = self.solver.advance(state, functionals, initial);
                     let value = &mut jets[state * len + monomial];
-                    let end = *value + change;
-                    largest = largest.max(value.abs()).max(end.abs());
-                    tail = tail.max(functionals.0[2].abs()).max(functionals.0[3].abs());
-                    *value = end;
+                    largest = larger(largest, value.abs());
+                    *value += change;
+                    largest = larger(largest, value.abs());
+                    tail = tail.zip_map(functionals, |tail, value| larger(tail, value.abs()));
                 }
             }
         }
+        let tail = tail.0[2].max(tail.0[3]);
         tail / largest
     }
 }
@@ -309,7 +311,7 @@ impl Kernel for Nominal<'_, '_> {
         if !element.correct(self.nominal, self.length, &start) {
             return None;
         }
-        element.prepare_slots(self.nominal);
+        element.prepare_slots();
         element.solver.expand();
         let mut resolution = Resolution::new(element.solver.fundamental_tail());
         for state in 0..start.len() {
@@ -341,15 +343,16 @@ impl Kernel for Degree<'_, '_> {
     #[inline(always)]
     fn run(self) -> f64 {
         let (element, degree) = (self.element, self.degree);
-        element.remainders.compute(degree, &mut element.tape);
+        element.remainders.compute(degree);
         element.solve(degree, self.jets);
         if degree < element.space.order() {
             for gradient in &element.gradients {
-                let slope = (gradient.slot, gradient.slope);
-                let tape = &mut element.tape;
-                element
-                    .remainders
-                    .add_share(degree, slope, gradient.state, tape);
+                element.remainders.add_share(
+                    degree,
+                    gradient.place,
+                    gradient.slope,
+                    gradient.state,
+                );
             }
         }
         element.advance(degree, self.jets)
@@ -387,4 +390,10 @@ fn relative_size(
         }
     }
     worst
+}
+
+/// The larger of two numbers, the first if the second is not a number.
+#[inline(always)]
+fn larger(a: f64, b: f64) -> f64 {
+    if b > a { b } else { a }
 }

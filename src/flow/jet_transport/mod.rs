@@ -6,9 +6,11 @@ mod element;
 mod elimination;
 mod gauss;
 mod nominal;
+mod plan;
 mod remainders;
 mod resolution;
 mod solver;
+mod spare;
 mod sparse;
 mod taylor;
 

@@ -1,39 +1,39 @@
-//! What the field gives in one degree where the state's own part is left out.
-//!
-//! One idea: sums and multiples of what vanishes vanish, and a sum with it is the other term, so that most linear
-//! operations need not be run: a slot's part is zero, that of another slot, or its own.
+//! The slots of a field over jets whose coefficients are node values: what they give in one degree where the state's
+//! own part is left out, and the share of the state's part in them.
 
 use std::sync::Arc;
 
 use super::gauss::{NODES, NodeValues};
+use super::plan::{Action, Plan};
+use super::spare;
 use super::sparse::{
     SparseSpace, Support, VariableSet, variables_of_monomials, variables_of_slots,
 };
 use crate::flow::Program;
-use crate::flow::program::{Operation, run};
+use crate::flow::program::run;
 use crate::jet::JetSpace;
-use crate::numeric::{Lanes, Scalar};
+use crate::numeric::{Lanes, Scalar, one_by_one};
 
 const ZERO: NodeValues = Lanes([0.0; NODES]);
 
-/// The slots of a program over jets whose coefficients are node values.
-pub(super) struct Remainders<'a> {
-    program: &'a Program,
+/// The stored slots of a program, the states first.
+pub(super) struct Remainders {
+    plan: Plan,
     space: Arc<JetSpace>,
     dimension: usize,
     monomials: Vec<VariableSet>,
+    /// The monomials of each place.
     supports: Vec<Support>,
-    /// Whether a recurrence reads lower parts of a slot.
-    pub(super) history: Vec<bool>,
-    /// Where each slot's part of the degree at hand is; `None` if it vanishes.
-    sources: Vec<Option<usize>>,
+    /// Whether each place holds an Euler derivative.
+    is_euler: Vec<bool>,
+    tape: Vec<NodeValues>,
     scratch: Vec<NodeValues>,
 }
 
-impl<'a> Remainders<'a> {
-    /// For a field's program, its inputs given as coefficients at the start.
+impl Remainders {
+    /// For a field's program, its inputs given as coefficients at the start; parameters keep theirs.
     pub(super) fn new(
-        program: &'a Program,
+        program: &Program,
         space: &Arc<JetSpace>,
         inputs: &[&[f64]],
         dimension: usize,
@@ -44,147 +44,166 @@ impl<'a> Remainders<'a> {
             let present = terms.filter(|(value, _)| **value != 0.0);
             present.fold(0, |set, (_, monomial)| set | monomial)
         };
-        let inputs: Vec<_> = inputs.iter().map(set).collect();
-        let variables = variables_of_slots(program, &inputs, dimension);
-        let mut history = vec![false; program.slots()];
-        for slot in program.inputs()..program.slots() {
-            for read in program.operation(slot).history(slot) {
-                history[read] = true;
+        let sets: Vec<_> = inputs.iter().map(set).collect();
+        let supports: Vec<_> = variables_of_slots(program, &sets, dimension)
+            .into_iter()
+            .map(|variables| Support::new(space, &monomials, variables))
+            .collect();
+        let reaches = |slot: usize, degree: usize| match slot {
+            _ if slot < dimension || slot >= program.inputs() => {
+                !supports[slot].part(degree).is_empty()
             }
-        }
-        let supports = variables
-            .iter()
-            .map(|&variables| Support::new(space, &monomials, variables));
-        Self {
-            program,
+            parameter => inputs[parameter][space.degree_range(degree)]
+                .iter()
+                .any(|&value| value != 0.0),
+        };
+        let plan = Plan::new(program, dimension, space.order(), reaches);
+        let stored = plan.stored.iter();
+        let mut remainders = Self {
+            supports: stored.clone().map(|&slot| supports[slot].clone()).collect(),
+            is_euler: stored.map(|&slot| program.is_euler(slot)).collect(),
+            tape: spare::take(plan.stored.len() * space.len()),
+            plan,
             dimension,
-            supports: supports.collect(),
             monomials,
-            history,
-            sources: vec![None; program.slots()],
             scratch: vec![ZERO; space.len()],
             space: Arc::clone(space),
+        };
+        remainders.clear_beyond_supports();
+        remainders.set_parameters(&inputs[dimension..]);
+        remainders
+    }
+
+    /// Sets to zero what no action writes and a recurrence of a slot with more variables reads.
+    fn clear_beyond_supports(&mut self) {
+        let elements = self.tape.chunks_exact_mut(self.space.len());
+        for (element, support) in elements.zip(&self.supports) {
+            for degree in 0..=self.space.order() {
+                let (all, part) = (self.space.degree_range(degree), support.part(degree));
+                element[all.start..part.start].fill(ZERO);
+                element[part.end..all.end].fill(ZERO);
+            }
         }
     }
 
-    /// The monomials of a degree on which a slot can depend.
-    #[inline(always)]
-    pub(super) fn support(&self, slot: usize) -> &Support {
-        &self.supports[slot]
+    fn set_parameters(&mut self, parameters: &[&[f64]]) {
+        let (dimension, len) = (self.dimension, self.space.len());
+        let elements = self.tape.chunks_exact_mut(len).skip(dimension);
+        for (element, coefficients) in elements.zip(parameters) {
+            for (values, &coefficient) in element.iter_mut().zip(*coefficients) {
+                *values = Lanes::splat(coefficient);
+            }
+        }
     }
 
-    /// The slot that holds the remainder of a slot; `None` if it vanishes.
-    #[inline(always)]
-    pub(super) fn source(&self, slot: usize) -> Option<usize> {
-        self.sources[slot]
+    /// Number of stored slots.
+    pub(super) fn places(&self) -> usize {
+        self.plan.stored.len()
     }
 
-    /// Computes the parts of one degree of all slots, those of the states being zero.
+    /// The slot that a place stores.
+    pub(super) fn slot(&self, place: usize) -> usize {
+        self.plan.stored[place]
+    }
+
+    /// Whether a recurrence reads lower parts of a place.
+    pub(super) fn is_read_again(&self, place: usize) -> bool {
+        self.plan.history[place]
+    }
+
+    /// The elements of all places that are not states'.
+    #[inline(always)]
+    pub(super) fn others(&self) -> &[NodeValues] {
+        &self.tape[self.dimension * self.space.len()..]
+    }
+
+    /// Sets the head of a place.
+    #[inline(always)]
+    pub(super) fn set_head(&mut self, place: usize, head: NodeValues) {
+        self.tape[place * self.space.len()] = head;
+    }
+
+    /// The monomials of a degree on which a state can depend.
+    #[inline(always)]
+    pub(super) fn part(&self, state: usize, degree: usize) -> std::ops::Range<usize> {
+        self.supports[state].part(degree)
+    }
+
+    /// The elements of the states, and those of all other places.
+    #[inline(always)]
+    pub(super) fn split(&mut self) -> (&mut [NodeValues], &[NodeValues]) {
+        let (states, others) = self.tape.split_at_mut(self.dimension * self.space.len());
+        (states, others)
+    }
+
+    /// Where the remainder of a component begins among the elements that are not states'; `None` if it vanishes.
+    #[inline(always)]
+    pub(super) fn remainder(&self, component: usize, degree: usize) -> Option<usize> {
+        let place = self.plan.remainders[degree][component]?;
+        Some((place - self.dimension) * self.space.len())
+    }
+
+    /// Computes the parts of one degree of all stored slots, those of the states being zero.
     ///
-    /// Parts of lower degree of all slots in [`history`](Self::history) must be complete.
+    /// Parts of lower degree must be complete where recurrences read them.
     #[inline(always)]
-    pub(super) fn compute(&mut self, degree: usize, tape: &mut [NodeValues]) {
-        let (program, len) = (self.program, self.space.len());
-        for input in 0..program.inputs() {
-            let part = self.supports[input].part(degree);
-            let values = &mut tape[input * len + part.start..input * len + part.end];
-            if input < self.dimension {
-                values.fill(ZERO);
-                continue;
+    pub(super) fn compute(&mut self, degree: usize) {
+        let len = self.space.len();
+        for action in &self.plan.actions[degree] {
+            match action {
+                Action::Run { operation, place } => {
+                    let support = &self.supports[*place];
+                    let algebra = SparseSpace {
+                        space: &self.space,
+                        monomials: &self.monomials,
+                        support,
+                    };
+                    let part = support.part(degree);
+                    let out = &mut self.scratch[..part.len()];
+                    run(operation, *place, &algebra, degree, len, &self.tape, out);
+                    self.tape[place * len..][part].copy_from_slice(out);
+                }
+                Action::Copy { from, place } => {
+                    let part = self.supports[*place].part(degree);
+                    let source = from * len + part.start..from * len + part.end;
+                    self.tape.copy_within(source, place * len + part.start);
+                }
+                Action::Clear { place } => {
+                    let part = self.supports[*place].part(degree);
+                    self.tape[place * len..][part].fill(ZERO);
+                }
             }
-            let vanishes = values.iter().all(|value| *value == ZERO);
-            self.sources[input] = (!vanishes).then_some(input);
-        }
-        for slot in program.inputs()..program.slots() {
-            if self.supports[slot].part(degree).is_empty() {
-                self.sources[slot] = None;
-                continue;
-            }
-            let source = self.compute_slot(slot, degree, tape);
-            self.sources[slot] = source;
-            if self.history[slot] && source != Some(slot) {
-                self.copy(source, slot, degree, tape);
-            }
-        }
-    }
-
-    /// One slot: runs its operation if it must, and says where its part is.
-    #[inline(always)]
-    fn compute_slot(
-        &mut self,
-        slot: usize,
-        degree: usize,
-        tape: &mut [NodeValues],
-    ) -> Option<usize> {
-        let operation = self.program.operation(slot);
-        let operands = match *operation {
-            Operation::Constant(_) | Operation::Sign(_) => return None,
-            Operation::Add(a, b) => match (self.sources[a], self.sources[b]) {
-                (None, source) | (source, None) => return source,
-                (Some(a), Some(b)) => Operation::Add(a, b),
-            },
-            Operation::Sub(a, b) => match (self.sources[a], self.sources[b]) {
-                (source, None) => return source,
-                (None, Some(b)) => Operation::Neg(b),
-                (Some(a), Some(b)) => Operation::Sub(a, b),
-            },
-            Operation::AddConstant(a, _) => return self.sources[a],
-            Operation::Neg(a) => Operation::Neg(self.sources[a]?),
-            Operation::Scale(a, factor) => Operation::Scale(self.sources[a]?, factor),
-            Operation::Euler(a) => Operation::Euler(self.sources[a]?),
-            Operation::SignTimes { a, b } => Operation::SignTimes {
-                a,
-                b: self.sources[b]?,
-            },
-            nonlinear => nonlinear,
-        };
-        let algebra = SparseSpace {
-            space: &self.space,
-            monomials: &self.monomials,
-            support: &self.supports[slot],
-        };
-        let (len, part) = (self.space.len(), self.supports[slot].part(degree));
-        let out = &mut self.scratch[..part.len()];
-        run(&operands, slot, &algebra, degree, len, tape, out);
-        tape[slot * len + part.start..slot * len + part.end].copy_from_slice(out);
-        Some(slot)
-    }
-
-    /// Puts a part where the recurrences of higher degrees read it.
-    #[inline(always)]
-    fn copy(&self, source: Option<usize>, slot: usize, degree: usize, tape: &mut [NodeValues]) {
-        let (len, part) = (self.space.len(), self.supports[slot].part(degree));
-        let target = slot * len + part.start;
-        match source {
-            Some(source) => {
-                tape.copy_within(source * len + part.start..source * len + part.end, target)
-            }
-            None => tape[target..slot * len + part.end].fill(ZERO),
         }
     }
 
-    /// Adds the share of the states' parts of a degree to a slot, by its slope.
+    /// Adds the share of a state's part of a degree to a place, by its slope.
     #[inline(always)]
     pub(super) fn add_share(
-        &self,
+        &mut self,
         degree: usize,
-        (slot, slope): (usize, NodeValues),
+        place: usize,
+        slope: NodeValues,
         state: usize,
-        tape: &mut [NodeValues],
     ) {
         let (len, part) = (self.space.len(), self.supports[state].part(degree));
-        let factor = if self.program.is_euler(slot) {
+        let factor = if self.is_euler[place] {
             degree as f64
         } else {
             1.0
         };
         let slope = slope * Lanes::splat(factor);
-        let (states, slots) = tape.split_at_mut(self.dimension * len);
-        let states = &states[state * len + part.start..state * len + part.end];
-        let first = (slot - self.dimension) * len;
-        let slots = &mut slots[first + part.start..first + part.end];
-        for (value, &state) in slots.iter_mut().zip(states) {
+        let (states, others) = self.tape.split_at_mut(self.dimension * len);
+        let state = &states[state * len..][part.clone()];
+        let place = &mut others[(place - self.dimension) * len..][part];
+        for (index, (value, &state)) in place.iter_mut().zip(state).enumerate() {
+            one_by_one(index);
             *value = slope.mul_add(state, *value);
         }
+    }
+}
+
+impl Drop for Remainders {
+    fn drop(&mut self) {
+        spare::give_back(std::mem::take(&mut self.tape));
     }
 }

@@ -7,7 +7,7 @@ use std::ops::Range;
 
 use super::gauss::NodeValues;
 use crate::flow::Program;
-use crate::jet::{Graded, HeadFunction, JetSpace, Span};
+use crate::jet::{Graded, HeadFunction, JetSpace, PartOf, Span};
 
 /// Set of variables of a jet: bit `min(i, 63)` for variable `i`.
 pub(super) type VariableSet = u64;
@@ -100,6 +100,24 @@ pub(super) struct SparseSpace<'s> {
     pub(super) support: &'s Support,
 }
 
+impl SparseSpace<'_> {
+    /// The part of a degree, its runs without a monomial of the variables left out.
+    #[inline(always)]
+    fn part_of<'o>(
+        &self,
+        degree: usize,
+        out: &'o mut [NodeValues],
+    ) -> PartOf<'o, NodeValues, impl Fn(&Range<usize>) -> bool> {
+        let (monomials, variables) = (self.monomials, self.support.variables);
+        PartOf {
+            degree,
+            first: self.support.part(degree).start,
+            out,
+            keep: move |run: &Range<usize>| meets(run, monomials, variables),
+        }
+    }
+}
+
 impl Graded<NodeValues> for SparseSpace<'_> {
     fn order(&self) -> usize {
         self.space.order()
@@ -123,11 +141,33 @@ impl Graded<NodeValues> for SparseSpace<'_> {
         b: &[NodeValues],
         out: &mut [NodeValues],
     ) {
-        let first = self.support.part(degree).start;
         self.space
-            .convolve_runs(degree, span, (a, b), (first, out), |run| {
-                meets(run, self.monomials, self.support.variables)
-            });
+            .convolve_part(self.part_of(degree, out), span, (a, b));
+    }
+
+    #[inline(always)]
+    fn scaled_convolution(
+        &self,
+        degree: usize,
+        span: Span,
+        (a, b): (&[NodeValues], &[NodeValues]),
+        factor: NodeValues,
+        out: &mut [NodeValues],
+    ) {
+        self.space
+            .scaled_part(self.part_of(degree, out), span, (a, b), factor);
+    }
+
+    #[inline(always)]
+    fn quotient_part(
+        &self,
+        degree: usize,
+        (a, b): (&[NodeValues], &[NodeValues]),
+        u: &[NodeValues],
+        out: &mut [NodeValues],
+    ) {
+        self.space
+            .quotient_part_of(self.part_of(degree, out), (a, b), u);
     }
 
     #[inline(always)]

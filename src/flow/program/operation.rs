@@ -132,8 +132,8 @@ impl Operation {
                 w,
                 euler_u,
             } => vec![y, x, euler_y, euler_x, w, euler_u],
-            Operation::SignTimes { .. }
-            | Operation::Sign(_)
+            Operation::SignTimes { a, .. } => vec![a],
+            Operation::Sign(_)
             | Operation::Input
             | Operation::Constant(_)
             | Operation::Euler(_)
@@ -143,6 +143,71 @@ impl Operation {
             | Operation::Scale(..)
             | Operation::AddConstant(..) => Vec::new(),
         }
+    }
+
+    /// The same operation on slots of other names.
+    pub(in crate::flow) fn renamed(self, name: impl Fn(Slot) -> Slot) -> Self {
+        let mut renamed = self;
+        match &mut renamed {
+            Operation::Input | Operation::Constant(_) => {}
+            Operation::Euler(a)
+            | Operation::Neg(a)
+            | Operation::Scale(a, _)
+            | Operation::AddConstant(a, _)
+            | Operation::Sqrt(a)
+            | Operation::Sign(a) => *a = name(*a),
+            Operation::Add(a, b)
+            | Operation::Sub(a, b)
+            | Operation::Mul(a, b)
+            | Operation::Div(a, b)
+            | Operation::MulByHead { head: a, factor: b }
+            | Operation::Exp { a, euler_a: b }
+            | Operation::OfPhase { a, partner: b, .. }
+            | Operation::SignTimes { a, b } => [a, b].into_iter().for_each(|s| *s = name(*s)),
+            Operation::Sine {
+                a,
+                euler_a,
+                cosine: b,
+            }
+            | Operation::Cosine {
+                a,
+                euler_a,
+                sine: b,
+            }
+            | Operation::Sinh {
+                a,
+                euler_a,
+                cosh: b,
+            }
+            | Operation::Cosh {
+                a,
+                euler_a,
+                sinh: b,
+            }
+            | Operation::Primitive {
+                a,
+                w: euler_a,
+                euler_u: b,
+                ..
+            }
+            | Operation::Power {
+                a,
+                euler_a,
+                euler_u: b,
+                ..
+            } => [a, euler_a, b].into_iter().for_each(|s| *s = name(*s)),
+            Operation::Atan2 {
+                y,
+                x,
+                euler_y,
+                euler_x,
+                w,
+                euler_u,
+            } => [y, x, euler_y, euler_x, w, euler_u]
+                .into_iter()
+                .for_each(|s| *s = name(*s)),
+        }
+        renamed
     }
 
     /// The slots an operation reads, its own left out.

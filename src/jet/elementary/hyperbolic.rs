@@ -1,6 +1,5 @@
 //! Hyperbolic sine and cosine, computed as a pair.
 
-use super::scale;
 use crate::jet::{Graded, HeadFunction, Span};
 use crate::numeric::Scalar;
 
@@ -51,7 +50,6 @@ fn pair_part<S: Scalar, A: Graded<S>>(
     if degree == 0 {
         return algebra.head(function, &a[algebra.part(0)], out);
     }
-    out.fill(S::zero());
-    algebra.convolve(degree, Span::WithoutFirst, euler_a, partner, out);
-    scale(out, S::one() / S::from_f64(degree as f64));
+    let factor = S::one() / S::from_f64(degree as f64);
+    algebra.scaled_convolution(degree, Span::WithoutFirst, (euler_a, partner), factor, out);
 }

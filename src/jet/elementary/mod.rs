@@ -25,8 +25,7 @@ pub fn product_part<S: Scalar, A: Graded<S>>(
     b: &[S],
     out: &mut [S],
 ) {
-    out.fill(S::zero());
-    algebra.convolve(degree, super::Span::Full, a, b, out);
+    algebra.scaled_convolution(degree, super::Span::Full, (a, b), S::one(), out);
 }
 
 /// Divides every scalar of a part by a number.
