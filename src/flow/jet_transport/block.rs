@@ -18,11 +18,15 @@ impl Block {
     pub(super) const ZERO: Self = Self([Lanes([0.0; NODES]); NODES]);
 
     /// The identity.
-    pub(super) fn identity() -> Self {
+    pub(super) const IDENTITY: Self = {
         let mut identity = Self::ZERO;
-        (0..NODES).for_each(|node| identity.0[node].0[node] = 1.0);
+        let mut node = 0;
+        while node < NODES {
+            identity.0[node].0[node] = 1.0;
+            node += 1;
+        }
         identity
-    }
+    };
 
     /// Adds the products with some columns to other columns.
     #[inline(always)]
@@ -104,15 +108,15 @@ impl Block {
             if !factor.is_finite() {
                 return None;
             }
-            columns[k].0[k] = 1.0;
-            columns[k] *= Lanes::splat(factor);
-            let column = columns[k];
-            for i in 0..NODES {
-                if i != k {
-                    let factor = Lanes::splat(std::mem::take(&mut columns[i].0[k]));
-                    columns[i] -= column * factor;
-                }
+            // NOTE: no lane is written alone: a vector read after it would wait for the write to reach the cache.
+            let (unit, others) = (Self::IDENTITY.0[k], OTHERS[k]);
+            let column = (columns[k] * others + unit) * Lanes::splat(factor);
+            for (i, target) in columns.iter_mut().enumerate() {
+                one_by_one(i);
+                let factor = Lanes::splat(target.0[k]);
+                *target = *target * others - column * factor;
             }
+            columns[k] = column;
         }
         for (k, &pivot) in pivots.iter().enumerate().rev() {
             if pivot != k {
@@ -124,6 +128,17 @@ impl Block {
         Some(Self(columns))
     }
 }
+
+/// Ones in all lanes but one.
+const OTHERS: [NodeValues; NODES] = {
+    let mut others = [Lanes([1.0; NODES]); NODES];
+    let mut lane = 0;
+    while lane < NODES {
+        others[lane].0[lane] = 0.0;
+        lane += 1;
+    }
+    others
+};
 
 /// The column from `k` on with the largest entry in row `k`, or `k` itself where its own is large enough.
 #[inline(always)]
@@ -143,7 +158,7 @@ mod tests {
 
     fn assert_inverts(block: &Block, tolerance: f64) {
         let product = block.inverse().unwrap().times(block);
-        let difference = product.minus(&Block::identity());
+        let difference = product.minus(&Block::IDENTITY);
         for column in difference.0 {
             assert!(column.0.iter().all(|entry| entry.abs() < tolerance));
         }

@@ -57,7 +57,7 @@ pub fn jet_transport(
             error_estimate: 0.0,
         });
     };
-    let mut transport = Transport::new(field, first, initial, parameters, tolerance)?;
+    let mut transport = Transport::new(field, first, initial, parameters, tolerance);
     transport.run(duration)?;
     let jet = |coefficients: &[f64]| Jet::from_coefficients(first.space(), coefficients.to_vec());
     Ok(JetFlow {
@@ -91,12 +91,12 @@ impl<'a> Transport<'a> {
         initial: &[Jet<f64>],
         parameters: &[Jet<f64>],
         tolerance: f64,
-    ) -> Result<Self, FlowError> {
+    ) -> Self {
         let starts: Vec<_> = initial.iter().map(Jet::coefficients).collect();
         let constants: Vec<_> = parameters.iter().map(Jet::coefficients).collect();
-        Ok(Self {
+        Self {
             integrator: Integrator::new(field),
-            element: Element::new(field, first.space(), &starts, &constants)?,
+            element: Element::new(field, first.space(), &starts, &constants),
             parameters: parameters.iter().map(Jet::head).collect(),
             tolerance: tolerance.max(f64::EPSILON),
             jets: initial
@@ -107,7 +107,7 @@ impl<'a> Transport<'a> {
             stride: first.space().len(),
             elements: 0,
             error: 0.0,
-        })
+        }
     }
 
     fn run(&mut self, duration: f64) -> Result<(), FlowError> {

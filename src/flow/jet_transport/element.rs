@@ -2,12 +2,13 @@
 
 use std::sync::Arc;
 
+use super::first_order::FirstOrderTape;
 use super::gauss::{Functionals, GAUSS, NODES, NodeValues};
 use super::remainders::Remainders;
 use super::resolution::Resolution;
 use super::solver::{ElementSolver, Part};
 use crate::flow::{Field, Program};
-use crate::jet::{JetError, JetSpace};
+use crate::jet::JetSpace;
 use crate::numeric::{Kernel, Lanes, Scalar, widest};
 
 /// The tape of a field over jets whose coefficients are node values, and the gradients of its slots.
@@ -16,9 +17,7 @@ pub(super) struct Element<'a> {
     space: Arc<JetSpace>,
     solver: ElementSolver,
     remainders: Remainders,
-    scratch: Vec<NodeValues>,
-    first_order: Arc<JetSpace>,
-    first_order_tape: Vec<NodeValues>,
+    first_order: FirstOrderTape,
     /// Non-zero derivatives by states of the slots whose lower parts recurrences read.
     gradients: Vec<Gradient>,
     /// Rates of the components on the nominal orbit, and corrections of the orbit and of them.
@@ -55,32 +54,22 @@ impl<'a> Element<'a> {
         space: &Arc<JetSpace>,
         initial: &[&[f64]],
         parameters: &[&[f64]],
-    ) -> Result<Self, JetError> {
+    ) -> Self {
         let (program, dimension) = (field.program(), field.dimension());
-        let first_order = JetSpace::uniform(dimension, 1)?;
-        let mut first_order_tape = vec![ZERO; program.slots() * first_order.len()];
-        for (parameter, coefficients) in parameters.iter().enumerate() {
-            let input = dimension + parameter;
-            first_order_tape[input * first_order.len()] = Lanes::splat(coefficients[0]);
-        }
-        for state in 0..dimension {
-            first_order_tape[state * first_order.len() + 1 + state] = Lanes::splat(1.0);
-        }
+        let heads = parameters.iter().map(|coefficients| coefficients[0]);
         let inputs: Vec<_> = initial.iter().chain(parameters).copied().collect();
-        Ok(Self {
+        Self {
             field,
             solver: ElementSolver::new(chains(program, dimension)),
             remainders: Remainders::new(program, space, &inputs, dimension),
-            scratch: vec![ZERO; first_order.len()],
-            first_order,
-            first_order_tape,
+            first_order: FirstOrderTape::new(program, dimension, heads),
             gradients: Vec::new(),
             rates: vec![ZERO; dimension],
             corrections: [vec![ZERO; dimension], vec![ZERO; dimension]],
             owed: vec![ZERO; dimension * space.len()],
             functionals: vec![Lanes([0.0; 4]); dimension * space.len()],
             space: Arc::clone(space),
-        })
+        }
     }
 
     /// Moves jets over an element of a length, from a guess of the nominal orbit at its nodes.
@@ -120,32 +109,22 @@ impl<'a> Element<'a> {
     /// Values of the field and of its slopes by the state at node values.
     #[inline(always)]
     fn evaluate(&mut self, nominal: &[NodeValues]) {
-        let (program, len) = (self.field.program(), self.first_order.len());
-        for (state, &values) in nominal.iter().enumerate() {
-            self.first_order_tape[state * len] = values;
-        }
-        for degree in 0..=1 {
-            program.advance(
-                &*self.first_order,
-                degree,
-                &mut self.first_order_tape,
-                &mut self.scratch,
-            );
-        }
+        let program = self.field.program();
+        self.first_order.evaluate(program, nominal);
         for (component, rate) in self.rates.iter_mut().enumerate() {
-            *rate = self.first_order_tape[program.output(component) * len];
+            *rate = self.first_order.value(program.output(component));
         }
     }
 
     /// Newton's method for the orbit; the solver is that of the last step.
     #[inline(always)]
     fn correct(&mut self, nominal: &mut [NodeValues], length: f64, start: &[f64]) -> bool {
-        let (program, len) = (self.field.program(), self.first_order.len());
+        let program = self.field.program();
         let mut last = f64::INFINITY;
         for _ in 0..MAX_CORRECTIONS {
             self.evaluate(nominal);
-            let tape = &self.first_order_tape;
-            let slope = |row: usize, state: usize| tape[program.output(row) * len + 1 + state];
+            let slopes = &self.first_order;
+            let slope = |row: usize, state: usize| slopes.slope(program.output(row), state);
             if !self.solver.factor(length, slope) {
                 return false;
             }
@@ -167,17 +146,17 @@ impl<'a> Element<'a> {
     /// Heads of the stored slots, and the slopes of those that are read again.
     #[inline(always)]
     fn prepare_slots(&mut self) {
-        let (len, dimension) = (self.first_order.len(), self.field.dimension());
+        let dimension = self.field.dimension();
         self.gradients.clear();
         for place in 0..self.remainders.places() {
             let slot = self.remainders.slot(place);
-            let head = self.first_order_tape[slot * len];
+            let head = self.first_order.value(slot);
             self.remainders.set_head(place, head);
             if place < dimension || !self.remainders.is_read_again(place) {
                 continue;
             }
             for state in 0..dimension {
-                let slope = self.first_order_tape[slot * len + 1 + state];
+                let slope = self.first_order.slope(slot, state);
                 if slope != ZERO {
                     self.gradients.push(Gradient {
                         place,

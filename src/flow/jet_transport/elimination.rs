@@ -13,7 +13,7 @@ pub(super) fn inverse(mut matrix: BlockMatrix) -> Option<BlockMatrix> {
         row[0] = Some(row[0].as_ref()?.inverse()?);
         return Some(matrix);
     }
-    let unit = |row: usize, column: usize| (row == column).then(Block::identity);
+    let unit = |row: usize, column: usize| (row == column).then_some(Block::IDENTITY);
     let mut inverse: BlockMatrix = (0..dimension)
         .map(|row| (0..dimension).map(|column| unit(row, column)).collect())
         .collect();

@@ -4,6 +4,7 @@ mod block;
 mod collocation;
 mod element;
 mod elimination;
+mod first_order;
 mod gauss;
 mod nominal;
 mod plan;

@@ -116,6 +116,7 @@ impl ElementSolver {
         let mut matrix = Vec::with_capacity(self.coupled.len());
         for &row in &self.coupled {
             let mut blocks = vec![None; self.coupled.len()];
+            blocks[matrix.len()] = Some(Block::IDENTITY);
             for (column, &root) in self.coupled.iter().enumerate() {
                 for state in 0..self.chains.len() {
                     let slopes = self.slopes(row, state);
@@ -123,10 +124,6 @@ impl ElementSolver {
                         let block = blocks[column].get_or_insert(Block::ZERO);
                         block.subtract_scaled_rows(slopes, self.weight(state));
                     }
-                }
-                if row == root {
-                    let block = blocks[column].get_or_insert(Block::ZERO);
-                    (0..NODES).for_each(|node| block.0[node].0[node] += 1.0);
                 }
             }
             matrix.push(blocks);
