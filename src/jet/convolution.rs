@@ -7,7 +7,7 @@ use std::ops::Range;
 
 use super::Span;
 use super::product_table::{Block, ProductTable, Run};
-use crate::numeric::{Kernel, Scalar};
+use crate::numeric::{Kernel, Scalar, one_by_one};
 
 /// Longest run that is summed in registers.
 const LONGEST_IN_REGISTERS: usize = 8;
@@ -29,52 +29,42 @@ impl<'a, S> Factor<'a, S> {
     }
 }
 
-/// What becomes of a sum of products: `(base + sign · sum) · factor`.
+/// What becomes of a sum of products.
 #[derive(Clone, Copy)]
-pub(super) struct Finish<'a, S> {
-    pub(super) base: Base<'a, S>,
-    pub(super) sign: S,
-    pub(super) factor: S,
-}
-
-/// What a sum of products is added to.
-#[derive(Clone, Copy)]
-pub(super) enum Base<'a, S> {
-    Nothing,
-    /// The coefficients there are.
-    Present,
-    /// Those of an element.
-    Element(&'a [S]),
+pub(super) enum Finish<'a, S> {
+    /// It is added to the coefficient there is.
+    Add,
+    /// It is multiplied by a factor.
+    Scale(S),
+    /// It is subtracted from the coefficient of an element, and the difference multiplied by a factor.
+    Subtract { from: &'a [S], factor: S },
 }
 
 impl<S: Scalar> Finish<'_, S> {
-    /// Adds to the coefficients there are.
-    pub(super) fn add() -> Self {
-        Self {
-            base: Base::Present,
-            sign: S::one(),
-            factor: S::one(),
-        }
-    }
-
+    /// Stores the sums of some monomials, the first of them given.
     #[inline(always)]
-    fn store(&self, first: usize, sums: &[S], out: &mut [S]) {
-        let finished = |base: S, sum: S| (base + self.sign * sum) * self.factor;
-        match self.base {
-            Base::Nothing => {
-                for (value, &sum) in out.iter_mut().zip(sums) {
-                    *value = sum * self.factor;
+    fn store<const LEN: usize>(&self, first: usize, sums: [S; LEN], out: &mut [S; LEN]) {
+        match *self {
+            Finish::Add => {
+                for k in 0..LEN {
+                    one_by_one::<S>(k);
+                    out[k] += sums[k];
                 }
             }
-            Base::Present => {
-                for (value, &sum) in out.iter_mut().zip(sums) {
-                    *value = finished(*value, sum);
+            Finish::Scale(factor) => {
+                for k in 0..LEN {
+                    one_by_one::<S>(k);
+                    out[k] = sums[k] * factor;
                 }
             }
-            Base::Element(element) => {
-                let base = &element[first..first + sums.len()];
-                for ((value, &sum), &base) in out.iter_mut().zip(sums).zip(base) {
-                    *value = finished(base, sum);
+            Finish::Subtract { from, factor } => {
+                let Some(from) = from.get(first..).and_then(|from| from.first_chunk::<LEN>())
+                else {
+                    return;
+                };
+                for k in 0..LEN {
+                    one_by_one::<S>(k);
+                    out[k] = (from[k] - sums[k]) * factor;
                 }
             }
         }
@@ -103,16 +93,16 @@ impl<S: Scalar, F: Fn(&Range<usize>) -> bool> Kernel for Convolution<'_, S, F> {
     fn run(self) {
         let square = std::ptr::eq(self.a.coefficients, self.b.coefficients)
             && matches!(self.span, Span::Full | Span::Interior);
-        for run in self.runs {
-            let place = run.monomials.start.wrapping_sub(self.first);
-            let Some(out) = self
-                .out
-                .get_mut(place..place.wrapping_add(run.monomials.len()))
-            else {
-                continue;
-            };
+        let end = self.first + self.out.len();
+        let from = self
+            .runs
+            .partition_point(|run| run.monomials.start < self.first);
+        let until = self.runs.partition_point(|run| run.monomials.end <= end);
+        for run in self.runs.get(from..until).unwrap_or_default() {
+            let place = run.monomials.start - self.first;
+            let out = &mut self.out[place..place + run.monomials.len()];
             if !(self.keep)(&run.monomials) {
-                if !matches!(self.finish.base, Base::Present) {
+                if !matches!(self.finish, Finish::Add) {
                     out.fill(S::zero());
                 }
                 continue;
@@ -200,7 +190,10 @@ impl<S: Scalar> Terms<'_, S> {
         self.add_group::<7, LEN>(&mut sums);
         self.add_group::<LONGEST_IN_REGISTERS, LEN>(&mut sums);
         if self.square {
-            sums.iter_mut().for_each(|sum| *sum += *sum);
+            for k in 0..LEN {
+                one_by_one::<S>(k);
+                sums[k] += sums[k];
+            }
             if let Some(root) = self.root() {
                 match LEN {
                     1 => self.add_blocks::<1, LEN>(&[root], &mut sums),
@@ -210,7 +203,7 @@ impl<S: Scalar> Terms<'_, S> {
                 }
             }
         }
-        self.finish.store(self.run.monomials.start, &sums, out);
+        self.finish.store(self.run.monomials.start, sums, out);
     }
 
     #[inline(always)]
@@ -257,7 +250,11 @@ impl<S: Scalar> Terms<'_, S> {
                 self.add_blocks_of(out.len().div_ceil(2), &[root], &mut sums);
             }
         }
-        self.finish.store(self.run.monomials.start, &sums, out);
+        let monomials = self.run.monomials.clone();
+        for ((monomial, &sum), value) in monomials.zip(&sums).zip(out) {
+            self.finish
+                .store(monomial, [sum], std::array::from_mut(value));
+        }
     }
 
     #[inline(always)]

@@ -3,7 +3,7 @@
 
 use std::ops::Range;
 
-use super::convolution::{Base, Convolution, Factor, Finish};
+use super::convolution::{Convolution, Factor, Finish};
 use super::{JetSpace, Span};
 use crate::numeric::Scalar;
 
@@ -30,7 +30,7 @@ impl JetSpace {
             span: Span::Full,
             a: Factor::full(&a[..self.len()]),
             b: Factor::full(&b[..self.len()]),
-            finish: Finish::add(),
+            finish: Finish::Add,
             first: 0,
             out,
             keep: |_: &Range<usize>| true,
@@ -45,7 +45,7 @@ impl JetSpace {
         span: Span,
         (a, b): (&[S], &[S]),
     ) {
-        self.finish_part(part, span, (a, b), Finish::add());
+        self.finish_part(part, span, (a, b), Finish::Add);
     }
 
     /// [`Graded::scaled_convolution`](super::Graded::scaled_convolution) for some runs.
@@ -57,12 +57,7 @@ impl JetSpace {
         (a, b): (&[S], &[S]),
         factor: S,
     ) {
-        let finish = Finish {
-            base: Base::Nothing,
-            sign: S::one(),
-            factor,
-        };
-        self.finish_part(part, span, (a, b), finish);
+        self.finish_part(part, span, (a, b), Finish::Scale(factor));
     }
 
     /// [`Graded::quotient_part`](super::Graded::quotient_part) for some runs.
@@ -73,9 +68,8 @@ impl JetSpace {
         (a, b): (&[S], &[S]),
         u: &[S],
     ) {
-        let finish = Finish {
-            base: Base::Element(a),
-            sign: -S::one(),
+        let finish = Finish::Subtract {
+            from: a,
             factor: S::one() / b[0],
         };
         self.finish_part(part, Span::WithoutFirst, (b, u), finish);
@@ -151,7 +145,7 @@ impl JetSpace {
             span: Span::Full,
             a: factor(a, low_a),
             b: factor(b, low_b),
-            finish: Finish::add(),
+            finish: Finish::Add,
             first,
             out,
             keep: |_: &Range<usize>| true,

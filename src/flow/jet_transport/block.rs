@@ -67,7 +67,7 @@ impl Block {
     pub(super) fn scaled(&self, factor: f64) -> Self {
         let mut block = *self;
         for (j, column) in block.0.iter_mut().enumerate() {
-            one_by_one(j);
+            one_by_one::<NodeValues>(j);
             *column *= Lanes::splat(factor);
         }
         block
@@ -77,7 +77,7 @@ impl Block {
     #[inline(always)]
     pub(super) fn subtract_scaled_rows(&mut self, rows: NodeValues, other: &Self) {
         for (j, (column, other)) in self.0.iter_mut().zip(&other.0).enumerate() {
-            one_by_one(j);
+            one_by_one::<NodeValues>(j);
             *column -= rows * *other;
         }
     }
@@ -87,7 +87,7 @@ impl Block {
     pub(super) fn minus(&self, other: &Self) -> Self {
         let mut block = *self;
         for (j, (column, other)) in block.0.iter_mut().zip(&other.0).enumerate() {
-            one_by_one(j);
+            one_by_one::<NodeValues>(j);
             *column -= *other;
         }
         block
@@ -112,7 +112,7 @@ impl Block {
             let (unit, others) = (Self::IDENTITY.0[k], OTHERS[k]);
             let column = (columns[k] * others + unit) * Lanes::splat(factor);
             for (i, target) in columns.iter_mut().enumerate() {
-                one_by_one(i);
+                one_by_one::<NodeValues>(i);
                 let factor = Lanes::splat(target.0[k]);
                 *target = *target * others - column * factor;
             }

@@ -26,8 +26,8 @@ pub struct JetFlow {
 /// Most elements of one transport.
 const MAX_ELEMENTS: usize = 10_000;
 
-/// Taylor steps that the first element is expected to span.
-const STEPS_PER_ELEMENT: f64 = 6.0;
+/// Taylor steps that the first element is expected to span, in jets of high and, added to it, of first order.
+const STEPS_PER_ELEMENT: [f64; 2] = [6.0, 2.0];
 
 /// Jets of the state after a duration of either sign, from jets of the state and of all parameters.
 ///
@@ -80,6 +80,7 @@ struct Transport<'a> {
     /// Coefficients of every component at the present time, one jet after another.
     jets: Vec<f64>,
     stride: usize,
+    order: usize,
     elements: usize,
     error: f64,
 }
@@ -105,6 +106,7 @@ impl<'a> Transport<'a> {
                 .copied()
                 .collect(),
             stride: first.space().len(),
+            order: first.space().order(),
             elements: 0,
             error: 0.0,
         }
@@ -155,8 +157,10 @@ impl<'a> Transport<'a> {
     ) -> Result<(f64, Option<Resolution>), FlowError> {
         let state: Vec<_> = self.jets.iter().step_by(self.stride).copied().collect();
         let mut nodes = vec![Lanes([0.0; NODES]); state.len()];
+        let [least, more] = STEPS_PER_ELEMENT;
+        let steps = least + more / self.order.max(1) as f64;
         let length = |step: f64| {
-            let longest = longest.unwrap_or(STEPS_PER_ELEMENT * step);
+            let longest = longest.unwrap_or(steps * step);
             remaining / (remaining.abs() / longest).ceil().max(1.0)
         };
         let length = guess_orbit(

@@ -66,7 +66,7 @@ impl<'a> Element<'a> {
             gradients: Vec::new(),
             rates: vec![ZERO; dimension],
             corrections: [vec![ZERO; dimension], vec![ZERO; dimension]],
-            owed: vec![ZERO; dimension * space.len()],
+            owed: Vec::new(),
             functionals: vec![Lanes([0.0; 4]); dimension * space.len()],
             space: Arc::clone(space),
         }
@@ -182,6 +182,7 @@ impl<'a> Element<'a> {
         if driving.is_empty() {
             return false;
         }
+        self.owed.resize(dimension * range.len(), ZERO);
         for component in 0..dimension {
             let owed = &mut self.owed[component * range.len()..(component + 1) * range.len()];
             match self.remainders.remainder(component, degree) {

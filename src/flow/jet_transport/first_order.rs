@@ -119,7 +119,7 @@ impl Graded<NodeValues> for FirstOrder {
                 (right[0], left)
             };
             for (index, (value, &factor)) in out.iter_mut().zip(part).enumerate() {
-                one_by_one(index);
+                one_by_one::<NodeValues>(index);
                 *value = head.mul_add(factor, *value);
             }
         }
@@ -142,7 +142,7 @@ impl Graded<NodeValues> for FirstOrder {
     fn divide_by_head(&self, b: &[NodeValues], part: &mut [NodeValues]) {
         let inverse = Lanes::splat(1.0) / b[0];
         for (index, value) in part.iter_mut().enumerate() {
-            one_by_one(index);
+            one_by_one::<NodeValues>(index);
             *value *= inverse;
         }
     }

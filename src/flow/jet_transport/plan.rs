@@ -11,7 +11,12 @@ use crate::flow::program::Operation;
 #[derive(Clone, Debug)]
 pub(super) enum Action {
     /// Run an operation whose result is kept in a place.
-    Run { operation: Operation, place: usize },
+    Run {
+        operation: Operation,
+        place: usize,
+        /// Whether all it reads is in places before its own.
+        reads_before: bool,
+    },
     /// Copy a part from a place to one where recurrences of higher degrees read it.
     Copy { from: usize, place: usize },
     /// Set a part to zero for the recurrences of higher degrees.
@@ -133,9 +138,12 @@ impl DegreePlan {
             nonlinear => nonlinear,
         };
         self.owned[slot] = true;
+        let mut read = operation.history(slot);
+        read.extend(operation.operands());
         self.actions.push(Action::Run {
             operation,
             place: slot,
+            reads_before: read.iter().all(|&read| read < slot),
         });
         Some(slot)
     }
@@ -143,9 +151,14 @@ impl DegreePlan {
     /// The actions with slots renamed to places.
     fn actions(&self, place_of: impl Fn(usize) -> usize + Copy) -> Vec<Action> {
         let renamed = |action: &Action| match *action {
-            Action::Run { operation, place } => Action::Run {
+            Action::Run {
+                operation,
+                place,
+                reads_before,
+            } => Action::Run {
                 operation: operation.renamed(place_of),
                 place: place_of(place),
+                reads_before,
             },
             Action::Copy { from, place } => Action::Copy {
                 from: place_of(from),

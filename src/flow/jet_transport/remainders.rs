@@ -1,6 +1,7 @@
 //! The slots of a field over jets whose coefficients are node values: what they give in one degree where the state's
 //! own part is left out, and the share of the state's part in them.
 
+use std::rc::Rc;
 use std::sync::Arc;
 
 use super::gauss::{NODES, NodeValues};
@@ -23,7 +24,7 @@ pub(super) struct Remainders {
     dimension: usize,
     monomials: Vec<VariableSet>,
     /// The monomials of each place.
-    supports: Vec<Support>,
+    supports: Vec<Rc<Support>>,
     /// Whether each place holds an Euler derivative.
     is_euler: Vec<bool>,
     tape: Vec<NodeValues>,
@@ -45,10 +46,8 @@ impl Remainders {
             present.fold(0, |set, (_, monomial)| set | monomial)
         };
         let sets: Vec<_> = inputs.iter().map(set).collect();
-        let supports: Vec<_> = variables_of_slots(program, &sets, dimension)
-            .into_iter()
-            .map(|variables| Support::new(space, &monomials, variables))
-            .collect();
+        let variables = variables_of_slots(program, &sets, dimension);
+        let supports = supports(space, &monomials, &variables);
         let reaches = |slot: usize, degree: usize| match slot {
             _ if slot < dimension || slot >= program.inputs() => {
                 !supports[slot].part(degree).is_empty()
@@ -60,7 +59,10 @@ impl Remainders {
         let plan = Plan::new(program, dimension, space.order(), reaches);
         let stored = plan.stored.iter();
         let mut remainders = Self {
-            supports: stored.clone().map(|&slot| supports[slot].clone()).collect(),
+            supports: stored
+                .clone()
+                .map(|&slot| Rc::clone(&supports[slot]))
+                .collect(),
             is_euler: stored.map(|&slot| program.is_euler(slot)).collect(),
             tape: spare::take(plan.stored.len() * space.len()),
             plan,
@@ -151,7 +153,11 @@ impl Remainders {
         let len = self.space.len();
         for action in &self.plan.actions[degree] {
             match action {
-                Action::Run { operation, place } => {
+                Action::Run {
+                    operation,
+                    place,
+                    reads_before,
+                } => {
                     let support = &self.supports[*place];
                     let algebra = SparseSpace {
                         space: &self.space,
@@ -159,9 +165,15 @@ impl Remainders {
                         support,
                     };
                     let part = support.part(degree);
-                    let out = &mut self.scratch[..part.len()];
-                    run(operation, *place, &algebra, degree, len, &self.tape, out);
-                    self.tape[place * len..][part].copy_from_slice(out);
+                    let (before, rest) = self.tape.split_at_mut(place * len);
+                    if *reads_before {
+                        let out = &mut rest[part];
+                        run(operation, *place, &algebra, degree, len, before, out);
+                    } else {
+                        let out = &mut self.scratch[..part.len()];
+                        run(operation, *place, &algebra, degree, len, &self.tape, out);
+                        self.tape[place * len..][part].copy_from_slice(out);
+                    }
                 }
                 Action::Copy { from, place } => {
                     let part = self.supports[*place].part(degree);
@@ -196,10 +208,28 @@ impl Remainders {
         let state = &states[state * len..][part.clone()];
         let place = &mut others[(place - self.dimension) * len..][part];
         for (index, (value, &state)) in place.iter_mut().zip(state).enumerate() {
-            one_by_one(index);
+            one_by_one::<NodeValues>(index);
             *value = slope.mul_add(state, *value);
         }
     }
+}
+
+/// The supports of all slots; slots of the same variables share the work.
+fn supports(
+    space: &JetSpace,
+    monomials: &[VariableSet],
+    variables: &[VariableSet],
+) -> Vec<Rc<Support>> {
+    let mut known: Vec<(VariableSet, Rc<Support>)> = Vec::new();
+    let mut support = |&variables: &VariableSet| {
+        if let Some((_, support)) = known.iter().find(|(set, _)| *set == variables) {
+            return Rc::clone(support);
+        }
+        let support = Rc::new(Support::new(space, monomials, variables));
+        known.push((variables, Rc::clone(&support)));
+        support
+    };
+    variables.iter().map(&mut support).collect()
 }
 
 impl Drop for Remainders {

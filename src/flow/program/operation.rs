@@ -211,7 +211,7 @@ impl Operation {
     }
 
     /// The slots an operation reads, its own left out.
-    pub(super) fn operands(&self) -> impl Iterator<Item = Slot> + use<> {
+    pub(in crate::flow) fn operands(&self) -> impl Iterator<Item = Slot> + use<> {
         let slots: [Option<Slot>; 3] = match *self {
             Operation::Input | Operation::Constant(_) => [None, None, None],
             Operation::Euler(a)
