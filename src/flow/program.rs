@@ -15,7 +15,8 @@ use crate::jet::Graded;
 use crate::model::{ExpressionGraph, NodeId};
 use crate::numeric::{Dd, Scalar};
 use lowering::{Lowering, Support};
-use operation::{Operation, Slot, run};
+use operation::Slot;
+pub(super) use operation::{Operation, run};
 
 pub(crate) use schedule::TimeSchedule;
 
@@ -114,6 +115,11 @@ impl Program {
             )
         };
         self.operations.iter().filter(is_product).count()
+    }
+
+    /// The recurrence of a slot.
+    pub(super) fn operation(&self, slot: usize) -> &Operation {
+        &self.operations[slot]
     }
 
     /// The slots a slot is computed from.

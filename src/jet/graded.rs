@@ -10,7 +10,6 @@
 use std::ops::Range;
 
 use super::JetSpace;
-use super::product::sum_of_products;
 use crate::numeric::Scalar;
 
 /// Which terms of `Σ_j a_j b_{k−j}` a convolution takes.
@@ -27,6 +26,18 @@ pub enum Span {
 }
 
 impl Span {
+    /// Whether it leaves out the term `j = 0`.
+    #[inline(always)]
+    pub(super) fn leaves_first(self) -> bool {
+        matches!(self, Span::WithoutFirst | Span::Interior)
+    }
+
+    /// Whether it leaves out the term `j = k`.
+    #[inline(always)]
+    pub(super) fn leaves_last(self) -> bool {
+        matches!(self, Span::WithoutLast | Span::Interior)
+    }
+
     /// The part of an ordered list of terms (first: `j = 0`, last: `j = k`) that the span takes.
     #[inline(always)]
     pub fn range(self, terms: usize) -> Range<usize> {
@@ -78,6 +89,34 @@ pub trait Graded<S: Scalar> {
     /// Adds `Σ_j a_j b_{degree−j}` over the span to `out`, a slice of the part's length.
     fn convolve(&self, degree: usize, span: Span, a: &[S], b: &[S], out: &mut [S]);
 
+    /// `out = factor · Σ_j a_j b_{degree−j}` over the span.
+    #[inline(always)]
+    fn scaled_convolution(
+        &self,
+        degree: usize,
+        span: Span,
+        (a, b): (&[S], &[S]),
+        factor: S,
+        out: &mut [S],
+    ) {
+        out.fill(S::zero());
+        self.convolve(degree, span, a, b, out);
+        for value in out {
+            *value *= factor;
+        }
+    }
+
+    /// `out = (a_degree − Σ_{j=1}^{degree} b_j u_{degree−j}) / b_0`.
+    #[inline(always)]
+    fn quotient_part(&self, degree: usize, (a, b): (&[S], &[S]), u: &[S], out: &mut [S]) {
+        out.fill(S::zero());
+        self.convolve(degree, Span::WithoutFirst, b, u, out);
+        for (value, &numerator) in out.iter_mut().zip(&a[self.part(degree)]) {
+            *value = numerator - *value;
+        }
+        self.divide_by_head(b, out);
+    }
+
     /// Adds `a_0 b_degree` to `out`, for an element `a` of which only the head is non-zero; `part` is
     /// `b_degree`.
     fn multiply_by_head(&self, degree: usize, a: &[S], part: &[S], out: &mut [S]);
@@ -127,10 +166,24 @@ impl<S: Scalar> Graded<S> for JetSpace {
 
     #[inline]
     fn convolve(&self, degree: usize, span: Span, a: &[S], b: &[S], out: &mut [S]) {
-        for (monomial, value) in self.degree_range(degree).zip(out) {
-            let pairs = self.pairs(monomial);
-            *value = sum_of_products(&pairs[span.range(pairs.len())], a, b, *value);
-        }
+        self.convolve_part(self.whole_part(degree, out), span, (a, b));
+    }
+
+    #[inline]
+    fn scaled_convolution(
+        &self,
+        degree: usize,
+        span: Span,
+        (a, b): (&[S], &[S]),
+        factor: S,
+        out: &mut [S],
+    ) {
+        self.scaled_part(self.whole_part(degree, out), span, (a, b), factor);
+    }
+
+    #[inline]
+    fn quotient_part(&self, degree: usize, (a, b): (&[S], &[S]), u: &[S], out: &mut [S]) {
+        self.quotient_part_of(self.whole_part(degree, out), (a, b), u);
     }
 
     fn multiply_by_head(&self, _degree: usize, a: &[S], part: &[S], out: &mut [S]) {

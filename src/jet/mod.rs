@@ -3,6 +3,7 @@
 //! Deliberately absent: differential equations, impacts.
 
 mod calculus;
+mod convolution;
 pub mod elementary;
 mod error;
 mod evaluation;
@@ -15,6 +16,7 @@ mod map;
 mod monomials;
 mod operators;
 mod product;
+mod product_table;
 mod series;
 mod space;
 mod substitution;
@@ -25,6 +27,7 @@ pub use graded::{Graded, HeadFunction, Span, TimeSeries, scalar_head};
 pub use implicit::{implicit_root, implicit_roots};
 pub use linear::solve_linear;
 pub use map::JetMap;
+pub(crate) use product::PartOf;
 pub use series::JetSeries;
 pub use space::{JetSpace, MAX_PRODUCTS};
 pub use substitution::{Substitution, substitute, substitute_all};

@@ -62,38 +62,6 @@ fn push_degree(
     current[variable] = 0;
 }
 
-/// For every monomial, the pairs of its divisors, output-major.
-pub(super) fn list_pairs(
-    variables: usize,
-    exponents: &[u8],
-    ranks: &RankTable,
-    products: usize,
-) -> (Vec<(u32, u32)>, Vec<usize>) {
-    let mut pairs = Vec::with_capacity(products);
-    let mut starts = vec![0];
-    if variables == 0 {
-        return (vec![(0, 0)], vec![0, 1]);
-    }
-    let (mut left, mut right) = (vec![0u8; variables], vec![0u8; variables]);
-    let rank = |e: &[u8]| ranks.find(e).expect("a divisor of a kept monomial is kept") as u32;
-    for monomial in exponents.chunks_exact(variables) {
-        let first = pairs.len();
-        left.fill(0);
-        loop {
-            for ((right, &left), &exponent) in right.iter_mut().zip(&left).zip(monomial) {
-                *right = exponent - left;
-            }
-            pairs.push((rank(&left), rank(&right)));
-            if !next_divisor(&mut left, monomial) {
-                break;
-            }
-        }
-        pairs[first..].sort_unstable();
-        starts.push(pairs.len());
-    }
-    (pairs, starts)
-}
-
 /// For every monomial, its parent and the variable between them.
 pub(super) fn list_parents(
     variables: usize,
@@ -118,7 +86,7 @@ pub(super) fn list_parents(
 }
 
 /// Steps to the next exponent vector below `bound`; `false` after the last.
-fn next_divisor(current: &mut [u8], bound: &[u8]) -> bool {
+pub(super) fn next_divisor(current: &mut [u8], bound: &[u8]) -> bool {
     for (exponent, &limit) in current.iter_mut().zip(bound) {
         if *exponent < limit {
             *exponent += 1;

@@ -1,38 +1,19 @@
-//! The product of two jets as a pass over the space's product table.
-//!
-//! One idea: the table is output-major, so every coefficient of the product is one sum of
-//! products; several running sums hide the latency of the multiply-adds.
+//! The product of two jets, and the parts of one degree of products and quotients, as a pass over the
+//! space's product table.
 
-use super::JetSpace;
+use std::ops::Range;
+
+use super::convolution::{Convolution, Factor, Finish};
+use super::{JetSpace, Span};
 use crate::numeric::Scalar;
 
-/// `sum + Σ a_i b_j` over a list of pairs, in four running sums; in one where a scalar is itself
-/// several vectors wide, whose lanes are chains enough and whose four sums would not fit the registers.
-#[inline(always)]
-pub(super) fn sum_of_products<S: Scalar>(pairs: &[(u32, u32)], a: &[S], b: &[S], sum: S) -> S {
-    let add = |sum: S, (i, j): (u32, u32)| a[i as usize].mul_add(b[j as usize], sum);
-    if size_of::<S>() > 64 {
-        return pairs.iter().fold(sum, |sum, &pair| add(sum, pair));
-    }
-    let (fours, rest) = pairs.as_chunks::<4>();
-    let mut sums = [
-        rest.iter().fold(sum, |sum, &pair| add(sum, pair)),
-        S::zero(),
-        S::zero(),
-        S::zero(),
-    ];
-    if fours.is_empty() {
-        return sums[0];
-    }
-    for four in fours {
-        sums = [
-            add(sums[0], four[0]),
-            add(sums[1], four[1]),
-            add(sums[2], four[2]),
-            add(sums[3], four[3]),
-        ];
-    }
-    (sums[0] + sums[1]) + (sums[2] + sums[3])
+/// A part of one degree: its coefficients, whose first is that of the monomial `first`, and the runs to compute.
+pub(crate) struct PartOf<'a, S, F> {
+    pub(crate) degree: usize,
+    pub(crate) first: usize,
+    pub(crate) out: &'a mut [S],
+    /// Which runs of monomials can differ from zero.
+    pub(crate) keep: F,
 }
 
 impl JetSpace {
@@ -43,9 +24,97 @@ impl JetSpace {
     /// If a slice is shorter than the space.
     #[inline]
     pub fn multiply_add<S: Scalar>(&self, a: &[S], b: &[S], out: &mut [S]) {
-        for (monomial, value) in out.iter_mut().enumerate() {
-            *value = sum_of_products(self.pairs(monomial), a, b, *value);
+        S::dispatch(Convolution {
+            table: self.table(),
+            runs: self.table().runs(0..self.order() + 1),
+            span: Span::Full,
+            a: Factor::full(&a[..self.len()]),
+            b: Factor::full(&b[..self.len()]),
+            finish: Finish::Add,
+            first: 0,
+            out,
+            keep: |_: &Range<usize>| true,
+        });
+    }
+
+    /// [`Graded::convolve`](super::Graded::convolve) for some runs.
+    #[inline]
+    pub(crate) fn convolve_part<S: Scalar>(
+        &self,
+        part: PartOf<'_, S, impl Fn(&Range<usize>) -> bool>,
+        span: Span,
+        (a, b): (&[S], &[S]),
+    ) {
+        self.finish_part(part, span, (a, b), Finish::Add);
+    }
+
+    /// [`Graded::scaled_convolution`](super::Graded::scaled_convolution) for some runs.
+    #[inline]
+    pub(crate) fn scaled_part<S: Scalar>(
+        &self,
+        part: PartOf<'_, S, impl Fn(&Range<usize>) -> bool>,
+        span: Span,
+        (a, b): (&[S], &[S]),
+        factor: S,
+    ) {
+        self.finish_part(part, span, (a, b), Finish::Scale(factor));
+    }
+
+    /// [`Graded::quotient_part`](super::Graded::quotient_part) for some runs.
+    #[inline]
+    pub(crate) fn quotient_part_of<S: Scalar>(
+        &self,
+        part: PartOf<'_, S, impl Fn(&Range<usize>) -> bool>,
+        (a, b): (&[S], &[S]),
+        u: &[S],
+    ) {
+        let finish = Finish::Subtract {
+            from: a,
+            factor: S::one() / b[0],
+        };
+        self.finish_part(part, Span::WithoutFirst, (b, u), finish);
+    }
+
+    #[inline]
+    fn finish_part<S: Scalar>(
+        &self,
+        part: PartOf<'_, S, impl Fn(&Range<usize>) -> bool>,
+        span: Span,
+        (a, b): (&[S], &[S]),
+        finish: Finish<'_, S>,
+    ) {
+        S::dispatch(Convolution {
+            table: self.table(),
+            runs: self.table().runs(part.degree..part.degree + 1),
+            span,
+            a: Factor::full(a),
+            b: Factor::full(b),
+            finish,
+            first: part.first,
+            out: part.out,
+            keep: part.keep,
+        });
+    }
+
+    /// A part of one degree with all its runs.
+    #[inline]
+    pub(super) fn whole_part<'a, S>(
+        &self,
+        degree: usize,
+        out: &'a mut [S],
+    ) -> PartOf<'a, S, fn(&Range<usize>) -> bool> {
+        PartOf {
+            degree,
+            first: self.degree_range(degree).start,
+            out,
+            keep: |_| true,
         }
+    }
+
+    /// The runs of one degree: neighbouring monomials that differ in their last two variables only.
+    pub(crate) fn runs(&self, degree: usize) -> impl Iterator<Item = Range<usize>> {
+        let runs = self.table().runs(degree..degree + 1).iter();
+        runs.map(|run| run.monomials.clone())
     }
 
     /// `out = a b` in the degrees from `low_a + low_b` to `order`, where `a` has no term below degree
@@ -59,18 +128,27 @@ impl JetSpace {
         order: usize,
         out: &mut [S],
     ) {
-        let (first_a, first_b) = (
-            self.degree_start(low_a) as u32,
-            self.degree_start(low_b) as u32,
-        );
-        let kept = self.degree_start(low_a + low_b)..self.degree_start(order + 1);
-        for (monomial, value) in kept.clone().zip(&mut out[kept]) {
-            let pairs = self.pairs(monomial);
-            let from = pairs.partition_point(|&(i, _)| i < first_a);
-            let rest = &pairs[from..];
-            // NOTE: degrees of `i` ascend, so those of `j` descend, though `j` itself need not.
-            let until = rest.partition_point(|&(_, j)| j >= first_b);
-            *value = sum_of_products(&rest[..until], a, b, S::zero());
+        if low_a + low_b > order {
+            return;
         }
+        let kept = self.degree_start(low_a + low_b)..self.degree_start(order + 1);
+        let first = kept.start;
+        let out = &mut out[kept];
+        out.fill(S::zero());
+        let factor = |coefficients, low| Factor {
+            coefficients,
+            first: self.degree_start(low) as u32,
+        };
+        S::dispatch(Convolution {
+            table: self.table(),
+            runs: self.table().runs(low_a + low_b..order + 1),
+            span: Span::Full,
+            a: factor(a, low_a),
+            b: factor(b, low_b),
+            finish: Finish::Add,
+            first,
+            out,
+            keep: |_: &Range<usize>| true,
+        });
     }
 }

@@ -7,9 +7,11 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use super::JetError;
-use super::monomials::{RankTable, count_monomials, list_monomials, list_pairs, list_parents};
+use super::monomials::{RankTable, count_monomials, list_monomials, list_parents};
+use super::product_table::{Monomials, ProductTable};
 
-/// Largest number of coefficient products a space may need: 0.8 GB of product table, at 8 bytes each.
+/// Largest number of coefficient products a space may need: at most 0.8 GB of product table, whose entries of
+/// 8 bytes stand for one product or several.
 ///
 /// Five variables reach order 23, eight reach order 13, twelve reach order 9.
 pub const MAX_PRODUCTS: u128 = 100_000_000;
@@ -33,8 +35,8 @@ pub struct JetSpace {
     order: usize,
     exponents: Vec<u8>,
     degree_starts: Vec<usize>,
-    pairs: Vec<(u32, u32)>,
-    pair_starts: Vec<usize>,
+    table: ProductTable,
+    products: usize,
     ranks: RankTable,
     parents: Vec<(u32, u32)>,
 }
@@ -51,7 +53,12 @@ impl JetSpace {
         let products = Self::check(weights, order)?;
         let (exponents, degree_starts) = list_monomials(weights, order);
         let ranks = RankTable::new(weights, order, &exponents);
-        let (pairs, pair_starts) = list_pairs(weights.len(), &exponents, &ranks, products);
+        let table = ProductTable::new(&Monomials {
+            weights,
+            exponents: &exponents,
+            degree_starts: &degree_starts,
+            ranks: &ranks,
+        });
         let parents = list_parents(weights.len(), &exponents, &ranks);
         Ok(Arc::new(Self {
             parents,
@@ -59,8 +66,8 @@ impl JetSpace {
             order,
             exponents,
             degree_starts,
-            pairs,
-            pair_starts,
+            table,
+            products,
             ranks,
         }))
     }
@@ -130,7 +137,7 @@ impl JetSpace {
         reason = "a space always has its constant"
     )]
     pub fn len(&self) -> usize {
-        self.pair_starts.len() - 1
+        self.parents.len()
     }
 
     /// Whether another space keeps the same monomials with the same weights.
@@ -140,7 +147,7 @@ impl JetSpace {
 
     /// Number of coefficient products in one product of two full jets.
     pub fn products(&self) -> usize {
-        self.pairs.len()
+        self.products
     }
 
     /// Exponents of a monomial, one per variable.
@@ -192,11 +199,16 @@ impl JetSpace {
         self.degree_starts[degree.min(self.order + 1)]
     }
 
-    /// The pairs `(i, j)` with `monomial_i · monomial_j = monomial`, by ascending `i`: the first is
-    /// `(0, monomial)`, the last `(monomial, 0)`.
-    #[inline]
-    pub fn pairs(&self, monomial: usize) -> &[(u32, u32)] {
-        &self.pairs[self.pair_starts[monomial]..self.pair_starts[monomial + 1]]
+    /// The pairs `(i, j)` with `monomial_i · monomial_j = monomial`, in the order in which a product of jets
+    /// sums them: the first is `(0, monomial)`, the last `(monomial, 0)`.
+    pub fn pairs(&self, monomial: usize) -> Vec<(usize, usize)> {
+        self.table.pairs(monomial)
+    }
+
+    /// The product table.
+    #[inline(always)]
+    pub(super) fn table(&self) -> &ProductTable {
+        &self.table
     }
 }
 
@@ -216,8 +228,8 @@ mod tests {
         let space = JetSpace::new(&[1, 2, 2], 6).unwrap();
         for monomial in 0..space.len() {
             let pairs = space.pairs(monomial);
-            assert_eq!(pairs[0], (0, monomial as u32));
-            assert_eq!(pairs[pairs.len() - 1], (monomial as u32, 0));
+            assert_eq!(pairs[0], (0, monomial));
+            assert_eq!(pairs[pairs.len() - 1], (monomial, 0));
         }
     }
 

@@ -10,7 +10,7 @@ use std::ops::{
 
 use num_traits::{One, Zero};
 
-use super::{Dd, Scalar};
+use super::{Dd, Kernel, Scalar, widest};
 
 /// `N` doubles on which every operation acts lane by lane.
 ///
@@ -81,6 +81,17 @@ impl<const N: usize> IndexMut<usize> for Lanes<N> {
     #[inline(always)]
     fn index_mut(&mut self, lane: usize) -> &mut f64 {
         &mut self.0[lane]
+    }
+}
+
+/// Keeps a loop over lanes to one element at a time.
+///
+/// NOTE: left to itself, the compiler spreads neighbouring elements over a register, lane by lane, with gathers and
+/// scatters, which are many times slower than the lanes themselves.
+#[inline(always)]
+pub(crate) fn one_by_one<S>(element: usize) {
+    if size_of::<S>() > size_of::<f64>() {
+        std::hint::black_box(element);
     }
 }
 
@@ -169,8 +180,15 @@ impl<const N: usize> Scalar for Lanes<N> {
         Self::splat(value.hi)
     }
 
+    #[inline(always)]
+    fn mul_add(self, a: Self, mut b: Self) -> Self {
+        for lane in 0..N {
+            b.0[lane] = Scalar::mul_add(self.0[lane], a.0[lane], b.0[lane]);
+        }
+        b
+    }
+
     lane_by_lane!(
-        mul_add(a, b),
         sqrt(),
         exp(),
         ln(),
@@ -213,6 +231,11 @@ impl<const N: usize> Scalar for Lanes<N> {
         self.0
             .iter()
             .fold(true, |finite, value| finite & value.is_finite())
+    }
+
+    #[inline(always)]
+    fn dispatch<K: Kernel>(kernel: K) -> K::Output {
+        widest(kernel)
     }
 }
 

@@ -23,4 +23,5 @@ pub use dispatch::{Kernel, widest};
 pub use double_double::{Dd, ParseDdError};
 pub use error::NumericError;
 pub use lanes::Lanes;
+pub(crate) use lanes::one_by_one;
 pub use scalar::{Real, Scalar};

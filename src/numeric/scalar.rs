@@ -6,7 +6,7 @@ use std::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Sub, SubAssi
 
 use num_traits::{One, Zero};
 
-use super::Dd;
+use super::{Dd, Kernel};
 
 /// A field of numbers with the elementary functions: `f64`, [`Dd`], or [`Lanes`](super::Lanes) of `f64`.
 ///
@@ -73,6 +73,13 @@ pub trait Scalar:
     fn magnitude(self) -> f64;
     /// Whether every lane is finite.
     fn is_finite(self) -> bool;
+
+    /// Runs a kernel on this type with the registers that suit it: the widest of the machine for lanes, with the
+    /// same bits.
+    #[inline(always)]
+    fn dispatch<K: Kernel>(kernel: K) -> K::Output {
+        kernel.run()
+    }
 }
 
 /// A [`Scalar`] that is one ordered number: `f64` or [`Dd`].

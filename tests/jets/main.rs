@@ -98,7 +98,7 @@ fn the_pairs_of_a_weighted_space_are_all_products_of_two_monomials() {
                 .map(|(a, b)| a + b)
                 .collect();
             if let Some(monomial) = space.monomial(&sum) {
-                assert!(space.pairs(monomial).contains(&(i as u32, j as u32)));
+                assert!(space.pairs(monomial).contains(&(i, j)));
                 pairs += 1;
             }
         }

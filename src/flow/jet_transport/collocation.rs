@@ -4,9 +4,10 @@
 //! lanes, the field's program runs once over them per degree, and one small matrix solves for every
 //! coefficient. See docs/mathematics/flow.md.
 
-use super::element::{Element, Resolution};
+use super::element::Element;
 use super::gauss::NODES;
-use super::nominal::nominal_orbit;
+use super::nominal::guess_orbit;
+use super::resolution::Resolution;
 use crate::flow::{Field, FlowError, Integrator};
 use crate::jet::Jet;
 use crate::numeric::Lanes;
@@ -25,8 +26,8 @@ pub struct JetFlow {
 /// Most elements of one transport.
 const MAX_ELEMENTS: usize = 10_000;
 
-/// Taylor steps that the first element is expected to span.
-const STEPS_PER_ELEMENT: f64 = 6.0;
+/// Taylor steps that the first element is expected to span, in jets of high and, added to it, of first order.
+const STEPS_PER_ELEMENT: [f64; 2] = [6.0, 2.0];
 
 /// Jets of the state after a duration of either sign, from jets of the state and of all parameters.
 ///
@@ -56,7 +57,7 @@ pub fn jet_transport(
             error_estimate: 0.0,
         });
     };
-    let mut transport = Transport::new(field, first, initial, parameters, tolerance)?;
+    let mut transport = Transport::new(field, first, initial, parameters, tolerance);
     transport.run(duration)?;
     let jet = |coefficients: &[f64]| Jet::from_coefficients(first.space(), coefficients.to_vec());
     Ok(JetFlow {
@@ -79,6 +80,7 @@ struct Transport<'a> {
     /// Coefficients of every component at the present time, one jet after another.
     jets: Vec<f64>,
     stride: usize,
+    order: usize,
     elements: usize,
     error: f64,
 }
@@ -90,12 +92,12 @@ impl<'a> Transport<'a> {
         initial: &[Jet<f64>],
         parameters: &[Jet<f64>],
         tolerance: f64,
-    ) -> Result<Self, FlowError> {
+    ) -> Self {
         let starts: Vec<_> = initial.iter().map(Jet::coefficients).collect();
         let constants: Vec<_> = parameters.iter().map(Jet::coefficients).collect();
-        Ok(Self {
+        Self {
             integrator: Integrator::new(field),
-            element: Element::new(field, first.space(), &starts, &constants)?,
+            element: Element::new(field, first.space(), &starts, &constants),
             parameters: parameters.iter().map(Jet::head).collect(),
             tolerance: tolerance.max(f64::EPSILON),
             jets: initial
@@ -104,35 +106,35 @@ impl<'a> Transport<'a> {
                 .copied()
                 .collect(),
             stride: first.space().len(),
+            order: first.space().order(),
             elements: 0,
             error: 0.0,
-        })
+        }
     }
 
     fn run(&mut self, duration: f64) -> Result<(), FlowError> {
-        let (mut remaining, mut longest) = (duration, self.first_length(duration)?);
+        let (mut remaining, mut longest) = (duration, None);
         for _ in 0..MAX_ELEMENTS {
             if remaining == 0.0 {
                 return Ok(());
             }
-            let pieces = (remaining.abs() / longest).ceil().max(1.0);
-            let length = remaining / pieces;
             let before = self.jets.clone();
-            match self.attempt(length)? {
+            let (length, resolution) = self.attempt(remaining, longest)?;
+            match resolution {
                 Some(resolution) if resolution.meets(self.tolerance) => {
-                    remaining = if pieces == 1.0 {
+                    remaining = if length == remaining {
                         0.0
                     } else {
                         remaining - length
                     };
                     self.elements += 1;
                     self.error += resolution.error;
-                    longest = length.abs() * self.room(resolution).min(2.0);
+                    longest = Some(length.abs() * self.room(resolution).min(2.0));
                 }
                 rejected => {
                     self.jets = before;
-                    longest = length.abs()
-                        * rejected.map_or(0.5, |r| (0.9 * self.room(r)).clamp(0.5, 0.8));
+                    let factor = rejected.map_or(0.5, |r| (0.9 * self.room(r)).clamp(0.5, 0.8));
+                    longest = Some(length.abs() * factor);
                 }
             }
         }
@@ -147,39 +149,34 @@ impl<'a> Transport<'a> {
         (self.tolerance / resolution.error.max(f64::MIN_POSITIVE)).powf(1.0 / 32.0)
     }
 
-    fn heads(&self) -> Vec<f64> {
-        self.jets.iter().step_by(self.stride).copied().collect()
-    }
-
-    fn first_length(&mut self, duration: f64) -> Result<f64, FlowError> {
-        let state = self.heads();
-        let step = self.integrator.step(&state, &self.parameters)?;
-        Ok((STEPS_PER_ELEMENT * step.length).min(duration.abs()))
-    }
-
-    /// One element; `None` if its equations are singular.
-    fn attempt(&mut self, length: f64) -> Result<Option<Resolution>, FlowError> {
-        let mut state = self.heads();
+    /// One element of at most the longest length, if one is known; `None` if its equations are singular.
+    fn attempt(
+        &mut self,
+        remaining: f64,
+        longest: Option<f64>,
+    ) -> Result<(f64, Option<Resolution>), FlowError> {
+        let state: Vec<_> = self.jets.iter().step_by(self.stride).copied().collect();
         let mut nodes = vec![Lanes([0.0; NODES]); state.len()];
-        nominal_orbit(
+        let [least, more] = STEPS_PER_ELEMENT;
+        let steps = least + more / self.order.max(1) as f64;
+        let length = |step: f64| {
+            let longest = longest.unwrap_or(steps * step);
+            remaining / (remaining.abs() / longest).ceil().max(1.0)
+        };
+        let length = guess_orbit(
             &mut self.integrator,
-            &mut state,
+            &state,
             &self.parameters,
             length,
             &mut nodes,
         )?;
-        let Some(resolution) =
-            self.element
-                .transport(&nodes, length, self.tolerance, &mut self.jets)
-        else {
-            return Ok(None);
-        };
-        for (jet, head) in self.jets.chunks_exact_mut(self.stride).zip(state) {
-            jet[0] = head;
-        }
-        match self.jets.iter().all(|value| value.is_finite()) {
-            true => Ok(Some(resolution)),
-            false => Err(FlowError::NotFinite { degree: 0 }),
+        let resolution = self
+            .element
+            .transport(&mut nodes, length, self.tolerance, &mut self.jets);
+        let is_finite = self.jets.iter().all(|value| value.is_finite());
+        match resolution {
+            Some(_) if !is_finite => Err(FlowError::NotFinite { degree: 0 }),
+            resolution => Ok((length, resolution)),
         }
     }
 }

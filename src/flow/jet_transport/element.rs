@@ -2,61 +2,50 @@
 
 use std::sync::Arc;
 
-use super::gauss::{GAUSS, NODES, NodeValues};
-use super::solver::ElementSolver;
-use super::sparse::{SparseSpace, VariableSet, variables_of_monomials, variables_of_slots};
-use crate::flow::Field;
-use crate::jet::{JetError, JetSpace};
-use crate::numeric::{Lanes, Scalar};
+use super::first_order::FirstOrderTape;
+use super::gauss::{Functionals, GAUSS, NODES, NodeValues};
+use super::remainders::Remainders;
+use super::resolution::Resolution;
+use super::solver::{ElementSolver, Part};
+use crate::flow::{Field, Program};
+use crate::jet::JetSpace;
+use crate::numeric::{Kernel, Lanes, Scalar, widest};
 
 /// The tape of a field over jets whose coefficients are node values, and the gradients of its slots.
 pub(super) struct Element<'a> {
     field: &'a Field,
     space: Arc<JetSpace>,
-    tape: Vec<NodeValues>,
-    scratch: Vec<NodeValues>,
-    /// Variables of each monomial, and those on which each slot depends.
-    monomials: Vec<VariableSet>,
-    variables: Vec<VariableSet>,
-    first_order: Arc<JetSpace>,
-    first_order_tape: Vec<NodeValues>,
-    /// Non-zero derivatives of slots by states.
+    solver: ElementSolver,
+    remainders: Remainders,
+    first_order: FirstOrderTape,
+    /// Non-zero derivatives by states of the slots whose lower parts recurrences read.
     gradients: Vec<Gradient>,
-    /// One coefficient of every component: initial value, remainder, node values.
-    initial: Vec<f64>,
-    remainders: Vec<NodeValues>,
-    states: Vec<NodeValues>,
+    /// Rates of the components on the nominal orbit, and corrections of the orbit and of them.
+    rates: Vec<NodeValues>,
+    corrections: [Vec<NodeValues>; 2],
+    /// Remainders of components that owe something to driven ones, one part after another.
+    owed: Vec<NodeValues>,
+    /// Functionals of the rates of every component, one part after another.
+    functionals: Vec<Functionals>,
 }
 
-/// A derivative of a slot by a state at the nodes.
+/// A derivative of a stored slot by a state at the nodes.
 struct Gradient {
-    slot: usize,
+    place: usize,
     state: usize,
     slope: NodeValues,
-    is_euler: bool,
-    is_output: bool,
-}
-
-/// How well an element resolves its jets.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Resolution {
-    /// Estimated error at the end, over the largest coefficient of the same degree: the worst degree.
-    pub(super) error: f64,
-    /// Largest last Legendre mode over the largest coefficient of the same degree.
-    pub(super) tail: f64,
-}
-
-/// Largest last Legendre mode for which the error estimate, a product of two of them, is believed.
-const RESOLVED: f64 = 1e-4;
-
-impl Resolution {
-    /// Whether the estimate is below a tolerance and believed.
-    pub(super) fn meets(self, tolerance: f64) -> bool {
-        self.error <= tolerance && self.tail <= RESOLVED
-    }
 }
 
 const ZERO: NodeValues = Lanes([0.0; NODES]);
+
+/// Most of Newton's steps towards a nominal orbit.
+const MAX_CORRECTIONS: usize = 10;
+
+/// Corrections that end Newton's method: rounding, and what quadratic convergence turns into rounding.
+const CORRECTED: f64 = 4e-15;
+
+/// Corrections that may no longer shrink.
+const STAGNANT: f64 = 1e-11;
 
 impl<'a> Element<'a> {
     /// Memory for one element; parameters, constant along the orbit, are given as coefficients.
@@ -65,224 +54,326 @@ impl<'a> Element<'a> {
         space: &Arc<JetSpace>,
         initial: &[&[f64]],
         parameters: &[&[f64]],
-    ) -> Result<Self, JetError> {
+    ) -> Self {
         let (program, dimension) = (field.program(), field.dimension());
-        let first_order = JetSpace::uniform(dimension, 1)?;
-        let mut tape = vec![ZERO; program.slots() * space.len()];
-        let mut first_order_tape = vec![ZERO; program.slots() * first_order.len()];
-        for (parameter, coefficients) in parameters.iter().enumerate() {
-            let input = dimension + parameter;
-            let element = &mut tape[input * space.len()..(input + 1) * space.len()];
-            for (values, &coefficient) in element.iter_mut().zip(*coefficients) {
-                *values = Lanes::splat(coefficient);
-            }
-            first_order_tape[input * first_order.len()] = Lanes::splat(coefficients[0]);
-        }
-        for state in 0..dimension {
-            let monomial = first_order
-                .linear_monomial(state)
-                .expect("order 1 keeps linear terms");
-            first_order_tape[state * first_order.len() + monomial] = Lanes::splat(1.0);
-        }
-        let monomials = variables_of_monomials(space);
-        let set = |coefficients: &&[f64]| {
-            let present = coefficients
-                .iter()
-                .zip(&monomials)
-                .filter(|(value, _)| **value != 0.0);
-            present.fold(0, |set, (_, monomial)| set | monomial)
-        };
-        let inputs: Vec<_> = initial.iter().chain(parameters).map(set).collect();
-        let variables = variables_of_slots(program, &inputs, dimension);
-        let scratch = vec![ZERO; space.len().max(first_order.len())];
-        let space = Arc::clone(space);
-        Ok(Self {
+        let heads = parameters.iter().map(|coefficients| coefficients[0]);
+        let inputs: Vec<_> = initial.iter().chain(parameters).copied().collect();
+        Self {
             field,
-            space,
-            tape,
-            scratch,
-            monomials,
-            variables,
-            first_order,
-            first_order_tape,
+            solver: ElementSolver::new(chains(program, dimension)),
+            remainders: Remainders::new(program, space, &inputs, dimension),
+            first_order: FirstOrderTape::new(program, dimension, heads),
             gradients: Vec::new(),
-            initial: vec![0.0; dimension],
-            remainders: vec![ZERO; dimension],
-            states: vec![ZERO; dimension],
-        })
+            rates: vec![ZERO; dimension],
+            corrections: [vec![ZERO; dimension], vec![ZERO; dimension]],
+            owed: Vec::new(),
+            functionals: vec![Lanes([0.0; 4]); dimension * space.len()],
+            space: Arc::clone(space),
+        }
     }
 
-    /// Moves jets over the element, from the nominal orbit at its nodes.
+    /// Moves jets over an element of a length, from a guess of the nominal orbit at its nodes.
     ///
-    /// `jets` holds the coefficients of every component, one after another; all but the heads are
-    /// replaced. Stops at the first degree that misses the tolerance. `None`: the equations are
-    /// singular, the element is too long.
+    /// `jets` holds the coefficients of every component, one after another. Stops at the first degree that
+    /// misses the tolerance. `None`: the equations are singular or have no solution near the guess, the element
+    /// is too long.
     pub(super) fn transport(
         &mut self,
-        nominal: &[NodeValues],
+        nominal: &mut [NodeValues],
         length: f64,
         tolerance: f64,
         jets: &mut [f64],
     ) -> Option<Resolution> {
-        self.evaluate_nominal(nominal);
-        let solver = self.solver(length)?;
-        let fundamental = solver.fundamental_tail();
-        let mut resolution = Resolution {
-            error: 0.0,
-            tail: fundamental,
-        };
+        let mut resolution = widest(Nominal {
+            element: self,
+            nominal,
+            length,
+            jets,
+        })?;
         for degree in 1..=self.space.order() {
+            if !resolution.meets(tolerance) {
+                break;
+            }
             if !self.space.degree_range(degree).is_empty() {
-                let tail = self.transport_degree(&solver, degree, length, jets);
-                resolution.tail = resolution.tail.max(tail);
-                resolution.error = resolution.error.max(tail * fundamental.max(f64::EPSILON));
-                if !resolution.meets(tolerance) {
-                    break;
-                }
+                let tail = widest(Degree {
+                    element: self,
+                    degree,
+                    jets,
+                });
+                resolution.include(tail * length.abs());
             }
         }
         Some(resolution)
     }
 
-    /// Heads of all slots and their gradients by the state.
-    fn evaluate_nominal(&mut self, nominal: &[NodeValues]) {
+    /// Values of the field and of its slopes by the state at node values.
+    #[inline(always)]
+    fn evaluate(&mut self, nominal: &[NodeValues]) {
         let program = self.field.program();
-        for (state, &values) in nominal.iter().enumerate() {
-            self.tape[state * self.space.len()] = values;
-            self.first_order_tape[state * self.first_order.len()] = values;
+        self.first_order.evaluate(program, nominal);
+        for (component, rate) in self.rates.iter_mut().enumerate() {
+            *rate = self.first_order.value(program.output(component));
         }
-        program.advance(&*self.space, 0, &mut self.tape, &mut self.scratch);
-        for degree in 0..=1 {
-            program.advance(
-                &*self.first_order,
-                degree,
-                &mut self.first_order_tape,
-                &mut self.scratch,
-            );
+    }
+
+    /// Newton's method for the orbit; the solver is that of the last step.
+    #[inline(always)]
+    fn correct(&mut self, nominal: &mut [NodeValues], length: f64, start: &[f64]) -> bool {
+        let program = self.field.program();
+        let mut last = f64::INFINITY;
+        for _ in 0..MAX_CORRECTIONS {
+            self.evaluate(nominal);
+            let slopes = &self.first_order;
+            let slope = |row: usize, state: usize| slopes.slope(program.output(row), state);
+            if !self.solver.factor(length, slope) {
+                return false;
+            }
+            let [corrections, rate_corrections] = &mut self.corrections;
+            let solver = &self.solver;
+            solver.correct(start, nominal, &self.rates, corrections, rate_corrections);
+            let size = relative_size(corrections, nominal, &self.rates, length);
+            for (values, &correction) in nominal.iter_mut().zip(&*corrections) {
+                *values += correction;
+            }
+            if size <= CORRECTED || (last <= STAGNANT && size > 0.5 * last) {
+                return true;
+            }
+            last = size;
         }
-        self.gradients.clear();
+        false
+    }
+
+    /// Heads of the stored slots, and the slopes of those that are read again.
+    #[inline(always)]
+    fn prepare_slots(&mut self) {
         let dimension = self.field.dimension();
-        for slot in program.inputs()..program.slots() {
+        self.gradients.clear();
+        for place in 0..self.remainders.places() {
+            let slot = self.remainders.slot(place);
+            let head = self.first_order.value(slot);
+            self.remainders.set_head(place, head);
+            if place < dimension || !self.remainders.is_read_again(place) {
+                continue;
+            }
             for state in 0..dimension {
-                let slope = self.slope(slot, state);
+                let slope = self.first_order.slope(slot, state);
                 if slope != ZERO {
-                    let is_output =
-                        (0..dimension).any(|component| program.output(component) == slot);
-                    let is_euler = program.is_euler(slot);
                     self.gradients.push(Gradient {
-                        slot,
+                        place,
                         state,
                         slope,
-                        is_euler,
-                        is_output,
                     });
                 }
             }
         }
     }
 
-    fn slope(&self, slot: usize, state: usize) -> NodeValues {
-        let monomial = self
-            .first_order
-            .linear_monomial(state)
-            .expect("order 1 keeps linear terms");
-        self.first_order_tape[slot * self.first_order.len() + monomial]
-    }
-
-    fn solver(&self, length: f64) -> Option<ElementSolver> {
-        let (program, dimension) = (self.field.program(), self.field.dimension());
-        let jacobian: Vec<_> = (0..dimension * dimension)
-            .map(|entry| self.slope(program.output(entry / dimension), entry % dimension))
-            .collect();
-        let has_remainder: Vec<_> = (0..dimension)
-            .map(|component| program.output(component) >= dimension)
-            .collect();
-        ElementSolver::new(&jacobian, length, &has_remainder)
-    }
-
-    /// One degree: remainders, the linear equations, the state's share in every slot, the end.
-    ///
-    /// Returns the last Legendre modes of the derivatives, over the largest coefficient of the degree.
-    fn transport_degree(
-        &mut self,
-        solver: &ElementSolver,
-        degree: usize,
-        length: f64,
-        jets: &mut [f64],
-    ) -> f64 {
-        let (program, len) = (self.field.program(), self.space.len());
+    /// Remainders of the components in one degree with what they owe to those of driven components; `false` if
+    /// these have none.
+    #[inline(always)]
+    fn pass_on(&mut self, degree: usize) -> bool {
+        let dimension = self.field.dimension();
         let range = self.space.degree_range(degree);
-        for state in 0..self.field.dimension() {
-            self.tape[state * len + range.start..state * len + range.end].fill(ZERO);
-        }
-        let sparse = |slot: usize| SparseSpace {
-            space: &self.space,
-            monomials: &self.monomials,
-            variables: self.variables[slot],
+        let is_driving = |component: &usize| {
+            self.solver.is_driven(*component)
+                && self.remainders.remainder(*component, degree).is_some()
         };
-        program.advance_with::<_, SparseSpace, _>(
-            sparse,
-            degree,
-            &mut self.tape,
-            &mut self.scratch,
-        );
-        for monomial in range.clone() {
-            self.solve_monomial(solver, monomial, jets);
+        let driving: Vec<_> = (0..dimension).filter(is_driving).collect();
+        if driving.is_empty() {
+            return false;
         }
-        self.add_linear_part(degree);
-        let (mut tail, mut largest) = (0.0_f64, f64::MIN_POSITIVE);
-        for component in 0..self.field.dimension() {
-            for monomial in range.clone() {
-                let rates = self.tape[program.output(component) * len + monomial];
-                let value = &mut jets[component * len + monomial];
-                largest = largest.max(value.abs());
-                *value += length * GAUSS.integral(rates);
-                largest = largest.max(value.abs());
-                tail = tail.max(GAUSS.tail(rates));
+        self.owed.resize(dimension * range.len(), ZERO);
+        for component in 0..dimension {
+            let owed = &mut self.owed[component * range.len()..(component + 1) * range.len()];
+            match self.remainders.remainder(component, degree) {
+                Some(start) => {
+                    owed.copy_from_slice(&self.remainders.others()[start..][range.clone()])
+                }
+                None => owed.fill(ZERO),
+            }
+            for &driven in &driving {
+                let start = self.remainders.remainder(driven, degree);
+                if let Some(start) = start.filter(|_| !self.solver.is_driven(component)) {
+                    let sources = &self.remainders.others()[start..][range.clone()];
+                    self.solver.pass_on(driven, sources, component, owed);
+                }
             }
         }
-        tail * length.abs() / largest
+        true
     }
 
-    /// Node values of one coefficient of the state, into the tape.
-    #[inline]
-    fn solve_monomial(&mut self, solver: &ElementSolver, monomial: usize, jets: &[f64]) {
-        let (program, len) = (self.field.program(), self.space.len());
-        for component in 0..self.states.len() {
-            self.initial[component] = jets[component * len + monomial];
-            self.remainders[component] = self.tape[program.output(component) * len + monomial];
+    /// Node values of the states, but for the last degree, and functionals of their rates.
+    #[inline(always)]
+    fn solve(&mut self, degree: usize, jets: &[f64]) {
+        let has_owed = self.pass_on(degree);
+        let dimension = self.field.dimension();
+        let (range, len) = (self.space.degree_range(degree), self.space.len());
+        let mut starts = Vec::with_capacity(dimension);
+        for component in 0..dimension {
+            starts.push((
+                self.remainders.remainder(component, degree),
+                self.remainders.part(component, degree),
+            ));
         }
-        solver.solve(&self.initial, &self.remainders, &mut self.states);
-        for (component, &values) in self.states.iter().enumerate() {
-            self.tape[component * len + monomial] = values;
-        }
-    }
-
-    /// Adds the share of the state's part of a degree to the part of every slot.
-    fn add_linear_part(&mut self, degree: usize) {
-        let (len, range) = (self.space.len(), self.space.degree_range(degree));
-        let last = degree == self.space.order();
-        for gradient in self
-            .gradients
-            .iter()
-            .filter(|gradient| gradient.is_output || !last)
-        {
-            let factor = if gradient.is_euler {
-                degree as f64
+        let (states, others) = self.remainders.split();
+        let mut sources = Vec::with_capacity(dimension);
+        for (component, (start, _)) in starts.iter().enumerate() {
+            sources.push(if has_owed {
+                Some(&self.owed[component * range.len()..(component + 1) * range.len()])
             } else {
-                1.0
-            };
-            let slope = gradient.slope * Lanes::splat(factor);
-            let (states, slots) = self.tape.split_at_mut(self.field.dimension() * len);
-            let states =
-                &states[gradient.state * len + range.start..gradient.state * len + range.end];
-            let first = (gradient.slot - self.field.dimension()) * len;
-            for (value, &state) in slots[first + range.start..first + range.end]
-                .iter_mut()
-                .zip(states)
-            {
-                *value = slope.mul_add(state, *value);
+                start.map(|start| &others[start..][range.clone()])
+            });
+        }
+        let part = Part {
+            initial: jets,
+            stride: len,
+            first: range.start,
+            remainders: &sources,
+        };
+        for (state, (_, monomials)) in starts.iter().enumerate() {
+            if degree < self.space.order() {
+                let out = &mut states[state * len..][monomials.clone()];
+                self.solver.states(state, part, monomials.clone(), out);
+            }
+            if self.solver.root(state) == state {
+                let out = &mut self.functionals[state * len..][monomials.clone()];
+                self.solver.functionals(state, part, monomials.clone(), out);
             }
         }
     }
+
+    /// Moves the coefficients of one degree to the end; the largest last mode of their rates over the largest of them.
+    #[inline(always)]
+    fn advance(&self, degree: usize, jets: &mut [f64]) -> f64 {
+        let (len, dimension) = (self.space.len(), self.field.dimension());
+        let (mut tail, mut largest) = (Lanes([0.0; 4]), f64::MIN_POSITIVE);
+        // NOTE: integrals of other components first, for they need the initial values of these.
+        for integrals in [true, false] {
+            for state in 0..dimension {
+                let root = self.solver.root(state);
+                if (root != state) != integrals {
+                    continue;
+                }
+                for monomial in self.remainders.part(state, degree) {
+                    let functionals = self.functionals[root * len + monomial];
+                    let initial = |state: usize| jets[state * len + monomial];
+                    let change = self.solver.advance(state, functionals, initial);
+                    let value = &mut jets[state * len + monomial];
+                    largest = larger(largest, value.abs());
+                    *value += change;
+                    largest = larger(largest, value.abs());
+                    tail = tail.zip_map(functionals, |tail, value| larger(tail, value.abs()));
+                }
+            }
+        }
+        let tail = tail.0[2].max(tail.0[3]);
+        tail / largest
+    }
+}
+
+/// The nominal orbit of an element: its nodes, its end, the equations of all degrees.
+struct Nominal<'e, 'a> {
+    element: &'e mut Element<'a>,
+    nominal: &'e mut [NodeValues],
+    length: f64,
+    jets: &'e mut [f64],
+}
+
+impl Kernel for Nominal<'_, '_> {
+    type Output = Option<Resolution>;
+
+    #[inline(always)]
+    fn run(self) -> Option<Resolution> {
+        let element = self.element;
+        let len = element.space.len();
+        let mut start = Vec::with_capacity(element.rates.len());
+        start.extend(self.jets.iter().step_by(len));
+        if !element.correct(self.nominal, self.length, &start) {
+            return None;
+        }
+        element.prepare_slots();
+        element.solver.expand();
+        let mut resolution = Resolution::new(element.solver.fundamental_tail());
+        for state in 0..start.len() {
+            let root = element.solver.root(state);
+            let rate = element.rates[root] + element.corrections[1][root];
+            let functionals = GAUSS.functionals_of(rate);
+            let initial = |state: usize| start[state];
+            self.jets[state * len] += element.solver.advance(state, functionals, initial);
+            let largest = self.nominal[state].magnitude().max(f64::MIN_POSITIVE);
+            if root == state {
+                let tail = functionals.0[2].abs().max(functionals.0[3].abs());
+                resolution.include(tail * self.length.abs() / largest);
+            }
+        }
+        Some(resolution)
+    }
+}
+
+/// All coefficients of one degree on an element.
+struct Degree<'e, 'a> {
+    element: &'e mut Element<'a>,
+    degree: usize,
+    jets: &'e mut [f64],
+}
+
+impl Kernel for Degree<'_, '_> {
+    type Output = f64;
+
+    #[inline(always)]
+    fn run(self) -> f64 {
+        let (element, degree) = (self.element, self.degree);
+        element.remainders.compute(degree);
+        element.solve(degree, self.jets);
+        if degree < element.space.order() {
+            for gradient in &element.gradients {
+                element.remainders.add_share(
+                    degree,
+                    gradient.place,
+                    gradient.slope,
+                    gradient.state,
+                );
+            }
+        }
+        element.advance(degree, self.jets)
+    }
+}
+
+/// Of each component: the one of which it is the integral, if it is nothing else and that one is not an integral itself.
+fn chains(program: &Program, dimension: usize) -> Vec<Option<usize>> {
+    let rate = |component: usize| program.output(component);
+    (0..dimension)
+        .map(|component| {
+            let root = rate(component);
+            (root < dimension && rate(root) >= dimension).then_some(root)
+        })
+        .collect()
+}
+
+/// Largest correction of a component, over the largest value of the component or change of it in the element.
+#[inline(always)]
+fn relative_size(
+    corrections: &[NodeValues],
+    nominal: &[NodeValues],
+    rates: &[NodeValues],
+    length: f64,
+) -> f64 {
+    let mut worst = 0.0_f64;
+    for ((correction, values), rate) in corrections.iter().zip(nominal).zip(rates) {
+        let scale = values.magnitude() + length.abs() * rate.magnitude();
+        let size = correction.magnitude();
+        if size > 0.0 || size.is_nan() {
+            worst = worst.max(size / scale.max(f64::MIN_POSITIVE));
+            if size.is_nan() {
+                return f64::INFINITY;
+            }
+        }
+    }
+    worst
+}
+
+/// The larger of two numbers, the first if the second is not a number.
+#[inline(always)]
+fn larger(a: f64, b: f64) -> f64 {
+    if b > a { b } else { a }
 }

@@ -1,8 +1,10 @@
 //! Gauss' collocation on one element: nodes, weights, integration matrix, highest Legendre modes.
 
+use std::ops::Add;
 use std::sync::LazyLock;
 
-use crate::numeric::{Dd, Lanes};
+use super::block::Block;
+use crate::numeric::{Dd, Lanes, Scalar};
 
 /// Number of collocation nodes of an element.
 pub(super) const NODES: usize = 16;
@@ -10,14 +12,18 @@ pub(super) const NODES: usize = 16;
 /// Values at the nodes of an element.
 pub(super) type NodeValues = Lanes<NODES>;
 
+/// Integral, double integral and last two Legendre coefficients.
+pub(super) type Functionals = Lanes<4>;
+
 /// Gauss-Legendre collocation on `[0, 1]`.
 pub(super) struct Gauss {
     /// The nodes `c_i`, increasing.
     pub(super) nodes: [f64; NODES],
-    /// The weights `b_i`: `∫_0^1 f = Σ_i b_i f(c_i)` up to degree 31.
-    pub(super) weights: NodeValues,
-    /// Columns of `A_ij = ∫_0^{c_i} ℓ_j`, with `ℓ_j` the Lagrange polynomials of the nodes.
-    pub(super) integration: [NodeValues; NODES],
+    /// `A_ij = ∫_0^{c_i} ℓ_j`, with `ℓ_j` the Lagrange polynomials of the nodes, and its square.
+    pub(super) integration: [Block; 2],
+    /// What is asked of a rate, node by node: `b`, `b A`, the weights of its integral and double integral over the
+    /// element, and the last modes.
+    pub(super) functionals: [Functionals; NODES],
     /// Row vectors that give the coefficients of the Legendre polynomials of degree 14 and 15.
     pub(super) last_modes: [NodeValues; 2],
 }
@@ -44,23 +50,42 @@ impl Gauss {
                 legendre[j][m] * primitive
             };
             let sum = (0..NODES).map(mode).fold(Dd::ZERO, |sum, term| sum + term);
-            (weights[j] * sum * half * half).to_f64()
+            weights[j] * sum * half * half
+        };
+        let matrix: [[Dd; NODES]; NODES] =
+            std::array::from_fn(|i| std::array::from_fn(|j| entry(i, j)));
+        let sum_over = |term: &dyn Fn(usize) -> Dd| (0..NODES).map(term).fold(Dd::ZERO, Add::add);
+        let square = |i: usize, j: usize| sum_over(&|m| matrix[i][m] * matrix[m][j]);
+        let double = |j: usize| sum_over(&|i| weights[i] * half * matrix[i][j]);
+        let block = |entry: &dyn Fn(usize, usize) -> Dd| {
+            Block(std::array::from_fn(|j| {
+                Lanes::from_fn(|i| entry(i, j).to_f64())
+            }))
         };
         let mode = |m: usize| {
             let norm = Dd::from(m as f64 + 0.5);
             Lanes::from_fn(|i| (weights[i] * legendre[i][m] * norm).to_f64())
         };
+        let last_modes = [mode(NODES - 2), mode(NODES - 1)];
         Self {
             nodes: roots.map(|root| ((root + Dd::ONE) * half).to_f64()),
-            weights: Lanes::from_fn(|i| (weights[i] * half).to_f64()),
-            integration: std::array::from_fn(|j| Lanes::from_fn(|i| entry(i, j))),
-            last_modes: [mode(NODES - 2), mode(NODES - 1)],
+            integration: [block(&|i, j| matrix[i][j]), block(&square)],
+            functionals: std::array::from_fn(|j| {
+                let [before_last, last] = last_modes.map(|mode| mode.0[j]);
+                let weight = weights[j] * half;
+                Lanes([weight.to_f64(), double(j).to_f64(), before_last, last])
+            }),
+            last_modes,
         }
     }
 
-    /// `∫_0^1` of the function with these node values.
-    pub(super) fn integral(&self, values: NodeValues) -> f64 {
-        dot(self.weights, values)
+    /// The functionals of the function with these node values.
+    #[inline(always)]
+    pub(super) fn functionals_of(&self, values: NodeValues) -> Functionals {
+        let terms = self.functionals.iter().zip(&values.0);
+        terms.fold(Lanes([0.0; 4]), |sum, (column, &value)| {
+            column.mul_add(Lanes::splat(value), sum)
+        })
     }
 
     /// Largest of the last two Legendre coefficients.
@@ -120,14 +145,22 @@ mod tests {
             let values = Lanes(gauss.nodes.map(|c| c.powi(power)));
             let exact = 1.0 / f64::from(power + 1);
             assert!(
-                (gauss.integral(values) - exact).abs() < 4e-16,
+                (gauss.functionals_of(values).0[0] - exact).abs() < 4e-16,
                 "power {power}"
             );
             if power < NODES as i32 {
                 for (i, &c) in gauss.nodes.iter().enumerate() {
                     let sum: f64 = (0..NODES)
-                        .map(|j| gauss.integration[j].0[i] * values.0[j])
+                        .map(|j| gauss.integration[0].0[j].0[i] * values.0[j])
                         .sum();
+                    let twice: f64 = (0..NODES)
+                        .map(|j| gauss.integration[1].0[j].0[i] * values.0[j])
+                        .sum();
+                    let exact_twice = c.powi(power + 2) * exact / f64::from(power + 2);
+                    assert!(
+                        power == 15 || (twice - exact_twice).abs() < 1e-15,
+                        "power {power}, node {i}, twice"
+                    );
                     assert!(
                         (sum - c.powi(power + 1) * exact).abs() < 1e-15,
                         "power {power}, node {i}"

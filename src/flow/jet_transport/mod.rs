@@ -3,9 +3,15 @@
 mod block;
 mod collocation;
 mod element;
+mod elimination;
+mod first_order;
 mod gauss;
 mod nominal;
+mod plan;
+mod remainders;
+mod resolution;
 mod solver;
+mod spare;
 mod sparse;
 mod taylor;
 

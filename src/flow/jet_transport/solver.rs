@@ -1,175 +1,448 @@
 //! The linear equations of collocation on one element, solved once for every coefficient.
 //!
 //! One idea: the part of degree `k` of the state enters its own equation linearly, with the same
-//! matrix whatever the degree and the monomial:
+//! matrix whatever the degree and the monomial. The unknowns are the rates `y_c` at the nodes of the components that
+//! are more than the integral of another one; with `x = x(0) + h A y`, or `h² A²` for such an integral,
 //!
 //! ```text
-//! x(c_i) = x(0) + h Σ_j A_ij (J(c_j) x(c_j) + r(c_j))
+//! y_c = r_c + Σ_s J_cs x_s,      x_s = i_s + W_s y_root(s)
 //! ```
 //!
-//! so `x = P x(0) + Q r` with `P = (I − h A⊗J)⁻¹ (1⊗I)` and `Q = (I − h A⊗J)⁻¹ (h A⊗I)`. The matrix is
-//! a few blocks over the nodes, most of them zero: block elimination keeps them absent.
+//! so `(I − Σ_s diag(J_cs) W_s) y = r + J i`: entries of the matrix are products of two numbers, and a forced oscillator
+//! of one degree of freedom leaves a single block to invert. See docs/mathematics/flow.md.
+
+use std::ops::Range;
 
 use super::block::Block;
-use super::gauss::{GAUSS, NODES, NodeValues};
+use super::elimination::{BlockMatrix, inverse};
+use super::gauss::{Functionals, GAUSS, Gauss, NODES, NodeValues};
 use crate::numeric::{Lanes, Scalar};
 
-/// `P` and `Q` of one element.
+/// Coefficients that are solved for together.
+const TOGETHER: usize = 4;
+
+const ZERO: NodeValues = Lanes([0.0; NODES]);
+
+/// The equations of one element, ready for any coefficient.
 pub(super) struct ElementSolver {
-    /// `(column, P_ac)` of each row: the response of component `a` to the initial value of `c`.
-    responses: Vec<Vec<(usize, NodeValues)>>,
-    /// `(column, Q_ac)` of each row: the response of component `a` to the remainder of `c`.
-    remainders: Vec<Vec<(usize, Block)>>,
+    gauss: &'static Gauss,
+    /// Of each component: the one of which it is the integral, if it is nothing else.
+    chains: Vec<Option<usize>>,
+    length: f64,
+    /// `h A` and `h² A²`.
+    integration: [Block; 2],
+    /// `∂f_c/∂x_s` at the nodes, by rows.
+    jacobian: Vec<NodeValues>,
+    /// The components whose rates are unknown, and the inverse of their matrix.
+    coupled: Vec<usize>,
+    rates: BlockMatrix,
+    /// Responses of states at the nodes: to initial values and to remainders, by rows.
+    to_initial: Vec<Option<NodeValues>>,
+    to_remainder: Vec<Option<Block>>,
+    /// Responses of the functionals of rates: to initial values and to remainders, by rows.
+    functionals_to_initial: Vec<Functionals>,
+    functionals_to_remainder: Vec<Option<[Functionals; NODES]>>,
 }
 
-/// A matrix of blocks, zero ones absent.
-type BlockMatrix = Vec<Vec<Option<Block>>>;
+/// Coefficients of one degree: what their node values follow from.
+#[derive(Clone, Copy)]
+pub(super) struct Part<'a> {
+    /// Initial values of component `c`: `initial[c · stride + m]` for the monomial `m`.
+    pub(super) initial: &'a [f64],
+    pub(super) stride: usize,
+    /// The first monomial of the remainders.
+    pub(super) first: usize,
+    /// Remainders of every component, where they do not all vanish.
+    pub(super) remainders: &'a [Option<&'a [NodeValues]>],
+}
 
 impl ElementSolver {
-    /// From the Jacobian `jacobian[a · dimension + c] = ∂f_a/∂x_c` at the nodes, the element's length,
-    /// and which components have a remainder at all.
-    ///
-    /// `None` if a block pivot is singular: the element is too long.
-    pub(super) fn new(
-        jacobian: &[NodeValues],
-        length: f64,
-        has_remainder: &[bool],
-    ) -> Option<Self> {
-        let dimension = has_remainder.len();
-        let inverse = inverse(collocation_matrix(jacobian, length, dimension))?;
-        let integration = Block(
-            GAUSS
-                .integration
-                .map(|column| column * Lanes::splat(length)),
-        );
-        let row_response = |(column, block): (usize, &Option<Block>)| {
-            let block = block.as_ref()?;
-            Some((column, block.apply(Lanes([1.0; NODES]))))
-        };
-        let row_remainder = |(column, block): (usize, &Option<Block>)| {
-            let block = block.as_ref().filter(|_| has_remainder[column])?;
-            Some((column, block.times(&integration)))
-        };
-        let responses = inverse
-            .iter()
-            .map(|row| row.iter().enumerate().filter_map(row_response).collect())
-            .collect();
-        let remainders = inverse
-            .iter()
-            .map(|row| row.iter().enumerate().filter_map(row_remainder).collect())
-            .collect();
-        Some(Self {
-            responses,
-            remainders,
-        })
+    /// Memory for elements of a field.
+    pub(super) fn new(chains: Vec<Option<usize>>) -> Self {
+        let entries = chains.len() * chains.len();
+        Self {
+            gauss: &GAUSS,
+            length: 0.0,
+            integration: [Block::ZERO; 2],
+            jacobian: vec![ZERO; entries],
+            coupled: Vec::new(),
+            rates: Vec::new(),
+            to_initial: vec![None; entries],
+            to_remainder: vec![None; entries],
+            functionals_to_initial: vec![Lanes([0.0; 4]); entries],
+            functionals_to_remainder: vec![None; entries],
+            chains,
+        }
     }
 
-    /// Node values of every component from its initial values and remainders.
-    #[inline]
-    pub(super) fn solve(
-        &self,
-        initial: &[f64],
-        remainders: &[NodeValues],
-        states: &mut [NodeValues],
-    ) {
-        let zero = Lanes([0.0; NODES]);
-        let rows = self.responses.iter().zip(&self.remainders);
-        for (state, (responses, blocks)) in states.iter_mut().zip(rows) {
-            let mut sum = zero;
-            for (column, response) in responses {
-                sum = response.mul_add(Lanes::splat(initial[*column]), sum);
+    /// Inverts the matrix of the rates on an element of a length, from the Jacobian at the nodes, by rows.
+    ///
+    /// `false` if a block pivot is singular: the element is too long.
+    #[inline(always)]
+    pub(super) fn factor(
+        &mut self,
+        length: f64,
+        jacobian: impl Fn(usize, usize) -> NodeValues,
+    ) -> bool {
+        if self.length != length {
+            self.length = length;
+            let [once, twice] = &self.gauss.integration;
+            self.integration = [once.scaled(length), twice.scaled(length * length)];
+        }
+        let dimension = self.chains.len();
+        for entry in 0..dimension * dimension {
+            self.jacobian[entry] = jacobian(entry / dimension, entry % dimension);
+        }
+        self.coupled.clear();
+        for component in 0..dimension {
+            let row = &self.jacobian[component * dimension..(component + 1) * dimension];
+            let is_coupled = row.iter().any(|entry| *entry != ZERO);
+            if is_coupled && self.chains[component].is_none() {
+                self.coupled.push(component);
             }
-            for (column, block) in blocks {
-                if remainders[*column] != zero {
-                    sum = block.apply_add(remainders[*column], sum);
+        }
+        match inverse(self.matrix()) {
+            Some(rates) => {
+                self.rates = rates;
+                true
+            }
+            None => false,
+        }
+    }
+
+    /// `I − Σ_s diag(J_cs) W_s`.
+    #[inline(always)]
+    fn matrix(&self) -> BlockMatrix {
+        let mut matrix = Vec::with_capacity(self.coupled.len());
+        for &row in &self.coupled {
+            let mut blocks = vec![None; self.coupled.len()];
+            blocks[matrix.len()] = Some(Block::IDENTITY);
+            for (column, &root) in self.coupled.iter().enumerate() {
+                for state in 0..self.chains.len() {
+                    let slopes = self.slopes(row, state);
+                    if self.root(state) == root && slopes != ZERO {
+                        let block = blocks[column].get_or_insert(Block::ZERO);
+                        block.subtract_scaled_rows(slopes, self.weight(state));
+                    }
                 }
             }
-            *state = sum;
+            matrix.push(blocks);
+        }
+        matrix
+    }
+
+    /// Prepares [`states`](Self::states) and [`functionals`](Self::functionals).
+    #[inline(always)]
+    pub(super) fn expand(&mut self) {
+        let dimension = self.chains.len();
+        self.to_initial.fill(None);
+        self.to_remainder.fill(None);
+        self.functionals_to_initial.fill(Lanes([0.0; 4]));
+        self.functionals_to_remainder.fill(None);
+        for state in 0..dimension {
+            self.to_initial[state * dimension + state] = Some(Lanes([1.0; NODES]));
+            if let Some(root) = self.chains[state] {
+                self.to_initial[state * dimension + root] = Some(self.nodes_in_time());
+            }
+        }
+        for component in 0..dimension {
+            if self.chains[component].is_none() && !self.coupled.contains(&component) {
+                let entry = component * dimension + component;
+                self.functionals_to_remainder[entry] = Some(self.gauss.functionals);
+            }
+        }
+        for row in 0..self.coupled.len() {
+            self.expand_rate(row);
+        }
+    }
+
+    /// Responses that go through the rate of one coupled component.
+    #[inline(always)]
+    fn expand_rate(&mut self, row: usize) {
+        let (dimension, component) = (self.chains.len(), self.coupled[row]);
+        for initial in 0..dimension {
+            let Some(rate) = self.rate_to_initial(row, initial) else {
+                continue;
+            };
+            let entry = component * dimension + initial;
+            self.functionals_to_initial[entry] = self.gauss.functionals_of(rate);
+            for state in 0..dimension {
+                if self.root(state) == component {
+                    let share = self.weight(state).apply(rate);
+                    let response = &mut self.to_initial[state * dimension + initial];
+                    *response = Some(response.unwrap_or(ZERO) + share);
+                }
+            }
+        }
+        for (column, &source) in self.coupled.iter().enumerate() {
+            let Some(rate) = &self.rates[row][column] else {
+                continue;
+            };
+            let mut functionals = [Lanes([0.0; 4]); NODES];
+            for (functionals, column) in functionals.iter_mut().zip(&rate.0) {
+                *functionals = self.gauss.functionals_of(*column);
+            }
+            self.functionals_to_remainder[component * dimension + source] = Some(functionals);
+            for state in 0..dimension {
+                let root = self.chains[state].unwrap_or(state);
+                if root == component {
+                    let weight = &self.integration[usize::from(self.chains[state].is_some())];
+                    self.to_remainder[state * dimension + source] = Some(weight.times(rate));
+                }
+            }
+        }
+    }
+
+    /// Rate of a coupled component at the nodes in response to an initial value.
+    #[inline(always)]
+    fn rate_to_initial(&self, row: usize, initial: usize) -> Option<NodeValues> {
+        let mut rate = None;
+        for (column, &component) in self.coupled.iter().enumerate() {
+            let mut slopes = self.slopes(component, initial);
+            for state in 0..self.chains.len() {
+                if self.chains[state] == Some(initial) {
+                    slopes += self.slopes(component, state) * self.nodes_in_time();
+                }
+            }
+            if let Some(block) = &self.rates[row][column]
+                && slopes != ZERO
+            {
+                rate = Some(rate.unwrap_or(ZERO) + block.apply(slopes));
+            }
+        }
+        rate
+    }
+
+    /// One step of Newton's method for the nominal orbit: from its node values and its rates `f` there, the
+    /// corrections of the node values and of the rates.
+    #[inline(always)]
+    pub(super) fn correct(
+        &self,
+        start: &[f64],
+        nominal: &[NodeValues],
+        rates: &[NodeValues],
+        corrections: &mut [NodeValues],
+        rate_corrections: &mut [NodeValues],
+    ) {
+        let dimension = self.chains.len();
+        for state in 0..dimension {
+            let initial = match self.chains[state] {
+                Some(root) => self.nodes_in_time() * Lanes::splat(start[root]),
+                None => ZERO,
+            };
+            let integral = self.weight(state).apply(rates[self.root(state)]);
+            corrections[state] = Lanes::splat(start[state]) - nominal[state] + (initial + integral);
+        }
+        rate_corrections.fill(ZERO);
+        for (column, &component) in self.coupled.iter().enumerate() {
+            let mut defect = ZERO;
+            for (state, correction) in corrections.iter().enumerate() {
+                defect = self.slopes(component, state).mul_add(*correction, defect);
+            }
+            for (row, &target) in self.coupled.iter().enumerate() {
+                if let Some(block) = &self.rates[row][column] {
+                    rate_corrections[target] += block.apply(defect);
+                }
+            }
+        }
+        for state in 0..dimension {
+            let share = rate_corrections[self.root(state)];
+            if share != ZERO {
+                corrections[state] += self.weight(state).apply(share);
+            }
+        }
+    }
+
+    /// Whether the rate of a component depends on no state.
+    pub(super) fn is_driven(&self, component: usize) -> bool {
+        self.chains[component].is_none() && !self.coupled.contains(&component)
+    }
+
+    /// Adds to the remainders of a component what it owes to those of a driven one.
+    #[inline(always)]
+    pub(super) fn pass_on(
+        &self,
+        driven: usize,
+        sources: &[NodeValues],
+        component: usize,
+        targets: &mut [NodeValues],
+    ) {
+        for state in 0..self.chains.len() {
+            let slopes = self.slopes(component, state);
+            if self.root(state) != driven || slopes == ZERO {
+                continue;
+            }
+            for (target, source) in targets.iter_mut().zip(sources) {
+                if *source != ZERO {
+                    *target = slopes.mul_add(self.weight(state).apply(*source), *target);
+                }
+            }
+        }
+    }
+
+    /// Node values of a state for some monomials.
+    #[inline(always)]
+    pub(super) fn states(
+        &self,
+        state: usize,
+        part: Part<'_>,
+        monomials: Range<usize>,
+        out: &mut [NodeValues],
+    ) {
+        let (chunks, rest) = out.as_chunks_mut::<TOGETHER>();
+        let mut first = monomials.start;
+        for chunk in chunks {
+            *chunk = self.states_of(state, part, first);
+            first += TOGETHER;
+        }
+        for value in rest {
+            [*value] = self.states_of(state, part, first);
+            first += 1;
+        }
+    }
+
+    #[inline(always)]
+    fn states_of<const COUNT: usize>(
+        &self,
+        state: usize,
+        part: Part<'_>,
+        first: usize,
+    ) -> [NodeValues; COUNT] {
+        let dimension = self.chains.len();
+        let mut sums = [ZERO; COUNT];
+        for initial in 0..dimension {
+            if let Some(response) = &self.to_initial[state * dimension + initial] {
+                let values = &part.initial[initial * part.stride + first..][..COUNT];
+                for (sum, &value) in sums.iter_mut().zip(values) {
+                    *sum = response.mul_add(Lanes::splat(value), *sum);
+                }
+            }
+        }
+        let (root, weight) = (self.root(state), self.weight(state));
+        for source in 0..dimension {
+            let block = match &self.to_remainder[state * dimension + source] {
+                Some(block) => block,
+                None if source == root && self.is_driven(source) => weight,
+                None => continue,
+            };
+            if let Some(values) = part.remainder(source, first) {
+                block.add_products(values, &mut sums);
+            }
+        }
+        sums
+    }
+
+    /// Functionals of the rates of a component that is no integral, for some monomials.
+    #[inline(always)]
+    pub(super) fn functionals(
+        &self,
+        component: usize,
+        part: Part<'_>,
+        monomials: Range<usize>,
+        out: &mut [Functionals],
+    ) {
+        let (chunks, rest) = out.as_chunks_mut::<TOGETHER>();
+        let mut first = monomials.start;
+        for chunk in chunks {
+            *chunk = self.functionals_at(component, part, first);
+            first += TOGETHER;
+        }
+        for value in rest {
+            [*value] = self.functionals_at(component, part, first);
+            first += 1;
+        }
+    }
+
+    #[inline(always)]
+    fn functionals_at<const COUNT: usize>(
+        &self,
+        component: usize,
+        part: Part<'_>,
+        first: usize,
+    ) -> [Functionals; COUNT] {
+        let dimension = self.chains.len();
+        let mut sums = [Lanes([0.0; 4]); COUNT];
+        for initial in 0..dimension {
+            let response = self.functionals_to_initial[component * dimension + initial];
+            let values = &part.initial[initial * part.stride + first..][..COUNT];
+            for (sum, &value) in sums.iter_mut().zip(values) {
+                *sum = response.mul_add(Lanes::splat(value), *sum);
+            }
+        }
+        for source in 0..dimension {
+            let entry = component * dimension + source;
+            if let Some(columns) = &self.functionals_to_remainder[entry]
+                && let Some(values) = part.remainder::<COUNT>(source, first)
+            {
+                for (node, column) in columns.iter().enumerate() {
+                    for (sum, value) in sums.iter_mut().zip(values) {
+                        *sum = column.mul_add(Lanes::splat(value.0[node]), *sum);
+                    }
+                }
+            }
+        }
+        sums
+    }
+
+    /// The state at the end of the element less its value at the start, from functionals of the rate of its root.
+    #[inline(always)]
+    pub(super) fn advance(
+        &self,
+        state: usize,
+        functionals: Functionals,
+        initial: impl Fn(usize) -> f64,
+    ) -> f64 {
+        match self.chains[state] {
+            None => self.length * functionals.0[0],
+            Some(root) => self.length * (initial(root) + self.length * functionals.0[1]),
         }
     }
 
     /// Largest of the last Legendre modes of the fundamental matrix, relative to each entry.
     pub(super) fn fundamental_tail(&self) -> f64 {
         let relative = |response: &NodeValues| {
-            GAUSS.tail(*response) / response.magnitude().max(f64::MIN_POSITIVE)
+            self.gauss.tail(*response) / response.magnitude().max(f64::MIN_POSITIVE)
         };
-        self.responses
+        self.to_initial
             .iter()
             .flatten()
-            .map(|(_, response)| relative(response))
+            .map(relative)
             .fold(0.0, f64::max)
     }
-}
 
-/// `I − h A⊗J`.
-fn collocation_matrix(jacobian: &[NodeValues], length: f64, dimension: usize) -> BlockMatrix {
-    let entry = |row: usize, column: usize| {
-        let slopes = jacobian[row * dimension + column];
-        let vanishes = slopes == Lanes([0.0; NODES]);
-        if vanishes {
-            return (row == column).then(Block::identity);
-        }
-        let scaled = |j: usize| GAUSS.integration[j] * Lanes::splat(-length * slopes.0[j]);
-        let mut block = Block(std::array::from_fn(scaled));
-        if row == column {
-            (0..NODES).for_each(|node| block.0[node].0[node] += 1.0);
-        }
-        Some(block)
-    };
-    (0..dimension)
-        .map(|row| (0..dimension).map(|column| entry(row, column)).collect())
-        .collect()
-}
-
-/// Inverse of a matrix of blocks by block elimination along the diagonal.
-fn inverse(mut matrix: BlockMatrix) -> Option<BlockMatrix> {
-    let dimension = matrix.len();
-    let unit = |row: usize, column: usize| (row == column).then(Block::identity);
-    let mut inverse: BlockMatrix = (0..dimension)
-        .map(|row| (0..dimension).map(|column| unit(row, column)).collect())
-        .collect();
-    for pivot in 0..dimension {
-        let block = matrix[pivot][pivot].as_ref()?;
-        if *block != Block::identity() {
-            let scale = block.inverse()?;
-            scale_row(&mut matrix[pivot][pivot + 1..], &scale);
-            scale_row(&mut inverse[pivot], &scale);
-        }
-        for row in (0..dimension).filter(|&row| row != pivot) {
-            if let Some(factor) = matrix[row][pivot] {
-                subtract_row(&mut matrix, row, pivot, &factor, pivot + 1);
-                subtract_row(&mut inverse, row, pivot, &factor, 0);
-            }
-        }
+    /// The component whose rate a state integrates, once or twice.
+    #[inline(always)]
+    pub(super) fn root(&self, state: usize) -> usize {
+        self.chains[state].unwrap_or(state)
     }
-    Some(inverse)
-}
 
-fn scale_row(row: &mut [Option<Block>], factor: &Block) {
-    let identity = Block::identity();
-    for block in row.iter_mut().flatten() {
-        *block = if *block == identity {
-            *factor
-        } else {
-            factor.times(block)
-        };
+    /// `W_s`: from the rate of its root to a state at the nodes.
+    #[inline(always)]
+    fn weight(&self, state: usize) -> &Block {
+        &self.integration[usize::from(self.chains[state].is_some())]
+    }
+
+    #[inline(always)]
+    fn slopes(&self, component: usize, state: usize) -> NodeValues {
+        self.jacobian[component * self.chains.len() + state]
+    }
+
+    /// Times of the nodes since the start of the element.
+    #[inline(always)]
+    fn nodes_in_time(&self) -> NodeValues {
+        Lanes(self.gauss.nodes) * Lanes::splat(self.length)
     }
 }
 
-/// `row −= factor · pivot` in the columns from `first` on.
-fn subtract_row(matrix: &mut BlockMatrix, row: usize, pivot: usize, factor: &Block, first: usize) {
-    let identity = Block::identity();
-    let pivot_row = matrix[pivot].clone();
-    let columns = pivot_row.iter().zip(&mut matrix[row]).skip(first);
-    for (block, target) in columns.filter_map(|(block, target)| Some((block.as_ref()?, target))) {
-        let product = if *block == identity {
-            *factor
-        } else {
-            factor.times(block)
-        };
-        *target = Some(match target {
-            Some(old) => old.minus(&product),
-            None => product.negative(),
-        });
+impl<'a> Part<'a> {
+    #[inline(always)]
+    fn remainder<const COUNT: usize>(
+        &self,
+        component: usize,
+        monomial: usize,
+    ) -> Option<&'a [NodeValues; COUNT]> {
+        self.remainders[component]?
+            .get(monomial - self.first..)?
+            .first_chunk()
     }
 }

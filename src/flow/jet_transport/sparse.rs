@@ -7,8 +7,7 @@ use std::ops::Range;
 
 use super::gauss::NodeValues;
 use crate::flow::Program;
-use crate::jet::{Graded, HeadFunction, JetSpace, Span};
-use crate::numeric::Scalar;
+use crate::jet::{Graded, HeadFunction, JetSpace, PartOf, Span};
 
 /// Set of variables of a jet: bit `min(i, 63)` for variable `i`.
 pub(super) type VariableSet = u64;
@@ -53,12 +52,70 @@ pub(super) fn variables_of_slots(
     }
 }
 
-/// A space of jets seen by one slot: products are formed for the monomials of its variables only.
+/// A space of jets as a set of variables sees it: of every degree the least range of monomials that holds all of
+/// these variables, whole runs.
+#[derive(Clone, Debug)]
+pub(super) struct Support {
+    variables: VariableSet,
+    parts: Vec<Range<usize>>,
+}
+
+impl Support {
+    pub(super) fn new(space: &JetSpace, monomials: &[VariableSet], variables: VariableSet) -> Self {
+        let part = |degree: usize| {
+            let mut runs = space
+                .runs(degree)
+                .filter(|run| meets(run, monomials, variables));
+            let first = runs.next();
+            let start = space.degree_range(degree).start;
+            first.map_or(start..start, |first| {
+                first.start..runs.last().map_or(first.end, |last| last.end)
+            })
+        };
+        Self {
+            variables,
+            parts: (0..=space.order()).map(part).collect(),
+        }
+    }
+
+    /// The monomials of a degree.
+    #[inline(always)]
+    pub(super) fn part(&self, degree: usize) -> Range<usize> {
+        self.parts[degree].clone()
+    }
+}
+
+/// Whether a run has a monomial of these variables only: its first and last are powers of one of its two.
+#[inline(always)]
+fn meets(run: &Range<usize>, monomials: &[VariableSet], variables: VariableSet) -> bool {
+    let present = |monomial: usize| monomials[monomial] & !variables == 0;
+    present(run.start) || present(run.end - 1)
+}
+
+/// A space of jets seen by one slot: products are formed for monomials of its variables only, and neighbours of these.
 #[derive(Clone, Copy)]
 pub(super) struct SparseSpace<'s> {
     pub(super) space: &'s JetSpace,
     pub(super) monomials: &'s [VariableSet],
-    pub(super) variables: VariableSet,
+    pub(super) support: &'s Support,
+}
+
+impl SparseSpace<'_> {
+    /// The part of a degree, its runs without a monomial of the variables left out.
+    #[inline(always)]
+    fn part_of<'o>(
+        &self,
+        degree: usize,
+        out: &'o mut [NodeValues],
+    ) -> PartOf<'o, NodeValues, impl Fn(&Range<usize>) -> bool> {
+        let (monomials, variables) = (self.monomials, self.support.variables);
+        PartOf {
+            degree,
+            first: self.support.part(degree).start,
+            out,
+            keep: move |run: &Range<usize>| meets(run, monomials, variables),
+        }
+    }
 }
 
 impl Graded<NodeValues> for SparseSpace<'_> {
@@ -70,11 +127,12 @@ impl Graded<NodeValues> for SparseSpace<'_> {
         self.space.len()
     }
 
+    #[inline(always)]
     fn part(&self, degree: usize) -> Range<usize> {
-        self.space.degree_range(degree)
+        self.support.part(degree)
     }
 
-    #[inline]
+    #[inline(always)]
     fn convolve(
         &self,
         degree: usize,
@@ -83,21 +141,36 @@ impl Graded<NodeValues> for SparseSpace<'_> {
         b: &[NodeValues],
         out: &mut [NodeValues],
     ) {
-        let square = std::ptr::eq(a, b) && matches!(span, Span::Full | Span::Interior);
-        for (monomial, value) in self.space.degree_range(degree).zip(out) {
-            if self.monomials[monomial] & !self.variables != 0 {
-                continue;
-            }
-            let pairs = self.space.pairs(monomial);
-            let pairs = &pairs[span.range(pairs.len())];
-            *value = if square {
-                square_of(pairs, a, *value)
-            } else {
-                product_of(pairs, a, b, *value)
-            };
-        }
+        self.space
+            .convolve_part(self.part_of(degree, out), span, (a, b));
     }
 
+    #[inline(always)]
+    fn scaled_convolution(
+        &self,
+        degree: usize,
+        span: Span,
+        (a, b): (&[NodeValues], &[NodeValues]),
+        factor: NodeValues,
+        out: &mut [NodeValues],
+    ) {
+        self.space
+            .scaled_part(self.part_of(degree, out), span, (a, b), factor);
+    }
+
+    #[inline(always)]
+    fn quotient_part(
+        &self,
+        degree: usize,
+        (a, b): (&[NodeValues], &[NodeValues]),
+        u: &[NodeValues],
+        out: &mut [NodeValues],
+    ) {
+        self.space
+            .quotient_part_of(self.part_of(degree, out), (a, b), u);
+    }
+
+    #[inline(always)]
     fn multiply_by_head(
         &self,
         degree: usize,
@@ -108,6 +181,7 @@ impl Graded<NodeValues> for SparseSpace<'_> {
         self.space.multiply_by_head(degree, a, part, out);
     }
 
+    #[inline(always)]
     fn divide_by_head(&self, b: &[NodeValues], part: &mut [NodeValues]) {
         self.space.divide_by_head(b, part);
     }
@@ -123,24 +197,4 @@ impl Graded<NodeValues> for SparseSpace<'_> {
     fn head_atan2(&self, y: &[NodeValues], x: &[NodeValues], out: &mut [NodeValues]) {
         self.space.head_atan2(y, x, out);
     }
-}
-
-#[inline(always)]
-fn product_of(
-    pairs: &[(u32, u32)],
-    a: &[NodeValues],
-    b: &[NodeValues],
-    sum: NodeValues,
-) -> NodeValues {
-    pairs.iter().fold(sum, |sum, &(i, j)| {
-        a[i as usize].mul_add(b[j as usize], sum)
-    })
-}
-
-/// The same for `a = b`: pairs `(i, j)` and `(j, i)` at once, the list being its own mirror image.
-#[inline(always)]
-fn square_of(pairs: &[(u32, u32)], a: &[NodeValues], sum: NodeValues) -> NodeValues {
-    let half = product_of(&pairs[..pairs.len() / 2], a, a, NodeValues::splat(0.0));
-    let middle = &pairs[pairs.len() / 2..pairs.len().div_ceil(2)];
-    product_of(middle, a, a, sum) + (half + half)
 }

@@ -39,7 +39,9 @@ impl Program {
             if unit.iter().any(|&slot| feeds[slot]) {
                 for slot in unit {
                     feeds[slot] = true;
-                    self.operations[slot].reads().for_each(|read| feeds[read] = true);
+                    self.operations[slot]
+                        .reads()
+                        .for_each(|read| feeds[read] = true);
                 }
             }
         }

@@ -1,6 +1,5 @@
 //! Exponential.
 
-use super::scale;
 use crate::jet::{Graded, HeadFunction, Span};
 use crate::numeric::Scalar;
 
@@ -9,6 +8,7 @@ use crate::numeric::Scalar;
 /// ```text
 /// u_0 = exp a_0,   u_k = (1/k) Σ_{j=1}^{k} (Ea)_j u_{k−j}
 /// ```
+#[inline(always)]
 pub fn part<S: Scalar, A: Graded<S>>(
     algebra: &A,
     degree: usize,
@@ -20,7 +20,6 @@ pub fn part<S: Scalar, A: Graded<S>>(
     if degree == 0 {
         return algebra.head(HeadFunction::Exp, &a[algebra.part(0)], out);
     }
-    out.fill(S::zero());
-    algebra.convolve(degree, Span::WithoutFirst, euler_a, u, out);
-    scale(out, S::one() / S::from_f64(degree as f64));
+    let factor = S::one() / S::from_f64(degree as f64);
+    algebra.scaled_convolution(degree, Span::WithoutFirst, (euler_a, u), factor, out);
 }

@@ -1,6 +1,5 @@
 //! Hyperbolic sine and cosine, computed as a pair.
 
-use super::scale;
 use crate::jet::{Graded, HeadFunction, Span};
 use crate::numeric::Scalar;
 
@@ -9,6 +8,7 @@ use crate::numeric::Scalar;
 /// ```text
 /// s_0 = sinh a_0,   s_k = (1/k) Σ_{j=1}^{k} (Ea)_j c_{k−j}
 /// ```
+#[inline(always)]
 pub fn sinh_part<S: Scalar, A: Graded<S>>(
     algebra: &A,
     degree: usize,
@@ -25,6 +25,7 @@ pub fn sinh_part<S: Scalar, A: Graded<S>>(
 /// ```text
 /// c_0 = cosh a_0,   c_k = (1/k) Σ_{j=1}^{k} (Ea)_j s_{k−j}
 /// ```
+#[inline(always)]
 pub fn cosh_part<S: Scalar, A: Graded<S>>(
     algebra: &A,
     degree: usize,
@@ -36,6 +37,7 @@ pub fn cosh_part<S: Scalar, A: Graded<S>>(
     pair_part(algebra, HeadFunction::Cosh, degree, a, euler_a, sinh, out);
 }
 
+#[inline(always)]
 fn pair_part<S: Scalar, A: Graded<S>>(
     algebra: &A,
     function: HeadFunction,
@@ -48,7 +50,6 @@ fn pair_part<S: Scalar, A: Graded<S>>(
     if degree == 0 {
         return algebra.head(function, &a[algebra.part(0)], out);
     }
-    out.fill(S::zero());
-    algebra.convolve(degree, Span::WithoutFirst, euler_a, partner, out);
-    scale(out, S::one() / S::from_f64(degree as f64));
+    let factor = S::one() / S::from_f64(degree as f64);
+    algebra.scaled_convolution(degree, Span::WithoutFirst, (euler_a, partner), factor, out);
 }

@@ -17,6 +17,7 @@ use super::Graded;
 use crate::numeric::Scalar;
 
 /// `out = Σ_{j=0}^{k} a_j b_{k−j}`.
+#[inline(always)]
 pub fn product_part<S: Scalar, A: Graded<S>>(
     algebra: &A,
     degree: usize,
@@ -24,11 +25,11 @@ pub fn product_part<S: Scalar, A: Graded<S>>(
     b: &[S],
     out: &mut [S],
 ) {
-    out.fill(S::zero());
-    algebra.convolve(degree, super::Span::Full, a, b, out);
+    algebra.scaled_convolution(degree, super::Span::Full, (a, b), S::one(), out);
 }
 
 /// Divides every scalar of a part by a number.
+#[inline(always)]
 pub(crate) fn scale<S: Scalar>(part: &mut [S], factor: S) {
     for value in part {
         *value *= factor;

@@ -14,6 +14,7 @@ use crate::numeric::Scalar;
     clippy::too_many_arguments,
     reason = "one per symbol of the recurrence"
 )]
+#[inline(always)]
 pub fn part<S: Scalar, A: Graded<S>>(
     algebra: &A,
     exponent: S,

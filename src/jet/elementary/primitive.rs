@@ -12,6 +12,7 @@ use crate::numeric::Scalar;
 ///
 /// with `w = a` for `log`, `1 + a²` for `atan`, `√(1 − a²)` for `asin` and `−√(1 − a²)` for `acos`.
 /// Analytic where `w_0` is invertible.
+#[inline(always)]
 pub fn part<S: Scalar, A: Graded<S>>(
     algebra: &A,
     function: HeadFunction,

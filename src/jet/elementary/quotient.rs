@@ -1,6 +1,6 @@
 //! Quotient `u = a / b`.
 
-use crate::jet::{Graded, Span};
+use crate::jet::Graded;
 use crate::numeric::Scalar;
 
 /// Part of degree `k` of `u = a / b`, from `u b = a`:
@@ -10,6 +10,7 @@ use crate::numeric::Scalar;
 /// ```
 ///
 /// `b_0` must be invertible.
+#[inline(always)]
 pub fn part<S: Scalar, A: Graded<S>>(
     algebra: &A,
     degree: usize,
@@ -18,10 +19,5 @@ pub fn part<S: Scalar, A: Graded<S>>(
     u: &[S],
     out: &mut [S],
 ) {
-    out.fill(S::zero());
-    algebra.convolve(degree, Span::WithoutFirst, b, u, out);
-    for (value, &numerator) in out.iter_mut().zip(&a[algebra.part(degree)]) {
-        *value = numerator - *value;
-    }
-    algebra.divide_by_head(b, out);
+    algebra.quotient_part(degree, (a, b), u, out);
 }

@@ -11,6 +11,7 @@ use crate::numeric::Scalar;
 /// ```
 ///
 /// Analytic for `a_0 > 0` only.
+#[inline(always)]
 pub fn part<S: Scalar, A: Graded<S>>(algebra: &A, degree: usize, a: &[S], u: &[S], out: &mut [S]) {
     if degree == 0 {
         return algebra.head(HeadFunction::Sqrt, &a[algebra.part(0)], out);

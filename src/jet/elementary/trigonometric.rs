@@ -1,6 +1,5 @@
 //! Sine and cosine, computed as a pair.
 
-use super::scale;
 use crate::jet::{Graded, HeadFunction, Span};
 use crate::numeric::Scalar;
 
@@ -9,6 +8,7 @@ use crate::numeric::Scalar;
 /// ```text
 /// s_0 = sin a_0,   s_k = (1/k) Σ_{j=1}^{k} (Ea)_j c_{k−j}
 /// ```
+#[inline(always)]
 pub fn sine_part<S: Scalar, A: Graded<S>>(
     algebra: &A,
     degree: usize,
@@ -20,9 +20,8 @@ pub fn sine_part<S: Scalar, A: Graded<S>>(
     if degree == 0 {
         return algebra.head(HeadFunction::Sin, &a[algebra.part(0)], out);
     }
-    out.fill(S::zero());
-    algebra.convolve(degree, Span::WithoutFirst, euler_a, cosine, out);
-    scale(out, S::one() / S::from_f64(degree as f64));
+    let factor = S::one() / S::from_f64(degree as f64);
+    algebra.scaled_convolution(degree, Span::WithoutFirst, (euler_a, cosine), factor, out);
 }
 
 /// Part of degree `k` of `c = cos a`, from `Ec = −(Ea) s` with `s = sin a`:
@@ -30,6 +29,7 @@ pub fn sine_part<S: Scalar, A: Graded<S>>(
 /// ```text
 /// c_0 = cos a_0,   c_k = −(1/k) Σ_{j=1}^{k} (Ea)_j s_{k−j}
 /// ```
+#[inline(always)]
 pub fn cosine_part<S: Scalar, A: Graded<S>>(
     algebra: &A,
     degree: usize,
@@ -41,7 +41,6 @@ pub fn cosine_part<S: Scalar, A: Graded<S>>(
     if degree == 0 {
         return algebra.head(HeadFunction::Cos, &a[algebra.part(0)], out);
     }
-    out.fill(S::zero());
-    algebra.convolve(degree, Span::WithoutFirst, euler_a, sine, out);
-    scale(out, -S::one() / S::from_f64(degree as f64));
+    let factor = -S::one() / S::from_f64(degree as f64);
+    algebra.scaled_convolution(degree, Span::WithoutFirst, (euler_a, sine), factor, out);
 }

@@ -1,0 +1,239 @@
+//! The slots of a field over jets whose coefficients are node values: what they give in one degree where the state's
+//! own part is left out, and the share of the state's part in them.
+
+use std::rc::Rc;
+use std::sync::Arc;
+
+use super::gauss::{NODES, NodeValues};
+use super::plan::{Action, Plan};
+use super::spare;
+use super::sparse::{
+    SparseSpace, Support, VariableSet, variables_of_monomials, variables_of_slots,
+};
+use crate::flow::Program;
+use crate::flow::program::run;
+use crate::jet::JetSpace;
+use crate::numeric::{Lanes, Scalar, one_by_one};
+
+const ZERO: NodeValues = Lanes([0.0; NODES]);
+
+/// The stored slots of a program, the states first.
+pub(super) struct Remainders {
+    plan: Plan,
+    space: Arc<JetSpace>,
+    dimension: usize,
+    monomials: Vec<VariableSet>,
+    /// The monomials of each place.
+    supports: Vec<Rc<Support>>,
+    /// Whether each place holds an Euler derivative.
+    is_euler: Vec<bool>,
+    tape: Vec<NodeValues>,
+    scratch: Vec<NodeValues>,
+}
+
+impl Remainders {
+    /// For a field's program, its inputs given as coefficients at the start; parameters keep theirs.
+    pub(super) fn new(
+        program: &Program,
+        space: &Arc<JetSpace>,
+        inputs: &[&[f64]],
+        dimension: usize,
+    ) -> Self {
+        let monomials = variables_of_monomials(space);
+        let set = |coefficients: &&[f64]| {
+            let terms = coefficients.iter().zip(&monomials);
+            let present = terms.filter(|(value, _)| **value != 0.0);
+            present.fold(0, |set, (_, monomial)| set | monomial)
+        };
+        let sets: Vec<_> = inputs.iter().map(set).collect();
+        let variables = variables_of_slots(program, &sets, dimension);
+        let supports = supports(space, &monomials, &variables);
+        let reaches = |slot: usize, degree: usize| match slot {
+            _ if slot < dimension || slot >= program.inputs() => {
+                !supports[slot].part(degree).is_empty()
+            }
+            parameter => inputs[parameter][space.degree_range(degree)]
+                .iter()
+                .any(|&value| value != 0.0),
+        };
+        let plan = Plan::new(program, dimension, space.order(), reaches);
+        let stored = plan.stored.iter();
+        let mut remainders = Self {
+            supports: stored
+                .clone()
+                .map(|&slot| Rc::clone(&supports[slot]))
+                .collect(),
+            is_euler: stored.map(|&slot| program.is_euler(slot)).collect(),
+            tape: spare::take(plan.stored.len() * space.len()),
+            plan,
+            dimension,
+            monomials,
+            scratch: vec![ZERO; space.len()],
+            space: Arc::clone(space),
+        };
+        remainders.clear_beyond_supports();
+        remainders.set_parameters(&inputs[dimension..]);
+        remainders
+    }
+
+    /// Sets to zero what no action writes and a recurrence of a slot with more variables reads.
+    fn clear_beyond_supports(&mut self) {
+        let elements = self.tape.chunks_exact_mut(self.space.len());
+        for (element, support) in elements.zip(&self.supports) {
+            for degree in 0..=self.space.order() {
+                let (all, part) = (self.space.degree_range(degree), support.part(degree));
+                element[all.start..part.start].fill(ZERO);
+                element[part.end..all.end].fill(ZERO);
+            }
+        }
+    }
+
+    fn set_parameters(&mut self, parameters: &[&[f64]]) {
+        let (dimension, len) = (self.dimension, self.space.len());
+        let elements = self.tape.chunks_exact_mut(len).skip(dimension);
+        for (element, coefficients) in elements.zip(parameters) {
+            for (values, &coefficient) in element.iter_mut().zip(*coefficients) {
+                *values = Lanes::splat(coefficient);
+            }
+        }
+    }
+
+    /// Number of stored slots.
+    pub(super) fn places(&self) -> usize {
+        self.plan.stored.len()
+    }
+
+    /// The slot that a place stores.
+    pub(super) fn slot(&self, place: usize) -> usize {
+        self.plan.stored[place]
+    }
+
+    /// Whether a recurrence reads lower parts of a place.
+    pub(super) fn is_read_again(&self, place: usize) -> bool {
+        self.plan.history[place]
+    }
+
+    /// The elements of all places that are not states'.
+    #[inline(always)]
+    pub(super) fn others(&self) -> &[NodeValues] {
+        &self.tape[self.dimension * self.space.len()..]
+    }
+
+    /// Sets the head of a place.
+    #[inline(always)]
+    pub(super) fn set_head(&mut self, place: usize, head: NodeValues) {
+        self.tape[place * self.space.len()] = head;
+    }
+
+    /// The monomials of a degree on which a state can depend.
+    #[inline(always)]
+    pub(super) fn part(&self, state: usize, degree: usize) -> std::ops::Range<usize> {
+        self.supports[state].part(degree)
+    }
+
+    /// The elements of the states, and those of all other places.
+    #[inline(always)]
+    pub(super) fn split(&mut self) -> (&mut [NodeValues], &[NodeValues]) {
+        let (states, others) = self.tape.split_at_mut(self.dimension * self.space.len());
+        (states, others)
+    }
+
+    /// Where the remainder of a component begins among the elements that are not states'; `None` if it vanishes.
+    #[inline(always)]
+    pub(super) fn remainder(&self, component: usize, degree: usize) -> Option<usize> {
+        let place = self.plan.remainders[degree][component]?;
+        Some((place - self.dimension) * self.space.len())
+    }
+
+    /// Computes the parts of one degree of all stored slots, those of the states being zero.
+    ///
+    /// Parts of lower degree must be complete where recurrences read them.
+    #[inline(always)]
+    pub(super) fn compute(&mut self, degree: usize) {
+        let len = self.space.len();
+        for action in &self.plan.actions[degree] {
+            match action {
+                Action::Run {
+                    operation,
+                    place,
+                    reads_before,
+                } => {
+                    let support = &self.supports[*place];
+                    let algebra = SparseSpace {
+                        space: &self.space,
+                        monomials: &self.monomials,
+                        support,
+                    };
+                    let part = support.part(degree);
+                    let (before, rest) = self.tape.split_at_mut(place * len);
+                    if *reads_before {
+                        let out = &mut rest[part];
+                        run(operation, *place, &algebra, degree, len, before, out);
+                    } else {
+                        let out = &mut self.scratch[..part.len()];
+                        run(operation, *place, &algebra, degree, len, &self.tape, out);
+                        self.tape[place * len..][part].copy_from_slice(out);
+                    }
+                }
+                Action::Copy { from, place } => {
+                    let part = self.supports[*place].part(degree);
+                    let source = from * len + part.start..from * len + part.end;
+                    self.tape.copy_within(source, place * len + part.start);
+                }
+                Action::Clear { place } => {
+                    let part = self.supports[*place].part(degree);
+                    self.tape[place * len..][part].fill(ZERO);
+                }
+            }
+        }
+    }
+
+    /// Adds the share of a state's part of a degree to a place, by its slope.
+    #[inline(always)]
+    pub(super) fn add_share(
+        &mut self,
+        degree: usize,
+        place: usize,
+        slope: NodeValues,
+        state: usize,
+    ) {
+        let (len, part) = (self.space.len(), self.supports[state].part(degree));
+        let factor = if self.is_euler[place] {
+            degree as f64
+        } else {
+            1.0
+        };
+        let slope = slope * Lanes::splat(factor);
+        let (states, others) = self.tape.split_at_mut(self.dimension * len);
+        let state = &states[state * len..][part.clone()];
+        let place = &mut others[(place - self.dimension) * len..][part];
+        for (index, (value, &state)) in place.iter_mut().zip(state).enumerate() {
+            one_by_one::<NodeValues>(index);
+            *value = slope.mul_add(state, *value);
+        }
+    }
+}
+
+/// The supports of all slots; slots of the same variables share the work.
+fn supports(
+    space: &JetSpace,
+    monomials: &[VariableSet],
+    variables: &[VariableSet],
+) -> Vec<Rc<Support>> {
+    let mut known: Vec<(VariableSet, Rc<Support>)> = Vec::new();
+    let mut support = |&variables: &VariableSet| {
+        if let Some((_, support)) = known.iter().find(|(set, _)| *set == variables) {
+            return Rc::clone(support);
+        }
+        let support = Rc::new(Support::new(space, monomials, variables));
+        known.push((variables, Rc::clone(&support)));
+        support
+    };
+    variables.iter().map(&mut support).collect()
+}
+
+impl Drop for Remainders {
+    fn drop(&mut self) {
+        spare::give_back(std::mem::take(&mut self.tape));
+    }
+}
