@@ -55,6 +55,9 @@ const FALLS: f64 = 0.5;
 /// An error of which truncation is forecast to be less than this share is rounding.
 const TRUNCATION: f64 = 0.1;
 
+/// And one of so many roundings of the image.
+const ROUNDINGS: f64 = 32.0;
+
 /// Chooses maps of one scene.
 ///
 /// ```
@@ -165,9 +168,10 @@ impl<'a> Chooser<'a> {
                 let error = trial.nearest_error();
                 let ended = error > FALLS * last;
                 if ended || next == highest {
+                    let rounded = error <= ROUNDINGS * self.bench.rounding();
                     return Ok(Some(match level.rule.converges() {
                         false => Limit::Radius,
-                        true if remainder < TRUNCATION * error => Limit::Rounding,
+                        true if rounded || remainder < TRUNCATION * error => Limit::Rounding,
                         true => Limit::Orders,
                     }));
                 }
