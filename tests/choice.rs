@@ -4,13 +4,13 @@ use std::collections::BTreeMap;
 
 use grazemap::analysis::{DirectEnd, DirectImage};
 use grazemap::convergence::{
-    Choice, ChoiceOptions, MapFamily, Monomials, SamplePoint, WindowSample, choose, choose_orders,
-    chosen_map, measured_error, validity,
+    Choice, ChoiceOptions, Chooser, ExactImages, Limit, MapFamily, Monomials, Polynomials,
+    SamplePoint, WindowSample, choose, choose_orders, chosen_map, measured_error, validity,
 };
 use grazemap::expansion::{Expander, LocalMap, MapOrders};
 use grazemap::hybrid::HybridSystem;
 use grazemap::iteration::{DiscreteMap, HornerMap};
-use grazemap::model::{Scene, catalogue};
+use grazemap::model::{Scene, Shape, catalogue};
 use grazemap::numeric::Dd;
 use grazemap::orbit::{GrazingOrbit, locate};
 
@@ -105,6 +105,38 @@ fn a_choice_is_cheaper_than_the_best_pair_with_every_monomial() {
 }
 
 #[test]
+fn an_economised_choice_is_made_again_with_the_very_errors_it_was_chosen_by() {
+    let scene = scene("linear");
+    let orbit = orbit(&scene);
+    let mut chooser = Chooser::new(&scene, &orbit, 200).expect("points");
+    let choice = chooser.choose(1e-6).expect("a choice");
+    assert_eq!(choice.polynomials, Polynomials::Economised, "{choice:?}");
+    let (local, map) = chosen_map(&choice, &scene, &orbit).expect("a simple graze");
+    assert_eq!(local.fitted_to, choice.fitted_to);
+    assert_eq!(map.frozen_count().total(), choice.operations);
+    // The fresh points follow the 128 of the sample.
+    let fresh = ExactImages::new(&scene, &orbit, chooser.points(128, 200)).expect("points");
+    let worst = fresh.errors(&map).into_iter().fold(0.0, f64::max);
+    assert_eq!(Some(worst), choice.fresh_error);
+}
+
+/// The series of this stop end at a thirtieth of the largest depth variable of its window.
+#[test]
+fn contacts_are_flown_where_no_series_serves_and_the_shape_is_left_open() {
+    let mut scene = scene("soft_a_stiff");
+    scene.emit.shape = Shape::Auto;
+    let orbit = orbit(&scene);
+    let options = ChoiceOptions {
+        fresh: 100,
+        ..ChoiceOptions::new(1e-3)
+    };
+    let choice = choose(&scene, &orbit, &options).expect("a choice");
+    assert!(choice.met && choice.shape == Shape::Flown, "{choice:?}");
+    let (local, _) = chosen_map(&choice, &scene, &orbit).expect("a law that can be flown");
+    assert!(local.is_flown());
+}
+
+#[test]
 fn a_tolerance_out_of_reach_is_said_to_be_and_how_close_maps_came() {
     let scene = scene("linear");
     let options = ChoiceOptions {
@@ -113,8 +145,12 @@ fn a_tolerance_out_of_reach_is_said_to_be_and_how_close_maps_came() {
     };
     let choice = choose(&scene, &orbit(&scene), &options).expect("a choice");
     assert!(!choice.met, "{choice:?}");
-    // What the highest orders reach on this window.
-    assert!(choice.error.is_some_and(|error| error < 1e-9), "{choice:?}");
+    // What double precision reaches on this window.
+    assert!(
+        choice.error.is_some_and(|error| error < 1e-13),
+        "{choice:?}"
+    );
+    assert_eq!(choice.limit, Some(Limit::Rounding));
 }
 
 /// A heavier parameter is a coarser cut of the same series: the expansion of a scene that names the weight.

@@ -660,6 +660,7 @@ fn a_crate_emitted_for_a_tolerance_states_the_measured_error_and_is_the_same_twi
     };
     let tolerant = emit("linear.toml", "a", false);
     assert_eq!(constant(&tolerant, "TOLERANCE"), Some(1e-6));
+    assert!(tolerant.contains("Coefficients: economised"), "{tolerant}");
     let error = constant(&tolerant, "MEASURED_ERROR").expect("measured");
     // Rounded up to two digits, at most a tenth.
     assert!((1e-9..=1.1e-6).contains(&error), "{error:e}");

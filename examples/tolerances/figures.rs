@@ -59,11 +59,16 @@ fn lines(figure: &mut Figure, rows: &[Row], value: impl Fn(&Row) -> f64) {
     }
 }
 
+/// An order of a row.
+type Order = fn(&Row) -> u32;
+/// One number of sorted ones.
+type Statistic = fn(&[f64]) -> f64;
+
 /// Degrees and weights chosen against the tolerance: median and range over the scenes.
 pub(crate) fn orders(rows: &[Row]) -> Figure {
     let mut figure = Figure::new(Axis::log10("tolerance"), Axis::linear("order"));
     figure.title = "Orders of the chosen maps over the scenes, contacts as series".to_owned();
-    let kinds: [(&str, fn(&Row) -> u32); 2] = [
+    let kinds: [(&str, Order); 2] = [
         ("N", |row| row.choice.smooth_order),
         ("W", |row| row.choice.contact_weight),
     ];
@@ -75,7 +80,7 @@ pub(crate) fn orders(rows: &[Row]) -> Figure {
             let of = series.filter(|row| row.choice.tolerance == tolerance);
             sorted(of.map(|row| f64::from(order(row))))
         };
-        let statistics: [(String, Stroke, fn(&[f64]) -> f64); 3] = [
+        let statistics: [(String, Stroke, Statistic); 3] = [
             (format!("{name}, median"), Stroke::Solid, median),
             (format!("{name}, lowest"), Stroke::Dotted, |values| {
                 values[0]

@@ -122,7 +122,7 @@ fn images_in<S: Real>(
             let system = HybridSystem::new(&scene.model);
             let direct = DirectImage::<S>::new(&system, scene, orbit)?;
             let fly = |direct: &mut DirectImage<S>, row| {
-                iterate(row, request, &inside, |state, parameters| {
+                iterate(row, request, inside, |state, parameters| {
                     let image = direct.image(state, parameters)?;
                     Ok(Image {
                         offsets: image.offsets,
@@ -152,7 +152,7 @@ fn images_in<S: Real>(
                 })
             };
             let rows = (0..request.rows.len()).into_par_iter();
-            rows.map(|row| iterate(row, request, &inside, step))
+            rows.map(|row| iterate(row, request, inside, step))
                 .collect::<Result<_, _>>()?
         }
     };

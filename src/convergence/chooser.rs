@@ -55,6 +55,9 @@ const FALLS: f64 = 0.5;
 /// An error of which truncation is forecast to be less than this share is rounding.
 const TRUNCATION: f64 = 0.1;
 
+/// And one of so many roundings of the image.
+const ROUNDINGS: f64 = 32.0;
+
 /// Chooses maps of one scene.
 ///
 /// ```
@@ -153,7 +156,11 @@ impl<'a> Chooser<'a> {
         };
         let mut last = f64::INFINITY;
         loop {
-            let at = self.level(highest)?;
+            let Ok(at) = self.level(highest) else {
+                // Orders whose coefficients overflow end the search; the probe stands for those before.
+                try_level(&mut self.bench, &self.levels[0], trial)?;
+                return Ok(Some(Limit::Orders).filter(|_| trial.found().is_none()));
+            };
             let level = &self.levels[at];
             let remainder = level.remainder();
             let next = self.next(level, reachable);
@@ -165,9 +172,10 @@ impl<'a> Chooser<'a> {
                 let error = trial.nearest_error();
                 let ended = error > FALLS * last;
                 if ended || next == highest {
+                    let rounded = error <= ROUNDINGS * self.bench.rounding();
                     return Ok(Some(match level.rule.converges() {
                         false => Limit::Radius,
-                        true if remainder < TRUNCATION * error => Limit::Rounding,
+                        true if rounded || remainder < TRUNCATION * error => Limit::Rounding,
                         true => Limit::Orders,
                     }));
                 }
@@ -227,14 +235,18 @@ impl<'a> Chooser<'a> {
             smooth_order,
             contact_weight,
         };
-        let at = self.level(orders(top, top))?;
+        let asked = self.scene.emit.shape == Shape::Flown;
+        let at = match self.level(orders(top, top)) {
+            Err(error) if asked => return Err(error),
+            Err(_) => return Ok(()),
+            Ok(at) => at,
+        };
         let family = &self.levels[at].family;
         // A law that cannot be flown has no flown map to offer; a scene that asks for one is told why.
-        if let (Err(error), true) = (
-            family.flown_map(orders(1, 2)),
-            self.scene.emit.shape == Shape::Flown,
-        ) {
-            return Err(error.into());
+        match family.flown_map(orders(1, 2)) {
+            Err(error) if asked => return Err(error.into()),
+            Err(_) => return Ok(()),
+            Ok(_) => {}
         }
         let bench = &mut self.bench;
         let mut meets = |smooth_order: u32, contact_weight: u32| {
@@ -280,19 +292,13 @@ fn try_level(
     trial: &mut Trial,
 ) -> Result<(), ConvergenceError> {
     let shape = bench.scene().emit.shape;
-    let highest = level.family.highest();
     let tolerance = trial.tolerance;
     let likely = |slack: f64| {
         let bound = slack * tolerance;
         let candidates = level.candidates.iter();
         candidates.filter(move |candidate| candidate.forecast <= bound)
     };
-    let mut taylor: Vec<&Candidate> = likely(SLACK).collect();
-    if taylor.is_empty() {
-        let top =
-            |candidate: &&Candidate| candidate.orders == highest && candidate.weights.is_empty();
-        taylor.extend(level.candidates.iter().find(top));
-    }
+    let taylor: Vec<&Candidate> = likely(SLACK).collect();
     let mut most = (usize::MAX, usize::MAX);
     if shape != Shape::Composed {
         most = try_all(&taylor, |candidate| {
@@ -305,7 +311,8 @@ fn try_level(
             )
         })?;
     }
-    let small = |candidate: &&Candidate| candidate.cost.1 <= COMPOSED_TERMS;
+    let small =
+        |candidate: &&Candidate| shape == Shape::Composed || candidate.cost.1 <= COMPOSED_TERMS;
     if shape != Shape::Factored {
         let mut judge = |candidate: &Candidate| {
             bench.judge(

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use super::accuracy::DepthAccuracy;
 use super::pareto::ParetoPoint;
 use super::validity::Validity;
-use crate::expansion::MapOrders;
+use crate::expansion::{MapOrders, WindowEdge};
 use crate::model::Shape;
 
 /// How far maps of every order are from direct simulation, and how fast they are.
@@ -29,6 +29,8 @@ pub struct ConvergenceStudy {
     pub smooth_rates: Vec<FactorRate>,
     /// The cheapest map for the tolerance, or the most accurate one tried.
     pub chosen: Choice,
+    /// What its contacts leave out at the largest depth of the window, by passage; none where their series end or are flown.
+    pub window_edges: Vec<WindowEdge>,
     /// The largest window on which the chosen map meets the tolerance.
     pub validity: Validity,
     /// The chosen map and direct simulation in double precision as the window shrinks.

@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use super::accuracy::{DepthAccuracy, depth_accuracy};
 use super::choice::{ChoiceOptions, choose, chosen_map};
 use super::data::{
-    ConvergenceStudy, DirectSummary, ErrorSummary, OrderResult, Rate, SampleSummary,
+    Choice, ConvergenceStudy, DirectSummary, ErrorSummary, OrderResult, Rate, SampleSummary,
 };
 use super::errors::summarize;
 use super::pareto::pareto;
@@ -15,7 +15,7 @@ use super::truth::{Truth, truth};
 use super::validity::validity;
 use super::{ConvergenceError, MapFamily, timing};
 use crate::analysis::{DirectImage, MapEvaluation, Progress};
-use crate::expansion::{LocalMap, MapOrders};
+use crate::expansion::{LocalMap, MapOrders, WindowEdge};
 use crate::hybrid::{FlowMethod, HybridSystem};
 use crate::iteration::HornerMap;
 use crate::model::{Orders, Scene, Shape};
@@ -137,6 +137,7 @@ pub fn converge(
             orbit,
         )?,
         smooth_rates: smooth_rates(&sweep.sample, &factors, &sweep.system, scene, orbit)?,
+        window_edges: window_edges(&sweep.family, &chosen)?,
         validity: validity(scene, orbit, &local, &map, options.tolerance)?,
         accuracy: sweep.accuracy(&map)?,
         pareto: pareto(&orders, direct_by_taylor.iter().chain([&direct])),
@@ -146,6 +147,21 @@ pub fn converge(
         multiply_add_ns,
         orders,
     })
+}
+
+/// What the contacts of a chosen map leave out at the edge of the window.
+fn window_edges(
+    family: &MapFamily<'_>,
+    chosen: &Choice,
+) -> Result<Vec<WindowEdge>, ConvergenceError> {
+    let expander = family.expander();
+    let passages = match chosen.shape {
+        Shape::Flown => 0..0,
+        _ => 0..expander.passages(),
+    };
+    let edges = passages.map(|passage| expander.window_edge(passage, chosen.contact_weight));
+    let edges = edges.collect::<Result<Vec<_>, _>>()?;
+    Ok(edges.into_iter().flatten().collect())
 }
 
 /// One study under way.

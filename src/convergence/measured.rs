@@ -18,6 +18,9 @@ use crate::orbit::GrazingOrbit;
 /// Number in the sequence of the first point: orders are chosen by the ones before it.
 const FIRST: usize = 128;
 
+/// Rounds of which the fastest counts.
+const ROUNDS: usize = 5;
+
 /// The largest error of a map on its window.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MeasuredError {
@@ -137,8 +140,8 @@ impl ExactImages {
             .collect()
     }
 
-    /// Nanoseconds of a return by direct simulation in double precision, one after another over the first points, and its
-    /// largest error there.
+    /// Nanoseconds of a return by direct simulation in double precision, one after another over the first points, the fastest
+    /// of five rounds; and its largest error there.
     ///
     /// # Errors
     ///
@@ -154,7 +157,12 @@ impl ExactImages {
         let mut first = self.truth.clone();
         first.points.truncate(points);
         first.images.truncate(points);
-        Ok(timing::direct(&mut direct, &first)?)
+        let mut best = timing::direct(&mut direct, &first)?;
+        for _ in 1..ROUNDS {
+            let (period_ns, error) = timing::direct(&mut direct, &first)?;
+            best = (best.0.min(period_ns), error);
+        }
+        Ok(best)
     }
 }
 

@@ -10,7 +10,7 @@ use crate::numeric::Scalar;
 const HALVINGS: usize = 60;
 
 /// What a discontinuity mapping of some weight leaves out at the largest depth of a window.
-#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct WindowEdge {
     /// Largest `y²` of the window.
     pub depth: f64,
