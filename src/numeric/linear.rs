@@ -288,7 +288,7 @@ mod tests {
     fn determinants_know_the_order_and_the_units_of_the_rows() {
         // det of the Hilbert matrix of size 3 is 1/2160 (Sloane A005249).
         let third = determinant::<Dd>(&hilbert(3)).unwrap();
-        assert!((third * Dd::from(2160.0) - Dd::ONE).magnitude() < 1e-28);
+        assert!((third * Dd::from(2160.0) - Dd::ONE).abs().hi < 1e-28);
         let cycle =
             DMatrix::from_row_slice(3, 3, &[0.0, 2e-90, 0.0, 0.0, 0.0, 4.0, 8e90, 0.0, 0.0]);
         assert!((determinant(&cycle).unwrap() / 64.0 - 1.0).abs() < 1e-14);

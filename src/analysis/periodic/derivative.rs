@@ -36,18 +36,9 @@ pub fn linearise<S: Real>(
     free: usize,
     scales: &[f64],
 ) -> Option<Linearisation<S>> {
-    let step = map.image(state, parameters)?;
-    let dimension = state.len();
-    let mut point = Point {
-        variables: [state, parameters].concat(),
-        dimension,
-    };
-    let mut by_state = DMatrix::from_element(dimension, dimension, S::zero());
-    for column in 0..dimension {
-        let slope = point.slope(map, &step, column, scales[column])?;
-        by_state.set_column(column, &slope);
-    }
-    let variable = dimension + free;
+    let (step, by_state) = state_jacobian(map, state, parameters, scales)?;
+    let variable = state.len() + free;
+    let mut point = Point::new(state, parameters);
     let by_parameter = point.slope(map, &step, variable, scales[variable])?;
     Some(Linearisation {
         step,
@@ -65,14 +56,10 @@ pub(in crate::analysis) fn state_jacobian<S: Real>(
 ) -> Option<(SectionStep<S>, DMatrix<S>)> {
     let step = map.image(state, parameters)?;
     let dimension = state.len();
-    let mut point = Point {
-        variables: [state, parameters].concat(),
-        dimension,
-    };
+    let mut point = Point::new(state, parameters);
     let mut jacobian = DMatrix::from_element(dimension, dimension, S::zero());
-    for column in 0..dimension {
-        let slope = point.slope(map, &step, column, scales[column])?;
-        jacobian.set_column(column, &slope);
+    for (column, &scale) in scales.iter().enumerate().take(dimension) {
+        jacobian.set_column(column, &point.slope(map, &step, column, scale)?);
     }
     Some((step, jacobian))
 }
@@ -84,6 +71,13 @@ struct Point<S> {
 }
 
 impl<S: Real> Point<S> {
+    fn new(state: &[S], parameters: &[S]) -> Self {
+        Self {
+            variables: [state, parameters].concat(),
+            dimension: state.len(),
+        }
+    }
+
     /// Derivative by one variable.
     fn slope(
         &mut self,

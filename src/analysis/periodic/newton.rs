@@ -191,12 +191,12 @@ impl<S: Real> Period<S> {
         };
         for column in 0..size {
             for row in 0..size {
-                matrix[(row, column)] = matrix[(row, column)] * scale(column);
+                matrix[(row, column)] *= scale(column);
             }
         }
         let mut step = solve(&matrix, &right)?;
         for (number, value) in step.iter_mut().enumerate() {
-            *value = *value * scale(number);
+            *value *= scale(number);
         }
         Ok(step)
     }
