@@ -50,8 +50,16 @@ fn periods<S: Real>(criterion: &mut Criterion, scalar: &str) {
     let electrostatic = model("mems", "V", 0.211_927_585_7 * 1.05);
     let systems = [
         ("linear", HybridSystem::new(&linear), &linear),
-        ("linear-taylor", HybridSystem::without_exact_flow(&linear), &linear),
-        ("electrostatic", HybridSystem::new(&electrostatic), &electrostatic),
+        (
+            "linear-taylor",
+            HybridSystem::without_exact_flow(&linear),
+            &linear,
+        ),
+        (
+            "electrostatic",
+            HybridSystem::new(&electrostatic),
+            &electrostatic,
+        ),
     ];
     for (name, system, model) in systems {
         let (mut simulator, period) = settled::<S>(&system, model);

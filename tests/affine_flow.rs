@@ -30,7 +30,11 @@ fn catalogue() -> Vec<(String, Model)> {
 }
 
 fn run<S: Real>(system: &HybridSystem, model: &Model, state: &[f64]) -> (Trajectory<S>, S) {
-    let parameters: Vec<S> = model.parameter_values().into_iter().map(S::from_dd).collect();
+    let parameters: Vec<S> = model
+        .parameter_values()
+        .into_iter()
+        .map(S::from_dd)
+        .collect();
     let state: Vec<S> = state.iter().copied().map(S::from_f64).collect();
     let mut simulator = Simulator::new(system, &parameters).expect("finite parameters");
     simulator.set_state(&state).expect("a finite state");
@@ -42,12 +46,18 @@ fn run<S: Real>(system: &HybridSystem, model: &Model, state: &[f64]) -> (Traject
 /// Full states that fill a box about the origin.
 fn states(model: &Model, count: usize) -> Vec<Vec<f64>> {
     let share = |number: usize, component: usize| {
-        let step = [0.754_877, 0.569_840, 0.430_160, 0.324_718, 0.245_122, 0.185_037, 0.139_681];
+        let step = [
+            0.754_877, 0.569_840, 0.430_160, 0.324_718, 0.245_122, 0.185_037, 0.139_681,
+        ];
         (0.31 + (number + 1) as f64 * step[component % step.len()]).fract()
     };
     let component = |number, component| 3.0 * (share(number, component) - 0.5);
     (0..count)
-        .map(|number| (0..model.dimension()).map(|i| component(number, i)).collect())
+        .map(|number| {
+            (0..model.dimension())
+                .map(|i| component(number, i))
+                .collect()
+        })
         .collect()
 }
 
@@ -65,8 +75,7 @@ fn measure<S: Real>(kind: &EventKind<S>) -> S {
 /// Largest difference of two trajectories with the same events; `None` where the events differ.
 fn difference<S: Real>(a: &Trajectory<S>, b: &Trajectory<S>) -> Option<f64> {
     let same = |(a, b): (&Event<S>, &Event<S>)| {
-        a.surface == b.surface
-            && std::mem::discriminant(&a.kind) == std::mem::discriminant(&b.kind)
+        a.surface == b.surface && std::mem::discriminant(&a.kind) == std::mem::discriminant(&b.kind)
     };
     let events = || a.events.iter().zip(&b.events);
     if a.events.len() != b.events.len()

@@ -256,7 +256,9 @@ fn stiff_contacts<S: Real>(system: &HybridSystem, stiffness: f64) {
         let kinds: Vec<_> = kinds.collect();
         assert_eq!(kinds, ["begin", "end"], "k = {stiffness:e}, start {start}");
         // The spring turns the velocity round; rounding of the position, of size 0.7 speed, moves it by ε √k of that.
-        let error = ((found.state[1] + speed) / speed.max(S::one())).abs().to_f64();
+        let error = ((found.state[1] + speed) / speed.max(S::one()))
+            .abs()
+            .to_f64();
         assert!(error < 64.0 * S::ROUNDOFF * stiffness.sqrt(), "{error:e}");
     }
 }

@@ -116,9 +116,7 @@ impl<'a, S: Real> Integrator<'a, S> {
         if step > 0.0 {
             Ok(step)
         } else {
-            Err(FlowError::NotFinite {
-                degree: self.order,
-            })
+            Err(FlowError::NotFinite { degree: self.order })
         }
     }
 

@@ -48,11 +48,7 @@ const TAIL: usize = 3;
 
 /// Longest admissible step of one component from the magnitudes of its Taylor coefficients, with a margin per degree;
 /// infinite if the last ones vanish.
-pub(crate) fn component_step(
-    magnitudes: impl Fn(usize) -> f64,
-    order: usize,
-    margin: f64,
-) -> f64 {
+pub(crate) fn component_step(magnitudes: impl Fn(usize) -> f64, order: usize, margin: f64) -> f64 {
     let margin = margin * std::f64::consts::LOG2_E;
     let mut heads = [f64::NEG_INFINITY; MAX_HEADS];
     let heads = &mut heads[..(order / 2 + 1).min(MAX_HEADS)];
@@ -129,7 +125,11 @@ mod tests {
     #[test]
     fn geometric_coefficients_give_the_step_of_jorba_and_zou() {
         let (order, radius) = (20, 3.0_f64);
-        let step = component_step(|degree| radius.powi(-(degree as i32)), order, margin_at(order));
+        let step = component_step(
+            |degree| radius.powi(-(degree as i32)),
+            order,
+            margin_at(order),
+        );
         let expected = radius * (-2.0 - 0.7 / 19.0_f64).exp();
         assert!((step / expected - 1.0).abs() < 0.01, "{step} {expected}");
     }

@@ -62,7 +62,9 @@ impl AffineSystem {
         );
         let affine = |&place: &usize| expressions.is_affine(place);
         let needed = surfaces.iter().map(|surface| surface.event);
-        let needed = needed.chain(phase.map(|(rate, _)| rate)).chain(free.iter().copied());
+        let needed = needed
+            .chain(phase.map(|(rate, _)| rate))
+            .chain(free.iter().copied());
         if !needed.into_iter().all(|place| affine(&place)) {
             return None;
         }

@@ -8,8 +8,8 @@
 
 use super::flight::Outlook;
 use super::stationary::StationaryPoints;
-use crate::numeric::{Real, Scalar};
 use crate::numeric::polynomial;
+use crate::numeric::{Real, Scalar};
 
 /// A gap on one step: Taylor coefficients of `sign · value` and of its derivative.
 #[derive(Clone, Copy, Debug)]

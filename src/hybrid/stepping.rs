@@ -234,12 +234,7 @@ fn goal<S: Real>(surface: usize, approach: Approach, near_miss: S) -> Option<Goa
 }
 
 /// How the search of a release function starts; its sign is found on the regime's first step.
-fn release_start<S: Real>(
-    motion: &mut Motion<S>,
-    value: &[S],
-    slope: &[S],
-    length: S,
-) -> Start<S> {
+fn release_start<S: Real>(motion: &mut Motion<S>, value: &[S], slope: &[S], length: S) -> Start<S> {
     if motion.release_sign != S::zero() {
         return Start::Inside;
     }

@@ -79,7 +79,11 @@ impl<S: Real> AffineFlow<S> {
         };
         let series = |row: Vec<S>| matrix.series(row, limit);
         let states: Option<Vec<_>> = (0..matrix.states).map(unit).map(series).collect();
-        let watched: Option<Vec<_>> = field.watched.iter().map(|row| series(row.to_vec())).collect();
+        let watched: Option<Vec<_>> = field
+            .watched
+            .iter()
+            .map(|row| series(row.to_vec()))
+            .collect();
         let (states, watched) = (states?, watched?);
         let longest = states.iter().chain(&watched).map(Vec::len).max()?;
         let len = padded(longest);
@@ -92,7 +96,10 @@ impl<S: Real> AffineFlow<S> {
             .iter()
             .map(|rows| control_rows(rows, limit, len))
             .collect();
-        let transition = states.iter().flat_map(|rows| sum_at(rows, length)).collect();
+        let transition = states
+            .iter()
+            .flat_map(|rows| sum_at(rows, length))
+            .collect();
         Some(Self {
             states: matrix.states,
             columns: matrix.columns,
@@ -172,7 +179,10 @@ impl<S: Real> AffineFlow<S> {
     /// The extended state a whole step later, but for the last component, which is 1.
     pub fn advance(&self, extended: &[S], out: &mut [S]) {
         let extended = &extended[..self.columns];
-        for (value, row) in out.iter_mut().zip(self.transition.chunks_exact(self.columns)) {
+        for (value, row) in out
+            .iter_mut()
+            .zip(self.transition.chunks_exact(self.columns))
+        {
             *value = dot(row, extended);
         }
         for (harmonic, &(cosine, sine)) in self.turns.iter().enumerate() {
@@ -192,9 +202,7 @@ pub fn dot<S: Scalar>(row: &[S], extended: &[S]) -> S {
 }
 
 /// The states whose series are needed: `(i, Some(j))` where `x_i' = x_j` and `x_i` gives both.
-fn leading_states<S: Real>(
-    derivatives: &[&[S]],
-) -> impl Iterator<Item = (usize, Option<usize>)> {
+fn leading_states<S: Real>(derivatives: &[&[S]]) -> impl Iterator<Item = (usize, Option<usize>)> {
     let count = derivatives.len();
     let slope_of = |state: usize| {
         let row = derivatives[state];
@@ -303,7 +311,9 @@ impl<S: Real> Matrix<S> {
         let mut power: Vec<f64> = self.rows.iter().flatten().map(|v| v.to_f64()).collect();
         let mut logarithm = 0.0;
         for squaring in 0..7 {
-            let norm = power.iter().fold(0.0f64, |norm, value| norm.max(value.abs()));
+            let norm = power
+                .iter()
+                .fold(0.0f64, |norm, value| norm.max(value.abs()));
             if norm == 0.0 {
                 return 0.0;
             }

@@ -87,7 +87,9 @@ impl<S: Real> Flight<S> for AffineFlight<'_, S> {
     fn land(&mut self, time: S, state: &mut [S]) -> bool {
         let whole = self.flow.length();
         let rounding = S::from_f64(64.0 * S::ROUNDOFF) * whole;
-        let theta = self.theta.map(|theta| theta + self.flow.phase_rate() * time);
+        let theta = self
+            .theta
+            .map(|theta| theta + self.flow.phase_rate() * time);
         let Buffers { next, value, .. } = &mut *self.buffers;
         let states = state.len() - usize::from(theta.is_some());
         if (time - whole).abs() <= rounding {
@@ -99,7 +101,8 @@ impl<S: Real> Flight<S> for AffineFlight<'_, S> {
             self.extended.put(next, theta);
         } else {
             let values = &self.extended.values;
-            self.flow.states_at(time, values, value, &mut state[..states]);
+            self.flow
+                .states_at(time, values, value, &mut state[..states]);
         }
         if let (Some(theta), Some(phase)) = (theta, state.get_mut(states)) {
             *phase = theta;
@@ -177,7 +180,11 @@ mod tests {
 
     #[test]
     fn control_points_tell_quiet_steps_from_those_that_must_be_searched() {
-        let quiet = [[3.0, 2.0, 1.0, 0.5], [0.0, 1.0, 2.0, 3.0], [1.0, 2.0, 3.0, 1.0]];
+        let quiet = [
+            [3.0, 2.0, 1.0, 0.5],
+            [0.0, 1.0, 2.0, 3.0],
+            [1.0, 2.0, 3.0, 1.0],
+        ];
         for control in quiet {
             assert_eq!(turns(&control, f64::INFINITY, 1e-9), Outlook::Quiet);
         }

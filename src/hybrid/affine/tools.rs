@@ -1,8 +1,8 @@
 //! Tables of a system's affine flows at one parameter vector, and what they work on.
 
-use super::{AffineSurface, AffineSystem};
 use super::extended::Extended;
 use super::flight::AffineFlight;
+use super::{AffineSurface, AffineSystem};
 use crate::flow::{AffineFieldRows, AffineFlow, AffineRows, dot};
 use crate::hybrid::motion::Motion;
 use crate::hybrid::sensing::Sense;
@@ -159,7 +159,9 @@ impl<S: Real> Tables<S> {
             watched: &events,
             phase_rate: rate.unwrap_or(S::zero()),
             multiples: &rows.multiples,
-            period: system.phase.and_then(|(_, period)| whole_period(period, rate)),
+            period: system
+                .phase
+                .and_then(|(_, period)| whole_period(period, rate)),
         };
         let surface = |surface: &AffineSurface| SurfaceTables {
             normal: normal(&field, row(&surface.event)),
@@ -170,7 +172,8 @@ impl<S: Real> Tables<S> {
             contact: surface.contact.as_ref().and_then(|contact| {
                 let derivatives: Vec<&[S]> = contact.derivatives.iter().map(row).collect();
                 let others = contact.others.iter().map(|&other| events[other]);
-                let watched: Vec<&[S]> = [row(&contact.release)].into_iter().chain(others).collect();
+                let watched: Vec<&[S]> =
+                    [row(&contact.release)].into_iter().chain(others).collect();
                 AffineFlow::new(&AffineFieldRows {
                     derivatives: &derivatives,
                     watched: &watched,

@@ -73,7 +73,11 @@ mod tests {
             };
             for time in [-2.0, 1.0, 3.0] {
                 let expected = (powers(time, 0), powers(time, 1));
-                assert_eq!(value_and_slope(&coefficients, time), expected, "{len} {time}");
+                assert_eq!(
+                    value_and_slope(&coefficients, time),
+                    expected,
+                    "{len} {time}"
+                );
                 assert_eq!(value(&coefficients, time), expected.0);
             }
         }
