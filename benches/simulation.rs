@@ -2,13 +2,14 @@
 //!
 //! The linear oscillator at `alpha = 1.002 alpha_g`, r = 0.8 (Foale 1994; Thota, Zhao, Dankowicz 2006), and the
 //! electrostatic one at `omega = 0.46`, 5 % beyond grazing, both on their attractors; the number of impacts is printed.
+//! `linear-taylor` is the linear one by the general integrator. The floor is a loop of independent multiply-adds.
 
 use std::hint::black_box;
 
-use criterion::{Criterion, criterion_group, criterion_main};
+use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use grazemap::hybrid::{DirectReturn, HybridSystem, ReturnSection, Simulator};
 use grazemap::model::{Model, Scene};
-use grazemap::numeric::{Dd, Real};
+use grazemap::numeric::{Dd, Real, Scalar};
 
 /// A scene of the catalogue with one parameter at another value.
 fn model(scene: &str, parameter: &str, value: f64) -> Model {
@@ -80,32 +81,62 @@ fn periods<S: Real>(criterion: &mut Criterion, scalar: &str) {
 }
 
 fn returns<S: Real>(criterion: &mut Criterion, scalar: &str) {
+    let linear = model("linear", "alpha", 2.247_220_505_424_423);
+    let electrostatic = model("mems", "V", 0.211_927_585_7);
     let systems = [
         (
             "linear",
-            model("linear", "alpha", 2.247_220_505_424_423),
+            HybridSystem::new(&linear),
+            &linear,
+            [1.0, 0.0, 3.061_407_806_288_477],
+        ),
+        (
+            "linear-taylor",
+            HybridSystem::without_exact_flow(&linear),
+            &linear,
             [1.0, 0.0, 3.061_407_806_288_477],
         ),
         (
             "electrostatic",
-            model("mems", "V", 0.211_927_585_7),
+            HybridSystem::new(&electrostatic),
+            &electrostatic,
             [0.5, 0.0, -1.259_144_946_960_576],
         ),
     ];
-    for (name, model, mut graze) in systems {
+    for (name, system, model, mut graze) in systems {
         graze[0] += 1e-5;
         let state = graze.map(S::from_f64);
-        let system = HybridSystem::new(&model);
         let section = ReturnSection::Tangency { surface: 0 };
         let mut map =
-            DirectReturn::over_periods(&system, &values::<S>(&model), section, 1).expect("a phase");
+            DirectReturn::over_periods(&system, &values::<S>(model), section, 1).expect("a phase");
         criterion.bench_function(&format!("simulation/return/{name}/{scalar}"), |bencher| {
             bencher.iter(|| map.image(black_box(&state)));
         });
     }
 }
 
+/// A thousand rounds of multiply-adds in registers, in independent sums.
+fn floor(criterion: &mut Criterion) {
+    const SUMS: usize = 16;
+    const ROUNDS: usize = 1000;
+    let mut group = criterion.benchmark_group("simulation/multiply_add_floor");
+    group.throughput(Throughput::Elements((SUMS * ROUNDS) as u64));
+    group.bench_function("f64", |bencher| {
+        bencher.iter(|| {
+            let factor = black_box(0.999);
+            let mut sums = [0.1f64; SUMS];
+            for _ in 0..ROUNDS {
+                sums.iter_mut()
+                    .for_each(|sum| *sum = Scalar::mul_add(*sum, factor, factor));
+            }
+            black_box(sums)
+        });
+    });
+    group.finish();
+}
+
 fn simulation(criterion: &mut Criterion) {
+    floor(criterion);
     periods::<f64>(criterion, "f64");
     periods::<Dd>(criterion, "double-double");
     returns::<f64>(criterion, "f64");

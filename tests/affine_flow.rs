@@ -118,6 +118,110 @@ fn worst<S: Real>(name: &str, model: &Model, count: usize) -> (f64, usize) {
     (worst, contacts)
 }
 
+/// The state after 5 units of time, in double-double, of `x'' = force` with a wall that is never met.
+fn flown(force: &str, state: [f64; 3]) -> [Dd; 2] {
+    let text = format!(
+        "[model]\nname = \"test\"\nstates = [\"x\", \"v\"]\nparameters = {{ p = 1.0 }}\n\
+         [model.phase]\nname = \"theta\"\nrate = \"p\"\nperiod = \"2*pi\"\n\
+         [model.flow]\nx = \"v\"\nv = \"{force}\"\n\
+         [[model.surface]]\nname = \"stop\"\nevent = \"100*p - x\"\nimpact = {{ v = \"-v\" }}\n\
+         [grazing]\nsurface = \"stop\"\nsolve_for = \"p\"\n"
+    );
+    let model = Scene::parse(&text, "test").expect("a scene").model;
+    let system = HybridSystem::new(&model);
+    assert_eq!(system.method(), FlowMethod::ExactAffine, "{force}");
+    let mut simulator = Simulator::new(&system, &[Dd::ONE]).expect("finite");
+    simulator.set_state(&state.map(Dd::from)).expect("finite");
+    let found = simulator.run(Dd::from(5.0)).expect("finite");
+    [found.state[0], found.state[1]]
+}
+
+#[test]
+fn resonance_critical_damping_and_powers_of_the_force_follow_their_closed_forms() {
+    let t = Dd::from(5.0);
+    let (sine, cosine) = t.sin_cos();
+    let decay = (-t).exp();
+    let half = Dd::from(0.5);
+    let twice = Dd::from(2.0);
+    let (sine_2, cosine_2) = (t + t).sin_cos();
+    let cases = [
+        // Forced at its own frequency, from rest: x = t sin t / 2.
+        (
+            "p*cos(theta) - x",
+            [0.0, 0.0, 0.0],
+            [half * t * sine, half * (sine + t * cosine)],
+        ),
+        // Critically damped, a defective matrix: x = (1 + t) e^−t.
+        (
+            "-2*p*v - x",
+            [1.0, 0.0, 0.0],
+            [(Dd::ONE + t) * decay, -t * decay],
+        ),
+        // A free mass under sin² θ = (1 − cos 2θ)/2: v = t/2 − sin 2t / 4.
+        (
+            "p*sin(theta)^2",
+            [0.0, 0.0, 0.0],
+            [
+                t * t / Dd::from(4.0) + (cosine_2 - Dd::ONE) / Dd::from(8.0),
+                half * t - sine_2 / Dd::from(4.0),
+            ],
+        ),
+        // sin θ cos(θ + 1) as a force alone, split by the sum of angles: (sin(2θ + 1) − sin 1)/2.
+        ("sin(theta)*cos(theta + p)", [0.0, 0.0, 0.0], {
+            let (sine_1, cosine_1) = Dd::ONE.sin_cos();
+            let (sine_3, cosine_3) = (t + t + Dd::ONE).sin_cos();
+            let speed = (cosine_1 - cosine_3) / Dd::from(4.0) - half * sine_1 * t;
+            let place = cosine_1 * t / Dd::from(4.0)
+                - (sine_3 - sine_1) / Dd::from(8.0)
+                - sine_1 * t * t / Dd::from(4.0);
+            [place, speed]
+        }),
+        // No spring, strong damping: v = e^−2t.
+        (
+            "-2*p*v",
+            [0.0, 1.0, 0.0],
+            [half * (Dd::ONE - decay * decay), decay.powf(twice)],
+        ),
+    ];
+    for (force, state, expected) in cases {
+        let found = flown(force, state);
+        for (found, expected) in found.into_iter().zip(expected) {
+            let error = (found - expected).abs().to_f64();
+            // A few units in the last place of terms of size up to 10.
+            assert!(error < 1e-29, "{force}: {error:e}");
+        }
+    }
+}
+
+#[test]
+fn forces_that_are_not_linear_are_not_taken_for_affine() {
+    let with = |force: &str| {
+        let text = format!(
+            "[model]\nname = \"test\"\nstates = [\"x\", \"v\"]\nparameters = {{ p = 1.0 }}\n\
+             [model.phase]\nname = \"theta\"\nrate = \"p\"\nperiod = \"2*pi\"\n\
+             [model.flow]\nx = \"v\"\nv = \"{force}\"\n\
+             [[model.surface]]\nname = \"stop\"\nevent = \"p - x\"\nimpact = {{ v = \"-v\" }}\n\
+             [grazing]\nsurface = \"stop\"\nsolve_for = \"p\"\n"
+        );
+        let model = Scene::parse(&text, "test").expect("a scene").model;
+        HybridSystem::new(&model).method()
+    };
+    for force in [
+        "-x^3",
+        "-x*v",
+        "cos(theta)*x",
+        "-abs(x)",
+        "p/(2 + x)",
+        "theta - x",
+        "exp(cos(theta))",
+    ] {
+        assert_eq!(with(force), FlowMethod::Taylor, "{force}");
+    }
+    for force in ["-p^2*x", "exp(p)*cos(2*theta)^3 - x/p", "-(x - sin(p))*2"] {
+        assert_eq!(with(force), FlowMethod::ExactAffine, "{force}");
+    }
+}
+
 #[test]
 fn scenes_with_a_linear_force_are_found_affine_and_no_others() {
     for (name, model) in catalogue() {

@@ -14,7 +14,7 @@ use crate::numeric::{Dd, Scalar};
 pub struct Field {
     jet_program: Program,
     time_program: Program,
-    schedule: TimeSchedule,
+    schedule: Box<TimeSchedule>,
     dimension: usize,
     parameters: usize,
     watched: usize,
@@ -53,7 +53,7 @@ impl Field {
         let time_program = Program::new(graph, &outputs, &in_time);
         Self {
             jet_program: Program::new(graph, &outputs, &in_jets),
-            schedule: time_program.schedule(&in_time, derivatives.len()),
+            schedule: Box::new(time_program.schedule(&in_time, derivatives.len())),
             time_program,
             dimension: derivatives.len(),
             parameters: parameters.len(),

@@ -14,7 +14,7 @@ use std::borrow::Borrow;
 use crate::jet::Graded;
 use crate::model::{ExpressionGraph, NodeId};
 use crate::numeric::{Dd, Scalar};
-use lowering::{Lowering, Support};
+use lowering::Lowering;
 use operation::Slot;
 pub(super) use operation::{Operation, run};
 
@@ -39,8 +39,6 @@ pub struct Program {
     operations: Vec<Operation>,
     /// Slots with a part of degree 0, 1, and 2 or more.
     reaching: [Vec<Slot>; 3],
-    /// Highest degree of a part of each slot, 2 standing for all higher ones.
-    reaches: Vec<usize>,
     inputs: usize,
     outputs: Vec<Slot>,
 }
@@ -60,9 +58,7 @@ impl Program {
                 .filter(reaches)
                 .collect()
         });
-        let highest = |slot: &Support| (1..3).take_while(|&degree| slot.reaches(degree)).count();
         Self {
-            reaches: lowering.support.iter().map(highest).collect(),
             operations: lowering.operations,
             reaching,
             inputs: inputs.len(),

@@ -10,7 +10,6 @@ mod tools;
 
 use crate::flow::AffineExpressions;
 use crate::model::{Model, NodeId, Response};
-use crate::numeric::Dd;
 
 pub(super) use tools::AffineTools;
 
@@ -18,8 +17,7 @@ pub(super) use tools::AffineTools;
 #[derive(Clone, Debug)]
 pub(super) struct AffineSystem {
     expressions: AffineExpressions,
-    /// The phase's rate and period.
-    phase: Option<(usize, Dd)>,
+    phase_rate: Option<usize>,
     /// Derivative of each state in free flight.
     free: Vec<usize>,
     surfaces: Vec<AffineSurface>,
@@ -48,7 +46,7 @@ impl AffineSystem {
         let mut list = List::default();
         let states = model.states.len();
         let phase = model.phase.as_ref();
-        let phase = phase.map(|phase| (list.push(phase.rate), phase.period));
+        let phase_rate = phase.map(|phase| list.push(phase.rate));
         let free = list.push_all(&model.flow[..states]);
         let surfaces: Vec<_> = (0..model.surfaces.len())
             .map(|surface| list.surface(model, surface))
@@ -62,9 +60,7 @@ impl AffineSystem {
         );
         let affine = |&place: &usize| expressions.is_affine(place);
         let needed = surfaces.iter().map(|surface| surface.event);
-        let needed = needed
-            .chain(phase.map(|(rate, _)| rate))
-            .chain(free.iter().copied());
+        let needed = needed.chain(phase_rate).chain(free.iter().copied());
         if !needed.into_iter().all(|place| affine(&place)) {
             return None;
         }
@@ -78,7 +74,7 @@ impl AffineSystem {
         Some(Self {
             surfaces: surfaces.into_iter().map(without_others).collect(),
             expressions,
-            phase,
+            phase_rate,
             free,
         })
     }

@@ -4,6 +4,7 @@ use super::flight::{Flight, Outlook, TaylorFlight};
 use super::motion::Motion;
 use super::passage::{Gap, Goal, Passage};
 use super::simulator::{Simulator, Work};
+use super::system::Regime;
 use super::trajectory::Outcome;
 use crate::numeric::Real;
 
@@ -55,7 +56,7 @@ impl<S: Real> Simulator<'_, S> {
         } = self;
         let exact = affine
             .as_mut()
-            .and_then(|tools| tools.flight(motion, parameters));
+            .and_then(|tools| tools.flight(Regime::Free, motion, parameters));
         let mut leg = BackwardLeg {
             motion,
             work,

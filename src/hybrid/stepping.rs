@@ -33,7 +33,7 @@ impl<S: Real> Simulator<'_, S> {
         let (integrator, regime) = present(system, motion.regime, free, surfaces);
         let exact = affine
             .as_mut()
-            .and_then(|tools| tools.flight(motion, parameters));
+            .and_then(|tools| tools.flight(motion.regime, motion, parameters));
         let mut leg = Leg {
             motion,
             work,
@@ -96,7 +96,7 @@ impl<S: Real> Leg<'_, S> {
         let admissible = flight.length();
         motion.last_step = flight.time_scale();
         let remaining = self.horizon - motion.time;
-        let slack = S::from_f64(32.0 * S::ROUNDOFF) * admissible;
+        let slack = S::from_f64(8.0 * S::ROUNDOFF) * admissible;
         let mut first = First {
             length: if remaining <= admissible + slack {
                 remaining

@@ -31,7 +31,7 @@ pub(super) fn speed_figure(study: &ConvergenceStudy) -> Figure {
     }
     for direct in study.direct_by_taylor.iter().chain([&study.direct]) {
         figure.series.push(Series::markers(
-            &direct_words(&direct.method),
+            direct_words(&direct.method),
             Marker::Diamond,
             vec![[direct.period_ns, direct.error_estimate]],
         ));

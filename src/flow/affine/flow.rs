@@ -54,8 +54,6 @@ pub struct AffineFieldRows<'r, S> {
     pub phase_rate: S,
     /// Multiples of the phase in the extended state.
     pub multiples: &'r [S],
-    /// A time that whole steps should fill: the forcing period.
-    pub period: Option<S>,
 }
 
 impl<S: Real> AffineFieldRows<'_, S> {
@@ -70,7 +68,8 @@ impl<S: Real> AffineFlow<S> {
     pub fn new(field: &AffineFieldRows<'_, S>) -> Option<Self> {
         let matrix = Matrix::new(field);
         let rate = matrix.rate();
-        let length = step_length(rate, field.period);
+        // NOTE: not a divisor of the forcing period: minima that return with it would fall on the ends of steps.
+        let length = S::from_f64((REACH / rate).min(MAX_STEP));
         let limit = length.to_f64();
         let unit = |state: usize| {
             let mut row = vec![S::zero(); matrix.columns];
@@ -227,17 +226,6 @@ fn leading_states<S: Real>(derivatives: &[&[S]]) -> impl Iterator<Item = (usize,
         .map(|state| (state, slopes[state]))
         .collect();
     leading.into_iter()
-}
-
-/// A divisor of the period, or the longest step.
-fn step_length<S: Real>(rate: f64, period: Option<S>) -> S {
-    let longest = (REACH / rate).min(MAX_STEP);
-    match period {
-        Some(period) if period > S::zero() => {
-            period / S::from_f64((period.to_f64() / longest).ceil().max(1.0))
-        }
-        _ => S::from_f64(longest),
-    }
 }
 
 /// `M`, by rows.

@@ -12,6 +12,8 @@ use crate::numeric::Scalar;
 /// The slots of a program in the order in which a series in time is computed.
 #[derive(Clone, Debug)]
 pub(crate) struct TimeSchedule {
+    /// Highest degree of a part of each slot, 2 standing for all higher ones.
+    reaches: Vec<usize>,
     /// Functions of the phase and the parameters, in units that are completed one after another.
     before: Vec<Vec<Slot>>,
     /// What the derivatives need of the states, by degree 0, 1, and 2 or more.
@@ -58,7 +60,12 @@ impl Program {
                 after.push(unit);
             }
         }
+        let mut reaches = vec![0; slots];
+        for (degree, reaching) in self.reaching.iter().enumerate() {
+            reaching.iter().for_each(|&slot| reaches[slot] = degree);
+        }
         TimeSchedule {
+            reaches,
             before,
             during,
             after,
@@ -97,6 +104,7 @@ impl Program {
         let order = inverses.len() - 1;
         let mut series = Series {
             program: self,
+            reaches: &schedule.reaches,
             tape,
             inverses,
             algebra: TimeSeries { order },
@@ -131,6 +139,7 @@ impl Program {
 /// The series of all slots.
 struct Series<'t, S> {
     program: &'t Program,
+    reaches: &'t [usize],
     tape: &'t mut [S],
     /// `1/k`.
     inverses: &'t [S],
@@ -140,7 +149,7 @@ struct Series<'t, S> {
 
 impl<S: Scalar> Series<'_, S> {
     fn coefficients(&mut self, unit: &[Slot], degrees: std::ops::Range<usize>) {
-        let highest = unit.iter().map(|&slot| self.program.reaches[slot]).max();
+        let highest = unit.iter().map(|&slot| self.reaches[slot]).max();
         let end = match highest {
             Some(highest) if highest < 2 => degrees.end.min(highest + 1),
             _ => degrees.end,

@@ -86,7 +86,7 @@ impl<S: Real> Flight<S> for AffineFlight<'_, S> {
 
     fn land(&mut self, time: S, state: &mut [S]) -> bool {
         let whole = self.flow.length();
-        let rounding = S::from_f64(64.0 * S::ROUNDOFF) * whole;
+        let rounding = S::from_f64(8.0 * S::ROUNDOFF) * whole;
         let theta = self
             .theta
             .map(|theta| theta + self.flow.phase_rate() * time);

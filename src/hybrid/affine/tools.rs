@@ -7,7 +7,7 @@ use crate::flow::{AffineFieldRows, AffineFlow, AffineRows, dot};
 use crate::hybrid::motion::Motion;
 use crate::hybrid::sensing::Sense;
 use crate::hybrid::system::Regime;
-use crate::numeric::{Dd, Real};
+use crate::numeric::Real;
 
 /// The affine side of a simulator.
 #[derive(Clone, Debug)]
@@ -80,15 +80,16 @@ impl<'a, S: Real> AffineTools<'a, S> {
         }
     }
 
-    /// The flight from the present state; `None` where the regime has no affine flow.
+    /// The flight of a regime from the present state; `None` where it has no affine flow.
     pub(in crate::hybrid) fn flight(
         &mut self,
+        regime: Regime,
         motion: &Motion<S>,
         parameters: &[S],
     ) -> Option<AffineFlight<'_, S>> {
         self.prepare(parameters);
         let tables = self.tables.as_ref()?;
-        let flow = match motion.regime {
+        let flow = match regime {
             Regime::Free => tables.free.as_ref(),
             Regime::Contact { surface } => tables.surfaces[surface].contact.as_ref(),
             Regime::Stick { .. } => None,
@@ -153,15 +154,12 @@ impl<S: Real> Tables<S> {
         let events: Vec<&[S]> = system.surfaces.iter().map(|s| row(&s.event)).collect();
         let free: Vec<&[S]> = system.free.iter().map(row).collect();
         let one = system.expressions.columns() - 1;
-        let rate = system.phase.map(|(rate, _)| rows.rows[rate][one]);
+        let rate = system.phase_rate.map(|rate| rows.rows[rate][one]);
         let field = AffineFieldRows {
             derivatives: &free,
             watched: &events,
             phase_rate: rate.unwrap_or(S::zero()),
             multiples: &rows.multiples,
-            period: system
-                .phase
-                .and_then(|(_, period)| whole_period(period, rate)),
         };
         let surface = |surface: &AffineSurface| SurfaceTables {
             normal: normal(&field, row(&surface.event)),
@@ -186,12 +184,6 @@ impl<S: Real> Tables<S> {
             surfaces: system.surfaces.iter().map(surface).collect(),
         }
     }
-}
-
-/// The forcing period in time.
-fn whole_period<S: Real>(period: Dd, rate: Option<S>) -> Option<S> {
-    let rate = rate.filter(|rate| *rate > S::zero())?;
-    Some(S::from_dd(period) / rate)
 }
 
 /// Rows of a function and its first three derivatives along a field.
