@@ -6,7 +6,7 @@
 use std::ops::Range;
 
 use super::Span;
-use super::product_table::{Block, ProductTable, Run};
+use super::product_table::{Block, Group, PlaceOfGroup, ProductTable, Run};
 use crate::numeric::{Kernel, Scalar, one_by_one};
 
 /// Longest run that is summed in registers.
@@ -149,15 +149,12 @@ struct Terms<'a, S> {
 }
 
 impl<S: Scalar> Terms<'_, S> {
-    /// The blocks with left runs of a length whose factors can differ from zero; of a square, those before the
-    /// mirror.
+    /// The blocks of a group whose factors can differ from zero; of a square, those before the mirror.
     #[inline(always)]
-    fn blocks(&self, left_len: usize) -> &[Block] {
+    fn blocks(&self, group: &Group, place: PlaceOfGroup) -> &[Block] {
         let blocks = match self.square {
-            true => self
-                .table
-                .blocks_before_mirror(self.run, left_len, self.span),
-            false => self.table.blocks(self.run, left_len, self.span),
+            true => self.table.blocks_before_mirror(group, place, self.span),
+            false => self.table.blocks(group, place, self.span),
         };
         if self.a.first == 0 && self.b.first == 0 {
             return blocks;
@@ -180,15 +177,18 @@ impl<S: Scalar> Terms<'_, S> {
         let Some(out) = out.first_chunk_mut::<LEN>() else {
             return;
         };
+        let Some(groups) = self.table.groups(self.run).first_chunk::<LEN>() else {
+            return;
+        };
         let mut sums = [S::zero(); LEN];
-        self.add_group::<1, LEN>(&mut sums);
-        self.add_group::<2, LEN>(&mut sums);
-        self.add_group::<3, LEN>(&mut sums);
-        self.add_group::<4, LEN>(&mut sums);
-        self.add_group::<5, LEN>(&mut sums);
-        self.add_group::<6, LEN>(&mut sums);
-        self.add_group::<7, LEN>(&mut sums);
-        self.add_group::<LONGEST_IN_REGISTERS, LEN>(&mut sums);
+        self.add_group::<1, LEN>(groups, &mut sums);
+        self.add_group::<2, LEN>(groups, &mut sums);
+        self.add_group::<3, LEN>(groups, &mut sums);
+        self.add_group::<4, LEN>(groups, &mut sums);
+        self.add_group::<5, LEN>(groups, &mut sums);
+        self.add_group::<6, LEN>(groups, &mut sums);
+        self.add_group::<7, LEN>(groups, &mut sums);
+        self.add_group::<LONGEST_IN_REGISTERS, LEN>(groups, &mut sums);
         if self.square {
             for k in 0..LEN {
                 one_by_one::<S>(k);
@@ -207,9 +207,14 @@ impl<S: Scalar> Terms<'_, S> {
     }
 
     #[inline(always)]
-    fn add_group<const LEFT: usize, const LEN: usize>(&self, sums: &mut [S; LEN]) {
-        if LEFT <= LEN {
-            self.add_blocks::<LEFT, LEN>(self.blocks(LEFT), sums);
+    fn add_group<const LEFT: usize, const LEN: usize>(
+        &self,
+        groups: &[Group; LEN],
+        sums: &mut [S; LEN],
+    ) {
+        if let Some(group) = groups.get(LEFT - 1) {
+            let place = PlaceOfGroup::new(LEFT, LEN);
+            self.add_blocks::<LEFT, LEN>(self.blocks(group, place), sums);
         }
     }
 
@@ -241,8 +246,9 @@ impl<S: Scalar> Terms<'_, S> {
     #[inline(always)]
     fn add_in_memory(&self, out: &mut [S]) {
         let mut sums = vec![S::zero(); out.len()];
-        for left in 1..=out.len() {
-            self.add_blocks_of(left, self.blocks(left), &mut sums);
+        for (group, left) in self.table.groups(self.run).iter().zip(1..) {
+            let place = PlaceOfGroup::new(left, out.len());
+            self.add_blocks_of(left, self.blocks(group, place), &mut sums);
         }
         if self.square {
             sums.iter_mut().for_each(|sum| *sum += *sum);
