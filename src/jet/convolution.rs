@@ -3,10 +3,9 @@
 //! One idea: the coefficients of a run are summed side by side, in registers where the run is short. Each is one chain of
 //! sums, its terms in the order of the table whatever the scalar, so that lanes give the bits of single numbers.
 
-use std::ops::Range;
-
 use super::Span;
 use super::product_table::{Block, Group, PlaceOfGroup, ProductTable, Run};
+use super::selection::Selection;
 use crate::numeric::{Kernel, Scalar, one_by_one};
 
 /// Longest run that is summed in registers.
@@ -72,7 +71,7 @@ impl<S: Scalar> Finish<'_, S> {
 }
 
 /// A product, or part of one: what is added to the coefficients of some runs.
-pub(super) struct Convolution<'a, S, F> {
+pub(super) struct Convolution<'a, S> {
     pub(super) table: &'a ProductTable,
     pub(super) runs: &'a [Run],
     pub(super) span: Span,
@@ -82,11 +81,21 @@ pub(super) struct Convolution<'a, S, F> {
     /// The coefficients from the monomial `first` on.
     pub(super) first: usize,
     pub(super) out: &'a mut [S],
-    /// Which runs to add to, by their monomials.
-    pub(super) keep: F,
+    /// The runs whose sums can differ from zero, if not all.
+    pub(super) selection: Option<Selection<'a>>,
 }
 
-impl<S: Scalar, F: Fn(&Range<usize>) -> bool> Kernel for Convolution<'_, S, F> {
+impl<S: Scalar> Convolution<'_, S> {
+    /// Forms the product.
+    ///
+    /// NOTE: the one place of the program where the loops are compiled, once per scalar and instruction set.
+    #[inline(never)]
+    pub(super) fn form(self) {
+        S::dispatch(self);
+    }
+}
+
+impl<S: Scalar> Kernel for Convolution<'_, S> {
     type Output = ();
 
     #[inline(always)]
@@ -101,7 +110,8 @@ impl<S: Scalar, F: Fn(&Range<usize>) -> bool> Kernel for Convolution<'_, S, F> {
         for run in self.runs.get(from..until).unwrap_or_default() {
             let place = run.monomials.start - self.first;
             let out = &mut self.out[place..place + run.monomials.len()];
-            if !(self.keep)(&run.monomials) {
+            let reaches = |selection: Selection| selection.reaches(&run.monomials);
+            if !self.selection.is_none_or(reaches) {
                 if !matches!(self.finish, Finish::Add) {
                     out.fill(S::zero());
                 }
