@@ -200,9 +200,9 @@ impl<S: Scalar> Terms<'_, S> {
         self.add_group::<7, LEN>(groups, &mut sums);
         self.add_group::<LONGEST_IN_REGISTERS, LEN>(groups, &mut sums);
         if self.square {
-            for k in 0..LEN {
+            for (k, sum) in sums.iter_mut().enumerate() {
                 one_by_one::<S>(k);
-                sums[k] += sums[k];
+                *sum += *sum;
             }
             if let Some(root) = self.root() {
                 match LEN {
