@@ -1,17 +1,18 @@
 //! One dense product of two full jets: nanoseconds per coefficient product (the inverse of the
 //! throughput that criterion prints), one jet and eight jets in lanes.
 //!
-//! The floor is a loop of independent multiply-adds over registers, measured in the same run. Compile with
-//! `RUSTFLAGS="-C target-cpu=native"` to let the machine fuse and use its widest registers.
+//! The floors are loops of independent products and sums over registers, measured in the same run for one number
+//! and for the registers of AVX2 and AVX-512, rounded twice, as the library does, and once.
 
 use std::hint::black_box;
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use grazemap::jet::{Jet, JetMap, JetSpace, substitute_all};
 use grazemap::numeric::{Dd, Lanes, Scalar};
+use pulp::{Simd, WithSimd};
 
 /// Variables and order.
-const SIZES: [(usize, usize); 4] = [(3, 6), (4, 8), (5, 6), (5, 10)];
+const SIZES: [(usize, usize); 6] = [(3, 6), (4, 4), (4, 8), (5, 6), (5, 10), (6, 6)];
 
 fn filled<S: Scalar>(space: &std::sync::Arc<JetSpace>, seed: f64) -> Jet<S> {
     let value = |m: usize| S::from_f64(((m as f64 + seed) * 0.618).sin());
@@ -38,27 +39,65 @@ fn products<S: Scalar>(criterion: &mut Criterion, name: &str) {
     group.finish();
 }
 
-/// Multiply-adds in registers, in a number of independent sums: enough to hide the latency, few enough
-/// to stay in registers. The best of a type's floors is its floor.
-fn floor<S: Scalar, const SUMS: usize>(criterion: &mut Criterion, name: &str) {
-    const ROUNDS: usize = 1000;
-    let mut group = criterion.benchmark_group(format!("multiply_add_floor/{name}"));
-    group.throughput(Throughput::Elements((SUMS * ROUNDS) as u64));
-    group.bench_function(
-        BenchmarkId::from_parameter(format!("{SUMS} sums")),
-        |bencher| {
-            bencher.iter(|| {
-                let factor = black_box(S::from_f64(0.999));
-                let mut sums = [S::from_f64(0.1); SUMS];
-                for _ in 0..ROUNDS {
-                    sums.iter_mut()
-                        .for_each(|sum| *sum = sum.mul_add(factor, factor));
-                }
-                black_box(sums)
-            });
-        },
-    );
+/// Products and sums in registers, in enough independent chains to hide the latency.
+struct Floor {
+    is_fused: bool,
+}
+
+/// Independent chains of a floor, and steps of each.
+const CHAINS: usize = 16;
+const ROUNDS: usize = 1000;
+
+impl WithSimd for Floor {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let factor = black_box(simd.splat_f64s(0.999));
+        let mut sums = [factor; CHAINS];
+        for _ in 0..ROUNDS {
+            for sum in &mut sums {
+                *sum = if self.is_fused {
+                    simd.mul_add_f64s(*sum, factor, factor)
+                } else {
+                    simd.add_f64s(simd.mul_f64s(*sum, factor), factor)
+                };
+            }
+        }
+        black_box(sums);
+    }
+}
+
+fn floor<S: Simd>(criterion: &mut Criterion, name: &str, simd: S, is_fused: bool) {
+    let kind = if is_fused { "fused" } else { "two_roundings" };
+    let mut group = criterion.benchmark_group(format!("multiply_add_floor/{kind}"));
+    group.throughput(Throughput::Elements(
+        (CHAINS * ROUNDS * S::F64_LANES) as u64,
+    ));
+    group.bench_function(BenchmarkId::from_parameter(name), |bencher| {
+        bencher.iter(|| simd.vectorize(Floor { is_fused }));
+    });
     group.finish();
+}
+
+/// The floors of every instruction set of this machine.
+#[cfg(target_arch = "x86_64")]
+fn floors(criterion: &mut Criterion) {
+    use pulp::x86::{V3, V4};
+    floor(criterion, "one number", pulp::Scalar::new(), false);
+    for is_fused in [false, true] {
+        if let Some(simd) = V3::try_new() {
+            floor(criterion, "avx2", simd, is_fused);
+        }
+        if let Some(simd) = V4::try_new() {
+            floor(criterion, "avx512", simd, is_fused);
+        }
+    }
+}
+
+#[cfg(not(target_arch = "x86_64"))]
+fn floors(criterion: &mut Criterion) {
+    floor(criterion, "one number", pulp::Scalar::new(), false);
 }
 
 fn compositions(criterion: &mut Criterion) {
@@ -89,10 +128,7 @@ fn compositions(criterion: &mut Criterion) {
 }
 
 fn all(criterion: &mut Criterion) {
-    floor::<f64, 16>(criterion, "f64");
-    floor::<Lanes<8>, 1>(criterion, "lanes8");
-    floor::<Lanes<8>, 2>(criterion, "lanes8");
-    floor::<Lanes<8>, 8>(criterion, "lanes8");
+    floors(criterion);
     products::<f64>(criterion, "f64");
     products::<Lanes<8>>(criterion, "lanes8");
     products::<Dd>(criterion, "dd");

@@ -3,10 +3,9 @@
 //! One idea: the coefficients of a run are summed side by side, in registers where the run is short. Each is one chain of
 //! sums, its terms in the order of the table whatever the scalar, so that lanes give the bits of single numbers.
 
-use std::ops::Range;
-
 use super::Span;
-use super::product_table::{Block, ProductTable, Run};
+use super::product_table::{Block, Group, PlaceOfGroup, ProductTable, Run};
+use super::selection::Selection;
 use crate::numeric::{Kernel, Scalar, one_by_one};
 
 /// Longest run that is summed in registers.
@@ -72,7 +71,7 @@ impl<S: Scalar> Finish<'_, S> {
 }
 
 /// A product, or part of one: what is added to the coefficients of some runs.
-pub(super) struct Convolution<'a, S, F> {
+pub(super) struct Convolution<'a, S> {
     pub(super) table: &'a ProductTable,
     pub(super) runs: &'a [Run],
     pub(super) span: Span,
@@ -82,11 +81,21 @@ pub(super) struct Convolution<'a, S, F> {
     /// The coefficients from the monomial `first` on.
     pub(super) first: usize,
     pub(super) out: &'a mut [S],
-    /// Which runs to add to, by their monomials.
-    pub(super) keep: F,
+    /// The runs whose sums can differ from zero, if not all.
+    pub(super) selection: Option<Selection<'a>>,
 }
 
-impl<S: Scalar, F: Fn(&Range<usize>) -> bool> Kernel for Convolution<'_, S, F> {
+impl<S: Scalar> Convolution<'_, S> {
+    /// Forms the product.
+    ///
+    /// NOTE: the one place of the program where the loops are compiled, once per scalar and instruction set.
+    #[inline(never)]
+    pub(super) fn form(self) {
+        S::dispatch(self);
+    }
+}
+
+impl<S: Scalar> Kernel for Convolution<'_, S> {
     type Output = ();
 
     #[inline(always)]
@@ -101,7 +110,8 @@ impl<S: Scalar, F: Fn(&Range<usize>) -> bool> Kernel for Convolution<'_, S, F> {
         for run in self.runs.get(from..until).unwrap_or_default() {
             let place = run.monomials.start - self.first;
             let out = &mut self.out[place..place + run.monomials.len()];
-            if !(self.keep)(&run.monomials) {
+            let reaches = |selection: Selection| selection.reaches(&run.monomials);
+            if !self.selection.is_none_or(reaches) {
                 if !matches!(self.finish, Finish::Add) {
                     out.fill(S::zero());
                 }
@@ -149,15 +159,12 @@ struct Terms<'a, S> {
 }
 
 impl<S: Scalar> Terms<'_, S> {
-    /// The blocks with left runs of a length whose factors can differ from zero; of a square, those before the
-    /// mirror.
+    /// The blocks of a group whose factors can differ from zero; of a square, those before the mirror.
     #[inline(always)]
-    fn blocks(&self, left_len: usize) -> &[Block] {
+    fn blocks(&self, group: &Group, place: PlaceOfGroup) -> &[Block] {
         let blocks = match self.square {
-            true => self
-                .table
-                .blocks_before_mirror(self.run, left_len, self.span),
-            false => self.table.blocks(self.run, left_len, self.span),
+            true => self.table.blocks_before_mirror(group, place, self.span),
+            false => self.table.blocks(group, place, self.span),
         };
         if self.a.first == 0 && self.b.first == 0 {
             return blocks;
@@ -180,19 +187,22 @@ impl<S: Scalar> Terms<'_, S> {
         let Some(out) = out.first_chunk_mut::<LEN>() else {
             return;
         };
+        let Some(groups) = self.table.groups(self.run).first_chunk::<LEN>() else {
+            return;
+        };
         let mut sums = [S::zero(); LEN];
-        self.add_group::<1, LEN>(&mut sums);
-        self.add_group::<2, LEN>(&mut sums);
-        self.add_group::<3, LEN>(&mut sums);
-        self.add_group::<4, LEN>(&mut sums);
-        self.add_group::<5, LEN>(&mut sums);
-        self.add_group::<6, LEN>(&mut sums);
-        self.add_group::<7, LEN>(&mut sums);
-        self.add_group::<LONGEST_IN_REGISTERS, LEN>(&mut sums);
+        self.add_group::<1, LEN>(groups, &mut sums);
+        self.add_group::<2, LEN>(groups, &mut sums);
+        self.add_group::<3, LEN>(groups, &mut sums);
+        self.add_group::<4, LEN>(groups, &mut sums);
+        self.add_group::<5, LEN>(groups, &mut sums);
+        self.add_group::<6, LEN>(groups, &mut sums);
+        self.add_group::<7, LEN>(groups, &mut sums);
+        self.add_group::<LONGEST_IN_REGISTERS, LEN>(groups, &mut sums);
         if self.square {
-            for k in 0..LEN {
+            for (k, sum) in sums.iter_mut().enumerate() {
                 one_by_one::<S>(k);
-                sums[k] += sums[k];
+                *sum += *sum;
             }
             if let Some(root) = self.root() {
                 match LEN {
@@ -207,9 +217,14 @@ impl<S: Scalar> Terms<'_, S> {
     }
 
     #[inline(always)]
-    fn add_group<const LEFT: usize, const LEN: usize>(&self, sums: &mut [S; LEN]) {
-        if LEFT <= LEN {
-            self.add_blocks::<LEFT, LEN>(self.blocks(LEFT), sums);
+    fn add_group<const LEFT: usize, const LEN: usize>(
+        &self,
+        groups: &[Group; LEN],
+        sums: &mut [S; LEN],
+    ) {
+        if let Some(group) = groups.get(LEFT - 1) {
+            let place = PlaceOfGroup::new(LEFT, LEN);
+            self.add_blocks::<LEFT, LEN>(self.blocks(group, place), sums);
         }
     }
 
@@ -241,8 +256,9 @@ impl<S: Scalar> Terms<'_, S> {
     #[inline(always)]
     fn add_in_memory(&self, out: &mut [S]) {
         let mut sums = vec![S::zero(); out.len()];
-        for left in 1..=out.len() {
-            self.add_blocks_of(left, self.blocks(left), &mut sums);
+        for (group, left) in self.table.groups(self.run).iter().zip(1..) {
+            let place = PlaceOfGroup::new(left, out.len());
+            self.add_blocks_of(left, self.blocks(group, place), &mut sums);
         }
         if self.square {
             sums.iter_mut().for_each(|sum| *sum += *sum);

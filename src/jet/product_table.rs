@@ -156,7 +156,9 @@ impl ProductTable {
         let run = &self.runs[after - 1];
         let (place, len) = (monomial - run.monomials.start, run.monomials.len());
         let blocks = (1..=len).flat_map(|left_len| {
-            let blocks = self.blocks(run, left_len, Span::Full).iter();
+            let place = PlaceOfGroup::new(left_len, len);
+            let group = &self.groups(run)[left_len - 1];
+            let blocks = self.blocks(group, place, Span::Full).iter();
             blocks.map(move |&(left, right)| (left as usize, right as usize, left_len))
         });
         blocks
@@ -167,22 +169,47 @@ impl ProductTable {
             .collect()
     }
 
-    /// The blocks of a run that a span takes and whose left runs have a length.
+    /// The groups of a run.
     #[inline(always)]
-    pub(super) fn blocks(&self, run: &Run, left_len: usize, span: Span) -> &[Block] {
-        let group = &self.groups[run.first_group + left_len - 1];
-        let first = usize::from(left_len == 1 && span.leaves_first());
-        let last = usize::from(left_len == run.monomials.len() && span.leaves_last());
-        let first = group.first as usize + first;
-        &self.blocks[first..(group.end as usize - last).max(first)]
+    pub(super) fn groups(&self, run: &Run) -> &[Group] {
+        &self.groups[run.first_group..run.first_group + run.monomials.len()]
+    }
+
+    /// The blocks of a group that a span takes.
+    #[inline(always)]
+    pub(super) fn blocks(&self, group: &Group, place: PlaceOfGroup, span: Span) -> &[Block] {
+        let first = group.first + u32::from(place.is_first && span.leaves_first());
+        let end = group.end - u32::from(place.is_last && span.leaves_last());
+        &self.blocks[first as usize..end.max(first) as usize]
     }
 
     /// Those of them whose left run comes before the right one.
     #[inline(always)]
-    pub(super) fn blocks_before_mirror(&self, run: &Run, left_len: usize, span: Span) -> &[Block] {
-        let group = &self.groups[run.first_group + left_len - 1];
-        let first = usize::from(left_len == 1 && span.leaves_first());
-        let first = group.first as usize + first;
-        &self.blocks[first..(group.mirror as usize).max(first)]
+    pub(super) fn blocks_before_mirror(
+        &self,
+        group: &Group,
+        place: PlaceOfGroup,
+        span: Span,
+    ) -> &[Block] {
+        let first = group.first + u32::from(place.is_first && span.leaves_first());
+        &self.blocks[first as usize..group.mirror.max(first) as usize]
+    }
+}
+
+/// Whether a group is the first of its run, or the last.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct PlaceOfGroup {
+    is_first: bool,
+    is_last: bool,
+}
+
+impl PlaceOfGroup {
+    /// That of the group whose left runs have a length, among those of a run.
+    #[inline(always)]
+    pub(super) fn new(left_len: usize, run_len: usize) -> Self {
+        Self {
+            is_first: left_len == 1,
+            is_last: left_len == run_len,
+        }
     }
 }

@@ -3,6 +3,7 @@
 mod coefficients;
 mod identities;
 mod maps;
+mod products;
 mod rings;
 
 use grazemap::jet::{Jet, JetError, JetSpace};

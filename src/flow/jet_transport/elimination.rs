@@ -41,11 +41,11 @@ fn scale_row(row: &mut [Option<Block>], factor: &Block) {
 /// `row −= factor · pivot` in the columns from `first` on.
 #[inline(always)]
 fn subtract_row(matrix: &mut BlockMatrix, row: usize, pivot: usize, factor: &Block, first: usize) {
-    for column in first..matrix.len() {
-        if let Some(block) = &matrix[pivot][column] {
-            let product = factor.times(block);
-            let old = matrix[row][column].unwrap_or(Block::ZERO);
-            matrix[row][column] = Some(old.minus(&product));
+    let pivot_row = matrix[pivot].clone();
+    for (block, target) in pivot_row.iter().zip(&mut matrix[row]).skip(first) {
+        if let Some(block) = block {
+            let old = target.unwrap_or(Block::ZERO);
+            *target = Some(old.minus(&factor.times(block)));
         }
     }
 }

@@ -7,12 +7,10 @@ use std::sync::Arc;
 use super::gauss::{NODES, NodeValues};
 use super::plan::{Action, Plan};
 use super::spare;
-use super::sparse::{
-    SparseSpace, Support, VariableSet, variables_of_monomials, variables_of_slots,
-};
+use super::sparse::{SparseSpace, Support, variables_of_slots};
 use crate::flow::Program;
 use crate::flow::program::run;
-use crate::jet::JetSpace;
+use crate::jet::{JetSpace, VariableSet, variables_of_monomials};
 use crate::numeric::{Lanes, Scalar, one_by_one};
 
 const ZERO: NodeValues = Lanes([0.0; NODES]);

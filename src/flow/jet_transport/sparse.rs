@@ -7,24 +7,7 @@ use std::ops::Range;
 
 use super::gauss::NodeValues;
 use crate::flow::Program;
-use crate::jet::{Graded, HeadFunction, JetSpace, PartOf, Span};
-
-/// Set of variables of a jet: bit `min(i, 63)` for variable `i`.
-pub(super) type VariableSet = u64;
-
-/// Variables of every monomial of a space.
-pub(super) fn variables_of_monomials(space: &JetSpace) -> Vec<VariableSet> {
-    let bit = |(variable, &exponent): (usize, &u8)| u64::from(exponent > 0) << variable.min(63);
-    let set = |monomial: usize| {
-        space
-            .exponents(monomial)
-            .iter()
-            .enumerate()
-            .map(bit)
-            .fold(0, |a, b| a | b)
-    };
-    (0..space.len()).map(set).collect()
-}
+use crate::jet::{Graded, HeadFunction, JetSpace, PartOf, Selection, Span, VariableSet};
 
 /// Variables on which each slot can depend at any time, from those of the inputs at the start.
 pub(super) fn variables_of_slots(
@@ -62,10 +45,12 @@ pub(super) struct Support {
 
 impl Support {
     pub(super) fn new(space: &JetSpace, monomials: &[VariableSet], variables: VariableSet) -> Self {
+        let selection = Selection {
+            monomials,
+            variables,
+        };
         let part = |degree: usize| {
-            let mut runs = space
-                .runs(degree)
-                .filter(|run| meets(run, monomials, variables));
+            let mut runs = space.runs(degree).filter(|run| selection.reaches(run));
             let first = runs.next();
             let start = space.degree_range(degree).start;
             first.map_or(start..start, |first| {
@@ -85,13 +70,6 @@ impl Support {
     }
 }
 
-/// Whether a run has a monomial of these variables only: its first and last are powers of one of its two.
-#[inline(always)]
-fn meets(run: &Range<usize>, monomials: &[VariableSet], variables: VariableSet) -> bool {
-    let present = |monomial: usize| monomials[monomial] & !variables == 0;
-    present(run.start) || present(run.end - 1)
-}
-
 /// A space of jets seen by one slot: products are formed for monomials of its variables only, and neighbours of these.
 #[derive(Clone, Copy)]
 pub(super) struct SparseSpace<'s> {
@@ -103,17 +81,15 @@ pub(super) struct SparseSpace<'s> {
 impl SparseSpace<'_> {
     /// The part of a degree, its runs without a monomial of the variables left out.
     #[inline(always)]
-    fn part_of<'o>(
-        &self,
-        degree: usize,
-        out: &'o mut [NodeValues],
-    ) -> PartOf<'o, NodeValues, impl Fn(&Range<usize>) -> bool> {
-        let (monomials, variables) = (self.monomials, self.support.variables);
+    fn part_of<'o>(&'o self, degree: usize, out: &'o mut [NodeValues]) -> PartOf<'o, NodeValues> {
         PartOf {
             degree,
             first: self.support.part(degree).start,
             out,
-            keep: move |run: &Range<usize>| meets(run, monomials, variables),
+            selection: Some(Selection {
+                monomials: self.monomials,
+                variables: self.support.variables,
+            }),
         }
     }
 }

@@ -3,8 +3,9 @@
 use std::sync::Arc;
 
 use super::{jet_transport, jet_transport_taylor};
-use crate::flow::{InputKind, samples};
+use crate::flow::{Field, InputKind, samples};
 use crate::jet::{Jet, JetSpace};
+use crate::model::{ExpressionGraph, Unary};
 use crate::numeric::{Dd, Real, Scalar};
 
 /// Largest difference of two sets of jets, over the largest coefficient of the same degree: worst degree.
@@ -35,7 +36,7 @@ fn electrostatic_inputs<S: Scalar>(space: &Arc<JetSpace>, zeta: f64) -> (Vec<Jet
     (states, vec![zeta, variable(4, 0.2), variable(3, 0.6)])
 }
 
-fn electrostatic() -> crate::flow::Field {
+fn electrostatic() -> Field {
     let zeta = InputKind::Bound(Dd::from(0.02));
     samples::electrostatic(&[zeta, InputKind::Variable, InputKind::Variable])
 }
@@ -202,4 +203,48 @@ fn stiff_and_nearly_singular_orbits_take_more_elements_and_keep_their_accuracy()
     let gentle = elements(0.02, 0.1, 0.2);
     assert!(elements(5.0, 0.1, 0.2) > gentle);
     assert!(elements(0.02, 0.85, 0.1) > gentle);
+}
+
+/// Two coupled oscillators, `x' = v, u' = w, v' = 0.3 u − x − x² + a cos θ, w' = 0.3 x v − 2 u, θ' = ω`, with a
+/// component that integrates the phase, `q' = θ`, and two that are each other's integral, `r' = s, s' = r`.
+fn coupled() -> Field {
+    let mut g = ExpressionGraph::new();
+    let [x, u, v, w, theta, q, r, s, amplitude, omega] = std::array::from_fn(|i| g.input(i));
+    let _ = q;
+    let cosine = g.unary(Unary::Cos, theta);
+    let force = g.mul(amplitude, cosine);
+    let square = g.power_integer(x, 2);
+    let [third, two] = [g.number(0.3), g.number(2.0)];
+    let pull = g.mul(third, u);
+    let sum = g.sub(pull, x);
+    let sum = g.sub(sum, square);
+    let first = g.add(sum, force);
+    let product = g.mul(x, v);
+    let product = g.mul(third, product);
+    let spring = g.mul(two, u);
+    let second = g.sub(product, spring);
+    let rates = [v, w, first, second, omega, theta, s, r];
+    Field::new(&g, &rates, &[], &[InputKind::Variable; 2])
+}
+
+#[test]
+fn coupled_driven_and_integrated_components_agree_with_taylors_method_in_every_degree() {
+    let space = JetSpace::uniform(5, 3).unwrap();
+    let field = coupled();
+    let head = [0.3, -0.2, 0.1, 0.4, 0.2, 0.1, 0.3, -0.1, 0.5, 1.3];
+    let inputs = |variables: [usize; 5]| -> Vec<Jet<f64>> {
+        let variable = |input: usize| variables.iter().position(|&index| index == input);
+        let jet = |(input, &value): (usize, &f64)| match variable(input) {
+            Some(index) => Jet::variable(&space, index, value),
+            None => Jet::constant(&space, value),
+        };
+        head.iter().enumerate().map(jet).collect()
+    };
+    for variables in [[0, 2, 3, 8, 9], [1, 4, 5, 6, 9]] {
+        let inputs = inputs(variables);
+        let value = jet_transport(&field, &inputs[..8], &inputs[8..], 4.0, 1e-15).unwrap();
+        let exact = jet_transport_taylor(&field, &inputs[..8], &inputs[8..], 4.0).unwrap();
+        let error = degree_error(&value.image, &exact);
+        assert!(error < 1e-14, "{variables:?}: {error:e}");
+    }
 }
