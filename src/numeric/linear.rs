@@ -257,7 +257,7 @@ fn shape_error(expected: (usize, usize), found: (usize, usize)) -> NumericError 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::numeric::{Dd, Scalar};
+    use crate::numeric::Dd;
 
     /// The Hilbert matrix of a size, condition number 5e5 at size 5.
     fn hilbert<S: Real>(size: usize) -> DMatrix<S> {
