@@ -2,11 +2,12 @@
 
 use std::sync::Arc;
 
+use super::coefficients::Part;
 use super::first_order::FirstOrderTape;
 use super::gauss::{Functionals, GAUSS, NODES, NodeValues};
 use super::remainders::Remainders;
 use super::resolution::Resolution;
-use super::solver::{ElementSolver, Part};
+use super::solver::ElementSolver;
 use crate::flow::{Field, Program};
 use crate::jet::JetSpace;
 use crate::numeric::{Kernel, Lanes, Scalar, widest};

@@ -1,6 +1,7 @@
 //! Jets of a flow over a time: two methods that share nothing but the field's program.
 
 mod block;
+mod coefficients;
 mod collocation;
 mod element;
 mod elimination;

@@ -11,15 +11,10 @@
 //! so `(I − Σ_s diag(J_cs) W_s) y = r + J i`: entries of the matrix are products of two numbers, and a forced oscillator
 //! of one degree of freedom leaves a single block to invert. See docs/mathematics/flow.md.
 
-use std::ops::Range;
-
 use super::block::Block;
 use super::elimination::{BlockMatrix, inverse};
 use super::gauss::{Functionals, GAUSS, Gauss, NODES, NodeValues};
 use crate::numeric::{Lanes, Scalar};
-
-/// Coefficients that are solved for together.
-const TOGETHER: usize = 4;
 
 const ZERO: NodeValues = Lanes([0.0; NODES]);
 
@@ -27,8 +22,8 @@ const ZERO: NodeValues = Lanes([0.0; NODES]);
 pub(super) struct ElementSolver {
     gauss: &'static Gauss,
     /// Of each component: the one of which it is the integral, if it is nothing else.
-    chains: Vec<Option<usize>>,
-    length: f64,
+    pub(super) chains: Vec<Option<usize>>,
+    pub(super) length: f64,
     /// `h A` and `h² A²`.
     integration: [Block; 2],
     /// `∂f_c/∂x_s` at the nodes, by rows.
@@ -37,23 +32,11 @@ pub(super) struct ElementSolver {
     coupled: Vec<usize>,
     rates: BlockMatrix,
     /// Responses of states at the nodes: to initial values and to remainders, by rows.
-    to_initial: Vec<Option<NodeValues>>,
-    to_remainder: Vec<Option<Block>>,
+    pub(super) to_initial: Vec<Option<NodeValues>>,
+    pub(super) to_remainder: Vec<Option<Block>>,
     /// Responses of the functionals of rates: to initial values and to remainders, by rows.
-    functionals_to_initial: Vec<Functionals>,
-    functionals_to_remainder: Vec<Option<[Functionals; NODES]>>,
-}
-
-/// Coefficients of one degree: what their node values follow from.
-#[derive(Clone, Copy)]
-pub(super) struct Part<'a> {
-    /// Initial values of component `c`: `initial[c · stride + m]` for the monomial `m`.
-    pub(super) initial: &'a [f64],
-    pub(super) stride: usize,
-    /// The first monomial of the remainders.
-    pub(super) first: usize,
-    /// Remainders of every component, where they do not all vanish.
-    pub(super) remainders: &'a [Option<&'a [NodeValues]>],
+    pub(super) functionals_to_initial: Vec<Functionals>,
+    pub(super) functionals_to_remainder: Vec<Option<[Functionals; NODES]>>,
 }
 
 impl ElementSolver {
@@ -258,146 +241,6 @@ impl ElementSolver {
         self.chains[component].is_none() && !self.coupled.contains(&component)
     }
 
-    /// Adds to the remainders of a component what it owes to those of a driven one.
-    #[inline(always)]
-    pub(super) fn pass_on(
-        &self,
-        driven: usize,
-        sources: &[NodeValues],
-        component: usize,
-        targets: &mut [NodeValues],
-    ) {
-        for state in 0..self.chains.len() {
-            let slopes = self.slopes(component, state);
-            if self.root(state) != driven || slopes == ZERO {
-                continue;
-            }
-            for (target, source) in targets.iter_mut().zip(sources) {
-                if *source != ZERO {
-                    *target = slopes.mul_add(self.weight(state).apply(*source), *target);
-                }
-            }
-        }
-    }
-
-    /// Node values of a state for some monomials.
-    #[inline(always)]
-    pub(super) fn states(
-        &self,
-        state: usize,
-        part: Part<'_>,
-        monomials: Range<usize>,
-        out: &mut [NodeValues],
-    ) {
-        let (chunks, rest) = out.as_chunks_mut::<TOGETHER>();
-        let mut first = monomials.start;
-        for chunk in chunks {
-            *chunk = self.states_of(state, part, first);
-            first += TOGETHER;
-        }
-        for value in rest {
-            [*value] = self.states_of(state, part, first);
-            first += 1;
-        }
-    }
-
-    #[inline(always)]
-    fn states_of<const COUNT: usize>(
-        &self,
-        state: usize,
-        part: Part<'_>,
-        first: usize,
-    ) -> [NodeValues; COUNT] {
-        let dimension = self.chains.len();
-        let mut sums = [ZERO; COUNT];
-        for initial in 0..dimension {
-            if let Some(response) = &self.to_initial[state * dimension + initial] {
-                let values = &part.initial[initial * part.stride + first..][..COUNT];
-                for (sum, &value) in sums.iter_mut().zip(values) {
-                    *sum = response.mul_add(Lanes::splat(value), *sum);
-                }
-            }
-        }
-        let (root, weight) = (self.root(state), self.weight(state));
-        for source in 0..dimension {
-            let block = match &self.to_remainder[state * dimension + source] {
-                Some(block) => block,
-                None if source == root && self.is_driven(source) => weight,
-                None => continue,
-            };
-            if let Some(values) = part.remainder(source, first) {
-                block.add_products(values, &mut sums);
-            }
-        }
-        sums
-    }
-
-    /// Functionals of the rates of a component that is no integral, for some monomials.
-    #[inline(always)]
-    pub(super) fn functionals(
-        &self,
-        component: usize,
-        part: Part<'_>,
-        monomials: Range<usize>,
-        out: &mut [Functionals],
-    ) {
-        let (chunks, rest) = out.as_chunks_mut::<TOGETHER>();
-        let mut first = monomials.start;
-        for chunk in chunks {
-            *chunk = self.functionals_at(component, part, first);
-            first += TOGETHER;
-        }
-        for value in rest {
-            [*value] = self.functionals_at(component, part, first);
-            first += 1;
-        }
-    }
-
-    #[inline(always)]
-    fn functionals_at<const COUNT: usize>(
-        &self,
-        component: usize,
-        part: Part<'_>,
-        first: usize,
-    ) -> [Functionals; COUNT] {
-        let dimension = self.chains.len();
-        let mut sums = [Lanes([0.0; 4]); COUNT];
-        for initial in 0..dimension {
-            let response = self.functionals_to_initial[component * dimension + initial];
-            let values = &part.initial[initial * part.stride + first..][..COUNT];
-            for (sum, &value) in sums.iter_mut().zip(values) {
-                *sum = response.mul_add(Lanes::splat(value), *sum);
-            }
-        }
-        for source in 0..dimension {
-            let entry = component * dimension + source;
-            if let Some(columns) = &self.functionals_to_remainder[entry]
-                && let Some(values) = part.remainder::<COUNT>(source, first)
-            {
-                for (node, column) in columns.iter().enumerate() {
-                    for (sum, value) in sums.iter_mut().zip(values) {
-                        *sum = column.mul_add(Lanes::splat(value.0[node]), *sum);
-                    }
-                }
-            }
-        }
-        sums
-    }
-
-    /// The state at the end of the element less its value at the start, from functionals of the rate of its root.
-    #[inline(always)]
-    pub(super) fn advance(
-        &self,
-        state: usize,
-        functionals: Functionals,
-        initial: impl Fn(usize) -> f64,
-    ) -> f64 {
-        match self.chains[state] {
-            None => self.length * functionals.0[0],
-            Some(root) => self.length * (initial(root) + self.length * functionals.0[1]),
-        }
-    }
-
     /// Largest of the last Legendre modes of the fundamental matrix, relative to each entry.
     pub(super) fn fundamental_tail(&self) -> f64 {
         let relative = |response: &NodeValues| {
@@ -418,12 +261,12 @@ impl ElementSolver {
 
     /// `W_s`: from the rate of its root to a state at the nodes.
     #[inline(always)]
-    fn weight(&self, state: usize) -> &Block {
+    pub(super) fn weight(&self, state: usize) -> &Block {
         &self.integration[usize::from(self.chains[state].is_some())]
     }
 
     #[inline(always)]
-    fn slopes(&self, component: usize, state: usize) -> NodeValues {
+    pub(super) fn slopes(&self, component: usize, state: usize) -> NodeValues {
         self.jacobian[component * self.chains.len() + state]
     }
 
@@ -431,18 +274,5 @@ impl ElementSolver {
     #[inline(always)]
     fn nodes_in_time(&self) -> NodeValues {
         Lanes(self.gauss.nodes) * Lanes::splat(self.length)
-    }
-}
-
-impl<'a> Part<'a> {
-    #[inline(always)]
-    fn remainder<const COUNT: usize>(
-        &self,
-        component: usize,
-        monomial: usize,
-    ) -> Option<&'a [NodeValues; COUNT]> {
-        self.remainders[component]?
-            .get(monomial - self.first..)?
-            .first_chunk()
     }
 }
