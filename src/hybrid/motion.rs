@@ -4,6 +4,9 @@ use super::passage::Start;
 use super::system::Regime;
 use crate::numeric::Real;
 
+/// Share of the time in which the motion changes within which a minimum is the one reported last.
+const SAME_MINIMUM: f64 = 1e-7;
+
 /// State of a simulation between two steps.
 #[derive(Clone, Debug)]
 pub(super) struct Motion<S> {
@@ -64,7 +67,9 @@ impl<S: Real> Motion<S> {
     pub(super) fn start(&self, surface: usize) -> Start<S> {
         match self.leaving[surface] {
             Some(rounding) => Start::Leaving { rounding },
-            None if self.at_minimum == Some(surface) => Start::AtMinimum,
+            None if self.at_minimum == Some(surface) => Start::AtMinimum {
+                within: self.last_step * S::from_f64(SAME_MINIMUM),
+            },
             None => Start::Inside,
         }
     }

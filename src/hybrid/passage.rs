@@ -51,7 +51,10 @@ pub(crate) enum Start<S> {
         rounding: S,
     },
     /// At a minimum of the gap that has been reported.
-    AtMinimum,
+    AtMinimum {
+        /// Time within which a minimum is the same one.
+        within: S,
+    },
 }
 
 /// What is looked for.
@@ -192,7 +195,7 @@ impl<S: Real> Piece<S> {
         goal: Goal<S>,
     ) -> Option<Passage<S>> {
         let ((_, left), (time, right)) = (self.left, self.right);
-        if right >= left || self.is_rounding(length, start) {
+        if right >= left || self.is_rounding(start) {
             return None;
         }
         match goal {
@@ -209,11 +212,11 @@ impl<S: Real> Piece<S> {
     }
 
     /// Whether the fall is no event: rounding on the zero just left, or the minimum the step starts at.
-    fn is_rounding(&self, length: S, start: Start<S>) -> bool {
+    fn is_rounding(&self, start: Start<S>) -> bool {
         match start {
             Start::Inside => false,
             Start::Leaving { rounding } => self.left.1 <= rounding && self.right.1 >= -rounding,
-            Start::AtMinimum => self.stationary && self.right.0 < length * S::from_f64(1e-7),
+            Start::AtMinimum { within } => self.stationary && self.right.0 < within,
         }
     }
 
