@@ -4,12 +4,17 @@
 //! The floors are loops of independent products and sums over registers, measured in the same run for one number
 //! and for the registers of AVX2 and AVX-512, rounded twice, as the library does, and once.
 
+#[path = "support/floor.rs"]
+mod floor;
+
 use std::hint::black_box;
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use grazemap::jet::{Jet, JetMap, JetSpace, substitute_all};
 use grazemap::numeric::{Dd, Lanes, Scalar};
-use pulp::{Simd, WithSimd};
+use pulp::Simd;
+
+use floor::{CHAINS, Floor, ROUNDS};
 
 /// Variables and order.
 const SIZES: [(usize, usize); 6] = [(3, 6), (4, 4), (4, 8), (5, 6), (5, 10), (6, 6)];
@@ -39,36 +44,7 @@ fn products<S: Scalar>(criterion: &mut Criterion, name: &str) {
     group.finish();
 }
 
-/// Products and sums in registers, in enough independent chains to hide the latency.
-struct Floor {
-    is_fused: bool,
-}
-
-/// Independent chains of a floor, and steps of each.
-const CHAINS: usize = 16;
-const ROUNDS: usize = 1000;
-
-impl WithSimd for Floor {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) {
-        let factor = black_box(simd.splat_f64s(0.999));
-        let mut sums = [factor; CHAINS];
-        for _ in 0..ROUNDS {
-            for sum in &mut sums {
-                *sum = if self.is_fused {
-                    simd.mul_add_f64s(*sum, factor, factor)
-                } else {
-                    simd.add_f64s(simd.mul_f64s(*sum, factor), factor)
-                };
-            }
-        }
-        black_box(sums);
-    }
-}
-
-fn floor<S: Simd>(criterion: &mut Criterion, name: &str, simd: S, is_fused: bool) {
+fn time_floor<S: Simd>(criterion: &mut Criterion, name: &str, simd: S, is_fused: bool) {
     let kind = if is_fused { "fused" } else { "two_roundings" };
     let mut group = criterion.benchmark_group(format!("multiply_add_floor/{kind}"));
     group.throughput(Throughput::Elements(
@@ -84,20 +60,20 @@ fn floor<S: Simd>(criterion: &mut Criterion, name: &str, simd: S, is_fused: bool
 #[cfg(target_arch = "x86_64")]
 fn floors(criterion: &mut Criterion) {
     use pulp::x86::{V3, V4};
-    floor(criterion, "one number", pulp::Scalar::new(), false);
+    time_floor(criterion, "one number", pulp::Scalar::new(), false);
     for is_fused in [false, true] {
         if let Some(simd) = V3::try_new() {
-            floor(criterion, "avx2", simd, is_fused);
+            time_floor(criterion, "avx2", simd, is_fused);
         }
         if let Some(simd) = V4::try_new() {
-            floor(criterion, "avx512", simd, is_fused);
+            time_floor(criterion, "avx512", simd, is_fused);
         }
     }
 }
 
 #[cfg(not(target_arch = "x86_64"))]
 fn floors(criterion: &mut Criterion) {
-    floor(criterion, "one number", pulp::Scalar::new(), false);
+    time_floor(criterion, "one number", pulp::Scalar::new(), false);
 }
 
 fn compositions(criterion: &mut Criterion) {
