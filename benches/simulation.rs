@@ -4,12 +4,18 @@
 //! electrostatic one at `omega = 0.46`, 5 % beyond grazing, both on their attractors; the number of impacts is printed.
 //! `linear-taylor` is the linear one by the general integrator. The floor is a loop of independent multiply-adds.
 
+#[path = "support/floor.rs"]
+mod floor;
+
 use std::hint::black_box;
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use grazemap::hybrid::{DirectReturn, HybridSystem, ReturnSection, Simulator};
 use grazemap::model::{Model, Scene};
-use grazemap::numeric::{Dd, Real, Scalar};
+use grazemap::numeric::{Dd, Real};
+use pulp::Simd;
+
+use floor::{CHAINS, Floor, ROUNDS};
 
 /// A scene of the catalogue with one parameter at another value.
 fn model(scene: &str, parameter: &str, value: f64) -> Model {
@@ -116,27 +122,17 @@ fn returns<S: Real>(criterion: &mut Criterion, scalar: &str) {
 }
 
 /// A thousand rounds of multiply-adds in registers, in independent sums.
-fn floor(criterion: &mut Criterion) {
-    const SUMS: usize = 16;
-    const ROUNDS: usize = 1000;
+fn time_floor(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("simulation/multiply_add_floor");
-    group.throughput(Throughput::Elements((SUMS * ROUNDS) as u64));
+    group.throughput(Throughput::Elements((CHAINS * ROUNDS) as u64));
     group.bench_function("f64", |bencher| {
-        bencher.iter(|| {
-            let factor = black_box(0.999);
-            let mut sums = [0.1f64; SUMS];
-            for _ in 0..ROUNDS {
-                sums.iter_mut()
-                    .for_each(|sum| *sum = Scalar::mul_add(*sum, factor, factor));
-            }
-            black_box(sums)
-        });
+        bencher.iter(|| pulp::Scalar::new().vectorize(Floor { is_fused: false }));
     });
     group.finish();
 }
 
 fn simulation(criterion: &mut Criterion) {
-    floor(criterion);
+    time_floor(criterion);
     periods::<f64>(criterion, "f64");
     periods::<Dd>(criterion, "double-double");
     returns::<f64>(criterion, "f64");

@@ -57,10 +57,7 @@ pub trait SweptMap: Sync {
 
     /// The observable at every kept state of an orbit.
     fn observe_all(&self, orbit: &MapOrbit, parameters: &[f64]) -> Vec<f64> {
-        let states = orbit.states();
-        states
-            .map(|state| self.observe(state, parameters))
-            .collect()
+        observe_each(self, orbit, parameters)
     }
 
     /// The surfaces that graze and the passages of one return.
@@ -89,6 +86,11 @@ pub struct Settled {
     pub orbit: MapOrbit,
     /// The exponent; `None` where there is no Jacobian or the orbit ended early.
     pub lyapunov: Option<f64>,
+}
+
+fn observe_each<M: SweptMap + ?Sized>(map: &M, orbit: &MapOrbit, parameters: &[f64]) -> Vec<f64> {
+    let states = orbit.states();
+    states.map(|state| map.observe(state, parameters)).collect()
 }
 
 fn settle_alone<M: SweptMap + ?Sized>(map: &M, start: &Start, request: &OrbitRequest) -> Settled {
@@ -272,10 +274,7 @@ impl SweptMap for FrozenSweep {
             let depths = self.map.first_depths(orbit.states(), parameters);
             return depths.into_iter().map(|depth| -depth).collect();
         }
-        let states = orbit.states();
-        states
-            .map(|state| self.observe(state, parameters))
-            .collect()
+        observe_each(self, orbit, parameters)
     }
 
     fn itinerary(&self) -> &Itinerary {

@@ -91,19 +91,13 @@ impl<M: ?Sized> Search<'_, M> {
         let (mut state, mut states) = (guess.state.clone(), Vec::new());
         let mut itinerary = Vec::new();
         let mut extra_contacts = 0;
-        let mut by_state = DMatrix::from_fn(dimension, dimension, |row, column| {
-            S::from_f64(f64::from(u8::from(row == column)))
-        });
+        let mut by_state = DMatrix::identity(dimension, dimension);
         let mut by_parameter = DVector::from_element(dimension, S::zero());
         for _ in 0..self.problem.returns {
             let (free, scales) = (self.problem.free, &self.problem.scales);
             let here = linearise(&mut *self.map, &state, &guess.parameters, free, scales)?;
-            by_state = product(&here.by_state, &by_state);
-            by_parameter = transformed(&here.by_state, &by_parameter);
-            by_parameter
-                .iter_mut()
-                .zip(here.by_parameter.iter())
-                .for_each(|(sum, &slope)| *sum += slope);
+            by_state = &here.by_state * by_state;
+            by_parameter = &here.by_state * by_parameter + here.by_parameter;
             itinerary.push(here.step.contacts);
             extra_contacts += here.step.extra_contacts;
             states.push(std::mem::replace(&mut state, here.step.offsets));
@@ -236,20 +230,4 @@ impl<S: Real> Period<S> {
             PeriodicOutcome::OtherItinerary(orbit)
         }
     }
-}
-
-fn product<S: Real>(left: &DMatrix<S>, right: &DMatrix<S>) -> DMatrix<S> {
-    DMatrix::from_fn(left.nrows(), right.ncols(), |row, column| {
-        (0..left.ncols())
-            .map(|k| left[(row, k)] * right[(k, column)])
-            .sum()
-    })
-}
-
-fn transformed<S: Real>(matrix: &DMatrix<S>, vector: &DVector<S>) -> DVector<S> {
-    DVector::from_fn(matrix.nrows(), |row, _| {
-        (0..matrix.ncols())
-            .map(|k| matrix[(row, k)] * vector[k])
-            .sum()
-    })
 }
