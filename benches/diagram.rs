@@ -60,6 +60,10 @@ fn diagrams(criterion: &mut Criterion) {
     group.bench_function("map, 1000 values x 1200 iterates", |bencher| {
         bencher.iter(|| run(&problem, 1000, [1000, 200], &[Method::Map]));
     });
+    group.throughput(Throughput::Elements(1000 * 10_000));
+    group.bench_function("map, 1000 values x 10 000 iterates", |bencher| {
+        bencher.iter(|| run(&problem, 1000, [9800, 200], &[Method::Map]));
+    });
     group.throughput(Throughput::Elements(20 * 60));
     group.bench_function("direct simulation, 20 values x 60 iterates", |bencher| {
         bencher.iter(|| run(&problem, 20, [50, 10], &[Method::Direct]));

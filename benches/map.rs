@@ -9,9 +9,12 @@ mod synthetic;
 
 use std::hint::black_box;
 
-use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
+use criterion::measurement::WallTime;
+use criterion::{
+    BenchmarkGroup, BenchmarkId, Criterion, Throughput, criterion_group, criterion_main,
+};
 use grazemap::expansion::SectionKind;
-use grazemap::iteration::{DiscreteMap, HornerMap, InterpretedMap};
+use grazemap::iteration::{DiscreteMap, HornerMap, InterpretedMap, OrbitRequest};
 
 const ORDERS: [(u32, u32); 4] = [(1, 1), (3, 4), (5, 6), (8, 10)];
 
@@ -67,9 +70,67 @@ fn compiled(criterion: &mut Criterion) {
 #[cfg(not(feature = "compiled-maps"))]
 fn compiled(_: &mut Criterion) {}
 
+/// Orbits in step, as a diagram makes them: the time of an iterate of each.
+fn lanes(criterion: &mut Criterion) {
+    const ITERATES: usize = 1000;
+    let mut group = criterion.benchmark_group("map_lanes");
+    let (state, parameters) = synthetic::point(&mut synthetic::Numbers::new(1));
+    for (smooth, weight) in ORDERS {
+        let lowered = HornerMap::new(&synthetic::map(smooth, weight, SectionKind::Tangency));
+        let request = OrbitRequest::new(ITERATES, 0, &[1.0; 2]);
+        let request = OrbitRequest {
+            escape_factor: f64::INFINITY,
+            ..request
+        };
+        lanes_of::<8>(
+            &mut group,
+            &lowered,
+            [&state, &parameters],
+            &request,
+            smooth,
+        );
+        lanes_of::<16>(
+            &mut group,
+            &lowered,
+            [&state, &parameters],
+            &request,
+            smooth,
+        );
+        lanes_of::<32>(
+            &mut group,
+            &lowered,
+            [&state, &parameters],
+            &request,
+            smooth,
+        );
+        lanes_of::<64>(
+            &mut group,
+            &lowered,
+            [&state, &parameters],
+            &request,
+            smooth,
+        );
+    }
+    group.finish();
+}
+
+fn lanes_of<const N: usize>(
+    group: &mut BenchmarkGroup<'_, WallTime>,
+    map: &HornerMap,
+    [state, parameters]: [&[f64]; 2],
+    request: &OrbitRequest,
+    smooth: u32,
+) {
+    group.throughput(Throughput::Elements((N * request.transient) as u64));
+    let mut frozen = map.freeze_lanes::<N>(&[parameters; N]);
+    group.bench_function(BenchmarkId::new(format!("{N} orbits"), smooth), |bencher| {
+        bencher.iter(|| frozen.orbits(&[state; N], request));
+    });
+}
+
 criterion_group! {
     name = benches;
     config = Criterion::default().without_plots();
-    targets = steps, compiled
+    targets = steps, lanes, compiled
 }
 criterion_main!(benches);

@@ -163,7 +163,8 @@ impl<'a> Course<'a> {
     fn visit(&mut self, fronts: &[Front]) -> Vec<Visit> {
         let value = |front: &Front| (front.carried.clone(), self.offsets[front.value]);
         let values: Vec<_> = fronts.iter().map(value).collect();
-        let blocks = values.par_chunks(self.map.lanes());
+        let share = values.len().div_ceil(rayon::current_num_threads());
+        let blocks = values.par_chunks(share.clamp(1, self.map.lanes()));
         let visits = blocks.flat_map_iter(|block| visit(self.map, self.request, block));
         let visits: Vec<Visit> = visits.collect();
         self.timing.iterates += visits.iter().map(|visit| visit.iterates).sum::<u64>();

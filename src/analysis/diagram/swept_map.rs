@@ -12,11 +12,12 @@ use crate::model::Method;
 /// Iterates in which the tangent vector of a Lyapunov exponent turns to its direction.
 const TANGENT_TRANSIENT: usize = 20;
 
-/// Lanes of a map that runs in lanes: wide enough that an instruction is read seldom, and its memory stays close.
-const LANES: usize = 16;
+/// Lanes of a map that runs in lanes: a step is one long chain of dependent operations, which only other orbits fill; and the
+/// memory of its kernel stays close.
+const LANES: usize = 32;
 
-/// Segments of a sweep by a map: two cores' lanes twice over.
-const MAP_SEGMENTS: usize = 4 * LANES;
+/// Segments of a sweep by a map.
+const MAP_SEGMENTS: usize = 64;
 
 /// Segments of a sweep by direct simulation, where mending a seam costs more.
 const DIRECT_SEGMENTS: usize = 8;

@@ -2,8 +2,8 @@
 
 use std::sync::Arc;
 
-use super::interpreter::{Instruction, half_reciprocal, positive_part};
-use crate::numeric::{Lanes, Scalar};
+use super::code::Code;
+use crate::numeric::Lanes;
 
 /// A kernel prepared for running on `N` points in step, each with known inputs of its own.
 ///
@@ -12,10 +12,7 @@ use crate::numeric::{Lanes, Scalar};
 #[derive(Clone, Debug)]
 pub struct LaneInterpreter<const N: usize> {
     inputs: usize,
-    /// Place of the first result.
-    results: usize,
-    code: Arc<[Instruction]>,
-    outputs: Arc<[u32]>,
+    code: Arc<Code>,
     /// Inputs, known inputs, constants, results.
     memory: Vec<Lanes<N>>,
 }
@@ -25,8 +22,7 @@ impl<const N: usize> LaneInterpreter<N> {
         inputs: usize,
         last_inputs: &[Vec<f64>],
         constants: &[f64],
-        code: Arc<[Instruction]>,
-        outputs: Arc<[u32]>,
+        code: Arc<Code>,
     ) -> Self {
         assert!(last_inputs.len() <= N, "{} lanes of {N}", last_inputs.len());
         let set = last_inputs.first().map_or(0, Vec::len);
@@ -43,9 +39,7 @@ impl<const N: usize> LaneInterpreter<N> {
         }
         Self {
             inputs,
-            results,
             code,
-            outputs,
             memory,
         }
     }
@@ -57,7 +51,7 @@ impl<const N: usize> LaneInterpreter<N> {
 
     /// Number of outputs.
     pub fn outputs(&self) -> usize {
-        self.outputs.len()
+        self.code.outputs()
     }
 
     /// Runs the kernel; [`output`](Self::output) then hands out its results.
@@ -70,29 +64,13 @@ impl<const N: usize> LaneInterpreter<N> {
     #[inline(always)]
     pub fn run(&mut self, inputs: &[Lanes<N>]) {
         self.memory[..self.inputs].copy_from_slice(inputs);
-        for (number, &instruction) in self.code.iter().enumerate() {
-            let (known, results) = self.memory.split_at_mut(self.results + number);
-            results[0] = execute(instruction, known);
-        }
+        self.code.run(&mut self.memory);
     }
 
     /// A result of the last run.
     #[inline(always)]
     pub fn output(&self, number: usize) -> Lanes<N> {
-        self.memory[self.outputs[number] as usize]
-    }
-}
-
-#[inline(always)]
-fn execute<const N: usize>(instruction: Instruction, memory: &[Lanes<N>]) -> Lanes<N> {
-    let at = |place: u32| memory[place as usize];
-    match instruction {
-        Instruction::Add(a, b) => at(a) + at(b),
-        Instruction::Multiply(a, b) => at(a) * at(b),
-        Instruction::MultiplyAdd(a, b, c) => at(a).mul_add(at(b), at(c)),
-        Instruction::RootOfPositivePart(a) => at(a).map(positive_part).sqrt(),
-        Instruction::HalfReciprocal(a) => at(a).map(half_reciprocal),
-        Instruction::Copy(a) => at(a),
+        self.code.output(number, &self.memory)
     }
 }
 
