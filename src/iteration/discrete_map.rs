@@ -24,6 +24,22 @@ pub trait DiscreteMap: Sync {
         image: &mut [f64],
         jacobian: &mut [f64],
     ) -> StepInfo;
+
+    /// One step of a state and of a tangent vector there: the image, and the Jacobian times the vector.
+    fn step_tangent(
+        &self,
+        [state, tangent]: [&[f64]; 2],
+        parameters: &[f64],
+        [image, carried]: [&mut [f64]; 2],
+    ) -> StepInfo {
+        let mut jacobian = vec![0.0; state.len() * state.len()];
+        let info = self.step_jacobian(state, parameters, image, &mut jacobian);
+        let rows = jacobian.chunks_exact(state.len());
+        for (value, row) in carried.iter_mut().zip(rows) {
+            *value = row.iter().zip(tangent).map(|(a, b)| a * b).sum();
+        }
+        info
+    }
 }
 
 /// What happened in one step.
@@ -82,5 +98,14 @@ impl<M: DiscreteMap + ?Sized> DiscreteMap for &M {
         jacobian: &mut [f64],
     ) -> StepInfo {
         (**self).step_jacobian(state, parameters, image, jacobian)
+    }
+
+    fn step_tangent(
+        &self,
+        start: [&[f64]; 2],
+        parameters: &[f64],
+        end: [&mut [f64]; 2],
+    ) -> StepInfo {
+        (**self).step_tangent(start, parameters, end)
     }
 }

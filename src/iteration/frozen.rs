@@ -1,5 +1,8 @@
 //! The map at fixed parameters.
 
+use std::sync::{Arc, OnceLock};
+
+use super::forms::Forms;
 use super::horner::run;
 use super::{DiscreteMap, StepInfo};
 use crate::jet::kernel::Interpreter;
@@ -11,24 +14,28 @@ use crate::jet::kernel::Interpreter;
 /// bit.
 #[derive(Clone, Debug)]
 pub struct FrozenMap {
-    dimension: usize,
+    forms: Arc<Forms>,
+    parameters: Vec<f64>,
     step: Interpreter,
-    jacobian: Interpreter,
+    jacobian: OnceLock<Interpreter>,
+    tangent: OnceLock<Interpreter>,
 }
 
 impl FrozenMap {
-    pub(super) fn new(dimension: usize, step: Interpreter, jacobian: Interpreter) -> Self {
+    pub(super) fn new(forms: Arc<Forms>, parameters: &[f64]) -> Self {
         Self {
-            dimension,
-            step,
-            jacobian,
+            step: forms.frozen_step.freeze(parameters),
+            parameters: parameters.to_vec(),
+            jacobian: OnceLock::new(),
+            tangent: OnceLock::new(),
+            forms,
         }
     }
 }
 
 impl DiscreteMap for FrozenMap {
     fn dimension(&self) -> usize {
-        self.dimension
+        self.forms.lowered.dimension
     }
 
     fn parameters(&self) -> usize {
@@ -46,6 +53,19 @@ impl DiscreteMap for FrozenMap {
         image: &mut [f64],
         jacobian: &mut [f64],
     ) -> StepInfo {
-        run(&self.jacobian, &[state, parameters], image, jacobian)
+        let freeze = || self.forms.frozen_jacobian().freeze(&self.parameters);
+        let kernel = self.jacobian.get_or_init(freeze);
+        run(kernel, &[state, parameters], image, jacobian)
+    }
+
+    fn step_tangent(
+        &self,
+        [state, tangent]: [&[f64]; 2],
+        parameters: &[f64],
+        [image, carried]: [&mut [f64]; 2],
+    ) -> StepInfo {
+        let freeze = || self.forms.frozen_tangent().freeze(&self.parameters);
+        let kernel = self.tangent.get_or_init(freeze);
+        run(kernel, &[state, tangent, parameters], image, carried)
     }
 }

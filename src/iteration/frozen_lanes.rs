@@ -1,5 +1,8 @@
 //! The map at fixed parameters, other ones in every lane.
 
+use std::sync::Arc;
+
+use super::forms::Forms;
 use super::{MapOrbit, OrbitEnd, OrbitRequest, StepInfo};
 use crate::jet::kernel::LaneInterpreter;
 use crate::numeric::{self, Lanes, widest};
@@ -11,25 +14,20 @@ use crate::numeric::{self, Lanes, widest};
 /// the [`FrozenMap`](super::FrozenMap) at its parameters to the last bit.
 #[derive(Clone, Debug)]
 pub struct FrozenLanes<const N: usize> {
-    dimension: usize,
-    lanes: usize,
+    forms: Arc<Forms>,
+    /// Of every lane in use.
+    parameters: Vec<Vec<f64>>,
     step: LaneInterpreter<N>,
-    jacobian: LaneInterpreter<N>,
 }
 
 impl<const N: usize> FrozenLanes<N> {
-    pub(super) fn new(
-        dimension: usize,
-        lanes: usize,
-        step: LaneInterpreter<N>,
-        jacobian: LaneInterpreter<N>,
-    ) -> Self {
+    pub(super) fn new(forms: Arc<Forms>, parameters: &[&[f64]]) -> Self {
+        let lanes = parameters.len();
         assert!((1..=N).contains(&lanes), "{lanes} lanes of {N}");
         Self {
-            dimension,
-            lanes,
-            step,
-            jacobian,
+            step: forms.frozen_step.freeze_lanes(parameters),
+            parameters: parameters.iter().map(|own| own.to_vec()).collect(),
+            forms,
         }
     }
 
@@ -41,7 +39,8 @@ impl<const N: usize> FrozenLanes<N> {
     pub fn orbits(&mut self, initial: &[&[f64]], request: &OrbitRequest) -> Vec<MapOrbit> {
         let state = self.gather(initial);
         let scales = request.scales.len();
-        assert_eq!(scales, self.dimension, "lengths of state and scales");
+        let dimension = self.forms.lowered.dimension;
+        assert_eq!(scales, dimension, "lengths of state and scales");
         let orbits = initial.iter();
         let mut orbits: Vec<MapOrbit> = orbits
             .map(|state| MapOrbit::begin(state, request.keep))
@@ -53,7 +52,7 @@ impl<const N: usize> FrozenLanes<N> {
             limits: limits
                 .map(|scale| Lanes::splat(request.escape_factor * scale))
                 .collect(),
-            image: vec![0.0; self.dimension],
+            image: vec![0.0; dimension],
             state,
             orbits: &mut orbits,
         });
@@ -68,26 +67,27 @@ impl<const N: usize> FrozenLanes<N> {
     ///
     /// If there is not one state of the map's length for every lane.
     pub fn largest_lyapunov_exponents(
-        &mut self,
+        &self,
         initial: &[&[f64]],
         transient: usize,
         iterates: usize,
     ) -> Vec<Option<f64>> {
         let state = self.gather(initial);
         let exponents = widest(Stretching {
-            map: &mut self.jacobian,
+            map: self.forms.frozen_tangent().freeze_lanes(&self.parameters),
             state,
             transient,
             iterates,
         });
-        exponents[..self.lanes].to_vec()
+        exponents[..self.parameters.len()].to_vec()
     }
 
     /// Lanes beyond those in use repeat the first.
     fn gather(&self, states: &[&[f64]]) -> Vec<Lanes<N>> {
-        assert_eq!(states.len(), self.lanes, "one state for every lane");
+        let lanes = self.parameters.len();
+        assert_eq!(states.len(), lanes, "one state for every lane");
         let own = |lane: usize| states.get(lane).unwrap_or(&states[0]);
-        (0..self.dimension)
+        (0..self.forms.lowered.dimension)
             .map(|coordinate| Lanes::from_fn(|lane| own(lane)[coordinate]))
             .collect()
     }
@@ -175,29 +175,32 @@ impl<const N: usize> Iterating<'_, N> {
 }
 
 /// Tangent vectors carried along orbits in step.
-struct Stretching<'a, const N: usize> {
-    map: &'a mut LaneInterpreter<N>,
+struct Stretching<const N: usize> {
+    map: LaneInterpreter<N>,
     state: Vec<Lanes<N>>,
     transient: usize,
     iterates: usize,
 }
 
-impl<const N: usize> numeric::Kernel for Stretching<'_, N> {
+impl<const N: usize> numeric::Kernel for Stretching<N> {
     type Output = [Option<f64>; N];
 
     #[inline(always)]
     fn run(mut self) -> Self::Output {
         let dimension = self.state.len();
-        let first = self.map.outputs() - dimension * dimension;
-        let mut tangent = vec![Lanes::splat(1.0 / (dimension as f64).sqrt()); dimension];
-        let mut image = tangent.clone();
+        let first = self.map.outputs() - dimension;
+        let unit = Lanes::splat(1.0 / (dimension as f64).sqrt());
+        // The state, and then the tangent vector.
+        let mut point = self.state;
+        point.resize(2 * dimension, unit);
         let mut sum = Lanes::splat(0.0);
         // Lanes whose tangent vector was annihilated.
         let mut annihilated = [false; N];
         let mut finite = [true; N];
         for iterate in 0..self.transient + self.iterates {
-            self.map.run(&self.state);
-            for (coordinate, state) in self.state.iter_mut().enumerate() {
+            self.map.run(&point);
+            let (state, tangent) = point.split_at_mut(dimension);
+            for (coordinate, state) in state.iter_mut().enumerate() {
                 *state = self.map.output(coordinate);
                 for lane in 0..N {
                     // What follows an annihilation does not count.
@@ -205,20 +208,15 @@ impl<const N: usize> numeric::Kernel for Stretching<'_, N> {
                 }
             }
             let mut square = Lanes::splat(0.0);
-            for (row, value) in image.iter_mut().enumerate() {
-                *value = Lanes::splat(0.0);
-                for (column, part) in tangent.iter().enumerate() {
-                    *value += self.map.output(first + row * dimension + column) * *part;
-                }
-                square += *value * *value;
+            for (row, part) in tangent.iter_mut().enumerate() {
+                *part = self.map.output(first + row);
+                square += *part * *part;
             }
             let growth = square.map(f64::sqrt);
             for lane in 0..N {
                 annihilated[lane] |= finite[lane] & (growth[lane] == 0.0);
             }
-            for (part, value) in tangent.iter_mut().zip(&image) {
-                *part = *value / growth;
-            }
+            tangent.iter_mut().for_each(|part| *part /= growth);
             if iterate >= self.transient {
                 sum += growth.map(f64::ln);
             }

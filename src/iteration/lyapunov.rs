@@ -2,7 +2,7 @@
 
 use super::DiscreteMap;
 
-/// Largest Lyapunov exponent per iterate, from the Jacobian along the orbit.
+/// Largest Lyapunov exponent per iterate, from the derivative along the orbit.
 ///
 /// A tangent vector is carried along and renormalised at every iterate; the exponent is the mean of the
 /// logarithms of its growth over `iterates` steps after `transient` steps (Benettin et al. 1980). Near grazing the
@@ -22,16 +22,16 @@ pub fn largest_lyapunov_exponent(
 ) -> Option<f64> {
     let dimension = map.dimension();
     let (mut state, mut image) = (initial.to_vec(), vec![0.0; dimension]);
-    let mut jacobian = vec![0.0; dimension * dimension];
     let mut tangent = vec![1.0 / (dimension as f64).sqrt(); dimension];
+    let mut carried = tangent.clone();
     let mut sum = 0.0;
     for iterate in 0..transient + iterates {
-        let info = map.step_jacobian(&state, parameters, &mut image, &mut jacobian);
+        let info = map.step_tangent([&state, &tangent], parameters, [&mut image, &mut carried]);
         if !info.valid {
             return None;
         }
         std::mem::swap(&mut state, &mut image);
-        let growth = carry(&jacobian, &mut tangent);
+        let growth = normalise(&carried, &mut tangent);
         if growth == 0.0 {
             return Some(f64::NEG_INFINITY);
         }
@@ -43,19 +43,11 @@ pub fn largest_lyapunov_exponent(
     mean.is_finite().then_some(mean)
 }
 
-/// Replaces a unit vector by its normalised image; the growth.
-fn carry(jacobian: &[f64], tangent: &mut [f64]) -> f64 {
-    let rows = jacobian.chunks_exact(tangent.len());
-    let image: Vec<f64> = rows
-        .map(|row| row.iter().zip(tangent.iter()).map(|(a, b)| a * b).sum())
-        .collect();
-    let growth = image
-        .iter()
-        .map(|value: &f64| value * value)
-        .sum::<f64>()
-        .sqrt();
-    for (target, value) in tangent.iter_mut().zip(image) {
-        *target = if growth > 0.0 { value / growth } else { 0.0 };
+/// Writes the direction of a vector; its length.
+fn normalise(vector: &[f64], direction: &mut [f64]) -> f64 {
+    let length = vector.iter().map(|part| part * part).sum::<f64>().sqrt();
+    for (target, part) in direction.iter_mut().zip(vector) {
+        *target = if length > 0.0 { part / length } else { 0.0 };
     }
-    growth
+    length
 }

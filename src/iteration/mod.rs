@@ -5,6 +5,7 @@
 #[cfg(feature = "compiled-maps")]
 mod compiled;
 mod discrete_map;
+mod forms;
 mod frozen;
 mod frozen_lanes;
 mod horner;

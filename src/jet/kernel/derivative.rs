@@ -2,6 +2,9 @@
 
 use super::{Kernel, KernelBuilder, Operation, Value};
 
+/// The derivatives of an input by every direction.
+type Seed<'a> = &'a dyn Fn(&mut KernelBuilder, u32) -> Vec<Value>;
+
 impl Kernel {
     /// The kernel that hands back this kernel's outputs, and then the derivative of each of the first
     /// `rows` outputs by each of the first `columns` inputs, row by row.
@@ -17,14 +20,58 @@ impl Kernel {
     ///
     /// Derivatives that are 0 or 1 whatever the inputs cost nothing.
     pub fn with_jacobian(&self, rows: usize, columns: usize) -> Self {
+        self.differentiated(rows, &|builder, input| {
+            let one = |column| builder.constant(f64::from(u8::from(input as usize == column)));
+            (0..columns).map(one).collect()
+        })
+    }
+
+    /// The kernel that takes a tangent vector between the first `columns` inputs and the others, and hands back this kernel's outputs and then
+    /// the derivatives of the first `rows` along that vector: the Jacobian times the vector, for the cost of one column.
+    pub fn with_tangent(&self, rows: usize, columns: usize) -> Self {
+        let later = |value: Value| match value {
+            Value::Input(number) if number as usize >= columns => {
+                Value::Input(number + columns as u32)
+            }
+            other => other,
+        };
+        let operations = self.operations.iter();
+        let moved = Self {
+            inputs: self.inputs + columns,
+            constants: self.constants.clone(),
+            operations: operations
+                .map(|operation| operation.with_operands(later))
+                .collect(),
+            outputs: self.outputs.iter().map(|&output| later(output)).collect(),
+        };
+        moved.differentiated(rows, &|builder, input| {
+            vec![match input as usize {
+                coordinate if coordinate < columns => builder.input(columns + coordinate),
+                _ => builder.constant(0.0),
+            }]
+        })
+    }
+
+    /// The kernel with the derivatives of the first `rows` outputs by every direction of the seeds.
+    fn differentiated(&self, rows: usize, seed: Seed<'_>) -> Self {
         let mut builder = KernelBuilder::new(self.inputs);
+        let seeds: Vec<Vec<Value>> = (0..self.inputs as u32)
+            .map(|input| seed(&mut builder, input))
+            .collect();
+        let directions = seeds.first().map_or(0, Vec::len);
+        let none = vec![builder.constant(0.0); directions];
         let mut values: Vec<Value> = Vec::with_capacity(self.operations.len());
         let mut slopes: Vec<Vec<Value>> = Vec::with_capacity(self.operations.len());
+        let slope = |value: Value, direction: usize, slopes: &[Vec<Value>]| match value {
+            Value::Result(number) => slopes[number as usize][direction],
+            Value::Input(number) => seeds[number as usize][direction],
+            Value::Constant(_) => none[direction],
+        };
         for operation in &self.operations {
             let moved = operation.with_operands(|value| builder.import(self, value, &values));
             if let Operation::Held(value) = moved {
                 values.push(value);
-                slopes.push(vec![builder.constant(0.0); columns]);
+                slopes.push(none.clone());
                 continue;
             }
             let result = builder.push(moved);
@@ -33,68 +80,60 @@ impl Kernel {
                 &mut builder,
                 moved,
                 result,
-                columns,
-                |builder, operand, column| slope(builder, operands[operand], column, &slopes),
+                directions,
+                |operand, direction| slope(operands[operand], direction, &slopes),
             );
             values.push(result);
             slopes.push(row);
         }
-        let mut outputs: Vec<Value> = self
-            .outputs
-            .iter()
+        let outputs = self.outputs.iter();
+        let mut outputs: Vec<Value> = outputs
             .map(|&output| builder.import(self, output, &values))
             .collect();
         for &output in &self.outputs[..rows] {
-            outputs.extend((0..columns).map(|column| slope(&mut builder, output, column, &slopes)));
+            outputs.extend((0..directions).map(|direction| slope(output, direction, &slopes)));
         }
         builder.finish(outputs).without_dead_operations()
     }
 }
 
-/// Derivative of a value by input `column`.
-fn slope(builder: &mut KernelBuilder, value: Value, column: usize, slopes: &[Vec<Value>]) -> Value {
-    match value {
-        Value::Result(number) => slopes[number as usize][column],
-        Value::Input(number) if number as usize == column => builder.constant(1.0),
-        Value::Input(_) | Value::Constant(_) => builder.constant(0.0),
-    }
-}
-
-/// Derivatives of one operation's result by every column; `slope(operand, column)` gives its operands'.
+/// Derivatives of one operation's result by every direction; `slope(operand, direction)` gives its operands'.
 fn differentiate(
     builder: &mut KernelBuilder,
     operation: Operation,
     result: Value,
-    columns: usize,
-    slope: impl Fn(&mut KernelBuilder, usize, usize) -> Value,
+    directions: usize,
+    slope: impl Fn(usize, usize) -> Value,
 ) -> Vec<Value> {
-    let one = |builder: &mut KernelBuilder, column: usize| match operation {
+    let one = |builder: &mut KernelBuilder, direction: usize| match operation {
         Operation::Add(..) => {
-            let (a, b) = (slope(builder, 0, column), slope(builder, 1, column));
+            let (a, b) = (slope(0, direction), slope(1, direction));
             builder.add(a, b)
         }
         Operation::Multiply(a, b) => {
-            let (slope_a, slope_b) = (slope(builder, 0, column), slope(builder, 1, column));
+            let (slope_a, slope_b) = (slope(0, direction), slope(1, direction));
             let second = builder.multiply(a, slope_b);
             builder.multiply_add(slope_a, b, second)
         }
         Operation::MultiplyAdd(a, b, _) => {
-            let (slope_a, slope_b) = (slope(builder, 0, column), slope(builder, 1, column));
-            let constant = slope(builder, 2, column);
+            let (slope_a, slope_b) = (slope(0, direction), slope(1, direction));
+            let constant = slope(2, direction);
             let second = builder.multiply_add(a, slope_b, constant);
             builder.multiply_add(slope_a, b, second)
         }
         Operation::RootOfPositivePart(_) => {
-            let (inner, outer) = (slope(builder, 0, column), builder.half_reciprocal(result));
+            let (inner, outer) = (slope(0, direction), builder.half_reciprocal(result));
             builder.multiply(inner, outer)
         }
         Operation::HalfReciprocal(_) => {
-            let (inner, minus_two) = (slope(builder, 0, column), builder.constant(-2.0));
+            let (inner, minus_two) = (slope(0, direction), builder.constant(-2.0));
             let square = builder.multiply(result, result);
             let outer = builder.multiply(minus_two, square);
             builder.multiply(inner, outer)
         }
         Operation::Held(_) => builder.constant(0.0),
     };
-    (0..columns).map(|column| one(builder, column)).collect()
+    (0..directions)
+        .map(|direction| one(builder, direction))
+        .collect()
 }

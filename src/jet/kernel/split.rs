@@ -139,6 +139,22 @@ mod tests {
         let below = Interpreter::new(&jacobian).evaluate(&[-2.0, 1.0]);
         assert_eq!(below, [-7.0, 0.0, 12.0, 0.0]);
     }
+
+    #[test]
+    fn a_tangent_is_the_jacobian_times_the_vector() {
+        let mut builder = KernelBuilder::new(3);
+        let (x, y, p) = (builder.input(0), builder.input(1), builder.input(2));
+        let product = builder.multiply(x, y);
+        let sum = builder.multiply_add(product, x, p);
+        let root = builder.root_of_positive_part(sum);
+        let kernel = builder.finish(vec![sum, root, y]);
+        let (point, vector, parameter) = ([2.0, 3.0], [0.5, -1.0], 4.0);
+        let along = Interpreter::new(&kernel.with_tangent(2, 2));
+        let found = along.evaluate(&[point[0], point[1], vector[0], vector[1], parameter]);
+        // x²y + p = 16, its derivative 2xy/2 − x² = 2; that of the root 2/(2·4).
+        assert_eq!(found, [16.0, 4.0, 3.0, 2.0, 0.25]);
+    }
+
     #[test]
     fn a_held_value_is_a_constant_to_the_jacobian_and_costs_nothing() {
         let mut builder = KernelBuilder::new(1);

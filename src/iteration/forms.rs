@@ -1,0 +1,99 @@
+//! The kernels of one map: whole, and split for freezing.
+
+use std::sync::OnceLock;
+
+use crate::expansion::MapKernel;
+use crate::jet::kernel::{Interpreter, Kernel, LaneInterpreter, OperationCount};
+
+/// Everything that a map's kernel is lowered to, shared by the map and by all that is frozen from it.
+///
+/// What not every user of a map needs is made when first asked for.
+#[derive(Debug)]
+pub(super) struct Forms {
+    pub(super) lowered: MapKernel,
+    pub(super) step: Interpreter,
+    pub(super) frozen_step: Freezer,
+    jacobian: OnceLock<Interpreter>,
+    frozen_jacobian: OnceLock<Freezer>,
+    frozen_tangent: OnceLock<Freezer>,
+    frozen_depth: OnceLock<Freezer>,
+}
+
+impl Forms {
+    pub(super) fn new(lowered: MapKernel) -> Self {
+        Self {
+            step: Interpreter::new(&lowered.kernel),
+            frozen_step: Freezer::new(&lowered.kernel, lowered.dimension),
+            jacobian: OnceLock::new(),
+            frozen_jacobian: OnceLock::new(),
+            frozen_tangent: OnceLock::new(),
+            frozen_depth: OnceLock::new(),
+            lowered,
+        }
+    }
+
+    /// Image, depths, Jacobian.
+    pub(super) fn jacobian(&self) -> &Interpreter {
+        let make = || Interpreter::new(&self.lowered.with_jacobian());
+        self.jacobian.get_or_init(make)
+    }
+
+    /// The same, for freezing.
+    pub(super) fn frozen_jacobian(&self) -> &Freezer {
+        let make = || Freezer::new(&self.lowered.with_jacobian(), self.lowered.dimension);
+        self.frozen_jacobian.get_or_init(make)
+    }
+
+    /// Image, depths, and the image of a tangent vector, which follows the coordinates; for freezing.
+    pub(super) fn frozen_tangent(&self) -> &Freezer {
+        let make = || Freezer::new(&self.lowered.with_tangent(), 2 * self.lowered.dimension);
+        self.frozen_tangent.get_or_init(make)
+    }
+
+    /// The depth of the first passage alone; for freezing.
+    pub(super) fn frozen_depth(&self) -> &Freezer {
+        let make = || Freezer::new(&first_depth(&self.lowered), self.lowered.dimension);
+        self.frozen_depth.get_or_init(make)
+    }
+}
+
+fn first_depth(map: &MapKernel) -> Kernel {
+    let mut kernel = map.kernel.clone();
+    kernel.outputs = kernel.outputs[map.dimension..].to_vec();
+    kernel.outputs.truncate(1);
+    kernel.without_dead_operations()
+}
+
+/// A kernel split into what is computed when freezing and what is left to each step.
+#[derive(Debug)]
+pub(super) struct Freezer {
+    prepare: Interpreter,
+    run: Interpreter,
+    pub(super) count: OperationCount,
+}
+
+impl Freezer {
+    fn new(kernel: &Kernel, free: usize) -> Self {
+        let split = kernel.split(free);
+        Self {
+            prepare: Interpreter::new(&split.prepare),
+            run: Interpreter::new(&split.run),
+            count: split.run.count(),
+        }
+    }
+
+    pub(super) fn freeze(&self, parameters: &[f64]) -> Interpreter {
+        self.run
+            .with_last_inputs(&self.prepare.evaluate(parameters))
+    }
+
+    pub(super) fn freeze_lanes<const N: usize>(
+        &self,
+        parameters: &[impl AsRef<[f64]>],
+    ) -> LaneInterpreter<N> {
+        let prepared = parameters
+            .iter()
+            .map(|own| self.prepare.evaluate(own.as_ref()));
+        self.run.in_lanes(&prepared.collect::<Vec<_>>())
+    }
+}
