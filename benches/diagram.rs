@@ -61,7 +61,7 @@ fn diagrams(criterion: &mut Criterion) {
     print_ratio("linear", &problem, RANGE, 500);
     let electrostatic = self::problem("mems");
     let range = electrostatic.scene.diagrams[0].range;
-    print_ratio("mems", &electrostatic, range, 50);
+    print_ratio("mems", &electrostatic, range, 250);
     let mut group = criterion.benchmark_group("diagram");
     group.sample_size(10);
     group.throughput(Throughput::Elements(1000 * 1200));

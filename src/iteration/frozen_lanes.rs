@@ -118,7 +118,7 @@ impl<const N: usize> numeric::Kernel for Iterating<'_, N> {
                 self.arrive(iterate);
             }
             for (coordinate, state) in self.state.iter_mut().enumerate() {
-                *state = self.map.output(coordinate);
+                *state = *self.map.output(coordinate);
             }
             if !stays {
                 self.retire();
@@ -201,7 +201,7 @@ impl<const N: usize> numeric::Kernel for Stretching<N> {
             self.map.run(&point);
             let (state, tangent) = point.split_at_mut(dimension);
             for (coordinate, state) in state.iter_mut().enumerate() {
-                *state = self.map.output(coordinate);
+                *state = *self.map.output(coordinate);
                 for lane in 0..N {
                     // What follows an annihilation does not count.
                     finite[lane] &= state[lane].is_finite() | annihilated[lane];
@@ -209,7 +209,7 @@ impl<const N: usize> numeric::Kernel for Stretching<N> {
             }
             let mut square = Lanes::splat(0.0);
             for (row, part) in tangent.iter_mut().enumerate() {
-                *part = self.map.output(first + row);
+                *part = *self.map.output(first + row);
                 square += *part * *part;
             }
             let growth = square.map(f64::sqrt);

@@ -133,8 +133,8 @@ impl Code {
 
     /// Output `number` of the last run.
     #[inline(always)]
-    pub(super) fn output<T: Number>(&self, number: usize, memory: &[T]) -> T {
-        memory[self.outputs[number] as usize]
+    pub(super) fn output<'m, T: Number>(&self, number: usize, memory: &'m [T]) -> &'m T {
+        &memory[self.outputs[number] as usize]
     }
 
     /// Runs on inputs and constants at the head of a memory; the results fill the rest of it.

@@ -97,7 +97,7 @@ impl Interpreter {
             memory.resize(memory.len() + self.code.len(), 0.0);
             self.code.run(memory);
             for number in 0..self.outputs() {
-                receive(number, self.code.output(number, memory));
+                receive(number, *self.code.output(number, memory));
             }
         });
     }

@@ -69,7 +69,7 @@ impl<const N: usize> LaneInterpreter<N> {
 
     /// A result of the last run.
     #[inline(always)]
-    pub fn output(&self, number: usize) -> Lanes<N> {
+    pub fn output(&self, number: usize) -> &Lanes<N> {
         self.code.output(number, &self.memory)
     }
 }
