@@ -105,7 +105,7 @@ impl<S: Real> Simulator<'_, S> {
     /// Free flight from a surface.
     fn leave(&mut self, surface: usize, sense: Sense<S>) {
         self.motion.regime = Regime::Free;
-        self.motion.at_minimum = None;
+        self.motion.lose_headings();
         let residual = match self.system.surfaces[surface].law {
             Law::Rigid { .. } => sense.gap.abs() * S::from_f64(4.0),
             Law::Compliant { .. } => S::zero(),

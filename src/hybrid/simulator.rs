@@ -1,12 +1,13 @@
 //! The event-driven simulator.
 //!
 //! Taylor steps of the present regime's field; on each the watched gaps are searched
-//! ([`passage`](super::passage)), the state is taken at the first event and the surface's response applied.
+//! ([`search`](super::search)), the state is taken at the first event and the surface's response applied.
 
 use super::HybridError;
 use super::affine::AffineTools;
 use super::motion::Motion;
-use super::passage::{Passage, PassageSearch};
+use super::passage::Passage;
+use super::search::PassageSearch;
 use super::sensing::{Evaluator, Sensor, rounding_of};
 use super::system::{HybridSystem, Law, Regime, SurfaceLaw};
 use super::trajectory::{Event, Outcome, Trajectory};
@@ -39,6 +40,8 @@ pub(super) struct Work<S> {
     pub(super) found: Vec<Passage<S>>,
     /// The state after a step, or before an impact.
     pub(super) next: Vec<S>,
+    /// Rates of the free flow where a flight has landed.
+    pub(super) rates: Vec<S>,
     /// Minima without contact: time in the step, surface, gap.
     pub(super) misses: Vec<(S, usize, S)>,
 }
@@ -47,9 +50,11 @@ pub(super) struct Work<S> {
 #[derive(Clone, Debug)]
 pub(super) struct SurfaceTools<'a, S: Real> {
     pub(super) sensor: Sensor<'a, S>,
+    /// The gap where a contact begins.
+    pub(super) contact: Evaluator<'a, S>,
     pub(super) reset: Option<Evaluator<'a, S>>,
-    /// Sizes of the terms of a compliant surface's release function.
-    release: Option<Evaluator<'a, S>>,
+    /// A compliant surface's release function where a contact ends, followed by the sizes of its terms.
+    pub(super) release: Option<Evaluator<'a, S>>,
     /// Integrator of the contact field or the stick field.
     pub(super) held: Option<Integrator<'a, S>>,
 }
@@ -96,6 +101,7 @@ impl<'a, S: Real> Simulator<'a, S> {
                 search: PassageSearch::default(),
                 found: Vec::new(),
                 next: vec![S::zero(); system.dimension],
+                rates: vec![S::zero(); system.dimension],
                 misses: Vec::new(),
             },
             reversed: (Vec::new(), Vec::new()),
@@ -128,6 +134,7 @@ impl<'a, S: Real> Simulator<'a, S> {
         if self.parameters != parameters {
             self.parameters.copy_from_slice(parameters);
             self.affine.iter_mut().for_each(AffineTools::drop_tables);
+            self.motion.lose_headings();
         }
         Ok(())
     }
@@ -161,7 +168,7 @@ impl<'a, S: Real> Simulator<'a, S> {
         motion.state.copy_from_slice(state);
         motion.time = S::zero();
         motion.turns = 0;
-        motion.at_minimum = None;
+        motion.lose_headings();
         motion.regime = Regime::Free;
         if let Some(phase) = &self.system.phase {
             motion.reference_phase = state[phase.component];
@@ -186,8 +193,8 @@ impl<'a, S: Real> Simulator<'a, S> {
         self.motion.release_sign = S::zero();
         let release = self.surfaces[surface].release.as_mut();
         let rounding = release.map(|release| {
-            let terms = release.evaluate(&self.motion.state, &self.parameters);
-            rounding_of(terms)
+            let values = release.evaluate(&self.motion.state, &self.parameters);
+            rounding_of(&values[2 + self.system.dimension..])
         });
         self.motion.release_rounding = rounding.unwrap_or(S::zero());
     }
@@ -376,11 +383,11 @@ impl<'a, S: Real> SurfaceTools<'a, S> {
             Law::Rigid { reset, stick } => (Some(reset), None, stick.as_ref()),
             Law::Compliant { contact, release } => (None, Some(release), Some(contact)),
         };
-        let evaluator = |program| Evaluator::new(program, dimension);
         Self {
             sensor: Sensor::new(&surface.sensor, dimension),
-            reset: reset.map(evaluator),
-            release: release.map(evaluator),
+            contact: Evaluator::new(&surface.landing, 2 + dimension),
+            reset: reset.map(|reset| Evaluator::new(reset, dimension)),
+            release: release.map(|release| Evaluator::new(release, 2 + 2 * dimension)),
             held: held.map(|held| Integrator::new(&held.field)),
         }
     }

@@ -4,6 +4,7 @@ use super::extended::Extended;
 use super::flight::AffineFlight;
 use super::{AffineSurface, AffineSystem};
 use crate::flow::{AffineFieldRows, AffineFlow, AffineRows, dot};
+use crate::hybrid::landing::{Closing, Landing};
 use crate::hybrid::motion::Motion;
 use crate::hybrid::sensing::Sense;
 use crate::hybrid::system::Regime;
@@ -33,6 +34,8 @@ pub(super) struct Buffers<S> {
 struct Tables<S: Real> {
     /// `None` where the series of free flight do not end within the numbers of the type.
     free: Option<AffineFlow<S>>,
+    /// Rows of the derivatives of the states in free flight.
+    rates: Vec<Vec<S>>,
     surfaces: Vec<SurfaceTables<S>>,
 }
 
@@ -41,6 +44,8 @@ struct SurfaceTables<S: Real> {
     /// Rows of `h, h', h'', h'''` along the free flow.
     normal: [Vec<S>; 4],
     reset: Option<Vec<Vec<S>>>,
+    /// Rows of the release function and of its derivative along the free flow.
+    release: Option<[Vec<S>; 2]>,
     contact: Option<AffineFlow<S>>,
 }
 
@@ -128,6 +133,33 @@ impl<'a, S: Real> AffineTools<'a, S> {
         })
     }
 
+    /// The function that is zero where a flight has landed, and the rates of the free flow.
+    pub(in crate::hybrid) fn closing(
+        &mut self,
+        landing: Landing,
+        motion: &Motion<S>,
+        parameters: &[S],
+        rates: &mut [S],
+    ) -> Option<Closing<S>> {
+        self.prepare(parameters);
+        let tables = self.tables.as_ref()?;
+        let flow = tables.free.as_ref()?;
+        let [value, slope] = match landing {
+            Landing::Contact { surface } => tables.surfaces[surface].normal.first_chunk()?,
+            Landing::Release { surface } => tables.surfaces[surface].release.as_ref()?,
+        };
+        self.extended.take(&motion.state, motion.reference_phase);
+        let values = &self.extended.values;
+        rates.fill(flow.phase_rate());
+        for (rate, row) in rates.iter_mut().zip(&tables.rates) {
+            *rate = dot(row, values);
+        }
+        Some(Closing {
+            value: dot(value, values),
+            slope: dot(slope, values),
+        })
+    }
+
     /// Writes the state after an impact; `false` where the reset is not affine.
     pub(in crate::hybrid) fn reset(
         &mut self,
@@ -167,6 +199,10 @@ impl<S: Real> Tables<S> {
                 let image = reset.iter().map(|place| row(place).to_vec());
                 image.collect()
             }),
+            release: surface.contact.as_ref().map(|contact| {
+                let release = row(&contact.release);
+                [release.to_vec(), field.lie_derivative(release)]
+            }),
             contact: surface.contact.as_ref().and_then(|contact| {
                 let derivatives: Vec<&[S]> = contact.derivatives.iter().map(row).collect();
                 let others = contact.others.iter().map(|&other| events[other]);
@@ -181,6 +217,7 @@ impl<S: Real> Tables<S> {
         };
         Self {
             free: AffineFlow::new(&field),
+            rates: free.iter().map(|row| row.to_vec()).collect(),
             surfaces: system.surfaces.iter().map(surface).collect(),
         }
     }
