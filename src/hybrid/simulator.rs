@@ -60,7 +60,7 @@ pub(super) struct SurfaceTools<'a, S: Real> {
 }
 
 /// Which surface is flown through, and at which surface's minima the flight stops.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct Approach {
     pub(super) ignored: Option<usize>,
     pub(super) stop_at: Option<usize>,
@@ -340,7 +340,11 @@ impl<'a, S: Real> Simulator<'a, S> {
             if self.motion.time >= horizon {
                 return Ok(Stop::Horizon);
             }
-            match self.step(horizon, approach, record)? {
+            let flown = match self.leap(horizon, approach) {
+                Some(flown) => flown,
+                None => self.step(horizon, approach, record)?,
+            };
+            match flown {
                 None => {}
                 Some(Stop::Release) => self.release(record),
                 Some(stop) => return Ok(stop),

@@ -2,6 +2,7 @@
 
 use std::cmp::Ordering;
 
+use super::affine::Leap;
 use super::flight::{Flight, Outlook, TaylorFlight};
 use super::landing::Landing;
 use super::motion::Motion;
@@ -60,6 +61,36 @@ impl<S: Real> Simulator<'_, S> {
         }
         self.tidy();
         Ok(stop)
+    }
+
+    /// Flies freely over many steps, up to the first contact, where nothing else is asked for; `None` where a step is
+    /// needed, to which the flight has come.
+    pub(super) fn leap(&mut self, horizon: S, approach: Approach) -> Option<Option<Stop<S>>> {
+        let asked = self.near_miss > S::zero() || approach != Approach::default();
+        if asked || self.motion.regime != Regime::Free {
+            return None;
+        }
+        let longest = horizon - self.motion.time;
+        let tools = self.affine.as_mut()?;
+        let leap = tools.leap(&mut self.motion, &self.parameters, longest)?;
+        let ended = leap.time() == longest;
+        self.motion.time = if ended {
+            horizon
+        } else {
+            self.motion.time + leap.time()
+        };
+        self.motion.lose_headings();
+        if let Leap::Contact { surface, .. } = leap {
+            self.settle_on(Landing::Contact { surface });
+        }
+        if leap.time() > S::zero() {
+            self.tidy();
+        }
+        match leap {
+            Leap::Contact { surface, .. } => Some(Some(Stop::Contact { surface })),
+            Leap::Quiet { .. } => Some(None),
+            Leap::Open { .. } => None,
+        }
     }
 
     /// Updates what is remembered after a step: surfaces left behind, the phase.

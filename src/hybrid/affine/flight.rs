@@ -16,7 +16,7 @@ pub(in crate::hybrid) struct AffineFlight<'t, S: Real> {
 }
 
 /// Share of the size of its terms within which a control point has no sign.
-const ROUNDING: f64 = 64.0 * f64::EPSILON;
+pub(super) const ROUNDING: f64 = 64.0 * f64::EPSILON;
 
 impl<'t, S: Real> AffineFlight<'t, S> {
     pub(super) fn new(
@@ -116,7 +116,8 @@ impl<S: Real> Flight<S> for AffineFlight<'_, S> {
 ///
 /// A polynomial has no more zeros than its control points have changes of sign, and differs from that by an even
 /// number. The first point has no say where the step starts on a zero.
-fn signs(control: &[f64], on_zero: bool, rounding: f64) -> Option<Outlook> {
+#[inline(always)]
+pub(super) fn signs(control: &[f64], on_zero: bool, rounding: f64) -> Option<Outlook> {
     let rest = &control[usize::from(on_zero)..];
     let positive = rest.iter().take_while(|&&b| b > rounding).count();
     if positive == rest.len() {

@@ -2,13 +2,14 @@
 
 use super::extended::Extended;
 use super::flight::AffineFlight;
+use super::leap::{Leap, LeapBuffers, Leaper};
 use super::{AffineSurface, AffineSystem};
-use crate::flow::{AffineFieldRows, AffineFlow, AffineRows, dot};
+use crate::flow::{AffineFieldRows, AffineFlow, AffineLeaps, AffineRows, dot};
 use crate::hybrid::landing::{Closing, Landing};
 use crate::hybrid::motion::Motion;
 use crate::hybrid::sensing::Sense;
 use crate::hybrid::system::Regime;
-use crate::numeric::Real;
+use crate::numeric::{Real, widest};
 
 /// The affine side of a simulator.
 #[derive(Clone, Debug)]
@@ -34,6 +35,8 @@ pub(super) struct Buffers<S> {
 struct Tables<S: Real> {
     /// `None` where the series of free flight do not end within the numbers of the type.
     free: Option<AffineFlow<S>>,
+    /// Of free flight, and what they work on; computed when first needed.
+    leaps: Option<Option<(AffineLeaps<S>, LeapBuffers<S>)>>,
     /// Rows of the derivatives of the states in free flight.
     rates: Vec<Vec<S>>,
     surfaces: Vec<SurfaceTables<S>>,
@@ -109,6 +112,39 @@ impl<'a, S: Real> AffineTools<'a, S> {
         ))
     }
 
+    /// Flies freely for a time, at most, with nothing asked for but contacts, and writes the state where that ends;
+    /// `None` where the field has no tables for it.
+    pub(in crate::hybrid) fn leap(
+        &mut self,
+        motion: &mut Motion<S>,
+        parameters: &[S],
+        longest: S,
+    ) -> Option<Leap<S>> {
+        self.prepare(parameters);
+        let (system, tables) = (self.system, self.tables.as_mut()?);
+        let leaps = tables.leaps.get_or_insert_with(|| {
+            let leaps = system.free_leaps(parameters)?;
+            let buffers = LeapBuffers::new(&leaps, system.expressions.columns());
+            Some((leaps, buffers))
+        });
+        let (leaps, buffers) = leaps.as_mut()?;
+        self.extended.take(&motion.state, motion.reference_phase);
+        let states = system.expressions.states();
+        let leap = widest(Leaper {
+            leaps,
+            extended: &self.extended.values,
+            buffers,
+            longest,
+            leaving: &motion.leaving,
+            states: &mut motion.state[..states],
+        });
+        if let Some(phase) = motion.state.get_mut(states) {
+            *phase = leaps.phase_rate().mul_add(leap.time(), *phase);
+        }
+        motion.last_step = S::from_f64(leaps.time_scale());
+        Some(leap)
+    }
+
     /// The normal motion at a surface, along the free flow.
     pub(in crate::hybrid) fn sense(
         &mut self,
@@ -180,19 +216,39 @@ impl<'a, S: Real> AffineTools<'a, S> {
     }
 }
 
+impl AffineSystem {
+    /// The field of free flight from its rows.
+    fn free_field<'r, S: Real>(
+        &self,
+        rows: &'r AffineRows<S>,
+        derivatives: &'r [&'r [S]],
+        watched: &'r [&'r [S]],
+    ) -> AffineFieldRows<'r, S> {
+        let one = self.expressions.columns() - 1;
+        let rate = self.phase_rate.map(|rate| rows.rows[rate][one]);
+        AffineFieldRows {
+            derivatives,
+            watched,
+            phase_rate: rate.unwrap_or(S::zero()),
+            multiples: &rows.multiples,
+        }
+    }
+
+    fn free_leaps<S: Real>(&self, parameters: &[S]) -> Option<AffineLeaps<S>> {
+        let rows = self.expressions.at(parameters);
+        let row = |&place: &usize| rows.rows[place].as_slice();
+        let events: Vec<&[S]> = self.surfaces.iter().map(|s| row(&s.event)).collect();
+        let free: Vec<&[S]> = self.free.iter().map(row).collect();
+        AffineLeaps::new(&self.free_field(&rows, &free, &events))
+    }
+}
+
 impl<S: Real> Tables<S> {
     fn new(system: &AffineSystem, rows: &AffineRows<S>) -> Self {
         let row = |&place: &usize| rows.rows[place].as_slice();
         let events: Vec<&[S]> = system.surfaces.iter().map(|s| row(&s.event)).collect();
         let free: Vec<&[S]> = system.free.iter().map(row).collect();
-        let one = system.expressions.columns() - 1;
-        let rate = system.phase_rate.map(|rate| rows.rows[rate][one]);
-        let field = AffineFieldRows {
-            derivatives: &free,
-            watched: &events,
-            phase_rate: rate.unwrap_or(S::zero()),
-            multiples: &rows.multiples,
-        };
+        let field = system.free_field(rows, &free, &events);
         let surface = |surface: &AffineSurface| SurfaceTables {
             normal: normal(&field, row(&surface.event)),
             reset: surface.reset.as_ref().map(|reset| {
@@ -217,6 +273,7 @@ impl<S: Real> Tables<S> {
         };
         Self {
             free: AffineFlow::new(&field),
+            leaps: None,
             rates: free.iter().map(|row| row.to_vec()).collect(),
             surfaces: system.surfaces.iter().map(surface).collect(),
         }
