@@ -5,8 +5,9 @@ mod flow;
 mod form;
 mod leaps;
 mod matrix;
-mod series;
+mod rows;
 
 pub use expressions::{AffineExpressions, AffineRows};
-pub use flow::{AffineFieldRows, AffineFlow, dot};
+pub use flow::{AffineFieldRows, AffineFlow};
 pub use leaps::AffineLeaps;
+pub use rows::RowTable;

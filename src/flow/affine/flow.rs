@@ -11,8 +11,8 @@
 //! are computed once; a step is a product with the start. See docs/mathematics/affine-flow.md.
 
 use super::matrix::{Matrix, control_rows, largest, sum_at, unit};
-use super::series::{SeriesRow, padded};
-use crate::numeric::{Real, Scalar, polynomial};
+use super::rows::{RowTable, padded};
+use crate::numeric::{Real, polynomial};
 
 /// Longest step in units of the fastest rate of the field: the largest term of a series on it is about 1.5
 /// times its first ones.
@@ -29,15 +29,15 @@ pub struct AffineFlow<S: Real> {
     length: S,
     time_scale: f64,
     phase_rate: S,
-    /// Rows of `exp(M L)` for the states, one after another.
-    transition: Vec<S>,
+    /// `exp(M L)` for the states.
+    transition: RowTable<S>,
     /// Cosine and sine of the turn of each harmonic in a step.
     turns: Vec<(S, S)>,
     /// Series of the states that are no other state's derivative, and the state that is theirs.
-    state_series: Vec<(usize, SeriesRow<S>, Option<usize>)>,
-    watched_series: Vec<SeriesRow<S>>,
+    state_series: Vec<(usize, RowTable<S>, Option<usize>)>,
+    watched_series: Vec<RowTable<S>>,
     /// Bernstein coefficients of the watched functions on the step, in `f64`.
-    control: Vec<SeriesRow<f64>>,
+    control: Vec<RowTable<f64>>,
     /// Per watched function the largest Bernstein coefficient of each component.
     sizes: Vec<Vec<f64>>,
 }
@@ -83,16 +83,13 @@ impl<S: Real> AffineFlow<S> {
         let table = |rows: &Vec<Vec<S>>| {
             let mut rows = rows.clone();
             rows.resize(len, vec![S::zero(); matrix.columns]);
-            SeriesRow::new(&rows, matrix.columns)
+            RowTable::new(&rows, matrix.columns)
         };
         let control: Vec<_> = watched
             .iter()
             .map(|rows| control_rows(rows, limit, len))
             .collect();
-        let transition = states
-            .iter()
-            .flat_map(|rows| sum_at(rows, length))
-            .collect();
+        let transition: Vec<_> = states.iter().map(|rows| sum_at(rows, length)).collect();
         Some(Self {
             states: matrix.states,
             columns: matrix.columns,
@@ -100,7 +97,7 @@ impl<S: Real> AffineFlow<S> {
             length,
             time_scale: if rate > 0.0 { 1.0 / rate } else { limit },
             phase_rate: field.phase_rate,
-            transition,
+            transition: RowTable::new(&transition, matrix.columns),
             turns: field
                 .multiples
                 .iter()
@@ -113,7 +110,7 @@ impl<S: Real> AffineFlow<S> {
             sizes: control.iter().map(|rows| largest(rows)).collect(),
             control: control
                 .iter()
-                .map(|rows| SeriesRow::new(rows, matrix.columns))
+                .map(|rows| RowTable::new(rows, matrix.columns))
                 .collect(),
             watched_series: watched.iter().map(table).collect(),
         })
@@ -172,12 +169,7 @@ impl<S: Real> AffineFlow<S> {
     /// The extended state a whole step later, but for the last component, which is 1.
     pub fn advance(&self, extended: &[S], out: &mut [S]) {
         let extended = &extended[..self.columns];
-        for (value, row) in out
-            .iter_mut()
-            .zip(self.transition.chunks_exact(self.columns))
-        {
-            *value = dot(row, extended);
-        }
+        self.transition.multiply(extended, &mut out[..self.states]);
         for (harmonic, &(cosine, sine)) in self.turns.iter().enumerate() {
             let place = self.states + 2 * harmonic;
             let (c, s) = (extended[place], extended[place + 1]);
@@ -185,13 +177,6 @@ impl<S: Real> AffineFlow<S> {
             out[place + 1] = c * sine + s * cosine;
         }
     }
-}
-
-/// Product of a row with the extended state.
-#[inline]
-pub fn dot<S: Scalar>(row: &[S], extended: &[S]) -> S {
-    let terms = row.iter().zip(extended);
-    terms.fold(S::zero(), |sum, (&a, &y)| a.mul_add(y, sum))
 }
 
 /// The states whose series are needed: `(i, Some(j))` where `x_i' = x_j` and `x_i` gives both.

@@ -6,7 +6,7 @@
 
 use super::flow::{AffineFieldRows, leading_states};
 use super::matrix::{Matrix, control_rows, largest, sum_at, unit};
-use super::series::{SeriesRow, padded};
+use super::rows::{RowTable, padded};
 use crate::numeric::{Real, polynomial};
 
 /// Pieces of a span.
@@ -31,15 +31,15 @@ pub struct AffineLeaps<S: Real> {
     /// Per watched function and piece.
     looks: Vec<Vec<Look>>,
     /// Per watched function and node.
-    watched: Vec<Vec<SeriesRow<S>>>,
+    watched: Vec<Vec<RowTable<S>>>,
     /// The states that are no other state's derivative, per node, and the state that is theirs.
-    states: Vec<(usize, Vec<SeriesRow<S>>, Option<usize>)>,
+    states: Vec<(usize, Vec<RowTable<S>>, Option<usize>)>,
 }
 
 /// Control points of one function on one piece.
 #[derive(Clone, Debug)]
 struct Look {
-    points: SeriesRow<f64>,
+    points: RowTable<f64>,
     /// The largest control point of each component.
     sizes: Vec<f64>,
 }
@@ -194,12 +194,12 @@ impl<S: Real> Nodes<S> {
     }
 
     /// Series of a row about every node.
-    fn tables(&self, rows: &[Vec<S>], terms: usize) -> Vec<SeriesRow<S>> {
+    fn tables(&self, rows: &[Vec<S>], terms: usize) -> Vec<RowTable<S>> {
         let table = |matrix: &Vec<Vec<S>>| {
             let columns = matrix.len();
             let mut rows = composed(rows, matrix);
             rows.resize(terms, vec![S::zero(); columns]);
-            SeriesRow::new(&rows, columns)
+            RowTable::new(&rows, columns)
         };
         self.matrices.iter().map(table).collect()
     }
@@ -211,7 +211,7 @@ impl<S: Real> Nodes<S> {
             let control = control_rows(&composed(rows, matrix), length, points);
             Look {
                 sizes: largest(&control),
-                points: SeriesRow::new(&control, matrix.len()),
+                points: RowTable::new(&control, matrix.len()),
             }
         };
         let starts = self.matrices.iter().step_by(NODES).take(PIECES);

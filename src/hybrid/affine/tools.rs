@@ -4,7 +4,7 @@ use super::extended::Extended;
 use super::flight::AffineFlight;
 use super::leap::{Leap, LeapBuffers, Leaper};
 use super::{AffineSurface, AffineSystem};
-use crate::flow::{AffineFieldRows, AffineFlow, AffineLeaps, AffineRows, dot};
+use crate::flow::{AffineFieldRows, AffineFlow, AffineLeaps, AffineRows, RowTable};
 use crate::hybrid::landing::{Closing, Landing};
 use crate::hybrid::motion::Motion;
 use crate::hybrid::sensing::Sense;
@@ -38,17 +38,18 @@ struct Tables<S: Real> {
     /// Of free flight, and what they work on; computed when first needed.
     leaps: Option<Option<(AffineLeaps<S>, LeapBuffers<S>)>>,
     /// Rows of the derivatives of the states in free flight.
-    rates: Vec<Vec<S>>,
+    rates: RowTable<S>,
     surfaces: Vec<SurfaceTables<S>>,
 }
 
 #[derive(Clone, Debug)]
 struct SurfaceTables<S: Real> {
-    /// Rows of `h, h', h'', h'''` along the free flow.
-    normal: [Vec<S>; 4],
-    reset: Option<Vec<Vec<S>>>,
-    /// Rows of the release function and of its derivative along the free flow.
-    release: Option<[Vec<S>; 2]>,
+    event: Vec<S>,
+    /// `h, h', h'', h'''` along the free flow.
+    normal: RowTable<S>,
+    reset: Option<RowTable<S>>,
+    /// The release function and its derivative along the free flow.
+    release: Option<RowTable<S>>,
     contact: Option<AffineFlow<S>>,
 }
 
@@ -157,14 +158,17 @@ impl<'a, S: Real> AffineTools<'a, S> {
         tables.free.as_ref()?;
         self.extended.take(&motion.state, motion.reference_phase);
         let values = &self.extended.values;
-        let normal = &tables.surfaces[surface].normal;
-        let terms = normal[0].iter().zip(values).take(values.len() - 1);
+        let SurfaceTables { event, normal, .. } = &tables.surfaces[surface];
+        let terms = event.iter().zip(values).take(values.len() - 1);
         let size = terms.fold(S::zero(), |size, (&a, &y)| size.max((a * y).abs()));
+        let mut motion = [S::zero(); 4];
+        normal.multiply(values, &mut motion);
+        let [gap, velocity, acceleration, jerk] = motion;
         Some(Sense {
-            gap: dot(&normal[0], values),
-            velocity: dot(&normal[1], values),
-            acceleration: dot(&normal[2], values),
-            jerk: dot(&normal[3], values),
+            gap,
+            velocity,
+            acceleration,
+            jerk,
             rounding: S::from_f64(16.0 * S::ROUNDOFF) * size,
         })
     }
@@ -180,20 +184,19 @@ impl<'a, S: Real> AffineTools<'a, S> {
         self.prepare(parameters);
         let tables = self.tables.as_ref()?;
         let flow = tables.free.as_ref()?;
-        let [value, slope] = match landing {
-            Landing::Contact { surface } => tables.surfaces[surface].normal.first_chunk()?,
+        let rows = match landing {
+            Landing::Contact { surface } => &tables.surfaces[surface].normal,
             Landing::Release { surface } => tables.surfaces[surface].release.as_ref()?,
         };
         self.extended.take(&motion.state, motion.reference_phase);
         let values = &self.extended.values;
         rates.fill(flow.phase_rate());
-        for (rate, row) in rates.iter_mut().zip(&tables.rates) {
-            *rate = dot(row, values);
-        }
-        Some(Closing {
-            value: dot(value, values),
-            slope: dot(slope, values),
-        })
+        let states = self.system.expressions.states();
+        tables.rates.multiply(values, &mut rates[..states]);
+        let mut closing = [S::zero(); 2];
+        rows.multiply(values, &mut closing);
+        let [value, slope] = closing;
+        Some(Closing { value, slope })
     }
 
     /// Writes the state after an impact; `false` where the reset is not affine.
@@ -209,9 +212,8 @@ impl<'a, S: Real> AffineTools<'a, S> {
             return false;
         };
         self.extended.take(&motion.state, motion.reference_phase);
-        for (value, row) in motion.state.iter_mut().zip(reset) {
-            *value = dot(row, &self.extended.values);
-        }
+        let states = self.system.expressions.states();
+        reset.multiply(&self.extended.values, &mut motion.state[..states]);
         true
     }
 }
@@ -249,16 +251,19 @@ impl<S: Real> Tables<S> {
         let events: Vec<&[S]> = system.surfaces.iter().map(|s| row(&s.event)).collect();
         let free: Vec<&[S]> = system.free.iter().map(row).collect();
         let field = system.free_field(rows, &free, &events);
+        let columns = system.expressions.columns();
+        let table = |rows: Vec<Vec<S>>| RowTable::new(&rows, columns);
         let surface = |surface: &AffineSurface| SurfaceTables {
-            normal: normal(&field, row(&surface.event)),
+            event: row(&surface.event).to_vec(),
+            normal: table(derivatives(&field, row(&surface.event), 4)),
             reset: surface.reset.as_ref().map(|reset| {
                 let image = reset.iter().map(|place| row(place).to_vec());
-                image.collect()
+                table(image.collect())
             }),
-            release: surface.contact.as_ref().map(|contact| {
-                let release = row(&contact.release);
-                [release.to_vec(), field.lie_derivative(release)]
-            }),
+            release: surface
+                .contact
+                .as_ref()
+                .map(|contact| table(derivatives(&field, row(&contact.release), 2))),
             contact: surface.contact.as_ref().and_then(|contact| {
                 let derivatives: Vec<&[S]> = contact.derivatives.iter().map(row).collect();
                 let others = contact.others.iter().map(|&other| events[other]);
@@ -274,16 +279,20 @@ impl<S: Real> Tables<S> {
         Self {
             free: AffineFlow::new(&field),
             leaps: None,
-            rates: free.iter().map(|row| row.to_vec()).collect(),
+            rates: table(free.iter().map(|row| row.to_vec()).collect()),
             surfaces: system.surfaces.iter().map(surface).collect(),
         }
     }
 }
 
-/// Rows of a function and its first three derivatives along a field.
-fn normal<S: Real>(field: &AffineFieldRows<'_, S>, event: &[S]) -> [Vec<S>; 4] {
-    let first = field.lie_derivative(event);
-    let second = field.lie_derivative(&first);
-    let third = field.lie_derivative(&second);
-    [event.to_vec(), first, second, third]
+/// Rows of a function and of its derivatives along a field, `count` in all.
+fn derivatives<S: Real>(
+    field: &AffineFieldRows<'_, S>,
+    function: &[S],
+    count: usize,
+) -> Vec<Vec<S>> {
+    let next = |row: &Vec<S>| Some(field.lie_derivative(row));
+    std::iter::successors(Some(function.to_vec()), next)
+        .take(count)
+        .collect()
 }
