@@ -29,19 +29,13 @@ pub struct AffineLeaps<S: Real> {
     phase_rate: S,
     time_scale: f64,
     /// Per watched function and piece.
-    looks: Vec<Vec<Look>>,
+    looks: Vec<Vec<RowTable<f64>>>,
+    /// Per watched function the largest control point of each component.
+    sizes: Vec<Vec<f64>>,
     /// Per watched function and node.
     watched: Vec<Vec<RowTable<S>>>,
     /// The states that are no other state's derivative, per node, and the state that is theirs.
     states: Vec<(usize, Vec<RowTable<S>>, Option<usize>)>,
-}
-
-/// Control points of one function on one piece.
-#[derive(Clone, Debug)]
-struct Look {
-    points: RowTable<f64>,
-    /// The largest control point of each component.
-    sizes: Vec<f64>,
 }
 
 impl<S: Real> AffineLeaps<S> {
@@ -73,6 +67,11 @@ impl<S: Real> AffineLeaps<S> {
         let points = padded(whole.iter().map(significant).max()?);
         let longest = all.iter().chain(&near).map(Vec::len).max()?;
         let terms = padded(longest);
+        let control: Vec<_> = whole
+            .iter()
+            .map(|rows| nodes.control(rows, length, points))
+            .collect();
+        let table = |rows: &Vec<Vec<f64>>| RowTable::new(rows, columns);
         let at_nodes = |rows: &Vec<Vec<S>>| nodes.tables(rows, terms);
         Some(Self {
             spacing: S::from_f64(spacing),
@@ -82,9 +81,13 @@ impl<S: Real> AffineLeaps<S> {
             terms,
             phase_rate: field.phase_rate,
             time_scale: 1.0 / rate,
-            looks: whole
+            looks: control
                 .iter()
-                .map(|rows| nodes.looks(rows, length, points))
+                .map(|pieces| pieces.iter().map(table).collect())
+                .collect(),
+            sizes: control
+                .iter()
+                .map(|pieces| largest(&pieces.concat()))
                 .collect(),
             watched: near.iter().map(at_nodes).collect(),
             states: leading_states(field.derivatives)
@@ -133,12 +136,16 @@ impl<S: Real> AffineLeaps<S> {
         self.terms
     }
 
-    /// Control points of a watched function on a piece, and a bound of the size of the terms of which they are sums.
+    /// Control points of a watched function on a piece.
     #[inline(always)]
-    pub fn look(&self, watched: usize, piece: usize, extended: &[f64], out: &mut [f64]) -> f64 {
-        let look = &self.looks[watched][piece];
-        look.points.combine(extended, out);
-        let terms = look.sizes.iter().zip(extended);
+    pub fn look(&self, watched: usize, piece: usize, extended: &[f64], out: &mut [f64]) {
+        self.looks[watched][piece].combine(extended, out);
+    }
+
+    /// A bound of the size of the terms of which the control points of any piece are sums.
+    #[inline(always)]
+    pub fn size(&self, watched: usize, extended: &[f64]) -> f64 {
+        let terms = self.sizes[watched].iter().zip(extended);
         terms.fold(0.0, |sum, (size, y)| sum + size * y.abs())
     }
 
@@ -204,18 +211,12 @@ impl<S: Real> Nodes<S> {
         self.matrices.iter().map(table).collect()
     }
 
-    /// Control points of a row on every piece.
-    fn looks(&self, rows: &[Vec<S>], length: f64, points: usize) -> Vec<Look> {
+    /// Rows of the control points of a row's series on every piece.
+    fn control(&self, rows: &[Vec<S>], length: f64, points: usize) -> Vec<Vec<Vec<f64>>> {
         let rows = &rows[..rows.len().min(points)];
-        let look = |matrix: &Vec<Vec<S>>| {
-            let control = control_rows(&composed(rows, matrix), length, points);
-            Look {
-                sizes: largest(&control),
-                points: RowTable::new(&control, matrix.len()),
-            }
-        };
+        let control = |matrix: &Vec<Vec<S>>| control_rows(&composed(rows, matrix), length, points);
         let starts = self.matrices.iter().step_by(NODES).take(PIECES);
-        starts.map(look).collect()
+        starts.map(control).collect()
     }
 }
 

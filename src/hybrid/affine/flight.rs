@@ -119,10 +119,10 @@ impl<S: Real> Flight<S> for AffineFlight<'_, S> {
 #[inline(always)]
 pub(super) fn signs(control: &[f64], on_zero: bool, rounding: f64) -> Option<Outlook> {
     let rest = &control[usize::from(on_zero)..];
-    let positive = rest.iter().take_while(|&&b| b > rounding).count();
-    if positive == rest.len() {
+    if all_above(rest, rounding) {
         return Some(Outlook::QUIET);
     }
+    let positive = rest.iter().take_while(|&&b| b > rounding).count();
     if positive == 0 || !rest[positive..].iter().all(|&b| b < -rounding) {
         return None;
     }
@@ -130,6 +130,19 @@ pub(super) fn signs(control: &[f64], on_zero: bool, rounding: f64) -> Option<Out
     let (before, after) = (control[place - 1], control[place]);
     let share = (place as f64 - after / (after - before)) / (control.len() - 1) as f64;
     Some(Outlook::OneCrossing { near: share })
+}
+
+/// Whether all are larger than a bound; most often they are, so that none is left out for being late.
+#[inline(always)]
+fn all_above(values: &[f64], bound: f64) -> bool {
+    let (chunks, rest) = values.as_chunks::<4>();
+    let mut above = [true; 4];
+    for chunk in chunks {
+        for (above, &value) in above.iter_mut().zip(chunk) {
+            *above &= value > bound;
+        }
+    }
+    above == [true; 4] && rest.iter().all(|&value| value > bound)
 }
 
 /// What the turns of a function's control points tell of its extrema on the step, gaps up to `near` being of interest.

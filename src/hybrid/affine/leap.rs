@@ -45,14 +45,17 @@ pub(super) struct LeapBuffers<S> {
     pub(super) series: Vec<S>,
     pub(super) control: Vec<f64>,
     pub(super) rounded: Vec<f64>,
+    /// Rounding of the control points of each gap.
+    pub(super) rounding: Vec<f64>,
 }
 
 impl<S: Real> LeapBuffers<S> {
-    pub(super) fn new(leaps: &AffineLeaps<S>, columns: usize) -> Self {
+    pub(super) fn new(leaps: &AffineLeaps<S>, columns: usize, surfaces: usize) -> Self {
         Self {
             series: vec![S::zero(); leaps.terms()],
             control: vec![0.0; leaps.points()],
             rounded: vec![0.0; columns],
+            rounding: vec![0.0; surfaces],
         }
     }
 }
@@ -80,6 +83,9 @@ impl<S: Real> Kernel for Leaper<'_, S> {
     fn run(mut self) -> Leap<S> {
         for (rounded, value) in self.buffers.rounded.iter_mut().zip(self.extended) {
             *rounded = value.to_f64();
+        }
+        for (surface, rounding) in self.buffers.rounding.iter_mut().enumerate() {
+            *rounding = ROUNDING * self.leaps.size(surface, &self.buffers.rounded);
         }
         let leap = self.fly();
         let Self {
@@ -135,15 +141,18 @@ impl<S: Real> Leaper<'_, S> {
     /// What the control points of a gap on a piece tell of its zeros.
     #[inline(always)]
     fn look(&mut self, surface: usize, piece: usize) -> Option<Outlook> {
-        let control = &mut self.buffers.control[..];
-        let size = self
-            .leaps
-            .look(surface, piece, &self.buffers.rounded, control);
+        let LeapBuffers {
+            control,
+            rounded,
+            rounding,
+            ..
+        } = &mut *self.buffers;
+        self.leaps.look(surface, piece, rounded, control);
         let on_zero = piece == 0 && self.leaving[surface].is_some();
-        signs(control, on_zero, ROUNDING * size)
+        signs(control, on_zero, rounding[surface])
     }
 
-    /// The one zero of a gap near a time, by Newton's method about the nearest node.
+    /// The one zero of a gap near a time, by Newton's method about the nearest node, from the zero of the parabola there.
     ///
     /// After a step `Δ` the error is about `Δ² |h''/2h'|`; `h''` is taken from the last two slopes, and twice as large.
     #[inline(always)]
@@ -156,7 +165,8 @@ impl<S: Real> Leaper<'_, S> {
         for _ in 0..MAX_NEWTON {
             let (node, start) = leaps.node(guess.to_f64());
             leaps.watched_series(surface, node, self.extended, series);
-            let mut time = guess - start;
+            let parabola = falling_root(series).filter(|time| time.abs() <= spacing + spacing);
+            let mut time = parabola.unwrap_or(guess - start);
             let mut before = None;
             for _ in 0..MAX_NEWTON {
                 let (value, slope) = polynomial::value_and_slope(series, time);
@@ -182,4 +192,13 @@ impl<S: Real> Leaper<'_, S> {
         }
         None
     }
+}
+
+/// Where the parabola of a series' first terms falls through zero, to `f64`.
+#[inline(always)]
+fn falling_root<S: Real>(series: &[S]) -> Option<S> {
+    let [value, slope, curvature] = series.first_chunk()?.map(Real::to_f64);
+    let root = (slope * slope - 4.0 * value * curvature).sqrt();
+    let time = 2.0 * value / (root - slope);
+    time.is_finite().then(|| S::from_f64(time))
 }

@@ -125,7 +125,8 @@ impl<'a, S: Real> AffineTools<'a, S> {
         let (system, tables) = (self.system, self.tables.as_mut()?);
         let leaps = tables.leaps.get_or_insert_with(|| {
             let leaps = system.free_leaps(parameters)?;
-            let buffers = LeapBuffers::new(&leaps, system.expressions.columns());
+            let buffers =
+                LeapBuffers::new(&leaps, system.expressions.columns(), system.surfaces.len());
             Some((leaps, buffers))
         });
         let (leaps, buffers) = leaps.as_mut()?;
