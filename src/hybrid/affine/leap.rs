@@ -178,10 +178,11 @@ impl<S: Real> Leaper<'_, S> {
                 let settled = change == S::zero() || before.is_some_and(is_last);
                 before = Some((time, slope));
                 time += change;
-                if settled && time.abs() <= spacing {
+                let is_near = time.abs() <= spacing;
+                if settled && is_near {
                     return (slope < S::zero()).then_some(start + time);
                 }
-                if !(time.abs() <= spacing) {
+                if !is_near {
                     break;
                 }
             }
