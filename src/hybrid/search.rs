@@ -89,8 +89,8 @@ impl PassageSearch {
             Outlook::Open => self.stationary.isolate(gap.slope, length.to_f64()),
         }
         let roots = &self.stationary.roots;
-        let mut left = (S::zero(), gap.at(S::zero()));
-        let mut falls = gap.heading(S::zero()) == Heading::Falling;
+        let mut left = (S::zero(), gap.sign * gap.value[0]);
+        let mut falls = gap.sign * gap.slope[0] < S::zero();
         let turned = start.fell() && !falls;
         if turned && goal.admits(left.1) {
             let (time, gap) = left;

@@ -48,7 +48,9 @@ impl<S: Scalar> RowTable<S> {
         let extended = &extended[..self.columns];
         let blocks = self.blocks.chunks_exact(self.columns);
         for (out, block) in out.chunks_mut(BLOCK).zip(blocks) {
-            out.copy_from_slice(&products(extended, block)[..out.len()]);
+            for (out, product) in out.iter_mut().zip(products(extended, block)) {
+                *out = product;
+            }
         }
     }
 }
