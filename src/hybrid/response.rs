@@ -36,6 +36,30 @@ impl<S: Real> Simulator<'_, S> {
         }
     }
 
+    /// Fails if the state is beyond a rigid surface other than `except`.
+    pub(super) fn check_penetration(&mut self, except: Option<usize>) -> Result<(), Outcome<S>> {
+        for surface in 0..self.surfaces.len() {
+            let stuck = self.motion.regime == Regime::Stick { surface };
+            let compliant = matches!(self.system.surfaces[surface].law, Law::Compliant { .. });
+            if stuck
+                || compliant
+                || except == Some(surface)
+                || self.motion.leaving[surface].is_some()
+            {
+                continue;
+            }
+            let sense = self.sense(surface);
+            if sense.gap < -sense.rounding * S::from_f64(64.0) {
+                return Err(Outcome::Penetrating {
+                    surface,
+                    time: self.motion.time,
+                    gap: sense.gap,
+                });
+            }
+        }
+        Ok(())
+    }
+
     /// The normal motion at a surface.
     pub(super) fn sense(&mut self, surface: usize) -> Sense<S> {
         let exact = self

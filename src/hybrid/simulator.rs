@@ -355,30 +355,6 @@ impl<'a, S: Real> Simulator<'a, S> {
             time: self.motion.time,
         })
     }
-
-    /// Fails if the state is beyond a rigid surface other than `except`.
-    pub(super) fn check_penetration(&mut self, except: Option<usize>) -> Result<(), Outcome<S>> {
-        for surface in 0..self.surfaces.len() {
-            let stuck = self.motion.regime == Regime::Stick { surface };
-            let compliant = matches!(self.system.surfaces[surface].law, Law::Compliant { .. });
-            if stuck
-                || compliant
-                || except == Some(surface)
-                || self.motion.leaving[surface].is_some()
-            {
-                continue;
-            }
-            let sense = self.sense(surface);
-            if sense.gap < -sense.rounding * S::from_f64(64.0) {
-                return Err(Outcome::Penetrating {
-                    surface,
-                    time: self.motion.time,
-                    gap: sense.gap,
-                });
-            }
-        }
-        Ok(())
-    }
 }
 
 impl<'a, S: Real> SurfaceTools<'a, S> {
