@@ -40,6 +40,18 @@ fn a_contact_keeps_the_digits_it_promises_at_depths_of_thirty_decades() {
 }
 
 #[test]
+fn a_stop_stiffer_by_1e8_has_a_simulation_that_is_true_to_the_map() {
+    let case = cases(ExtremeAxis::Stiffness, "soft_c").last();
+    let measured = measured(&case.expect("stiffnesses"));
+    assert!(!measured.is_silent_loss(), "{measured:?}");
+    // 3e-33 beside the stop the simulation would leave 12.6 digits; 14.6 are promised.
+    assert!(
+        measured.map.is_some_and(|digits| digits > 14.0),
+        "{measured:?}"
+    );
+}
+
+#[test]
 fn a_restitution_of_zero_loses_no_digits_and_is_not_said_to() {
     let case = cases(ExtremeAxis::Restitution, "linear")
         .next()

@@ -279,6 +279,84 @@ fn a_stiff_contact_is_one_contact() {
     }
 }
 
+/// A free mass that meets a constant force of 1e8 at `x = p`.
+fn prestressed() -> Model {
+    model(&format!(
+        "parameters = {{ p = 0.7, k = 1e8 }}\n[model.flow]\nx = \"v\"\nv = \"0*x\"\n\
+         {SURFACE}\nevent = \"p - x\"\ncontact = {{ v = \"free - k\" }}"
+    ))
+}
+
+/// Largest relative change of speed by a contact that returns the speed as it was.
+fn energy_error<S: Real>(system: &HybridSystem, speed: f64) -> f64 {
+    let parameters = [0.7, 1e8].map(S::from_f64);
+    let mut simulator = Simulator::new(system, &parameters).expect("finite parameters");
+    let speed = S::from_f64(speed);
+    let change = |start: i32| {
+        let distance = S::from_f64(f64::from(start)) / S::from_f64(7.0);
+        let state = [parameters[0] - distance * speed, speed];
+        simulator.set_state(&state).expect("a finite state");
+        let found = simulator.run(S::from_f64(20.0)).expect("a finite duration");
+        assert_eq!(found.contacts(), 1, "{:?}", found.events);
+        ((found.state[1] + speed) / speed).to_f64().abs()
+    };
+    (1..100).map(change).fold(0.0, f64::max)
+}
+
+/// The work `k h` of the contact on the distance `h` beside the stop would be 1e-2 of the energy in `f64`, 1e-13 in
+/// double-double; what is left is a few roundings of the speed.
+#[test]
+fn a_stiff_contact_begins_and_ends_on_its_surface() {
+    for system in [
+        HybridSystem::new(&prestressed()),
+        HybridSystem::without_exact_flow(&prestressed()),
+    ] {
+        let method = system.method();
+        let (double, quad) = (
+            energy_error::<f64>(&system, 1e-3),
+            energy_error::<Dd>(&system, 1e-6),
+        );
+        assert!(double < 1e-14, "{method:?}: {double:e}");
+        assert!(quad < 1e-29, "{method:?}: {quad:e}");
+    }
+}
+
+/// Minima of the gap that are reported where one lies, to rounding, on the end of a flight that goes on.
+fn minima_at_seams<S: Real>(system: &HybridSystem, seam: f64) -> usize {
+    let mut simulator =
+        Simulator::new(system, &[1.0, 0.8].map(S::from_f64)).expect("finite parameters");
+    let time = S::from_f64(seam);
+    let (sine, cosine) = time.sin_cos();
+    let amplitude = S::from_f64(0.9);
+    let state = [amplitude * cosine, amplitude * sine];
+    simulator.set_state(&state).expect("a finite state");
+    let mut minima = 0;
+    for duration in [time, S::one()] {
+        let found = simulator.run(duration).expect("a finite duration");
+        minima += found.events.len();
+    }
+    minima
+}
+
+#[test]
+fn a_minimum_between_two_flights_is_reported_once() {
+    for system in [
+        HybridSystem::new(&pendulum()),
+        HybridSystem::without_exact_flow(&pendulum()),
+    ] {
+        for sample in 1..200 {
+            let seam = 0.01 * f64::from(sample);
+            let method = system.method();
+            assert_eq!(
+                minima_at_seams::<f64>(&system, seam),
+                1,
+                "{method:?} {seam}"
+            );
+            assert_eq!(minima_at_seams::<Dd>(&system, seam), 1, "{method:?} {seam}");
+        }
+    }
+}
+
 #[test]
 fn a_damped_stop_releases_at_zero_force() {
     for release in ["release = \"k*x + p*v\"", "release = \"-k*x - p*v\""] {

@@ -3,7 +3,11 @@
 mod expressions;
 mod flow;
 mod form;
-mod series;
+mod leaps;
+mod matrix;
+mod rows;
 
 pub use expressions::{AffineExpressions, AffineRows};
-pub use flow::{AffineFieldRows, AffineFlow, dot};
+pub use flow::{AffineFieldRows, AffineFlow};
+pub use leaps::AffineLeaps;
+pub use rows::RowTable;

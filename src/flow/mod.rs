@@ -17,7 +17,9 @@ mod time_expansion;
 mod values;
 mod variational;
 
-pub use affine::{AffineExpressions, AffineFieldRows, AffineFlow, AffineRows, dot};
+pub use affine::{
+    AffineExpressions, AffineFieldRows, AffineFlow, AffineLeaps, AffineRows, RowTable,
+};
 pub use error::FlowError;
 pub use evaluation::evaluate;
 pub use field::{Field, bound_but};

@@ -6,11 +6,13 @@
 
 mod extended;
 mod flight;
+mod leap;
 mod tools;
 
 use crate::flow::AffineExpressions;
 use crate::model::{Model, NodeId, Response};
 
+pub(super) use leap::Leap;
 pub(super) use tools::AffineTools;
 
 /// The affine expressions of a model. Numbers are places in their list.

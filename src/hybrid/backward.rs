@@ -1,8 +1,10 @@
 //! Free flight backward in time, to the minimum of a gap or to the surface itself.
 
 use super::flight::{Flight, Outlook, TaylorFlight};
+use super::landing::Landing;
 use super::motion::Motion;
-use super::passage::{Gap, Goal, Passage};
+use super::passage::{Goal, Heading, Passage};
+use super::search::Gap;
 use super::simulator::{Simulator, Work};
 use super::system::Regime;
 use super::trajectory::Outcome;
@@ -28,13 +30,17 @@ impl<S: Real> Simulator<'_, S> {
         goal: Back,
         earliest: S,
     ) -> Result<bool, Outcome<S>> {
+        let mut heading = Heading::Unknown;
         for _ in 0..MAX_STEPS {
             let remaining = self.motion.time - earliest;
             if remaining <= S::zero() {
                 return Ok(false);
             }
-            if self.step_back(surface, goal, remaining)? {
-                self.motion.at_minimum = (goal == Back::ToMinimum).then_some(surface);
+            if self.step_back(surface, goal, remaining, &mut heading)? {
+                match goal {
+                    Back::ToMinimum => self.motion.set_at_minimum(surface),
+                    Back::ToSurface => self.settle_on(Landing::Contact { surface }),
+                }
                 return Ok(true);
             }
         }
@@ -44,7 +50,14 @@ impl<S: Real> Simulator<'_, S> {
         })
     }
 
-    fn step_back(&mut self, surface: usize, goal: Back, remaining: S) -> Result<bool, Outcome<S>> {
+    /// `heading`: which way the gap goes, backward in time, from one step to the next.
+    fn step_back(
+        &mut self,
+        surface: usize,
+        goal: Back,
+        remaining: S,
+        heading: &mut Heading,
+    ) -> Result<bool, Outcome<S>> {
         let Self {
             motion,
             parameters,
@@ -64,6 +77,7 @@ impl<S: Real> Simulator<'_, S> {
             surface,
             goal,
             remaining,
+            heading,
         };
         match exact {
             Some(mut flight) => leg.fly(&mut flight),
@@ -86,6 +100,8 @@ struct BackwardLeg<'s, S: Real> {
     surface: usize,
     goal: Back,
     remaining: S,
+    /// Which way the gap goes, backward in time.
+    heading: &'s mut Heading,
 }
 
 impl<S: Real> BackwardLeg<'_, S> {
@@ -117,8 +133,8 @@ impl<S: Real> BackwardLeg<'_, S> {
             ..
         } = &mut *self.work;
         found.clear();
-        let start = self.motion.start(self.surface);
-        search.search(&gap, length, start, goal, Outlook::Open, found);
+        let start = self.motion.start_after(self.surface, *self.heading);
+        *self.heading = search.search(&gap, length, start, goal, Outlook::Open, found);
         let found = found.first().map(Passage::time);
         let time = found.unwrap_or(length);
         if !flight.land(-time, next) {

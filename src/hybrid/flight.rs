@@ -1,6 +1,6 @@
 //! One step along a field, however it is computed: what the search of events needs of it.
 
-use super::passage::{Goal, Start};
+use super::passage::{Goal, Heading, Start};
 use crate::flow::Step;
 use crate::numeric::Real;
 
@@ -26,7 +26,10 @@ pub(super) trait Flight<S: Real> {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Outlook {
     /// No event.
-    Quiet,
+    Quiet {
+        /// Which way the function goes at the end; unknown where its values are of no interest.
+        end: Heading,
+    },
     /// At most one zero, which is a fall and lies near this time; extrema are not asked for.
     OneCrossing {
         /// The time, a guess.
@@ -44,6 +47,11 @@ pub(super) enum Outlook {
 }
 
 impl Outlook {
+    /// No event, and no value of interest.
+    pub(super) const QUIET: Self = Self::Quiet {
+        end: Heading::Unknown,
+    };
+
     /// An outlook in units of the step, in time.
     pub(super) fn in_time(self, length: f64) -> Self {
         match self {
@@ -93,7 +101,7 @@ impl<S: Real> Flight<S> for TaylorFlight<'_, S> {
             Goal::Crossing { near }
                 if lower_bound(value, length.to_f64()) > near.to_f64().max(0.0) =>
             {
-                Outlook::Quiet
+                Outlook::QUIET
             }
             _ => Outlook::Open,
         }

@@ -1,6 +1,6 @@
 //! The moving point: full state, time, regime, and what must be remembered between steps.
 
-use super::passage::Start;
+use super::passage::{Heading, Start};
 use super::system::Regime;
 use crate::numeric::Real;
 
@@ -25,8 +25,9 @@ pub(super) struct Motion<S> {
     pub(super) entry_uncertainty: S,
     /// Per surface: rounding of its gap if the state has just left it.
     pub(super) leaving: Vec<Option<S>>,
-    /// The surface whose gap has a reported minimum here.
-    pub(super) at_minimum: Option<usize>,
+    /// Per surface: which way its gap was found to go here, so that a minimum between two steps is neither lost nor
+    /// found twice.
+    pub(super) headings: Vec<Heading>,
     /// The time in which the motion changed on the last step.
     pub(super) last_step: S,
 }
@@ -43,35 +44,57 @@ impl<S: Real> Motion<S> {
             release_rounding: S::zero(),
             entry_uncertainty: S::zero(),
             leaving: vec![None; surfaces],
-            at_minimum: None,
+            headings: vec![Heading::Unknown; surfaces],
             last_step: S::one(),
         }
     }
 
     /// Takes over another motion without allocating.
     pub(super) fn copy_from(&mut self, other: &Self) {
-        let (mut state, mut leaving) = (
-            std::mem::take(&mut self.state),
-            std::mem::take(&mut self.leaving),
-        );
+        let mut state = std::mem::take(&mut self.state);
+        let mut leaving = std::mem::take(&mut self.leaving);
+        let mut headings = std::mem::take(&mut self.headings);
         state.copy_from_slice(&other.state);
         leaving.copy_from_slice(&other.leaving);
+        headings.copy_from_slice(&other.headings);
         *self = Self {
             state,
             leaving,
+            headings,
             ..*other
         };
     }
 
     /// How the search of a surface's gap starts here.
     pub(super) fn start(&self, surface: usize) -> Start<S> {
+        self.start_after(surface, self.headings[surface])
+    }
+
+    /// The same where the gap went this way before.
+    pub(super) fn start_after(&self, surface: usize, before: Heading) -> Start<S> {
         match self.leaving[surface] {
             Some(rounding) => Start::Leaving { rounding },
-            None if self.at_minimum == Some(surface) => Start::AtMinimum {
-                within: self.last_step * S::from_f64(SAME_MINIMUM),
-            },
-            None => Start::Inside,
+            None => self.inside(before),
         }
+    }
+
+    /// A search that starts anywhere, the gap having gone this way before.
+    pub(super) fn inside(&self, before: Heading) -> Start<S> {
+        Start::Inside {
+            before,
+            within: self.last_step * S::from_f64(SAME_MINIMUM),
+        }
+    }
+
+    /// Forgets which way the gaps go: the state or the field is another one.
+    pub(super) fn lose_headings(&mut self) {
+        self.headings.fill(Heading::Unknown);
+    }
+
+    /// Remembers that a minimum of a surface's gap was reported here.
+    pub(super) fn set_at_minimum(&mut self, surface: usize) {
+        self.lose_headings();
+        self.headings[surface] = Heading::Rising;
     }
 
     /// Keeps the phase within half a period of its reference.

@@ -1,42 +1,22 @@
-//! Search of one step: every local minimum of a gap and its first crossing.
-//!
-//! A gap `g > 0` is a polynomial on the step `[0, L]`, its slope another. All stationary points are
-//! isolated first (bisection with a bound on the second derivative, in `f64`) and polished in the
-//! scalar; between them the gap is monotone, so one sign comparison per piece finds a crossing. Two
-//! crossings within one step, the quick dip of a near graze, cannot be missed: they have a minimum
-//! between them.
+//! What the search of a step is asked and what it answers: where the step starts, what is looked for, what is found.
 
-use super::flight::Outlook;
-use super::stationary::StationaryPoints;
-use crate::numeric::polynomial;
-use crate::numeric::{Real, Scalar};
+use crate::numeric::Real;
 
-/// A gap on one step: Taylor coefficients of `sign · value` and of its derivative.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Gap<'p, S> {
-    /// Coefficients of the watched function.
-    pub(crate) value: &'p [S],
-    /// Coefficients of its time derivative.
-    pub(crate) slope: &'p [S],
-    /// Factor of both, 1 or −1, that makes the gap positive.
-    pub(crate) sign: S,
+/// Which way a gap goes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Heading {
+    /// Its slope is negative.
+    Falling,
+    /// Its slope is not negative.
+    Rising,
+    /// Not known, and of no interest.
+    Unknown,
 }
 
-impl<S: Real> Gap<'_, S> {
-    fn at(&self, time: S) -> S {
-        self.sign * polynomial::value(self.value, time)
-    }
-
-    /// Value and slope.
-    fn value_and_slope(&self, time: S) -> (S, S) {
-        let (value, slope) = polynomial::value_and_slope(self.value, time);
-        (self.sign * value, self.sign * slope)
-    }
-
-    /// Value of the slope and of its derivative.
-    fn slope_and_curvature(&self, time: S) -> (S, S) {
-        let (slope, curvature) = polynomial::value_and_slope(self.slope, time);
-        (self.sign * slope, self.sign * curvature)
+impl Heading {
+    /// Falling or rising.
+    pub(crate) fn falling(falls: bool) -> Self {
+        if falls { Self::Falling } else { Self::Rising }
     }
 }
 
@@ -44,16 +24,16 @@ impl<S: Real> Gap<'_, S> {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Start<S> {
     /// Anywhere.
-    Inside,
+    Inside {
+        /// Which way the gap went on the step before, as far as its minima were searched.
+        before: Heading,
+        /// Time within which a minimum is the one that the step before ended with.
+        within: S,
+    },
     /// On the zero of the gap, just left: dips within the rounding of the gap (given) are not events.
     Leaving {
         /// Rounding of the gap.
         rounding: S,
-    },
-    /// At a minimum of the gap that has been reported.
-    AtMinimum {
-        /// Time within which a minimum is the same one.
-        within: S,
     },
 }
 
@@ -67,6 +47,28 @@ pub(crate) enum Goal<S> {
     },
     /// Minima of any depth; crossings are flown through.
     Minima,
+}
+
+impl<S: Real> Start<S> {
+    /// Whether the gap can be zero, to rounding, where the step starts.
+    pub(crate) fn may_be_zero(&self) -> bool {
+        !matches!(self, Start::Inside { before, .. } if *before != Heading::Rising)
+    }
+
+    /// Whether the gap fell before.
+    pub(crate) fn fell(&self) -> bool {
+        matches!(self, Start::Inside { before, .. } if *before == Heading::Falling)
+    }
+}
+
+impl<S: Real> Goal<S> {
+    /// Whether a minimum with this gap is looked for.
+    pub(crate) fn admits(&self, gap: S) -> bool {
+        match *self {
+            Goal::Minima => true,
+            Goal::Crossing { near } => gap >= S::zero() && gap <= near,
+        }
+    }
 }
 
 /// An event of one gap within a step.
@@ -92,293 +94,5 @@ impl<S: Real> Passage<S> {
         match *self {
             Passage::Minimum { time, .. } | Passage::Crossing { time } => time,
         }
-    }
-}
-
-/// Working memory of the search.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct PassageSearch {
-    stationary: StationaryPoints,
-}
-
-impl PassageSearch {
-    /// Appends the gap's passages on `[0, length]`, in order of time, up to its first crossing.
-    ///
-    /// `outlook` is what is known of the gap beforehand.
-    pub(crate) fn search<S: Real>(
-        &mut self,
-        gap: &Gap<'_, S>,
-        length: S,
-        start: Start<S>,
-        goal: Goal<S>,
-        outlook: Outlook,
-        found: &mut Vec<Passage<S>>,
-    ) {
-        match outlook {
-            Outlook::Quiet => return,
-            Outlook::OneCrossing { near } => {
-                let piece = Piece {
-                    left: (S::zero(), gap.sign * gap.value[0]),
-                    right: (length, gap.at(length)),
-                    stationary: false,
-                };
-                if piece.right.1 < S::zero() {
-                    let time = piece.crossing_from(gap, S::from_f64(near), length);
-                    found.push(Passage::Crossing { time });
-                }
-                return;
-            }
-            Outlook::Monotone => self.stationary.clear(),
-            Outlook::OneExtremum { near } => {
-                self.stationary.single(gap.slope, length.to_f64(), near);
-            }
-            Outlook::Open => self.stationary.isolate(gap.slope, length.to_f64()),
-        }
-        let roots = &self.stationary.roots;
-        let mut left = (S::zero(), gap.at(S::zero()));
-        for index in 0..=roots.len() {
-            let stationary = roots.get(index).copied();
-            let time = stationary.map_or(length, |root| {
-                polish_stationary(gap, S::from_f64(root) * length, length)
-            });
-            let right = (time, gap.at(time));
-            let piece = Piece {
-                left,
-                right,
-                stationary: stationary.is_some(),
-            };
-            if let Some(passage) = piece.passage(gap, length, start, goal) {
-                found.push(passage);
-                if matches!(passage, Passage::Crossing { .. }) {
-                    return;
-                }
-            }
-            left = right;
-        }
-    }
-}
-
-/// Newton's method on the slope from a root good to `f64`.
-fn polish_stationary<S: Real>(gap: &Gap<'_, S>, mut time: S, length: S) -> S {
-    if S::ROUNDOFF >= f64::ROUNDOFF {
-        return time;
-    }
-    let rounding = S::from_f64(2.0 * S::ROUNDOFF) * length;
-    for _ in 0..6 {
-        let (slope, curvature) = gap.slope_and_curvature(time);
-        let change = slope / curvature;
-        if !change.is_finite() || change.abs() > S::from_f64(1e-6) * length {
-            return time;
-        }
-        time -= change;
-        if change.abs() <= rounding {
-            break;
-        }
-    }
-    time.max(S::zero()).min(length)
-}
-
-/// A piece of a step on which the gap is monotone.
-struct Piece<S> {
-    left: (S, S),
-    right: (S, S),
-    /// Whether the right end is a stationary point.
-    stationary: bool,
-}
-
-impl<S: Real> Piece<S> {
-    fn passage(
-        &self,
-        gap: &Gap<'_, S>,
-        length: S,
-        start: Start<S>,
-        goal: Goal<S>,
-    ) -> Option<Passage<S>> {
-        let ((_, left), (time, right)) = (self.left, self.right);
-        if right >= left || self.is_rounding(start) {
-            return None;
-        }
-        match goal {
-            Goal::Minima => self
-                .stationary
-                .then_some(Passage::Minimum { time, gap: right }),
-            Goal::Crossing { .. } if right < S::zero() => Some(Passage::Crossing {
-                time: self.crossing(gap, length),
-            }),
-            Goal::Crossing { near } => {
-                (self.stationary && right <= near).then_some(Passage::Minimum { time, gap: right })
-            }
-        }
-    }
-
-    /// Whether the fall is no event: rounding on the zero just left, or the minimum the step starts at.
-    fn is_rounding(&self, start: Start<S>) -> bool {
-        match start {
-            Start::Inside => false,
-            Start::Leaving { rounding } => self.left.1 <= rounding && self.right.1 >= -rounding,
-            Start::AtMinimum { within } => self.stationary && self.right.0 < within,
-        }
-    }
-
-    /// Time at which the gap falls through 0.
-    fn crossing(&self, gap: &Gap<'_, S>, length: S) -> S {
-        let (left, right) = (self.left.1, self.right.1);
-        if left <= S::zero() {
-            return self.left.0;
-        }
-        self.crossing_from(gap, self.guess(gap, left, right), length)
-    }
-
-    /// The same by Newton's method from a time, kept inside the piece by bisection.
-    ///
-    /// After a step `Δ` the error is about `Δ² |h''/2h'|`; `h''` is taken from the last two slopes, and twice as large.
-    fn crossing_from(&self, gap: &Gap<'_, S>, start: S, length: S) -> S {
-        let (mut positive, mut negative) = (self.left.0, self.right.0);
-        let rounding = S::from_f64(0.25 * S::ROUNDOFF) * length;
-        let least = S::from_f64(4.0) / length;
-        let mut time = start.max(positive).min(negative);
-        let mut before = None;
-        for step in 0..MAX_NEWTON {
-            let (value, slope) = gap.value_and_slope(time);
-            if value > S::zero() {
-                positive = time;
-            } else {
-                negative = time;
-            }
-            let newton = time - value / slope;
-            let inside = newton >= positive && newton <= negative;
-            let next = if inside {
-                newton
-            } else {
-                (positive + negative) * S::from_f64(0.5)
-            };
-            let change = next - time;
-            let is_last = |(last, last_slope): (S, S)| {
-                let bend = (slope - last_slope) / ((time - last) * slope);
-                (bend.abs() + least) * change * change <= rounding
-            };
-            let settled = inside && before.is_some_and(is_last);
-            if next == time || settled {
-                return next;
-            }
-            if step >= SETTLED && value.abs() <= noise(gap, length) {
-                return if inside { newton } else { time };
-            }
-            before = Some((time, slope));
-            time = next;
-        }
-        time
-    }
-
-    /// Start of the iteration: a parabola about the minimum the piece ends at, or about the maximum it
-    /// starts at, whichever is nearer to the zero; a chord otherwise.
-    fn guess(&self, gap: &Gap<'_, S>, left: S, right: S) -> S {
-        let (start, end) = (self.left.0, self.right.0);
-        let from_end = -right < left;
-        let (base, height) = if from_end {
-            (end, right)
-        } else {
-            (start, left)
-        };
-        let (slope, curvature) = gap.slope_and_curvature(base);
-        // Zero of height + slope s + curvature s²/2 on the piece's side of the base.
-        let root = (slope * slope - (height + height) * curvature).sqrt();
-        let time = base + (height + height) / (root - slope);
-        if time > start && time < end {
-            time
-        } else {
-            start + (end - start) * (left / (left - right))
-        }
-    }
-}
-
-/// Most Newton and bisection steps to a crossing.
-const MAX_NEWTON: usize = 200;
-
-/// Steps after which the rounding of the gap may end the iteration.
-const SETTLED: usize = 5;
-
-/// Rounding of a gap: a few units in the last place of its largest term `|g_k| L^k`.
-fn noise<S: Real>(gap: &Gap<'_, S>, length: S) -> S {
-    let length = length.to_f64();
-    let coefficients = gap.value.iter().rev();
-    let largest = coefficients.fold(0.0, |size: f64, c| (size * length).max(c.to_f64().abs()));
-    S::from_f64(2.0 * S::ROUNDOFF * largest)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::numeric::Dd;
-
-    fn derivative(value: &[f64]) -> Vec<f64> {
-        (1..value.len())
-            .map(|k| k as f64 * value[k])
-            .chain([0.0])
-            .collect()
-    }
-
-    fn search<S: Real>(value: &[f64], start: Start<S>, goal: Goal<S>) -> Vec<Passage<S>> {
-        let slope: Vec<S> = derivative(value).into_iter().map(S::from_f64).collect();
-        let value: Vec<S> = value.iter().copied().map(S::from_f64).collect();
-        let gap = Gap {
-            value: &value,
-            slope: &slope,
-            sign: S::one(),
-        };
-        let mut found = Vec::new();
-        PassageSearch::default().search(&gap, S::one(), start, goal, Outlook::Open, &mut found);
-        found
-    }
-
-    #[test]
-    fn a_dip_of_any_depth_between_two_positive_ends_is_found() {
-        for exponent in 2..=14 {
-            let y = 10f64.powi(-exponent / 2 - exponent % 2);
-            // (t - 0.37)² - y²
-            let value = [0.37 * 0.37 - y * y, -0.74, 1.0];
-            let found = search::<Dd>(&value, Start::Inside, Goal::Crossing { near: Dd::INFINITY });
-            let [Passage::Crossing { time }] = found[..] else {
-                panic!("{found:?}")
-            };
-            let gap = (time - Dd::from(0.37)) * (time - Dd::from(0.37));
-            assert!((gap.to_f64() - y * y).abs() < 1e-16, "{y:e}");
-        }
-    }
-
-    #[test]
-    fn a_near_miss_is_a_minimum_and_not_a_crossing() {
-        let value = [0.25 + 1e-12, -1.0, 1.0];
-        let found = search::<f64>(&value, Start::Inside, Goal::Crossing { near: 1.0 });
-        let [Passage::Minimum { time, gap }] = found[..] else {
-            panic!("{found:?}")
-        };
-        assert!((time - 0.5).abs() < 1e-15 && (gap - 1e-12).abs() < 1e-16);
-        assert!(search::<f64>(&value, Start::Inside, Goal::Crossing { near: 1e-13 }).is_empty());
-    }
-
-    #[test]
-    fn every_minimum_of_a_wave_is_found() {
-        // cos(9 t) + 2 by its series of order 60; the minimum after π/9 is at π/3 > 1.
-        let mut term = 1.0;
-        let mut value = Vec::new();
-        for k in 0..=60usize {
-            value.push([term, 0.0, -term, 0.0][k % 4]);
-            term *= 9.0 / (k + 1) as f64;
-        }
-        value[0] += 2.0;
-        let found = search::<f64>(&value, Start::Inside, Goal::Minima);
-        assert_eq!(found.len(), 1, "{found:?}");
-        assert!((found[0].time() - std::f64::consts::PI / 9.0).abs() < 1e-13);
-    }
-
-    #[test]
-    fn rounding_on_the_surface_just_left_is_no_event() {
-        let value = [-1e-17, -1e-17, 1.0];
-        let leaving = Start::Leaving { rounding: 1e-15 };
-        assert!(search::<f64>(&value, leaving, Goal::Crossing { near: 1.0 }).is_empty());
-        let falling = [1e-17, -1e-17, -1.0];
-        let found = search::<f64>(&falling, leaving, Goal::Crossing { near: 1.0 });
-        assert!(matches!(found[..], [Passage::Crossing { .. }]));
     }
 }

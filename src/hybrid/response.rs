@@ -36,6 +36,30 @@ impl<S: Real> Simulator<'_, S> {
         }
     }
 
+    /// Fails if the state is beyond a rigid surface other than `except`.
+    pub(super) fn check_penetration(&mut self, except: Option<usize>) -> Result<(), Outcome<S>> {
+        for surface in 0..self.surfaces.len() {
+            let stuck = self.motion.regime == Regime::Stick { surface };
+            let compliant = matches!(self.system.surfaces[surface].law, Law::Compliant { .. });
+            if stuck
+                || compliant
+                || except == Some(surface)
+                || self.motion.leaving[surface].is_some()
+            {
+                continue;
+            }
+            let sense = self.sense(surface);
+            if sense.gap < -sense.rounding * S::from_f64(64.0) {
+                return Err(Outcome::Penetrating {
+                    surface,
+                    time: self.motion.time,
+                    gap: sense.gap,
+                });
+            }
+        }
+        Ok(())
+    }
+
     /// The normal motion at a surface.
     pub(super) fn sense(&mut self, surface: usize) -> Sense<S> {
         let exact = self
@@ -105,7 +129,7 @@ impl<S: Real> Simulator<'_, S> {
     /// Free flight from a surface.
     fn leave(&mut self, surface: usize, sense: Sense<S>) {
         self.motion.regime = Regime::Free;
-        self.motion.at_minimum = None;
+        self.motion.lose_headings();
         let residual = match self.system.surfaces[surface].law {
             Law::Rigid { .. } => sense.gap.abs() * S::from_f64(4.0),
             Law::Compliant { .. } => S::zero(),

@@ -138,7 +138,7 @@ impl<'a, S: Real> DirectReturn<'a, S> {
         if start.gap < S::zero() {
             self.enter(surface, log)?;
         } else {
-            self.simulator.motion.at_minimum = Some(surface);
+            self.simulator.motion.set_at_minimum(surface);
         }
         let horizon = self.duration * S::from_f64(3.0);
         loop {
@@ -232,7 +232,7 @@ impl<'a, S: Real> DirectReturn<'a, S> {
     /// From a virtual section point back to the surface, and through the contact.
     fn enter(&mut self, surface: usize, log: &mut Log<S>) -> Result<(), Outcome<S>> {
         let earliest = self.simulator.time() - self.duration;
-        self.simulator.motion.at_minimum = None;
+        self.simulator.motion.lose_headings();
         if !self.simulator.back(surface, Back::ToSurface, earliest)? {
             let gap = self.simulator.sense(surface).gap;
             return Err(Outcome::Penetrating {
@@ -270,7 +270,8 @@ impl<'a, S: Real> DirectReturn<'a, S> {
     fn restart(&mut self, state: &[S]) {
         let motion = &mut self.simulator.motion;
         motion.state.copy_from_slice(state);
-        (motion.time, motion.turns, motion.at_minimum) = (S::zero(), 0, None);
+        (motion.time, motion.turns) = (S::zero(), 0);
+        motion.lose_headings();
     }
 
     /// Flies with the surface ignored to the next minimum of its gap; `false` if the horizon came first.

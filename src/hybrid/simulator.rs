@@ -1,12 +1,13 @@
 //! The event-driven simulator.
 //!
 //! Taylor steps of the present regime's field; on each the watched gaps are searched
-//! ([`passage`](super::passage)), the state is taken at the first event and the surface's response applied.
+//! ([`search`](super::search)), the state is taken at the first event and the surface's response applied.
 
 use super::HybridError;
 use super::affine::AffineTools;
 use super::motion::Motion;
-use super::passage::{Passage, PassageSearch};
+use super::passage::Passage;
+use super::search::PassageSearch;
 use super::sensing::{Evaluator, Sensor, rounding_of};
 use super::system::{HybridSystem, Law, Regime, SurfaceLaw};
 use super::trajectory::{Event, Outcome, Trajectory};
@@ -39,6 +40,8 @@ pub(super) struct Work<S> {
     pub(super) found: Vec<Passage<S>>,
     /// The state after a step, or before an impact.
     pub(super) next: Vec<S>,
+    /// Rates of the free flow where a flight has landed.
+    pub(super) rates: Vec<S>,
     /// Minima without contact: time in the step, surface, gap.
     pub(super) misses: Vec<(S, usize, S)>,
 }
@@ -47,15 +50,17 @@ pub(super) struct Work<S> {
 #[derive(Clone, Debug)]
 pub(super) struct SurfaceTools<'a, S: Real> {
     pub(super) sensor: Sensor<'a, S>,
+    /// The gap where a contact begins.
+    pub(super) contact: Evaluator<'a, S>,
     pub(super) reset: Option<Evaluator<'a, S>>,
-    /// Sizes of the terms of a compliant surface's release function.
-    release: Option<Evaluator<'a, S>>,
+    /// A compliant surface's release function where a contact ends, followed by the sizes of its terms.
+    pub(super) release: Option<Evaluator<'a, S>>,
     /// Integrator of the contact field or the stick field.
     pub(super) held: Option<Integrator<'a, S>>,
 }
 
 /// Which surface is flown through, and at which surface's minima the flight stops.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct Approach {
     pub(super) ignored: Option<usize>,
     pub(super) stop_at: Option<usize>,
@@ -96,6 +101,7 @@ impl<'a, S: Real> Simulator<'a, S> {
                 search: PassageSearch::default(),
                 found: Vec::new(),
                 next: vec![S::zero(); system.dimension],
+                rates: vec![S::zero(); system.dimension],
                 misses: Vec::new(),
             },
             reversed: (Vec::new(), Vec::new()),
@@ -128,6 +134,7 @@ impl<'a, S: Real> Simulator<'a, S> {
         if self.parameters != parameters {
             self.parameters.copy_from_slice(parameters);
             self.affine.iter_mut().for_each(AffineTools::drop_tables);
+            self.motion.lose_headings();
         }
         Ok(())
     }
@@ -161,7 +168,7 @@ impl<'a, S: Real> Simulator<'a, S> {
         motion.state.copy_from_slice(state);
         motion.time = S::zero();
         motion.turns = 0;
-        motion.at_minimum = None;
+        motion.lose_headings();
         motion.regime = Regime::Free;
         if let Some(phase) = &self.system.phase {
             motion.reference_phase = state[phase.component];
@@ -186,8 +193,8 @@ impl<'a, S: Real> Simulator<'a, S> {
         self.motion.release_sign = S::zero();
         let release = self.surfaces[surface].release.as_mut();
         let rounding = release.map(|release| {
-            let terms = release.evaluate(&self.motion.state, &self.parameters);
-            rounding_of(terms)
+            let values = release.evaluate(&self.motion.state, &self.parameters);
+            rounding_of(&values[2 + self.system.dimension..])
         });
         self.motion.release_rounding = rounding.unwrap_or(S::zero());
     }
@@ -333,7 +340,11 @@ impl<'a, S: Real> Simulator<'a, S> {
             if self.motion.time >= horizon {
                 return Ok(Stop::Horizon);
             }
-            match self.step(horizon, approach, record)? {
+            let flown = match self.leap(horizon, approach) {
+                Some(flown) => flown,
+                None => self.step(horizon, approach, record)?,
+            };
+            match flown {
                 None => {}
                 Some(Stop::Release) => self.release(record),
                 Some(stop) => return Ok(stop),
@@ -344,30 +355,6 @@ impl<'a, S: Real> Simulator<'a, S> {
             time: self.motion.time,
         })
     }
-
-    /// Fails if the state is beyond a rigid surface other than `except`.
-    pub(super) fn check_penetration(&mut self, except: Option<usize>) -> Result<(), Outcome<S>> {
-        for surface in 0..self.surfaces.len() {
-            let stuck = self.motion.regime == Regime::Stick { surface };
-            let compliant = matches!(self.system.surfaces[surface].law, Law::Compliant { .. });
-            if stuck
-                || compliant
-                || except == Some(surface)
-                || self.motion.leaving[surface].is_some()
-            {
-                continue;
-            }
-            let sense = self.sense(surface);
-            if sense.gap < -sense.rounding * S::from_f64(64.0) {
-                return Err(Outcome::Penetrating {
-                    surface,
-                    time: self.motion.time,
-                    gap: sense.gap,
-                });
-            }
-        }
-        Ok(())
-    }
 }
 
 impl<'a, S: Real> SurfaceTools<'a, S> {
@@ -376,11 +363,11 @@ impl<'a, S: Real> SurfaceTools<'a, S> {
             Law::Rigid { reset, stick } => (Some(reset), None, stick.as_ref()),
             Law::Compliant { contact, release } => (None, Some(release), Some(contact)),
         };
-        let evaluator = |program| Evaluator::new(program, dimension);
         Self {
             sensor: Sensor::new(&surface.sensor, dimension),
-            reset: reset.map(evaluator),
-            release: release.map(evaluator),
+            contact: Evaluator::new(&surface.landing, 2 + dimension),
+            reset: reset.map(|reset| Evaluator::new(reset, dimension)),
+            release: release.map(|release| Evaluator::new(release, 2 + 2 * dimension)),
             held: held.map(|held| Integrator::new(&held.field)),
         }
     }

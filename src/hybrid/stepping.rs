@@ -2,9 +2,12 @@
 
 use std::cmp::Ordering;
 
+use super::affine::Leap;
 use super::flight::{Flight, Outlook, TaylorFlight};
+use super::landing::Landing;
 use super::motion::Motion;
-use super::passage::{Gap, Goal, Passage, Start};
+use super::passage::{Goal, Heading, Passage, Start};
+use super::search::Gap;
 use super::simulator::{Approach, Simulator, Stop, SurfaceTools, Work};
 use super::system::{HybridSystem, Law, Regime, RegimeField, Watch};
 use super::trajectory::{Event, EventKind, Outcome};
@@ -51,16 +54,47 @@ impl<S: Real> Simulator<'_, S> {
                 }),
             },
         }?;
-        self.settle(stop, approach);
+        match stop {
+            Some(Stop::Contact { surface }) => self.settle_on(Landing::Contact { surface }),
+            Some(Stop::Release) => self.settle_on_release(),
+            _ => {}
+        }
+        self.tidy();
         Ok(stop)
     }
 
-    /// Updates what is remembered after a step: surfaces left behind, the phase.
-    fn settle(&mut self, stop: Option<Stop<S>>, approach: Approach) {
-        self.motion.at_minimum = match stop {
-            Some(Stop::Minimum { .. }) => approach.stop_at,
-            _ => None,
+    /// Flies freely over many steps, up to the first contact, where nothing else is asked for; `None` where a step is
+    /// needed, to which the flight has come.
+    pub(super) fn leap(&mut self, horizon: S, approach: Approach) -> Option<Option<Stop<S>>> {
+        let asked = self.near_miss > S::zero() || approach != Approach::default();
+        if asked || self.motion.regime != Regime::Free {
+            return None;
+        }
+        let longest = horizon - self.motion.time;
+        let tools = self.affine.as_mut()?;
+        let leap = tools.leap(&mut self.motion, &self.parameters, longest)?;
+        let ended = leap.time() == longest;
+        self.motion.time = if ended {
+            horizon
+        } else {
+            self.motion.time + leap.time()
         };
+        self.motion.lose_headings();
+        if let Leap::Contact { surface, .. } = leap {
+            self.settle_on(Landing::Contact { surface });
+        }
+        if leap.time() > S::zero() {
+            self.tidy();
+        }
+        match leap {
+            Leap::Contact { surface, .. } => Some(Some(Stop::Contact { surface })),
+            Leap::Quiet { .. } => Some(None),
+            Leap::Open { .. } => None,
+        }
+    }
+
+    /// Updates what is remembered after a step: surfaces left behind, the phase.
+    fn tidy(&mut self) {
         for surface in 0..self.surfaces.len() {
             if let Some(rounding) = self.motion.leaving[surface]
                 && self.sense(surface).gap.abs() > rounding
@@ -110,6 +144,7 @@ impl<S: Real> Leg<'_, S> {
             let (sign, start, goal, outlook) = match watch {
                 Watch::Gap { surface } => {
                     let Some(goal) = goal(surface, self.approach, self.near_miss) else {
+                        motion.headings[surface] = Heading::Unknown;
                         continue;
                     };
                     let start = motion.start(surface);
@@ -125,17 +160,29 @@ impl<S: Real> Leg<'_, S> {
                     (motion.release_sign, start, goal, Outlook::Open)
                 }
             };
-            if outlook == Outlook::Quiet {
-                continue;
-            }
-            let (value, slope) = flight.polynomials(index);
-            let gap = Gap { value, slope, sign };
             work.found.clear();
-            work.search
-                .search(&gap, first.length, start, goal, outlook, &mut work.found);
+            let end = match outlook {
+                Outlook::Quiet { end } => end,
+                _ => {
+                    let (value, slope) = flight.polynomials(index);
+                    let gap = Gap { value, slope, sign };
+                    let (length, found) = (first.length, &mut work.found);
+                    work.search
+                        .search(&gap, length, start, goal, outlook, found)
+                }
+            };
+            if let Watch::Gap { surface } = watch {
+                motion.headings[surface] = end;
+            }
             first.take(watch, &work.found, self.approach, &mut work.misses);
         }
         let First { length, stop } = first;
+        match stop {
+            Some(Stop::Minimum { .. }) => self.turn_at(flight, length),
+            Some(_) => self.motion.lose_headings(),
+            None => {}
+        }
+        let (motion, work) = (&mut *self.motion, &mut *self.work);
         let stuck = stop.is_none() && length < remaining && motion.time + length == motion.time;
         if stuck || !flight.land(length, &mut work.next) {
             return Err(Outcome::Diverged { time: motion.time });
@@ -156,6 +203,23 @@ impl<S: Real> Leg<'_, S> {
             motion.time + length
         };
         Ok(stop)
+    }
+
+    /// Which way the gaps go where the flight stops at a minimum, before the end up to which they were searched.
+    fn turn_at<F: Flight<S>>(&mut self, flight: &mut F, time: S) {
+        for (index, &watch) in self.watches.iter().enumerate() {
+            let Watch::Gap { surface } = watch else {
+                continue;
+            };
+            let heading = &mut self.motion.headings[surface];
+            if self.approach.stop_at == Some(surface) {
+                *heading = Heading::Rising;
+            } else if *heading != Heading::Unknown {
+                let (value, slope) = flight.polynomials(index);
+                let sign = S::one();
+                *heading = Gap { value, slope, sign }.heading(time);
+            }
+        }
     }
 }
 
@@ -236,7 +300,7 @@ fn goal<S: Real>(surface: usize, approach: Approach, near_miss: S) -> Option<Goa
 /// How the search of a release function starts; its sign is found on the regime's first step.
 fn release_start<S: Real>(motion: &mut Motion<S>, value: &[S], slope: &[S], length: S) -> Start<S> {
     if motion.release_sign != S::zero() {
-        return Start::Inside;
+        return motion.inside(Heading::Unknown);
     }
     let size = value
         .iter()
@@ -251,6 +315,6 @@ fn release_start<S: Real>(motion: &mut Motion<S>, value: &[S], slope: &[S], leng
         Start::Leaving { rounding }
     } else {
         motion.release_sign = value[0].signum();
-        Start::Inside
+        motion.inside(Heading::Unknown)
     }
 }

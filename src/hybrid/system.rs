@@ -60,6 +60,8 @@ pub(super) struct PhaseClock {
 pub(super) struct SurfaceLaw {
     /// `h, h', h'', h'''` along the free flow, then `x_i ∂h/∂x_i`: the size of the gap's terms.
     pub(super) sensor: Program,
+    /// `h` and `h'` along the free flow, then the rates of the free flow.
+    pub(super) landing: Program,
     pub(super) law: Law,
 }
 
@@ -71,7 +73,8 @@ pub(super) enum Law {
         reset: Program,
         stick: Option<RegimeField>,
     },
-    /// Contact field, and `x_i ∂ρ/∂x_i` of the release function: the size of its terms.
+    /// Contact field, and the release function: `ρ` and its derivative along the free flow, the rates of the free flow,
+    /// `x_i ∂ρ/∂x_i`, the size of its terms.
     Compliant {
         contact: RegimeField,
         release: Program,
@@ -174,6 +177,8 @@ impl Lowering<'_> {
     fn surface(&mut self, index: usize) -> SurfaceLaw {
         let surface = &self.model.surfaces[index];
         let sensor = self.sensor(surface);
+        let landing = self.landing(surface.event);
+        let landing = self.program(&landing);
         let others: Vec<_> = (0..self.model.surfaces.len())
             .filter(|&other| other != index)
             .collect();
@@ -188,14 +193,19 @@ impl Lowering<'_> {
                 }
             }
             Response::Contact { field, release } => {
-                let terms = self.terms(*release);
+                let mut outputs = self.landing(*release);
+                outputs.extend(self.terms(*release));
                 Law::Compliant {
                     contact: self.regime(field, Some(*release), &others),
-                    release: self.program(&terms),
+                    release: self.program(&outputs),
                 }
             }
         };
-        SurfaceLaw { sensor, law }
+        SurfaceLaw {
+            sensor,
+            landing,
+            law,
+        }
     }
 
     fn sensor(&mut self, surface: &Surface) -> Program {
@@ -210,6 +220,13 @@ impl Lowering<'_> {
         ];
         outputs.extend(self.terms(surface.event));
         self.program(&outputs)
+    }
+
+    /// A function, its derivative along the free flow, and the rates of that.
+    fn landing(&mut self, function: NodeId) -> Vec<NodeId> {
+        let flow = &self.model.flow;
+        let slope = self.graph.lie_derivative(function, flow);
+        [function, slope].iter().chain(flow).copied().collect()
     }
 
     /// `x_i ∂u/∂x_i` of a function: the size of its terms.

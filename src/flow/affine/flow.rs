@@ -10,16 +10,15 @@
 //! Resonance, vanishing damping and defective matrices need no case of their own. The rows `r M^k / k!`
 //! are computed once; a step is a product with the start. See docs/mathematics/affine-flow.md.
 
-use super::series::{SeriesRow, padded};
-use crate::numeric::{Real, Scalar, polynomial};
+use super::matrix::{Matrix, control_rows, largest, sum_at, unit};
+use super::rows::{RowTable, padded};
+use crate::numeric::{Real, polynomial};
 
 /// Longest step in units of the fastest rate of the field: the largest term of a series on it is about 1.5
 /// times its first ones.
 const REACH: f64 = 2.4;
 /// Longest step where nothing else limits it: the solution is a polynomial in time.
 const MAX_STEP: f64 = 1e3;
-/// Most terms of a series.
-const MAX_TERMS: usize = 96;
 
 /// Tables of one affine field and of the functions watched along it.
 #[derive(Clone, Debug)]
@@ -30,15 +29,15 @@ pub struct AffineFlow<S: Real> {
     length: S,
     time_scale: f64,
     phase_rate: S,
-    /// Rows of `exp(M L)` for the states, one after another.
-    transition: Vec<S>,
+    /// `exp(M L)` for the states.
+    transition: RowTable<S>,
     /// Cosine and sine of the turn of each harmonic in a step.
     turns: Vec<(S, S)>,
     /// Series of the states that are no other state's derivative, and the state that is theirs.
-    state_series: Vec<(usize, SeriesRow<S>, Option<usize>)>,
-    watched_series: Vec<SeriesRow<S>>,
+    state_series: Vec<(usize, RowTable<S>, Option<usize>)>,
+    watched_series: Vec<RowTable<S>>,
     /// Bernstein coefficients of the watched functions on the step, in `f64`.
-    control: Vec<SeriesRow<f64>>,
+    control: Vec<RowTable<f64>>,
     /// Per watched function the largest Bernstein coefficient of each component.
     sizes: Vec<Vec<f64>>,
 }
@@ -68,15 +67,10 @@ impl<S: Real> AffineFlow<S> {
     pub fn new(field: &AffineFieldRows<'_, S>) -> Option<Self> {
         let matrix = Matrix::new(field);
         let rate = matrix.rate();
-        // NOTE: not a divisor of the forcing period: minima that return with it would fall on the ends of steps.
         let length = S::from_f64((REACH / rate).min(MAX_STEP));
         let limit = length.to_f64();
-        let unit = |state: usize| {
-            let mut row = vec![S::zero(); matrix.columns];
-            row[state] = S::one();
-            row
-        };
         let series = |row: Vec<S>| matrix.series(row, limit);
+        let unit = |state| unit(state, matrix.columns);
         let states: Option<Vec<_>> = (0..matrix.states).map(unit).map(series).collect();
         let watched: Option<Vec<_>> = field
             .watched
@@ -89,16 +83,13 @@ impl<S: Real> AffineFlow<S> {
         let table = |rows: &Vec<Vec<S>>| {
             let mut rows = rows.clone();
             rows.resize(len, vec![S::zero(); matrix.columns]);
-            SeriesRow::new(&rows, matrix.columns)
+            RowTable::new(&rows, matrix.columns)
         };
         let control: Vec<_> = watched
             .iter()
             .map(|rows| control_rows(rows, limit, len))
             .collect();
-        let transition = states
-            .iter()
-            .flat_map(|rows| sum_at(rows, length))
-            .collect();
+        let transition: Vec<_> = states.iter().map(|rows| sum_at(rows, length)).collect();
         Some(Self {
             states: matrix.states,
             columns: matrix.columns,
@@ -106,7 +97,7 @@ impl<S: Real> AffineFlow<S> {
             length,
             time_scale: if rate > 0.0 { 1.0 / rate } else { limit },
             phase_rate: field.phase_rate,
-            transition,
+            transition: RowTable::new(&transition, matrix.columns),
             turns: field
                 .multiples
                 .iter()
@@ -119,7 +110,7 @@ impl<S: Real> AffineFlow<S> {
             sizes: control.iter().map(|rows| largest(rows)).collect(),
             control: control
                 .iter()
-                .map(|rows| SeriesRow::new(rows, matrix.columns))
+                .map(|rows| RowTable::new(rows, matrix.columns))
                 .collect(),
             watched_series: watched.iter().map(table).collect(),
         })
@@ -178,12 +169,7 @@ impl<S: Real> AffineFlow<S> {
     /// The extended state a whole step later, but for the last component, which is 1.
     pub fn advance(&self, extended: &[S], out: &mut [S]) {
         let extended = &extended[..self.columns];
-        for (value, row) in out
-            .iter_mut()
-            .zip(self.transition.chunks_exact(self.columns))
-        {
-            *value = dot(row, extended);
-        }
+        self.transition.multiply(extended, &mut out[..self.states]);
         for (harmonic, &(cosine, sine)) in self.turns.iter().enumerate() {
             let place = self.states + 2 * harmonic;
             let (c, s) = (extended[place], extended[place + 1]);
@@ -193,15 +179,10 @@ impl<S: Real> AffineFlow<S> {
     }
 }
 
-/// Product of a row with the extended state.
-#[inline]
-pub fn dot<S: Scalar>(row: &[S], extended: &[S]) -> S {
-    let terms = row.iter().zip(extended);
-    terms.fold(S::zero(), |sum, (&a, &y)| a.mul_add(y, sum))
-}
-
 /// The states whose series are needed: `(i, Some(j))` where `x_i' = x_j` and `x_i` gives both.
-fn leading_states<S: Real>(derivatives: &[&[S]]) -> impl Iterator<Item = (usize, Option<usize>)> {
+pub(super) fn leading_states<S: Real>(
+    derivatives: &[&[S]],
+) -> impl Iterator<Item = (usize, Option<usize>)> {
     let count = derivatives.len();
     let slope_of = |state: usize| {
         let row = derivatives[state];
@@ -226,141 +207,4 @@ fn leading_states<S: Real>(derivatives: &[&[S]]) -> impl Iterator<Item = (usize,
         .map(|state| (state, slopes[state]))
         .collect();
     leading.into_iter()
-}
-
-/// `M`, by rows.
-struct Matrix<S> {
-    states: usize,
-    columns: usize,
-    rows: Vec<Vec<S>>,
-}
-
-impl<S: Real> Matrix<S> {
-    fn new(field: &AffineFieldRows<'_, S>) -> Self {
-        let states = field.derivatives.len();
-        let columns = states + 2 * field.multiples.len() + 1;
-        let mut rows: Vec<Vec<S>> = field.derivatives.iter().map(|row| row.to_vec()).collect();
-        rows.resize(columns, vec![S::zero(); columns]);
-        for (harmonic, &multiple) in field.multiples.iter().enumerate() {
-            let (cosine, sine) = (states + 2 * harmonic, states + 2 * harmonic + 1);
-            let rate = multiple * field.phase_rate;
-            rows[cosine][sine] = -rate;
-            rows[sine][cosine] = rate;
-        }
-        Self {
-            states,
-            columns,
-            rows,
-        }
-    }
-
-    /// `r M`.
-    fn apply(&self, row: &[S]) -> Vec<S> {
-        let mut image = vec![S::zero(); self.columns];
-        for (&factor, line) in row.iter().zip(&self.rows) {
-            if factor != S::zero() {
-                for (value, &entry) in image.iter_mut().zip(line) {
-                    *value = factor.mul_add(entry, *value);
-                }
-            }
-        }
-        image
-    }
-
-    /// `r M^k / k!` for as many `k` as the step needs: entry by entry until its terms are below the rounding of
-    /// its largest, so that units do not matter.
-    fn series(&self, row: Vec<S>, length: f64) -> Option<Vec<Vec<S>>> {
-        let mut largest = vec![0.0f64; self.columns];
-        let (mut rows, mut power, mut small) = (Vec::new(), 1.0, 0);
-        let mut row = row;
-        while small < 2 {
-            if rows.len() == MAX_TERMS || !row.iter().all(|value| value.is_finite()) {
-                return None;
-            }
-            let mut all_small = true;
-            for (largest, value) in largest.iter_mut().zip(&row) {
-                let term = value.magnitude() * power;
-                all_small &= term <= *largest * S::ROUNDOFF * 0.0625;
-                *largest = largest.max(term);
-            }
-            small = if all_small { small + 1 } else { 0 };
-            let next = self.apply(&row);
-            rows.push(row);
-            let divisor = S::one() / S::from_f64(rows.len() as f64);
-            row = next.into_iter().map(|value| value * divisor).collect();
-            power *= length;
-        }
-        Some(rows)
-    }
-
-    /// Estimate from above of the largest magnitude of an eigenvalue: `‖M^64‖^(1/64)`.
-    fn rate(&self) -> f64 {
-        let columns = self.columns;
-        let mut power: Vec<f64> = self.rows.iter().flatten().map(|v| v.to_f64()).collect();
-        let mut logarithm = 0.0;
-        for squaring in 0..7 {
-            let norm = power
-                .iter()
-                .fold(0.0f64, |norm, value| norm.max(value.abs()));
-            if norm == 0.0 {
-                return 0.0;
-            }
-            power.iter_mut().for_each(|value| *value /= norm);
-            logarithm = 2.0 * logarithm + norm.ln();
-            if squaring == 6 {
-                return (logarithm / 64.0).exp();
-            }
-            let mut square = vec![0.0; power.len()];
-            for (row, out) in power.chunks(columns).zip(square.chunks_mut(columns)) {
-                for (&factor, line) in row.iter().zip(power.chunks(columns)) {
-                    for (value, entry) in out.iter_mut().zip(line) {
-                        *value += factor * entry;
-                    }
-                }
-            }
-            power = square;
-        }
-        0.0
-    }
-}
-
-/// `Σ_k rows_k t^k`.
-fn sum_at<S: Real>(rows: &[Vec<S>], time: S) -> Vec<S> {
-    let mut sum = vec![S::zero(); rows[0].len()];
-    for row in rows.iter().rev() {
-        for (value, &coefficient) in sum.iter_mut().zip(row) {
-            *value = value.mul_add(time, coefficient);
-        }
-    }
-    sum
-}
-
-/// The largest magnitude in each column.
-fn largest(rows: &[Vec<f64>]) -> Vec<f64> {
-    let mut largest = vec![0.0f64; rows[0].len()];
-    for row in rows {
-        for (largest, value) in largest.iter_mut().zip(row) {
-            *largest = largest.max(value.abs());
-        }
-    }
-    largest
-}
-
-/// Rows of Bernstein coefficients of degree `len − 1` on `[0, length]`:
-/// `b_i = Σ_{k ≤ i} C(i, k) / C(n, k) c_k length^k`.
-fn control_rows<S: Real>(rows: &[Vec<S>], length: f64, len: usize) -> Vec<Vec<f64>> {
-    let columns = rows[0].len();
-    let degree = (len - 1) as f64;
-    let mut points = vec![vec![0.0; columns]; len];
-    for (i, point) in points.iter_mut().enumerate() {
-        let (mut factor, mut power) = (1.0, 1.0);
-        for (k, row) in rows.iter().enumerate().take(i + 1) {
-            for (value, &coefficient) in point.iter_mut().zip(row) {
-                *value += factor * power * coefficient.to_f64();
-            }
-            factor *= (i - k) as f64 / (degree - k as f64).max(1.0);
-            power *= length;
-        }
-    }
-    points
 }

@@ -50,7 +50,10 @@ impl<S: Real> Extended<S> {
         if self.theta == Some(theta) {
             return;
         }
-        self.theta = Some(theta);
+        let before = self.theta.replace(theta);
+        if before.is_some_and(|before| self.turn(theta - before)) {
+            return;
+        }
         let place = self.states..self.states + self.anchored.len();
         if self.anchor == Some(theta) {
             self.values[place].copy_from_slice(&self.anchored);
@@ -65,6 +68,21 @@ impl<S: Real> Extended<S> {
             self.anchor = Some(theta);
             self.anchored.copy_from_slice(&self.values[place]);
         }
+    }
+
+    /// Turns the harmonics by small angles `k change`; `false` where an angle is too large for that.
+    fn turn(&mut self, change: S) -> bool {
+        let place = self.states..self.states + self.anchored.len();
+        let small = |&multiple: &S| (multiple * change).magnitude() < (0.25 * S::ROUNDOFF).sqrt();
+        if !self.multiples.iter().all(small) {
+            return false;
+        }
+        let harmonics = self.values[place].chunks_exact_mut(2);
+        for (pair, &multiple) in harmonics.zip(&self.multiples) {
+            let (cosine, sine, angle) = (pair[0], pair[1], multiple * change);
+            pair.copy_from_slice(&[cosine - sine * angle, sine + cosine * angle]);
+        }
+        true
     }
 
     /// Takes over the extended state after a step, at a phase.

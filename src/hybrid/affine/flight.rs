@@ -4,7 +4,7 @@ use super::extended::Extended;
 use super::tools::Buffers;
 use crate::flow::AffineFlow;
 use crate::hybrid::flight::{Flight, Outlook};
-use crate::hybrid::passage::{Goal, Start};
+use crate::hybrid::passage::{Goal, Heading, Start};
 use crate::numeric::Real;
 
 /// A step of the exact flow: polynomials of the watched functions are formed when they are asked for.
@@ -16,7 +16,7 @@ pub(in crate::hybrid) struct AffineFlight<'t, S: Real> {
 }
 
 /// Share of the size of its terms within which a control point has no sign.
-const ROUNDING: f64 = 64.0 * f64::EPSILON;
+pub(super) const ROUNDING: f64 = 64.0 * f64::EPSILON;
 
 impl<'t, S: Real> AffineFlight<'t, S> {
     pub(super) fn new(
@@ -50,7 +50,7 @@ impl<S: Real> Flight<S> for AffineFlight<'_, S> {
         S::from_f64(self.flow.time_scale())
     }
 
-    fn outlook(&mut self, watch: usize, _length: S, start: &Start<S>, goal: &Goal<S>) -> Outlook {
+    fn outlook(&mut self, watch: usize, length: S, start: &Start<S>, goal: &Goal<S>) -> Outlook {
         let Buffers {
             control, rounded, ..
         } = &mut *self.buffers;
@@ -61,11 +61,12 @@ impl<S: Real> Flight<S> for AffineFlight<'_, S> {
             Goal::Minima => f64::INFINITY,
         };
         let seen = if near == 0.0 {
-            signs(control, *start != Start::Inside, rounding)
+            signs(control, start.may_be_zero(), rounding)
         } else {
             None
         };
-        let seen = seen.unwrap_or_else(|| turns(control, near, rounding));
+        let whole = length >= self.flow.length();
+        let seen = seen.unwrap_or_else(|| turns(control, near, rounding, whole));
         seen.in_time(self.flow.length().to_f64())
     }
 
@@ -115,12 +116,13 @@ impl<S: Real> Flight<S> for AffineFlight<'_, S> {
 ///
 /// A polynomial has no more zeros than its control points have changes of sign, and differs from that by an even
 /// number. The first point has no say where the step starts on a zero.
-fn signs(control: &[f64], on_zero: bool, rounding: f64) -> Option<Outlook> {
+#[inline(always)]
+pub(super) fn signs(control: &[f64], on_zero: bool, rounding: f64) -> Option<Outlook> {
     let rest = &control[usize::from(on_zero)..];
-    let positive = rest.iter().take_while(|&&b| b > rounding).count();
-    if positive == rest.len() {
-        return Some(Outlook::Quiet);
+    if all_above(rest, rounding) {
+        return Some(Outlook::QUIET);
     }
+    let positive = rest.iter().take_while(|&&b| b > rounding).count();
     if positive == 0 || !rest[positive..].iter().all(|&b| b < -rounding) {
         return None;
     }
@@ -130,16 +132,30 @@ fn signs(control: &[f64], on_zero: bool, rounding: f64) -> Option<Outlook> {
     Some(Outlook::OneCrossing { near: share })
 }
 
+/// Whether all are larger than a bound; most often they are, so that none is left out for being late.
+#[inline(always)]
+fn all_above(values: &[f64], bound: f64) -> bool {
+    let (chunks, rest) = values.as_chunks::<4>();
+    let mut above = [true; 4];
+    for chunk in chunks {
+        for (above, &value) in above.iter_mut().zip(chunk) {
+            *above &= value > bound;
+        }
+    }
+    above == [true; 4] && rest.iter().all(|&value| value > bound)
+}
+
 /// What the turns of a function's control points tell of its extrema on the step, gaps up to `near` being of interest.
 ///
 /// A polynomial has no more extrema than its control points, and differs from that by an even number; it lies
-/// between the least and the greatest of them, and starts and ends with the first and the last.
-fn turns(control: &[f64], near: f64, rounding: f64) -> Outlook {
+/// between the least and the greatest of them, and starts and ends with the first and the last. `whole`: nothing is cut
+/// off the step.
+fn turns(control: &[f64], near: f64, rounding: f64, whole: bool) -> Outlook {
     let lowest = control
         .iter()
         .fold(f64::INFINITY, |low, &b| if b < low { b } else { low });
     if lowest > near + rounding {
-        return Outlook::Quiet;
+        return Outlook::QUIET;
     }
     let last = control.len() - 1;
     let run = |from: usize, falls: bool| {
@@ -158,14 +174,22 @@ fn turns(control: &[f64], near: f64, rounding: f64) -> Outlook {
     if first == last {
         return match falls && control[last] <= rounding {
             true => Outlook::Monotone,
-            false => Outlook::Quiet,
+            false => Outlook::Quiet {
+                end: if falls {
+                    Heading::Falling
+                } else {
+                    Heading::Rising
+                },
+            },
         };
     }
     if first == 0 || run(first, !falls) != last {
         return Outlook::Open;
     }
-    if !falls && control[last] > rounding {
-        return Outlook::Quiet;
+    if !falls && whole && control[last] > rounding {
+        return Outlook::Quiet {
+            end: Heading::Falling,
+        };
     }
     let [before, at, after] = [control[first - 1], control[first], control[first + 1]];
     let offset = 0.5 * (before - after) / (before - 2.0 * at + after);
@@ -186,16 +210,23 @@ mod tests {
             [1.0, 2.0, 3.0, 1.0],
         ];
         for control in quiet {
-            assert_eq!(turns(&control, f64::INFINITY, 1e-9), Outlook::Quiet);
+            let seen = turns(&control, f64::INFINITY, 1e-9, true);
+            assert!(matches!(seen, Outlook::Quiet { .. }), "{seen:?}");
         }
         let dip = [3.0, 1.0, 0.5, 2.0, 4.0];
-        assert_eq!(turns(&dip, 0.0, 1e-9), Outlook::Quiet);
+        assert_eq!(turns(&dip, 0.0, 1e-9, true), Outlook::QUIET);
         assert!(matches!(
-            turns(&dip, 1.0, 1e-9),
+            turns(&dip, 1.0, 1e-9, true),
             Outlook::OneExtremum { near } if near > 0.25 && near < 0.75
         ));
-        assert_eq!(turns(&[3.0, 1.0, -1.0], 0.0, 1e-9), Outlook::Monotone);
-        assert_eq!(turns(&[1.0, 0.0, 1.0, 0.0, 1.0], 0.0, 1e-9), Outlook::Open);
-        assert_eq!(turns(&[1.0, 1.0 + 1e-12, 2.0], 2.0, 1e-9), Outlook::Open);
+        assert_eq!(turns(&[3.0, 1.0, -1.0], 0.0, 1e-9, true), Outlook::Monotone);
+        assert_eq!(
+            turns(&[1.0, 0.0, 1.0, 0.0, 1.0], 0.0, 1e-9, true),
+            Outlook::Open
+        );
+        assert_eq!(
+            turns(&[1.0, 1.0 + 1e-12, 2.0], 2.0, 1e-9, true),
+            Outlook::Open
+        );
     }
 }

@@ -2,12 +2,14 @@
 
 use super::extended::Extended;
 use super::flight::AffineFlight;
+use super::leap::{Leap, LeapBuffers, Leaper};
 use super::{AffineSurface, AffineSystem};
-use crate::flow::{AffineFieldRows, AffineFlow, AffineRows, dot};
+use crate::flow::{AffineFieldRows, AffineFlow, AffineLeaps, AffineRows, RowTable};
+use crate::hybrid::landing::{Closing, Landing};
 use crate::hybrid::motion::Motion;
 use crate::hybrid::sensing::Sense;
 use crate::hybrid::system::Regime;
-use crate::numeric::Real;
+use crate::numeric::{Real, widest};
 
 /// The affine side of a simulator.
 #[derive(Clone, Debug)]
@@ -33,14 +35,21 @@ pub(super) struct Buffers<S> {
 struct Tables<S: Real> {
     /// `None` where the series of free flight do not end within the numbers of the type.
     free: Option<AffineFlow<S>>,
+    /// Of free flight, and what they work on; computed when first needed.
+    leaps: Option<Option<(AffineLeaps<S>, LeapBuffers<S>)>>,
+    /// Rows of the derivatives of the states in free flight.
+    rates: RowTable<S>,
     surfaces: Vec<SurfaceTables<S>>,
 }
 
 #[derive(Clone, Debug)]
 struct SurfaceTables<S: Real> {
-    /// Rows of `h, h', h'', h'''` along the free flow.
-    normal: [Vec<S>; 4],
-    reset: Option<Vec<Vec<S>>>,
+    event: Vec<S>,
+    /// `h, h', h'', h'''` along the free flow.
+    normal: RowTable<S>,
+    reset: Option<RowTable<S>>,
+    /// The release function and its derivative along the free flow.
+    release: Option<RowTable<S>>,
     contact: Option<AffineFlow<S>>,
 }
 
@@ -104,6 +113,40 @@ impl<'a, S: Real> AffineTools<'a, S> {
         ))
     }
 
+    /// Flies freely for a time, at most, with nothing asked for but contacts, and writes the state where that ends;
+    /// `None` where the field has no tables for it.
+    pub(in crate::hybrid) fn leap(
+        &mut self,
+        motion: &mut Motion<S>,
+        parameters: &[S],
+        longest: S,
+    ) -> Option<Leap<S>> {
+        self.prepare(parameters);
+        let (system, tables) = (self.system, self.tables.as_mut()?);
+        let leaps = tables.leaps.get_or_insert_with(|| {
+            let leaps = system.free_leaps(parameters)?;
+            let buffers =
+                LeapBuffers::new(&leaps, system.expressions.columns(), system.surfaces.len());
+            Some((leaps, buffers))
+        });
+        let (leaps, buffers) = leaps.as_mut()?;
+        self.extended.take(&motion.state, motion.reference_phase);
+        let states = system.expressions.states();
+        let leap = widest(Leaper {
+            leaps,
+            extended: &self.extended.values,
+            buffers,
+            longest,
+            leaving: &motion.leaving,
+            states: &mut motion.state[..states],
+        });
+        if let Some(phase) = motion.state.get_mut(states) {
+            *phase = leaps.phase_rate().mul_add(leap.time(), *phase);
+        }
+        motion.last_step = S::from_f64(leaps.time_scale());
+        Some(leap)
+    }
+
     /// The normal motion at a surface, along the free flow.
     pub(in crate::hybrid) fn sense(
         &mut self,
@@ -116,16 +159,45 @@ impl<'a, S: Real> AffineTools<'a, S> {
         tables.free.as_ref()?;
         self.extended.take(&motion.state, motion.reference_phase);
         let values = &self.extended.values;
-        let normal = &tables.surfaces[surface].normal;
-        let terms = normal[0].iter().zip(values).take(values.len() - 1);
+        let SurfaceTables { event, normal, .. } = &tables.surfaces[surface];
+        let terms = event.iter().zip(values).take(values.len() - 1);
         let size = terms.fold(S::zero(), |size, (&a, &y)| size.max((a * y).abs()));
+        let mut motion = [S::zero(); 4];
+        normal.multiply(values, &mut motion);
+        let [gap, velocity, acceleration, jerk] = motion;
         Some(Sense {
-            gap: dot(&normal[0], values),
-            velocity: dot(&normal[1], values),
-            acceleration: dot(&normal[2], values),
-            jerk: dot(&normal[3], values),
+            gap,
+            velocity,
+            acceleration,
+            jerk,
             rounding: S::from_f64(16.0 * S::ROUNDOFF) * size,
         })
+    }
+
+    /// The function that is zero where a flight has landed, and the rates of the free flow.
+    pub(in crate::hybrid) fn closing(
+        &mut self,
+        landing: Landing,
+        motion: &Motion<S>,
+        parameters: &[S],
+        rates: &mut [S],
+    ) -> Option<Closing<S>> {
+        self.prepare(parameters);
+        let tables = self.tables.as_ref()?;
+        let flow = tables.free.as_ref()?;
+        let rows = match landing {
+            Landing::Contact { surface } => &tables.surfaces[surface].normal,
+            Landing::Release { surface } => tables.surfaces[surface].release.as_ref()?,
+        };
+        self.extended.take(&motion.state, motion.reference_phase);
+        let values = &self.extended.values;
+        rates.fill(flow.phase_rate());
+        let states = self.system.expressions.states();
+        tables.rates.multiply(values, &mut rates[..states]);
+        let mut closing = [S::zero(); 2];
+        rows.multiply(values, &mut closing);
+        let [value, slope] = closing;
+        Some(Closing { value, slope })
     }
 
     /// Writes the state after an impact; `false` where the reset is not affine.
@@ -141,10 +213,36 @@ impl<'a, S: Real> AffineTools<'a, S> {
             return false;
         };
         self.extended.take(&motion.state, motion.reference_phase);
-        for (value, row) in motion.state.iter_mut().zip(reset) {
-            *value = dot(row, &self.extended.values);
-        }
+        let states = self.system.expressions.states();
+        reset.multiply(&self.extended.values, &mut motion.state[..states]);
         true
+    }
+}
+
+impl AffineSystem {
+    /// The field of free flight from its rows.
+    fn free_field<'r, S: Real>(
+        &self,
+        rows: &'r AffineRows<S>,
+        derivatives: &'r [&'r [S]],
+        watched: &'r [&'r [S]],
+    ) -> AffineFieldRows<'r, S> {
+        let one = self.expressions.columns() - 1;
+        let rate = self.phase_rate.map(|rate| rows.rows[rate][one]);
+        AffineFieldRows {
+            derivatives,
+            watched,
+            phase_rate: rate.unwrap_or(S::zero()),
+            multiples: &rows.multiples,
+        }
+    }
+
+    fn free_leaps<S: Real>(&self, parameters: &[S]) -> Option<AffineLeaps<S>> {
+        let rows = self.expressions.at(parameters);
+        let row = |&place: &usize| rows.rows[place].as_slice();
+        let events: Vec<&[S]> = self.surfaces.iter().map(|s| row(&s.event)).collect();
+        let free: Vec<&[S]> = self.free.iter().map(row).collect();
+        AffineLeaps::new(&self.free_field(&rows, &free, &events))
     }
 }
 
@@ -153,20 +251,20 @@ impl<S: Real> Tables<S> {
         let row = |&place: &usize| rows.rows[place].as_slice();
         let events: Vec<&[S]> = system.surfaces.iter().map(|s| row(&s.event)).collect();
         let free: Vec<&[S]> = system.free.iter().map(row).collect();
-        let one = system.expressions.columns() - 1;
-        let rate = system.phase_rate.map(|rate| rows.rows[rate][one]);
-        let field = AffineFieldRows {
-            derivatives: &free,
-            watched: &events,
-            phase_rate: rate.unwrap_or(S::zero()),
-            multiples: &rows.multiples,
-        };
+        let field = system.free_field(rows, &free, &events);
+        let columns = system.expressions.columns();
+        let table = |rows: Vec<Vec<S>>| RowTable::new(&rows, columns);
         let surface = |surface: &AffineSurface| SurfaceTables {
-            normal: normal(&field, row(&surface.event)),
+            event: row(&surface.event).to_vec(),
+            normal: table(derivatives(&field, row(&surface.event), 4)),
             reset: surface.reset.as_ref().map(|reset| {
                 let image = reset.iter().map(|place| row(place).to_vec());
-                image.collect()
+                table(image.collect())
             }),
+            release: surface
+                .contact
+                .as_ref()
+                .map(|contact| table(derivatives(&field, row(&contact.release), 2))),
             contact: surface.contact.as_ref().and_then(|contact| {
                 let derivatives: Vec<&[S]> = contact.derivatives.iter().map(row).collect();
                 let others = contact.others.iter().map(|&other| events[other]);
@@ -181,15 +279,21 @@ impl<S: Real> Tables<S> {
         };
         Self {
             free: AffineFlow::new(&field),
+            leaps: None,
+            rates: table(free.iter().map(|row| row.to_vec()).collect()),
             surfaces: system.surfaces.iter().map(surface).collect(),
         }
     }
 }
 
-/// Rows of a function and its first three derivatives along a field.
-fn normal<S: Real>(field: &AffineFieldRows<'_, S>, event: &[S]) -> [Vec<S>; 4] {
-    let first = field.lie_derivative(event);
-    let second = field.lie_derivative(&first);
-    let third = field.lie_derivative(&second);
-    [event.to_vec(), first, second, third]
+/// Rows of a function and of its derivatives along a field, `count` in all.
+fn derivatives<S: Real>(
+    field: &AffineFieldRows<'_, S>,
+    function: &[S],
+    count: usize,
+) -> Vec<Vec<S>> {
+    let next = |row: &Vec<S>| Some(field.lie_derivative(row));
+    std::iter::successors(Some(function.to_vec()), next)
+        .take(count)
+        .collect()
 }

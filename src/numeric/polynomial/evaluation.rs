@@ -23,7 +23,7 @@ pub fn value<S: Scalar>(coefficients: &[S], time: S) -> S {
 }
 
 /// The value and the derivative at `time` of the polynomial with these ascending coefficients.
-#[inline]
+#[inline(always)]
 pub fn value_and_slope<S: Scalar>(coefficients: &[S], time: S) -> (S, S) {
     let square = time * time;
     let quartic = square * square;

@@ -1,0 +1,67 @@
+//! Rows over the extended state that are multiplied with it together, such as the coefficients of a power series.
+
+use crate::numeric::Scalar;
+
+/// Coefficients that are formed together, for the processor's lanes.
+const BLOCK: usize = 4;
+
+/// Rows over the extended state.
+///
+/// They stand in blocks of four, in each block all columns one after another.
+#[derive(Clone, Debug)]
+pub struct RowTable<S> {
+    columns: usize,
+    blocks: Vec<[S; BLOCK]>,
+}
+
+/// Length of series of a degree, whole blocks.
+pub(super) fn padded(coefficients: usize) -> usize {
+    coefficients.div_ceil(BLOCK) * BLOCK
+}
+
+impl<S: Scalar> RowTable<S> {
+    /// From its rows; padded with zeros to whole blocks.
+    pub fn new(rows: &[Vec<S>], columns: usize) -> Self {
+        let mut blocks = Vec::new();
+        for block in rows.chunks(BLOCK) {
+            for column in 0..columns {
+                let value = |row: usize| block.get(row).map_or(S::zero(), |row| row[column]);
+                blocks.push(std::array::from_fn(value));
+            }
+        }
+        Self { columns, blocks }
+    }
+
+    /// The product of every row with the extended state, into `out`, of the padded length.
+    #[inline(always)]
+    pub(super) fn combine(&self, extended: &[S], out: &mut [S]) {
+        let extended = &extended[..self.columns];
+        let (out, _) = out.as_chunks_mut::<BLOCK>();
+        for (out, block) in out.iter_mut().zip(self.blocks.chunks_exact(self.columns)) {
+            *out = products(extended, block);
+        }
+    }
+
+    /// The products of the first rows with the extended state, as many as `out` holds.
+    #[inline(always)]
+    pub fn multiply(&self, extended: &[S], out: &mut [S]) {
+        let extended = &extended[..self.columns];
+        let blocks = self.blocks.chunks_exact(self.columns);
+        for (out, block) in out.chunks_mut(BLOCK).zip(blocks) {
+            for (out, product) in out.iter_mut().zip(products(extended, block)) {
+                *out = product;
+            }
+        }
+    }
+}
+
+#[inline(always)]
+fn products<S: Scalar>(extended: &[S], block: &[[S; BLOCK]]) -> [S; BLOCK] {
+    let mut sum = [S::zero(); BLOCK];
+    for (&y, coefficients) in extended.iter().zip(block) {
+        for lane in 0..BLOCK {
+            sum[lane] = y.mul_add(coefficients[lane], sum[lane]);
+        }
+    }
+    sum
+}

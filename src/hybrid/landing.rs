@@ -1,0 +1,107 @@
+//! The state brought onto the surface it was flown to.
+//!
+//! The time of an event is a root of a polynomial and the state there the value of others: it lies beside the surface by
+//! the rounding of its largest component, and a stiff contact multiplies that distance by its acceleration. One step of
+//! Newton's method along the *free* flow,
+//!
+//! ```text
+//! x += f s,   t += s,   s = −g(x) / L_f g(x),
+//! ```
+//!
+//! leaves the rounding of `g` alone. `g` is the gap where a contact begins, the release function where one ends; see
+//! docs/mathematics/direct-simulation.md for why the free flow serves both.
+
+use super::simulator::Simulator;
+use super::system::Regime;
+use crate::numeric::Real;
+
+/// The function that is zero where a flight has landed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Landing {
+    /// The gap of a surface.
+    Contact {
+        /// The surface.
+        surface: usize,
+    },
+    /// The release function of a compliant surface.
+    Release {
+        /// The surface.
+        surface: usize,
+    },
+}
+
+/// Value and slope of a function where a flight has landed.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Closing<S> {
+    pub(super) value: S,
+    /// Along the free flow.
+    pub(super) slope: S,
+}
+
+/// Share of itself to which a step of Newton's method must reduce a distance that is more than rounding.
+const REDUCED: f64 = 0.5;
+
+impl<S: Real> Simulator<'_, S> {
+    /// Brings the state onto the zero it has landed beside, where it meets it transversally.
+    ///
+    /// NOTE: where the step does not halve the distance, `|g g''| > g'²`, the depth of the approach is itself within
+    /// the rounding of `g`: nothing is known that a correction could restore, and the state stays where it is.
+    pub(super) fn settle_on(&mut self, landing: Landing) {
+        let falling = match landing {
+            Landing::Contact { .. } => S::one(),
+            Landing::Release { .. } => self.motion.release_sign,
+        };
+        let Some(Closing { value, slope }) = self.closing(landing) else {
+            return;
+        };
+        if value == S::zero() || slope * falling >= S::zero() {
+            return;
+        }
+        let shift = -value / slope;
+        self.work.next.copy_from_slice(&self.motion.state);
+        for (state, &rate) in self.motion.state.iter_mut().zip(&self.work.rates) {
+            *state = rate.mul_add(shift, *state);
+        }
+        let closer = |after: Closing<S>| after.value.abs() <= value.abs() * S::from_f64(REDUCED);
+        if self.closing(landing).is_some_and(closer) {
+            self.motion.time += shift;
+        } else {
+            self.motion.state.copy_from_slice(&self.work.next);
+        }
+    }
+
+    /// The same at the end of a compliant contact; a resting contact ends where nothing jumps.
+    pub(super) fn settle_on_release(&mut self) {
+        if let Regime::Contact { surface } = self.motion.regime {
+            self.settle_on(Landing::Release { surface });
+        }
+    }
+
+    /// The function at the present state, the rates of the free flow put to the working memory; `None` for a surface
+    /// that has none.
+    fn closing(&mut self, landing: Landing) -> Option<Closing<S>> {
+        let Self {
+            affine,
+            motion,
+            parameters,
+            work,
+            surfaces,
+            ..
+        } = self;
+        let exact = affine
+            .as_mut()
+            .and_then(|tools| tools.closing(landing, motion, parameters, &mut work.rates));
+        exact.or_else(|| {
+            let landing = match landing {
+                Landing::Contact { surface } => Some(&mut surfaces[surface].contact),
+                Landing::Release { surface } => surfaces[surface].release.as_mut(),
+            }?;
+            let (&[value, slope], rates) = landing
+                .evaluate(&motion.state, parameters)
+                .split_first_chunk()?;
+            let dimension = work.rates.len();
+            work.rates.copy_from_slice(&rates[..dimension]);
+            Some(Closing { value, slope })
+        })
+    }
+}
