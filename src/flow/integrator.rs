@@ -4,6 +4,7 @@
 
 use super::FlowError;
 use super::field::Field;
+use super::series::Series;
 use super::step_control::{component_step, margin_for, order_for_numbers};
 use crate::numeric::Real;
 
@@ -15,13 +16,10 @@ use crate::numeric::Real;
 #[derive(Clone, Debug)]
 pub struct Integrator<'a, S: Real> {
     field: &'a Field,
-    order: usize,
     max_step: f64,
     /// Margin of the step per degree.
     margin: f64,
-    /// `1/k` for every power of time.
-    inverses: Vec<S>,
-    tape: Vec<S>,
+    series: Series<'a, S>,
 }
 
 /// One Taylor step: polynomials in the time since its start, valid on `[0, length]`
@@ -29,8 +27,7 @@ pub struct Integrator<'a, S: Real> {
 #[derive(Clone, Copy, Debug)]
 pub struct Step<'s, S: Real> {
     field: &'s Field,
-    tape: &'s [S],
-    order: usize,
+    series: &'s Series<'s, S>,
     margin: f64,
     /// Length of the interval on which the polynomials meet the tolerance, positive and finite.
     pub length: S,
@@ -51,17 +48,12 @@ impl<'a, S: Real> Integrator<'a, S> {
     /// An integrator with a relative local tolerance, at least the scalar's roundoff.
     pub fn with_tolerance(field: &'a Field, tolerance: f64) -> Self {
         let tolerance = tolerance.max(S::ROUNDOFF);
-        let order = order_for_numbers::<S>(tolerance);
-        let tape = vec![S::zero(); field.time_program().slots() * (order + 1)];
+        let series = Series::new(field.series(), order_for_numbers::<S>(tolerance));
         Self {
             field,
-            order,
             max_step: DEFAULT_MAX_STEP,
-            margin: margin_for(tolerance, order),
-            inverses: (0..=order)
-                .map(|k| S::one() / S::from_f64(k.max(1) as f64))
-                .collect(),
-            tape,
+            margin: margin_for(tolerance, series.order()),
+            series,
         }
     }
 
@@ -72,7 +64,7 @@ impl<'a, S: Real> Integrator<'a, S> {
 
     /// Order of the method.
     pub fn order(&self) -> usize {
-        self.order
+        self.series.order()
     }
 
     /// Expands the solution about a state.
@@ -84,39 +76,34 @@ impl<'a, S: Real> Integrator<'a, S> {
     /// [`FlowError::NotFinite`] if a coefficient of the solution is not finite, or no step is long
     /// enough to be a number.
     pub fn step(&mut self, state: &[S], parameters: &[S]) -> Result<Step<'_, S>, FlowError> {
-        let len = self.order + 1;
-        for (input, &value) in state.iter().chain(parameters).enumerate() {
-            self.tape[input * len] = value;
-        }
-        self.field.expand(&self.inverses, &mut self.tape);
+        self.series.expand(state, parameters);
         let length = S::from_f64(self.step_length()?);
         Ok(Step {
             field: self.field,
-            tape: &self.tape,
-            order: self.order,
+            series: &self.series,
             margin: self.margin,
             length,
         })
     }
 
     fn step_length(&self) -> Result<f64, FlowError> {
-        let len = self.order + 1;
+        let order = self.order();
         let mut step = self.max_step;
         for component in 0..self.field.dimension() {
-            let coefficients = &self.tape[component * len..(component + 1) * len];
+            let coefficients = self.series.coefficients(component);
             if let Some(degree) = coefficients.iter().position(|value| !value.is_finite()) {
                 return Err(FlowError::NotFinite { degree });
             }
             step = step.min(component_step(
                 |degree| coefficients[degree].magnitude(),
-                len - 1,
+                order,
                 self.margin,
             ));
         }
         if step > 0.0 {
             Ok(step)
         } else {
-            Err(FlowError::NotFinite { degree: self.order })
+            Err(FlowError::NotFinite { degree: order })
         }
     }
 
@@ -172,7 +159,7 @@ impl<S: Real> Step<'_, S> {
     /// Length on which a watched function's polynomial meets the tolerance as the states' do.
     pub(crate) fn watched_length(&self, watched: usize) -> f64 {
         let value = self.watched_coefficients(watched);
-        component_step(|degree| value[degree].magnitude(), self.order, self.margin)
+        component_step(|degree| value[degree].magnitude(), value.len() - 1, self.margin)
     }
 
     /// The state at a time since the start of the step.
@@ -188,8 +175,7 @@ impl<S: Real> Step<'_, S> {
     }
 
     fn slot(&self, slot: usize) -> &[S] {
-        let len = self.order + 1;
-        &self.tape[slot * len..(slot + 1) * len]
+        self.series.coefficients(slot)
     }
 }
 

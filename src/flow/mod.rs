@@ -12,6 +12,7 @@ mod local_series;
 mod program;
 #[cfg(test)]
 mod samples;
+mod series;
 mod step_control;
 mod time_expansion;
 mod values;
