@@ -5,8 +5,8 @@
 use super::FlowError;
 use super::field::Field;
 use super::series::Series;
-use super::step_control::{component_step, margin_for, order_for_numbers};
-use crate::numeric::Real;
+use super::step_control::{log2_step, margin_for, order_for_numbers};
+use crate::numeric::{Real, polynomial};
 
 /// Taylor integrator of one field over `f64` or double-double.
 ///
@@ -29,9 +29,13 @@ pub struct Step<'s, S: Real> {
     field: &'s Field,
     series: &'s Series<'s, S>,
     margin: f64,
+    log2_length: f64,
     /// Length of the interval on which the polynomials meet the tolerance, positive and finite.
     pub length: S,
 }
+
+/// Most coefficients of which a bound is formed; tolerances of the scalars here need fewer.
+const MOST_COEFFICIENTS: usize = 64;
 
 /// Most steps one flow may take.
 const MAX_STEPS: usize = 1_000_000;
@@ -77,34 +81,34 @@ impl<'a, S: Real> Integrator<'a, S> {
     /// enough to be a number.
     pub fn step(&mut self, state: &[S], parameters: &[S]) -> Result<Step<'_, S>, FlowError> {
         self.series.expand(state, parameters);
-        let length = S::from_f64(self.step_length()?);
+        let log2_length = self.log2_length()?;
+        let length = log2_length.exp2().min(self.max_step);
+        if !(length > 0.0) {
+            let degree = self.order();
+            return Err(FlowError::NotFinite { degree });
+        }
         Ok(Step {
             field: self.field,
             series: &self.series,
             margin: self.margin,
-            length,
+            log2_length,
+            length: S::from_f64(length),
         })
     }
 
-    fn step_length(&self) -> Result<f64, FlowError> {
-        let order = self.order();
-        let mut step = self.max_step;
+    /// Binary logarithm of the length of the step.
+    fn log2_length(&self) -> Result<f64, FlowError> {
+        let mut length = self.max_step.log2();
         for component in 0..self.field.dimension() {
             let coefficients = self.series.coefficients(component);
-            if let Some(degree) = coefficients.iter().position(|value| !value.is_finite()) {
+            if !are_finite(coefficients) {
+                let found = coefficients.iter().position(|value| !value.is_finite());
+                let degree = found.unwrap_or(self.order());
                 return Err(FlowError::NotFinite { degree });
             }
-            step = step.min(component_step(
-                |degree| coefficients[degree].magnitude(),
-                order,
-                self.margin,
-            ));
+            length = length.min(log2_step_of(coefficients, self.margin));
         }
-        if step > 0.0 {
-            Ok(step)
-        } else {
-            Err(FlowError::NotFinite { degree: order })
-        }
+        Ok(length)
     }
 
     /// The state after a duration of either sign.
@@ -156,27 +160,62 @@ impl<S: Real> Step<'_, S> {
         )
     }
 
-    /// Length on which a watched function's polynomial meets the tolerance as the states' do.
+    /// Length on which a watched function's polynomial meets the tolerance as the states' do, infinite where it is
+    /// not shorter than the step.
     pub(crate) fn watched_length(&self, watched: usize) -> f64 {
+        let length = log2_step_of(self.watched_coefficients(watched), self.margin);
+        if length < self.log2_length {
+            length.exp2()
+        } else {
+            f64::INFINITY
+        }
+    }
+
+    /// A lower bound of a watched function on `[0, length]`: `g_0 − Σ_{k>0} |g_k| L^k`.
+    pub(crate) fn watched_lower_bound(&self, watched: usize, length: f64) -> f64 {
         let value = self.watched_coefficients(watched);
-        component_step(|degree| value[degree].magnitude(), value.len() - 1, self.margin)
+        let mut sizes = [0.0; MOST_COEFFICIENTS];
+        let Some(sizes) = sizes.get_mut(..value.len()) else {
+            return f64::NEG_INFINITY;
+        };
+        for (size, coefficient) in sizes.iter_mut().zip(value).skip(1) {
+            *size = coefficient.magnitude();
+        }
+        value[0].to_f64() - polynomial::value(sizes, length)
     }
 
     /// The state at a time since the start of the step.
     pub fn state_at(&self, time: S, state: &mut [S]) {
         for (component, value) in state.iter_mut().enumerate() {
-            *value = horner(self.state_coefficients(component), time);
+            *value = self.component_at(component, time);
         }
     }
 
     /// A state component at a time since the start of the step.
     pub fn component_at(&self, component: usize, time: S) -> S {
-        horner(self.state_coefficients(component), time)
+        polynomial::value(self.state_coefficients(component), time)
     }
 
     fn slot(&self, slot: usize) -> &[S] {
         self.series.coefficients(slot)
     }
+}
+
+fn log2_step_of<S: Real>(coefficients: &[S], margin: f64) -> f64 {
+    let magnitude = |degree: usize| coefficients[degree].magnitude();
+    log2_step(magnitude, coefficients.len() - 1, margin)
+}
+
+/// Whether all coefficients are finite.
+fn are_finite<S: Real>(coefficients: &[S]) -> bool {
+    let mut zeros = [0.0; 4];
+    let (chunks, rest) = coefficients.as_chunks::<4>();
+    for chunk in chunks {
+        for (zero, value) in zeros.iter_mut().zip(chunk) {
+            *zero += value.magnitude() * 0.0;
+        }
+    }
+    zeros == [0.0; 4] && rest.iter().all(|value| value.is_finite())
 }
 
 /// Value of a polynomial, coefficients in ascending powers.

@@ -8,7 +8,7 @@
 //!   coefficients vanish (the phase of a forcing, a polynomial) does not speak;
 //! * it is measured against its largest term, not `x_0` alone, which may vanish (at rest, or the parts
 //!   of a jet that the flow has not filled yet): `h` is the largest step with
-//!   `|x_k| h^k ≤ ε_k max_j |x_j| h^j`, where `ε_k = e^{−k(2 + 0.7/(n−1))}`;
+//!   `|x_k| h^k ≤ ε_k max_j |x_j| h^j`, `j` in the lower half, where `ε_k = e^{−k(2 + 0.7/(n−1))}`;
 //! * the last three coefficients are looked at, not two, for fields with symmetries.
 
 use crate::numeric::{Real, Scalar};
@@ -49,24 +49,40 @@ const TAIL: usize = 3;
 /// Longest admissible step of one component from the magnitudes of its Taylor coefficients, with a margin per degree;
 /// infinite if the last ones vanish.
 pub(crate) fn component_step(magnitudes: impl Fn(usize) -> f64, order: usize, margin: f64) -> f64 {
+    log2_step(magnitudes, order, margin).exp2()
+}
+
+/// Binary logarithm of [`component_step`].
+#[inline]
+pub(crate) fn log2_step(magnitudes: impl Fn(usize) -> f64, order: usize, margin: f64) -> f64 {
     let margin = margin * std::f64::consts::LOG2_E;
+    let tails = (order + 1).saturating_sub(TAIL).max(1)..=order;
     let mut heads = [f64::NEG_INFINITY; MAX_HEADS];
-    let heads = &mut heads[..(order / 2 + 1).min(MAX_HEADS)];
+    let heads = &mut heads[..(tails.start() / 2 + 1).min(MAX_HEADS)];
+    let mut has_heads = false;
+    let mut step = f64::INFINITY;
+    for degree in tails {
+        let tail = magnitudes(degree);
+        if tail > 0.0 {
+            if !has_heads {
+                fill(heads, &magnitudes);
+                has_heads = true;
+            }
+            step = step.min(log2_step_of(heads, &magnitudes, degree, log2(tail), margin));
+        }
+    }
+    step
+}
+
+/// `log2 |x_j|`.
+#[inline(always)]
+fn fill(heads: &mut [f64], magnitudes: impl Fn(usize) -> f64) {
     for (degree, head) in heads.iter_mut().enumerate() {
         let magnitude = magnitudes(degree);
         if magnitude > 0.0 {
             *head = log2(magnitude);
         }
     }
-    let mut step = f64::INFINITY;
-    for degree in (order + 1).saturating_sub(TAIL).max(1)..=order {
-        let tail = magnitudes(degree);
-        if tail > 0.0 {
-            let heads = &heads[..(degree / 2 + 1).min(MAX_HEADS)];
-            step = step.min(log2_step(heads, &magnitudes, degree, log2(tail), margin));
-        }
-    }
-    step.exp2()
 }
 
 /// Most of the first coefficients that are looked at.
@@ -87,7 +103,8 @@ const INVERSES: [f64; 256] = {
 ///
 /// NOTE: where the first term that does not vanish is in the upper half, the condition would ask for a
 /// tiny step though the component is itself tiny; there the radius of convergence alone decides.
-fn log2_step(
+#[inline(always)]
+fn log2_step_of(
     heads: &[f64],
     magnitudes: impl Fn(usize) -> f64,
     degree: usize,
@@ -104,7 +121,7 @@ fn log2_step(
     if step > f64::NEG_INFINITY {
         return step;
     }
-    let first = (degree / 2 + 1..degree).find(|&lower| magnitudes(lower) > 0.0);
+    let first = (heads.len()..degree).find(|&lower| magnitudes(lower) > 0.0);
     first.map_or(f64::INFINITY, |lower| {
         (log2(magnitudes(lower)) - tail) / (degree - lower) as f64 - margin
     })
@@ -115,7 +132,7 @@ fn log2_step(
 /// NOTE: in a step length the error is divided by the order, so this is good to half a percent.
 fn log2(value: f64) -> f64 {
     const MANTISSA: f64 = 4_503_599_627_370_496.0;
-    value.to_bits() as f64 / MANTISSA - 1023.0
+    value.to_bits().cast_signed() as f64 * (1.0 / MANTISSA) - 1023.0
 }
 
 #[cfg(test)]
