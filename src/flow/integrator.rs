@@ -34,9 +34,6 @@ pub struct Step<'s, S: Real> {
     pub length: S,
 }
 
-/// Most coefficients of which a bound is formed; tolerances of the scalars here need fewer.
-const MOST_COEFFICIENTS: usize = 64;
-
 /// Most steps one flow may take.
 const MAX_STEPS: usize = 1_000_000;
 
@@ -171,17 +168,16 @@ impl<S: Real> Step<'_, S> {
         }
     }
 
-    /// A lower bound of a watched function on `[0, length]`: `g_0 − Σ_{k>0} |g_k| L^k`.
+    /// A lower bound of a watched function on `[0, length]`: the least value of its first three terms, less the sizes of the others.
     pub(crate) fn watched_lower_bound(&self, watched: usize, length: f64) -> f64 {
-        let value = self.watched_coefficients(watched);
-        let mut sizes = [0.0; MOST_COEFFICIENTS];
-        let Some(sizes) = sizes.get_mut(..value.len()) else {
+        let [first, second, third, rest @ ..] = self.watched_coefficients(watched) else {
             return f64::NEG_INFINITY;
         };
-        for (size, coefficient) in sizes.iter_mut().zip(value).skip(1) {
-            *size = coefficient.magnitude();
-        }
-        value[0].to_f64() - polynomial::value(sizes, length)
+        let [a, b, c] = [first, second, third].map(|value| value.to_f64());
+        let at = |time: f64| (c * time + b) * time + a;
+        let turn = (-0.5 * b / c).clamp(0.0, length);
+        let least = a.min(at(length)).min(if c > 0.0 { at(turn) } else { a });
+        least - polynomial::size(rest, length) * length * length * length
     }
 
     /// The state at a time since the start of the step.

@@ -16,6 +16,14 @@ use crate::numeric::Scalar;
 use block::{BLOCK, Block};
 use instruction::{Factor, Instruction};
 
+/// Most blocks of a series: order 39, which double-double takes.
+///
+/// NOTE: all series have this room, so that their places are known without a multiplication and a check.
+const MOST_BLOCKS: usize = 10;
+
+/// The blocks of a series.
+type Blocks<S> = [Block<S>; MOST_BLOCKS];
+
 /// A field's program for series in time, with numbers as coefficients.
 #[derive(Clone, Debug)]
 pub(super) struct SeriesProgram {
@@ -27,12 +35,9 @@ pub(super) struct SeriesProgram {
     factors: Vec<Vec<Factor>>,
     constants: ConstantSlots,
     tables: Vec<PhaseTable>,
-    /// Functions of the phase, in groups of instructions that need each other.
-    before: Vec<Vec<Instruction>>,
-    /// What the derivatives need of the states, and the integrals of these.
-    during: Vec<Instruction>,
-    /// All else.
-    after: Vec<Vec<Instruction>>,
+    /// Groups of instructions that need each other: functions of the phase, then what the derivatives need of the states
+    /// with the integrals of these, then all else.
+    groups: Vec<Vec<Instruction>>,
 }
 
 /// Slots of which the parameters and the phases say everything.
@@ -59,26 +64,26 @@ pub(super) struct Series<'p, S> {
     program: &'p SeriesProgram,
     /// Blocks of a series.
     blocks: usize,
-    tape: Vec<Block<S>>,
+    tape: Vec<Blocks<S>>,
     factors: Vec<S>,
     /// `1/(k + 1)`.
-    inverses: Vec<Block<S>>,
+    inverses: Blocks<S>,
     parameters: Option<Vec<S>>,
 }
 
 impl<'p, S: Scalar> Series<'p, S> {
-    /// Series up to an order at least the one given.
+    /// Series up to an order at least the one given, or the highest there is.
     pub(super) fn new(program: &'p SeriesProgram, order: usize) -> Self {
-        let blocks = order / BLOCK + 1;
+        let blocks = (order / BLOCK + 1).min(MOST_BLOCKS);
         let inverse = |k: usize| S::one() / S::from_f64((k + 1) as f64);
         Self {
             program,
             blocks,
-            tape: vec![[S::zero(); BLOCK]; program.slots * blocks],
+            tape: vec![[[S::zero(); BLOCK]; MOST_BLOCKS]; program.slots],
             factors: vec![S::zero(); program.factors.len()],
-            inverses: (0..blocks)
-                .map(|block| std::array::from_fn(|i| inverse(BLOCK * block + i)))
-                .collect(),
+            inverses: std::array::from_fn(|block| {
+                std::array::from_fn(|i| inverse(BLOCK * block + i))
+            }),
             parameters: None,
         }
     }
@@ -91,7 +96,7 @@ impl<'p, S: Scalar> Series<'p, S> {
     /// Coefficients of a slot of the program, in ascending powers.
     #[inline]
     pub(super) fn coefficients(&self, slot: Slot) -> &[S] {
-        self.tape[slot * self.blocks..(slot + 1) * self.blocks].as_flattened()
+        self.tape[slot][..self.blocks].as_flattened()
     }
 
     /// Computes the coefficients of every slot that is needed, about a state.
@@ -150,11 +155,11 @@ impl<'p, S: Scalar> Series<'p, S> {
     }
 
     fn coefficient(&mut self, slot: Slot, k: usize) -> &mut S {
-        &mut self.tape.as_flattened_mut()[slot * self.blocks * BLOCK + k]
+        &mut self.tape[slot].as_flattened_mut()[k]
     }
 
     fn run(&mut self, slot: Slot, operation: &Operation, k: usize) {
-        *self.coefficient(slot, k) = any_coefficient(&self.tape, self.blocks, slot, operation, k);
+        *self.coefficient(slot, k) = any_coefficient(&self.tape, slot, operation, k);
     }
 }
 
@@ -163,13 +168,12 @@ impl<'p, S: Scalar> Series<'p, S> {
 /// NOTE: not inlined, so that the common recurrences stay a few instructions each.
 #[inline(never)]
 fn any_coefficient<S: Scalar>(
-    tape: &[Block<S>],
-    blocks: usize,
+    tape: &[Blocks<S>],
     slot: Slot,
     operation: &Operation,
     k: usize,
 ) -> S {
-    let (len, mut out) = (blocks * BLOCK, [S::zero()]);
+    let (len, mut out) = (MOST_BLOCKS * BLOCK, [S::zero()]);
     let algebra = TimeSeries { order: len - 1 };
     run(
         operation,
@@ -177,7 +181,7 @@ fn any_coefficient<S: Scalar>(
         &algebra,
         k,
         len,
-        tape.as_flattened(),
+        tape.as_flattened().as_flattened(),
         &mut out,
     );
     out[0]

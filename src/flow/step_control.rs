@@ -57,83 +57,96 @@ pub(crate) fn component_step(magnitudes: impl Fn(usize) -> f64, order: usize, ma
 pub(crate) fn log2_step(magnitudes: impl Fn(usize) -> f64, order: usize, margin: f64) -> f64 {
     let margin = margin * std::f64::consts::LOG2_E;
     let tails = (order + 1).saturating_sub(TAIL).max(1)..=order;
-    let mut heads = [f64::NEG_INFINITY; MAX_HEADS];
-    let heads = &mut heads[..(tails.start() / 2 + 1).min(MAX_HEADS)];
-    let mut has_heads = false;
+    let count = (tails.start() / 2 + 1).min(MAX_HEADS);
+    let mut heads = None;
     let mut step = f64::INFINITY;
     for degree in tails {
         let tail = magnitudes(degree);
         if tail > 0.0 {
-            if !has_heads {
-                fill(heads, &magnitudes);
-                has_heads = true;
-            }
-            step = step.min(log2_step_of(heads, &magnitudes, degree, log2(tail), margin));
+            let heads = heads.get_or_insert_with(|| logarithms(&magnitudes, count));
+            step = step.min(log2_step_of(heads, &magnitudes, (count, degree), log2(tail), margin));
         }
     }
     step
 }
 
-/// `log2 |x_j|`.
+/// `log2 |x_j|` of the first coefficients, that of zero for all beyond.
 #[inline(always)]
-fn fill(heads: &mut [f64], magnitudes: impl Fn(usize) -> f64) {
-    for (degree, head) in heads.iter_mut().enumerate() {
-        let magnitude = magnitudes(degree);
-        if magnitude > 0.0 {
-            *head = log2(magnitude);
-        }
+fn logarithms(magnitudes: impl Fn(usize) -> f64, count: usize) -> [f64; MAX_HEADS] {
+    let mut heads = [OF_ZERO; MAX_HEADS];
+    for (degree, head) in heads[..count].iter_mut().enumerate() {
+        *head = log2(magnitudes(degree));
     }
+    heads
 }
 
 /// Most of the first coefficients that are looked at.
-const MAX_HEADS: usize = 32;
+const MAX_HEADS: usize = 16;
 
-/// `1/k`.
-const INVERSES: [f64; 256] = {
-    let mut inverses = [0.0; 256];
+/// Highest order whose inverses are listed.
+const MAX_ORDER: usize = 127;
+
+/// `1/(k − j)` in row `k` and column `j < k`.
+static INVERSES: [[f64; MAX_HEADS]; MAX_ORDER + 1] = {
+    let mut inverses = [[0.0; MAX_HEADS]; MAX_ORDER + 1];
     let mut k = 1;
-    while k < inverses.len() {
-        inverses[k] = 1.0 / k as f64;
+    while k <= MAX_ORDER {
+        let mut j = 0;
+        while j < MAX_HEADS && j < k {
+            inverses[k][j] = 1.0 / (k - j) as f64;
+            j += 1;
+        }
         k += 1;
     }
     inverses
 };
 
-/// `max_j log2 h_j` with `|x_k| h_j^{k−j} = ε_k |x_j|`; `heads` holds `log2 |x_j|`.
+/// `max_j log2 h_j` with `|x_k| h_j^{k−j} = ε_k |x_j|`; `heads` holds `log2 |x_j|`, `count` of them.
 ///
 /// NOTE: where the first term that does not vanish is in the upper half, the condition would ask for a
 /// tiny step though the component is itself tiny; there the radius of convergence alone decides.
 #[inline(always)]
 fn log2_step_of(
-    heads: &[f64],
+    heads: &[f64; MAX_HEADS],
     magnitudes: impl Fn(usize) -> f64,
-    degree: usize,
+    (count, degree): (usize, usize),
     tail: f64,
     margin: f64,
 ) -> f64 {
     let needed = tail + margin * degree as f64;
-    let mut step = f64::NEG_INFINITY;
-    let inverse = |power: usize| INVERSES[power.min(INVERSES.len() - 1)];
-    for (lower, head) in heads.iter().enumerate() {
-        let room = (head - needed) * inverse(degree - lower);
-        step = if room > step { room } else { step };
+    let larger = |a: f64, b: f64| if a > b { a } else { b };
+    let (mut steps, mut largest) = ([f64::NEG_INFINITY; 4], [OF_ZERO; 4]);
+    let inverses = INVERSES[degree.min(MAX_ORDER)].as_chunks::<4>().0;
+    let chunks = heads.as_chunks::<4>().0.iter().zip(inverses);
+    for (heads, inverses) in chunks.take(count.div_ceil(4)) {
+        for i in 0..4 {
+            let room = (heads[i] - needed) * inverses[i];
+            steps[i] = larger(steps[i], room);
+            largest[i] = larger(largest[i], heads[i]);
+        }
     }
-    if step > f64::NEG_INFINITY {
-        return step;
+    if largest.into_iter().fold(OF_ZERO, larger) > OF_ZERO {
+        return steps.into_iter().fold(f64::NEG_INFINITY, larger);
     }
-    let first = (heads.len()..degree).find(|&lower| magnitudes(lower) > 0.0);
+    let first = (count..degree).find(|&lower| magnitudes(lower) > 0.0);
     first.map_or(f64::INFINITY, |lower| {
         (log2(magnitudes(lower)) - tail) / (degree - lower) as f64 - margin
     })
 }
 
-/// Binary logarithm of a positive number, within 0.09: exponent and mantissa, the latter linearly.
+/// Binary logarithm of a number that is not negative, within 0.09: exponent and mantissa, the latter linearly and by its
+/// first 20 bits; [`OF_ZERO`] at zero.
 ///
 /// NOTE: in a step length the error is divided by the order, so this is good to half a percent.
+#[inline(always)]
 fn log2(value: f64) -> f64 {
-    const MANTISSA: f64 = 4_503_599_627_370_496.0;
-    value.to_bits().cast_signed() as f64 * (1.0 / MANTISSA) - 1023.0
+    const MANTISSA: f64 = 1_048_576.0;
+    let bits = (value.to_bits() >> 32) as i32;
+    f64::from(bits) * (1.0 / MANTISSA) + OF_ZERO
 }
+
+/// What [`log2`] says of zero: less than of any normal number.
+const OF_ZERO: f64 = -1023.0;
 
 #[cfg(test)]
 mod tests {

@@ -1,6 +1,6 @@
 //! The instructions run, degree by degree.
 
-use super::SeriesProgram;
+use super::{Blocks, MOST_BLOCKS, SeriesProgram};
 use super::block::{BLOCK, Block, earlier_product, earlier_square};
 use super::instruction::{Instruction, Operand, Sum};
 use crate::flow::program::Slot;
@@ -11,9 +11,9 @@ pub(super) struct Expansion<'s, S> {
     pub(super) program: &'s SeriesProgram,
     pub(super) blocks: usize,
     /// The slots' series; in the present block of a product that is not yet computed stands what earlier blocks add to it.
-    pub(super) tape: &'s mut [Block<S>],
+    pub(super) tape: &'s mut [Blocks<S>],
     pub(super) factors: &'s [S],
-    pub(super) inverses: &'s [Block<S>],
+    pub(super) inverses: &'s Blocks<S>,
 }
 
 impl<S: Scalar> Kernel for Expansion<'_, S> {
@@ -21,19 +21,14 @@ impl<S: Scalar> Kernel for Expansion<'_, S> {
 
     #[inline(always)]
     fn run(mut self) {
-        let program = self.program;
-        for group in &program.before {
-            self.complete(group);
-        }
-        self.in_step(&program.during);
-        for group in &program.after {
+        for group in &self.program.groups {
             self.complete(group);
         }
     }
 }
 
 impl<S: Scalar> Expansion<'_, S> {
-    /// Computes slots of which all operands are known.
+    /// Computes slots that need no others but those computed before.
     #[inline(always)]
     fn complete(&mut self, group: &[Instruction]) {
         match *group {
@@ -57,7 +52,7 @@ impl<S: Scalar> Expansion<'_, S> {
             Some(out) => self.series(out)[0][0],
             None => return,
         };
-        for block in 0..self.blocks {
+        for block in 0..self.blocks.min(MOST_BLOCKS) {
             if block > 0 {
                 self.add_earlier(instructions, block);
             }
@@ -94,7 +89,7 @@ impl<S: Scalar> Expansion<'_, S> {
                 ),
                 _ => continue,
             };
-            self.tape[out * self.blocks + block] = sum;
+            self.tape[out][block] = sum;
         }
     }
 
@@ -135,13 +130,13 @@ impl<S: Scalar> Expansion<'_, S> {
                         let head = self.newest::<I>(denominator, block, last);
                         self.put::<I>(reciprocal, block, S::one() / head);
                     }
-                    let value = rest * self.tape[reciprocal * self.blocks][0];
+                    let value = rest * self.tape[reciprocal][0][0];
                     self.put::<I>(out, block, value)
                 }
                 Instruction::Phase { .. } => last,
                 Instruction::Other { out, ref operation } => {
                     let k = BLOCK * block + I;
-                    let value = super::any_coefficient(self.tape, self.blocks, out, operation, k);
+                    let value = super::any_coefficient(self.tape, out, operation, k);
                     self.put::<I>(out, block, value)
                 }
             };
@@ -260,14 +255,14 @@ impl<S: Scalar> Expansion<'_, S> {
     #[inline(always)]
     fn linear_series(&mut self, out: Slot, sum: &Sum) {
         let last = S::zero();
-        for block in 0..self.blocks {
+        for block in 0..self.blocks.min(MOST_BLOCKS) {
             let values = [
                 self.sum::<0>(sum, block, last),
                 self.sum::<1>(sum, block, last),
                 self.sum::<2>(sum, block, last),
                 self.sum::<3>(sum, block, last),
             ];
-            self.tape[out * self.blocks + block] = values;
+            self.tape[out][block] = values;
         }
     }
 
@@ -283,9 +278,9 @@ impl<S: Scalar> Expansion<'_, S> {
         let derivatives = [(sine, [s, c, -s, -c]), (cosine, [c, -s, -c, s])];
         for (out, derivatives) in derivatives {
             let Some(out) = out else { continue };
-            for block in 0..self.blocks {
-                let powers = self.tape[table * self.blocks + block];
-                let out = &mut self.tape[out * self.blocks + block];
+            for block in 0..self.blocks.min(MOST_BLOCKS) {
+                let powers = self.tape[table][block];
+                let out = &mut self.tape[out][block];
                 for i in 0..BLOCK {
                     out[i] = powers[i] * derivatives[i];
                 }
@@ -294,13 +289,13 @@ impl<S: Scalar> Expansion<'_, S> {
     }
 
     #[inline(always)]
-    fn series(&self, slot: Slot) -> &[Block<S>] {
-        &self.tape[slot * self.blocks..(slot + 1) * self.blocks]
+    fn series(&self, slot: Slot) -> &Blocks<S> {
+        &self.tape[slot]
     }
 
     #[inline(always)]
     fn at<const I: usize>(&self, slot: Slot, block: usize) -> S {
-        self.tape[slot * self.blocks + block][I]
+        self.tape[slot][block][I]
     }
 
     #[inline(always)]
@@ -314,7 +309,7 @@ impl<S: Scalar> Expansion<'_, S> {
 
     #[inline(always)]
     fn put<const I: usize>(&mut self, slot: Slot, block: usize, value: S) -> S {
-        self.tape[slot * self.blocks + block][I] = value;
+        self.tape[slot][block][I] = value;
         value
     }
 
@@ -322,9 +317,9 @@ impl<S: Scalar> Expansion<'_, S> {
     #[inline(always)]
     fn put_next<const I: usize>(&mut self, slot: Slot, block: usize, value: S) -> S {
         if I + 1 < BLOCK {
-            self.tape[slot * self.blocks + block][I + 1] = value;
-        } else if block + 1 < self.blocks {
-            self.tape[slot * self.blocks + block + 1][0] = value;
+            self.tape[slot][block][I + 1] = value;
+        } else if block + 1 < MOST_BLOCKS {
+            self.tape[slot][block + 1][0] = value;
         }
         value
     }

@@ -33,9 +33,8 @@ impl SeriesProgram {
                 after.push(instructions);
             }
         }
-        before.reverse();
-        after.reverse();
         chain(&mut during);
+        let groups = before.into_iter().rev().chain([during]);
         Self {
             dimension,
             inputs: inputs.len(),
@@ -43,9 +42,7 @@ impl SeriesProgram {
             factors: lowering.factors,
             constants,
             tables: lowering.tables,
-            before,
-            during,
-            after,
+            groups: groups.chain(after.into_iter().rev()).collect(),
         }
     }
 }
