@@ -54,7 +54,11 @@ impl Field {
         let time_program = Program::new(graph, &outputs, &in_time);
         Self {
             jet_program: Program::new(graph, &outputs, &in_jets),
-            series: Box::new(SeriesProgram::new(&time_program, &in_time, derivatives.len())),
+            series: Box::new(SeriesProgram::new(
+                &time_program,
+                &in_time,
+                derivatives.len(),
+            )),
             time_program,
             dimension: derivatives.len(),
             parameters: parameters.len(),

@@ -35,10 +35,10 @@ pub struct Step<'s, S: Real> {
 }
 
 /// Most steps one flow may take.
-const MAX_STEPS: usize = 1_000_000;
+pub(super) const MAX_STEPS: usize = 1_000_000;
 
 /// Longest step where nothing was asked: reached only where the solution is a polynomial in time.
-const DEFAULT_MAX_STEP: f64 = 1e3;
+pub(super) const DEFAULT_MAX_STEP: f64 = 1e3;
 
 impl<'a, S: Real> Integrator<'a, S> {
     /// An integrator with the tolerance of the scalar's own roundoff.
@@ -93,9 +93,9 @@ impl<'a, S: Real> Integrator<'a, S> {
         })
     }
 
-    /// Binary logarithm of the length of the step.
+    /// Binary logarithm of the length of the step, infinite where the solution is a polynomial in time.
     fn log2_length(&self) -> Result<f64, FlowError> {
-        let mut length = self.max_step.log2();
+        let mut length = f64::INFINITY;
         for component in 0..self.field.dimension() {
             let coefficients = self.series.coefficients(component);
             if !are_finite(coefficients) {

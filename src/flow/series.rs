@@ -150,7 +150,7 @@ impl<'p, S: Scalar> Series<'p, S> {
                 let heads = factor.heads.iter().map(|&slot| self.coefficients(slot)[0]);
                 heads.fold(S::from_dd(factor.number), |product, head| product * head)
             });
-            self.factors[index] = summands.sum();
+            self.factors[index] = summands.fold(S::zero(), |sum, summand| sum + summand);
         }
     }
 

@@ -11,7 +11,7 @@
 //!   `|x_k| h^k ≤ ε_k max_j |x_j| h^j`, `j` in the lower half, where `ε_k = e^{−k(2 + 0.7/(n−1))}`;
 //! * the last three coefficients are looked at, not two, for fields with symmetries.
 
-use crate::numeric::{Real, Scalar};
+use crate::numeric::{Lanes, Real, Scalar};
 
 /// Order for a relative tolerance.
 pub(crate) fn order_for(tolerance: f64) -> usize {
@@ -31,11 +31,12 @@ pub(crate) fn order_for_numbers<S: Real>(tolerance: f64) -> usize {
     }
 }
 
-/// Natural logarithm, per degree, of the share to which the last term is held at an order: that of
-/// Jorba and Zou's order at the tolerance, whatever the order taken.
+/// Natural logarithm, per degree, of the share to which the last term is held where numbers are the coefficients: `ε/e`.
+///
+/// NOTE: terms fall by `h/ρ` each, at most 0.3 at the orders taken, so what is left out is below `ε/6`, and below rounding
+/// where `ε` is the roundoff.
 pub(crate) fn margin_for(tolerance: f64, order: usize) -> f64 {
-    let theirs = order_for(tolerance);
-    margin_at(theirs) * theirs as f64 / order as f64
+    (1.0 - tolerance.ln()) / order as f64
 }
 
 /// Jorba and Zou's margin at their order.
@@ -58,16 +59,61 @@ pub(crate) fn log2_step(magnitudes: impl Fn(usize) -> f64, order: usize, margin:
     let margin = margin * std::f64::consts::LOG2_E;
     let tails = (order + 1).saturating_sub(TAIL).max(1)..=order;
     let count = (tails.start() / 2 + 1).min(MAX_HEADS);
-    let mut heads = None;
+    if tails.clone().all(|degree| magnitudes(degree) == 0.0) {
+        return f64::INFINITY;
+    }
+    let heads = logarithms(&magnitudes, count);
+    let has_heads = heads.iter().any(|&head| head > OF_ZERO);
     let mut step = f64::INFINITY;
     for degree in tails {
         let tail = magnitudes(degree);
         if tail > 0.0 {
-            let heads = heads.get_or_insert_with(|| logarithms(&magnitudes, count));
-            step = step.min(log2_step_of(heads, &magnitudes, (count, degree), log2(tail), margin));
+            let tail = log2(tail);
+            step = step.min(if has_heads {
+                longest(&heads, tail + margin * degree as f64, degree)
+            } else {
+                from_upper_half(&magnitudes, tail, (count, degree)) - margin
+            });
         }
     }
     step
+}
+
+/// Binary logarithms of the longest steps of one component in several lanes, each that of [`log2_step`].
+#[inline(always)]
+pub(crate) fn log2_steps<const N: usize>(coefficients: &[Lanes<N>], margin: f64) -> Lanes<N> {
+    let scaled = margin * std::f64::consts::LOG2_E;
+    let order = coefficients.len() - 1;
+    let tails = (order + 1).saturating_sub(TAIL).max(1)..=order;
+    let count = (tails.start() / 2 + 1).min(MAX_HEADS);
+    let larger = |a: f64, b: f64| if a > b { a } else { b };
+    let mut heads = [Lanes::splat(OF_ZERO); MAX_HEADS];
+    let mut largest = Lanes::splat(OF_ZERO);
+    for (head, coefficient) in heads[..count].iter_mut().zip(coefficients) {
+        *head = coefficient.map(|value| log2(value.abs()));
+        largest = largest.zip_map(*head, larger);
+    }
+    let mut steps = Lanes::splat(f64::INFINITY);
+    let mut least = Lanes::splat(f64::INFINITY);
+    for degree in tails {
+        let tail = coefficients[degree].map(|value| log2(value.abs()));
+        let needed = tail + Lanes::splat(scaled * degree as f64);
+        let mut longest = Lanes::splat(f64::NEG_INFINITY);
+        for (head, &inverse) in heads[..count].iter().zip(&INVERSES[degree.min(MAX_ORDER)]) {
+            let room = (*head - needed) * Lanes::splat(inverse);
+            longest = room.zip_map(longest, larger);
+        }
+        steps = steps.zip_map(longest, f64::min);
+        least = least.zip_map(tail, f64::min);
+    }
+    let is_common = |lane: usize| largest[lane] > OF_ZERO && least[lane] > OF_ZERO;
+    for lane in 0..N {
+        if !is_common(lane) {
+            let magnitude = |degree: usize| coefficients[degree][lane].abs();
+            steps[lane] = log2_step(magnitude, order, margin);
+        }
+    }
+    steps
 }
 
 /// `log2 |x_j|` of the first coefficients, that of zero for all beyond.
@@ -86,9 +132,9 @@ const MAX_HEADS: usize = 16;
 /// Highest order whose inverses are listed.
 const MAX_ORDER: usize = 127;
 
-/// `1/(k − j)` in row `k` and column `j < k`.
+/// `1/(k − j)` in row `k` and column `j < k`; ones beyond.
 static INVERSES: [[f64; MAX_HEADS]; MAX_ORDER + 1] = {
-    let mut inverses = [[0.0; MAX_HEADS]; MAX_ORDER + 1];
+    let mut inverses = [[1.0; MAX_HEADS]; MAX_ORDER + 1];
     let mut k = 1;
     while k <= MAX_ORDER {
         let mut j = 0;
@@ -101,36 +147,34 @@ static INVERSES: [[f64; MAX_HEADS]; MAX_ORDER + 1] = {
     inverses
 };
 
-/// `max_j log2 h_j` with `|x_k| h_j^{k−j} = ε_k |x_j|`; `heads` holds `log2 |x_j|`, `count` of them.
-///
-/// NOTE: where the first term that does not vanish is in the upper half, the condition would ask for a
-/// tiny step though the component is itself tiny; there the radius of convergence alone decides.
+/// `max_j log2 h_j` with `|x_k| h_j^{k−j} = ε_k |x_j|`; `heads` holds `log2 |x_j|`, and `needed` is `log2 |x_k|/ε_k`.
 #[inline(always)]
-fn log2_step_of(
-    heads: &[f64; MAX_HEADS],
-    magnitudes: impl Fn(usize) -> f64,
-    (count, degree): (usize, usize),
-    tail: f64,
-    margin: f64,
-) -> f64 {
-    let needed = tail + margin * degree as f64;
+fn longest(heads: &[f64; MAX_HEADS], needed: f64, degree: usize) -> f64 {
     let larger = |a: f64, b: f64| if a > b { a } else { b };
-    let (mut steps, mut largest) = ([f64::NEG_INFINITY; 4], [OF_ZERO; 4]);
-    let inverses = INVERSES[degree.min(MAX_ORDER)].as_chunks::<4>().0;
-    let chunks = heads.as_chunks::<4>().0.iter().zip(inverses);
-    for (heads, inverses) in chunks.take(count.div_ceil(4)) {
+    let inverses = &INVERSES[degree.min(MAX_ORDER)];
+    let mut steps = [f64::NEG_INFINITY; 4];
+    for chunk in 0..MAX_HEADS / 4 {
         for i in 0..4 {
-            let room = (heads[i] - needed) * inverses[i];
+            let room = (heads[4 * chunk + i] - needed) * inverses[4 * chunk + i];
             steps[i] = larger(steps[i], room);
-            largest[i] = larger(largest[i], heads[i]);
         }
     }
-    if largest.into_iter().fold(OF_ZERO, larger) > OF_ZERO {
-        return steps.into_iter().fold(f64::NEG_INFINITY, larger);
-    }
+    steps.into_iter().fold(f64::NEG_INFINITY, larger)
+}
+
+/// The same by the first term that does not vanish, in the upper half, but for the margin per degree.
+///
+/// NOTE: there the condition would ask for a tiny step though the component is itself tiny; the radius of convergence
+/// alone decides.
+#[cold]
+fn from_upper_half(
+    magnitudes: impl Fn(usize) -> f64,
+    tail: f64,
+    (count, degree): (usize, usize),
+) -> f64 {
     let first = (count..degree).find(|&lower| magnitudes(lower) > 0.0);
     first.map_or(f64::INFINITY, |lower| {
-        (log2(magnitudes(lower)) - tail) / (degree - lower) as f64 - margin
+        (log2(magnitudes(lower)) - tail) / (degree - lower) as f64
     })
 }
 

@@ -42,6 +42,14 @@ impl Program {
 #[inline(never)]
 fn any_value<S: Scalar>(operation: &Operation, slot: usize, tape: &[S]) -> S {
     let mut out = [S::zero()];
-    run(operation, slot, &TimeSeries { order: 0 }, 0, 1, tape, &mut out);
+    run(
+        operation,
+        slot,
+        &TimeSeries { order: 0 },
+        0,
+        1,
+        tape,
+        &mut out,
+    );
     out[0]
 }

@@ -1,8 +1,8 @@
 //! The instructions run, degree by degree.
 
-use super::{Blocks, MOST_BLOCKS, SeriesProgram};
 use super::block::{BLOCK, Block, earlier_product, earlier_square};
-use super::instruction::{Instruction, Operand, Sum};
+use super::instruction::{Instruction, Operand, Sum, Term, Terms};
+use super::{Blocks, MOST_BLOCKS, SeriesProgram};
 use crate::flow::program::Slot;
 use crate::numeric::{Kernel, Scalar};
 
@@ -73,10 +73,7 @@ impl<S: Scalar> Expansion<'_, S> {
                 }
                 Instruction::Product { out, a, b } => (
                     out,
-                    earlier_product(
-                        &self.series(a.slot)[..block],
-                        &self.series(b.slot)[..block],
-                    ),
+                    earlier_product(&self.series(a.slot)[..block], &self.series(b.slot)[..block]),
                 ),
                 Instruction::Quotient {
                     out, denominator, ..
@@ -146,27 +143,28 @@ impl<S: Scalar> Expansion<'_, S> {
 
     #[inline(always)]
     fn sum<const I: usize>(&self, sum: &Sum, block: usize, last: S) -> S {
-        let term = |index: usize| {
-            let (factor, operand) = sum.terms[index];
-            (self.factors[factor], self.at::<I>(operand.slot, block))
-        };
-        let (factor, operand) = sum.terms[sum.len - 1];
-        let (factor, newest) = (self.factors[factor], self.newest::<I>(operand, block, last));
-        let value = match sum.len {
-            1 => newest * factor,
-            2 => {
-                let (f, a) = term(0);
-                newest.mul_add(factor, a * f)
+        let value = match &sum.terms {
+            Terms::One(a) => self.newest::<I>(a.operand, block, last) * self.factors[a.factor],
+            Terms::Two([a, b]) => {
+                let newest = self.newest::<I>(b.operand, block, last);
+                newest.mul_add(self.factors[b.factor], self.scaled::<I>(a, block))
             }
-            _ => {
-                let ((f, a), (g, b)) = (term(0), term(1));
-                newest.mul_add(factor, b.mul_add(g, a * f))
+            Terms::Three([a, b, c]) => {
+                let newest = self.newest::<I>(c.operand, block, last);
+                let second = self.at::<I>(b.operand.slot, block);
+                let rest = second.mul_add(self.factors[b.factor], self.scaled::<I>(a, block));
+                newest.mul_add(self.factors[c.factor], rest)
             }
         };
         match sum.constant {
             Some(constant) if I == 0 && block == 0 => value + self.factors[constant],
             _ => value,
         }
+    }
+
+    #[inline(always)]
+    fn scaled<const I: usize>(&self, term: &Term, block: usize) -> S {
+        self.at::<I>(term.operand.slot, block) * self.factors[term.factor]
     }
 
     #[inline(always)]
@@ -251,29 +249,35 @@ impl<S: Scalar> Expansion<'_, S> {
         numerator - u[0][0].mul_add(newest, sum)
     }
 
-    /// A linear combination, operands and all.
+    /// A linear combination of complete series.
     #[inline(always)]
     fn linear_series(&mut self, out: Slot, sum: &Sum) {
-        let last = S::zero();
+        let (first, others) = match &sum.terms {
+            Terms::One(a) => (a, [None, None]),
+            Terms::Two([a, b]) => (a, [Some(b), None]),
+            Terms::Three([a, b, c]) => (a, [Some(b), Some(c)]),
+        };
+        let factor = self.factors[first.factor];
         for block in 0..self.blocks.min(MOST_BLOCKS) {
-            let values = [
-                self.sum::<0>(sum, block, last),
-                self.sum::<1>(sum, block, last),
-                self.sum::<2>(sum, block, last),
-                self.sum::<3>(sum, block, last),
-            ];
-            self.tape[out][block] = values;
+            self.tape[out][block] = self.series(first.operand.slot)[block].map(|a| a * factor);
+        }
+        for term in others.into_iter().flatten() {
+            let factor = self.factors[term.factor];
+            for block in 0..self.blocks.min(MOST_BLOCKS) {
+                let terms = self.series(term.operand.slot)[block];
+                for (sum, a) in self.tape[out][block].iter_mut().zip(terms) {
+                    *sum = a.mul_add(factor, *sum);
+                }
+            }
+        }
+        if let Some(constant) = sum.constant {
+            self.tape[out][0][0] += self.factors[constant];
         }
     }
 
     /// `sin(a_0 + a_1 t)` and its cosine: four derivatives in turn.
     #[inline(always)]
-    fn phase_series(
-        &mut self,
-        a: Slot,
-        table: Slot,
-        (sine, cosine): (Option<Slot>, Option<Slot>),
-    ) {
+    fn phase_series(&mut self, a: Slot, table: Slot, (sine, cosine): (Option<Slot>, Option<Slot>)) {
         let (s, c) = self.series(a)[0][0].sin_cos();
         let derivatives = [(sine, [s, c, -s, -c]), (cosine, [c, -s, -c, s])];
         for (out, derivatives) in derivatives {
@@ -327,11 +331,7 @@ impl<S: Scalar> Expansion<'_, S> {
 
 /// `sum + Σ_{j=1}^{I} first_j present_{I−j}`, the newest coefficient last.
 #[inline(always)]
-fn sum_before<S: Scalar, const I: usize>(
-    mut sum: S,
-    first: &Block<S>,
-    present: &Block<S>,
-) -> S {
+fn sum_before<S: Scalar, const I: usize>(mut sum: S, first: &Block<S>, present: &Block<S>) -> S {
     for j in (1..=I).rev() {
         sum = first[j].mul_add(present[I - j], sum);
     }

@@ -10,9 +10,6 @@ pub(super) struct Factor {
     pub(super) heads: Vec<Slot>,
 }
 
-/// Most terms of a sum.
-pub(super) const MOST_TERMS: usize = 3;
-
 /// An operand of which the coefficient of the degree at hand is wanted.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Operand {
@@ -23,15 +20,38 @@ pub(super) struct Operand {
     pub(super) is_fresh: bool,
 }
 
+/// A factor, by index, and what it multiplies.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Term {
+    pub(super) factor: usize,
+    pub(super) operand: Operand,
+}
+
+/// Terms of a sum.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Terms {
+    One(Term),
+    Two([Term; 2]),
+    /// Only the last of several terms may be fresh.
+    Three([Term; 3]),
+}
+
 /// `Σ_i factor_i · operand_i`, and a constant.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Sum {
-    /// How many of the terms there are, at least one; only the last may be fresh.
-    pub(super) len: usize,
-    /// Indices of factors, and operands.
-    pub(super) terms: [(usize, Operand); MOST_TERMS],
-    /// The constant: factors by index, added up.
+    pub(super) terms: Terms,
+    /// The constant: a factor by its index.
     pub(super) constant: Option<usize>,
+}
+
+impl Sum {
+    fn terms(&mut self) -> &mut [Term] {
+        match &mut self.terms {
+            Terms::One(term) => std::slice::from_mut(term),
+            Terms::Two(terms) => terms,
+            Terms::Three(terms) => terms,
+        }
+    }
 }
 
 /// One recurrence: how the coefficients of a slot follow from those of others.
@@ -89,9 +109,10 @@ impl Instruction {
     /// Marks the operands that the instruction before gives.
     pub(super) fn take_from(&mut self, before: Slot) {
         if let Instruction::Linear { sum, .. } | Instruction::Integral { sum, .. } = self {
-            let terms = &mut sum.terms[..sum.len];
-            if let Some(fresh) = terms.iter().position(|term| term.1.slot == before) {
-                terms.swap(fresh, sum.len - 1);
+            let terms = sum.terms();
+            let last = terms.len() - 1;
+            if let Some(fresh) = terms.iter().position(|term| term.operand.slot == before) {
+                terms.swap(fresh, last);
             }
         }
         self.each_operand(&mut |operand| operand.is_fresh = operand.slot == before);
@@ -100,8 +121,8 @@ impl Instruction {
     fn each_operand(&mut self, visit: &mut dyn FnMut(&mut Operand)) {
         match self {
             Instruction::Linear { sum, .. } | Instruction::Integral { sum, .. } => {
-                let terms = &mut sum.terms[..sum.len];
-                terms.iter_mut().for_each(|term| visit(&mut term.1));
+                let terms = sum.terms().iter_mut();
+                terms.for_each(|term| visit(&mut term.operand));
             }
             Instruction::Square { a, .. } => visit(a),
             Instruction::Product { a, b, .. } => [a, b].into_iter().for_each(visit),

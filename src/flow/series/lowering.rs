@@ -3,7 +3,7 @@
 //! One idea: what does not depend on the states is completed before, what does not feed the derivatives after the rest; of what is left
 //! sums are gathered into one instruction, and each instruction is put where the one before gives what it waits for.
 
-use super::instruction::{Factor, Instruction, MOST_TERMS, Operand, Sum};
+use super::instruction::{Factor, Instruction, Operand, Sum, Term, Terms};
 use super::{ConstantSlots, PhaseTable, SeriesProgram};
 use crate::flow::program::{InputKind, Operation, Program, Slot};
 use crate::numeric::Dd;
@@ -49,7 +49,8 @@ impl SeriesProgram {
 
 /// Puts the integrals into the order in which the next instruction waits least, and marks what each takes from the one before.
 fn chain(during: &mut [Instruction]) {
-    let is_integral = |instruction: &Instruction| matches!(instruction, Instruction::Integral { .. });
+    let is_integral =
+        |instruction: &Instruction| matches!(instruction, Instruction::Integral { .. });
     let others = during.iter().take_while(|one| !is_integral(one)).count();
     let (first, integrals) = during.split_at_mut(others);
     if let Some(given) = first.last().and_then(Instruction::out)
@@ -184,7 +185,11 @@ impl<'p> Lowering<'p> {
                 InputKind::HeadOnly | InputKind::Bound(_) => SlotKind::Constant,
             };
         }
-        let has = |kind| self.program.operands(slot).any(|operand| self.kinds[operand] == kind);
+        let has = |kind| {
+            self.program
+                .operands(slot)
+                .any(|operand| self.kinds[operand] == kind)
+        };
         if has(SlotKind::Series) || has(SlotKind::Linear) && !self.is_linear(slot) {
             SlotKind::Series
         } else if has(SlotKind::Linear) {
@@ -357,34 +362,33 @@ impl<'p> Lowering<'p> {
         }
     }
 
-    /// A slot as a linear combination of others.
+    /// A slot as a linear combination of others; more than three terms are left to the operations they come from.
     fn sum(&mut self, slot: Slot) -> Sum {
-        let form = if self.is_linear(slot) {
-            let gathered = self.form(slot, true);
-            if gathered.terms.len() <= MOST_TERMS {
-                gathered
-            } else {
-                self.form(slot, false)
-            }
+        let gathered = if self.is_linear(slot) {
+            self.form(slot, true)
         } else {
             self.form_of_operand(slot, false)
         };
-        let mut terms = [(
-            0,
-            Operand {
-                slot: 0,
-                is_fresh: false,
-            },
-        ); MOST_TERMS];
-        let len = form.terms.len();
-        for (term, (factor, slot)) in terms.iter_mut().zip(form.terms) {
-            *term = (self.factor(vec![factor]), self.operand(slot));
-        }
+        let form = if gathered.terms.len() <= 3 {
+            gathered
+        } else {
+            self.form(slot, false)
+        };
+        let terms: Vec<_> = form.terms.into_iter().map(|term| self.term(term)).collect();
+        let terms = match terms[..] {
+            [a, b, c] => Terms::Three([a, b, c]),
+            [a, b] => Terms::Two([a, b]),
+            [a, ..] => Terms::One(a),
+            [] => Terms::One(self.term((Factor::one(), slot))),
+        };
         let constant = (!form.constants.is_empty()).then(|| self.factor(form.constants));
-        Sum {
-            len,
-            terms,
-            constant,
+        Sum { terms, constant }
+    }
+
+    fn term(&mut self, (factor, slot): (Factor, Slot)) -> Term {
+        Term {
+            factor: self.factor(vec![factor]),
+            operand: self.operand(slot),
         }
     }
 
@@ -437,4 +441,3 @@ impl<'p> Lowering<'p> {
         }
     }
 }
-

@@ -148,8 +148,15 @@ impl Lowering<'_> {
             let half = self.constant(Dd::from(0.5));
             return Some(self.mul(half, sine));
         }
-        let sign = if first == HeadFunction::Cos { 1.0 } else { -1.0 };
-        let (half, signed) = (self.constant(Dd::from(0.5)), self.constant(Dd::from(0.5 * sign)));
+        let sign = if first == HeadFunction::Cos {
+            1.0
+        } else {
+            -1.0
+        };
+        let (half, signed) = (
+            self.constant(Dd::from(0.5)),
+            self.constant(Dd::from(0.5 * sign)),
+        );
         let wave = self.mul(signed, sine + 1);
         Some(self.add(half, wave))
     }
