@@ -53,7 +53,7 @@ impl<'a, S: Real> Integrator<'a, S> {
         Self {
             field,
             max_step: DEFAULT_MAX_STEP,
-            margin: margin_for(tolerance, series.order()),
+            margin: margin_for::<S>(tolerance, series.order()),
             series,
         }
     }

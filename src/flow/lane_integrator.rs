@@ -35,7 +35,7 @@ impl<'a, const N: usize> LaneIntegrator<'a, N> {
         let series = Series::new(field.series(), order_for_numbers::<f64>(tolerance));
         Self {
             field,
-            margin: margin_for(tolerance, series.order()),
+            margin: margin_for::<f64>(tolerance, series.order()),
             series,
         }
     }

@@ -186,3 +186,6 @@ fn any_coefficient<S: Scalar>(
     );
     out[0]
 }
+
+#[cfg(test)]
+mod tests;

@@ -31,12 +31,16 @@ pub(crate) fn order_for_numbers<S: Real>(tolerance: f64) -> usize {
     }
 }
 
-/// Natural logarithm, per degree, of the share to which the last term is held where numbers are the coefficients: `ε/e`.
+/// Natural logarithm, per degree, of the share to which the last term is held where numbers are the coefficients: that of Jorba and
+/// Zou's order, whatever the order taken, and `ε/e` where `ε` is the roundoff.
 ///
-/// NOTE: terms fall by `h/ρ` each, at most 0.3 at the orders taken, so what is left out is below `ε/6`, and below rounding
-/// where `ε` is the roundoff.
-pub(crate) fn margin_for(tolerance: f64, order: usize) -> f64 {
-    (1.0 - tolerance.ln()) / order as f64
+/// NOTE: terms fall by `h/ρ` each, at most 0.3 at the orders taken, so what is then left out is below `ε/6`, less than rounding.
+pub(crate) fn margin_for<S: Scalar>(tolerance: f64, order: usize) -> f64 {
+    if tolerance <= S::ROUNDOFF {
+        return (1.0 - tolerance.ln()) / order as f64;
+    }
+    let theirs = order_for(tolerance);
+    margin_at(theirs) * theirs as f64 / order as f64
 }
 
 /// Jorba and Zou's margin at their order.

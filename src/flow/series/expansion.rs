@@ -257,16 +257,18 @@ impl<S: Scalar> Expansion<'_, S> {
             Terms::Two([a, b]) => (a, [Some(b), None]),
             Terms::Three([a, b, c]) => (a, [Some(b), Some(c)]),
         };
-        let factor = self.factors[first.factor];
         for block in 0..self.blocks.min(MOST_BLOCKS) {
-            self.tape[out][block] = self.series(first.operand.slot)[block].map(|a| a * factor);
+            let factor = self.factors[first.factor];
+            for i in 0..BLOCK {
+                self.tape[out][block][i] = self.tape[first.operand.slot][block][i] * factor;
+            }
         }
         for term in others.into_iter().flatten() {
             let factor = self.factors[term.factor];
             for block in 0..self.blocks.min(MOST_BLOCKS) {
-                let terms = self.series(term.operand.slot)[block];
-                for (sum, a) in self.tape[out][block].iter_mut().zip(terms) {
-                    *sum = a.mul_add(factor, *sum);
+                for i in 0..BLOCK {
+                    let a = self.tape[term.operand.slot][block][i];
+                    self.tape[out][block][i] = a.mul_add(factor, self.tape[out][block][i]);
                 }
             }
         }
