@@ -31,7 +31,7 @@ fn everything() -> Field {
     Field::new(&g, &[y, rate, turn], &[watched, ss], &[InputKind::HeadOnly])
 }
 
-/// The largest difference of the states' and watched functions' coefficients, relative to the largest of a slot in units of its decay.
+/// The largest difference of the states' and watched functions' coefficients, relative to the largest of this degree or above.
 fn largest_difference<S: Real>(field: &Field, state: &[f64], parameters: &[f64]) -> f64 {
     let values = |values: &[f64]| -> Vec<S> { values.iter().map(|&v| S::from_f64(v)).collect() };
     let (state, parameters) = (values(state), values(parameters));
@@ -46,12 +46,17 @@ fn largest_difference<S: Real>(field: &Field, state: &[f64], parameters: &[f64])
     }
     expand(field, &TimeSeries { order }, &mut tape, &mut [S::zero()]);
     let watched = (0..field.watched()).map(|w| program.output(field.dimension() + w));
-    let mut largest = 0.0_f64;
-    for slot in (0..field.dimension()).chain(watched) {
-        let expected = &tape[slot * (order + 1)..(slot + 1) * (order + 1)];
-        let mut size = 1e-300;
-        for (&found, &expected) in series.coefficients(slot).iter().zip(expected).rev() {
-            size = expected.magnitude().max(size);
+    let slots: Vec<_> = (0..field.dimension()).chain(watched).collect();
+    let (mut size, mut largest) = (1e-300, 0.0_f64);
+    for degree in (0..=order).rev() {
+        for &slot in &slots {
+            size = tape[slot * (order + 1) + degree].magnitude().max(size);
+        }
+        for &slot in &slots {
+            let (found, expected) = (
+                series.coefficients(slot)[degree],
+                tape[slot * (order + 1) + degree],
+            );
             largest = largest.max((found - expected).magnitude() / size);
         }
     }
