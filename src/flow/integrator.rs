@@ -80,7 +80,7 @@ impl<'a, S: Real> Integrator<'a, S> {
         self.series.expand(state, parameters);
         let log2_length = self.log2_length()?;
         let length = log2_length.exp2().min(self.max_step);
-        if !(length > 0.0) {
+        if length.is_nan() || length <= 0.0 {
             let degree = self.order();
             return Err(FlowError::NotFinite { degree });
         }

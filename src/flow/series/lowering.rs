@@ -100,7 +100,7 @@ impl Form {
     fn times(mut self, number: Dd, head: Option<Slot>) -> Self {
         let factors = self.constants.iter_mut();
         for factor in factors.chain(self.terms.iter_mut().map(|term| &mut term.0)) {
-            factor.number = factor.number * number;
+            factor.number *= number;
             factor.heads.extend(head);
         }
         self
