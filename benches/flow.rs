@@ -11,11 +11,13 @@ use std::hint::black_box;
 use std::sync::Arc;
 use std::time::Instant;
 
-use criterion::{Criterion, criterion_group, criterion_main};
-use grazemap::flow::{Field, InputKind, Integrator, jet_transport, jet_transport_taylor};
+use criterion::{Criterion, Throughput, criterion_group, criterion_main};
+use grazemap::flow::{
+    Field, InputKind, Integrator, LaneIntegrator, jet_transport, jet_transport_taylor,
+};
 use grazemap::jet::{Jet, JetSpace};
 use grazemap::model::{ExpressionGraph, Unary};
-use grazemap::numeric::{Dd, Real};
+use grazemap::numeric::{Dd, Lanes, Real};
 use pulp::Arch;
 
 use floor::{CHAINS, Floor, ROUNDS};
@@ -91,13 +93,31 @@ fn orbit<S: Real>(c: &mut Criterion, name: &str, field: &Field, point: &[f64], d
     });
 }
 
+/// Eight orbits side by side, from neighbouring states and parameters; the rate is that of single orbits.
+fn orbits_in_lanes(c: &mut Criterion, name: &str, field: &Field, point: &[f64], duration: f64) {
+    let spread = |&value: &f64| Lanes::<8>::from_fn(|lane| value * (1.0 + 0.01 * lane as f64));
+    let values: Vec<_> = point.iter().map(spread).collect();
+    let mut integrator = LaneIntegrator::new(field);
+    let mut group = c.benchmark_group(name);
+    group.throughput(Throughput::Elements(8));
+    group.bench_function("8", |b| {
+        b.iter(|| {
+            let mut state = [values[0], values[1], values[2]];
+            integrator.flow(black_box(&mut state), &values[3..], Lanes::splat(duration))
+        });
+    });
+    group.finish();
+}
+
 fn orbits(c: &mut Criterion) {
     let (linear, actuator) = (linear(), electrostatic());
     let point = [0.3, 0.1, 0.4, 0.05, 2.9, 1.8];
     let period = std::f64::consts::TAU / 1.8;
     orbit::<f64>(c, "orbit/linear/f64", &linear, &point, period);
     orbit::<Dd>(c, "orbit/linear/double-double", &linear, &point, period);
+    orbits_in_lanes(c, "orbit/linear/lanes", &linear, &point, period);
     let period = std::f64::consts::PI / 0.6;
+    orbits_in_lanes(c, "orbit/actuator/lanes", &actuator, &POINT, period);
     orbit::<f64>(c, "orbit/actuator/f64", &actuator, &POINT, period);
     orbit::<Dd>(c, "orbit/actuator/double-double", &actuator, &POINT, period);
 }

@@ -1,8 +1,9 @@
 //! A smooth vector field and the functions watched along it.
 
-use super::program::{InputKind, Program, TimeSchedule};
+use super::program::{InputKind, Program};
+use super::series::SeriesProgram;
 use crate::model::{ExpressionGraph, Model, NodeId};
-use crate::numeric::{Dd, Scalar};
+use crate::numeric::Dd;
 
 /// A vector field `x' = f(x, p)` with scalar functions watched along its flow, lowered to a [`Program`].
 ///
@@ -14,7 +15,7 @@ use crate::numeric::{Dd, Scalar};
 pub struct Field {
     jet_program: Program,
     time_program: Program,
-    schedule: Box<TimeSchedule>,
+    series: Box<SeriesProgram>,
     dimension: usize,
     parameters: usize,
     watched: usize,
@@ -53,7 +54,11 @@ impl Field {
         let time_program = Program::new(graph, &outputs, &in_time);
         Self {
             jet_program: Program::new(graph, &outputs, &in_jets),
-            schedule: Box::new(time_program.schedule(&in_time, derivatives.len())),
+            series: Box::new(SeriesProgram::new(
+                &time_program,
+                &in_time,
+                derivatives.len(),
+            )),
             time_program,
             dimension: derivatives.len(),
             parameters: parameters.len(),
@@ -107,10 +112,9 @@ impl Field {
 }
 
 impl Field {
-    /// Taylor coefficients in time of every slot, as numbers; see [`Program::expand`].
-    pub(crate) fn expand<S: Scalar>(&self, inverses: &[S], tape: &mut [S]) {
-        self.time_program
-            .expand(&self.schedule, self.dimension, inverses, tape);
+    /// The program for series in time with numbers as coefficients: its slots are those of [`time_program`](Self::time_program).
+    pub(super) fn series(&self) -> &SeriesProgram {
+        &self.series
     }
 }
 

@@ -4,8 +4,9 @@
 
 use super::FlowError;
 use super::field::Field;
-use super::step_control::{component_step, margin_for, order_for_numbers};
-use crate::numeric::Real;
+use super::series::Series;
+use super::step_control::{log2_step, margin_for, order_for_numbers};
+use crate::numeric::{Real, polynomial};
 
 /// Taylor integrator of one field over `f64` or double-double.
 ///
@@ -15,13 +16,10 @@ use crate::numeric::Real;
 #[derive(Clone, Debug)]
 pub struct Integrator<'a, S: Real> {
     field: &'a Field,
-    order: usize,
     max_step: f64,
     /// Margin of the step per degree.
     margin: f64,
-    /// `1/k` for every power of time.
-    inverses: Vec<S>,
-    tape: Vec<S>,
+    series: Series<'a, S>,
 }
 
 /// One Taylor step: polynomials in the time since its start, valid on `[0, length]`
@@ -29,18 +27,18 @@ pub struct Integrator<'a, S: Real> {
 #[derive(Clone, Copy, Debug)]
 pub struct Step<'s, S: Real> {
     field: &'s Field,
-    tape: &'s [S],
-    order: usize,
+    series: &'s Series<'s, S>,
     margin: f64,
+    log2_length: f64,
     /// Length of the interval on which the polynomials meet the tolerance, positive and finite.
     pub length: S,
 }
 
 /// Most steps one flow may take.
-const MAX_STEPS: usize = 1_000_000;
+pub(super) const MAX_STEPS: usize = 1_000_000;
 
 /// Longest step where nothing was asked: reached only where the solution is a polynomial in time.
-const DEFAULT_MAX_STEP: f64 = 1e3;
+pub(super) const DEFAULT_MAX_STEP: f64 = 1e3;
 
 impl<'a, S: Real> Integrator<'a, S> {
     /// An integrator with the tolerance of the scalar's own roundoff.
@@ -51,17 +49,12 @@ impl<'a, S: Real> Integrator<'a, S> {
     /// An integrator with a relative local tolerance, at least the scalar's roundoff.
     pub fn with_tolerance(field: &'a Field, tolerance: f64) -> Self {
         let tolerance = tolerance.max(S::ROUNDOFF);
-        let order = order_for_numbers::<S>(tolerance);
-        let tape = vec![S::zero(); field.time_program().slots() * (order + 1)];
+        let series = Series::new(field.series(), order_for_numbers::<S>(tolerance));
         Self {
             field,
-            order,
             max_step: DEFAULT_MAX_STEP,
-            margin: margin_for(tolerance, order),
-            inverses: (0..=order)
-                .map(|k| S::one() / S::from_f64(k.max(1) as f64))
-                .collect(),
-            tape,
+            margin: margin_for::<S>(tolerance, series.order()),
+            series,
         }
     }
 
@@ -72,7 +65,7 @@ impl<'a, S: Real> Integrator<'a, S> {
 
     /// Order of the method.
     pub fn order(&self) -> usize {
-        self.order
+        self.series.order()
     }
 
     /// Expands the solution about a state.
@@ -84,40 +77,35 @@ impl<'a, S: Real> Integrator<'a, S> {
     /// [`FlowError::NotFinite`] if a coefficient of the solution is not finite, or no step is long
     /// enough to be a number.
     pub fn step(&mut self, state: &[S], parameters: &[S]) -> Result<Step<'_, S>, FlowError> {
-        let len = self.order + 1;
-        for (input, &value) in state.iter().chain(parameters).enumerate() {
-            self.tape[input * len] = value;
+        self.series.expand(state, parameters);
+        let log2_length = self.log2_length()?;
+        let length = log2_length.exp2().min(self.max_step);
+        if length.is_nan() || length <= 0.0 {
+            let degree = self.order();
+            return Err(FlowError::NotFinite { degree });
         }
-        self.field.expand(&self.inverses, &mut self.tape);
-        let length = S::from_f64(self.step_length()?);
         Ok(Step {
             field: self.field,
-            tape: &self.tape,
-            order: self.order,
+            series: &self.series,
             margin: self.margin,
-            length,
+            log2_length,
+            length: S::from_f64(length),
         })
     }
 
-    fn step_length(&self) -> Result<f64, FlowError> {
-        let len = self.order + 1;
-        let mut step = self.max_step;
+    /// Binary logarithm of the length of the step, infinite where the solution is a polynomial in time.
+    fn log2_length(&self) -> Result<f64, FlowError> {
+        let mut length = f64::INFINITY;
         for component in 0..self.field.dimension() {
-            let coefficients = &self.tape[component * len..(component + 1) * len];
-            if let Some(degree) = coefficients.iter().position(|value| !value.is_finite()) {
+            let coefficients = self.series.coefficients(component);
+            if !are_finite(coefficients) {
+                let found = coefficients.iter().position(|value| !value.is_finite());
+                let degree = found.unwrap_or(self.order());
                 return Err(FlowError::NotFinite { degree });
             }
-            step = step.min(component_step(
-                |degree| coefficients[degree].magnitude(),
-                len - 1,
-                self.margin,
-            ));
+            length = length.min(log2_step_of(coefficients, self.margin));
         }
-        if step > 0.0 {
-            Ok(step)
-        } else {
-            Err(FlowError::NotFinite { degree: self.order })
-        }
+        Ok(length)
     }
 
     /// The state after a duration of either sign.
@@ -169,28 +157,61 @@ impl<S: Real> Step<'_, S> {
         )
     }
 
-    /// Length on which a watched function's polynomial meets the tolerance as the states' do.
+    /// Length on which a watched function's polynomial meets the tolerance as the states' do, infinite where it is
+    /// not shorter than the step.
     pub(crate) fn watched_length(&self, watched: usize) -> f64 {
-        let value = self.watched_coefficients(watched);
-        component_step(|degree| value[degree].magnitude(), self.order, self.margin)
+        let length = log2_step_of(self.watched_coefficients(watched), self.margin);
+        if length < self.log2_length {
+            length.exp2()
+        } else {
+            f64::INFINITY
+        }
+    }
+
+    /// A lower bound of a watched function on `[0, length]`: the least value of its first three terms, less the sizes of the others.
+    pub(crate) fn watched_lower_bound(&self, watched: usize, length: f64) -> f64 {
+        let [first, second, third, rest @ ..] = self.watched_coefficients(watched) else {
+            return f64::NEG_INFINITY;
+        };
+        let [a, b, c] = [first, second, third].map(|value| value.to_f64());
+        let at = |time: f64| (c * time + b) * time + a;
+        let turn = (-0.5 * b / c).clamp(0.0, length);
+        let least = a.min(at(length)).min(if c > 0.0 { at(turn) } else { a });
+        least - polynomial::size(rest, length) * length * length * length
     }
 
     /// The state at a time since the start of the step.
     pub fn state_at(&self, time: S, state: &mut [S]) {
         for (component, value) in state.iter_mut().enumerate() {
-            *value = horner(self.state_coefficients(component), time);
+            *value = self.component_at(component, time);
         }
     }
 
     /// A state component at a time since the start of the step.
     pub fn component_at(&self, component: usize, time: S) -> S {
-        horner(self.state_coefficients(component), time)
+        polynomial::value(self.state_coefficients(component), time)
     }
 
     fn slot(&self, slot: usize) -> &[S] {
-        let len = self.order + 1;
-        &self.tape[slot * len..(slot + 1) * len]
+        self.series.coefficients(slot)
     }
+}
+
+fn log2_step_of<S: Real>(coefficients: &[S], margin: f64) -> f64 {
+    let magnitude = |degree: usize| coefficients[degree].magnitude();
+    log2_step(magnitude, coefficients.len() - 1, margin)
+}
+
+/// Whether all coefficients are finite.
+fn are_finite<S: Real>(coefficients: &[S]) -> bool {
+    let mut zeros = [0.0; 4];
+    let (chunks, rest) = coefficients.as_chunks::<4>();
+    for chunk in chunks {
+        for (zero, value) in zeros.iter_mut().zip(chunk) {
+            *zero += value.magnitude() * 0.0;
+        }
+    }
+    zeros == [0.0; 4] && rest.iter().all(|value| value.is_finite())
 }
 
 /// Value of a polynomial, coefficients in ascending powers.

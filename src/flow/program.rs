@@ -7,7 +7,6 @@
 
 mod lowering;
 mod operation;
-mod schedule;
 
 use std::borrow::Borrow;
 
@@ -15,10 +14,7 @@ use crate::jet::Graded;
 use crate::model::{ExpressionGraph, NodeId};
 use crate::numeric::{Dd, Scalar};
 use lowering::Lowering;
-use operation::Slot;
-pub(super) use operation::{Operation, run};
-
-pub(crate) use schedule::TimeSchedule;
+pub(super) use operation::{Operation, Slot, run};
 
 /// How an input of the graph enters a program.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,6 +1,6 @@
 //! Plain values of a program's outputs.
 
-use super::program::Program;
+use super::program::{Operation, Program, run};
 use crate::jet::TimeSeries;
 use crate::numeric::Scalar;
 
@@ -14,6 +14,42 @@ impl Program {
     ///
     /// If `tape` is shorter than [`slots`](Self::slots).
     pub fn evaluate_values<S: Scalar>(&self, tape: &mut [S]) {
-        self.advance(&TimeSeries { order: 0 }, 0, tape, &mut [S::zero()]);
+        for slot in self.inputs()..self.slots() {
+            tape[slot] = match *self.operation(slot) {
+                Operation::Constant(value) => S::from_dd(value),
+                Operation::Add(a, b) => tape[a] + tape[b],
+                Operation::Sub(a, b) => tape[a] - tape[b],
+                Operation::Neg(a) => -tape[a],
+                Operation::Scale(a, factor) => tape[a] * S::from_dd(factor),
+                Operation::AddConstant(a, value) => tape[a] + S::from_dd(value),
+                Operation::MulByHead { head: a, factor: b } | Operation::Mul(a, b) => {
+                    tape[a] * tape[b]
+                }
+                Operation::Div(a, b) => tape[a] / tape[b],
+                Operation::Sine { a, cosine, .. } => {
+                    let (sine, cosine_of_a) = tape[a].sin_cos();
+                    tape[cosine] = cosine_of_a;
+                    sine
+                }
+                // NOTE: its sine comes before it.
+                Operation::Cosine { .. } => tape[slot],
+                ref operation => any_value(operation, slot, tape),
+            };
+        }
     }
+}
+
+#[inline(never)]
+fn any_value<S: Scalar>(operation: &Operation, slot: usize, tape: &[S]) -> S {
+    let mut out = [S::zero()];
+    run(
+        operation,
+        slot,
+        &TimeSeries { order: 0 },
+        0,
+        1,
+        tape,
+        &mut out,
+    );
+    out[0]
 }

@@ -96,13 +96,9 @@ impl<S: Real> Flight<S> for TaylorFlight<'_, S> {
     }
 
     fn outlook(&mut self, watch: usize, length: S, _start: &Start<S>, goal: &Goal<S>) -> Outlook {
-        let value = self.step.watched_coefficients(2 * watch);
+        let bound = || self.step.watched_lower_bound(2 * watch, length.to_f64());
         match *goal {
-            Goal::Crossing { near }
-                if lower_bound(value, length.to_f64()) > near.to_f64().max(0.0) =>
-            {
-                Outlook::QUIET
-            }
+            Goal::Crossing { near } if bound() > near.to_f64().max(0.0) => Outlook::QUIET,
             _ => Outlook::Open,
         }
     }
@@ -118,16 +114,4 @@ impl<S: Real> Flight<S> for TaylorFlight<'_, S> {
         self.step.state_at(time, state);
         true
     }
-}
-
-/// A lower bound of a polynomial on `[0, length]`: `g_0 − Σ |g_k| L^k`.
-fn lower_bound<S: Real>(value: &[S], length: f64) -> f64 {
-    let [first, rest @ ..] = value else {
-        return f64::NEG_INFINITY;
-    };
-    let variation = rest
-        .iter()
-        .rev()
-        .fold(0.0, |sum, c| (sum + c.to_f64().abs()) * length);
-    first.to_f64() - variation
 }

@@ -18,7 +18,7 @@ use std::cmp::Ordering;
 use super::{Bracket, Real};
 use bernstein::sign_changes;
 
-pub use evaluation::{value, value_and_slope};
+pub use evaluation::{size, value, value_and_slope};
 
 /// A local minimum or maximum of a polynomial.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -49,6 +49,7 @@ enum SharedKey {
     Circular(Slot),
     Hyperbolic(Slot),
     Square(Slot),
+    Twice(Slot),
     Constant(u64, u64),
 }
 
@@ -225,6 +226,9 @@ impl<'a> Lowering<'a> {
         if a == b {
             return self.square(a);
         }
+        if let Some(product) = self.product_of_phase(a, b) {
+            return product;
+        }
         match (self.support[a], self.support[b]) {
             (Support::Number(a), Support::Number(b)) => self.constant(a * b),
             (Support::Number(factor), _) => self.push(Operation::Scale(b, factor), self.support[b]),
@@ -244,7 +248,8 @@ impl<'a> Lowering<'a> {
             return self.constant(value * value);
         }
         self.shared(SharedKey::Square(a), |this| {
-            this.push(Operation::Mul(a, a), this.joint(&[a]))
+            this.product_of_phase(a, a)
+                .unwrap_or_else(|| this.push(Operation::Mul(a, a), this.joint(&[a])))
         })
     }
 

@@ -3,7 +3,7 @@
 //! One idea: `p(t) = P_0(q) + t P_1(q) + t² P_2(q) + t³ P_3(q)` with `q = t⁴`: four short chains of dependent
 //! operations that run side by side, in place of one long one.
 
-use crate::numeric::Scalar;
+use crate::numeric::{Real, Scalar};
 
 const CHAINS: usize = 4;
 
@@ -43,6 +43,21 @@ pub fn value_and_slope<S: Scalar>(coefficients: &[S], time: S) -> (S, S) {
     (join(&chains, time, square), within + along)
 }
 
+/// `Σ_k |c_k| end^k`: a bound of the polynomial with these ascending coefficients on `[−end, end]`.
+#[inline]
+pub fn size<S: Real>(coefficients: &[S], end: f64) -> f64 {
+    let square = end * end;
+    let quartic = square * square;
+    let (chunks, rest) = coefficients.as_chunks::<CHAINS>();
+    let mut chains = start(rest).map(|coefficient: S| coefficient.magnitude());
+    for chunk in chunks.iter().rev() {
+        for lane in 0..CHAINS {
+            chains[lane] = chains[lane] * quartic + chunk[lane].magnitude();
+        }
+    }
+    join(&chains, end, square)
+}
+
 /// The coefficients above the whole chunks.
 #[inline(always)]
 fn start<S: Scalar>(rest: &[S]) -> [S; CHAINS] {
@@ -79,6 +94,8 @@ mod tests {
                     "{len} {time}"
                 );
                 assert_eq!(value(&coefficients, time), expected.0);
+                let sizes = coefficients.iter().map(|c| c.abs()).collect::<Vec<_>>();
+                assert_eq!(size(&coefficients, time.abs()), value(&sizes, time.abs()));
             }
         }
     }

@@ -131,6 +131,36 @@ impl Lowering<'_> {
         })
     }
 
+    /// Products of the sine and the cosine of one phase `a`, linear in `sin 2a` and `cos 2a`, which need no convolution.
+    pub(super) fn product_of_phase(&mut self, left: Slot, right: Slot) -> Option<Slot> {
+        let of_phase = |slot: Slot| match self.operations[slot] {
+            Operation::OfPhase { function, a, .. } => Some((function, a)),
+            _ => None,
+        };
+        let ((first, a), (second, b)) = (of_phase(left)?, of_phase(right)?);
+        if a != b {
+            return None;
+        }
+        let two = self.constant(Dd::from(2.0));
+        let twice = self.shared(SharedKey::Twice(a), |this| this.mul(two, a));
+        let sine = self.circular_of_phase(twice);
+        if first != second {
+            let half = self.constant(Dd::from(0.5));
+            return Some(self.mul(half, sine));
+        }
+        let sign = if first == HeadFunction::Cos {
+            1.0
+        } else {
+            -1.0
+        };
+        let (half, signed) = (
+            self.constant(Dd::from(0.5)),
+            self.constant(Dd::from(0.5 * sign)),
+        );
+        let wave = self.mul(signed, sine + 1);
+        Some(self.add(half, wave))
+    }
+
     /// The hyperbolic sine; the cosine is the slot after it.
     fn hyperbolic(&mut self, a: Slot) -> Slot {
         let euler_a = self.euler(a);
