@@ -30,7 +30,7 @@ const MAX_ELEMENTS: usize = 10_000;
 const GUESS: f64 = 1e-6;
 
 /// Taylor steps that the first element is expected to span, in jets of high and, added to it, of first order.
-const STEPS_PER_ELEMENT: [f64; 2] = [2.8, 1.0];
+const STEPS_PER_ELEMENT: [f64; 2] = [3.4, 1.2];
 
 /// Jets of the state after a duration of either sign, from jets of the state and of all parameters.
 ///

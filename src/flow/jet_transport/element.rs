@@ -391,12 +391,10 @@ fn relative_size(
     for ((correction, values), rate) in corrections.iter().zip(nominal).zip(rates) {
         let scale = values.magnitude() + length.abs() * rate.magnitude();
         let size = correction.magnitude();
-        if size > 0.0 || size.is_nan() {
-            worst = worst.max(size / scale.max(f64::MIN_POSITIVE));
-            if size.is_nan() {
-                return f64::INFINITY;
-            }
+        if size.is_nan() {
+            return f64::INFINITY;
         }
+        worst = worst.max(size / scale.max(f64::MIN_POSITIVE));
     }
     worst
 }

@@ -14,7 +14,7 @@ impl BlockMatrix {
     pub(super) fn clear(&mut self, dimension: usize) {
         self.dimension = dimension;
         self.blocks.clear();
-        self.blocks.resize(dimension * dimension, None);
+        self.blocks.resize_with(dimension * dimension, || None);
     }
 
     /// A block, unless it is zero.

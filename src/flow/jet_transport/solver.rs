@@ -53,9 +53,9 @@ impl ElementSolver {
             rates: BlockMatrix::default(),
             spare: BlockMatrix::default(),
             to_initial: vec![None; entries],
-            to_remainder: vec![None; entries],
+            to_remainder: absent(entries),
             functionals_to_initial: vec![Lanes([0.0; 4]); entries],
-            functionals_to_remainder: vec![None; entries],
+            functionals_to_remainder: absent(entries),
             chains,
         }
     }
@@ -116,9 +116,9 @@ impl ElementSolver {
     pub(super) fn expand(&mut self, needs_states: bool) {
         let dimension = self.chains.len();
         self.to_initial.fill(None);
-        self.to_remainder.fill(None);
+        clear(&mut self.to_remainder);
         self.functionals_to_initial.fill(Lanes([0.0; 4]));
-        self.functionals_to_remainder.fill(None);
+        clear(&mut self.functionals_to_remainder);
         for state in 0..dimension {
             self.to_initial[state * dimension + state] = Some(Lanes([1.0; NODES]));
             if let Some(root) = self.chains[state] {
@@ -243,14 +243,12 @@ impl ElementSolver {
     /// Largest of the last Legendre modes of the fundamental matrix, relative to each entry.
     #[inline(always)]
     pub(super) fn fundamental_tail(&self) -> f64 {
-        let relative = |response: &NodeValues| {
-            self.gauss.tail(*response) / response.magnitude().max(f64::MIN_POSITIVE)
-        };
-        self.to_initial
-            .iter()
-            .flatten()
-            .map(relative)
-            .fold(0.0, f64::max)
+        let mut largest = 0.0_f64;
+        for response in self.to_initial.iter().flatten() {
+            let size = response.magnitude().max(f64::MIN_POSITIVE);
+            largest = largest.max(self.gauss.tail(*response) / size);
+        }
+        largest
     }
 
     /// The component whose rate a state integrates, once or twice.
@@ -274,5 +272,20 @@ impl ElementSolver {
     #[inline(always)]
     fn nodes_in_time(&self) -> NodeValues {
         Lanes(self.gauss.nodes) * Lanes::splat(self.length)
+    }
+}
+
+/// Places without content.
+fn absent<T>(count: usize) -> Vec<Option<T>> {
+    std::iter::repeat_with(|| None).take(count).collect()
+}
+
+/// Empties places.
+///
+/// NOTE: filling them with a copy of an empty one would copy all its bytes.
+#[inline(always)]
+fn clear<T>(places: &mut [Option<T>]) {
+    for place in places {
+        *place = None;
     }
 }
