@@ -163,7 +163,17 @@ struct Any {
 impl Addition for Any {
     #[inline(always)]
     fn add<S: Scalar>(&self, terms: &Terms<'_, S>, out: &mut [S]) {
-        terms.add_some(self.square, out);
+        match out.len() {
+            1 => terms.add_some::<1>(self.square, out),
+            2 => terms.add_some::<2>(self.square, out),
+            3 => terms.add_some::<3>(self.square, out),
+            4 => terms.add_some::<4>(self.square, out),
+            5 => terms.add_some::<5>(self.square, out),
+            6 => terms.add_some::<6>(self.square, out),
+            7 => terms.add_some::<7>(self.square, out),
+            LONGEST_IN_REGISTERS => terms.add_some::<LONGEST_IN_REGISTERS>(self.square, out),
+            _ => terms.add_in_memory(self.square, out),
+        }
     }
 }
 
@@ -184,7 +194,7 @@ impl<const WITHOUT_FIRST: bool, const SQUARE: bool> Addition for All<WITHOUT_FIR
             LONGEST_IN_REGISTERS => {
                 terms.add_all::<LONGEST_IN_REGISTERS, WITHOUT_FIRST, SQUARE>(out);
             }
-            _ => terms.add_some(SQUARE, out),
+            _ => terms.add_in_memory(SQUARE, out),
         }
     }
 }
@@ -368,9 +378,61 @@ impl<'a, S: Scalar> Terms<'a, S> {
         }
     }
 
-    /// The same for a run of any length, of products that can differ from zero.
+    /// Products that can differ from zero.
     #[inline(always)]
-    fn add_some(&self, square: bool, out: &mut [S]) {
+    fn add_some<const LEN: usize>(&self, square: bool, out: &mut [S]) {
+        let Some(out) = out.first_chunk_mut::<LEN>() else {
+            return;
+        };
+        let mut sums = [S::zero(); LEN];
+        let (pairs, root) = self.pairs(square);
+        for &pair in pairs {
+            if let Some(families) = self.families(pair, LEN) {
+                self.add_blocks_that_count(families, 1, LEN, &mut sums);
+            }
+        }
+        if square {
+            if let Some(families) = root.and_then(|root| self.families(root, LEN)) {
+                self.add_blocks_that_count(families, 1, LEN / 2, &mut sums);
+            }
+            for (k, sum) in sums.iter_mut().enumerate() {
+                one_by_one::<S>(k);
+                *sum += *sum;
+            }
+            if let Some(families) = root.and_then(|root| self.families(root, LEN))
+                && LEN % 2 == 1
+            {
+                let half = LEN.div_ceil(2);
+                self.add_blocks_that_count(families, half, half, &mut sums);
+            }
+        }
+        self.finish.store(self.run.monomials.start, sums, out);
+    }
+
+    /// Those of the products of two families that can differ from zero.
+    #[inline(always)]
+    fn add_blocks_that_count<const LEN: usize>(
+        &self,
+        families: Families<'_>,
+        from: usize,
+        to: usize,
+        sums: &mut [S; LEN],
+    ) {
+        let takes =
+            |left: usize| left <= LEN && from <= left && left <= to && self.counts(families, left);
+        self.add_block::<1, LEN>(families, takes(1), sums);
+        self.add_block::<2, LEN>(families, takes(2), sums);
+        self.add_block::<3, LEN>(families, takes(3), sums);
+        self.add_block::<4, LEN>(families, takes(4), sums);
+        self.add_block::<5, LEN>(families, takes(5), sums);
+        self.add_block::<6, LEN>(families, takes(6), sums);
+        self.add_block::<7, LEN>(families, takes(7), sums);
+        self.add_block::<LONGEST_IN_REGISTERS, LEN>(families, takes(LONGEST_IN_REGISTERS), sums);
+    }
+
+    /// The same for a run of any length.
+    #[inline(always)]
+    fn add_in_memory(&self, square: bool, out: &mut [S]) {
         let len = out.len();
         let mut sums = vec![S::zero(); len];
         let (pairs, root) = self.pairs(square);
