@@ -18,7 +18,9 @@ use grazemap::model::Scene;
 use grazemap::numeric::{Lanes, Scalar};
 
 /// A name, and what does the work a number of times.
-const WORK: [(&str, fn(usize)); 6] = [
+type Work = (&'static str, fn(usize));
+
+const WORK: [Work; 6] = [
     ("product_5_6", product::<f64>),
     ("product_5_6_lanes", product::<Lanes<8>>),
     ("flow_1", flow::<1>),
