@@ -4,22 +4,24 @@
 //! programs were measured; the floor printed first is the time of all coefficient products of dense jets alone, at the measured rate of
 //! the widest registers; squares and monomials that vanish cost less.
 
+#[path = "support/actuator.rs"]
+mod actuator;
 #[path = "support/floor.rs"]
 mod floor;
 
 use std::hint::black_box;
-use std::sync::Arc;
 use std::time::Instant;
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use grazemap::flow::{
     Field, InputKind, Integrator, LaneIntegrator, jet_transport, jet_transport_taylor,
 };
-use grazemap::jet::{Jet, JetSpace};
+use grazemap::jet::JetSpace;
 use grazemap::model::{ExpressionGraph, Unary};
 use grazemap::numeric::{Dd, Lanes, Real};
 use pulp::Arch;
 
+use actuator::{POINT, electrostatic, jets};
 use floor::{CHAINS, Floor, ROUNDS};
 
 /// `x' = v, v' = α cos θ − 2 ζ v − x, θ' = ω`.
@@ -39,35 +41,6 @@ fn linear() -> Field {
         &[],
         &[InputKind::HeadOnly; 3],
     )
-}
-
-/// `x' = v, v' = V² sin² θ/(1 − x)² − 0.04 v − x, θ' = ω`; parameters `(V, ω)`.
-fn electrostatic() -> Field {
-    let mut g = ExpressionGraph::new();
-    let [x, v, theta, voltage, omega] = std::array::from_fn(|input| g.input(input));
-    let sine = g.unary(Unary::Sin, theta);
-    let drive = g.mul(voltage, sine);
-    let one = g.number(1.0);
-    let gap = g.sub(one, x);
-    let ratio = g.div(drive, gap);
-    let pull = g.power_integer(ratio, 2);
-    let damping = g.number(0.04);
-    let damping = g.mul(damping, v);
-    let acceleration = g.sub(pull, damping);
-    let acceleration = g.sub(acceleration, x);
-    Field::new(
-        &g,
-        &[v, acceleration, omega],
-        &[],
-        &[InputKind::Variable; 2],
-    )
-}
-
-const POINT: [f64; 5] = [0.3, 0.1, 0.4, 0.2, 0.6];
-
-fn jets(space: &Arc<JetSpace>) -> (Vec<Jet<f64>>, Vec<Jet<f64>>) {
-    let jet = |variable: usize| Jet::variable(space, variable, POINT[variable]);
-    ((0..3).map(jet).collect(), (3..5).map(jet).collect())
 }
 
 /// Seconds per product and sum of one lane, each rounded, with the machine's widest registers.

@@ -4,7 +4,7 @@
 //! sums, its terms in the order of the table whatever the scalar, so that lanes give the bits of single numbers.
 
 use super::Span;
-use super::product_table::{Block, Group, PlaceOfGroup, ProductTable, Run};
+use super::product_table::{Pair, ProductTable, Run};
 use super::selection::Selection;
 use crate::numeric::{Kernel, Scalar, one_by_one};
 
@@ -24,6 +24,15 @@ impl<'a, S> Factor<'a, S> {
         Self {
             coefficients,
             first: 0,
+        }
+    }
+
+    /// The same, its head left out or not.
+    #[inline(always)]
+    fn from(self, leaves_head: bool) -> Self {
+        Self {
+            first: self.first.max(u32::from(leaves_head)),
+            ..self
         }
     }
 }
@@ -88,20 +97,30 @@ pub(super) struct Convolution<'a, S> {
 impl<S: Scalar> Convolution<'_, S> {
     /// Forms the product.
     ///
-    /// NOTE: the one place of the program where the loops are compiled, once per scalar and instruction set.
+    /// NOTE: the one place of the program where the loops are compiled, once per scalar and instruction set, and apart for the
+    /// common kinds: a sum with no choice in it stays in registers.
     #[inline(never)]
     pub(super) fn form(self) {
-        S::dispatch(self);
+        let square = self.is_square();
+        match (self.span, square) {
+            _ if self.a.first.max(self.b.first) > 0 => S::dispatch(Formed(self, Any { square })),
+            (Span::Full, false) => S::dispatch(Formed(self, All::<false, false>)),
+            (Span::Full, true) => S::dispatch(Formed(self, All::<false, true>)),
+            (Span::WithoutFirst, false) => S::dispatch(Formed(self, All::<true, false>)),
+            _ => S::dispatch(Formed(self, Any { square })),
+        }
     }
-}
 
-impl<S: Scalar> Kernel for Convolution<'_, S> {
-    type Output = ();
-
+    /// Whether it is the square of an element, of which half the products are formed.
     #[inline(always)]
-    fn run(self) {
-        let square = std::ptr::eq(self.a.coefficients, self.b.coefficients)
-            && matches!(self.span, Span::Full | Span::Interior);
+    fn is_square(&self) -> bool {
+        std::ptr::eq(self.a.coefficients, self.b.coefficients)
+            && matches!(self.span, Span::Full | Span::Interior)
+    }
+
+    /// Adds to every run that is asked for.
+    #[inline(always)]
+    fn add<A: Addition>(self, addition: A) {
         let end = self.first + self.out.len();
         let from = self
             .runs
@@ -120,30 +139,109 @@ impl<S: Scalar> Kernel for Convolution<'_, S> {
             let terms = Terms {
                 table: self.table,
                 run,
-                span: self.span,
-                square,
-                a: self.a,
-                b: self.b,
+                a: self.a.from(self.span.leaves_first()),
+                b: self.b.from(self.span.leaves_last()),
                 finish: self.finish,
             };
-            add_run(&terms, out);
+            addition.add(&terms, out);
         }
     }
 }
 
-/// Adds to the coefficients of one run; of the square of an element, half of the products is formed.
-#[inline(always)]
-fn add_run<S: Scalar>(terms: &Terms<'_, S>, out: &mut [S]) {
-    match out.len() {
-        1 => terms.add_in_registers::<1>(out),
-        2 => terms.add_in_registers::<2>(out),
-        3 => terms.add_in_registers::<3>(out),
-        4 => terms.add_in_registers::<4>(out),
-        5 => terms.add_in_registers::<5>(out),
-        6 => terms.add_in_registers::<6>(out),
-        7 => terms.add_in_registers::<7>(out),
-        LONGEST_IN_REGISTERS => terms.add_in_registers::<LONGEST_IN_REGISTERS>(out),
-        _ => terms.add_in_memory(out),
+/// A way to add to a run.
+///
+/// NOTE: not a closure, for these are not always inlined, and what is not is compiled for the least machine.
+trait Addition {
+    fn add<S: Scalar>(&self, terms: &Terms<'_, S>, out: &mut [S]);
+}
+
+/// Any product, or the square of an element.
+struct Any {
+    square: bool,
+}
+
+impl Addition for Any {
+    #[inline(always)]
+    fn add<S: Scalar>(&self, terms: &Terms<'_, S>, out: &mut [S]) {
+        match out.len() {
+            1 => terms.add_some::<1>(self.square, out),
+            2 => terms.add_some::<2>(self.square, out),
+            3 => terms.add_some::<3>(self.square, out),
+            4 => terms.add_some::<4>(self.square, out),
+            5 => terms.add_some::<5>(self.square, out),
+            6 => terms.add_some::<6>(self.square, out),
+            7 => terms.add_some::<7>(self.square, out),
+            LONGEST_IN_REGISTERS => terms.add_some::<LONGEST_IN_REGISTERS>(self.square, out),
+            _ => terms.add_in_memory(self.square, out),
+        }
+    }
+}
+
+/// A product of elements that may differ from zero everywhere: all of it, all but the head of the left one, or a square.
+struct All<const WITHOUT_FIRST: bool, const SQUARE: bool>;
+
+impl<const WITHOUT_FIRST: bool, const SQUARE: bool> Addition for All<WITHOUT_FIRST, SQUARE> {
+    #[inline(always)]
+    fn add<S: Scalar>(&self, terms: &Terms<'_, S>, out: &mut [S]) {
+        match out.len() {
+            1 => terms.add_all::<1, WITHOUT_FIRST, SQUARE>(out),
+            2 => terms.add_all::<2, WITHOUT_FIRST, SQUARE>(out),
+            3 => terms.add_all::<3, WITHOUT_FIRST, SQUARE>(out),
+            4 => terms.add_all::<4, WITHOUT_FIRST, SQUARE>(out),
+            5 => terms.add_all::<5, WITHOUT_FIRST, SQUARE>(out),
+            6 => terms.add_all::<6, WITHOUT_FIRST, SQUARE>(out),
+            7 => terms.add_all::<7, WITHOUT_FIRST, SQUARE>(out),
+            LONGEST_IN_REGISTERS => {
+                terms.add_all::<LONGEST_IN_REGISTERS, WITHOUT_FIRST, SQUARE>(out);
+            }
+            _ => terms.add_in_memory(SQUARE, out),
+        }
+    }
+}
+
+/// All of the product of two elements, added to an element.
+///
+/// NOTE: compiled apart: knowing that all is wanted saves a quarter.
+pub(super) struct FullProduct<'a, S> {
+    pub(super) table: &'a ProductTable,
+    pub(super) a: &'a [S],
+    pub(super) b: &'a [S],
+    pub(super) out: &'a mut [S],
+}
+
+impl<S: Scalar> Kernel for FullProduct<'_, S> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        let product = Convolution {
+            table: self.table,
+            runs: self.table.all_runs(),
+            span: Span::Full,
+            a: Factor::full(self.a),
+            b: Factor::full(self.b),
+            finish: Finish::Add,
+            first: 0,
+            out: self.out,
+            selection: None,
+        };
+        if product.is_square() {
+            product.form();
+        } else {
+            product.add(All::<false, false>);
+        }
+    }
+}
+
+/// A product and the way to form it.
+struct Formed<'a, S, A>(Convolution<'a, S>, A);
+
+impl<S: Scalar, A: Addition> Kernel for Formed<'_, S, A> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        self.0.add(self.1);
     }
 }
 
@@ -151,119 +249,207 @@ fn add_run<S: Scalar>(terms: &Terms<'_, S>, out: &mut [S]) {
 struct Terms<'a, S> {
     table: &'a ProductTable,
     run: &'a Run,
-    span: Span,
-    square: bool,
     a: Factor<'a, S>,
     b: Factor<'a, S>,
     finish: Finish<'a, S>,
 }
 
-impl<S: Scalar> Terms<'_, S> {
-    /// The blocks of a group whose factors can differ from zero; of a square, those before the mirror.
+/// The first monomials of the runs of two families, by length.
+#[derive(Clone, Copy)]
+struct Families<'a> {
+    left: &'a [u32],
+    right: &'a [u32],
+}
+
+impl<'a, S: Scalar> Terms<'a, S> {
+    /// The pairs of which products are formed, and of a square the family that is multiplied with itself.
     #[inline(always)]
-    fn blocks(&self, group: &Group, place: PlaceOfGroup) -> &[Block] {
-        let blocks = match self.square {
-            true => self.table.blocks_before_mirror(group, place, self.span),
-            false => self.table.blocks(group, place, self.span),
-        };
-        if self.a.first == 0 && self.b.first == 0 {
-            return blocks;
+    fn pairs(&self, square: bool) -> (&'a [Pair], Option<Pair>) {
+        let pairs = self.table.pairs_of(self.run);
+        if square {
+            let (half, rest) = pairs.split_at(pairs.len() / 2);
+            (half, rest.first().copied().filter(|_| pairs.len() % 2 == 1))
+        } else {
+            (pairs, None)
         }
-        let from = blocks.partition_point(|&(i, _)| i < self.a.first);
-        let until = blocks.partition_point(|&(_, j)| j >= self.b.first);
-        &blocks[from.min(until)..until]
     }
 
-    /// The block of a square that is its own mirror image.
+    /// The runs of a pair.
     #[inline(always)]
-    fn root(&self) -> Option<Block> {
-        let root = self.run.root?;
-        let is_head = self.run.monomials.start == 0;
-        (self.span == Span::Full || !is_head).then_some((root, root))
+    fn families(&self, (left, right): Pair, len: usize) -> Option<Families<'a>> {
+        Some(Families {
+            left: self.table.starts(left, len)?,
+            right: self.table.starts(right, len)?,
+        })
+    }
+
+    /// Whether a left run of a length and the right one that goes with it can differ from zero.
+    #[inline(always)]
+    fn counts(&self, families: Families<'_>, left: usize) -> bool {
+        let right = families.right.len() - left;
+        families.left[left - 1] >= self.a.first && families.right[right] >= self.b.first
     }
 
     #[inline(always)]
-    fn add_in_registers<const LEN: usize>(&self, out: &mut [S]) {
+    fn add_all<const LEN: usize, const WITHOUT_FIRST: bool, const SQUARE: bool>(
+        &self,
+        out: &mut [S],
+    ) {
         let Some(out) = out.first_chunk_mut::<LEN>() else {
             return;
         };
-        let Some(groups) = self.table.groups(self.run).first_chunk::<LEN>() else {
-            return;
-        };
         let mut sums = [S::zero(); LEN];
-        self.add_group::<1, LEN>(groups, &mut sums);
-        self.add_group::<2, LEN>(groups, &mut sums);
-        self.add_group::<3, LEN>(groups, &mut sums);
-        self.add_group::<4, LEN>(groups, &mut sums);
-        self.add_group::<5, LEN>(groups, &mut sums);
-        self.add_group::<6, LEN>(groups, &mut sums);
-        self.add_group::<7, LEN>(groups, &mut sums);
-        self.add_group::<LONGEST_IN_REGISTERS, LEN>(groups, &mut sums);
-        if self.square {
+        let (mut pairs, root) = self.pairs(SQUARE);
+        if WITHOUT_FIRST && let [first, rest @ ..] = pairs {
+            let Some(families) = self.families(*first, LEN) else {
+                return;
+            };
+            self.add_blocks::<LEN>(families, 2, LEN, &mut sums);
+            pairs = rest;
+        }
+        for &pair in pairs {
+            let Some(families) = self.families(pair, LEN) else {
+                return;
+            };
+            self.add_blocks::<LEN>(families, 1, LEN, &mut sums);
+        }
+        if SQUARE {
+            if let Some(families) = root.and_then(|root| self.families(root, LEN)) {
+                self.add_blocks::<LEN>(families, 1, LEN / 2, &mut sums);
+            }
             for (k, sum) in sums.iter_mut().enumerate() {
                 one_by_one::<S>(k);
                 *sum += *sum;
             }
-            if let Some(root) = self.root() {
-                match LEN {
-                    1 => self.add_blocks::<1, LEN>(&[root], &mut sums),
-                    3 => self.add_blocks::<2, LEN>(&[root], &mut sums),
-                    5 => self.add_blocks::<3, LEN>(&[root], &mut sums),
-                    _ => self.add_blocks::<4, LEN>(&[root], &mut sums),
-                }
+            if let Some(families) = root.and_then(|root| self.families(root, LEN))
+                && LEN % 2 == 1
+            {
+                let half = LEN.div_ceil(2);
+                self.add_blocks::<LEN>(families, half, half, &mut sums);
             }
         }
         self.finish.store(self.run.monomials.start, sums, out);
     }
 
+    /// Products of the runs of two families, the left ones of lengths in a range that is known in advance.
     #[inline(always)]
-    fn add_group<const LEFT: usize, const LEN: usize>(
+    fn add_blocks<const LEN: usize>(
         &self,
-        groups: &[Group; LEN],
+        families: Families<'_>,
+        from: usize,
+        to: usize,
         sums: &mut [S; LEN],
     ) {
-        if let Some(group) = groups.get(LEFT - 1) {
-            let place = PlaceOfGroup::new(LEFT, LEN);
-            self.add_blocks::<LEFT, LEN>(self.blocks(group, place), sums);
-        }
+        let takes = |left: usize| from <= left && left <= to;
+        self.add_block::<1, LEN>(families, takes(1), sums);
+        self.add_block::<2, LEN>(families, takes(2), sums);
+        self.add_block::<3, LEN>(families, takes(3), sums);
+        self.add_block::<4, LEN>(families, takes(4), sums);
+        self.add_block::<5, LEN>(families, takes(5), sums);
+        self.add_block::<6, LEN>(families, takes(6), sums);
+        self.add_block::<7, LEN>(families, takes(7), sums);
+        self.add_block::<LONGEST_IN_REGISTERS, LEN>(families, takes(LONGEST_IN_REGISTERS), sums);
     }
 
-    /// Products of runs of `LEFT` coefficients with runs of `LEN + 1 − LEFT`.
+    /// The product of a run of `LEFT` coefficients with one of `LEN + 1 − LEFT`.
     #[inline(always)]
-    fn add_blocks<const LEFT: usize, const LEN: usize>(
+    fn add_block<const LEFT: usize, const LEN: usize>(
         &self,
-        blocks: &[Block],
+        families: Families<'_>,
+        is_taken: bool,
         sums: &mut [S; LEN],
     ) {
-        let right = (LEN + 1).saturating_sub(LEFT);
-        for &(i, j) in blocks {
-            let (i, j) = (i as usize, j as usize);
-            let (Some(a), Some(b)) = (
-                self.a.coefficients.get(i..i + LEFT),
-                self.b.coefficients.get(j..j + right),
-            ) else {
-                return;
-            };
-            for p in 0..LEFT {
-                for q in 0..right {
-                    sums[p + q] = a[p].mul_add(b[q], sums[p + q]);
-                }
+        if LEFT > LEN || !is_taken {
+            return;
+        }
+        let right = LEN + 1 - LEFT;
+        let i = families.left[LEFT - 1] as usize;
+        let j = families.right[right - 1] as usize;
+        let (Some(a), Some(b)) = (
+            self.a.coefficients.get(i..i + LEFT),
+            self.b.coefficients.get(j..j + right),
+        ) else {
+            return;
+        };
+        for p in 0..LEFT {
+            for q in 0..right {
+                sums[p + q] = a[p].mul_add(b[q], sums[p + q]);
             }
         }
     }
 
+    /// Products that can differ from zero.
+    #[inline(always)]
+    fn add_some<const LEN: usize>(&self, square: bool, out: &mut [S]) {
+        let Some(out) = out.first_chunk_mut::<LEN>() else {
+            return;
+        };
+        let mut sums = [S::zero(); LEN];
+        let (pairs, root) = self.pairs(square);
+        for &pair in pairs {
+            if let Some(families) = self.families(pair, LEN) {
+                self.add_blocks_that_count(families, 1, LEN, &mut sums);
+            }
+        }
+        if square {
+            if let Some(families) = root.and_then(|root| self.families(root, LEN)) {
+                self.add_blocks_that_count(families, 1, LEN / 2, &mut sums);
+            }
+            for (k, sum) in sums.iter_mut().enumerate() {
+                one_by_one::<S>(k);
+                *sum += *sum;
+            }
+            if let Some(families) = root.and_then(|root| self.families(root, LEN))
+                && LEN % 2 == 1
+            {
+                let half = LEN.div_ceil(2);
+                self.add_blocks_that_count(families, half, half, &mut sums);
+            }
+        }
+        self.finish.store(self.run.monomials.start, sums, out);
+    }
+
+    /// Those of the products of two families that can differ from zero.
+    #[inline(always)]
+    fn add_blocks_that_count<const LEN: usize>(
+        &self,
+        families: Families<'_>,
+        from: usize,
+        to: usize,
+        sums: &mut [S; LEN],
+    ) {
+        let takes =
+            |left: usize| left <= LEN && from <= left && left <= to && self.counts(families, left);
+        self.add_block::<1, LEN>(families, takes(1), sums);
+        self.add_block::<2, LEN>(families, takes(2), sums);
+        self.add_block::<3, LEN>(families, takes(3), sums);
+        self.add_block::<4, LEN>(families, takes(4), sums);
+        self.add_block::<5, LEN>(families, takes(5), sums);
+        self.add_block::<6, LEN>(families, takes(6), sums);
+        self.add_block::<7, LEN>(families, takes(7), sums);
+        self.add_block::<LONGEST_IN_REGISTERS, LEN>(families, takes(LONGEST_IN_REGISTERS), sums);
+    }
+
     /// The same for a run of any length.
     #[inline(always)]
-    fn add_in_memory(&self, out: &mut [S]) {
-        let mut sums = vec![S::zero(); out.len()];
-        for (group, left) in self.table.groups(self.run).iter().zip(1..) {
-            let place = PlaceOfGroup::new(left, out.len());
-            self.add_blocks_of(left, self.blocks(group, place), &mut sums);
+    fn add_in_memory(&self, square: bool, out: &mut [S]) {
+        let len = out.len();
+        let mut sums = vec![S::zero(); len];
+        let (pairs, root) = self.pairs(square);
+        for &pair in pairs {
+            if let Some(families) = self.families(pair, len) {
+                self.add_blocks_of(families, 1..=len, &mut sums);
+            }
         }
-        if self.square {
+        if square {
+            let families = root.and_then(|root| self.families(root, len));
+            if let Some(families) = families {
+                self.add_blocks_of(families, 1..=len / 2, &mut sums);
+            }
             sums.iter_mut().for_each(|sum| *sum += *sum);
-            if let Some(root) = self.root() {
-                self.add_blocks_of(out.len().div_ceil(2), &[root], &mut sums);
+            if let Some(families) = families.filter(|_| len % 2 == 1) {
+                let half = len.div_ceil(2);
+                self.add_blocks_of(families, half..=half, &mut sums);
             }
         }
         let monomials = self.run.monomials.clone();
@@ -274,9 +460,18 @@ impl<S: Scalar> Terms<'_, S> {
     }
 
     #[inline(always)]
-    fn add_blocks_of(&self, left: usize, blocks: &[Block], sums: &mut [S]) {
-        let right = sums.len() + 1 - left;
-        for &(i, j) in blocks {
+    fn add_blocks_of(
+        &self,
+        families: Families<'_>,
+        lefts: std::ops::RangeInclusive<usize>,
+        sums: &mut [S],
+    ) {
+        for left in lefts {
+            if !self.counts(families, left) {
+                continue;
+            }
+            let right = sums.len() + 1 - left;
+            let (i, j) = (families.left[left - 1], families.right[right - 1]);
             let a = &self.a.coefficients[i as usize..i as usize + left];
             let b = &self.b.coefficients[j as usize..j as usize + right];
             for (p, &a) in a.iter().enumerate() {

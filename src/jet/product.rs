@@ -3,7 +3,7 @@
 
 use std::ops::Range;
 
-use super::convolution::{Convolution, Factor, Finish};
+use super::convolution::{Convolution, Factor, Finish, FullProduct};
 use super::selection::Selection;
 use super::{JetSpace, Span};
 use crate::numeric::Scalar;
@@ -25,17 +25,11 @@ impl JetSpace {
     /// If a slice is shorter than the space.
     #[inline]
     pub fn multiply_add<S: Scalar>(&self, a: &[S], b: &[S], out: &mut [S]) {
-        // NOTE: compiled apart from the parts of one degree: knowing that all is wanted saves a quarter in small spaces.
-        S::dispatch(Convolution {
+        S::dispatch(FullProduct {
             table: self.table(),
-            runs: self.table().runs(0..self.order() + 1),
-            span: Span::Full,
-            a: Factor::full(&a[..self.len()]),
-            b: Factor::full(&b[..self.len()]),
-            finish: Finish::Add,
-            first: 0,
+            a: &a[..self.len()],
+            b: &b[..self.len()],
             out,
-            selection: None,
         });
     }
 

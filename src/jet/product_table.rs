@@ -1,12 +1,13 @@
-//! Which products of coefficients a product of jets sums, by blocks.
+//! Which products of coefficients a product of jets sums, by pairs of families.
 //!
-//! One idea: monomials of one degree that differ in their last two variables only are neighbours, a *run*,
-//! and the product of two runs is the product of two polynomials in one variable, its coefficients neighbours
-//! again. One entry of the table stands for all of these products, and a run of the result is summed in registers.
+//! One idea: monomials of one degree that differ in their last two variables only are neighbours, a *run*, and the
+//! runs with the same other exponents are a *family*, one run of every length. A run of the result is the sum over the pairs of
+//! families that multiply to its own of the products of their runs, whose lengths add up to one more than its own: polynomials in one
+//! variable, whose coefficients are summed in registers. One entry of the table stands for all of these products, for every run of
+//! a family.
 
 use std::ops::Range;
 
-use super::Span;
 use super::monomials::{RankTable, next_divisor};
 
 /// The products of a space, run by run of the result.
@@ -15,34 +16,21 @@ pub(super) struct ProductTable {
     runs: Vec<Run>,
     /// First run of every degree, and the number of runs.
     degree_starts: Vec<usize>,
-    groups: Vec<Group>,
-    blocks: Vec<Block>,
+    /// The first monomials of the runs of every family, by length.
+    starts: Vec<u32>,
+    pairs: Vec<Pair>,
 }
 
 /// Neighbouring monomials of one degree with the same exponents in all variables but the last two.
-///
-/// It has as many groups of blocks as monomials: the left runs of the first have one monomial, those of
-/// the second two, and so on. Its first block is `1 · run`, its last one `run · 1`.
 #[derive(Clone, Debug)]
 pub(super) struct Run {
     /// The monomials.
     pub(super) monomials: Range<usize>,
-    /// The first monomial of the run of which it is the square, if it is one.
-    pub(super) root: Option<u32>,
-    first_group: usize,
+    pairs: Range<usize>,
 }
 
-/// Blocks whose left runs have one length, by ascending left monomials.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Group {
-    first: u32,
-    /// End of the blocks whose left run comes before the right one.
-    mirror: u32,
-    end: u32,
-}
-
-/// First monomials of two runs, whose product is the first monomial of a third.
-pub(super) type Block = (u32, u32);
+/// Two families, each by the place of the first monomial of its shortest run among those of all runs.
+pub(super) type Pair = (u32, u32);
 
 /// Exponents and weights, as a table is built from them.
 pub(super) struct Monomials<'a> {
@@ -66,8 +54,22 @@ impl Monomials<'_> {
         }
     }
 
+    /// The first monomials of the runs of the family whose shortest run is a monomial.
+    fn family(&self, shortest: usize) -> impl Iterator<Item = u32> {
+        let mut exponents = self.exponents(shortest).to_vec();
+        let grows = matches!(self.weights, [.., a, b] if a == b);
+        let longer = move || {
+            let [.., exponent, _] = exponents.as_mut_slice() else {
+                return None;
+            };
+            *exponent = exponent.checked_add(1).filter(|_| grows)?;
+            self.ranks.find(&exponents).map(|monomial| monomial as u32)
+        };
+        std::iter::once(shortest as u32).chain(std::iter::from_fn(longer))
+    }
+
     /// The pairs `(i, j)` of monomials whose product is a given one, by ascending `i`.
-    fn list_pairs(&self, product: usize, pairs: &mut Vec<Block>) {
+    fn list_pairs(&self, product: usize, pairs: &mut Vec<(u32, u32)>) {
         pairs.clear();
         let bound = self.exponents(product);
         let (mut left, mut right) = (vec![0u8; bound.len()], vec![0u8; bound.len()]);
@@ -92,21 +94,38 @@ impl Monomials<'_> {
 impl ProductTable {
     /// The table of a space.
     pub(super) fn new(monomials: &Monomials<'_>) -> Self {
+        let count = monomials.degree_starts.last().copied().unwrap_or(0);
         let mut table = Self {
             runs: Vec::new(),
             degree_starts: Vec::with_capacity(monomials.degree_starts.len()),
-            groups: Vec::new(),
-            blocks: Vec::new(),
+            starts: Vec::with_capacity(count),
+            pairs: Vec::new(),
         };
-        let mut pairs = Vec::new();
+        // Of the first monomial of every run: the place of its family and the family's pairs.
+        let mut families = vec![(0, 0..0); count];
+        let mut products = Vec::new();
         for degree in monomials.degree_starts.windows(2) {
             table.degree_starts.push(table.runs.len());
             let mut first = degree[0];
             while first < degree[1] {
                 let length = monomials.run_length(first);
-                monomials.list_pairs(first, &mut pairs);
-                table.push_run(first..first + length, &pairs, |left| {
-                    monomials.run_length(left as usize)
+                if length == 1 {
+                    let place = table.starts.len();
+                    table.starts.extend(monomials.family(first));
+                    families[first].0 = place as u32;
+                    monomials.list_pairs(first, &mut products);
+                    let family = |monomial: u32| families[monomial as usize].0;
+                    let begin = table.pairs.len();
+                    let pairs = products.iter().map(|&(i, j)| (family(i), family(j)));
+                    table.pairs.extend(pairs);
+                    let pairs = begin..table.pairs.len();
+                    for &start in &table.starts[place..] {
+                        families[start as usize] = (place as u32, pairs.clone());
+                    }
+                }
+                table.runs.push(Run {
+                    monomials: first..first + length,
+                    pairs: families[first].1.clone(),
                 });
                 first += length;
             }
@@ -115,37 +134,29 @@ impl ProductTable {
         table
     }
 
-    /// Adds a run, from the pairs of first monomials that multiply to its first.
-    fn push_run(
-        &mut self,
-        monomials: Range<usize>,
-        pairs: &[Block],
-        length: impl Fn(u32) -> usize,
-    ) {
-        let first_group = self.groups.len();
-        for left_len in 1..=monomials.len() {
-            let first = self.blocks.len() as u32;
-            let group = pairs.iter().filter(|pair| length(pair.0) == left_len);
-            self.blocks.extend(group);
-            let mirror = self.blocks[first as usize..].partition_point(|&(i, j)| i < j) as u32;
-            self.groups.push(Group {
-                first,
-                mirror: first + mirror,
-                end: self.blocks.len() as u32,
-            });
-        }
-        let root = pairs.iter().find(|(left, right)| left == right);
-        self.runs.push(Run {
-            monomials,
-            root: root.map(|&(left, _)| left),
-            first_group,
-        });
-    }
-
     /// The runs of a range of degrees, by ascending monomials.
     #[inline(always)]
     pub(super) fn runs(&self, degrees: Range<usize>) -> &[Run] {
         &self.runs[self.degree_starts[degrees.start]..self.degree_starts[degrees.end]]
+    }
+
+    /// All runs, by ascending monomials.
+    #[inline(always)]
+    pub(super) fn all_runs(&self) -> &[Run] {
+        &self.runs
+    }
+
+    /// The pairs of families that multiply to that of a run, by ascending left ones; the first begins with the constant, the last ends with it.
+    #[inline(always)]
+    pub(super) fn pairs_of(&self, run: &Run) -> &[Pair] {
+        &self.pairs[run.pairs.clone()]
+    }
+
+    /// The first monomials of the runs of a family, by ascending length, as many as asked for.
+    #[inline(always)]
+    pub(super) fn starts(&self, family: u32, count: usize) -> Option<&[u32]> {
+        let family = family as usize;
+        self.starts.get(family..family + count)
     }
 
     /// The pairs of monomials whose product is a given one, in the order of the sums.
@@ -155,61 +166,16 @@ impl ProductTable {
             .partition_point(|run| run.monomials.start <= monomial);
         let run = &self.runs[after - 1];
         let (place, len) = (monomial - run.monomials.start, run.monomials.len());
-        let blocks = (1..=len).flat_map(|left_len| {
-            let place = PlaceOfGroup::new(left_len, len);
-            let group = &self.groups(run)[left_len - 1];
-            let blocks = self.blocks(group, place, Span::Full).iter();
-            blocks.map(move |&(left, right)| (left as usize, right as usize, left_len))
-        });
-        blocks
-            .flat_map(|(left, right, left_len)| {
+        let mut pairs = Vec::new();
+        for &(left, right) in self.pairs_of(run) {
+            for left_len in 1..=len {
+                let left = self.starts[left as usize + left_len - 1] as usize;
+                let right = self.starts[right as usize + len - left_len] as usize;
                 let first = (place + left_len).saturating_sub(len);
-                (first..left_len.min(place + 1)).map(move |p| (left + p, right + place - p))
-            })
-            .collect()
-    }
-
-    /// The groups of a run.
-    #[inline(always)]
-    pub(super) fn groups(&self, run: &Run) -> &[Group] {
-        &self.groups[run.first_group..run.first_group + run.monomials.len()]
-    }
-
-    /// The blocks of a group that a span takes.
-    #[inline(always)]
-    pub(super) fn blocks(&self, group: &Group, place: PlaceOfGroup, span: Span) -> &[Block] {
-        let first = group.first + u32::from(place.is_first && span.leaves_first());
-        let end = group.end - u32::from(place.is_last && span.leaves_last());
-        &self.blocks[first as usize..end.max(first) as usize]
-    }
-
-    /// Those of them whose left run comes before the right one.
-    #[inline(always)]
-    pub(super) fn blocks_before_mirror(
-        &self,
-        group: &Group,
-        place: PlaceOfGroup,
-        span: Span,
-    ) -> &[Block] {
-        let first = group.first + u32::from(place.is_first && span.leaves_first());
-        &self.blocks[first as usize..group.mirror.max(first) as usize]
-    }
-}
-
-/// Whether a group is the first of its run, or the last.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct PlaceOfGroup {
-    is_first: bool,
-    is_last: bool,
-}
-
-impl PlaceOfGroup {
-    /// That of the group whose left runs have a length, among those of a run.
-    #[inline(always)]
-    pub(super) fn new(left_len: usize, run_len: usize) -> Self {
-        Self {
-            is_first: left_len == 1,
-            is_last: left_len == run_len,
+                let terms = first..left_len.min(place + 1);
+                pairs.extend(terms.map(|p| (left + p, right + place - p)));
+            }
         }
+        pairs
     }
 }

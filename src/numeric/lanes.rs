@@ -216,14 +216,18 @@ impl<const N: usize> Scalar for Lanes<N> {
     /// NaN if any lane is NaN.
     #[inline(always)]
     fn magnitude(self) -> f64 {
-        self.0.iter().fold(0.0, |largest: f64, value| {
-            let magnitude = value.abs();
-            if magnitude > largest || magnitude.is_nan() {
-                magnitude
-            } else {
-                largest
+        // NOTE: halves are compared lane by lane, for one long chain of comparisons would be many times slower.
+        let mut magnitudes = self.map(f64::abs).0;
+        let mut len = N;
+        while len > 1 {
+            let half = len.div_ceil(2);
+            for lane in 0..len - half {
+                let (a, b) = (magnitudes[lane], magnitudes[lane + half]);
+                magnitudes[lane] = if b > a || b.is_nan() { b } else { a };
             }
-        })
+            len = half;
+        }
+        magnitudes.first().copied().unwrap_or(0.0)
     }
 
     #[inline(always)]

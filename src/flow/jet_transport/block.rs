@@ -11,7 +11,7 @@ pub(super) struct Block(pub(super) [NodeValues; NODES]);
 const GOOD_PIVOT: f64 = 0.5;
 
 /// Columns that a product forms together: their sums fit the registers and hide each other's latency.
-const TOGETHER: usize = 4;
+pub(super) const TOGETHER: usize = 4;
 
 impl Block {
     /// The zero block.
@@ -54,12 +54,18 @@ impl Block {
     #[inline(always)]
     pub(super) fn times(&self, other: &Self) -> Self {
         let mut product = Self::ZERO;
+        self.add_times(other, &mut product);
+        product
+    }
+
+    /// Adds `self · other` to a sum.
+    #[inline(always)]
+    pub(super) fn add_times(&self, other: &Self, sum: &mut Self) {
         let (values, _) = other.0.as_chunks::<TOGETHER>();
-        let (sums, _) = product.0.as_chunks_mut::<TOGETHER>();
+        let (sums, _) = sum.0.as_chunks_mut::<TOGETHER>();
         for (sums, values) in sums.iter_mut().zip(values) {
             self.add_products(values, sums);
         }
-        product
     }
 
     /// `factor · self`.
@@ -82,31 +88,31 @@ impl Block {
         }
     }
 
-    /// `self − other`.
+    /// Subtracts another block.
     #[inline(always)]
-    pub(super) fn minus(&self, other: &Self) -> Self {
-        let mut block = *self;
-        for (j, (column, other)) in block.0.iter_mut().zip(&other.0).enumerate() {
+    pub(super) fn subtract(&mut self, other: &Self) {
+        for (j, (column, other)) in self.0.iter_mut().zip(&other.0).enumerate() {
             one_by_one::<NodeValues>(j);
             *column -= *other;
         }
-        block
     }
 
-    /// The inverse by elimination in place; `None` if singular.
+    /// Inverts it by elimination in place; `false` if it is singular, and spoilt.
     ///
     /// NOTE: it eliminates along columns, that is, inverts the transpose.
     #[inline(always)]
-    pub(super) fn inverse(&self) -> Option<Self> {
-        let mut columns = self.0;
+    pub(super) fn invert(&mut self) -> bool {
+        let columns = &mut self.0;
         let mut pivots = [0; NODES];
         for k in 0..NODES {
-            let pivot = pivot(&columns, k);
+            let pivot = pivot(columns, k);
             pivots[k] = pivot;
-            columns.swap(k, pivot);
+            if pivot != k {
+                columns.swap(k, pivot);
+            }
             let factor = 1.0 / columns[k].0[k];
             if !factor.is_finite() {
-                return None;
+                return false;
             }
             // NOTE: no lane is written alone: a vector read after it would wait for the write to reach the cache.
             let (unit, others) = (Self::IDENTITY.0[k], OTHERS[k]);
@@ -125,7 +131,7 @@ impl Block {
                     .for_each(|column| column.0.swap(k, pivot));
             }
         }
-        Some(Self(columns))
+        true
     }
 }
 
@@ -157,8 +163,10 @@ mod tests {
     use super::*;
 
     fn assert_inverts(block: &Block, tolerance: f64) {
-        let product = block.inverse().unwrap().times(block);
-        let difference = product.minus(&Block::IDENTITY);
+        let mut inverse = *block;
+        assert!(inverse.invert());
+        let mut difference = inverse.times(block);
+        difference.subtract(&Block::IDENTITY);
         for column in difference.0 {
             assert!(column.0.iter().all(|entry| entry.abs() < tolerance));
         }
@@ -184,6 +192,6 @@ mod tests {
 
     #[test]
     fn singular_blocks_have_no_inverse() {
-        assert_eq!(Block([Lanes([1.0; NODES]); NODES]).inverse(), None);
+        assert!(!Block([Lanes([1.0; NODES]); NODES]).invert());
     }
 }

@@ -26,8 +26,11 @@ pub struct JetFlow {
 /// Most elements of one transport.
 const MAX_ELEMENTS: usize = 10_000;
 
+/// Tolerance of a guess within the step of its series.
+const GUESS: f64 = 1e-6;
+
 /// Taylor steps that the first element is expected to span, in jets of high and, added to it, of first order.
-const STEPS_PER_ELEMENT: [f64; 2] = [6.0, 2.0];
+const STEPS_PER_ELEMENT: [f64; 2] = [3.4, 1.2];
 
 /// Jets of the state after a duration of either sign, from jets of the state and of all parameters.
 ///
@@ -96,7 +99,7 @@ impl<'a> Transport<'a> {
         let starts: Vec<_> = initial.iter().map(Jet::coefficients).collect();
         let constants: Vec<_> = parameters.iter().map(Jet::coefficients).collect();
         Self {
-            integrator: Integrator::new(field),
+            integrator: Integrator::with_tolerance(field, GUESS),
             element: Element::new(field, first.space(), &starts, &constants),
             parameters: parameters.iter().map(Jet::head).collect(),
             tolerance: tolerance.max(f64::EPSILON),

@@ -40,7 +40,10 @@ struct Gradient {
 const ZERO: NodeValues = Lanes([0.0; NODES]);
 
 /// Most of Newton's steps towards a nominal orbit.
-const MAX_CORRECTIONS: usize = 10;
+const MAX_CORRECTIONS: usize = 20;
+
+/// Gain of a step with the equations of an earlier one that is not worth another such step.
+const POOR_GAIN: f64 = 0.03;
 
 /// Corrections that end Newton's method: rounding, and what quadratic convergence turns into rounding.
 const CORRECTED: f64 = 4e-15;
@@ -107,7 +110,36 @@ impl<'a> Element<'a> {
         Some(resolution)
     }
 
-    /// Values of the field and of its slopes by the state at node values.
+    /// Newton's method for the orbit; the solver is that of the last step.
+    ///
+    /// The equations are solved anew at the first step, at the last, and where steps with those of an earlier one
+    /// gain too little.
+    #[inline(always)]
+    fn correct(&mut self, nominal: &mut [NodeValues], length: f64, start: &[f64]) -> bool {
+        let program = self.field.program();
+        self.first_order.fix(program, nominal);
+        let (mut last, mut is_new) = (f64::INFINITY, true);
+        for _ in 0..MAX_CORRECTIONS {
+            self.evaluate(nominal);
+            if is_new && !self.factor(length) {
+                return false;
+            }
+            let size = self.step(nominal, start);
+            let is_stagnant = last <= STAGNANT && size > 0.5 * last;
+            if !size.is_finite() {
+                return false;
+            }
+            if is_new && (size <= CORRECTED || is_stagnant) {
+                return true;
+            }
+            let gain = if is_new { size } else { size / last };
+            is_new = is_stagnant || gain > POOR_GAIN || size * gain <= CORRECTED;
+            last = size;
+        }
+        false
+    }
+
+    /// Rates of the components at node values.
     #[inline(always)]
     fn evaluate(&mut self, nominal: &[NodeValues]) {
         let program = self.field.program();
@@ -117,31 +149,27 @@ impl<'a> Element<'a> {
         }
     }
 
-    /// Newton's method for the orbit; the solver is that of the last step.
+    /// Solves the linear equations about the orbit at hand; `false` if they are singular.
     #[inline(always)]
-    fn correct(&mut self, nominal: &mut [NodeValues], length: f64, start: &[f64]) -> bool {
+    fn factor(&mut self, length: f64) -> bool {
         let program = self.field.program();
-        let mut last = f64::INFINITY;
-        for _ in 0..MAX_CORRECTIONS {
-            self.evaluate(nominal);
-            let slopes = &self.first_order;
-            let slope = |row: usize, state: usize| slopes.slope(program.output(row), state);
-            if !self.solver.factor(length, slope) {
-                return false;
-            }
-            let [corrections, rate_corrections] = &mut self.corrections;
-            let solver = &self.solver;
-            solver.correct(start, nominal, &self.rates, corrections, rate_corrections);
-            let size = relative_size(corrections, nominal, &self.rates, length);
-            for (values, &correction) in nominal.iter_mut().zip(&*corrections) {
-                *values += correction;
-            }
-            if size <= CORRECTED || (last <= STAGNANT && size > 0.5 * last) {
-                return true;
-            }
-            last = size;
+        self.first_order.differentiate(program);
+        let slopes = &self.first_order;
+        let slope = |row: usize, state: usize| slopes.slope(program.output(row), state);
+        self.solver.factor(length, slope)
+    }
+
+    /// One step of Newton's method; its relative size.
+    #[inline(always)]
+    fn step(&mut self, nominal: &mut [NodeValues], start: &[f64]) -> f64 {
+        let [corrections, rate_corrections] = &mut self.corrections;
+        let solver = &self.solver;
+        solver.correct(start, nominal, &self.rates, corrections, rate_corrections);
+        let size = relative_size(corrections, nominal, &self.rates, solver.length);
+        for (values, &correction) in nominal.iter_mut().zip(&*corrections) {
+            *values += correction;
         }
-        false
+        size
     }
 
     /// Heads of the stored slots, and the slopes of those that are read again.
@@ -293,7 +321,7 @@ impl Kernel for Nominal<'_, '_> {
             return None;
         }
         element.prepare_slots();
-        element.solver.expand();
+        element.solver.expand(element.space.order() > 1);
         let mut resolution = Resolution::new(element.solver.fundamental_tail());
         for state in 0..start.len() {
             let root = element.solver.root(state);
@@ -363,12 +391,10 @@ fn relative_size(
     for ((correction, values), rate) in corrections.iter().zip(nominal).zip(rates) {
         let scale = values.magnitude() + length.abs() * rate.magnitude();
         let size = correction.magnitude();
-        if size > 0.0 || size.is_nan() {
-            worst = worst.max(size / scale.max(f64::MIN_POSITIVE));
-            if size.is_nan() {
-                return f64::INFINITY;
-            }
+        if size.is_nan() {
+            return f64::INFINITY;
         }
+        worst = worst.max(size / scale.max(f64::MIN_POSITIVE));
     }
     worst
 }

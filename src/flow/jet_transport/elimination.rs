@@ -3,49 +3,88 @@
 use super::block::Block;
 
 /// A square matrix of blocks by rows, zero ones absent.
-pub(super) type BlockMatrix = Vec<Vec<Option<Block>>>;
+#[derive(Default)]
+pub(super) struct BlockMatrix {
+    dimension: usize,
+    blocks: Vec<Option<Block>>,
+}
 
-/// Inverse by block elimination along the diagonal; `None` if a pivot is singular.
-#[inline(always)]
-pub(super) fn inverse(mut matrix: BlockMatrix) -> Option<BlockMatrix> {
-    let dimension = matrix.len();
-    if let [row] = matrix.as_mut_slice() {
-        row[0] = Some(row[0].as_ref()?.inverse()?);
-        return Some(matrix);
+impl BlockMatrix {
+    /// Makes it a zero matrix, keeping its memory.
+    pub(super) fn clear(&mut self, dimension: usize) {
+        self.dimension = dimension;
+        self.blocks.clear();
+        self.blocks.resize_with(dimension * dimension, || None);
     }
-    let unit = |row: usize, column: usize| (row == column).then_some(Block::IDENTITY);
-    let mut inverse: BlockMatrix = (0..dimension)
-        .map(|row| (0..dimension).map(|column| unit(row, column)).collect())
-        .collect();
-    for pivot in 0..dimension {
-        let scale = matrix[pivot][pivot].as_ref()?.inverse()?;
-        scale_row(&mut matrix[pivot][pivot + 1..], &scale);
-        scale_row(&mut inverse[pivot], &scale);
-        for row in (0..dimension).filter(|&row| row != pivot) {
-            if let Some(factor) = matrix[row][pivot] {
-                subtract_row(&mut matrix, row, pivot, &factor, pivot + 1);
-                subtract_row(&mut inverse, row, pivot, &factor, 0);
+
+    /// A block, unless it is zero.
+    #[inline(always)]
+    pub(super) fn get(&self, row: usize, column: usize) -> Option<&Block> {
+        self.blocks[row * self.dimension + column].as_ref()
+    }
+
+    /// The place of a block.
+    #[inline(always)]
+    pub(super) fn entry(&mut self, row: usize, column: usize) -> &mut Option<Block> {
+        &mut self.blocks[row * self.dimension + column]
+    }
+
+    /// Inverts it by block elimination along the diagonal, in the memory of both; `false` if a pivot is singular.
+    #[inline(always)]
+    pub(super) fn invert(&mut self, spare: &mut Self) -> bool {
+        if let [Some(block)] = self.blocks.as_mut_slice() {
+            return block.invert();
+        }
+        spare.clear(self.dimension);
+        for row in 0..self.dimension {
+            *spare.entry(row, row) = Some(Block::IDENTITY);
+        }
+        let is_regular = self.eliminate(spare);
+        std::mem::swap(self, spare);
+        is_regular
+    }
+
+    /// Turns itself into the identity and another matrix into its own inverse times that matrix.
+    #[inline(always)]
+    fn eliminate(&mut self, other: &mut Self) -> bool {
+        for pivot in 0..self.dimension {
+            let Some(mut scale) = *self.entry(pivot, pivot) else {
+                return false;
+            };
+            if !scale.invert() {
+                return false;
+            }
+            self.scale_row(pivot, &scale, pivot + 1);
+            other.scale_row(pivot, &scale, 0);
+            for row in (0..self.dimension).filter(|&row| row != pivot) {
+                if let Some(factor) = *self.entry(row, pivot) {
+                    self.subtract_row(row, pivot, &factor, pivot + 1);
+                    other.subtract_row(row, pivot, &factor, 0);
+                }
+            }
+        }
+        true
+    }
+
+    /// `row = factor · row` in the columns from `first` on.
+    #[inline(always)]
+    fn scale_row(&mut self, row: usize, factor: &Block, first: usize) {
+        for column in first..self.dimension {
+            if let Some(block) = self.entry(row, column) {
+                *block = factor.times(block);
             }
         }
     }
-    Some(inverse)
-}
 
-#[inline(always)]
-fn scale_row(row: &mut [Option<Block>], factor: &Block) {
-    for block in row.iter_mut().flatten() {
-        *block = factor.times(block);
-    }
-}
-
-/// `row −= factor · pivot` in the columns from `first` on.
-#[inline(always)]
-fn subtract_row(matrix: &mut BlockMatrix, row: usize, pivot: usize, factor: &Block, first: usize) {
-    let pivot_row = matrix[pivot].clone();
-    for (block, target) in pivot_row.iter().zip(&mut matrix[row]).skip(first) {
-        if let Some(block) = block {
-            let old = target.unwrap_or(Block::ZERO);
-            *target = Some(old.minus(&factor.times(block)));
+    /// `row −= factor · pivot` in the columns from `first` on.
+    #[inline(always)]
+    fn subtract_row(&mut self, row: usize, pivot: usize, factor: &Block, first: usize) {
+        for column in first..self.dimension {
+            if let Some(block) = self.get(pivot, column) {
+                let product = factor.times(block);
+                let target = self.entry(row, column).get_or_insert(Block::ZERO);
+                target.subtract(&product);
+            }
         }
     }
 }

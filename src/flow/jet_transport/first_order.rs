@@ -14,11 +14,14 @@ pub(super) struct FirstOrder {
     pub(super) variables: usize,
 }
 
-/// The slots of a program in these jets.
+/// The slots of a program in these jets: those that follow from the phase and the parameters alone are computed once
+/// for an orbit, the others with every correction of it.
 pub(super) struct FirstOrderTape {
     algebra: FirstOrder,
     values: Vec<NodeValues>,
     scratch: Vec<NodeValues>,
+    fixed: Vec<usize>,
+    moving: Vec<usize>,
 }
 
 impl FirstOrderTape {
@@ -37,36 +40,70 @@ impl FirstOrderTape {
         for (input, value) in (variables..).zip(others) {
             values[input * len] = Lanes::splat(value);
         }
+        let is_moving = moving_slots(program, variables);
+        let (moving, fixed) =
+            (program.inputs()..program.slots()).partition(|&slot| is_moving[slot]);
         Self {
             algebra,
             values,
             scratch: vec![Lanes::splat(0.0); len],
+            fixed,
+            moving,
         }
     }
 
-    /// Evaluates a program at values of its variables.
+    /// Sets the values of the variables, and computes what follows from those that are linear in time.
+    #[inline(always)]
+    pub(super) fn fix(&mut self, program: &Program, variables: &[NodeValues]) {
+        self.move_to(variables);
+        let fixed = std::mem::take(&mut self.fixed);
+        for degree in 0..=1 {
+            self.run(program, &fixed, degree);
+        }
+        self.fixed = fixed;
+    }
+
+    /// Values of all other slots at values of the variables.
     #[inline(always)]
     pub(super) fn evaluate(&mut self, program: &Program, variables: &[NodeValues]) {
+        self.move_to(variables);
+        let moving = std::mem::take(&mut self.moving);
+        self.run(program, &moving, 0);
+        self.moving = moving;
+    }
+
+    /// Derivatives of all other slots, their values being known.
+    #[inline(always)]
+    pub(super) fn differentiate(&mut self, program: &Program) {
+        let moving = std::mem::take(&mut self.moving);
+        self.run(program, &moving, 1);
+        self.moving = moving;
+    }
+
+    #[inline(always)]
+    fn move_to(&mut self, variables: &[NodeValues]) {
         let len = self.algebra.variables + 1;
         for (variable, &value) in variables.iter().enumerate() {
             self.values[variable * len] = value;
         }
-        for degree in 0..=1 {
-            let part = self.algebra.part(degree);
-            for slot in program.inputs()..program.slots() {
-                let out = &mut self.scratch[..part.len()];
-                let operation = program.operation(slot);
-                run(
-                    operation,
-                    slot,
-                    &self.algebra,
-                    degree,
-                    len,
-                    &self.values,
-                    out,
-                );
-                self.values[slot * len + part.start..slot * len + part.end].copy_from_slice(out);
-            }
+    }
+
+    #[inline(always)]
+    fn run(&mut self, program: &Program, slots: &[usize], degree: usize) {
+        let (len, part) = (self.algebra.variables + 1, self.algebra.part(degree));
+        for &slot in slots {
+            let out = &mut self.scratch[..part.len()];
+            let operation = program.operation(slot);
+            run(
+                operation,
+                slot,
+                &self.algebra,
+                degree,
+                len,
+                &self.values,
+                out,
+            );
+            self.values[slot * len + part.start..slot * len + part.end].copy_from_slice(out);
         }
     }
 
@@ -81,6 +118,20 @@ impl FirstOrderTape {
     pub(super) fn slope(&self, slot: usize, variable: usize) -> NodeValues {
         self.values[slot * (self.algebra.variables + 1) + 1 + variable]
     }
+}
+
+/// Of each slot, whether it depends on a state that is not linear in time: on one whose rate depends on a state.
+fn moving_slots(program: &Program, dimension: usize) -> Vec<bool> {
+    let depending_on = |is_source: &dyn Fn(usize) -> bool| {
+        let mut depends: Vec<_> = (0..program.inputs()).map(is_source).collect();
+        for slot in program.inputs()..program.slots() {
+            let depends_here = program.operands(slot).any(|operand| depends[operand]);
+            depends.push(depends_here);
+        }
+        depends
+    };
+    let on_states = depending_on(&|input| input < dimension);
+    depending_on(&|input| input < dimension && on_states[program.output(input)])
 }
 
 impl Graded<NodeValues> for FirstOrder {

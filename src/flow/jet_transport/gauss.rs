@@ -3,7 +3,7 @@
 use std::ops::Add;
 use std::sync::LazyLock;
 
-use super::block::Block;
+use super::block::{Block, TOGETHER};
 use crate::numeric::{Dd, Lanes, Scalar};
 
 /// Number of collocation nodes of an element.
@@ -88,7 +88,22 @@ impl Gauss {
         })
     }
 
+    /// Adds the functionals of every column of a block.
+    #[inline(always)]
+    pub(super) fn functionals_of_columns(&self, block: &Block, sums: &mut [Functionals; NODES]) {
+        let (columns, _) = block.0.as_chunks::<TOGETHER>();
+        let (sums, _) = sums.as_chunks_mut::<TOGETHER>();
+        for (columns, sums) in columns.iter().zip(sums) {
+            for (node, functionals) in self.functionals.iter().enumerate() {
+                for (sum, column) in sums.iter_mut().zip(columns) {
+                    *sum = functionals.mul_add(Lanes::splat(column.0[node]), *sum);
+                }
+            }
+        }
+    }
+
     /// Largest of the last two Legendre coefficients.
+    #[inline(always)]
     pub(super) fn tail(&self, values: NodeValues) -> f64 {
         dot(self.last_modes[0], values)
             .abs()

@@ -7,10 +7,10 @@ use crate::numeric::Lanes;
 /// Most Taylor steps in one guess.
 const MAX_STEPS: usize = 1000;
 
-/// How far beyond its own step an expansion is used: its error there is about `(3 e^{−2})^20`, or `1e−8`.
+/// How far beyond its own step an expansion is used: a few digits are left there, and Newton's method does the rest.
 const STRETCH: f64 = 3.0;
 
-/// Fills the nodes of an element with a guess, good to about `1e−8`, of the orbit from a state.
+/// Fills the nodes of an element with a guess, good to a few digits, of the orbit from a state.
 ///
 /// The element's length, of either sign, is chosen from the length of the first Taylor step, and returned.
 pub(super) fn guess_orbit(

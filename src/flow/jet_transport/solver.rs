@@ -12,7 +12,7 @@
 //! of one degree of freedom leaves a single block to invert. See docs/mathematics/flow.md.
 
 use super::block::Block;
-use super::elimination::{BlockMatrix, inverse};
+use super::elimination::BlockMatrix;
 use super::gauss::{Functionals, GAUSS, Gauss, NODES, NodeValues};
 use crate::numeric::{Lanes, Scalar};
 
@@ -31,6 +31,7 @@ pub(super) struct ElementSolver {
     /// The components whose rates are unknown, and the inverse of their matrix.
     coupled: Vec<usize>,
     rates: BlockMatrix,
+    spare: BlockMatrix,
     /// Responses of states at the nodes: to initial values and to remainders, by rows.
     pub(super) to_initial: Vec<Option<NodeValues>>,
     pub(super) to_remainder: Vec<Option<Block>>,
@@ -49,11 +50,12 @@ impl ElementSolver {
             integration: [Block::ZERO; 2],
             jacobian: vec![ZERO; entries],
             coupled: Vec::new(),
-            rates: Vec::new(),
+            rates: BlockMatrix::default(),
+            spare: BlockMatrix::default(),
             to_initial: vec![None; entries],
-            to_remainder: vec![None; entries],
+            to_remainder: absent(entries),
             functionals_to_initial: vec![Lanes([0.0; 4]); entries],
-            functionals_to_remainder: vec![None; entries],
+            functionals_to_remainder: absent(entries),
             chains,
         }
     }
@@ -84,44 +86,39 @@ impl ElementSolver {
                 self.coupled.push(component);
             }
         }
-        match inverse(self.matrix()) {
-            Some(rates) => {
-                self.rates = rates;
-                true
-            }
-            None => false,
-        }
+        self.set_matrix();
+        self.rates.invert(&mut self.spare)
     }
 
-    /// `I − Σ_s diag(J_cs) W_s`.
+    /// Sets the matrix of the rates to `I − Σ_s diag(J_cs) W_s`.
     #[inline(always)]
-    fn matrix(&self) -> BlockMatrix {
-        let mut matrix = Vec::with_capacity(self.coupled.len());
-        for &row in &self.coupled {
-            let mut blocks = vec![None; self.coupled.len()];
-            blocks[matrix.len()] = Some(Block::IDENTITY);
+    fn set_matrix(&mut self) {
+        self.rates.clear(self.coupled.len());
+        for (row, &component) in self.coupled.iter().enumerate() {
+            *self.rates.entry(row, row) = Some(Block::IDENTITY);
             for (column, &root) in self.coupled.iter().enumerate() {
+                let block = self.rates.entry(row, column);
                 for state in 0..self.chains.len() {
-                    let slopes = self.slopes(row, state);
-                    if self.root(state) == root && slopes != ZERO {
-                        let block = blocks[column].get_or_insert(Block::ZERO);
-                        block.subtract_scaled_rows(slopes, self.weight(state));
+                    let slopes = self.jacobian[component * self.chains.len() + state];
+                    let twice = self.chains[state].is_some();
+                    if self.chains[state].unwrap_or(state) == root && slopes != ZERO {
+                        block
+                            .get_or_insert(Block::ZERO)
+                            .subtract_scaled_rows(slopes, &self.integration[usize::from(twice)]);
                     }
                 }
             }
-            matrix.push(blocks);
         }
-        matrix
     }
 
-    /// Prepares [`states`](Self::states) and [`functionals`](Self::functionals).
+    /// Prepares [`functionals`](Self::functionals), and [`states`](Self::states) if these are asked for.
     #[inline(always)]
-    pub(super) fn expand(&mut self) {
+    pub(super) fn expand(&mut self, needs_states: bool) {
         let dimension = self.chains.len();
         self.to_initial.fill(None);
-        self.to_remainder.fill(None);
+        clear(&mut self.to_remainder);
         self.functionals_to_initial.fill(Lanes([0.0; 4]));
-        self.functionals_to_remainder.fill(None);
+        clear(&mut self.functionals_to_remainder);
         for state in 0..dimension {
             self.to_initial[state * dimension + state] = Some(Lanes([1.0; NODES]));
             if let Some(root) = self.chains[state] {
@@ -135,13 +132,13 @@ impl ElementSolver {
             }
         }
         for row in 0..self.coupled.len() {
-            self.expand_rate(row);
+            self.expand_rate(row, needs_states);
         }
     }
 
     /// Responses that go through the rate of one coupled component.
     #[inline(always)]
-    fn expand_rate(&mut self, row: usize) {
+    fn expand_rate(&mut self, row: usize, needs_states: bool) {
         let (dimension, component) = (self.chains.len(), self.coupled[row]);
         for initial in 0..dimension {
             let Some(rate) = self.rate_to_initial(row, initial) else {
@@ -158,19 +155,21 @@ impl ElementSolver {
             }
         }
         for (column, &source) in self.coupled.iter().enumerate() {
-            let Some(rate) = &self.rates[row][column] else {
+            let Some(rate) = self.rates.get(row, column) else {
                 continue;
             };
-            let mut functionals = [Lanes([0.0; 4]); NODES];
-            for (functionals, column) in functionals.iter_mut().zip(&rate.0) {
-                *functionals = self.gauss.functionals_of(*column);
+            let functionals = self.functionals_to_remainder[component * dimension + source]
+                .get_or_insert([Lanes([0.0; 4]); NODES]);
+            self.gauss.functionals_of_columns(rate, functionals);
+            if !needs_states {
+                continue;
             }
-            self.functionals_to_remainder[component * dimension + source] = Some(functionals);
             for state in 0..dimension {
                 let root = self.chains[state].unwrap_or(state);
                 if root == component {
                     let weight = &self.integration[usize::from(self.chains[state].is_some())];
-                    self.to_remainder[state * dimension + source] = Some(weight.times(rate));
+                    let response = &mut self.to_remainder[state * dimension + source];
+                    weight.add_times(rate, response.get_or_insert(Block::ZERO));
                 }
             }
         }
@@ -187,7 +186,7 @@ impl ElementSolver {
                     slopes += self.slopes(component, state) * self.nodes_in_time();
                 }
             }
-            if let Some(block) = &self.rates[row][column]
+            if let Some(block) = self.rates.get(row, column)
                 && slopes != ZERO
             {
                 rate = Some(rate.unwrap_or(ZERO) + block.apply(slopes));
@@ -223,7 +222,7 @@ impl ElementSolver {
                 defect = self.slopes(component, state).mul_add(*correction, defect);
             }
             for (row, &target) in self.coupled.iter().enumerate() {
-                if let Some(block) = &self.rates[row][column] {
+                if let Some(block) = self.rates.get(row, column) {
                     rate_corrections[target] += block.apply(defect);
                 }
             }
@@ -242,15 +241,14 @@ impl ElementSolver {
     }
 
     /// Largest of the last Legendre modes of the fundamental matrix, relative to each entry.
+    #[inline(always)]
     pub(super) fn fundamental_tail(&self) -> f64 {
-        let relative = |response: &NodeValues| {
-            self.gauss.tail(*response) / response.magnitude().max(f64::MIN_POSITIVE)
-        };
-        self.to_initial
-            .iter()
-            .flatten()
-            .map(relative)
-            .fold(0.0, f64::max)
+        let mut largest = 0.0_f64;
+        for response in self.to_initial.iter().flatten() {
+            let size = response.magnitude().max(f64::MIN_POSITIVE);
+            largest = largest.max(self.gauss.tail(*response) / size);
+        }
+        largest
     }
 
     /// The component whose rate a state integrates, once or twice.
@@ -274,5 +272,20 @@ impl ElementSolver {
     #[inline(always)]
     fn nodes_in_time(&self) -> NodeValues {
         Lanes(self.gauss.nodes) * Lanes::splat(self.length)
+    }
+}
+
+/// Places without content.
+fn absent<T>(count: usize) -> Vec<Option<T>> {
+    std::iter::repeat_with(|| None).take(count).collect()
+}
+
+/// Empties places.
+///
+/// NOTE: filling them with a copy of an empty one would copy all its bytes.
+#[inline(always)]
+fn clear<T>(places: &mut [Option<T>]) {
+    for place in places {
+        *place = None;
     }
 }

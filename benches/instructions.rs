@@ -1,0 +1,107 @@
+//! Work whose instructions are counted: `benches/instructions/run` runs this under a simulator of the processor.
+//!
+//! usage: `instructions NAME ROUNDS`; without arguments, the names.
+
+#[path = "support/actuator.rs"]
+mod actuator;
+#[path = "../tests/support/synthetic.rs"]
+mod synthetic;
+
+use std::hint::black_box;
+
+use grazemap::expansion::SectionKind;
+use grazemap::flow::jet_transport;
+use grazemap::hybrid::{HybridSystem, Simulator};
+use grazemap::iteration::{DiscreteMap, HornerMap};
+use grazemap::jet::{Jet, JetSpace};
+use grazemap::model::Scene;
+use grazemap::numeric::{Lanes, Scalar};
+
+/// A name, and what does the work a number of times.
+type Work = (&'static str, fn(usize));
+
+const WORK: [Work; 6] = [
+    ("product_5_6", product::<f64>),
+    ("product_5_6_lanes", product::<Lanes<8>>),
+    ("flow_1", flow::<1>),
+    ("flow_6", flow::<6>),
+    ("direct_period", direct_period),
+    ("frozen_step", frozen_step),
+];
+
+/// One product of two full jets in five variables, order 6.
+fn product<S: Scalar>(rounds: usize) {
+    let space = JetSpace::uniform(5, 6).expect("a small space");
+    let jet = |seed: f64| {
+        let value = |m: usize| S::from_f64(((m as f64 + seed) * 0.618).sin());
+        Jet::from_coefficients(&space, (0..space.len()).map(value).collect())
+    };
+    let (a, b, mut out) = (jet(0.3), jet(0.7), Jet::<S>::zero(&space));
+    for _ in 0..rounds {
+        black_box(&a).multiply_into(black_box(&b), &mut out);
+        black_box(&mut out);
+    }
+}
+
+/// Jets of the actuator's period.
+fn flow<const ORDER: usize>(rounds: usize) {
+    let field = actuator::electrostatic();
+    let space = JetSpace::uniform(5, ORDER).expect("a small space");
+    let (states, parameters) = actuator::jets(&space);
+    let period = std::f64::consts::PI / 0.6;
+    for _ in 0..rounds {
+        let flow = jet_transport(&field, black_box(&states), &parameters, period, 1e-15);
+        black_box(flow.expect("the orbit is smooth"));
+    }
+}
+
+/// One forcing period of the scene `linear`, its contacts included.
+fn direct_period(rounds: usize) {
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/linear.toml");
+    let source = std::fs::read_to_string(path).expect("a scene of the catalogue");
+    let scene = Scene::parse(&source, "linear").expect("a scene of the catalogue");
+    let system = HybridSystem::new(&scene.model);
+    let parameters: Vec<f64> = scene
+        .model
+        .parameter_values()
+        .into_iter()
+        .map(f64::from_dd)
+        .collect();
+    let mut simulator = Simulator::new(&system, &parameters).expect("finite parameters");
+    simulator
+        .set_state(&[0.1, 0.0, 0.0])
+        .expect("a finite state");
+    let period = simulator.forcing_period().expect("a phase");
+    for _ in 0..rounds {
+        simulator
+            .advance_period(black_box(period), &mut |event| {
+                black_box(event);
+            })
+            .expect("a phase");
+    }
+}
+
+/// One step of a map of orders (5, 6), its parameters frozen.
+fn frozen_step(rounds: usize) {
+    let map = synthetic::map(5, 6, SectionKind::Tangency);
+    let (state, parameters) = synthetic::point(&mut synthetic::Numbers::new(1));
+    let frozen = HornerMap::new(&map).freeze(&parameters);
+    let mut image = [0.0; 2];
+    for _ in 0..rounds {
+        frozen.step(black_box(&state), &[], &mut image);
+        black_box(&mut image);
+    }
+}
+
+fn main() {
+    let arguments: Vec<_> = std::env::args().skip(1).collect();
+    let rounds = |text: &String| text.parse().ok();
+    let work = |name: &String| WORK.iter().find(|(known, _)| known == name);
+    match (
+        arguments.first().and_then(work),
+        arguments.get(1).and_then(rounds),
+    ) {
+        (Some((_, work)), Some(rounds)) => work(rounds),
+        _ => WORK.iter().for_each(|(name, _)| println!("{name}")),
+    }
+}
