@@ -9,7 +9,7 @@ use super::family::MapFamily;
 use super::judge::{Bench, Trial};
 use super::level::{Level, highest_orders};
 use super::rule::{OrderRule, PROBE};
-use super::sample::SamplePoint;
+use super::sample::{SamplePoint, WindowSample};
 use crate::expansion::MapOrders;
 use crate::model::{Scene, Shape};
 use crate::orbit::GrazingOrbit;
@@ -94,8 +94,9 @@ impl<'a> Chooser<'a> {
         fresh: usize,
     ) -> Result<Self, ConvergenceError> {
         let family = MapFamily::new(scene, orbit, PROBE)?;
-        let bench = Bench::new(scene, orbit, fresh, &family.map(PROBE)?)?;
-        let probe = Level::new(family, &bench.points())?;
+        let sample = WindowSample::new(&family.map(PROBE)?);
+        let bench = Bench::new(scene, orbit, fresh, sample)?;
+        let probe = Level::new(family, bench.forecast_points())?;
         Ok(Self {
             scene,
             orbit,
@@ -114,6 +115,11 @@ impl<'a> Chooser<'a> {
     /// fresh ones as were asked for.
     pub fn points(&self, first: usize, count: usize) -> Vec<SamplePoint> {
         self.bench.sample().points(first, count)
+    }
+
+    /// Points at which two passages in a row make contact; see [`WindowSample::joint_points`](super::WindowSample::joint_points).
+    pub fn joint_points(&self, first: usize, count: usize) -> Vec<SamplePoint> {
+        self.bench.sample().joint_points(first, count)
     }
 
     /// The cheapest map for a tolerance: see [`choose_orders`](super::choose_orders).
@@ -222,7 +228,7 @@ impl<'a> Chooser<'a> {
         }
         let families: Vec<_> = self.levels.iter().map(|level| &level.family).collect();
         let family = MapFamily::sharing(self.scene, self.orbit, highest, &families)?;
-        let level = Level::new(family, &self.bench.points())?;
+        let level = Level::new(family, self.bench.forecast_points())?;
         self.levels.push(level);
         Ok(self.levels.len() - 1)
     }

@@ -20,6 +20,9 @@ use crate::orbit::GrazingOrbit;
 /// Points by which maps are chosen, beside the corners.
 const POINTS: usize = 128;
 
+/// Points that forecasts are made at, of the sample and of those with two contacts.
+const FORECAST_POINTS: usize = 24;
+
 /// Multiples of the tolerance whose tenth monomials may be dropped within, by their bound on the window; the bound is seldom
 /// reached, and the verdict is measured.
 const DROPS: [f64; 6] = [300.0, 100.0, 30.0, 10.0, 3.0, 1.0];
@@ -31,6 +34,8 @@ pub(super) struct Bench<'a> {
     system: HybridSystem,
     sample: WindowSample,
     truth: Truth,
+    /// Points at which truncation is forecast.
+    forecast_points: Vec<SamplePoint>,
     fresh_points: usize,
     fresh: Option<Truth>,
 }
@@ -108,26 +113,31 @@ impl Choice {
 }
 
 impl<'a> Bench<'a> {
-    /// Simulates the points that maps are chosen by; `map` has the window.
+    /// Simulates the points of the window that maps are chosen by.
     pub(super) fn new(
         scene: &'a Scene,
         orbit: &'a GrazingOrbit,
         fresh_points: usize,
-        map: &LocalMap,
+        sample: WindowSample,
     ) -> Result<Self, ConvergenceError> {
         let system = HybridSystem::new(&scene.model);
-        let sample = WindowSample::new(map);
-        let points = [sample.corners(), sample.points(0, POINTS)].concat();
-        let truth = truth(&system, scene, orbit, points)?;
+        let joint = [sample.joint_corners(), sample.joint_points(0, POINTS)].concat();
+        let joint = truth(&system, scene, orbit, joint)?;
+        let even = [sample.corners(), sample.points(0, POINTS)].concat();
+        let mut truth = truth(&system, scene, orbit, even)?;
         if truth.points.is_empty() {
             return Err(ConvergenceError::NoTruth { tried: POINTS });
         }
+        let first = |truth: &Truth| truth.points.iter().take(FORECAST_POINTS).cloned().collect();
+        let forecast_points: [Vec<SamplePoint>; 2] = [first(&truth), first(&joint)];
+        truth.append(joint);
         Ok(Self {
             scene,
             orbit,
             system,
             sample,
             truth,
+            forecast_points: forecast_points.concat(),
             fresh_points,
             fresh: None,
         })
@@ -142,9 +152,9 @@ impl<'a> Bench<'a> {
         &self.sample
     }
 
-    /// The points that have an image.
-    pub(super) fn points(&self) -> Vec<SamplePoint> {
-        self.truth.points.clone()
+    /// Points at which truncation is forecast: the first of the sample and of those with two contacts.
+    pub(super) fn forecast_points(&self) -> &[SamplePoint] {
+        &self.forecast_points
     }
 
     /// What rounding an image to double precision can come to.
@@ -274,7 +284,7 @@ impl<'a> Bench<'a> {
         let fresh = match self.fresh.take() {
             Some(fresh) => fresh,
             None => {
-                let points = self.sample.points(POINTS, self.fresh_points);
+                let points = self.sample.fresh(POINTS, self.fresh_points);
                 truth(&self.system, self.scene, self.orbit, points)?
             }
         };

@@ -17,6 +17,7 @@ mod family;
 mod fit;
 mod forecast;
 mod form;
+mod joint;
 mod judge;
 mod level;
 mod measured;
