@@ -6,10 +6,10 @@ use super::ConvergenceError;
 use super::candidates::Candidate;
 use super::data::{Choice, Limit, Polynomials};
 use super::family::MapFamily;
-use super::judge::{Bench, Trial};
+use super::judge::{Bench, JudgingPoints, Trial};
 use super::level::{Level, highest_orders};
 use super::rule::{OrderRule, PROBE};
-use super::sample::{SamplePoint, WindowSample};
+use super::sample::SamplePoint;
 use crate::expansion::MapOrders;
 use crate::model::{Scene, Shape};
 use crate::orbit::GrazingOrbit;
@@ -46,8 +46,8 @@ const COMPOSED_SLACK: f64 = 100.0;
 /// So many of them, and of economised maps, from the least forecast.
 const LIKELIEST: usize = 24;
 
-/// Most terms of a map whose composed form is tried: beyond, composing takes seconds and wins nothing.
-const COMPOSED_TERMS: usize = 5000;
+/// Most terms of a map whose composed form is tried: beyond, composing takes seconds.
+const COMPOSED_TERMS: usize = 12_000;
 
 /// An error that falls by less from one expansion to the next has come to its end.
 const FALLS: f64 = 0.5;
@@ -93,15 +93,24 @@ impl<'a> Chooser<'a> {
         orbit: &'a GrazingOrbit,
         fresh: usize,
     ) -> Result<Self, ConvergenceError> {
+        let points = JudgingPoints::of_scene(scene, orbit, fresh)?;
+        Self::on_points(scene, orbit, points)
+    }
+
+    /// The same, judged by points that are given.
+    pub(super) fn on_points(
+        scene: &'a Scene,
+        orbit: &'a GrazingOrbit,
+        points: JudgingPoints,
+    ) -> Result<Self, ConvergenceError> {
         let family = MapFamily::new(scene, orbit, PROBE)?;
-        let sample = WindowSample::new(&family.map(PROBE)?);
-        let bench = Bench::new(scene, orbit, fresh, sample)?;
+        let bench = Bench::new(scene, orbit, points, &family.map(PROBE)?)?;
         let probe = Level::new(family, bench.forecast_points())?;
         Ok(Self {
             scene,
             orbit,
             bench,
-            limit: highest_orders(probe.family.expander().variables().len()),
+            limit: highest_orders(probe.family.expander().variables()),
             levels: vec![probe],
         })
     }
@@ -155,7 +164,9 @@ impl<'a> Chooser<'a> {
     /// Expansions from the predicted orders on until a map meets the tolerance; why none does.
     fn choose_series(&mut self, trial: &mut Trial) -> Result<Option<Limit>, ConvergenceError> {
         let reachable = trial.tolerance.max(self.bench.rounding());
-        let mut highest = self.beyond(self.rule().orders(reachable));
+        let predicted = self.rule().orders(reachable);
+        let least = self.bench.least_orders();
+        let mut highest = self.beyond(least.map_or(predicted, |least| least.raised(predicted)));
         let slack = match self.scene.emit.shape {
             Shape::Factored => SLACK,
             _ => COMPOSED_SLACK,
@@ -255,9 +266,13 @@ impl<'a> Chooser<'a> {
             Ok(_) => {}
         }
         let bench = &mut self.bench;
+        let least = bench.least_orders();
         let mut meets = |smooth_order: u32, contact_weight: u32| {
-            let Ok(map) = family.flown_map(orders(smooth_order, contact_weight)) else {
+            if least.is_some_and(|least| !least.allow(orders(smooth_order, contact_weight))) {
                 return Ok::<_, ConvergenceError>(false);
+            }
+            let Ok(map) = family.flown_map(orders(smooth_order, contact_weight)) else {
+                return Ok(false);
             };
             bench.judge_flown(map, trial)
         };
@@ -299,10 +314,13 @@ fn try_level(
 ) -> Result<(), ConvergenceError> {
     let shape = bench.scene().emit.shape;
     let tolerance = trial.tolerance;
+    let least = bench.least_orders();
     let likely = |slack: f64| {
         let bound = slack * tolerance;
-        let candidates = level.candidates.iter();
-        candidates.filter(move |candidate| candidate.forecast <= bound)
+        let allowed = move |candidate: &&Candidate| {
+            candidate.forecast <= bound && least.is_none_or(|least| least.allow(candidate.orders))
+        };
+        level.candidates.iter().filter(allowed)
     };
     let taylor: Vec<&Candidate> = likely(SLACK).collect();
     let mut most = (usize::MAX, usize::MAX);

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 
 use super::accuracy::DepthAccuracy;
+use super::next_depth::LeastOrders;
 use super::pareto::ParetoPoint;
 use super::validity::Validity;
 use crate::expansion::{MapOrders, WindowEdge};
@@ -140,7 +141,8 @@ pub struct Choice {
     pub fresh_error: Option<f64>,
     /// Fresh points compared.
     pub fresh_points: usize,
-    /// Largest error on fresh points if coefficients were rounded to single precision, for information.
+    /// Largest error on fresh points of the same map in single precision: coefficients, input and every operation. For
+    /// information.
     pub single_precision_error: Option<f64>,
     /// Operations of one step, parameters frozen.
     pub operations: usize,
@@ -148,6 +150,9 @@ pub struct Choice {
     pub coefficients: usize,
     /// Orders that the rule predicts for the tolerance; see docs/mathematics/orders.md.
     pub predicted: MapOrders,
+    /// Orders that no choice goes below, where `xi_1` is near 0 on the window.
+    #[serde(default)]
+    pub least_orders: Option<LeastOrders>,
     /// Why no map meets the tolerance, where none does.
     pub limit: Option<Limit>,
     /// Seconds that the choice took.

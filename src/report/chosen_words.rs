@@ -2,7 +2,7 @@
 
 use super::convergence_page::shape_word;
 use crate::convergence::{
-    ConvergenceStudy, DepthAccuracy, Limit, Monomials, Polynomials, Validity,
+    Choice, ConvergenceStudy, DepthAccuracy, LeastOrders, Limit, Monomials, Polynomials, Validity,
 };
 
 /// Which map was chosen, in words.
@@ -41,7 +41,9 @@ pub fn chosen_words(study: &ConvergenceStudy) -> String {
     let tolerance = chosen.tolerance;
     if chosen.met {
         format!(
-            "The cheapest map within {tolerance:.0e} has the orders {map}: largest error {sample} on the sample{fresh}."
+            "The cheapest map within {tolerance:.0e} has the orders {map}: largest error {sample} on the sample{fresh}.{}{}",
+            least_orders_words(chosen),
+            single_precision_words(chosen)
         )
     } else {
         format!(
@@ -51,6 +53,35 @@ pub fn chosen_words(study: &ConvergenceStudy) -> String {
                 .map_or(String::new(), |limit| format!(" ({})", limit_words(limit)))
         )
     }
+}
+
+/// Orders that no choice goes below, and why, in words; nothing where there are none.
+pub fn least_orders_words(chosen: &Choice) -> String {
+    let because = |least: LeastOrders| {
+        format!(
+            " The least orders are ({}, {}) because xi_1 is near 0 on the window: a contact of depth y^2 moves the next depth by {:.1e} y (to within {:.1e} over the parameters) and {:.1e} y^2, y being at most {:.1e}; a choice has that to a tenth.",
+            least.smooth_order,
+            least.contact_weight,
+            least.linear,
+            least.spread,
+            least.quadratic,
+            least.largest
+        )
+    };
+    chosen.least_orders.map_or(String::new(), because)
+}
+
+/// Whether single precision would do, in words; nothing where it was not measured.
+fn single_precision_words(chosen: &Choice) -> String {
+    let Some(error) = chosen.single_precision_error else {
+        return String::new();
+    };
+    let would = if error <= chosen.tolerance {
+        "would"
+    } else {
+        "would not"
+    };
+    format!(" In single precision its largest error is {error:.2e}: f32 {would} do.")
 }
 
 /// What keeps maps from meeting a tolerance, in words.
