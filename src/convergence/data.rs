@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 use super::accuracy::DepthAccuracy;
 use super::next_depth::LeastOrders;
 use super::pareto::ParetoPoint;
+use super::sections::SectionChoice;
 use super::validity::Validity;
 use crate::expansion::{MapOrders, WindowEdge};
 use crate::model::Shape;
@@ -30,6 +31,9 @@ pub struct ConvergenceStudy {
     pub smooth_rates: Vec<FactorRate>,
     /// The cheapest map for the tolerance, or the most accurate one tried.
     pub chosen: Choice,
+    /// The cheapest maps of other sections for the same tolerance; none where they were not asked for.
+    #[serde(default)]
+    pub sections: Vec<SectionChoice>,
     /// What its contacts leave out at the largest depth of the window, by passage; none where their series end or are flown.
     pub window_edges: Vec<WindowEdge>,
     /// The largest window on which the chosen map meets the tolerance.

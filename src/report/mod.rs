@@ -31,7 +31,8 @@ mod table;
 mod table_text;
 
 pub use chosen_words::{
-    accuracy_words, chosen_words, least_orders_words, limit_words, validity_words,
+    accuracy_words, chosen_words, least_orders_words, limit_words, section_name, sections_words,
+    validity_words,
 };
 pub use convergence_page::{
     convergence_figures, convergence_section, convergence_table, without_times,
