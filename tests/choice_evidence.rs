@@ -1,10 +1,12 @@
 //! What a choice has to have beside a small error at most points: two contacts in one return, and the sign of the next depth.
 
-use grazemap::analysis::{DirectEnd, DirectImage};
-use grazemap::convergence::{Choice, Chooser, SamplePoint, chosen_map};
+use grazemap::analysis::{DirectEnd, DirectImage, FreeFlight, SectionChange};
+use grazemap::convergence::{
+    Choice, ChoiceOptions, Chooser, SamplePoint, choose, choose_sections, chosen_map,
+};
 use grazemap::hybrid::HybridSystem;
 use grazemap::iteration::{DiscreteMap, HornerMap};
-use grazemap::model::{Scene, catalogue};
+use grazemap::model::{Scene, Section, StroboscopicPhase, catalogue};
 use grazemap::numeric::Dd;
 use grazemap::orbit::{GrazingOrbit, locate};
 
@@ -133,4 +135,62 @@ fn single_precision_would_do_for_a_coarse_map_and_not_for_a_fine_one() {
     });
     // Offsets of a tenth have a rounding of 6e-9.
     assert!(coarse < 1.1 && fine > 3.0, "{coarse}, {fine}");
+}
+
+/// Both windows hold the same orbits: what the free flow makes of a point does not depend on the section it is seen at.
+#[test]
+fn a_point_carried_to_another_section_has_the_image_carried_along() {
+    let (scene, orbit) = grazing("linear");
+    let mut other = scene.clone();
+    other.section = Section::Stroboscopic(StroboscopicPhase::At(Dd::from(5.0)));
+    let moved = locate(&other).expect("no wrong input").into_result();
+    let moved = moved.expect("it grazes");
+    let system = HybridSystem::new(&scene.model);
+    let (here, there) = ((&scene, &orbit), (&other, &moved));
+    let mut change = SectionChange::<Dd>::new(&system, here, there).expect("good input");
+    let mut back = SectionChange::<Dd>::new(&system, there, here).expect("good input");
+    let flight = |scene, orbit| FreeFlight::<Dd>::new(&system, scene, orbit).expect("good input");
+    let (mut at_own, mut at_other) = (flight(&scene, &orbit), flight(&other, &moved));
+    let parameters = exact(&[1e-3, -1e-3]);
+    for state in [[1e-3, 0.02], [-1e-3, -0.03]].map(|state| exact(&state)) {
+        let carry = |change: &mut SectionChange<'_, Dd>, state: &[Dd]| {
+            let carried = change.carry(state, &parameters).expect("good input");
+            carried.expect("a section point")
+        };
+        let carried = carry(&mut change, &state);
+        let mapped = at_own.smooth(&state, &parameters).expect("good input");
+        let expected = carry(&mut change, &mapped.expect("a return"));
+        let found = at_other.smooth(&carried, &parameters).expect("good input");
+        let returned = carry(&mut back, &carried);
+        let found = found.expect("a return");
+        // Flights in double-double are good to some 28 digits.
+        for (found, expected) in found
+            .iter()
+            .chain(&returned)
+            .zip(expected.iter().chain(&state))
+        {
+            assert!(
+                (*found - *expected).to_f64().abs() < 1e-24,
+                "{found:?} {expected:?}"
+            );
+        }
+    }
+}
+
+#[test]
+fn maps_of_other_sections_are_chosen_for_the_same_tolerance() {
+    let (scene, orbit) = grazing("linear");
+    let options = ChoiceOptions {
+        tolerance: 1e-5,
+        fresh: 100,
+    };
+    let own = choose(&scene, &orbit, &options).expect("a choice");
+    let sections = choose_sections(&scene, &orbit, &options, &own).expect("points");
+    // The tangency section is the scene's own.
+    let ahead: Vec<_> = sections.iter().map(|section| section.ahead).collect();
+    assert_eq!(ahead, [0.0, 0.125, 0.25, 0.5].map(Some));
+    for section in &sections {
+        let choice = section.choice.as_ref().expect("a map");
+        assert!(choice.met && choice.fresh_points > 50, "{section:?}");
+    }
 }

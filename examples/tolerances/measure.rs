@@ -78,7 +78,12 @@ impl Case {
             tolerance: SECTIONS_AT,
             fresh: FRESH,
         };
-        let sections = choose_sections(&scene, &orbit, &options).map_err(|error| said(&error))?;
+        let own = maps
+            .iter()
+            .find(|map| map.choice.tolerance == SECTIONS_AT)
+            .ok_or("no choice for that tolerance")?;
+        let sections = choose_sections(&scene, &orbit, &options, &own.choice);
+        let sections = sections.map_err(|error| said(&error))?;
         Ok(Self {
             scene,
             orbit,

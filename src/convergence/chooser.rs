@@ -46,8 +46,8 @@ const COMPOSED_SLACK: f64 = 100.0;
 /// So many of them, and of economised maps, from the least forecast.
 const LIKELIEST: usize = 24;
 
-/// Most terms of a map whose composed form is tried: beyond, composing takes seconds.
-const COMPOSED_TERMS: usize = 12_000;
+/// Most terms of a map whose composed form is tried where a factored one serves, and where none does: composing many takes seconds.
+const COMPOSED_TERMS: [usize; 2] = [5000, 12_000];
 
 /// An error that falls by less from one expansion to the next has come to its end.
 const FALLS: f64 = 0.5;
@@ -79,6 +79,8 @@ pub struct Chooser<'a> {
     bench: Bench<'a>,
     limit: MapOrders,
     levels: Vec<Level<'a>>,
+    /// Whether contacts are flown where no series serves.
+    flies: bool,
 }
 
 impl<'a> Chooser<'a> {
@@ -112,7 +114,18 @@ impl<'a> Chooser<'a> {
             bench,
             limit: highest_orders(probe.family.expander().variables()),
             levels: vec![probe],
+            flies: true,
         })
+    }
+
+    /// The same with no orders beyond some, and contacts flown only where the scene asks for it.
+    pub(super) fn within(mut self, orders: MapOrders) -> Self {
+        self.limit = MapOrders {
+            smooth_order: self.limit.smooth_order.min(orders.smooth_order),
+            contact_weight: self.limit.contact_weight.min(orders.contact_weight),
+        };
+        self.flies = false;
+        self
     }
 
     /// The rule that searches begin with.
@@ -145,7 +158,7 @@ impl<'a> Chooser<'a> {
         }
         let flown = match self.scene.emit.shape {
             Shape::Flown => true,
-            Shape::Auto => trial.found().is_none(),
+            Shape::Auto => self.flies && trial.found().is_none(),
             _ => false,
         };
         if flown {
@@ -226,8 +239,8 @@ impl<'a> Chooser<'a> {
     /// Within the highest orders; at least 2, so that terms can be seen to fall.
     fn clamped(&self, orders: MapOrders) -> MapOrders {
         MapOrders {
-            smooth_order: orders.smooth_order.clamp(2, self.limit.smooth_order),
-            contact_weight: orders.contact_weight.clamp(4, self.limit.contact_weight),
+            smooth_order: orders.smooth_order.min(self.limit.smooth_order).max(2),
+            contact_weight: orders.contact_weight.min(self.limit.contact_weight).max(4),
         }
     }
 
@@ -335,8 +348,8 @@ fn try_level(
             )
         })?;
     }
-    let small =
-        |candidate: &&Candidate| shape == Shape::Composed || candidate.cost.1 <= COMPOSED_TERMS;
+    let terms = COMPOSED_TERMS[usize::from(most.0 == usize::MAX)];
+    let small = |candidate: &&Candidate| shape == Shape::Composed || candidate.cost.1 <= terms;
     if shape != Shape::Factored {
         let mut judge = |candidate: &Candidate| {
             bench.judge(

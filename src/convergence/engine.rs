@@ -127,7 +127,7 @@ pub fn converge(
     let direct = sweep.direct(&sweep.system)?;
     let direct_by_taylor = sweep.direct_by_taylor()?;
     let sections = match options.sections {
-        true => choose_sections(scene, orbit, &choice)?,
+        true => choose_sections(scene, orbit, &choice, &chosen)?,
         false => Vec::new(),
     };
     Ok(ConvergenceStudy {

@@ -12,6 +12,7 @@ use super::data::Choice;
 use super::judge::JudgingPoints;
 use super::sample::SamplePoint;
 use crate::analysis::SectionChange;
+use crate::expansion::MapOrders;
 use crate::hybrid::HybridSystem;
 use crate::model::{Scene, Section, StroboscopicPhase};
 use crate::numeric::Dd;
@@ -19,6 +20,12 @@ use crate::orbit::{GrazingOrbit, PoincareSectionKind, locate};
 
 /// How long before the first passage stroboscopic sections are taken, over the period of the orbit.
 const AHEAD: [f64; 4] = [0.0, 0.125, 0.25, 0.5];
+
+/// By how much the orders of a map of another section may exceed those of the scene's own: it would not be cheaper.
+const BEYOND: MapOrders = MapOrders {
+    smooth_order: 2,
+    contact_weight: 4,
+};
 
 /// Sections nearer than this share of a period are the same.
 const SAME: f64 = 1e-6;
@@ -39,7 +46,8 @@ pub struct SectionChoice {
 /// The cheapest maps of the tangency section and of stroboscopic ones at the graze and an eighth, a quarter and half a period
 /// before it, without the scene's own.
 ///
-/// Their windows are that of the scene, its points carried along the free flow; errors are in the offsets of each section.
+/// Their windows are that of the scene, its points carried along the free flow; errors are in the offsets of each section. `own` is
+/// the choice on the scene's section: maps of orders far beyond its own are not tried.
 ///
 /// # Errors
 ///
@@ -48,12 +56,17 @@ pub fn choose_sections(
     scene: &Scene,
     orbit: &GrazingOrbit,
     options: &ChoiceOptions,
+    own: &Choice,
 ) -> Result<Vec<SectionChoice>, ConvergenceError> {
+    let limit = MapOrders {
+        smooth_order: own.smooth_order + BEYOND.smooth_order,
+        contact_weight: own.contact_weight + BEYOND.contact_weight,
+    };
     let points = JudgingPoints::of_scene(scene, orbit, options.fresh)?;
     let others = others(scene, orbit).into_iter();
     Ok(others
         .map(|(ahead, section)| {
-            let chosen = choose_on(scene, orbit, section, &points, options.tolerance);
+            let chosen = choose_on((scene, orbit), section, &points, (options.tolerance, limit));
             SectionChoice {
                 ahead,
                 phase: match section {
@@ -97,11 +110,10 @@ fn others(scene: &Scene, orbit: &GrazingOrbit) -> Vec<(Option<f64>, Section)> {
 
 /// The choice on another section; why there is none.
 fn choose_on(
-    scene: &Scene,
-    orbit: &GrazingOrbit,
+    (scene, orbit): (&Scene, &GrazingOrbit),
     section: Section,
     points: &JudgingPoints,
-    tolerance: f64,
+    (tolerance, limit): (f64, MapOrders),
 ) -> Result<Choice, String> {
     let mut other = scene.clone();
     other.section = section;
@@ -121,6 +133,6 @@ fn choose_on(
         other.window.state[component] = points.half_width(place);
     }
     let chooser = Chooser::on_points(&other, &moved, points);
-    let chosen = chooser.and_then(|mut chooser| chooser.choose(tolerance));
+    let chosen = chooser.and_then(|chooser| chooser.within(limit).choose(tolerance));
     chosen.map_err(|error| error.to_string())
 }
