@@ -24,8 +24,9 @@ const SHARES: [f64; 5] = [1.0, 0.3, 0.1, 0.03, 0.01];
 /// Depth variables from which the terms in `y` and `y²` are found.
 const SMALL: [f64; 2] = [0.01, 0.02];
 
-/// The part of the effect of a contact by which a map may be off.
-const PART: f64 = 0.1;
+/// The part of the effect of a contact by which a map may be off near the graze, and what is added to it up to the window's edge: a slope that is
+/// off by a constant is so at all depths, truncation only at the edge.
+const PART: [f64; 2] = [0.01, 0.09];
 
 /// A point without contact is short of it by this share of a depth.
 const SHORT: f64 = 1e-6;
@@ -130,7 +131,7 @@ impl NextDepth {
                 let size = terms[0].abs().max(quadratic.abs() * y) * y;
                 Some(Trial {
                     effect,
-                    allowed: PART * size,
+                    allowed: (PART[0] + PART[1] * share) * size,
                     touching: pair.touching,
                     short: pair.short,
                     parameters: parameters.clone(),
@@ -151,7 +152,7 @@ impl NextDepth {
         })
     }
 
-    /// Whether a map moves the next depth as contacts do, to a tenth.
+    /// Whether a map moves the next depth as contacts do: to a hundredth near the graze, to a tenth at the window's edge.
     pub(super) fn keeps(&self, map: &impl DiscreteMap) -> bool {
         let image = |state: &[f64], parameters: &[f64]| {
             let mut image = vec![0.0; map.dimension()];

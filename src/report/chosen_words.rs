@@ -112,7 +112,7 @@ pub fn section_name(section: &SectionChoice) -> String {
 pub fn least_orders_words(chosen: &Choice) -> String {
     let because = |least: LeastOrders| {
         format!(
-            " The least orders are ({}, {}) because xi_1 is near 0 on the window: a contact of depth y^2 moves the next depth by {:.1e} y (to within {:.1e} over the parameters) and {:.1e} y^2, y being at most {:.1e}; a choice has that to a tenth.",
+            " The least orders are ({}, {}) because xi_1 is near 0 on the window: a contact of depth y^2 moves the next depth by {:.1e} y (to within {:.1e} over the parameters) and {:.1e} y^2, y being at most {:.1e}; a choice has that to a hundredth near the graze, to a tenth at the window's edge.",
             least.smooth_order,
             least.contact_weight,
             least.linear,
