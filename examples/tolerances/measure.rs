@@ -20,6 +20,18 @@ const TIMED: usize = 300;
 const FRESH: usize = 1000;
 /// Points with two contacts that are looked for.
 const JOINT: usize = 2_000;
+/// Scenes of which maps of other sections are chosen.
+const SECTIONED: [&str; 9] = [
+    "linear",
+    "linear_codim2",
+    "foale",
+    "mems",
+    "mems_codim2",
+    "soft_b",
+    "soft_c",
+    "moving_stop",
+    "two_stops_t1",
+];
 /// The tolerance for which maps of other sections are chosen, and the fresh points on which they have to hold.
 pub(crate) const SECTIONS_AT: f64 = 1e-6;
 /// An error above the tolerance times this is counted.
@@ -82,7 +94,10 @@ impl Case {
             .iter()
             .find(|map| map.choice.tolerance == SECTIONS_AT)
             .ok_or("no choice for that tolerance")?;
-        let sections = choose_sections(&scene, &orbit, &options, &own.choice);
+        let sections = match SECTIONED.contains(&name) {
+            true => choose_sections(&scene, &orbit, &options, &own.choice),
+            false => Ok(Vec::new()),
+        };
         let sections = sections.map_err(|error| said(&error))?;
         Ok(Self {
             scene,
