@@ -348,7 +348,9 @@ fn try_level(
             )
         })?;
     }
-    let terms = COMPOSED_TERMS[usize::from(most.0 == usize::MAX)];
+    // Where rounding is in the way no number of terms helps.
+    let truncated = tolerance >= ROUNDINGS * bench.rounding();
+    let terms = COMPOSED_TERMS[usize::from(most.0 == usize::MAX && truncated)];
     let small = |candidate: &&Candidate| shape == Shape::Composed || candidate.cost.1 <= terms;
     if shape != Shape::Factored {
         let mut judge = |candidate: &Candidate| {
