@@ -46,8 +46,8 @@ const COMPOSED_SLACK: f64 = 100.0;
 /// So many of them, and of economised maps, from the least forecast.
 const LIKELIEST: usize = 24;
 
-/// Most terms of a map whose composed form is tried where a factored one serves, and where none does: composing many takes seconds.
-const COMPOSED_TERMS: [usize; 2] = [5000, 12_000];
+/// Most terms of a map whose composed form is tried: beyond, composing takes seconds and many are tried.
+const COMPOSED_TERMS: usize = 5000;
 
 /// An error that falls by less from one expansion to the next has come to its end.
 const FALLS: f64 = 0.5;
@@ -112,7 +112,7 @@ impl<'a> Chooser<'a> {
             scene,
             orbit,
             bench,
-            limit: highest_orders(probe.family.expander().variables()),
+            limit: highest_orders(probe.family.expander().variables().len()),
             levels: vec![probe],
             flies: true,
         })
@@ -348,10 +348,8 @@ fn try_level(
             )
         })?;
     }
-    // Where rounding is in the way no number of terms helps.
-    let truncated = tolerance >= ROUNDINGS * bench.rounding();
-    let terms = COMPOSED_TERMS[usize::from(most.0 == usize::MAX && truncated)];
-    let small = |candidate: &&Candidate| shape == Shape::Composed || candidate.cost.1 <= terms;
+    let small =
+        |candidate: &&Candidate| shape == Shape::Composed || candidate.cost.1 <= COMPOSED_TERMS;
     if shape != Shape::Factored {
         let mut judge = |candidate: &Candidate| {
             bench.judge(

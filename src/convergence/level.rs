@@ -9,19 +9,15 @@ use super::family::MapFamily;
 use super::forecast::Forecaster;
 use super::rule::OrderRule;
 use super::sample::SamplePoint;
-use crate::expansion::{LocalMap, MapOrders, Variables};
+use crate::expansion::{LocalMap, MapOrders};
 
-/// Most monomials of a leg.
-const LEG_MONOMIALS: u64 = 28_000;
-
-/// Most monomials of a contact while its depth variable is free, times the square of the number of coordinates: so many of their products
-/// are flown.
-const CONTACT_MONOMIALS: u64 = 260_000;
+/// Most monomials of a leg, and of a contact while its depth variable is free.
+const MONOMIALS: [u64; 2] = [13_000, 7_500];
 
 /// Highest orders, however few the variables.
 const HIGHEST: MapOrders = MapOrders {
     smooth_order: 14,
-    contact_weight: 26,
+    contact_weight: 20,
 };
 
 /// Most monomials of a fit.
@@ -73,12 +69,8 @@ impl<'a> Level<'a> {
     }
 }
 
-/// The highest orders that are expanded in some variables.
-pub(super) fn highest_orders(variables: &Variables) -> MapOrders {
-    highest(variables.coordinates, variables.len())
-}
-
-fn highest(coordinates: usize, variables: usize) -> MapOrders {
+/// The highest orders that are expanded for a number of variables.
+pub(super) fn highest_orders(variables: usize) -> MapOrders {
     let within = |monomials: &dyn Fn(u32) -> u64, most: u64, highest: u32| {
         let orders = (1..=highest).rev();
         orders
@@ -98,12 +90,8 @@ fn highest(coordinates: usize, variables: usize) -> MapOrders {
             .sum()
     };
     MapOrders {
-        smooth_order: within(&leg, LEG_MONOMIALS, HIGHEST.smooth_order),
-        contact_weight: within(
-            &contact,
-            CONTACT_MONOMIALS / (coordinates * coordinates) as u64,
-            HIGHEST.contact_weight,
-        ),
+        smooth_order: within(&leg, MONOMIALS[0], HIGHEST.smooth_order),
+        contact_weight: within(&contact, MONOMIALS[1], HIGHEST.contact_weight),
     }
 }
 
@@ -113,10 +101,10 @@ mod tests {
 
     #[test]
     fn more_variables_have_lower_highest_orders() {
-        let orders = [(2, 4), (4, 6), (6, 8)].map(|(own, all)| highest(own, all));
+        let orders = [4, 6, 8].map(highest_orders);
         let pairs = orders.map(|orders| (orders.smooth_order, orders.contact_weight));
-        // C(14 + 4, 4) = 3060, C(13 + 6, 6) = 27 132, C(9 + 8, 8) = 24 310.
-        assert_eq!(pairs.map(|pair| pair.0), [14, 13, 9]);
+        // C(14 + 4, 4) = 3060, C(11 + 6, 6) = 12 376, C(8 + 8, 8) = 12 870.
+        assert_eq!(pairs.map(|pair| pair.0), [14, 11, 8]);
         assert!(
             pairs.map(|pair| pair.1).is_sorted_by(|a, b| a >= b),
             "{pairs:?}"
