@@ -674,12 +674,35 @@ fn a_crate_emitted_for_a_tolerance_states_the_measured_error_and_is_the_same_twi
 }
 
 #[test]
+fn an_expansion_says_what_it_lists_and_what_is_run() {
+    let folder = scratch();
+    let linear = grazemap::model::catalogue::text("linear").expect("in the catalogue");
+    let tolerant = linear
+        .replace("smooth_order = 5\n", "tolerance = 1e-6\n")
+        .replace("contact_weight = 6\n", "");
+    fs::write(folder.path().join("tolerant.toml"), tolerant).expect("writable");
+    let chosen = |scene: &str| {
+        let map = json(folder.path(), &["expand", scene, "--json", "-", "-q"]);
+        map["chosen"].clone()
+    };
+    let run = chosen("tolerant.toml");
+    assert_eq!(
+        (&run["listed"], &run["run"]),
+        (&"taylor".into(), &"economised".into())
+    );
+    assert!(run["fitted_to"]["smooth_order"].is_number() && run["coefficients"].is_number());
+    // Orders that a scene names are run as they are listed.
+    assert!(chosen("linear").is_null());
+}
+
+#[test]
 fn a_study_says_what_was_chosen_where_it_holds_and_the_front_with_direct_simulation() {
     let folder = scratch();
     let arguments = ["converge", "linear", "--fresh", "200", "--json", "-", "-q"];
     let study = json(folder.path(), &arguments);
     assert!(study["chosen"]["met"].is_boolean() && study["chosen"]["seconds"].is_number());
     assert!(study["validity"]["scale"].is_number() && study["validity"]["depth"].is_number());
+    assert_eq!(study["sections"].as_array().map(Vec::len), Some(4));
     assert!(study["validity"]["parameter"]["alpha"].is_number());
     assert!(study["validity"]["state"]["theta"].is_number());
     let front = study["pareto"].as_array().expect("a list");

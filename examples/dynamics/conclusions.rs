@@ -7,12 +7,18 @@ use grazemap::report::{Cell, Column, ReportError, Table};
 use crate::born::{Born, ORDERS};
 use crate::subject::written;
 
+/// Multipliers this near a double one may be real or not.
+const NEAR: f64 = 0.1;
+
 /// What may be said of an orbit that is born at a graze.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Verdict {
     /// Whether it exists where the free orbit has met the stop.
     after: bool,
     kind: &'static str,
+    /// How many multipliers are outside the unit circle.
+    outside: usize,
+    values: Vec<[f64; 2]>,
     multipliers: String,
     /// Parameter over the depth `y²`.
     curvature: f64,
@@ -40,6 +46,8 @@ impl Verdict {
         Self {
             after: parameter > 0.0,
             kind,
+            outside,
+            values: multipliers.iter().map(|m| [m.re, m.im.abs()]).collect(),
             multipliers: written,
             curvature: parameter / orbit.states[0][0].to_f64(),
         }
@@ -55,9 +63,13 @@ impl Verdict {
         }
     }
 
-    /// Whether side, stability and kind are those of another.
+    /// Whether side, stability and kind are those of another; a node and a focus are of one kind where their multipliers are within
+    /// [`NEAR`] of each other, since nothing else tells them apart at a double multiplier.
     pub(crate) fn agrees(&self, truth: &Self) -> bool {
-        (self.after, self.kind) == (truth.after, truth.kind)
+        let pairs = self.values.iter().zip(&truth.values);
+        let near = |(a, b): (&[f64; 2], &[f64; 2])| (a[0] - b[0]).hypot(a[1] - b[1]) < NEAR;
+        let alike = self.kind == truth.kind || pairs.into_iter().all(near);
+        (self.after, self.outside) == (truth.after, truth.outside) && alike
     }
 }
 

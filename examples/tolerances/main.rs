@@ -45,7 +45,9 @@ fn main() -> Result<(), Box<dyn Error>> {
     study.shown("choices", &tables::choices(&rows)?)?;
     study.shown("summary", &tables::summary(&rows)?)?;
     study.shown("refusals", &tables::refusals(&rows)?)?;
-    study.shown("exceeded", &tables::exceeded(&rows)?)?;
+    study.shown("joint", &tables::joint(&rows)?)?;
+    study.shown("least", &tables::least(&rows)?)?;
+    study.shown("sections", &tables::sections(&rows)?)?;
     study.shown("rule", &tables::rule(&rows)?)?;
     study.figure("cost", &figures::cost(&rows))?;
     study.figure("speed", &figures::speed(&rows))?;

@@ -28,9 +28,11 @@ pub(crate) fn choices(rows: &[Row]) -> Result<Table, ReportError> {
         "its floor [ns]",
         "largest error",
         "over tolerance",
-        "points above 1.1",
+        "points",
+        "above 1.1",
         "direct [ns]",
         "direct over step",
+        "f32 error over tolerance",
         "choice [s]",
     ];
     columns.extend(numbers.map(Column::number));
@@ -70,9 +72,13 @@ fn line(row: &Row) -> Vec<Cell> {
         Cell::number(row.floor_ns, 3),
         number(row.error, 2),
         number(row.error / choice.tolerance, 2),
+        Cell::Integer(row.points as i64),
         Cell::Integer(row.exceeding as i64),
         Cell::number(row.direct_ns, 3),
         Cell::number(row.direct_ns / row.step_ns, 2),
+        choice
+            .single_precision_error
+            .map_or(Cell::Missing, |error| number(error / choice.tolerance, 2)),
         Cell::number(choice.seconds, 2),
     ]);
     line
@@ -121,6 +127,7 @@ pub(crate) fn summary(rows: &[Row]) -> Result<Table, ReportError> {
         "least",
         "largest error over tolerance",
         "scenes with points above 1.1",
+        "f32 would do",
         "median choice [s]",
         "longest [s]",
     ];
@@ -152,6 +159,10 @@ pub(crate) fn summary(rows: &[Row]) -> Result<Table, ReportError> {
             Cell::number(ratios.first().copied().unwrap_or(f64::NAN), 2),
             number(excess.last().copied().unwrap_or(f64::NAN), 3),
             count(&|row| row.exceeding > 0),
+            count(&|row| {
+                let single = row.choice.single_precision_error;
+                single.is_some_and(|error| error <= tolerance)
+            }),
             Cell::number(median(&seconds), 2),
             Cell::number(seconds.last().copied().unwrap_or(f64::NAN), 2),
         ])?;
@@ -183,30 +194,82 @@ pub(crate) fn refusals(rows: &[Row]) -> Result<Table, ReportError> {
     Ok(table)
 }
 
-/// What holds on the points of the choice and not everywhere else.
-pub(crate) fn exceeded(rows: &[Row]) -> Result<Table, ReportError> {
-    let mut columns = vec![Column::text("scene")];
-    columns.extend(
-        [
-            "tolerance",
-            "points",
-            "above 1.1 of it",
-            "largest error over tolerance",
-        ]
-        .map(Column::number),
-    );
+/// Where two passages make contact: the largest error over each tolerance that is met.
+pub(crate) fn joint(rows: &[Row]) -> Result<Table, ReportError> {
+    let tolerances = TOLERANCES.map(|tolerance| Column::number(format!("at {tolerance:e}")));
+    let mut columns = vec![Column::text("scene"), Column::number("points")];
+    columns.extend(tolerances);
     let mut table = Table::new(columns);
-    for row in rows
-        .iter()
-        .filter(|row| row.choice.met && row.exceeding > 0)
-    {
-        table.push(vec![
+    let scenes = rows.chunk_by(|a, b| a.scene == b.scene);
+    for scene in scenes.filter(|scene| scene[0].joint_points > 0) {
+        let mut line = vec![
+            Cell::text(&scene[0].scene),
+            Cell::Integer(scene[0].joint_points as i64),
+        ];
+        line.extend(scene.iter().map(|row| match row.choice.met {
+            true => number(row.joint_error / row.choice.tolerance, 2),
+            false => Cell::Missing,
+        }));
+        table.push(line)?;
+    }
+    Ok(table)
+}
+
+/// Scenes whose window reaches to where `xi_1` is near 0.
+pub(crate) fn least(rows: &[Row]) -> Result<Table, ReportError> {
+    let mut columns = vec![Column::text("scene")];
+    let numbers = [
+        "term in y",
+        "its change over the parameters",
+        "term in y²",
+        "largest y",
+    ];
+    columns.extend(numbers.map(Column::number));
+    let mut table = Table::new(columns);
+    for scene in rows.chunk_by(|a, b| a.scene == b.scene) {
+        if let Some(least) = scene[0].choice.least_orders {
+            let numbers = [least.linear, least.spread, least.quadratic, least.largest];
+            let mut line = vec![Cell::text(&scene[0].scene)];
+            line.extend(numbers.map(|value| number(value, 2)));
+            table.push(line)?;
+        }
+    }
+    Ok(table)
+}
+
+/// Operations of a step on other sections, and what makes them fail.
+pub(crate) fn sections(rows: &[Row]) -> Result<Table, ReportError> {
+    const AHEAD: [Option<f64>; 5] = [None, Some(0.0), Some(0.125), Some(0.25), Some(0.5)];
+    let mut columns = vec![Column::text("scene"), Column::number("its own")];
+    let names = [
+        "tangency",
+        "at the graze",
+        "1/8 before",
+        "1/4 before",
+        "1/2 before",
+    ];
+    columns.extend(names.map(Column::text));
+    let mut table = Table::new(columns);
+    for row in rows.iter().filter(|row| !row.sections.is_empty()) {
+        let mut line = vec![
             Cell::text(&row.scene),
-            Cell::number(row.choice.tolerance, 1),
-            Cell::Integer(row.points as i64),
-            Cell::Integer(row.exceeding as i64),
-            number(row.error / row.choice.tolerance, 3),
-        ])?;
+            Cell::Integer(row.choice.operations as i64),
+        ];
+        line.extend(AHEAD.map(|ahead| {
+            let section = row.sections.iter().find(|section| section.ahead == ahead);
+            match section.map(|section| &section.choice) {
+                None => Cell::Missing,
+                Some(None) => Cell::text("no map"),
+                Some(Some(choice)) if choice.met => Cell::text(choice.operations.to_string()),
+                Some(Some(choice)) => {
+                    let error = choice.fresh_error.or(choice.error);
+                    Cell::text(error.map_or("not met".to_owned(), |error| {
+                        format!("not met, {error:.0e}")
+                    }))
+                }
+            }
+        }));
+        table.push(line)?;
     }
     Ok(table)
 }

@@ -131,6 +131,39 @@ impl<'a, S: Real> FreeFlight<'a, S> {
         Ok(image.map(|image| (self.graze.offsets(&image), depth)))
     }
 
+    /// Which section.
+    pub(super) fn kind(&self) -> PoincareSectionKind {
+        self.section.kind()
+    }
+
+    /// The phase of the section point; `None` for an autonomous system.
+    pub(super) fn origin_phase(&self) -> Option<S> {
+        self.section.phase().map(|(_, origin)| origin)
+    }
+
+    /// The section point that a free flight of about a time ends at, in offsets, its phase less `turns`; `None` as for
+    /// [`smooth`](Self::smooth).
+    pub(super) fn arrive(
+        &mut self,
+        state: &[S],
+        parameters: &[S],
+        duration: S,
+        turns: S,
+    ) -> Option<Vec<S>> {
+        let mut end = self.fly(state, parameters, duration)?;
+        if self.section.kind() == PoincareSectionKind::Tangency {
+            end = self.minimum_near(&end, parameters)?.0;
+        }
+        if let Some(phase) = self.phase {
+            end[phase] -= turns;
+        }
+        let offsets = self.section.offsets(&end);
+        offsets
+            .iter()
+            .all(|offset| offset.is_finite())
+            .then_some(offsets)
+    }
+
     /// The free flow after a time of either sign; `None` where it leaves the finite numbers.
     fn fly(&self, state: &[S], parameters: &[S], duration: S) -> Option<Vec<S>> {
         let end = Integrator::new(&self.field).flow(state, parameters, duration);

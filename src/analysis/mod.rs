@@ -12,6 +12,7 @@ mod image;
 mod itinerary;
 pub mod periodic;
 mod progress;
+mod section_change;
 mod section_frame;
 mod values;
 
@@ -23,4 +24,5 @@ pub use free_flight::FreeFlight;
 pub use image::{ImageRecord, ImageRequest, ImageRow, Precision, Using, images};
 pub use itinerary::itinerary;
 pub use progress::{NoProgress, Progress};
+pub use section_change::SectionChange;
 pub use section_frame::SectionFrame;

@@ -166,6 +166,14 @@ impl<S: Real> SectionFrame<S> {
         &self.state
     }
 
+    /// The phase placed last and that of the section point; `None` for an autonomous system.
+    pub fn phase(&self) -> Option<(S, S)> {
+        let last = self.state.len().checked_sub(1)?;
+        self.clock
+            .as_ref()
+            .map(|_| (self.state[last], self.origin[last]))
+    }
+
     /// All parameters of the model, as placed last.
     pub fn parameters(&self) -> &[S] {
         &self.parameters

@@ -10,7 +10,8 @@ use crate::convergence::{ConvergenceOptions, ConvergenceStudy, converge, extreme
 use crate::expansion::Expander;
 use crate::report::{
     ReportError, accuracy_words, chosen_words, convergence_figures, convergence_table,
-    extremes_figures, extremes_table, extremes_words, to_dense_json, validity_words, without_times,
+    extremes_figures, extremes_table, extremes_words, sections_words, to_dense_json,
+    validity_words, without_times,
 };
 
 pub(super) fn run(options: &ConvergeOptions) -> Result<(), CliError> {
@@ -56,6 +57,7 @@ fn of_scene(options: &SceneOptions, fresh: usize) -> Result<(), CliError> {
     let orbit = grazing_orbit(&scene)?;
     let swept = ConvergenceOptions {
         fresh,
+        sections: true,
         ..ConvergenceOptions::of(&scene)
     };
     let expander = Expander::new(&scene, &orbit)?;
@@ -75,9 +77,10 @@ fn of_scene(options: &SceneOptions, fresh: usize) -> Result<(), CliError> {
         study.direct.method, study.direct.period_ns, study.direct.error_estimate
     );
     let text = format!(
-        "{}\n{direct}\n{}\n{}\n{}\n",
+        "{}\n{direct}\n{}\n{}{}\n{}\n",
         table.to_text(),
         chosen_words(&study),
+        sections_line(&study),
         validity_words(&study.validity),
         accuracy_words(&study.accuracy)
     );
@@ -88,6 +91,14 @@ fn of_scene(options: &SceneOptions, fresh: usize) -> Result<(), CliError> {
         files: convergence_files(&study)?,
     };
     results.deliver("converge", &options.common)
+}
+
+/// What other sections cost, on a line of its own.
+fn sections_line(study: &ConvergenceStudy) -> String {
+    match sections_words(study) {
+        words if words.is_empty() => words,
+        words => words + "\n",
+    }
 }
 
 /// Data and pictures of a study. Files named `speed` hold measured times, the others the same bytes from run to run.

@@ -1,5 +1,7 @@
 //! `grazemap diagram`: bifurcation diagrams.
 
+use serde::Serialize;
+
 use super::arguments::SceneOptions;
 use super::error::CliError;
 use super::output::Results;
@@ -8,7 +10,7 @@ use super::progress::Bar;
 use super::window_edge::local_map;
 use crate::analysis::Progress;
 use crate::analysis::diagram::{Diagram, diagram};
-use crate::expansion::LocalMap;
+use crate::expansion::{LocalMap, WindowEdge};
 use crate::model::Scene;
 use crate::orbit::GrazingOrbit;
 use crate::report::{
@@ -21,11 +23,33 @@ pub(super) fn run(options: &SceneOptions) -> Result<(), CliError> {
         return Err(CliError::NoDiagram);
     }
     let orbit = grazing_orbit(&scene)?;
-    let map = local_map(&scene, &orbit, options.common.quiet)?;
+    let (map, edges) = local_map(&scene, &orbit, options.common.quiet)?;
     let bar = Bar::new("diagram", &options.common);
     let diagrams = diagrams(&scene, &orbit, &map, &bar)?;
     drop(bar);
-    results(&diagrams)?.deliver("diagram", &options.common)
+    results(&diagrams, &edges)?.deliver("diagram", &options.common)
+}
+
+/// A diagram as it is written to JSON.
+#[derive(Serialize)]
+struct DiagramDocument<'a> {
+    #[serde(flatten)]
+    diagram: &'a Diagram,
+    /// What the contacts of its map leave out at the edge of the window, by passage.
+    window_edges: &'a [WindowEdge],
+}
+
+fn with_edges<'a>(
+    diagrams: &'a [Diagram],
+    window_edges: &'a [WindowEdge],
+) -> Vec<DiagramDocument<'a>> {
+    let diagrams = diagrams.iter();
+    diagrams
+        .map(|diagram| DiagramDocument {
+            diagram,
+            window_edges,
+        })
+        .collect()
 }
 
 /// Every diagram a scene asks for.
@@ -40,25 +64,28 @@ pub(super) fn diagrams(
 }
 
 /// The diagrams as text, data and pictures; times only in the text and in the JSON on request.
-fn results(diagrams: &[Diagram]) -> Result<Results, CliError> {
+fn results(diagrams: &[Diagram], edges: &[WindowEdge]) -> Result<Results, CliError> {
     let text = diagram_timing_table(diagrams)?.to_text();
     let csv = diagram_table(diagrams)?.to_csv()?;
     let untimed: Vec<Diagram> = diagrams.iter().map(Diagram::without_timing).collect();
-    let json = to_dense_json(diagrams)?;
+    let json = to_dense_json(&with_edges(diagrams, edges))?;
     Ok(Results {
         text,
         json,
         csv: Some(csv),
-        files: diagram_files(&untimed)?,
+        files: diagram_files(&untimed, edges)?,
     })
 }
 
 /// Data and pictures of diagrams, without times: the same bytes from run to run.
-pub(super) fn diagram_files(diagrams: &[Diagram]) -> Result<Vec<(String, Vec<u8>)>, ReportError> {
+pub(super) fn diagram_files(
+    diagrams: &[Diagram],
+    edges: &[WindowEdge],
+) -> Result<Vec<(String, Vec<u8>)>, ReportError> {
     let mut files = vec![
         (
             "diagram.json".to_owned(),
-            to_dense_json(diagrams)?.into_bytes(),
+            to_dense_json(&with_edges(diagrams, edges))?.into_bytes(),
         ),
         (
             "diagram.csv".to_owned(),

@@ -14,6 +14,7 @@ use crate::emission::{
     EmitOptions, EmittedCrate, EmittedModule, EmittedShape, Target, emitted_module, prune,
     prune_composed,
 };
+use crate::expansion::WindowEdge;
 use crate::iteration::HornerMap;
 use crate::model::{Shape, catalogue};
 use crate::orbit::GrazingOrbit;
@@ -39,21 +40,22 @@ struct ModuleSummary {
     frozen_step_multiply_adds: usize,
     frozen_jacobian_multiply_adds: usize,
     measured_error: Option<f64>,
+    window_edges: Vec<WindowEdge>,
 }
 
 pub(super) fn run(options: &EmitArguments) -> Result<(), CliError> {
-    let (modules, emitted) = match &options.scene {
+    let (modules, edges, emitted) = match &options.scene {
         Some(scene) => {
-            let module = emit_scene(scene.clone(), options)?;
+            let (module, edges) = emit_scene(scene.clone(), options)?;
             let emitted = EmittedCrate::standalone(&module)?;
-            (vec![module], emitted)
+            (vec![module], vec![edges], emitted)
         }
         None => {
-            let modules = catalogue::names()
-                .map(|name| emit_named(name, options))
-                .collect::<Result<Vec<_>, _>>()?;
+            let named = catalogue::names().map(|name| emit_scene(PathBuf::from(name), options));
+            let all = named.collect::<Result<Vec<_>, _>>()?;
+            let (modules, edges): (Vec<_>, _) = all.into_iter().unzip();
             let emitted = EmittedCrate::catalogue(&modules)?;
-            (modules, emitted)
+            (modules, edges, emitted)
         }
     };
     let default = if options.catalogue {
@@ -76,7 +78,7 @@ pub(super) fn run(options: &EmitArguments) -> Result<(), CliError> {
     Results::named(
         "emit",
         text,
-        to_dense_json(&summary(&modules, &emitted))?,
+        to_dense_json(&summary(&modules, edges, &emitted))?,
         None,
     )
     .deliver("emit", &common)
@@ -91,11 +93,11 @@ fn folder_of(target: Target) -> &'static str {
     }
 }
 
-fn emit_named(name: &str, options: &EmitArguments) -> Result<EmittedModule, CliError> {
-    emit_scene(PathBuf::from(name), options)
-}
-
-fn emit_scene(scene: PathBuf, options: &EmitArguments) -> Result<EmittedModule, CliError> {
+/// The module of a scene, and what its contacts leave out at the edge of the window.
+fn emit_scene(
+    scene: PathBuf,
+    options: &EmitArguments,
+) -> Result<(EmittedModule, Vec<WindowEdge>), CliError> {
     let scene = prepare(&SceneOptions {
         scene,
         common: options.common.clone(),
@@ -109,7 +111,8 @@ fn emit_scene(scene: PathBuf, options: &EmitArguments) -> Result<EmittedModule, 
     } else {
         Measurement::WithTolerance
     };
-    emit(&plan, &orbit, &expanded, asked, options.target.into())
+    let module = emit(&plan, &orbit, &expanded, asked, options.target.into())?;
+    Ok((module, expanded.window_edges))
 }
 
 /// Of which maps the error is measured for the emitted constants.
@@ -231,16 +234,21 @@ fn check(emitted: &EmittedCrate, folder: &Path, quiet: bool) -> Result<(), CliEr
     })
 }
 
-fn summary(modules: &[EmittedModule], emitted: &EmittedCrate) -> Summary {
-    let module = |module: &EmittedModule| ModuleSummary {
+fn summary(
+    modules: &[EmittedModule],
+    edges: Vec<Vec<WindowEdge>>,
+    emitted: &EmittedCrate,
+) -> Summary {
+    let module = |(module, window_edges): (&EmittedModule, Vec<WindowEdge>)| ModuleSummary {
         identifier: module.identifier.clone(),
         step_multiply_adds: module.step_operations.multiply_adds,
         frozen_step_multiply_adds: module.frozen_operations.multiply_adds,
         frozen_jacobian_multiply_adds: module.jacobian_operations.multiply_adds,
         measured_error: module.measured_error,
+        window_edges,
     };
     Summary {
-        modules: modules.iter().map(module).collect(),
+        modules: modules.iter().zip(edges).map(module).collect(),
         files: emitted.files.keys().cloned().collect(),
     }
 }

@@ -11,7 +11,8 @@ use crate::expansion::{
 use crate::model::Shape;
 use crate::orbit::GrazingOrbit;
 use crate::report::{
-    ExpansionParts, MapDocument, PassageParts, ReportError, depth_variables, to_exact_json,
+    ChosenCoefficients, ExpansionParts, MapDocument, PassageParts, ReportError, depth_variables,
+    least_orders_words, to_exact_json,
 };
 
 /// Everything that is expanded for a map.
@@ -23,6 +24,8 @@ pub(super) struct Expanded {
     pub(super) composed: ComposedMap,
     /// What is written about it: coefficients of the Taylor series at its orders.
     pub(super) document: MapDocument,
+    /// What its contacts leave out at the edge of the window, by passage; none where their series end or are flown.
+    pub(super) window_edges: Vec<WindowEdge>,
 }
 
 pub(super) fn run(options: &SceneOptions) -> Result<(), CliError> {
@@ -33,7 +36,7 @@ pub(super) fn run(options: &SceneOptions) -> Result<(), CliError> {
     let csv = document.coefficient_table()?.to_csv()?;
     let results = Results::named(
         "map",
-        text(&document)?,
+        text(&document)? + &choice_words(&plan),
         to_exact_json(&document)?,
         Some(csv),
     );
@@ -64,7 +67,8 @@ pub(super) fn expand(plan: &Plan, orbit: &GrazingOrbit, quiet: bool) -> Result<E
     });
     let passages = passages.collect::<Result<Vec<_>, ExpansionError>>()?;
     let edges = passages.iter().filter_map(|passage| passage.window_edge);
-    warn_of_edges(scene, edges, quiet);
+    let window_edges: Vec<_> = edges.collect();
+    warn_of_edges(scene, window_edges.iter().copied(), quiet);
     let parts = ExpansionParts {
         variables: expander.variables(),
         orders,
@@ -72,6 +76,7 @@ pub(super) fn expand(plan: &Plan, orbit: &GrazingOrbit, quiet: bool) -> Result<E
         passages: &passages,
         composed: &composed,
         lost_digits: &expander.lost_digits(orders)?,
+        choice: plan.choice.as_ref(),
     };
     let document = MapDocument::new(scene, orbit, parts);
     let map = plan.map(orbit)?;
@@ -80,9 +85,25 @@ pub(super) fn expand(plan: &Plan, orbit: &GrazingOrbit, quiet: bool) -> Result<E
         _ => composed,
     };
     Ok(Expanded {
+        window_edges: match scene.emit.shape {
+            Shape::Flown => Vec::new(),
+            _ => window_edges,
+        },
         map,
         composed,
         document,
+    })
+}
+
+/// What a choice says of itself beside its orders; nothing where none was made.
+fn choice_words(plan: &Plan) -> String {
+    plan.choice.as_ref().map_or(String::new(), |choice| {
+        let coefficients = ChosenCoefficients::of(choice).words();
+        let least = least_orders_words(choice);
+        format!("{coefficients}\n{}", least.trim_start())
+            .trim_end()
+            .to_owned()
+            + "\n"
     })
 }
 

@@ -9,9 +9,9 @@ use super::error::CliError;
 use super::offsets;
 use super::output::{Destination, Results, note};
 use super::prepare::{grazing_orbit, prepare};
-use super::window_edge::local_map;
+use super::window_edge::{beyond, local_map};
 use crate::analysis::{DirectEnd, ImageRecord, ImageRequest, Precision, Using, images};
-use crate::expansion::LocalMap;
+use crate::expansion::{LocalMap, WindowEdge};
 use crate::numeric::Dd;
 use crate::report::{Named, to_dense_json};
 
@@ -30,6 +30,9 @@ struct Image {
     extra_contacts: Option<usize>,
     #[serde(skip_serializing_if = "Option::is_none")]
     end: Option<DirectEnd>,
+    /// Of the passage whose contact loses most, where that is too much.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    window_edge: Option<WindowEdge>,
 }
 
 /// An offset as a number, or as text where a number would lose digits.
@@ -43,7 +46,8 @@ enum Offset {
 pub(super) fn run(options: &ImageOptions) -> Result<(), CliError> {
     let scene = prepare(&options.scene)?.scene;
     let orbit = grazing_orbit(&scene)?;
-    let map = local_map(&scene, &orbit, options.scene.common.quiet)?;
+    let (map, edges) = local_map(&scene, &orbit, options.scene.common.quiet)?;
+    let edge = beyond(edges);
     let request = ImageRequest {
         rows: offsets::read(&options.states, &map)?,
         iterations: options.iterations as usize,
@@ -54,7 +58,7 @@ pub(super) fn run(options: &ImageOptions) -> Result<(), CliError> {
     let csv = table(&map, &request, &records)?;
     let list: Vec<Image> = records
         .iter()
-        .map(|record| image(&map, &request, record))
+        .map(|record| image(&map, &request, record, edge))
         .collect();
     let results = Results::named("images", csv.clone(), to_dense_json(&list)?, Some(csv));
     let mut common = options.scene.common.clone();
@@ -107,7 +111,12 @@ fn digits(value: Dd, precision: Precision) -> String {
     }
 }
 
-fn image(map: &LocalMap, request: &ImageRequest, record: &ImageRecord) -> Image {
+fn image(
+    map: &LocalMap,
+    request: &ImageRequest,
+    record: &ImageRecord,
+    edge: Option<WindowEdge>,
+) -> Image {
     let offset = |value: &Dd| match request.precision {
         _ if !value.is_finite() => None,
         Precision::F64 => Some(Offset::Number(value.to_f64())),
@@ -127,6 +136,7 @@ fn image(map: &LocalMap, request: &ImageRequest, record: &ImageRecord) -> Image 
         inside: u8::from(record.inside),
         extra_contacts: record.extra_contacts,
         end: record.end,
+        window_edge: edge.filter(|_| matches!(request.using, Using::Map | Using::Discontinuity)),
     }
 }
 

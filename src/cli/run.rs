@@ -119,7 +119,7 @@ pub(super) fn run(options: &SceneOptions) -> Result<(), CliError> {
     let diagrams = clock.time("diagrams", || diagrams(scene, &orbit, &expanded.map, &bar))?;
     drop(bar);
     let untimed: Vec<Diagram> = diagrams.iter().map(Diagram::without_timing).collect();
-    for (name, bytes) in diagram_files(&untimed)? {
+    for (name, bytes) in diagram_files(&untimed, &expanded.window_edges)? {
         folder.write(&name, bytes)?;
     }
 

@@ -15,11 +15,8 @@ pub(super) fn warn_of_edges(
     edges: impl IntoIterator<Item = WindowEdge>,
     quiet: bool,
 ) {
-    let share = |edge: &WindowEdge| edge.omitted_share;
-    let beyond = edges.into_iter().filter(|edge| !edge.is_within());
-    let worst = beyond.max_by(|a, b| share(a).total_cmp(&share(b)));
     let series = scene.emit.shape != Shape::Flown;
-    if let Some(edge) = worst.filter(|_| series && !quiet) {
+    if let Some(edge) = beyond(edges).filter(|_| series && !quiet) {
         note(&format!(
             "warning: `{}`: at the edge of the window {}",
             scene.identifier,
@@ -28,19 +25,28 @@ pub(super) fn warn_of_edges(
     }
 }
 
-/// The map of a scene at its orders, in the shape it asks for; with the warning where its contacts are series.
+/// The edge of the passage whose contact loses most, where that is too much.
+pub(super) fn beyond(edges: impl IntoIterator<Item = WindowEdge>) -> Option<WindowEdge> {
+    let share = |edge: &WindowEdge| edge.omitted_share;
+    let beyond = edges.into_iter().filter(|edge| !edge.is_within());
+    beyond.max_by(|a, b| share(a).total_cmp(&share(b)))
+}
+
+/// The map of a scene at its orders, in the shape it asks for; with the edges of its contacts, and the warning, where they are
+/// series.
 pub(super) fn local_map(
     scene: &Scene,
     orbit: &GrazingOrbit,
     quiet: bool,
-) -> Result<LocalMap, CliError> {
+) -> Result<(LocalMap, Vec<WindowEdge>), CliError> {
     let plan = plan(scene, orbit)?;
+    let mut edges = Vec::new();
     if plan.scene.emit.shape != Shape::Flown {
         let expander = Expander::new(&plan.scene, orbit)?;
-        let edges = window_edges(&expander, plan.orders.contact_weight)?;
-        warn_of_edges(scene, edges, quiet);
+        edges = window_edges(&expander, plan.orders.contact_weight)?;
+        warn_of_edges(scene, edges.iter().copied(), quiet);
     }
-    plan.map(orbit)
+    Ok((plan.map(orbit)?, edges))
 }
 
 /// The edges of the passages of a scene whose series do not end.

@@ -6,7 +6,7 @@ use super::ConvergenceError;
 use super::candidates::Candidate;
 use super::data::{Choice, Limit, Polynomials};
 use super::family::MapFamily;
-use super::judge::{Bench, Trial};
+use super::judge::{Bench, JudgingPoints, Trial};
 use super::level::{Level, highest_orders};
 use super::rule::{OrderRule, PROBE};
 use super::sample::SamplePoint;
@@ -46,7 +46,7 @@ const COMPOSED_SLACK: f64 = 100.0;
 /// So many of them, and of economised maps, from the least forecast.
 const LIKELIEST: usize = 24;
 
-/// Most terms of a map whose composed form is tried: beyond, composing takes seconds and wins nothing.
+/// Most terms of a map whose composed form is tried: beyond, composing takes seconds and many are tried.
 const COMPOSED_TERMS: usize = 5000;
 
 /// An error that falls by less from one expansion to the next has come to its end.
@@ -79,6 +79,8 @@ pub struct Chooser<'a> {
     bench: Bench<'a>,
     limit: MapOrders,
     levels: Vec<Level<'a>>,
+    /// Whether contacts are flown where no series serves.
+    flies: bool,
 }
 
 impl<'a> Chooser<'a> {
@@ -93,16 +95,37 @@ impl<'a> Chooser<'a> {
         orbit: &'a GrazingOrbit,
         fresh: usize,
     ) -> Result<Self, ConvergenceError> {
+        let points = JudgingPoints::of_scene(scene, orbit, fresh)?;
+        Self::on_points(scene, orbit, points)
+    }
+
+    /// The same, judged by points that are given.
+    pub(super) fn on_points(
+        scene: &'a Scene,
+        orbit: &'a GrazingOrbit,
+        points: JudgingPoints,
+    ) -> Result<Self, ConvergenceError> {
         let family = MapFamily::new(scene, orbit, PROBE)?;
-        let bench = Bench::new(scene, orbit, fresh, &family.map(PROBE)?)?;
-        let probe = Level::new(family, &bench.points())?;
+        let bench = Bench::new(scene, orbit, points, &family.map(PROBE)?)?;
+        let probe = Level::new(family, bench.forecast_points())?;
         Ok(Self {
             scene,
             orbit,
             bench,
             limit: highest_orders(probe.family.expander().variables().len()),
             levels: vec![probe],
+            flies: true,
         })
+    }
+
+    /// The same with no orders beyond some, and contacts flown only where the scene asks for it.
+    pub(super) fn within(mut self, orders: MapOrders) -> Self {
+        self.limit = MapOrders {
+            smooth_order: self.limit.smooth_order.min(orders.smooth_order),
+            contact_weight: self.limit.contact_weight.min(orders.contact_weight),
+        };
+        self.flies = false;
+        self
     }
 
     /// The rule that searches begin with.
@@ -114,6 +137,11 @@ impl<'a> Chooser<'a> {
     /// fresh ones as were asked for.
     pub fn points(&self, first: usize, count: usize) -> Vec<SamplePoint> {
         self.bench.sample().points(first, count)
+    }
+
+    /// Points at which two passages in a row make contact; see [`WindowSample::joint_points`](super::WindowSample::joint_points).
+    pub fn joint_points(&self, first: usize, count: usize) -> Vec<SamplePoint> {
+        self.bench.sample().joint_points(first, count)
     }
 
     /// The cheapest map for a tolerance: see [`choose_orders`](super::choose_orders).
@@ -130,7 +158,7 @@ impl<'a> Chooser<'a> {
         }
         let flown = match self.scene.emit.shape {
             Shape::Flown => true,
-            Shape::Auto => trial.found().is_none(),
+            Shape::Auto => self.flies && trial.found().is_none(),
             _ => false,
         };
         if flown {
@@ -149,7 +177,9 @@ impl<'a> Chooser<'a> {
     /// Expansions from the predicted orders on until a map meets the tolerance; why none does.
     fn choose_series(&mut self, trial: &mut Trial) -> Result<Option<Limit>, ConvergenceError> {
         let reachable = trial.tolerance.max(self.bench.rounding());
-        let mut highest = self.beyond(self.rule().orders(reachable));
+        let predicted = self.rule().orders(reachable);
+        let least = self.bench.least_orders();
+        let mut highest = self.beyond(least.map_or(predicted, |least| least.raised(predicted)));
         let slack = match self.scene.emit.shape {
             Shape::Factored => SLACK,
             _ => COMPOSED_SLACK,
@@ -209,8 +239,8 @@ impl<'a> Chooser<'a> {
     /// Within the highest orders; at least 2, so that terms can be seen to fall.
     fn clamped(&self, orders: MapOrders) -> MapOrders {
         MapOrders {
-            smooth_order: orders.smooth_order.clamp(2, self.limit.smooth_order),
-            contact_weight: orders.contact_weight.clamp(4, self.limit.contact_weight),
+            smooth_order: orders.smooth_order.min(self.limit.smooth_order).max(2),
+            contact_weight: orders.contact_weight.min(self.limit.contact_weight).max(4),
         }
     }
 
@@ -222,7 +252,7 @@ impl<'a> Chooser<'a> {
         }
         let families: Vec<_> = self.levels.iter().map(|level| &level.family).collect();
         let family = MapFamily::sharing(self.scene, self.orbit, highest, &families)?;
-        let level = Level::new(family, &self.bench.points())?;
+        let level = Level::new(family, self.bench.forecast_points())?;
         self.levels.push(level);
         Ok(self.levels.len() - 1)
     }
@@ -249,9 +279,13 @@ impl<'a> Chooser<'a> {
             Ok(_) => {}
         }
         let bench = &mut self.bench;
+        let least = bench.least_orders();
         let mut meets = |smooth_order: u32, contact_weight: u32| {
-            let Ok(map) = family.flown_map(orders(smooth_order, contact_weight)) else {
+            if least.is_some_and(|least| !least.allow(orders(smooth_order, contact_weight))) {
                 return Ok::<_, ConvergenceError>(false);
+            }
+            let Ok(map) = family.flown_map(orders(smooth_order, contact_weight)) else {
+                return Ok(false);
             };
             bench.judge_flown(map, trial)
         };
@@ -293,10 +327,13 @@ fn try_level(
 ) -> Result<(), ConvergenceError> {
     let shape = bench.scene().emit.shape;
     let tolerance = trial.tolerance;
+    let least = bench.least_orders();
     let likely = |slack: f64| {
         let bound = slack * tolerance;
-        let candidates = level.candidates.iter();
-        candidates.filter(move |candidate| candidate.forecast <= bound)
+        let allowed = move |candidate: &&Candidate| {
+            candidate.forecast <= bound && least.is_none_or(|least| least.allow(candidate.orders))
+        };
+        level.candidates.iter().filter(allowed)
     };
     let taylor: Vec<&Candidate> = likely(SLACK).collect();
     let mut most = (usize::MAX, usize::MAX);

@@ -5,7 +5,9 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 
 use super::accuracy::DepthAccuracy;
+use super::next_depth::LeastOrders;
 use super::pareto::ParetoPoint;
+use super::sections::SectionChoice;
 use super::validity::Validity;
 use crate::expansion::{MapOrders, WindowEdge};
 use crate::model::Shape;
@@ -29,6 +31,9 @@ pub struct ConvergenceStudy {
     pub smooth_rates: Vec<FactorRate>,
     /// The cheapest map for the tolerance, or the most accurate one tried.
     pub chosen: Choice,
+    /// The cheapest maps of other sections for the same tolerance; none where they were not asked for.
+    #[serde(default)]
+    pub sections: Vec<SectionChoice>,
     /// What its contacts leave out at the largest depth of the window, by passage; none where their series end or are flown.
     pub window_edges: Vec<WindowEdge>,
     /// The largest window on which the chosen map meets the tolerance.
@@ -140,7 +145,8 @@ pub struct Choice {
     pub fresh_error: Option<f64>,
     /// Fresh points compared.
     pub fresh_points: usize,
-    /// Largest error on fresh points if coefficients were rounded to single precision, for information.
+    /// Largest error on fresh points of the same map in single precision: coefficients, input and every operation. For
+    /// information.
     pub single_precision_error: Option<f64>,
     /// Operations of one step, parameters frozen.
     pub operations: usize,
@@ -148,6 +154,9 @@ pub struct Choice {
     pub coefficients: usize,
     /// Orders that the rule predicts for the tolerance; see docs/mathematics/orders.md.
     pub predicted: MapOrders,
+    /// Orders that no choice goes below, where `xi_1` is near 0 on the window.
+    #[serde(default)]
+    pub least_orders: Option<LeastOrders>,
     /// Why no map meets the tolerance, where none does.
     pub limit: Option<Limit>,
     /// Seconds that the choice took.

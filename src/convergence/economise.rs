@@ -270,6 +270,10 @@ impl Fit {
     /// Moves the coefficients of polynomials (their columns one after another in this fit) that are not zero, but for the very
     /// first, to where what they lack of the exact polynomials is least.
     fn apply(&self, jets: &mut [&mut Jet<f64>], exact: &[&Jet<f64>]) {
+        // No point of the window to fit at: a contact that none of them makes.
+        if self.scales.is_empty() {
+            return;
+        }
         let mut lacking = DVector::zeros(self.scales.len());
         let (mut places, mut columns, mut first) = (Vec::new(), Vec::new(), 0);
         for (number, (jet, exact)) in jets.iter().zip(exact).enumerate() {

@@ -11,6 +11,7 @@ use super::errors::summarize;
 use super::pareto::pareto;
 use super::rates::{ExactFactors, MapRates, discontinuity_rates, smooth_rates};
 use super::sample::WindowSample;
+use super::sections::choose_sections;
 use super::truth::{Truth, truth};
 use super::validity::validity;
 use super::{ConvergenceError, MapFamily, timing};
@@ -45,6 +46,8 @@ pub struct ConvergenceOptions {
     pub tolerance: f64,
     /// Fresh points on which the chosen map has to hold.
     pub fresh: usize,
+    /// Whether maps of other sections are chosen too.
+    pub sections: bool,
     /// Highest weight of `D` whose rate is measured (its coefficients in double-double).
     pub discontinuity_rates: u32,
     /// Highest degree of `P_smooth` whose rate is measured (its coefficients in double-double, by Taylor's
@@ -78,6 +81,7 @@ impl ConvergenceOptions {
             points: 128,
             tolerance,
             fresh: ChoiceOptions::new(tolerance).fresh,
+            sections: false,
             discontinuity_rates: RATES.contact_weight,
             smooth_rates: RATES.smooth_order,
         }
@@ -122,6 +126,10 @@ pub fn converge(
     let (local, map) = chosen_map(&chosen, scene, orbit)?;
     let direct = sweep.direct(&sweep.system)?;
     let direct_by_taylor = sweep.direct_by_taylor()?;
+    let sections = match options.sections {
+        true => choose_sections(scene, orbit, &choice, &chosen)?,
+        false => Vec::new(),
+    };
     Ok(ConvergenceStudy {
         scene: scene.identifier.clone(),
         digest: scene.digest,
@@ -142,6 +150,7 @@ pub fn converge(
         accuracy: sweep.accuracy(&map)?,
         pareto: pareto(&orders, direct_by_taylor.iter().chain([&direct])),
         chosen,
+        sections,
         direct,
         direct_by_taylor,
         multiply_add_ns,

@@ -9,8 +9,8 @@ use crate::analysis::MapEvaluation;
 use crate::expansion::{Contact, DEVIATION_WEIGHT, LocalMap, MapOrders, Stage};
 use crate::jet::Jet;
 
-/// Difference quotients are taken over this part of the state.
-const STEP: f64 = 1e-6;
+/// Difference quotients are taken over this part of the state: less than what a second contact on its verge leaves.
+const STEP: f64 = 1e-9;
 
 /// A map followed stage by stage from sample points: what forecasts are made from, whatever the weights.
 #[derive(Clone, Debug)]

@@ -1,10 +1,10 @@
 //! A map in the shape in which it is run, with or without the monomials that a tolerance does not need.
 
 use super::ConvergenceError;
+use super::single::SingleMap;
 use crate::emission::{prune, prune_composed};
-use crate::expansion::{ComposedMap, Expander, LocalMap, Stage};
+use crate::expansion::{ComposedMap, Expander, LocalMap, MapKernel};
 use crate::iteration::HornerMap;
-use crate::jet::Jet;
 use crate::model::{Scene, Shape};
 use crate::orbit::GrazingOrbit;
 
@@ -49,14 +49,12 @@ impl Form {
         }
     }
 
-    /// With its coefficients rounded to single precision.
-    pub(super) fn single(mut self) -> Self {
-        self.jets_mut().into_iter().for_each(|jet| {
-            for value in jet.coefficients_mut() {
-                *value = f64::from(*value as f32);
-            }
-        });
-        self
+    /// The same operations in single precision.
+    pub(super) fn single(&self) -> SingleMap {
+        SingleMap::new(match &self.composed {
+            Some(composed) => MapKernel::composed(&self.map, composed),
+            None => MapKernel::factored(&self.map),
+        })
     }
 
     pub(super) fn lowered(&self) -> HornerMap {
@@ -71,26 +69,5 @@ impl Form {
             Some(composed) => composed.coefficients(),
             None => self.map.coefficients(),
         }
-    }
-
-    fn jets_mut(&mut self) -> Vec<&mut Jet<f64>> {
-        if let Some(composed) = &mut self.composed {
-            let polynomials = composed.depths.iter_mut().chain(&mut composed.image);
-            let terms = polynomials.flat_map(|polynomial| &mut polynomial.terms);
-            return terms.map(|term| &mut term.coefficient).collect();
-        }
-        self.map.stages.iter_mut().flat_map(stage_jets).collect()
-    }
-}
-
-/// The polynomials of a stage that is a series; none of one that is flown.
-fn stage_jets(stage: &mut Stage) -> Vec<&mut Jet<f64>> {
-    match stage {
-        Stage::Leg(leg) => leg.image.iter_mut().collect(),
-        Stage::Contact(contact) => {
-            let corrections = contact.linear.iter_mut().chain(&mut contact.quadratic);
-            corrections.chain([&mut contact.depth]).collect()
-        }
-        Stage::Flown(_) => Vec::new(),
     }
 }

@@ -7,8 +7,11 @@ use super::candidates::Candidate;
 use super::choice::weighted;
 use super::data::{Choice, Monomials, Polynomials};
 use super::errors::summarize;
+use super::family::MapFamily;
 use super::form::Form;
 use super::level::Level;
+use super::next_depth::{LeastOrders, NextDepth};
+use super::rule::PROBE;
 use super::sample::{SamplePoint, WindowSample};
 use super::truth::{Truth, truth};
 use crate::emission::prune;
@@ -20,9 +23,61 @@ use crate::orbit::GrazingOrbit;
 /// Points by which maps are chosen, beside the corners.
 const POINTS: usize = 128;
 
+/// Points that forecasts are made at, of the sample and of those with two contacts.
+const FORECAST_POINTS: usize = 24;
+
 /// Multiples of the tolerance whose tenth monomials may be dropped within, by their bound on the window; the bound is seldom
 /// reached, and the verdict is measured.
 const DROPS: [f64; 6] = [300.0, 100.0, 30.0, 10.0, 3.0, 1.0];
+
+/// Points by which maps are judged.
+#[derive(Clone, Debug)]
+pub(super) struct JudgingPoints {
+    /// Corners, and points of the sequence.
+    even: Vec<SamplePoint>,
+    /// Those at which two passages make contact.
+    joint: Vec<SamplePoint>,
+    /// Those on which a map has to hold too.
+    fresh: Vec<SamplePoint>,
+}
+
+impl JudgingPoints {
+    /// Of a window, with a number of fresh ones.
+    pub(super) fn new(sample: &WindowSample, fresh: usize) -> Self {
+        Self {
+            even: [sample.corners(), sample.points(0, POINTS)].concat(),
+            joint: [sample.joint_corners(), sample.joint_points(0, POINTS)].concat(),
+            fresh: sample.fresh(POINTS, fresh),
+        }
+    }
+
+    /// Of the window of a scene.
+    pub(super) fn of_scene(
+        scene: &Scene,
+        orbit: &GrazingOrbit,
+        fresh: usize,
+    ) -> Result<Self, ConvergenceError> {
+        let map = MapFamily::new(scene, orbit, PROBE)?.map(PROBE)?;
+        Ok(Self::new(&WindowSample::new(&map), fresh))
+    }
+
+    /// Their images, where they have any.
+    pub(super) fn map(&self, mut image: impl FnMut(&SamplePoint) -> Option<SamplePoint>) -> Self {
+        let mut all = |points: &[SamplePoint]| points.iter().filter_map(&mut image).collect();
+        Self {
+            even: all(&self.even),
+            joint: all(&self.joint),
+            fresh: all(&self.fresh),
+        }
+    }
+
+    /// The largest size of a coordinate.
+    pub(super) fn half_width(&self, coordinate: usize) -> f64 {
+        let points = self.even.iter().chain(&self.joint).chain(&self.fresh);
+        let sizes = points.map(|point| point.state[coordinate].abs());
+        sizes.fold(0.0, f64::max)
+    }
+}
 
 /// What every candidate is measured on.
 pub(super) struct Bench<'a> {
@@ -31,7 +86,11 @@ pub(super) struct Bench<'a> {
     system: HybridSystem,
     sample: WindowSample,
     truth: Truth,
-    fresh_points: usize,
+    /// Points at which truncation is forecast.
+    forecast_points: Vec<SamplePoint>,
+    /// Where `xi_1` is near 0 on the window.
+    next_depth: Option<NextDepth>,
+    fresh_points: Vec<SamplePoint>,
     fresh: Option<Truth>,
 }
 
@@ -41,6 +100,8 @@ pub(super) struct Trial {
     pub(super) tolerance: f64,
     found: Option<Choice>,
     nearest: Option<Choice>,
+    /// One within the tolerance that does not move the next depth as contacts do: named where there is nothing else.
+    misleading: Option<Choice>,
     last_met: bool,
 }
 
@@ -50,6 +111,7 @@ impl Trial {
             tolerance,
             found: None,
             nearest: None,
+            misleading: None,
             last_met: false,
         }
     }
@@ -64,6 +126,12 @@ impl Trial {
         if best.as_ref().is_none_or(|best| choice.beats(best)) {
             *best = Some(choice);
         }
+    }
+
+    /// Takes note of one that may not be chosen whatever its error.
+    fn refuse(&mut self, choice: Choice) {
+        self.last_met = false;
+        self.misleading = Some(choice);
     }
 
     /// Whether the candidate added last meets the tolerance.
@@ -81,7 +149,7 @@ impl Trial {
     }
 
     pub(super) fn best(self) -> Option<Choice> {
-        self.found.or(self.nearest)
+        self.found.or(self.nearest).or(self.misleading)
     }
 }
 
@@ -112,23 +180,28 @@ impl<'a> Bench<'a> {
     pub(super) fn new(
         scene: &'a Scene,
         orbit: &'a GrazingOrbit,
-        fresh_points: usize,
+        points: JudgingPoints,
         map: &LocalMap,
     ) -> Result<Self, ConvergenceError> {
         let system = HybridSystem::new(&scene.model);
         let sample = WindowSample::new(map);
-        let points = [sample.corners(), sample.points(0, POINTS)].concat();
-        let truth = truth(&system, scene, orbit, points)?;
+        let joint = truth(&system, scene, orbit, points.joint)?;
+        let mut truth = truth(&system, scene, orbit, points.even)?;
         if truth.points.is_empty() {
             return Err(ConvergenceError::NoTruth { tried: POINTS });
         }
+        let first = |truth: &Truth| truth.points.iter().take(FORECAST_POINTS).cloned().collect();
+        let forecast_points: [Vec<SamplePoint>; 2] = [first(&truth), first(&joint)];
+        truth.append(joint);
         Ok(Self {
             scene,
             orbit,
             system,
+            next_depth: NextDepth::new(map, &sample),
             sample,
             truth,
-            fresh_points,
+            forecast_points: forecast_points.concat(),
+            fresh_points: points.fresh,
             fresh: None,
         })
     }
@@ -142,9 +215,14 @@ impl<'a> Bench<'a> {
         &self.sample
     }
 
-    /// The points that have an image.
-    pub(super) fn points(&self) -> Vec<SamplePoint> {
-        self.truth.points.clone()
+    /// Points at which truncation is forecast: the first of the sample and of those with two contacts.
+    pub(super) fn forecast_points(&self) -> &[SamplePoint] {
+        &self.forecast_points
+    }
+
+    /// Orders that no choice goes below.
+    pub(super) fn least_orders(&self) -> Option<LeastOrders> {
+        self.next_depth.as_ref().map(|next| next.least)
     }
 
     /// What rounding an image to double precision can come to.
@@ -208,15 +286,14 @@ impl<'a> Bench<'a> {
         (weights, shape): (&BTreeMap<String, u32>, Shape),
         trial: &mut Trial,
     ) -> Result<bool, ConvergenceError> {
-        let tolerance = trial.tolerance;
-        trial.add(self.measured(whole, weights, shape, None, tolerance)?);
+        self.measure(whole, weights, shape, None, trial)?;
         if !trial.last_met() {
             return Ok(false);
         }
         for times in DROPS {
-            let error = times * tolerance;
+            let error = times * trial.tolerance;
             let form = pruned(error)?;
-            trial.add(self.measured(&form, weights, shape, Some(error), tolerance)?);
+            self.measure(&form, weights, shape, Some(error), trial)?;
             if trial.last_met() {
                 break;
             }
@@ -224,14 +301,16 @@ impl<'a> Bench<'a> {
         Ok(true)
     }
 
-    fn measured(
+    /// Measures a map and enters it in the trial.
+    fn measure(
         &mut self,
         form: &Form,
         weights: &BTreeMap<String, u32>,
         shape: Shape,
         drop_within: Option<f64>,
-        tolerance: f64,
-    ) -> Result<Choice, ConvergenceError> {
+        trial: &mut Trial,
+    ) -> Result<(), ConvergenceError> {
+        let tolerance = trial.tolerance;
         let map = form.lowered();
         let error = summarize(&map, &self.truth).max;
         let within = |error: Option<f64>| error.is_some_and(|error| error <= tolerance);
@@ -254,6 +333,7 @@ impl<'a> Bench<'a> {
             operations: map.frozen_count().total(),
             coefficients: form.coefficients(),
             predicted: orders,
+            least_orders: self.least_orders(),
             limit: None,
             seconds: 0.0,
         };
@@ -263,18 +343,24 @@ impl<'a> Bench<'a> {
             choice.fresh_points = fresh.points.len();
             choice.met = within(choice.fresh_error);
             if choice.met && shape != Shape::Flown {
-                let single = form.clone().single().lowered();
-                choice.single_precision_error = summarize(&single, fresh).max;
+                choice.single_precision_error = form.single().largest_error(fresh);
             }
         }
-        Ok(choice)
+        match &self.next_depth {
+            Some(next) if choice.met && !next.keeps(&map) => {
+                choice.met = false;
+                trial.refuse(choice);
+            }
+            _ => trial.add(choice),
+        }
+        Ok(())
     }
 
     fn fresh(&mut self) -> Result<&Truth, ConvergenceError> {
         let fresh = match self.fresh.take() {
             Some(fresh) => fresh,
             None => {
-                let points = self.sample.points(POINTS, self.fresh_points);
+                let points = std::mem::take(&mut self.fresh_points);
                 truth(&self.system, self.scene, self.orbit, points)?
             }
         };

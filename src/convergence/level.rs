@@ -11,9 +11,6 @@ use super::rule::OrderRule;
 use super::sample::SamplePoint;
 use crate::expansion::{LocalMap, MapOrders};
 
-/// Sample points of a forecast.
-const POINTS: usize = 24;
-
 /// Most monomials of a leg, and of a contact while its depth variable is free.
 const MONOMIALS: [u64; 2] = [13_000, 7_500];
 
@@ -38,13 +35,12 @@ pub(super) struct Level<'a> {
 }
 
 impl<'a> Level<'a> {
-    /// `points` are those that forecasts are made at, as many as are needed.
+    /// `points` are those that forecasts are made at.
     pub(super) fn new(
         family: MapFamily<'a>,
         points: &[SamplePoint],
     ) -> Result<Self, ConvergenceError> {
         let map = family.map(family.highest())?;
-        let points = &points[..points.len().min(POINTS)];
         let forecaster = Forecaster::new(map, points);
         let forecast = forecaster.forecast(&family.expander().variables().weights);
         Ok(Self {

@@ -63,8 +63,7 @@ pub fn measured_error(
     points: usize,
 ) -> Result<MeasuredError, ConvergenceError> {
     let sample = window_sample(scene, orbit, local)?;
-    let points = [sample.corners(), sample.points(FIRST, points)].concat();
-    let exact = ExactImages::new(scene, orbit, points)?;
+    let exact = ExactImages::new(scene, orbit, sample.judging(FIRST, points))?;
     Ok(MeasuredError {
         error: summarize(map, &exact.truth).max,
         sample: exact.summary(),

@@ -5,7 +5,10 @@ use crate::analysis::MapEvaluation;
 use crate::expansion::LocalMap;
 
 /// Smallest depth of a sample over the window's.
-const SHALLOWEST: f64 = 1e-4;
+pub(super) const SHALLOWEST: f64 = 1e-4;
+
+/// Points of the sequence for one at which two passages make contact is looked for.
+const POINTS_TO_JOINT: usize = 4;
 
 /// Variables whose signs are combined in corners; further ones share them.
 const CORNERS: usize = 5;
@@ -29,7 +32,8 @@ pub struct SamplePoint {
 /// Depths are spread evenly in their logarithm over four decades up to the window's, everything else
 /// evenly over the half-widths. The coordinate along which the depth is steepest is solved for. Where a
 /// half-width is infinite it counts as the window's depth, the size of a deviation of weight 2. With several
-/// passages each has its turn to be at the depth, the others being wherever that puts them within the window.
+/// passages each has its turn to be at the depth, the others being wherever that puts them within the window; where two of them make
+/// contact is sampled [apart](Self::joint_points).
 #[derive(Clone, Debug)]
 pub struct WindowSample {
     depths: DepthEvaluation<f64>,
@@ -107,33 +111,58 @@ impl WindowSample {
 
     /// Point number `index` of the sequence; `None` where no state of that depth is near.
     pub fn point(&self, index: usize) -> Option<SamplePoint> {
-        let dimension = self.state.len() + self.parameters.len();
-        let shares = low_discrepancy(index, dimension + 1);
-        let spread = |(&width, &share): (&f64, &f64)| width * (2.0 * share - 1.0);
+        let (depth, state, parameters) = self.spread(index);
+        let passage = index % self.steepest.len().max(1);
+        self.at_depth(passage, state, parameters, depth)
+    }
+
+    /// Number `index` of the sequence: a depth, evenly in its logarithm, and offsets of coordinates and parameters, evenly.
+    pub(super) fn spread(&self, index: usize) -> (f64, Vec<f64>, Vec<f64>) {
         let widths = self.widths();
+        let shares = low_discrepancy(index, widths.len() + 1);
+        let spread = |(&width, &share): (&f64, &f64)| width * (2.0 * share - 1.0);
         let offsets: Vec<f64> = widths.iter().zip(&shares[1..]).map(spread).collect();
         let (state, parameters) = offsets.split_at(self.state.len());
         let depth = self.deepest * SHALLOWEST.powf(1.0 - shares[0]);
-        let passage = index % self.steepest.len().max(1);
-        self.at_depth(passage, state.to_vec(), parameters.to_vec(), depth)
+        (depth, state.to_vec(), parameters.to_vec())
     }
 
     /// Points at the window's depth with everything else at its half-width, each sign in turn: where errors are
     /// largest, and where a sequence that fills the window seldom comes. At most 32 per passage.
     pub fn corners(&self) -> Vec<SamplePoint> {
+        let ends = self.ends();
+        let passages = 0..self.steepest.len();
+        let corner = |(passage, (state, parameters)): (usize, &(Vec<f64>, Vec<f64>))| {
+            self.at_depth(passage, state.clone(), parameters.clone(), self.deepest)
+        };
+        let corners = passages.flat_map(|passage| ends.iter().map(move |end| (passage, end)));
+        corners.filter_map(corner).collect()
+    }
+
+    /// All variables at their half-widths, each sign in turn: offsets of coordinates and parameters.
+    pub(super) fn ends(&self) -> Vec<(Vec<f64>, Vec<f64>)> {
         let widths = self.widths();
-        let signs = 1usize << widths.len().min(CORNERS);
-        let corner = |number: usize| {
-            let (passage, signs) = (number / signs, number % signs);
+        let end = |signs: usize| {
             let sign = |variable: usize| 1.0 - 2.0 * (signs >> (variable % CORNERS) & 1) as f64;
             let offsets = widths.iter().enumerate();
             let offsets: Vec<f64> = offsets.map(|(i, width)| sign(i) * width).collect();
             let (state, parameters) = offsets.split_at(self.state.len());
-            self.at_depth(passage, state.to_vec(), parameters.to_vec(), self.deepest)
+            (state.to_vec(), parameters.to_vec())
         };
-        (0..signs * self.steepest.len())
-            .filter_map(corner)
-            .collect()
+        (0..1usize << widths.len().min(CORNERS)).map(end).collect()
+    }
+
+    /// Corners, points `first..first + count` of the sequence, and a quarter as many at which two passages make contact, with
+    /// corners of their own: what a map is judged by.
+    pub(super) fn judging(&self, first: usize, count: usize) -> Vec<SamplePoint> {
+        let corners = [self.joint_corners(), self.corners()].concat();
+        [corners, self.fresh(first, count)].concat()
+    }
+
+    /// The same without the corners.
+    pub(super) fn fresh(&self, first: usize, count: usize) -> Vec<SamplePoint> {
+        let joint = self.joint_points(first, count / POINTS_TO_JOINT);
+        [self.points(first, count), joint].concat()
     }
 
     /// The points `first..first + count` that exist.
@@ -143,31 +172,46 @@ impl WindowSample {
             .collect()
     }
 
-    /// The point with the steepest coordinate of a passage moved until that passage has a depth, by Newton's method.
+    /// The point with the steepest coordinate of a passage moved until that passage has a depth; `None` where another one is deeper than
+    /// the window.
     fn at_depth(
         &self,
         passage: usize,
-        mut state: Vec<f64>,
+        state: Vec<f64>,
         parameters: Vec<f64>,
         depth: f64,
     ) -> Option<SamplePoint> {
+        let (state, depths) = self.placed(passage, state, &parameters, depth)?;
+        let here = depths[passage];
+        let deepest = depths.into_iter().fold(here, f64::max);
+        (deepest <= self.deepest.max(here)).then_some(SamplePoint {
+            state,
+            parameters,
+            depth: deepest,
+        })
+    }
+
+    /// The state with the steepest coordinate of a passage moved until that passage has a depth, by Newton's method, and the depths of
+    /// all passages.
+    pub(super) fn placed(
+        &self,
+        passage: usize,
+        mut state: Vec<f64>,
+        parameters: &[f64],
+        depth: f64,
+    ) -> Option<(Vec<f64>, Vec<f64>)> {
         let step = 1e-4 * self.deepest;
         let steepest = *self.steepest.get(passage)?;
         state[steepest] = 0.0;
         for _ in 0..NEWTON_STEPS {
-            let depths = self.depths.at(&state, &parameters);
+            let depths = self.depths.at(&state, parameters);
             let here = depths[passage];
-            if (here - depth).abs() <= 1e-9 * depth {
-                let deepest = depths.into_iter().fold(here, f64::max);
-                return (deepest <= self.deepest.max(here)).then_some(SamplePoint {
-                    state,
-                    parameters,
-                    depth: deepest,
-                });
+            if (here - depth).abs() <= 1e-9 * depth.abs() {
+                return Some((state, depths));
             }
             let mut shifted = state.clone();
             shifted[steepest] += step;
-            let slope = (self.depths.at(&shifted, &parameters)[passage] - here) / step;
+            let slope = (self.depths.at(&shifted, parameters)[passage] - here) / step;
             state[steepest] += (depth - here) / slope;
         }
         None

@@ -21,6 +21,15 @@ pub(super) struct Truth {
     pub(super) excluded: usize,
 }
 
+impl Truth {
+    /// Takes in further points.
+    pub(super) fn append(&mut self, other: Self) {
+        self.points.extend(other.points);
+        self.images.extend(other.images);
+        self.excluded += other.excluded;
+    }
+}
+
 /// Simulates all points in double-double, side by side.
 pub(super) fn truth(
     system: &HybridSystem,

@@ -117,7 +117,7 @@ struct Trial<'a> {
 impl Trial<'_> {
     /// Whether the map meets the tolerance at every point of a sample; the first failure ends the trial.
     fn holds(&self, sample: &WindowSample) -> bool {
-        let points = [sample.corners(), sample.points(FIRST, POINTS)].concat();
+        let points = sample.judging(FIRST, POINTS);
         let meets = |direct: &mut DirectImage<'_, Dd>, point: &SamplePoint| {
             let exact = image(direct, point).ok()??;
             (error(self.map, point, &exact) <= self.tolerance).then_some(())

@@ -2,7 +2,8 @@
 
 use super::convergence_page::shape_word;
 use crate::convergence::{
-    ConvergenceStudy, DepthAccuracy, Limit, Monomials, Polynomials, Validity,
+    Choice, ConvergenceStudy, DepthAccuracy, LeastOrders, Limit, Monomials, Polynomials,
+    SectionChoice, Validity,
 };
 
 /// Which map was chosen, in words.
@@ -41,7 +42,9 @@ pub fn chosen_words(study: &ConvergenceStudy) -> String {
     let tolerance = chosen.tolerance;
     if chosen.met {
         format!(
-            "The cheapest map within {tolerance:.0e} has the orders {map}: largest error {sample} on the sample{fresh}."
+            "The cheapest map within {tolerance:.0e} has the orders {map}: largest error {sample} on the sample{fresh}.{}{}",
+            least_orders_words(chosen),
+            single_precision_words(chosen)
         )
     } else {
         format!(
@@ -51,6 +54,87 @@ pub fn chosen_words(study: &ConvergenceStudy) -> String {
                 .map_or(String::new(), |limit| format!(" ({})", limit_words(limit)))
         )
     }
+}
+
+/// What maps of other sections cost for the same tolerance, in words; nothing where none were chosen.
+pub fn sections_words(study: &ConvergenceStudy) -> String {
+    if study.sections.is_empty() {
+        return String::new();
+    }
+    let others: Vec<String> = study.sections.iter().map(section_words).collect();
+    let own = Some(&study.chosen).filter(|chosen| chosen.met);
+    let own = own.map_or(usize::MAX, |chosen| chosen.operations);
+    let met = study
+        .sections
+        .iter()
+        .filter_map(|other| other.choice.as_ref());
+    let cheapest = met
+        .filter(|choice| choice.met)
+        .map(|choice| choice.operations);
+    let verdict = match cheapest.min() {
+        Some(least) if least < own => "another section is cheaper",
+        _ => "no other section is cheaper",
+    };
+    format!(
+        "Operations of a step on other sections for the same tolerance on the same orbits, beside {}: {}; {verdict}.",
+        study.chosen.operations,
+        others.join("; ")
+    )
+}
+
+/// A section by name, and its cheapest map.
+fn section_words(section: &SectionChoice) -> String {
+    let name = section_name(section);
+    match (&section.choice, &section.problem) {
+        (Some(choice), _) if choice.met => format!(
+            "{name} {} with ({}, {})",
+            choice.operations, choice.smooth_order, choice.contact_weight
+        ),
+        (Some(choice), _) => {
+            let error = choice.fresh_error.or(choice.error);
+            let error = error.map_or("no finite error".to_owned(), |error| format!("{error:.1e}"));
+            format!("{name} not met ({error})")
+        }
+        (None, problem) => format!("{name} none ({})", problem.as_deref().unwrap_or("no map")),
+    }
+}
+
+/// A section by name.
+pub fn section_name(section: &SectionChoice) -> String {
+    match section.ahead {
+        None => "tangency".to_owned(),
+        Some(0.0) => "stroboscopic at the graze".to_owned(),
+        Some(ahead) => format!("stroboscopic {ahead} of a period before it"),
+    }
+}
+
+/// Orders that no choice goes below, and why, in words; nothing where there are none.
+pub fn least_orders_words(chosen: &Choice) -> String {
+    let because = |least: LeastOrders| {
+        format!(
+            " The least orders are ({}, {}) because xi_1 is near 0 on the window: a contact of depth y^2 moves the next depth by {:.1e} y (to within {:.1e} over the parameters) and {:.1e} y^2, y being at most {:.1e}; a choice has that to a hundredth near the graze, to a tenth at the window's edge.",
+            least.smooth_order,
+            least.contact_weight,
+            least.linear,
+            least.spread,
+            least.quadratic,
+            least.largest
+        )
+    };
+    chosen.least_orders.map_or(String::new(), because)
+}
+
+/// Whether single precision would do, in words; nothing where it was not measured.
+fn single_precision_words(chosen: &Choice) -> String {
+    let Some(error) = chosen.single_precision_error else {
+        return String::new();
+    };
+    let would = if error <= chosen.tolerance {
+        "would"
+    } else {
+        "would not"
+    };
+    format!(" In single precision its largest error is {error:.2e}: f32 {would} do.")
 }
 
 /// What keeps maps from meeting a tolerance, in words.

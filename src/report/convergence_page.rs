@@ -18,6 +18,10 @@ pub fn without_times(study: &ConvergenceStudy) -> ConvergenceStudy {
         taylor.period_ns = f64::NAN;
     }
     study.chosen.seconds = f64::NAN;
+    let sections = study.sections.iter_mut();
+    for choice in sections.filter_map(|section| section.choice.as_mut()) {
+        choice.seconds = f64::NAN;
+    }
     study.pareto.clear();
     for order in &mut study.orders {
         (order.step_ns, order.floor_ns) = (f64::NAN, f64::NAN);

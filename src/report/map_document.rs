@@ -3,6 +3,7 @@
 use serde::Serialize;
 
 use super::{Cell, Column, DepthDocument, Named, OneOrMany, ReportError, SectionDocument, Table};
+use crate::convergence::{Choice, Polynomials};
 use crate::expansion::{
     ComposedMap, Contact, DepthPolynomial, DepthSeries, Leg, LostDigits, MapOrders, Variables,
     WindowEdge,
@@ -46,6 +47,49 @@ pub struct MapDocument {
     pub depth: OneOrMany<DepthDocument>,
     /// Decimal digits lost to cancellation, an estimate per output.
     pub lost_digits: Named<f64>,
+    /// How the map that is run differs from what is listed, where a choice was made.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub chosen: Option<ChosenCoefficients>,
+}
+
+/// How the map that was chosen for a tolerance differs from the coefficients listed.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct ChosenCoefficients {
+    /// Whose coefficients are listed: those of the Taylor series, all of them.
+    pub listed: Polynomials,
+    /// Whose coefficients are run.
+    pub run: Polynomials,
+    /// Orders of the map that economised coefficients were fitted to.
+    pub fitted_to: Option<MapOrders>,
+    /// How many coefficients are run: a tolerance does not need all of them.
+    pub coefficients: usize,
+}
+
+impl ChosenCoefficients {
+    /// Of a choice.
+    pub fn of(choice: &Choice) -> Self {
+        Self {
+            listed: Polynomials::Taylor,
+            run: choice.polynomials,
+            fitted_to: choice.fitted_to,
+            coefficients: choice.coefficients,
+        }
+    }
+
+    /// The same in words.
+    pub fn words(&self) -> String {
+        let run = match (self.run, self.fitted_to) {
+            (Polynomials::Economised, Some(orders)) => format!(
+                "fitted on the window to the map at ({}, {})",
+                orders.smooth_order, orders.contact_weight
+            ),
+            _ => "of them".to_owned(),
+        };
+        format!(
+            "listed are all coefficients of the Taylor series; the map that is run has {}, {run}",
+            self.coefficients
+        )
+    }
 }
 
 /// Polynomials of named variables, one per coordinate of the section.
@@ -87,6 +131,8 @@ pub struct ExpansionParts<'a> {
     pub composed: &'a ComposedMap,
     /// Digits lost in them.
     pub lost_digits: &'a LostDigits,
+    /// The choice, where the scene names a tolerance.
+    pub choice: Option<&'a Choice>,
 }
 
 /// The parts of the expansion of one passage.
@@ -144,6 +190,7 @@ impl MapDocument {
             composed: composed_map(variables, &depths, parts.composed),
             depth: OneOrMany::of(laws),
             lost_digits: Named::new(coordinates(variables).zip(worst_digits(parts.lost_digits))),
+            chosen: parts.choice.map(ChosenCoefficients::of),
         }
     }
 

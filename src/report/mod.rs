@@ -30,7 +30,10 @@ mod speed_figure;
 mod table;
 mod table_text;
 
-pub use chosen_words::{accuracy_words, chosen_words, limit_words, validity_words};
+pub use chosen_words::{
+    accuracy_words, chosen_words, least_orders_words, limit_words, section_name, sections_words,
+    validity_words,
+};
 pub use convergence_page::{
     convergence_figures, convergence_section, convergence_table, without_times,
 };
@@ -47,7 +50,8 @@ pub use figure::Figure;
 pub use files::{OutputFolder, write_atomically};
 pub use json::to_json;
 pub use map_document::{
-    ExpansionParts, MapDocument, PassageParts, PolynomialMap, Term, depth_variables,
+    ChosenCoefficients, ExpansionParts, MapDocument, PassageParts, PolynomialMap, Term,
+    depth_variables,
 };
 pub use named::Named;
 pub use npy::npy_bytes;
