@@ -82,34 +82,10 @@ fn lanes(criterion: &mut Criterion) {
             escape_factor: f64::INFINITY,
             ..request
         };
-        lanes_of::<8>(
-            &mut group,
-            &lowered,
-            [&state, &parameters],
-            &request,
-            smooth,
-        );
-        lanes_of::<16>(
-            &mut group,
-            &lowered,
-            [&state, &parameters],
-            &request,
-            smooth,
-        );
-        lanes_of::<32>(
-            &mut group,
-            &lowered,
-            [&state, &parameters],
-            &request,
-            smooth,
-        );
-        lanes_of::<64>(
-            &mut group,
-            &lowered,
-            [&state, &parameters],
-            &request,
-            smooth,
-        );
+        let point: [&[f64]; 2] = [&state, &parameters];
+        lanes_of::<8>(&mut group, &lowered, point, &request, smooth);
+        lanes_of::<16>(&mut group, &lowered, point, &request, smooth);
+        lanes_of::<32>(&mut group, &lowered, point, &request, smooth);
     }
     group.finish();
 }

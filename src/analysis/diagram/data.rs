@@ -84,8 +84,8 @@ pub struct DiagramPoint {
 pub struct Timing {
     /// Iterates made.
     pub iterates: u64,
-    /// Seconds spent on iterating, preparing the map at each parameter value included; observables and
-    /// Lyapunov exponents apart.
+    /// Seconds spent on iterating, on preparing the map at each parameter value and on Lyapunov exponents; observables
+    /// apart.
     pub seconds: f64,
     /// Seconds of the whole sweep.
     pub total_seconds: f64,
