@@ -12,7 +12,7 @@ use super::sample::SamplePoint;
 use crate::expansion::{LocalMap, MapOrders};
 
 /// Most monomials of a leg, and of a contact while its depth variable is free.
-const MONOMIALS: [u64; 2] = [13_000, 7_500];
+const MONOMIALS: u64 = 13_000;
 
 /// Highest orders, however few the variables.
 const HIGHEST: MapOrders = MapOrders {
@@ -71,11 +71,11 @@ impl<'a> Level<'a> {
 
 /// The highest orders that are expanded for a number of variables.
 pub(super) fn highest_orders(variables: usize) -> MapOrders {
-    let within = |monomials: &dyn Fn(u32) -> u64, most: u64, highest: u32| {
+    let within = |monomials: &dyn Fn(u32) -> u64, highest: u32| {
         let orders = (1..=highest).rev();
         orders
             .into_iter()
-            .find(|&order| monomials(order) <= most)
+            .find(|&order| monomials(order) <= MONOMIALS)
             .unwrap_or(1)
     };
     let of_degree = |degree: u32| {
@@ -90,8 +90,8 @@ pub(super) fn highest_orders(variables: usize) -> MapOrders {
             .sum()
     };
     MapOrders {
-        smooth_order: within(&leg, MONOMIALS[0], HIGHEST.smooth_order),
-        contact_weight: within(&contact, MONOMIALS[1], HIGHEST.contact_weight),
+        smooth_order: within(&leg, HIGHEST.smooth_order),
+        contact_weight: within(&contact, HIGHEST.contact_weight),
     }
 }
 
