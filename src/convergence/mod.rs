@@ -4,6 +4,7 @@
 //! Deliberately absent: plotting. See docs/mathematics/convergence.md.
 
 mod accuracy;
+mod attempts;
 mod candidates;
 mod choice;
 mod chooser;

@@ -75,12 +75,10 @@ pub(super) struct NextDepth {
     trials: Vec<Trial>,
 }
 
-/// A point that makes contact and one beside it that just does not.
+/// What a contact does at a point, and how well a map is to know it.
 #[derive(Clone, Debug)]
 struct Trial {
-    touching: Vec<f64>,
-    short: Vec<f64>,
-    parameters: Vec<f64>,
+    pair: Pair,
     /// By how much the contact moves the next depth.
     effect: f64,
     /// By how much a map may be off.
@@ -132,9 +130,7 @@ impl NextDepth {
                 Some(Trial {
                     effect,
                     allowed: (PART[0] + PART[1] * share) * size,
-                    touching: pair.touching,
-                    short: pair.short,
-                    parameters: parameters.clone(),
+                    pair,
                 })
             })
         });
@@ -160,18 +156,14 @@ impl NextDepth {
             image
         };
         self.trials.iter().all(|trial| {
-            let pair = Pair {
-                touching: trial.touching.clone(),
-                short: trial.short.clone(),
-                parameters: trial.parameters.clone(),
-            };
-            let error = pair.effect(&self.sample, &image) - trial.effect;
+            let error = trial.pair.effect(&self.sample, &image) - trial.effect;
             error.magnitude() <= trial.allowed
         })
     }
 }
 
 /// A point at a depth of the last passage, and one just short of contact.
+#[derive(Clone, Debug)]
 struct Pair {
     touching: Vec<f64>,
     short: Vec<f64>,
