@@ -94,7 +94,7 @@ impl Interpreter {
                 .for_each(|slice| memory.extend_from_slice(slice));
             assert_eq!(memory.len(), self.inputs, "a kernel runs on all its inputs");
             memory.extend_from_slice(&self.known);
-            memory.resize(memory.len() + self.code.len(), 0.0);
+            memory.resize(memory.len() + self.code.results(), 0.0);
             self.code.run(memory);
             for number in 0..self.outputs() {
                 receive(number, *self.code.output(number, memory));
