@@ -203,6 +203,13 @@ fn an_autonomous_system_has_its_tangency_section_alone() {
 }
 
 #[test]
+fn where_no_section_has_a_map_the_scene_stays_on_its_tangency_section() {
+    let settled = settled(&of_any_section("self_excited", "1e-30"));
+    assert_eq!(settled.scene.section, Section::Tangency);
+    assert!(!choice(&settled).met);
+}
+
+#[test]
 fn a_tolerance_set_takes_the_place_of_orders_and_orders_that_of_a_tolerance() {
     let tolerant = scene("linear", &[("expansion.tolerance", "1e-7")]);
     assert_eq!(tolerant.expansion.orders, Orders::Tolerance(1e-7));
