@@ -107,40 +107,47 @@ pub fn settle_section(
     let options = ChoiceOptions::new(tolerance);
     let own = choose(&scene, &orbit, &options)?;
     let trials = try_others(&scene, &orbit, &options, &own)?;
-    let mut others = Vec::new();
-    let mut taken = Trial {
-        choice: SectionChoice {
-            ahead: None,
-            phase: None,
-            choice: Some(own),
-            problem: None,
-        },
-        scene,
-        orbit,
+    let tangency = SectionChoice {
+        ahead: None,
+        phase: None,
+        choice: Some(own),
+        problem: None,
     };
+    let mut settled = cheapest((scene, orbit, tangency), trials);
+    if let Some(verdict) = settled
+        .verdict
+        .as_mut()
+        .filter(|verdict| verdict.taken.ahead.is_some())
+    {
+        // What is run is what the section would get by name: trials have no orders far beyond those of the tangency section.
+        verdict.taken.choice = Some(choose(&settled.scene, &settled.orbit, &options)?);
+    }
+    Ok(settled)
+}
+
+/// The first of the sections whose maps have the fewest operations.
+fn cheapest(
+    (mut scene, mut orbit, mut taken): (Scene, GrazingOrbit, SectionChoice),
+    trials: Vec<Trial>,
+) -> SettledScene {
+    let mut others = Vec::new();
     for trial in trials {
-        others.push(match trial {
-            Ok(trial) if trial.choice.costs_less_than(&taken.choice) => {
-                mem::replace(&mut taken, trial).choice
+        others.push(match trial.place {
+            Some(place) if trial.choice.costs_less_than(&taken) => {
+                (scene, orbit) = place;
+                mem::replace(&mut taken, trial.choice)
             }
-            Ok(trial) => trial.choice,
-            Err(none) => none,
+            _ => trial.choice,
         });
     }
-    if taken.choice.ahead.is_some() {
-        // What is run is what the section would get by name: trials have no orders far beyond those of the tangency section.
-        taken.choice.choice = Some(choose(&taken.scene, &taken.orbit, &options)?);
-    }
     // The tangency section first, the nearest to the graze next: as they were tried.
-    others.sort_by(|a, b| a.ahead.unwrap_or(-1.0).total_cmp(&b.ahead.unwrap_or(-1.0)));
-    Ok(SettledScene {
-        scene: taken.scene,
-        orbit: taken.orbit,
-        verdict: Some(SectionVerdict {
-            taken: taken.choice,
-            others,
-        }),
-    })
+    let order = |section: &SectionChoice| section.ahead.unwrap_or(-1.0);
+    others.sort_by(|a, b| order(a).total_cmp(&order(b)));
+    SettledScene {
+        scene,
+        orbit,
+        verdict: Some(SectionVerdict { taken, others }),
+    }
 }
 
 /// The cheapest maps of the tangency section and of stroboscopic ones at the graze and an eighth, a quarter and half a period
@@ -159,58 +166,49 @@ pub fn choose_sections(
     own: &Choice,
 ) -> Result<Vec<SectionChoice>, ConvergenceError> {
     let trials = try_others(scene, orbit, options, own)?.into_iter();
-    Ok(trials
-        .map(|trial| trial.map_or_else(|none| none, |trial| trial.choice))
-        .collect())
+    Ok(trials.map(|trial| trial.choice).collect())
 }
 
-/// A section that has a map.
+/// A section that was tried.
 struct Trial {
     choice: SectionChoice,
-    scene: Scene,
-    orbit: GrazingOrbit,
+    /// The scene and its orbit on it, where it has a map.
+    place: Option<(Scene, GrazingOrbit)>,
 }
 
-/// Every section but the scene's own: its map, or why it has none.
+/// Every section but the scene's own.
 fn try_others(
     scene: &Scene,
     orbit: &GrazingOrbit,
     options: &ChoiceOptions,
     own: &Choice,
-) -> Result<Vec<Result<Trial, SectionChoice>>, ConvergenceError> {
+) -> Result<Vec<Trial>, ConvergenceError> {
     let limit = MapOrders {
         smooth_order: own.smooth_order + BEYOND.smooth_order,
         contact_weight: own.contact_weight + BEYOND.contact_weight,
     };
     let map = MapFamily::new(scene, orbit, PROBE)?.map(PROBE)?;
     let points = WindowSample::new(&map).judging(0, CARRIED);
-    let others = others(scene, orbit).into_par_iter();
-    Ok(others
-        .map(|(ahead, section)| {
-            let none = |problem| SectionChoice {
-                ahead,
-                phase: None,
-                choice: None,
-                problem: Some(problem),
-            };
-            let (scene, orbit) = moved(scene, orbit, section, &points).map_err(none)?;
+    let tried = |(ahead, section)| {
+        let moved = moved(scene, orbit, section, &points);
+        let chosen = moved.and_then(|(scene, orbit)| {
             let chooser = Chooser::new(&scene, &orbit, options.fresh);
             let chosen =
                 chooser.and_then(|chooser| chooser.within(limit).choose(options.tolerance));
-            let chosen = chosen.map_err(|error| none(error.to_string()))?;
-            let choice = SectionChoice {
-                ahead,
-                phase: phase(&orbit),
-                choice: Some(chosen),
-                problem: None,
-            };
-            Ok(Trial {
-                choice,
-                scene,
-                orbit,
-            })
-        })
-        .collect())
+            let choice = chosen.map_err(|error| error.to_string())?;
+            Ok((choice, (scene, orbit)))
+        });
+        let problem = chosen.as_ref().err().cloned();
+        let (choice, place) = chosen.ok().unzip();
+        let choice = SectionChoice {
+            ahead,
+            phase: place.as_ref().and_then(|(_, orbit)| phase(orbit)),
+            choice,
+            problem,
+        };
+        Trial { choice, place }
+    };
+    Ok(others(scene, orbit).into_par_iter().map(tried).collect())
 }
 
 /// Other sections, with how long they are before the first passage.

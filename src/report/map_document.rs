@@ -80,13 +80,13 @@ impl ChosenCoefficients {
     pub fn words(&self) -> String {
         let run = match (self.run, self.fitted_to) {
             (Polynomials::Economised, Some(orders)) => format!(
-                "fitted on the window to the map at ({}, {})",
+                ", fitted on the window to the map at ({}, {})",
                 orders.smooth_order, orders.contact_weight
             ),
-            _ => "of them".to_owned(),
+            _ => " of them".to_owned(),
         };
         format!(
-            "listed are all coefficients of the Taylor series; the map that is run has {}, {run}",
+            "listed are all coefficients of the Taylor series; the map that is run has {}{run}",
             self.coefficients
         )
     }
