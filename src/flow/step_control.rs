@@ -24,25 +24,19 @@ pub(crate) fn order_for(tolerance: f64) -> usize {
 /// of the order; a series of numbers costs nearly as much for what grows with the order itself.
 pub(crate) fn order_for_numbers<S: Real>(tolerance: f64) -> usize {
     let order = order_for(tolerance);
-    if is_of_the_machine::<S>() {
+    if S::ROUNDOFF >= f64::ROUNDOFF {
         order + 2 * order / 5
     } else {
         order
     }
 }
 
-/// Whether a number has the precision of the machine's own; one that has more is truth to others.
-fn is_of_the_machine<S: Scalar>() -> bool {
-    S::ROUNDOFF >= f64::ROUNDOFF
-}
-
 /// Natural logarithm, per degree, of the share to which the last term is held where numbers are the coefficients: that of Jorba and
-/// Zou's order, whatever the order taken, and `ε/e` where `ε` is the roundoff of the machine's numbers.
+/// Zou's order, whatever the order taken, and `ε/e` where `ε` is the roundoff.
 ///
-/// NOTE: terms fall by `h/ρ` each, at most 0.3 at the orders taken, so what is then left out is below `ε/6`, less than rounding. In
-/// double-double it would show: differences of images are taken there, and truncation is less even than rounding.
+/// NOTE: terms fall by `h/ρ` each, at most 0.3 at the orders taken, so what is then left out is below `ε/6`, less than rounding.
 pub(crate) fn margin_for<S: Scalar>(tolerance: f64, order: usize) -> f64 {
-    if is_of_the_machine::<S>() && tolerance <= S::ROUNDOFF {
+    if tolerance <= S::ROUNDOFF {
         return (1.0 - tolerance.ln()) / order as f64;
     }
     let theirs = order_for(tolerance);
