@@ -27,7 +27,7 @@ const FEW: usize = 8;
 const LIKELIEST: usize = 24;
 
 /// Most terms of a map whose composed form is tried: beyond, composing takes seconds and many are tried.
-const COMPOSED_TERMS: usize = 5000;
+const COMPOSED_TERMS: usize = 20_000;
 
 /// The maps of one expansion that may be the answer: Taylor maps, factored and composed, then economised ones that are cheaper
 /// than the cheapest of them.

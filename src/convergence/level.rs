@@ -9,15 +9,23 @@ use super::family::MapFamily;
 use super::forecast::Forecaster;
 use super::rule::OrderRule;
 use super::sample::SamplePoint;
-use crate::expansion::{LocalMap, MapOrders};
+use crate::expansion::{DEVIATION_WEIGHT, LocalMap, MapOrders, Variables};
+use crate::jet::JetSpace;
 
-/// Most monomials of a leg, and of a contact while its depth variable is free.
-const MONOMIALS: u64 = 13_000;
+/// Most monomials of a leg, of the depth, and of a contact while its depth variable stands in the place of a coordinate: products of such
+/// series, of which an expansion has some hundred, are of a million terms or a few.
+const MONOMIALS: u128 = 13_000;
 
-/// Highest orders, however few the variables.
+/// Highest orders of a first search, however few the variables.
 const HIGHEST: MapOrders = MapOrders {
     smooth_order: 14,
     contact_weight: 20,
+};
+
+/// Highest orders of all: where no lower ones serve and terms do fall.
+const DEEPEST: MapOrders = MapOrders {
+    smooth_order: 14,
+    contact_weight: 40,
 };
 
 /// Most monomials of a fit.
@@ -69,30 +77,25 @@ impl<'a> Level<'a> {
     }
 }
 
-/// The highest orders that are expanded for a number of variables.
-pub(super) fn highest_orders(variables: usize) -> MapOrders {
-    let within = |monomials: &dyn Fn(u32) -> u64, highest: u32| {
-        let orders = (1..=highest).rev();
+/// The highest orders that are expanded, first and where those do not serve.
+pub(super) fn highest_orders(variables: &Variables) -> [MapOrders; 2] {
+    let leg = |degree: u32| JetSpace::count(&variables.weights, DEVIATION_WEIGHT * degree);
+    let contact = |weight: u32| {
+        let (_, others) = variables.weights.split_first().unwrap_or((&0, &[]));
+        let with_depth: Vec<u32> = std::iter::once(1).chain(others.iter().copied()).collect();
+        let depth = JetSpace::count(&variables.weights, weight + 1);
+        depth.max(JetSpace::count(&with_depth, weight))
+    };
+    let within = |monomials: &dyn Fn(u32) -> u128, highest: u32| {
+        let mut orders = (1..=highest).rev();
         orders
-            .into_iter()
             .find(|&order| monomials(order) <= MONOMIALS)
             .unwrap_or(1)
     };
-    let of_degree = |degree: u32| {
-        // Monomials of one degree in so many variables.
-        (1..variables as u64).fold(1, |count, k| count * (u64::from(degree) + k) / k)
-    };
-    let leg = |order: u32| (0..=order).map(of_degree).sum();
-    let contact = |weight: u32| {
-        let degrees = 0..=weight / 2;
-        degrees
-            .map(|degree| of_degree(degree) * u64::from(weight - 2 * degree + 1))
-            .sum()
-    };
-    MapOrders {
-        smooth_order: within(&leg, HIGHEST.smooth_order),
-        contact_weight: within(&contact, HIGHEST.contact_weight),
-    }
+    [HIGHEST, DEEPEST].map(|highest| MapOrders {
+        smooth_order: within(&leg, highest.smooth_order),
+        contact_weight: within(&contact, highest.contact_weight),
+    })
 }
 
 #[cfg(test)]
@@ -101,13 +104,22 @@ mod tests {
 
     #[test]
     fn more_variables_have_lower_highest_orders() {
-        let orders = [4, 6, 8].map(highest_orders);
-        let pairs = orders.map(|orders| (orders.smooth_order, orders.contact_weight));
-        // C(14 + 4, 4) = 3060, C(11 + 6, 6) = 12 376, C(8 + 8, 8) = 12 870.
-        assert_eq!(pairs.map(|pair| pair.0), [14, 11, 8]);
-        assert!(
-            pairs.map(|pair| pair.1).is_sorted_by(|a, b| a >= b),
-            "{pairs:?}"
-        );
+        let orders = [4, 6, 8].map(|count| {
+            let [first, deepest] = highest_orders(&Variables {
+                names: vec![String::new(); count],
+                weights: vec![2; count],
+                coordinates: count - 2,
+            });
+            let pair = |orders: MapOrders| (orders.smooth_order, orders.contact_weight);
+            (pair(first), pair(deepest))
+        });
+        // C(14 + 4, 4) = 3060, C(11 + 6, 6) = 12 376, C(8 + 8, 8) = 12 870 monomials of a leg; with y for one of the variables 11 970,
+        // 11 628 and 12 870 of a contact.
+        let expected = [
+            ((14, 20), (14, 34)),
+            ((11, 19), (11, 19)),
+            ((8, 15), (8, 15)),
+        ];
+        assert_eq!(orders, expected);
     }
 }

@@ -1,8 +1,9 @@
 //! The composed form: the whole map as one polynomial pass in `(y_1 … y_K; coordinates; parameters)`.
 
+use super::depth_chart::DepthChart;
 use super::depth_polynomial::DepthSpace;
-use super::variables::{DEVIATION_WEIGHT, Variables};
-use super::{ComposedMap, Contact, ExpansionError, Leg, LocalMap, Stage};
+use super::variables::{DEVIATION_WEIGHT, Variables, fold_depth_powers};
+use super::{ComposedMap, Contact, DepthPolynomial, ExpansionError, Leg, LocalMap, Stage};
 use crate::jet::{Jet, substitute_all};
 
 /// Composes a local map.
@@ -17,12 +18,74 @@ use crate::jet::{Jet, substitute_all};
 /// flown contact.
 pub fn compose(map: &LocalMap, variables: &Variables) -> Result<ComposedMap, ExpansionError> {
     let weight = map.orders.contact_weight.max(map.orders.smooth_order);
-    let spaces = DepthSpace::new(map.passages(), variables, weight)?;
     let smooth_space = variables.smooth_space(DEVIATION_WEIGHT * map.orders.smooth_order)?;
     let start = (0..variables.len())
         .map(|variable| Jet::variable(&smooth_space, variable, 0.0))
         .collect();
     let smooth = Composition::of(map, start, |state, _, _| state)?;
+    match map.stages.as_slice() {
+        [Stage::Contact(contact), legs @ ..] if map.passages() == 1 => {
+            after_contact(contact, legs, variables, weight, smooth)
+        }
+        _ => of_any(map, variables, weight, smooth),
+    }
+}
+
+/// Of a map that begins with its one contact: in `(y; c', p)`, the depth variable in the place of a coordinate, the contact is one
+/// substitution for that coordinate.
+fn after_contact(
+    contact: &Contact,
+    legs: &[Stage],
+    variables: &Variables,
+    weight: u32,
+    smooth: Composition,
+) -> Result<ComposedMap, ExpansionError> {
+    let chart = DepthChart::new(&contact.depth, variables, weight)?;
+    let y = Jet::variable(&chart.space, 0, 0.0);
+    let linear = chart.raise(&contact.linear);
+    let quadratic = chart.raise(&contact.quadratic);
+    let before = chart.variables();
+    let moved = before.iter().zip(linear.iter().zip(&quadratic));
+    let moved = moved.map(|(value, (linear, quadratic))| {
+        value + &(&y * &(linear + &(&y * quadratic)))
+    });
+    let mut after: Vec<_> = moved.collect();
+    after.extend_from_slice(&before[variables.coordinates..]);
+    let fly_all = |state: Vec<Jet<f64>>| {
+        legs.iter().fold(state, |state, stage| match stage {
+            Stage::Leg(leg) => fly(leg, &state),
+            Stage::Contact(_) | Stage::Flown(_) => state,
+        })
+    };
+    let pairs = fly_all(after).into_iter().zip(fly_all(before));
+    let image = smooth.image.into_iter().zip(pairs);
+    let image = image.map(|(smooth, (with, without))| {
+        let correction = &with - &without;
+        let parts = [1u8, 2].map(|power| {
+            let space = variables.smooth_space(weight.saturating_sub(u32::from(power)))?;
+            let folded = fold_depth_powers(&correction, power, weight, &contact.depth, &space);
+            Ok::<_, ExpansionError>((vec![power], folded))
+        });
+        let [linear, quadratic] = parts;
+        Ok(DepthPolynomial::of([(vec![0], smooth), linear?, quadratic?]))
+    });
+    let depths = smooth.depths.into_iter();
+    Ok(ComposedMap {
+        image: image.collect::<Result<_, ExpansionError>>()?,
+        depths: depths
+            .map(|depth| DepthPolynomial::of([(vec![0], depth)]))
+            .collect(),
+    })
+}
+
+/// Of any map: in `(y_1 … y_K; coordinates; parameters)`, the depth variables beside the others.
+fn of_any(
+    map: &LocalMap,
+    variables: &Variables,
+    weight: u32,
+    smooth: Composition,
+) -> Result<ComposedMap, ExpansionError> {
+    let spaces = DepthSpace::new(map.passages(), variables, weight)?;
     let whole = Composition::of(map, spaces.identity(), |state, contact, passage| {
         act(contact, state, &spaces.depth_variable(passage))
     })?;

@@ -9,7 +9,7 @@ use std::sync::Arc;
 
 use super::ExpansionError;
 use super::variables::Variables;
-use crate::jet::{Jet, JetSpace};
+use crate::jet::{Jet, JetSpace, power_series_at};
 use crate::numeric::{Real, Scalar};
 
 /// A polynomial in `(y_1 … y_K; coordinates; parameters)`, at most quadratic in each `y_k`.
@@ -44,6 +44,17 @@ impl<S: Real> DepthPolynomial<S> {
 }
 
 impl DepthPolynomial {
+    /// From coefficients by the powers of the depth variables that they belong to.
+    pub(super) fn of(terms: impl IntoIterator<Item = (Vec<u8>, Jet<f64>)>) -> Self {
+        let terms = terms.into_iter().map(|(powers, coefficient)| DepthTerm {
+            powers,
+            coefficient,
+        });
+        Self {
+            terms: terms.collect(),
+        }
+    }
+
     /// The same polynomial over another scalar.
     pub fn map_scalars<T: Real>(&self, convert: impl Fn(f64) -> T + Copy) -> DepthPolynomial<T> {
         let terms = self.terms.iter().map(|term| DepthTerm {
@@ -108,13 +119,11 @@ impl<'a> DepthSpace<'a> {
     /// `f_0 + y Σ_j f_{1+2j} depth^j + y² Σ_j f_{2+2j} depth^j`, `f_j` being what multiplies `y^j`.
     fn reduced_in(&self, passage: usize, jet: &Jet<f64>, depth: &Jet<f64>) -> Jet<f64> {
         let fold = |first: u8| {
-            let powers: Vec<u8> = (first..=self.weight.min(255) as u8).step_by(2).collect();
-            powers
-                .iter()
-                .rev()
-                .fold(Jet::zero(&self.space), |sum, &power| {
-                    &(&sum * depth) + &self.without_power(jet, passage, power)
-                })
+            let powers = (first..=self.weight.min(255) as u8).step_by(2);
+            let coefficients: Vec<_> = powers
+                .map(|power| self.without_power(jet, passage, power))
+                .collect();
+            power_series_at(&coefficients, depth)
         };
         let y = self.depth_variable(passage);
         let corrections = &fold(1) + &(&y * &fold(2));
@@ -160,12 +169,6 @@ impl<'a> DepthSpace<'a> {
                 coefficient.coefficients_mut()[monomial] = value;
             }
         }
-        let terms = terms.into_iter().map(|(powers, coefficient)| DepthTerm {
-            powers,
-            coefficient,
-        });
-        Ok(DepthPolynomial {
-            terms: terms.collect(),
-        })
+        Ok(DepthPolynomial::of(terms))
     }
 }

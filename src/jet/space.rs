@@ -107,6 +107,16 @@ impl JetSpace {
         )
     }
 
+    /// Number of monomials in variables of these weights up to a weighted degree; nothing is allocated for them.
+    ///
+    /// ```
+    /// use grazemap::jet::JetSpace;
+    /// assert_eq!(JetSpace::count(&[1, 2], 3), 6);
+    /// ```
+    pub fn count(weights: &[u32], order: u32) -> u128 {
+        count_monomials(weights, order as usize, 1)
+    }
+
     /// The space with all weights 1: ordinary total degree.
     ///
     /// # Errors

@@ -75,10 +75,7 @@ fn start<S: Scalar>(time_order: usize, value: f64) -> (JetSeries, Jet<S>) {
     let space = JetSpace::uniform(1, 6).expect("a small space");
     let x = Jet::variable(&space, 0, S::from_f64(value));
     (
-        JetSeries {
-            space,
-            order: time_order,
-        },
+        JetSeries::new(&space, time_order),
         x,
     )
 }
@@ -162,10 +159,7 @@ fn along_time(algebra: &JetSeries, jet: &Jet<f64>) -> Vec<f64> {
 
 #[test]
 fn jets_in_time_are_jets_with_time_as_a_variable() {
-    let algebra = JetSeries {
-        space: JetSpace::uniform(2, ORDER).unwrap(),
-        order: ORDER,
-    };
+    let algebra = JetSeries::new(&JetSpace::uniform(2, ORDER).unwrap(), ORDER);
     let joint = JetSpace::uniform(3, 2 * ORDER).unwrap();
     let [t, x, y] = [0, 1, 2].map(|variable| Jet::variable(&joint, variable, 0.0));
     let a_jet = (&(&(&t * &x) + &x.scale(0.5)) + &(&y * &t.add_constant(0.25))).add_constant(0.6);
