@@ -14,7 +14,7 @@ use crate::jet::JetSpace;
 
 /// Most monomials of a leg, of the depth, and of a contact while its depth variable stands in the place of a coordinate: products of such
 /// series, of which an expansion has some hundred, are of a million terms or a few.
-const MONOMIALS: u128 = 13_000;
+const MONOMIALS: u128 = 20_000;
 
 /// Highest orders of a first search, however few the variables.
 const HIGHEST: MapOrders = MapOrders {

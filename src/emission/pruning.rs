@@ -37,7 +37,7 @@ pub fn prune(map: &LocalMap, tolerance: f64) -> (LocalMap, PruneReport) {
         match stage {
             Stage::Leg(Leg { image }) => {
                 for jet in image {
-                    lost = lost.max(drop_terms(jet, bounds, 1.0, budget, &mut report));
+                    lost = lost.max(drop_smallest(&mut [(jet, 1.0)], bounds, budget, &mut report));
                 }
             }
             Stage::Flown(flown) => {
@@ -87,13 +87,13 @@ pub fn prune_composed(
     };
     let bounds = [map.window.state.as_slice(), &map.window.parameter].concat();
     for polynomial in &mut pruned.image {
-        let budget = SHARE * tolerance / polynomial.terms.len() as f64;
-        let mut lost = 0.0;
-        for term in &mut polynomial.terms {
+        let parts = polynomial.terms.iter_mut().map(|term| {
             let degree: i32 = term.powers.iter().map(|&power| i32::from(power)).sum();
             let factor = map.window.depth.sqrt().powi(degree);
-            lost += drop_terms(&mut term.coefficient, &bounds, factor, budget, &mut report);
-        }
+            (&mut term.coefficient, factor)
+        });
+        let mut parts: Vec<_> = parts.collect();
+        let lost = drop_smallest(&mut parts, &bounds, SHARE * tolerance, &mut report);
         report.bound = report.bound.max(lost);
     }
     (pruned, report)
@@ -110,41 +110,39 @@ fn drop_contact(
 ) -> f64 {
     let mut lost = 0.0f64;
     for (linear, quadratic) in linear.iter_mut().zip(quadratic) {
-        let first = drop_terms(linear, bounds, depth.sqrt(), budget, report);
-        let second = drop_terms(quadratic, bounds, depth, budget, report);
+        let first = drop_smallest(&mut [(linear, depth.sqrt())], bounds, budget, report);
+        let second = drop_smallest(&mut [(quadratic, depth)], bounds, budget, report);
         lost = lost.max(first + second);
     }
     lost
 }
 
-/// Drops the smallest terms while their sum, times `factor`, stays within the budget; the sum.
-fn drop_terms(
-    jet: &mut Jet<f64>,
+/// Of polynomials, each with what it is multiplied by, drops the smallest terms while their sum stays within the budget; the sum.
+fn drop_smallest(
+    parts: &mut [(&mut Jet<f64>, f64)],
     bounds: &[f64],
-    factor: f64,
     budget: f64,
     report: &mut PruneReport,
 ) -> f64 {
-    let mut contributions: Vec<(f64, usize)> = Vec::new();
-    for (number, (exponents, coefficient)) in jet.terms().enumerate() {
-        if coefficient != 0.0 {
-            contributions.push((
-                factor * contribution(exponents, coefficient, bounds),
-                number,
-            ));
-        }
+    let mut contributions: Vec<(f64, usize, usize)> = Vec::new();
+    for (part, (jet, factor)) in parts.iter().enumerate() {
+        let terms = jet.terms().enumerate();
+        let nonzero = terms.filter(|&(_, (_, coefficient))| coefficient != 0.0);
+        contributions.extend(nonzero.map(|(number, (exponents, coefficient))| {
+            let size = factor * contribution(exponents, coefficient, bounds);
+            (size, part, number)
+        }));
     }
     contributions.sort_by(|left, right| left.0.total_cmp(&right.0));
     let mut lost = 0.0;
     let mut dropped = 0;
-    for &(size, number) in &contributions {
-        if lost + size <= budget {
-            lost += size;
-            jet.coefficients_mut()[number] = 0.0;
-            dropped += 1;
-        } else {
+    for &(size, part, number) in &contributions {
+        if lost + size > budget {
             break;
         }
+        lost += size;
+        parts[part].0.coefficients_mut()[number] = 0.0;
+        dropped += 1;
     }
     report.dropped += dropped;
     report.kept += contributions.len() - dropped;

@@ -2,13 +2,14 @@
 
 use super::depth_chart::DepthChart;
 use super::depth_polynomial::DepthSpace;
-use super::variables::{DEVIATION_WEIGHT, Variables, fold_depth_powers};
+use super::variables::{DEVIATION_WEIGHT, Variables, coefficient_of_depth_power};
 use super::{ComposedMap, Contact, DepthPolynomial, ExpansionError, Leg, LocalMap, Stage};
 use crate::jet::{Jet, substitute_all};
 
 /// Composes a local map.
 ///
-/// With one passage and `P = L₂ ∘ D ∘ L₁` the result is `P_smooth + y B̂ + y² Ĉ`, `P_smooth = L₂ ∘ L₁`. In general
+/// With one passage and `P = L₂ ∘ D ∘ L₁` the result is `P_smooth + y B̂ + y² Ĉ`, `P_smooth = L₂ ∘ L₁`; where the contact is what a return
+/// begins with, `P = L ∘ D`, it is `P_smooth + Σ_k y^k P_k`, the `P_k` free of the coordinate along which the depth is steepest. In general
 /// what has no depth variable is kept to the legs' degree, what has any to the larger of the contacts' weight and
 /// the legs' degree (after a contact a state deviation is `O(y)`, so degree `N` of a leg acts at weight `N`).
 ///
@@ -32,7 +33,10 @@ pub fn compose(map: &LocalMap, variables: &Variables) -> Result<ComposedMap, Exp
 }
 
 /// Of a map that begins with its one contact: in `(y; c', p)`, the depth variable in the place of a coordinate, the contact is one
-/// substitution for that coordinate.
+/// substitution for that coordinate, and what it corrects is left in these variables.
+///
+/// NOTE: written in all coordinates instead, by `y² = −h_min`, the correction would be a sum of large terms that cancel where coordinates and
+/// parameters are larger than what they leave of the depth: `(Q − q)^k` for `y^{2k}`.
 fn after_contact(
     contact: &Contact,
     legs: &[Stage],
@@ -61,13 +65,14 @@ fn after_contact(
     let image = smooth.image.into_iter().zip(pairs);
     let image = image.map(|(smooth, (with, without))| {
         let correction = &with - &without;
-        let parts = [1u8, 2].map(|power| {
-            let space = variables.smooth_space(weight.saturating_sub(u32::from(power)))?;
-            let folded = fold_depth_powers(&correction, power, weight, &contact.depth, &space);
-            Ok::<_, ExpansionError>((vec![power], folded))
+        let powers = 1..=weight.min(255) as u8;
+        let corrections = powers.map(|power| {
+            let space = variables.smooth_space(weight - u32::from(power))?;
+            let coefficient = coefficient_of_depth_power(&correction, power, &space);
+            Ok::<_, ExpansionError>((vec![power], coefficient))
         });
-        let [linear, quadratic] = parts;
-        Ok(DepthPolynomial::of([(vec![0], smooth), linear?, quadratic?]))
+        let terms = std::iter::once(Ok((vec![0], smooth))).chain(corrections);
+        Ok(DepthPolynomial::of(terms.collect::<Result<Vec<_>, _>>()?))
     });
     let depths = smooth.depths.into_iter();
     Ok(ComposedMap {

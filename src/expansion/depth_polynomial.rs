@@ -1,8 +1,8 @@
 //! Polynomials in the depth variables of several passages.
 //!
 //! One idea: `y_k² = depth_k(y_1 … y_{k−1}; x, p)` where passage `k` makes contact, so that no power of `y_k` above
-//! the second is needed. A polynomial in all depth variables is then a short list of polynomials in (coordinates;
-//! parameters), one for each choice of a power 0, 1 or 2 of every `y_k`.
+//! the second is needed, or, with one depth variable, no power of one of the coordinates. A polynomial in all depth variables is then a list
+//! of polynomials in (coordinates; parameters), one for each choice of a power of every `y_k`.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -12,7 +12,7 @@ use super::variables::Variables;
 use crate::jet::{Jet, JetSpace, power_series_at};
 use crate::numeric::{Real, Scalar};
 
-/// A polynomial in `(y_1 … y_K; coordinates; parameters)`, at most quadratic in each `y_k`.
+/// A polynomial in `(y_1 … y_K; coordinates; parameters)`, with several passages at most quadratic in each `y_k`.
 #[derive(Clone, Debug)]
 pub struct DepthPolynomial<S: Scalar = f64> {
     /// Its terms by increasing powers of the depth variables; the first has none of them.
@@ -22,7 +22,7 @@ pub struct DepthPolynomial<S: Scalar = f64> {
 /// The part of a polynomial with given powers of the depth variables.
 #[derive(Clone, Debug)]
 pub struct DepthTerm<S: Scalar = f64> {
-    /// Power of each depth variable, 0 to 2.
+    /// Power of each depth variable.
     pub powers: Vec<u8>,
     /// What they multiply, in (coordinates; parameters).
     pub coefficient: Jet<S>,

@@ -153,7 +153,8 @@ pub struct Contact<S: Scalar = f64> {
 /// The composed form of a map with passages `1 … K`: one polynomial pass in the coordinates, the parameters and
 /// the depth variables `y_k = √max(0, depth_k(y_1 … y_{k−1}; x, p))`.
 ///
-/// With one passage, `P_i = smooth_i(x, p) + y linear_i(x, p) + y² quadratic_i(x, p)`.
+/// With one passage, `P_i = smooth_i(x, p) + y linear_i(x, p) + y² quadratic_i(x, p)`; where the passage is what a return begins
+/// with, `P_i = smooth_i(x, p) + Σ_k y^k P_{i,k}(x', p)`, `x'` without the coordinate along which the depth is steepest.
 #[derive(Clone, Debug)]
 pub struct ComposedMap<S: Scalar = f64> {
     /// `−h_min` of each passage seen from the section, which depends on the passages before it.
