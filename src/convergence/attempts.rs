@@ -26,8 +26,8 @@ const FEW: usize = 8;
 /// So many of them, and of economised maps, from the least forecast.
 const LIKELIEST: usize = 24;
 
-/// Most terms of a map whose composed form is tried: beyond, composing takes seconds and many are tried.
-const COMPOSED_TERMS: usize = 20_000;
+/// Most products of coefficients of a composition that is tried: a second or two, and some thirty are.
+const COMPOSED_PRODUCTS: u128 = 1_000_000_000;
 
 /// The maps of one expansion that may be the answer: Taylor maps, factored and composed, then economised ones that are cheaper
 /// than the cheapest of them.
@@ -59,8 +59,9 @@ pub(super) fn try_level(
             )
         })?;
     }
-    let small =
-        |candidate: &&Candidate| shape == Shape::Composed || candidate.cost.1 <= COMPOSED_TERMS;
+    let small = |candidate: &&Candidate| {
+        shape == Shape::Composed || level.products(candidate) <= COMPOSED_PRODUCTS
+    };
     if shape != Shape::Factored {
         let mut judge = |candidate: &Candidate| {
             bench.judge(

@@ -216,8 +216,7 @@ impl<'a> Chooser<'a> {
         while here.contact_weight < self.deepest.contact_weight {
             let steps = (error / reachable).ln() / -contacts.ratio.ln();
             let further = (steps.ceil() as u32).max(STEP.contact_weight);
-            here.contact_weight =
-                (here.contact_weight + further).min(self.deepest.contact_weight);
+            here.contact_weight = (here.contact_weight + further).min(self.deepest.contact_weight);
             let Ok(at) = self.level(here) else {
                 return Ok(Some(Limit::Orders));
             };
@@ -229,7 +228,11 @@ impl<'a> Chooser<'a> {
             let last = std::mem::replace(&mut error, trial.nearest_error());
             if error > FALLS * last {
                 let rounded = error <= ROUNDINGS * self.bench.rounding();
-                return Ok(Some(if rounded { Limit::Rounding } else { Limit::Orders }));
+                return Ok(Some(if rounded {
+                    Limit::Rounding
+                } else {
+                    Limit::Orders
+                }));
             }
             contacts = level.rule.contacts.clone();
         }

@@ -9,7 +9,7 @@ use super::family::MapFamily;
 use super::forecast::Forecaster;
 use super::rule::OrderRule;
 use super::sample::SamplePoint;
-use crate::expansion::{DEVIATION_WEIGHT, LocalMap, MapOrders, Variables};
+use crate::expansion::{DEVIATION_WEIGHT, LocalMap, MapOrders, Stage, Variables};
 use crate::jet::JetSpace;
 
 /// Most monomials of a leg, of the depth, and of a contact while its depth variable stands in the place of a coordinate: products of such
@@ -65,6 +65,30 @@ impl<'a> Level<'a> {
         self.rule.error(self.family.highest())
     }
 
+    /// About how many products of coefficients the composition of a candidate takes: of the spaces in which stages are substituted, for every
+    /// monomial in the coordinates.
+    pub(super) fn products(&self, candidate: &Candidate) -> u128 {
+        let coordinates = self.map.dimension();
+        let MapOrders {
+            smooth_order,
+            contact_weight,
+        } = candidate.orders;
+        let variables = self.family.expander().variables();
+        let weights = &candidate.weights_of(&variables.weights[..coordinates]);
+        let begins_with_contact = matches!(self.map.stages.first(), Some(Stage::Contact(_)));
+        let (replaced, contacts) = match self.map.passages() {
+            1 if begins_with_contact => (1, 0),
+            passages => (0, passages),
+        };
+        let depths = vec![1; self.map.passages()];
+        let space = [depths.as_slice(), &weights[replaced..]].concat();
+        let product = JetSpace::check(&space, contact_weight.max(smooth_order) as usize);
+        let monomials = |degree: u32| JetSpace::count(&vec![1; coordinates], degree);
+        let legs = (self.map.stages.len() - self.map.passages()) as u128 * monomials(smooth_order);
+        let contacts = contacts as u128 * monomials(contact_weight / DEVIATION_WEIGHT);
+        product.map_or(u128::MAX, |product| product as u128 * (legs + contacts))
+    }
+
     /// Fits to the highest orders; `None` where they would take too long or the window has no points.
     pub(super) fn economiser(&self) -> Option<&Economiser> {
         let made = || {
@@ -113,12 +137,12 @@ mod tests {
             let pair = |orders: MapOrders| (orders.smooth_order, orders.contact_weight);
             (pair(first), pair(deepest))
         });
-        // C(14 + 4, 4) = 3060, C(11 + 6, 6) = 12 376, C(8 + 8, 8) = 12 870 monomials of a leg; with y for one of the variables 11 970,
-        // 11 628 and 12 870 of a contact.
+        // C(14 + 4, 4) = 3060, C(12 + 6, 6) = 18 564, C(8 + 8, 8) = 12 870 monomials of a leg; with y for one of the variables 19 481,
+        // 16 016 and 19 305 of a contact to weights 40, 21 and 16.
         let expected = [
-            ((14, 20), (14, 34)),
-            ((11, 19), (11, 19)),
-            ((8, 15), (8, 15)),
+            ((14, 20), (14, 40)),
+            ((12, 20), (12, 21)),
+            ((8, 16), (8, 16)),
         ];
         assert_eq!(orders, expected);
     }

@@ -37,7 +37,12 @@ pub fn prune(map: &LocalMap, tolerance: f64) -> (LocalMap, PruneReport) {
         match stage {
             Stage::Leg(Leg { image }) => {
                 for jet in image {
-                    lost = lost.max(drop_smallest(&mut [(jet, 1.0)], bounds, budget, &mut report));
+                    lost = lost.max(drop_smallest(
+                        &mut [(jet, 1.0)],
+                        bounds,
+                        budget,
+                        &mut report,
+                    ));
                 }
             }
             Stage::Flown(flown) => {
@@ -47,7 +52,9 @@ pub fn prune(map: &LocalMap, tolerance: f64) -> (LocalMap, PruneReport) {
                 depth,
                 linear,
                 quadratic,
+                depth_form,
             }) => {
+                *depth_form = None;
                 report.kept += depth.nonzero();
                 lost = drop_contact(
                     linear,

@@ -6,7 +6,6 @@
 use std::sync::Arc;
 
 use super::ExpansionError;
-use super::contact_law::ContactLaw;
 use super::depth_chart::DepthChart;
 use super::passage::Passage;
 use super::section_chart::SectionChart;
@@ -18,21 +17,11 @@ use crate::numeric::Real;
 /// How `y` stands beside the other variables.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum DepthVariable {
-    /// One more variable; `y² = −h_min` is used at the end.
+    /// One more variable, beside all others: what needs no relation between them.
     Added,
-    /// In the place of a coordinate, which is the jet that makes `−h_min` equal to `y²`.
+    /// In the place of a coordinate, which is the jet that makes `−h_min` equal to `y²`: variables are fewer and independent, so that a
+    /// contact time can be found by dividing by `y`.
     Replacing,
-}
-
-impl DepthVariable {
-    /// What a contact law needs: a contact time is found by dividing by `y`, which needs variables without a
-    /// relation between them.
-    pub(super) fn of(law: &ContactLaw) -> Self {
-        match law {
-            ContactLaw::Rigid { .. } => Self::Replacing,
-            ContactLaw::Compliant { .. } => Self::Replacing,
-        }
-    }
 }
 
 /// The free flow about its minimum of the gap, as series in the time from the minimum.
@@ -45,6 +34,8 @@ pub(super) struct Approach<S: Real> {
     minimum_time: Jet<S>,
     /// `−h_min`, without `y`.
     pub(super) depth: Jet<S>,
+    /// The coordinate in whose place `y` stands.
+    pub(super) replaced: Option<usize>,
     /// The section point itself, in `space`.
     pub(super) start: Vec<Jet<S>>,
     /// Taylor coefficients, in the time from the minimum, of each state component, in `space`.
@@ -95,6 +86,7 @@ impl<S: Real> Approach<S> {
         Ok(Self {
             first_parameter: 1 + variables.coordinates,
             minimum_time: raise(&[minimum_time]).swap_remove(0),
+            replaced: chart.as_ref().map(|chart| chart.replaced),
             depth,
             start: raise(&start),
             states: (0..passage.dimension())

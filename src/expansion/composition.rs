@@ -2,8 +2,10 @@
 
 use super::depth_chart::DepthChart;
 use super::depth_polynomial::DepthSpace;
-use super::variables::{DEVIATION_WEIGHT, Variables, coefficient_of_depth_power};
-use super::{ComposedMap, Contact, DepthPolynomial, ExpansionError, Leg, LocalMap, Stage};
+use super::variables::{DEVIATION_WEIGHT, Variables, coefficient_of_depth_power, respace};
+use super::{
+    ComposedMap, Contact, DepthPolynomial, ExpansionError, Leg, LocalMap, MapOrders, Stage,
+};
 use crate::jet::{Jet, substitute_all};
 
 /// Composes a local map.
@@ -26,7 +28,7 @@ pub fn compose(map: &LocalMap, variables: &Variables) -> Result<ComposedMap, Exp
     let smooth = Composition::of(map, start, |state, _, _| state)?;
     match map.stages.as_slice() {
         [Stage::Contact(contact), legs @ ..] if map.passages() == 1 => {
-            after_contact(contact, legs, variables, weight, smooth)
+            after_contact(contact, legs, variables, (weight, map.orders), smooth)
         }
         _ => of_any(map, variables, weight, smooth),
     }
@@ -41,20 +43,17 @@ fn after_contact(
     contact: &Contact,
     legs: &[Stage],
     variables: &Variables,
-    weight: u32,
+    (weight, orders): (u32, MapOrders),
     smooth: Composition,
 ) -> Result<ComposedMap, ExpansionError> {
     let chart = DepthChart::new(&contact.depth, variables, weight)?;
-    let y = Jet::variable(&chart.space, 0, 0.0);
-    let linear = chart.raise(&contact.linear);
-    let quadratic = chart.raise(&contact.quadratic);
     let before = chart.variables();
-    let moved = before.iter().zip(linear.iter().zip(&quadratic));
-    let moved = moved.map(|(value, (linear, quadratic))| {
-        value + &(&y * &(linear + &(&y * quadratic)))
-    });
-    let mut after: Vec<_> = moved.collect();
-    after.extend_from_slice(&before[variables.coordinates..]);
+    let mut after = before.clone();
+    let corrections = corrections(contact, &chart, orders.contact_weight);
+    after
+        .iter_mut()
+        .zip(&corrections)
+        .for_each(|(value, correction)| *value += correction);
     let fly_all = |state: Vec<Jet<f64>>| {
         legs.iter().fold(state, |state, stage| match stage {
             Stage::Leg(leg) => fly(leg, &state),
@@ -63,24 +62,41 @@ fn after_contact(
     };
     let pairs = fly_all(after).into_iter().zip(fly_all(before));
     let image = smooth.image.into_iter().zip(pairs);
+    let spaces = (1..=weight).map(|power| variables.smooth_space(weight - power));
+    let spaces: Vec<_> = spaces.collect::<Result<_, _>>()?;
     let image = image.map(|(smooth, (with, without))| {
         let correction = &with - &without;
-        let powers = 1..=weight.min(255) as u8;
-        let corrections = powers.map(|power| {
-            let space = variables.smooth_space(weight - u32::from(power))?;
-            let coefficient = coefficient_of_depth_power(&correction, power, &space);
-            Ok::<_, ExpansionError>((vec![power], coefficient))
+        let corrections = (1u8..).zip(&spaces).map(|(power, space)| {
+            let coefficient = coefficient_of_depth_power(&correction, power, space);
+            (vec![power], coefficient)
         });
-        let terms = std::iter::once(Ok((vec![0], smooth))).chain(corrections);
-        Ok(DepthPolynomial::of(terms.collect::<Result<Vec<_>, _>>()?))
+        DepthPolynomial::of(std::iter::once((vec![0], smooth)).chain(corrections))
     });
     let depths = smooth.depths.into_iter();
     Ok(ComposedMap {
-        image: image.collect::<Result<_, ExpansionError>>()?,
+        image: image.collect(),
         depths: depths
             .map(|depth| DepthPolynomial::of([(vec![0], depth)]))
             .collect(),
     })
+}
+
+/// What a contact adds to each coordinate, in the variables of a chart and up to a weight: as it was found, or from the canonical form.
+fn corrections(contact: &Contact, chart: &DepthChart<f64>, weight: u32) -> Vec<Jet<f64>> {
+    let found = contact.depth_form.as_ref();
+    if let Some(form) = found.filter(|form| form.replaced == chart.replaced) {
+        let cut = |jet: &Jet<f64>| respace(jet, &chart.space).truncate(weight as usize);
+        return form.corrections.iter().map(cut).collect();
+    }
+    let y = Jet::variable(&chart.space, 0, 0.0);
+    let (linear, quadratic) = (
+        chart.raise(&contact.linear),
+        chart.raise(&contact.quadratic),
+    );
+    let parts = linear.iter().zip(&quadratic);
+    parts
+        .map(|(linear, quadratic)| &y * &(linear + &(&y * quadratic)))
+        .collect()
 }
 
 /// Of any map: in `(y_1 … y_K; coordinates; parameters)`, the depth variables beside the others.

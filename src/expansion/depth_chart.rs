@@ -8,9 +8,7 @@ use std::sync::Arc;
 
 use super::ExpansionError;
 use super::variables::Variables;
-use crate::jet::{
-    Jet, JetSpace, implicit_root, power_series_at, power_series_with_slope_at,
-};
+use crate::jet::{Jet, JetSpace, implicit_root, power_series_at, power_series_with_slope_at};
 use crate::numeric::Real;
 
 /// Slopes of the depth below this share of the largest count as none.
@@ -21,7 +19,8 @@ const NO_SLOPE: f64 = 1e-9;
 pub(super) struct DepthChart<S: Real> {
     /// Space of `(y; coordinates; parameters)`, without a monomial in the replaced coordinate.
     pub(super) space: Arc<JetSpace>,
-    replaced: usize,
+    /// The coordinate.
+    pub(super) replaced: usize,
     /// The replaced coordinate.
     coordinate: Jet<S>,
 }

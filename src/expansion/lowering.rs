@@ -31,6 +31,7 @@ impl MapKernel {
                     depth,
                     linear,
                     quadratic,
+                    ..
                 }) => {
                     let depth = HornerPlan::of_jet(depth).lower(&mut builder, &point);
                     depths.push(depth);
@@ -166,14 +167,14 @@ fn lower_depths(
     };
     let power_of = |term: &DepthTerm| term.powers[earlier.len()];
     let highest = terms.iter().map(|term| power_of(term)).max().unwrap_or(0);
-    let mut coefficient = |power: u8| {
+    let coefficient = |builder: &mut KernelBuilder, power: u8| {
         let with_power = terms.iter().filter(|term| power_of(term) == power);
         let terms: Vec<_> = with_power.copied().collect();
         lower_depths(builder, &terms, earlier, point)
     };
-    let mut sum = coefficient(highest);
+    let mut sum = coefficient(builder, highest);
     for power in (0..highest).rev() {
-        let next = coefficient(power);
+        let next = coefficient(builder, power);
         sum = builder.multiply_add(y, sum, next);
     }
     sum

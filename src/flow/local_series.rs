@@ -122,6 +122,22 @@ mod tests {
     }
 
     #[test]
+    fn coefficients_kept_to_a_degree_are_those_of_the_whole_series_up_to_it() {
+        let space = JetSpace::new(&[1, 2], 6).unwrap();
+        let state = [Jet::variable(&space, 0, 0.7), Jet::variable(&space, 1, 0.4)];
+        let whole = local_series(&samples::pendulum(), &state, &[], 6);
+        let kept = |power: usize| 6 - power;
+        let degrees = (0..=6).map(kept).collect();
+        let series = local_series_kept_to(&samples::pendulum(), &state, &[], degrees);
+        for component in 0..2 {
+            for power in 0..=6 {
+                let expected = whole.state(component)[power].truncate(kept(power));
+                assert_eq!(series.state(component)[power], expected, "{power}");
+            }
+        }
+    }
+
+    #[test]
     fn watched_energy_of_the_pendulum_is_constant_as_a_jet() {
         let space = JetSpace::uniform(2, 4).unwrap();
         let state = [Jet::variable(&space, 0, 0.7), Jet::variable(&space, 1, 0.4)];

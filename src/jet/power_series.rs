@@ -167,6 +167,9 @@ mod tests {
         let space = JetSpace::uniform(2, 3).unwrap();
         let coefficients = [1, 2, 3].map(|seed| jet(&space, seed, 0));
         let (value, slope) = power_series_with_slope_at(&coefficients, &Jet::zero(&space));
-        assert_eq!([value, slope], [coefficients[0].clone(), coefficients[1].clone()]);
+        assert_eq!(
+            [value, slope],
+            [coefficients[0].clone(), coefficients[1].clone()]
+        );
     }
 }

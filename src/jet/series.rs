@@ -81,7 +81,8 @@ impl<S: Scalar> Graded<S> for JetSeries {
 
     fn multiply_by_head(&self, degree: usize, a: &[S], part: &[S], out: &mut [S]) {
         let head = &a[Graded::<S>::part(self, 0)];
-        self.space.multiply_add_to(head, part, self.kept[degree], out);
+        self.space
+            .multiply_add_to(head, part, self.kept[degree], out);
     }
 
     fn divide_by_head(&self, b: &[S], part: &mut [S]) {

@@ -261,3 +261,30 @@ impl<S: Scalar> Walk<'_, S> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn variables_of_the_inner_space_multiply_as_any_jet_does() {
+        let outer_space = JetSpace::uniform(3, 4).unwrap();
+        let whole = |m: usize| ((m * 7) % 11) as f64 - 5.0;
+        let coefficients = (0..outer_space.len()).map(whole).collect();
+        let outer = Jet::from_coefficients(&outer_space, coefficients);
+        let space = JetSpace::new(&[1, 2], 5).unwrap();
+        let [y, x] = [0, 1].map(|variable| Jet::variable(&space, variable, 0.0));
+        let inner = [&y + &(&y * &x).scale(3.0), x, y];
+        let expected = outer
+            .terms()
+            .fold(Jet::zero(&space), |sum, (powers, value)| {
+                let factors = inner.iter().zip(powers);
+                let product = factors
+                    .fold(Jet::constant(&space, value), |product, (jet, &power)| {
+                        (0..power).fold(product, |product, _| &product * jet)
+                    });
+                &sum + &product
+            });
+        assert_eq!(substitute(&outer, &inner), expected);
+    }
+}

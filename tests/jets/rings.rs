@@ -74,10 +74,7 @@ const SINE: [&str; 7] = [
 fn start<S: Scalar>(time_order: usize, value: f64) -> (JetSeries, Jet<S>) {
     let space = JetSpace::uniform(1, 6).expect("a small space");
     let x = Jet::variable(&space, 0, S::from_f64(value));
-    (
-        JetSeries::new(&space, time_order),
-        x,
-    )
+    (JetSeries::new(&space, time_order), x)
 }
 
 fn check_logistic<S: Scalar>(time_order: usize) {
