@@ -5,6 +5,8 @@
 //! the share of the tolerance. Nothing is dropped before a contact (the root amplifies without bound), from
 //! a depth, or where the window is unbounded.
 
+use std::collections::BTreeMap;
+
 use crate::expansion::{ComposedMap, Contact, DepthPolynomial, Leg, LocalMap, Stage};
 use crate::jet::Jet;
 
@@ -94,16 +96,29 @@ pub fn prune_composed(
     };
     let bounds = [map.window.state.as_slice(), &map.window.parameter].concat();
     for polynomial in &mut pruned.image {
-        let parts = polynomial.terms.iter_mut().map(|term| {
+        let mut classes: BTreeMap<Vec<u8>, Vec<(&mut Jet<f64>, f64)>> = BTreeMap::new();
+        for term in &mut polynomial.terms {
             let degree: i32 = term.powers.iter().map(|&power| i32::from(power)).sum();
             let factor = map.window.depth.sqrt().powi(degree);
-            (&mut term.coefficient, factor)
+            let class = term.powers.iter().map(|&power| folded(power)).collect();
+            let parts = classes.entry(class).or_default();
+            parts.push((&mut term.coefficient, factor));
+        }
+        let budget = SHARE * tolerance / classes.len() as f64;
+        let lost = classes.values_mut().fold(0.0, |lost, parts| {
+            lost + drop_smallest(parts, &bounds, budget, &mut report)
         });
-        let mut parts: Vec<_> = parts.collect();
-        let lost = drop_smallest(&mut parts, &bounds, SHARE * tolerance, &mut report);
         report.bound = report.bound.max(lost);
     }
     (pruned, report)
+}
+
+/// The power of a depth variable that is left once its square is the depth, but for the first: what shares a budget.
+fn folded(power: u8) -> u8 {
+    match power {
+        0 => 0,
+        _ => 2 - power % 2,
+    }
 }
 
 /// Drops from both polynomials of a contact; the largest contribution lost.
