@@ -137,6 +137,23 @@ fn contacts_are_flown_where_no_series_serves_and_the_shape_is_left_open() {
 }
 
 #[test]
+fn where_the_highest_orders_of_a_first_search_do_not_serve_higher_ones_are_expanded() {
+    // Terms of the contact fall by a factor of 1.5 a weight on this window: weight 20 leaves out 4e-12.
+    let choice = assert_holds("cantilever_2_5", 1e-12);
+    assert!(choice.contact_weight > 20, "{choice:?}");
+    assert_eq!(choice.shape, Shape::Composed);
+}
+
+#[test]
+fn a_composed_map_keeps_its_digits_where_a_parameter_moves_the_stop_by_ten_depths() {
+    // Q reaches over ten times the window's depth: (Q − q)^k in powers of q and Q loses thirteen digits by k = 10.
+    let scene = scene("cantilever_4_5");
+    let orbit = orbit(&scene);
+    let choice = choose_orders(&scene, &orbit, 1e-12).expect("a choice");
+    assert!(choice.met && choice.shape == Shape::Composed, "{choice:?}");
+}
+
+#[test]
 fn a_tolerance_out_of_reach_is_said_to_be_and_how_close_maps_came() {
     let scene = scene("linear");
     let options = ChoiceOptions {

@@ -218,6 +218,7 @@ fn stage_of<S: Real>(stage: &Stage) -> StageOf<S> {
             depth: contact.depth.map_scalars(S::from_f64),
             linear: convert(&contact.linear),
             quadratic: convert(&contact.quadratic),
+            depth_form: None,
         }),
     }
 }

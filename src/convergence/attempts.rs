@@ -26,8 +26,11 @@ const FEW: usize = 8;
 /// So many of them, and of economised maps, from the least forecast.
 const LIKELIEST: usize = 24;
 
-/// Most terms of a map whose composed form is tried: beyond, composing takes seconds and many are tried.
-const COMPOSED_TERMS: usize = 5000;
+/// Most products of coefficients of a composition that is tried where a map serves already: some tenths of a second, and thirty are.
+const COMPOSED_PRODUCTS: u128 = 100_000_000;
+
+/// The same where none does.
+const LAST_PRODUCTS: u128 = 1_000_000_000;
 
 /// The maps of one expansion that may be the answer: Taylor maps, factored and composed, then economised ones that are cheaper
 /// than the cheapest of them.
@@ -59,8 +62,12 @@ pub(super) fn try_level(
             )
         })?;
     }
-    let small =
-        |candidate: &&Candidate| shape == Shape::Composed || candidate.cost.1 <= COMPOSED_TERMS;
+    let most_products = match trial.found() {
+        _ if shape == Shape::Composed => u128::MAX,
+        Some(_) => COMPOSED_PRODUCTS,
+        None => LAST_PRODUCTS,
+    };
+    let small = |candidate: &&Candidate| level.products(candidate) <= most_products;
     if shape != Shape::Factored {
         let mut judge = |candidate: &Candidate| {
             bench.judge(

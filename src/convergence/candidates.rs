@@ -30,6 +30,11 @@ pub(super) struct Candidate {
 }
 
 impl Candidate {
+    /// The weights of (coordinates; parameters), those of the coordinates given.
+    pub(super) fn weights_of(&self, coordinates: &[u32]) -> Vec<u32> {
+        [coordinates, &self.parameters].concat()
+    }
+
     /// Its map, out of the family it was found in.
     pub(super) fn map(&self, family: &MapFamily<'_>) -> Result<LocalMap, ConvergenceError> {
         Ok(family.weighted_map(self.orders, &self.parameters)?)

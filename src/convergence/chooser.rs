@@ -55,7 +55,10 @@ pub struct Chooser<'a> {
     scene: &'a Scene,
     orbit: &'a GrazingOrbit,
     bench: Bench<'a>,
+    /// Highest orders of the first search.
     limit: MapOrders,
+    /// Highest orders where these do not serve.
+    deepest: MapOrders,
     levels: Vec<Level<'a>>,
     /// Whether contacts are flown where no series serves.
     flies: bool,
@@ -76,11 +79,13 @@ impl<'a> Chooser<'a> {
         let family = MapFamily::new(scene, orbit, PROBE)?;
         let bench = Bench::new(scene, orbit, &family.map(PROBE)?, fresh)?;
         let probe = Level::new(family, bench.forecast_points())?;
+        let [limit, deepest] = highest_orders(probe.family.expander().variables());
         Ok(Self {
             scene,
             orbit,
             bench,
-            limit: highest_orders(probe.family.expander().variables().len()),
+            limit,
+            deepest,
             levels: vec![probe],
             flies: true,
         })
@@ -92,6 +97,7 @@ impl<'a> Chooser<'a> {
             smooth_order: self.limit.smooth_order.min(orders.smooth_order),
             contact_weight: self.limit.contact_weight.min(orders.contact_weight),
         };
+        self.deepest = self.limit;
         self.flies = false;
         self
     }
@@ -131,6 +137,9 @@ impl<'a> Chooser<'a> {
         };
         if flown {
             self.choose_flown(&mut trial)?;
+        }
+        if limit == Some(Limit::Orders) && trial.found().is_none() {
+            limit = self.choose_deeper(&mut trial)?;
         }
         let mut choice = trial.best().ok_or(ConvergenceError::NoTruth { tried: 0 })?;
         choice.predicted = self.rule().orders(tolerance);
@@ -181,6 +190,43 @@ impl<'a> Chooser<'a> {
             }
             highest = next;
         }
+    }
+
+    /// Expansions beyond the limit of the first search, from the highest one made on, until a map meets the tolerance; why none does.
+    ///
+    /// The error of the most accurate map is taken to fall as the terms of the contacts do.
+    fn choose_deeper(&mut self, trial: &mut Trial) -> Result<Option<Limit>, ConvergenceError> {
+        let reachable = trial.tolerance.max(self.bench.rounding());
+        let weight = |level: &&Level<'_>| level.family.highest().contact_weight;
+        let Some(top) = self.levels.iter().max_by_key(weight) else {
+            return Ok(Some(Limit::Orders));
+        };
+        let (mut here, mut contacts) = (top.family.highest(), top.rule.contacts.clone());
+        let mut error = trial.nearest_error();
+        while here.contact_weight < self.deepest.contact_weight {
+            let steps = (error / reachable).ln() / -contacts.ratio.ln();
+            let further = (steps.ceil() as u32).max(STEP.contact_weight);
+            here.contact_weight = (here.contact_weight + further).min(self.deepest.contact_weight);
+            let Ok(at) = self.level(here) else {
+                return Ok(Some(Limit::Orders));
+            };
+            let level = &self.levels[at];
+            try_level(&mut self.bench, level, trial)?;
+            if trial.found().is_some() {
+                return Ok(None);
+            }
+            let last = std::mem::replace(&mut error, trial.nearest_error());
+            if error > FALLS * last {
+                let rounded = error <= ROUNDINGS * self.bench.rounding();
+                return Ok(Some(if rounded {
+                    Limit::Rounding
+                } else {
+                    Limit::Orders
+                }));
+            }
+            contacts = level.rule.contacts.clone();
+        }
+        Ok(Some(Limit::Orders))
     }
 
     /// The orders of the next expansion: one step towards those that this one predicts, or of both factors where it predicts

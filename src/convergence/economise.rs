@@ -122,6 +122,7 @@ impl Economiser {
                     Stage::Contact(exact),
                     StageFit::Contact(depth, correction),
                 ) => {
+                    contact.depth_form = None;
                     depth.apply(&mut [&mut contact.depth], &[&exact.depth]);
                     let parts = contact.linear.iter_mut().zip(&mut contact.quadratic);
                     let exact = exact.linear.iter().zip(&exact.quadratic);

@@ -216,6 +216,8 @@ pub(super) fn cut_contact<S: Real>(
         depth: cut(&contact.depth, &depth_space),
         linear: cut_all(&contact.linear, &linear_space),
         quadratic,
+        // Composition cuts it.
+        depth_form: contact.depth_form.clone(),
     })
 }
 

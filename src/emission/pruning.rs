@@ -5,6 +5,8 @@
 //! the share of the tolerance. Nothing is dropped before a contact (the root amplifies without bound), from
 //! a depth, or where the window is unbounded.
 
+use std::collections::BTreeMap;
+
 use crate::expansion::{ComposedMap, Contact, DepthPolynomial, Leg, LocalMap, Stage};
 use crate::jet::Jet;
 
@@ -37,7 +39,12 @@ pub fn prune(map: &LocalMap, tolerance: f64) -> (LocalMap, PruneReport) {
         match stage {
             Stage::Leg(Leg { image }) => {
                 for jet in image {
-                    lost = lost.max(drop_terms(jet, bounds, 1.0, budget, &mut report));
+                    lost = lost.max(drop_smallest(
+                        &mut [(jet, 1.0)],
+                        bounds,
+                        budget,
+                        &mut report,
+                    ));
                 }
             }
             Stage::Flown(flown) => {
@@ -47,7 +54,9 @@ pub fn prune(map: &LocalMap, tolerance: f64) -> (LocalMap, PruneReport) {
                 depth,
                 linear,
                 quadratic,
+                depth_form,
             }) => {
+                *depth_form = None;
                 report.kept += depth.nonzero();
                 lost = drop_contact(
                     linear,
@@ -87,16 +96,29 @@ pub fn prune_composed(
     };
     let bounds = [map.window.state.as_slice(), &map.window.parameter].concat();
     for polynomial in &mut pruned.image {
-        let budget = SHARE * tolerance / polynomial.terms.len() as f64;
-        let mut lost = 0.0;
+        let mut classes: BTreeMap<Vec<u8>, Vec<(&mut Jet<f64>, f64)>> = BTreeMap::new();
         for term in &mut polynomial.terms {
             let degree: i32 = term.powers.iter().map(|&power| i32::from(power)).sum();
             let factor = map.window.depth.sqrt().powi(degree);
-            lost += drop_terms(&mut term.coefficient, &bounds, factor, budget, &mut report);
+            let class = term.powers.iter().map(|&power| folded(power)).collect();
+            let parts = classes.entry(class).or_default();
+            parts.push((&mut term.coefficient, factor));
         }
+        let budget = SHARE * tolerance / classes.len() as f64;
+        let lost = classes.values_mut().fold(0.0, |lost, parts| {
+            lost + drop_smallest(parts, &bounds, budget, &mut report)
+        });
         report.bound = report.bound.max(lost);
     }
     (pruned, report)
+}
+
+/// The power of a depth variable that is left once its square is the depth, but for the first: what shares a budget.
+fn folded(power: u8) -> u8 {
+    match power {
+        0 => 0,
+        _ => 2 - power % 2,
+    }
 }
 
 /// Drops from both polynomials of a contact; the largest contribution lost.
@@ -110,41 +132,39 @@ fn drop_contact(
 ) -> f64 {
     let mut lost = 0.0f64;
     for (linear, quadratic) in linear.iter_mut().zip(quadratic) {
-        let first = drop_terms(linear, bounds, depth.sqrt(), budget, report);
-        let second = drop_terms(quadratic, bounds, depth, budget, report);
+        let first = drop_smallest(&mut [(linear, depth.sqrt())], bounds, budget, report);
+        let second = drop_smallest(&mut [(quadratic, depth)], bounds, budget, report);
         lost = lost.max(first + second);
     }
     lost
 }
 
-/// Drops the smallest terms while their sum, times `factor`, stays within the budget; the sum.
-fn drop_terms(
-    jet: &mut Jet<f64>,
+/// Of polynomials, each with what it is multiplied by, drops the smallest terms while their sum stays within the budget; the sum.
+fn drop_smallest(
+    parts: &mut [(&mut Jet<f64>, f64)],
     bounds: &[f64],
-    factor: f64,
     budget: f64,
     report: &mut PruneReport,
 ) -> f64 {
-    let mut contributions: Vec<(f64, usize)> = Vec::new();
-    for (number, (exponents, coefficient)) in jet.terms().enumerate() {
-        if coefficient != 0.0 {
-            contributions.push((
-                factor * contribution(exponents, coefficient, bounds),
-                number,
-            ));
-        }
+    let mut contributions: Vec<(f64, usize, usize)> = Vec::new();
+    for (part, (jet, factor)) in parts.iter().enumerate() {
+        let terms = jet.terms().enumerate();
+        let nonzero = terms.filter(|&(_, (_, coefficient))| coefficient != 0.0);
+        contributions.extend(nonzero.map(|(number, (exponents, coefficient))| {
+            let size = factor * contribution(exponents, coefficient, bounds);
+            (size, part, number)
+        }));
     }
     contributions.sort_by(|left, right| left.0.total_cmp(&right.0));
     let mut lost = 0.0;
     let mut dropped = 0;
-    for &(size, number) in &contributions {
-        if lost + size <= budget {
-            lost += size;
-            jet.coefficients_mut()[number] = 0.0;
-            dropped += 1;
-        } else {
+    for &(size, part, number) in &contributions {
+        if lost + size > budget {
             break;
         }
+        lost += size;
+        parts[part].0.coefficients_mut()[number] = 0.0;
+        dropped += 1;
     }
     report.dropped += dropped;
     report.kept += contributions.len() - dropped;

@@ -6,33 +6,22 @@
 use std::sync::Arc;
 
 use super::ExpansionError;
-use super::contact_law::ContactLaw;
 use super::depth_chart::DepthChart;
 use super::passage::Passage;
 use super::section_chart::SectionChart;
 use super::variables::{Variables, lift};
-use crate::flow::{Field, LocalSeries, at_series_time, local_series};
-use crate::jet::{Jet, JetSpace, implicit_root};
+use crate::flow::{Field, LocalSeries, at_series_time, local_series_kept_to};
+use crate::jet::{Jet, JetSpace, implicit_root, power_series_with_slope_at};
 use crate::numeric::Real;
 
 /// How `y` stands beside the other variables.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum DepthVariable {
-    /// One more variable; `y² = −h_min` is used at the end.
+    /// One more variable, beside all others: what needs no relation between them.
     Added,
-    /// In the place of a coordinate, which is the jet that makes `−h_min` equal to `y²`.
+    /// In the place of a coordinate, which is the jet that makes `−h_min` equal to `y²`: variables are fewer and independent, so that a
+    /// contact time can be found by dividing by `y`.
     Replacing,
-}
-
-impl DepthVariable {
-    /// What a contact law needs: a contact time is found by dividing by `y`, which needs variables without a
-    /// relation between them.
-    pub(super) fn of(law: &ContactLaw) -> Self {
-        match law {
-            ContactLaw::Rigid { .. } => Self::Added,
-            ContactLaw::Compliant { .. } => Self::Replacing,
-        }
-    }
 }
 
 /// The free flow about its minimum of the gap, as series in the time from the minimum.
@@ -45,6 +34,8 @@ pub(super) struct Approach<S: Real> {
     minimum_time: Jet<S>,
     /// `−h_min`, without `y`.
     pub(super) depth: Jet<S>,
+    /// The coordinate in whose place `y` stands.
+    pub(super) replaced: Option<usize>,
     /// The section point itself, in `space`.
     pub(super) start: Vec<Jet<S>>,
     /// Taylor coefficients, in the time from the minimum, of each state component, in `space`.
@@ -73,11 +64,12 @@ impl<S: Real> Approach<S> {
         let base = variables.smooth_space(weight + 1)?;
         let parameters = passage.parameter_jets(&base, variables.coordinates);
         let start = chart.embed(passage, &base, 0)?;
-        // The gap is divided by the square of the time, so that its power `weight + 1` acts at the weight.
-        let order = weight as usize + 1;
+        let kept = kept_about_minimum(weight, variables.divisor(), base.order());
         let (minimum_time, series) =
-            series_about_minimum(&passage.field, &start, &parameters, order)?;
-        let depth = -&series.watched(0)[0];
+            series_about_minimum(&passage.field, &start, &parameters, kept)?;
+        // The depth vanishes on the grazing orbit: its constant term is rounding.
+        let mut depth = -&series.watched(0)[0];
+        depth.coefficients_mut()[0] = S::zero();
         let (space, chart) = match kind {
             DepthVariable::Added => (variables.contact_space(weight)?, None),
             DepthVariable::Replacing => {
@@ -94,6 +86,7 @@ impl<S: Real> Approach<S> {
         Ok(Self {
             first_parameter: 1 + variables.coordinates,
             minimum_time: raise(&[minimum_time]).swap_remove(0),
+            replaced: chart.as_ref().map(|chart| chart.replaced),
             depth,
             start: raise(&start),
             states: (0..passage.dimension())
@@ -135,11 +128,7 @@ impl<S: Real> Approach<S> {
         let root = implicit_root(&start, |sigma| {
             let step = &minus_y * sigma;
             // Q(s) = Σ_{k≥2} H_k s^{k−2} and its derivative, at s = −y σ
-            let (mut q, mut slope) = (Jet::zero(&self.space), Jet::zero(&self.space));
-            for coefficient in self.gap[2..].iter().rev() {
-                slope = &(&slope * &step) + &q;
-                q = &(&q * &step) + coefficient;
-            }
+            let (q, slope) = power_series_with_slope_at(&self.gap[2..], &step);
             let square = sigma * sigma;
             let value = (&q * &square).add_constant(-S::one());
             let derivative =
@@ -150,16 +139,34 @@ impl<S: Real> Approach<S> {
     }
 }
 
-/// Time from a state to its minimum of the gap, and the series of the free flow about that minimum; the gap is the
-/// first function watched.
+/// The degree, in units of the weights' divisor, to which the coefficient of each power of the time from the minimum is needed.
+///
+/// That time is of weight 1, and the gap is divided by its square: its coefficient of power `k` acts from the weight `k − 2` on, the power
+/// `weight + 1` still at the weight.
+fn kept_about_minimum(weight: u32, divisor: u32, order: usize) -> Vec<usize> {
+    let powers = 0..=(weight + 1).max(2);
+    let degree = |power: u32| ((weight + 2).saturating_sub(power) / divisor) as usize;
+    powers.map(|power| degree(power).min(order)).collect()
+}
+
+/// The degree to which the coefficients of a series are needed of which a root of the derivative is sought, and which is summed there.
+pub(super) fn kept_to_minimum(order: usize) -> Vec<usize> {
+    let powers = 0..=(order + 1).max(2);
+    powers
+        .map(|power| (order + 1).saturating_sub(power).min(order))
+        .collect()
+}
+
+/// Time from a state to its minimum of the gap, and the series of the free flow about that minimum, its coefficients to given
+/// degrees; the gap is the first function watched.
 pub(super) fn series_about_minimum<S: Real>(
     field: &Field,
     start: &[Jet<S>],
     parameters: &[Jet<S>],
-    order: usize,
+    kept: Vec<usize>,
 ) -> Result<(Jet<S>, LocalSeries<S>), ExpansionError> {
-    let order = order.max(2);
-    let series = local_series(field, start, parameters, order);
+    let to_minimum = kept_to_minimum(start[0].space().order());
+    let series = local_series_kept_to(field, start, parameters, to_minimum);
     let normal_acceleration = 2.0 * series.watched(0)[2].head().to_f64();
     if !(normal_acceleration > 0.0 && normal_acceleration.is_finite()) {
         return Err(ExpansionError::DegenerateGraze {
@@ -170,7 +177,8 @@ pub(super) fn series_about_minimum<S: Real>(
     let minimum: Vec<_> = (0..start.len())
         .map(|component| at_series_time(series.state(component), &time))
         .collect();
-    Ok((time, local_series(field, &minimum, parameters, order)))
+    let about = local_series_kept_to(field, &minimum, parameters, kept);
+    Ok((time, about))
 }
 
 /// Solves `h'(t) = Σ k h_k t^{k−1} = 0` for the time as a jet.
@@ -178,13 +186,10 @@ pub(super) fn time_of_minimum<S: Real>(
     gap: &[Jet<S>],
     start: &Jet<S>,
 ) -> Result<Jet<S>, ExpansionError> {
-    let root = implicit_root(start, |time| {
-        let (mut velocity, mut acceleration) = (Jet::zero(time.space()), Jet::zero(time.space()));
-        for (power, coefficient) in gap.iter().enumerate().skip(1).rev() {
-            acceleration = &(&acceleration * time) + &velocity;
-            velocity = &(&velocity * time) + &coefficient.scale(S::from_f64(power as f64));
-        }
-        (velocity, acceleration)
-    })?;
+    let powers = gap.iter().enumerate().skip(1);
+    let velocity: Vec<_> = powers
+        .map(|(power, coefficient)| coefficient.scale(S::from_f64(power as f64)))
+        .collect();
+    let root = implicit_root(start, |time| power_series_with_slope_at(&velocity, time))?;
     Ok(root)
 }

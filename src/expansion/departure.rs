@@ -3,13 +3,13 @@
 use std::sync::Arc;
 
 use super::ExpansionError;
-use super::approach::{Approach, time_of_minimum};
+use super::approach::{Approach, kept_to_minimum, time_of_minimum};
 use super::contact_law::ContactLaw;
 use super::passage::Passage;
 use super::release::ReleaseBalance;
 use super::section_chart::SectionChart;
 use super::variables::Variables;
-use crate::flow::{Field, LocalSeries, Program, at_series_time, evaluate, local_series};
+use crate::flow::{Field, LocalSeries, Program, at_series_time, evaluate, local_series_kept_to};
 use crate::jet::{Jet, JetSpace};
 use crate::numeric::Real;
 
@@ -112,12 +112,8 @@ impl<S: Real> Departure<S> {
 
     fn series(&self, passage: &Passage) -> LocalSeries<S> {
         let parameters = passage.parameter_jets(&self.space, self.first_parameter);
-        local_series(
-            &passage.field,
-            &self.state,
-            &parameters,
-            (self.space.order() + 1).max(2),
-        )
+        let kept = kept_to_minimum(self.space.order());
+        local_series_kept_to(&passage.field, &self.state, &parameters, kept)
     }
 
     fn states_at(&self, series: &LocalSeries<S>, time: &Jet<S>) -> Vec<Jet<S>> {

@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 use super::ExpansionError;
 use super::variables::Variables;
-use crate::jet::{Jet, JetSpace, implicit_root, substitute_all};
+use crate::jet::{Jet, JetSpace, implicit_root, power_series_at, power_series_with_slope_at};
 use crate::numeric::Real;
 
 /// Slopes of the depth below this share of the largest count as none.
@@ -19,7 +19,10 @@ const NO_SLOPE: f64 = 1e-9;
 pub(super) struct DepthChart<S: Real> {
     /// Space of `(y; coordinates; parameters)`, without a monomial in the replaced coordinate.
     pub(super) space: Arc<JetSpace>,
-    inner: Vec<Jet<S>>,
+    /// The coordinate.
+    pub(super) replaced: usize,
+    /// The replaced coordinate.
+    coordinate: Jet<S>,
 }
 
 impl<S: Real> DepthChart<S> {
@@ -35,29 +38,55 @@ impl<S: Real> DepthChart<S> {
         weight: u32,
     ) -> Result<Self, ExpansionError> {
         let replaced = steepest_coordinate(depth, variables)?;
-        let space = &space_without(replaced, variables, weight)?;
-        let mut inner: Vec<_> = (0..variables.len())
-            .map(|variable| Jet::variable(space, 1 + variable, S::zero()))
-            .collect();
-        // The depth vanishes on the grazing orbit: its constant term is rounding.
-        let depth = depth.add_constant(-depth.head());
-        let relation = [depth.derivative(replaced), depth];
-        let y = Jet::variable(space, 0, S::zero());
+        let space = space_without(replaced, variables, weight)?;
+        let powers = powers_of(replaced, depth, &space);
+        let y = Jet::variable(&space, 0, S::zero());
         let square = &y * &y;
-        inner[replaced] = implicit_root(&Jet::zero(space), |coordinate| {
-            inner[replaced] = coordinate.clone();
-            let mut values = substitute_all(&relation, &inner);
-            let depth = values.swap_remove(1);
-            (&depth - &square, values.swap_remove(0))
+        let coordinate = implicit_root(&Jet::zero(&space), |coordinate| {
+            let (depth, slope) = power_series_with_slope_at(&powers, coordinate);
+            (&depth - &square, slope)
         })?;
-        let space = Arc::clone(space);
-        Ok(Self { space, inner })
+        Ok(Self {
+            space,
+            replaced,
+            coordinate,
+        })
     }
 
     /// Jets in (coordinates; parameters) as jets in `(y; c', p)`.
     pub(super) fn raise(&self, jets: &[Jet<S>]) -> Vec<Jet<S>> {
-        substitute_all(jets, &self.inner)
+        let raised = |jet: &Jet<S>| {
+            let powers = powers_of(self.replaced, jet, &self.space);
+            power_series_at(&powers, &self.coordinate)
+        };
+        jets.iter().map(raised).collect()
     }
+
+    /// The variables (coordinates; parameters) themselves.
+    pub(super) fn variables(&self) -> Vec<Jet<S>> {
+        let variable = |number: usize| match number == self.replaced {
+            true => self.coordinate.clone(),
+            false => Jet::variable(&self.space, 1 + number, S::zero()),
+        };
+        (0..self.space.variables() - 1).map(variable).collect()
+    }
+}
+
+/// What multiplies each power of a variable of a jet in (coordinates; parameters), in a space of `(y; coordinates; parameters)`.
+fn powers_of<S: Real>(variable: usize, jet: &Jet<S>, space: &Arc<JetSpace>) -> Vec<Jet<S>> {
+    let mut powers = vec![Jet::zero(space)];
+    let mut others = vec![0; space.variables()];
+    for (exponents, value) in jet.terms().filter(|(_, value)| *value != S::zero()) {
+        others[1..].copy_from_slice(exponents);
+        let power = usize::from(std::mem::take(&mut others[1 + variable]));
+        if powers.len() <= power {
+            powers.resize_with(power + 1, || Jet::zero(space));
+        }
+        if let Some(monomial) = space.monomial(&others) {
+            powers[power].coefficients_mut()[monomial] = value;
+        }
+    }
+    powers
 }
 
 /// The space of `(y; coordinates; parameters)` in which one coordinate is too heavy to have a monomial.

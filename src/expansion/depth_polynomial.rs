@@ -1,18 +1,18 @@
 //! Polynomials in the depth variables of several passages.
 //!
 //! One idea: `y_k² = depth_k(y_1 … y_{k−1}; x, p)` where passage `k` makes contact, so that no power of `y_k` above
-//! the second is needed. A polynomial in all depth variables is then a short list of polynomials in (coordinates;
-//! parameters), one for each choice of a power 0, 1 or 2 of every `y_k`.
+//! the second is needed, or, with one depth variable, no power of one of the coordinates. A polynomial in all depth variables is then a list
+//! of polynomials in (coordinates; parameters), one for each choice of a power of every `y_k`.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use super::ExpansionError;
 use super::variables::Variables;
-use crate::jet::{Jet, JetSpace};
+use crate::jet::{Jet, JetSpace, power_series_at};
 use crate::numeric::{Real, Scalar};
 
-/// A polynomial in `(y_1 … y_K; coordinates; parameters)`, at most quadratic in each `y_k`.
+/// A polynomial in `(y_1 … y_K; coordinates; parameters)`, with several passages at most quadratic in each `y_k`.
 #[derive(Clone, Debug)]
 pub struct DepthPolynomial<S: Scalar = f64> {
     /// Its terms by increasing powers of the depth variables; the first has none of them.
@@ -22,7 +22,7 @@ pub struct DepthPolynomial<S: Scalar = f64> {
 /// The part of a polynomial with given powers of the depth variables.
 #[derive(Clone, Debug)]
 pub struct DepthTerm<S: Scalar = f64> {
-    /// Power of each depth variable, 0 to 2.
+    /// Power of each depth variable.
     pub powers: Vec<u8>,
     /// What they multiply, in (coordinates; parameters).
     pub coefficient: Jet<S>,
@@ -44,6 +44,17 @@ impl<S: Real> DepthPolynomial<S> {
 }
 
 impl DepthPolynomial {
+    /// From coefficients by the powers of the depth variables that they belong to.
+    pub(super) fn of(terms: impl IntoIterator<Item = (Vec<u8>, Jet<f64>)>) -> Self {
+        let terms = terms.into_iter().map(|(powers, coefficient)| DepthTerm {
+            powers,
+            coefficient,
+        });
+        Self {
+            terms: terms.collect(),
+        }
+    }
+
     /// The same polynomial over another scalar.
     pub fn map_scalars<T: Real>(&self, convert: impl Fn(f64) -> T + Copy) -> DepthPolynomial<T> {
         let terms = self.terms.iter().map(|term| DepthTerm {
@@ -108,13 +119,11 @@ impl<'a> DepthSpace<'a> {
     /// `f_0 + y Σ_j f_{1+2j} depth^j + y² Σ_j f_{2+2j} depth^j`, `f_j` being what multiplies `y^j`.
     fn reduced_in(&self, passage: usize, jet: &Jet<f64>, depth: &Jet<f64>) -> Jet<f64> {
         let fold = |first: u8| {
-            let powers: Vec<u8> = (first..=self.weight.min(255) as u8).step_by(2).collect();
-            powers
-                .iter()
-                .rev()
-                .fold(Jet::zero(&self.space), |sum, &power| {
-                    &(&sum * depth) + &self.without_power(jet, passage, power)
-                })
+            let powers = (first..=self.weight.min(255) as u8).step_by(2);
+            let coefficients: Vec<_> = powers
+                .map(|power| self.without_power(jet, passage, power))
+                .collect();
+            power_series_at(&coefficients, depth)
         };
         let y = self.depth_variable(passage);
         let corrections = &fold(1) + &(&y * &fold(2));
@@ -160,12 +169,6 @@ impl<'a> DepthSpace<'a> {
                 coefficient.coefficients_mut()[monomial] = value;
             }
         }
-        let terms = terms.into_iter().map(|(powers, coefficient)| DepthTerm {
-            powers,
-            coefficient,
-        });
-        Ok(DepthPolynomial {
-            terms: terms.collect(),
-        })
+        Ok(DepthPolynomial::of(terms))
     }
 }

@@ -6,12 +6,14 @@
 //! Derivation: docs/mathematics/discontinuity.md and docs/mathematics/contact-laws.md (after Nordmark 1991
 //! and di Bernardo et al. 2008).
 
+use std::sync::Arc;
+
 use super::approach::{Approach, DepthVariable};
 use super::departure::Through;
 use super::passage::Passage;
 use super::section_chart::SectionChart;
 use super::variables::{Variables, coefficient_of_depth_power, fold_depth_powers, respace};
-use super::{Contact, ExpansionError};
+use super::{Contact, DepthForm, ExpansionError};
 use crate::jet::Jet;
 use crate::numeric::Real;
 use crate::orbit::PoincareSectionKind;
@@ -35,7 +37,7 @@ pub fn discontinuity<S: Real>(
 ) -> Result<Contact<S>, ExpansionError> {
     let through = Through::of(passage, chart, variables)?;
     let kept = weight + through.lost_weights();
-    let kind = DepthVariable::of(&passage.law);
+    let kind = DepthVariable::Replacing;
     let approach = Approach::<S>::new(passage, chart, variables, kept, kind)?;
     let image = approach.image(passage, chart, &through)?;
     approach.canonical(passage, chart, variables, weight, &image)
@@ -68,6 +70,7 @@ impl<S: Real> Approach<S> {
         let linear_space = variables.smooth_space(weight.saturating_sub(1))?;
         let quadratic_space = variables.smooth_space(weight.saturating_sub(2))?;
         let (mut linear, mut quadratic) = (Vec::new(), Vec::new());
+        let mut corrections = Vec::new();
         for &component in &chart.section.coordinates {
             let correction = &image[component] - &self.start[component];
             self.check_identity_at_zero_depth(passage, &image[component], &correction)?;
@@ -85,11 +88,19 @@ impl<S: Real> Approach<S> {
                 &self.depth,
                 &quadratic_space,
             ));
+            corrections.push(correction.truncate(weight as usize));
         }
+        let form = |replaced| {
+            Arc::new(DepthForm {
+                replaced,
+                corrections,
+            })
+        };
         Ok(Contact {
             depth: self.depth_to(variables, weight)?,
             linear,
             quadratic,
+            depth_form: self.replaced.map(form),
         })
     }
 

@@ -274,13 +274,10 @@ impl<'a> Expander<'a> {
         weight: u32,
     ) -> Result<Contact<S>, ExpansionError> {
         let graze = &self.grazes[passage];
-        let mut contact =
-            discontinuity::<S>(&graze.passage, &graze.chart, &graze.variables, weight)?;
+        let contact = discontinuity::<S>(&graze.passage, &graze.chart, &graze.variables, weight)?;
         if !contact.is_finite() {
             return Err(ExpansionError::NotFinite { part: "D" });
         }
-        // The depth vanishes on the grazing orbit: its constant term is rounding.
-        contact.depth.coefficients_mut()[0] = S::zero();
         Ok(contact)
     }
 

@@ -31,7 +31,7 @@ pub fn impact_speed(
     variables: &Variables,
     weight: u32,
 ) -> Result<ImpactSpeed, ExpansionError> {
-    let kind = DepthVariable::of(&passage.law);
+    let kind = DepthVariable::Replacing;
     let approach = Approach::<f64>::new(passage, chart, variables, weight, kind)?;
     let y = approach.depth_variable();
     let since_minimum = -&(&y * &approach.entry_time_over_depth(&y)?);

@@ -1,5 +1,7 @@
 //! The local map: polynomials in offsets, stage by stage.
 
+use std::sync::Arc;
+
 use super::{DepthPolynomial, FlownContact};
 use crate::jet::Jet;
 use crate::numeric::{Dd, Real, Scalar};
@@ -148,12 +150,27 @@ pub struct Contact<S: Scalar = f64> {
     pub linear: Vec<Jet<S>>,
     /// Coefficient of `y²`, one polynomial per coordinate.
     pub quadratic: Vec<Jet<S>>,
+    /// The corrections as they were found; `None` where coefficients were moved or dropped since.
+    pub depth_form: Option<Arc<DepthForm<S>>>,
+}
+
+/// The corrections `D(x, p) − x` of a passage in `(y; x', p)`, where `y² = depth` has the place of one of the coordinates.
+///
+/// What [`Contact`] has for each power of the depth is here that power of `y` alone, so that nothing is lost where coordinates and parameters
+/// are larger than what they leave of the depth.
+#[derive(Clone, Debug)]
+pub struct DepthForm<S: Scalar = f64> {
+    /// Number of the coordinate that is replaced.
+    pub replaced: usize,
+    /// One polynomial in (y; coordinates; parameters) per coordinate.
+    pub corrections: Vec<Jet<S>>,
 }
 
 /// The composed form of a map with passages `1 … K`: one polynomial pass in the coordinates, the parameters and
 /// the depth variables `y_k = √max(0, depth_k(y_1 … y_{k−1}; x, p))`.
 ///
-/// With one passage, `P_i = smooth_i(x, p) + y linear_i(x, p) + y² quadratic_i(x, p)`.
+/// With one passage, `P_i = smooth_i(x, p) + y linear_i(x, p) + y² quadratic_i(x, p)`; where the passage is what a return begins
+/// with, `P_i = smooth_i(x, p) + Σ_k y^k P_{i,k}(x', p)`, `x'` without the coordinate along which the depth is steepest.
 #[derive(Clone, Debug)]
 pub struct ComposedMap<S: Scalar = f64> {
     /// `−h_min` of each passage seen from the section, which depends on the passages before it.
@@ -188,6 +205,12 @@ impl<S: Real> Contact<S> {
             depth: self.depth.to_f64(),
             linear: round(&self.linear),
             quadratic: round(&self.quadratic),
+            depth_form: self.depth_form.as_ref().map(|form| {
+                Arc::new(DepthForm {
+                    replaced: form.replaced,
+                    corrections: round(&form.corrections),
+                })
+            }),
         }
     }
 }

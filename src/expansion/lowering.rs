@@ -31,6 +31,7 @@ impl MapKernel {
                     depth,
                     linear,
                     quadratic,
+                    ..
                 }) => {
                     let depth = HornerPlan::of_jet(depth).lower(&mut builder, &point);
                     depths.push(depth);
@@ -46,7 +47,7 @@ impl MapKernel {
         Self::new(map, builder, state, depths)
     }
 
-    /// One polynomial pass: with one passage, `P_smooth + y B̂ + y² Ĉ`.
+    /// One polynomial pass: with one passage, `P_smooth + y B̂ + y² Ĉ` or `P_smooth + Σ_k y^k P_k`.
     pub fn composed(map: &LocalMap, composed: &ComposedMap) -> Self {
         let (mut builder, state, parameters) = start(map);
         let point = [state, parameters].concat();
@@ -164,13 +165,19 @@ fn lower_depths(
             None => builder.constant(0.0),
         };
     };
-    let [base, linear, quadratic] = [0, 1, 2].map(|power| {
-        let with_power = |term: &&&DepthTerm| term.powers[earlier.len()] == power;
-        let terms: Vec<_> = terms.iter().filter(with_power).copied().collect();
+    let power_of = |term: &DepthTerm| term.powers[earlier.len()];
+    let highest = terms.iter().map(|term| power_of(term)).max().unwrap_or(0);
+    let coefficient = |builder: &mut KernelBuilder, power: u8| {
+        let with_power = terms.iter().filter(|term| power_of(term) == power);
+        let terms: Vec<_> = with_power.copied().collect();
         lower_depths(builder, &terms, earlier, point)
-    });
-    let slope = builder.multiply_add(y, quadratic, linear);
-    builder.multiply_add(y, slope, base)
+    };
+    let mut sum = coefficient(builder, highest);
+    for power in (0..highest).rev() {
+        let next = coefficient(builder, power);
+        sum = builder.multiply_add(y, sum, next);
+    }
+    sum
 }
 
 /// `base + y linear + y² quadratic` with `y = √max(0, depth)`.

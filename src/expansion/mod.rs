@@ -43,8 +43,8 @@ pub use flown::{
 pub use impact_speed::{ImpactSpeed, impact_speed};
 pub use leg::LegExpansion;
 pub use local_map::{
-    ActiveParameter, ComposedMap, Contact, Leg, LocalMap, MapOrders, MapSection, MapWindow,
-    SectionKind, Stage,
+    ActiveParameter, ComposedMap, Contact, DepthForm, Leg, LocalMap, MapOrders, MapSection,
+    MapWindow, SectionKind, Stage,
 };
 pub use lost_digits::LostDigits;
 pub use lowering::MapKernel;

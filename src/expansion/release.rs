@@ -10,8 +10,8 @@ use super::passage::Passage;
 use super::section_chart::SectionChart;
 use super::variables::{Variables, shift_depth_power};
 use super::{ContactLawError, ExpansionError};
-use crate::flow::{Field, LocalSeries, at_series_time, local_series};
-use crate::jet::{Jet, implicit_root};
+use crate::flow::{Field, LocalSeries, at_series_time, local_series, local_series_kept_to};
+use crate::jet::{Jet, implicit_root, power_series_with_slope_at};
 use crate::numeric::polynomial::{evaluate, roots_on_interval};
 use crate::numeric::{Dd, Real, Scalar};
 
@@ -86,6 +86,16 @@ impl ReleaseBalance {
         (self.power * (time_power - self.trivial)) as i32 - self.divided as i32
     }
 
+    /// The degree to which the coefficient of each power of time is needed along the contact, of states and of the release function.
+    fn kept(&self, order: usize) -> Vec<usize> {
+        let powers = 0..=order + self.trivial;
+        let degree = |power: usize| match power.checked_sub(self.trivial) {
+            Some(beyond) => (order + self.divided).saturating_sub(self.power * beyond),
+            None => order,
+        };
+        powers.map(|power| degree(power).min(order)).collect()
+    }
+
     /// From the entry along the contact field to the release: solves, for `κ = t/y^q`,
     ///
     /// ```text
@@ -98,19 +108,14 @@ impl ReleaseBalance {
         parameters: &[Jet<S>],
     ) -> Result<Exit<S>, ExpansionError> {
         let space = entry[0].space();
-        let series = local_series(field, entry, parameters, space.order() + self.trivial);
+        let series = local_series_kept_to(field, entry, parameters, self.kept(space.order()));
         let release = series.watched(0).iter().enumerate().skip(self.trivial);
         let divided: Vec<_> = release
             .map(|(power, jet)| shift_depth_power(jet, self.shift(power)))
             .collect();
         let start = Jet::constant(space, S::from_dd(self.factor));
         let factor = implicit_root(&start, |factor| {
-            let (mut value, mut slope) = (Jet::zero(space), Jet::zero(space));
-            for coefficient in divided.iter().rev() {
-                slope = &(&slope * factor) + &value;
-                value = &(&value * factor) + coefficient;
-            }
-            (value, slope)
+            power_series_with_slope_at(&divided, factor)
         })?;
         let contact_time = shift_depth_power(&factor, self.power as i32);
         let state = (0..entry.len())

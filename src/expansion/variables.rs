@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::ExpansionError;
-use crate::jet::{Jet, JetSpace};
+use crate::jet::{Jet, JetSpace, power_series_at};
 use crate::numeric::Scalar;
 
 /// Weight of a state or parameter deviation where the scene names none; `y` has weight 1.
@@ -40,12 +40,17 @@ impl Variables {
     ///
     /// [`ExpansionError::Jet`] if the space would be too large.
     pub fn smooth_space(&self, weighted_degree: u32) -> Result<Arc<JetSpace>, ExpansionError> {
-        let divisor = self.weights.iter().fold(0, |a, &b| gcd(a, b)).max(1);
+        let divisor = self.divisor();
         let weights: Vec<u32> = self.weights.iter().map(|weight| weight / divisor).collect();
         Ok(JetSpace::new(
             &weights,
             (weighted_degree / divisor) as usize,
         )?)
+    }
+
+    /// The common divisor of the weights: the unit of degrees in a [`smooth_space`](Self::smooth_space).
+    pub(super) fn divisor(&self) -> u32 {
+        self.weights.iter().fold(0, |a, &b| gcd(a, b)).max(1)
     }
 
     /// Monomials in `(y; coordinates; parameters)` up to a weighted degree.
@@ -121,10 +126,11 @@ pub(super) fn fold_depth_powers<S: Scalar>(
     space: &Arc<JetSpace>,
 ) -> Jet<S> {
     let depth = respace(depth, space);
-    let powers: Vec<u8> = (first..=weight.min(255) as u8).step_by(2).collect();
-    powers.iter().rev().fold(Jet::zero(space), |sum, &power| {
-        &(&sum * &depth) + &coefficient_of_depth_power(correction, power, space)
-    })
+    let powers = (first..=weight.min(255) as u8).step_by(2);
+    let coefficients: Vec<_> = powers
+        .map(|power| coefficient_of_depth_power(correction, power, space))
+        .collect();
+    power_series_at(&coefficients, &depth)
 }
 
 /// The jet times `y^power`; for a negative power its terms in lower powers of `y` are dropped.

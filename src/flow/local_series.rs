@@ -2,7 +2,7 @@
 
 use super::Field;
 use super::jet_transport::JetExpansion;
-use crate::jet::Jet;
+use crate::jet::{Jet, JetSeries, power_series_at};
 use crate::numeric::Real;
 
 /// Taylor coefficients in time, as jets, of every state component and watched function.
@@ -47,13 +47,35 @@ pub fn local_series<S: Real>(
     parameters: &[Jet<S>],
     order: usize,
 ) -> LocalSeries<S> {
+    let degree = initial[0].space().order();
+    local_series_kept_to(field, initial, parameters, vec![degree; order + 1])
+}
+
+/// [`local_series`] with the coefficients of each power of time to a degree of its own; beyond it they are 0.
+///
+/// What is to be summed at a time of lowest degree `l` is needed to the order less `l` times the power: a small part of the work.
+///
+/// # Panics
+///
+/// As [`local_series`], if no power is kept, or a degree exceeds that of a lower power.
+pub fn local_series_kept_to<S: Real>(
+    field: &Field,
+    initial: &[Jet<S>],
+    parameters: &[Jet<S>],
+    kept: Vec<usize>,
+) -> LocalSeries<S> {
     let space = initial[0].space();
-    let mut expansion = JetExpansion::new(field, space, order);
+    let powers = 0..kept.len();
+    let algebra = JetSeries::kept_to(space, kept);
+    let mut expansion = JetExpansion::new(field, algebra.clone());
     expansion.expand(initial, parameters);
     let jets = |slot: usize| -> Vec<Jet<S>> {
-        let jet =
-            |power| Jet::from_coefficients(space, expansion.coefficients(slot, power).to_vec());
-        (0..=order).map(jet).collect()
+        let jet = |power| {
+            let coefficients = expansion.coefficients(slot, power).to_vec();
+            let jet = Jet::from_coefficients(space, coefficients);
+            jet.truncate(algebra.kept(power))
+        };
+        powers.clone().map(jet).collect()
     };
     let output = |watched| field.time_program().output(field.dimension() + watched);
     LocalSeries {
@@ -73,12 +95,8 @@ pub fn local_series<S: Real>(
 ///
 /// If `coefficients` is empty, or the jets' spaces differ.
 pub fn at_series_time<S: Real>(coefficients: &[Jet<S>], time: &Jet<S>) -> Jet<S> {
-    let (last, lower) = coefficients
-        .split_last()
-        .expect("a series has its term of power 0");
-    lower.iter().rev().fold(last.clone(), |sum, coefficient| {
-        &(&sum * time) + coefficient
-    })
+    assert!(!coefficients.is_empty(), "a series has its term of power 0");
+    power_series_at(coefficients, time)
 }
 
 #[cfg(test)]
@@ -100,6 +118,22 @@ mod tests {
                 (value - exact).abs() < 1e-14 * exact.abs().max(1.0),
                 "{value} {exact}"
             );
+        }
+    }
+
+    #[test]
+    fn coefficients_kept_to_a_degree_are_those_of_the_whole_series_up_to_it() {
+        let space = JetSpace::new(&[1, 2], 6).unwrap();
+        let state = [Jet::variable(&space, 0, 0.7), Jet::variable(&space, 1, 0.4)];
+        let whole = local_series(&samples::pendulum(), &state, &[], 6);
+        let kept = |power: usize| 6 - power;
+        let degrees = (0..=6).map(kept).collect();
+        let series = local_series_kept_to(&samples::pendulum(), &state, &[], degrees);
+        for component in 0..2 {
+            for power in 0..=6 {
+                let expected = whole.state(component)[power].truncate(kept(power));
+                assert_eq!(series.state(component)[power], expected, "{power}");
+            }
         }
     }
 

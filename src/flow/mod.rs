@@ -28,6 +28,6 @@ pub use field::{Field, bound_but};
 pub use integrator::{Integrator, Step, horner};
 pub use jet_transport::{JetFlow, jet_transport, jet_transport_taylor};
 pub use lane_integrator::{LaneIntegrator, LaneStep};
-pub use local_series::{LocalSeries, at_series_time, local_series};
+pub use local_series::{LocalSeries, at_series_time, local_series, local_series_kept_to};
 pub use program::{InputKind, Program};
 pub use variational::flow_with_jacobian;

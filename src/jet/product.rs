@@ -48,6 +48,23 @@ impl JetSpace {
         });
     }
 
+    /// `out += a b` in the degrees up to one.
+    pub(super) fn multiply_add_to<S: Scalar>(&self, a: &[S], b: &[S], order: usize, out: &mut [S]) {
+        let order = order.min(self.order());
+        Convolution {
+            table: self.table(),
+            runs: self.table().runs(0..order + 1),
+            span: Span::Full,
+            a: Factor::full(a),
+            b: Factor::full(b),
+            finish: Finish::Add,
+            first: 0,
+            out: &mut out[..self.degree_start(order + 1)],
+            selection: None,
+        }
+        .form();
+    }
+
     /// [`Graded::convolve`](super::Graded::convolve) for some runs.
     #[inline]
     pub(crate) fn convolve_part<S: Scalar>(

@@ -4,7 +4,7 @@
 //! a jet is then a plain vector of coefficients.
 
 use std::ops::Range;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use super::JetError;
 use super::monomials::{RankTable, count_monomials, list_monomials, list_parents};
@@ -35,7 +35,7 @@ pub struct JetSpace {
     order: usize,
     exponents: Vec<u8>,
     degree_starts: Vec<usize>,
-    table: ProductTable,
+    table: OnceLock<ProductTable>,
     products: usize,
     ranks: RankTable,
     parents: Vec<(u32, u32)>,
@@ -53,12 +53,6 @@ impl JetSpace {
         let products = Self::check(weights, order)?;
         let (exponents, degree_starts) = list_monomials(weights, order);
         let ranks = RankTable::new(weights, order, &exponents);
-        let table = ProductTable::new(&Monomials {
-            weights,
-            exponents: &exponents,
-            degree_starts: &degree_starts,
-            ranks: &ranks,
-        });
         let parents = list_parents(weights.len(), &exponents, &ranks);
         Ok(Arc::new(Self {
             parents,
@@ -66,7 +60,7 @@ impl JetSpace {
             order,
             exponents,
             degree_starts,
-            table,
+            table: OnceLock::new(),
             products,
             ranks,
         }))
@@ -105,6 +99,16 @@ impl JetSpace {
             count_monomials(weights, order, 1),
             count_monomials(weights, order, 2),
         )
+    }
+
+    /// Number of monomials in variables of these weights up to a weighted degree; nothing is allocated for them.
+    ///
+    /// ```
+    /// use grazemap::jet::JetSpace;
+    /// assert_eq!(JetSpace::count(&[1, 2], 3), 6);
+    /// ```
+    pub fn count(weights: &[u32], order: u32) -> u128 {
+        count_monomials(weights, order as usize, 1)
     }
 
     /// The space with all weights 1: ordinary total degree.
@@ -202,13 +206,20 @@ impl JetSpace {
     /// The pairs `(i, j)` with `monomial_i · monomial_j = monomial`, in the order in which a product of jets
     /// sums them: the first is `(0, monomial)`, the last `(monomial, 0)`.
     pub fn pairs(&self, monomial: usize) -> Vec<(usize, usize)> {
-        self.table.pairs(monomial)
+        self.table().pairs(monomial)
     }
 
-    /// The product table.
+    /// The product table, made for the first product: polynomials that are evaluated alone need none.
     #[inline(always)]
     pub(super) fn table(&self) -> &ProductTable {
-        &self.table
+        self.table.get_or_init(|| {
+            ProductTable::new(&Monomials {
+                weights: &self.weights,
+                exponents: &self.exponents,
+                degree_starts: &self.degree_starts,
+                ranks: &self.ranks,
+            })
+        })
     }
 }
 

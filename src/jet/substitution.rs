@@ -2,7 +2,8 @@
 //!
 //! One idea: the monomials of the outer space form a tree (each is its parent times one variable).
 //! A depth-first walk needs one product of inner jets per monomial and one jet of storage per level,
-//! serves every outer jet at once, and prunes branches that truncation or zero coefficients make vanish.
+//! serves every outer jet at once, and prunes branches that truncation or zero coefficients make vanish. An inner jet that is a variable
+//! of its space, as parameters are that a map carries along, multiplies by renumbering monomials.
 
 use super::{Jet, JetSpace};
 use crate::numeric::Scalar;
@@ -67,6 +68,8 @@ struct Walk<'a, S: Scalar> {
     inner: &'a [Jet<S>],
     /// Lowest degree of every inner jet; above the order for the zero jet.
     lowest: Vec<usize>,
+    /// Of every inner jet that is a variable: the number of each monomial times that variable.
+    shifts: Vec<Option<Vec<Option<usize>>>>,
     needed: &'a [bool],
     order: usize,
 }
@@ -124,6 +127,7 @@ impl<S: Scalar> Substitution<S> {
             outer,
             inner,
             lowest,
+            shifts: inner.iter().map(shift).collect(),
             needed: &self.needed,
             order,
         };
@@ -152,6 +156,26 @@ impl<S: Scalar> Substitution<S> {
             self.needed[parent] |= self.needed[monomial];
         }
     }
+}
+
+/// For a jet that is a variable of its space, the number of each monomial times that variable, where the space keeps it.
+fn shift<S: Scalar>(jet: &Jet<S>) -> Option<Vec<Option<usize>>> {
+    let space = jet.space();
+    let mut terms = jet.terms().filter(|(_, value)| *value != S::zero());
+    let (variable, value) = terms.next()?;
+    let degree: u32 = variable.iter().map(|&exponent| u32::from(exponent)).sum();
+    if terms.next().is_some() || degree != 1 || value != S::one() {
+        return None;
+    }
+    let mut product = vec![0u8; space.variables()];
+    let shifted = |monomial: usize| {
+        let factors = space.exponents(monomial).iter().zip(variable);
+        for (exponent, (a, b)) in product.iter_mut().zip(factors) {
+            *exponent = a.checked_add(*b)?;
+        }
+        space.monomial(&product)
+    };
+    Some((0..space.len()).map(shifted).collect())
 }
 
 impl<S: Scalar> Walk<'_, S> {
@@ -200,9 +224,18 @@ impl<S: Scalar> Walk<'_, S> {
         let target = &mut target[0];
         target.resize(self.inner_space.len(), S::zero());
         let factor = self.inner[variable].coefficients();
-        match before.last() {
-            None => target.copy_from_slice(factor),
-            Some(product) => {
+        match (before.last(), &self.shifts[variable]) {
+            (None, _) => target.copy_from_slice(factor),
+            (Some(product), Some(shift)) => {
+                let within = |degree| self.inner_space.degree_start(degree);
+                target[within(low)..within(self.order + 1)].fill(S::zero());
+                for monomial in within(place.low)..within(self.order + 1) {
+                    if let Some(shifted) = shift[monomial] {
+                        target[shifted] = product[monomial];
+                    }
+                }
+            }
+            (Some(product), None) => {
                 let right = (factor, self.lowest[variable]);
                 self.inner_space
                     .multiply_between((product, place.low), right, self.order, target);
@@ -226,5 +259,32 @@ impl<S: Scalar> Walk<'_, S> {
                 }
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn variables_of_the_inner_space_multiply_as_any_jet_does() {
+        let outer_space = JetSpace::uniform(3, 4).unwrap();
+        let whole = |m: usize| ((m * 7) % 11) as f64 - 5.0;
+        let coefficients = (0..outer_space.len()).map(whole).collect();
+        let outer = Jet::from_coefficients(&outer_space, coefficients);
+        let space = JetSpace::new(&[1, 2], 5).unwrap();
+        let [y, x] = [0, 1].map(|variable| Jet::variable(&space, variable, 0.0));
+        let inner = [&y + &(&y * &x).scale(3.0), x, y];
+        let expected = outer
+            .terms()
+            .fold(Jet::zero(&space), |sum, (powers, value)| {
+                let factors = inner.iter().zip(powers);
+                let product = factors
+                    .fold(Jet::constant(&space, value), |product, (jet, &power)| {
+                        (0..power).fold(product, |product, _| &product * jet)
+                    });
+                &sum + &product
+            });
+        assert_eq!(substitute(&outer, &inner), expected);
     }
 }

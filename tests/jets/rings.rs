@@ -40,8 +40,8 @@ fn flow_of_the_square_has_all_coefficients_one() {
 
 /// Jets of a flow after time 1/2, as the sum of its jets in time.
 fn jets_at_half<S: Scalar>(algebra: &JetSeries, series: &[S]) -> Vec<S> {
-    let mut sum = vec![S::zero(); algebra.space.len()];
-    for jet in series.chunks_exact(algebra.space.len()).rev() {
+    let mut sum = vec![S::zero(); algebra.space().len()];
+    for jet in series.chunks_exact(algebra.space().len()).rev() {
         for (value, &term) in sum.iter_mut().zip(jet) {
             *value = *value * S::from_f64(0.5) + term;
         }
@@ -74,13 +74,7 @@ const SINE: [&str; 7] = [
 fn start<S: Scalar>(time_order: usize, value: f64) -> (JetSeries, Jet<S>) {
     let space = JetSpace::uniform(1, 6).expect("a small space");
     let x = Jet::variable(&space, 0, S::from_f64(value));
-    (
-        JetSeries {
-            space,
-            order: time_order,
-        },
-        x,
-    )
+    (JetSeries::new(&space, time_order), x)
 }
 
 fn check_logistic<S: Scalar>(time_order: usize) {
@@ -135,8 +129,8 @@ fn euler<S: Scalar, A: Graded<S>>(algebra: &A, a: &[S]) -> Vec<S> {
 /// An element built degree by degree; `part` sees it and its Euler derivative.
 fn build(algebra: &JetSeries, part: impl Fn(usize, &[f64], &[f64], &mut [f64])) -> Vec<f64> {
     let mut u = vec![0.0; Graded::<f64>::element_len(algebra)];
-    for k in 0..=algebra.order {
-        let mut out = vec![0.0; algebra.space.len()];
+    for k in 0..=Graded::<f64>::order(algebra) {
+        let mut out = vec![0.0; algebra.space().len()];
         part(k, &u, &euler(algebra, &u), &mut out);
         u[Graded::<f64>::part(algebra, k)].copy_from_slice(&out);
     }
@@ -152,9 +146,9 @@ fn along_time(algebra: &JetSeries, jet: &Jet<f64>) -> Vec<f64> {
     for (powers, value) in jet.terms() {
         if let (true, Some(monomial)) = (
             usize::from(powers[0]) <= ORDER,
-            algebra.space.monomial(&powers[1..]),
+            algebra.space().monomial(&powers[1..]),
         ) {
-            element[usize::from(powers[0]) * algebra.space.len() + monomial] = value;
+            element[usize::from(powers[0]) * algebra.space().len() + monomial] = value;
         }
     }
     element
@@ -162,10 +156,7 @@ fn along_time(algebra: &JetSeries, jet: &Jet<f64>) -> Vec<f64> {
 
 #[test]
 fn jets_in_time_are_jets_with_time_as_a_variable() {
-    let algebra = JetSeries {
-        space: JetSpace::uniform(2, ORDER).unwrap(),
-        order: ORDER,
-    };
+    let algebra = JetSeries::new(&JetSpace::uniform(2, ORDER).unwrap(), ORDER);
     let joint = JetSpace::uniform(3, 2 * ORDER).unwrap();
     let [t, x, y] = [0, 1, 2].map(|variable| Jet::variable(&joint, variable, 0.0));
     let a_jet = (&(&(&t * &x) + &x.scale(0.5)) + &(&y * &t.add_constant(0.25))).add_constant(0.6);

@@ -49,6 +49,7 @@ pub(crate) fn map(smooth_order: u32, contact_weight: u32, kind: SectionKind) -> 
         depth,
         linear: three(weight.saturating_sub(1), 0.3),
         quadratic: three(weight.saturating_sub(2), 0.2),
+        depth_form: None,
     };
     let stages = match kind {
         SectionKind::Tangency => vec![Stage::Contact(contact), leg(&mut numbers)],

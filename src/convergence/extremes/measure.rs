@@ -347,6 +347,7 @@ fn rounded_to_single(parts: &Parts<f64>) -> Parts<f64> {
             depth: round(&parts.contact.depth),
             linear: all(&parts.contact.linear),
             quadratic: all(&parts.contact.quadratic),
+            depth_form: None,
         },
     }
 }

@@ -56,9 +56,9 @@ impl<'a> SmoothExpansion<'a> {
         let space = variables.smooth_space(weight + 1)?;
         let parameters = passage.parameter_jets(&space, variables.coordinates);
         let start = chart.embed(passage, &space, 0)?;
-        let order = weight as usize + 1;
+        let kept = vec![space.order(); (weight as usize + 1).max(2) + 1];
         let (minimum_time, series) =
-            series_about_minimum(&affine.field, &start, &parameters, order)?;
+            series_about_minimum(&affine.field, &start, &parameters, kept)?;
         Ok(Self {
             passage,
             affine,

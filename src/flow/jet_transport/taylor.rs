@@ -35,7 +35,8 @@ pub fn jet_transport_taylor<S: Real>(
     if state.is_empty() {
         return Ok(state);
     }
-    let mut expansion = JetExpansion::new(field, state[0].space(), order_for(S::ROUNDOFF));
+    let algebra = JetSeries::new(state[0].space(), order_for(S::ROUNDOFF));
+    let mut expansion = JetExpansion::new(field, algebra);
     for _ in 0..MAX_STEPS {
         if remaining == S::zero() {
             return Ok(state);
@@ -67,20 +68,12 @@ pub(crate) struct JetExpansion<'a, S: Real> {
 }
 
 impl<'a, S: Real> JetExpansion<'a, S> {
-    pub(crate) fn new(
-        field: &'a Field,
-        space: &std::sync::Arc<crate::jet::JetSpace>,
-        order: usize,
-    ) -> Self {
-        let algebra = JetSeries {
-            space: std::sync::Arc::clone(space),
-            order,
-        };
-        let tape = vec![S::zero(); field.time_program().slots() * (order + 1) * space.len()];
+    pub(crate) fn new(field: &'a Field, algebra: JetSeries) -> Self {
+        let len = Graded::<S>::element_len(&algebra);
         Self {
             field,
-            tape,
-            scratch: vec![S::zero(); space.len()],
+            tape: vec![S::zero(); field.time_program().slots() * len],
+            scratch: vec![S::zero(); algebra.space().len()],
             algebra,
         }
     }
@@ -106,7 +99,7 @@ impl<'a, S: Real> JetExpansion<'a, S> {
 
     /// Longest step, at most `limit`, that every part of every component admits.
     fn step_length(&self, limit: f64) -> Result<f64, FlowError> {
-        let order = self.algebra.order;
+        let order = Graded::<S>::order(&self.algebra);
         let mut step = limit;
         for component in 0..self.field.dimension() {
             for power in 0..=order {
@@ -118,7 +111,7 @@ impl<'a, S: Real> JetExpansion<'a, S> {
                     return Err(FlowError::NotFinite { degree: power });
                 }
             }
-            for degree in 0..=self.algebra.space.order() {
+            for degree in 0..=self.algebra.space().order() {
                 step = step.min(component_step(
                     |power| self.magnitude(component, power, degree),
                     order,
@@ -135,7 +128,7 @@ impl<'a, S: Real> JetExpansion<'a, S> {
 
     /// Largest coefficient of a power of time among the monomials of a degree.
     fn magnitude(&self, component: usize, power: usize, degree: usize) -> f64 {
-        let part = &self.coefficients(component, power)[self.algebra.space.degree_range(degree)];
+        let part = &self.coefficients(component, power)[self.algebra.space().degree_range(degree)];
         part.iter()
             .map(|value| value.magnitude())
             .fold(0.0, f64::max)
@@ -144,7 +137,7 @@ impl<'a, S: Real> JetExpansion<'a, S> {
     /// Horner's sum of the series of a component at a time.
     fn sum_at(&self, component: usize, time: S, out: &mut [S]) {
         out.fill(S::zero());
-        for power in (0..=self.algebra.order).rev() {
+        for power in (0..=Graded::<S>::order(&self.algebra)).rev() {
             for (value, &coefficient) in out.iter_mut().zip(self.coefficients(component, power)) {
                 *value = value.mul_add(time, coefficient);
             }
