@@ -1,5 +1,6 @@
 //! Affine fields, recognised from the expression graph, and their exact flow.
 
+mod economy;
 mod expressions;
 mod flow;
 mod form;

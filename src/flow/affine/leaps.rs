@@ -4,24 +4,33 @@
 //! the control points of the gaps alone; the contact, and the state where the flight ends, then come from a short series
 //! about the nearest of a row of nodes. Everything is linear in the start: nothing is formed that is not asked for.
 
+use super::economy::economised;
 use super::flow::{AffineFieldRows, leading_states};
 use super::matrix::{Matrix, control_rows, largest, sum_at, unit};
 use super::rows::{RowTable, padded};
 use crate::numeric::{Real, polynomial};
 
 /// Pieces of a span.
-const PIECES: usize = 4;
-/// Length of a piece in units of the fastest rate: four make a period of a force that is the fastest.
-const REACH: f64 = 1.6;
+const PIECES: usize = 3;
+/// Length of a piece in units of the fastest rate: three make a period of a force that is the fastest.
+const REACH: f64 = 2.1;
 /// Nodes of a piece, one of them its start.
-const NODES: usize = 8;
-/// Terms of the control points below this share of the largest are left out: a quarter of the margin that signs need.
+const NODES: usize = 10;
+/// How far from a node its series are good, in units of the distance of two.
+const NEAR: f64 = 0.6;
+/// What control points leave out, as a share of the largest of them: a quarter of the margin that signs need.
 const SMALL: f64 = 16.0 * f64::EPSILON;
+/// Control points that are formed together.
+const LOOK: usize = 8;
+/// Most control points of a piece.
+const MAX_POINTS: usize = 64;
 
 /// Tables of one affine field over a span.
 #[derive(Clone, Debug)]
 pub struct AffineLeaps<S: Real> {
     spacing: S,
+    /// How far from a node its series are good.
+    reach: S,
     inverse_spacing: f64,
     piece: f64,
     points: usize,
@@ -29,7 +38,7 @@ pub struct AffineLeaps<S: Real> {
     phase_rate: S,
     time_scale: f64,
     /// Per watched function and piece.
-    looks: Vec<Vec<RowTable<f64>>>,
+    looks: Vec<Vec<RowTable<f64, LOOK>>>,
     /// Per watched function the largest control point of each component.
     sizes: Vec<Vec<f64>>,
     /// Per watched function and node.
@@ -48,33 +57,46 @@ impl<S: Real> AffineLeaps<S> {
         if !spacing.is_finite() {
             return None;
         }
-        let piece = |row: &[S]| matrix.series(row.to_vec(), length);
-        let local = |row: Vec<S>| matrix.series(row, spacing);
-        let whole: Option<Vec<_>> = field.watched.iter().map(|row| piece(row)).collect();
-        let near: Option<Vec<_>> = field
-            .watched
-            .iter()
-            .map(|row| local(row.to_vec()))
+        let units = || (0..columns).map(|component| unit(component, columns));
+        let series = |row: Vec<S>, length| matrix.series(row, length);
+        let watched = |length| -> Option<Vec<_>> {
+            let rows = field.watched.iter().map(|row| row.to_vec());
+            rows.map(|row| series(row, length)).collect()
+        };
+        let whole = watched(length)?;
+        let near = watched(NEAR * spacing)?;
+        let states: Option<Vec<_>> = units()
+            .take(matrix.states)
+            .map(|row| series(row, NEAR * spacing))
             .collect();
-        let all: Option<Vec<_>> = (0..columns).map(|i| local(unit(i, columns))).collect();
-        let (whole, near, all) = (whole?, near?, all?);
-        let first: Vec<_> = all
-            .iter()
-            .map(|rows| sum_at(rows, S::from_f64(spacing)))
+        let first: Option<Vec<_>> = units()
+            .map(|row| series(row, spacing))
+            .map(|rows| rows.map(|rows| sum_at(&rows, S::from_f64(spacing))))
             .collect();
-        let nodes = Nodes::new(first);
-        let significant = |rows: &Vec<Vec<S>>| significant(rows, length);
-        let points = padded(whole.iter().map(significant).max()?);
-        let longest = all.iter().chain(&near).map(Vec::len).max()?;
+        let (states, nodes) = (states?, Nodes::new(first?));
+        let longest = states.iter().chain(&near).map(Vec::len).max()?;
         let terms = padded(longest);
-        let control: Vec<_> = whole
+        let pieces: Vec<_> = whole
             .iter()
-            .map(|rows| nodes.control(rows, length, points))
+            .map(|rows| nodes.pieces(rows, length))
             .collect();
-        let table = |rows: &Vec<Vec<f64>>| RowTable::new(rows, columns);
+        let points = pieces.iter().flatten().map(Vec::len).max()?;
+        let points = points.next_multiple_of(LOOK);
+        if points > MAX_POINTS {
+            return None;
+        }
+        let control: Vec<Vec<_>> = pieces
+            .iter()
+            .map(|pieces| {
+                let control = pieces.iter().map(|rows| control_rows(rows, 1.0, points));
+                control.collect()
+            })
+            .collect();
+        let table = |rows: &Vec<Vec<f64>>| RowTable::<f64, LOOK>::new(rows, columns);
         let at_nodes = |rows: &Vec<Vec<S>>| nodes.tables(rows, terms);
         Some(Self {
             spacing: S::from_f64(spacing),
+            reach: S::from_f64(NEAR * spacing),
             inverse_spacing: 1.0 / spacing,
             piece: length,
             points,
@@ -91,7 +113,7 @@ impl<S: Real> AffineLeaps<S> {
                 .collect(),
             watched: near.iter().map(at_nodes).collect(),
             states: leading_states(field.derivatives)
-                .map(|(state, slope)| (state, at_nodes(&all[state]), slope))
+                .map(|(state, slope)| (state, at_nodes(&states[state]), slope))
                 .collect(),
         })
     }
@@ -111,9 +133,9 @@ impl<S: Real> AffineLeaps<S> {
         self.piece
     }
 
-    /// Distance of the nodes: a time is near a node that is not further.
-    pub fn spacing(&self) -> S {
-        self.spacing
+    /// How far from a node its series are good: more than half the distance of two.
+    pub fn reach(&self) -> S {
+        self.reach
     }
 
     /// The time in which the field changes.
@@ -211,12 +233,15 @@ impl<S: Real> Nodes<S> {
         self.matrices.iter().map(table).collect()
     }
 
-    /// Rows of the control points of a row's series on every piece.
-    fn control(&self, rows: &[Vec<S>], length: f64, points: usize) -> Vec<Vec<Vec<f64>>> {
-        let rows = &rows[..rows.len().min(points)];
-        let control = |matrix: &Vec<Vec<S>>| control_rows(&composed(rows, matrix), length, points);
+    /// Coefficients of a row's powers of time on every piece, in units of its length, as few as are needed.
+    fn pieces(&self, rows: &[Vec<S>], length: f64) -> Vec<Vec<Vec<f64>>> {
         let starts = self.matrices.iter().step_by(NODES).take(PIECES);
-        starts.map(control).collect()
+        let scaled: Vec<_> = starts
+            .map(|matrix| scaled(&composed(rows, matrix), length))
+            .collect();
+        let sizes = largest(&scaled.concat());
+        let piece = |rows| economised(rows, &sizes, SMALL);
+        scaled.into_iter().map(piece).collect()
     }
 }
 
@@ -234,19 +259,9 @@ fn composed<S: Real>(rows: &[Vec<S>], matrix: &[Vec<S>]) -> Vec<Vec<S>> {
     rows.iter().map(image).collect()
 }
 
-/// Number of leading rows that hold every term above the small share of the largest of its column.
-fn significant<S: Real>(rows: &[Vec<S>], length: f64) -> usize {
+/// Coefficients of powers in units of a length.
+fn scaled<S: Real>(rows: &[Vec<S>], length: f64) -> Vec<Vec<f64>> {
     let powers = std::iter::successors(Some(1.0), |power| Some(power * length));
-    let scaled: Vec<Vec<f64>> = rows
-        .iter()
-        .zip(powers)
-        .map(|(row, power)| row.iter().map(|value| value.magnitude() * power).collect())
-        .collect();
-    let sizes = largest(&scaled);
-    let matters = |row: &Vec<f64>| {
-        row.iter()
-            .zip(&sizes)
-            .any(|(&term, &size)| term > SMALL * size)
-    };
-    scaled.iter().rposition(matters).map_or(1, |last| last + 1)
+    let row = |(row, power): (&Vec<S>, f64)| row.iter().map(|c| c.to_f64() * power).collect();
+    rows.iter().zip(powers).map(row).collect()
 }

@@ -2,11 +2,14 @@
 
 use super::extended::Extended;
 use super::flight::AffineFlight;
-use super::leap::{Leap, LeapBuffers, Leaper};
+use super::leap::{Asked, Leap, LeapBuffers, Leaper};
+use super::retreat::Retreat;
 use super::{AffineSurface, AffineSystem};
 use crate::flow::{AffineFieldRows, AffineFlow, AffineLeaps, AffineRows, RowTable};
+use crate::hybrid::backward::Back;
 use crate::hybrid::landing::{Closing, Landing};
 use crate::hybrid::motion::Motion;
+use crate::hybrid::passage::Goal;
 use crate::hybrid::sensing::Sense;
 use crate::hybrid::system::Regime;
 use crate::numeric::{Real, widest};
@@ -113,14 +116,76 @@ impl<'a, S: Real> AffineTools<'a, S> {
         ))
     }
 
-    /// Flies freely for a time, at most, with nothing asked for but contacts, and writes the state where that ends;
-    /// `None` where the field has no tables for it.
+    /// Flies freely to the first event, for a time at most, and writes the state where that ends; `None` where the
+    /// field has no tables for it.
+    ///
+    /// `asked` says of each surface what is looked for, and whether the flight stops at its minima; others are put to
+    /// `misses`.
     pub(in crate::hybrid) fn leap(
         &mut self,
         motion: &mut Motion<S>,
         parameters: &[S],
         longest: S,
+        asked: impl Fn(usize) -> (Option<Goal<S>>, bool),
+        misses: &mut Vec<(S, usize, S)>,
     ) -> Option<Leap<S>> {
+        let (leaps, extended, buffers) = self.leaps(motion, parameters)?;
+        motion.last_step = S::from_f64(leaps.time_scale());
+        for surface in 0..motion.leaving.len() {
+            let (goal, stops) = asked(surface);
+            let start = motion.start(surface);
+            buffers.asked[surface] = Asked { goal, start, stops };
+        }
+        misses.clear();
+        let states = extended.states();
+        let leap = widest(Leaper {
+            leaps,
+            extended: &extended.values,
+            buffers,
+            longest,
+            headings: &mut motion.headings,
+            misses,
+            states: &mut motion.state[..states],
+        });
+        if let Some(phase) = motion.state.get_mut(states) {
+            *phase = leaps.phase_rate().mul_add(leap.time, *phase);
+        }
+        Some(leap)
+    }
+
+    /// Takes the state back along the free flow to where the gap was zero, or least; the time that took, `None` where it
+    /// is longer than asked for or not known from one series.
+    pub(in crate::hybrid) fn retreat(
+        &mut self,
+        surface: usize,
+        goal: Back,
+        motion: &mut Motion<S>,
+        parameters: &[S],
+        longest: S,
+    ) -> Option<S> {
+        let (leaps, extended, buffers) = self.leaps(motion, parameters)?;
+        let states = extended.states();
+        let time = widest(Retreat {
+            leaps,
+            extended: &extended.values,
+            buffers,
+            surface,
+            goal,
+            longest,
+            states: &mut motion.state[..states],
+        })?;
+        if let Some(phase) = motion.state.get_mut(states) {
+            *phase -= leaps.phase_rate() * time;
+        }
+        Some(time)
+    }
+
+    /// The tables of leaps, the extended state, and what leaps work on.
+    fn leaps(
+        &mut self,
+        motion: &Motion<S>,
+        parameters: &[S],
+    ) -> Option<(&AffineLeaps<S>, &Extended<S>, &mut LeapBuffers<S>)> {
         self.prepare(parameters);
         let (system, tables) = (self.system, self.tables.as_mut()?);
         let leaps = tables.leaps.get_or_insert_with(|| {
@@ -131,20 +196,7 @@ impl<'a, S: Real> AffineTools<'a, S> {
         });
         let (leaps, buffers) = leaps.as_mut()?;
         self.extended.take(&motion.state, motion.reference_phase);
-        let states = system.expressions.states();
-        let leap = widest(Leaper {
-            leaps,
-            extended: &self.extended.values,
-            buffers,
-            longest,
-            leaving: &motion.leaving,
-            states: &mut motion.state[..states],
-        });
-        if let Some(phase) = motion.state.get_mut(states) {
-            *phase = leaps.phase_rate().mul_add(leap.time(), *phase);
-        }
-        motion.last_step = S::from_f64(leaps.time_scale());
-        Some(leap)
+        Some((leaps, &self.extended, buffers))
     }
 
     /// The normal motion at a surface, along the free flow.
