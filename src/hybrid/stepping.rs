@@ -59,7 +59,7 @@ impl<S: Real> Simulator<'_, S> {
             Some(Stop::Release) => self.settle_on_release(),
             _ => {}
         }
-        self.tidy();
+        self.tidy(stop);
         Ok(stop)
     }
 
@@ -106,15 +106,16 @@ impl<S: Real> Simulator<'_, S> {
             self.settle_on(Landing::Contact { surface });
         }
         if leap.time > S::zero() {
-            self.tidy();
+            self.tidy(stop);
         }
         (leap.end != LeapEnd::Open).then_some(stop)
     }
 
-    /// Updates what is remembered after a step: surfaces left behind, the phase.
-    fn tidy(&mut self) {
+    /// Updates what is remembered after a step: surfaces left behind, but for one that is met, and the phase.
+    fn tidy(&mut self, stop: Option<Stop<S>>) {
         for surface in 0..self.surfaces.len() {
             if let Some(rounding) = self.motion.leaving[surface]
+                && stop != Some(Stop::Contact { surface })
                 && self.sense(surface).gap.abs() > rounding
             {
                 self.motion.leaving[surface] = None;

@@ -41,10 +41,11 @@ pub struct AffineLeaps<S: Real> {
     looks: Vec<Vec<RowTable<f64, LOOK>>>,
     /// Per watched function the largest control point of each component.
     sizes: Vec<Vec<f64>>,
-    /// Per watched function and node.
-    watched: Vec<Vec<RowTable<S>>>,
-    /// The states that are no other state's derivative, per node, and the state that is theirs.
-    states: Vec<(usize, Vec<RowTable<S>>, Option<usize>)>,
+    /// The flow from the start of the span to each node but the first, without the number 1.
+    nodes: Vec<RowTable<S>>,
+    watched: Vec<RowTable<S>>,
+    /// The states that are no other state's derivative, and the state that is theirs.
+    states: Vec<(usize, RowTable<S>, Option<usize>)>,
 }
 
 impl<S: Real> AffineLeaps<S> {
@@ -76,9 +77,10 @@ impl<S: Real> AffineLeaps<S> {
         let (states, nodes) = (states?, Nodes::new(first?));
         let longest = states.iter().chain(&near).map(Vec::len).max()?;
         let terms = padded(longest);
+        let starts = nodes.starts();
         let pieces: Vec<_> = whole
             .iter()
-            .map(|rows| nodes.pieces(rows, length))
+            .map(|rows| economised_on(&starts, rows, length))
             .collect();
         let points = pieces.iter().flatten().map(Vec::len).max()?;
         let points = points.next_multiple_of(LOOK);
@@ -92,8 +94,12 @@ impl<S: Real> AffineLeaps<S> {
                 control.collect()
             })
             .collect();
-        let table = |rows: &Vec<Vec<f64>>| RowTable::<f64, LOOK>::new(rows, columns);
-        let at_nodes = |rows: &Vec<Vec<S>>| nodes.tables(rows, terms);
+        let look = |rows: &Vec<Vec<f64>>| RowTable::<f64, LOOK>::new(rows, columns);
+        let table = |rows: &Vec<Vec<S>>| {
+            let mut rows = rows.clone();
+            rows.resize(terms, vec![S::zero(); columns]);
+            RowTable::new(&rows, columns)
+        };
         Some(Self {
             spacing: S::from_f64(spacing),
             reach: S::from_f64(NEAR * spacing),
@@ -105,15 +111,16 @@ impl<S: Real> AffineLeaps<S> {
             time_scale: 1.0 / rate,
             looks: control
                 .iter()
-                .map(|pieces| pieces.iter().map(table).collect())
+                .map(|pieces| pieces.iter().map(look).collect())
                 .collect(),
             sizes: control
                 .iter()
                 .map(|pieces| largest(&pieces.concat()))
                 .collect(),
-            watched: near.iter().map(at_nodes).collect(),
+            nodes: nodes.tables(columns),
+            watched: near.iter().map(table).collect(),
             states: leading_states(field.derivatives)
-                .map(|(state, slope)| (state, at_nodes(&states[state]), slope))
+                .map(|(state, slope)| (state, table(&states[state]), slope))
                 .collect(),
         })
     }
@@ -179,19 +186,34 @@ impl<S: Real> AffineLeaps<S> {
         (node, self.spacing * S::from_f64(node as f64))
     }
 
-    /// Taylor coefficients of a watched function about a node.
+    /// The extended state at a node; `out` has the padded length.
     #[inline(always)]
-    pub fn watched_series(&self, watched: usize, node: usize, extended: &[S], out: &mut [S]) {
-        self.watched[watched][node].combine(extended, out);
+    pub fn at_node(&self, node: usize, extended: &[S], out: &mut [S]) {
+        match node.checked_sub(1) {
+            Some(table) => {
+                self.nodes[table].combine(extended, out);
+                out[extended.len() - 1] = S::one();
+            }
+            None => out[..extended.len()].copy_from_slice(extended),
+        }
     }
 
-    /// The states at a time of the span; `series` holds one series.
+    /// Length of an extended state at a node, padded.
+    pub fn padded_columns(columns: usize) -> usize {
+        padded(columns)
+    }
+
+    /// Taylor coefficients of a watched function about a node, from the extended state there.
     #[inline(always)]
-    pub fn states_at(&self, time: S, extended: &[S], series: &mut [S], states: &mut [S]) {
-        let (node, start) = self.node(time.to_f64());
-        let time = time - start;
-        for (state, nodes, slope) in &self.states {
-            nodes[node].combine(extended, series);
+    pub fn watched_series(&self, watched: usize, at_node: &[S], out: &mut [S]) {
+        self.watched[watched].combine(at_node, out);
+    }
+
+    /// The states at a time after a node, or before, from the extended state there; `series` holds one series.
+    #[inline(always)]
+    pub fn states_at(&self, time: S, at_node: &[S], series: &mut [S], states: &mut [S]) {
+        for (state, table, slope) in &self.states {
+            table.combine(at_node, series);
             match slope {
                 Some(slope) => {
                     (states[*state], states[*slope]) = polynomial::value_and_slope(series, time);
@@ -222,27 +244,40 @@ impl<S: Real> Nodes<S> {
         Self { matrices }
     }
 
-    /// Series of a row about every node.
-    fn tables(&self, rows: &[Vec<S>], terms: usize) -> Vec<RowTable<S>> {
-        let table = |matrix: &Vec<Vec<S>>| {
-            let columns = matrix.len();
-            let mut rows = composed(rows, matrix);
-            rows.resize(terms, vec![S::zero(); columns]);
-            RowTable::new(&rows, columns)
-        };
-        self.matrices.iter().map(table).collect()
+    /// All rows but that of the number 1, for every node but the first.
+    fn tables(&self, columns: usize) -> Vec<RowTable<S>> {
+        let table = |matrix: &Vec<Vec<S>>| RowTable::new(&matrix[..columns - 1], columns);
+        self.matrices[1..].iter().map(table).collect()
     }
 
-    /// Coefficients of a row's powers of time on every piece, in units of its length, as few as are needed.
-    fn pieces(&self, rows: &[Vec<S>], length: f64) -> Vec<Vec<Vec<f64>>> {
+    /// The flows to the starts of the pieces, in `f64`.
+    fn starts(&self) -> Vec<Vec<Vec<f64>>> {
         let starts = self.matrices.iter().step_by(NODES).take(PIECES);
-        let scaled: Vec<_> = starts
-            .map(|matrix| scaled(&composed(rows, matrix), length))
-            .collect();
-        let sizes = largest(&scaled.concat());
-        let piece = |rows| economised(rows, &sizes, SMALL);
-        scaled.into_iter().map(piece).collect()
+        starts.map(|matrix| rounded(matrix)).collect()
     }
+}
+
+/// Coefficients of a row's powers of time on every piece, in units of its length, as few as are needed.
+fn economised_on<S: Real>(
+    starts: &[Vec<Vec<f64>>],
+    rows: &[Vec<S>],
+    length: f64,
+) -> Vec<Vec<Vec<f64>>> {
+    let mut rows = rounded(rows);
+    let powers = std::iter::successors(Some(1.0), |power| Some(power * length));
+    for (row, power) in rows.iter_mut().zip(powers) {
+        row.iter_mut().for_each(|value| *value *= power);
+    }
+    let pieces: Vec<_> = starts.iter().map(|start| composed(&rows, start)).collect();
+    let sizes = largest(&pieces.concat());
+    let piece = |rows| economised(rows, &sizes, SMALL);
+    pieces.into_iter().map(piece).collect()
+}
+
+/// Rows in `f64`.
+fn rounded<S: Real>(rows: &[Vec<S>]) -> Vec<Vec<f64>> {
+    let row = |row: &Vec<S>| row.iter().map(|value| value.to_f64()).collect();
+    rows.iter().map(row).collect()
 }
 
 /// Rows after a linear map.
@@ -257,11 +292,4 @@ fn composed<S: Real>(rows: &[Vec<S>], matrix: &[Vec<S>]) -> Vec<Vec<S>> {
         image
     };
     rows.iter().map(image).collect()
-}
-
-/// Coefficients of powers in units of a length.
-fn scaled<S: Real>(rows: &[Vec<S>], length: f64) -> Vec<Vec<f64>> {
-    let powers = std::iter::successors(Some(1.0), |power| Some(power * length));
-    let row = |(row, power): (&Vec<S>, f64)| row.iter().map(|c| c.to_f64() * power).collect();
-    rows.iter().zip(powers).map(row).collect()
 }

@@ -4,7 +4,7 @@
 //! exactly one zero or one extremum, which is found there; what they leave open is left to the general search, from the
 //! start of that piece.
 
-use super::newton::GapCourse;
+use super::newton::{GapCourse, NodeVisit};
 use super::polygon::{Polygon, ROUNDING, Shape, Zeros};
 use crate::flow::AffineLeaps;
 use crate::hybrid::passage::{Goal, Heading, Passage, Start};
@@ -54,8 +54,7 @@ impl<S: Real> Asked<S> {
 /// Working memory of leaps.
 #[derive(Clone, Debug)]
 pub(super) struct LeapBuffers<S> {
-    pub(super) series: Vec<S>,
-    pub(super) slopes: Vec<S>,
+    pub(super) visit: NodeVisit<S>,
     pub(super) control: Vec<f64>,
     pub(super) rounded: Vec<f64>,
     /// Per surface the rounding of the control points of its gap.
@@ -69,8 +68,7 @@ pub(super) struct LeapBuffers<S> {
 impl<S: Real> LeapBuffers<S> {
     pub(super) fn new(leaps: &AffineLeaps<S>, columns: usize, surfaces: usize) -> Self {
         Self {
-            series: vec![S::zero(); leaps.terms()],
-            slopes: vec![S::zero(); leaps.terms()],
+            visit: NodeVisit::new(leaps, columns),
             control: vec![0.0; leaps.points()],
             rounded: vec![0.0; columns],
             rounding: vec![0.0; surfaces],
@@ -132,15 +130,10 @@ impl<S: Real> Kernel for Leaper<'_, S> {
         for (surface, rounding) in self.buffers.rounding.iter_mut().enumerate() {
             *rounding = ROUNDING * self.leaps.size(surface, &self.buffers.rounded);
         }
+        self.buffers.visit.forget();
         let leap = self.fly();
-        let Self {
-            leaps,
-            extended,
-            buffers,
-            states,
-            ..
-        } = self;
-        leaps.states_at(leap.time, extended, &mut buffers.series, states);
+        let visit = &mut self.buffers.visit;
+        visit.states_at(leap.time, self.leaps, self.extended, self.states);
         leap
     }
 }
@@ -225,8 +218,7 @@ impl<S: Real> Leaper<'_, S> {
             control,
             rounded,
             rounding,
-            series,
-            slopes,
+            visit,
             ..
         } = &mut *self.buffers;
         self.leaps.look(surface, piece, rounded, control);
@@ -242,8 +234,7 @@ impl<S: Real> Leaper<'_, S> {
                 leaps: self.leaps,
                 extended: self.extended,
                 surface,
-                series,
-                slopes,
+                visit,
             },
             from: self.leaps.piece() * piece as f64,
         };
@@ -258,13 +249,11 @@ impl<S: Real> Leaper<'_, S> {
                 Course::Straight(heading) => heading,
                 Course::Valley(turn) => Heading::falling(time < turn),
                 Course::Hill => {
-                    let LeapBuffers { series, slopes, .. } = &mut *self.buffers;
                     let mut gap = GapCourse {
                         leaps: self.leaps,
                         extended: self.extended,
                         surface,
-                        series,
-                        slopes,
+                        visit: &mut self.buffers.visit,
                     };
                     Heading::falling(gap.slope(time) < S::zero())
                 }
@@ -318,7 +307,7 @@ impl<S: Real> Look<'_, S> {
         let shape = self.polygon.shape(self.start.rose());
         match shape {
             Shape::Unknown => None,
-            Shape::Valley => self.valley(),
+            Shape::Valley { place } => self.valley(place),
             Shape::Rising | Shape::Hill if self.start.fell() => None,
             Shape::Rising => Some(Found::quiet(Heading::Rising)),
             Shape::Hill | Shape::Falling => self.fall(shape),
@@ -353,20 +342,23 @@ impl<S: Real> Look<'_, S> {
 
     /// A gap with one extremum, a minimum: that, or the contact before it.
     #[inline(always)]
-    fn valley(mut self) -> Option<Found<S>> {
-        let turn = self.gap.turn(self.time(self.polygon.turn()))?;
+    fn valley(mut self, place: f64) -> Option<Found<S>> {
+        let turn = self.gap.turn(self.time(place))?;
         let from = S::from_f64(self.from);
-        if self.on_zero
-            || turn.time < from
-            || turn.time > from + S::from_f64(self.gap.leaps.piece())
-        {
+        let end = from + S::from_f64(self.gap.leaps.piece());
+        if turn.time < from || turn.time > end {
             return None;
         }
-        if let Start::Inside { before, within } = self.start
-            && before == Heading::Rising
-            && turn.time - from < within
-        {
-            return Some(Found::quiet(Heading::Rising));
+        match self.start {
+            Start::Inside { before, within }
+                if before == Heading::Rising && turn.time - from < within =>
+            {
+                return Some(Found::quiet(Heading::Rising));
+            }
+            Start::Leaving { rounding } if self.goal != Goal::Minima || turn.gap >= -rounding => {
+                return None;
+            }
+            _ => {}
         }
         let passage = match self.goal {
             Goal::Crossing { .. } if turn.gap < S::zero() => {

@@ -14,13 +14,60 @@ pub(super) struct Turn<S> {
     pub(super) curvature: S,
 }
 
-/// The gap of one surface along a span, and memory for its series.
+/// The motion about the node visited last.
+#[derive(Clone, Debug)]
+pub(super) struct NodeVisit<S> {
+    node: Option<usize>,
+    /// The extended state there, padded.
+    values: Vec<S>,
+    pub(super) series: Vec<S>,
+    slopes: Vec<S>,
+}
+
+impl<S: Real> NodeVisit<S> {
+    pub(super) fn new(leaps: &AffineLeaps<S>, columns: usize) -> Self {
+        Self {
+            node: None,
+            values: vec![S::zero(); AffineLeaps::<S>::padded_columns(columns)],
+            series: vec![S::zero(); leaps.terms()],
+            slopes: vec![S::zero(); leaps.terms()],
+        }
+    }
+
+    /// To be called where a span starts.
+    pub(super) fn forget(&mut self) {
+        self.node = None;
+    }
+
+    #[inline(always)]
+    fn go_to(&mut self, node: usize, leaps: &AffineLeaps<S>, extended: &[S]) {
+        if self.node != Some(node) {
+            leaps.at_node(node, extended, &mut self.values);
+            self.node = Some(node);
+        }
+    }
+
+    /// The states at a time of the span.
+    #[inline(always)]
+    pub(super) fn states_at(
+        &mut self,
+        time: S,
+        leaps: &AffineLeaps<S>,
+        extended: &[S],
+        states: &mut [S],
+    ) {
+        let (node, start) = leaps.node(time.to_f64());
+        self.go_to(node, leaps, extended);
+        leaps.states_at(time - start, &self.values, &mut self.series, states);
+    }
+}
+
+/// The gap of one surface along a span.
 pub(super) struct GapCourse<'t, S: Real> {
     pub(super) leaps: &'t AffineLeaps<S>,
     pub(super) extended: &'t [S],
     pub(super) surface: usize,
-    pub(super) series: &'t mut [S],
-    pub(super) slopes: &'t mut [S],
+    pub(super) visit: &'t mut NodeVisit<S>,
 }
 
 /// Most steps of Newton's method, and most changes of the node.
@@ -48,10 +95,10 @@ impl<S: Real> GapCourse<'_, S> {
     /// search left the node.
     #[inline(always)]
     pub(super) fn fall_about(&mut self, node: usize, guess: S) -> Result<(S, S), S> {
-        let (leaps, reach) = (self.leaps, self.leaps.reach());
-        leaps.watched_series(self.surface, node, self.extended, self.series);
-        let parabola = falling_root(self.series).filter(|time| time.abs() <= reach + reach);
-        newton(self.series, parabola.unwrap_or(guess), reach)
+        let reach = self.leaps.reach();
+        let series = &self.series_about(node).series;
+        let parabola = falling_root(series).filter(|time| time.abs() <= reach + reach);
+        newton(series, parabola.unwrap_or(guess), reach)
     }
 
     /// The extremum near a time.
@@ -79,15 +126,15 @@ impl<S: Real> GapCourse<'_, S> {
     /// The same about one node, its time counted from there.
     #[inline(always)]
     pub(super) fn turn_about(&mut self, node: usize, guess: S) -> Result<Turn<S>, S> {
-        let (leaps, reach) = (self.leaps, self.leaps.reach());
-        leaps.watched_series(self.surface, node, self.extended, self.series);
-        differentiate(self.series, self.slopes);
-        let chord = -self.slopes[0] / self.slopes[1];
+        let reach = self.leaps.reach();
+        let NodeVisit { series, slopes, .. } = self.series_about(node);
+        differentiate(series, slopes);
+        let chord = -slopes[0] / slopes[1];
         let is_near = chord.abs() <= reach + reach;
-        let (time, curvature) = newton(self.slopes, if is_near { chord } else { guess }, reach)?;
+        let (time, curvature) = newton(slopes, if is_near { chord } else { guess }, reach)?;
         Ok(Turn {
             time,
-            gap: polynomial::value(self.series, time),
+            gap: polynomial::value(series, time),
             curvature,
         })
     }
@@ -96,9 +143,15 @@ impl<S: Real> GapCourse<'_, S> {
     #[inline(always)]
     pub(super) fn slope(&mut self, time: S) -> S {
         let (node, start) = self.leaps.node(time.to_f64());
-        let leaps = self.leaps;
-        leaps.watched_series(self.surface, node, self.extended, self.series);
-        polynomial::value_and_slope(self.series, time - start).1
+        polynomial::value_and_slope(&self.series_about(node).series, time - start).1
+    }
+
+    #[inline(always)]
+    fn series_about(&mut self, node: usize) -> &mut NodeVisit<S> {
+        let (leaps, visit) = (self.leaps, &mut *self.visit);
+        visit.go_to(node, leaps, self.extended);
+        leaps.watched_series(self.surface, &visit.values, &mut visit.series);
+        visit
     }
 
     fn is_within(&self, time: S) -> bool {

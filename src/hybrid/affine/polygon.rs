@@ -1,7 +1,7 @@
 //! What control points tell of a polynomial: the signs of its values and of its slope.
 //!
 //! One idea: a polynomial has no more zeros than its control points have changes of sign, no more extrema than they have
-//! turns, and differs from either number by an even one. Signs are bits of a word, so that a pattern of them is a number.
+//! turns, and differs from either number by an even one.
 
 /// Share of the size of its terms within which a control point has no sign.
 pub(super) const ROUNDING: f64 = 64.0 * f64::EPSILON;
@@ -10,7 +10,7 @@ pub(super) const ROUNDING: f64 = 64.0 * f64::EPSILON;
 /// first 1e-7 of the time in which the motion changes.
 const SAME_MINIMUM: f64 = 5e-7;
 
-/// Control points of a polynomial on `[0, 1]`, at most 64, and the size within which they have no sign.
+/// Control points of a polynomial on `[0, 1]`, and the size within which they have no sign.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Polygon<'c> {
     pub(super) points: &'c [f64],
@@ -29,14 +29,17 @@ pub(super) enum Zeros {
 }
 
 /// The extrema.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Shape {
     /// None.
     Rising,
     /// None.
     Falling,
     /// Exactly one, a minimum.
-    Valley,
+    Valley {
+        /// Where, from 0 to 1: a guess.
+        place: f64,
+    },
     /// Exactly one, a maximum.
     Hill,
     /// Not known.
@@ -47,14 +50,13 @@ impl Polygon<'_> {
     /// What the points' signs tell; the first has no say where the polynomial starts on a zero.
     #[inline(always)]
     pub(super) fn zeros(&self, on_zero: bool) -> Zeros {
-        let all = low_bits(self.points.len());
-        let first = u64::from(on_zero);
-        let above = bits(self.points, |&b| b > self.rounding) | first;
-        if above == all {
+        if least(self.points, on_zero) > self.rounding {
             return Zeros::None;
         }
-        let below = bits(self.points, |&b| b < -self.rounding) & !first;
-        match are_low(above) && above > first && above ^ below == all {
+        let points = &self.points[usize::from(on_zero)..];
+        let above = points.iter().take_while(|&&b| b > self.rounding).count();
+        let is_below = |&b: &f64| b < -self.rounding;
+        match above > 0 && points[above..].iter().all(is_below) {
             true => Zeros::OneFall,
             false => Zeros::Unknown,
         }
@@ -63,18 +65,30 @@ impl Polygon<'_> {
     /// What the points' turns tell; `at_minimum` where the polynomial starts at one that is known.
     #[inline(always)]
     pub(super) fn shape(&self, at_minimum: bool) -> Shape {
-        let all = low_bits(self.points.len() - 1);
-        let flat = u64::from(at_minimum && self.starts_flat());
-        let rises = steps(self.points, |a, b| b > a + self.rounding) | flat;
-        let falls = steps(self.points, |a, b| b < a - self.rounding) & !rises;
-        match (rises ^ falls == all, are_low(rises), are_low(falls)) {
-            (false, ..) => Shape::Unknown,
-            (_, _, true) if rises == 0 => Shape::Falling,
-            (_, true, _) if falls == 0 => Shape::Rising,
-            (_, _, true) => Shape::Valley,
-            (_, true, _) => Shape::Hill,
-            _ => Shape::Unknown,
+        let last = self.points.len() - 1;
+        let start = usize::from(at_minimum && self.starts_flat());
+        let falls = self.points[start + 1] < self.points[start];
+        let first = self.run(start, falls);
+        if first == start || (first < last && self.run(first, !falls) < last) {
+            return Shape::Unknown;
         }
+        match (first == last, falls) {
+            (true, true) => Shape::Falling,
+            (true, false) => Shape::Rising,
+            (false, true) => Shape::Valley {
+                place: self.turn(first),
+            },
+            (false, false) => Shape::Hill,
+        }
+    }
+
+    /// The point to which the points fall, or rise, from one on.
+    #[inline(always)]
+    fn run(&self, from: usize, falls: bool) -> usize {
+        let sign = if falls { -1.0 } else { 1.0 };
+        let pairs = self.points[from..].windows(2);
+        let goes_on = |pair: &&[f64]| sign * (pair[1] - pair[0]) > self.rounding;
+        from + pairs.take_while(goes_on).count()
     }
 
     /// Whether the first difference is nothing beside the second.
@@ -83,10 +97,17 @@ impl Polygon<'_> {
         (b - a).abs() <= SAME_MINIMUM * (c - b)
     }
 
+    /// Where the points turn at one of them, from 0 to 1, by the parabola through three.
+    fn turn(&self, place: usize) -> f64 {
+        let [before, at, after] = [place - 1, place, place + 1].map(|place| self.points[place]);
+        let offset = 0.5 * (before - after) / (before - 2.0 * at + after);
+        (place as f64 + offset) / (self.points.len() - 1) as f64
+    }
+
     /// Whether the polynomial is above a bound.
     #[inline(always)]
     pub(super) fn is_above(&self, bound: f64) -> bool {
-        bits(self.points, |&b| b > bound + self.rounding) == low_bits(self.points.len())
+        least(self.points, false) > bound + self.rounding
     }
 
     /// Whether the polynomial ends above zero, or below; `None` where that is within rounding.
@@ -99,81 +120,37 @@ impl Polygon<'_> {
     /// Where the points first fall through zero, from 0 to 1.
     #[inline(always)]
     pub(super) fn first_fall(&self, on_zero: bool) -> Option<f64> {
-        let below = bits(self.points, |&b| b < 0.0) & !u64::from(on_zero);
-        let place = below.trailing_zeros() as usize;
-        if place == 0 || place >= self.points.len() {
-            return None;
-        }
-        let (before, after) = (self.points[place - 1], self.points[place]);
+        let first = usize::from(on_zero);
+        let below = |&b: &f64| b < 0.0;
+        let place = first + self.points[first..].iter().position(below)?;
+        let (before, after) = (self.points[place.checked_sub(1)?], self.points[place]);
         Some((place as f64 - after / (after - before)) / (self.points.len() - 1) as f64)
     }
-
-    /// Where a hill or a valley turns, from 0 to 1, by the parabola through the three points there.
-    #[inline(always)]
-    pub(super) fn turn(&self) -> f64 {
-        let last = self.points.len() - 1;
-        let rises = steps(self.points, |a, b| b > a);
-        let change = (rises ^ (rises >> 1)) & low_bits(last - 1);
-        let place = (change.trailing_zeros() as usize + 1).min(last - 1);
-        let [before, at, after] = [
-            self.points[place - 1],
-            self.points[place],
-            self.points[place + 1],
-        ];
-        let offset = 0.5 * (before - after) / (before - 2.0 * at + after);
-        (place as f64 + offset) / last as f64
-    }
 }
 
-/// Which values satisfy a condition.
+/// The least of some values, the first left out where it has no say; lane by lane, for it is asked of every piece.
 #[inline(always)]
-fn bits(values: &[f64], condition: impl Fn(&f64) -> bool) -> u64 {
+fn least(values: &[f64], but_first: bool) -> f64 {
     let (chunks, rest) = values.as_chunks::<8>();
-    let mut word = 0;
-    for (number, chunk) in chunks.iter().enumerate() {
-        let mut byte = 0u8;
+    let mut least = [f64::INFINITY; 8];
+    let smaller = |a: f64, b: f64| if b < a { b } else { a };
+    let Some((first, chunks)) = chunks.split_first() else {
+        let rest = &rest[usize::from(but_first)..];
+        return rest.iter().copied().fold(f64::INFINITY, smaller);
+    };
+    least.copy_from_slice(first);
+    if but_first {
+        least[0] = f64::INFINITY;
+    }
+    for chunk in chunks {
         for lane in 0..8 {
-            byte |= u8::from(condition(&chunk[lane])) << lane;
+            least[lane] = smaller(least[lane], chunk[lane]);
         }
-        word |= u64::from(byte) << (8 * number);
     }
-    for (lane, value) in rest.iter().enumerate() {
-        word |= u64::from(condition(value)) << (8 * chunks.len() + lane);
-    }
-    word
-}
-
-/// Which neighbours satisfy a condition.
-#[inline(always)]
-fn steps(values: &[f64], condition: impl Fn(f64, f64) -> bool) -> u64 {
-    let after = &values[1..];
-    let mut word = 0;
-    let (chunks, rest) = after.as_chunks::<8>();
-    for (number, chunk) in chunks.iter().enumerate() {
-        let (before, _) = values[8 * number..].as_chunks::<8>();
-        let mut byte = 0u8;
-        for lane in 0..8 {
-            byte |= u8::from(condition(before[0][lane], chunk[lane])) << lane;
-        }
-        word |= u64::from(byte) << (8 * number);
-    }
-    for (lane, &value) in rest.iter().enumerate() {
-        let place = 8 * chunks.len() + lane;
-        word |= u64::from(condition(values[place], value)) << place;
-    }
-    word
-}
-
-/// The lowest bits, as many as these, from 1 to 64.
-#[inline(always)]
-fn low_bits(count: usize) -> u64 {
-    u64::MAX >> (64 - count)
-}
-
-/// Whether all bits that are set are below all others.
-#[inline(always)]
-fn are_low(word: u64) -> bool {
-    word & word.wrapping_add(1) == 0
+    let four: [f64; 4] = std::array::from_fn(|lane| smaller(least[lane], least[lane + 4]));
+    let two = [smaller(four[0], four[2]), smaller(four[1], four[3])];
+    let rest = rest.iter().copied().fold(f64::INFINITY, smaller);
+    smaller(smaller(two[0], two[1]), rest)
 }
 
 #[cfg(test)]
@@ -209,11 +186,23 @@ mod tests {
     }
 
     #[test]
+    fn the_least_of_any_number_of_points_is_found_wherever_it_is() {
+        for count in 2..30 {
+            for place in 0..count {
+                let mut values = vec![1.0; count];
+                values[place] = -1.0;
+                let expected = if place == 0 { 1.0 } else { -1.0 };
+                assert_eq!(least(&values, true), expected, "{count} {place}");
+                assert_eq!(least(&values, false), -1.0, "{count} {place}");
+            }
+        }
+    }
+
+    #[test]
     fn shapes_with_one_extremum_or_none_are_known_and_no_others() {
         let cases = [
             ([1.0, 2.0, 3.0, 4.0], Shape::Rising),
             ([4.0, 2.0, 1.0, 0.5], Shape::Falling),
-            ([3.0, 1.0, 2.0, 4.0], Shape::Valley),
             ([1.0, 2.0, 3.0, 1.0], Shape::Hill),
             ([1.0, 0.0, 1.0, 0.0], Shape::Unknown),
             ([0.0, 1.0, 0.0, 1.0], Shape::Unknown),
@@ -224,8 +213,9 @@ mod tests {
         }
         let flat = [1.0, 1.0 - 1e-12, 2.0, 3.0];
         assert_eq!(polygon(&flat).shape(true), Shape::Rising);
-        assert_eq!(polygon(&[1.0, 0.9, 2.0, 3.0]).shape(true), Shape::Valley);
-        assert_eq!(polygon(&[0.0, 3.0, 4.0, 3.0, 0.0]).turn(), 0.5);
-        assert_eq!(polygon(&[4.0, 1.0, 0.0, 1.0, 4.0]).turn(), 0.5);
+        let dip = polygon(&[1.0, 0.9, 2.0, 3.0]).shape(true);
+        assert!(matches!(dip, Shape::Valley { place } if place > 0.2 && place < 0.4));
+        let valley = polygon(&[4.0, 1.0, 0.0, 1.0, 4.0]).shape(false);
+        assert_eq!(valley, Shape::Valley { place: 0.5 });
     }
 }

@@ -26,18 +26,19 @@ impl<S: Real> Kernel for Retreat<'_, S> {
 
     #[inline(always)]
     fn run(self) -> Option<S> {
-        let LeapBuffers { series, slopes, .. } = self.buffers;
+        let visit = &mut self.buffers.visit;
+        visit.forget();
         let mut gap = GapCourse {
             leaps: self.leaps,
             extended: self.extended,
             surface: self.surface,
-            series,
-            slopes,
+            visit,
         };
         let time = match self.goal {
             Back::ToSurface => gap.fall_about(0, S::zero()).ok()?.0,
             Back::ToMinimum => gap.turn_about(0, S::zero()).ok()?.time,
         };
+        let series = &gap.visit.series;
         let starts_right = match self.goal {
             Back::ToSurface => series[0] < S::zero(),
             Back::ToMinimum => series[1] > S::zero(),
@@ -47,8 +48,7 @@ impl<S: Real> Kernel for Retreat<'_, S> {
         {
             return None;
         }
-        self.leaps
-            .states_at(time, self.extended, series, self.states);
+        visit.states_at(time, self.leaps, self.extended, self.states);
         Some(-time)
     }
 }

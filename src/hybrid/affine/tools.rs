@@ -36,9 +36,10 @@ pub(super) struct Buffers<S> {
 
 #[derive(Clone, Debug)]
 struct Tables<S: Real> {
-    /// `None` where the series of free flight do not end within the numbers of the type.
-    free: Option<AffineFlow<S>>,
-    /// Of free flight, and what they work on; computed when first needed.
+    /// Of free flight, computed when first needed; `None` where a series does not end within the numbers of the type.
+    free: Option<Option<AffineFlow<S>>>,
+    phase_rate: S,
+    /// Of free flight, and what they work on; likewise.
     leaps: Option<Option<(AffineLeaps<S>, LeapBuffers<S>)>>,
     /// Rows of the derivatives of the states in free flight.
     rates: RowTable<S>,
@@ -100,9 +101,12 @@ impl<'a, S: Real> AffineTools<'a, S> {
         parameters: &[S],
     ) -> Option<AffineFlight<'_, S>> {
         self.prepare(parameters);
-        let tables = self.tables.as_ref()?;
+        let (system, tables) = (self.system, self.tables.as_mut()?);
         let flow = match regime {
-            Regime::Free => tables.free.as_ref(),
+            Regime::Free => {
+                let flow = || system.free_flow(parameters);
+                tables.free.get_or_insert_with(flow).as_ref()
+            }
             Regime::Contact { surface } => tables.surfaces[surface].contact.as_ref(),
             Regime::Stick { .. } => None,
         }?;
@@ -208,7 +212,6 @@ impl<'a, S: Real> AffineTools<'a, S> {
     ) -> Option<Sense<S>> {
         self.prepare(parameters);
         let tables = self.tables.as_ref()?;
-        tables.free.as_ref()?;
         self.extended.take(&motion.state, motion.reference_phase);
         let values = &self.extended.values;
         let SurfaceTables { event, normal, .. } = &tables.surfaces[surface];
@@ -236,14 +239,13 @@ impl<'a, S: Real> AffineTools<'a, S> {
     ) -> Option<Closing<S>> {
         self.prepare(parameters);
         let tables = self.tables.as_ref()?;
-        let flow = tables.free.as_ref()?;
         let rows = match landing {
             Landing::Contact { surface } => &tables.surfaces[surface].normal,
             Landing::Release { surface } => tables.surfaces[surface].release.as_ref()?,
         };
         self.extended.take(&motion.state, motion.reference_phase);
         let values = &self.extended.values;
-        rates.fill(flow.phase_rate());
+        rates.fill(tables.phase_rate);
         let states = self.system.expressions.states();
         tables.rates.multiply(values, &mut rates[..states]);
         let mut closing = [S::zero(); 2];
@@ -290,11 +292,23 @@ impl AffineSystem {
     }
 
     fn free_leaps<S: Real>(&self, parameters: &[S]) -> Option<AffineLeaps<S>> {
+        self.with_free_field(parameters, |field| AffineLeaps::new(field))
+    }
+
+    fn free_flow<S: Real>(&self, parameters: &[S]) -> Option<AffineFlow<S>> {
+        self.with_free_field(parameters, |field| AffineFlow::new(field))
+    }
+
+    fn with_free_field<S: Real, R>(
+        &self,
+        parameters: &[S],
+        tables: impl FnOnce(&AffineFieldRows<'_, S>) -> R,
+    ) -> R {
         let rows = self.expressions.at(parameters);
         let row = |&place: &usize| rows.rows[place].as_slice();
         let events: Vec<&[S]> = self.surfaces.iter().map(|s| row(&s.event)).collect();
         let free: Vec<&[S]> = self.free.iter().map(row).collect();
-        AffineLeaps::new(&self.free_field(&rows, &free, &events))
+        tables(&self.free_field(&rows, &free, &events))
     }
 }
 
@@ -330,7 +344,8 @@ impl<S: Real> Tables<S> {
             }),
         };
         Self {
-            free: AffineFlow::new(&field),
+            free: None,
+            phase_rate: field.phase_rate,
             leaps: None,
             rates: table(free.iter().map(|row| row.to_vec()).collect()),
             surfaces: system.surfaces.iter().map(surface).collect(),
