@@ -5,7 +5,9 @@ mod expressions;
 mod flow;
 mod form;
 mod leaps;
+mod looks;
 mod matrix;
+mod nodes;
 mod rows;
 
 pub use expressions::{AffineExpressions, AffineRows};

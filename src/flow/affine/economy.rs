@@ -4,6 +4,10 @@
 //! Chebyshev polynomial `2^{1−2n} T_n(2x − 1)`, at most `2^{1−2n}` in size. A multiple of it takes the highest term away,
 //! and so on while all that was taken is small.
 
+use std::sync::LazyLock;
+
+use super::matrix::MAX_TERMS;
+
 /// The rows of the coefficients of powers on `[0, 1]`, as few as leave an error of at most a share of the largest of each
 /// column.
 pub(super) fn economised(mut rows: Vec<Vec<f64>>, largest: &[f64], share: f64) -> Vec<Vec<f64>> {
@@ -18,7 +22,7 @@ pub(super) fn economised(mut rows: Vec<Vec<f64>>, largest: &[f64], share: f64) -
         }
         error = taken;
         let Some(top) = rows.pop() else { break };
-        for (row, factor) in rows.iter_mut().zip(monic_chebyshev(degree)) {
+        for (row, factor) in rows.iter_mut().zip(&NEAREST_TO_ZERO[degree]) {
             for (value, top) in row.iter_mut().zip(&top) {
                 *value -= factor * top;
             }
@@ -27,25 +31,25 @@ pub(super) fn economised(mut rows: Vec<Vec<f64>>, largest: &[f64], share: f64) -
     rows
 }
 
-/// Coefficients of `2^{1−2n} T_n(2x − 1)`, ascending.
+/// Per degree `n` the coefficients of `2^{1−2n} T_n(2x − 1)`, ascending.
 ///
 /// With `C_n` for them, `C_{n+1} = (x − 1/2) C_n − C_{n−1}/16`, but for the first, `C_2 = (x − 1/2) C_1 − 1/8`.
-fn monic_chebyshev(degree: usize) -> Vec<f64> {
-    let (mut before, mut present) = (vec![1.0], vec![-0.5, 1.0]);
-    for n in 1..degree {
+static NEAREST_TO_ZERO: LazyLock<Vec<Vec<f64>>> = LazyLock::new(|| {
+    let mut all = vec![vec![1.0], vec![-0.5, 1.0]];
+    for n in 1..MAX_TERMS {
         let share = if n == 1 { 0.125 } else { 0.0625 };
         let mut next = vec![0.0; n + 2];
-        for (k, &value) in present.iter().enumerate() {
+        for (k, &value) in all[n].iter().enumerate() {
             next[k + 1] += value;
             next[k] -= 0.5 * value;
         }
-        for (next, &value) in next.iter_mut().zip(&before) {
+        for (next, &value) in next.iter_mut().zip(&all[n - 1]) {
             *next -= share * value;
         }
-        (before, present) = (present, next);
+        all.push(next);
     }
-    present
-}
+    all
+});
 
 #[cfg(test)]
 mod tests {
@@ -69,12 +73,12 @@ mod tests {
     #[test]
     fn the_polynomials_nearest_to_zero_turn_between_their_bounds() {
         for degree in 1..9 {
-            let coefficients = monic_chebyshev(degree);
+            let coefficients = &NEAREST_TO_ZERO[degree];
             let bound = 2f64.powi(1 - 2 * degree as i32);
             for turn in 0..=degree {
                 let x = 0.5 + 0.5 * (std::f64::consts::PI * turn as f64 / degree as f64).cos();
                 let sign = if turn % 2 == 0 { 1.0 } else { -1.0 };
-                let value = polynomial::value(&coefficients, x);
+                let value = polynomial::value(coefficients, x);
                 assert!((value - sign * bound).abs() < 1e-14, "{degree} {turn}");
             }
         }

@@ -4,26 +4,21 @@
 //! the control points of the gaps alone; the contact, and the state where the flight ends, then come from a short series
 //! about the nearest of a row of nodes. Everything is linear in the start: nothing is formed that is not asked for.
 
-use super::economy::economised;
 use super::flow::{AffineFieldRows, leading_states};
-use super::matrix::{Matrix, control_rows, largest, sum_at, unit};
+use super::looks::{LOOK, Looks};
+use super::matrix::{Matrix, unit};
+use super::nodes::Nodes;
 use super::rows::{RowTable, padded};
 use crate::numeric::{Real, polynomial};
 
 /// Pieces of a span.
-const PIECES: usize = 3;
+pub(super) const PIECES: usize = 3;
 /// Length of a piece in units of the fastest rate: three make a period of a force that is the fastest.
 const REACH: f64 = 2.1;
 /// Nodes of a piece, one of them its start.
-const NODES: usize = 10;
+pub(super) const NODES: usize = 10;
 /// How far from a node its series are good, in units of the distance of two.
 const NEAR: f64 = 0.6;
-/// What control points leave out, as a share of the largest of them: a quarter of the margin that signs need.
-const SMALL: f64 = 16.0 * f64::EPSILON;
-/// Control points that are formed together.
-const LOOK: usize = 8;
-/// Most control points of a piece.
-const MAX_POINTS: usize = 64;
 
 /// Tables of one affine field over a span.
 #[derive(Clone, Debug)]
@@ -58,67 +53,30 @@ impl<S: Real> AffineLeaps<S> {
         if !spacing.is_finite() {
             return None;
         }
-        let units = || (0..columns).map(|component| unit(component, columns));
-        let series = |row: Vec<S>, length| matrix.series(row, length);
-        let watched = |length| -> Option<Vec<_>> {
-            let rows = field.watched.iter().map(|row| row.to_vec());
-            rows.map(|row| series(row, length)).collect()
-        };
-        let whole = watched(length)?;
-        let near = watched(NEAR * spacing)?;
-        let states: Option<Vec<_>> = units()
-            .take(matrix.states)
-            .map(|row| series(row, NEAR * spacing))
-            .collect();
-        let first: Option<Vec<_>> = units()
-            .map(|row| series(row, spacing))
-            .map(|rows| rows.map(|rows| sum_at(&rows, S::from_f64(spacing))))
-            .collect();
-        let (states, nodes) = (states?, Nodes::new(first?));
-        let longest = states.iter().chain(&near).map(Vec::len).max()?;
-        let terms = padded(longest);
-        let starts = nodes.starts();
-        let pieces: Vec<_> = whole
-            .iter()
-            .map(|rows| economised_on(&starts, rows, length))
-            .collect();
-        let points = pieces.iter().flatten().map(Vec::len).max()?;
-        let points = points.next_multiple_of(LOOK);
-        if points > MAX_POINTS {
-            return None;
-        }
-        let control: Vec<Vec<_>> = pieces
-            .iter()
-            .map(|pieces| {
-                let control = pieces.iter().map(|rows| control_rows(rows, 1.0, points));
-                control.collect()
-            })
-            .collect();
-        let look = |rows: &Vec<Vec<f64>>| RowTable::<f64, LOOK>::new(rows, columns);
-        let table = |rows: &Vec<Vec<S>>| {
-            let mut rows = rows.clone();
-            rows.resize(terms, vec![S::zero(); columns]);
-            RowTable::new(&rows, columns)
-        };
+        let near = |row: &[S]| matrix.series(row.to_vec(), NEAR * spacing);
+        let watched: Option<Vec<_>> = field.watched.iter().map(|row| near(row)).collect();
+        let units = (0..matrix.states).map(|state| unit(state, columns));
+        let states: Option<Vec<_>> = units.clone().map(|row| near(&row)).collect();
+        let whole: Option<Vec<_>> = units.map(|row| matrix.series(row, spacing)).collect();
+        let (watched, states) = (watched?, states?);
+        let nodes = Nodes::new(field, &whole?, S::from_f64(spacing));
+        let terms = states.iter().chain(&watched).map(Vec::len).max()?;
+        let terms = padded(terms);
+        let looks = Looks::new(&matrix, field.watched, length, &nodes)?;
+        let table = |rows: &Vec<Vec<S>>| RowTable::padded(rows, terms, columns);
         Some(Self {
             spacing: S::from_f64(spacing),
             reach: S::from_f64(NEAR * spacing),
             inverse_spacing: 1.0 / spacing,
             piece: length,
-            points,
+            points: looks.points,
             terms,
             phase_rate: field.phase_rate,
             time_scale: 1.0 / rate,
-            looks: control
-                .iter()
-                .map(|pieces| pieces.iter().map(look).collect())
-                .collect(),
-            sizes: control
-                .iter()
-                .map(|pieces| largest(&pieces.concat()))
-                .collect(),
-            nodes: nodes.tables(columns),
-            watched: near.iter().map(table).collect(),
+            looks: looks.tables,
+            sizes: looks.sizes,
+            nodes: nodes.tables(),
+            watched: watched.iter().map(table).collect(),
             states: leading_states(field.derivatives)
                 .map(|(state, slope)| (state, table(&states[state]), slope))
                 .collect(),
@@ -222,74 +180,4 @@ impl<S: Real> AffineLeaps<S> {
             }
         }
     }
-}
-
-/// The flow from the start of a span to each of its nodes.
-struct Nodes<S> {
-    matrices: Vec<Vec<Vec<S>>>,
-}
-
-impl<S: Real> Nodes<S> {
-    /// From the flow to the first node: by squares, so that rounding grows with the number of digits of a node alone.
-    fn new(first: Vec<Vec<S>>) -> Self {
-        let columns = first.len();
-        let mut matrices: Vec<Vec<Vec<S>>> = vec![
-            (0..columns).map(|column| unit(column, columns)).collect(),
-            first,
-        ];
-        for node in 2..=PIECES * NODES {
-            let half = composed(&matrices[node / 2], &matrices[node - node / 2]);
-            matrices.push(half);
-        }
-        Self { matrices }
-    }
-
-    /// All rows but that of the number 1, for every node but the first.
-    fn tables(&self, columns: usize) -> Vec<RowTable<S>> {
-        let table = |matrix: &Vec<Vec<S>>| RowTable::new(&matrix[..columns - 1], columns);
-        self.matrices[1..].iter().map(table).collect()
-    }
-
-    /// The flows to the starts of the pieces, in `f64`.
-    fn starts(&self) -> Vec<Vec<Vec<f64>>> {
-        let starts = self.matrices.iter().step_by(NODES).take(PIECES);
-        starts.map(|matrix| rounded(matrix)).collect()
-    }
-}
-
-/// Coefficients of a row's powers of time on every piece, in units of its length, as few as are needed.
-fn economised_on<S: Real>(
-    starts: &[Vec<Vec<f64>>],
-    rows: &[Vec<S>],
-    length: f64,
-) -> Vec<Vec<Vec<f64>>> {
-    let mut rows = rounded(rows);
-    let powers = std::iter::successors(Some(1.0), |power| Some(power * length));
-    for (row, power) in rows.iter_mut().zip(powers) {
-        row.iter_mut().for_each(|value| *value *= power);
-    }
-    let pieces: Vec<_> = starts.iter().map(|start| composed(&rows, start)).collect();
-    let sizes = largest(&pieces.concat());
-    let piece = |rows| economised(rows, &sizes, SMALL);
-    pieces.into_iter().map(piece).collect()
-}
-
-/// Rows in `f64`.
-fn rounded<S: Real>(rows: &[Vec<S>]) -> Vec<Vec<f64>> {
-    let row = |row: &Vec<S>| row.iter().map(|value| value.to_f64()).collect();
-    rows.iter().map(row).collect()
-}
-
-/// Rows after a linear map.
-fn composed<S: Real>(rows: &[Vec<S>], matrix: &[Vec<S>]) -> Vec<Vec<S>> {
-    let image = |row: &Vec<S>| {
-        let mut image = vec![S::zero(); matrix.len()];
-        for (&factor, line) in row.iter().zip(matrix) {
-            for (value, &entry) in image.iter_mut().zip(line) {
-                *value = factor.mul_add(entry, *value);
-            }
-        }
-        image
-    };
-    rows.iter().map(image).collect()
 }

@@ -4,7 +4,7 @@ use super::flow::AffineFieldRows;
 use crate::numeric::Real;
 
 /// Most terms of a series.
-const MAX_TERMS: usize = 96;
+pub(super) const MAX_TERMS: usize = 96;
 
 /// `M`, by rows.
 pub(super) struct Matrix<S> {
@@ -29,6 +29,16 @@ impl<S: Real> Matrix<S> {
             states,
             columns,
             rows,
+        }
+    }
+
+    /// The same in `f64`.
+    pub(super) fn rounded(&self) -> Matrix<f64> {
+        let row = |row: &Vec<S>| row.iter().map(|value| value.to_f64()).collect();
+        Matrix {
+            states: self.states,
+            columns: self.columns,
+            rows: self.rows.iter().map(row).collect(),
         }
     }
 

@@ -22,11 +22,25 @@ pub(super) fn padded(coefficients: usize) -> usize {
 impl<S: Scalar, const N: usize> RowTable<S, N> {
     /// From its rows; padded with zeros to whole blocks.
     pub fn new(rows: &[Vec<S>], columns: usize) -> Self {
-        let mut blocks = Vec::new();
-        for block in rows.chunks(N) {
+        Self::padded(rows, rows.len(), columns)
+    }
+
+    /// From its rows, as many as these; padded with zeros.
+    pub(super) fn padded(rows: &[Vec<S>], count: usize, columns: usize) -> Self {
+        let value = |row: usize, column: usize| rows.get(row).map_or(S::zero(), |row| row[column]);
+        Self::from_fn(count, columns, value)
+    }
+
+    /// From the entries of a number of rows; padded with zeros to whole blocks.
+    pub(super) fn from_fn(rows: usize, columns: usize, value: impl Fn(usize, usize) -> S) -> Self {
+        let mut blocks = Vec::with_capacity(rows.div_ceil(N) * columns);
+        for first in (0..rows).step_by(N) {
             for column in 0..columns {
-                let value = |row: usize| block.get(row).map_or(S::zero(), |row| row[column]);
-                blocks.push(std::array::from_fn(value));
+                let entry = |row: usize| match first + row < rows {
+                    true => value(first + row, column),
+                    false => S::zero(),
+                };
+                blocks.push(std::array::from_fn(entry));
             }
         }
         Self { columns, blocks }

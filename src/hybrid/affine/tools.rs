@@ -39,6 +39,7 @@ struct Tables<S: Real> {
     /// Of free flight, computed when first needed; `None` where a series does not end within the numbers of the type.
     free: Option<Option<AffineFlow<S>>>,
     phase_rate: S,
+    rows: AffineRows<S>,
     /// Of free flight, and what they work on; likewise.
     leaps: Option<Option<(AffineLeaps<S>, LeapBuffers<S>)>>,
     /// Rows of the derivatives of the states in free flight.
@@ -89,7 +90,7 @@ impl<'a, S: Real> AffineTools<'a, S> {
         if self.tables.is_none() {
             let rows = self.system.expressions.at(parameters);
             self.extended.set_multiples(&rows.multiples);
-            self.tables = Some(Tables::new(self.system, &rows));
+            self.tables = Some(Tables::new(self.system, rows));
         }
     }
 
@@ -104,8 +105,9 @@ impl<'a, S: Real> AffineTools<'a, S> {
         let (system, tables) = (self.system, self.tables.as_mut()?);
         let flow = match regime {
             Regime::Free => {
-                let flow = || system.free_flow(parameters);
-                tables.free.get_or_insert_with(flow).as_ref()
+                let Tables { free, rows, .. } = &mut *tables;
+                let flow = || system.with_free_field(rows, AffineFlow::new);
+                free.get_or_insert_with(flow).as_ref()
             }
             Regime::Contact { surface } => tables.surfaces[surface].contact.as_ref(),
             Regime::Stick { .. } => None,
@@ -192,8 +194,9 @@ impl<'a, S: Real> AffineTools<'a, S> {
     ) -> Option<(&AffineLeaps<S>, &Extended<S>, &mut LeapBuffers<S>)> {
         self.prepare(parameters);
         let (system, tables) = (self.system, self.tables.as_mut()?);
-        let leaps = tables.leaps.get_or_insert_with(|| {
-            let leaps = system.free_leaps(parameters)?;
+        let Tables { leaps, rows, .. } = tables;
+        let leaps = leaps.get_or_insert_with(|| {
+            let leaps = system.with_free_field(rows, AffineLeaps::new)?;
             let buffers =
                 LeapBuffers::new(&leaps, system.expressions.columns(), system.surfaces.len());
             Some((leaps, buffers))
@@ -291,38 +294,29 @@ impl AffineSystem {
         }
     }
 
-    fn free_leaps<S: Real>(&self, parameters: &[S]) -> Option<AffineLeaps<S>> {
-        self.with_free_field(parameters, |field| AffineLeaps::new(field))
-    }
-
-    fn free_flow<S: Real>(&self, parameters: &[S]) -> Option<AffineFlow<S>> {
-        self.with_free_field(parameters, |field| AffineFlow::new(field))
-    }
-
     fn with_free_field<S: Real, R>(
         &self,
-        parameters: &[S],
+        rows: &AffineRows<S>,
         tables: impl FnOnce(&AffineFieldRows<'_, S>) -> R,
     ) -> R {
-        let rows = self.expressions.at(parameters);
         let row = |&place: &usize| rows.rows[place].as_slice();
         let events: Vec<&[S]> = self.surfaces.iter().map(|s| row(&s.event)).collect();
         let free: Vec<&[S]> = self.free.iter().map(row).collect();
-        tables(&self.free_field(&rows, &free, &events))
+        tables(&self.free_field(rows, &free, &events))
     }
 }
 
 impl<S: Real> Tables<S> {
-    fn new(system: &AffineSystem, rows: &AffineRows<S>) -> Self {
+    fn new(system: &AffineSystem, rows: AffineRows<S>) -> Self {
         let row = |&place: &usize| rows.rows[place].as_slice();
         let events: Vec<&[S]> = system.surfaces.iter().map(|s| row(&s.event)).collect();
         let free: Vec<&[S]> = system.free.iter().map(row).collect();
-        let field = system.free_field(rows, &free, &events);
+        let field = system.free_field(&rows, &free, &events);
         let columns = system.expressions.columns();
         let table = |rows: Vec<Vec<S>>| RowTable::new(&rows, columns);
         let surface = |surface: &AffineSurface| SurfaceTables {
             event: row(&surface.event).to_vec(),
-            normal: table(derivatives(&field, row(&surface.event), 4)),
+            normal: table(field.lie_derivatives(row(&surface.event), 4)),
             reset: surface.reset.as_ref().map(|reset| {
                 let image = reset.iter().map(|place| row(place).to_vec());
                 table(image.collect())
@@ -330,7 +324,7 @@ impl<S: Real> Tables<S> {
             release: surface
                 .contact
                 .as_ref()
-                .map(|contact| table(derivatives(&field, row(&contact.release), 2))),
+                .map(|contact| table(field.lie_derivatives(row(&contact.release), 2))),
             contact: surface.contact.as_ref().and_then(|contact| {
                 let derivatives: Vec<&[S]> = contact.derivatives.iter().map(row).collect();
                 let others = contact.others.iter().map(|&other| events[other]);
@@ -343,24 +337,16 @@ impl<S: Real> Tables<S> {
                 })
             }),
         };
+        let surfaces = system.surfaces.iter().map(surface).collect();
+        let rates = table(free.iter().map(|row| row.to_vec()).collect());
+        let phase_rate = field.phase_rate;
         Self {
             free: None,
-            phase_rate: field.phase_rate,
+            phase_rate,
             leaps: None,
-            rates: table(free.iter().map(|row| row.to_vec()).collect()),
-            surfaces: system.surfaces.iter().map(surface).collect(),
+            rates,
+            surfaces,
+            rows,
         }
     }
-}
-
-/// Rows of a function and of its derivatives along a field, `count` in all.
-fn derivatives<S: Real>(
-    field: &AffineFieldRows<'_, S>,
-    function: &[S],
-    count: usize,
-) -> Vec<Vec<S>> {
-    let next = |row: &Vec<S>| Some(field.lie_derivative(row));
-    std::iter::successors(Some(function.to_vec()), next)
-        .take(count)
-        .collect()
 }
