@@ -6,7 +6,7 @@
 
 use super::flow::{AffineFieldRows, leading_states};
 use super::looks::{LOOK, Looks};
-use super::matrix::{Matrix, unit};
+use super::matrix::{Matrix, trimmed, unit};
 use super::nodes::Nodes;
 use super::rows::{RowTable, padded};
 use crate::numeric::{Real, polynomial};
@@ -16,7 +16,7 @@ pub(super) const PIECES: usize = 3;
 /// Length of a piece in units of the fastest rate: three make a period of a force that is the fastest.
 const REACH: f64 = 2.1;
 /// Nodes of a piece, one of them its start.
-pub(super) const NODES: usize = 10;
+pub(super) const NODES: usize = 12;
 /// How far from a node its series are good, in units of the distance of two.
 const NEAR: f64 = 0.6;
 
@@ -36,8 +36,7 @@ pub struct AffineLeaps<S: Real> {
     looks: Vec<Vec<RowTable<f64, LOOK>>>,
     /// Per watched function the largest control point of each component.
     sizes: Vec<Vec<f64>>,
-    /// The flow from the start of the span to each node but the first, without the number 1.
-    nodes: Vec<RowTable<S>>,
+    nodes: Nodes<S>,
     watched: Vec<RowTable<S>>,
     /// The states that are no other state's derivative, and the state that is theirs.
     states: Vec<(usize, RowTable<S>, Option<usize>)>,
@@ -53,14 +52,19 @@ impl<S: Real> AffineLeaps<S> {
         if !spacing.is_finite() {
             return None;
         }
-        let near = |row: &[S]| matrix.series(row.to_vec(), NEAR * spacing);
-        let watched: Option<Vec<_>> = field.watched.iter().map(|row| near(row)).collect();
+        let series = |row: Vec<S>| matrix.series(row, spacing);
         let units = (0..matrix.states).map(|state| unit(state, columns));
-        let states: Option<Vec<_>> = units.clone().map(|row| near(&row)).collect();
-        let whole: Option<Vec<_>> = units.map(|row| matrix.series(row, spacing)).collect();
+        let states: Option<Vec<_>> = units.map(series).collect();
+        let gaps = field.watched.iter().map(|row| row.to_vec());
+        let watched: Option<Vec<_>> = gaps.map(series).collect();
         let (watched, states) = (watched?, states?);
-        let nodes = Nodes::new(field, &whole?, S::from_f64(spacing));
-        let terms = states.iter().chain(&watched).map(Vec::len).max()?;
+        let nodes = Nodes::new(field, &states, S::from_f64(spacing));
+        let near = |rows: &[Vec<Vec<S>>]| -> Vec<Vec<Vec<S>>> {
+            let near = |rows: &Vec<Vec<S>>| trimmed(rows, NEAR * spacing).to_vec();
+            rows.iter().map(near).collect()
+        };
+        let (watched, states) = (near(&watched), near(&states));
+        let terms = watched.iter().chain(&states).map(Vec::len).max()?;
         let terms = padded(terms);
         let looks = Looks::new(&matrix, field.watched, length, &nodes)?;
         let table = |rows: &Vec<Vec<S>>| RowTable::padded(rows, terms, columns);
@@ -75,7 +79,7 @@ impl<S: Real> AffineLeaps<S> {
             time_scale: 1.0 / rate,
             looks: looks.tables,
             sizes: looks.sizes,
-            nodes: nodes.tables(),
+            nodes,
             watched: watched.iter().map(table).collect(),
             states: leading_states(field.derivatives)
                 .map(|(state, slope)| (state, table(&states[state]), slope))
@@ -147,12 +151,11 @@ impl<S: Real> AffineLeaps<S> {
     /// The extended state at a node; `out` has the padded length.
     #[inline(always)]
     pub fn at_node(&self, node: usize, extended: &[S], out: &mut [S]) {
-        match node.checked_sub(1) {
-            Some(table) => {
-                self.nodes[table].combine(extended, out);
-                out[extended.len() - 1] = S::one();
-            }
-            None => out[..extended.len()].copy_from_slice(extended),
+        if node == 0 {
+            out[..extended.len()].copy_from_slice(extended);
+        } else {
+            self.nodes.get(node).table.combine(extended, out);
+            out[extended.len() - 1] = S::one();
         }
     }
 

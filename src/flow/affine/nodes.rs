@@ -1,99 +1,114 @@
 //! The flow from the start of a span to each of its nodes.
 
+use std::sync::OnceLock;
+
 use super::flow::AffineFieldRows;
 use super::leaps::{NODES, PIECES};
 use super::matrix::sum_at;
 use super::rows::RowTable;
 use crate::numeric::Real;
 
-/// Matrices over the extended state, one for every node from the start of the span on, by rows.
+/// The flows to the nodes of a span, from its start on; each is formed when it is first asked for.
+#[derive(Clone, Debug)]
 pub(super) struct Nodes<S> {
     columns: usize,
-    entries: Vec<S>,
+    nodes: Vec<OnceLock<Node<S>>>,
+}
+
+/// The flow to one node.
+#[derive(Clone, Debug)]
+pub(super) struct Node<S> {
+    /// Over the extended state, by rows.
+    matrix: Vec<S>,
+    /// All rows but that of the number 1.
+    pub(super) table: RowTable<S>,
 }
 
 impl<S: Real> Nodes<S> {
-    /// From the series of the states on the first stretch: by halves, so that rounding grows with the number of digits
-    /// of a node alone.
+    /// From the series of the states on the first stretch.
     pub(super) fn new(field: &AffineFieldRows<'_, S>, series: &[Vec<Vec<S>>], spacing: S) -> Self {
         let states = series.len();
         let columns = states + 2 * field.multiples.len() + 1;
-        let mut nodes = Self {
-            columns,
-            entries: vec![S::zero(); (PIECES * NODES + 1) * columns * columns],
-        };
-        let (start, rest) = nodes.entries.split_at_mut(columns * columns);
-        for component in 0..columns {
-            start[component * columns + component] = S::one();
-        }
+        let mut first = identity(columns);
         for (state, rows) in series.iter().enumerate() {
-            rest[state * columns..(state + 1) * columns].copy_from_slice(&sum_at(rows, spacing));
+            first[state * columns..(state + 1) * columns].copy_from_slice(&sum_at(rows, spacing));
         }
         for (harmonic, &multiple) in field.multiples.iter().enumerate() {
             let (sine, cosine) = (multiple * field.phase_rate * spacing).sin_cos();
             let place = states + 2 * harmonic;
             for (row, pair) in [[cosine, -sine], [sine, cosine]].iter().enumerate() {
-                let first = (place + row) * columns + place;
-                rest[first..first + 2].copy_from_slice(pair);
+                let entry = (place + row) * columns + place;
+                first[entry..entry + 2].copy_from_slice(pair);
             }
         }
-        rest[columns * columns - 1] = S::one();
-        for node in 2..=PIECES * NODES {
-            nodes.compose(node);
-        }
-        nodes
+        let known = [identity(columns), first].map(|matrix| Node::new(matrix, columns));
+        let mut nodes = Vec::from(known.map(OnceLock::from));
+        nodes.resize_with(PIECES * NODES + 1, OnceLock::new);
+        Self { columns, nodes }
     }
 
-    /// A node from the two halves of the way.
-    fn compose(&mut self, node: usize) {
-        let (columns, size) = (self.columns, self.columns * self.columns);
-        let (known, rest) = self.entries.split_at_mut(node * size);
-        let matrix = |node: usize| known[node * size..][..size].chunks_exact(columns);
-        let rows = rest[..size].chunks_exact_mut(columns);
-        for (row, factors) in rows.zip(matrix(node / 2)) {
-            for (&factor, line) in factors.iter().zip(matrix(node - node / 2)) {
-                if factor != S::zero() {
-                    for (value, &entry) in row.iter_mut().zip(line) {
-                        *value = factor.mul_add(entry, *value);
-                    }
-                }
-            }
+    /// The flow to a node: from the two halves of the way, so that rounding grows with the number of digits of a node
+    /// alone.
+    #[inline(always)]
+    pub(super) fn get(&self, node: usize) -> &Node<S> {
+        match self.nodes[node].get() {
+            Some(known) => known,
+            None => self.formed(node),
         }
     }
 
-    fn matrix(&self, node: usize) -> &[S] {
-        let size = self.columns * self.columns;
-        &self.entries[node * size..][..size]
-    }
-
-    /// All rows but that of the number 1, for every node but the first.
-    pub(super) fn tables(&self) -> Vec<RowTable<S>> {
-        let columns = self.columns;
-        let table = |node| {
-            let matrix = self.matrix(node);
-            RowTable::from_fn(columns - 1, columns, |row, column| {
-                matrix[row * columns + column]
-            })
-        };
-        (1..=PIECES * NODES).map(table).collect()
+    #[cold]
+    #[inline(never)]
+    fn formed(&self, node: usize) -> &Node<S> {
+        let halves = (self.get(node / 2), self.get(node - node / 2));
+        self.nodes[node].get_or_init(|| {
+            let matrix = product(&halves.0.matrix, &halves.1.matrix, self.columns);
+            Node::new(matrix, self.columns)
+        })
     }
 
     /// Rows after the flow to the start of a piece, in `f64`.
     pub(super) fn before_piece(&self, piece: usize, rows: &[Vec<f64>]) -> Vec<Vec<f64>> {
-        let matrix: Vec<f64> = self
-            .matrix(piece * NODES)
-            .iter()
-            .map(|m| m.to_f64())
-            .collect();
-        let image = |row: &Vec<f64>| {
-            let mut image = vec![0.0; self.columns];
-            for (factor, line) in row.iter().zip(matrix.chunks_exact(self.columns)) {
-                for (value, entry) in image.iter_mut().zip(line) {
-                    *value += factor * entry;
-                }
-            }
-            image
-        };
+        let matrix = &self.get(piece * NODES).matrix;
+        let matrix: Vec<f64> = matrix.iter().map(|entry| entry.to_f64()).collect();
+        let image = |row: &Vec<f64>| product(row, &matrix, self.columns);
         rows.iter().map(image).collect()
     }
+}
+
+impl<S: Real> Node<S> {
+    fn new(matrix: Vec<S>, columns: usize) -> Self {
+        let entry = |row: usize, column: usize| matrix[row * columns + column];
+        Self {
+            table: RowTable::from_fn(columns - 1, columns, entry),
+            matrix,
+        }
+    }
+}
+
+fn identity<S: Real>(columns: usize) -> Vec<S> {
+    let mut matrix = vec![S::zero(); columns * columns];
+    matrix
+        .iter_mut()
+        .step_by(columns + 1)
+        .for_each(|entry| *entry = S::one());
+    matrix
+}
+
+/// Rows times a matrix.
+fn product<S: Real>(rows: &[S], matrix: &[S], columns: usize) -> Vec<S> {
+    let mut image = vec![S::zero(); rows.len()];
+    for (image, row) in image
+        .chunks_exact_mut(columns)
+        .zip(rows.chunks_exact(columns))
+    {
+        for (&factor, line) in row.iter().zip(matrix.chunks_exact(columns)) {
+            if factor != S::zero() {
+                for (value, &entry) in image.iter_mut().zip(line) {
+                    *value = factor.mul_add(entry, *value);
+                }
+            }
+        }
+    }
+    image
 }

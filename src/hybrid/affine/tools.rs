@@ -219,7 +219,11 @@ impl<'a, S: Real> AffineTools<'a, S> {
         let values = &self.extended.values;
         let SurfaceTables { event, normal, .. } = &tables.surfaces[surface];
         let terms = event.iter().zip(values).take(values.len() - 1);
-        let size = terms.fold(S::zero(), |size, (&a, &y)| size.max((a * y).abs()));
+        let terms = terms.map(|(&a, &y)| (a * y).abs());
+        let size = terms.fold(
+            S::zero(),
+            |size, term| if term > size { term } else { size },
+        );
         let mut motion = [S::zero(); 4];
         normal.multiply(values, &mut motion);
         let [gap, velocity, acceleration, jerk] = motion;
