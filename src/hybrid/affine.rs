@@ -7,6 +7,7 @@
 mod extended;
 mod flight;
 mod leap;
+mod look;
 mod newton;
 mod polygon;
 mod retreat;
