@@ -43,9 +43,8 @@ impl<S: Real> Kernel for Retreat<'_, S> {
             Back::ToSurface => series[0] < S::zero(),
             Back::ToMinimum => series[1] > S::zero(),
         };
-        if !(starts_right && time < S::zero() && -time <= self.longest)
-            || !is_convex(series, self.leaps.reach().to_f64())
-        {
+        let is_reached = starts_right && time < S::zero() && -time <= self.longest;
+        if !is_reached || !is_convex(series, self.leaps.reach().to_f64()) {
             return None;
         }
         visit.states_at(time, self.leaps, self.extended, self.states);
