@@ -2,7 +2,8 @@
 //!
 //! The linear oscillator at `alpha = 1.002 alpha_g`, r = 0.8 (Foale 1994; Thota, Zhao, Dankowicz 2006), and the
 //! electrostatic one at `omega = 0.46`, 5 % beyond grazing, both on their attractors; the number of impacts is printed.
-//! `linear-taylor` is the linear one by the general integrator. The floor is a loop of independent multiply-adds.
+//! `linear-taylor` is the linear one by the general integrator; `new-parameters` a return at other parameters than the one
+//! before, so that all tables are formed anew. The floor is a loop of independent multiply-adds.
 
 #[path = "support/floor.rs"]
 mod floor;
@@ -121,6 +122,29 @@ fn returns<S: Real>(criterion: &mut Criterion, scalar: &str) {
     }
 }
 
+/// Returns of the linear oscillator, each at another forcing amplitude than the one before.
+fn returns_at_new_parameters<S: Real>(criterion: &mut Criterion, scalar: &str) {
+    let graze = 2.247_220_505_424_423;
+    let models = [0.0, 1e-9].map(|offset| model("linear", "alpha", graze + offset));
+    let system = HybridSystem::new(&models[0]);
+    let parameters = models.each_ref().map(values::<S>);
+    let state = [1.0 + 1e-5, 0.0, 3.061_407_806_288_477].map(S::from_f64);
+    let section = ReturnSection::Tangency { surface: 0 };
+    let mut map = DirectReturn::over_periods(&system, &parameters[0], section, 1).expect("a phase");
+    let period = Simulator::new(&system, &parameters[0]).and_then(|s| s.forcing_period());
+    let period = period.expect("a phase");
+    let mut turn = 0;
+    let name = format!("simulation/return/linear-new-parameters/{scalar}");
+    criterion.bench_function(&name, |bencher| {
+        bencher.iter(|| {
+            turn = 1 - turn;
+            map.set_parameters(black_box(&parameters[turn]), period)
+                .expect("finite parameters");
+            map.image(black_box(&state))
+        });
+    });
+}
+
 /// A thousand rounds of multiply-adds in registers, in independent sums.
 fn time_floor(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("simulation/multiply_add_floor");
@@ -137,6 +161,8 @@ fn simulation(criterion: &mut Criterion) {
     periods::<Dd>(criterion, "double-double");
     returns::<f64>(criterion, "f64");
     returns::<Dd>(criterion, "double-double");
+    returns_at_new_parameters::<f64>(criterion, "f64");
+    returns_at_new_parameters::<Dd>(criterion, "double-double");
 }
 
 criterion_group! {

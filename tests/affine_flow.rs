@@ -1,7 +1,10 @@
 //! The exact flow of affine fields against Taylor's method, an independent integrator of the same scenes: every affine
 //! scene of the catalogue, impacts and contacts included.
 
-use grazemap::hybrid::{Event, EventKind, FlowMethod, HybridSystem, Simulator, Trajectory};
+use grazemap::hybrid::{
+    DirectReturn, Event, EventKind, FlowMethod, HybridSystem, Return, ReturnSection, Simulator,
+    Trajectory,
+};
 use grazemap::model::{Model, Scene};
 use grazemap::numeric::{Dd, Real};
 
@@ -253,5 +256,63 @@ fn exact_flow_and_taylors_method_agree_on_every_affine_scene() {
         assert!(contacts > 0, "{name}");
         assert!(double < 1e-10, "{name}: {double:e}");
         assert!(fine < 1e-26, "{name}: {fine:e}");
+    }
+}
+
+/// Images of points on both sides of the stop by one method.
+fn images<S: Real>(system: &HybridSystem, model: &Model, gaps: &[f64]) -> Vec<Return<S>> {
+    let parameters: Vec<S> = model
+        .parameter_values()
+        .into_iter()
+        .map(S::from_dd)
+        .collect();
+    let section = ReturnSection::Tangency { surface: 0 };
+    let mut map = DirectReturn::over_periods(system, &parameters, section, 1).expect("a phase");
+    let image = |&gap: &f64| {
+        let state = [S::from_f64(1.0 - gap), S::zero(), S::from_f64(3.0614)];
+        map.image(&state).expect("a finite state")
+    };
+    gaps.iter().map(image).collect()
+}
+
+/// Largest difference of two returns with the same contacts and near misses, and the number of those.
+fn compare_returns<S: Real>(model: &Model, gaps: &[f64]) -> usize {
+    let exact = images::<S>(&HybridSystem::new(model), model, gaps);
+    let general = images::<S>(&HybridSystem::without_exact_flow(model), model, gaps);
+    let mut met = 0;
+    for ((a, b), gap) in exact.iter().zip(&general).zip(gaps) {
+        let ends = [a, b].map(|image| std::mem::discriminant(&image.outcome));
+        assert_eq!((ends[0], &a.hits), (ends[1], &b.hits), "{gap:e}");
+        assert_eq!(a.near_misses.len(), b.near_misses.len(), "{gap:e}");
+        met += a.impact_speeds.len() + a.near_misses.len();
+        let pairs = a.state.iter().zip(&b.state);
+        let speeds = a.impact_speeds.iter().zip(&b.impact_speeds);
+        let misses = a.near_misses.iter().zip(&b.near_misses);
+        // A speed is the root of a gap, so that rounding is multiplied by its inverse; the flow multiplies it by tens.
+        let limit = 1e3 * S::ROUNDOFF * (1.0 + 1.0 / gap.abs().sqrt());
+        for (&a, &b) in pairs
+            .chain(speeds)
+            .chain(misses)
+            .chain([(&a.elapsed, &b.elapsed)])
+        {
+            let error = (a - b).abs().to_f64();
+            assert!(error < limit, "{gap:e}: {error:e}");
+        }
+    }
+    met
+}
+
+#[test]
+fn returns_from_both_sides_of_a_stop_agree_with_those_by_taylors_method() {
+    let path = format!("{}/scenes/linear.toml", env!("CARGO_MANIFEST_DIR"));
+    let source = std::fs::read_to_string(path).expect("a scene");
+    let depths = (2..24).map(|step| 10f64.powf(-0.5 * f64::from(step)));
+    let gaps: Vec<f64> = depths.flat_map(|depth| [depth, -depth]).collect();
+    for alpha in ["2.2", "2.247220505424423", "2.3"] {
+        let overrides = [("alpha".to_owned(), alpha.to_owned())];
+        let scene = Scene::parse_with(&source, "linear", &overrides).expect("a scene");
+        let met = compare_returns::<f64>(&scene.model, &gaps);
+        assert_eq!(met, compare_returns::<Dd>(&scene.model, &gaps));
+        assert!(met >= gaps.len() / 2, "{met}");
     }
 }

@@ -7,12 +7,16 @@
 mod extended;
 mod flight;
 mod leap;
+mod look;
+mod newton;
+mod polygon;
+mod retreat;
 mod tools;
 
 use crate::flow::AffineExpressions;
 use crate::model::{Model, NodeId, Response};
 
-pub(super) use leap::Leap;
+pub(super) use leap::LeapEnd;
 pub(super) use tools::AffineTools;
 
 /// The affine expressions of a model. Numbers are places in their list.

@@ -1,6 +1,6 @@
 //! Free flight backward in time, to the minimum of a gap or to the surface itself.
 
-use super::flight::{Flight, Outlook, TaylorFlight};
+use super::flight::{Flight, TaylorFlight};
 use super::landing::Landing;
 use super::motion::Motion;
 use super::passage::{Goal, Heading, Passage};
@@ -30,6 +30,11 @@ impl<S: Real> Simulator<'_, S> {
         goal: Back,
         earliest: S,
     ) -> Result<bool, Outcome<S>> {
+        if let Some(time) = self.retreat(surface, goal, self.motion.time - earliest) {
+            self.motion.time -= time;
+            self.arrive(surface, goal);
+            return Ok(true);
+        }
         let mut heading = Heading::Unknown;
         for _ in 0..MAX_STEPS {
             let remaining = self.motion.time - earliest;
@@ -37,10 +42,7 @@ impl<S: Real> Simulator<'_, S> {
                 return Ok(false);
             }
             if self.step_back(surface, goal, remaining, &mut heading)? {
-                match goal {
-                    Back::ToMinimum => self.motion.set_at_minimum(surface),
-                    Back::ToSurface => self.settle_on(Landing::Contact { surface }),
-                }
+                self.arrive(surface, goal);
                 return Ok(true);
             }
         }
@@ -48,6 +50,22 @@ impl<S: Real> Simulator<'_, S> {
             limit: MAX_STEPS,
             time: self.motion.time,
         })
+    }
+
+    fn arrive(&mut self, surface: usize, goal: Back) {
+        match goal {
+            Back::ToMinimum => self.motion.set_at_minimum(surface),
+            Back::ToSurface => self.settle_on(Landing::Contact { surface }),
+        }
+    }
+
+    /// Takes the state back where the exact flow knows the way; the time it took.
+    fn retreat(&mut self, surface: usize, goal: Back, longest: S) -> Option<S> {
+        if self.motion.leaving[surface].is_some() {
+            return None;
+        }
+        let tools = self.affine.as_mut()?;
+        tools.retreat(surface, goal, &mut self.motion, &self.parameters, longest)
     }
 
     /// `heading`: which way the gap goes, backward in time, from one step to the next.
@@ -134,7 +152,7 @@ impl<S: Real> BackwardLeg<'_, S> {
         } = &mut *self.work;
         found.clear();
         let start = self.motion.start_after(self.surface, *self.heading);
-        *self.heading = search.search(&gap, length, start, goal, Outlook::Open, found);
+        *self.heading = search.search(&gap, length, start, goal, found);
         let found = found.first().map(Passage::time);
         let time = found.unwrap_or(length);
         if !flight.land(-time, next) {

@@ -1,6 +1,6 @@
 //! One step along a field, however it is computed: what the search of events needs of it.
 
-use super::passage::{Goal, Heading, Start};
+use super::passage::Goal;
 use crate::flow::Step;
 use crate::numeric::Real;
 
@@ -12,8 +12,8 @@ pub(super) trait Flight<S: Real> {
     /// The time in which the motion changes.
     fn time_scale(&self) -> S;
 
-    /// What is known beforehand of a watched function on `[0, length]`, searched from a start.
-    fn outlook(&mut self, watch: usize, length: S, start: &Start<S>, goal: &Goal<S>) -> Outlook;
+    /// What is known beforehand of a watched function on `[0, length]`.
+    fn outlook(&mut self, watch: usize, length: S, goal: &Goal<S>) -> Outlook;
 
     /// Taylor coefficients of a watched function and of its derivative.
     fn polynomials(&mut self, watch: usize) -> (&[S], &[S]);
@@ -23,47 +23,12 @@ pub(super) trait Flight<S: Real> {
 }
 
 /// What is known of a watched function before its events are searched.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Outlook {
-    /// No event.
-    Quiet {
-        /// Which way the function goes at the end; unknown where its values are of no interest.
-        end: Heading,
-    },
-    /// At most one zero, which is a fall and lies near this time; extrema are not asked for.
-    OneCrossing {
-        /// The time, a guess.
-        near: f64,
-    },
-    /// No extremum.
-    Monotone,
-    /// One extremum at most, near this time.
-    OneExtremum {
-        /// The time, a guess.
-        near: f64,
-    },
+    /// No event, and no value of interest.
+    Quiet,
     /// Nothing.
     Open,
-}
-
-impl Outlook {
-    /// No event, and no value of interest.
-    pub(super) const QUIET: Self = Self::Quiet {
-        end: Heading::Unknown,
-    };
-
-    /// An outlook in units of the step, in time.
-    pub(super) fn in_time(self, length: f64) -> Self {
-        match self {
-            Outlook::OneExtremum { near } => Outlook::OneExtremum {
-                near: near * length,
-            },
-            Outlook::OneCrossing { near } => Outlook::OneCrossing {
-                near: near * length,
-            },
-            other => other,
-        }
-    }
 }
 
 /// A Taylor step of any field.
@@ -95,10 +60,10 @@ impl<S: Real> Flight<S> for TaylorFlight<'_, S> {
         self.length
     }
 
-    fn outlook(&mut self, watch: usize, length: S, _start: &Start<S>, goal: &Goal<S>) -> Outlook {
+    fn outlook(&mut self, watch: usize, length: S, goal: &Goal<S>) -> Outlook {
         let bound = || self.step.watched_lower_bound(2 * watch, length.to_f64());
         match *goal {
-            Goal::Crossing { near } if bound() > near.to_f64().max(0.0) => Outlook::QUIET,
+            Goal::Crossing { near } if bound() > near.to_f64().max(0.0) => Outlook::Quiet,
             _ => Outlook::Open,
         }
     }

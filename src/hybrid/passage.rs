@@ -50,9 +50,9 @@ pub(crate) enum Goal<S> {
 }
 
 impl<S: Real> Start<S> {
-    /// Whether the gap can be zero, to rounding, where the step starts.
-    pub(crate) fn may_be_zero(&self) -> bool {
-        !matches!(self, Start::Inside { before, .. } if *before != Heading::Rising)
+    /// Whether the gap rose before, from a minimum that is known.
+    pub(crate) fn rose(&self) -> bool {
+        matches!(self, Start::Inside { before, .. } if *before == Heading::Rising)
     }
 
     /// Whether the gap fell before.

@@ -6,7 +6,6 @@
 //! crossings within one step, the quick dip of a near graze, cannot be missed: they have a minimum
 //! between them.
 
-use super::flight::Outlook;
 use super::passage::{Goal, Heading, Passage, Start};
 use super::stationary::StationaryPoints;
 use crate::numeric::polynomial;
@@ -56,38 +55,17 @@ impl PassageSearch {
     /// Appends the gap's passages on `[0, length]`, in order of time, up to its first crossing; which way the gap goes
     /// at the end, by the minima and maxima that were found.
     ///
-    /// `outlook` is what is known of the gap beforehand. A gap that fell before the step and does not fall at its start
-    /// has its minimum there, between two steps and inside neither.
+    /// A gap that fell before the step and does not fall at its start has its minimum there, between two steps and inside
+    /// neither.
     pub(crate) fn search<S: Real>(
         &mut self,
         gap: &Gap<'_, S>,
         length: S,
         start: Start<S>,
         goal: Goal<S>,
-        outlook: Outlook,
         found: &mut Vec<Passage<S>>,
     ) -> Heading {
-        match outlook {
-            Outlook::Quiet { end } => return end,
-            Outlook::OneCrossing { near } => {
-                let piece = Piece {
-                    left: (S::zero(), gap.sign * gap.value[0]),
-                    right: (length, gap.at(length)),
-                    falls: true,
-                    stationary: false,
-                };
-                if piece.right.1 < S::zero() {
-                    let time = piece.crossing_from(gap, S::from_f64(near), length);
-                    found.push(Passage::Crossing { time });
-                }
-                return Heading::Unknown;
-            }
-            Outlook::Monotone => self.stationary.clear(),
-            Outlook::OneExtremum { near } => {
-                self.stationary.single(gap.slope, length.to_f64(), near);
-            }
-            Outlook::Open => self.stationary.isolate(gap.slope, length.to_f64()),
-        }
+        self.stationary.isolate(gap.slope, length.to_f64());
         let roots = &self.stationary.roots;
         let mut left = (S::zero(), gap.sign * gap.value[0]);
         let mut falls = gap.sign * gap.slope[0] < S::zero();
@@ -188,13 +166,13 @@ impl<S: Real> Piece<S> {
         if left <= S::zero() {
             return self.left.0;
         }
-        self.crossing_from(gap, self.guess(gap, left, right), length)
+        self.newton(gap, self.guess(gap, left, right), length)
     }
 
     /// The same by Newton's method from a time, kept inside the piece by bisection.
     ///
     /// After a step `Δ` the error is about `Δ² |h''/2h'|`; `h''` is taken from the last two slopes, and twice as large.
-    fn crossing_from(&self, gap: &Gap<'_, S>, start: S, length: S) -> S {
+    fn newton(&self, gap: &Gap<'_, S>, start: S, length: S) -> S {
         let (mut positive, mut negative) = (self.left.0, self.right.0);
         let rounding = S::from_f64(0.25 * S::ROUNDOFF) * length;
         let least = S::from_f64(4.0) / length;
@@ -289,7 +267,7 @@ mod tests {
             sign: S::one(),
         };
         let mut found = Vec::new();
-        PassageSearch::default().search(&gap, S::one(), start, goal, Outlook::Open, &mut found);
+        PassageSearch::default().search(&gap, S::one(), start, goal, &mut found);
         found
     }
 

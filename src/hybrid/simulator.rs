@@ -340,7 +340,7 @@ impl<'a, S: Real> Simulator<'a, S> {
             if self.motion.time >= horizon {
                 return Ok(Stop::Horizon);
             }
-            let flown = match self.leap(horizon, approach) {
+            let flown = match self.leap(horizon, approach, record) {
                 Some(flown) => flown,
                 None => self.step(horizon, approach, record)?,
             };

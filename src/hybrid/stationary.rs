@@ -4,7 +4,7 @@
 //! most one if `|p'(m)| > B w`, where `B` bounds `|p''|` on it; otherwise it is halved.
 
 use crate::numeric::Real;
-use crate::numeric::polynomial::{self, value_and_slope};
+use crate::numeric::polynomial::value_and_slope;
 
 /// Zeros of a slope, and the memory to find them.
 #[derive(Clone, Debug, Default)]
@@ -21,29 +21,6 @@ const MAX_INTERVALS: usize = 100_000;
 const SMALLEST_HALF: f64 = 1e-9;
 
 impl StationaryPoints {
-    /// Leaves no zero.
-    pub(super) fn clear(&mut self) {
-        self.roots.clear();
-    }
-
-    /// Fills `roots` with the zero of a slope that has one at most, which lies near a time.
-    pub(super) fn single<S: Real>(&mut self, slope: &[S], length: f64, near: f64) {
-        self.roots.clear();
-        self.scaled.clear();
-        self.scaled.extend(slope.iter().map(|c| c.to_f64()));
-        let (first, last) = (self.scaled[0], polynomial::value(&self.scaled, length));
-        if (first < 0.0) == (last < 0.0) {
-            return;
-        }
-        let at = if near > 0.0 && near < length {
-            near
-        } else {
-            0.5 * length
-        };
-        let root = monotone_root(&self.scaled, (0.0, at, length), first < 0.0);
-        self.roots.push(root / length);
-    }
-
     /// Fills `roots` with the zeros of the slope in units of the length, increasing.
     pub(super) fn isolate<S: Real>(&mut self, slope: &[S], length: f64) {
         self.scaled.clear();

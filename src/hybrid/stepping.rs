@@ -2,7 +2,7 @@
 
 use std::cmp::Ordering;
 
-use super::affine::Leap;
+use super::affine::LeapEnd;
 use super::flight::{Flight, Outlook, TaylorFlight};
 use super::landing::Landing;
 use super::motion::Motion;
@@ -59,44 +59,63 @@ impl<S: Real> Simulator<'_, S> {
             Some(Stop::Release) => self.settle_on_release(),
             _ => {}
         }
-        self.tidy();
+        self.tidy(stop);
         Ok(stop)
     }
 
-    /// Flies freely over many steps, up to the first contact, where nothing else is asked for; `None` where a step is
-    /// needed, to which the flight has come.
-    pub(super) fn leap(&mut self, horizon: S, approach: Approach) -> Option<Option<Stop<S>>> {
-        let asked = self.near_miss > S::zero() || approach != Approach::default();
-        if asked || self.motion.regime != Regime::Free {
+    /// Flies freely over many steps, up to the first event, where free flight is affine; `None` where a step is needed,
+    /// to which the flight has come.
+    pub(super) fn leap(
+        &mut self,
+        horizon: S,
+        approach: Approach,
+        record: &mut dyn FnMut(Event<S>),
+    ) -> Option<Option<Stop<S>>> {
+        let tools = self.affine.as_mut()?;
+        if self.motion.regime != Regime::Free {
             return None;
         }
         let longest = horizon - self.motion.time;
-        let tools = self.affine.as_mut()?;
-        let leap = tools.leap(&mut self.motion, &self.parameters, longest)?;
-        let ended = leap.time() == longest;
-        self.motion.time = if ended {
+        let near_miss = self.near_miss;
+        let asked = |surface| {
+            (
+                goal(surface, approach, near_miss),
+                approach.stop_at == Some(surface),
+            )
+        };
+        let work = &mut self.work;
+        let leap = tools.leap(
+            &mut self.motion,
+            &self.parameters,
+            longest,
+            asked,
+            &mut work.misses,
+        )?;
+        report(&mut work.misses, leap.time, self.motion.time, record);
+        self.motion.time = if leap.time == longest {
             horizon
         } else {
-            self.motion.time + leap.time()
+            self.motion.time + leap.time
         };
-        self.motion.lose_headings();
-        if let Leap::Contact { surface, .. } = leap {
+        let stop = match leap.end {
+            LeapEnd::Stop(stop) => Some(stop),
+            LeapEnd::Quiet | LeapEnd::Open => None,
+        };
+        if let Some(Stop::Contact { surface }) = stop {
+            self.motion.lose_headings();
             self.settle_on(Landing::Contact { surface });
         }
-        if leap.time() > S::zero() {
-            self.tidy();
+        if leap.time > S::zero() {
+            self.tidy(stop);
         }
-        match leap {
-            Leap::Contact { surface, .. } => Some(Some(Stop::Contact { surface })),
-            Leap::Quiet { .. } => Some(None),
-            Leap::Open { .. } => None,
-        }
+        (leap.end != LeapEnd::Open).then_some(stop)
     }
 
-    /// Updates what is remembered after a step: surfaces left behind, the phase.
-    fn tidy(&mut self) {
+    /// Updates what is remembered after a step: surfaces left behind, but for one that is met, and the phase.
+    fn tidy(&mut self, stop: Option<Stop<S>>) {
         for surface in 0..self.surfaces.len() {
             if let Some(rounding) = self.motion.leaving[surface]
+                && stop != Some(Stop::Contact { surface })
                 && self.sense(surface).gap.abs() > rounding
             {
                 self.motion.leaving[surface] = None;
@@ -147,9 +166,8 @@ impl<S: Real> Leg<'_, S> {
                         motion.headings[surface] = Heading::Unknown;
                         continue;
                     };
-                    let start = motion.start(surface);
-                    let outlook = flight.outlook(index, first.length, &start, &goal);
-                    (S::one(), start, goal, outlook)
+                    let outlook = flight.outlook(index, first.length, &goal);
+                    (S::one(), motion.start(surface), goal, outlook)
                 }
                 Watch::Release => {
                     let (value, slope) = flight.polynomials(index);
@@ -162,13 +180,12 @@ impl<S: Real> Leg<'_, S> {
             };
             work.found.clear();
             let end = match outlook {
-                Outlook::Quiet { end } => end,
-                _ => {
+                Outlook::Quiet => Heading::Unknown,
+                Outlook::Open => {
                     let (value, slope) = flight.polynomials(index);
                     let gap = Gap { value, slope, sign };
                     let (length, found) = (first.length, &mut work.found);
-                    work.search
-                        .search(&gap, length, start, goal, outlook, found)
+                    work.search.search(&gap, length, start, goal, found)
                 }
             };
             if let Watch::Gap { surface } = watch {
@@ -188,15 +205,7 @@ impl<S: Real> Leg<'_, S> {
             return Err(Outcome::Diverged { time: motion.time });
         }
         std::mem::swap(&mut motion.state, &mut work.next);
-        work.misses
-            .sort_unstable_by(|a, b| a.0.partial_cmp(&b.0).unwrap_or(Ordering::Equal));
-        for &(time, surface, gap) in work.misses.iter().filter(|miss| miss.0 <= length) {
-            record(Event {
-                time: motion.time + time,
-                surface,
-                kind: EventKind::NearMiss { gap },
-            });
-        }
+        report(&mut work.misses, length, motion.time, record);
         motion.time = if length == remaining {
             self.horizon
         } else {
@@ -220,6 +229,23 @@ impl<S: Real> Leg<'_, S> {
                 *heading = Gap { value, slope, sign }.heading(time);
             }
         }
+    }
+}
+
+/// Reports the minima without contact up to a time, in order, from the time at which they were counted.
+fn report<S: Real>(
+    misses: &mut [(S, usize, S)],
+    until: S,
+    from: S,
+    record: &mut dyn FnMut(Event<S>),
+) {
+    misses.sort_unstable_by(|a, b| a.0.partial_cmp(&b.0).unwrap_or(Ordering::Equal));
+    for &(time, surface, gap) in misses.iter().filter(|miss| miss.0 <= until) {
+        record(Event {
+            time: from + time,
+            surface,
+            kind: EventKind::NearMiss { gap },
+        });
     }
 }
 

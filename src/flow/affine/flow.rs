@@ -56,9 +56,13 @@ pub struct AffineFieldRows<'r, S> {
 }
 
 impl<S: Real> AffineFieldRows<'_, S> {
-    /// The row of the derivative along the field of the function of a row.
-    pub fn lie_derivative(&self, row: &[S]) -> Vec<S> {
-        Matrix::new(self).apply(row)
+    /// Rows of the function of a row and of its derivatives along the field, `count` in all.
+    pub fn lie_derivatives(&self, row: &[S], count: usize) -> Vec<Vec<S>> {
+        let matrix = Matrix::new(self);
+        let next = |row: &Vec<S>| Some(matrix.apply(row));
+        std::iter::successors(Some(row.to_vec()), next)
+            .take(count)
+            .collect()
     }
 }
 

@@ -5,23 +5,27 @@
 //! about the nearest of a row of nodes. Everything is linear in the start: nothing is formed that is not asked for.
 
 use super::flow::{AffineFieldRows, leading_states};
-use super::matrix::{Matrix, control_rows, largest, sum_at, unit};
+use super::looks::{LOOK, Looks};
+use super::matrix::{Matrix, trimmed, unit};
+use super::nodes::Nodes;
 use super::rows::{RowTable, padded};
 use crate::numeric::{Real, polynomial};
 
 /// Pieces of a span.
-const PIECES: usize = 4;
-/// Length of a piece in units of the fastest rate: four make a period of a force that is the fastest.
-const REACH: f64 = 1.6;
+pub(super) const PIECES: usize = 3;
+/// Length of a piece in units of the fastest rate: three make a period of a force that is the fastest.
+const REACH: f64 = 2.1;
 /// Nodes of a piece, one of them its start.
-const NODES: usize = 8;
-/// Terms of the control points below this share of the largest are left out: a quarter of the margin that signs need.
-const SMALL: f64 = 16.0 * f64::EPSILON;
+pub(super) const NODES: usize = 12;
+/// How far from a node its series are good, in units of the distance of two.
+const NEAR: f64 = 0.6;
 
 /// Tables of one affine field over a span.
 #[derive(Clone, Debug)]
 pub struct AffineLeaps<S: Real> {
     spacing: S,
+    /// How far from a node its series are good.
+    reach: S,
     inverse_spacing: f64,
     piece: f64,
     points: usize,
@@ -29,13 +33,13 @@ pub struct AffineLeaps<S: Real> {
     phase_rate: S,
     time_scale: f64,
     /// Per watched function and piece.
-    looks: Vec<Vec<RowTable<f64>>>,
+    looks: Vec<Vec<RowTable<f64, LOOK>>>,
     /// Per watched function the largest control point of each component.
     sizes: Vec<Vec<f64>>,
-    /// Per watched function and node.
-    watched: Vec<Vec<RowTable<S>>>,
-    /// The states that are no other state's derivative, per node, and the state that is theirs.
-    states: Vec<(usize, Vec<RowTable<S>>, Option<usize>)>,
+    nodes: Nodes<S>,
+    watched: Vec<RowTable<S>>,
+    /// The states that are no other state's derivative, and the state that is theirs.
+    states: Vec<(usize, RowTable<S>, Option<usize>)>,
 }
 
 impl<S: Real> AffineLeaps<S> {
@@ -48,50 +52,37 @@ impl<S: Real> AffineLeaps<S> {
         if !spacing.is_finite() {
             return None;
         }
-        let piece = |row: &[S]| matrix.series(row.to_vec(), length);
-        let local = |row: Vec<S>| matrix.series(row, spacing);
-        let whole: Option<Vec<_>> = field.watched.iter().map(|row| piece(row)).collect();
-        let near: Option<Vec<_>> = field
-            .watched
-            .iter()
-            .map(|row| local(row.to_vec()))
-            .collect();
-        let all: Option<Vec<_>> = (0..columns).map(|i| local(unit(i, columns))).collect();
-        let (whole, near, all) = (whole?, near?, all?);
-        let first: Vec<_> = all
-            .iter()
-            .map(|rows| sum_at(rows, S::from_f64(spacing)))
-            .collect();
-        let nodes = Nodes::new(first);
-        let significant = |rows: &Vec<Vec<S>>| significant(rows, length);
-        let points = padded(whole.iter().map(significant).max()?);
-        let longest = all.iter().chain(&near).map(Vec::len).max()?;
-        let terms = padded(longest);
-        let control: Vec<_> = whole
-            .iter()
-            .map(|rows| nodes.control(rows, length, points))
-            .collect();
-        let table = |rows: &Vec<Vec<f64>>| RowTable::new(rows, columns);
-        let at_nodes = |rows: &Vec<Vec<S>>| nodes.tables(rows, terms);
+        let series = |row: Vec<S>| matrix.series(row, spacing);
+        let units = (0..matrix.states).map(|state| unit(state, columns));
+        let states: Option<Vec<_>> = units.map(series).collect();
+        let gaps = field.watched.iter().map(|row| row.to_vec());
+        let watched: Option<Vec<_>> = gaps.map(series).collect();
+        let (watched, states) = (watched?, states?);
+        let nodes = Nodes::new(field, &states, S::from_f64(spacing));
+        let near = |rows: &[Vec<Vec<S>>]| -> Vec<Vec<Vec<S>>> {
+            let near = |rows: &Vec<Vec<S>>| trimmed(rows, NEAR * spacing).to_vec();
+            rows.iter().map(near).collect()
+        };
+        let (watched, states) = (near(&watched), near(&states));
+        let terms = watched.iter().chain(&states).map(Vec::len).max()?;
+        let terms = padded(terms);
+        let looks = Looks::new(&matrix, field.watched, length, &nodes)?;
+        let table = |rows: &Vec<Vec<S>>| RowTable::padded(rows, terms, columns);
         Some(Self {
             spacing: S::from_f64(spacing),
+            reach: S::from_f64(NEAR * spacing),
             inverse_spacing: 1.0 / spacing,
             piece: length,
-            points,
+            points: looks.points,
             terms,
             phase_rate: field.phase_rate,
             time_scale: 1.0 / rate,
-            looks: control
-                .iter()
-                .map(|pieces| pieces.iter().map(table).collect())
-                .collect(),
-            sizes: control
-                .iter()
-                .map(|pieces| largest(&pieces.concat()))
-                .collect(),
-            watched: near.iter().map(at_nodes).collect(),
+            looks: looks.tables,
+            sizes: looks.sizes,
+            nodes,
+            watched: watched.iter().map(table).collect(),
             states: leading_states(field.derivatives)
-                .map(|(state, slope)| (state, at_nodes(&all[state]), slope))
+                .map(|(state, slope)| (state, table(&states[state]), slope))
                 .collect(),
         })
     }
@@ -111,9 +102,9 @@ impl<S: Real> AffineLeaps<S> {
         self.piece
     }
 
-    /// Distance of the nodes: a time is near a node that is not further.
-    pub fn spacing(&self) -> S {
-        self.spacing
+    /// How far from a node its series are good: more than half the distance of two.
+    pub fn reach(&self) -> S {
+        self.reach
     }
 
     /// The time in which the field changes.
@@ -157,19 +148,33 @@ impl<S: Real> AffineLeaps<S> {
         (node, self.spacing * S::from_f64(node as f64))
     }
 
-    /// Taylor coefficients of a watched function about a node.
+    /// The extended state at a node; `out` has the padded length.
     #[inline(always)]
-    pub fn watched_series(&self, watched: usize, node: usize, extended: &[S], out: &mut [S]) {
-        self.watched[watched][node].combine(extended, out);
+    pub fn at_node(&self, node: usize, extended: &[S], out: &mut [S]) {
+        if node == 0 {
+            out[..extended.len()].copy_from_slice(extended);
+        } else {
+            self.nodes.get(node).table.combine(extended, out);
+            out[extended.len() - 1] = S::one();
+        }
     }
 
-    /// The states at a time of the span; `series` holds one series.
+    /// Length of an extended state at a node, padded.
+    pub fn padded_columns(columns: usize) -> usize {
+        padded(columns)
+    }
+
+    /// Taylor coefficients of a watched function about a node, from the extended state there.
     #[inline(always)]
-    pub fn states_at(&self, time: S, extended: &[S], series: &mut [S], states: &mut [S]) {
-        let (node, start) = self.node(time.to_f64());
-        let time = time - start;
-        for (state, nodes, slope) in &self.states {
-            nodes[node].combine(extended, series);
+    pub fn watched_series(&self, watched: usize, at_node: &[S], out: &mut [S]) {
+        self.watched[watched].combine(at_node, out);
+    }
+
+    /// The states at a time after a node, or before, from the extended state there; `series` holds one series.
+    #[inline(always)]
+    pub fn states_at(&self, time: S, at_node: &[S], series: &mut [S], states: &mut [S]) {
+        for (state, table, slope) in &self.states {
+            table.combine(at_node, series);
             match slope {
                 Some(slope) => {
                     (states[*state], states[*slope]) = polynomial::value_and_slope(series, time);
@@ -178,75 +183,4 @@ impl<S: Real> AffineLeaps<S> {
             }
         }
     }
-}
-
-/// The flow from the start of a span to each of its nodes.
-struct Nodes<S> {
-    matrices: Vec<Vec<Vec<S>>>,
-}
-
-impl<S: Real> Nodes<S> {
-    /// From the flow to the first node: by squares, so that rounding grows with the number of digits of a node alone.
-    fn new(first: Vec<Vec<S>>) -> Self {
-        let columns = first.len();
-        let mut matrices: Vec<Vec<Vec<S>>> = vec![
-            (0..columns).map(|column| unit(column, columns)).collect(),
-            first,
-        ];
-        for node in 2..=PIECES * NODES {
-            let half = composed(&matrices[node / 2], &matrices[node - node / 2]);
-            matrices.push(half);
-        }
-        Self { matrices }
-    }
-
-    /// Series of a row about every node.
-    fn tables(&self, rows: &[Vec<S>], terms: usize) -> Vec<RowTable<S>> {
-        let table = |matrix: &Vec<Vec<S>>| {
-            let columns = matrix.len();
-            let mut rows = composed(rows, matrix);
-            rows.resize(terms, vec![S::zero(); columns]);
-            RowTable::new(&rows, columns)
-        };
-        self.matrices.iter().map(table).collect()
-    }
-
-    /// Rows of the control points of a row's series on every piece.
-    fn control(&self, rows: &[Vec<S>], length: f64, points: usize) -> Vec<Vec<Vec<f64>>> {
-        let rows = &rows[..rows.len().min(points)];
-        let control = |matrix: &Vec<Vec<S>>| control_rows(&composed(rows, matrix), length, points);
-        let starts = self.matrices.iter().step_by(NODES).take(PIECES);
-        starts.map(control).collect()
-    }
-}
-
-/// Rows after a linear map.
-fn composed<S: Real>(rows: &[Vec<S>], matrix: &[Vec<S>]) -> Vec<Vec<S>> {
-    let image = |row: &Vec<S>| {
-        let mut image = vec![S::zero(); matrix.len()];
-        for (&factor, line) in row.iter().zip(matrix) {
-            for (value, &entry) in image.iter_mut().zip(line) {
-                *value = factor.mul_add(entry, *value);
-            }
-        }
-        image
-    };
-    rows.iter().map(image).collect()
-}
-
-/// Number of leading rows that hold every term above the small share of the largest of its column.
-fn significant<S: Real>(rows: &[Vec<S>], length: f64) -> usize {
-    let powers = std::iter::successors(Some(1.0), |power| Some(power * length));
-    let scaled: Vec<Vec<f64>> = rows
-        .iter()
-        .zip(powers)
-        .map(|(row, power)| row.iter().map(|value| value.magnitude() * power).collect())
-        .collect();
-    let sizes = largest(&scaled);
-    let matters = |row: &Vec<f64>| {
-        row.iter()
-            .zip(&sizes)
-            .any(|(&term, &size)| term > SMALL * size)
-    };
-    scaled.iter().rposition(matters).map_or(1, |last| last + 1)
 }

@@ -4,31 +4,46 @@ use super::flow::AffineFieldRows;
 use crate::numeric::Real;
 
 /// Most terms of a series.
-const MAX_TERMS: usize = 96;
+pub(super) const MAX_TERMS: usize = 96;
 
-/// `M`, by rows.
+/// `M`, by rows, each with the columns of its entries that are not zero.
 pub(super) struct Matrix<S> {
     pub(super) states: usize,
     pub(super) columns: usize,
-    rows: Vec<Vec<S>>,
+    rows: Vec<Vec<(usize, S)>>,
 }
 
 impl<S: Real> Matrix<S> {
     pub(super) fn new(field: &AffineFieldRows<'_, S>) -> Self {
         let states = field.derivatives.len();
         let columns = states + 2 * field.multiples.len() + 1;
-        let mut rows: Vec<Vec<S>> = field.derivatives.iter().map(|row| row.to_vec()).collect();
-        rows.resize(columns, vec![S::zero(); columns]);
+        let entries = |row: &&[S]| {
+            let row = row.iter().copied().enumerate();
+            row.filter(|(_, entry)| *entry != S::zero()).collect()
+        };
+        let mut rows: Vec<Vec<_>> = field.derivatives.iter().map(entries).collect();
         for (harmonic, &multiple) in field.multiples.iter().enumerate() {
             let (cosine, sine) = (states + 2 * harmonic, states + 2 * harmonic + 1);
             let rate = multiple * field.phase_rate;
-            rows[cosine][sine] = -rate;
-            rows[sine][cosine] = rate;
+            rows.push(vec![(sine, -rate)]);
+            rows.push(vec![(cosine, rate)]);
         }
+        rows.push(Vec::new());
         Self {
             states,
             columns,
             rows,
+        }
+    }
+
+    /// The same in `f64`.
+    pub(super) fn rounded(&self) -> Matrix<f64> {
+        let entry = |&(column, value): &(usize, S)| (column, value.to_f64());
+        let row = |row: &Vec<(usize, S)>| row.iter().map(entry).collect();
+        Matrix {
+            states: self.states,
+            columns: self.columns,
+            rows: self.rows.iter().map(row).collect(),
         }
     }
 
@@ -37,8 +52,8 @@ impl<S: Real> Matrix<S> {
         let mut image = vec![S::zero(); self.columns];
         for (&factor, line) in row.iter().zip(&self.rows) {
             if factor != S::zero() {
-                for (value, &entry) in image.iter_mut().zip(line) {
-                    *value = factor.mul_add(entry, *value);
+                for &(column, entry) in line {
+                    image[column] = factor.mul_add(entry, image[column]);
                 }
             }
         }
@@ -74,7 +89,12 @@ impl<S: Real> Matrix<S> {
     /// Estimate from above of the largest magnitude of an eigenvalue: `‖M^64‖^(1/64)`.
     pub(super) fn rate(&self) -> f64 {
         let columns = self.columns;
-        let mut power: Vec<f64> = self.rows.iter().flatten().map(|v| v.to_f64()).collect();
+        let mut power = vec![0.0; columns * columns];
+        for (row, entries) in power.chunks_mut(columns).zip(&self.rows) {
+            for &(column, entry) in entries {
+                row[column] = entry.to_f64();
+            }
+        }
         let mut logarithm = 0.0;
         for squaring in 0..7 {
             let norm = power
@@ -100,6 +120,24 @@ impl<S: Real> Matrix<S> {
         }
         0.0
     }
+}
+
+/// The first rows of a series that a shorter time needs, by the measure of [`Matrix::series`].
+pub(super) fn trimmed<S: Real>(series: &[Vec<S>], length: f64) -> &[Vec<S>] {
+    let powers = || std::iter::successors(Some(1.0), |power| Some(power * length));
+    let mut largest = vec![0.0f64; series[0].len()];
+    for (row, power) in series.iter().zip(powers()) {
+        for (largest, value) in largest.iter_mut().zip(row) {
+            *largest = largest.max(value.magnitude() * power);
+        }
+    }
+    let matters = |(row, power): (&Vec<S>, f64)| {
+        let mut terms = row.iter().zip(&largest);
+        terms.any(|(c, largest)| c.magnitude() * power > largest * S::ROUNDOFF * 0.0625)
+    };
+    let count = series.iter().zip(powers()).map(matters);
+    let last = count.enumerate().filter(|(_, matters)| *matters).last();
+    &series[..last.map_or(1, |(place, _)| place + 1)]
 }
 
 /// `Σ_k rows_k t^k`.

@@ -31,6 +31,11 @@ impl<S: Real> Extended<S> {
         }
     }
 
+    /// Number of states before the harmonics.
+    pub(super) fn states(&self) -> usize {
+        self.states
+    }
+
     pub(super) fn set_multiples(&mut self, multiples: &[S]) {
         self.multiples.clear();
         self.multiples.extend_from_slice(multiples);

@@ -1,40 +1,53 @@
-//! Free flight to the next contact over a span of several steps, where nothing but contacts is asked for.
+//! Free flight to the next event over a span of several steps.
 //!
-//! One idea: the control points of every gap on one piece after another say that there is no zero, or exactly one, which
-//! is found there; what they leave open is left to the general search, from the start of that piece.
+//! One idea: the control points of every gap on one piece after another say that there is no event, or that there is
+//! exactly one zero or one extremum, which is found there; what they leave open is left to the general search, from the
+//! start of that piece.
 
-use super::flight::{ROUNDING, signs};
+use super::look::{Course, Found, Look};
+use super::newton::{GapCourse, NodeVisit};
+use super::polygon::{Polygon, ROUNDING};
 use crate::flow::AffineLeaps;
-use crate::hybrid::flight::Outlook;
-use crate::numeric::{Kernel, Real, polynomial};
+use crate::hybrid::passage::{Goal, Heading, Passage, Start};
+use crate::hybrid::simulator::Stop;
+use crate::numeric::{Kernel, Real};
 
 /// Where a leap ends.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(in crate::hybrid) enum Leap<S> {
-    /// After the time asked for, or the whole span where that is longer.
-    Quiet {
-        /// Time flown.
-        time: S,
-    },
-    /// A surface is met.
-    Contact {
-        /// The surface.
-        surface: usize,
-        /// Time flown.
-        time: S,
-    },
-    /// Nothing happened so far; what follows must be searched.
-    Open {
-        /// Time flown.
-        time: S,
-    },
+pub(in crate::hybrid) struct Leap<S> {
+    /// Time flown.
+    pub(in crate::hybrid) time: S,
+    pub(in crate::hybrid) end: LeapEnd<S>,
 }
 
-impl<S: Copy> Leap<S> {
-    /// Time flown.
-    pub(in crate::hybrid) fn time(&self) -> S {
-        match *self {
-            Leap::Quiet { time } | Leap::Contact { time, .. } | Leap::Open { time } => time,
+/// Why a leap ends.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(in crate::hybrid) enum LeapEnd<S> {
+    /// The time asked for, or the whole span where that is longer.
+    Quiet,
+    /// An event.
+    Stop(Stop<S>),
+    /// Nothing happened so far; what follows must be searched.
+    Open,
+}
+
+/// What is asked of the gap of one surface.
+#[derive(Clone, Copy, Debug)]
+pub(in crate::hybrid) struct Asked<S> {
+    /// Nothing for a surface that is flown through.
+    pub(in crate::hybrid) goal: Option<Goal<S>>,
+    pub(in crate::hybrid) start: Start<S>,
+    /// Whether the flight stops at its minima.
+    pub(in crate::hybrid) stops: bool,
+}
+
+impl<S: Real> Asked<S> {
+    fn nothing() -> Self {
+        let (before, within) = (Heading::Unknown, S::zero());
+        Self {
+            goal: None,
+            start: Start::Inside { before, within },
+            stops: false,
         }
     }
 }
@@ -42,20 +55,26 @@ impl<S: Copy> Leap<S> {
 /// Working memory of leaps.
 #[derive(Clone, Debug)]
 pub(super) struct LeapBuffers<S> {
-    pub(super) series: Vec<S>,
+    pub(super) visit: NodeVisit<S>,
     pub(super) control: Vec<f64>,
     pub(super) rounded: Vec<f64>,
-    /// Rounding of the control points of each gap.
+    /// Per surface the rounding of the control points of its gap.
     pub(super) rounding: Vec<f64>,
+    /// Per surface.
+    pub(super) asked: Vec<Asked<S>>,
+    /// Per surface the course of its gap on the present piece.
+    courses: Vec<Course<S>>,
 }
 
 impl<S: Real> LeapBuffers<S> {
     pub(super) fn new(leaps: &AffineLeaps<S>, columns: usize, surfaces: usize) -> Self {
         Self {
-            series: vec![S::zero(); leaps.terms()],
+            visit: NodeVisit::new(leaps, columns),
             control: vec![0.0; leaps.points()],
             rounded: vec![0.0; columns],
             rounding: vec![0.0; surfaces],
+            asked: vec![Asked::nothing(); surfaces],
+            courses: vec![Course::Straight(Heading::Unknown); surfaces],
         }
     }
 }
@@ -67,14 +86,13 @@ pub(super) struct Leaper<'t, S: Real> {
     pub(super) buffers: &'t mut LeapBuffers<S>,
     /// The longest flight asked for.
     pub(super) longest: S,
-    /// Per surface whether its gap may start at zero.
-    pub(super) leaving: &'t [Option<S>],
+    /// Per surface which way its gap goes where the leap ends.
+    pub(super) headings: &'t mut [Heading],
+    /// Minima at which the flight does not stop: time, surface, gap.
+    pub(super) misses: &'t mut Vec<(S, usize, S)>,
     /// Where the states after the leap go.
     pub(super) states: &'t mut [S],
 }
-
-/// Most steps of Newton's method, and most changes of the node.
-const MAX_NEWTON: usize = 8;
 
 impl<S: Real> Kernel for Leaper<'_, S> {
     type Output = Leap<S>;
@@ -87,15 +105,10 @@ impl<S: Real> Kernel for Leaper<'_, S> {
         for (surface, rounding) in self.buffers.rounding.iter_mut().enumerate() {
             *rounding = ROUNDING * self.leaps.size(surface, &self.buffers.rounded);
         }
+        self.buffers.visit.forget();
         let leap = self.fly();
-        let Self {
-            leaps,
-            extended,
-            buffers,
-            states,
-            ..
-        } = self;
-        leaps.states_at(leap.time(), extended, &mut buffers.series, states);
+        let visit = &mut self.buffers.visit;
+        visit.states_at(leap.time, self.leaps, self.extended, self.states);
         leap
     }
 }
@@ -109,97 +122,134 @@ impl<S: Real> Leaper<'_, S> {
             if start >= quiet.to_f64() {
                 break;
             }
-            let mut first = None;
-            for surface in 0..self.leaving.len() {
-                let crossing = match self.look(surface, piece) {
-                    Some(Outlook::OneCrossing { near }) => {
-                        self.crossing(surface, start + near * self.leaps.piece())
-                    }
-                    Some(_) => continue,
-                    None => None,
+            let end = start + self.leaps.piece();
+            let Some(leap) = self.piece(piece, quiet) else {
+                return Leap {
+                    time: self.leaps.node(start).1,
+                    end: LeapEnd::Open,
                 };
-                let Some(time) = crossing else {
-                    return Leap::Open {
-                        time: self.leaps.node(start).1,
-                    };
-                };
-                if first.is_none_or(|(_, earlier)| time < earlier) {
-                    first = Some((surface, time));
-                }
+            };
+            if leap.end != LeapEnd::Quiet || end >= quiet.to_f64() {
+                self.turn_at(leap.time);
+                return leap;
             }
-            if let Some((surface, time)) = first {
-                return if time <= quiet {
-                    Leap::Contact { surface, time }
-                } else {
-                    Leap::Quiet { time: quiet }
-                };
-            }
+            self.go_on();
         }
-        Leap::Quiet { time: quiet }
+        Leap {
+            time: quiet,
+            end: LeapEnd::Quiet,
+        }
     }
 
-    /// What the control points of a gap on a piece tell of its zeros.
+    /// The first event on a piece before a time, or that time; `None` where a gap must be searched.
     #[inline(always)]
-    fn look(&mut self, surface: usize, piece: usize) -> Option<Outlook> {
+    fn piece(&mut self, piece: usize, quiet: S) -> Option<Leap<S>> {
+        let known = self.misses.len();
+        let mut first = Leap {
+            time: quiet,
+            end: LeapEnd::Quiet,
+        };
+        for surface in 0..self.buffers.asked.len() {
+            let Some(found) = self.look(surface, piece) else {
+                self.misses.truncate(known);
+                return None;
+            };
+            self.buffers.courses[surface] = found.course;
+            let stop = match found.passage {
+                Some(Passage::Minimum { gap, .. }) if self.buffers.asked[surface].stops => {
+                    Stop::Minimum { gap }
+                }
+                Some(Passage::Minimum { time, gap }) => {
+                    self.misses.push((time, surface, gap));
+                    continue;
+                }
+                Some(Passage::Crossing { .. }) => Stop::Contact { surface },
+                None => continue,
+            };
+            let time = found.passage.map_or(quiet, |passage| passage.time());
+            let is_first = match first.end {
+                LeapEnd::Quiet => time <= first.time,
+                _ => time < first.time,
+            };
+            if is_first {
+                let end = LeapEnd::Stop(stop);
+                first = Leap { time, end };
+            }
+        }
+        if self.misses.len() > known {
+            self.misses.retain(|miss| miss.0 <= first.time);
+        }
+        Some(first)
+    }
+
+    /// What the control points of a gap on a piece tell of its events; `None` where that is not enough.
+    #[inline(always)]
+    fn look(&mut self, surface: usize, piece: usize) -> Option<Found<S>> {
+        let Asked { goal, start, .. } = self.buffers.asked[surface];
+        let Some(goal) = goal else {
+            return Some(Found::quiet(Heading::Unknown));
+        };
         let LeapBuffers {
             control,
             rounded,
             rounding,
+            visit,
             ..
         } = &mut *self.buffers;
         self.leaps.look(surface, piece, rounded, control);
-        let on_zero = piece == 0 && self.leaving[surface].is_some();
-        signs(control, on_zero, rounding[surface])
+        let look = Look {
+            polygon: Polygon {
+                points: control,
+                rounding: rounding[surface],
+            },
+            on_zero: matches!(start, Start::Leaving { .. }),
+            start,
+            goal,
+            gap: GapCourse {
+                leaps: self.leaps,
+                extended: self.extended,
+                surface,
+                visit,
+            },
+            from: self.leaps.piece() * piece as f64,
+        };
+        look.found()
     }
 
-    /// The one zero of a gap near a time, by Newton's method about the nearest node, from the zero of the parabola there.
-    ///
-    /// After a step `Δ` the error is about `Δ² |h''/2h'|`; `h''` is taken from the last two slopes, and twice as large.
+    /// Which way the gaps go at a time of the present piece.
     #[inline(always)]
-    fn crossing(&mut self, surface: usize, near: f64) -> Option<S> {
-        let (leaps, series) = (self.leaps, &mut self.buffers.series[..]);
-        let spacing = leaps.spacing();
-        let rounding = S::from_f64(0.25 * S::ROUNDOFF) * spacing;
-        let least = S::from_f64(4.0) / spacing;
-        let mut guess = S::from_f64(near);
-        for _ in 0..MAX_NEWTON {
-            let (node, start) = leaps.node(guess.to_f64());
-            leaps.watched_series(surface, node, self.extended, series);
-            let parabola = falling_root(series).filter(|time| time.abs() <= spacing + spacing);
-            let mut time = parabola.unwrap_or(guess - start);
-            let mut before = None;
-            for _ in 0..MAX_NEWTON {
-                let (value, slope) = polynomial::value_and_slope(series, time);
-                let change = -value / slope;
-                let is_last = |(last, last_slope): (S, S)| {
-                    let bend = (slope - last_slope) / ((time - last) * slope);
-                    (bend.abs() + least) * change * change <= rounding
-                };
-                let settled = change == S::zero() || before.is_some_and(is_last);
-                before = Some((time, slope));
-                time += change;
-                let is_near = time.abs() <= spacing;
-                if settled && is_near {
-                    return (slope < S::zero()).then_some(start + time);
+    fn turn_at(&mut self, time: S) {
+        for surface in 0..self.buffers.asked.len() {
+            self.headings[surface] = match self.buffers.courses[surface] {
+                Course::Straight(heading) => heading,
+                Course::Valley(turn) => Heading::falling(time < turn),
+                Course::Hill => {
+                    let mut gap = GapCourse {
+                        leaps: self.leaps,
+                        extended: self.extended,
+                        surface,
+                        visit: &mut self.buffers.visit,
+                    };
+                    Heading::falling(gap.slope(time) < S::zero())
                 }
-                if !is_near {
-                    break;
-                }
-            }
-            guess = start + time;
-            if !(guess > -spacing && guess < leaps.span() + spacing) {
-                return None;
-            }
+            };
         }
-        None
     }
-}
 
-/// Where the parabola of a series' first terms falls through zero, to `f64`.
-#[inline(always)]
-fn falling_root<S: Real>(series: &[S]) -> Option<S> {
-    let [value, slope, curvature] = series.first_chunk()?.map(Real::to_f64);
-    let root = (slope * slope - 4.0 * value * curvature).sqrt();
-    let time = 2.0 * value / (root - slope);
-    time.is_finite().then(|| S::from_f64(time))
+    /// Goes to the start of the next piece.
+    #[inline(always)]
+    fn go_on(&mut self) {
+        let within = S::zero();
+        let LeapBuffers { asked, courses, .. } = &mut *self.buffers;
+        let surfaces = asked.iter_mut().zip(courses).zip(&mut *self.headings);
+        for ((asked, course), heading) in surfaces {
+            let before = match *course {
+                Course::Straight(heading) => heading,
+                Course::Valley(_) => Heading::Rising,
+                Course::Hill => Heading::Falling,
+            };
+            asked.start = Start::Inside { before, within };
+            *heading = before;
+        }
+    }
 }

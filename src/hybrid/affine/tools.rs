@@ -2,11 +2,14 @@
 
 use super::extended::Extended;
 use super::flight::AffineFlight;
-use super::leap::{Leap, LeapBuffers, Leaper};
+use super::leap::{Asked, Leap, LeapBuffers, Leaper};
+use super::retreat::Retreat;
 use super::{AffineSurface, AffineSystem};
 use crate::flow::{AffineFieldRows, AffineFlow, AffineLeaps, AffineRows, RowTable};
+use crate::hybrid::backward::Back;
 use crate::hybrid::landing::{Closing, Landing};
 use crate::hybrid::motion::Motion;
+use crate::hybrid::passage::Goal;
 use crate::hybrid::sensing::Sense;
 use crate::hybrid::system::Regime;
 use crate::numeric::{Real, widest};
@@ -33,9 +36,11 @@ pub(super) struct Buffers<S> {
 
 #[derive(Clone, Debug)]
 struct Tables<S: Real> {
-    /// `None` where the series of free flight do not end within the numbers of the type.
-    free: Option<AffineFlow<S>>,
-    /// Of free flight, and what they work on; computed when first needed.
+    /// Of free flight, computed when first needed; `None` where a series does not end within the numbers of the type.
+    free: Option<Option<AffineFlow<S>>>,
+    phase_rate: S,
+    rows: AffineRows<S>,
+    /// Of free flight, and what they work on; likewise.
     leaps: Option<Option<(AffineLeaps<S>, LeapBuffers<S>)>>,
     /// Rows of the derivatives of the states in free flight.
     rates: RowTable<S>,
@@ -85,7 +90,7 @@ impl<'a, S: Real> AffineTools<'a, S> {
         if self.tables.is_none() {
             let rows = self.system.expressions.at(parameters);
             self.extended.set_multiples(&rows.multiples);
-            self.tables = Some(Tables::new(self.system, &rows));
+            self.tables = Some(Tables::new(self.system, rows));
         }
     }
 
@@ -97,9 +102,13 @@ impl<'a, S: Real> AffineTools<'a, S> {
         parameters: &[S],
     ) -> Option<AffineFlight<'_, S>> {
         self.prepare(parameters);
-        let tables = self.tables.as_ref()?;
+        let (system, tables) = (self.system, self.tables.as_mut()?);
         let flow = match regime {
-            Regime::Free => tables.free.as_ref(),
+            Regime::Free => {
+                let Tables { free, rows, .. } = &mut *tables;
+                let flow = || system.with_free_field(rows, AffineFlow::new);
+                free.get_or_insert_with(flow).as_ref()
+            }
             Regime::Contact { surface } => tables.surfaces[surface].contact.as_ref(),
             Regime::Stick { .. } => None,
         }?;
@@ -113,38 +122,88 @@ impl<'a, S: Real> AffineTools<'a, S> {
         ))
     }
 
-    /// Flies freely for a time, at most, with nothing asked for but contacts, and writes the state where that ends;
-    /// `None` where the field has no tables for it.
+    /// Flies freely to the first event, for a time at most, and writes the state where that ends; `None` where the
+    /// field has no tables for it.
+    ///
+    /// `asked` says of each surface what is looked for, and whether the flight stops at its minima; others are put to
+    /// `misses`.
     pub(in crate::hybrid) fn leap(
         &mut self,
         motion: &mut Motion<S>,
         parameters: &[S],
         longest: S,
+        asked: impl Fn(usize) -> (Option<Goal<S>>, bool),
+        misses: &mut Vec<(S, usize, S)>,
     ) -> Option<Leap<S>> {
+        let (leaps, extended, buffers) = self.leaps(motion, parameters)?;
+        motion.last_step = S::from_f64(leaps.time_scale());
+        for surface in 0..motion.leaving.len() {
+            let (goal, stops) = asked(surface);
+            let start = motion.start(surface);
+            buffers.asked[surface] = Asked { goal, start, stops };
+        }
+        misses.clear();
+        let states = extended.states();
+        let leap = widest(Leaper {
+            leaps,
+            extended: &extended.values,
+            buffers,
+            longest,
+            headings: &mut motion.headings,
+            misses,
+            states: &mut motion.state[..states],
+        });
+        if let Some(phase) = motion.state.get_mut(states) {
+            *phase = leaps.phase_rate().mul_add(leap.time, *phase);
+        }
+        Some(leap)
+    }
+
+    /// Takes the state back along the free flow to where the gap was zero, or least; the time that took, `None` where it
+    /// is longer than asked for or not known from one series.
+    pub(in crate::hybrid) fn retreat(
+        &mut self,
+        surface: usize,
+        goal: Back,
+        motion: &mut Motion<S>,
+        parameters: &[S],
+        longest: S,
+    ) -> Option<S> {
+        let (leaps, extended, buffers) = self.leaps(motion, parameters)?;
+        let states = extended.states();
+        let time = widest(Retreat {
+            leaps,
+            extended: &extended.values,
+            buffers,
+            surface,
+            goal,
+            longest,
+            states: &mut motion.state[..states],
+        })?;
+        if let Some(phase) = motion.state.get_mut(states) {
+            *phase -= leaps.phase_rate() * time;
+        }
+        Some(time)
+    }
+
+    /// The tables of leaps, the extended state, and what leaps work on.
+    fn leaps(
+        &mut self,
+        motion: &Motion<S>,
+        parameters: &[S],
+    ) -> Option<(&AffineLeaps<S>, &Extended<S>, &mut LeapBuffers<S>)> {
         self.prepare(parameters);
         let (system, tables) = (self.system, self.tables.as_mut()?);
-        let leaps = tables.leaps.get_or_insert_with(|| {
-            let leaps = system.free_leaps(parameters)?;
+        let Tables { leaps, rows, .. } = tables;
+        let leaps = leaps.get_or_insert_with(|| {
+            let leaps = system.with_free_field(rows, AffineLeaps::new)?;
             let buffers =
                 LeapBuffers::new(&leaps, system.expressions.columns(), system.surfaces.len());
             Some((leaps, buffers))
         });
         let (leaps, buffers) = leaps.as_mut()?;
         self.extended.take(&motion.state, motion.reference_phase);
-        let states = system.expressions.states();
-        let leap = widest(Leaper {
-            leaps,
-            extended: &self.extended.values,
-            buffers,
-            longest,
-            leaving: &motion.leaving,
-            states: &mut motion.state[..states],
-        });
-        if let Some(phase) = motion.state.get_mut(states) {
-            *phase = leaps.phase_rate().mul_add(leap.time(), *phase);
-        }
-        motion.last_step = S::from_f64(leaps.time_scale());
-        Some(leap)
+        Some((leaps, &self.extended, buffers))
     }
 
     /// The normal motion at a surface, along the free flow.
@@ -156,12 +215,15 @@ impl<'a, S: Real> AffineTools<'a, S> {
     ) -> Option<Sense<S>> {
         self.prepare(parameters);
         let tables = self.tables.as_ref()?;
-        tables.free.as_ref()?;
         self.extended.take(&motion.state, motion.reference_phase);
         let values = &self.extended.values;
         let SurfaceTables { event, normal, .. } = &tables.surfaces[surface];
         let terms = event.iter().zip(values).take(values.len() - 1);
-        let size = terms.fold(S::zero(), |size, (&a, &y)| size.max((a * y).abs()));
+        let terms = terms.map(|(&a, &y)| (a * y).abs());
+        let size = terms.fold(
+            S::zero(),
+            |size, term| if term > size { term } else { size },
+        );
         let mut motion = [S::zero(); 4];
         normal.multiply(values, &mut motion);
         let [gap, velocity, acceleration, jerk] = motion;
@@ -184,14 +246,13 @@ impl<'a, S: Real> AffineTools<'a, S> {
     ) -> Option<Closing<S>> {
         self.prepare(parameters);
         let tables = self.tables.as_ref()?;
-        let flow = tables.free.as_ref()?;
         let rows = match landing {
             Landing::Contact { surface } => &tables.surfaces[surface].normal,
             Landing::Release { surface } => tables.surfaces[surface].release.as_ref()?,
         };
         self.extended.take(&motion.state, motion.reference_phase);
         let values = &self.extended.values;
-        rates.fill(flow.phase_rate());
+        rates.fill(tables.phase_rate);
         let states = self.system.expressions.states();
         tables.rates.multiply(values, &mut rates[..states]);
         let mut closing = [S::zero(); 2];
@@ -237,26 +298,29 @@ impl AffineSystem {
         }
     }
 
-    fn free_leaps<S: Real>(&self, parameters: &[S]) -> Option<AffineLeaps<S>> {
-        let rows = self.expressions.at(parameters);
+    fn with_free_field<S: Real, R>(
+        &self,
+        rows: &AffineRows<S>,
+        tables: impl FnOnce(&AffineFieldRows<'_, S>) -> R,
+    ) -> R {
         let row = |&place: &usize| rows.rows[place].as_slice();
         let events: Vec<&[S]> = self.surfaces.iter().map(|s| row(&s.event)).collect();
         let free: Vec<&[S]> = self.free.iter().map(row).collect();
-        AffineLeaps::new(&self.free_field(&rows, &free, &events))
+        tables(&self.free_field(rows, &free, &events))
     }
 }
 
 impl<S: Real> Tables<S> {
-    fn new(system: &AffineSystem, rows: &AffineRows<S>) -> Self {
+    fn new(system: &AffineSystem, rows: AffineRows<S>) -> Self {
         let row = |&place: &usize| rows.rows[place].as_slice();
         let events: Vec<&[S]> = system.surfaces.iter().map(|s| row(&s.event)).collect();
         let free: Vec<&[S]> = system.free.iter().map(row).collect();
-        let field = system.free_field(rows, &free, &events);
+        let field = system.free_field(&rows, &free, &events);
         let columns = system.expressions.columns();
         let table = |rows: Vec<Vec<S>>| RowTable::new(&rows, columns);
         let surface = |surface: &AffineSurface| SurfaceTables {
             event: row(&surface.event).to_vec(),
-            normal: table(derivatives(&field, row(&surface.event), 4)),
+            normal: table(field.lie_derivatives(row(&surface.event), 4)),
             reset: surface.reset.as_ref().map(|reset| {
                 let image = reset.iter().map(|place| row(place).to_vec());
                 table(image.collect())
@@ -264,7 +328,7 @@ impl<S: Real> Tables<S> {
             release: surface
                 .contact
                 .as_ref()
-                .map(|contact| table(derivatives(&field, row(&contact.release), 2))),
+                .map(|contact| table(field.lie_derivatives(row(&contact.release), 2))),
             contact: surface.contact.as_ref().and_then(|contact| {
                 let derivatives: Vec<&[S]> = contact.derivatives.iter().map(row).collect();
                 let others = contact.others.iter().map(|&other| events[other]);
@@ -277,23 +341,16 @@ impl<S: Real> Tables<S> {
                 })
             }),
         };
+        let surfaces = system.surfaces.iter().map(surface).collect();
+        let rates = table(free.iter().map(|row| row.to_vec()).collect());
+        let phase_rate = field.phase_rate;
         Self {
-            free: AffineFlow::new(&field),
+            free: None,
+            phase_rate,
             leaps: None,
-            rates: table(free.iter().map(|row| row.to_vec()).collect()),
-            surfaces: system.surfaces.iter().map(surface).collect(),
+            rates,
+            surfaces,
+            rows,
         }
     }
-}
-
-/// Rows of a function and of its derivatives along a field, `count` in all.
-fn derivatives<S: Real>(
-    field: &AffineFieldRows<'_, S>,
-    function: &[S],
-    count: usize,
-) -> Vec<Vec<S>> {
-    let next = |row: &Vec<S>| Some(field.lie_derivative(row));
-    std::iter::successors(Some(function.to_vec()), next)
-        .take(count)
-        .collect()
 }
