@@ -145,7 +145,7 @@ fn every_table_of_a_scene_is_read() {
         (scene.window.depth, scene.window.parameter[1]),
         (1e-2, 1e-3)
     );
-    assert_eq!((scene.emit.shape, scene.emit.lanes), (Shape::Composed, 4));
+    assert_eq!((scene.emit.shape, scene.emit.lanes), (Shape::Composed, Some(4)));
     let diagram = &scene.diagrams[0];
     assert_eq!(
         (
