@@ -77,7 +77,7 @@ pub(super) enum CliError {
     #[error(transparent)]
     Convergence(#[from] ConvergenceError),
     /// No orders of the sweep meet the tolerance of the scene.
-    #[error("no orders up to those tried stay within the tolerance {tolerance:e} on the window; the best, N = {smooth_order}, W = {contact_weight}, reach {}{}", .error.map_or("no finite error".to_owned(), |error| format!("{error:.0e}")), .limit.map_or(String::new(), |limit| format!(": {}", limit_words(limit, *.precision))))]
+    #[error("no orders up to those tried stay within the tolerance {tolerance:e} on the window; the best, N = {smooth_order}, W = {contact_weight}, reach {}{}", .error.map_or("no finite error".to_owned(), |error| format!("{error:.1e}")), .limit.map_or(String::new(), |limit| format!(": {}", limit_words(limit, *.precision))))]
     ToleranceNotMet {
         tolerance: f64,
         smooth_order: u32,

@@ -37,6 +37,10 @@ const TRUNCATION: f64 = 0.1;
 /// And one of so many roundings of the image.
 const ROUNDINGS: f64 = 32.0;
 
+/// A tolerance that is a smaller share of a rounding of the largest image is met by no map in these numbers: the largest of many
+/// roundings comes near to a quarter of it at least.
+const HOPELESS: f64 = 0.1;
+
 /// Chooses maps of one scene.
 ///
 /// ```
@@ -131,13 +135,24 @@ impl<'a> Chooser<'a> {
     /// As [`new`](Self::new).
     pub fn choose(&mut self, tolerance: f64) -> Result<Choice, ConvergenceError> {
         let clock = Instant::now();
-        let asked = self.scene.emit.precision;
-        let mut choice = self.choose_in(asked.first(), tolerance)?;
-        if asked == EmitPrecision::Any && !choice.met {
-            choice = self.choose_in(FloatFormat::F64, tolerance)?;
-        }
+        let mut choice = match self.scene.emit.precision {
+            EmitPrecision::Given(format) => self.choose_in(format, tolerance)?,
+            EmitPrecision::Any => match self.choose_single(tolerance)? {
+                Some(choice) => choice,
+                None => self.choose_in(FloatFormat::F64, tolerance)?,
+            },
+        };
         choice.seconds = clock.elapsed().as_secs_f64();
         Ok(choice)
+    }
+
+    /// The cheapest map in single precision, if one meets the tolerance.
+    fn choose_single(&mut self, tolerance: f64) -> Result<Option<Choice>, ConvergenceError> {
+        if tolerance < HOPELESS * self.bench.rounding(FloatFormat::F32) {
+            return Ok(None);
+        }
+        let choice = self.choose_in(FloatFormat::F32, tolerance)?;
+        Ok(Some(choice).filter(|choice| choice.met))
     }
 
     /// The cheapest map that is run in some numbers.

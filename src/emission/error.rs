@@ -24,7 +24,9 @@ pub enum EmissionError {
         value: f64,
     },
     /// A coefficient or a half-width of the window is no number of single precision.
-    #[error("{what} is {value:e}, beyond the largest number of single precision, 3.4e38: emit in double precision")]
+    #[error(
+        "{what} is {value:e}, beyond the largest number of single precision, 3.4e38: emit in double precision"
+    )]
     TooLarge {
         /// What the number is.
         what: &'static str,
@@ -32,7 +34,9 @@ pub enum EmissionError {
         value: f64,
     },
     /// A map in single precision among those of the catalogue's crate.
-    #[error("`{name}` is in single precision; the catalogue's crate holds maps in double precision")]
+    #[error(
+        "`{name}` is in single precision; the catalogue's crate holds maps in double precision"
+    )]
     SingleInCatalogue {
         /// The map.
         name: String,

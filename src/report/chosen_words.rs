@@ -54,9 +54,10 @@ pub fn chosen_words(study: &ConvergenceStudy) -> String {
     } else {
         format!(
             "No map tried stays within {tolerance:.0e} of direct simulation on the window{}; the most accurate has the orders {map}: largest error {sample} on the sample{fresh}.",
-            chosen
-                .limit
-                .map_or(String::new(), |limit| format!(" ({})", limit_words(limit, chosen.precision)))
+            chosen.limit.map_or(String::new(), |limit| format!(
+                " ({})",
+                limit_words(limit, chosen.precision)
+            ))
         )
     }
 }

@@ -1,8 +1,8 @@
 //! `[window]`: where the map is to be trusted.
 
+use super::Window;
 use super::document::Table;
 use super::lookup::{component, parameter_key};
-use super::Window;
 use crate::model::error::Checked;
 use crate::model::oscillator::Model;
 
