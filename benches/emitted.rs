@@ -88,7 +88,8 @@ fn main() {
     println!("{}", median(|| (0..POINTS).fold(points[1], |p, _| frozen.step(p).image)[0], POINTS));
     println!("{}", median(|| lanes.iter().map(|p| lane_sum(step_lanes(p, &lane_parameters))).sum(), POINTS));
     println!("{}", median(|| lanes.iter().map(|p| lane_sum(frozen.step_lanes(p))).sum(), POINTS));
-    println!("{}", rate_of::<8>().min(rate_of::<16>()).min(rate_of::<32>()).min(rate_of::<64>()));
+    let rates = [rate_of::<8>(), rate_of::<16>(), rate_of::<32>(), rate_of::<64>(), rate_of::<128>()];
+    println!("{}", rates.into_iter().fold(f64::INFINITY, f64::min));
 }
 "#;
 

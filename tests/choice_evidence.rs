@@ -154,6 +154,7 @@ fn any_precision_is_single_for_a_coarse_tolerance_and_double_for_a_fine_one() {
     for (tolerance, precision) in [
         (1e-3, FloatFormat::F32),
         (1e-6, FloatFormat::F32),
+        (5e-9, FloatFormat::F64),
         (1e-12, FloatFormat::F64),
     ] {
         let choice = chooser.choose(tolerance).expect("a choice");

@@ -163,6 +163,7 @@ mod tests {
                 "{literal} would be an integer"
             );
         }
+        assert_eq!(single_literal("value", 1.0 / 3.0).unwrap(), "0.33333334");
         let beyond = single_literal("value", 1e39);
         assert!(matches!(beyond, Err(EmissionError::TooLarge { .. })));
         assert!(single_literal("value", f64::NAN).is_err());
