@@ -257,8 +257,8 @@ impl<'a> Expander<'a> {
     ///
     /// That of a compliant stop is expanded in double-double and rounded: its coefficients are differences
     /// of terms that grow with the stiffness, and lose up to eight digits at weight 16. Coefficients that are nothing but
-    /// the rounding of double-double are 0: less than 1e-28 of the largest within two weighted degrees of theirs, everything in
-    /// its own size (that of the states, of each parameter, `h'' (T/2π)²` for the depth).
+    /// the rounding of double-double are 0: less than 1e-28 of the largest of their monomial, or of it times one variable, in any
+    /// correction, everything in its own size (that of the states, of each parameter, `h'' (T/2π)²` for the depth).
     ///
     /// # Errors
     ///
@@ -272,8 +272,7 @@ impl<'a> Expander<'a> {
                     depth: self.depth_unit(passage).sqrt(),
                     variables: self.units(passage),
                 };
-                let variables = self.variables_at(passage);
-                Ok(without_rounding(contact, variables, &sizes).to_f64())
+                Ok(without_rounding(contact, &sizes).to_f64())
             }
         }
     }
