@@ -5,6 +5,7 @@
 //! See docs/mathematics/evaluation.md.
 
 mod builder;
+mod chains;
 mod code;
 mod derivative;
 mod horner;

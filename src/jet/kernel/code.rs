@@ -3,18 +3,22 @@
 //! The one idea: a multiply-add whose result goes nowhere but into the next one, with the same factor, needs no place in
 //! memory. A chain of them is one instruction, whose sum stays in a register.
 
+use super::chains::{Chain, Step, schedule};
 use super::{Kernel, Operation, Value};
 use crate::numeric::{Lanes, Scalar};
 
-/// Instructions on a memory of inputs, constants and results, one result each.
+/// Instructions on a memory of inputs, constants and results.
 #[derive(Debug)]
 pub(super) struct Code {
     instructions: Vec<Instruction>,
     /// Places of the addends of all chains.
     addends: Vec<u32>,
+    /// Number of results.
+    results: usize,
     outputs: Vec<u32>,
 }
 
+/// What gives the next result, or the next two.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Instruction {
     Add(u32, u32),
@@ -24,6 +28,15 @@ enum Instruction {
         start: u32,
         factor: u32,
         first: u32,
+        end: u32,
+    },
+    /// Two chains. What the longer one has more comes from `first` up to `both`; from there on up to `end` addends are in
+    /// turn of the one and of the other.
+    TwoChains {
+        starts: [u32; 2],
+        factor: u32,
+        first: u32,
+        both: u32,
         end: u32,
     },
     RootOfPositivePart(u32),
@@ -71,55 +84,55 @@ impl<const N: usize> Number for Lanes<N> {
 
 impl Code {
     pub(super) fn new(kernel: &Kernel) -> Self {
-        let absorbed = absorbed(kernel);
-        let mut code = Self {
-            instructions: Vec::with_capacity(kernel.operations.len()),
-            addends: Vec::new(),
-            outputs: Vec::with_capacity(kernel.outputs.len()),
-        };
         let mut places = Places {
-            inputs: kernel.inputs,
-            constants: kernel.constants.len(),
+            first_constant: kernel.inputs,
+            first_result: kernel.inputs + kernel.constants.len(),
             results: vec![0; kernel.operations.len()],
         };
-        for number in 0..kernel.operations.len() {
-            if !absorbed[number] {
-                places.results[number] = code.instructions.len();
-                let instruction = code.instruction(kernel, &absorbed, number, &places);
-                code.instructions.push(instruction);
-            }
+        let mut code = Self {
+            instructions: Vec::new(),
+            addends: Vec::new(),
+            results: 0,
+            outputs: Vec::with_capacity(kernel.outputs.len()),
+        };
+        for step in schedule(kernel) {
+            code.push(kernel, &step, &mut places);
         }
         let outputs = kernel.outputs.iter();
         code.outputs.extend(outputs.map(|&value| places.of(value)));
         code
     }
 
-    /// The instruction whose result is that of an operation.
-    fn instruction(
-        &mut self,
-        kernel: &Kernel,
-        absorbed: &[bool],
-        number: usize,
-        places: &Places,
-    ) -> Instruction {
+    fn push(&mut self, kernel: &Kernel, step: &Step, places: &mut Places) {
+        let instruction = match step {
+            Step::Operation(number) => self.instruction(kernel.operations[*number], places),
+            Step::Chain(_, chain) => self.chain(chain, places),
+            Step::Chains(_, chains) => self.two_chains(chains, places),
+        };
+        self.instructions.push(instruction);
+        let numbers = match step {
+            Step::Operation(number) | Step::Chain(number, _) => std::slice::from_ref(number),
+            Step::Chains(numbers, _) => numbers,
+        };
+        for &number in numbers {
+            places.results[number] = self.results;
+            self.results += 1;
+        }
+    }
+
+    fn instruction(&mut self, operation: Operation, places: &Places) -> Instruction {
         let place = |value: Value| places.of(value);
-        match kernel.operations[number] {
+        match operation {
             Operation::Add(a, b) => Instruction::Add(place(a), place(b)),
             Operation::Multiply(a, b) => Instruction::Multiply(place(a), place(b)),
-            Operation::MultiplyAdd(mut start, factor, addend) => {
-                let first = self.addends.len();
-                self.addends.push(place(addend));
-                while let Some((before, addend)) = absorbed_sum(kernel, absorbed, start) {
-                    self.addends.push(place(addend));
-                    start = before;
-                }
-                self.addends[first..].reverse();
-                Instruction::Chain {
-                    start: place(start),
-                    factor: place(factor),
-                    first: first as u32,
-                    end: self.addends.len() as u32,
-                }
+            Operation::MultiplyAdd(start, factor, addend) => {
+                let addends = vec![addend];
+                let chain = Chain {
+                    start,
+                    factor,
+                    addends,
+                };
+                self.chain(&chain, places)
             }
             Operation::RootOfPositivePart(a) => Instruction::RootOfPositivePart(place(a)),
             Operation::HalfReciprocal(a) => Instruction::HalfReciprocal(place(a)),
@@ -127,9 +140,40 @@ impl Code {
         }
     }
 
-    /// Number of instructions, and of results.
-    pub(super) fn len(&self) -> usize {
-        self.instructions.len()
+    fn chain(&mut self, chain: &Chain, places: &Places) -> Instruction {
+        let first = self.addends.len() as u32;
+        let addends = chain.addends.iter();
+        self.addends.extend(addends.map(|&value| places.of(value)));
+        Instruction::Chain {
+            start: places.of(chain.start),
+            factor: places.of(chain.factor),
+            first,
+            end: self.addends.len() as u32,
+        }
+    }
+
+    fn two_chains(&mut self, [longer, other]: &[Chain; 2], places: &Places) -> Instruction {
+        let first = self.addends.len() as u32;
+        let place = |&value: &Value| places.of(value);
+        let more = longer.addends.len() - other.addends.len();
+        let (more, rest) = longer.addends.split_at(more);
+        self.addends.extend(more.iter().map(place));
+        let both = self.addends.len() as u32;
+        let pairs = rest.iter().zip(&other.addends);
+        let pairs = pairs.flat_map(|(one, two)| [place(one), place(two)]);
+        self.addends.extend(pairs);
+        Instruction::TwoChains {
+            starts: [place(&longer.start), place(&other.start)],
+            factor: place(&longer.factor),
+            first,
+            both,
+            end: self.addends.len() as u32,
+        }
+    }
+
+    /// Number of results.
+    pub(super) fn results(&self) -> usize {
+        self.results
     }
 
     /// Number of outputs.
@@ -148,42 +192,73 @@ impl Code {
     /// It is inlined so that a [`numeric::Kernel`](crate::numeric::Kernel) that calls it runs with the widest registers.
     #[inline(always)]
     pub(super) fn run<T: Number>(&self, memory: &mut [T]) {
-        let results = memory.len() - self.instructions.len();
-        for (number, &instruction) in self.instructions.iter().enumerate() {
-            memory[results + number] = self.execute(instruction, memory);
+        let mut place = memory.len() - self.results;
+        for &instruction in &self.instructions {
+            let at = |place: u32| memory[place as usize];
+            let result = match instruction {
+                Instruction::Add(a, b) => at(a) + at(b),
+                Instruction::Multiply(a, b) => at(a) * at(b),
+                Instruction::Chain {
+                    start,
+                    factor,
+                    first,
+                    end,
+                } => self.sum(at(start), at(factor), [first, end], memory),
+                Instruction::TwoChains {
+                    starts: [longer, other],
+                    factor,
+                    first,
+                    both,
+                    end,
+                } => {
+                    let longer = self.sum(at(longer), at(factor), [first, both], memory);
+                    let sums = [longer, at(other)];
+                    let sums = self.two_sums(sums, at(factor), [both, end], memory);
+                    memory[place] = sums[0];
+                    place += 1;
+                    sums[1]
+                }
+                Instruction::RootOfPositivePart(a) => at(a).positive_part().sqrt(),
+                Instruction::HalfReciprocal(a) => at(a).half_reciprocal(),
+                Instruction::Copy(a) => at(a),
+            };
+            memory[place] = result;
+            place += 1;
         }
     }
 
+    /// A chain from `sum` on.
     #[inline(always)]
-    fn execute<T: Number>(&self, instruction: Instruction, memory: &[T]) -> T {
-        let at = |place: u32| memory[place as usize];
-        match instruction {
-            Instruction::Add(a, b) => at(a) + at(b),
-            Instruction::Multiply(a, b) => at(a) * at(b),
-            Instruction::Chain {
-                start,
-                factor,
-                first,
-                end,
-            } => {
-                let (mut sum, factor) = (at(start), at(factor));
-                for &addend in &self.addends[first as usize..end as usize] {
-                    sum = sum.mul_add(factor, at(addend));
-                }
-                sum
-            }
-            Instruction::RootOfPositivePart(a) => at(a).positive_part().sqrt(),
-            Instruction::HalfReciprocal(a) => at(a).half_reciprocal(),
-            Instruction::Copy(a) => at(a),
+    fn sum<T: Number>(&self, mut sum: T, factor: T, [first, end]: [u32; 2], memory: &[T]) -> T {
+        for &addend in &self.addends[first as usize..end as usize] {
+            sum = sum.mul_add(factor, memory[addend as usize]);
         }
+        sum
+    }
+
+    /// Two chains, their addends in turn.
+    #[inline(always)]
+    fn two_sums<T: Number>(
+        &self,
+        [mut one, mut two]: [T; 2],
+        factor: T,
+        [first, end]: [u32; 2],
+        memory: &[T],
+    ) -> [T; 2] {
+        let (pairs, _) = self.addends[first as usize..end as usize].as_chunks::<2>();
+        for &[a, b] in pairs {
+            one = one.mul_add(factor, memory[a as usize]);
+            two = two.mul_add(factor, memory[b as usize]);
+        }
+        [one, two]
     }
 }
 
 /// Where values stand: inputs, constants, results.
 struct Places {
-    inputs: usize,
-    constants: usize,
-    /// Number of the instruction that gives an operation's result.
+    first_constant: usize,
+    first_result: usize,
+    /// Which of the results is an operation's.
     results: Vec<usize>,
 }
 
@@ -191,44 +266,9 @@ impl Places {
     fn of(&self, value: Value) -> u32 {
         match value {
             Value::Input(number) => number,
-            Value::Constant(number) => self.inputs as u32 + number,
-            Value::Result(number) => {
-                (self.inputs + self.constants + self.results[number as usize]) as u32
-            }
+            Value::Constant(number) => self.first_constant as u32 + number,
+            Value::Result(number) => (self.first_result + self.results[number as usize]) as u32,
         }
-    }
-}
-
-/// Which operations are multiply-adds whose result is used once, as the sum that a multiply-add with the same factor goes on from.
-fn absorbed(kernel: &Kernel) -> Vec<bool> {
-    let mut uses = vec![0; kernel.operations.len()];
-    let operands = kernel.operations.iter().flat_map(Operation::operands);
-    for value in operands.chain(kernel.outputs.iter().copied()) {
-        if let Value::Result(number) = value {
-            uses[number as usize] += 1;
-        }
-    }
-    let mut absorbed = vec![false; kernel.operations.len()];
-    for operation in &kernel.operations {
-        if let Operation::MultiplyAdd(Value::Result(sum), factor, _) = *operation {
-            let before = kernel.operations[sum as usize];
-            let goes_on = matches!(before, Operation::MultiplyAdd(_, own, _) if own == factor);
-            absorbed[sum as usize] = goes_on && uses[sum as usize] == 1;
-        }
-    }
-    absorbed
-}
-
-/// Start and addend of a multiply-add that has no place of its own.
-fn absorbed_sum(kernel: &Kernel, absorbed: &[bool], value: Value) -> Option<(Value, Value)> {
-    match value {
-        Value::Result(number) if absorbed[number as usize] => {
-            match kernel.operations[number as usize] {
-                Operation::MultiplyAdd(start, _, addend) => Some((start, addend)),
-                _ => None,
-            }
-        }
-        _ => None,
     }
 }
 
@@ -249,7 +289,7 @@ mod tests {
         let whole = builder.multiply_add(sum, y, coefficients[1]);
         let code = Code::new(&builder.finish(vec![whole]));
         // In x with three addends, then in y with one.
-        assert_eq!((code.len(), code.addends.len()), (2, 4));
+        assert_eq!((code.results(), code.addends.len()), (2, 4));
         let mut memory = [10.0, 2.0, 2.0, 3.0, 5.0, 7.0, 0.0, 0.0];
         code.run(&mut memory);
         assert_eq!(memory[6..], [2357.0, 4717.0]);
@@ -263,7 +303,7 @@ mod tests {
         let outer = builder.multiply_add(inner, x, c);
         let twice = builder.multiply(outer, inner);
         let code = Code::new(&builder.finish(vec![twice]));
-        assert_eq!(code.len(), 3);
+        assert_eq!(code.results(), 3);
         let mut memory = [2.0, 3.0, 0.0, 0.0, 0.0];
         code.run(&mut memory);
         assert_eq!(memory[2..], [9.0, 21.0, 189.0]);

@@ -93,7 +93,7 @@ impl<T: Interpreted> Interpreter<T> {
                 .for_each(|slice| memory.extend_from_slice(slice));
             assert_eq!(memory.len(), self.inputs, "a kernel runs on all its inputs");
             memory.extend_from_slice(&self.known);
-            memory.resize(memory.len() + self.code.len(), T::zero());
+            memory.resize(memory.len() + self.code.results(), T::zero());
             self.code.run(memory);
             for number in 0..self.outputs() {
                 receive(number, *self.code.output(number, memory));

@@ -27,7 +27,7 @@ impl<const N: usize> LaneInterpreter<N> {
         assert!(last_inputs.len() <= N, "{} lanes of {N}", last_inputs.len());
         let set = last_inputs.first().map_or(0, Vec::len);
         let results = inputs + set + constants.len();
-        let mut memory = vec![Lanes::splat(0.0); results + code.len()];
+        let mut memory = vec![Lanes::splat(0.0); results + code.results()];
         for (lane, values) in last_inputs.iter().enumerate() {
             assert_eq!(values.len(), set, "lanes are of one length");
             for (place, &value) in memory[inputs..].iter_mut().zip(values) {
