@@ -290,6 +290,35 @@ fn wrong_calls() -> Vec<(&'static str, Vec<&'static str>)> {
             "any_precision_without_a_tolerance",
             vec!["emit", "linear", "--set", "emit.precision=any"],
         ),
+        (
+            "any_section_without_tolerance",
+            vec!["expand", "linear", "--set", "section.kind=any"],
+        ),
+        (
+            "orders_beside_a_tolerance",
+            vec![
+                "expand",
+                "linear",
+                "--set",
+                "expansion.tolerance=1e-6",
+                "--set",
+                "expansion.smooth_order=4",
+            ],
+        ),
+        (
+            "image_columns_of_another_section",
+            vec![
+                "image",
+                "moving_stop",
+                "--states",
+                "good.csv",
+                "--set",
+                "expansion.tolerance=1e-6",
+                "--set",
+                "section.kind=any",
+                "-q",
+            ],
+        ),
     ]
 }
 
@@ -699,6 +728,87 @@ fn a_crate_emitted_for_a_tolerance_states_the_measured_error_and_is_the_same_twi
     );
     let error = constant(&emit("linear", "d", true), "MEASURED_ERROR").expect("measured");
     assert!((1e-9..1e-6).contains(&error), "{error:e}");
+}
+
+#[test]
+fn a_scene_of_any_section_says_which_it_takes_and_every_command_is_on_it() {
+    let folder = scratch();
+    let states = "x,v,alpha\n-1e-4,0.01,1e-4\n3e-4,-0.02,-5e-4\n";
+    fs::write(folder.path().join("states.csv"), states).expect("writable");
+    let run = |command: &[&str]| {
+        let any = [
+            "--set",
+            "expansion.tolerance=1e-6",
+            "--set",
+            "section.kind=any",
+            "--json",
+            "-",
+        ];
+        let output = grazemap(folder.path(), &[command, &any].concat());
+        assert!(output.status.success(), "{}", text(&output.stderr));
+        let json: serde_json::Value =
+            serde_json::from_slice(&output.stdout).expect("standard output is JSON alone");
+        (json, text(&output.stderr))
+    };
+    let (map, said) = run(&["expand", "moving_stop"]);
+    let section = &map["section"];
+    assert_eq!(section["kind"], "stroboscopic");
+    assert_eq!(section["coordinates"], serde_json::json!(["x", "v"]));
+    let phase = section["phase"].as_f64().expect("a phase");
+    let decided = &section["decided"];
+    let operations = |section: &serde_json::Value| section["operations"].as_u64();
+    assert_eq!(decided["others"][0]["ahead"], serde_json::Value::Null);
+    assert!(operations(&decided["taken"]) < operations(&decided["others"][0]));
+    assert!(decided["window"]["v"].as_f64() > Some(0.0));
+    assert!(
+        said.contains("stroboscopic at the graze") && said.contains(&format!("{phase:.6}")),
+        "{said}"
+    );
+
+    let (emitted, _) = run(&["emit", "moving_stop", "-o", "crate"]);
+    let of = |section: &serde_json::Value| {
+        let taken = operations(&section["decided"]["taken"]);
+        (
+            section["kind"].clone(),
+            section["coordinates"].clone(),
+            taken,
+        )
+    };
+    assert_eq!(of(&emitted["modules"][0]["section"]), of(section));
+    let error = emitted["modules"][0]["measured_error"].as_f64();
+    // Measured on points that the choice knew: within the tolerance.
+    assert!(error.expect("measured") <= 1e-6, "{error:?}");
+
+    let few = ["--set", "diagram.0.points=3", "--set", "diagram.0.keep=2"];
+    let (diagram, _) = run(&[&["diagram", "moving_stop"], &few[..]].concat());
+    assert_eq!(of(&diagram[0]["section"]), of(section));
+
+    let image = |using| {
+        run(&[
+            "image",
+            "moving_stop",
+            "--states",
+            "states.csv",
+            "--using",
+            using,
+        ])
+        .0
+    };
+    let (mapped, direct) = (image("map"), image("direct"));
+    for row in 0..2 {
+        assert_eq!(mapped[row]["inside"], 1);
+        assert_eq!(mapped[row]["section"]["phase"].as_f64(), Some(phase));
+        for coordinate in ["x", "v"] {
+            let offset = |image: &serde_json::Value| image[row]["offsets"][coordinate].as_f64();
+            let [mapped, direct] = [&mapped, &direct].map(|image| offset(image).expect("a number"));
+            assert!((mapped - direct).abs() < 1e-6, "{mapped:e} {direct:e}");
+        }
+    }
+
+    // No map is made here, and none is chosen.
+    let (orbit, _) = run(&["locate", "moving_stop"]);
+    assert_eq!(orbit["section"]["kind"], "tangency");
+    assert_eq!(orbit["section"]["rule"], "any");
 }
 
 #[test]

@@ -1,10 +1,11 @@
 //! The study docs/studies/tolerances.md: the map chosen for every scene of the catalogue at four tolerances.
 //!
 //! `cargo run --release --example tolerances` chooses and measures everything anew (some minutes) and writes the tables and
-//! figures of the page. The truth is direct simulation in double-double, on points that no choice was made by.
+//! figures of the page; with `-- sections` the table of other sections alone. The truth is direct simulation in double-double, on points that no choice was made by.
 
 mod figures;
 mod measure;
+mod sections;
 #[path = "../support/study.rs"]
 mod study;
 mod tables;
@@ -24,6 +25,11 @@ const TOLERANCES: [f64; 4] = [1e-3, 1e-6, 1e-9, 1e-12];
 
 fn main() -> Result<(), Box<dyn Error>> {
     let mut study = Study::open("tolerances")?;
+    let sections = sections::table(&sections::all()?)?;
+    study.shown("sections", &sections)?;
+    if std::env::args().nth(1).as_deref() == Some("sections") {
+        return study.close();
+    }
     let names: Vec<&str> = catalogue::names().collect();
     let chosen = |name: &&str| {
         let clock = Instant::now();
@@ -47,7 +53,6 @@ fn main() -> Result<(), Box<dyn Error>> {
     study.shown("refusals", &tables::refusals(&rows)?)?;
     study.shown("joint", &tables::joint(&rows)?)?;
     study.shown("least", &tables::least(&rows)?)?;
-    study.shown("sections", &tables::sections(&rows)?)?;
     study.shown("rule", &tables::rule(&rows)?)?;
     study.figure("cost", &figures::cost(&rows))?;
     study.figure("speed", &figures::speed(&rows))?;

@@ -1,9 +1,6 @@
 //! What is chosen for a scene, and how good it is on points that it was not chosen by.
 
-use grazemap::convergence::{
-    Choice, ChoiceOptions, Chooser, ConvergenceError, ExactImages, SectionChoice, choose_sections,
-    chosen_map, step_ns,
-};
+use grazemap::convergence::{Choice, Chooser, ConvergenceError, ExactImages, chosen_map, step_ns};
 use grazemap::iteration::HornerMap;
 use grazemap::model::{Scene, catalogue};
 use grazemap::orbit::{GrazingOrbit, locate};
@@ -20,20 +17,6 @@ const TIMED: usize = 300;
 const FRESH: usize = 1000;
 /// Points with two contacts that are looked for.
 const JOINT: usize = 2_000;
-/// Scenes of which maps of other sections are chosen.
-const SECTIONED: [&str; 9] = [
-    "linear",
-    "linear_codim2",
-    "foale",
-    "mems",
-    "mems_codim2",
-    "soft_b",
-    "soft_c",
-    "moving_stop",
-    "two_stops_t1",
-];
-/// The tolerance for which maps of other sections are chosen, and the fresh points on which they have to hold.
-pub(crate) const SECTIONS_AT: f64 = 1e-6;
 /// An error above the tolerance times this is counted.
 const EXCEEDS: f64 = 1.1;
 
@@ -43,7 +26,6 @@ pub(crate) struct Case {
     orbit: GrazingOrbit,
     exact: ExactImages,
     maps: Vec<Chosen>,
-    sections: Vec<SectionChoice>,
 }
 
 /// A map and its errors.
@@ -70,8 +52,6 @@ pub(crate) struct Row {
     /// Points at which two passages make contact, and the largest error there.
     pub(crate) joint_points: usize,
     pub(crate) joint_error: f64,
-    /// Maps of other sections, where they were chosen.
-    pub(crate) sections: Vec<SectionChoice>,
     pub(crate) step_ns: f64,
     pub(crate) floor_ns: f64,
     pub(crate) direct_ns: f64,
@@ -86,25 +66,11 @@ impl Case {
         let location = locate(&scene).map_err(|error| said(&error))?;
         let orbit = location.into_result().map_err(|error| said(&error))?;
         let (exact, maps) = chosen(&scene, &orbit).map_err(|error| said(&error))?;
-        let options = ChoiceOptions {
-            tolerance: SECTIONS_AT,
-            fresh: FRESH,
-        };
-        let own = maps
-            .iter()
-            .find(|map| map.choice.tolerance == SECTIONS_AT)
-            .ok_or("no choice for that tolerance")?;
-        let sections = match SECTIONED.contains(&name) {
-            true => choose_sections(&scene, &orbit, &options, &own.choice),
-            false => Ok(Vec::new()),
-        };
-        let sections = sections.map_err(|error| said(&error))?;
         Ok(Self {
             scene,
             orbit,
             exact,
             maps,
-            sections,
         })
     }
 
@@ -125,10 +91,6 @@ impl Case {
                 exceeding: chosen.errors.iter().filter(exceeds).count(),
                 joint_points: chosen.joint_errors.len(),
                 joint_error: chosen.joint_errors.iter().fold(0.0, largest),
-                sections: match chosen.choice.tolerance == SECTIONS_AT {
-                    true => self.sections.clone(),
-                    false => Vec::new(),
-                },
                 step_ns: step_ns(&chosen.map, &self.exact.points()[0]),
                 floor_ns: multiply_add_ns * chosen.choice.operations as f64,
                 direct_ns,

@@ -237,43 +237,6 @@ pub(crate) fn least(rows: &[Row]) -> Result<Table, ReportError> {
     Ok(table)
 }
 
-/// Operations of a step on other sections, and what makes them fail.
-pub(crate) fn sections(rows: &[Row]) -> Result<Table, ReportError> {
-    const AHEAD: [Option<f64>; 5] = [None, Some(0.0), Some(0.125), Some(0.25), Some(0.5)];
-    let mut columns = vec![Column::text("scene"), Column::number("its own")];
-    let names = [
-        "tangency",
-        "at the graze",
-        "1/8 before",
-        "1/4 before",
-        "1/2 before",
-    ];
-    columns.extend(names.map(Column::text));
-    let mut table = Table::new(columns);
-    for row in rows.iter().filter(|row| !row.sections.is_empty()) {
-        let mut line = vec![
-            Cell::text(&row.scene),
-            Cell::Integer(row.choice.operations as i64),
-        ];
-        line.extend(AHEAD.map(|ahead| {
-            let section = row.sections.iter().find(|section| section.ahead == ahead);
-            match section.map(|section| &section.choice) {
-                None => Cell::Missing,
-                Some(None) => Cell::text("no map"),
-                Some(Some(choice)) if choice.met => Cell::text(choice.operations.to_string()),
-                Some(Some(choice)) => {
-                    let error = choice.fresh_error.or(choice.error);
-                    Cell::text(error.map_or("not met".to_owned(), |error| {
-                        format!("not met, {error:.0e}")
-                    }))
-                }
-            }
-        }));
-        table.push(line)?;
-    }
-    Ok(table)
-}
-
 /// How far the predicted orders are from the chosen ones, where a map of series was chosen.
 pub(crate) fn rule(rows: &[Row]) -> Result<Table, ReportError> {
     let headings = [

@@ -1,17 +1,19 @@
 //! `grazemap converge`: truncation orders against direct simulation; speed against accuracy.
 
+use serde::Serialize;
+
 use super::arguments::{Common, ConvergeOptions, SceneOptions};
 use super::error::CliError;
 use super::output::Results;
-use super::prepare::{grazing_orbit, prepare, start_threads};
+use super::prepare::{grazing_orbit, prepare, settle, start_threads};
 use super::progress::Bar;
 use super::window_edge::{warn_of_edges, window_edges};
 use crate::convergence::{ConvergenceOptions, ConvergenceStudy, converge, extreme_cases, extremes};
 use crate::expansion::Expander;
 use crate::report::{
-    ReportError, accuracy_words, chosen_words, convergence_figures, convergence_table,
-    extremes_figures, extremes_table, extremes_words, sections_words, to_dense_json,
-    validity_words, without_times,
+    ReportError, SectionDocument, accuracy_words, chosen_words, convergence_figures,
+    convergence_table, extremes_figures, extremes_table, extremes_words, sections_words,
+    to_dense_json, validity_words, without_times,
 };
 
 pub(super) fn run(options: &ConvergeOptions) -> Result<(), CliError> {
@@ -54,23 +56,28 @@ fn of_extremes(common: &Common) -> Result<(), CliError> {
 
 fn of_scene(options: &SceneOptions, fresh: usize) -> Result<(), CliError> {
     let scene = prepare(options)?.scene;
-    let orbit = grazing_orbit(&scene)?;
+    let settled = settle(&scene, &grazing_orbit(&scene)?, options.common.quiet)?;
+    let (scene, orbit) = (&settled.scene, &settled.orbit);
     let swept = ConvergenceOptions {
         fresh,
-        sections: true,
-        ..ConvergenceOptions::of(&scene)
+        sections: settled.verdict.is_none(),
+        ..ConvergenceOptions::of(scene)
     };
-    let expander = Expander::new(&scene, &orbit)?;
+    let expander = Expander::new(scene, orbit)?;
     let bar = Bar::new("convergence", &options.common);
-    let study = converge(&scene, &orbit, &swept, &bar)?;
+    let mut study = converge(scene, orbit, &swept, &bar)?;
     drop(bar);
+    if let Some(verdict) = &settled.verdict {
+        study.sections = verdict.others.clone();
+    }
+    let section = SectionDocument::settled(&settled);
     let highest = study
         .orders
         .iter()
         .map(|result| result.contact_weight)
         .max();
     let edges = window_edges(&expander, highest.unwrap_or(1))?;
-    warn_of_edges(&scene, edges, options.common.quiet);
+    warn_of_edges(scene, edges, options.common.quiet);
     let table = convergence_table(&study)?;
     let direct = format!(
         "direct simulation ({}): {:.0} ns a return, error {:.1e}",
@@ -86,11 +93,22 @@ fn of_scene(options: &SceneOptions, fresh: usize) -> Result<(), CliError> {
     );
     let results = Results {
         text,
-        json: to_dense_json(&study)?,
+        json: to_dense_json(&StudyDocument {
+            study: &study,
+            section: &section,
+        })?,
         csv: Some(table.to_csv()?),
-        files: convergence_files(&study)?,
+        files: convergence_files(&study, &section)?,
     };
     results.deliver("converge", &options.common)
+}
+
+/// A study as it is written to JSON.
+#[derive(Serialize)]
+struct StudyDocument<'a> {
+    #[serde(flatten)]
+    study: &'a ConvergenceStudy,
+    section: &'a SectionDocument,
 }
 
 /// What other sections cost, on a line of its own.
@@ -104,12 +122,17 @@ fn sections_line(study: &ConvergenceStudy) -> String {
 /// Data and pictures of a study. Files named `speed` hold measured times, the others the same bytes from run to run.
 pub(super) fn convergence_files(
     study: &ConvergenceStudy,
+    section: &SectionDocument,
 ) -> Result<Vec<(String, Vec<u8>)>, ReportError> {
     let untimed = without_times(study);
+    let document = StudyDocument {
+        study: &untimed,
+        section,
+    };
     let mut files = vec![
         (
             "convergence.json".to_owned(),
-            to_dense_json(&untimed)?.into_bytes(),
+            to_dense_json(&document)?.into_bytes(),
         ),
         (
             "convergence.csv".to_owned(),

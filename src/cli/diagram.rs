@@ -5,7 +5,7 @@ use serde::Serialize;
 use super::arguments::SceneOptions;
 use super::error::CliError;
 use super::output::Results;
-use super::prepare::{grazing_orbit, prepare};
+use super::prepare::{grazing_orbit, prepare, settle};
 use super::progress::Bar;
 use super::window_edge::local_map;
 use crate::analysis::Progress;
@@ -14,7 +14,8 @@ use crate::expansion::{LocalMap, WindowEdge};
 use crate::model::Scene;
 use crate::orbit::GrazingOrbit;
 use crate::report::{
-    ReportError, diagram_array, diagram_figures, diagram_table, diagram_timing_table, to_dense_json,
+    ReportError, SectionDocument, diagram_array, diagram_figures, diagram_table,
+    diagram_timing_table, to_dense_json,
 };
 
 pub(super) fn run(options: &SceneOptions) -> Result<(), CliError> {
@@ -23,11 +24,13 @@ pub(super) fn run(options: &SceneOptions) -> Result<(), CliError> {
         return Err(CliError::NoDiagram);
     }
     let orbit = grazing_orbit(&scene)?;
-    let (map, edges) = local_map(&scene, &orbit, options.common.quiet)?;
+    let settled = settle(&scene, &orbit, options.common.quiet)?;
+    let (map, edges) = local_map(&settled, options.common.quiet)?;
     let bar = Bar::new("diagram", &options.common);
-    let diagrams = diagrams(&scene, &orbit, &map, &bar)?;
+    let diagrams = diagrams(&settled.scene, &settled.orbit, &map, &bar)?;
     drop(bar);
-    results(&diagrams, &edges)?.deliver("diagram", &options.common)
+    results(&diagrams, &edges, &SectionDocument::settled(&settled))?
+        .deliver("diagram", &options.common)
 }
 
 /// A diagram as it is written to JSON.
@@ -37,17 +40,21 @@ struct DiagramDocument<'a> {
     diagram: &'a Diagram,
     /// What the contacts of its map leave out at the edge of the window, by passage.
     window_edges: &'a [WindowEdge],
+    /// The section that its map is on.
+    section: &'a SectionDocument,
 }
 
-fn with_edges<'a>(
+fn documents<'a>(
     diagrams: &'a [Diagram],
     window_edges: &'a [WindowEdge],
+    section: &'a SectionDocument,
 ) -> Vec<DiagramDocument<'a>> {
     let diagrams = diagrams.iter();
     diagrams
         .map(|diagram| DiagramDocument {
             diagram,
             window_edges,
+            section,
         })
         .collect()
 }
@@ -64,16 +71,20 @@ pub(super) fn diagrams(
 }
 
 /// The diagrams as text, data and pictures; times only in the text and in the JSON on request.
-fn results(diagrams: &[Diagram], edges: &[WindowEdge]) -> Result<Results, CliError> {
+fn results(
+    diagrams: &[Diagram],
+    edges: &[WindowEdge],
+    section: &SectionDocument,
+) -> Result<Results, CliError> {
     let text = diagram_timing_table(diagrams)?.to_text();
     let csv = diagram_table(diagrams)?.to_csv()?;
     let untimed: Vec<Diagram> = diagrams.iter().map(Diagram::without_timing).collect();
-    let json = to_dense_json(&with_edges(diagrams, edges))?;
+    let json = to_dense_json(&documents(diagrams, edges, section))?;
     Ok(Results {
         text,
         json,
         csv: Some(csv),
-        files: diagram_files(&untimed, edges)?,
+        files: diagram_files(&untimed, edges, section)?,
     })
 }
 
@@ -81,11 +92,12 @@ fn results(diagrams: &[Diagram], edges: &[WindowEdge]) -> Result<Results, CliErr
 pub(super) fn diagram_files(
     diagrams: &[Diagram],
     edges: &[WindowEdge],
+    section: &SectionDocument,
 ) -> Result<Vec<(String, Vec<u8>)>, ReportError> {
     let mut files = vec![
         (
             "diagram.json".to_owned(),
-            to_dense_json(&with_edges(diagrams, edges))?.into_bytes(),
+            to_dense_json(&documents(diagrams, edges, section))?.into_bytes(),
         ),
         (
             "diagram.csv".to_owned(),

@@ -8,7 +8,7 @@ use super::arguments::{EmitArguments, SceneOptions};
 use super::error::CliError;
 use super::expand::{Expanded, expand};
 use super::output::{Results, print};
-use super::prepare::{Plan, grazing_orbit, plan, prepare};
+use super::prepare::{Plan, grazing_orbit, plan, prepare, settle};
 use crate::convergence::{Choice, measured_error};
 use crate::emission::{
     EmitOptions, EmittedCrate, EmittedModule, EmittedShape, Target, emitted_module, prune,
@@ -19,7 +19,7 @@ use crate::iteration::HornerMap;
 use crate::model::{Shape, catalogue};
 use crate::numeric::FloatFormat;
 use crate::orbit::GrazingOrbit;
-use crate::report::{OutputFolder, to_dense_json};
+use crate::report::{OutputFolder, SectionDocument, to_dense_json};
 
 /// Where the catalogue's crate goes when no folder is named.
 const CATALOGUE_FOLDER: &str = "generated";
@@ -43,21 +43,30 @@ struct ModuleSummary {
     precision: FloatFormat,
     measured_error: Option<f64>,
     window_edges: Vec<WindowEdge>,
+    section: SectionDocument,
+}
+
+/// What is said of a map beside its module.
+struct Beside {
+    /// What its contacts leave out at the edge of the window.
+    window_edges: Vec<WindowEdge>,
+    /// Its section.
+    section: SectionDocument,
 }
 
 pub(super) fn run(options: &EmitArguments) -> Result<(), CliError> {
-    let (modules, edges, emitted) = match &options.scene {
+    let (modules, beside, emitted) = match &options.scene {
         Some(scene) => {
-            let (module, edges) = emit_scene(scene.clone(), options)?;
+            let (module, beside) = emit_scene(scene.clone(), options)?;
             let emitted = EmittedCrate::standalone(&module)?;
-            (vec![module], vec![edges], emitted)
+            (vec![module], vec![beside], emitted)
         }
         None => {
             let named = catalogue::names().map(|name| emit_scene(PathBuf::from(name), options));
             let all = named.collect::<Result<Vec<_>, _>>()?;
-            let (modules, edges): (Vec<_>, _) = all.into_iter().unzip();
+            let (modules, beside): (Vec<_>, _) = all.into_iter().unzip();
             let emitted = EmittedCrate::catalogue(&modules)?;
-            (modules, edges, emitted)
+            (modules, beside, emitted)
         }
     };
     let default = if options.catalogue {
@@ -80,7 +89,7 @@ pub(super) fn run(options: &EmitArguments) -> Result<(), CliError> {
     Results::named(
         "emit",
         text,
-        to_dense_json(&summary(&modules, edges, &emitted))?,
+        to_dense_json(&summary(&modules, beside, &emitted))?,
         None,
     )
     .deliver("emit", &common)
@@ -95,26 +104,31 @@ fn folder_of(target: Target) -> &'static str {
     }
 }
 
-/// The module of a scene, and what its contacts leave out at the edge of the window.
+/// The module of a scene, and what is said beside it.
 fn emit_scene(
     scene: PathBuf,
     options: &EmitArguments,
-) -> Result<(EmittedModule, Vec<WindowEdge>), CliError> {
+) -> Result<(EmittedModule, Beside), CliError> {
     let scene = prepare(&SceneOptions {
         scene,
         common: options.common.clone(),
     })?
     .scene;
     let orbit = grazing_orbit(&scene)?;
-    let plan = plan(&scene, &orbit)?;
-    let expanded = expand(&plan, &orbit, options.common.quiet)?;
+    let settled = settle(&scene, &orbit, options.common.quiet)?;
+    let (plan, orbit) = (plan(&settled)?, &settled.orbit);
+    let expanded = expand(&plan, orbit, options.common.quiet)?;
     let asked = if options.measure {
         Measurement::Always
     } else {
         Measurement::WithTolerance
     };
-    let module = emit(&plan, &orbit, &expanded, asked, options.target.into())?;
-    Ok((module, expanded.window_edges))
+    let module = emit(&plan, orbit, &expanded, asked, options.target.into())?;
+    let beside = Beside {
+        window_edges: expanded.window_edges,
+        section: plan.section,
+    };
+    Ok((module, beside))
 }
 
 /// Of which maps the error is measured for the emitted constants.
@@ -239,22 +253,19 @@ fn check(emitted: &EmittedCrate, folder: &Path, quiet: bool) -> Result<(), CliEr
     })
 }
 
-fn summary(
-    modules: &[EmittedModule],
-    edges: Vec<Vec<WindowEdge>>,
-    emitted: &EmittedCrate,
-) -> Summary {
-    let module = |(module, window_edges): (&EmittedModule, Vec<WindowEdge>)| ModuleSummary {
+fn summary(modules: &[EmittedModule], beside: Vec<Beside>, emitted: &EmittedCrate) -> Summary {
+    let module = |(module, beside): (&EmittedModule, Beside)| ModuleSummary {
         identifier: module.identifier.clone(),
         step_multiply_adds: module.step_operations.multiply_adds,
         frozen_step_multiply_adds: module.frozen_operations.multiply_adds,
         frozen_jacobian_multiply_adds: module.jacobian_operations.multiply_adds,
         precision: module.precision,
         measured_error: module.measured_error,
-        window_edges,
+        window_edges: beside.window_edges,
+        section: beside.section,
     };
     Summary {
-        modules: modules.iter().zip(edges).map(module).collect(),
+        modules: modules.iter().zip(beside).map(module).collect(),
         files: emitted.files.keys().cloned().collect(),
     }
 }

@@ -119,11 +119,12 @@ pub(super) enum CliError {
     #[error("more than {limit} starting points in {}", .path.display())]
     TooManyStates { path: PathBuf, limit: usize },
     /// A column that is nothing of the map.
-    #[error("unknown column `{}` in {}; expected some of {known}", .name.escape_default(), .path.display())]
+    #[error("unknown column `{}` in {}; expected some of {known}: coordinates of {section} and active parameters", .name.escape_default(), .path.display())]
     UnknownColumn {
         path: PathBuf,
         name: String,
         known: String,
+        section: String,
     },
     /// A column that stands twice.
     #[error("column `{}` stands twice in {}", .name.escape_default(), .path.display())]

@@ -3,7 +3,7 @@
 use super::arguments::SceneOptions;
 use super::error::CliError;
 use super::output::Results;
-use super::prepare::{Plan, grazing_orbit, plan, prepare};
+use super::prepare::{Plan, grazing_orbit, plan, prepare, settle};
 use super::window_edge::warn_of_edges;
 use crate::expansion::{
     ComposedMap, Expander, ExpansionError, LocalMap, RADIUS_ORDER, Stage, WindowEdge,
@@ -31,8 +31,9 @@ pub(super) struct Expanded {
 pub(super) fn run(options: &SceneOptions) -> Result<(), CliError> {
     let scene = prepare(options)?.scene;
     let orbit = grazing_orbit(&scene)?;
-    let plan = plan(&scene, &orbit)?;
-    let document = expand(&plan, &orbit, options.common.quiet)?.document;
+    let settled = settle(&scene, &orbit, options.common.quiet)?;
+    let plan = plan(&settled)?;
+    let document = expand(&plan, &settled.orbit, options.common.quiet)?.document;
     let csv = document.coefficient_table()?.to_csv()?;
     let results = Results::named(
         "map",
@@ -77,6 +78,7 @@ pub(super) fn expand(plan: &Plan, orbit: &GrazingOrbit, quiet: bool) -> Result<E
         composed: &composed,
         lost_digits: &expander.lost_digits(orders)?,
         choice: plan.choice.as_ref(),
+        section: &plan.section,
     };
     let document = MapDocument::new(scene, orbit, parts);
     let map = plan.map(orbit)?;
@@ -142,11 +144,12 @@ fn text(document: &MapDocument) -> Result<String, ReportError> {
         )
         .collect();
     Ok(format!(
-        "expansion of `{}`: P_smooth to degree {}, D to weight {}\nsection: {}\n{}\nterms\n{}",
+        "expansion of `{}`: P_smooth to degree {}, D to weight {}\nsection: {}\n{}{}\nterms\n{}",
         document.scene,
         orders.smooth_order,
         orders.contact_weight,
         document.section.words(),
+        document.section.decision_line(),
         laws,
         document.size_table()?.to_text()
     ))

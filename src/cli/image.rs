@@ -8,12 +8,12 @@ use super::arguments::ImageOptions;
 use super::error::CliError;
 use super::offsets;
 use super::output::{Destination, Results, note};
-use super::prepare::{grazing_orbit, prepare};
+use super::prepare::{grazing_orbit, prepare, settle};
 use super::window_edge::{beyond, local_map};
 use crate::analysis::{DirectEnd, ImageRecord, ImageRequest, Precision, Using, images};
 use crate::expansion::{LocalMap, WindowEdge};
 use crate::numeric::Dd;
-use crate::report::{Named, to_dense_json};
+use crate::report::{Named, SectionDocument, to_dense_json};
 
 /// Significant digits of a single, of a double and of a double-double.
 const DIGITS: [usize; 3] = [9, 17, 32];
@@ -33,6 +33,16 @@ struct Image {
     /// Of the passage whose contact loses most, where that is too much.
     #[serde(skip_serializing_if = "Option::is_none")]
     window_edge: Option<WindowEdge>,
+    /// The section of the offsets, where the scene takes any.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    section: Option<ImageSection>,
+}
+
+/// A section, in few words.
+#[derive(Clone, Copy, Debug, Serialize)]
+struct ImageSection {
+    kind: &'static str,
+    phase: Option<f64>,
 }
 
 /// An offset as a number, or as text where a number would lose digits.
@@ -46,7 +56,8 @@ enum Offset {
 pub(super) fn run(options: &ImageOptions) -> Result<(), CliError> {
     let scene = prepare(&options.scene)?.scene;
     let orbit = grazing_orbit(&scene)?;
-    let (map, edges) = local_map(&scene, &orbit, options.scene.common.quiet)?;
+    let settled = settle(&scene, &orbit, options.scene.common.quiet)?;
+    let (map, edges) = local_map(&settled, options.scene.common.quiet)?;
     let edge = beyond(edges);
     let request = ImageRequest {
         rows: offsets::read(&options.states, &map)?,
@@ -54,11 +65,19 @@ pub(super) fn run(options: &ImageOptions) -> Result<(), CliError> {
         using: options.using.into(),
         precision: options.precision.into(),
     };
-    let records = images(&scene, &orbit, &map, &request)?;
+    let records = images(&settled.scene, &settled.orbit, &map, &request)?;
     let csv = table(&map, &request, &records)?;
+    let document = SectionDocument::settled(&settled);
+    let section = document.decided.as_ref().map(|_| ImageSection {
+        kind: document.kind,
+        phase: document.phase,
+    });
     let list: Vec<Image> = records
         .iter()
-        .map(|record| image(&map, &request, record, edge))
+        .map(|record| Image {
+            section,
+            ..image(&map, &request, record, edge)
+        })
         .collect();
     let results = Results::named("images", csv.clone(), to_dense_json(&list)?, Some(csv));
     let mut common = options.scene.common.clone();
@@ -138,6 +157,7 @@ fn image(
         extra_contacts: record.extra_contacts,
         end: record.end,
         window_edge: edge.filter(|_| matches!(request.using, Using::Map | Using::Discontinuity)),
+        section: None,
     }
 }
 

@@ -73,6 +73,7 @@ fn columns(
             path: path.to_owned(),
             name: name.to_owned(),
             known: known_names(map),
+            section: section_words(map),
         })?);
         if header.iter().take(number).any(|earlier| earlier == name) {
             return Err(CliError::ColumnTwice {
@@ -109,6 +110,17 @@ fn row(
         }
     }
     Ok(row)
+}
+
+/// The section by name.
+fn section_words(map: &LocalMap) -> String {
+    match map.section.phase {
+        None => "the tangency section".to_owned(),
+        Some(phase) => format!(
+            "the stroboscopic section at the phase {:.6}",
+            phase.to_f64()
+        ),
+    }
 }
 
 fn known_names(map: &LocalMap) -> String {

@@ -5,11 +5,12 @@ use std::path::Path;
 use super::arguments::{Common, SceneOptions};
 use super::error::CliError;
 use super::output::note;
-use crate::convergence::{Choice, choose_orders};
+use crate::convergence::{Choice, SettledScene, choose_orders, settle_section};
 use crate::expansion::{Expander, LocalMap, MapOrders};
 use crate::model::{Orders, Scene, Shape, catalogue};
 use crate::numeric::FloatFormat;
 use crate::orbit::{GrazingOrbit, locate};
+use crate::report::{SectionDecision, SectionDocument};
 
 /// Longer names are not compared with known ones.
 const LONGEST_NAME: usize = 200;
@@ -83,6 +84,19 @@ pub(super) fn grazing_orbit(scene: &Scene) -> Result<GrazingOrbit, CliError> {
     Ok(locate(scene)?.into_result()?)
 }
 
+/// The scene on the section that its map is taken on; says, unless `quiet`, what decided it where the scene takes any.
+pub(super) fn settle(
+    scene: &Scene,
+    orbit: &GrazingOrbit,
+    quiet: bool,
+) -> Result<SettledScene, CliError> {
+    let settled = settle_section(scene, orbit)?;
+    if let Some(decision) = SectionDecision::of(&settled).filter(|_| !quiet) {
+        note(&decision.words());
+    }
+    Ok(settled)
+}
+
 /// Starts the threads asked for.
 pub(super) fn start_threads(common: &Common) -> Result<(), CliError> {
     match common.threads {
@@ -102,6 +116,8 @@ pub(super) struct Plan {
     pub(super) orders: MapOrders,
     /// How they were chosen, where the scene names a tolerance.
     pub(super) choice: Option<Choice>,
+    /// The section, with what decided it.
+    pub(super) section: SectionDocument,
 }
 
 impl Plan {
@@ -125,7 +141,8 @@ impl Plan {
 }
 
 /// The orders that a scene names, or the cheapest map that meets the tolerance it names.
-pub(super) fn plan(scene: &Scene, orbit: &GrazingOrbit) -> Result<Plan, CliError> {
+pub(super) fn plan(settled: &SettledScene) -> Result<Plan, CliError> {
+    let (scene, section) = (&settled.scene, SectionDocument::settled(settled));
     let tolerance = match scene.expansion.orders {
         Orders::Fixed {
             smooth_order,
@@ -138,11 +155,15 @@ pub(super) fn plan(scene: &Scene, orbit: &GrazingOrbit) -> Result<Plan, CliError
                     contact_weight,
                 },
                 choice: None,
+                section,
             });
         }
         Orders::Tolerance(tolerance) => tolerance,
     };
-    let choice = choose_orders(scene, orbit, tolerance)?;
+    let choice = match settled.choice() {
+        Some(choice) => choice.clone(),
+        None => choose_orders(scene, &settled.orbit, tolerance)?,
+    };
     if !choice.met {
         return Err(CliError::ToleranceNotMet {
             tolerance,
@@ -159,5 +180,6 @@ pub(super) fn plan(scene: &Scene, orbit: &GrazingOrbit) -> Result<Plan, CliError
         scene,
         orders: choice.orders(),
         choice: Some(choice),
+        section,
     })
 }

@@ -12,7 +12,7 @@ use super::emit::{Measurement, emit, write_crate};
 use super::error::CliError;
 use super::expand::expand;
 use super::output::{Results, note};
-use super::prepare::{Loaded, grazing_orbit, plan, prepare};
+use super::prepare::{Loaded, grazing_orbit, plan, prepare, settle};
 use super::progress::Bar;
 use crate::analysis::diagram::{Diagram, Sweep, SweepHeading};
 use crate::convergence::{ConvergenceOptions, converge};
@@ -77,20 +77,23 @@ pub(super) fn run(options: &SceneOptions) -> Result<(), CliError> {
     )?;
     folder.write("scene.toml", &loaded.text)?;
 
-    let scene = &loaded.scene;
-    let orbit = clock.time("grazing orbit", || grazing_orbit(scene))?;
-    let orbit_document = OrbitDocument::new(scene, &orbit);
+    let orbit = clock.time("grazing orbit", || grazing_orbit(&loaded.scene))?;
+    let settled = clock.time("section", || {
+        settle(&loaded.scene, &orbit, options.common.quiet)
+    })?;
+    let (scene, orbit) = (&settled.scene, &settled.orbit);
+    let orbit_document = OrbitDocument::new(scene, orbit);
     folder.write("orbit.json", to_dense_json(&orbit_document)?)?;
 
-    let plan = clock.time("orders", || plan(scene, &orbit))?;
-    let expanded = clock.time("expansion", || expand(&plan, &orbit, options.common.quiet))?;
+    let plan = clock.time("orders", || plan(&settled))?;
+    let expanded = clock.time("expansion", || expand(&plan, orbit, options.common.quiet))?;
     folder.write("map.json", to_exact_json(&expanded.document)?)?;
     folder.write("map.csv", expanded.document.coefficient_table()?.to_csv()?)?;
 
     let module = clock.time("emission", || {
         emit(
             &plan,
-            &orbit,
+            orbit,
             &expanded,
             Measurement::WithTolerance,
             Target::Rust,
@@ -105,21 +108,21 @@ pub(super) fn run(options: &SceneOptions) -> Result<(), CliError> {
     let study = clock.time("convergence", || {
         Ok(converge(
             scene,
-            &orbit,
+            orbit,
             &ConvergenceOptions::of(scene),
             &bar,
         )?)
     })?;
     drop(bar);
-    for (name, bytes) in convergence_files(&study)? {
+    for (name, bytes) in convergence_files(&study, &plan.section)? {
         folder.write(&name, bytes)?;
     }
 
     let bar = Bar::new("diagram", &options.common);
-    let diagrams = clock.time("diagrams", || diagrams(scene, &orbit, &expanded.map, &bar))?;
+    let diagrams = clock.time("diagrams", || diagrams(scene, orbit, &expanded.map, &bar))?;
     drop(bar);
     let untimed: Vec<Diagram> = diagrams.iter().map(Diagram::without_timing).collect();
-    for (name, bytes) in diagram_files(&untimed, &expanded.window_edges)? {
+    for (name, bytes) in diagram_files(&untimed, &expanded.window_edges, &plan.section)? {
         folder.write(&name, bytes)?;
     }
 

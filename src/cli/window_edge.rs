@@ -3,9 +3,9 @@
 use super::error::CliError;
 use super::output::note;
 use super::prepare::plan;
+use crate::convergence::SettledScene;
 use crate::expansion::{Expander, ExpansionError, LocalMap, WindowEdge};
 use crate::model::{Scene, Shape};
-use crate::orbit::GrazingOrbit;
 use crate::report::edge_words;
 
 /// Says on standard error where a truncation leaves out too much at the edge of the scene's window, of the passage
@@ -35,16 +35,15 @@ pub(super) fn beyond(edges: impl IntoIterator<Item = WindowEdge>) -> Option<Wind
 /// The map of a scene at its orders, in the shape it asks for; with the edges of its contacts, and the warning, where they are
 /// series.
 pub(super) fn local_map(
-    scene: &Scene,
-    orbit: &GrazingOrbit,
+    settled: &SettledScene,
     quiet: bool,
 ) -> Result<(LocalMap, Vec<WindowEdge>), CliError> {
-    let plan = plan(scene, orbit)?;
+    let (plan, orbit) = (plan(settled)?, &settled.orbit);
     let mut edges = Vec::new();
     if plan.scene.emit.shape != Shape::Flown {
         let expander = Expander::new(&plan.scene, orbit)?;
         edges = window_edges(&expander, plan.orders.contact_weight)?;
-        warn_of_edges(scene, edges.iter().copied(), quiet);
+        warn_of_edges(&plan.scene, edges.iter().copied(), quiet);
     }
     Ok((plan.map(orbit)?, edges))
 }

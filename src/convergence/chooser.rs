@@ -6,7 +6,7 @@ use super::ConvergenceError;
 use super::attempts::{COMPOSED_SLACK, SLACK, try_level};
 use super::data::{Choice, Limit};
 use super::family::MapFamily;
-use super::judge::{Bench, JudgingPoints, Trial};
+use super::judge::{Bench, Trial};
 use super::level::{Level, highest_orders};
 use super::rule::{OrderRule, PROBE};
 use super::sample::SamplePoint;
@@ -78,18 +78,8 @@ impl<'a> Chooser<'a> {
         orbit: &'a GrazingOrbit,
         fresh: usize,
     ) -> Result<Self, ConvergenceError> {
-        let points = JudgingPoints::of_scene(scene, orbit, fresh)?;
-        Self::on_points(scene, orbit, points)
-    }
-
-    /// The same, judged by points that are given.
-    pub(super) fn on_points(
-        scene: &'a Scene,
-        orbit: &'a GrazingOrbit,
-        points: JudgingPoints,
-    ) -> Result<Self, ConvergenceError> {
         let family = MapFamily::new(scene, orbit, PROBE)?;
-        let bench = Bench::new(scene, orbit, points, &family.map(PROBE)?)?;
+        let bench = Bench::new(scene, orbit, &family.map(PROBE)?, fresh)?;
         let probe = Level::new(family, bench.forecast_points())?;
         Ok(Self {
             scene,

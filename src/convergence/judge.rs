@@ -7,11 +7,9 @@ use super::candidates::Candidate;
 use super::choice::weighted;
 use super::data::{Choice, Monomials, Polynomials};
 use super::errors::summarize;
-use super::family::MapFamily;
 use super::form::Form;
 use super::level::Level;
 use super::next_depth::{LeastOrders, NextDepth};
-use super::rule::PROBE;
 use super::sample::{SamplePoint, WindowSample};
 use super::truth::{Truth, truth};
 use crate::emission::prune;
@@ -30,55 +28,6 @@ const FORECAST_POINTS: usize = 24;
 /// Multiples of the tolerance whose tenth monomials may be dropped within, by their bound on the window; the bound is seldom
 /// reached, and the verdict is measured.
 const DROPS: [f64; 6] = [300.0, 100.0, 30.0, 10.0, 3.0, 1.0];
-
-/// Points by which maps are judged.
-#[derive(Clone, Debug)]
-pub(super) struct JudgingPoints {
-    /// Corners, and points of the sequence.
-    even: Vec<SamplePoint>,
-    /// Those at which two passages make contact.
-    joint: Vec<SamplePoint>,
-    /// Those on which a map has to hold too.
-    fresh: Vec<SamplePoint>,
-}
-
-impl JudgingPoints {
-    /// Of a window, with a number of fresh ones.
-    pub(super) fn new(sample: &WindowSample, fresh: usize) -> Self {
-        Self {
-            even: [sample.corners(), sample.points(0, POINTS)].concat(),
-            joint: [sample.joint_corners(), sample.joint_points(0, POINTS)].concat(),
-            fresh: sample.fresh(POINTS, fresh),
-        }
-    }
-
-    /// Of the window of a scene.
-    pub(super) fn of_scene(
-        scene: &Scene,
-        orbit: &GrazingOrbit,
-        fresh: usize,
-    ) -> Result<Self, ConvergenceError> {
-        let map = MapFamily::new(scene, orbit, PROBE)?.map(PROBE)?;
-        Ok(Self::new(&WindowSample::new(&map), fresh))
-    }
-
-    /// Their images, where they have any.
-    pub(super) fn map(&self, mut image: impl FnMut(&SamplePoint) -> Option<SamplePoint>) -> Self {
-        let mut all = |points: &[SamplePoint]| points.iter().filter_map(&mut image).collect();
-        Self {
-            even: all(&self.even),
-            joint: all(&self.joint),
-            fresh: all(&self.fresh),
-        }
-    }
-
-    /// The largest size of a coordinate.
-    pub(super) fn half_width(&self, coordinate: usize) -> f64 {
-        let points = self.even.iter().chain(&self.joint).chain(&self.fresh);
-        let sizes = points.map(|point| point.state[coordinate].abs());
-        sizes.fold(0.0, f64::max)
-    }
-}
 
 /// What every candidate is measured on.
 pub(super) struct Bench<'a> {
@@ -180,17 +129,20 @@ impl Choice {
 }
 
 impl<'a> Bench<'a> {
-    /// Simulates the points that maps are chosen by; `map` has the window.
+    /// Simulates the points that maps are chosen by; `map` has the window, and `fresh` is the number of points on which a map has
+    /// to hold too.
     pub(super) fn new(
         scene: &'a Scene,
         orbit: &'a GrazingOrbit,
-        points: JudgingPoints,
         map: &LocalMap,
+        fresh: usize,
     ) -> Result<Self, ConvergenceError> {
         let system = HybridSystem::new(&scene.model);
         let sample = WindowSample::new(map);
-        let joint = truth(&system, scene, orbit, points.joint)?;
-        let mut truth = truth(&system, scene, orbit, points.even)?;
+        let even = [sample.corners(), sample.points(0, POINTS)].concat();
+        let joint = [sample.joint_corners(), sample.joint_points(0, POINTS)].concat();
+        let joint = truth(&system, scene, orbit, joint)?;
+        let mut truth = truth(&system, scene, orbit, even)?;
         if truth.points.is_empty() {
             return Err(ConvergenceError::NoTruth { tried: POINTS });
         }
@@ -202,10 +154,10 @@ impl<'a> Bench<'a> {
             orbit,
             system,
             next_depth: NextDepth::new(map, &sample),
+            fresh_points: sample.fresh(POINTS, fresh),
             sample,
             truth,
             forecast_points: forecast_points.concat(),
-            fresh_points: points.fresh,
             fresh: None,
         })
     }

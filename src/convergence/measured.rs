@@ -13,6 +13,7 @@ use crate::expansion::{LocalMap, MapOrders};
 use crate::hybrid::HybridSystem;
 use crate::iteration::DiscreteMap;
 use crate::model::Scene;
+use crate::numeric::decimal_above;
 use crate::orbit::GrazingOrbit;
 
 /// Number in the sequence of the first point: orders are chosen by the ones before it.
@@ -33,18 +34,7 @@ pub struct MeasuredError {
 impl MeasuredError {
     /// The error rounded up to two digits: the same number on machines whose arithmetic differs in the last place.
     pub fn rounded_up(&self) -> Option<f64> {
-        self.error.map(|error| {
-            if error <= 0.0 {
-                return 0.0;
-            }
-            let mut exponent = error.log10().floor() as i32 - 1;
-            let mut digits = (error / 10f64.powi(exponent)).ceil() as u32;
-            if digits >= 100 {
-                (digits, exponent) = (10, exponent + 1);
-            }
-            // Read from decimals, so that the number printed is as short as it says.
-            format!("{digits}e{exponent}").parse().unwrap_or(error)
-        })
+        self.error.map(|error| decimal_above(error, 2))
     }
 }
 

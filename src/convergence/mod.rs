@@ -52,6 +52,6 @@ pub use next_depth::LeastOrders;
 pub use pareto::{ParetoMap, ParetoPoint};
 pub use rule::{Decay, OrderRule};
 pub use sample::{SamplePoint, WindowSample};
-pub use sections::{SectionChoice, choose_sections};
+pub use sections::{SectionChoice, SectionVerdict, SettledScene, choose_sections, settle_section};
 pub use timing::{multiply_add_ns, step_ns};
 pub use validity::{Validity, validity};

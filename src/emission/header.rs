@@ -34,7 +34,11 @@ pub(super) fn header(
     let (all, frozen) = (lowered.kernel.count(), step.count());
     let mut lines = vec![
         format!("Scene {}, digest {:016x}.", comment(&map.scene), map.digest),
-        format!("Section: {}.", section_word(map.section.kind)),
+        format!(
+            "Section: {}{}.",
+            section_word(map.section.kind),
+            phase(map)?
+        ),
         format!("Coordinates: {coordinates}."),
         format!("Parameters: {parameters}."),
         format!("Passages: {passages}."),
@@ -81,6 +85,15 @@ fn wrapped(line: &str) -> Vec<String> {
         .chunks(112)
         .map(|part| part.iter().collect())
         .collect()
+}
+
+/// The phase of a stroboscopic section; nothing on another.
+fn phase(map: &LocalMap) -> Result<String, EmissionError> {
+    let Some(phase) = map.section.phase else {
+        return Ok(String::new());
+    };
+    let phase = number_literal("the phase of the section", phase.to_f64())?;
+    Ok(format!(" at the phase {phase}"))
 }
 
 fn counted(count: OperationCount) -> String {

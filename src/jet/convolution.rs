@@ -4,6 +4,9 @@
 //! sums, its terms in the order of the table whatever the scalar, so that lanes give the bits of single numbers.
 
 mod terms;
+mod whole;
+
+pub(super) use self::whole::FullProduct;
 
 use self::terms::Terms;
 use super::Span;
@@ -43,6 +46,8 @@ impl<'a, S> Factor<'a, S> {
 /// What becomes of a sum of products.
 #[derive(Clone, Copy)]
 pub(super) enum Finish<'a, S> {
+    /// It is the coefficient.
+    Set,
     /// It is added to the coefficient there is.
     Add,
     /// It is multiplied by a factor.
@@ -56,6 +61,7 @@ impl<S: Scalar> Finish<'_, S> {
     #[inline(always)]
     fn store<const LEN: usize>(&self, first: usize, sums: [S; LEN], out: &mut [S; LEN]) {
         match *self {
+            Finish::Set => *out = sums,
             Finish::Add => {
                 for k in 0..LEN {
                     one_by_one::<S>(k);
@@ -198,40 +204,6 @@ impl<const WITHOUT_FIRST: bool, const SQUARE: bool> Addition for All<WITHOUT_FIR
                 terms.add_all::<LONGEST_IN_REGISTERS, WITHOUT_FIRST, SQUARE>(out);
             }
             _ => terms.add_in_memory(SQUARE, out),
-        }
-    }
-}
-
-/// All of the product of two elements, added to an element.
-///
-/// NOTE: compiled apart: knowing that all is wanted saves a quarter.
-pub(super) struct FullProduct<'a, S> {
-    pub(super) table: &'a ProductTable,
-    pub(super) a: &'a [S],
-    pub(super) b: &'a [S],
-    pub(super) out: &'a mut [S],
-}
-
-impl<S: Scalar> Kernel for FullProduct<'_, S> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run(self) {
-        let product = Convolution {
-            table: self.table,
-            runs: self.table.all_runs(),
-            span: Span::Full,
-            a: Factor::full(self.a),
-            b: Factor::full(self.b),
-            finish: Finish::Add,
-            first: 0,
-            out: self.out,
-            selection: None,
-        };
-        if product.is_square() {
-            product.form();
-        } else {
-            product.add(All::<false, false>);
         }
     }
 }

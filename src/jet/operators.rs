@@ -13,8 +13,14 @@ impl<S: Scalar> Jet<S> {
     ///
     /// If the three jets are not of one space.
     pub fn multiply_into(&self, other: &Self, out: &mut Self) {
-        out.coefficients_mut().fill(S::zero());
-        self.multiply_add_into(other, out);
+        self.assert_same_space(other);
+        self.assert_same_space(out);
+        let space = self.space();
+        space.multiply(
+            self.coefficients(),
+            other.coefficients(),
+            out.coefficients_mut(),
+        );
     }
 
     /// `out += self · other`, without allocating.

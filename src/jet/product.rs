@@ -18,6 +18,16 @@ pub(crate) struct PartOf<'a, S> {
 }
 
 impl JetSpace {
+    /// `out = a b` for coefficient slices of this space.
+    ///
+    /// # Panics
+    ///
+    /// If a slice is shorter than the space.
+    #[inline]
+    pub fn multiply<S: Scalar>(&self, a: &[S], b: &[S], out: &mut [S]) {
+        self.product::<S, true>(a, b, out);
+    }
+
     /// `out += a b` for coefficient slices of this space.
     ///
     /// # Panics
@@ -25,7 +35,12 @@ impl JetSpace {
     /// If a slice is shorter than the space.
     #[inline]
     pub fn multiply_add<S: Scalar>(&self, a: &[S], b: &[S], out: &mut [S]) {
-        S::dispatch(FullProduct {
+        self.product::<S, false>(a, b, out);
+    }
+
+    #[inline]
+    fn product<S: Scalar, const SET: bool>(&self, a: &[S], b: &[S], out: &mut [S]) {
+        S::dispatch(FullProduct::<S, SET> {
             table: self.table(),
             a: &a[..self.len()],
             b: &b[..self.len()],

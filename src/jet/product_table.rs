@@ -19,6 +19,7 @@ pub(super) struct ProductTable {
     /// The first monomials of the runs of every family, by length.
     starts: Vec<u32>,
     pairs: Vec<Pair>,
+    families: Vec<Family>,
 }
 
 /// Neighbouring monomials of one degree with the same exponents in all variables but the last two.
@@ -27,6 +28,22 @@ pub(super) struct Run {
     /// The monomials.
     pub(super) monomials: Range<usize>,
     pairs: Range<usize>,
+}
+
+/// All runs with the same exponents in all variables but the last two.
+#[derive(Clone, Debug)]
+pub(super) struct Family {
+    /// Place of its shortest run among the first monomials of all runs, and places of the others.
+    runs: Range<usize>,
+    pairs: Range<usize>,
+}
+
+impl Family {
+    /// Number of runs, which is the length of the longest.
+    #[inline(always)]
+    pub(super) fn runs(&self) -> usize {
+        self.runs.len()
+    }
 }
 
 /// Two families, each by the place of the first monomial of its shortest run among those of all runs.
@@ -100,6 +117,7 @@ impl ProductTable {
             degree_starts: Vec::with_capacity(monomials.degree_starts.len()),
             starts: Vec::with_capacity(count),
             pairs: Vec::new(),
+            families: Vec::new(),
         };
         // Of the first monomial of every run: the place of its family and the family's pairs.
         let mut families = vec![(0, 0..0); count];
@@ -119,6 +137,10 @@ impl ProductTable {
                     let pairs = products.iter().map(|&(i, j)| (family(i), family(j)));
                     table.pairs.extend(pairs);
                     let pairs = begin..table.pairs.len();
+                    table.families.push(Family {
+                        runs: place..table.starts.len(),
+                        pairs: pairs.clone(),
+                    });
                     for &start in &table.starts[place..] {
                         families[start as usize] = (place as u32, pairs.clone());
                     }
@@ -144,6 +166,21 @@ impl ProductTable {
     #[inline(always)]
     pub(super) fn all_runs(&self) -> &[Run] {
         &self.runs
+    }
+
+    /// All families.
+    #[inline(always)]
+    pub(super) fn families(&self) -> &[Family] {
+        &self.families
+    }
+
+    /// The first monomials of the runs of a family, by ascending length, and the pairs of families that multiply to it.
+    #[inline(always)]
+    pub(super) fn starts_and_pairs(&self, family: &Family) -> (&[u32], &[Pair]) {
+        (
+            &self.starts[family.runs.clone()],
+            &self.pairs[family.pairs.clone()],
+        )
     }
 
     /// The pairs of families that multiply to that of a run, by ascending left ones; the first begins with the constant, the last ends with it.

@@ -298,6 +298,11 @@ pub enum SceneProblem {
         /// The parameter.
         name: String,
     },
+    /// The cheapest section of no tolerance.
+    #[error(
+        "`kind = \"any\"` is the section with the cheapest map for a tolerance: expected `tolerance` in [expansion], found orders"
+    )]
+    AnySectionWithoutTolerance,
     /// Something that needs a forcing phase.
     #[error("{what} needs a forcing phase, and the model has no [model.phase]")]
     NeedsPhase {

@@ -32,8 +32,10 @@ pub struct Scene {
     pub model: Model,
     /// Which orbit grazes and what is adjusted so that it does.
     pub grazing: Grazing,
-    /// Where the map is taken.
+    /// The section that the window is stated on, and that the map is taken on unless [any](SectionRule::Any) will do.
     pub section: Section,
+    /// Which sections the map may be taken on.
+    pub section_rule: SectionRule,
     /// Active parameters and orders.
     pub expansion: Expansion,
     /// Where the map is to be trusted.
@@ -79,6 +81,16 @@ pub enum Section {
     Tangency,
     /// A fixed forcing phase.
     Stroboscopic(StroboscopicPhase),
+}
+
+/// Which sections a map may be taken on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum SectionRule {
+    /// The one that the scene names.
+    Named,
+    /// The one whose map for the tolerance costs least; until that is known, the scene is on its tangency section.
+    Any,
 }
 
 /// The phase of a stroboscopic section.

@@ -7,6 +7,7 @@
 //! Deliberately absent: jets, models, files.
 
 mod bracket;
+mod decimals;
 mod dispatch;
 mod double_double;
 mod error;
@@ -19,6 +20,7 @@ mod sampling;
 mod scalar;
 
 pub use bracket::{Bracket, BracketOutcome};
+pub use decimals::decimal_above;
 pub use dispatch::{Kernel, widest};
 pub use double_double::{Dd, ParseDdError};
 pub use error::NumericError;

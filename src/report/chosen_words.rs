@@ -1,6 +1,7 @@
 //! Which map was chosen, how far it holds and where it is the more accurate, in words.
 
 use super::convergence_page::shape_word;
+use super::section_document::SectionCost;
 use crate::convergence::{
     Choice, ConvergenceStudy, DepthAccuracy, LeastOrders, Limit, Monomials, Polynomials,
     SectionChoice, Validity,
@@ -67,16 +68,11 @@ pub fn sections_words(study: &ConvergenceStudy) -> String {
     if study.sections.is_empty() {
         return String::new();
     }
-    let others: Vec<String> = study.sections.iter().map(section_words).collect();
+    let others = study.sections.iter();
+    let others: Vec<String> = others.map(|other| SectionCost::of(other).words()).collect();
     let own = Some(&study.chosen).filter(|chosen| chosen.met);
     let own = own.map_or(usize::MAX, |chosen| chosen.operations);
-    let met = study
-        .sections
-        .iter()
-        .filter_map(|other| other.choice.as_ref());
-    let cheapest = met
-        .filter(|choice| choice.met)
-        .map(|choice| choice.operations);
+    let cheapest = study.sections.iter().filter_map(SectionChoice::operations);
     let verdict = match cheapest.min() {
         Some(least) if least < own => "another section is cheaper",
         _ => "no other section is cheaper",
@@ -86,32 +82,6 @@ pub fn sections_words(study: &ConvergenceStudy) -> String {
         study.chosen.operations,
         others.join("; ")
     )
-}
-
-/// A section by name, and its cheapest map.
-fn section_words(section: &SectionChoice) -> String {
-    let name = section_name(section);
-    match (&section.choice, &section.problem) {
-        (Some(choice), _) if choice.met => format!(
-            "{name} {} with ({}, {})",
-            choice.operations, choice.smooth_order, choice.contact_weight
-        ),
-        (Some(choice), _) => {
-            let error = choice.fresh_error.or(choice.error);
-            let error = error.map_or("no finite error".to_owned(), |error| format!("{error:.1e}"));
-            format!("{name} not met ({error})")
-        }
-        (None, problem) => format!("{name} none ({})", problem.as_deref().unwrap_or("no map")),
-    }
-}
-
-/// A section by name.
-pub fn section_name(section: &SectionChoice) -> String {
-    match section.ahead {
-        None => "tangency".to_owned(),
-        Some(0.0) => "stroboscopic at the graze".to_owned(),
-        Some(ahead) => format!("stroboscopic {ahead} of a period before it"),
-    }
 }
 
 /// Orders that no choice goes below, and why, in words; nothing where there are none.

@@ -80,13 +80,13 @@ impl ChosenCoefficients {
     pub fn words(&self) -> String {
         let run = match (self.run, self.fitted_to) {
             (Polynomials::Economised, Some(orders)) => format!(
-                "fitted on the window to the map at ({}, {})",
+                ", fitted on the window to the map at ({}, {})",
                 orders.smooth_order, orders.contact_weight
             ),
-            _ => "of them".to_owned(),
+            _ => " of them".to_owned(),
         };
         format!(
-            "listed are all coefficients of the Taylor series; the map that is run has {}, {run}",
+            "listed are all coefficients of the Taylor series; the map that is run has {}{run}",
             self.coefficients
         )
     }
@@ -133,6 +133,8 @@ pub struct ExpansionParts<'a> {
     pub lost_digits: &'a LostDigits,
     /// The choice, where the scene names a tolerance.
     pub choice: Option<&'a Choice>,
+    /// The section, with what decided it.
+    pub section: &'a SectionDocument,
 }
 
 /// The parts of the expansion of one passage.
@@ -181,7 +183,7 @@ impl MapDocument {
             scene: scene.identifier.clone(),
             digest: format!("{:016x}", scene.digest),
             version: env!("CARGO_PKG_VERSION"),
-            section: SectionDocument::new(scene, orbit),
+            section: parts.section.clone(),
             parameters: Named::new(active),
             orders: parts.orders,
             weights: Named::new(depths.iter().map(|name| (name.clone(), 1)).chain(weights)),

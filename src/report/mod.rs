@@ -26,13 +26,13 @@ mod one_or_many;
 mod orbit_document;
 mod page;
 mod run_page;
+mod section_document;
 mod speed_figure;
 mod table;
 mod table_text;
 
 pub use chosen_words::{
-    accuracy_words, chosen_words, least_orders_words, limit_words, section_name, sections_words,
-    validity_words,
+    accuracy_words, chosen_words, least_orders_words, limit_words, sections_words, validity_words,
 };
 pub use convergence_page::{
     convergence_figures, convergence_section, convergence_table, without_times,
@@ -56,7 +56,8 @@ pub use map_document::{
 pub use named::Named;
 pub use npy::npy_bytes;
 pub use one_or_many::OneOrMany;
-pub use orbit_document::{ExactPoint, OrbitDocument, SectionDocument};
+pub use orbit_document::{ExactPoint, OrbitDocument};
 pub use page::{Page, PageFigure, Provenance, Section};
 pub use run_page::{CrateSummary, RunPage, StageTime, run_page};
+pub use section_document::{SectionCost, SectionDecision, SectionDocument};
 pub use table::{Alignment, Cell, Column, Table};

@@ -2,10 +2,10 @@
 
 use serde::Serialize;
 
-use super::{Cell, Column, Named, ReportError, Table};
+use super::{Cell, Column, Named, ReportError, SectionDocument, Table};
 use crate::model::Scene;
 use crate::numeric::Dd;
-use crate::orbit::{GrazingConditions, GrazingOrbit, GrazingPoint, PoincareSectionKind};
+use crate::orbit::{GrazingConditions, GrazingOrbit, GrazingPoint};
 
 /// The digits of a double-double.
 const ALL_DIGITS: usize = 32;
@@ -95,53 +95,6 @@ pub struct ExactPoint {
     pub parameters: Named<String>,
     /// Full state.
     pub state: Named<String>,
-}
-
-/// A section, its coordinates, and where the orbit meets it.
-#[derive(Clone, Debug, Serialize)]
-pub struct SectionDocument {
-    /// `tangency` or `stroboscopic`.
-    pub kind: &'static str,
-    /// Phase of a stroboscopic section.
-    pub phase: Option<f64>,
-    /// Names of the coordinates.
-    pub coordinates: Vec<String>,
-    /// Where the orbit meets the section, one value per coordinate.
-    pub point: Vec<f64>,
-}
-
-impl SectionDocument {
-    /// The section of an orbit.
-    pub fn new(scene: &Scene, orbit: &GrazingOrbit) -> Self {
-        let (kind, phase) = match orbit.section.kind {
-            PoincareSectionKind::Tangency => ("tangency", None),
-            PoincareSectionKind::Stroboscopic { phase } => ("stroboscopic", Some(phase.to_f64())),
-        };
-        let coordinates = orbit.section_coordinates(scene);
-        Self {
-            kind,
-            phase,
-            coordinates: coordinates
-                .iter()
-                .map(|&(name, _)| name.to_owned())
-                .collect(),
-            point: coordinates
-                .iter()
-                .map(|(_, value)| value.to_f64())
-                .collect(),
-        }
-    }
-
-    /// Section and phase in words.
-    pub fn words(&self) -> String {
-        let coordinates = self.coordinates.join(", ");
-        match self.phase {
-            None => format!("tangency section h' = 0 at the graze; coordinates {coordinates}"),
-            Some(phase) => {
-                format!("stroboscopic section at the phase {phase:.6}; coordinates {coordinates}")
-            }
-        }
-    }
 }
 
 impl OrbitDocument {

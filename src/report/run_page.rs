@@ -271,7 +271,11 @@ fn expansion_section(run: &RunPage<'_>) -> Result<Section, ReportError> {
         .collect();
     // Passages that are mirror images say the same.
     edges.dedup();
-    let section = Section::new("Expansion").prose(prose);
+    let mut section = Section::new("Expansion");
+    if let Some(decided) = &run.map.section.decided {
+        section = section.prose(format!("Decided: {}.", decided.words()));
+    }
+    let section = section.prose(prose);
     Ok(edges
         .into_iter()
         .fold(section, Section::prose)

@@ -150,8 +150,9 @@ fn read(text: &str, file_name: &str) -> Checked<Scene> {
     let grazing_table = root.require("grazing")?.table()?;
     let grazing = grazing::read(&grazing_table, &model)?;
     let warnings = usage::check(&grazing_table, &model, &grazing)?;
-    let section = section::read(table("section")?.as_ref(), &model)?;
     let expansion = expansion::read(table("expansion")?.as_ref(), &model, &grazing)?;
+    let (section, section_rule) =
+        section::read(table("section")?.as_ref(), &model, expansion.orders)?;
     let window = window::read(table("window")?.as_ref(), &model)?;
     let emit = emit::read(table("emit")?.as_ref(), expansion.orders)?;
     let mut diagrams = Vec::new();
@@ -169,6 +170,7 @@ fn read(text: &str, file_name: &str) -> Checked<Scene> {
         model,
         grazing,
         section,
+        section_rule,
         expansion,
         window,
         emit,

@@ -43,7 +43,32 @@ pub(super) fn apply(document: &mut DocumentMut, overrides: &[(String, String)]) 
         }
         set(document.as_item_mut(), &parts, value).map_err(|(part, reason)| fail(part, reason))?;
     }
+    give_way(document, overrides);
     Ok(())
+}
+
+/// Takes out of `[expansion]` what an override excludes: a tolerance takes the place of the orders, and orders that of a
+/// tolerance, unless both are set.
+fn give_way(document: &mut DocumentMut, overrides: &[(String, String)]) {
+    let is_set = |name: &str| {
+        let key = format!("expansion.{name}");
+        overrides.iter().any(|(set, _)| set.trim() == key)
+    };
+    let orders = ["smooth_order", "contact_weight"];
+    let tolerance = ["tolerance"];
+    let ways = [(&tolerance[..], &orders[..]), (&orders, &tolerance)];
+    let expansion = document.get_mut("expansion");
+    let Some(expansion) = expansion.and_then(Item::as_table_like_mut) else {
+        return;
+    };
+    for (these, those) in ways {
+        let is_overridden = |names: &[&str]| names.iter().any(|name| is_set(name));
+        if is_overridden(these) && !is_overridden(those) {
+            for name in those {
+                expansion.remove(name);
+            }
+        }
+    }
 }
 
 /// Whether the document names a parameter.

@@ -1,7 +1,7 @@
 //! `[section]`: where the map is taken.
 
 use super::document::Table;
-use super::{Section, StroboscopicPhase};
+use super::{Orders, Section, SectionRule, StroboscopicPhase};
 use crate::model::error::{Checked, Fault};
 use crate::model::oscillator::Model;
 use crate::model::problem::SceneProblem;
@@ -11,38 +11,47 @@ use crate::model::problem::SceneProblem;
 enum Kind {
     Tangency,
     Stroboscopic,
+    Any,
 }
 
 /// Reads `[section]`; without it, the tangency section.
-pub(super) fn read(table: Option<&Table<'_>>, model: &Model) -> Checked<Section> {
+pub(super) fn read(
+    table: Option<&Table<'_>>,
+    model: &Model,
+    orders: Orders,
+) -> Checked<(Section, SectionRule)> {
     let Some(table) = table else {
-        return Ok(Section::Tangency);
+        return Ok((Section::Tangency, SectionRule::Named));
     };
     table.only(&["kind", "phase"])?;
     let options = [
         ("tangency", Kind::Tangency),
         ("stroboscopic", Kind::Stroboscopic),
+        ("any", Kind::Any),
     ];
-    let kind = table
-        .require("kind")?
-        .choice(&options, "\"tangency\", \"stroboscopic\"")?;
-    match (kind, table.field("phase")) {
-        (Kind::Stroboscopic, _) if model.phase.is_none() => Err(Fault::at(
-            table.require("kind")?.span(),
-            SceneProblem::NeedsPhase {
-                what: "a stroboscopic section",
-            },
-        )),
-        (Kind::Tangency, _) => Ok(Section::Tangency),
-        (Kind::Stroboscopic, None) => Ok(Section::Stroboscopic(StroboscopicPhase::Grazing)),
-        (Kind::Stroboscopic, Some(field)) => {
-            let entry = field.entry("\"grazing\" or an expression of numbers")?;
-            if entry.value.as_str() == Some("grazing") {
-                return Ok(Section::Stroboscopic(StroboscopicPhase::Grazing));
-            }
-            Ok(Section::Stroboscopic(StroboscopicPhase::At(
-                entry.number()?,
-            )))
-        }
+    let kind = table.require("kind")?;
+    let fault = |problem| Err(Fault::at(kind.span(), problem));
+    match kind.choice(&options, "\"tangency\", \"stroboscopic\", \"any\"")? {
+        Kind::Tangency => Ok((Section::Tangency, SectionRule::Named)),
+        Kind::Any => match orders {
+            Orders::Tolerance(_) => Ok((Section::Tangency, SectionRule::Any)),
+            Orders::Fixed { .. } => fault(SceneProblem::AnySectionWithoutTolerance),
+        },
+        Kind::Stroboscopic if model.phase.is_none() => fault(SceneProblem::NeedsPhase {
+            what: "a stroboscopic section",
+        }),
+        Kind::Stroboscopic => Ok((Section::Stroboscopic(phase(table)?), SectionRule::Named)),
     }
+}
+
+/// The phase of a stroboscopic section; that of the graze where none is named.
+fn phase(table: &Table<'_>) -> Checked<StroboscopicPhase> {
+    let Some(field) = table.field("phase") else {
+        return Ok(StroboscopicPhase::Grazing);
+    };
+    let entry = field.entry("\"grazing\" or an expression of numbers")?;
+    if entry.value.as_str() == Some("grazing") {
+        return Ok(StroboscopicPhase::Grazing);
+    }
+    Ok(StroboscopicPhase::At(entry.number()?))
 }
