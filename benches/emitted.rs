@@ -5,7 +5,8 @@
 //! program by `rustc`, and prints nanoseconds per step: one point at a time (independent points), chained
 //! (each image the next state), and in lanes; with parameters as variables and frozen. Beside each stands
 //! its floor: the step's multiply-adds over the rate of a loop of nothing else, measured in the same run. The first rows are
-//! two bare polynomials of order 5 in three variables, on which other programs were measured.
+//! two bare polynomials of order 5 in three variables, on which other programs were measured; rows marked `f32` are of the same map
+//! in single precision, in sixteen lanes where double precision has eight.
 
 #[path = "../tests/support/synthetic.rs"]
 mod synthetic;
@@ -16,6 +17,7 @@ use std::process::Command;
 use grazemap::emission::{EmitOptions, EmittedModule, emitted_module};
 use grazemap::expansion::{Expander, MapOrders};
 use grazemap::model::{Scene, Shape, catalogue};
+use grazemap::numeric::FloatFormat;
 use grazemap::orbit::locate;
 
 /// Scenes with their orders; `flown` in those of the flown shape.
@@ -30,13 +32,17 @@ const MAPS: [(&str, u32, u32); 8] = [
     ("soft_b_stiff", 6, 8),
 ];
 
-/// Times an emitted module `map`; prints one figure a line.
+/// The one that is measured in single precision too.
+const SINGLE: (&str, (u32, u32)) = ("linear", (5, 6));
+
+/// Times an emitted module `map` in the numbers `REAL`; prints one figure a line.
 const PROGRAM: &str = r#"
 use std::{hint::black_box, time::Instant};
 mod map;
 use map::*;
+type Real = REAL;
 const POINTS: usize = 1024;
-fn median(mut run: impl FnMut() -> f64, steps: usize) -> f64 {
+fn median(mut run: impl FnMut() -> Real, steps: usize) -> f64 {
     let mut times: Vec<f64> = (0..101)
         .map(|_| {
             let start = Instant::now();
@@ -47,14 +53,14 @@ fn median(mut run: impl FnMut() -> f64, steps: usize) -> f64 {
     times.sort_by(f64::total_cmp);
     times[50]
 }
-fn fma(a: f64, b: f64, c: f64) -> f64 {
+fn fma(a: Real, b: Real, c: Real) -> Real {
     if cfg!(target_feature = "fma") { a.mul_add(b, c) } else { a * b + c }
 }
 fn rate_of<const N: usize>() -> f64 {
     let (factor, term) = (black_box(0.999), black_box(1e-3));
     median(
         || {
-            let mut sums = black_box([1.0; N]);
+            let mut sums = black_box([1.0 as Real; N]);
             for _ in 0..POINTS {
                 for i in 0..N {
                     sums[i] = fma(sums[i], factor, term);
@@ -66,9 +72,9 @@ fn rate_of<const N: usize>() -> f64 {
     )
 }
 fn main() {
-    let offset = |i: usize, scale: f64| scale * ((i * 7919 % 1009) as f64 / 504.5 - 1.0);
-    let points: Vec<[f64; 2]> = (0..POINTS).map(|i| [offset(i, 1e-4), offset(i + 3, 1e-2)]).collect();
-    let lanes: Vec<[[f64; LANES]; 2]> = points
+    let offset = |i: usize, scale: Real| scale * ((i * 7919 % 1009) as Real / 504.5 - 1.0);
+    let points: Vec<[Real; 2]> = (0..POINTS).map(|i| [offset(i, 1e-4), offset(i + 3, 1e-2)]).collect();
+    let lanes: Vec<[[Real; LANES]; 2]> = points
         .chunks_exact(LANES)
         .map(|c| [0, 1].map(|k| std::array::from_fn(|lane| c[lane][k])))
         .collect();
@@ -82,7 +88,8 @@ fn main() {
     println!("{}", median(|| (0..POINTS).fold(points[1], |p, _| frozen.step(p).image)[0], POINTS));
     println!("{}", median(|| lanes.iter().map(|p| lane_sum(step_lanes(p, &lane_parameters))).sum(), POINTS));
     println!("{}", median(|| lanes.iter().map(|p| lane_sum(frozen.step_lanes(p))).sum(), POINTS));
-    println!("{}", rate_of::<8>().min(rate_of::<16>()).min(rate_of::<32>()).min(rate_of::<64>()));
+    let rates = [rate_of::<8>(), rate_of::<16>(), rate_of::<32>(), rate_of::<64>(), rate_of::<128>()];
+    println!("{}", rates.into_iter().fold(f64::INFINITY, f64::min));
 }
 "#;
 
@@ -116,8 +123,8 @@ fn measure(folder: &Path, native: bool) -> Vec<f64> {
         .collect()
 }
 
-/// The emission of a scene at these orders.
-fn module(name: &str, orders: MapOrders) -> EmittedModule {
+/// The emission of a scene at these orders, with 64 bytes of lanes.
+fn module(name: &str, orders: MapOrders, precision: FloatFormat) -> EmittedModule {
     let text = catalogue::text(name).expect("in the catalogue");
     let scene = Scene::parse(text, name).expect("a good scene");
     let orbit = locate(&scene)
@@ -130,13 +137,21 @@ fn module(name: &str, orders: MapOrders) -> EmittedModule {
         _ => expander.expand(orders),
     };
     let map = map.expect("an expansion");
-    emitted_module(&map, None, &EmitOptions::default()).expect("an emission")
+    let options = EmitOptions {
+        precision,
+        lanes: match precision {
+            FloatFormat::F32 => 16,
+            FloatFormat::F64 => 8,
+        },
+        ..EmitOptions::default()
+    };
+    emitted_module(&map, None, &options).expect("an emission")
 }
 
 fn main() {
     println!("ns per step; floor = multiply-adds x time of one in a loop of nothing else");
     println!(
-        "scene         orders    target    step  frozen  chained  lanes  frozen lanes | floor  frozen | madds  frozen"
+        "scene         orders    target        step  frozen  chained  lanes  frozen lanes | floor  frozen | madds  frozen"
     );
     let options = EmitOptions::default();
     let bare = emitted_module(&synthetic::two_polynomials(5), None, &options);
@@ -147,7 +162,11 @@ fn main() {
             contact_weight,
         };
         let shown = (smooth_order, contact_weight);
-        measure_both(name, shown, &module(name, orders));
+        let double = module(name, orders, FloatFormat::F64);
+        measure_both(name, shown, &double);
+        if (name, shown) == SINGLE {
+            measure_both(name, shown, &module(name, orders, FloatFormat::F32));
+        }
     }
 }
 
@@ -155,7 +174,8 @@ fn main() {
 fn measure_both(name: &str, (smooth_order, contact_weight): (u32, u32), module: &EmittedModule) {
     let folder = tempfile::tempdir().expect("a folder");
     std::fs::write(folder.path().join("map.rs"), &module.text).expect("a file");
-    std::fs::write(folder.path().join("main.rs"), PROGRAM).expect("a file");
+    let program = PROGRAM.replace("REAL", &module.precision.to_string());
+    std::fs::write(folder.path().join("main.rs"), program).expect("a file");
     for native in [false, true] {
         let t = measure(folder.path(), native);
         let (all, few) = (
@@ -163,8 +183,9 @@ fn measure_both(name: &str, (smooth_order, contact_weight): (u32, u32), module: 
             module.frozen_operations.multiply_adds,
         );
         println!(
-            "{name:12} ({smooth_order}, {contact_weight:2})   {}  {:6.1}  {:6.1}  {:7.1}  {:5.2}  {:12.2} | {:5.2}  {:6.2} | {all:5}  {few:6}",
+            "{name:12} ({smooth_order}, {contact_weight:2})   {} {} {:6.1}  {:6.1}  {:7.1}  {:5.2}  {:12.2} | {:5.2}  {:6.2} | {all:5}  {few:6}",
             if native { "native  " } else { "baseline" },
+            module.precision,
             t[0],
             t[1],
             t[2],

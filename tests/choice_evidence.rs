@@ -2,12 +2,13 @@
 
 use grazemap::analysis::{DirectEnd, DirectImage, FreeFlight, SectionChange};
 use grazemap::convergence::{
-    Choice, ChoiceOptions, Chooser, SamplePoint, choose, choose_sections, chosen_map,
+    Choice, ChoiceOptions, Chooser, ExactImages, Limit, SamplePoint, choose, choose_sections,
+    chosen_map,
 };
 use grazemap::hybrid::HybridSystem;
 use grazemap::iteration::{DiscreteMap, HornerMap};
-use grazemap::model::{Scene, Section, StroboscopicPhase, catalogue};
-use grazemap::numeric::Dd;
+use grazemap::model::{EmitPrecision, Scene, Section, StroboscopicPhase, catalogue};
+use grazemap::numeric::{Dd, FloatFormat};
 use grazemap::orbit::{GrazingOrbit, locate};
 
 /// Number in the sequence of the first point of the checks: beyond all that anything is chosen by.
@@ -135,6 +136,58 @@ fn single_precision_would_do_for_a_coarse_map_and_not_for_a_fine_one() {
     });
     // Offsets of a tenth have a rounding of 6e-9.
     assert!(coarse < 1.1 && fine > 3.0, "{coarse}, {fine}");
+}
+
+/// The error of a map run in single precision, on points that it was not chosen by.
+fn single_error(scene: &(Scene, GrazingOrbit), map: &HornerMap, points: &[SamplePoint]) -> f64 {
+    let exact = ExactImages::new(&scene.0, &scene.1, points.to_vec()).expect("points");
+    let errors = exact.errors(&map.in_single());
+    errors.into_iter().fold(0.0, f64::max)
+}
+
+#[test]
+fn any_precision_is_single_for_a_coarse_tolerance_and_double_for_a_fine_one() {
+    let (mut scene, orbit) = grazing("linear");
+    scene.emit.precision = EmitPrecision::Any;
+    let mut chooser = Chooser::new(&scene, &orbit, 200).expect("points");
+    let points = chooser.points(UNUSED, 400);
+    for (tolerance, precision) in [
+        (1e-3, FloatFormat::F32),
+        (1e-6, FloatFormat::F32),
+        (5e-9, FloatFormat::F64),
+        (1e-12, FloatFormat::F64),
+    ] {
+        let choice = chooser.choose(tolerance).expect("a choice");
+        assert!(choice.met && choice.precision == precision, "{choice:?}");
+        if precision == FloatFormat::F32 {
+            let (_, map) = chosen_map(&choice, &scene, &orbit).expect("a simple graze");
+            let found = single_error(&(scene.clone(), orbit.clone()), &map, &points);
+            // The largest error of one sample exceeds that of another by a little.
+            assert!(found <= 1.1 * tolerance, "{tolerance:e}: {found:e}");
+        }
+    }
+}
+
+/// Offsets of a twentieth are rounded by 2e-9 on the way in and on the way out.
+#[test]
+fn single_precision_is_refused_where_rounding_prevents_it_and_says_how_near_it_came() {
+    let (mut scene, orbit) = grazing("linear");
+    scene.emit.precision = EmitPrecision::Given(FloatFormat::F32);
+    let mut chooser = Chooser::new(&scene, &orbit, 100).expect("points");
+    let choice = chooser.choose(1e-12).expect("a choice");
+    assert!(!choice.met && choice.precision == FloatFormat::F32);
+    assert_eq!(choice.limit, Some(Limit::Rounding));
+    let nearest = choice.error.expect("finite");
+    assert!((2e-9..5e-8).contains(&nearest), "{nearest:e}");
+    // Just above that it is met, by orders that are judged in single precision.
+    let met = chooser.choose(3.0 * nearest).expect("a choice");
+    assert!(met.met && met.precision == FloatFormat::F32, "{met:?}");
+    let (_, map) = chosen_map(&met, &scene, &orbit).expect("a simple graze");
+    let fresh = chooser.points(128, 100);
+    assert_eq!(
+        Some(single_error(&(scene.clone(), orbit.clone()), &map, &fresh)),
+        met.fresh_error
+    );
 }
 
 /// Both windows hold the same orbits: what the free flow makes of a point does not depend on the section it is seen at.

@@ -209,6 +209,19 @@ fn wrong_calls() -> Vec<(&'static str, Vec<&'static str>)> {
                 "--states",
                 "good.csv",
                 "--precision",
+                "f16",
+            ],
+        ),
+        (
+            "image_single_simulation",
+            vec![
+                "image",
+                "linear",
+                "--states",
+                "good.csv",
+                "--using",
+                "direct",
+                "--precision",
                 "f32",
             ],
         ),
@@ -262,6 +275,21 @@ fn wrong_calls() -> Vec<(&'static str, Vec<&'static str>)> {
             vec!["emit", "linear", "-o", "taken.toml"],
         ),
         ("tolerance_out_of_reach", vec!["expand", "tolerance.toml"]),
+        (
+            "single_precision_out_of_reach",
+            vec![
+                "emit",
+                "tolerance.toml",
+                "--set",
+                "expansion.tolerance=1e-12",
+                "--set",
+                "emit.precision=f32",
+            ],
+        ),
+        (
+            "any_precision_without_a_tolerance",
+            vec!["emit", "linear", "--set", "emit.precision=any"],
+        ),
         (
             "any_section_without_tolerance",
             vec!["expand", "linear", "--set", "section.kind=any"],

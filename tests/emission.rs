@@ -93,7 +93,6 @@ fn compiled_maps_equal_the_interpreted_ones() {
         let (which, (state, parameters)) = (number / points.len(), points[number % points.len()]);
         let (mut image, mut jacobian) = ([0.0; 2], [0.0; 4]);
         let info = horner[which].step_jacobian(&state, &parameters, &mut image, &mut jacobian);
-        // The driver may be built for another instruction set than this test: fused or not.
         agree(&answer[..2], &image, 1e-14);
         agree(&answer[3..], &jacobian, 1e-12);
         assert_eq!(answer[2] > 0.0, info.contacts() == 1);

@@ -1,10 +1,10 @@
 //! Scenes mean what they say: a model with everything the scene language has.
 
 use grazemap::model::{
-    Method, Model, NodeId, Observable, Orders, Response, Scene, Section, Shape, StroboscopicPhase,
-    SweepDirection, Symmetry, catalogue,
+    EmitPrecision, Method, Model, NodeId, Observable, Orders, Response, Scene, Section, Shape,
+    StroboscopicPhase, SweepDirection, Symmetry, catalogue,
 };
-use grazemap::numeric::Dd;
+use grazemap::numeric::{Dd, FloatFormat};
 
 /// A compliant, two-sided oscillator that uses every table.
 const COMPLIANT: &str = r#"
@@ -145,7 +145,10 @@ fn every_table_of_a_scene_is_read() {
         (scene.window.depth, scene.window.parameter[1]),
         (1e-2, 1e-3)
     );
-    assert_eq!((scene.emit.shape, scene.emit.lanes), (Shape::Composed, 4));
+    assert_eq!(
+        (scene.emit.shape, scene.emit.lanes),
+        (Shape::Composed, Some(4))
+    );
     let diagram = &scene.diagrams[0];
     assert_eq!(
         (
@@ -257,6 +260,26 @@ fn overrides_set_parameters_and_keys_and_change_the_digest() {
             .unwrap_or_else(|| panic!("`{key}={value}` was accepted"));
         assert!(error.to_string().starts_with("linear.toml:"), "{error}");
     }
+}
+
+#[test]
+fn the_precision_is_double_and_lanes_fill_64_bytes_unless_a_scene_says_otherwise() {
+    let linear = catalogue::text("linear").expect("in the catalogue");
+    let emit = |lines: &str| {
+        let source = linear.replace("shape = \"auto\"\nlanes = 8\n", lines);
+        assert!(!source.contains("lanes = 8"));
+        parse(&source).emit
+    };
+    let (double, single) = (FloatFormat::F64, FloatFormat::F32);
+    let default = emit("");
+    assert_eq!(default.precision, EmitPrecision::Given(double));
+    assert_eq!(
+        [double, single].map(|format| default.lanes(format)),
+        [8, 16]
+    );
+    let named = emit("precision = \"f32\"\nlanes = 4\n");
+    assert_eq!(named.precision, EmitPrecision::Given(single));
+    assert_eq!(named.lanes(single), 4);
 }
 
 #[test]

@@ -186,9 +186,9 @@ pub(crate) fn refusals(rows: &[Row]) -> Result<Table, ReportError> {
             Cell::number(choice.tolerance, 1),
             Cell::text(pair(choice.smooth_order, choice.contact_weight)),
             number(row.error, 2),
-            choice
-                .limit
-                .map_or(Cell::Missing, |limit| Cell::text(limit_words(limit))),
+            choice.limit.map_or(Cell::Missing, |limit| {
+                Cell::text(limit_words(limit, choice.precision))
+            }),
         ])?;
     }
     Ok(table)

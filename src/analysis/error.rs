@@ -23,6 +23,11 @@ pub enum AnalysisError {
         /// Name of the parameter.
         parameter: String,
     },
+    /// Direct simulation was asked for in single precision.
+    #[error(
+        "direct simulation computes in double precision or double-double; single precision is for maps"
+    )]
+    SingleSimulation,
     /// The direct simulation refused its input.
     #[error(transparent)]
     Hybrid(#[from] HybridError),

@@ -29,6 +29,8 @@ pub enum Using {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Precision {
+    /// Single precision, of polynomials.
+    F32,
     /// Double precision.
     #[default]
     F64,
@@ -85,7 +87,8 @@ pub struct ImageRecord {
 /// # Errors
 ///
 /// [`AnalysisError::Length`] if a row does not fit the section or the active parameters;
-/// [`AnalysisError::Hybrid`] if an offset is not finite.
+/// [`AnalysisError::Hybrid`] if an offset is not finite; [`AnalysisError::SingleSimulation`] for direct simulation in single
+/// precision.
 pub fn images(
     scene: &Scene,
     orbit: &GrazingOrbit,
@@ -100,63 +103,76 @@ pub fn images(
             row.parameters.len(),
         )?;
     }
-    match request.precision {
-        Precision::F64 => images_in::<f64>(scene, orbit, map, request),
-        Precision::Dd => images_in::<Dd>(scene, orbit, map, request),
+    match (request.using, request.precision) {
+        (Using::Direct, Precision::F32) => Err(AnalysisError::SingleSimulation),
+        (Using::Direct, Precision::F64) => flown::<f64>(scene, orbit, map, request),
+        (Using::Direct, Precision::Dd) => flown::<Dd>(scene, orbit, map, request),
+        (_, Precision::F32) => mapped::<f32>(map, request),
+        (_, Precision::F64) => mapped::<f64>(map, request),
+        (_, Precision::Dd) => mapped::<Dd>(map, request),
     }
 }
 
-fn images_in<S: Real>(
+/// Images by direct simulation.
+fn flown<S: Real>(
     scene: &Scene,
     orbit: &GrazingOrbit,
     map: &LocalMap,
     request: &ImageRequest,
 ) -> Result<Vec<ImageRecord>, AnalysisError> {
+    let inside = inside::<S>(map);
+    let system = HybridSystem::new(&scene.model);
+    let direct = DirectImage::<S>::new(&system, scene, orbit)?;
+    let fly = |direct: &mut DirectImage<S>, row| {
+        iterate(row, request, &inside, |state, parameters| {
+            let image = direct.image(state, parameters)?;
+            Ok(Image {
+                offsets: image.offsets,
+                contacts: image.contacts,
+                extra_contacts: Some(image.extra_contacts),
+                end: Some(image.end),
+            })
+        })
+    };
+    let rows = (0..request.rows.len()).into_par_iter();
+    let rows = rows.map_init(|| direct.clone(), fly);
+    let rows: Vec<Vec<ImageRecord>> = rows.collect::<Result<_, _>>()?;
+    Ok(rows.concat())
+}
+
+/// Images by the map or a part of it.
+fn mapped<S: Real>(
+    map: &LocalMap,
+    request: &ImageRequest,
+) -> Result<Vec<ImageRecord>, AnalysisError> {
+    let inside = inside::<S>(map);
+    let evaluation = match request.using {
+        Using::Smooth => MapEvaluation::<S>::smooth(map),
+        Using::Discontinuity => MapEvaluation::discontinuity(map),
+        Using::Map | Using::Direct => MapEvaluation::new(map),
+    };
+    let step = |state: &[S], parameters: &[S]| {
+        let image = evaluation.image(state, parameters);
+        Ok(Image {
+            contacts: image.contacts(),
+            offsets: image.offsets,
+            extra_contacts: None,
+            end: None,
+        })
+    };
+    let rows = (0..request.rows.len()).into_par_iter();
+    let rows = rows.map(|row| iterate(row, request, &inside, step));
+    let rows: Vec<Vec<ImageRecord>> = rows.collect::<Result<_, _>>()?;
+    Ok(rows.concat())
+}
+
+/// Whether a point lies in the window of a map.
+fn inside<S: Real>(map: &LocalMap) -> impl Fn(&[S], &[S]) -> bool {
     let depths = MapEvaluation::<S>::depths(map);
-    let inside = |state: &[S], parameters: &[S]| {
+    move |state, parameters| {
         let depths = depths.at(state, parameters);
         map.window.holds(state, parameters, &depths)
-    };
-    let rows: Vec<_> = match request.using {
-        Using::Direct => {
-            let system = HybridSystem::new(&scene.model);
-            let direct = DirectImage::<S>::new(&system, scene, orbit)?;
-            let fly = |direct: &mut DirectImage<S>, row| {
-                iterate(row, request, inside, |state, parameters| {
-                    let image = direct.image(state, parameters)?;
-                    Ok(Image {
-                        offsets: image.offsets,
-                        contacts: image.contacts,
-                        extra_contacts: Some(image.extra_contacts),
-                        end: Some(image.end),
-                    })
-                })
-            };
-            let rows = (0..request.rows.len()).into_par_iter();
-            rows.map_init(|| direct.clone(), fly)
-                .collect::<Result<_, _>>()?
-        }
-        _ => {
-            let evaluation = match request.using {
-                Using::Smooth => MapEvaluation::<S>::smooth(map),
-                Using::Discontinuity => MapEvaluation::discontinuity(map),
-                _ => MapEvaluation::new(map),
-            };
-            let step = |state: &[S], parameters: &[S]| {
-                let image = evaluation.image(state, parameters);
-                Ok(Image {
-                    contacts: image.contacts(),
-                    offsets: image.offsets,
-                    extra_contacts: None,
-                    end: None,
-                })
-            };
-            let rows = (0..request.rows.len()).into_par_iter();
-            rows.map(|row| iterate(row, request, inside, step))
-                .collect::<Result<_, _>>()?
-        }
-    };
-    Ok(rows.into_iter().flatten().collect())
+    }
 }
 
 /// One image, whatever computed it.
@@ -171,7 +187,7 @@ struct Image<S> {
 fn iterate<S: Real>(
     row: usize,
     request: &ImageRequest,
-    inside: impl Fn(&[S], &[S]) -> bool,
+    inside: &impl Fn(&[S], &[S]) -> bool,
     mut step: impl FnMut(&[S], &[S]) -> Result<Image<S>, AnalysisError>,
 ) -> Result<Vec<ImageRecord>, AnalysisError> {
     let convert = |values: &[Dd]| values.iter().map(|&value| S::from_dd(value)).collect();

@@ -207,6 +207,8 @@ impl From<UsingArgument> for Using {
 /// The numbers an image is computed in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(super) enum PrecisionArgument {
+    /// Single precision, of the map or its parts
+    F32,
     /// Double precision
     F64,
     /// Double-double, about 32 digits
@@ -216,6 +218,7 @@ pub(super) enum PrecisionArgument {
 impl From<PrecisionArgument> for Precision {
     fn from(argument: PrecisionArgument) -> Self {
         match argument {
+            PrecisionArgument::F32 => Self::F32,
             PrecisionArgument::F64 => Self::F64,
             PrecisionArgument::Dd => Self::Dd,
         }

@@ -17,6 +17,7 @@ use crate::emission::{
 use crate::expansion::WindowEdge;
 use crate::iteration::HornerMap;
 use crate::model::{Shape, catalogue};
+use crate::numeric::FloatFormat;
 use crate::orbit::GrazingOrbit;
 use crate::report::{OutputFolder, SectionDocument, to_dense_json};
 
@@ -39,6 +40,7 @@ struct ModuleSummary {
     step_multiply_adds: usize,
     frozen_step_multiply_adds: usize,
     frozen_jacobian_multiply_adds: usize,
+    precision: FloatFormat,
     measured_error: Option<f64>,
     window_edges: Vec<WindowEdge>,
     section: SectionDocument,
@@ -147,10 +149,12 @@ pub(super) fn emit(
     target: Target,
 ) -> Result<EmittedModule, CliError> {
     let choice = plan.choice.as_ref();
+    let precision = plan.precision();
     let options = EmitOptions {
         target,
         shape: EmittedShape::Factored,
-        lanes: plan.scene.emit.lanes,
+        precision,
+        lanes: plan.scene.emit.lanes(precision),
         tolerance: choice.map(|choice| choice.tolerance),
         drop_within: choice.and_then(Choice::drop_after),
         measured_error: None,
@@ -161,7 +165,8 @@ pub(super) fn emit(
     };
     if choice.is_some() || measurement == Measurement::Always {
         let map = as_emitted(expanded, &options);
-        let measured = measured_error(&plan.scene, orbit, &expanded.map, &map, MEASURED_POINTS)?;
+        let map = map.in_format(precision);
+        let measured = measured_error(&plan.scene, orbit, &expanded.map, &*map, MEASURED_POINTS)?;
         options.measured_error = measured.rounded_up();
     }
     module(expanded, &options)
@@ -254,6 +259,7 @@ fn summary(modules: &[EmittedModule], beside: Vec<Beside>, emitted: &EmittedCrat
         step_multiply_adds: module.step_operations.multiply_adds,
         frozen_step_multiply_adds: module.frozen_operations.multiply_adds,
         frozen_jacobian_multiply_adds: module.jacobian_operations.multiply_adds,
+        precision: module.precision,
         measured_error: module.measured_error,
         window_edges: beside.window_edges,
         section: beside.section,
@@ -273,8 +279,14 @@ fn text(modules: &[EmittedModule], emitted: &EmittedCrate, folder: &Path) -> Str
     for module in modules {
         let (step, frozen) = (module.step_operations, module.frozen_operations);
         text.push_str(&format!(
-            "  {}: {} multiply-adds a step, {} with the parameters frozen\n",
-            module.identifier, step.multiply_adds, frozen.multiply_adds
+            "  {}: {} multiply-adds a step, {} with the parameters frozen{}\n",
+            module.identifier,
+            step.multiply_adds,
+            frozen.multiply_adds,
+            match module.precision {
+                FloatFormat::F32 => ", in single precision",
+                FloatFormat::F64 => "",
+            }
         ));
         if let Some(error) = module.measured_error {
             text.push_str(&format!(

@@ -11,6 +11,7 @@ use crate::convergence::{ConvergenceError, Limit};
 use crate::emission::EmissionError;
 use crate::expansion::ExpansionError;
 use crate::model::{SceneError, SceneHeadline};
+use crate::numeric::FloatFormat;
 use crate::orbit::{CurveEnd, NotLocated, OrbitError};
 use crate::report::{ReportError, curve_end_words, limit_words};
 
@@ -76,12 +77,13 @@ pub(super) enum CliError {
     #[error(transparent)]
     Convergence(#[from] ConvergenceError),
     /// No orders of the sweep meet the tolerance of the scene.
-    #[error("no orders up to those tried stay within the tolerance {tolerance:e} on the window; the best, N = {smooth_order}, W = {contact_weight}, reach {}{}", .error.map_or("no finite error".to_owned(), |error| format!("{error:.0e}")), .limit.map_or(String::new(), |limit| format!(": {}", limit_words(limit))))]
+    #[error("no orders up to those tried stay within the tolerance {tolerance:e} on the window; the best, N = {smooth_order}, W = {contact_weight}, reach {}{}", .error.map_or("no finite error".to_owned(), |error| format!("{error:.1e}")), .limit.map_or(String::new(), |limit| format!(": {}", limit_words(limit, *.precision))))]
     ToleranceNotMet {
         tolerance: f64,
         smooth_order: u32,
         contact_weight: u32,
         error: Option<f64>,
+        precision: FloatFormat,
         limit: Option<Limit>,
     },
     /// A name that is no parameter.

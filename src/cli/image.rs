@@ -15,8 +15,8 @@ use crate::expansion::{LocalMap, WindowEdge};
 use crate::numeric::Dd;
 use crate::report::{Named, SectionDocument, to_dense_json};
 
-/// Significant digits of a double and of a double-double.
-const DIGITS: [usize; 2] = [17, 32];
+/// Significant digits of a single, of a double and of a double-double.
+const DIGITS: [usize; 3] = [9, 17, 32];
 
 /// One image as it is written to JSON; offsets as decimal text in double-double.
 #[derive(Debug, Serialize)]
@@ -125,8 +125,9 @@ fn table(
 fn digits(value: Dd, precision: Precision) -> String {
     match precision {
         _ if !value.is_finite() => "nan".to_owned(),
-        Precision::F64 => format!("{:.*e}", DIGITS[0] - 1, value.to_f64()),
-        Precision::Dd => value.to_decimal(DIGITS[1]),
+        Precision::F32 => format!("{:.*e}", DIGITS[0] - 1, value.to_f64()),
+        Precision::F64 => format!("{:.*e}", DIGITS[1] - 1, value.to_f64()),
+        Precision::Dd => value.to_decimal(DIGITS[2]),
     }
 }
 
@@ -138,8 +139,8 @@ fn image(
 ) -> Image {
     let offset = |value: &Dd| match request.precision {
         _ if !value.is_finite() => None,
-        Precision::F64 => Some(Offset::Number(value.to_f64())),
-        Precision::Dd => Some(Offset::Digits(value.to_decimal(DIGITS[1]))),
+        Precision::F32 | Precision::F64 => Some(Offset::Number(value.to_f64())),
+        Precision::Dd => Some(Offset::Digits(value.to_decimal(DIGITS[2]))),
     };
     Image {
         row: record.row,

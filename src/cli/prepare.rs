@@ -8,6 +8,7 @@ use super::output::note;
 use crate::convergence::{Choice, SettledScene, choose_orders, settle_section};
 use crate::expansion::{Expander, LocalMap, MapOrders};
 use crate::model::{Orders, Scene, Shape, catalogue};
+use crate::numeric::FloatFormat;
 use crate::orbit::{GrazingOrbit, locate};
 use crate::report::{SectionDecision, SectionDocument};
 
@@ -120,6 +121,12 @@ pub(super) struct Plan {
 }
 
 impl Plan {
+    /// What the map is run in: as chosen, or as the scene says.
+    pub(super) fn precision(&self) -> FloatFormat {
+        let choice = self.choice.as_ref();
+        choice.map_or(self.scene.emit.precision.first(), |choice| choice.precision)
+    }
+
     /// The map, stage by stage, in the shape asked for or chosen.
     pub(super) fn map(&self, orbit: &GrazingOrbit) -> Result<LocalMap, CliError> {
         if let Some(choice) = &self.choice {
@@ -163,6 +170,7 @@ pub(super) fn plan(settled: &SettledScene) -> Result<Plan, CliError> {
             smooth_order: choice.smooth_order,
             contact_weight: choice.contact_weight,
             error: choice.fresh_error.or(choice.error),
+            precision: choice.precision,
             limit: choice.limit,
         });
     }

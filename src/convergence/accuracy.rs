@@ -12,7 +12,7 @@ use super::sample::{SamplePoint, WindowSample};
 use super::truth::{distance, image};
 use crate::analysis::DirectImage;
 use crate::hybrid::HybridSystem;
-use crate::iteration::HornerMap;
+use crate::iteration::DiscreteMap;
 use crate::model::Scene;
 use crate::numeric::Dd;
 use crate::orbit::GrazingOrbit;
@@ -53,7 +53,7 @@ pub(super) fn depth_accuracy(
     scene: &Scene,
     orbit: &GrazingOrbit,
     sample: &WindowSample,
-    map: &HornerMap,
+    map: &dyn DiscreteMap,
 ) -> Result<DepthAccuracy, ConvergenceError> {
     let exact = DirectImage::<Dd>::new(system, scene, orbit)?;
     let double = DirectImage::<f64>::new(system, scene, orbit)?;

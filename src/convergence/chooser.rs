@@ -11,7 +11,8 @@ use super::level::{Level, highest_orders};
 use super::rule::{OrderRule, PROBE};
 use super::sample::SamplePoint;
 use crate::expansion::MapOrders;
-use crate::model::{Scene, Shape};
+use crate::model::{EmitPrecision, Scene, Shape};
+use crate::numeric::FloatFormat;
 use crate::orbit::GrazingOrbit;
 
 /// Degrees and weights that an expansion has beyond the predicted ones: orders can be exchanged for one another, and forecasts
@@ -35,6 +36,10 @@ const TRUNCATION: f64 = 0.1;
 
 /// And one of so many roundings of the image.
 const ROUNDINGS: f64 = 32.0;
+
+/// A tolerance that is a smaller share of a rounding of the largest image is met by no map in these numbers: the largest of many
+/// roundings comes near to a quarter of it at least.
+const HOPELESS: f64 = 0.1;
 
 /// Chooses maps of one scene.
 ///
@@ -118,14 +123,41 @@ impl<'a> Chooser<'a> {
         self.bench.sample().joint_points(first, count)
     }
 
-    /// The cheapest map for a tolerance: see [`choose_orders`](super::choose_orders).
+    /// The cheapest map for a tolerance: see [`choose_orders`](super::choose_orders). It is judged in the numbers in which the
+    /// scene has it run; where that is left open, in single precision first.
     ///
     /// # Errors
     ///
     /// As [`new`](Self::new).
     pub fn choose(&mut self, tolerance: f64) -> Result<Choice, ConvergenceError> {
         let clock = Instant::now();
-        let mut trial = Trial::new(tolerance);
+        let mut choice = match self.scene.emit.precision {
+            EmitPrecision::Given(format) => self.choose_in(format, tolerance)?,
+            EmitPrecision::Any => match self.choose_single(tolerance)? {
+                Some(choice) => choice,
+                None => self.choose_in(FloatFormat::F64, tolerance)?,
+            },
+        };
+        choice.seconds = clock.elapsed().as_secs_f64();
+        Ok(choice)
+    }
+
+    /// The cheapest map in single precision, if one meets the tolerance.
+    fn choose_single(&mut self, tolerance: f64) -> Result<Option<Choice>, ConvergenceError> {
+        if tolerance < HOPELESS * self.bench.rounding(FloatFormat::F32) {
+            return Ok(None);
+        }
+        let choice = self.choose_in(FloatFormat::F32, tolerance)?;
+        Ok(Some(choice).filter(|choice| choice.met))
+    }
+
+    /// The cheapest map that is run in some numbers.
+    fn choose_in(
+        &mut self,
+        precision: FloatFormat,
+        tolerance: f64,
+    ) -> Result<Choice, ConvergenceError> {
+        let mut trial = Trial::new(tolerance, precision);
         let mut limit = None;
         if self.scene.emit.shape != Shape::Flown {
             limit = self.choose_series(&mut trial)?;
@@ -147,13 +179,13 @@ impl<'a> Chooser<'a> {
             true => None,
             false => limit.or(Some(Limit::Orders)),
         };
-        choice.seconds = clock.elapsed().as_secs_f64();
         Ok(choice)
     }
 
     /// Expansions from the predicted orders on until a map meets the tolerance; why none does.
     fn choose_series(&mut self, trial: &mut Trial) -> Result<Option<Limit>, ConvergenceError> {
-        let reachable = trial.tolerance.max(self.bench.rounding());
+        let rounding = self.bench.rounding(trial.precision);
+        let reachable = trial.tolerance.max(rounding);
         let predicted = self.rule().orders(reachable);
         let least = self.bench.least_orders();
         let mut highest = self.beyond(least.map_or(predicted, |least| least.raised(predicted)));
@@ -171,7 +203,7 @@ impl<'a> Chooser<'a> {
             let level = &self.levels[at];
             let remainder = level.remainder();
             let next = self.next(level, reachable);
-            if remainder <= slack * trial.tolerance || next == highest {
+            if remainder <= slack * reachable || next == highest {
                 try_level(&mut self.bench, level, trial)?;
                 if trial.found().is_some() {
                     return Ok(None);
@@ -179,7 +211,7 @@ impl<'a> Chooser<'a> {
                 let error = trial.nearest_error();
                 let ended = error > FALLS * last;
                 if ended || next == highest {
-                    let rounded = error <= ROUNDINGS * self.bench.rounding();
+                    let rounded = error <= ROUNDINGS * rounding;
                     return Ok(Some(match level.rule.converges() {
                         false => Limit::Radius,
                         true if rounded || remainder < TRUNCATION * error => Limit::Rounding,

@@ -11,6 +11,7 @@ use super::sections::SectionChoice;
 use super::validity::Validity;
 use crate::expansion::{MapOrders, WindowEdge};
 use crate::model::Shape;
+use crate::numeric::FloatFormat;
 
 /// How far maps of every order are from direct simulation, and how fast they are.
 ///
@@ -123,6 +124,9 @@ pub struct Choice {
     pub tolerance: f64,
     /// Whether the error stays below the tolerance, on the sample and on fresh points.
     pub met: bool,
+    /// What the map is run in: coefficients, input and every operation. Errors are those of these numbers.
+    #[serde(default)]
+    pub precision: FloatFormat,
     /// Degree of `P_smooth`.
     pub smooth_order: u32,
     /// Weighted degree of `D`.
@@ -145,8 +149,7 @@ pub struct Choice {
     pub fresh_error: Option<f64>,
     /// Fresh points compared.
     pub fresh_points: usize,
-    /// Largest error on fresh points of the same map in single precision: coefficients, input and every operation. For
-    /// information.
+    /// Largest error on fresh points of the same map in single precision, for information; `None` where it is run in that.
     pub single_precision_error: Option<f64>,
     /// Operations of one step, parameters frozen.
     pub operations: usize,

@@ -18,7 +18,7 @@ use super::{ConvergenceError, MapFamily, timing};
 use crate::analysis::{DirectImage, MapEvaluation, Progress};
 use crate::expansion::{LocalMap, MapOrders, WindowEdge};
 use crate::hybrid::{FlowMethod, HybridSystem};
-use crate::iteration::HornerMap;
+use crate::iteration::{DiscreteMap, HornerMap};
 use crate::model::{Orders, Scene, Shape};
 use crate::numeric::{Dd, Scalar};
 use crate::orbit::GrazingOrbit;
@@ -124,6 +124,7 @@ pub fn converge(
     let multiply_add_ns = timing::multiply_add_ns();
     sweep.add_times(&mut orders, multiply_add_ns)?;
     let (local, map) = chosen_map(&chosen, scene, orbit)?;
+    let map = map.in_format(chosen.precision);
     let direct = sweep.direct(&sweep.system)?;
     let direct_by_taylor = sweep.direct_by_taylor()?;
     let sections = match options.sections {
@@ -146,8 +147,8 @@ pub fn converge(
         )?,
         smooth_rates: smooth_rates(&sweep.sample, &factors, &sweep.system, scene, orbit)?,
         window_edges: window_edges(&sweep.family, &chosen)?,
-        validity: validity(scene, orbit, &local, &map, options.tolerance)?,
-        accuracy: sweep.accuracy(&map)?,
+        validity: validity(scene, orbit, &local, &*map, options.tolerance)?,
+        accuracy: sweep.accuracy(&*map)?,
         pareto: pareto(&orders, direct_by_taylor.iter().chain([&direct])),
         chosen,
         sections,
@@ -339,7 +340,7 @@ impl<'a> Sweep<'a> {
         Ok(())
     }
 
-    fn accuracy(&self, map: &HornerMap) -> Result<DepthAccuracy, ConvergenceError> {
+    fn accuracy(&self, map: &dyn DiscreteMap) -> Result<DepthAccuracy, ConvergenceError> {
         depth_accuracy(&self.system, self.scene, self.orbit, &self.sample, map)
     }
 

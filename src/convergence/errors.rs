@@ -1,4 +1,4 @@
-//! Errors of a map over sample points, in the double precision in which it is run.
+//! Errors of a map over sample points, in the numbers in which it is run.
 
 use super::data::ErrorSummary;
 use super::sample::SamplePoint;
@@ -7,7 +7,7 @@ use crate::iteration::DiscreteMap;
 use crate::numeric::Dd;
 
 /// Largest and median error of a map; `None` where an image is not finite.
-pub(super) fn summarize(map: &impl DiscreteMap, truth: &Truth) -> ErrorSummary {
+pub(super) fn summarize(map: &dyn DiscreteMap, truth: &Truth) -> ErrorSummary {
     let pairs = truth.points.iter().zip(&truth.images);
     let mut errors: Vec<f64> = pairs
         .map(|(point, image)| error(map, point, image))
@@ -21,7 +21,7 @@ pub(super) fn summarize(map: &impl DiscreteMap, truth: &Truth) -> ErrorSummary {
 }
 
 /// The largest error of a coordinate at one point; not finite where the map has no image.
-pub(super) fn error(map: &impl DiscreteMap, point: &SamplePoint, truth: &[Dd]) -> f64 {
+pub(super) fn error(map: &dyn DiscreteMap, point: &SamplePoint, truth: &[Dd]) -> f64 {
     let mut image = vec![0.0; map.dimension()];
     map.step(&point.state, &point.parameters, &mut image);
     let image: Vec<Dd> = image.into_iter().map(Dd::from).collect();

@@ -1,9 +1,8 @@
 //! A map in the shape in which it is run, with or without the monomials that a tolerance does not need.
 
 use super::ConvergenceError;
-use super::single::SingleMap;
 use crate::emission::{prune, prune_composed};
-use crate::expansion::{ComposedMap, Expander, LocalMap, MapKernel};
+use crate::expansion::{ComposedMap, Expander, LocalMap};
 use crate::iteration::HornerMap;
 use crate::model::{Scene, Shape};
 use crate::orbit::GrazingOrbit;
@@ -47,14 +46,6 @@ impl Form {
                 composed: None,
             },
         }
-    }
-
-    /// The same operations in single precision.
-    pub(super) fn single(&self) -> SingleMap {
-        SingleMap::new(match &self.composed {
-            Some(composed) => MapKernel::composed(&self.map, composed),
-            None => MapKernel::factored(&self.map),
-        })
     }
 
     pub(super) fn lowered(&self) -> HornerMap {

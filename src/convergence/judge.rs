@@ -16,6 +16,7 @@ use crate::emission::prune;
 use crate::expansion::LocalMap;
 use crate::hybrid::HybridSystem;
 use crate::model::{Scene, Shape};
+use crate::numeric::FloatFormat;
 use crate::orbit::GrazingOrbit;
 
 /// Points by which maps are chosen, beside the corners.
@@ -43,10 +44,12 @@ pub(super) struct Bench<'a> {
     fresh: Option<Truth>,
 }
 
-/// The candidates for one tolerance: the cheapest that meets it and the nearest of the others.
+/// The candidates for one tolerance, run in one kind of numbers: the cheapest that meets it and the nearest of the others.
 #[derive(Debug)]
 pub(super) struct Trial {
     pub(super) tolerance: f64,
+    /// What candidates are run and judged in.
+    pub(super) precision: FloatFormat,
     found: Option<Choice>,
     nearest: Option<Choice>,
     /// One within the tolerance that does not move the next depth as contacts do: named where there is nothing else.
@@ -55,9 +58,10 @@ pub(super) struct Trial {
 }
 
 impl Trial {
-    pub(super) fn new(tolerance: f64) -> Self {
+    pub(super) fn new(tolerance: f64, precision: FloatFormat) -> Self {
         Self {
             tolerance,
+            precision,
             found: None,
             nearest: None,
             misleading: None,
@@ -177,13 +181,13 @@ impl<'a> Bench<'a> {
         self.next_depth.as_ref().map(|next| next.least)
     }
 
-    /// What rounding an image to double precision can come to.
-    pub(super) fn rounding(&self) -> f64 {
+    /// What rounding an image can come to.
+    pub(super) fn rounding(&self, precision: FloatFormat) -> f64 {
         let offsets = self.truth.images.iter().flatten();
         let largest = offsets
             .map(|offset| offset.to_f64().abs())
             .fold(0.0, f64::max);
-        f64::EPSILON * largest
+        2.0 * precision.roundoff() * largest
     }
 
     /// Measures a candidate with as few monomials as the tolerance needs; whether it meets it.
@@ -262,14 +266,16 @@ impl<'a> Bench<'a> {
         drop_within: Option<f64>,
         trial: &mut Trial,
     ) -> Result<(), ConvergenceError> {
-        let tolerance = trial.tolerance;
-        let map = form.lowered();
-        let error = summarize(&map, &self.truth).max;
+        let (tolerance, precision) = (trial.tolerance, trial.precision);
+        let lowered = form.lowered();
+        let map = lowered.in_format(precision);
+        let error = summarize(&*map, &self.truth).max;
         let within = |error: Option<f64>| error.is_some_and(|error| error <= tolerance);
         let (orders, fitted_to) = (form.map.orders, form.map.fitted_to);
         let mut choice = Choice {
             tolerance,
             met: false,
+            precision,
             smooth_order: orders.smooth_order,
             contact_weight: orders.contact_weight,
             shape,
@@ -282,7 +288,7 @@ impl<'a> Bench<'a> {
             fresh_error: None,
             fresh_points: 0,
             single_precision_error: None,
-            operations: map.frozen_count().total(),
+            operations: lowered.frozen_count().total(),
             coefficients: form.coefficients(),
             predicted: orders,
             least_orders: self.least_orders(),
@@ -291,15 +297,16 @@ impl<'a> Bench<'a> {
         };
         if within(error) {
             let fresh = self.fresh()?;
-            choice.fresh_error = summarize(&map, fresh).max;
+            choice.fresh_error = summarize(&*map, fresh).max;
             choice.fresh_points = fresh.points.len();
             choice.met = within(choice.fresh_error);
-            if choice.met && shape != Shape::Flown {
-                choice.single_precision_error = form.single().largest_error(fresh);
+            let told = choice.met && shape != Shape::Flown && precision == FloatFormat::F64;
+            if told {
+                choice.single_precision_error = summarize(&lowered.in_single(), fresh).max;
             }
         }
         match &self.next_depth {
-            Some(next) if choice.met && !next.keeps(&map) => {
+            Some(next) if choice.met && !next.keeps(&*map) => {
                 choice.met = false;
                 trial.refuse(choice);
             }

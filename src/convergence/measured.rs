@@ -11,7 +11,7 @@ use super::truth::{Truth, truth};
 use crate::analysis::DirectImage;
 use crate::expansion::{LocalMap, MapOrders};
 use crate::hybrid::HybridSystem;
-use crate::iteration::HornerMap;
+use crate::iteration::DiscreteMap;
 use crate::model::Scene;
 use crate::numeric::decimal_above;
 use crate::orbit::GrazingOrbit;
@@ -40,7 +40,7 @@ impl MeasuredError {
 
 /// Compares a map with direct simulation in double-double at the corners of the window and at fresh points.
 ///
-/// `local` has the window; `map` is what is run, in whatever shape, with whatever was dropped.
+/// `local` has the window; `map` is what is run, in whatever shape and numbers, with whatever was dropped.
 ///
 /// # Errors
 ///
@@ -49,7 +49,7 @@ pub fn measured_error(
     scene: &Scene,
     orbit: &GrazingOrbit,
     local: &LocalMap,
-    map: &HornerMap,
+    map: &dyn DiscreteMap,
     points: usize,
 ) -> Result<MeasuredError, ConvergenceError> {
     let sample = window_sample(scene, orbit, local)?;
@@ -121,8 +121,8 @@ impl ExactImages {
         &self.truth.points
     }
 
-    /// The largest error of a coordinate at each point, of a map run in double precision; not finite where it has no image.
-    pub fn errors(&self, map: &HornerMap) -> Vec<f64> {
+    /// The largest error of a coordinate at each point, of a map; not finite where it has no image.
+    pub fn errors(&self, map: &dyn DiscreteMap) -> Vec<f64> {
         let pairs = self.truth.points.iter().zip(&self.truth.images);
         pairs
             .map(|(point, image)| error(map, point, image))

@@ -28,7 +28,6 @@ mod rates;
 mod rule;
 mod sample;
 mod sections;
-mod single;
 mod timing;
 mod truth;
 mod validity;

@@ -149,7 +149,7 @@ impl NextDepth {
     }
 
     /// Whether a map moves the next depth as contacts do: to a hundredth near the graze, to a tenth at the window's edge.
-    pub(super) fn keeps(&self, map: &impl DiscreteMap) -> bool {
+    pub(super) fn keeps(&self, map: &dyn DiscreteMap) -> bool {
         let image = |state: &[f64], parameters: &[f64]| {
             let mut image = vec![0.0; map.dimension()];
             map.step(state, parameters, &mut image);

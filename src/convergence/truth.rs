@@ -76,9 +76,28 @@ pub(super) fn tells_order<S>(image: &SectionImage<S>) -> bool {
     image.end == DirectEnd::Returned && image.contacts > 0 && image.extra_contacts == 0
 }
 
-/// Largest difference of a coordinate.
+/// Largest difference of a coordinate; NaN where one of them is none.
 pub(super) fn distance(a: &[Dd], b: &[Dd]) -> f64 {
     let difference = |(&a, &b): (&Dd, &Dd)| (a - b).to_f64().abs();
-    let larger = |max: f64, value: f64| if value <= max { max } else { value };
+    let larger = |max: f64, value: f64| {
+        if max.is_nan() || value <= max {
+            max
+        } else {
+            value
+        }
+    };
     a.iter().zip(b).map(difference).fold(0.0, larger)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_coordinate_that_is_not_a_number_makes_the_distance_none() {
+        let at = |values: [f64; 2]| values.map(Dd::from);
+        assert_eq!(distance(&at([1.0, 2.0]), &at([1.5, 2.25])), 0.5);
+        assert!(distance(&at([f64::NAN, 2.0]), &at([1.5, 2.25])).is_nan());
+        assert!(distance(&at([1.0, f64::NAN]), &at([1.5, 2.25])).is_nan());
+    }
 }

@@ -15,7 +15,7 @@ use super::truth::image;
 use crate::analysis::DirectImage;
 use crate::expansion::LocalMap;
 use crate::hybrid::HybridSystem;
-use crate::iteration::HornerMap;
+use crate::iteration::DiscreteMap;
 use crate::model::Scene;
 use crate::numeric::Dd;
 use crate::orbit::GrazingOrbit;
@@ -66,7 +66,7 @@ pub fn validity(
     scene: &Scene,
     orbit: &GrazingOrbit,
     local: &LocalMap,
-    map: &HornerMap,
+    map: &dyn DiscreteMap,
     tolerance: f64,
 ) -> Result<Validity, ConvergenceError> {
     let system = HybridSystem::new(&scene.model);
@@ -109,7 +109,7 @@ pub fn validity(
 
 /// A map on trial.
 struct Trial<'a> {
-    map: &'a HornerMap,
+    map: &'a dyn DiscreteMap,
     direct: DirectImage<'a, Dd>,
     tolerance: f64,
 }

@@ -2,12 +2,12 @@
 
 use super::EmissionError;
 use super::header::{header, section_word};
+use super::language::Language;
 use super::layout::MapLayout;
 use super::module::EmitOptions;
 use super::names::number_literal;
 use super::printing::{PrintedKernel, print};
 use super::pruning::PruneReport;
-use super::target::Target;
 use crate::expansion::{LocalMap, MapKernel, MapWindow};
 use crate::jet::kernel::{Kernel, SplitKernel};
 
@@ -20,8 +20,11 @@ pub(super) fn arrange(
     step: &Kernel,
     pruned: Option<PruneReport>,
 ) -> Result<MapLayout, EmissionError> {
-    let target = options.target;
-    let prepare = print(target, &split.prepare, |number| {
+    let language = Language {
+        target: options.target,
+        precision: options.precision,
+    };
+    let prepare = print(language, &split.prepare, |number| {
         format!("parameters[{number}]")
     })?;
     let free = lowered.dimension;
@@ -29,12 +32,12 @@ pub(super) fn arrange(
         if number < free {
             format!("x{number}")
         } else {
-            target.coefficient(number - free)
+            language.coefficient(number - free)
         }
     };
     let (step_text, jacobian) = (
-        print(target, step, input)?,
-        print(target, &split.run, input)?,
+        print(language, step, input)?,
+        print(language, &split.run, input)?,
     );
     let passages = lowered.passages;
     let (image, depths) = step_text.outputs.split_at(free);
@@ -46,7 +49,11 @@ pub(super) fn arrange(
     };
     Ok(MapLayout {
         header: header(map, options, lowered, step, pruned)?,
-        target: target.word(),
+        target: options.target.word(),
+        real: language.real(),
+        suffix: language.suffix(),
+        capital: language.suffix().to_uppercase(),
+        largest: language.largest(),
         identifier: map.scene.clone(),
         upper: map.scene.to_ascii_uppercase(),
         dimension: free,
@@ -56,19 +63,19 @@ pub(super) fn arrange(
         lanes: options.lanes,
         smooth_order: map.orders.smooth_order,
         contact_weight: map.orders.contact_weight,
-        scene: target.string(&map.scene),
+        scene: language.string(&map.scene),
         digest: format!("0x{:016x}", map.digest),
-        section: target.string(section_word(map.section.kind)),
+        section: language.string(section_word(map.section.kind)),
         coordinate_names: map
             .section
             .coordinates
             .iter()
-            .map(|name| target.string(name))
+            .map(|name| language.string(name))
             .collect(),
         parameter_names: map
             .parameters
             .iter()
-            .map(|parameter| target.string(&parameter.name))
+            .map(|parameter| language.string(&parameter.name))
             .collect(),
         point: finite(
             "a coordinate of the section's point",
@@ -80,12 +87,12 @@ pub(super) fn arrange(
                 .iter()
                 .map(|parameter| parameter.value.to_f64()),
         )?,
-        window_depth: target.half_width(map.window.depth)?,
-        window_state: half_widths(target, &map.window.state)?,
-        window_parameters: half_widths(target, &map.window.parameter)?,
-        inside: inside(&map.window)?,
-        tolerance: target.optional("the tolerance", options.tolerance)?,
-        measured_error: target.optional("the measured error", options.measured_error)?,
+        window_depth: language.half_width(map.window.depth)?,
+        window_state: half_widths(language, &map.window.state)?,
+        window_parameters: half_widths(language, &map.window.parameter)?,
+        inside: inside(language, &map.window)?,
+        tolerance: language.optional("the tolerance", options.tolerance)?,
+        measured_error: language.optional("the measured error", options.measured_error)?,
         prepare_outputs: prepare.outputs,
         prepare_statements: prepare.statements,
         image: image.to_vec(),
@@ -106,22 +113,23 @@ fn finite(
     values.map(|value| number_literal(what, value)).collect()
 }
 
-fn half_widths(target: Target, values: &[f64]) -> Result<Vec<String>, EmissionError> {
+fn half_widths(language: Language, values: &[f64]) -> Result<Vec<String>, EmissionError> {
     values
         .iter()
-        .map(|&value| target.half_width(value))
+        .map(|&value| language.half_width(value))
         .collect()
 }
 
 /// Conditions in C that state and parameters lie in the window, false for a NaN; unbounded widths have none but that.
-fn inside(window: &MapWindow) -> Result<Vec<String>, EmissionError> {
+fn inside(language: Language, window: &MapWindow) -> Result<Vec<String>, EmissionError> {
     let named = |name: &'static str, widths: &[f64]| {
         let condition = |(number, &width): (usize, &f64)| {
             if width == f64::INFINITY {
                 return Ok(format!("{name}[{number}] == {name}[{number}]"));
             }
-            let literal = number_literal("a half-width of the window", width)?;
-            Ok(format!("fabs({name}[{number}]) <= {literal}"))
+            let literal = language.half_width(width)?;
+            let suffix = language.suffix();
+            Ok(format!("fabs{suffix}({name}[{number}]) <= {literal}"))
         };
         widths
             .iter()

@@ -7,6 +7,7 @@ use std::path::Path;
 use super::comparison::first_difference;
 use super::layout::{catalogue_root, manifest, standalone_root};
 use super::{EmissionError, EmittedModule, Target};
+use crate::numeric::FloatFormat;
 
 /// The files of an emission: relative path (with `/`) to text.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -73,11 +74,16 @@ impl EmittedCrate {
     ///
     /// # Errors
     ///
-    /// [`EmissionError::DuplicateModule`] for two maps of one name; [`EmissionError::Layout`] if a template
-    /// fails.
+    /// [`EmissionError::DuplicateModule`] for two maps of one name; [`EmissionError::SingleInCatalogue`] for one that is not in
+    /// double precision; [`EmissionError::Layout`] if a template fails.
     pub fn catalogue(modules: &[EmittedModule]) -> Result<Self, EmissionError> {
         let mut files = BTreeMap::new();
         for module in modules {
+            if module.precision != FloatFormat::F64 {
+                return Err(EmissionError::SingleInCatalogue {
+                    name: module.identifier.clone(),
+                });
+            }
             let path = format!("src/{}.rs", module.identifier);
             if files.insert(path, module.text.clone()).is_some() {
                 return Err(EmissionError::DuplicateModule {

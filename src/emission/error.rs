@@ -23,6 +23,24 @@ pub enum EmissionError {
         /// The number.
         value: f64,
     },
+    /// A coefficient or a half-width of the window is no number of single precision.
+    #[error(
+        "{what} is {value:e}, beyond the largest number of single precision, 3.4e38: emit in double precision"
+    )]
+    TooLarge {
+        /// What the number is.
+        what: &'static str,
+        /// The number.
+        value: f64,
+    },
+    /// A map in single precision among those of the catalogue's crate.
+    #[error(
+        "`{name}` is in single precision; the catalogue's crate holds maps in double precision"
+    )]
+    SingleInCatalogue {
+        /// The map.
+        name: String,
+    },
     /// The number of lanes cannot be used.
     #[error("{lanes} lanes: expected 1 to 64")]
     Lanes {

@@ -7,6 +7,7 @@ use super::pruning::PruneReport;
 use super::target::Target;
 use crate::expansion::{LocalMap, MapKernel, SectionKind};
 use crate::jet::kernel::{Kernel, OperationCount};
+use crate::numeric::FloatFormat;
 
 /// The lines of the provenance header, after the first.
 pub(super) fn header(
@@ -56,6 +57,9 @@ pub(super) fn header(
             stated(options.measured_error)
         ),
     ];
+    if options.precision == FloatFormat::F32 {
+        lines.push("Precision: f32, coefficients, states, parameters and every operation.".into());
+    }
     if let Some(orders) = map.fitted_to {
         lines.push(format!(
             "Coefficients: economised, fitted on the window to smooth_order {}, contact_weight {}.",

@@ -9,6 +9,13 @@ pub(super) struct MapLayout {
     pub(super) header: Vec<String>,
     /// Word of the target.
     pub(super) target: &'static str,
+    /// Type of states, parameters and coefficients.
+    pub(super) real: &'static str,
+    /// What C ends single literals and names with, small and capital; empty in double precision.
+    pub(super) suffix: &'static str,
+    pub(super) capital: String,
+    /// The largest number of that type.
+    pub(super) largest: String,
     pub(super) identifier: String,
     /// The identifier in capitals, for the names of macros.
     pub(super) upper: String,

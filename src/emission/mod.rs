@@ -7,6 +7,7 @@ mod comparison;
 mod emitted_crate;
 mod error;
 mod header;
+mod language;
 mod layout;
 mod module;
 mod names;

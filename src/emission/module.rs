@@ -8,6 +8,7 @@ use super::pruning::{PruneReport, prune, prune_composed};
 use super::target::Target;
 use crate::expansion::{ComposedMap, LocalMap, MapKernel, Stage};
 use crate::jet::kernel::{Kernel, OperationCount, SplitKernel};
+use crate::numeric::FloatFormat;
 
 /// Number of the format of emitted modules; it changes with the templates and with the printing.
 pub const FORMAT: u32 = 1;
@@ -28,6 +29,8 @@ pub struct EmitOptions {
     pub target: Target,
     /// Shape of the step.
     pub shape: EmittedShape,
+    /// Type of states, parameters and coefficients.
+    pub precision: FloatFormat,
     /// Points per call of the lane kernels, 1 to 64.
     pub lanes: usize,
     /// Error that is asked for, absolute and per coordinate, for the header.
@@ -43,6 +46,7 @@ impl Default for EmitOptions {
         Self {
             target: Target::Rust,
             shape: EmittedShape::Factored,
+            precision: FloatFormat::F64,
             lanes: 8,
             tolerance: None,
             drop_within: None,
@@ -56,6 +60,8 @@ impl Default for EmitOptions {
 pub struct EmittedModule {
     /// Language of the text.
     pub target: Target,
+    /// What it computes with.
+    pub precision: FloatFormat,
     /// Name of the module: the scene's identifier.
     pub identifier: String,
     /// The source text.
@@ -78,7 +84,7 @@ pub struct EmittedModule {
 ///
 /// # Errors
 ///
-/// [`EmissionError`] for a scene whose identifier cannot name a module, numbers that are not finite, a
+/// [`EmissionError`] for a scene whose identifier cannot name a module, numbers that are not finite in the precision asked for, a
 /// number of lanes outside 1 to 64, and a composed shape without a composed form.
 pub fn emitted_module(
     map: &LocalMap,
@@ -98,6 +104,7 @@ pub fn emitted_module(
     let layout = arrange(map, options, &lowered, &split, &step, pruned)?;
     Ok(EmittedModule {
         target: options.target,
+        precision: options.precision,
         identifier,
         text: layout::map(options.target, &layout)?,
         step_operations: lowered.kernel.count(),

@@ -74,6 +74,23 @@ pub(super) fn number_literal(what: &'static str, value: f64) -> Result<String, E
     }
 }
 
+/// The nearest number of single precision as the shortest literal that reads back to the same bits.
+///
+/// # Errors
+///
+/// [`EmissionError::NonFinite`] for what is no finite number, [`EmissionError::TooLarge`] for what is none in single precision.
+pub(super) fn single_literal(what: &'static str, value: f64) -> Result<String, EmissionError> {
+    if !value.is_finite() {
+        return Err(EmissionError::NonFinite { what, value });
+    }
+    let single = value as f32;
+    if single.is_finite() {
+        Ok(format!("{single:?}"))
+    } else {
+        Err(EmissionError::TooLarge { what, value })
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -133,5 +150,22 @@ mod tests {
             );
         }
         assert!(number_literal("value", f64::NAN).is_err());
+    }
+
+    #[test]
+    fn single_literals_read_back_to_the_nearest_single_number() {
+        for value in [0.1, -1.0 / 3.0, 1e-45, 1e-60, 3.4e38, 1e16, -0.0] {
+            let literal = single_literal("value", value).unwrap();
+            let read = literal.parse::<f32>().unwrap();
+            assert_eq!(read.to_bits(), (value as f32).to_bits(), "{literal}");
+            assert!(
+                literal.contains(['.', 'e']),
+                "{literal} would be an integer"
+            );
+        }
+        assert_eq!(single_literal("value", 1.0 / 3.0).unwrap(), "0.33333334");
+        let beyond = single_literal("value", 1e39);
+        assert!(matches!(beyond, Err(EmissionError::TooLarge { .. })));
+        assert!(single_literal("value", f64::NAN).is_err());
     }
 }

@@ -4,8 +4,7 @@
 //! its stack. A long kernel is printed in blocks, each handing on the results that are used after it.
 
 use super::EmissionError;
-use super::names::number_literal;
-use super::target::Target;
+use super::language::Language;
 use crate::jet::kernel::{Kernel, Value};
 
 /// Most statements in one scope.
@@ -21,14 +20,14 @@ pub(super) struct PrintedKernel {
 
 /// Prints a kernel; `input` names its inputs.
 pub(super) fn print(
-    target: Target,
+    language: Language,
     kernel: &Kernel,
     input: impl Fn(usize) -> String,
 ) -> Result<PrintedKernel, EmissionError> {
     let operand = |value: Value| match value {
         Value::Input(number) => Ok(input(number as usize)),
         Value::Constant(number) => {
-            number_literal("a coefficient", kernel.constants[number as usize])
+            language.number("a coefficient", kernel.constants[number as usize])
         }
         Value::Result(number) => Ok(format!("r{number}")),
     };
@@ -38,14 +37,15 @@ pub(super) fn print(
             .operands()
             .map(operand)
             .collect::<Result<Vec<_>, _>>()?;
-        statements.push(target.binding(number, &target.expression(operation, &operands)));
+        let expression = language.expression(operation, &operands);
+        statements.push(language.binding(number, &expression));
     }
     let outputs = kernel
         .outputs
         .iter()
         .map(|&output| operand(output))
         .collect::<Result<_, _>>()?;
-    if target.nests_statements() {
+    if language.nests_statements() {
         statements = in_blocks(kernel, statements);
     }
     Ok(PrintedKernel {

@@ -9,6 +9,7 @@ use super::flown::{FlightWindow, FlownContact, flown_contact};
 use super::graze::Graze;
 use super::impact_speed::{ImpactSpeed, impact_speed};
 use super::leg::LegExpansion;
+use super::rounding::{Sizes, without_rounding};
 use super::routes::{Route, Routes};
 use super::variables::Variables;
 use super::{
@@ -107,18 +108,22 @@ impl<'a> Expander<'a> {
         let Graze { chart, .. } = &self.grazes[passage];
         let states = self.scene.model.states.len();
         let size = |value: f64| if value > 0.0 { value } else { 1.0 };
-        let acceleration = self.orbit.passages[self.routes.passages[passage]].normal_acceleration;
-        let time = self.orbit.period.to_f64() / TAU;
-        let reached = acceleration.to_f64() * time * time;
         let lengths = chart.point[..states]
             .iter()
             .map(|value| value.to_f64().abs());
-        let length = size(lengths.fold(reached, f64::max));
+        let length = size(lengths.fold(self.depth_unit(passage), f64::max));
         let coordinates = chart.section.coordinates.iter();
         let coordinates = coordinates.map(|&at| if at < states { length } else { 1.0 });
         let parameters = self.scene.expansion.active.iter();
         let parameters = parameters.map(|&at| size(self.orbit.parameters()[at].to_f64().abs()));
         coordinates.chain(parameters).collect()
+    }
+
+    /// The size that a depth `y²` of a passage is measured in: `h'' (T/2π)²`.
+    fn depth_unit(&self, passage: usize) -> f64 {
+        let acceleration = self.orbit.passages[self.routes.passages[passage]].normal_acceleration;
+        let time = self.orbit.period.to_f64() / TAU;
+        acceleration.to_f64() * time * time
     }
 
     /// Largest `y²` of the scene's window.
@@ -251,7 +256,9 @@ impl<'a> Expander<'a> {
     /// The discontinuity mapping of a passage to a weighted degree, in double precision.
     ///
     /// That of a compliant stop is expanded in double-double and rounded: its coefficients are differences
-    /// of terms that grow with the stiffness, and lose up to eight digits at weight 16.
+    /// of terms that grow with the stiffness, and lose up to eight digits at weight 16. Coefficients that are nothing but
+    /// the rounding of double-double are 0: less than 1e-28 of the largest of their monomial, or of it times one variable, in any
+    /// correction, everything in its own size (that of the states, of each parameter, `h'' (T/2π)²` for the depth).
     ///
     /// # Errors
     ///
@@ -259,7 +266,14 @@ impl<'a> Expander<'a> {
     pub fn contact(&self, passage: usize, weight: u32) -> Result<Contact, ExpansionError> {
         match self.grazes[passage].passage.law {
             ContactLaw::Rigid { .. } => self.contact_in::<f64>(passage, weight),
-            ContactLaw::Compliant { .. } => Ok(self.contact_in::<Dd>(passage, weight)?.to_f64()),
+            ContactLaw::Compliant { .. } => {
+                let contact = self.contact_in::<Dd>(passage, weight)?;
+                let sizes = Sizes {
+                    depth: self.depth_unit(passage).sqrt(),
+                    variables: self.units(passage),
+                };
+                Ok(without_rounding(contact, &sizes).to_f64())
+            }
         }
     }
 

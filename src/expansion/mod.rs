@@ -24,6 +24,7 @@ mod lost_digits;
 mod lowering;
 mod passage;
 mod release;
+mod rounding;
 mod routes;
 mod section_chart;
 mod variables;

@@ -108,7 +108,7 @@ mod tests {
     #[test]
     fn series_at_a_jet_time_is_the_closed_flow_of_the_square() {
         let space = JetSpace::uniform(2, 7).unwrap();
-        let x = Jet::variable(&space, 0, 0.5);
+        let x = Jet::variable(&space, 0, 0.5_f64);
         let time = Jet::variable(&space, 1, 0.0);
         let series = local_series(&samples::quadratic(), std::slice::from_ref(&x), &[], 7);
         let sum = at_series_time(series.state(0), &time);
@@ -140,7 +140,10 @@ mod tests {
     #[test]
     fn watched_energy_of_the_pendulum_is_constant_as_a_jet() {
         let space = JetSpace::uniform(2, 4).unwrap();
-        let state = [Jet::variable(&space, 0, 0.7), Jet::variable(&space, 1, 0.4)];
+        let state = [
+            Jet::variable(&space, 0, 0.7_f64),
+            Jet::variable(&space, 1, 0.4),
+        ];
         let series = local_series(&samples::pendulum(), &state, &[], 8);
         for power in 1..=8 {
             let largest = series.watched(0)[power]

@@ -3,10 +3,10 @@
 use std::sync::Arc;
 
 use super::forms::Forms;
-use super::{DiscreteMap, FrozenLanes, FrozenMap, StepInfo};
+use super::{DiscreteMap, FrozenLanes, FrozenMap, SingleMap, StepInfo};
 use crate::expansion::{ComposedMap, LocalMap, MapKernel};
-use crate::jet::kernel::{Interpreter, OperationCount};
-use crate::numeric::Lanes;
+use crate::jet::kernel::{Interpreted, Interpreter, OperationCount};
+use crate::numeric::{FloatFormat, Lanes};
 
 /// A local map as a straight-line kernel: the operations of the emitted code, interpreted.
 ///
@@ -30,6 +30,24 @@ impl HornerMap {
     fn of_kernel(lowered: MapKernel) -> Self {
         Self {
             forms: Arc::new(Forms::new(lowered)),
+        }
+    }
+
+    /// The map's operations.
+    pub(super) fn kernel(&self) -> &MapKernel {
+        &self.forms.lowered
+    }
+
+    /// The same operations in single precision.
+    pub fn in_single(&self) -> SingleMap {
+        SingleMap::new(self.clone())
+    }
+
+    /// The same operations in the numbers in which they are to be run.
+    pub fn in_format(&self, format: FloatFormat) -> Box<dyn DiscreteMap> {
+        match format {
+            FloatFormat::F32 => Box::new(self.in_single()),
+            FloatFormat::F64 => Box::new(self.clone()),
         }
     }
 
@@ -112,18 +130,18 @@ impl DiscreteMap for HornerMap {
 }
 
 /// Runs a map's kernel: the image, the depths of the passages, and then the derivatives asked for.
-pub(super) fn run(
-    interpreter: &Interpreter,
-    inputs: &[&[f64]],
+pub(super) fn run<T: Interpreted>(
+    interpreter: &Interpreter<T>,
+    inputs: &[&[T]],
     image: &mut [f64],
     derivatives: &mut [f64],
 ) -> StepInfo {
     let mut info = StepInfo::default();
     let (dimension, first) = (image.len(), interpreter.outputs() - derivatives.len());
     interpreter.run(inputs, |number, value| match number {
-        number if number < dimension => image[number] = value,
-        number if number < first => info.add_passage(number - dimension, value),
-        number => derivatives[number - first] = value,
+        number if number < dimension => image[number] = value.to_f64(),
+        number if number < first => info.add_passage(number - dimension, value.to_f64()),
+        number => derivatives[number - first] = value.to_f64(),
     });
     info.checked(image)
 }

@@ -15,6 +15,7 @@ mod lyapunov;
 mod orbit;
 mod passage_set;
 mod period;
+mod single;
 mod tangents;
 
 #[cfg(feature = "compiled-maps")]
@@ -29,3 +30,4 @@ pub use lyapunov::largest_lyapunov_exponent;
 pub use orbit::{MapOrbit, OrbitEnd, OrbitRequest};
 pub use passage_set::PassageSet;
 pub use period::{ContactsPerPeriod, Period};
+pub use single::SingleMap;

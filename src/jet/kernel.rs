@@ -14,8 +14,9 @@ mod lane_interpreter;
 mod split;
 
 pub use builder::KernelBuilder;
+pub use code::Number;
 pub use horner::HornerPlan;
-pub use interpreter::Interpreter;
+pub use interpreter::{Interpreted, Interpreter};
 pub use lane_interpreter::LaneInterpreter;
 pub use split::SplitKernel;
 

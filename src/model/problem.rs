@@ -273,6 +273,11 @@ pub enum SceneProblem {
         /// The other.
         second: &'static str,
     },
+    /// A precision that is chosen by a tolerance, and none named.
+    #[error(
+        "`emit.precision` can be \"any\" only where `expansion.tolerance` decides between \"f32\" and \"f64\""
+    )]
+    NeedsTolerance,
     /// A guess that leaves a component out.
     #[error("`guess` has no value for `{component}`")]
     IncompleteGuess {

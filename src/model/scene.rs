@@ -2,6 +2,7 @@
 
 mod diagram;
 mod document;
+mod emit;
 mod expansion;
 mod grazing;
 mod lets;
@@ -18,7 +19,7 @@ mod window;
 
 use super::graph::NodeId;
 use super::oscillator::Model;
-use crate::numeric::Dd;
+use crate::numeric::{Dd, FloatFormat};
 
 /// One task: the model, which passage grazes, which parameters are active, where and how accurately.
 #[derive(Clone, Debug)]
@@ -142,8 +143,39 @@ pub struct Window {
 pub struct Emit {
     /// Shape of the step.
     pub shape: Shape,
-    /// Points per call of the lane kernel.
-    pub lanes: usize,
+    /// What it is run in.
+    pub precision: EmitPrecision,
+    /// Points per call of the lane kernel, where the scene names them.
+    pub lanes: Option<usize>,
+}
+
+impl Emit {
+    /// Points per call of the lane kernel: 64 bytes of numbers where the scene names none, 8 doubles or 16 singles.
+    pub fn lanes(&self, precision: FloatFormat) -> usize {
+        self.lanes.unwrap_or(match precision {
+            FloatFormat::F32 => 16,
+            FloatFormat::F64 => 8,
+        })
+    }
+}
+
+/// What an emitted map is run in.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum EmitPrecision {
+    /// These numbers.
+    Given(FloatFormat),
+    /// Single precision where it holds the scene's tolerance, double precision elsewhere.
+    Any,
+}
+
+impl EmitPrecision {
+    /// The numbers that are tried first.
+    pub fn first(self) -> FloatFormat {
+        match self {
+            Self::Given(format) => format,
+            Self::Any => FloatFormat::F32,
+        }
+    }
 }
 
 /// Shape of an emitted step.

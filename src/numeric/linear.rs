@@ -276,7 +276,7 @@ mod tests {
 
     #[test]
     fn solution_does_not_depend_on_the_units_of_the_rows() {
-        let matrix = DMatrix::from_row_slice(2, 2, &[1e-150, 2e-150, 3e120, 4e120]);
+        let matrix = DMatrix::from_row_slice(2, 2, &[1e-150_f64, 2e-150, 3e120, 4e120]);
         let x = solve(&matrix, &DVector::from_vec(vec![5e-150, 11e120])).unwrap();
         assert!(
             (x[0] - 1.0).abs() < 1e-14 && (x[1] - 2.0).abs() < 1e-14,
@@ -290,7 +290,7 @@ mod tests {
         let third = determinant::<Dd>(&hilbert(3)).unwrap();
         assert!((third * Dd::from(2160.0) - Dd::ONE).abs().hi < 1e-28);
         let cycle =
-            DMatrix::from_row_slice(3, 3, &[0.0, 2e-90, 0.0, 0.0, 0.0, 4.0, 8e90, 0.0, 0.0]);
+            DMatrix::from_row_slice(3, 3, &[0.0_f64, 2e-90, 0.0, 0.0, 0.0, 4.0, 8e90, 0.0, 0.0]);
         assert!((determinant(&cycle).unwrap() / 64.0 - 1.0).abs() < 1e-14);
         let exchange = DMatrix::from_row_slice(2, 2, &[0.0, 1.0, 1.0, 0.0]);
         assert_eq!(determinant(&exchange), Ok(-1.0));

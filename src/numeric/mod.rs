@@ -1,7 +1,7 @@
 //! Numbers and the small algorithms on them that every other floor uses.
 //!
-//! Everything here is generic over [`Scalar`] (`f64`, double-doubles [`Dd`], [`Lanes`]) or over its
-//! ordered part [`Real`] (`f64`, [`Dd`]): roots in a [`Bracket`], all extrema and roots of a
+//! Everything here is generic over [`Scalar`] (`f64`, `f32`, double-doubles [`Dd`], [`Lanes`]) or over its
+//! ordered part [`Real`] (`f64`, `f32`, [`Dd`]): roots in a [`Bracket`], all extrema and roots of a
 //! polynomial on an interval, small dense linear algebra on nalgebra's containers.
 //!
 //! Deliberately absent: jets, models, files.
@@ -9,9 +9,9 @@
 mod bracket;
 mod decimals;
 mod dispatch;
-mod double;
 mod double_double;
 mod error;
+mod float;
 mod lanes;
 pub mod linear;
 pub mod polynomial;
@@ -24,6 +24,7 @@ pub use decimals::decimal_above;
 pub use dispatch::{Kernel, widest};
 pub use double_double::{Dd, ParseDdError};
 pub use error::NumericError;
+pub use float::FloatFormat;
 pub use lanes::Lanes;
 pub(crate) use lanes::one_by_one;
 pub use scalar::{Real, Scalar};

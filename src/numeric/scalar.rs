@@ -8,7 +8,7 @@ use num_traits::{One, Zero};
 
 use super::{Dd, Kernel};
 
-/// A field of numbers with the elementary functions: `f64`, [`Dd`], or [`Lanes`](super::Lanes) of `f64`.
+/// A field of numbers with the elementary functions: `f64`, `f32`, [`Dd`], or [`Lanes`](super::Lanes) of `f64`.
 ///
 /// Functions outside their real domain return NaN, as `f64` does; callers check with
 /// [`is_finite`](Scalar::is_finite) where a NaN must become an error.
@@ -35,7 +35,7 @@ pub trait Scalar:
     /// Unit roundoff of the type: half the distance from 1 to the next number.
     const ROUNDOFF: f64;
 
-    /// The nearest scalar to an `f64` (exact for every type here; repeated in every lane).
+    /// The nearest scalar to an `f64` (exact but for `f32`; repeated in every lane).
     fn from_f64(value: f64) -> Self;
     /// The nearest scalar to a double-double: how constants of a model enter a computation.
     fn from_dd(value: Dd) -> Self;
@@ -82,7 +82,7 @@ pub trait Scalar:
     }
 }
 
-/// A [`Scalar`] that is one ordered number: `f64` or [`Dd`].
+/// A [`Scalar`] that is one ordered number: `f64`, `f32` or [`Dd`].
 pub trait Real: Scalar + PartialOrd {
     /// Nearest `f64`.
     fn to_f64(self) -> f64;

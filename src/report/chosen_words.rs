@@ -6,6 +6,7 @@ use crate::convergence::{
     Choice, ConvergenceStudy, DepthAccuracy, LeastOrders, Limit, Monomials, Polynomials,
     SectionChoice, Validity,
 };
+use crate::numeric::FloatFormat;
 
 /// Which map was chosen, in words.
 pub fn chosen_words(study: &ConvergenceStudy) -> String {
@@ -28,8 +29,12 @@ pub fn chosen_words(study: &ConvergenceStudy) -> String {
         Polynomials::Taylor => "",
         Polynomials::Economised => ", its coefficients fitted to a map of higher orders",
     };
+    let numbers = match chosen.precision {
+        FloatFormat::F32 => ", in single precision",
+        FloatFormat::F64 => "",
+    };
     let map = format!(
-        "(N, W) = {orders}{weights}{fitted}{dropped} ({} coefficients)",
+        "(N, W) = {orders}{weights}{fitted}{dropped}{numbers} ({} coefficients)",
         chosen.coefficients
     );
     let error = |value: Option<f64>| {
@@ -50,9 +55,10 @@ pub fn chosen_words(study: &ConvergenceStudy) -> String {
     } else {
         format!(
             "No map tried stays within {tolerance:.0e} of direct simulation on the window{}; the most accurate has the orders {map}: largest error {sample} on the sample{fresh}.",
-            chosen
-                .limit
-                .map_or(String::new(), |limit| format!(" ({})", limit_words(limit)))
+            chosen.limit.map_or(String::new(), |limit| format!(
+                " ({})",
+                limit_words(limit, chosen.precision)
+            ))
         )
     }
 }
@@ -108,11 +114,12 @@ fn single_precision_words(chosen: &Choice) -> String {
 }
 
 /// What keeps maps from meeting a tolerance, in words.
-pub fn limit_words(limit: Limit) -> &'static str {
-    match limit {
-        Limit::Orders => "the highest orders expanded leave out more",
-        Limit::Radius => "the window reaches to where the series cease to converge",
-        Limit::Rounding => "rounding in double precision is more",
+pub fn limit_words(limit: Limit, precision: FloatFormat) -> &'static str {
+    match (limit, precision) {
+        (Limit::Orders, _) => "the highest orders expanded leave out more",
+        (Limit::Radius, _) => "the window reaches to where the series cease to converge",
+        (Limit::Rounding, FloatFormat::F64) => "rounding in double precision is more",
+        (Limit::Rounding, FloatFormat::F32) => "rounding in single precision is more",
     }
 }
 

@@ -1,4 +1,4 @@
-//! Compiles emitted modules into a program and runs it.
+//! Compiles emitted modules into a program and runs it, in the numbers that they are in.
 
 use std::fs;
 use std::io::Write;
@@ -6,6 +6,7 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 
 use grazemap::emission::EmittedModule;
+use grazemap::numeric::FloatFormat;
 
 /// Compiles without warnings.
 pub(crate) fn rustc(arguments: &[&str], folder: &Path) {
@@ -22,7 +23,7 @@ pub(crate) fn rustc(arguments: &[&str], folder: &Path) {
     );
 }
 
-/// A program that reads `module x0 x1 p0 p1` (bits) and prints image, depth and Jacobian (bits), after
+/// A program that reads `module x0 x1 p0 p1` (bits of their numbers) and prints image, depth and Jacobian (bits), after
 /// checking that frozen and lane forms agree with the step bit for bit.
 fn driver(modules: &[&EmittedModule]) -> String {
     let mut text = String::new();
@@ -56,7 +57,17 @@ fn driver(modules: &[&EmittedModule]) -> String {
         text += "                println!(\"{}\", numbers.map(|x| x.to_bits().to_string()).collect::<Vec<_>>().join(\" \"));\n";
         text += "            }\n";
     }
-    text + "            _ => unreachable!(),\n        }\n    }\n}\n"
+    text += "            _ => unreachable!(),\n        }\n    }\n}\n";
+    text.replace("f64", &precision(modules).to_string())
+}
+
+/// What the modules compute with: one kind of numbers.
+fn precision(modules: &[&EmittedModule]) -> FloatFormat {
+    let same = modules
+        .windows(2)
+        .all(|pair| pair[0].precision == pair[1].precision);
+    assert!(same, "one program runs in one kind of numbers");
+    modules[0].precision
 }
 
 /// Builds the driver in a fresh folder and answers with one line of numbers per query.
@@ -70,19 +81,13 @@ pub(crate) fn run(modules: &[&EmittedModule], queries: &[String]) -> Vec<Vec<f64
         .expect("the test can be set up");
     }
     fs::write(folder.path().join("main.rs"), driver(modules)).expect("the test can be set up");
-    rustc(
-        &[
-            "-O",
-            "-A",
-            "dead_code",
-            "--cfg",
-            "feature=\"std\"",
-            "main.rs",
-            "-o",
-            "driver",
-        ],
-        folder.path(),
-    );
+    let mut arguments = vec!["-O", "-A", "dead_code", "--cfg", "feature=\"std\""];
+    if cfg!(target_feature = "fma") {
+        // As the interpreter in this process: fused or not.
+        arguments.push("-Ctarget-feature=+fma");
+    }
+    arguments.extend(["main.rs", "-o", "driver"]);
+    rustc(&arguments, folder.path());
     let mut child = Command::new(folder.path().join("driver"))
         .stdin(Stdio::piped())
         .stdout(Stdio::piped())
@@ -99,7 +104,17 @@ pub(crate) fn run(modules: &[&EmittedModule], queries: &[String]) -> Vec<Vec<f64
     writer.join().expect("the test can be set up");
     assert!(output.status.success());
     let text = String::from_utf8(output.stdout).expect("the test can be set up");
-    let number = |word: &str| f64::from_bits(word.parse().expect("the test can be set up"));
+    let single = precision(modules) == FloatFormat::F32;
+    let number = |word: &str| {
+        let bits: u64 = word.parse().expect("the test can be set up");
+        if single {
+            f64::from(f32::from_bits(
+                u32::try_from(bits).expect("bits of a single"),
+            ))
+        } else {
+            f64::from_bits(bits)
+        }
+    };
     text.lines()
         .map(|line| line.split(' ').map(number).collect())
         .collect()

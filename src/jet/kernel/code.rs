@@ -45,24 +45,30 @@ enum Instruction {
 }
 
 /// Numbers on which instructions act.
-pub(super) trait Number: Scalar {
+pub trait Number: Scalar {
     /// `max(0, a)`; 0 for NaN.
     fn positive_part(self) -> Self;
     /// `1/(2a)`; 0 where `a` is not positive.
     fn half_reciprocal(self) -> Self;
 }
 
-impl Number for f64 {
-    #[inline(always)]
-    fn positive_part(self) -> Self {
-        if self > 0.0 { self } else { 0.0 }
-    }
+macro_rules! number {
+    ($($float:ident),*) => {$(
+        impl Number for $float {
+            #[inline(always)]
+            fn positive_part(self) -> Self {
+                if self > 0.0 { self } else { 0.0 }
+            }
 
-    #[inline(always)]
-    fn half_reciprocal(self) -> Self {
-        if self > 0.0 { 0.5 / self } else { 0.0 }
-    }
+            #[inline(always)]
+            fn half_reciprocal(self) -> Self {
+                if self > 0.0 { 0.5 / self } else { 0.0 }
+            }
+        }
+    )*};
 }
+
+number!(f64, f32);
 
 impl<const N: usize> Number for Lanes<N> {
     #[inline(always)]

@@ -3,31 +3,50 @@
 use std::cell::RefCell;
 use std::sync::Arc;
 
-use super::code::Code;
+use super::code::{Code, Number};
 use super::{Kernel, LaneInterpreter};
+use crate::numeric::Real;
 
-thread_local! {
-    static MEMORY: RefCell<Vec<f64>> = const { RefCell::new(Vec::new()) };
+/// Numbers in which kernels are interpreted one point at a time: `f64`, and `f32` as emitted code in single precision rounds.
+pub trait Interpreted: Number + Real {
+    /// Hands the memory of the thread to `work`.
+    fn with_memory<R>(work: impl FnOnce(&mut Vec<Self>) -> R) -> R;
 }
+
+macro_rules! interpreted {
+    ($($float:ident),*) => {$(
+        impl Interpreted for $float {
+            fn with_memory<R>(work: impl FnOnce(&mut Vec<Self>) -> R) -> R {
+                thread_local! {
+                    static MEMORY: RefCell<Vec<$float>> = const { RefCell::new(Vec::new()) };
+                }
+                MEMORY.with_borrow_mut(work)
+            }
+        }
+    )*};
+}
+
+interpreted!(f64, f32);
 
 /// A kernel prepared for running: operands are places in one memory of inputs, constants and results.
 ///
 /// The memory belongs to the thread, so that an interpreter can be shared by threads and a run allocates
 /// nothing.
 #[derive(Clone, Debug)]
-pub struct Interpreter {
+pub struct Interpreter<T = f64> {
     inputs: usize,
     /// Inputs that were set for good, then constants.
-    known: Vec<f64>,
+    known: Vec<T>,
     code: Arc<Code>,
 }
 
-impl Interpreter {
-    /// Prepares a kernel.
+impl<T: Interpreted> Interpreter<T> {
+    /// Prepares a kernel, its constants rounded to the numbers it is to run in.
     pub fn new(kernel: &Kernel) -> Self {
+        let constants = kernel.constants.iter();
         Self {
             inputs: kernel.inputs,
-            known: kernel.constants.clone(),
+            known: constants.map(|&value| T::from_f64(value)).collect(),
             code: Arc::new(Code::new(kernel)),
         }
     }
@@ -37,7 +56,7 @@ impl Interpreter {
     /// # Panics
     ///
     /// If there are more values than inputs.
-    pub fn with_last_inputs(&self, values: &[f64]) -> Self {
+    pub fn with_last_inputs(&self, values: &[T]) -> Self {
         assert!(
             values.len() <= self.inputs,
             "{} values for {} inputs",
@@ -51,6 +70,46 @@ impl Interpreter {
         }
     }
 
+    /// Number of inputs.
+    pub fn inputs(&self) -> usize {
+        self.inputs
+    }
+
+    /// Number of outputs.
+    pub fn outputs(&self) -> usize {
+        self.code.outputs()
+    }
+
+    /// Runs the kernel and hands output after output to `receive` with its number.
+    ///
+    /// # Panics
+    ///
+    /// If the input slices together have not the kernel's number of inputs.
+    pub fn run(&self, inputs: &[&[T]], mut receive: impl FnMut(usize, T)) {
+        T::with_memory(|memory| {
+            memory.clear();
+            inputs
+                .iter()
+                .for_each(|slice| memory.extend_from_slice(slice));
+            assert_eq!(memory.len(), self.inputs, "a kernel runs on all its inputs");
+            memory.extend_from_slice(&self.known);
+            memory.resize(memory.len() + self.code.results(), T::zero());
+            self.code.run(memory);
+            for number in 0..self.outputs() {
+                receive(number, *self.code.output(number, memory));
+            }
+        });
+    }
+
+    /// The outputs at these inputs.
+    pub fn evaluate(&self, inputs: &[T]) -> Vec<T> {
+        let mut values = vec![T::zero(); self.outputs()];
+        self.run(&[inputs], |number, value| values[number] = value);
+        values
+    }
+}
+
+impl Interpreter {
     /// The interpreter for `N` points at once, its last inputs set for good to other values in every lane.
     ///
     /// # Panics
@@ -69,43 +128,5 @@ impl Interpreter {
             &self.known,
             self.code.clone(),
         )
-    }
-
-    /// Number of inputs.
-    pub fn inputs(&self) -> usize {
-        self.inputs
-    }
-
-    /// Number of outputs.
-    pub fn outputs(&self) -> usize {
-        self.code.outputs()
-    }
-
-    /// Runs the kernel and hands output after output to `receive` with its number.
-    ///
-    /// # Panics
-    ///
-    /// If the input slices together have not the kernel's number of inputs.
-    pub fn run(&self, inputs: &[&[f64]], mut receive: impl FnMut(usize, f64)) {
-        MEMORY.with_borrow_mut(|memory| {
-            memory.clear();
-            inputs
-                .iter()
-                .for_each(|slice| memory.extend_from_slice(slice));
-            assert_eq!(memory.len(), self.inputs, "a kernel runs on all its inputs");
-            memory.extend_from_slice(&self.known);
-            memory.resize(memory.len() + self.code.results(), 0.0);
-            self.code.run(memory);
-            for number in 0..self.outputs() {
-                receive(number, *self.code.output(number, memory));
-            }
-        });
-    }
-
-    /// The outputs at these inputs.
-    pub fn evaluate(&self, inputs: &[f64]) -> Vec<f64> {
-        let mut values = vec![0.0; self.outputs()];
-        self.run(&[inputs], |number, value| values[number] = value);
-        values
     }
 }

@@ -5,7 +5,9 @@ use std::path::Path;
 use toml_edit::Document;
 
 use super::document::Table;
-use super::{Scene, diagram, expansion, grazing, oscillator, overrides, section, usage, window};
+use super::{
+    Scene, diagram, emit, expansion, grazing, oscillator, overrides, section, usage, window,
+};
 use crate::model::error::{Checked, Fault, SceneError};
 use crate::model::names;
 use crate::model::problem::SceneProblem;
@@ -152,7 +154,7 @@ fn read(text: &str, file_name: &str) -> Checked<Scene> {
     let (section, section_rule) =
         section::read(table("section")?.as_ref(), &model, expansion.orders)?;
     let window = window::read(table("window")?.as_ref(), &model)?;
-    let emit = window::read_emit(table("emit")?.as_ref())?;
+    let emit = emit::read(table("emit")?.as_ref(), expansion.orders)?;
     let mut diagrams = Vec::new();
     for table in tables("diagram")? {
         diagrams.push(diagram::read(&table, &mut model, &scope)?);

@@ -159,7 +159,7 @@ mod tests {
     #[test]
     fn root_on_a_point_of_division_is_found_once() {
         // (t - 1/2) ((t - 1/2)^2 - 1/16): roots 1/4, 1/2, 3/4.
-        let found = sign_changes(&[-0.09375, 0.6875, -1.5, 1.0]);
+        let found = sign_changes(&[-0.09375_f64, 0.6875, -1.5, 1.0]);
         assert_eq!(found.len(), 3);
         for (change, root) in found.iter().zip([0.25, 0.5, 0.75]) {
             // Rounding of the terms, at most 0.7, over the slope, at least 0.06.

@@ -1,0 +1,131 @@
+//! How each language writes a kernel, in double and in single precision.
+//!
+//! One idea: what is rounded is printed. A coefficient of a map in single precision is the nearest such number to the one in double
+//! precision, in the shortest digits that read back to it; so is every constant that states and parameters are compared with.
+
+use super::EmissionError;
+use super::names::{c_string_literal, number_literal, single_literal, string_literal};
+use super::target::Target;
+use crate::jet::kernel::Operation;
+use crate::numeric::FloatFormat;
+
+/// A target and the numbers that its states, parameters and coefficients are.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Language {
+    pub(super) target: Target,
+    pub(super) precision: FloatFormat,
+}
+
+impl Language {
+    /// The type of a state.
+    pub(super) fn real(self) -> &'static str {
+        match (self.target, self.precision) {
+            (Target::Rust, FloatFormat::F64) => "f64",
+            (Target::Rust, FloatFormat::F32) => "f32",
+            (Target::C | Target::Cuda, FloatFormat::F64) => "double",
+            (Target::C | Target::Cuda, FloatFormat::F32) => "float",
+        }
+    }
+
+    /// What C ends single literals, and the names of functions of single numbers, with.
+    pub(super) fn suffix(self) -> &'static str {
+        match (self.target, self.precision) {
+            (Target::Rust, _) | (_, FloatFormat::F64) => "",
+            (Target::C | Target::Cuda, FloatFormat::F32) => "f",
+        }
+    }
+
+    /// The largest number.
+    pub(super) fn largest(self) -> String {
+        match self.precision {
+            FloatFormat::F64 => format!("{:?}", f64::MAX),
+            FloatFormat::F32 => format!("{:?}{}", f32::MAX, self.suffix()),
+        }
+    }
+
+    /// A number of the precision, rounded to it.
+    pub(super) fn number(self, what: &'static str, value: f64) -> Result<String, EmissionError> {
+        match self.precision {
+            FloatFormat::F64 => number_literal(what, value),
+            FloatFormat::F32 => Ok(single_literal(what, value)? + self.suffix()),
+        }
+    }
+
+    /// A statement that names a result.
+    pub(super) fn binding(self, number: usize, expression: &str) -> String {
+        match self.target {
+            Target::Rust => format!("let r{number} = {expression};"),
+            Target::C | Target::Cuda => format!("const {} r{number} = {expression};", self.real()),
+        }
+    }
+
+    /// An operation on operands that are written already.
+    pub(super) fn expression(self, operation: &Operation, operands: &[String]) -> String {
+        let suffix = self.suffix();
+        let call = |rust: &str, c: &str, suffix: &str| {
+            let name = match self.target {
+                Target::Rust => rust.to_owned(),
+                Target::C | Target::Cuda => format!("{c}{suffix}"),
+            };
+            format!("{name}({})", operands.join(", "))
+        };
+        match operation {
+            Operation::Add(..) => format!("{} + {}", operands[0], operands[1]),
+            Operation::Multiply(..) => format!("{} * {}", operands[0], operands[1]),
+            Operation::MultiplyAdd(..) => call("fma", "GRAZEMAP_FMA", &suffix.to_uppercase()),
+            Operation::RootOfPositivePart(_) => format!(
+                "sqrt{suffix}({})",
+                call("positive_part", "grazemap_positive_part", suffix)
+            ),
+            Operation::HalfReciprocal(_) => {
+                call("half_reciprocal", "grazemap_half_reciprocal", suffix)
+            }
+            Operation::Held(_) => operands[0].clone(),
+        }
+    }
+
+    /// Whether a compiler of this language walks statements recursively, so that long kernels are printed in blocks.
+    pub(super) fn nests_statements(self) -> bool {
+        self.target == Target::Rust
+    }
+
+    /// A number handed on by freezing.
+    pub(super) fn coefficient(self, number: usize) -> String {
+        match self.target {
+            Target::Rust => format!("c({number})"),
+            Target::C | Target::Cuda => format!("coefficients[{number}]"),
+        }
+    }
+
+    /// A text as a literal.
+    pub(super) fn string(self, text: &str) -> String {
+        match self.target {
+            Target::Rust => string_literal(text),
+            Target::C | Target::Cuda => c_string_literal(text),
+        }
+    }
+
+    /// A half-width of the window, which may be unbounded but not NaN.
+    pub(super) fn half_width(self, value: f64) -> Result<String, EmissionError> {
+        match self.target {
+            _ if value != f64::INFINITY => self.number("a half-width of the window", value),
+            Target::Rust => Ok(format!("{}::INFINITY", self.real())),
+            Target::C | Target::Cuda => Ok("INFINITY".into()),
+        }
+    }
+
+    /// An error that may be absent, in double precision always; C, which has no such thing, says so by a negative one.
+    pub(super) fn optional(
+        self,
+        what: &'static str,
+        value: Option<f64>,
+    ) -> Result<String, EmissionError> {
+        let literal = value.map(|value| number_literal(what, value)).transpose()?;
+        Ok(match (self.target, literal) {
+            (Target::Rust, None) => "None".into(),
+            (Target::Rust, Some(literal)) => format!("Some({literal})"),
+            (Target::C | Target::Cuda, None) => "-1.0".into(),
+            (Target::C | Target::Cuda, Some(literal)) => literal,
+        })
+    }
+}
