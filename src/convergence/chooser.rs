@@ -228,7 +228,7 @@ impl<'a> Chooser<'a> {
     ///
     /// The error of the most accurate map is taken to fall as the terms of the contacts do.
     fn choose_deeper(&mut self, trial: &mut Trial) -> Result<Option<Limit>, ConvergenceError> {
-        let reachable = trial.tolerance.max(self.bench.rounding());
+        let reachable = trial.tolerance.max(self.bench.rounding(trial.precision));
         let weight = |level: &&Level<'_>| level.family.highest().contact_weight;
         let Some(top) = self.levels.iter().max_by_key(weight) else {
             return Ok(Some(Limit::Orders));
@@ -249,7 +249,7 @@ impl<'a> Chooser<'a> {
             }
             let last = std::mem::replace(&mut error, trial.nearest_error());
             if error > FALLS * last {
-                let rounded = error <= ROUNDINGS * self.bench.rounding();
+                let rounded = error <= ROUNDINGS * self.bench.rounding(trial.precision);
                 return Ok(Some(if rounded {
                     Limit::Rounding
                 } else {

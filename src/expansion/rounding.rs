@@ -115,6 +115,7 @@ mod tests {
             depth: jet(depth),
             linear: vec![jet(linear)],
             quadratic: vec![jet(quadratic)],
+            depth_form: None,
         };
         let sizes = Sizes {
             depth: 0.1,
