@@ -125,15 +125,7 @@ impl Code {
         match operation {
             Operation::Add(a, b) => Instruction::Add(place(a), place(b)),
             Operation::Multiply(a, b) => Instruction::Multiply(place(a), place(b)),
-            Operation::MultiplyAdd(start, factor, addend) => {
-                let addends = vec![addend];
-                let chain = Chain {
-                    start,
-                    factor,
-                    addends,
-                };
-                self.chain(&chain, places)
-            }
+            Operation::MultiplyAdd(..) => unreachable!("every multiply-add is part of a chain"),
             Operation::RootOfPositivePart(a) => Instruction::RootOfPositivePart(place(a)),
             Operation::HalfReciprocal(a) => Instruction::HalfReciprocal(place(a)),
             Operation::Held(a) => Instruction::Copy(place(a)),
