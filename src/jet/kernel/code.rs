@@ -1,7 +1,7 @@
 //! A kernel prepared for running: operands are places in one memory, and Horner schemes are chains.
 //!
 //! The one idea: a multiply-add whose result goes nowhere but into the next one, with the same factor, needs no place in
-//! memory. A chain of them is one instruction, whose sum stays in a register.
+//! memory. A chain of them is one instruction, whose sum stays in a register; two chains with one factor are one instruction, too.
 
 use super::chains::{Chain, Step, schedule};
 use super::{Kernel, Operation, Value};
