@@ -240,6 +240,7 @@ impl<'a> Chooser<'a> {
             let further = (steps.ceil() as u32).max(STEP.contact_weight);
             here.contact_weight = (here.contact_weight + further).min(self.deepest.contact_weight);
             let Ok(at) = self.level(here) else {
+                // Orders whose coefficients overflow end the search, here as above.
                 return Ok(Some(Limit::Orders));
             };
             let level = &self.levels[at];

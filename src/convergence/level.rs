@@ -12,8 +12,8 @@ use super::sample::SamplePoint;
 use crate::expansion::{DEVIATION_WEIGHT, LocalMap, MapOrders, Stage, Variables};
 use crate::jet::JetSpace;
 
-/// Most monomials of a leg, of the depth, and of a contact while its depth variable stands in the place of a coordinate: products of such
-/// series, of which an expansion has some hundred, are of a million terms or a few.
+/// Most monomials of a leg, of the depth, and of a contact while its depth variable stands in the place of a coordinate: a whole product
+/// of two such series has up to ten million terms.
 const MONOMIALS: u128 = 20_000;
 
 /// Highest orders of a first search, however few the variables.

@@ -26,12 +26,21 @@ pub fn compose(map: &LocalMap, variables: &Variables) -> Result<ComposedMap, Exp
         .map(|variable| Jet::variable(&smooth_space, variable, 0.0))
         .collect();
     let smooth = Composition::of(map, start, |state, _, _| state)?;
-    match map.stages.as_slice() {
-        [Stage::Contact(contact), legs @ ..] if map.passages() == 1 => {
-            after_contact(contact, legs, variables, (weight, map.orders), smooth)
-        }
-        _ => of_any(map, variables, weight, smooth),
+    if let Some((Stage::Contact(contact), rest)) = map.stages.split_first()
+        && let Some(legs) = only_legs(rest)
+    {
+        return after_contact(contact, &legs, variables, (weight, map.orders), smooth);
     }
+    of_any(map, variables, weight, smooth)
+}
+
+/// The stages as legs; `None` where there is a contact among them.
+fn only_legs(stages: &[Stage]) -> Option<Vec<&Leg>> {
+    let legs = stages.iter().map(|stage| match stage {
+        Stage::Leg(leg) => Some(leg),
+        Stage::Contact(_) | Stage::Flown(_) => None,
+    });
+    legs.collect()
 }
 
 /// Of a map that begins with its one contact: in `(y; c', p)`, the depth variable in the place of a coordinate, the contact is one
@@ -41,7 +50,7 @@ pub fn compose(map: &LocalMap, variables: &Variables) -> Result<ComposedMap, Exp
 /// parameters are larger than what they leave of the depth: `(Q − q)^k` for `y^{2k}`.
 fn after_contact(
     contact: &Contact,
-    legs: &[Stage],
+    legs: &[&Leg],
     variables: &Variables,
     (weight, orders): (u32, MapOrders),
     smooth: Composition,
@@ -54,12 +63,7 @@ fn after_contact(
         .iter_mut()
         .zip(&corrections)
         .for_each(|(value, correction)| *value += correction);
-    let fly_all = |state: Vec<Jet<f64>>| {
-        legs.iter().fold(state, |state, stage| match stage {
-            Stage::Leg(leg) => fly(leg, &state),
-            Stage::Contact(_) | Stage::Flown(_) => state,
-        })
-    };
+    let fly_all = |state: Vec<Jet<f64>>| legs.iter().fold(state, |state, leg| fly(leg, &state));
     let pairs = fly_all(after).into_iter().zip(fly_all(before));
     let image = smooth.image.into_iter().zip(pairs);
     let spaces = (1..=weight).map(|power| variables.smooth_space(weight - power));

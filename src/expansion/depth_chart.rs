@@ -1,7 +1,7 @@
 //! `y²` in the place of a coordinate.
 //!
-//! One idea: `y² = u(c, p)`, `u = −h_min`, makes one of the variables `(y; c, p)` redundant. Where a step of
-//! a passage divides by `y` that matters: `y² − u` vanishes, but not as a polynomial. Solving the relation
+//! One idea: `y² = u(c, p)`, `u = −h_min`, makes one of the variables `(y; c, p)` redundant, and every product dearer. Where
+//! a step of a passage divides by `y` it matters more: `y² − u` vanishes, but not as a polynomial. Solving the relation
 //! for one coordinate, `c_j = c_j(y²; c', p)`, leaves variables that are independent.
 
 use std::sync::Arc;

@@ -150,7 +150,7 @@ pub struct Contact<S: Scalar = f64> {
     pub linear: Vec<Jet<S>>,
     /// Coefficient of `y²`, one polynomial per coordinate.
     pub quadratic: Vec<Jet<S>>,
-    /// The corrections as they were found; `None` where coefficients were moved or dropped since.
+    /// The corrections as they were found, rounding included; `None` where coefficients were fitted or dropped for a tolerance.
     pub depth_form: Option<Arc<DepthForm<S>>>,
 }
 

@@ -1,8 +1,9 @@
 //! A model whose free flight is affine, taken apart for its exact flow.
 //!
 //! One idea: with all expressions as rows over one extended state (`flow::AffineExpressions`), flows, gaps,
-//! their derivatives and resets are products with it. What is not affine (a contact's field, a
-//! reset) keeps the general way.
+//! their derivatives and resets are products with it. Free flight leaps from event to event (`leap`, one look at a gap
+//! `look`, what its control points say `polygon`, zeros and minima `newton`, the way back `retreat`); steps (`flight`) are for
+//! contacts and for what leaps leave open. What is not affine (a contact's field, a reset) keeps the general way.
 
 mod extended;
 mod flight;

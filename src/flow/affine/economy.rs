@@ -21,7 +21,7 @@ pub(super) fn economised(mut rows: Vec<Vec<f64>>, largest: &[f64], share: f64) -
             break;
         }
         error = taken;
-        let Some(top) = rows.pop() else { break };
+        let top = rows.pop().expect("there are more than two rows");
         for (row, factor) in rows.iter_mut().zip(&NEAREST_TO_ZERO[degree]) {
             for (value, top) in row.iter_mut().zip(&top) {
                 *value -= factor * top;

@@ -1,7 +1,7 @@
 //! Tables of an affine flow over a span of several steps: a look at each piece of it, and the motion near any time.
 //!
-//! One idea: a flight to the next contact needs no state between. Pieces of the span are looked at one after another, by
-//! the control points of the gaps alone; the contact, and the state where the flight ends, then come from a short series
+//! One idea: a flight to the next event needs no state between. Pieces of the span are looked at one after another, by
+//! the control points of the gaps alone; the event, and the state where the flight ends, then come from a short series
 //! about the nearest of a row of nodes. Everything is linear in the start: nothing is formed that is not asked for.
 
 use super::flow::{AffineFieldRows, leading_states};

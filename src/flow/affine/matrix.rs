@@ -135,8 +135,8 @@ pub(super) fn trimmed<S: Real>(series: &[Vec<S>], length: f64) -> &[Vec<S>] {
         let mut terms = row.iter().zip(&largest);
         terms.any(|(c, largest)| c.magnitude() * power > largest * S::ROUNDOFF * 0.0625)
     };
-    let count = series.iter().zip(powers()).map(matters);
-    let last = count.enumerate().filter(|(_, matters)| *matters).last();
+    let terms = series.iter().zip(powers()).map(matters);
+    let last = terms.enumerate().filter(|(_, matters)| *matters).last();
     &series[..last.map_or(1, |(place, _)| place + 1)]
 }
 

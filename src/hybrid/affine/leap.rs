@@ -202,7 +202,6 @@ impl<S: Real> Leaper<'_, S> {
                 points: control,
                 rounding: rounding[surface],
             },
-            on_zero: matches!(start, Start::Leaving { .. }),
             start,
             goal,
             gap: GapCourse {

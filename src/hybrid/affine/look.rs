@@ -36,7 +36,6 @@ impl<S> Found<S> {
 /// A look at one gap on one piece.
 pub(super) struct Look<'t, S: Real> {
     pub(super) polygon: Polygon<'t>,
-    pub(super) on_zero: bool,
     pub(super) start: Start<S>,
     pub(super) goal: Goal<S>,
     pub(super) gap: GapCourse<'t, S>,
@@ -49,7 +48,7 @@ impl<S: Real> Look<'_, S> {
     pub(super) fn found(self) -> Option<Found<S>> {
         if let Goal::Crossing { near } = self.goal {
             if near <= S::zero() {
-                match self.polygon.zeros(self.on_zero) {
+                match self.polygon.zeros(self.start.is_on_zero()) {
                     Zeros::None => return Some(Found::quiet(Heading::Unknown)),
                     Zeros::OneFall => return self.contact(),
                     Zeros::Unknown => {}
@@ -78,7 +77,7 @@ impl<S: Real> Look<'_, S> {
         let passage = None;
         match (self.goal, self.polygon.ends_above()) {
             (Goal::Minima, _) | (_, Some(true)) => Some(Found { course, passage }),
-            _ if self.polygon.zeros(self.on_zero) == Zeros::OneFall => self.contact(),
+            _ if self.polygon.zeros(self.start.is_on_zero()) == Zeros::OneFall => self.contact(),
             _ => None,
         }
     }
@@ -86,7 +85,7 @@ impl<S: Real> Look<'_, S> {
     /// The one contact of the piece.
     #[inline(always)]
     fn contact(mut self) -> Option<Found<S>> {
-        let near = self.time(self.polygon.first_fall(self.on_zero)?);
+        let near = self.time(self.polygon.first_fall(self.start.is_on_zero())?);
         let time = self.gap.fall(near)?;
         Some(Found {
             course: Course::Straight(Heading::Unknown),

@@ -7,7 +7,7 @@
 use super::terms::Terms;
 use super::{Addition, All, Convolution, Factor, Finish};
 use crate::jet::Span;
-use crate::jet::product_table::{Family, ProductTable, Run};
+use crate::jet::product_table::{Family, Pair, ProductTable, Run};
 use crate::numeric::{Kernel, Scalar, one_by_one};
 
 /// Most runs of a family that are summed at once: fifteen sums.
@@ -73,18 +73,24 @@ impl<'a, S: Scalar, const SET: bool> FullProduct<'a, S, SET> {
         }
     }
 
+    /// The shortest runs of both families of a pair.
+    #[inline(always)]
+    fn factors<const RUNS: usize>(&self, (left, right): Pair) -> Option<[[&'a [S]; RUNS]; 2]> {
+        let (left, right) = (
+            self.table.starts(left, RUNS)?,
+            self.table.starts(right, RUNS)?,
+        );
+        Some([runs(self.a, left)?, runs(self.b, right)?])
+    }
+
     /// The coefficients of the shortest runs of a family, `COUNT` in all.
     #[inline(always)]
     fn add_family<const RUNS: usize, const COUNT: usize>(&mut self, family: &Family) {
         let (starts, pairs) = self.table.starts_and_pairs(family);
         let mut sums = [S::zero(); COUNT];
-        for &(left, right) in pairs {
-            let starts = [left, right].map(|family| self.table.starts(family, RUNS));
-            let [Some(left), Some(right)] = starts else {
-                return;
-            };
-            let a = runs::<S, RUNS>(self.a, left);
-            let (Some(a), Some(b)) = (a, runs::<S, RUNS>(self.b, right)) else {
+        for &pair in pairs {
+            let Some([a, b]) = self.factors::<RUNS>(pair) else {
+                debug_assert!(false, "a factor has as many runs as its product, or more");
                 return;
             };
             add_run::<S, 1, RUNS, COUNT>(&a, &b, &mut sums);

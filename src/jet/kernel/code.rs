@@ -1,7 +1,7 @@
 //! A kernel prepared for running: operands are places in one memory, and Horner schemes are chains.
 //!
 //! The one idea: a multiply-add whose result goes nowhere but into the next one, with the same factor, needs no place in
-//! memory. A chain of them is one instruction, whose sum stays in a register.
+//! memory. A chain of them is one instruction, whose sum stays in a register; two chains with one factor are one instruction, too.
 
 use super::chains::{Chain, Step, schedule};
 use super::{Kernel, Operation, Value};
@@ -125,15 +125,7 @@ impl Code {
         match operation {
             Operation::Add(a, b) => Instruction::Add(place(a), place(b)),
             Operation::Multiply(a, b) => Instruction::Multiply(place(a), place(b)),
-            Operation::MultiplyAdd(start, factor, addend) => {
-                let addends = vec![addend];
-                let chain = Chain {
-                    start,
-                    factor,
-                    addends,
-                };
-                self.chain(&chain, places)
-            }
+            Operation::MultiplyAdd(..) => unreachable!("every multiply-add is part of a chain"),
             Operation::RootOfPositivePart(a) => Instruction::RootOfPositivePart(place(a)),
             Operation::HalfReciprocal(a) => Instruction::HalfReciprocal(place(a)),
             Operation::Held(a) => Instruction::Copy(place(a)),
