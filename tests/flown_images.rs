@@ -13,7 +13,7 @@ use grazemap::model::Scene;
 use grazemap::numeric::{Dd, Scalar};
 use grazemap::orbit::{PoincareSection, PoincareSectionKind};
 use serde_json::Value;
-use soft::{Law, STIFF, orbit, scene};
+use soft::{Law, STIFF, guide_scene, orbit, scene};
 
 /// Weight of the passages where nothing else is said: at y = 0.03 what is cut off is below 1e-13.
 const WEIGHT: u32 = 8;
@@ -171,6 +171,32 @@ fn kicks_at_a_depth_of_1e_minus_30_keep_their_leading_law() {
             "{} against {law}",
             found[1]
         );
+    }
+}
+
+#[test]
+fn a_damper_left_at_the_surface_kicks_by_the_cube_of_the_depth_variable() {
+    let (k2, zeta) = (50.0, 0.05);
+    for r2 in [0.0, 1.0, 30.0] {
+        let text = r2.to_string();
+        let scene = guide_scene(&[("section.kind", "stroboscopic"), ("R2", &text)]);
+        let acceleration = orbit(&scene).grazing_point().normal_acceleration.hi;
+        let contact = flown(&scene, WEIGHT);
+        for y in [1e-15, 1e-12, 1e-9] {
+            // The forces along the free flow, -k2 (x - delta) - R2 v, and what the free field makes of the damper's
+            // R2 (x - delta) on the way: x' = v and v' = -2 zeta v. The gap's integral is -4/3 y^3 sqrt(2/a).
+            let integral = -4.0 / 3.0 * (2.0 / acceleration).sqrt() * y * y * y;
+            let law = [r2 * integral, (k2 - 2.0 * zeta * r2) * integral];
+            let found = kick(&contact, &[y * y, 0.0, 0.0, 0.0]);
+            for (found, law) in found.iter().zip(law) {
+                // The next term is smaller by R2 y or k2 y^2.
+                let error = (found - law).abs();
+                assert!(
+                    error < 1e3 * y * law.abs() + 1e-14 * integral.abs(),
+                    "R2 = {r2}, y = {y:e}: {found:e} and {law:e}"
+                );
+            }
+        }
     }
 }
 

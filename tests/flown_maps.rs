@@ -16,7 +16,7 @@ use grazemap::hybrid::HybridSystem;
 use grazemap::iteration::{DiscreteMap, HornerMap, InterpretedMap};
 use grazemap::model::{Scene, catalogue};
 use grazemap::numeric::{Dd, Scalar};
-use soft::{STIFF, orbit, scene};
+use soft::{STIFF, guide_scene, orbit, scene};
 
 /// Largest error of whole maps against direct simulation in double-double.
 fn worst_error(scene: &Scene, orders: MapOrders, points: &[(Vec<f64>, Vec<f64>)]) -> f64 {
@@ -109,6 +109,32 @@ fn stroboscopic_maps_of_stiff_stops_are_exact_on_depths_from_1e_minus_30_to_1e_m
         let error = worst_error(&scene(system, &overrides), orders, &points);
         println!("{name}, stroboscopic: {error:.1e}");
         assert!(error < 1e-10, "{name}: {error:e}");
+    }
+}
+
+#[test]
+fn stroboscopic_maps_of_dampers_left_at_the_surface_are_exact_on_the_same_depths() {
+    for (k2, r2) in [("50", "1"), ("50", "30"), ("1e4", "1"), ("1e6", "20")] {
+        let scene = guide_scene(&[
+            ("section.kind", "stroboscopic"),
+            ("expansion.active", "[\"alpha\"]"),
+            ("window.depth", "1e-3"),
+            ("window.state", "{ x = 1e-2, v = 1e-2 }"),
+            ("window.parameter", "{ alpha = 1e-2 }"),
+            ("k2", k2),
+            ("R2", r2),
+        ]);
+        let points: Vec<_> = depths()
+            .map(|depth| (vec![depth, 3.0 * depth], vec![0.3 * depth]))
+            .collect();
+        let orders = MapOrders {
+            smooth_order: 2,
+            contact_weight: 8,
+        };
+        let error = worst_error(&scene, orders, &points);
+        println!("guide, k2 = {k2}, R2 = {r2}: {error:.1e}");
+        // As above: weight 9 in y = 0.03.
+        assert!(error < 1e-10, "k2 = {k2}, R2 = {r2}: {error:e}");
     }
 }
 

@@ -540,3 +540,46 @@ fn resonance_without_damping_is_singular() {
     };
     assert!((re - 1.0).hypot(im) < 1e-6, "{re} {im}");
 }
+
+#[test]
+fn functions_away_from_their_corners_leave_the_orbit_as_it_is() {
+    let flow = |rest: &str| format!("alpha*cos(theta) - 2*zeta*v - {rest}");
+    // The orbit stays between -1.01 and 1; an event function may have its corner away from the grazes.
+    let same = [
+        ("model.surface.0.event", "delta - abs(x)".to_owned()),
+        ("model.flow.v", flow("max(x, -30)")),
+        ("model.flow.v", flow("x*abs(x + 5)/(x + 5)")),
+    ];
+    let plain = located(&scene("linear", &[]));
+    for change in same {
+        let orbit = located(&scene("linear", std::slice::from_ref(&change)));
+        let pairs = orbit.parameters().iter().zip(plain.parameters());
+        let moved = pairs.map(|(a, b)| (*a - *b).magnitude());
+        let moved = moved.fold(0.0, f64::max);
+        assert!(moved < 1e-25, "{change:?}: {moved:e}");
+    }
+}
+
+#[test]
+fn a_corner_at_the_graze_or_along_the_orbit_is_named_with_its_expression() {
+    let flow = |rest: &str| format!("alpha*cos(theta) - 2*zeta*v - x - 0.1*{rest}");
+    let corners = [
+        ("model.flow.v", flow("abs(x - delta)"), "abs"),
+        ("model.flow.v", flow("sign(v)"), "sign"),
+        ("model.flow.v", flow("max(x, 0.3)"), "max"),
+        ("model.flow.v", flow("min(cos(theta), 0.5)"), "min"),
+        (
+            "model.surface.0.event",
+            "delta - x + abs(v)".to_owned(),
+            "abs",
+        ),
+    ];
+    for (place, expression, name) in corners {
+        let scene = scene("linear", &[(place, expression)]);
+        let reason = locate(&scene).unwrap().into_result().unwrap_err();
+        assert!(
+            matches!(&reason, NotLocated::Corner { function, key, .. } if *function == name && key == place),
+            "{place}, {name}: {reason}"
+        );
+    }
+}

@@ -4,8 +4,11 @@
 //! hash-consed, so a common subexpression stands once.
 
 mod build;
+mod corners;
 mod derivative;
 mod evaluate;
+
+pub use corners::CornerOperation;
 
 use std::collections::HashMap;
 

@@ -6,7 +6,7 @@ use crate::model::Scene;
 use super::minima::{gaps, watching_field};
 use super::monodromy::{full_monodromy, multipliers};
 use super::newton::NewtonFailure;
-use super::outcome::{Adjusted, NotLocated};
+use super::outcome::{NamedValues, NotLocated};
 use super::system::ExtendedSystem;
 
 /// `h'' T² / max h` below which a graze is not simple.
@@ -65,12 +65,12 @@ impl<'a> Diagnosis<'a> {
     }
 
     /// The adjusted parameters here.
-    pub(super) fn adjusted(&self) -> Adjusted {
+    pub(super) fn adjusted(&self) -> NamedValues {
         let named = self.system.free().iter().map(|&parameter| {
             let name = self.scene.model.parameters[parameter].name.clone();
             (name, self.parameters[parameter])
         });
-        Adjusted(named.collect())
+        NamedValues(named.collect())
     }
 
     /// The first degenerate graze, `h'' T² / max h` being below a bound.

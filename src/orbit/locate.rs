@@ -4,6 +4,7 @@ use crate::model::{Scene, Symmetry};
 use crate::numeric::Dd;
 
 use super::OrbitError;
+use super::corners::Corners;
 use super::describe::describe;
 use super::diagnosis::Diagnosis;
 use super::grazes::Grazes;
@@ -44,10 +45,11 @@ type Found = Result<Vec<f64>, NotLocated>;
 /// [`Location::NotLocated`].
 pub fn locate(scene: &Scene) -> Result<Location, OrbitError> {
     let locator = Locator::new(scene)?;
-    match locator.search()? {
-        Ok(unknowns) => locator.finish(&unknowns),
-        Err(reason) => Ok(Location::NotLocated(reason)),
-    }
+    let location = match locator.search()? {
+        Ok(unknowns) => locator.finish(&unknowns)?,
+        Err(reason) => Location::NotLocated(reason),
+    };
+    locator.without_corners(location)
 }
 
 /// What the stages of a location share.
@@ -138,17 +140,8 @@ impl<'a> Locator<'a> {
 
     /// From the guess: all grazes at once, then one by one.
     fn direct(&self, guess: &[f64]) -> Result<Found, OrbitError> {
-        let autonomous = self.scene.model.phase.is_none();
         let parameters = self.start_parameters();
-        let guessed_period = if autonomous {
-            self.first_return(guess)?
-        } else {
-            0.0
-        };
-        let unknown_times = vec![0.0; self.system.grazes.independent - 1];
-        let start = self
-            .system
-            .assemble(guess, guessed_period, &unknown_times, &parameters);
+        let start = self.start_unknowns(guess)?;
         let period = self.system.period(&start);
         let missed = NEAR_GRAZE * period / self.scene.grazing.periods as f64;
         let at_once = self.after_first(guess, period, &parameters, missed)?;
@@ -158,6 +151,21 @@ impl<'a> Locator<'a> {
         self.one_by_one(|alone, _| {
             self.newton(alone, &alone.assemble(guess, period, &[], &parameters))
         })
+    }
+
+    /// Unknowns to begin with, from a point near the first graze: the times of the others are not known yet.
+    fn start_unknowns(&self, guess: &[f64]) -> Result<Vec<f64>, OrbitError> {
+        let autonomous = self.scene.model.phase.is_none();
+        let period = if autonomous {
+            self.first_return(guess)?
+        } else {
+            0.0
+        };
+        let unknown_times = vec![0.0; self.system.grazes.independent - 1];
+        let parameters = self.start_parameters();
+        Ok(self
+            .system
+            .assemble(guess, period, &unknown_times, &parameters))
     }
 
     /// All grazes, after the first alone has been found in one of the parameters.
@@ -288,6 +296,27 @@ impl<'a> Locator<'a> {
             ) => Err(reason),
             (_, Err(reason)) => Err(reason),
         }
+    }
+
+    /// What was found, unless the free flow has a corner: at a graze or along the orbit, or where none was found, in a period
+    /// from where the search began.
+    fn without_corners(&self, location: Location) -> Result<Location, OrbitError> {
+        let Some(corners) = Corners::of(self.scene) else {
+            return Ok(location);
+        };
+        let met = match &location {
+            Location::Located(orbit) => corners.of_orbit(orbit)?,
+            // A flow that cannot be followed has no corner to show; the reason known stands.
+            Location::NotLocated(_) => self.corner_from_start(&corners).unwrap_or(None),
+        };
+        Ok(met.map_or(location, Location::NotLocated))
+    }
+
+    fn corner_from_start(&self, corners: &Corners) -> Result<Option<NotLocated>, OrbitError> {
+        let start = self.start();
+        let period = self.system.period(&self.start_unknowns(&start)?);
+        let surface = self.system.grazes.surfaces[0];
+        corners.near(surface, &start, &self.start_parameters(), period)
     }
 
     /// Distance from the guess in state and adjusted parameters, relative to the guess's size.

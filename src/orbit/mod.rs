@@ -4,6 +4,7 @@
 
 mod conditions;
 mod continuation;
+mod corners;
 mod curve;
 mod describe;
 mod diagnosis;
@@ -38,6 +39,6 @@ pub use curve::{
 pub use error::OrbitError;
 pub use itinerary::FollowingPassage;
 pub use locate::locate;
-pub use outcome::{Adjusted, Location, NotLocated};
+pub use outcome::{Location, NamedValues, NotLocated};
 pub use point::{GrazingOrbit, GrazingPoint};
 pub use section::{PoincareSection, PoincareSectionKind};

@@ -60,6 +60,18 @@ pub enum NotLocated {
         /// Number of parameter values tried.
         tried: usize,
     },
+    /// The free flow or an event function has no Taylor series where a function changes branch.
+    #[error(
+        "`{function}` in `{key}` is at its corner at {at}: there is no Taylor series there, and no map; write the branch that holds along the orbit in its place, or a smooth function (`sqrt(a^2 + e^2)` for `abs(a)`, `tanh(a/e)` for `sign(a)`)"
+    )]
+    Corner {
+        /// `abs`, `sign`, `min` or `max`.
+        function: &'static str,
+        /// Key of the expression in the scene.
+        key: String,
+        /// The full state there.
+        at: NamedValues,
+    },
     /// The orbit touches the surface without a simple minimum of the event function.
     #[error(
         "degenerate graze of `{surface}` at {at}: h'' = {normal_acceleration:.6e} (h'' T²/max h = {relative:.3e}); a simple graze has h'' > 0"
@@ -68,7 +80,7 @@ pub enum NotLocated {
         /// Name of the surface.
         surface: String,
         /// The adjusted parameters.
-        at: Adjusted,
+        at: NamedValues,
         /// `h''` at the point.
         normal_acceleration: f64,
         /// `h''` in units of the largest `h` over the squared period.
@@ -81,7 +93,7 @@ pub enum NotLocated {
     )]
     Singular {
         /// The adjusted parameters.
-        at: Adjusted,
+        at: NamedValues,
         /// Reciprocal condition of the scaled Jacobian.
         condition: f64,
         /// Real part of the multiplier nearest 1.
@@ -96,7 +108,7 @@ pub enum NotLocated {
     )]
     NotConverged {
         /// The adjusted parameters, at their last values.
-        at: Adjusted,
+        at: NamedValues,
         /// First residual.
         first: f64,
         /// Last residual.
@@ -164,11 +176,11 @@ pub enum NotLocated {
     },
 }
 
-/// Adjusted parameters with their values.
+/// Parameters or states with their values.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Adjusted(pub Vec<(String, f64)>);
+pub struct NamedValues(pub Vec<(String, f64)>);
 
-impl Adjusted {
+impl NamedValues {
     /// The names alone.
     pub fn names(&self) -> String {
         let names: Vec<&str> = self.0.iter().map(|(name, _)| name.as_str()).collect();
@@ -176,7 +188,7 @@ impl Adjusted {
     }
 }
 
-impl fmt::Display for Adjusted {
+impl fmt::Display for NamedValues {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         for (number, (name, value)) in self.0.iter().enumerate() {
             let comma = if number == 0 { "" } else { ", " };

@@ -102,6 +102,42 @@ fn wrong_calls() -> Vec<(&'static str, Vec<&'static str>)> {
             vec!["locate", "linear", "--set", "delta=0"],
         ),
         (
+            "corner_at_the_graze",
+            vec![
+                "locate",
+                "linear",
+                "--set",
+                "model.flow.v=alpha*cos(theta) - 2*zeta*v - x - 0.1*abs(x - delta)",
+            ],
+        ),
+        (
+            "corner_along_the_orbit",
+            vec![
+                "locate",
+                "linear",
+                "--set",
+                "model.flow.v=alpha*cos(theta) - 2*zeta*v - x - 0.1*max(x, 0.3)",
+            ],
+        ),
+        (
+            "corner_of_dry_friction",
+            vec![
+                "locate",
+                "linear",
+                "--set",
+                "model.flow.v=alpha*cos(theta) - 0.1*sign(v) - x",
+            ],
+        ),
+        (
+            "corner_in_the_event",
+            vec![
+                "locate",
+                "linear",
+                "--set",
+                "model.surface.0.event=delta - x + abs(v)",
+            ],
+        ),
+        (
             "two_parameters_solved_for",
             vec![
                 "locate",

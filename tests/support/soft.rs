@@ -47,3 +47,18 @@ pub(crate) fn orbit(scene: &Scene) -> GrazingOrbit {
         .into_result()
         .expect("it grazes")
 }
+
+/// The oscillator of the guide with its compliant stop, released where the mass leaves the surface.
+pub(crate) fn guide_scene(overrides: &[(&str, &str)]) -> Scene {
+    let source = catalogue::text("linear").expect("in the catalogue");
+    let law = r#"contact = { v = "free - k2*(x - delta) - R2*v" }
+release = "delta - x""#;
+    let source = source
+        .replace(r#"impact = { v = "-r*v" }"#, law)
+        .replace("r = 0.8", "k2 = 50, R2 = 1");
+    let overrides: Vec<_> = overrides
+        .iter()
+        .map(|&(key, value)| (key.to_owned(), value.to_owned()))
+        .collect();
+    Scene::parse_with(&source, "guide", &overrides).unwrap_or_else(|error| panic!("{error}"))
+}

@@ -11,6 +11,7 @@ mod build;
 mod contact;
 mod error;
 mod flight;
+mod impulse;
 mod reference;
 mod smooth;
 mod start;

@@ -17,7 +17,7 @@ use crate::orbit::PoincareSectionKind;
 /// Weight to which the start of the entry's Newton steps is expanded.
 const ENTRY_WEIGHT: u32 = 3;
 /// Coefficients below this share of the largest of their series are zero: expansions are in double-double.
-const VANISHING: f64 = 1e-22;
+pub(super) const VANISHING: f64 = 1e-22;
 /// What a combination of the gap and its rate leaves of a force is rounding below this share of it.
 const SAME: f64 = 1e-20;
 
@@ -110,12 +110,13 @@ impl<'a> SmoothExpansion<'a> {
         let forces = forced
             .map(|(number, &component)| Ok((component, self.drive(2 + number)?)))
             .collect::<Result<_, ExpansionError>>()?;
-        Ok(LinearLaw {
+        let law = LinearLaw {
             matrix: self.affine.matrix.clone(),
             forces,
             release_row: self.affine.release_row.clone(),
             release: self.drive(1)?,
-        })
+        };
+        Ok(law.without_passing_impulse())
     }
 
     /// A watched function as a combination of 1, the gap and its rate, and what that leaves.
@@ -267,7 +268,7 @@ fn decomposed(series: &[Jet<Dd>], gap: &[Jet<Dd>]) -> ([Dd; 3], Vec<Jet<Dd>>) {
 }
 
 /// A value, or 0 if it is no larger than rounding.
-fn rounded_away(value: Dd, rounding: f64) -> Dd {
+pub(super) fn rounded_away(value: Dd, rounding: f64) -> Dd {
     if value.magnitude() <= rounding {
         Dd::ZERO
     } else {

@@ -1,0 +1,235 @@
+//! Corners of the free flow: where `abs`, `sign`, `min` or `max` change branch an orbit has no Taylor series.
+
+use crate::flow::{Field, Integrator, bound_but, horner};
+use crate::model::{ExpressionGraph, NodeId, Scene};
+use crate::numeric::Dd;
+
+use super::OrbitError;
+use super::outcome::{NamedValues, NotLocated};
+use super::point::GrazingOrbit;
+
+/// Pieces of a step on which an argument is taken to change sign at most once.
+const PIECES: usize = 16;
+/// Halvings of the piece in which it does.
+const HALVINGS: usize = 40;
+/// Most steps along which corners are looked for.
+const MOST_STEPS: usize = 100_000;
+/// Arguments nearer to a corner than this, relative to how much they vary, lie on it.
+const ON_THE_CORNER: f64 = 1e-12;
+/// Decimals of the state at a corner that are said.
+const DECIMALS: f64 = 1e9;
+
+/// The operations with a corner in the free field and the event functions of a scene.
+pub(super) struct Corners<'a> {
+    scene: &'a Scene,
+    /// The free field; the arguments of the operations are watched.
+    field: Field,
+    operations: Vec<Operation>,
+}
+
+/// An operation with a corner.
+struct Operation {
+    function: &'static str,
+    place: Place,
+}
+
+/// The expression that an operation stands in.
+#[derive(Clone, Copy)]
+enum Place {
+    /// The rate of a state: all of an orbit depends on it.
+    Rate(usize),
+    /// The event function of a surface: only its series at a graze of that surface matter.
+    Event(usize),
+}
+
+impl<'a> Corners<'a> {
+    /// Those that a state or a parameter that is adjusted or active moves; `None` without any.
+    pub(super) fn of(scene: &'a Scene) -> Option<Self> {
+        let mut graph = scene.model.graph.clone();
+        let (mut operations, mut arguments) = (Vec::new(), Vec::new());
+        for (place, expression) in expressions(scene) {
+            for corner in graph.corner_operations(expression) {
+                if moves(scene, &graph, corner.argument) {
+                    arguments.push(corner.argument);
+                    let function = corner.function;
+                    operations.push(Operation { function, place });
+                }
+            }
+        }
+        let model = &scene.model;
+        let all: Vec<usize> = (0..model.parameters.len()).collect();
+        let kinds = bound_but(&all, &model.parameter_values());
+        (!operations.is_empty()).then(|| Self {
+            field: Field::new(&graph, &model.flow, &arguments, &kinds),
+            scene,
+            operations,
+        })
+    }
+
+    /// The first corner at a graze of an orbit or along it.
+    pub(super) fn of_orbit(&self, orbit: &GrazingOrbit) -> Result<Option<NotLocated>, OrbitError> {
+        let to_f64 = |value: &Dd| value.to_f64();
+        let round = |values: &[Dd]| -> Vec<f64> { values.iter().map(to_f64).collect() };
+        let parameters = round(orbit.parameters());
+        for graze in &orbit.passages {
+            if let Some(corner) = self.at(graze.surface, &round(&graze.state), &parameters)? {
+                return Ok(Some(corner));
+            }
+        }
+        let start = round(&orbit.grazing_point().state);
+        self.along(&start, &parameters, orbit.period.to_f64())
+    }
+
+    /// The first corner at a point near a graze, or that the free flow crosses in a time from there.
+    pub(super) fn near(
+        &self,
+        surface: usize,
+        start: &[f64],
+        parameters: &[f64],
+        duration: f64,
+    ) -> Result<Option<NotLocated>, OrbitError> {
+        match self.at(surface, start, parameters)? {
+            None => self.along(start, parameters, duration),
+            corner => Ok(corner),
+        }
+    }
+
+    /// The first corner that lies at a graze of a surface.
+    fn at(
+        &self,
+        surface: usize,
+        state: &[f64],
+        parameters: &[f64],
+    ) -> Result<Option<NotLocated>, OrbitError> {
+        let mut integrator = Integrator::<f64>::new(&self.field);
+        let step = integrator.step(state, parameters)?;
+        let near = |&number: &usize| {
+            let of = self.operations[number].place;
+            let elsewhere = matches!(of, Place::Event(of) if of != surface);
+            !elsewhere && begins_at_zero(step.watched_coefficients(number), step.length)
+        };
+        let first = (0..self.operations.len()).find(near);
+        Ok(first.map(|number| self.met(number, state)))
+    }
+
+    /// The first corner that the free flow crosses in a time from a point.
+    fn along(
+        &self,
+        start: &[f64],
+        parameters: &[f64],
+        duration: f64,
+    ) -> Result<Option<NotLocated>, OrbitError> {
+        let mut integrator = Integrator::<f64>::new(&self.field);
+        let mut signs = vec![0.0; self.operations.len()];
+        let (mut state, mut rest) = (start.to_vec(), duration);
+        for _ in 0..MOST_STEPS {
+            let step = integrator.step(&state, parameters)?;
+            let length = step.length.min(rest);
+            let arguments = signs.iter_mut().enumerate();
+            let of_rates = arguments.filter(|&(number, _)| self.is_of_a_rate(number));
+            let crossings = of_rates.filter_map(|(number, sign)| {
+                Some((
+                    crossing(step.watched_coefficients(number), length, sign)?,
+                    number,
+                ))
+            });
+            if let Some((time, number)) = crossings.min_by(|a, b| a.0.total_cmp(&b.0)) {
+                step.state_at(time, &mut state);
+                return Ok(Some(self.met(number, &state)));
+            }
+            step.state_at(length, &mut state);
+            rest -= length;
+            if rest <= 0.0 {
+                break;
+            }
+        }
+        Ok(None)
+    }
+
+    fn is_of_a_rate(&self, number: usize) -> bool {
+        matches!(self.operations[number].place, Place::Rate(_))
+    }
+
+    fn met(&self, number: usize, state: &[f64]) -> NotLocated {
+        let model = &self.scene.model;
+        let phase = model
+            .phase
+            .iter()
+            .map(|phase| (&phase.name, phase.period.to_f64()));
+        let (states, clock) = state.split_at(model.states.len());
+        let clock = clock.iter().zip(phase);
+        let clock = clock.map(|(value, (name, period))| (name.clone(), value.rem_euclid(period)));
+        let states = model.states.iter().cloned().zip(states.iter().copied());
+        let Operation { function, place } = self.operations[number];
+        let key = match place {
+            Place::Rate(state) => format!("model.flow.{}", model.states[state]),
+            Place::Event(surface) => format!("model.surface.{surface}.event"),
+        };
+        NotLocated::Corner {
+            function,
+            key,
+            at: NamedValues(states.chain(clock).map(rounded).collect()),
+        }
+    }
+}
+
+/// The expressions that the free flow and its grazes are made of.
+fn expressions(scene: &Scene) -> impl Iterator<Item = (Place, NodeId)> {
+    let model = &scene.model;
+    let rates = model.flow.iter().take(model.states.len()).enumerate();
+    let rates = rates.map(|(state, &rate)| (Place::Rate(state), rate));
+    let surfaces = model.surfaces.iter().enumerate();
+    let events = surfaces.map(|(number, surface)| (Place::Event(number), surface.event));
+    rates.chain(events)
+}
+
+fn rounded((name, value): (String, f64)) -> (String, f64) {
+    // The sum with 0 takes the sign off a zero.
+    (name, (value * DECIMALS).round() / DECIMALS + 0.0)
+}
+
+/// Whether an argument depends on a state or on a parameter that is adjusted or active.
+fn moves(scene: &Scene, graph: &ExpressionGraph, argument: NodeId) -> bool {
+    let dimension = scene.model.dimension();
+    let free = [&scene.grazing.solve_for, &scene.expansion.active];
+    let parameter = |input: usize| free.iter().any(|free| free.contains(&(input - dimension)));
+    let inputs = graph.dependencies(argument);
+    inputs
+        .into_iter()
+        .any(|input| input < dimension || parameter(input))
+}
+
+/// Whether a polynomial begins at 0, to rounding of what it is on `[0, length]`.
+fn begins_at_zero(coefficients: &[f64], length: f64) -> bool {
+    let sizes: Vec<f64> = coefficients.iter().map(|value| value.abs()).collect();
+    sizes[0] <= ON_THE_CORNER * horner(&sizes, length)
+}
+
+/// When a polynomial on `[0, length]` first has another sign than before; `sign` is 0 before any is known.
+fn crossing(argument: &[f64], length: f64, sign: &mut f64) -> Option<f64> {
+    let mut before = 0.0;
+    for piece in 0..=PIECES {
+        let time = length * piece as f64 / PIECES as f64;
+        let value = horner(argument, time);
+        if *sign == 0.0 && value != 0.0 {
+            *sign = value.signum();
+        }
+        if value * *sign < 0.0 {
+            return Some(root_between(argument, *sign, before, time));
+        }
+        before = time;
+    }
+    None
+}
+
+fn root_between(argument: &[f64], sign: f64, mut before: f64, mut after: f64) -> f64 {
+    for _ in 0..HALVINGS {
+        let middle = 0.5 * (before + after);
+        if horner(argument, middle) * sign > 0.0 {
+            before = middle;
+        } else {
+            after = middle;
+        }
+    }
+    after
+}
