@@ -7,7 +7,11 @@
 use super::sample::{SHALLOWEST, SamplePoint, WindowSample};
 use crate::numeric::Bracket;
 
-/// To how much of the window's largest depth variable the first one is found: a ten-thousandth of the shallowest second depth.
+/// Depth of the second contact at corners over the window's deepest: of ten thousand even points some come to a hundredth of the shallowest of
+/// those that are looked for.
+const VERGE: f64 = SHALLOWEST / 100.0;
+
+/// To how much of the window's largest depth variable the first one is found: a hundredth of the shallowest second depth.
 const RESOLUTION: f64 = 1e-9;
 
 impl WindowSample {
@@ -25,16 +29,16 @@ impl WindowSample {
         (first..first + count).filter_map(joint).collect()
     }
 
-    /// The same with every other variable at its half-width, each sign in turn, and the second contact the shallowest: where the
+    /// The same with every other variable at its half-width, each sign in turn, and the second contact a verge: where the
     /// second depth errs most, and its error is amplified most.
     pub fn joint_corners(&self) -> Vec<SamplePoint> {
-        let shallowest = SHALLOWEST * self.deepest();
+        let verge = VERGE * self.deepest();
         let ends = self.ends();
         let pairs = 0..self.pairs().unwrap_or(0);
         let corners = pairs.flat_map(|pair| ends.iter().map(move |end| (pair, end)));
         corners
             .filter_map(|(pair, (state, parameters))| {
-                self.joint(pair, state.clone(), parameters.clone(), shallowest)
+                self.joint(pair, state.clone(), parameters.clone(), verge)
             })
             .collect()
     }
