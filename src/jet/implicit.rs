@@ -22,7 +22,7 @@ const EXTRA_STEPS: usize = 24;
 ///
 /// ```
 /// use grazemap::jet::{implicit_root, Jet, JetSpace};
-/// let x = Jet::variable(&JetSpace::uniform(1, 4)?, 0, 0.0);
+/// let x = Jet::variable(&JetSpace::uniform(1, 4)?, 0, 0.0_f64);
 /// // Lambert's function: w exp(w) = x.
 /// let w = implicit_root(&x, |w| {
 ///     let exp = w.exp();

@@ -50,7 +50,10 @@ impl JetSpace {
 
     /// `out += a b` in the degrees up to one.
     pub(super) fn multiply_add_to<S: Scalar>(&self, a: &[S], b: &[S], order: usize, out: &mut [S]) {
-        let order = order.min(self.order());
+        if order >= self.order() {
+            self.multiply_add(a, b, out);
+            return;
+        }
         Convolution {
             table: self.table(),
             runs: self.table().runs(0..order + 1),

@@ -10,7 +10,7 @@ use crate::numeric::{Dd, Real, Scalar};
 /// ```
 /// use grazemap::jet::{Jet, JetSpace};
 /// let space = JetSpace::uniform(2, 3)?;
-/// let (x, y) = (Jet::variable(&space, 0, 0.0), Jet::variable(&space, 1, 0.0));
+/// let (x, y) = (Jet::variable(&space, 0, 0.0_f64), Jet::variable(&space, 1, 0.0));
 /// let product = &(&x + &y).exp() * &(&x - &y).exp(); // exp(2x)
 /// let cube = space.monomial(&[3, 0]).expect("x³ is kept at order 3");
 /// assert!((product.coefficients()[cube] - 8.0 / 6.0).abs() < 1e-15);

@@ -136,7 +136,7 @@ pub fn extrema<S: Real>(coefficients: &[S], end: S) -> Vec<Extremum<S>> {
 ///
 /// ```
 /// use grazemap::numeric::polynomial::{CrossingDirection, crossings};
-/// let found = crossings(&[0.75, -2.0, 1.0], 1.0); // roots 0.5 and 1.5
+/// let found = crossings(&[0.75_f64, -2.0, 1.0], 1.0); // roots 0.5 and 1.5
 /// assert_eq!(found.len(), 1);
 /// assert!((found[0].time - 0.5).abs() < 1e-15);
 /// assert_eq!(found[0].direction, CrossingDirection::Entering);
