@@ -17,6 +17,7 @@ pub struct Field {
     time_program: Program,
     series: Box<SeriesProgram>,
     dimension: usize,
+    limiting: Vec<usize>,
     parameters: usize,
     watched: usize,
 }
@@ -59,6 +60,7 @@ impl Field {
                 &in_time,
                 derivatives.len(),
             )),
+            limiting: limiting(&time_program, derivatives.len()),
             time_program,
             dimension: derivatives.len(),
             parameters: parameters.len(),
@@ -112,10 +114,28 @@ impl Field {
 }
 
 impl Field {
+    /// The components whose series limit a step: all but integrals of one of them.
+    pub(super) fn limiting(&self) -> &[usize] {
+        &self.limiting
+    }
+
     /// The program for series in time with numbers as coefficients: its slots are those of [`time_program`](Self::time_program).
     pub(super) fn series(&self) -> &SeriesProgram {
         &self.series
     }
+}
+
+/// All components but those whose rate is another component `v`, of a rate of its own.
+///
+/// NOTE: where `x' = v`, `x_{k+1} = v_k/(k + 1)`: if `|v_k| h^k ≤ ε |v_j| h^j`, then `|x_{k+1}| h^{k+1} ≤ ε (j + 1)/(k + 1) |x_{j+1}| h^{j+1}`, so
+/// that the series of `x` is held to less than that of `v` is.
+fn limiting(program: &Program, dimension: usize) -> Vec<usize> {
+    let is_state = |component: usize| program.output(component) < dimension;
+    let is_integral =
+        |component: usize| is_state(component) && !is_state(program.output(component));
+    (0..dimension)
+        .filter(|&component| !is_integral(component))
+        .collect()
 }
 
 /// Kinds of all parameters: the `active` ones variable, the rest bound to their values.

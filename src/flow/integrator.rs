@@ -95,7 +95,6 @@ impl<'a, S: Real> Integrator<'a, S> {
 
     /// Binary logarithm of the length of the step, infinite where the solution is a polynomial in time.
     fn log2_length(&self) -> Result<f64, FlowError> {
-        let mut length = f64::INFINITY;
         for component in 0..self.field.dimension() {
             let coefficients = self.series.coefficients(component);
             if !are_finite(coefficients) {
@@ -103,9 +102,11 @@ impl<'a, S: Real> Integrator<'a, S> {
                 let degree = found.unwrap_or(self.order());
                 return Err(FlowError::NotFinite { degree });
             }
-            length = length.min(log2_step_of(coefficients, self.margin));
         }
-        Ok(length)
+        let length =
+            |&component: &usize| log2_step_of(self.series.coefficients(component), self.margin);
+        let limits = self.field.limiting().iter().map(length);
+        Ok(limits.fold(f64::INFINITY, f64::min))
     }
 
     /// The state after a duration of either sign.

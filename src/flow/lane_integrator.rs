@@ -45,7 +45,7 @@ impl<'a, const N: usize> LaneIntegrator<'a, N> {
         self.series.expand(state, parameters);
         let lengths = widest(Lengths {
             series: &self.series,
-            components: self.field.dimension(),
+            field: self.field,
             margin: self.margin,
         });
         LaneStep {
@@ -125,7 +125,7 @@ impl<const N: usize> LaneStep<'_, N> {
 /// The lengths of the steps of all lanes.
 struct Lengths<'s, const N: usize> {
     series: &'s Series<'s, Lanes<N>>,
-    components: usize,
+    field: &'s Field,
     margin: f64,
 }
 
@@ -136,11 +136,13 @@ impl<const N: usize> Kernel for Lengths<'_, N> {
     fn run(self) -> Lanes<N> {
         let mut log2_lengths = Lanes::splat(f64::INFINITY);
         let mut zeros = Lanes::splat(0.0);
-        for component in 0..self.components {
-            let coefficients = self.series.coefficients(component);
-            for &coefficient in coefficients {
+        for component in 0..self.field.dimension() {
+            for &coefficient in self.series.coefficients(component) {
                 zeros += coefficient * Lanes::splat(0.0);
             }
+        }
+        for &component in self.field.limiting() {
+            let coefficients = self.series.coefficients(component);
             log2_lengths = log2_lengths.zip_map(log2_steps(coefficients, self.margin), f64::min);
         }
         log2_lengths.zip_map(zeros, |log2_length, zero| {

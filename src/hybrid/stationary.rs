@@ -1,17 +1,22 @@
 //! Isolation of every stationary point of a gap in a step: all zeros of its slope, in `f64`.
 //!
-//! An interval of half-width `w` about `m` holds no zero of `p` if `|p(m)| > w (|p'(m)| + B w/2)` and at
-//! most one if `|p'(m)| > B w`, where `B` bounds `|p''|` on it; otherwise it is halved.
+//! First the control points of its first sixteen terms `q` are asked, where all are larger than `r`, a bound of the terms left out: without a
+//! change of sign there is no zero; with one, `q` takes each value in `[−r, r]` once, and where it crosses them steeply the whole has
+//! one zero as well. What they leave open is halved: an interval of half-width `w` about `m` holds no zero of `p` if
+//! `|p(m)| > w (|p'(m)| + B w/2)` and at most one if `|p'(m)| > B w`, where `B` bounds `|p''|` on it.
 
-use crate::numeric::Real;
-use crate::numeric::polynomial::value_and_slope;
+use crate::numeric::polynomial::{TERMS, control_points};
+use crate::numeric::{Real, polynomial};
 
 /// Zeros of a slope, and the memory to find them.
 #[derive(Clone, Debug, Default)]
 pub(super) struct StationaryPoints {
     /// The zeros in units of the step, increasing.
     pub(super) roots: Vec<f64>,
+    /// The slope's coefficients in units of the step.
     scaled: Vec<f64>,
+    /// Those of its second derivative.
+    bends: Vec<f64>,
     pending: Vec<(f64, f64)>,
 }
 
@@ -19,24 +24,29 @@ pub(super) struct StationaryPoints {
 const MAX_INTERVALS: usize = 100_000;
 /// Half-width, relative to the step, below which a multiple zero of the slope is not resolved.
 const SMALLEST_HALF: f64 = 1e-9;
+/// Share of the size of its terms within which a control point has no sign.
+const ROUNDING: f64 = 64.0 * f64::EPSILON;
+/// Least `s²/r Σ |c_k|` for the slope `s` of a zero that has no others beside it.
+///
+/// NOTE: with `n ≤ 64` terms `|q''| ≤ B = n² Σ |c_k|`, so that `q' > s/2` within `s/2B` of the zero. All of `|q| ≤ r` is there if
+/// `s² > 4 B r`, and the terms left out have less than a quarter of the slope if `s > 4 n r`; both hold, and more, if `s² > 4 n² r Σ |c_k|`.
+const STEEP: f64 = 65_536.0;
+/// Most steps towards one zero.
+const MAX_STEPS: usize = 60;
 
 impl StationaryPoints {
     /// Fills `roots` with the zeros of the slope in units of the length, increasing.
     pub(super) fn isolate<S: Real>(&mut self, slope: &[S], length: f64) {
-        self.scaled.clear();
-        let mut power = 1.0;
-        for coefficient in slope {
-            self.scaled.push(coefficient.to_f64() * power);
-            power *= length;
-        }
         self.roots.clear();
-        let size: f64 = self.scaled.iter().map(|c| c.abs()).sum();
+        let size = polynomial::size(slope, length);
         if !(size > 0.0 && size.is_finite()) {
             return;
         }
-        while self.scaled.len() > 2 && self.scaled.last().is_some_and(|c| c.abs() < 1e-18 * size) {
-            self.scaled.pop();
+        self.scale(slope, length, 1e-18 * size);
+        if self.solve_by_control_points(size) {
+            return;
         }
+        self.bend();
         self.pending.clear();
         self.pending.push((0.0, 1.0));
         for _ in 0..MAX_INTERVALS {
@@ -47,21 +57,72 @@ impl StationaryPoints {
         }
     }
 
+    /// Fills the coefficients in units of the step, the last ones left out where they are below `negligible`.
+    fn scale<S: Real>(&mut self, slope: &[S], length: f64, negligible: f64) {
+        let square = length * length;
+        let mut powers = [1.0, length, square, square * length];
+        self.scaled.clear();
+        for chunk in slope.chunks(powers.len()) {
+            let terms = chunk.iter().zip(&powers);
+            self.scaled
+                .extend(terms.map(|(c, power)| c.to_f64() * power));
+            powers = powers.map(|power| power * (square * square));
+        }
+        let is_term = |c: &f64| c.abs() >= negligible;
+        let degree = self.scaled.iter().rposition(is_term).unwrap_or(0);
+        self.scaled.truncate(degree.max(1) + 1);
+    }
+
+    /// Finds the zero, if there is one, where the control points tell that there is no other; whether they do.
+    fn solve_by_control_points(&mut self, size: f64) -> bool {
+        let mut first = [0.0; TERMS];
+        let terms = self.scaled.len().min(TERMS);
+        first[..terms].copy_from_slice(&self.scaled[..terms]);
+        let left_out = polynomial::size(&self.scaled[terms..], 1.0) + ROUNDING * size;
+        let points = control_points(&first);
+        let falls = points[0] > 0.0;
+        let has_sign = |&&b: &&f64, above: bool| b.abs() > left_out && (b > 0.0) == above;
+        let before = points.iter().take_while(|b| has_sign(b, falls)).count();
+        let after = &points[before..];
+        if before == 0 || !after.iter().all(|b| has_sign(&b, !falls)) {
+            return false;
+        }
+        let Some(&next) = after.first() else {
+            return true;
+        };
+        let last = points[before - 1];
+        let place = (before as f64 - next / (next - last)) / (TERMS - 1) as f64;
+        let (root, slope) = monotone_root(&self.scaled, (0.0, place, 1.0), !falls);
+        let is_steep = slope * slope > STEEP * size * left_out;
+        if is_steep {
+            self.roots.push(root);
+        }
+        is_steep
+    }
+
+    /// Fills the coefficients of the second derivative.
+    fn bend(&mut self) {
+        self.bends.clear();
+        let (mut twice, mut factor) = (0.0, 0.0);
+        for coefficient in self.scaled.iter().skip(2) {
+            twice += 2.0;
+            factor += twice;
+            self.bends.push(factor * coefficient);
+        }
+    }
+
     /// Excludes, solves or splits one interval.
     fn examine(&mut self, a: f64, b: f64) {
         let (middle, half) = (0.5 * (a + b), 0.5 * (b - a));
-        let (value, slope) = value_and_slope(&self.scaled, middle);
-        let bound = curvature_bound(&self.scaled, b);
+        let (value, slope) = polynomial::value_and_slope(&self.scaled, middle);
+        let bound = polynomial::size(&self.bends, b);
         if value.abs() > half * (slope.abs() + 0.5 * bound * half) {
             return;
         }
         if slope.abs() > bound * half || half < SMALLEST_HALF {
-            let (left, right) = (
-                value_and_slope(&self.scaled, a).0,
-                value_and_slope(&self.scaled, b).0,
-            );
+            let [left, right] = [a, b].map(|end| polynomial::value(&self.scaled, end));
             if (left < 0.0) != (right < 0.0) {
-                let root = monotone_root(&self.scaled, (a, middle, b), left < 0.0);
+                let (root, _) = monotone_root(&self.scaled, (a, middle, b), left < 0.0);
                 self.roots.push(root);
             }
             return;
@@ -71,45 +132,40 @@ impl StationaryPoints {
     }
 }
 
-/// Bound of the second derivative on `[0, at]`.
-fn curvature_bound(coefficients: &[f64], at: f64) -> f64 {
-    let mut bound = 0.0;
-    for (degree, coefficient) in coefficients.iter().enumerate().skip(2).rev() {
-        bound = bound * at + (degree * (degree - 1)) as f64 * coefficient.abs();
-    }
-    bound
-}
-
-/// The one zero of a polynomial with a sign change on `[a, b]`: Newton from `at`, kept inside by bisection.
+/// The one zero of a polynomial with a sign change on `[a, b]`, and the slope near it: Newton from `at`, kept inside.
+///
+/// NOTE: a step out of the interval goes to its end the first time, where the zero may well be, for the intervals are halves of
+/// a step; after that it halves what is left.
 fn monotone_root(
     coefficients: &[f64],
     (mut a, mut at, mut b): (f64, f64, f64),
     rising: bool,
-) -> f64 {
-    let size = b;
-    for _ in 0..60 {
-        let (value, slope) = value_and_slope(coefficients, at);
+) -> (f64, f64) {
+    let negligible = 1e-9 * b;
+    let (mut has_left, mut last) = (false, 0.0);
+    for _ in 0..MAX_STEPS {
+        let (value, slope) = polynomial::value_and_slope(coefficients, at);
         if (value < 0.0) == rising {
             a = at;
         } else {
             b = at;
         }
         let newton = at - value / slope;
-        let next = if newton > a && newton < b {
-            newton
-        } else {
+        let inside = newton.clamp(a, b);
+        if (newton - at).abs() < negligible {
+            // NOTE: Newton's method squares the error. What is left may be rounding, and lead out of the interval.
+            return (inside, slope);
+        }
+        let leaves = newton != inside;
+        at = if leaves && (has_left || newton.is_nan()) {
             0.5 * (a + b)
+        } else {
+            inside
         };
-        if (next - at).abs() < 1e-9 * size && next == newton {
-            // NOTE: Newton's method squares the error.
-            return next;
-        }
-        if next == at {
-            return next;
-        }
-        at = next;
+        has_left |= leaves;
+        last = slope;
     }
-    at
+    (at, last)
 }
 
 #[cfg(test)]
@@ -128,6 +184,58 @@ mod tests {
             // Conditioning of the close pair: rounding 1e-17 over the slope 7e-7.
             assert!((root - expected).abs() < 1e-9, "{root} {expected}");
         }
+    }
+
+    #[test]
+    fn zeros_on_the_ends_of_halves_are_found_to_the_last_bits() {
+        // sin(t − c): no coefficient vanishes, and c is where the intervals are divided.
+        for (share, length) in [
+            (0.125, 1.6),
+            (0.25, 1.6),
+            (0.5, 0.9),
+            (0.5, 1.6),
+            (0.75, 1.6),
+        ] {
+            let zero: f64 = share * length;
+            let derivatives = [-zero.sin(), zero.cos(), zero.sin(), -zero.cos()];
+            let factorial = |k: usize| (1..=k).map(|j| j as f64).product::<f64>();
+            let coefficient = |k: usize| derivatives[k % 4] / factorial(k);
+            let coefficients: Vec<_> = (0..28).map(coefficient).collect();
+            let mut found = StationaryPoints::default();
+            found.isolate(&coefficients, length);
+            assert_eq!(found.roots.len(), 1, "{share} {:?}", found.roots);
+            assert!((found.roots[0] - share).abs() < 4e-16, "{share}");
+        }
+    }
+
+    #[test]
+    fn every_change_of_sign_of_a_cubic_times_a_series_is_found() {
+        let mut seed = 1u32;
+        let mut number = || {
+            seed = seed.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            f64::from(seed >> 8) / f64::from(1u32 << 23) - 1.0
+        };
+        let mut counts = [0; 4];
+        for _ in 0..400 {
+            let mut coefficients: Vec<_> = (0..32).map(|k| number() * 0.4f64.powi(k)).collect();
+            coefficients[0] = 2.0;
+            for zero in [0.5 + number(), 0.5 + number(), 0.5 + number()] {
+                coefficients.push(0.0);
+                for k in (0..coefficients.len()).rev() {
+                    let lower = if k > 0 { coefficients[k - 1] } else { 0.0 };
+                    coefficients[k] = lower - zero * coefficients[k];
+                }
+            }
+            let at = |place: usize| polynomial::value(&coefficients, place as f64 / 2000.0) > 0.0;
+            let changes = (0..2000)
+                .filter(|&place| at(place) != at(place + 1))
+                .count();
+            let mut found = StationaryPoints::default();
+            found.isolate(&coefficients, 1.0);
+            assert_eq!(found.roots.len(), changes, "{coefficients:?}");
+            counts[changes.min(3)] += 1;
+        }
+        assert!(counts.iter().all(|&count| count > 10), "{counts:?}");
     }
 
     #[test]

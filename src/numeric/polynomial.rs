@@ -11,6 +11,7 @@
 //! not finite give no extrema and no roots; callers check theirs.
 
 mod bernstein;
+mod control;
 mod evaluation;
 
 use std::cmp::Ordering;
@@ -18,6 +19,7 @@ use std::cmp::Ordering;
 use super::{Bracket, Real};
 use bernstein::sign_changes;
 
+pub use control::{TERMS, control_points};
 pub use evaluation::{size, value, value_and_slope};
 
 /// A local minimum or maximum of a polynomial.
