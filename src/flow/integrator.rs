@@ -161,6 +161,9 @@ impl<S: Real> Step<'_, S> {
     /// Length on which a watched function's polynomial meets the tolerance as the states' do, infinite where it is
     /// not shorter than the step.
     pub(crate) fn watched_length(&self, watched: usize) -> f64 {
+        if self.field.is_combination(watched) {
+            return f64::INFINITY;
+        }
         let length = log2_step_of(self.watched_coefficients(watched), self.margin);
         if length < self.log2_length {
             length.exp2()

@@ -26,11 +26,6 @@ const MAX_INTERVALS: usize = 100_000;
 const SMALLEST_HALF: f64 = 1e-9;
 /// Share of the size of its terms within which a control point has no sign.
 const ROUNDING: f64 = 64.0 * f64::EPSILON;
-/// Least `s²/r Σ |c_k|` for the slope `s` of a zero that has no others beside it.
-///
-/// NOTE: with `n ≤ 64` terms `|q''| ≤ B = n² Σ |c_k|`, so that `q' > s/2` within `s/2B` of the zero. All of `|q| ≤ r` is there if
-/// `s² > 4 B r`, and the terms left out have less than a quarter of the slope if `s > 4 n r`; both hold, and more, if `s² > 4 n² r Σ |c_k|`.
-const STEEP: f64 = 65_536.0;
 /// Most steps towards one zero.
 const MAX_STEPS: usize = 60;
 
@@ -43,10 +38,10 @@ impl StationaryPoints {
             return;
         }
         self.scale(slope, length, 1e-18 * size);
+        self.bend();
         if self.solve_by_control_points(size) {
             return;
         }
-        self.bend();
         self.pending.clear();
         self.pending.push((0.0, 1.0));
         for _ in 0..MAX_INTERVALS {
@@ -93,11 +88,21 @@ impl StationaryPoints {
         let last = points[before - 1];
         let place = (before as f64 - next / (next - last)) / (TERMS - 1) as f64;
         let (root, slope) = monotone_root(&self.scaled, (0.0, place, 1.0), !falls);
-        let is_steep = slope * slope > STEEP * size * left_out;
+        let is_steep = self.is_steep(slope.abs(), left_out);
         if is_steep {
             self.roots.push(root);
         }
         is_steep
+    }
+
+    /// Whether a zero with this slope has no others beside it, whatever terms up to a bound add to the first ones.
+    ///
+    /// NOTE: where `|p''| ≤ B` the slope is above `s/2` within `s/2B` of the zero, and so within what the terms left out can move it by if
+    /// `4 B r < s²`; they have less than a quarter of it themselves if `4 n r < s`, with `n` terms in all. Both are asked for twice over.
+    fn is_steep(&self, slope: f64, left_out: f64) -> bool {
+        let bound = polynomial::size(&self.bends, 1.0);
+        let count = self.scaled.len() as f64;
+        8.0 * bound * left_out < slope * slope && 8.0 * count * left_out < slope
     }
 
     /// Fills the coefficients of the second derivative.
