@@ -2,18 +2,26 @@
 //! fewer by direct simulation.
 //!
 //! The problem is the one of Thota, Zhao and Dankowicz (2006), `omega = 1.8`, about its grazing orbit. Printed first, of one run by
-//! both methods each: the time of an iterate by direct simulation over that by the map, for the linear oscillator with its exact flow and
-//! for the electrostatic one with Taylor's method.
+//! both methods each: the time of an iterate by direct simulation over that by the map, for the linear oscillator with its exact flow and with
+//! the general integrator, and for the electrostatic one, which has no other.
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
-use grazemap::analysis::NoProgress;
-use grazemap::analysis::diagram::{Diagram, diagram};
+use grazemap::analysis::diagram::{
+    Diagram, DiagramPlan, DirectSweep, Observer, SmoothFixedPoint, Sweep, SweepRequest, diagram,
+    run_plan,
+};
+use grazemap::analysis::{DirectMap, NoProgress, itinerary};
 use grazemap::expansion::{Expander, LocalMap, MapOrders};
+use grazemap::hybrid::HybridSystem;
+use grazemap::iteration::OrbitRequest;
 use grazemap::model::{DiagramRequest, Method, Scene, SweepDirection, catalogue};
 use grazemap::orbit::{GrazingOrbit, locate};
 
 /// The free orbit before grazing: every iterate of every value is made, by both methods.
 const RANGE: [f64; 2] = [-1e-3, -1e-4];
+
+/// Iterates by direct simulation at each of 20 values, left out and kept.
+const DIRECT: [usize; 2] = [100, 20];
 
 struct Problem {
     scene: Scene,
@@ -56,12 +64,45 @@ fn run(
     diagram(scene, orbit, map, &request, &NoProgress).expect("alpha is active")
 }
 
+/// Direct simulation of the linear oscillator by the general integrator.
+fn run_by_taylor(
+    problem: &Problem,
+    range: [f64; 2],
+    points: usize,
+    [transient, keep]: [usize; 2],
+) -> Vec<Sweep> {
+    let Problem { scene, orbit, map } = problem;
+    let system = HybridSystem::without_exact_flow(&scene.model);
+    let direct = DirectSweep {
+        map: DirectMap::new(&system, scene, orbit).expect("finite parameters"),
+        start: SmoothFixedPoint::new(map),
+        observer: Observer::new(scene, orbit, map, &scene.diagrams[0].observe).expect("the gap"),
+        itinerary: itinerary(scene, orbit),
+    };
+    let plan = DiagramPlan {
+        maps: vec![Box::new(direct)],
+        direction: SweepDirection::Up,
+        request: SweepRequest {
+            parameter: 0,
+            range,
+            points,
+            orbit: OrbitRequest::new(transient, keep, &map.window.state),
+            window: map.window.clone(),
+        },
+    };
+    run_plan(&plan, &NoProgress)
+}
+
 fn diagrams(criterion: &mut Criterion) {
     let problem = self::problem("linear");
-    print_ratio("linear", &problem, RANGE);
+    let exact = run(&problem, RANGE, 20, DIRECT, &[Method::Direct]).sweeps;
+    print_ratios("linear, exact flow", &exact, &problem, RANGE);
+    let general = run_by_taylor(&problem, RANGE, 20, DIRECT);
+    print_ratios("linear, Taylor", &general, &problem, RANGE);
     let electrostatic = self::problem("mems");
     let range = electrostatic.scene.diagrams[0].range;
-    print_ratio("mems", &electrostatic, range);
+    let direct = run(&electrostatic, range, 20, DIRECT, &[Method::Direct]).sweeps;
+    print_ratios("mems", &direct, &electrostatic, range);
     let mut group = criterion.benchmark_group("diagram");
     group.sample_size(10);
     group.throughput(Throughput::Elements(1000 * 1200));
@@ -79,21 +120,18 @@ fn diagrams(criterion: &mut Criterion) {
     group.finish();
 }
 
+/// Seconds an iterate.
+fn seconds(sweeps: &[Sweep]) -> f64 {
+    let sum = |value: fn(&Sweep) -> f64| sweeps.iter().map(value).sum::<f64>();
+    sum(|sweep| sweep.timing.seconds) / sum(|sweep| sweep.timing.iterates as f64)
+}
+
 /// The map makes as many iterates at each of 200 values as in the bench, direct simulation fewer at fewer.
-fn print_ratio(name: &str, problem: &Problem, range: [f64; 2]) {
-    let seconds = |points, iterates, method| {
-        let diagram = run(problem, range, points, iterates, &[method]);
-        let sweeps = diagram.sweeps.iter().map(|sweep| &sweep.timing);
-        let [seconds, iterates] = sweeps.fold([0.0, 0.0], |[seconds, iterates], timing| {
-            [seconds + timing.seconds, iterates + timing.iterates as f64]
-        });
-        seconds / iterates
-    };
-    let direct = seconds(20, [100, 20], Method::Direct);
+fn print_ratios(name: &str, direct: &[Sweep], problem: &Problem, range: [f64; 2]) {
     for iterates in [[1000, 200], [9800, 200]] {
-        let [transient, keep] = iterates;
-        let ratio = direct / seconds(200, iterates, Method::Map);
-        let all = transient + keep;
+        let by_map = run(problem, range, 200, iterates, &[Method::Map]).sweeps;
+        let ratio = seconds(direct) / seconds(&by_map);
+        let all: usize = iterates.iter().sum();
         println!(
             "{name}: an iterate by direct simulation over one of {all} by the map: {ratio:.0}"
         );

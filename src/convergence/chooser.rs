@@ -41,6 +41,30 @@ const ROUNDINGS: f64 = 32.0;
 /// roundings comes near to a quarter of it at least.
 const HOPELESS: f64 = 0.1;
 
+/// A search for the cheapest map that is run in some numbers.
+struct Search {
+    trial: Trial,
+    /// Why the series that were tried do not serve.
+    limit: Option<Limit>,
+}
+
+impl Search {
+    fn new(tolerance: f64, precision: FloatFormat) -> Self {
+        Self {
+            trial: Trial::new(tolerance, precision),
+            limit: None,
+        }
+    }
+
+    /// The map found, or the nearest to the tolerance with what keeps it from it.
+    fn end(self) -> Result<Choice, ConvergenceError> {
+        let best = self.trial.best();
+        let mut choice = best.ok_or(ConvergenceError::NoTruth { tried: 0 })?;
+        choice.limit = (!choice.met).then_some(self.limit.unwrap_or(Limit::Orders));
+        Ok(choice)
+    }
+}
+
 /// Chooses maps of one scene.
 ///
 /// ```
@@ -131,55 +155,59 @@ impl<'a> Chooser<'a> {
     /// As [`new`](Self::new).
     pub fn choose(&mut self, tolerance: f64) -> Result<Choice, ConvergenceError> {
         let clock = Instant::now();
-        let mut choice = match self.scene.emit.precision {
-            EmitPrecision::Given(format) => self.choose_in(format, tolerance)?,
-            EmitPrecision::Any => match self.choose_single(tolerance)? {
-                Some(choice) => choice,
-                None => self.choose_in(FloatFormat::F64, tolerance)?,
-            },
-        };
+        let found = |search: &Search| search.trial.found().is_some();
+        let mut searches = Vec::new();
+        for precision in self.precisions(tolerance) {
+            let mut search = Search::new(tolerance, precision);
+            self.search(&mut search)?;
+            searches.push(search);
+            if searches.iter().any(found) {
+                break;
+            }
+        }
+        for at in 0..searches.len() {
+            if !searches.iter().any(found) {
+                self.search_deeper(&mut searches[at])?;
+            }
+        }
+        let at = searches.iter().position(found);
+        let search = searches.swap_remove(at.unwrap_or(searches.len() - 1));
+        let mut choice = search.end()?;
+        choice.predicted = self.rule().orders(tolerance);
         choice.seconds = clock.elapsed().as_secs_f64();
         Ok(choice)
     }
 
-    /// The cheapest map in single precision, if one meets the tolerance.
-    fn choose_single(&mut self, tolerance: f64) -> Result<Option<Choice>, ConvergenceError> {
-        if tolerance < HOPELESS * self.bench.rounding(FloatFormat::F32) {
-            return Ok(None);
+    /// The numbers in which a map may be run, the cheapest first; at least one.
+    fn precisions(&self, tolerance: f64) -> Vec<FloatFormat> {
+        let hopeless = HOPELESS * self.bench.rounding(FloatFormat::F32);
+        match self.scene.emit.precision {
+            EmitPrecision::Given(format) => vec![format],
+            EmitPrecision::Any if tolerance < hopeless => vec![FloatFormat::F64],
+            EmitPrecision::Any => vec![FloatFormat::F32, FloatFormat::F64],
         }
-        let choice = self.choose_in(FloatFormat::F32, tolerance)?;
-        Ok(Some(choice).filter(|choice| choice.met))
     }
 
-    /// The cheapest map that is run in some numbers.
-    fn choose_in(
-        &mut self,
-        precision: FloatFormat,
-        tolerance: f64,
-    ) -> Result<Choice, ConvergenceError> {
-        let mut trial = Trial::new(tolerance, precision);
-        let mut limit = None;
-        if self.scene.emit.shape != Shape::Flown {
-            limit = self.choose_series(&mut trial)?;
+    /// Series, and contacts that are flown, to the orders of a first search.
+    fn search(&mut self, search: &mut Search) -> Result<(), ConvergenceError> {
+        let shape = self.scene.emit.shape;
+        if shape != Shape::Flown {
+            search.limit = self.choose_series(&mut search.trial)?;
         }
-        let flown = match self.scene.emit.shape {
-            Shape::Flown => true,
-            Shape::Auto => self.flies && trial.found().is_none(),
-            _ => false,
-        };
-        if flown {
-            self.choose_flown(&mut trial)?;
+        let serves = search.trial.found().is_some();
+        match shape {
+            Shape::Flown => self.choose_flown(&mut search.trial),
+            Shape::Auto if self.flies && !serves => self.choose_flown(&mut search.trial),
+            _ => Ok(()),
         }
-        if limit == Some(Limit::Orders) && trial.found().is_none() {
-            limit = self.choose_deeper(&mut trial)?;
+    }
+
+    /// Series to the highest orders, where those of the first search were too low.
+    fn search_deeper(&mut self, search: &mut Search) -> Result<(), ConvergenceError> {
+        if search.limit == Some(Limit::Orders) {
+            search.limit = self.choose_deeper(&mut search.trial)?;
         }
-        let mut choice = trial.best().ok_or(ConvergenceError::NoTruth { tried: 0 })?;
-        choice.predicted = self.rule().orders(tolerance);
-        choice.limit = match choice.met {
-            true => None,
-            false => limit.or(Some(Limit::Orders)),
-        };
-        Ok(choice)
+        Ok(())
     }
 
     /// Expansions from the predicted orders on until a map meets the tolerance; why none does.
