@@ -4,6 +4,9 @@
 //! and those are seen at the same monomial in the other corrections, or where it has one more factor. Such a coefficient comes and
 //! goes with every change of the arithmetic, changes no image, and costs an operation in every step.
 
+use std::iter;
+use std::sync::Arc;
+
 use super::Contact;
 use crate::jet::Jet;
 use crate::numeric::{Dd, Scalar};
@@ -21,8 +24,20 @@ pub(super) struct Sizes {
     pub(super) variables: Vec<f64>,
 }
 
+impl Sizes {
+    /// Those of the depth variable, the coordinates and the parameters, all in a row.
+    fn with_depth(&self) -> Self {
+        let variables = iter::once(&self.depth).chain(&self.variables);
+        Self {
+            depth: self.depth,
+            variables: variables.copied().collect(),
+        }
+    }
+}
+
 /// The contact without coefficients that are rounding: those that, in sizes of the variables and of the coordinate that they
-/// correct, are less than 1e-28 of the largest of their monomial, or of it times one variable, in any coordinate and power of `y`.
+/// correct, are less than 1e-28 of the largest of their monomial, or of it times one variable, in any coordinate and power of `y`
+/// (of `y` as one of the variables in the depth form).
 ///
 /// NOTE: monomials farther apart are not compared. Where a contact is stiff the coefficients of high powers of one variable exceed those
 /// of another by more than double-double has digits.
@@ -44,6 +59,14 @@ pub(super) fn without_rounding(mut contact: Contact<Dd>, sizes: &Sizes) -> Conta
     });
     // The first has all the monomials that the others have.
     clear(&mut linear.chain(quadratic).collect::<Vec<_>>(), sizes);
+    if let Some(form) = contact.depth_form.as_mut().map(Arc::make_mut) {
+        let corrections = form.corrections.iter_mut().zip(&sizes.variables);
+        let corrections = corrections.map(|(jet, size)| Part {
+            factor: 1.0 / size,
+            jet,
+        });
+        clear(&mut corrections.collect::<Vec<_>>(), &sizes.with_depth());
+    }
     contact
 }
 
@@ -102,7 +125,9 @@ fn clear(parts: &mut [Part<'_>], sizes: &Sizes) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::expansion::DepthForm;
     use crate::jet::JetSpace;
+    use crate::numeric::Real;
 
     /// One coordinate and one parameter, with sizes of 1e-3 and 10: coefficients of 1, x and p of what `y` and `y²` are multiplied by,
     /// and of a depth.
@@ -131,6 +156,43 @@ mod tests {
         let found = cleared([1e-33, 10.0, 1e-3], [1e-33, 1e-29, 1e-29], [0.0; 3]);
         assert_eq!(found[0], [0.0, 10.0, 1e-3]);
         assert_eq!(found[1], [0.0, 0.0, 1e-29]);
+    }
+
+    #[test]
+    fn the_depth_form_loses_its_rounding_too() {
+        let space = JetSpace::uniform(3, 2).unwrap();
+        let zero = Jet::zero(&space);
+        let mut correction = zero.clone();
+        let mut put = |powers: &[u8], value: f64| {
+            let monomial = space.monomial(powers).unwrap();
+            correction.coefficients_mut()[monomial] = Dd::from(value);
+        };
+        // In sizes: y 1e-32 of the coordinate, y x 1, y p 1e-27.
+        put(&[1, 0, 0], 1e-34);
+        put(&[1, 1, 0], 10.0);
+        put(&[1, 0, 1], 1e-30);
+        let flat = Jet::zero(&JetSpace::uniform(2, 1).unwrap());
+        let contact = Contact {
+            depth: flat.clone(),
+            linear: vec![flat.clone()],
+            quadratic: vec![flat],
+            depth_form: Some(Arc::new(DepthForm {
+                replaced: 0,
+                corrections: vec![correction],
+            })),
+        };
+        let sizes = Sizes {
+            depth: 0.1,
+            variables: vec![1e-3, 10.0],
+        };
+        let form = without_rounding(contact, &sizes).depth_form.unwrap();
+        let found = |powers: &[u8]| {
+            form.corrections[0].coefficients()[space.monomial(powers).unwrap()].to_f64()
+        };
+        assert_eq!(
+            [found(&[1, 0, 0]), found(&[1, 1, 0]), found(&[1, 0, 1])],
+            [0.0, 10.0, 1e-30]
+        );
     }
 
     #[test]
