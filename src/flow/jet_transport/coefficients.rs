@@ -140,7 +140,7 @@ impl ElementSolver {
         first: usize,
     ) -> [Functionals; COUNT] {
         let dimension = self.chains.len();
-        let mut sums = [Lanes([0.0; 4]); COUNT];
+        let mut sums = [Lanes([0.0; 8]); COUNT];
         for initial in 0..dimension {
             let response = self.functionals_to_initial[component * dimension + initial];
             let values = &part.initial[initial * part.stride + first..][..COUNT];

@@ -6,7 +6,7 @@ use super::coefficients::Part;
 use super::first_order::FirstOrderTape;
 use super::gauss::{Functionals, GAUSS, NODES, NodeValues};
 use super::remainders::Remainders;
-use super::resolution::Resolution;
+use super::resolution::{Resolution, Tail};
 use super::solver::ElementSolver;
 use crate::flow::{Field, Program};
 use crate::jet::JetSpace;
@@ -71,7 +71,7 @@ impl<'a> Element<'a> {
             rates: vec![ZERO; dimension],
             corrections: [vec![ZERO; dimension], vec![ZERO; dimension]],
             owed: Vec::new(),
-            functionals: vec![Lanes([0.0; 4]); dimension * space.len()],
+            functionals: vec![Lanes([0.0; 8]); dimension * space.len()],
             space: Arc::clone(space),
         }
     }
@@ -104,7 +104,7 @@ impl<'a> Element<'a> {
                     degree,
                     jets,
                 });
-                resolution.include(tail * length.abs());
+                resolution.include(degree, tail);
             }
         }
         Some(resolution)
@@ -271,11 +271,11 @@ impl<'a> Element<'a> {
         }
     }
 
-    /// Moves the coefficients of one degree to the end; the largest last mode of their rates over the largest of them.
+    /// Moves the coefficients of one degree to the end; the modes of their changes over the largest of them.
     #[inline(always)]
-    fn advance(&self, degree: usize, jets: &mut [f64]) -> f64 {
+    fn advance(&self, degree: usize, jets: &mut [f64]) -> Tail {
         let (len, dimension) = (self.space.len(), self.field.dimension());
-        let (mut tail, mut largest) = (Lanes([0.0; 4]), f64::MIN_POSITIVE);
+        let (mut rates, mut largest) = (Lanes([0.0; 8]), 0.0);
         // NOTE: integrals of other components first, for they need the initial values of these.
         for integrals in [true, false] {
             for state in 0..dimension {
@@ -291,12 +291,11 @@ impl<'a> Element<'a> {
                     largest = larger(largest, value.abs());
                     *value += change;
                     largest = larger(largest, value.abs());
-                    tail = tail.zip_map(functionals, |tail, value| larger(tail, value.abs()));
+                    rates = rates.zip_map(functionals, |rate, value| larger(rate, value.abs()));
                 }
             }
         }
-        let tail = tail.0[2].max(tail.0[3]);
-        tail / largest
+        Tail::new(rates * Lanes::splat(self.solver.length), largest)
     }
 }
 
@@ -329,10 +328,10 @@ impl Kernel for Nominal<'_, '_> {
             let functionals = GAUSS.functionals_of(rate);
             let initial = |state: usize| start[state];
             self.jets[state * len] += element.solver.advance(state, functionals, initial);
-            let largest = self.nominal[state].magnitude().max(f64::MIN_POSITIVE);
+            let largest = self.nominal[state].magnitude();
             if root == state {
-                let tail = functionals.0[2].abs().max(functionals.0[3].abs());
-                resolution.include(tail * self.length.abs() / largest);
+                let change = functionals * Lanes::splat(self.length);
+                resolution.include(0, Tail::new(change, largest));
             }
         }
         Some(resolution)
@@ -347,10 +346,10 @@ struct Degree<'e, 'a> {
 }
 
 impl Kernel for Degree<'_, '_> {
-    type Output = f64;
+    type Output = Tail;
 
     #[inline(always)]
-    fn run(self) -> f64 {
+    fn run(self) -> Tail {
         let (element, degree) = (self.element, self.degree);
         element.remainders.compute(degree);
         element.solve(degree, self.jets);
