@@ -4,12 +4,16 @@
 //! lanes, the field's program runs once over them per degree, and one small matrix solves for every
 //! coefficient. See docs/mathematics/flow.md.
 
+use std::sync::Arc;
+
 use super::element::Element;
 use super::gauss::NODES;
 use super::nominal::guess_orbit;
 use super::resolution::Resolution;
+use super::spare;
+use super::subject::Inputs;
 use crate::flow::{Field, FlowError, Integrator};
-use crate::jet::Jet;
+use crate::jet::{Jet, JetSpace};
 use crate::numeric::Lanes;
 
 /// Jets of a flow over a time.
@@ -61,23 +65,16 @@ pub fn jet_transport(
         });
     };
     let mut transport = Transport::new(field, first, initial, parameters, tolerance);
-    transport.run(duration)?;
-    let jet = |coefficients: &[f64]| Jet::from_coefficients(first.space(), coefficients.to_vec());
-    Ok(JetFlow {
-        image: transport
-            .jets
-            .chunks_exact(first.space().len())
-            .map(jet)
-            .collect(),
-        elements: transport.elements,
-        error_estimate: transport.error,
-    })
+    let result = transport.run(duration);
+    let flow = result.map(|()| transport.flow(first.space()));
+    spare::give_back(transport.element);
+    flow
 }
 
 /// A transport under way.
 struct Transport<'a> {
     integrator: Integrator<'a, f64>,
-    element: Element<'a>,
+    element: Box<Element>,
     parameters: Vec<f64>,
     tolerance: f64,
     /// Coefficients of every component at the present time, one jet after another.
@@ -97,12 +94,16 @@ impl<'a> Transport<'a> {
         parameters: &[Jet<f64>],
         tolerance: f64,
     ) -> Self {
-        let starts: Vec<_> = initial.iter().map(Jet::coefficients).collect();
+        let inputs = initial.iter().chain(parameters).map(Jet::coefficients);
+        let inputs = Inputs::new(first.space(), inputs);
+        let mut element = spare::take(field, first.space(), inputs);
         let constants: Vec<_> = parameters.iter().map(Jet::coefficients).collect();
+        element.set_parameters(&constants);
         let [least, more] = STEPS_PER_ELEMENT;
+        let order = element.subject.factors(first.space().order());
         Self {
             integrator: Integrator::with_tolerance(field, GUESS),
-            element: Element::new(field, first.space(), &starts, &constants),
+            element,
             parameters: parameters.iter().map(Jet::head).collect(),
             tolerance: tolerance.max(f64::EPSILON),
             jets: initial
@@ -111,7 +112,7 @@ impl<'a> Transport<'a> {
                 .copied()
                 .collect(),
             stride: first.space().len(),
-            steps: least + more / first.space().order().max(1) as f64,
+            steps: least + more / order.max(1) as f64,
             elements: 0,
             error: 0.0,
         }
@@ -151,6 +152,15 @@ impl<'a> Transport<'a> {
             limit: MAX_ELEMENTS,
             remaining,
         })
+    }
+
+    fn flow(&self, space: &Arc<JetSpace>) -> JetFlow {
+        let jet = |coefficients: &[f64]| Jet::from_coefficients(space, coefficients.to_vec());
+        JetFlow {
+            image: self.jets.chunks_exact(self.stride).map(jet).collect(),
+            elements: self.elements,
+            error_estimate: self.error,
+        }
     }
 
     /// Factor of length that would just meet the tolerance: the error goes as its power 32.

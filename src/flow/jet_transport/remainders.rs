@@ -6,9 +6,8 @@ use std::sync::Arc;
 
 use super::gauss::{NODES, NodeValues};
 use super::plan::{Action, Plan};
-use super::spare;
 use super::sparse::{SparseSpace, Support, variables_of_slots};
-use crate::flow::Program;
+use super::subject::Subject;
 use crate::flow::program::run;
 use crate::jet::{JetSpace, VariableSet, variables_of_monomials};
 use crate::numeric::{Lanes, Scalar, one_by_one};
@@ -30,39 +29,33 @@ pub(super) struct Remainders {
 }
 
 impl Remainders {
-    /// For a field's program, its inputs given as coefficients at the start; parameters keep theirs.
-    pub(super) fn new(
-        program: &Program,
-        space: &Arc<JetSpace>,
-        inputs: &[&[f64]],
-        dimension: usize,
-    ) -> Self {
-        let monomials = variables_of_monomials(space);
-        let set = |coefficients: &&[f64]| {
-            let terms = coefficients.iter().zip(&monomials);
-            let present = terms.filter(|(value, _)| **value != 0.0);
-            present.fold(0, |set, (_, monomial)| set | monomial)
-        };
-        let sets: Vec<_> = inputs.iter().map(set).collect();
-        let variables = variables_of_slots(program, &sets, dimension);
+    /// For a subject, in the memory of another tape.
+    pub(super) fn new(subject: &Subject, mut tape: Vec<NodeValues>) -> Self {
+        let Subject {
+            program,
+            dimension,
+            space,
+            inputs,
+        } = subject;
+        let (monomials, dimension) = (variables_of_monomials(space), *dimension);
+        let variables = variables_of_slots(program, &inputs.variables, dimension);
         let supports = supports(space, &monomials, &variables);
         let reaches = |slot: usize, degree: usize| match slot {
             _ if slot < dimension || slot >= program.inputs() => {
                 !supports[slot].part(degree).is_empty()
             }
-            parameter => inputs[parameter][space.degree_range(degree)]
-                .iter()
-                .any(|&value| value != 0.0),
+            parameter => inputs.has_part(parameter, degree),
         };
         let plan = Plan::new(program, dimension, space.order(), reaches);
         let stored = plan.stored.iter();
+        tape.resize(plan.stored.len() * space.len(), ZERO);
         let mut remainders = Self {
             supports: stored
                 .clone()
                 .map(|&slot| Rc::clone(&supports[slot]))
                 .collect(),
             is_euler: stored.map(|&slot| program.is_euler(slot)).collect(),
-            tape: spare::take(plan.stored.len() * space.len()),
+            tape,
             plan,
             dimension,
             monomials,
@@ -70,8 +63,17 @@ impl Remainders {
             space: Arc::clone(space),
         };
         remainders.clear_beyond_supports();
-        remainders.set_parameters(&inputs[dimension..]);
         remainders
+    }
+
+    /// The tape, to be used again.
+    pub(super) fn into_tape(self) -> Vec<NodeValues> {
+        self.tape
+    }
+
+    /// Number of values on the tape.
+    pub(super) fn tape_len(&self) -> usize {
+        self.tape.len()
     }
 
     /// Sets to zero what no action writes and a recurrence of a slot with more variables reads.
@@ -86,7 +88,8 @@ impl Remainders {
         }
     }
 
-    fn set_parameters(&mut self, parameters: &[&[f64]]) {
+    /// Sets the parameters, given as coefficients.
+    pub(super) fn set_parameters(&mut self, parameters: &[&[f64]]) {
         let (dimension, len) = (self.dimension, self.space.len());
         let elements = self.tape.chunks_exact_mut(len).skip(dimension);
         for (element, coefficients) in elements.zip(parameters) {
@@ -228,10 +231,4 @@ fn supports(
         support
     };
     variables.iter().map(&mut support).collect()
-}
-
-impl Drop for Remainders {
-    fn drop(&mut self) {
-        spare::give_back(std::mem::take(&mut self.tape));
-    }
 }

@@ -73,9 +73,9 @@ impl Resolution {
         }
     }
 
-    /// Includes a degree with these modes.
-    pub(super) fn include(&mut self, degree: usize, tail: Tail) {
-        let ways = 2.0_f64.powi(degree as i32);
+    /// Includes a degree with these modes, whose monomials have up to some factors, each of the flow or of the defect.
+    pub(super) fn include(&mut self, factors: usize, tail: Tail) {
+        let ways = 2.0_f64.powi(factors as i32);
         self.tail = self.tail.max(tail.last);
         self.error = self
             .error
