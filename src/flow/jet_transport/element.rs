@@ -19,6 +19,8 @@ pub(super) struct Element {
     pub(super) first_order: FirstOrderTape,
     /// Non-zero derivatives by states of the slots whose lower parts recurrences read.
     pub(super) gradients: Vec<Gradient>,
+    /// Whether higher degrees read a state at the nodes.
+    pub(super) reads_nodes: Vec<bool>,
     /// Rates of the components on the nominal orbit, and corrections of the orbit and of them.
     pub(super) rates: Vec<NodeValues>,
     pub(super) corrections: [Vec<NodeValues>; 2],
@@ -47,6 +49,7 @@ impl Element {
             remainders: Remainders::new(&subject, tape.unwrap_or_default()),
             first_order: FirstOrderTape::new(program, dimension),
             gradients: Vec::new(),
+            reads_nodes: vec![true; dimension],
             rates: vec![ZERO; dimension],
             corrections: [vec![ZERO; dimension], vec![ZERO; dimension]],
             owed: Vec::new(),
@@ -159,7 +162,7 @@ impl Element {
             remainders: &sources,
         };
         for (state, (_, monomials)) in starts.iter().enumerate() {
-            if degree < self.subject.space.order() {
+            if degree < self.subject.space.order() && self.reads_nodes[state] {
                 let out = &mut states[state * len..][monomials.clone()];
                 self.solver.states(state, part, monomials.clone(), out);
             }

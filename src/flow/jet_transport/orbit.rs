@@ -40,7 +40,9 @@ impl Kernel for Nominal<'_> {
             return None;
         }
         element.prepare_slots();
-        element.solver.expand(element.subject.space.order() > 1);
+        let is_last = element.subject.space.order() <= 1;
+        let reads_nodes = |state: usize| !is_last && element.reads_nodes[state];
+        element.solver.expand(reads_nodes);
         let mut resolution = Resolution::new(element.solver.fundamental_tail());
         for state in 0..start.len() {
             let root = element.solver.root(state);
@@ -125,6 +127,9 @@ impl Element {
     fn prepare_slots(&mut self) {
         let dimension = self.subject.dimension;
         self.gradients.clear();
+        for state in 0..dimension {
+            self.reads_nodes[state] = self.remainders.is_read_again(state);
+        }
         for place in 0..self.remainders.places() {
             let slot = self.remainders.slot(place);
             let head = self.first_order.value(slot);
@@ -135,6 +140,7 @@ impl Element {
             for state in 0..dimension {
                 let slope = self.first_order.slope(slot, state);
                 if slope != ZERO {
+                    self.reads_nodes[state] = true;
                     self.gradients.push(Gradient {
                         place,
                         state,

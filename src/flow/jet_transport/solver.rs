@@ -112,9 +112,9 @@ impl ElementSolver {
         }
     }
 
-    /// Prepares [`functionals`](Self::functionals), and [`states`](Self::states) if these are asked for.
+    /// Prepares [`functionals`](Self::functionals), and [`states`](Self::states) for those whose node values are asked for.
     #[inline(always)]
-    pub(super) fn expand(&mut self, needs_states: bool) {
+    pub(super) fn expand(&mut self, is_asked_for: impl Fn(usize) -> bool + Copy) {
         let dimension = self.chains.len();
         self.to_initial.fill(None);
         clear(&mut self.to_remainder);
@@ -133,13 +133,13 @@ impl ElementSolver {
             }
         }
         for row in 0..self.coupled.len() {
-            self.expand_rate(row, needs_states);
+            self.expand_rate(row, is_asked_for);
         }
     }
 
     /// Responses that go through the rate of one coupled component.
     #[inline(always)]
-    fn expand_rate(&mut self, row: usize, needs_states: bool) {
+    fn expand_rate(&mut self, row: usize, is_asked_for: impl Fn(usize) -> bool) {
         let (dimension, component) = (self.chains.len(), self.coupled[row]);
         for initial in 0..dimension {
             let Some(rate) = self.rate_to_initial(row, initial) else {
@@ -162,12 +162,8 @@ impl ElementSolver {
             let functionals = self.functionals_to_remainder[component * dimension + source]
                 .get_or_insert([Lanes([0.0; 8]); NODES]);
             self.gauss.functionals_of_columns(rate, functionals);
-            if !needs_states {
-                continue;
-            }
             for state in 0..dimension {
-                let root = self.chains[state].unwrap_or(state);
-                if root == component {
+                if self.root(state) == component && is_asked_for(state) {
                     let weight = &self.integration[usize::from(self.chains[state].is_some())];
                     let response = &mut self.to_remainder[state * dimension + source];
                     weight.add_times(rate, response.get_or_insert(Block::ZERO));
