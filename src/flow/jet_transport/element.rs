@@ -26,6 +26,7 @@ pub(super) struct Element {
     pub(super) corrections: [Vec<NodeValues>; 2],
     /// Remainders of components that owe something to driven ones, one part after another.
     owed: Vec<NodeValues>,
+    owed_starts: Vec<Option<usize>>,
     /// Functionals of the rates of every component, one part after another.
     functionals: Vec<Functionals>,
 }
@@ -53,6 +54,7 @@ impl Element {
             rates: vec![ZERO; dimension],
             corrections: [vec![ZERO; dimension], vec![ZERO; dimension]],
             owed: Vec::new(),
+            owed_starts: Vec::new(),
             functionals: vec![Lanes([0.0; 8]); dimension * subject.space.len()],
             subject,
         }
@@ -114,18 +116,16 @@ impl Element {
             return false;
         }
         self.owed.resize(dimension * range.len(), ZERO);
-        for component in 0..dimension {
-            let owed = &mut self.owed[component * range.len()..(component + 1) * range.len()];
+        self.owed_starts.clear();
+        for (component, owed) in self.owed.chunks_exact_mut(range.len()).enumerate() {
+            self.owed_starts.push(Some(component * range.len()));
             match self.remainders.remainder(component, degree) {
-                Some(start) => {
-                    owed.copy_from_slice(&self.remainders.others()[start..][range.clone()])
-                }
+                Some(remainder) => owed.copy_from_slice(remainder),
                 None => owed.fill(ZERO),
             }
             for &driven in &driving {
-                let start = self.remainders.remainder(driven, degree);
-                if let Some(start) = start.filter(|_| !self.solver.is_driven(component)) {
-                    let sources = &self.remainders.others()[start..][range.clone()];
+                let sources = self.remainders.remainder(driven, degree);
+                if let Some(sources) = sources.filter(|_| !self.solver.is_driven(component)) {
                     self.solver.pass_on(driven, sources, component, owed);
                 }
             }
@@ -137,38 +137,28 @@ impl Element {
     #[inline(always)]
     fn solve(&mut self, degree: usize, jets: &[f64]) {
         let has_owed = self.pass_on(degree);
-        let dimension = self.subject.dimension;
-        let (range, len) = (self.subject.space.degree_range(degree), self.subject.space.len());
-        let mut starts = Vec::with_capacity(dimension);
-        for component in 0..dimension {
-            starts.push((
-                self.remainders.remainder(component, degree),
-                self.remainders.part(component, degree),
-            ));
-        }
-        let (states, others) = self.remainders.split();
-        let mut sources = Vec::with_capacity(dimension);
-        for (component, (start, _)) in starts.iter().enumerate() {
-            sources.push(if has_owed {
-                Some(&self.owed[component * range.len()..(component + 1) * range.len()])
-            } else {
-                start.map(|start| &others[start..][range.clone()])
-            });
-        }
+        let (first, len) = (
+            self.subject.space.degree_range(degree).start,
+            self.subject.space.len(),
+        );
+        let is_last = degree == self.subject.space.order();
+        let tape = self.remainders.degree(degree);
         let part = Part {
             initial: jets,
             stride: len,
-            first: range.start,
-            remainders: &sources,
+            first,
+            starts: if has_owed { &self.owed_starts } else { tape.starts },
+            remainders: if has_owed { &self.owed } else { tape.others },
         };
-        for (state, (_, monomials)) in starts.iter().enumerate() {
-            if degree < self.subject.space.order() && self.reads_nodes[state] {
-                let out = &mut states[state * len..][monomials.clone()];
+        for (state, support) in tape.supports.iter().enumerate() {
+            let monomials = support.part(degree);
+            if !is_last && self.reads_nodes[state] {
+                let out = &mut tape.states[state * len..][monomials.clone()];
                 self.solver.states(state, part, monomials.clone(), out);
             }
             if self.solver.root(state) == state {
                 let out = &mut self.functionals[state * len..][monomials.clone()];
-                self.solver.functionals(state, part, monomials.clone(), out);
+                self.solver.functionals(state, part, monomials, out);
             }
         }
     }
@@ -193,7 +183,9 @@ impl Element {
                     largest = larger(largest, value.abs());
                     *value += change;
                     largest = larger(largest, value.abs());
-                    rates = rates.zip_map(functionals, |rate, value| larger(rate, value.abs()));
+                    if !integrals {
+                        rates = rates.zip_map(functionals, |rate, value| larger(rate, value.abs()));
+                    }
                 }
             }
         }
