@@ -147,7 +147,11 @@ impl Element {
             initial: jets,
             stride: len,
             first,
-            starts: if has_owed { &self.owed_starts } else { tape.starts },
+            starts: if has_owed {
+                &self.owed_starts
+            } else {
+                tape.starts
+            },
             remainders: if has_owed { &self.owed } else { tape.others },
         };
         for (state, support) in tape.supports.iter().enumerate() {

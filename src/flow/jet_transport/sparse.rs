@@ -55,7 +55,9 @@ impl Support {
         };
         let runs = |degree: usize| {
             let all = space.runs(degree);
-            let mut reached = all.clone().filter(|&run| selection.reaches(&space.run(run)));
+            let mut reached = all
+                .clone()
+                .filter(|&run| selection.reaches(&space.run(run)));
             let first = reached.next();
             first.map_or(all.start..all.start, |first| {
                 first..reached.last().unwrap_or(first) + 1
