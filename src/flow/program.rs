@@ -30,7 +30,7 @@ pub enum InputKind {
 }
 
 /// A lowered set of expressions.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Program {
     operations: Vec<Operation>,
     /// Slots with a part of degree 0, 1, and 2 or more.

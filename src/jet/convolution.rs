@@ -91,13 +91,12 @@ impl<S: Scalar> Finish<'_, S> {
 /// A product, or part of one: what is added to the coefficients of some runs.
 pub(super) struct Convolution<'a, S> {
     pub(super) table: &'a ProductTable,
+    /// Neighbouring runs, whose coefficients `out` holds.
     pub(super) runs: &'a [Run],
     pub(super) span: Span,
     pub(super) a: Factor<'a, S>,
     pub(super) b: Factor<'a, S>,
     pub(super) finish: Finish<'a, S>,
-    /// The coefficients from the monomial `first` on.
-    pub(super) first: usize,
     pub(super) out: &'a mut [S],
     /// The runs whose sums can differ from zero, if not all.
     pub(super) selection: Option<Selection<'a>>,
@@ -130,13 +129,9 @@ impl<S: Scalar> Convolution<'_, S> {
     /// Adds to every run that is asked for.
     #[inline(always)]
     fn add<A: Addition>(self, addition: A) {
-        let end = self.first + self.out.len();
-        let from = self
-            .runs
-            .partition_point(|run| run.monomials.start < self.first);
-        let until = self.runs.partition_point(|run| run.monomials.end <= end);
-        for run in self.runs.get(from..until).unwrap_or_default() {
-            let place = run.monomials.start - self.first;
+        let first = self.runs.first().map_or(0, |run| run.monomials.start);
+        for run in self.runs {
+            let place = run.monomials.start - first;
             let out = &mut self.out[place..place + run.monomials.len()];
             let reaches = |selection: Selection| selection.reaches(&run.monomials);
             if !self.selection.is_none_or(reaches) {

@@ -31,7 +31,7 @@ pub use linear::solve_linear;
 pub use map::JetMap;
 pub use power_series::{power_series_at, power_series_with_slope_at};
 pub(crate) use product::PartOf;
-pub(crate) use selection::{Selection, VariableSet, variables_of_monomials};
+pub(crate) use selection::{Selection, VariableSet, variables_of_monomial, variables_of_monomials};
 pub use series::JetSeries;
 pub use space::{JetSpace, MAX_PRODUCTS};
 pub use substitution::{Substitution, substitute, substitute_all};

@@ -8,10 +8,9 @@ use super::selection::Selection;
 use super::{JetSpace, Span};
 use crate::numeric::Scalar;
 
-/// A part of one degree: its coefficients, whose first is that of the monomial `first`, and the runs to compute.
+/// A part of one degree: neighbouring runs by their numbers, and their coefficients.
 pub(crate) struct PartOf<'a, S> {
-    pub(crate) degree: usize,
-    pub(crate) first: usize,
+    pub(crate) runs: Range<usize>,
     pub(crate) out: &'a mut [S],
     /// The runs that can differ from zero, if not all.
     pub(crate) selection: Option<Selection<'a>>,
@@ -61,7 +60,6 @@ impl JetSpace {
             a: Factor::full(a),
             b: Factor::full(b),
             finish: Finish::Add,
-            first: 0,
             out: &mut out[..self.degree_start(order + 1)],
             selection: None,
         }
@@ -116,12 +114,11 @@ impl JetSpace {
     ) {
         Convolution {
             table: self.table(),
-            runs: self.table().runs(part.degree..part.degree + 1),
+            runs: &self.table().all_runs()[part.runs],
             span,
             a: Factor::full(a),
             b: Factor::full(b),
             finish,
-            first: part.first,
             out: part.out,
             selection: part.selection,
         }
@@ -132,17 +129,20 @@ impl JetSpace {
     #[inline]
     pub(super) fn whole_part<'a, S>(&self, degree: usize, out: &'a mut [S]) -> PartOf<'a, S> {
         PartOf {
-            degree,
-            first: self.degree_range(degree).start,
+            runs: self.runs(degree),
             out,
             selection: None,
         }
     }
 
-    /// The runs of one degree: neighbouring monomials that differ in their last two variables only.
-    pub(crate) fn runs(&self, degree: usize) -> impl Iterator<Item = Range<usize>> {
-        let runs = self.table().runs(degree..degree + 1).iter();
-        runs.map(|run| run.monomials.clone())
+    /// The numbers of the runs of one degree.
+    pub(crate) fn runs(&self, degree: usize) -> Range<usize> {
+        self.table().run_numbers(degree..degree + 1)
+    }
+
+    /// The monomials of a run: neighbours that differ in their last two variables only.
+    pub(crate) fn run(&self, number: usize) -> Range<usize> {
+        self.table().all_runs()[number].monomials.clone()
     }
 
     /// `out = a b` in the degrees from `low_a + low_b` to `order`, where `a` has no term below degree
@@ -160,7 +160,6 @@ impl JetSpace {
             return;
         }
         let kept = self.degree_start(low_a + low_b)..self.degree_start(order + 1);
-        let first = kept.start;
         let out = &mut out[kept];
         out.fill(S::zero());
         let factor = |coefficients, low| Factor {
@@ -174,7 +173,6 @@ impl JetSpace {
             a: factor(a, low_a),
             b: factor(b, low_b),
             finish: Finish::Add,
-            first,
             out,
             selection: None,
         }

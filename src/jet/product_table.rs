@@ -159,7 +159,13 @@ impl ProductTable {
     /// The runs of a range of degrees, by ascending monomials.
     #[inline(always)]
     pub(super) fn runs(&self, degrees: Range<usize>) -> &[Run] {
-        &self.runs[self.degree_starts[degrees.start]..self.degree_starts[degrees.end]]
+        &self.runs[self.run_numbers(degrees)]
+    }
+
+    /// The numbers of the runs of a range of degrees.
+    #[inline(always)]
+    pub(super) fn run_numbers(&self, degrees: Range<usize>) -> Range<usize> {
+        self.degree_starts[degrees.start]..self.degree_starts[degrees.end]
     }
 
     /// All runs, by ascending monomials.

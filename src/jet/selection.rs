@@ -27,10 +27,13 @@ impl Selection<'_> {
 
 /// Variables of every monomial of a space.
 pub(crate) fn variables_of_monomials(space: &JetSpace) -> Vec<VariableSet> {
-    let bit = |(variable, &exponent): (usize, &u8)| u64::from(exponent > 0) << variable.min(63);
-    let set = |monomial: usize| {
-        let bits = space.exponents(monomial).iter().enumerate().map(bit);
-        bits.fold(0, |a, b| a | b)
-    };
+    let set = |monomial| variables_of_monomial(space, monomial);
     (0..space.len()).map(set).collect()
+}
+
+/// Variables of a monomial.
+pub(crate) fn variables_of_monomial(space: &JetSpace, monomial: usize) -> VariableSet {
+    let bit = |(variable, &exponent): (usize, &u8)| u64::from(exponent > 0) << variable.min(63);
+    let bits = space.exponents(monomial).iter().enumerate().map(bit);
+    bits.fold(0, |a, b| a | b)
 }

@@ -6,7 +6,7 @@ use super::gauss::{Functionals, NODES, NodeValues};
 use super::solver::ElementSolver;
 use crate::numeric::{Lanes, Scalar};
 
-/// Coefficients that are solved for together.
+/// Coefficients whose node values are solved for together: their sums fit the registers and hide each other's latency.
 const TOGETHER: usize = 4;
 
 const ZERO: NodeValues = Lanes([0.0; NODES]);
@@ -19,8 +19,9 @@ pub(super) struct Part<'a> {
     pub(super) stride: usize,
     /// The first monomial of the remainders.
     pub(super) first: usize,
-    /// Remainders of every component, where they do not all vanish.
-    pub(super) remainders: &'a [Option<&'a [NodeValues]>],
+    /// Where the remainders of every component begin among some values, unless they all vanish.
+    pub(super) starts: &'a [Option<usize>],
+    pub(super) remainders: &'a [NodeValues],
 }
 
 impl<'a> Part<'a> {
@@ -30,9 +31,8 @@ impl<'a> Part<'a> {
         component: usize,
         monomial: usize,
     ) -> Option<&'a [NodeValues; COUNT]> {
-        self.remainders[component]?
-            .get(monomial - self.first..)?
-            .first_chunk()
+        let start = self.starts[component]? + monomial - self.first;
+        self.remainders.get(start..)?.first_chunk()
     }
 }
 
@@ -111,7 +111,8 @@ impl ElementSolver {
         sums
     }
 
-    /// Functionals of the rates of a component that is no integral, for some monomials.
+    /// Functionals of the rates of a component that is no integral, for some monomials: of twice as many together, for they are
+    /// half as long as node values.
     #[inline(always)]
     pub(super) fn functionals(
         &self,
@@ -120,11 +121,16 @@ impl ElementSolver {
         monomials: Range<usize>,
         out: &mut [Functionals],
     ) {
-        let (chunks, rest) = out.as_chunks_mut::<TOGETHER>();
         let mut first = monomials.start;
+        let (pairs, rest) = out.as_chunks_mut::<{ 2 * TOGETHER }>();
+        for chunk in pairs {
+            *chunk = self.functionals_at(component, part, first);
+            first += chunk.len();
+        }
+        let (chunks, rest) = rest.as_chunks_mut::<TOGETHER>();
         for chunk in chunks {
             *chunk = self.functionals_at(component, part, first);
-            first += TOGETHER;
+            first += chunk.len();
         }
         for value in rest {
             [*value] = self.functionals_at(component, part, first);
@@ -140,7 +146,7 @@ impl ElementSolver {
         first: usize,
     ) -> [Functionals; COUNT] {
         let dimension = self.chains.len();
-        let mut sums = [Lanes([0.0; 4]); COUNT];
+        let mut sums = [Lanes([0.0; 8]); COUNT];
         for initial in 0..dimension {
             let response = self.functionals_to_initial[component * dimension + initial];
             let values = &part.initial[initial * part.stride + first..][..COUNT];

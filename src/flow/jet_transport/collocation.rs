@@ -4,12 +4,16 @@
 //! lanes, the field's program runs once over them per degree, and one small matrix solves for every
 //! coefficient. See docs/mathematics/flow.md.
 
+use std::sync::Arc;
+
 use super::element::Element;
 use super::gauss::NODES;
 use super::nominal::guess_orbit;
 use super::resolution::Resolution;
+use super::spare;
+use super::subject::Inputs;
 use crate::flow::{Field, FlowError, Integrator};
-use crate::jet::Jet;
+use crate::jet::{Jet, JetSpace};
 use crate::numeric::Lanes;
 
 /// Jets of a flow over a time.
@@ -30,7 +34,7 @@ const MAX_ELEMENTS: usize = 10_000;
 const GUESS: f64 = 1e-6;
 
 /// Taylor steps that the first element is expected to span, in jets of high and, added to it, of first order.
-const STEPS_PER_ELEMENT: [f64; 2] = [3.4, 1.2];
+const STEPS_PER_ELEMENT: [f64; 2] = [3.0, 3.0];
 
 /// Jets of the state after a duration of either sign, from jets of the state and of all parameters.
 ///
@@ -61,29 +65,23 @@ pub fn jet_transport(
         });
     };
     let mut transport = Transport::new(field, first, initial, parameters, tolerance);
-    transport.run(duration)?;
-    let jet = |coefficients: &[f64]| Jet::from_coefficients(first.space(), coefficients.to_vec());
-    Ok(JetFlow {
-        image: transport
-            .jets
-            .chunks_exact(first.space().len())
-            .map(jet)
-            .collect(),
-        elements: transport.elements,
-        error_estimate: transport.error,
-    })
+    let result = transport.run(duration);
+    let flow = result.map(|()| transport.flow(first.space()));
+    spare::give_back(transport.element);
+    flow
 }
 
 /// A transport under way.
 struct Transport<'a> {
     integrator: Integrator<'a, f64>,
-    element: Element<'a>,
+    element: Box<Element>,
     parameters: Vec<f64>,
     tolerance: f64,
     /// Coefficients of every component at the present time, one jet after another.
     jets: Vec<f64>,
     stride: usize,
-    order: usize,
+    /// Taylor steps that the next element may span.
+    steps: f64,
     elements: usize,
     error: f64,
 }
@@ -96,11 +94,16 @@ impl<'a> Transport<'a> {
         parameters: &[Jet<f64>],
         tolerance: f64,
     ) -> Self {
-        let starts: Vec<_> = initial.iter().map(Jet::coefficients).collect();
+        let inputs = initial.iter().chain(parameters).map(Jet::coefficients);
+        let inputs = Inputs::new(first.space(), inputs);
+        let mut element = spare::take(field, first.space(), inputs);
         let constants: Vec<_> = parameters.iter().map(Jet::coefficients).collect();
+        element.set_parameters(&constants);
+        let [least, more] = STEPS_PER_ELEMENT;
+        let order = element.subject.factors(first.space().order());
         Self {
             integrator: Integrator::with_tolerance(field, GUESS),
-            element: Element::new(field, first.space(), &starts, &constants),
+            element,
             parameters: parameters.iter().map(Jet::head).collect(),
             tolerance: tolerance.max(f64::EPSILON),
             jets: initial
@@ -109,20 +112,24 @@ impl<'a> Transport<'a> {
                 .copied()
                 .collect(),
             stride: first.space().len(),
-            order: first.space().order(),
+            steps: least + more / order.max(1) as f64,
             elements: 0,
             error: 0.0,
         }
     }
 
     fn run(&mut self, duration: f64) -> Result<(), FlowError> {
-        let (mut remaining, mut longest) = (duration, None);
+        let mut remaining = duration;
         for _ in 0..MAX_ELEMENTS {
             if remaining == 0.0 {
                 return Ok(());
             }
             let before = self.jets.clone();
-            let (length, resolution) = self.attempt(remaining, longest)?;
+            let Attempt {
+                length,
+                steps,
+                resolution,
+            } = self.attempt(remaining)?;
             match resolution {
                 Some(resolution) if resolution.meets(self.tolerance) => {
                     remaining = if length == remaining {
@@ -132,12 +139,12 @@ impl<'a> Transport<'a> {
                     };
                     self.elements += 1;
                     self.error += resolution.error;
-                    longest = Some(length.abs() * self.room(resolution).min(2.0));
+                    self.steps = steps * self.room(resolution).min(2.0);
                 }
                 rejected => {
                     self.jets = before;
                     let factor = rejected.map_or(0.5, |r| (0.9 * self.room(r)).clamp(0.5, 0.8));
-                    longest = Some(length.abs() * factor);
+                    self.steps = steps * factor;
                 }
             }
         }
@@ -147,24 +154,35 @@ impl<'a> Transport<'a> {
         })
     }
 
+    fn flow(&self, space: &Arc<JetSpace>) -> JetFlow {
+        let jet = |coefficients: &[f64]| Jet::from_coefficients(space, coefficients.to_vec());
+        JetFlow {
+            image: self.jets.chunks_exact(self.stride).map(jet).collect(),
+            elements: self.elements,
+            error_estimate: self.error,
+        }
+    }
+
     /// Factor of length that would just meet the tolerance: the error goes as its power 32.
     fn room(&self, resolution: Resolution) -> f64 {
         (self.tolerance / resolution.error.max(f64::MIN_POSITIVE)).powf(1.0 / 32.0)
     }
 
-    /// One element of at most the longest length, if one is known; `None` if its equations are singular.
-    fn attempt(
-        &mut self,
-        remaining: f64,
-        longest: Option<f64>,
-    ) -> Result<(f64, Option<Resolution>), FlowError> {
+    /// One element, as long as it may be, the last two alike.
+    fn attempt(&mut self, remaining: f64) -> Result<Attempt, FlowError> {
         let state: Vec<_> = self.jets.iter().step_by(self.stride).copied().collect();
         let mut nodes = vec![Lanes([0.0; NODES]); state.len()];
-        let [least, more] = STEPS_PER_ELEMENT;
-        let steps = least + more / self.order.max(1) as f64;
+        let most = self.steps;
+        let mut steps = most;
         let length = |step: f64| {
-            let longest = longest.unwrap_or(steps * step);
-            remaining / (remaining.abs() / longest).ceil().max(1.0)
+            let least = remaining.abs() / (most * step);
+            let length = if least > 2.0 {
+                (most * step).copysign(remaining)
+            } else {
+                remaining / least.ceil().max(1.0)
+            };
+            steps = length.abs() / step;
+            length
         };
         let length = guess_orbit(
             &mut self.integrator,
@@ -176,10 +194,22 @@ impl<'a> Transport<'a> {
         let resolution = self
             .element
             .transport(&mut nodes, length, self.tolerance, &mut self.jets);
-        let is_finite = self.jets.iter().all(|value| value.is_finite());
-        match resolution {
-            Some(_) if !is_finite => Err(FlowError::NotFinite { degree: 0 }),
-            resolution => Ok((length, resolution)),
+        if resolution.is_some() && !self.jets.iter().all(|value| value.is_finite()) {
+            return Err(FlowError::NotFinite { degree: 0 });
         }
+        Ok(Attempt {
+            length,
+            steps,
+            resolution,
+        })
     }
+}
+
+/// An element that may be too long.
+struct Attempt {
+    length: f64,
+    /// The length in Taylor steps at its start.
+    steps: f64,
+    /// `None` if its equations are singular.
+    resolution: Option<Resolution>,
 }

@@ -1,79 +1,70 @@
 //! Collocation of all degrees on one element.
 
-use std::sync::Arc;
-
 use super::coefficients::Part;
 use super::first_order::FirstOrderTape;
-use super::gauss::{Functionals, GAUSS, NODES, NodeValues};
+use super::gauss::{Functionals, NODES, NodeValues};
+use super::orbit::Nominal;
 use super::remainders::Remainders;
-use super::resolution::Resolution;
+use super::resolution::{Resolution, Tail};
 use super::solver::ElementSolver;
-use crate::flow::{Field, Program};
-use crate::jet::JetSpace;
-use crate::numeric::{Kernel, Lanes, Scalar, widest};
+use super::subject::Subject;
+use crate::flow::Program;
+use crate::numeric::{Kernel, Lanes, widest};
 
 /// The tape of a field over jets whose coefficients are node values, and the gradients of its slots.
-pub(super) struct Element<'a> {
-    field: &'a Field,
-    space: Arc<JetSpace>,
-    solver: ElementSolver,
-    remainders: Remainders,
-    first_order: FirstOrderTape,
+pub(super) struct Element {
+    pub(super) subject: Subject,
+    pub(super) solver: ElementSolver,
+    pub(super) remainders: Remainders,
+    pub(super) first_order: FirstOrderTape,
     /// Non-zero derivatives by states of the slots whose lower parts recurrences read.
-    gradients: Vec<Gradient>,
+    pub(super) gradients: Vec<Gradient>,
+    /// Whether higher degrees read a state at the nodes.
+    pub(super) reads_nodes: Vec<bool>,
     /// Rates of the components on the nominal orbit, and corrections of the orbit and of them.
-    rates: Vec<NodeValues>,
-    corrections: [Vec<NodeValues>; 2],
+    pub(super) rates: Vec<NodeValues>,
+    pub(super) corrections: [Vec<NodeValues>; 2],
     /// Remainders of components that owe something to driven ones, one part after another.
     owed: Vec<NodeValues>,
+    owed_starts: Vec<Option<usize>>,
     /// Functionals of the rates of every component, one part after another.
     functionals: Vec<Functionals>,
 }
 
 /// A derivative of a stored slot by a state at the nodes.
-struct Gradient {
-    place: usize,
-    state: usize,
-    slope: NodeValues,
+pub(super) struct Gradient {
+    pub(super) place: usize,
+    pub(super) state: usize,
+    pub(super) slope: NodeValues,
 }
 
 const ZERO: NodeValues = Lanes([0.0; NODES]);
 
-/// Most of Newton's steps towards a nominal orbit.
-const MAX_CORRECTIONS: usize = 20;
-
-/// Gain of a step with the equations of an earlier one that is not worth another such step.
-const POOR_GAIN: f64 = 0.03;
-
-/// Corrections that end Newton's method: rounding, and what quadratic convergence turns into rounding.
-const CORRECTED: f64 = 4e-15;
-
-/// Corrections that may no longer shrink.
-const STAGNANT: f64 = 1e-11;
-
-impl<'a> Element<'a> {
-    /// Memory for one element; parameters, constant along the orbit, are given as coefficients.
-    pub(super) fn new(
-        field: &'a Field,
-        space: &Arc<JetSpace>,
-        initial: &[&[f64]],
-        parameters: &[&[f64]],
-    ) -> Self {
-        let (program, dimension) = (field.program(), field.dimension());
-        let heads = parameters.iter().map(|coefficients| coefficients[0]);
-        let inputs: Vec<_> = initial.iter().chain(parameters).copied().collect();
+impl Element {
+    /// An element of a subject, in the memory of another one if there is one.
+    pub(super) fn new(subject: Subject, other: Option<Box<Self>>) -> Self {
+        let tape = other.map(|element| element.remainders.into_tape());
+        let (program, dimension) = (&subject.program, subject.dimension);
         Self {
-            field,
             solver: ElementSolver::new(chains(program, dimension)),
-            remainders: Remainders::new(program, space, &inputs, dimension),
-            first_order: FirstOrderTape::new(program, dimension, heads),
+            remainders: Remainders::new(&subject, tape.unwrap_or_default()),
+            first_order: FirstOrderTape::new(program, dimension),
             gradients: Vec::new(),
+            reads_nodes: vec![true; dimension],
             rates: vec![ZERO; dimension],
             corrections: [vec![ZERO; dimension], vec![ZERO; dimension]],
             owed: Vec::new(),
-            functionals: vec![Lanes([0.0; 4]); dimension * space.len()],
-            space: Arc::clone(space),
+            owed_starts: Vec::new(),
+            functionals: vec![Lanes([0.0; 8]); dimension * subject.space.len()],
+            subject,
         }
+    }
+
+    /// Sets the parameters, constant along the orbit, given as coefficients.
+    pub(super) fn set_parameters(&mut self, parameters: &[&[f64]]) {
+        self.remainders.set_parameters(parameters);
+        let heads = parameters.iter().map(|coefficients| coefficients[0]);
+        self.first_order.set_parameters(heads);
     }
 
     /// Moves jets over an element of a length, from a guess of the nominal orbit at its nodes.
@@ -94,115 +85,28 @@ impl<'a> Element<'a> {
             length,
             jets,
         })?;
-        for degree in 1..=self.space.order() {
+        for degree in 1..=self.subject.space.order() {
             if !resolution.meets(tolerance) {
                 break;
             }
-            if !self.space.degree_range(degree).is_empty() {
+            if !self.subject.space.degree_range(degree).is_empty() {
                 let tail = widest(Degree {
                     element: self,
                     degree,
                     jets,
                 });
-                resolution.include(tail * length.abs());
+                resolution.include(self.subject.factors(degree), tail);
             }
         }
         Some(resolution)
-    }
-
-    /// Newton's method for the orbit; the solver is that of the last step.
-    ///
-    /// The equations are solved anew at the first step, at the last, and where steps with those of an earlier one
-    /// gain too little.
-    #[inline(always)]
-    fn correct(&mut self, nominal: &mut [NodeValues], length: f64, start: &[f64]) -> bool {
-        let program = self.field.program();
-        self.first_order.fix(program, nominal);
-        let (mut last, mut is_new) = (f64::INFINITY, true);
-        for _ in 0..MAX_CORRECTIONS {
-            self.evaluate(nominal);
-            if is_new && !self.factor(length) {
-                return false;
-            }
-            let size = self.step(nominal, start);
-            let is_stagnant = last <= STAGNANT && size > 0.5 * last;
-            if !size.is_finite() {
-                return false;
-            }
-            if is_new && (size <= CORRECTED || is_stagnant) {
-                return true;
-            }
-            let gain = if is_new { size } else { size / last };
-            is_new = is_stagnant || gain > POOR_GAIN || size * gain <= CORRECTED;
-            last = size;
-        }
-        false
-    }
-
-    /// Rates of the components at node values.
-    #[inline(always)]
-    fn evaluate(&mut self, nominal: &[NodeValues]) {
-        let program = self.field.program();
-        self.first_order.evaluate(program, nominal);
-        for (component, rate) in self.rates.iter_mut().enumerate() {
-            *rate = self.first_order.value(program.output(component));
-        }
-    }
-
-    /// Solves the linear equations about the orbit at hand; `false` if they are singular.
-    #[inline(always)]
-    fn factor(&mut self, length: f64) -> bool {
-        let program = self.field.program();
-        self.first_order.differentiate(program);
-        let slopes = &self.first_order;
-        let slope = |row: usize, state: usize| slopes.slope(program.output(row), state);
-        self.solver.factor(length, slope)
-    }
-
-    /// One step of Newton's method; its relative size.
-    #[inline(always)]
-    fn step(&mut self, nominal: &mut [NodeValues], start: &[f64]) -> f64 {
-        let [corrections, rate_corrections] = &mut self.corrections;
-        let solver = &self.solver;
-        solver.correct(start, nominal, &self.rates, corrections, rate_corrections);
-        let size = relative_size(corrections, nominal, &self.rates, solver.length);
-        for (values, &correction) in nominal.iter_mut().zip(&*corrections) {
-            *values += correction;
-        }
-        size
-    }
-
-    /// Heads of the stored slots, and the slopes of those that are read again.
-    #[inline(always)]
-    fn prepare_slots(&mut self) {
-        let dimension = self.field.dimension();
-        self.gradients.clear();
-        for place in 0..self.remainders.places() {
-            let slot = self.remainders.slot(place);
-            let head = self.first_order.value(slot);
-            self.remainders.set_head(place, head);
-            if place < dimension || !self.remainders.is_read_again(place) {
-                continue;
-            }
-            for state in 0..dimension {
-                let slope = self.first_order.slope(slot, state);
-                if slope != ZERO {
-                    self.gradients.push(Gradient {
-                        place,
-                        state,
-                        slope,
-                    });
-                }
-            }
-        }
     }
 
     /// Remainders of the components in one degree with what they owe to those of driven components; `false` if
     /// these have none.
     #[inline(always)]
     fn pass_on(&mut self, degree: usize) -> bool {
-        let dimension = self.field.dimension();
-        let range = self.space.degree_range(degree);
+        let dimension = self.subject.dimension;
+        let range = self.subject.space.degree_range(degree);
         let is_driving = |component: &usize| {
             self.solver.is_driven(*component)
                 && self.remainders.remainder(*component, degree).is_some()
@@ -212,18 +116,16 @@ impl<'a> Element<'a> {
             return false;
         }
         self.owed.resize(dimension * range.len(), ZERO);
-        for component in 0..dimension {
-            let owed = &mut self.owed[component * range.len()..(component + 1) * range.len()];
+        self.owed_starts.clear();
+        for (component, owed) in self.owed.chunks_exact_mut(range.len()).enumerate() {
+            self.owed_starts.push(Some(component * range.len()));
             match self.remainders.remainder(component, degree) {
-                Some(start) => {
-                    owed.copy_from_slice(&self.remainders.others()[start..][range.clone()])
-                }
+                Some(remainder) => owed.copy_from_slice(remainder),
                 None => owed.fill(ZERO),
             }
             for &driven in &driving {
-                let start = self.remainders.remainder(driven, degree);
-                if let Some(start) = start.filter(|_| !self.solver.is_driven(component)) {
-                    let sources = &self.remainders.others()[start..][range.clone()];
+                let sources = self.remainders.remainder(driven, degree);
+                if let Some(sources) = sources.filter(|_| !self.solver.is_driven(component)) {
                     self.solver.pass_on(driven, sources, component, owed);
                 }
             }
@@ -235,47 +137,41 @@ impl<'a> Element<'a> {
     #[inline(always)]
     fn solve(&mut self, degree: usize, jets: &[f64]) {
         let has_owed = self.pass_on(degree);
-        let dimension = self.field.dimension();
-        let (range, len) = (self.space.degree_range(degree), self.space.len());
-        let mut starts = Vec::with_capacity(dimension);
-        for component in 0..dimension {
-            starts.push((
-                self.remainders.remainder(component, degree),
-                self.remainders.part(component, degree),
-            ));
-        }
-        let (states, others) = self.remainders.split();
-        let mut sources = Vec::with_capacity(dimension);
-        for (component, (start, _)) in starts.iter().enumerate() {
-            sources.push(if has_owed {
-                Some(&self.owed[component * range.len()..(component + 1) * range.len()])
-            } else {
-                start.map(|start| &others[start..][range.clone()])
-            });
-        }
+        let (first, len) = (
+            self.subject.space.degree_range(degree).start,
+            self.subject.space.len(),
+        );
+        let is_last = degree == self.subject.space.order();
+        let tape = self.remainders.degree(degree);
         let part = Part {
             initial: jets,
             stride: len,
-            first: range.start,
-            remainders: &sources,
+            first,
+            starts: if has_owed {
+                &self.owed_starts
+            } else {
+                tape.starts
+            },
+            remainders: if has_owed { &self.owed } else { tape.others },
         };
-        for (state, (_, monomials)) in starts.iter().enumerate() {
-            if degree < self.space.order() {
-                let out = &mut states[state * len..][monomials.clone()];
+        for (state, support) in tape.supports.iter().enumerate() {
+            let monomials = support.part(degree);
+            if !is_last && self.reads_nodes[state] {
+                let out = &mut tape.states[state * len..][monomials.clone()];
                 self.solver.states(state, part, monomials.clone(), out);
             }
             if self.solver.root(state) == state {
                 let out = &mut self.functionals[state * len..][monomials.clone()];
-                self.solver.functionals(state, part, monomials.clone(), out);
+                self.solver.functionals(state, part, monomials, out);
             }
         }
     }
 
-    /// Moves the coefficients of one degree to the end; the largest last mode of their rates over the largest of them.
+    /// Moves the coefficients of one degree to the end; the modes of their changes over the largest of them.
     #[inline(always)]
-    fn advance(&self, degree: usize, jets: &mut [f64]) -> f64 {
-        let (len, dimension) = (self.space.len(), self.field.dimension());
-        let (mut tail, mut largest) = (Lanes([0.0; 4]), f64::MIN_POSITIVE);
+    fn advance(&self, degree: usize, jets: &mut [f64]) -> Tail {
+        let (len, dimension) = (self.subject.space.len(), self.subject.dimension);
+        let (mut rates, mut largest) = (Lanes([0.0; 8]), 0.0);
         // NOTE: integrals of other components first, for they need the initial values of these.
         for integrals in [true, false] {
             for state in 0..dimension {
@@ -291,70 +187,32 @@ impl<'a> Element<'a> {
                     largest = larger(largest, value.abs());
                     *value += change;
                     largest = larger(largest, value.abs());
-                    tail = tail.zip_map(functionals, |tail, value| larger(tail, value.abs()));
+                    if !integrals {
+                        rates = rates.zip_map(functionals, |rate, value| larger(rate, value.abs()));
+                    }
                 }
             }
         }
-        let tail = tail.0[2].max(tail.0[3]);
-        tail / largest
-    }
-}
-
-/// The nominal orbit of an element: its nodes, its end, the equations of all degrees.
-struct Nominal<'e, 'a> {
-    element: &'e mut Element<'a>,
-    nominal: &'e mut [NodeValues],
-    length: f64,
-    jets: &'e mut [f64],
-}
-
-impl Kernel for Nominal<'_, '_> {
-    type Output = Option<Resolution>;
-
-    #[inline(always)]
-    fn run(self) -> Option<Resolution> {
-        let element = self.element;
-        let len = element.space.len();
-        let mut start = Vec::with_capacity(element.rates.len());
-        start.extend(self.jets.iter().step_by(len));
-        if !element.correct(self.nominal, self.length, &start) {
-            return None;
-        }
-        element.prepare_slots();
-        element.solver.expand(element.space.order() > 1);
-        let mut resolution = Resolution::new(element.solver.fundamental_tail());
-        for state in 0..start.len() {
-            let root = element.solver.root(state);
-            let rate = element.rates[root] + element.corrections[1][root];
-            let functionals = GAUSS.functionals_of(rate);
-            let initial = |state: usize| start[state];
-            self.jets[state * len] += element.solver.advance(state, functionals, initial);
-            let largest = self.nominal[state].magnitude().max(f64::MIN_POSITIVE);
-            if root == state {
-                let tail = functionals.0[2].abs().max(functionals.0[3].abs());
-                resolution.include(tail * self.length.abs() / largest);
-            }
-        }
-        Some(resolution)
+        Tail::new(rates * Lanes::splat(self.solver.length), largest)
     }
 }
 
 /// All coefficients of one degree on an element.
-struct Degree<'e, 'a> {
-    element: &'e mut Element<'a>,
+struct Degree<'e> {
+    element: &'e mut Element,
     degree: usize,
     jets: &'e mut [f64],
 }
 
-impl Kernel for Degree<'_, '_> {
-    type Output = f64;
+impl Kernel for Degree<'_> {
+    type Output = Tail;
 
     #[inline(always)]
-    fn run(self) -> f64 {
+    fn run(self) -> Tail {
         let (element, degree) = (self.element, self.degree);
         element.remainders.compute(degree);
         element.solve(degree, self.jets);
-        if degree < element.space.order() {
+        if degree < element.subject.space.order() {
             for gradient in &element.gradients {
                 element.remainders.add_share(
                     degree,
@@ -377,26 +235,6 @@ fn chains(program: &Program, dimension: usize) -> Vec<Option<usize>> {
             (root < dimension && rate(root) >= dimension).then_some(root)
         })
         .collect()
-}
-
-/// Largest correction of a component, over the largest value of the component or change of it in the element.
-#[inline(always)]
-fn relative_size(
-    corrections: &[NodeValues],
-    nominal: &[NodeValues],
-    rates: &[NodeValues],
-    length: f64,
-) -> f64 {
-    let mut worst = 0.0_f64;
-    for ((correction, values), rate) in corrections.iter().zip(nominal).zip(rates) {
-        let scale = values.magnitude() + length.abs() * rate.magnitude();
-        let size = correction.magnitude();
-        if size.is_nan() {
-            return f64::INFINITY;
-        }
-        worst = worst.max(size / scale.max(f64::MIN_POSITIVE));
-    }
-    worst
 }
 
 /// The larger of two numbers, the first if the second is not a number.

@@ -25,20 +25,13 @@ pub(super) struct FirstOrderTape {
 }
 
 impl FirstOrderTape {
-    /// A tape for a program whose first inputs are the variables; the other inputs are given as values.
-    pub(super) fn new(
-        program: &Program,
-        variables: usize,
-        others: impl Iterator<Item = f64>,
-    ) -> Self {
+    /// A tape for a program whose first inputs are the variables.
+    pub(super) fn new(program: &Program, variables: usize) -> Self {
         let algebra = FirstOrder { variables };
         let len = 1 + variables;
         let mut values = vec![Lanes::splat(0.0); program.slots() * len];
         for variable in 0..variables {
             values[variable * len + 1 + variable] = Lanes::splat(1.0);
-        }
-        for (input, value) in (variables..).zip(others) {
-            values[input * len] = Lanes::splat(value);
         }
         let is_moving = moving_slots(program, variables);
         let (moving, fixed) =
@@ -49,6 +42,14 @@ impl FirstOrderTape {
             scratch: vec![Lanes::splat(0.0); len],
             fixed,
             moving,
+        }
+    }
+
+    /// Sets the values of the inputs that are not variables.
+    pub(super) fn set_parameters(&mut self, parameters: impl Iterator<Item = f64>) {
+        let (variables, len) = (self.algebra.variables, self.algebra.variables + 1);
+        for (input, value) in (variables..).zip(parameters) {
+            self.values[input * len] = Lanes::splat(value);
         }
     }
 

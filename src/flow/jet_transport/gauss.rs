@@ -12,8 +12,12 @@ pub(super) const NODES: usize = 16;
 /// Values at the nodes of an element.
 pub(super) type NodeValues = Lanes<NODES>;
 
-/// Integral, double integral and last two Legendre coefficients.
-pub(super) type Functionals = Lanes<4>;
+/// Integral, double integral, and the coefficients of the Legendre polynomials of degree 10, 11, 14 and 15; two lanes are
+/// idle.
+pub(super) type Functionals = Lanes<8>;
+
+/// The degrees of those polynomials.
+const MODES: [usize; 4] = [NODES - 6, NODES - 5, NODES - 2, NODES - 1];
 
 /// Gauss-Legendre collocation on `[0, 1]`.
 pub(super) struct Gauss {
@@ -22,10 +26,8 @@ pub(super) struct Gauss {
     /// `A_ij = ∫_0^{c_i} ℓ_j`, with `ℓ_j` the Lagrange polynomials of the nodes, and its square.
     pub(super) integration: [Block; 2],
     /// What is asked of a rate, node by node: `b`, `b A`, the weights of its integral and double integral over the
-    /// element, and the last modes.
+    /// element, and modes.
     pub(super) functionals: [Functionals; NODES],
-    /// Row vectors that give the coefficients of the Legendre polynomials of degree 14 and 15.
-    pub(super) last_modes: [NodeValues; 2],
 }
 
 /// The scheme, computed in double-double once and rounded.
@@ -62,20 +64,15 @@ impl Gauss {
                 Lanes::from_fn(|i| entry(i, j).to_f64())
             }))
         };
-        let mode = |m: usize| {
-            let norm = Dd::from(m as f64 + 0.5);
-            Lanes::from_fn(|i| (weights[i] * legendre[i][m] * norm).to_f64())
-        };
-        let last_modes = [mode(NODES - 2), mode(NODES - 1)];
+        let mode = |m: usize, j: usize| weights[j] * legendre[j][m] * Dd::from(m as f64 + 0.5);
         Self {
             nodes: roots.map(|root| ((root + Dd::ONE) * half).to_f64()),
             integration: [block(&|i, j| matrix[i][j]), block(&square)],
             functionals: std::array::from_fn(|j| {
-                let [before_last, last] = last_modes.map(|mode| mode.0[j]);
-                let weight = weights[j] * half;
-                Lanes([weight.to_f64(), double(j).to_f64(), before_last, last])
+                let [a, b, c, d] = MODES.map(|m| mode(m, j));
+                let values = [weights[j] * half, double(j), a, b, c, d, Dd::ZERO, Dd::ZERO];
+                Lanes(values.map(Dd::to_f64))
             }),
-            last_modes,
         }
     }
 
@@ -83,7 +80,7 @@ impl Gauss {
     #[inline(always)]
     pub(super) fn functionals_of(&self, values: NodeValues) -> Functionals {
         let terms = self.functionals.iter().zip(&values.0);
-        terms.fold(Lanes([0.0; 4]), |sum, (column, &value)| {
+        terms.fold(Lanes([0.0; 8]), |sum, (column, &value)| {
             column.mul_add(Lanes::splat(value), sum)
         })
     }
@@ -101,24 +98,6 @@ impl Gauss {
             }
         }
     }
-
-    /// Largest of the last two Legendre coefficients.
-    #[inline(always)]
-    pub(super) fn tail(&self, values: NodeValues) -> f64 {
-        dot(self.last_modes[0], values)
-            .abs()
-            .max(dot(self.last_modes[1], values).abs())
-    }
-}
-
-#[inline(always)]
-fn dot(a: NodeValues, b: NodeValues) -> f64 {
-    let products = a * b;
-    let mut quads = [0.0; 4];
-    for (lane, &value) in products.0.iter().enumerate() {
-        quads[lane % 4] += value;
-    }
-    (quads[0] + quads[1]) + (quads[2] + quads[3])
 }
 
 /// Root `i` of `P_16`, increasing, by Newton's method from Tricomi's guess.
@@ -186,14 +165,14 @@ mod tests {
     }
 
     #[test]
-    fn last_modes_are_blind_to_lower_ones() {
-        let square = Lanes(GAUSS.nodes.map(|c| c * c));
-        assert!(GAUSS.tail(square) < 1e-15);
-        let last = Lanes(
-            GAUSS
-                .nodes
-                .map(|c| legendre(Dd::from(2.0 * c - 1.0))[15].to_f64()),
-        );
-        assert!((GAUSS.tail(last) - 1.0).abs() < 1e-13);
+    fn modes_are_blind_to_other_polynomials() {
+        for degree in 0..NODES {
+            let polynomial = |c: f64| legendre(Dd::from(2.0 * c - 1.0))[degree].to_f64();
+            let functionals = GAUSS.functionals_of(Lanes(GAUSS.nodes.map(polynomial)));
+            for (mode, value) in MODES.iter().zip(&functionals.0[2..]) {
+                let expected = f64::from(*mode == degree);
+                assert!((value - expected).abs() < 1e-13, "{mode} of {degree}");
+            }
+        }
     }
 }

@@ -8,12 +8,14 @@ mod elimination;
 mod first_order;
 mod gauss;
 mod nominal;
+mod orbit;
 mod plan;
 mod remainders;
 mod resolution;
 mod solver;
 mod spare;
 mod sparse;
+mod subject;
 mod taylor;
 
 pub use collocation::{JetFlow, jet_transport};

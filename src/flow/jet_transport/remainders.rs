@@ -6,9 +6,8 @@ use std::sync::Arc;
 
 use super::gauss::{NODES, NodeValues};
 use super::plan::{Action, Plan};
-use super::spare;
 use super::sparse::{SparseSpace, Support, variables_of_slots};
-use crate::flow::Program;
+use super::subject::Subject;
 use crate::flow::program::run;
 use crate::jet::{JetSpace, VariableSet, variables_of_monomials};
 use crate::numeric::{Lanes, Scalar, one_by_one};
@@ -25,44 +24,59 @@ pub(super) struct Remainders {
     supports: Vec<Rc<Support>>,
     /// Whether each place holds an Euler derivative.
     is_euler: Vec<bool>,
+    /// By degree: where the remainder of each component begins among the places that are not states'; `None` if it vanishes.
+    starts: Vec<Vec<Option<usize>>>,
     tape: Vec<NodeValues>,
     scratch: Vec<NodeValues>,
 }
 
+/// The tape in one degree.
+pub(super) struct DegreeOfTape<'a> {
+    /// The elements of the states, and those of all other places.
+    pub(super) states: &'a mut [NodeValues],
+    pub(super) others: &'a [NodeValues],
+    /// Where the remainder of each component begins among the others; `None` if it vanishes.
+    pub(super) starts: &'a [Option<usize>],
+    /// The monomials of the states.
+    pub(super) supports: &'a [Rc<Support>],
+}
+
 impl Remainders {
-    /// For a field's program, its inputs given as coefficients at the start; parameters keep theirs.
-    pub(super) fn new(
-        program: &Program,
-        space: &Arc<JetSpace>,
-        inputs: &[&[f64]],
-        dimension: usize,
-    ) -> Self {
-        let monomials = variables_of_monomials(space);
-        let set = |coefficients: &&[f64]| {
-            let terms = coefficients.iter().zip(&monomials);
-            let present = terms.filter(|(value, _)| **value != 0.0);
-            present.fold(0, |set, (_, monomial)| set | monomial)
-        };
-        let sets: Vec<_> = inputs.iter().map(set).collect();
-        let variables = variables_of_slots(program, &sets, dimension);
+    /// For a subject, in the memory of another tape.
+    pub(super) fn new(subject: &Subject, mut tape: Vec<NodeValues>) -> Self {
+        let Subject {
+            program,
+            dimension,
+            space,
+            inputs,
+        } = subject;
+        let (monomials, dimension) = (variables_of_monomials(space), *dimension);
+        let variables = variables_of_slots(program, &inputs.variables, dimension);
         let supports = supports(space, &monomials, &variables);
         let reaches = |slot: usize, degree: usize| match slot {
             _ if slot < dimension || slot >= program.inputs() => {
                 !supports[slot].part(degree).is_empty()
             }
-            parameter => inputs[parameter][space.degree_range(degree)]
-                .iter()
-                .any(|&value| value != 0.0),
+            parameter => inputs.has_part(parameter, degree),
         };
         let plan = Plan::new(program, dimension, space.order(), reaches);
+        let start = |degree: usize, place: usize| {
+            (place - dimension) * space.len() + space.degree_range(degree).start
+        };
+        let starts = plan.remainders.iter().enumerate().map(|(degree, places)| {
+            let starts = places.iter().map(|place| Some(start(degree, (*place)?)));
+            starts.collect()
+        });
         let stored = plan.stored.iter();
+        tape.resize(plan.stored.len() * space.len(), ZERO);
         let mut remainders = Self {
             supports: stored
                 .clone()
                 .map(|&slot| Rc::clone(&supports[slot]))
                 .collect(),
             is_euler: stored.map(|&slot| program.is_euler(slot)).collect(),
-            tape: spare::take(plan.stored.len() * space.len()),
+            starts: starts.collect(),
+            tape,
             plan,
             dimension,
             monomials,
@@ -70,8 +84,17 @@ impl Remainders {
             space: Arc::clone(space),
         };
         remainders.clear_beyond_supports();
-        remainders.set_parameters(&inputs[dimension..]);
         remainders
+    }
+
+    /// The tape, to be used again.
+    pub(super) fn into_tape(self) -> Vec<NodeValues> {
+        self.tape
+    }
+
+    /// Number of values on the tape.
+    pub(super) fn tape_len(&self) -> usize {
+        self.tape.len()
     }
 
     /// Sets to zero what no action writes and a recurrence of a slot with more variables reads.
@@ -86,12 +109,16 @@ impl Remainders {
         }
     }
 
-    fn set_parameters(&mut self, parameters: &[&[f64]]) {
+    /// Sets the parameters, given as coefficients.
+    pub(super) fn set_parameters(&mut self, parameters: &[&[f64]]) {
         let (dimension, len) = (self.dimension, self.space.len());
-        let elements = self.tape.chunks_exact_mut(len).skip(dimension);
-        for (element, coefficients) in elements.zip(parameters) {
-            for (values, &coefficient) in element.iter_mut().zip(*coefficients) {
-                *values = Lanes::splat(coefficient);
+        let elements = self.tape.chunks_exact_mut(len).zip(&self.supports);
+        for ((element, support), coefficients) in elements.skip(dimension).zip(parameters) {
+            for part in (0..=self.space.order()).map(|degree| support.part(degree)) {
+                let values = element[part.clone()].iter_mut();
+                for (values, &coefficient) in values.zip(&coefficients[part]) {
+                    *values = Lanes::splat(coefficient);
+                }
             }
         }
     }
@@ -111,12 +138,6 @@ impl Remainders {
         self.plan.history[place]
     }
 
-    /// The elements of all places that are not states'.
-    #[inline(always)]
-    pub(super) fn others(&self) -> &[NodeValues] {
-        &self.tape[self.dimension * self.space.len()..]
-    }
-
     /// Sets the head of a place.
     #[inline(always)]
     pub(super) fn set_head(&mut self, place: usize, head: NodeValues) {
@@ -129,18 +150,23 @@ impl Remainders {
         self.supports[state].part(degree)
     }
 
-    /// The elements of the states, and those of all other places.
+    /// The tape in one degree.
     #[inline(always)]
-    pub(super) fn split(&mut self) -> (&mut [NodeValues], &[NodeValues]) {
+    pub(super) fn degree(&mut self, degree: usize) -> DegreeOfTape<'_> {
         let (states, others) = self.tape.split_at_mut(self.dimension * self.space.len());
-        (states, others)
+        DegreeOfTape {
+            states,
+            others,
+            starts: &self.starts[degree],
+            supports: &self.supports[..self.dimension],
+        }
     }
 
-    /// Where the remainder of a component begins among the elements that are not states'; `None` if it vanishes.
+    /// The remainder of a component in one degree; `None` if it vanishes.
     #[inline(always)]
-    pub(super) fn remainder(&self, component: usize, degree: usize) -> Option<usize> {
-        let place = self.plan.remainders[degree][component]?;
-        Some((place - self.dimension) * self.space.len())
+    pub(super) fn remainder(&self, component: usize, degree: usize) -> Option<&[NodeValues]> {
+        let start = self.starts[degree][component]? + self.dimension * self.space.len();
+        Some(&self.tape[start..][..self.space.degree_range(degree).len()])
     }
 
     /// Computes the parts of one degree of all stored slots, those of the states being zero.
@@ -228,10 +254,4 @@ fn supports(
         support
     };
     variables.iter().map(&mut support).collect()
-}
-
-impl Drop for Remainders {
-    fn drop(&mut self) {
-        spare::give_back(std::mem::take(&mut self.tape));
-    }
 }

@@ -14,6 +14,7 @@
 use super::block::Block;
 use super::elimination::BlockMatrix;
 use super::gauss::{Functionals, GAUSS, Gauss, NODES, NodeValues};
+use super::resolution::Tail;
 use crate::numeric::{Lanes, Scalar};
 
 const ZERO: NodeValues = Lanes([0.0; NODES]);
@@ -54,7 +55,7 @@ impl ElementSolver {
             spare: BlockMatrix::default(),
             to_initial: vec![None; entries],
             to_remainder: absent(entries),
-            functionals_to_initial: vec![Lanes([0.0; 4]); entries],
+            functionals_to_initial: vec![Lanes([0.0; 8]); entries],
             functionals_to_remainder: absent(entries),
             chains,
         }
@@ -111,13 +112,13 @@ impl ElementSolver {
         }
     }
 
-    /// Prepares [`functionals`](Self::functionals), and [`states`](Self::states) if these are asked for.
+    /// Prepares [`functionals`](Self::functionals), and [`states`](Self::states) for those whose node values are asked for.
     #[inline(always)]
-    pub(super) fn expand(&mut self, needs_states: bool) {
+    pub(super) fn expand(&mut self, is_asked_for: impl Fn(usize) -> bool + Copy) {
         let dimension = self.chains.len();
         self.to_initial.fill(None);
         clear(&mut self.to_remainder);
-        self.functionals_to_initial.fill(Lanes([0.0; 4]));
+        self.functionals_to_initial.fill(Lanes([0.0; 8]));
         clear(&mut self.functionals_to_remainder);
         for state in 0..dimension {
             self.to_initial[state * dimension + state] = Some(Lanes([1.0; NODES]));
@@ -132,13 +133,13 @@ impl ElementSolver {
             }
         }
         for row in 0..self.coupled.len() {
-            self.expand_rate(row, needs_states);
+            self.expand_rate(row, is_asked_for);
         }
     }
 
     /// Responses that go through the rate of one coupled component.
     #[inline(always)]
-    fn expand_rate(&mut self, row: usize, needs_states: bool) {
+    fn expand_rate(&mut self, row: usize, is_asked_for: impl Fn(usize) -> bool) {
         let (dimension, component) = (self.chains.len(), self.coupled[row]);
         for initial in 0..dimension {
             let Some(rate) = self.rate_to_initial(row, initial) else {
@@ -159,14 +160,10 @@ impl ElementSolver {
                 continue;
             };
             let functionals = self.functionals_to_remainder[component * dimension + source]
-                .get_or_insert([Lanes([0.0; 4]); NODES]);
+                .get_or_insert([Lanes([0.0; 8]); NODES]);
             self.gauss.functionals_of_columns(rate, functionals);
-            if !needs_states {
-                continue;
-            }
             for state in 0..dimension {
-                let root = self.chains[state].unwrap_or(state);
-                if root == component {
+                if self.root(state) == component && is_asked_for(state) {
                     let weight = &self.integration[usize::from(self.chains[state].is_some())];
                     let response = &mut self.to_remainder[state * dimension + source];
                     weight.add_times(rate, response.get_or_insert(Block::ZERO));
@@ -240,15 +237,17 @@ impl ElementSolver {
         self.chains[component].is_none() && !self.coupled.contains(&component)
     }
 
-    /// Largest of the last Legendre modes of the fundamental matrix, relative to each entry.
+    /// Modes of the fundamental matrix, relative to each entry: the largest.
     #[inline(always)]
-    pub(super) fn fundamental_tail(&self) -> f64 {
-        let mut largest = 0.0_f64;
+    pub(super) fn fundamental_tail(&self) -> Tail {
+        let mut tail = Tail::NONE;
         for response in self.to_initial.iter().flatten() {
-            let size = response.magnitude().max(f64::MIN_POSITIVE);
-            largest = largest.max(self.gauss.tail(*response) / size);
+            tail = tail.larger(Tail::new(
+                self.gauss.functionals_of(*response),
+                response.magnitude(),
+            ));
         }
-        largest
+        tail
     }
 
     /// The component whose rate a state integrates, once or twice.

@@ -40,7 +40,11 @@ pub(super) fn variables_of_slots(
 #[derive(Clone, Debug)]
 pub(super) struct Support {
     variables: VariableSet,
+    /// Whether every monomial of the space is one of these variables.
+    is_whole: bool,
+    /// The monomials of every degree, and the numbers of their runs.
     parts: Vec<Range<usize>>,
+    runs: Vec<Range<usize>>,
 }
 
 impl Support {
@@ -49,17 +53,29 @@ impl Support {
             monomials,
             variables,
         };
-        let part = |degree: usize| {
-            let mut runs = space.runs(degree).filter(|run| selection.reaches(run));
-            let first = runs.next();
-            let start = space.degree_range(degree).start;
-            first.map_or(start..start, |first| {
-                first.start..runs.last().map_or(first.end, |last| last.end)
+        let runs = |degree: usize| {
+            let all = space.runs(degree);
+            let mut reached = all
+                .clone()
+                .filter(|&run| selection.reaches(&space.run(run)));
+            let first = reached.next();
+            first.map_or(all.start..all.start, |first| {
+                first..reached.last().unwrap_or(first) + 1
             })
+        };
+        let runs: Vec<_> = (0..=space.order()).map(runs).collect();
+        let part = |(degree, runs): (usize, &Range<usize>)| {
+            let start = space.degree_range(degree).start;
+            match runs.clone().next_back() {
+                Some(last) => space.run(runs.start).start..space.run(last).end,
+                None => start..start,
+            }
         };
         Self {
             variables,
-            parts: (0..=space.order()).map(part).collect(),
+            is_whole: monomials.iter().all(|set| set & !variables == 0),
+            parts: runs.iter().enumerate().map(part).collect(),
+            runs,
         }
     }
 
@@ -82,14 +98,14 @@ impl SparseSpace<'_> {
     /// The part of a degree, its runs without a monomial of the variables left out.
     #[inline(always)]
     fn part_of<'o>(&'o self, degree: usize, out: &'o mut [NodeValues]) -> PartOf<'o, NodeValues> {
+        let selection = Selection {
+            monomials: self.monomials,
+            variables: self.support.variables,
+        };
         PartOf {
-            degree,
-            first: self.support.part(degree).start,
+            runs: self.support.runs[degree].clone(),
             out,
-            selection: Some(Selection {
-                monomials: self.monomials,
-                variables: self.support.variables,
-            }),
+            selection: (!self.support.is_whole).then_some(selection),
         }
     }
 }

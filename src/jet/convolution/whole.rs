@@ -67,7 +67,6 @@ impl<'a, S: Scalar, const SET: bool> FullProduct<'a, S, SET> {
             a: Factor::full(self.a),
             b: Factor::full(self.b),
             finish: Self::FINISH,
-            first: 0,
             out: self.out,
             selection: None,
         }
