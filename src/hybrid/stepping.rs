@@ -116,7 +116,7 @@ impl<S: Real> Simulator<'_, S> {
         for surface in 0..self.surfaces.len() {
             if let Some(rounding) = self.motion.leaving[surface]
                 && stop != Some(Stop::Contact { surface })
-                && self.sense(surface).gap.abs() > rounding
+                && self.clearance(surface).gap.abs() > rounding
             {
                 self.motion.leaving[surface] = None;
             }

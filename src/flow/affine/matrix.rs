@@ -1,73 +1,113 @@
 //! The matrix of a linear field over the extended state, and series of rows along its flow.
 
 use super::flow::AffineFieldRows;
+use super::rows::Rows;
 use crate::numeric::Real;
 
 /// Most terms of a series.
 pub(super) const MAX_TERMS: usize = 96;
+/// Terms for which a series has room from the first.
+const USUAL_TERMS: usize = 32;
+/// Squarings of a matrix for its rate.
+const SQUARINGS: u32 = 6;
 
-/// `M`, by rows, each with the columns of its entries that are not zero.
+/// `M`, by rows, of each the entries that are not zero with their columns.
 pub(super) struct Matrix<S> {
     pub(super) states: usize,
     pub(super) columns: usize,
-    rows: Vec<Vec<(usize, S)>>,
+    entries: Vec<(usize, S)>,
+    /// Per row the end of its entries.
+    ends: Vec<usize>,
+    /// The fastest harmonic.
+    fastest: f64,
 }
 
 impl<S: Real> Matrix<S> {
     pub(super) fn new(field: &AffineFieldRows<'_, S>) -> Self {
         let states = field.derivatives.len();
         let columns = states + 2 * field.multiples.len() + 1;
-        let entries = |row: &&[S]| {
-            let row = row.iter().copied().enumerate();
-            row.filter(|(_, entry)| *entry != S::zero()).collect()
+        let mut matrix = Self {
+            states,
+            columns,
+            entries: Vec::with_capacity(columns * columns),
+            ends: Vec::with_capacity(columns),
+            fastest: 0.0,
         };
-        let mut rows: Vec<Vec<_>> = field.derivatives.iter().map(entries).collect();
+        for row in field.derivatives {
+            let row = row.iter().copied().enumerate();
+            matrix.push(row.filter(|(_, entry)| *entry != S::zero()));
+        }
         for (harmonic, &multiple) in field.multiples.iter().enumerate() {
             let (cosine, sine) = (states + 2 * harmonic, states + 2 * harmonic + 1);
             let rate = multiple * field.phase_rate;
-            rows.push(vec![(sine, -rate)]);
-            rows.push(vec![(cosine, rate)]);
+            matrix.push([(sine, -rate)]);
+            matrix.push([(cosine, rate)]);
+            matrix.fastest = matrix.fastest.max(rate.magnitude());
         }
-        rows.push(Vec::new());
-        Self {
-            states,
-            columns,
-            rows,
-        }
+        matrix.push([]);
+        matrix
+    }
+
+    fn push(&mut self, row: impl IntoIterator<Item = (usize, S)>) {
+        self.entries.extend(row);
+        self.ends.push(self.entries.len());
+    }
+
+    fn rows(&self) -> impl Iterator<Item = &[(usize, S)]> {
+        let mut start = 0;
+        self.ends.iter().map(move |&end| {
+            let row = &self.entries[start..end];
+            start = end;
+            row
+        })
     }
 
     /// The same in `f64`.
     pub(super) fn rounded(&self) -> Matrix<f64> {
         let entry = |&(column, value): &(usize, S)| (column, value.to_f64());
-        let row = |row: &Vec<(usize, S)>| row.iter().map(entry).collect();
         Matrix {
             states: self.states,
             columns: self.columns,
-            rows: self.rows.iter().map(row).collect(),
+            entries: self.entries.iter().map(entry).collect(),
+            ends: self.ends.clone(),
+            fastest: self.fastest,
         }
     }
 
-    /// `r M`.
-    pub(super) fn apply(&self, row: &[S]) -> Vec<S> {
-        let mut image = vec![S::zero(); self.columns];
-        for (&factor, line) in row.iter().zip(&self.rows) {
+    /// Writes `r M`.
+    fn apply(&self, row: &[S], image: &mut [S]) {
+        image.fill(S::zero());
+        for (&factor, line) in row.iter().zip(self.rows()) {
             if factor != S::zero() {
                 for &(column, entry) in line {
                     image[column] = factor.mul_add(entry, image[column]);
                 }
             }
         }
-        image
+    }
+
+    /// `r, r M, r M², …`, as many.
+    pub(super) fn images(&self, row: &[S], count: usize) -> Rows<S> {
+        let columns = self.columns;
+        let mut values = row.to_vec();
+        values.resize(count * columns, S::zero());
+        for end in (columns..values.len()).step_by(columns) {
+            let (known, image) = values.split_at_mut(end);
+            self.apply(&known[end - columns..], &mut image[..columns]);
+        }
+        Rows::new(columns, values)
     }
 
     /// `r M^k / k!` for as many `k` as the step needs: entry by entry until its terms are below the rounding of
     /// its largest, so that units do not matter.
-    pub(super) fn series(&self, row: Vec<S>, length: f64) -> Option<Vec<Vec<S>>> {
-        let mut largest = vec![0.0f64; self.columns];
-        let (mut rows, mut power, mut small) = (Vec::new(), 1.0, 0);
-        let mut row = row;
+    pub(super) fn series(&self, row: &[S], length: f64) -> Option<Rows<S>> {
+        let columns = self.columns;
+        let mut largest = vec![0.0f64; columns];
+        let (mut row, mut next) = (row.to_vec(), vec![S::zero(); columns]);
+        let mut values = Vec::with_capacity(USUAL_TERMS * columns);
+        let (mut terms, mut power, mut small) = (0, 1.0, 0);
         while small < 2 {
-            if rows.len() == MAX_TERMS || !row.iter().all(|value| value.is_finite()) {
+            if terms == MAX_TERMS || !row.iter().all(|value| value.is_finite()) {
                 return None;
             }
             let mut all_small = true;
@@ -77,72 +117,80 @@ impl<S: Real> Matrix<S> {
                 *largest = largest.max(term);
             }
             small = if all_small { small + 1 } else { 0 };
-            let next = self.apply(&row);
-            rows.push(row);
-            let divisor = S::one() / S::from_f64(rows.len() as f64);
-            row = next.into_iter().map(|value| value * divisor).collect();
+            values.extend_from_slice(&row);
+            terms += 1;
+            self.apply(&row, &mut next);
+            let divisor = S::one() / S::from_f64(terms as f64);
+            next.iter_mut().for_each(|value| *value *= divisor);
+            std::mem::swap(&mut row, &mut next);
             power *= length;
         }
-        Some(rows)
+        Some(Rows::new(columns, values))
     }
 
-    /// Estimate from above of the largest magnitude of an eigenvalue: `‖M^64‖^(1/64)`.
+    /// Estimate from above of the largest magnitude of an eigenvalue: `‖A^64‖^(1/64)` of the states alone, or the
+    /// fastest harmonic.
     pub(super) fn rate(&self) -> f64 {
-        let columns = self.columns;
-        let mut power = vec![0.0; columns * columns];
-        for (row, entries) in power.chunks_mut(columns).zip(&self.rows) {
-            for &(column, entry) in entries {
+        let states = self.states;
+        let mut power = vec![0.0; states * states];
+        for (row, entries) in power.chunks_mut(states.max(1)).zip(self.rows()) {
+            for &(column, entry) in entries.iter().filter(|(column, _)| *column < states) {
                 row[column] = entry.to_f64();
             }
         }
+        let mut square = power.clone();
         let mut logarithm = 0.0;
-        for squaring in 0..7 {
+        for squaring in 0..=SQUARINGS {
+            if squaring > 0 {
+                write_square(&power, states, &mut square);
+                std::mem::swap(&mut power, &mut square);
+            }
             let norm = power
                 .iter()
-                .fold(0.0f64, |norm, value| norm.max(value.abs()));
+                .fold(0.0f64, |norm, entry| norm.max(entry.abs()));
             if norm == 0.0 {
-                return 0.0;
+                return self.fastest;
             }
-            power.iter_mut().for_each(|value| *value /= norm);
+            power.iter_mut().for_each(|entry| *entry /= norm);
             logarithm = 2.0 * logarithm + norm.ln();
-            if squaring == 6 {
-                return (logarithm / 64.0).exp();
-            }
-            let mut square = vec![0.0; power.len()];
-            for (row, out) in power.chunks(columns).zip(square.chunks_mut(columns)) {
-                for (&factor, line) in row.iter().zip(power.chunks(columns)) {
-                    for (value, entry) in out.iter_mut().zip(line) {
-                        *value += factor * entry;
-                    }
-                }
-            }
-            power = square;
         }
-        0.0
+        let rate = (logarithm / f64::from(1 << SQUARINGS)).exp();
+        rate.max(self.fastest)
     }
 }
 
-/// The first rows of a series that a shorter time needs, by the measure of [`Matrix::series`].
-pub(super) fn trimmed<S: Real>(series: &[Vec<S>], length: f64) -> &[Vec<S>] {
-    let powers = || std::iter::successors(Some(1.0), |power| Some(power * length));
-    let mut largest = vec![0.0f64; series[0].len()];
-    for (row, power) in series.iter().zip(powers()) {
-        for (largest, value) in largest.iter_mut().zip(row) {
-            *largest = largest.max(value.magnitude() * power);
+/// The square of a matrix, by rows.
+fn write_square(matrix: &[f64], columns: usize, square: &mut [f64]) {
+    for (row, out) in matrix.chunks(columns).zip(square.chunks_mut(columns)) {
+        out.fill(0.0);
+        for (&factor, line) in row.iter().zip(matrix.chunks(columns)) {
+            for (value, entry) in out.iter_mut().zip(line) {
+                *value += factor * entry;
+            }
         }
     }
-    let matters = |(row, power): (&Vec<S>, f64)| {
-        let mut terms = row.iter().zip(&largest);
-        terms.any(|(c, largest)| c.magnitude() * power > largest * S::ROUNDOFF * 0.0625)
-    };
-    let terms = series.iter().zip(powers()).map(matters);
-    let last = terms.enumerate().filter(|(_, matters)| *matters).last();
-    &series[..last.map_or(1, |(place, _)| place + 1)]
+}
+
+/// How many of the first terms of a series a shorter time needs, by the measure of [`Matrix::series`].
+pub(super) fn terms_within<S: Real>(series: &Rows<S>, length: f64) -> usize {
+    let powers = std::iter::successors(Some(1.0), |power| Some(power * length));
+    let mut largest = vec![0.0f64; series.columns()];
+    let mut needed = 1;
+    for (place, (row, power)) in series.iter().zip(powers).enumerate() {
+        for (largest, value) in largest.iter_mut().zip(row) {
+            let term = value.magnitude() * power;
+            if term > *largest * S::ROUNDOFF * 0.0625 {
+                needed = place + 1;
+            }
+            *largest = largest.max(term);
+        }
+    }
+    needed
 }
 
 /// `Σ_k rows_k t^k`.
-pub(super) fn sum_at<S: Real>(rows: &[Vec<S>], time: S) -> Vec<S> {
-    let mut sum = vec![S::zero(); rows[0].len()];
+pub(super) fn sum_at<S: Real>(rows: &Rows<S>, time: S) -> Vec<S> {
+    let mut sum = vec![S::zero(); rows.columns()];
     for row in rows.iter().rev() {
         for (value, &coefficient) in sum.iter_mut().zip(row) {
             *value = value.mul_add(time, coefficient);
@@ -152,9 +200,9 @@ pub(super) fn sum_at<S: Real>(rows: &[Vec<S>], time: S) -> Vec<S> {
 }
 
 /// The largest magnitude in each column.
-pub(super) fn largest(rows: &[Vec<f64>]) -> Vec<f64> {
-    let mut largest = vec![0.0f64; rows[0].len()];
-    for row in rows {
+pub(super) fn largest(rows: &Rows<f64>) -> Vec<f64> {
+    let mut largest = vec![0.0f64; rows.columns()];
+    for row in rows.iter() {
         for (largest, value) in largest.iter_mut().zip(row) {
             *largest = largest.max(value.abs());
         }
@@ -164,11 +212,11 @@ pub(super) fn largest(rows: &[Vec<f64>]) -> Vec<f64> {
 
 /// Rows of Bernstein coefficients of degree `len − 1` on `[0, length]`:
 /// `b_i = Σ_{k ≤ i} C(i, k) / C(n, k) c_k length^k`.
-pub(super) fn control_rows<S: Real>(rows: &[Vec<S>], length: f64, len: usize) -> Vec<Vec<f64>> {
-    let columns = rows[0].len();
+pub(super) fn control_rows<S: Real>(rows: &Rows<S>, length: f64, len: usize) -> Rows<f64> {
+    let columns = rows.columns();
     let degree = (len - 1) as f64;
-    let mut points = vec![vec![0.0; columns]; len];
-    for (i, point) in points.iter_mut().enumerate() {
+    let mut points = vec![0.0; len * columns];
+    for (i, point) in points.chunks_exact_mut(columns).enumerate() {
         let (mut factor, mut power) = (1.0, 1.0);
         for (k, row) in rows.iter().enumerate().take(i + 1) {
             for (value, &coefficient) in point.iter_mut().zip(row) {
@@ -178,7 +226,7 @@ pub(super) fn control_rows<S: Real>(rows: &[Vec<S>], length: f64, len: usize) ->
             power *= length;
         }
     }
-    points
+    Rows::new(columns, points)
 }
 
 /// The row of one component.
