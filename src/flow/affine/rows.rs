@@ -168,53 +168,53 @@ impl<S: Scalar, const N: usize> RowTable<S, N> {
     #[inline(always)]
     pub(super) fn combine(&self, extended: &[S], out: &mut [S]) {
         let (out, _) = out.as_chunks_mut::<N>();
-        self.products(extended, |block, products| out[block] = products);
+        self.products(extended, out.iter_mut(), |out, products| *out = products);
     }
 
     /// The products of the first rows with the extended state, as many as `out` holds.
     #[inline(always)]
     pub fn multiply(&self, extended: &[S], out: &mut [S]) {
-        let mut out = out.chunks_mut(N);
-        self.products(extended, |_, products| {
-            if let Some(out) = out.next() {
-                for (out, product) in out.iter_mut().zip(products) {
-                    *out = product;
-                }
+        self.products(extended, out.chunks_mut(N), |out, products| {
+            for (out, product) in out.iter_mut().zip(products) {
+                *out = product;
             }
         });
     }
 
-    /// Hands on the products of the rows with the extended state, block by block.
+    /// Puts the products of the rows with the extended state to places for blocks.
     ///
     /// NOTE: one mass or two under one force have code without loops over columns, a quarter of the instructions.
     #[inline(always)]
-    fn products(&self, extended: &[S], take: impl FnMut(usize, [S; N])) {
+    fn products<O>(
+        &self,
+        extended: &[S],
+        places: impl Iterator<Item = O>,
+        put: impl Fn(O, [S; N]),
+    ) {
         match self.columns {
-            5 => self.products_of::<5>(extended, take),
-            7 => self.products_of::<7>(extended, take),
+            5 => self.products_of::<5, O>(extended, places, put),
+            7 => self.products_of::<7, O>(extended, places, put),
             columns => {
-                let extended = &extended[..columns];
                 let blocks = self.blocks.chunks_exact(columns);
-                let products = blocks.map(|block| product(extended, block));
-                hand_on(products, take);
+                for (place, block) in places.zip(blocks) {
+                    put(place, product(&extended[..columns], block));
+                }
             }
         }
     }
 
     #[inline(always)]
-    fn products_of<const C: usize>(&self, extended: &[S], take: impl FnMut(usize, [S; N])) {
-        let Some(extended) = extended.first_chunk::<C>() else {
-            return;
-        };
+    fn products_of<const C: usize, O>(
+        &self,
+        extended: &[S],
+        places: impl Iterator<Item = O>,
+        put: impl Fn(O, [S; N]),
+    ) {
         let (blocks, _) = self.blocks.as_chunks::<C>();
-        hand_on(blocks.iter().map(|block| product(extended, block)), take);
-    }
-}
-
-#[inline(always)]
-fn hand_on<T>(products: impl Iterator<Item = T>, mut take: impl FnMut(usize, T)) {
-    for (block, products) in products.enumerate() {
-        take(block, products);
+        let extended = &extended[..C];
+        for (place, block) in places.zip(blocks) {
+            put(place, product(extended, block));
+        }
     }
 }
 

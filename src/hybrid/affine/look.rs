@@ -50,7 +50,7 @@ impl<S: Real> Look<'_, S> {
             if near <= S::zero() {
                 match self.polygon.zeros(self.start.is_on_zero()) {
                     Zeros::None => return Some(Found::quiet(Heading::Unknown)),
-                    Zeros::OneFall => return self.contact(),
+                    Zeros::OneFall { place } => return self.contact(place),
                     Zeros::Unknown => {}
                 }
             } else if near.is_finite() && self.polygon.is_above(near.to_f64()) {
@@ -77,16 +77,17 @@ impl<S: Real> Look<'_, S> {
         let passage = None;
         match (self.goal, self.polygon.ends_above()) {
             (Goal::Minima, _) | (_, Some(true)) => Some(Found { course, passage }),
-            _ if self.polygon.zeros(self.start.is_on_zero()) == Zeros::OneFall => self.contact(),
-            _ => None,
+            _ => match self.polygon.zeros(self.start.is_on_zero()) {
+                Zeros::OneFall { place } => self.contact(place),
+                _ => None,
+            },
         }
     }
 
     /// The one contact of the piece.
     #[inline(always)]
-    fn contact(mut self) -> Option<Found<S>> {
-        let near = self.time(self.polygon.first_fall(self.start.is_on_zero())?);
-        let time = self.gap.fall(near)?;
+    fn contact(mut self, place: f64) -> Option<Found<S>> {
+        let time = self.gap.fall(self.time(place))?;
         Some(Found {
             course: Course::Straight(Heading::Unknown),
             passage: Some(Passage::Crossing { time }),
@@ -139,7 +140,7 @@ impl<S: Real> Look<'_, S> {
         let near = if lead <= 2.0 * self.gap.leaps.reach().to_f64() {
             minimum.to_f64() - lead
         } else {
-            self.time(self.polygon.first_fall(false)?)
+            self.time(self.polygon.first_fall()?)
         };
         let time = self.gap.fall(near)?;
         (time >= S::from_f64(self.from) && time <= minimum).then_some(time)
