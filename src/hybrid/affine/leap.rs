@@ -150,7 +150,7 @@ impl<S: Real> Leaper<'_, S> {
             end: LeapEnd::Quiet,
         };
         for surface in 0..self.buffers.asked.len() {
-            let Some(found) = self.look(surface, piece) else {
+            let Some(found) = self.look(surface, piece, quiet) else {
                 self.misses.truncate(known);
                 return None;
             };
@@ -184,7 +184,7 @@ impl<S: Real> Leaper<'_, S> {
 
     /// What the control points of a gap on a piece tell of its events; `None` where that is not enough.
     #[inline(always)]
-    fn look(&mut self, surface: usize, piece: usize) -> Option<Found<S>> {
+    fn look(&mut self, surface: usize, piece: usize, until: S) -> Option<Found<S>> {
         let Asked { goal, start, .. } = self.buffers.asked[surface];
         let Some(goal) = goal else {
             return Some(Found::quiet(Heading::Unknown));
@@ -211,6 +211,7 @@ impl<S: Real> Leaper<'_, S> {
                 visit,
             },
             from: self.leaps.piece() * piece as f64,
+            until,
         };
         look.found()
     }

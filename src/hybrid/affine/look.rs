@@ -41,6 +41,8 @@ pub(super) struct Look<'t, S: Real> {
     pub(super) gap: GapCourse<'t, S>,
     /// Start of the piece.
     pub(super) from: f64,
+    /// The time up to which events are of interest.
+    pub(super) until: S,
 }
 
 impl<S: Real> Look<'_, S> {
@@ -87,7 +89,12 @@ impl<S: Real> Look<'_, S> {
     /// The one contact of the piece.
     #[inline(always)]
     fn contact(mut self, place: f64) -> Option<Found<S>> {
-        let time = self.gap.fall(self.time(place))?;
+        let near = self.time(place);
+        // A contact that lies later need not be found; the motion there is asked for in any case.
+        if near > self.until.to_f64() && self.gap.value(self.until) > S::zero() {
+            return Some(Found::quiet(Heading::Unknown));
+        }
+        let time = self.gap.fall(near)?;
         Some(Found {
             course: Course::Straight(Heading::Unknown),
             passage: Some(Passage::Crossing { time }),

@@ -103,9 +103,7 @@ impl<S: Real> GapCourse<'_, S> {
         let NodeVisit {
             series, rounded, ..
         } = self.series_about(node);
-        for (rounded, value) in rounded.iter_mut().zip(&*series) {
-            *rounded = value.to_f64();
-        }
+        round(series, rounded);
         let near = falling_zero(rounded, guess.to_f64(), reach).map_err(S::from_f64)?;
         near.polished(series, reach)
     }
@@ -146,6 +144,13 @@ impl<S: Real> GapCourse<'_, S> {
             gap: polynomial::value(series, time),
             curvature,
         })
+    }
+
+    /// The gap at a time.
+    #[inline(always)]
+    pub(super) fn value(&mut self, time: S) -> S {
+        let (node, start) = self.leaps.node(time.to_f64());
+        polynomial::value(&self.series_about(node).series, time - start)
     }
 
     /// The slope at a time.
@@ -198,6 +203,17 @@ fn newton<S: Real>(series: &[S], start: S, reach: S) -> Result<(S, S), S> {
         }
     }
     Err(time)
+}
+
+/// Rounds a series of whole blocks.
+///
+/// NOTE: block by block, as it was written: a wider load would wait until two stores have reached the cache.
+#[inline(always)]
+fn round<S: Real>(series: &[S], rounded: &mut [f64]) {
+    let blocks = rounded.as_chunks_mut::<4>().0.iter_mut();
+    for (rounded, block) in blocks.zip(series.as_chunks::<4>().0) {
+        *rounded = block.map(Real::to_f64);
+    }
 }
 
 /// Coefficients of the derivative, padded with a zero.
