@@ -14,7 +14,7 @@ use std::sync::{LazyLock, OnceLock};
 
 use super::looks::{LOOK, MAX_POINTS};
 use super::matrix::MAX_TERMS;
-use super::rows::{RowTable, Rows};
+use super::rows::{RowTable, Rows, accumulate};
 
 /// Coefficients of shifted Chebyshev polynomials, column by column.
 pub(super) struct ChebyshevSeries {
@@ -72,9 +72,7 @@ impl ChebyshevSeries {
         RowTable::from_blocks(points, self.columns, |block, column| {
             let mut sum = [0.0; LOOK];
             for (&value, points) in self.column(column).iter().zip(polynomials) {
-                for (sum, point) in sum.iter_mut().zip(&points[block]) {
-                    *sum += value * point;
-                }
+                accumulate(&mut sum, value, &points[block]);
             }
             sum
         })

@@ -118,17 +118,17 @@ impl<S: Real> AffineLeaps<S> {
         self.terms
     }
 
-    /// Control points of a watched function on a piece.
+    /// Control points of a watched function on a piece, in `f64`.
     #[inline(always)]
-    pub fn look(&self, watched: usize, piece: usize, extended: &[f64], out: &mut [f64]) {
-        self.looks[watched].pieces[piece].combine(extended, out);
+    pub fn look(&self, watched: usize, piece: usize, extended: &[S], out: &mut [f64]) {
+        self.looks[watched].pieces[piece].combine_as(extended, |y| y.to_f64(), out);
     }
 
     /// A bound of the size of the terms of which the control points of any piece are sums.
     #[inline(always)]
-    pub fn size(&self, watched: usize, extended: &[f64]) -> f64 {
+    pub fn size(&self, watched: usize, extended: &[S]) -> f64 {
         let terms = self.looks[watched].sizes.iter().zip(extended);
-        terms.fold(0.0, |sum, (size, y)| sum + size * y.abs())
+        terms.fold(0.0, |sum, (size, y)| sum + size * y.magnitude())
     }
 
     /// The node nearest to a time of the span, and its time.

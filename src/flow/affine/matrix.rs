@@ -11,15 +11,20 @@ const USUAL_TERMS: usize = 32;
 /// Squarings of a matrix for its rate.
 const SQUARINGS: u32 = 6;
 
-/// `M`, by rows, of each the entries that are not zero with their columns.
+/// `M`: its entries that are not zero.
 pub(super) struct Matrix<S> {
     pub(super) states: usize,
     pub(super) columns: usize,
-    entries: Vec<(usize, S)>,
-    /// Per row the end of its entries.
-    ends: Vec<usize>,
+    entries: Vec<Entry<S>>,
     /// The fastest harmonic.
     fastest: f64,
+}
+
+#[derive(Clone, Copy)]
+struct Entry<S> {
+    row: usize,
+    column: usize,
+    value: S,
 }
 
 impl<S: Real> Matrix<S> {
@@ -30,46 +35,40 @@ impl<S: Real> Matrix<S> {
             states,
             columns,
             entries: Vec::with_capacity(columns * columns),
-            ends: Vec::with_capacity(columns),
             fastest: 0.0,
         };
-        for row in field.derivatives {
-            let row = row.iter().copied().enumerate();
-            matrix.push(row.filter(|(_, entry)| *entry != S::zero()));
+        for (state, row) in field.derivatives.iter().enumerate() {
+            for (column, &value) in row.iter().enumerate() {
+                matrix.push(state, column, value);
+            }
         }
         for (harmonic, &multiple) in field.multiples.iter().enumerate() {
             let (cosine, sine) = (states + 2 * harmonic, states + 2 * harmonic + 1);
             let rate = multiple * field.phase_rate;
-            matrix.push([(sine, -rate)]);
-            matrix.push([(cosine, rate)]);
+            matrix.push(cosine, sine, -rate);
+            matrix.push(sine, cosine, rate);
             matrix.fastest = matrix.fastest.max(rate.magnitude());
         }
-        matrix.push([]);
         matrix
     }
 
-    fn push(&mut self, row: impl IntoIterator<Item = (usize, S)>) {
-        self.entries.extend(row);
-        self.ends.push(self.entries.len());
-    }
-
-    fn rows(&self) -> impl Iterator<Item = &[(usize, S)]> {
-        let mut start = 0;
-        self.ends.iter().map(move |&end| {
-            let row = &self.entries[start..end];
-            start = end;
-            row
-        })
+    fn push(&mut self, row: usize, column: usize, value: S) {
+        if value != S::zero() {
+            self.entries.push(Entry { row, column, value });
+        }
     }
 
     /// The same in `f64`.
     pub(super) fn rounded(&self) -> Matrix<f64> {
-        let entry = |&(column, value): &(usize, S)| (column, value.to_f64());
+        let entry = |entry: &Entry<S>| Entry {
+            row: entry.row,
+            column: entry.column,
+            value: entry.value.to_f64(),
+        };
         Matrix {
             states: self.states,
             columns: self.columns,
             entries: self.entries.iter().map(entry).collect(),
-            ends: self.ends.clone(),
             fastest: self.fastest,
         }
     }
@@ -77,11 +76,10 @@ impl<S: Real> Matrix<S> {
     /// Writes `r M`.
     fn apply(&self, row: &[S], image: &mut [S]) {
         image.fill(S::zero());
-        for (&factor, line) in row.iter().zip(self.rows()) {
+        for entry in &self.entries {
+            let factor = row[entry.row];
             if factor != S::zero() {
-                for &(column, entry) in line {
-                    image[column] = factor.mul_add(entry, image[column]);
-                }
+                image[entry.column] = factor.mul_add(entry.value, image[entry.column]);
             }
         }
     }
@@ -133,10 +131,9 @@ impl<S: Real> Matrix<S> {
     pub(super) fn rate(&self) -> f64 {
         let states = self.states;
         let mut power = vec![0.0; states * states];
-        for (row, entries) in power.chunks_mut(states.max(1)).zip(self.rows()) {
-            for &(column, entry) in entries.iter().filter(|(column, _)| *column < states) {
-                row[column] = entry.to_f64();
-            }
+        let within = |entry: &&Entry<S>| entry.row < states && entry.column < states;
+        for entry in self.entries.iter().filter(within) {
+            power[entry.row * states + entry.column] = entry.value.to_f64();
         }
         let mut square = power.clone();
         let mut logarithm = 0.0;

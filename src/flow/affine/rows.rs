@@ -167,72 +167,87 @@ impl<S: Scalar, const N: usize> RowTable<S, N> {
     /// The product of every row with the extended state, into `out`, of the padded length.
     #[inline(always)]
     pub(super) fn combine(&self, extended: &[S], out: &mut [S]) {
+        self.combine_as(extended, |&y| y, out);
+    }
+
+    /// The same with the components as numbers of the rows.
+    #[inline(always)]
+    pub(super) fn combine_as<Y>(&self, extended: &[Y], number: impl Fn(&Y) -> S, out: &mut [S]) {
         let (out, _) = out.as_chunks_mut::<N>();
-        self.products(extended, out.iter_mut(), |out, products| *out = products);
+        self.products(extended, number, out.iter_mut(), |out, products| {
+            *out = products;
+        });
     }
 
     /// The products of the first rows with the extended state, as many as `out` holds.
     #[inline(always)]
     pub fn multiply(&self, extended: &[S], out: &mut [S]) {
-        self.products(extended, out.chunks_mut(N), |out, products| {
-            for (out, product) in out.iter_mut().zip(products) {
-                *out = product;
-            }
-        });
+        self.products(
+            extended,
+            |&y| y,
+            out.chunks_mut(N),
+            |out, products| {
+                for (out, product) in out.iter_mut().zip(products) {
+                    *out = product;
+                }
+            },
+        );
     }
 
     /// Puts the products of the rows with the extended state to places for blocks.
     ///
     /// NOTE: one mass or two under one force have code without loops over columns, a quarter of the instructions.
     #[inline(always)]
-    fn products<O>(
+    fn products<Y, O>(
         &self,
-        extended: &[S],
+        extended: &[Y],
+        number: impl Fn(&Y) -> S,
         places: impl Iterator<Item = O>,
         put: impl Fn(O, [S; N]),
     ) {
         match self.columns {
-            5 => self.products_of::<5, O>(extended, places, put),
-            7 => self.products_of::<7, O>(extended, places, put),
+            5 => {
+                let (blocks, _) = self.blocks.as_chunks::<5>();
+                for (place, block) in places.zip(blocks) {
+                    put(place, product(&extended[..5], &number, block));
+                }
+            }
+            7 => {
+                let (blocks, _) = self.blocks.as_chunks::<7>();
+                for (place, block) in places.zip(blocks) {
+                    put(place, product(&extended[..7], &number, block));
+                }
+            }
             columns => {
                 let blocks = self.blocks.chunks_exact(columns);
                 for (place, block) in places.zip(blocks) {
-                    put(place, product(&extended[..columns], block));
+                    put(place, product(&extended[..columns], &number, block));
                 }
             }
-        }
-    }
-
-    #[inline(always)]
-    fn products_of<const C: usize, O>(
-        &self,
-        extended: &[S],
-        places: impl Iterator<Item = O>,
-        put: impl Fn(O, [S; N]),
-    ) {
-        let (blocks, _) = self.blocks.as_chunks::<C>();
-        let extended = &extended[..C];
-        for (place, block) in places.zip(blocks) {
-            put(place, product(extended, block));
         }
     }
 }
 
 /// The products of a block's rows with an extended state, whose last component is 1.
 #[inline(always)]
-fn product<S: Scalar, const N: usize>(extended: &[S], block: &[[S; N]]) -> [S; N] {
+fn product<S: Scalar, Y, const N: usize>(
+    extended: &[Y],
+    number: impl Fn(&Y) -> S,
+    block: &[[S; N]],
+) -> [S; N] {
     let Some((&constant, block)) = block.split_last() else {
         return [S::zero(); N];
     };
     let mut sum = constant;
-    for (&y, lanes) in extended.iter().zip(block) {
-        accumulate(&mut sum, y, lanes);
+    for (y, lanes) in extended.iter().zip(block) {
+        accumulate(&mut sum, number(y), lanes);
     }
     sum
 }
 
+/// Adds a multiple of lanes.
 #[inline(always)]
-fn accumulate<S: Scalar, const N: usize>(sum: &mut [S; N], factor: S, lanes: &[S; N]) {
+pub(super) fn accumulate<S: Scalar, const N: usize>(sum: &mut [S; N], factor: S, lanes: &[S; N]) {
     for lane in 0..N {
         sum[lane] = factor.mul_add(lanes[lane], sum[lane]);
     }

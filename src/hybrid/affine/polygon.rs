@@ -138,10 +138,14 @@ impl Polygon<'_> {
         let degree = (self.points.len() - 1) as f64;
         let (before, after) = (self.points[point - 1], self.points[point]);
         let fall = after - before;
-        let bend = self.points.get(point + 1).map_or(0.0, |next| next - after - fall);
-        let place = (point as f64 - after / fall) / degree;
-        let within = (degree - 1.0) * bend / (2.0 * degree * fall);
-        place + (place * (1.0 - place) * within).clamp(-0.5 / degree, 0.5 / degree)
+        let (step, slope) = (1.0 / degree, 1.0 / fall);
+        let bend = match self.points.get(point + 1) {
+            Some(next) => next - after - fall,
+            None => 0.0,
+        };
+        let place = (point as f64 - after * slope) * step;
+        let within = place * (1.0 - place) * (degree - 1.0) * 0.5 * bend * slope;
+        place + within.clamp(-0.5, 0.5) * step
     }
 }
 
