@@ -73,9 +73,8 @@ impl<S: Real> Matrix<S> {
         }
     }
 
-    /// Writes `r M`.
+    /// Adds `r M`.
     fn apply(&self, row: &[S], image: &mut [S]) {
-        image.fill(S::zero());
         for entry in &self.entries {
             let factor = row[entry.row];
             if factor != S::zero() {
@@ -84,16 +83,22 @@ impl<S: Real> Matrix<S> {
         }
     }
 
+    /// Appends the image of the last row.
+    fn push_image(&self, rows: &mut Vec<S>) {
+        let end = rows.len();
+        rows.resize(end + self.columns, S::zero());
+        let (known, image) = rows.split_at_mut(end);
+        self.apply(&known[end - self.columns..], image);
+    }
+
     /// `r, r M, r M², …`, as many.
     pub(super) fn images(&self, row: &[S], count: usize) -> Rows<S> {
-        let columns = self.columns;
-        let mut values = row.to_vec();
-        values.resize(count * columns, S::zero());
-        for end in (columns..values.len()).step_by(columns) {
-            let (known, image) = values.split_at_mut(end);
-            self.apply(&known[end - columns..], &mut image[..columns]);
+        let mut rows = Vec::with_capacity(count * self.columns);
+        rows.extend_from_slice(row);
+        for _ in 1..count {
+            self.push_image(&mut rows);
         }
-        Rows::new(columns, values)
+        Rows::new(self.columns, rows)
     }
 
     /// `r M^k / k!` for as many `k` as the step needs: entry by entry until its terms are below the rounding of
@@ -101,29 +106,31 @@ impl<S: Real> Matrix<S> {
     pub(super) fn series(&self, row: &[S], length: f64) -> Option<Rows<S>> {
         let columns = self.columns;
         let mut largest = vec![0.0f64; columns];
-        let (mut row, mut next) = (row.to_vec(), vec![S::zero(); columns]);
-        let mut values = Vec::with_capacity(USUAL_TERMS * columns);
-        let (mut terms, mut power, mut small) = (0, 1.0, 0);
-        while small < 2 {
-            if terms == MAX_TERMS || !row.iter().all(|value| value.is_finite()) {
-                return None;
-            }
+        let mut rows = Vec::with_capacity(USUAL_TERMS * columns);
+        rows.extend_from_slice(row);
+        let (mut power, mut small) = (1.0, 0);
+        for terms in 1..=MAX_TERMS {
             let mut all_small = true;
-            for (largest, value) in largest.iter_mut().zip(&row) {
+            for (largest, value) in largest.iter_mut().zip(&rows[(terms - 1) * columns..]) {
                 let term = value.magnitude() * power;
+                if !term.is_finite() {
+                    return None;
+                }
                 all_small &= term <= *largest * S::ROUNDOFF * 0.0625;
                 *largest = largest.max(term);
             }
             small = if all_small { small + 1 } else { 0 };
-            values.extend_from_slice(&row);
-            terms += 1;
-            self.apply(&row, &mut next);
+            if small == 2 {
+                return Some(Rows::new(columns, rows));
+            }
+            self.push_image(&mut rows);
             let divisor = S::one() / S::from_f64(terms as f64);
-            next.iter_mut().for_each(|value| *value *= divisor);
-            std::mem::swap(&mut row, &mut next);
+            for value in &mut rows[terms * columns..] {
+                *value *= divisor;
+            }
             power *= length;
         }
-        Some(Rows::new(columns, values))
+        None
     }
 
     /// Estimate from above of the largest magnitude of an eigenvalue: `‖A^64‖^(1/64)` of the states alone, or the

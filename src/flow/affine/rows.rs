@@ -115,11 +115,6 @@ impl<S: Scalar, const N: usize> RowTable<S, N> {
         self.rows = rows;
     }
 
-    /// The entry of a row in a column.
-    pub(super) fn entry(&self, row: usize, column: usize) -> S {
-        self.blocks[row / N * self.columns + column][row % N]
-    }
-
     pub(super) fn columns(&self) -> usize {
         self.columns
     }
@@ -141,10 +136,12 @@ impl<S: Scalar, const N: usize> RowTable<S, N> {
             } else {
                 [S::zero(); N]
             };
-            for (inner, lanes) in block[..columns - 1].iter().enumerate() {
-                let factor = flow.entry(inner, column);
-                if factor != S::zero() {
-                    accumulate(&mut sum, factor, lanes);
+            let factors = flow.blocks[column..].iter().step_by(columns);
+            for (lanes, factors) in block[..columns - 1].chunks(M).zip(factors) {
+                for (lanes, &factor) in lanes.iter().zip(factors) {
+                    if factor != S::zero() {
+                        accumulate(&mut sum, factor, lanes);
+                    }
                 }
             }
             sum
