@@ -193,7 +193,7 @@ impl<S: Scalar, const N: usize> RowTable<S, N> {
 
     /// Puts the products of the rows with the extended state to places for blocks.
     ///
-    /// NOTE: one mass or two under one force have code without loops over columns, a quarter of the instructions.
+    /// NOTE: one mass or two under one force have code without loops over columns, half of the instructions.
     #[inline(always)]
     fn products<Y, O>(
         &self,
