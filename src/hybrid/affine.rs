@@ -12,6 +12,7 @@ mod look;
 mod newton;
 mod polygon;
 mod retreat;
+mod surface;
 mod tools;
 
 use crate::flow::AffineExpressions;

@@ -30,14 +30,6 @@ pub(super) enum Landing {
     },
 }
 
-/// Value and slope of a function where a flight has landed.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Closing<S> {
-    pub(super) value: S,
-    /// Along the free flow.
-    pub(super) slope: S,
-}
-
 /// Share of itself to which a step of Newton's method must reduce a distance that is more than rounding.
 const REDUCED: f64 = 0.5;
 
@@ -51,7 +43,7 @@ impl<S: Real> Simulator<'_, S> {
             Landing::Contact { .. } => S::one(),
             Landing::Release { .. } => self.motion.release_sign,
         };
-        let Some(Closing { value, slope }) = self.closing(landing) else {
+        let Some((value, slope)) = self.read_landing(landing) else {
             return;
         };
         if value == S::zero() || slope * falling >= S::zero() {
@@ -59,11 +51,14 @@ impl<S: Real> Simulator<'_, S> {
         }
         let shift = -value / slope;
         self.work.next.copy_from_slice(&self.motion.state);
-        for (state, &rate) in self.motion.state.iter_mut().zip(&self.work.rates) {
+        for (state, &rate) in self.motion.state.iter_mut().zip(&self.work.landing[2..]) {
             *state = rate.mul_add(shift, *state);
         }
-        let closer = |after: Closing<S>| after.value.abs() <= value.abs() * S::from_f64(REDUCED);
-        if self.closing(landing).is_some_and(closer) {
+        let after = match landing {
+            Landing::Contact { surface } => Some(self.clearance(surface).gap),
+            Landing::Release { .. } => self.read_landing(landing).map(|(value, _)| value),
+        };
+        if after.is_some_and(|after| after.abs() <= value.abs() * S::from_f64(REDUCED)) {
             self.motion.time += shift;
         } else {
             self.motion.state.copy_from_slice(&self.work.next);
@@ -77,9 +72,9 @@ impl<S: Real> Simulator<'_, S> {
         }
     }
 
-    /// The function at the present state, the rates of the free flow put to the working memory; `None` for a surface
-    /// that has none.
-    fn closing(&mut self, landing: Landing) -> Option<Closing<S>> {
+    /// Value and slope of the function at the present state, put to the working memory with the rates of the free flow;
+    /// `None` for a surface that has none.
+    fn read_landing(&mut self, landing: Landing) -> Option<(S, S)> {
         let Self {
             affine,
             motion,
@@ -88,20 +83,19 @@ impl<S: Real> Simulator<'_, S> {
             surfaces,
             ..
         } = self;
-        let exact = affine
+        let values = &mut work.landing;
+        let is_read = affine
             .as_mut()
-            .and_then(|tools| tools.closing(landing, motion, parameters, &mut work.rates));
-        exact.or_else(|| {
-            let landing = match landing {
+            .is_some_and(|tools| tools.read_landing(landing, motion, parameters, values));
+        if !is_read {
+            let evaluator = match landing {
                 Landing::Contact { surface } => Some(&mut surfaces[surface].contact),
                 Landing::Release { surface } => surfaces[surface].release.as_mut(),
             }?;
-            let (&[value, slope], rates) = landing
-                .evaluate(&motion.state, parameters)
-                .split_first_chunk()?;
-            let dimension = work.rates.len();
-            work.rates.copy_from_slice(&rates[..dimension]);
-            Some(Closing { value, slope })
-        })
+            let found = evaluator.evaluate(&motion.state, parameters);
+            let count = values.len();
+            values.copy_from_slice(&found[..count]);
+        }
+        Some((values[0], values[1]))
     }
 }

@@ -1,7 +1,7 @@
 //! What happens at a surface: reset, completed chatter, sticking, contact, release.
 
 use super::chatter::{AfterImpact, Rebound};
-use super::sensing::Sense;
+use super::sensing::{Clearance, Sense};
 use super::simulator::Simulator;
 use super::system::{Law, Regime};
 use super::trajectory::{Event, EventKind, Outcome};
@@ -48,16 +48,28 @@ impl<S: Real> Simulator<'_, S> {
             {
                 continue;
             }
-            let sense = self.sense(surface);
-            if sense.gap < -sense.rounding * S::from_f64(64.0) {
+            let Clearance { gap, rounding } = self.clearance(surface);
+            if gap < -rounding * S::from_f64(64.0) {
                 return Err(Outcome::Penetrating {
                     surface,
                     time: self.motion.time,
-                    gap: sense.gap,
+                    gap,
                 });
             }
         }
         Ok(())
+    }
+
+    /// The gap of a surface.
+    pub(super) fn clearance(&mut self, surface: usize) -> Clearance<S> {
+        let exact = self
+            .affine
+            .as_mut()
+            .and_then(|tools| tools.clearance(surface, &self.motion, &self.parameters));
+        exact.unwrap_or_else(|| {
+            let Sense { gap, rounding, .. } = self.sense(surface);
+            Clearance { gap, rounding }
+        })
     }
 
     /// The normal motion at a surface.

@@ -71,6 +71,13 @@ impl<'a, S: Real> Sensor<'a, S> {
     }
 }
 
+/// A gap and its rounding.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Clearance<S> {
+    pub(super) gap: S,
+    pub(super) rounding: S,
+}
+
 /// Rounding of a sum: a few units in the last place of its largest term.
 pub(super) fn rounding_of<S: Real>(terms: &[S]) -> S {
     let size = terms

@@ -40,8 +40,8 @@ pub(super) struct Work<S> {
     pub(super) found: Vec<Passage<S>>,
     /// The state after a step, or before an impact.
     pub(super) next: Vec<S>,
-    /// Rates of the free flow where a flight has landed.
-    pub(super) rates: Vec<S>,
+    /// Value and slope of what is zero where a flight lands, and the rates of the free flow there.
+    pub(super) landing: Vec<S>,
     /// Minima without contact: time in the step, surface, gap.
     pub(super) misses: Vec<(S, usize, S)>,
 }
@@ -101,7 +101,7 @@ impl<'a, S: Real> Simulator<'a, S> {
                 search: PassageSearch::default(),
                 found: Vec::new(),
                 next: vec![S::zero(); system.dimension],
-                rates: vec![S::zero(); system.dimension],
+                landing: vec![S::zero(); 2 + system.dimension],
                 misses: Vec::new(),
             },
             reversed: (Vec::new(), Vec::new()),

@@ -116,7 +116,7 @@ impl<S: Real> Simulator<'_, S> {
         for surface in 0..self.surfaces.len() {
             if let Some(rounding) = self.motion.leaving[surface]
                 && stop != Some(Stop::Contact { surface })
-                && self.sense(surface).gap.abs() > rounding
+                && self.clearance(surface).gap.abs() > rounding
             {
                 self.motion.leaving[surface] = None;
             }
@@ -239,6 +239,9 @@ fn report<S: Real>(
     from: S,
     record: &mut dyn FnMut(Event<S>),
 ) {
+    if misses.is_empty() {
+        return;
+    }
     misses.sort_unstable_by(|a, b| a.0.partial_cmp(&b.0).unwrap_or(Ordering::Equal));
     for &(time, surface, gap) in misses.iter().filter(|miss| miss.0 <= until) {
         record(Event {

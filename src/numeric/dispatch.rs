@@ -35,7 +35,7 @@ pub trait Kernel {
 /// widest(Double(&mut values));
 /// assert_eq!(values, [2.0, 4.0, 6.0]);
 /// ```
-#[inline]
+#[inline(always)]
 pub fn widest<K: Kernel>(kernel: K) -> K::Output {
     Arch::new().dispatch(Inlined(kernel))
 }

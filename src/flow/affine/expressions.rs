@@ -108,20 +108,17 @@ impl AffineExpressions {
         tape[first..first + parameters.len()].copy_from_slice(parameters);
         self.program.evaluate_values(&mut tape);
         let value = |output: usize| tape[self.program.output(output)];
-        let row = |entries: &Vec<Entry>| {
-            let mut row = vec![S::zero(); self.columns()];
-            for entry in entries {
+        let columns = self.columns();
+        let mut rows = vec![S::zero(); self.rows.len() * columns];
+        for (row, entries) in rows.chunks_exact_mut(columns).zip(&self.rows) {
+            for entry in entries.iter().flatten() {
                 row[entry.column] = value(entry.output);
             }
-            row
-        };
+        }
         AffineRows {
             multiples: (0..self.harmonics).map(value).collect(),
-            rows: self
-                .rows
-                .iter()
-                .map(|entries| entries.as_ref().map(row).unwrap_or_default())
-                .collect(),
+            columns,
+            rows,
         }
     }
 }
@@ -131,8 +128,15 @@ impl AffineExpressions {
 pub struct AffineRows<S> {
     /// The multiples `k` of the phase.
     pub multiples: Vec<S>,
-    /// One row per expression; empty where it is not affine.
-    pub rows: Vec<Vec<S>>,
+    columns: usize,
+    rows: Vec<S>,
+}
+
+impl<S> AffineRows<S> {
+    /// The row of an expression, by its number in the list given; zeros where it is not affine.
+    pub fn row(&self, expression: usize) -> &[S] {
+        &self.rows[expression * self.columns..][..self.columns]
+    }
 }
 
 fn multiples(forms: &[Option<&Form>]) -> Vec<NodeId> {

@@ -11,7 +11,7 @@
 //! are computed once; a step is a product with the start. See docs/mathematics/affine-flow.md.
 
 use super::matrix::{Matrix, control_rows, largest, sum_at, unit};
-use super::rows::{RowTable, padded};
+use super::rows::{RowTable, Rows, padded};
 use crate::numeric::{Real, polynomial};
 
 /// Longest step in units of the fastest rate of the field: the largest term of a series on it is about 1.5
@@ -57,12 +57,8 @@ pub struct AffineFieldRows<'r, S> {
 
 impl<S: Real> AffineFieldRows<'_, S> {
     /// Rows of the function of a row and of its derivatives along the field, `count` in all.
-    pub fn lie_derivatives(&self, row: &[S], count: usize) -> Vec<Vec<S>> {
-        let matrix = Matrix::new(self);
-        let next = |row: &Vec<S>| Some(matrix.apply(row));
-        std::iter::successors(Some(row.to_vec()), next)
-            .take(count)
-            .collect()
+    pub fn lie_derivatives(&self, row: &[S], count: usize) -> RowTable<S> {
+        RowTable::first(&Matrix::new(self).images(row, count), count)
     }
 }
 
@@ -73,26 +69,16 @@ impl<S: Real> AffineFlow<S> {
         let rate = matrix.rate();
         let length = S::from_f64((REACH / rate).min(MAX_STEP));
         let limit = length.to_f64();
-        let series = |row: Vec<S>| matrix.series(row, limit);
-        let unit = |state| unit(state, matrix.columns);
-        let states: Option<Vec<_>> = (0..matrix.states).map(unit).map(series).collect();
-        let watched: Option<Vec<_>> = field
-            .watched
-            .iter()
-            .map(|row| series(row.to_vec()))
-            .collect();
+        let series = |row: &[S]| matrix.series(row, limit);
+        let units = (0..matrix.states).map(|state| unit(state, matrix.columns));
+        let states: Option<Vec<_>> = units.map(|row| series(&row)).collect();
+        let watched: Option<Vec<_>> = field.watched.iter().map(|row| series(row)).collect();
         let (states, watched) = (states?, watched?);
-        let longest = states.iter().chain(&watched).map(Vec::len).max()?;
+        let longest = states.iter().chain(&watched).map(Rows::len).max()?;
         let len = padded(longest);
-        let table = |rows: &Vec<Vec<S>>| {
-            let mut rows = rows.clone();
-            rows.resize(len, vec![S::zero(); matrix.columns]);
-            RowTable::new(&rows, matrix.columns)
-        };
-        let control: Vec<_> = watched
-            .iter()
-            .map(|rows| control_rows(rows, limit, len))
-            .collect();
+        let table = |rows: &Rows<S>| RowTable::first(rows, len);
+        let control = |rows: &Rows<S>| control_rows(rows, limit, len);
+        let control: Vec<Rows<f64>> = watched.iter().map(control).collect();
         let transition: Vec<_> = states.iter().map(|rows| sum_at(rows, length)).collect();
         Some(Self {
             states: matrix.states,
@@ -101,7 +87,7 @@ impl<S: Real> AffineFlow<S> {
             length,
             time_scale: if rate > 0.0 { 1.0 / rate } else { limit },
             phase_rate: field.phase_rate,
-            transition: RowTable::new(&transition, matrix.columns),
+            transition: RowTable::new(transition.iter().map(Vec::as_slice), matrix.columns),
             turns: field
                 .multiples
                 .iter()
@@ -111,10 +97,10 @@ impl<S: Real> AffineFlow<S> {
             state_series: leading_states(field.derivatives)
                 .map(|(state, slope)| (state, table(&states[state]), slope))
                 .collect(),
-            sizes: control.iter().map(|rows| largest(rows)).collect(),
+            sizes: control.iter().map(largest).collect(),
             control: control
                 .iter()
-                .map(|rows| RowTable::new(rows, matrix.columns))
+                .map(|rows| RowTable::first(rows, len))
                 .collect(),
             watched_series: watched.iter().map(table).collect(),
         })

@@ -5,10 +5,10 @@
 //! about the nearest of a row of nodes. Everything is linear in the start: nothing is formed that is not asked for.
 
 use super::flow::{AffineFieldRows, leading_states};
-use super::looks::{LOOK, Looks};
-use super::matrix::{Matrix, trimmed, unit};
+use super::looks::Looks;
+use super::matrix::{Matrix, terms_within, unit};
 use super::nodes::Nodes;
-use super::rows::{RowTable, padded};
+use super::rows::{RowTable, Rows, padded};
 use crate::numeric::{Real, polynomial};
 
 /// Pieces of a span.
@@ -32,10 +32,8 @@ pub struct AffineLeaps<S: Real> {
     terms: usize,
     phase_rate: S,
     time_scale: f64,
-    /// Per watched function and piece.
-    looks: Vec<Vec<RowTable<f64, LOOK>>>,
-    /// Per watched function the largest control point of each component.
-    sizes: Vec<Vec<f64>>,
+    /// Per watched function.
+    looks: Vec<Looks>,
     nodes: Nodes<S>,
     watched: Vec<RowTable<S>>,
     /// The states that are no other state's derivative, and the state that is theirs.
@@ -52,33 +50,26 @@ impl<S: Real> AffineLeaps<S> {
         if !spacing.is_finite() {
             return None;
         }
-        let series = |row: Vec<S>| matrix.series(row, spacing);
+        let series = |row: &[S]| matrix.series(row, spacing);
         let units = (0..matrix.states).map(|state| unit(state, columns));
-        let states: Option<Vec<_>> = units.map(series).collect();
-        let gaps = field.watched.iter().map(|row| row.to_vec());
-        let watched: Option<Vec<_>> = gaps.map(series).collect();
+        let states: Option<Vec<_>> = units.map(|row| series(&row)).collect();
+        let watched: Option<Vec<_>> = field.watched.iter().map(|row| series(row)).collect();
         let (watched, states) = (watched?, states?);
         let nodes = Nodes::new(field, &states, S::from_f64(spacing));
-        let near = |rows: &[Vec<Vec<S>>]| -> Vec<Vec<Vec<S>>> {
-            let near = |rows: &Vec<Vec<S>>| trimmed(rows, NEAR * spacing).to_vec();
-            rows.iter().map(near).collect()
-        };
-        let (watched, states) = (near(&watched), near(&states));
-        let terms = watched.iter().chain(&states).map(Vec::len).max()?;
-        let terms = padded(terms);
-        let looks = Looks::new(&matrix, field.watched, length, &nodes)?;
-        let table = |rows: &Vec<Vec<S>>| RowTable::padded(rows, terms, columns);
+        let needed = |rows| terms_within(rows, NEAR * spacing);
+        let terms = padded(watched.iter().chain(&states).map(needed).max()?);
+        let (looks, points) = Looks::all(&matrix, field.watched, length, &nodes)?;
+        let table = |rows: &Rows<S>| RowTable::first(rows, terms);
         Some(Self {
             spacing: S::from_f64(spacing),
             reach: S::from_f64(NEAR * spacing),
             inverse_spacing: 1.0 / spacing,
             piece: length,
-            points: looks.points,
+            points,
             terms,
             phase_rate: field.phase_rate,
             time_scale: 1.0 / rate,
-            looks: looks.tables,
-            sizes: looks.sizes,
+            looks,
             nodes,
             watched: watched.iter().map(table).collect(),
             states: leading_states(field.derivatives)
@@ -127,17 +118,17 @@ impl<S: Real> AffineLeaps<S> {
         self.terms
     }
 
-    /// Control points of a watched function on a piece.
+    /// Control points of a watched function on a piece, in `f64`.
     #[inline(always)]
-    pub fn look(&self, watched: usize, piece: usize, extended: &[f64], out: &mut [f64]) {
-        self.looks[watched][piece].combine(extended, out);
+    pub fn look(&self, watched: usize, piece: usize, extended: &[S], out: &mut [f64]) {
+        self.looks[watched].pieces[piece].combine_as(extended, |y| y.to_f64(), out);
     }
 
     /// A bound of the size of the terms of which the control points of any piece are sums.
     #[inline(always)]
-    pub fn size(&self, watched: usize, extended: &[f64]) -> f64 {
-        let terms = self.sizes[watched].iter().zip(extended);
-        terms.fold(0.0, |sum, (size, y)| sum + size * y.abs())
+    pub fn size(&self, watched: usize, extended: &[S]) -> f64 {
+        let terms = self.looks[watched].sizes.iter().zip(extended);
+        terms.fold(0.0, |sum, (size, y)| sum + size * y.magnitude())
     }
 
     /// The node nearest to a time of the span, and its time.
@@ -154,7 +145,7 @@ impl<S: Real> AffineLeaps<S> {
         if node == 0 {
             out[..extended.len()].copy_from_slice(extended);
         } else {
-            self.nodes.get(node).table.combine(extended, out);
+            self.nodes.get(node).combine(extended, out);
             out[extended.len() - 1] = S::one();
         }
     }

@@ -1,148 +1,200 @@
 //! The matrix of a linear field over the extended state, and series of rows along its flow.
 
 use super::flow::AffineFieldRows;
+use super::rows::Rows;
 use crate::numeric::Real;
 
 /// Most terms of a series.
 pub(super) const MAX_TERMS: usize = 96;
+/// Terms for which a series has room from the first.
+const USUAL_TERMS: usize = 32;
+/// Squarings of a matrix for its rate.
+const SQUARINGS: u32 = 6;
 
-/// `M`, by rows, each with the columns of its entries that are not zero.
+/// `M`: its entries that are not zero.
 pub(super) struct Matrix<S> {
     pub(super) states: usize,
     pub(super) columns: usize,
-    rows: Vec<Vec<(usize, S)>>,
+    entries: Vec<Entry<S>>,
+    /// The fastest harmonic.
+    fastest: f64,
+}
+
+#[derive(Clone, Copy)]
+struct Entry<S> {
+    row: usize,
+    column: usize,
+    value: S,
 }
 
 impl<S: Real> Matrix<S> {
     pub(super) fn new(field: &AffineFieldRows<'_, S>) -> Self {
         let states = field.derivatives.len();
         let columns = states + 2 * field.multiples.len() + 1;
-        let entries = |row: &&[S]| {
-            let row = row.iter().copied().enumerate();
-            row.filter(|(_, entry)| *entry != S::zero()).collect()
+        let mut matrix = Self {
+            states,
+            columns,
+            entries: Vec::with_capacity(columns * columns),
+            fastest: 0.0,
         };
-        let mut rows: Vec<Vec<_>> = field.derivatives.iter().map(entries).collect();
+        for (state, row) in field.derivatives.iter().enumerate() {
+            for (column, &value) in row.iter().enumerate() {
+                matrix.push(state, column, value);
+            }
+        }
         for (harmonic, &multiple) in field.multiples.iter().enumerate() {
             let (cosine, sine) = (states + 2 * harmonic, states + 2 * harmonic + 1);
             let rate = multiple * field.phase_rate;
-            rows.push(vec![(sine, -rate)]);
-            rows.push(vec![(cosine, rate)]);
+            matrix.push(cosine, sine, -rate);
+            matrix.push(sine, cosine, rate);
+            matrix.fastest = matrix.fastest.max(rate.magnitude());
         }
-        rows.push(Vec::new());
-        Self {
-            states,
-            columns,
-            rows,
+        matrix
+    }
+
+    fn push(&mut self, row: usize, column: usize, value: S) {
+        if value != S::zero() {
+            self.entries.push(Entry { row, column, value });
         }
     }
 
     /// The same in `f64`.
     pub(super) fn rounded(&self) -> Matrix<f64> {
-        let entry = |&(column, value): &(usize, S)| (column, value.to_f64());
-        let row = |row: &Vec<(usize, S)>| row.iter().map(entry).collect();
+        let entry = |entry: &Entry<S>| Entry {
+            row: entry.row,
+            column: entry.column,
+            value: entry.value.to_f64(),
+        };
         Matrix {
             states: self.states,
             columns: self.columns,
-            rows: self.rows.iter().map(row).collect(),
+            entries: self.entries.iter().map(entry).collect(),
+            fastest: self.fastest,
         }
     }
 
-    /// `r M`.
-    pub(super) fn apply(&self, row: &[S]) -> Vec<S> {
-        let mut image = vec![S::zero(); self.columns];
-        for (&factor, line) in row.iter().zip(&self.rows) {
+    /// Adds `r M`.
+    fn apply(&self, row: &[S], image: &mut [S]) {
+        for entry in &self.entries {
+            let factor = row[entry.row];
             if factor != S::zero() {
-                for &(column, entry) in line {
-                    image[column] = factor.mul_add(entry, image[column]);
-                }
+                image[entry.column] = factor.mul_add(entry.value, image[entry.column]);
             }
         }
-        image
+    }
+
+    /// Appends the image of the last row.
+    fn push_image(&self, rows: &mut Vec<S>) {
+        let end = rows.len();
+        rows.resize(end + self.columns, S::zero());
+        let (known, image) = rows.split_at_mut(end);
+        self.apply(&known[end - self.columns..], image);
+    }
+
+    /// `r, r M, r M², …`, as many.
+    pub(super) fn images(&self, row: &[S], count: usize) -> Rows<S> {
+        let mut rows = Vec::with_capacity(count * self.columns);
+        rows.extend_from_slice(row);
+        for _ in 1..count {
+            self.push_image(&mut rows);
+        }
+        Rows::new(self.columns, rows)
     }
 
     /// `r M^k / k!` for as many `k` as the step needs: entry by entry until its terms are below the rounding of
     /// its largest, so that units do not matter.
-    pub(super) fn series(&self, row: Vec<S>, length: f64) -> Option<Vec<Vec<S>>> {
-        let mut largest = vec![0.0f64; self.columns];
-        let (mut rows, mut power, mut small) = (Vec::new(), 1.0, 0);
-        let mut row = row;
-        while small < 2 {
-            if rows.len() == MAX_TERMS || !row.iter().all(|value| value.is_finite()) {
-                return None;
-            }
+    pub(super) fn series(&self, row: &[S], length: f64) -> Option<Rows<S>> {
+        let columns = self.columns;
+        let mut largest = vec![0.0f64; columns];
+        let mut rows = Vec::with_capacity(USUAL_TERMS * columns);
+        rows.extend_from_slice(row);
+        let (mut power, mut small) = (1.0, 0);
+        for terms in 1..=MAX_TERMS {
             let mut all_small = true;
-            for (largest, value) in largest.iter_mut().zip(&row) {
+            for (largest, value) in largest.iter_mut().zip(&rows[(terms - 1) * columns..]) {
                 let term = value.magnitude() * power;
+                if !term.is_finite() {
+                    return None;
+                }
                 all_small &= term <= *largest * S::ROUNDOFF * 0.0625;
                 *largest = largest.max(term);
             }
             small = if all_small { small + 1 } else { 0 };
-            let next = self.apply(&row);
-            rows.push(row);
-            let divisor = S::one() / S::from_f64(rows.len() as f64);
-            row = next.into_iter().map(|value| value * divisor).collect();
+            if small == 2 {
+                return Some(Rows::new(columns, rows));
+            }
+            self.push_image(&mut rows);
+            let divisor = S::one() / S::from_f64(terms as f64);
+            for value in &mut rows[terms * columns..] {
+                *value *= divisor;
+            }
             power *= length;
         }
-        Some(rows)
+        None
     }
 
-    /// Estimate from above of the largest magnitude of an eigenvalue: `‖M^64‖^(1/64)`.
+    /// Estimate from above of the largest magnitude of an eigenvalue: `‖A^64‖^(1/64)` of the states alone, or the
+    /// fastest harmonic.
     pub(super) fn rate(&self) -> f64 {
-        let columns = self.columns;
-        let mut power = vec![0.0; columns * columns];
-        for (row, entries) in power.chunks_mut(columns).zip(&self.rows) {
-            for &(column, entry) in entries {
-                row[column] = entry.to_f64();
-            }
+        let states = self.states;
+        let mut power = vec![0.0; states * states];
+        let within = |entry: &&Entry<S>| entry.row < states && entry.column < states;
+        for entry in self.entries.iter().filter(within) {
+            power[entry.row * states + entry.column] = entry.value.to_f64();
         }
+        let mut square = power.clone();
         let mut logarithm = 0.0;
-        for squaring in 0..7 {
+        for squaring in 0..=SQUARINGS {
+            if squaring > 0 {
+                write_square(&power, states, &mut square);
+                std::mem::swap(&mut power, &mut square);
+            }
             let norm = power
                 .iter()
-                .fold(0.0f64, |norm, value| norm.max(value.abs()));
+                .fold(0.0f64, |norm, entry| norm.max(entry.abs()));
             if norm == 0.0 {
-                return 0.0;
+                return self.fastest;
             }
-            power.iter_mut().for_each(|value| *value /= norm);
+            power.iter_mut().for_each(|entry| *entry /= norm);
             logarithm = 2.0 * logarithm + norm.ln();
-            if squaring == 6 {
-                return (logarithm / 64.0).exp();
-            }
-            let mut square = vec![0.0; power.len()];
-            for (row, out) in power.chunks(columns).zip(square.chunks_mut(columns)) {
-                for (&factor, line) in row.iter().zip(power.chunks(columns)) {
-                    for (value, entry) in out.iter_mut().zip(line) {
-                        *value += factor * entry;
-                    }
-                }
-            }
-            power = square;
         }
-        0.0
+        let rate = (logarithm / f64::from(1 << SQUARINGS)).exp();
+        rate.max(self.fastest)
     }
 }
 
-/// The first rows of a series that a shorter time needs, by the measure of [`Matrix::series`].
-pub(super) fn trimmed<S: Real>(series: &[Vec<S>], length: f64) -> &[Vec<S>] {
-    let powers = || std::iter::successors(Some(1.0), |power| Some(power * length));
-    let mut largest = vec![0.0f64; series[0].len()];
-    for (row, power) in series.iter().zip(powers()) {
-        for (largest, value) in largest.iter_mut().zip(row) {
-            *largest = largest.max(value.magnitude() * power);
+/// The square of a matrix, by rows.
+fn write_square(matrix: &[f64], columns: usize, square: &mut [f64]) {
+    for (row, out) in matrix.chunks(columns).zip(square.chunks_mut(columns)) {
+        out.fill(0.0);
+        for (&factor, line) in row.iter().zip(matrix.chunks(columns)) {
+            for (value, entry) in out.iter_mut().zip(line) {
+                *value += factor * entry;
+            }
         }
     }
-    let matters = |(row, power): (&Vec<S>, f64)| {
-        let mut terms = row.iter().zip(&largest);
-        terms.any(|(c, largest)| c.magnitude() * power > largest * S::ROUNDOFF * 0.0625)
-    };
-    let terms = series.iter().zip(powers()).map(matters);
-    let last = terms.enumerate().filter(|(_, matters)| *matters).last();
-    &series[..last.map_or(1, |(place, _)| place + 1)]
+}
+
+/// How many of the first terms of a series a shorter time needs, by the measure of [`Matrix::series`].
+pub(super) fn terms_within<S: Real>(series: &Rows<S>, length: f64) -> usize {
+    let powers = std::iter::successors(Some(1.0), |power| Some(power * length));
+    let mut largest = vec![0.0f64; series.columns()];
+    let mut needed = 1;
+    for (place, (row, power)) in series.iter().zip(powers).enumerate() {
+        for (largest, value) in largest.iter_mut().zip(row) {
+            let term = value.magnitude() * power;
+            if term > *largest * S::ROUNDOFF * 0.0625 {
+                needed = place + 1;
+            }
+            *largest = largest.max(term);
+        }
+    }
+    needed
 }
 
 /// `Σ_k rows_k t^k`.
-pub(super) fn sum_at<S: Real>(rows: &[Vec<S>], time: S) -> Vec<S> {
-    let mut sum = vec![S::zero(); rows[0].len()];
+pub(super) fn sum_at<S: Real>(rows: &Rows<S>, time: S) -> Vec<S> {
+    let mut sum = vec![S::zero(); rows.columns()];
     for row in rows.iter().rev() {
         for (value, &coefficient) in sum.iter_mut().zip(row) {
             *value = value.mul_add(time, coefficient);
@@ -152,9 +204,9 @@ pub(super) fn sum_at<S: Real>(rows: &[Vec<S>], time: S) -> Vec<S> {
 }
 
 /// The largest magnitude in each column.
-pub(super) fn largest(rows: &[Vec<f64>]) -> Vec<f64> {
-    let mut largest = vec![0.0f64; rows[0].len()];
-    for row in rows {
+pub(super) fn largest(rows: &Rows<f64>) -> Vec<f64> {
+    let mut largest = vec![0.0f64; rows.columns()];
+    for row in rows.iter() {
         for (largest, value) in largest.iter_mut().zip(row) {
             *largest = largest.max(value.abs());
         }
@@ -164,11 +216,11 @@ pub(super) fn largest(rows: &[Vec<f64>]) -> Vec<f64> {
 
 /// Rows of Bernstein coefficients of degree `len − 1` on `[0, length]`:
 /// `b_i = Σ_{k ≤ i} C(i, k) / C(n, k) c_k length^k`.
-pub(super) fn control_rows<S: Real>(rows: &[Vec<S>], length: f64, len: usize) -> Vec<Vec<f64>> {
-    let columns = rows[0].len();
+pub(super) fn control_rows<S: Real>(rows: &Rows<S>, length: f64, len: usize) -> Rows<f64> {
+    let columns = rows.columns();
     let degree = (len - 1) as f64;
-    let mut points = vec![vec![0.0; columns]; len];
-    for (i, point) in points.iter_mut().enumerate() {
+    let mut points = vec![0.0; len * columns];
+    for (i, point) in points.chunks_exact_mut(columns).enumerate() {
         let (mut factor, mut power) = (1.0, 1.0);
         for (k, row) in rows.iter().enumerate().take(i + 1) {
             for (value, &coefficient) in point.iter_mut().zip(row) {
@@ -178,7 +230,7 @@ pub(super) fn control_rows<S: Real>(rows: &[Vec<S>], length: f64, len: usize) ->
             power *= length;
         }
     }
-    points
+    Rows::new(columns, points)
 }
 
 /// The row of one component.

@@ -1,81 +1,251 @@
-//! Rows over the extended state that are multiplied with it together, such as the coefficients of a power series.
+//! Rows over the extended state, one by one and as tables that are multiplied with it.
 
-use crate::numeric::Scalar;
+use crate::numeric::{Real, Scalar};
 
 /// Rows that are formed together where nothing else is said, for the processor's lanes.
 const BLOCK: usize = 4;
 
-/// Rows over the extended state.
+/// Rows over the extended state, one after another.
+#[derive(Clone, Debug)]
+pub(super) struct Rows<S> {
+    columns: usize,
+    values: Vec<S>,
+}
+
+impl<S: Scalar> Rows<S> {
+    /// From their entries.
+    pub(super) fn new(columns: usize, values: Vec<S>) -> Self {
+        Self { columns, values }
+    }
+
+    pub(super) fn columns(&self) -> usize {
+        self.columns
+    }
+
+    pub(super) fn len(&self) -> usize {
+        self.values.len() / self.columns
+    }
+
+    pub(super) fn iter(&self) -> std::slice::ChunksExact<'_, S> {
+        self.values.chunks_exact(self.columns)
+    }
+}
+
+/// Rows over the extended state that are multiplied with it together, such as the coefficients of a power series.
 ///
 /// They stand in blocks, in each block all columns one after another.
 #[derive(Clone, Debug)]
 pub struct RowTable<S, const N: usize = BLOCK> {
+    rows: usize,
     columns: usize,
     blocks: Vec<[S; N]>,
 }
 
 /// Length of series of a degree, whole blocks.
 pub(super) fn padded(coefficients: usize) -> usize {
-    coefficients.div_ceil(BLOCK) * BLOCK
+    coefficients.next_multiple_of(BLOCK)
 }
 
 impl<S: Scalar, const N: usize> RowTable<S, N> {
-    /// From its rows; padded with zeros to whole blocks.
-    pub fn new(rows: &[Vec<S>], columns: usize) -> Self {
-        Self::padded(rows, rows.len(), columns)
-    }
-
-    /// From its rows, as many as these; padded with zeros.
-    pub(super) fn padded(rows: &[Vec<S>], count: usize, columns: usize) -> Self {
-        let value = |row: usize, column: usize| rows.get(row).map_or(S::zero(), |row| row[column]);
-        Self::from_fn(count, columns, value)
-    }
-
-    /// From the entries of a number of rows; padded with zeros to whole blocks.
-    pub(super) fn from_fn(rows: usize, columns: usize, value: impl Fn(usize, usize) -> S) -> Self {
-        let mut blocks = Vec::with_capacity(rows.div_ceil(N) * columns);
-        for first in (0..rows).step_by(N) {
-            for column in 0..columns {
-                let entry = |row: usize| match first + row < rows {
-                    true => value(first + row, column),
-                    false => S::zero(),
-                };
-                blocks.push(std::array::from_fn(entry));
-            }
+    /// From the entries of rows of equal lengths; padded with zeros to whole blocks.
+    ///
+    /// # Panics
+    ///
+    /// If a row is shorter than the columns.
+    pub fn new<'r>(rows: impl ExactSizeIterator<Item = &'r [S]>, columns: usize) -> Self
+    where
+        S: 'r,
+    {
+        let mut table = Self::zeros(rows.len(), columns);
+        for (number, row) in rows.enumerate() {
+            table.set(number, row);
         }
-        Self { columns, blocks }
+        table
+    }
+
+    fn set(&mut self, number: usize, row: &[S]) {
+        let block = &mut self.blocks[number / N * self.columns..][..self.columns];
+        for (lanes, &value) in block.iter_mut().zip(&row[..self.columns]) {
+            lanes[number % N] = value;
+        }
+    }
+
+    /// The same followed by further rows.
+    #[must_use]
+    pub fn followed_by(mut self, rows: &[&[S]]) -> Self {
+        let first = self.rows;
+        self.pad(first + rows.len());
+        for (number, row) in (first..).zip(rows) {
+            self.set(number, row);
+        }
+        self
+    }
+
+    /// The first rows of some, padded with zeros to as many and to whole blocks.
+    pub(super) fn first(rows: &Rows<S>, count: usize) -> Self {
+        let mut table = Self::new(rows.iter().take(count), rows.columns);
+        table.pad(count);
+        table
+    }
+
+    /// From a block for each of as many rows and each column, counted from zero.
+    pub(super) fn from_blocks(
+        rows: usize,
+        columns: usize,
+        mut block: impl FnMut(usize, usize) -> [S; N],
+    ) -> Self {
+        let mut blocks = Vec::with_capacity(rows.div_ceil(N) * columns);
+        for first in 0..rows.div_ceil(N) {
+            blocks.extend((0..columns).map(|column| block(first, column)));
+        }
+        Self {
+            rows,
+            columns,
+            blocks,
+        }
+    }
+
+    fn zeros(rows: usize, columns: usize) -> Self {
+        Self::from_blocks(rows, columns, |_, _| [S::zero(); N])
+    }
+
+    fn pad(&mut self, rows: usize) {
+        let len = rows.div_ceil(N) * self.columns;
+        self.blocks.resize(len, [S::zero(); N]);
+        self.rows = rows;
+    }
+
+    pub(super) fn columns(&self) -> usize {
+        self.columns
+    }
+
+    /// The entries of a column, those of the padding included.
+    pub(super) fn column(&self, column: usize) -> impl Iterator<Item = S> + '_ {
+        let blocks = self.blocks.iter().skip(column).step_by(self.columns);
+        blocks.flatten().copied()
+    }
+
+    /// The same rows after a flow, their product with its matrix: all its rows but the last, that of the number 1.
+    pub(super) fn after<const M: usize>(&self, flow: &RowTable<S, M>) -> Self {
+        let columns = self.columns;
+        Self::from_blocks(self.rows, columns, |block, column| {
+            let block = &self.blocks[block * columns..][..columns];
+            let constant = column + 1 == columns;
+            let mut sum = if constant {
+                block[column]
+            } else {
+                [S::zero(); N]
+            };
+            let factors = flow.blocks[column..].iter().step_by(columns);
+            for (lanes, factors) in block[..columns - 1].chunks(M).zip(factors) {
+                for (lanes, &factor) in lanes.iter().zip(factors) {
+                    if factor != S::zero() {
+                        accumulate(&mut sum, factor, lanes);
+                    }
+                }
+            }
+            sum
+        })
+    }
+
+    /// The same in `f64`.
+    pub(super) fn rounded(&self) -> RowTable<f64, N>
+    where
+        S: Real,
+    {
+        let rounded = |lanes: &[S; N]| lanes.map(Real::to_f64);
+        RowTable {
+            rows: self.rows,
+            columns: self.columns,
+            blocks: self.blocks.iter().map(rounded).collect(),
+        }
     }
 
     /// The product of every row with the extended state, into `out`, of the padded length.
     #[inline(always)]
     pub(super) fn combine(&self, extended: &[S], out: &mut [S]) {
-        let extended = &extended[..self.columns];
+        self.combine_as(extended, |&y| y, out);
+    }
+
+    /// The same with the components as numbers of the rows.
+    #[inline(always)]
+    pub(super) fn combine_as<Y>(&self, extended: &[Y], number: impl Fn(&Y) -> S, out: &mut [S]) {
         let (out, _) = out.as_chunks_mut::<N>();
-        for (out, block) in out.iter_mut().zip(self.blocks.chunks_exact(self.columns)) {
-            *out = products(extended, block);
-        }
+        self.products(extended, number, out.iter_mut(), |out, products| {
+            *out = products;
+        });
     }
 
     /// The products of the first rows with the extended state, as many as `out` holds.
     #[inline(always)]
     pub fn multiply(&self, extended: &[S], out: &mut [S]) {
-        let extended = &extended[..self.columns];
-        let blocks = self.blocks.chunks_exact(self.columns);
-        for (out, block) in out.chunks_mut(N).zip(blocks) {
-            for (out, product) in out.iter_mut().zip(products(extended, block)) {
-                *out = product;
+        self.products(
+            extended,
+            |&y| y,
+            out.chunks_mut(N),
+            |out, products| {
+                for (out, product) in out.iter_mut().zip(products) {
+                    *out = product;
+                }
+            },
+        );
+    }
+
+    /// Puts the products of the rows with the extended state to places for blocks.
+    ///
+    /// NOTE: one mass or two under one force have code without loops over columns, half of the instructions.
+    #[inline(always)]
+    fn products<Y, O>(
+        &self,
+        extended: &[Y],
+        number: impl Fn(&Y) -> S,
+        places: impl Iterator<Item = O>,
+        put: impl Fn(O, [S; N]),
+    ) {
+        match self.columns {
+            5 => {
+                let (blocks, _) = self.blocks.as_chunks::<5>();
+                for (place, block) in places.zip(blocks) {
+                    put(place, product(&extended[..5], &number, block));
+                }
+            }
+            7 => {
+                let (blocks, _) = self.blocks.as_chunks::<7>();
+                for (place, block) in places.zip(blocks) {
+                    put(place, product(&extended[..7], &number, block));
+                }
+            }
+            columns => {
+                let blocks = self.blocks.chunks_exact(columns);
+                for (place, block) in places.zip(blocks) {
+                    put(place, product(&extended[..columns], &number, block));
+                }
             }
         }
     }
 }
 
+/// The products of a block's rows with an extended state, whose last component is 1.
 #[inline(always)]
-fn products<S: Scalar, const N: usize>(extended: &[S], block: &[[S; N]]) -> [S; N] {
-    let mut sum = [S::zero(); N];
-    for (&y, coefficients) in extended.iter().zip(block) {
-        for lane in 0..N {
-            sum[lane] = y.mul_add(coefficients[lane], sum[lane]);
-        }
+fn product<S: Scalar, Y, const N: usize>(
+    extended: &[Y],
+    number: impl Fn(&Y) -> S,
+    block: &[[S; N]],
+) -> [S; N] {
+    let Some((&constant, block)) = block.split_last() else {
+        return [S::zero(); N];
+    };
+    let mut sum = constant;
+    for (y, lanes) in extended.iter().zip(block) {
+        accumulate(&mut sum, number(y), lanes);
     }
     sum
+}
+
+/// Adds a multiple of lanes.
+#[inline(always)]
+pub(super) fn accumulate<S: Scalar, const N: usize>(sum: &mut [S; N], factor: S, lanes: &[S; N]) {
+    for lane in 0..N {
+        sum[lane] = factor.mul_add(lanes[lane], sum[lane]);
+    }
 }

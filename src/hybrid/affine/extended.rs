@@ -48,13 +48,20 @@ impl<S: Real> Extended<S> {
     }
 
     /// Takes a full state; `anchor` is the phase a period starts from.
+    #[inline(always)]
     pub(super) fn take(&mut self, state: &[S], anchor: S) {
-        self.values[..self.states].copy_from_slice(&state[..self.states]);
-        let Some(phase) = self.phase else { return };
-        let theta = state[phase];
-        if self.theta == Some(theta) {
-            return;
+        for (value, &state) in self.values[..self.states].iter_mut().zip(state) {
+            *value = state;
         }
+        if let Some(phase) = self.phase
+            && self.theta != Some(state[phase])
+        {
+            self.go_to(state[phase], anchor);
+        }
+    }
+
+    #[inline(never)]
+    fn go_to(&mut self, theta: S, anchor: S) {
         let before = self.theta.replace(theta);
         if before.is_some_and(|before| self.turn(theta - before)) {
             return;

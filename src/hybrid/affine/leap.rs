@@ -57,7 +57,6 @@ impl<S: Real> Asked<S> {
 pub(super) struct LeapBuffers<S> {
     pub(super) visit: NodeVisit<S>,
     pub(super) control: Vec<f64>,
-    pub(super) rounded: Vec<f64>,
     /// Per surface the rounding of the control points of its gap.
     pub(super) rounding: Vec<f64>,
     /// Per surface.
@@ -71,7 +70,6 @@ impl<S: Real> LeapBuffers<S> {
         Self {
             visit: NodeVisit::new(leaps, columns),
             control: vec![0.0; leaps.points()],
-            rounded: vec![0.0; columns],
             rounding: vec![0.0; surfaces],
             asked: vec![Asked::nothing(); surfaces],
             courses: vec![Course::Straight(Heading::Unknown); surfaces],
@@ -99,11 +97,8 @@ impl<S: Real> Kernel for Leaper<'_, S> {
 
     #[inline(always)]
     fn run(mut self) -> Leap<S> {
-        for (rounded, value) in self.buffers.rounded.iter_mut().zip(self.extended) {
-            *rounded = value.to_f64();
-        }
         for (surface, rounding) in self.buffers.rounding.iter_mut().enumerate() {
-            *rounding = ROUNDING * self.leaps.size(surface, &self.buffers.rounded);
+            *rounding = ROUNDING * self.leaps.size(surface, self.extended);
         }
         self.buffers.visit.forget();
         let leap = self.fly();
@@ -150,7 +145,7 @@ impl<S: Real> Leaper<'_, S> {
             end: LeapEnd::Quiet,
         };
         for surface in 0..self.buffers.asked.len() {
-            let Some(found) = self.look(surface, piece) else {
+            let Some(found) = self.look(surface, piece, quiet) else {
                 self.misses.truncate(known);
                 return None;
             };
@@ -184,19 +179,18 @@ impl<S: Real> Leaper<'_, S> {
 
     /// What the control points of a gap on a piece tell of its events; `None` where that is not enough.
     #[inline(always)]
-    fn look(&mut self, surface: usize, piece: usize) -> Option<Found<S>> {
+    fn look(&mut self, surface: usize, piece: usize, until: S) -> Option<Found<S>> {
         let Asked { goal, start, .. } = self.buffers.asked[surface];
         let Some(goal) = goal else {
             return Some(Found::quiet(Heading::Unknown));
         };
         let LeapBuffers {
             control,
-            rounded,
             rounding,
             visit,
             ..
         } = &mut *self.buffers;
-        self.leaps.look(surface, piece, rounded, control);
+        self.leaps.look(surface, piece, self.extended, control);
         let look = Look {
             polygon: Polygon {
                 points: control,
@@ -211,6 +205,7 @@ impl<S: Real> Leaper<'_, S> {
                 visit,
             },
             from: self.leaps.piece() * piece as f64,
+            until,
         };
         look.found()
     }

@@ -41,6 +41,8 @@ pub(super) struct Look<'t, S: Real> {
     pub(super) gap: GapCourse<'t, S>,
     /// Start of the piece.
     pub(super) from: f64,
+    /// The time up to which events are of interest.
+    pub(super) until: S,
 }
 
 impl<S: Real> Look<'_, S> {
@@ -50,7 +52,7 @@ impl<S: Real> Look<'_, S> {
             if near <= S::zero() {
                 match self.polygon.zeros(self.start.is_on_zero()) {
                     Zeros::None => return Some(Found::quiet(Heading::Unknown)),
-                    Zeros::OneFall => return self.contact(),
+                    Zeros::OneFall { place } => return self.contact(place),
                     Zeros::Unknown => {}
                 }
             } else if near.is_finite() && self.polygon.is_above(near.to_f64()) {
@@ -77,15 +79,21 @@ impl<S: Real> Look<'_, S> {
         let passage = None;
         match (self.goal, self.polygon.ends_above()) {
             (Goal::Minima, _) | (_, Some(true)) => Some(Found { course, passage }),
-            _ if self.polygon.zeros(self.start.is_on_zero()) == Zeros::OneFall => self.contact(),
-            _ => None,
+            _ => match self.polygon.zeros(self.start.is_on_zero()) {
+                Zeros::OneFall { place } => self.contact(place),
+                _ => None,
+            },
         }
     }
 
     /// The one contact of the piece.
     #[inline(always)]
-    fn contact(mut self) -> Option<Found<S>> {
-        let near = self.time(self.polygon.first_fall(self.start.is_on_zero())?);
+    fn contact(mut self, place: f64) -> Option<Found<S>> {
+        let near = self.time(place);
+        // A contact that lies later need not be found; the motion there is asked for in any case.
+        if near > self.until.to_f64() && self.gap.value(self.until) > S::zero() {
+            return Some(Found::quiet(Heading::Unknown));
+        }
         let time = self.gap.fall(near)?;
         Some(Found {
             course: Course::Straight(Heading::Unknown),
@@ -139,7 +147,7 @@ impl<S: Real> Look<'_, S> {
         let near = if lead <= 2.0 * self.gap.leaps.reach().to_f64() {
             minimum.to_f64() - lead
         } else {
-            self.time(self.polygon.first_fall(false)?)
+            self.time(self.polygon.first_fall()?)
         };
         let time = self.gap.fall(near)?;
         (time >= S::from_f64(self.from) && time <= minimum).then_some(time)

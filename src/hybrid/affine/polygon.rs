@@ -23,7 +23,10 @@ pub(super) enum Zeros {
     /// None: it is positive.
     None,
     /// Exactly one, where it falls.
-    OneFall,
+    OneFall {
+        /// Where, from 0 to 1: a guess.
+        place: f64,
+    },
     /// Not known.
     Unknown,
 }
@@ -53,11 +56,14 @@ impl Polygon<'_> {
         if least(self.points, on_zero) > self.rounding {
             return Zeros::None;
         }
-        let points = &self.points[usize::from(on_zero)..];
-        let above = points.iter().take_while(|&&b| b > self.rounding).count();
+        let first = usize::from(on_zero);
+        let is_above = |&&b: &&f64| b > self.rounding;
         let is_below = |&b: &f64| b < -self.rounding;
-        match above > 0 && points[above..].iter().all(is_below) {
-            true => Zeros::OneFall,
+        let place = first + self.points[first..].iter().take_while(is_above).count();
+        match place > first && self.points[place..].iter().all(is_below) {
+            true => Zeros::OneFall {
+                place: self.fall(place),
+            },
             false => Zeros::Unknown,
         }
     }
@@ -117,14 +123,29 @@ impl Polygon<'_> {
         (last.abs() > self.rounding).then_some(last > 0.0)
     }
 
-    /// Where the points first fall through zero, from 0 to 1.
+    /// Where the polynomial first falls through zero, from 0 to 1, if its points do: a guess.
     #[inline(always)]
-    pub(super) fn first_fall(&self, on_zero: bool) -> Option<f64> {
-        let first = usize::from(on_zero);
-        let below = |&b: &f64| b < 0.0;
-        let place = first + self.points[first..].iter().position(below)?;
-        let (before, after) = (self.points[place.checked_sub(1)?], self.points[place]);
-        Some((place as f64 - after / (after - before)) / (self.points.len() - 1) as f64)
+    pub(super) fn first_fall(&self) -> Option<f64> {
+        let place = self.points.iter().position(|&b| b < 0.0)?;
+        (place > 0).then(|| self.fall(place))
+    }
+
+    /// Where the polynomial falls through zero, from 0 to 1, if its points do before this one.
+    ///
+    /// Of degree `n` it is near the polygon less `t (1 − t) (n − 1) Δ²b / 2`, with the second difference of the points.
+    #[inline(always)]
+    fn fall(&self, point: usize) -> f64 {
+        let degree = (self.points.len() - 1) as f64;
+        let (before, after) = (self.points[point - 1], self.points[point]);
+        let fall = after - before;
+        let (step, slope) = (1.0 / degree, 1.0 / fall);
+        let bend = match self.points.get(point + 1) {
+            Some(next) => next - after - fall,
+            None => 0.0,
+        };
+        let place = (point as f64 - after * slope) * step;
+        let within = place * (1.0 - place) * (degree - 1.0) * 0.5 * bend * slope;
+        place + within.clamp(-0.5, 0.5) * step
     }
 }
 
@@ -169,8 +190,12 @@ mod tests {
         assert_eq!(polygon(&[3.0, 2.0, 0.5]).zeros(false), Zeros::None);
         assert_eq!(polygon(&[0.0, 2.0, 0.5]).zeros(true), Zeros::None);
         assert_eq!(polygon(&[0.0, 2.0, 0.5]).zeros(false), Zeros::Unknown);
-        assert_eq!(polygon(&[3.0, 1.0, -1.0]).zeros(false), Zeros::OneFall);
-        assert_eq!(polygon(&[-1e-12, 1.0, -1.0]).zeros(true), Zeros::OneFall);
+        let falls = |points: &[f64], on_zero| match polygon(points).zeros(on_zero) {
+            Zeros::OneFall { place } => place,
+            zeros => panic!("{points:?} {zeros:?}"),
+        };
+        assert_eq!(falls(&[3.0, 1.0, -1.0], false), 0.75);
+        assert_eq!(falls(&[-1e-12, 1.0, -1.0], true), 0.75);
         for points in [
             [3.0, -1.0, 2.0],
             [3.0, 1e-12, -2.0],
@@ -180,9 +205,21 @@ mod tests {
             assert_eq!(polygon(&points).zeros(false), Zeros::Unknown, "{points:?}");
         }
         assert_eq!(polygon(&[0.0, -2.0, -3.0]).zeros(true), Zeros::Unknown);
-        assert_eq!(polygon(&[3.0, 1.0, -1.0]).first_fall(false), Some(0.75));
-        assert_eq!(polygon(&[-1.0, 1.0, -1.0]).first_fall(true), Some(0.75));
-        assert_eq!(polygon(&[1.0, 1.0, 2.0]).first_fall(false), None);
+        assert_eq!(polygon(&[3.0, 1.0, -1.0]).first_fall(), Some(0.75));
+        assert_eq!(polygon(&[1.0, 1.0, 2.0]).first_fall(), None);
+        assert_eq!(polygon(&[-1.0, 1.0, -2.0]).first_fall(), None);
+    }
+
+    #[test]
+    fn a_fall_is_guessed_where_the_polynomial_falls_and_not_its_points() {
+        // (1 − t)² + (1 − t)⁸ − 1/2 by its points of degree 8, 1/2 (1 − i/8)(1 − i/7)…
+        let points: [f64; 9] = std::array::from_fn(|i| {
+            let left = (8 - i) as f64;
+            left * (left - 1.0) / 56.0 - 0.25
+        });
+        let place = polygon(&points).first_fall().expect("a fall");
+        // (1 − t)² = 1/4 at t = 1/2; the points alone say 0.526.
+        assert!((place - 0.5).abs() < 2e-3, "{place}");
     }
 
     #[test]

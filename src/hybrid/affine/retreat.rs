@@ -35,7 +35,7 @@ impl<S: Real> Kernel for Retreat<'_, S> {
             visit,
         };
         let time = match self.goal {
-            Back::ToSurface => gap.fall_about(0, S::zero()).ok()?.0,
+            Back::ToSurface => gap.fall_about(0, S::zero()).ok()?,
             Back::ToMinimum => gap.turn_about(0, S::zero()).ok()?.time,
         };
         let series = &gap.visit.series;

@@ -4,13 +4,14 @@ use super::extended::Extended;
 use super::flight::AffineFlight;
 use super::leap::{Asked, Leap, LeapBuffers, Leaper};
 use super::retreat::Retreat;
+use super::surface::SurfaceTables;
 use super::{AffineSurface, AffineSystem};
-use crate::flow::{AffineFieldRows, AffineFlow, AffineLeaps, AffineRows, RowTable};
+use crate::flow::{AffineFieldRows, AffineFlow, AffineLeaps, AffineRows};
 use crate::hybrid::backward::Back;
-use crate::hybrid::landing::{Closing, Landing};
+use crate::hybrid::landing::Landing;
 use crate::hybrid::motion::Motion;
 use crate::hybrid::passage::Goal;
-use crate::hybrid::sensing::Sense;
+use crate::hybrid::sensing::{Clearance, Sense};
 use crate::hybrid::system::Regime;
 use crate::numeric::{Real, widest};
 
@@ -42,20 +43,9 @@ struct Tables<S: Real> {
     rows: AffineRows<S>,
     /// Of free flight, and what they work on; likewise.
     leaps: Option<Option<(AffineLeaps<S>, LeapBuffers<S>)>>,
-    /// Rows of the derivatives of the states in free flight.
-    rates: RowTable<S>,
     surfaces: Vec<SurfaceTables<S>>,
-}
-
-#[derive(Clone, Debug)]
-struct SurfaceTables<S: Real> {
-    event: Vec<S>,
-    /// `h, h', h'', h'''` along the free flow.
-    normal: RowTable<S>,
-    reset: Option<RowTable<S>>,
-    /// The release function and its derivative along the free flow.
-    release: Option<RowTable<S>>,
-    contact: Option<AffineFlow<S>>,
+    /// Per surface the flow in contact with it; likewise.
+    contacts: Vec<Option<Option<AffineFlow<S>>>>,
 }
 
 impl<'a, S: Real> AffineTools<'a, S> {
@@ -86,12 +76,18 @@ impl<'a, S: Real> AffineTools<'a, S> {
         self.extended.forget();
     }
 
+    #[inline(always)]
     fn prepare(&mut self, parameters: &[S]) {
         if self.tables.is_none() {
-            let rows = self.system.expressions.at(parameters);
-            self.extended.set_multiples(&rows.multiples);
-            self.tables = Some(Tables::new(self.system, rows));
+            self.form_tables(parameters);
         }
+    }
+
+    #[cold]
+    fn form_tables(&mut self, parameters: &[S]) {
+        let rows = self.system.expressions.at(parameters);
+        self.extended.set_multiples(&rows.multiples);
+        self.tables = Some(Tables::new(self.system, rows));
     }
 
     /// The flight of a regime from the present state; `None` where it has no affine flow.
@@ -103,13 +99,21 @@ impl<'a, S: Real> AffineTools<'a, S> {
     ) -> Option<AffineFlight<'_, S>> {
         self.prepare(parameters);
         let (system, tables) = (self.system, self.tables.as_mut()?);
+        let Tables {
+            free,
+            contacts,
+            rows,
+            ..
+        } = &mut *tables;
         let flow = match regime {
             Regime::Free => {
-                let Tables { free, rows, .. } = &mut *tables;
                 let flow = || system.with_free_field(rows, AffineFlow::new);
                 free.get_or_insert_with(flow).as_ref()
             }
-            Regime::Contact { surface } => tables.surfaces[surface].contact.as_ref(),
+            Regime::Contact { surface } => {
+                let flow = || system.contact_flow(surface, rows);
+                contacts[surface].get_or_insert_with(flow).as_ref()
+            }
             Regime::Stick { .. } => None,
         }?;
         self.extended.take(&motion.state, motion.reference_phase);
@@ -206,6 +210,22 @@ impl<'a, S: Real> AffineTools<'a, S> {
         Some((leaps, &self.extended, buffers))
     }
 
+    /// The gap of a surface.
+    pub(in crate::hybrid) fn clearance(
+        &mut self,
+        surface: usize,
+        motion: &Motion<S>,
+        parameters: &[S],
+    ) -> Option<Clearance<S>> {
+        self.prepare(parameters);
+        let table = &self.tables.as_ref()?.surfaces[surface];
+        if !table.moves() {
+            return Some(table.clearance(&motion.state));
+        }
+        self.extended.take(&motion.state, motion.reference_phase);
+        Some(table.clearance(&self.extended.values))
+    }
+
     /// The normal motion at a surface, along the free flow.
     pub(in crate::hybrid) fn sense(
         &mut self,
@@ -214,51 +234,32 @@ impl<'a, S: Real> AffineTools<'a, S> {
         parameters: &[S],
     ) -> Option<Sense<S>> {
         self.prepare(parameters);
-        let tables = self.tables.as_ref()?;
         self.extended.take(&motion.state, motion.reference_phase);
-        let values = &self.extended.values;
-        let SurfaceTables { event, normal, .. } = &tables.surfaces[surface];
-        let terms = event.iter().zip(values).take(values.len() - 1);
-        let terms = terms.map(|(&a, &y)| (a * y).abs());
-        let size = terms.fold(
-            S::zero(),
-            |size, term| if term > size { term } else { size },
-        );
-        let mut motion = [S::zero(); 4];
-        normal.multiply(values, &mut motion);
-        let [gap, velocity, acceleration, jerk] = motion;
-        Some(Sense {
-            gap,
-            velocity,
-            acceleration,
-            jerk,
-            rounding: S::from_f64(16.0 * S::ROUNDOFF) * size,
-        })
+        Some(self.tables.as_ref()?.surfaces[surface].sense(&self.extended.values))
     }
 
-    /// The function that is zero where a flight has landed, and the rates of the free flow.
-    pub(in crate::hybrid) fn closing(
+    /// Writes value and slope of the function that is zero where a flight has landed, and the rates of the free flow;
+    /// `false` where there is none.
+    pub(in crate::hybrid) fn read_landing(
         &mut self,
         landing: Landing,
         motion: &Motion<S>,
         parameters: &[S],
-        rates: &mut [S],
-    ) -> Option<Closing<S>> {
+        out: &mut [S],
+    ) -> bool {
         self.prepare(parameters);
-        let tables = self.tables.as_ref()?;
-        let rows = match landing {
-            Landing::Contact { surface } => &tables.surfaces[surface].normal,
-            Landing::Release { surface } => tables.surfaces[surface].release.as_ref()?,
+        let (Landing::Contact { surface } | Landing::Release { surface }) = landing;
+        let Some(tables) = &self.tables else {
+            return false;
+        };
+        let Some(rows) = tables.surfaces[surface].landing(landing) else {
+            return false;
         };
         self.extended.take(&motion.state, motion.reference_phase);
-        let values = &self.extended.values;
-        rates.fill(tables.phase_rate);
-        let states = self.system.expressions.states();
-        tables.rates.multiply(values, &mut rates[..states]);
-        let mut closing = [S::zero(); 2];
-        rows.multiply(values, &mut closing);
-        let [value, slope] = closing;
-        Some(Closing { value, slope })
+        let known = 2 + self.extended.states();
+        rows.multiply(&self.extended.values, &mut out[..known]);
+        out[known..].fill(tables.phase_rate);
+        true
     }
 
     /// Writes the state after an impact; `false` where the reset is not affine.
@@ -281,15 +282,15 @@ impl<'a, S: Real> AffineTools<'a, S> {
 }
 
 impl AffineSystem {
-    /// The field of free flight from its rows.
-    fn free_field<'r, S: Real>(
+    /// A field with the harmonics of free flight.
+    fn field<'r, S: Real>(
         &self,
         rows: &'r AffineRows<S>,
         derivatives: &'r [&'r [S]],
         watched: &'r [&'r [S]],
     ) -> AffineFieldRows<'r, S> {
         let one = self.expressions.columns() - 1;
-        let rate = self.phase_rate.map(|rate| rows.rows[rate][one]);
+        let rate = self.phase_rate.map(|rate| rows.row(rate)[one]);
         AffineFieldRows {
             derivatives,
             watched,
@@ -303,53 +304,41 @@ impl AffineSystem {
         rows: &AffineRows<S>,
         tables: impl FnOnce(&AffineFieldRows<'_, S>) -> R,
     ) -> R {
-        let row = |&place: &usize| rows.rows[place].as_slice();
-        let events: Vec<&[S]> = self.surfaces.iter().map(|s| row(&s.event)).collect();
-        let free: Vec<&[S]> = self.free.iter().map(row).collect();
-        tables(&self.free_field(rows, &free, &events))
+        let events: Vec<&[S]> = self.surfaces.iter().map(|s| rows.row(s.event)).collect();
+        let free: Vec<&[S]> = self.free.iter().map(|&place| rows.row(place)).collect();
+        tables(&self.field(rows, &free, &events))
+    }
+
+    /// The flow in contact with a surface, where that is affine.
+    fn contact_flow<S: Real>(&self, surface: usize, rows: &AffineRows<S>) -> Option<AffineFlow<S>> {
+        let contact = self.surfaces[surface].contact.as_ref()?;
+        let others = contact
+            .others
+            .iter()
+            .map(|&other| self.surfaces[other].event);
+        let watched = [contact.release].into_iter().chain(others);
+        let watched: Vec<&[S]> = watched.map(|place| rows.row(place)).collect();
+        let derivatives = contact.derivatives.iter();
+        let derivatives: Vec<&[S]> = derivatives.map(|&place| rows.row(place)).collect();
+        AffineFlow::new(&self.field(rows, &derivatives, &watched))
     }
 }
 
 impl<S: Real> Tables<S> {
     fn new(system: &AffineSystem, rows: AffineRows<S>) -> Self {
-        let row = |&place: &usize| rows.rows[place].as_slice();
-        let events: Vec<&[S]> = system.surfaces.iter().map(|s| row(&s.event)).collect();
-        let free: Vec<&[S]> = system.free.iter().map(row).collect();
-        let field = system.free_field(&rows, &free, &events);
-        let columns = system.expressions.columns();
-        let table = |rows: Vec<Vec<S>>| RowTable::new(&rows, columns);
-        let surface = |surface: &AffineSurface| SurfaceTables {
-            event: row(&surface.event).to_vec(),
-            normal: table(field.lie_derivatives(row(&surface.event), 4)),
-            reset: surface.reset.as_ref().map(|reset| {
-                let image = reset.iter().map(|place| row(place).to_vec());
-                table(image.collect())
-            }),
-            release: surface
-                .contact
-                .as_ref()
-                .map(|contact| table(field.lie_derivatives(row(&contact.release), 2))),
-            contact: surface.contact.as_ref().and_then(|contact| {
-                let derivatives: Vec<&[S]> = contact.derivatives.iter().map(row).collect();
-                let others = contact.others.iter().map(|&other| events[other]);
-                let watched: Vec<&[S]> =
-                    [row(&contact.release)].into_iter().chain(others).collect();
-                AffineFlow::new(&AffineFieldRows {
-                    derivatives: &derivatives,
-                    watched: &watched,
-                    ..field
-                })
-            }),
-        };
-        let surfaces = system.surfaces.iter().map(surface).collect();
-        let rates = table(free.iter().map(|row| row.to_vec()).collect());
-        let phase_rate = field.phase_rate;
+        let (surfaces, phase_rate) = system.with_free_field(&rows, |field| {
+            let table = |surface: &AffineSurface| SurfaceTables::new(surface, &rows, field);
+            (
+                system.surfaces.iter().map(table).collect(),
+                field.phase_rate,
+            )
+        });
         Self {
             free: None,
             phase_rate,
             leaps: None,
-            rates,
             surfaces,
+            contacts: vec![None; system.surfaces.len()],
             rows,
         }
     }
