@@ -127,7 +127,6 @@ mod tests {
     use super::*;
     use crate::expansion::DepthForm;
     use crate::jet::JetSpace;
-    use crate::numeric::Real;
 
     /// One coordinate and one parameter, with sizes of 1e-3 and 10: coefficients of 1, x and p of what `y` and `y²` are multiplied by,
     /// and of a depth.
