@@ -133,6 +133,31 @@ impl<S: Real> Matrix<S> {
         None
     }
 
+    /// The same from the series of the states, whose sum it is for a row without harmonics.
+    pub(super) fn series_from_states(
+        &self,
+        row: &[S],
+        states: &[Rows<S>],
+        length: f64,
+    ) -> Option<Rows<S>> {
+        let (factors, others) = row.split_at(self.states);
+        let (&constant, harmonics) = others.split_last()?;
+        if harmonics.iter().any(|&factor| factor != S::zero()) {
+            return self.series(row, length);
+        }
+        let terms = states.iter().map(Rows::len).max()?;
+        let mut sum = vec![S::zero(); terms * self.columns];
+        for (&factor, rows) in factors.iter().zip(states) {
+            if factor != S::zero() {
+                for (sum, &value) in sum.iter_mut().zip(rows.iter().flatten()) {
+                    *sum = factor.mul_add(value, *sum);
+                }
+            }
+        }
+        sum[self.columns - 1] += constant;
+        Some(Rows::new(self.columns, sum))
+    }
+
     /// Estimate from above of the largest magnitude of an eigenvalue: `‖A^64‖^(1/64)` of the states alone, or the
     /// fastest harmonic.
     pub(super) fn rate(&self) -> f64 {
