@@ -53,8 +53,10 @@ impl<S: Real> AffineLeaps<S> {
         let series = |row: &[S]| matrix.series(row, spacing);
         let units = (0..matrix.states).map(|state| unit(state, columns));
         let states: Option<Vec<_>> = units.map(|row| series(&row)).collect();
-        let watched: Option<Vec<_>> = field.watched.iter().map(|row| series(row)).collect();
-        let (watched, states) = (watched?, states?);
+        let states = states?;
+        let gap = |row: &&[S]| matrix.series_from_states(row, &states, spacing);
+        let watched: Option<Vec<_>> = field.watched.iter().map(gap).collect();
+        let watched = watched?;
         let nodes = Nodes::new(field, &states, S::from_f64(spacing));
         let needed = |rows| terms_within(rows, NEAR * spacing);
         let terms = padded(watched.iter().chain(&states).map(needed).max()?);
