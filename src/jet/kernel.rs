@@ -5,18 +5,19 @@
 //! See docs/mathematics/evaluation.md.
 
 mod builder;
-mod chains;
 mod code;
 mod derivative;
 mod horner;
 mod interpreter;
 mod lane_interpreter;
+mod places;
+mod schemes;
 mod split;
 
 pub use builder::KernelBuilder;
 pub use code::Number;
 pub use horner::HornerPlan;
-pub use interpreter::{Interpreted, Interpreter};
+pub use interpreter::{Interpreted, Interpreter, Unset};
 pub use lane_interpreter::LaneInterpreter;
 pub use split::SplitKernel;
 

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use super::code::{Code, Number};
 use super::{Kernel, LaneInterpreter};
-use crate::numeric::Real;
+use crate::numeric::{Lanes, Real};
 
 /// Numbers in which kernels are interpreted one point at a time: `f64`, and `f32` as emitted code in single precision rounds.
 pub trait Interpreted: Number + Real {
@@ -28,51 +28,38 @@ macro_rules! interpreted {
 
 interpreted!(f64, f32);
 
-/// A kernel prepared for running: operands are places in one memory of inputs, constants and results.
+/// A kernel prepared for running.
 ///
-/// The memory belongs to the thread, so that an interpreter can be shared by threads and a run allocates
-/// nothing.
+/// What a run writes belongs to the thread, so that an interpreter can be shared by threads and a run allocates nothing.
 #[derive(Clone, Debug)]
 pub struct Interpreter<T = f64> {
-    inputs: usize,
-    /// Inputs that were set for good, then constants.
-    known: Vec<T>,
     code: Arc<Code>,
+    /// Known values that are looked up.
+    kept: Vec<T>,
+    /// Known values that are read in order.
+    read: Vec<T>,
 }
 
 impl<T: Interpreted> Interpreter<T> {
     /// Prepares a kernel, its constants rounded to the numbers it is to run in.
     pub fn new(kernel: &Kernel) -> Self {
         let constants = kernel.constants.iter();
-        Self {
-            inputs: kernel.inputs,
-            known: constants.map(|&value| T::from_f64(value)).collect(),
-            code: Arc::new(Code::new(kernel)),
-        }
+        let constants: Vec<T> = constants.map(|&value| T::from_f64(value)).collect();
+        let code = Arc::new(Code::new(kernel, kernel.inputs));
+        Self::with_known(code, &[], &constants)
     }
 
-    /// The interpreter with its last inputs set to these values for good.
-    ///
-    /// # Panics
-    ///
-    /// If there are more values than inputs.
-    pub fn with_last_inputs(&self, values: &[T]) -> Self {
-        assert!(
-            values.len() <= self.inputs,
-            "{} values for {} inputs",
-            values.len(),
-            self.inputs
-        );
+    fn with_known(code: Arc<Code>, set: &[T], constants: &[T]) -> Self {
         Self {
-            inputs: self.inputs - values.len(),
-            known: [values, &self.known].concat(),
-            ..self.clone()
+            kept: code.kept(set, constants),
+            read: code.read(set, constants),
+            code,
         }
     }
 
     /// Number of inputs.
     pub fn inputs(&self) -> usize {
-        self.inputs
+        self.code.inputs()
     }
 
     /// Number of outputs.
@@ -91,10 +78,13 @@ impl<T: Interpreted> Interpreter<T> {
             inputs
                 .iter()
                 .for_each(|slice| memory.extend_from_slice(slice));
-            assert_eq!(memory.len(), self.inputs, "a kernel runs on all its inputs");
-            memory.extend_from_slice(&self.known);
-            memory.resize(memory.len() + self.code.results(), T::zero());
-            self.code.run(memory);
+            assert_eq!(
+                memory.len(),
+                self.inputs(),
+                "a kernel runs on all its inputs"
+            );
+            self.code.complete(memory, &self.kept);
+            self.code.run(&self.read, memory);
             for number in 0..self.outputs() {
                 receive(number, *self.code.output(number, memory));
             }
@@ -109,24 +99,51 @@ impl<T: Interpreted> Interpreter<T> {
     }
 }
 
-impl Interpreter {
-    /// The interpreter for `N` points at once, its last inputs set for good to other values in every lane.
+/// A kernel prepared for running once its last inputs, the coefficients of a frozen map, are set for good.
+#[derive(Clone, Debug)]
+pub struct Unset {
+    code: Arc<Code>,
+    /// Number of inputs to be set.
+    unset: usize,
+    constants: Vec<f64>,
+}
+
+impl Unset {
+    /// Prepares a kernel, its inputs from number `free` on to be set.
+    pub fn new(kernel: &Kernel, free: usize) -> Self {
+        Self {
+            code: Arc::new(Code::new(kernel, free)),
+            unset: kernel.inputs - free,
+            constants: kernel.constants.clone(),
+        }
+    }
+
+    /// The interpreter with these values of the last inputs.
     ///
     /// # Panics
     ///
-    /// If there are more than `N` lanes, or more values than inputs, or lanes of different lengths.
-    pub fn in_lanes<const N: usize>(&self, last_inputs: &[Vec<f64>]) -> LaneInterpreter<N> {
-        let set = last_inputs.first().map_or(0, Vec::len);
-        assert!(
-            set <= self.inputs,
-            "{set} values for {} inputs",
-            self.inputs
-        );
-        LaneInterpreter::new(
-            self.inputs - set,
-            last_inputs,
-            &self.known,
-            self.code.clone(),
-        )
+    /// If their number is not that of the inputs to be set.
+    pub fn set(&self, values: &[f64]) -> Interpreter {
+        assert_eq!(values.len(), self.unset, "a value for every input to set");
+        Interpreter::with_known(self.code.clone(), values, &self.constants)
+    }
+
+    /// The interpreter for `N` points at once, with other values of the last inputs in every lane.
+    ///
+    /// # Panics
+    ///
+    /// If there are more than `N` lanes, or not one value for every input to be set.
+    pub fn set_lanes<const N: usize>(&self, values: &[Vec<f64>]) -> LaneInterpreter<N> {
+        assert!(values.len() <= N, "{} lanes of {N}", values.len());
+        let mut set = vec![Lanes::splat(0.0); self.unset];
+        for (lane, values) in values.iter().enumerate() {
+            assert_eq!(values.len(), self.unset, "a value for every input to set");
+            for (place, &value) in set.iter_mut().zip(values) {
+                place[lane] = value;
+            }
+        }
+        let constants = self.constants.iter();
+        let constants: Vec<Lanes<N>> = constants.map(|&value| Lanes::splat(value)).collect();
+        LaneInterpreter::new(self.code.clone(), &set, &constants)
     }
 }

@@ -11,42 +11,22 @@ use crate::numeric::Lanes;
 /// those of [`Interpreter`](super::Interpreter), to the last bit.
 #[derive(Clone, Debug)]
 pub struct LaneInterpreter<const N: usize> {
-    inputs: usize,
     code: Arc<Code>,
-    /// Inputs, known inputs, constants, results.
+    /// Inputs, results, known values that are looked up.
     memory: Vec<Lanes<N>>,
+    /// Known values that are read in order.
+    read: Vec<Lanes<N>>,
 }
 
 impl<const N: usize> LaneInterpreter<N> {
-    pub(super) fn new(
-        inputs: usize,
-        last_inputs: &[Vec<f64>],
-        constants: &[f64],
-        code: Arc<Code>,
-    ) -> Self {
-        assert!(last_inputs.len() <= N, "{} lanes of {N}", last_inputs.len());
-        let set = last_inputs.first().map_or(0, Vec::len);
-        let results = inputs + set + constants.len();
-        let mut memory = vec![Lanes::splat(0.0); results + code.results()];
-        for (lane, values) in last_inputs.iter().enumerate() {
-            assert_eq!(values.len(), set, "lanes are of one length");
-            for (place, &value) in memory[inputs..].iter_mut().zip(values) {
-                place[lane] = value;
-            }
-        }
-        for (place, &value) in memory[inputs + set..].iter_mut().zip(constants) {
-            *place = Lanes::splat(value);
-        }
+    pub(super) fn new(code: Arc<Code>, set: &[Lanes<N>], constants: &[Lanes<N>]) -> Self {
+        let mut memory = vec![Lanes::splat(0.0); code.inputs()];
+        code.complete(&mut memory, &code.kept(set, constants));
         Self {
-            inputs,
-            code,
             memory,
+            read: code.read(set, constants),
+            code,
         }
-    }
-
-    /// Number of inputs.
-    pub fn inputs(&self) -> usize {
-        self.inputs
     }
 
     /// Number of outputs.
@@ -54,17 +34,32 @@ impl<const N: usize> LaneInterpreter<N> {
         self.code.outputs()
     }
 
+    /// The inputs of the next run.
+    #[inline(always)]
+    pub fn inputs(&self) -> &[Lanes<N>] {
+        &self.memory[..self.code.inputs()]
+    }
+
+    /// The inputs of the next run, to be set.
+    #[inline(always)]
+    pub fn inputs_mut(&mut self) -> &mut [Lanes<N>] {
+        &mut self.memory[..self.code.inputs()]
+    }
+
+    /// Makes the first outputs the first inputs.
+    #[inline(always)]
+    pub fn feed_back(&mut self, count: usize) {
+        for number in 0..count {
+            self.memory[number] = *self.code.output(number, &self.memory);
+        }
+    }
+
     /// Runs the kernel; [`output`](Self::output) then hands out its results.
     ///
     /// It is inlined so that a [`numeric::Kernel`](crate::numeric::Kernel) that calls it runs with the widest registers.
-    ///
-    /// # Panics
-    ///
-    /// If the number of inputs is not the kernel's.
     #[inline(always)]
-    pub fn run(&mut self, inputs: &[Lanes<N>]) {
-        self.memory[..self.inputs].copy_from_slice(inputs);
-        self.code.run(&mut self.memory);
+    pub fn run(&mut self) {
+        self.code.run(&self.read, &mut self.memory);
     }
 
     /// A result of the last run.
@@ -76,7 +71,7 @@ impl<const N: usize> LaneInterpreter<N> {
 
 #[cfg(test)]
 mod tests {
-    use crate::jet::kernel::{Interpreter, KernelBuilder};
+    use crate::jet::kernel::{Interpreter, KernelBuilder, Unset};
     use crate::numeric::Lanes;
 
     #[test]
@@ -89,16 +84,18 @@ mod tests {
         let slope = builder.half_reciprocal(root);
         let product = builder.multiply(slope, p);
         let total = builder.add(product, x);
-        let interpreter = Interpreter::new(&builder.finish(vec![total, root, p]));
+        let kernel = builder.finish(vec![total, root, p, y]);
+        let interpreter = Interpreter::new(&kernel);
         let parameters: Vec<Vec<f64>> = (0..3).map(|lane| vec![f64::from(lane) - 0.7]).collect();
-        let mut lanes = interpreter.in_lanes::<4>(&parameters);
-        assert_eq!((lanes.inputs(), lanes.outputs()), (2, 3));
+        let mut lanes = Unset::new(&kernel, 2).set_lanes::<4>(&parameters);
+        assert_eq!((lanes.inputs().len(), lanes.outputs()), (2, 4));
         // One lane of each sign of the root's argument; the last lane has no parameters of its own.
         let (x, y) = (Lanes([0.1, -2.0, 3.3, 1.0]), Lanes([0.7, 5.0, 1.1, 2.0]));
-        lanes.run(&[x, y]);
+        lanes.inputs_mut().copy_from_slice(&[x, y]);
+        lanes.run();
         for (lane, parameter) in parameters.iter().enumerate() {
             let alone = interpreter.evaluate(&[x[lane], y[lane], parameter[0]]);
-            let found = [0, 1, 2].map(|number| lanes.output(number)[lane]);
+            let found = [0, 1, 2, 3].map(|number| lanes.output(number)[lane]);
             assert_eq!(found.to_vec(), alone);
         }
         assert_eq!(lanes.output(1)[1], 0.0);

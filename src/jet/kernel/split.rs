@@ -105,7 +105,7 @@ impl Kernel {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::jet::kernel::Interpreter;
+    use crate::jet::kernel::{Interpreter, Unset};
 
     #[test]
     fn the_two_halves_do_what_the_whole_does() {
@@ -119,7 +119,7 @@ mod tests {
         assert_eq!(split.coefficients, 2);
         assert_eq!(split.run.count().total(), 1);
         let coefficients = Interpreter::new(&split.prepare).evaluate(&[3.0, 4.0]);
-        let bound = Interpreter::new(&split.run).with_last_inputs(&coefficients);
+        let bound = Unset::new(&split.run, 1).set(&coefficients);
         assert_eq!(
             bound.evaluate(&[2.0]),
             Interpreter::new(&kernel).evaluate(&[2.0, 3.0, 4.0])
