@@ -3,7 +3,7 @@
 use std::sync::OnceLock;
 
 use crate::expansion::MapKernel;
-use crate::jet::kernel::{Interpreter, Kernel, LaneInterpreter, OperationCount};
+use crate::jet::kernel::{Interpreter, Kernel, LaneInterpreter, OperationCount, Unset};
 
 /// Everything that a map's kernel is lowered to, shared by the map and by all that is frozen from it.
 ///
@@ -68,7 +68,7 @@ fn first_depth(map: &MapKernel) -> Kernel {
 #[derive(Debug)]
 pub(super) struct Freezer {
     prepare: Interpreter,
-    run: Interpreter,
+    run: Unset,
     pub(super) count: OperationCount,
 }
 
@@ -77,14 +77,13 @@ impl Freezer {
         let split = kernel.split(free);
         Self {
             prepare: Interpreter::new(&split.prepare),
-            run: Interpreter::new(&split.run),
+            run: Unset::new(&split.run, free),
             count: split.run.count(),
         }
     }
 
     pub(super) fn freeze(&self, parameters: &[f64]) -> Interpreter {
-        self.run
-            .with_last_inputs(&self.prepare.evaluate(parameters))
+        self.run.set(&self.prepare.evaluate(parameters))
     }
 
     pub(super) fn freeze_lanes<const N: usize>(
@@ -94,6 +93,6 @@ impl Freezer {
         let prepared = parameters
             .iter()
             .map(|own| self.prepare.evaluate(own.as_ref()));
-        self.run.in_lanes(&prepared.collect::<Vec<_>>())
+        self.run.set_lanes(&prepared.collect::<Vec<_>>())
     }
 }

@@ -37,7 +37,6 @@ impl<const N: usize> FrozenLanes<N> {
     ///
     /// If there is not one state for every lane, or states and scales have not the map's lengths.
     pub fn orbits(&mut self, initial: &[&[f64]], request: &OrbitRequest) -> Vec<MapOrbit> {
-        let state = self.gather(initial);
         let scales = request.scales.len();
         let dimension = self.forms.lowered.dimension;
         assert_eq!(scales, dimension, "lengths of state and scales");
@@ -45,6 +44,8 @@ impl<const N: usize> FrozenLanes<N> {
         let mut orbits: Vec<MapOrbit> = orbits
             .map(|state| MapOrbit::begin(state, request.keep))
             .collect();
+        let state = self.gather(initial);
+        self.step.inputs_mut().copy_from_slice(&state);
         let limits = request.scales.iter();
         widest(Iterating {
             map: &mut self.step,
@@ -53,7 +54,6 @@ impl<const N: usize> FrozenLanes<N> {
                 .map(|scale| Lanes::splat(request.escape_factor * scale))
                 .collect(),
             image: vec![0.0; dimension],
-            state,
             orbits: &mut orbits,
         });
         orbits.iter_mut().for_each(|orbit| orbit.settle(request));
@@ -99,7 +99,6 @@ struct Iterating<'a, const N: usize> {
     request: &'a OrbitRequest,
     /// Sizes at which a coordinate has escaped; infinite once it has.
     limits: Vec<Lanes<N>>,
-    state: Vec<Lanes<N>>,
     /// Room for the image of a lane.
     image: Vec<f64>,
     orbits: &'a mut [MapOrbit],
@@ -112,14 +111,12 @@ impl<const N: usize> numeric::Kernel for Iterating<'_, N> {
     fn run(mut self) {
         let all = self.request.transient + self.request.keep;
         for iterate in 1..=all {
-            self.map.run(&self.state);
+            self.map.run();
             let stays = self.stays();
             if iterate > self.request.transient || !stays || iterate == all {
                 self.arrive(iterate);
             }
-            for (coordinate, state) in self.state.iter_mut().enumerate() {
-                *state = *self.map.output(coordinate);
-            }
+            self.map.feed_back(self.limits.len());
             if !stays {
                 self.retire();
             }
@@ -143,7 +140,7 @@ impl<const N: usize> Iterating<'_, N> {
 
     /// Tells the orbits that go on where they came from and where they are.
     fn arrive(&mut self, iterate: usize) {
-        let dimension = self.state.len();
+        let dimension = self.limits.len();
         let image = &mut self.image;
         for (lane, orbit) in self.orbits.iter_mut().enumerate() {
             if orbit.end != OrbitEnd::Completed {
@@ -155,7 +152,7 @@ impl<const N: usize> Iterating<'_, N> {
             }
             for (coordinate, value) in image.iter_mut().enumerate() {
                 *value = self.map.output(coordinate)[lane];
-                orbit.last[coordinate] = self.state[coordinate][lane];
+                orbit.last[coordinate] = self.map.inputs()[coordinate][lane];
             }
             orbit.arrive(image, info.checked(image), self.request, iterate);
         }
@@ -166,7 +163,8 @@ impl<const N: usize> Iterating<'_, N> {
         for lane in 0..N {
             let ended = |orbit: &MapOrbit| orbit.end != OrbitEnd::Completed;
             if self.orbits.get(lane).is_none_or(ended) {
-                self.state.iter_mut().for_each(|state| state[lane] = 0.0);
+                let state = self.map.inputs_mut().iter_mut();
+                state.for_each(|state| state[lane] = 0.0);
                 let limits = self.limits.iter_mut();
                 limits.for_each(|limit| limit[lane] = f64::INFINITY);
             }
@@ -191,32 +189,34 @@ impl<const N: usize> numeric::Kernel for Stretching<N> {
         let first = self.map.outputs() - dimension;
         let unit = Lanes::splat(1.0 / (dimension as f64).sqrt());
         // The state, and then the tangent vector.
-        let mut point = self.state;
-        point.resize(2 * dimension, unit);
+        let (state, tangent) = self.map.inputs_mut().split_at_mut(dimension);
+        state.copy_from_slice(&self.state);
+        tangent.fill(unit);
         let mut sum = Lanes::splat(0.0);
         // Lanes whose tangent vector was annihilated.
         let mut annihilated = [false; N];
         let mut finite = [true; N];
         for iterate in 0..self.transient + self.iterates {
-            self.map.run(&point);
-            let (state, tangent) = point.split_at_mut(dimension);
-            for (coordinate, state) in state.iter_mut().enumerate() {
-                *state = *self.map.output(coordinate);
+            self.map.run();
+            self.map.feed_back(dimension);
+            for state in &self.map.inputs()[..dimension] {
                 for lane in 0..N {
                     // What follows an annihilation does not count.
                     finite[lane] &= state[lane].is_finite() | annihilated[lane];
                 }
             }
             let mut square = Lanes::splat(0.0);
-            for (row, part) in tangent.iter_mut().enumerate() {
-                *part = *self.map.output(first + row);
-                square += *part * *part;
+            for row in 0..dimension {
+                let part = *self.map.output(first + row);
+                square += part * part;
             }
             let growth = square.map(f64::sqrt);
             for lane in 0..N {
                 annihilated[lane] |= finite[lane] & (growth[lane] == 0.0);
             }
-            tangent.iter_mut().for_each(|part| *part /= growth);
+            for row in 0..dimension {
+                self.map.inputs_mut()[dimension + row] = *self.map.output(first + row) / growth;
+            }
             if iterate >= self.transient {
                 sum += growth.map(f64::ln);
             }

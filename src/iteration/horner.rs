@@ -87,9 +87,10 @@ impl HornerMap {
         let states: Vec<&[f64]> = states.into_iter().collect();
         let blocks = states.chunks(LANES).flat_map(|block| {
             let lane = |number: usize| block.get(number).unwrap_or(&block[0]);
-            let coordinates = 0..self.forms.lowered.dimension;
-            let point = coordinates.map(|i| Lanes::from_fn(|number| lane(number)[i]));
-            depth.run(&point.collect::<Vec<_>>());
+            for (coordinate, place) in depth.inputs_mut().iter_mut().enumerate() {
+                *place = Lanes::from_fn(|number| lane(number)[coordinate]);
+            }
+            depth.run();
             depth.output(0).0.into_iter().take(block.len())
         });
         blocks.collect()

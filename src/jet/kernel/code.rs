@@ -150,14 +150,25 @@ impl Code {
                 for (number, row) in rows.iter().enumerate() {
                     self.rows.push(row.len() as u32);
                     for place in 0..row.len() {
-                        let values = schemes.iter().map(|(_, scheme)| scheme.rows()[number][place]);
-                        self.read.extend(values.filter_map(|value| places.known(value)));
+                        let values = schemes
+                            .iter()
+                            .map(|(_, scheme)| scheme.rows()[number][place]);
+                        self.read
+                            .extend(values.filter_map(|value| places.known(value)));
                     }
                 }
                 let end = self.rows.len() as u32;
                 match schemes.len() {
-                    1 => Instruction::Polynomial { factors, first, end },
-                    _ => Instruction::TwoPolynomials { factors, first, end },
+                    1 => Instruction::Polynomial {
+                        factors,
+                        first,
+                        end,
+                    },
+                    _ => Instruction::TwoPolynomials {
+                        factors,
+                        first,
+                        end,
+                    },
                 }
             }
         }
@@ -176,12 +187,18 @@ impl Code {
 
     /// The known values that are looked up.
     pub(super) fn kept<T: Copy>(&self, set: &[T], constants: &[T]) -> Vec<T> {
-        self.kept.iter().map(|known| known.of(set, constants)).collect()
+        self.kept
+            .iter()
+            .map(|known| known.of(set, constants))
+            .collect()
     }
 
     /// The known values that are read.
     pub(super) fn read<T: Copy>(&self, set: &[T], constants: &[T]) -> Vec<T> {
-        self.read.iter().map(|known| known.of(set, constants)).collect()
+        self.read
+            .iter()
+            .map(|known| known.of(set, constants))
+            .collect()
     }
 
     /// Number of outputs.
@@ -363,7 +380,10 @@ mod tests {
         }
         let whole = builder.multiply_add(sum, y, coefficients[1]);
         let (code, memory) = run(&builder.finish(vec![whole]), &[10.0, 2.0]);
-        assert_eq!((code.instructions.len(), code.read.len(), memory.len()), (1, 5, 3));
+        assert_eq!(
+            (code.instructions.len(), code.read.len(), memory.len()),
+            (1, 5, 3)
+        );
         assert_eq!(memory[2], 4717.0);
     }
 

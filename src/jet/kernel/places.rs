@@ -41,7 +41,10 @@ impl Places {
         let numbers = steps.iter().flat_map(Step::numbers);
         Self {
             free,
-            of_operations: numbers.enumerate().map(|(place, number)| (number, place)).collect(),
+            of_operations: numbers
+                .enumerate()
+                .map(|(place, number)| (number, place))
+                .collect(),
             known: HashMap::new(),
             kept: Vec::new(),
         }
@@ -70,9 +73,7 @@ impl Places {
     /// What a value is if it is known.
     pub(super) fn known(&self, value: Value) -> Option<Known> {
         match value {
-            Value::Input(number) => {
-                number.checked_sub(self.free as u32).map(Known::Input)
-            }
+            Value::Input(number) => number.checked_sub(self.free as u32).map(Known::Input),
             Value::Constant(number) => Some(Known::Constant(number)),
             Value::Result(_) => None,
         }

@@ -161,10 +161,11 @@ struct Parts(Vec<Option<Part>>);
 impl Parts {
     fn of(kernel: &Kernel, free: usize) -> Self {
         let uses = uses(kernel);
-        let absorbed = absorbed(kernel, &uses);
+        let links = links(kernel, &uses);
+        let absorbed = absorbed(&links, &uses);
         let mut parts = Self(Vec::with_capacity(kernel.operations.len()));
         for (number, &operation) in kernel.operations.iter().enumerate() {
-            let part = match chain(kernel, &absorbed, number) {
+            let part = match chain(&links, &absorbed, number) {
                 _ if absorbed[number] => None,
                 None => Some(Part::Operation(operation)),
                 Some((factor, values)) => {
@@ -235,15 +236,28 @@ impl Parts {
     }
 }
 
-/// Factor and values of the chain that gives the result of a multiply-add, the start first.
-fn chain(kernel: &Kernel, absorbed: &[bool], number: usize) -> Option<(Value, Vec<Value>)> {
-    let Operation::MultiplyAdd(mut start, factor, addend) = kernel.operations[number] else {
-        return None;
+/// Sum, factor and addend of every multiply-add: of what is multiplied, the sum is what is used nowhere else.
+fn links(kernel: &Kernel, uses: &[usize]) -> Vec<Option<[Value; 3]>> {
+    let once = |value: Value| matches!(value, Value::Result(number) if uses[number as usize] == 1);
+    let link = |operation: &Operation| match *operation {
+        Operation::MultiplyAdd(a, b, c) if once(b) && !once(a) => Some([b, a, c]),
+        Operation::MultiplyAdd(a, b, c) => Some([a, b, c]),
+        _ => None,
     };
+    kernel.operations.iter().map(link).collect()
+}
+
+/// Factor and values of the chain that gives the result of a multiply-add, the start first.
+fn chain(
+    links: &[Option<[Value; 3]>],
+    absorbed: &[bool],
+    number: usize,
+) -> Option<(Value, Vec<Value>)> {
+    let [mut start, factor, addend] = links[number]?;
     let mut values = vec![addend];
     while let Value::Result(sum) = start
         && absorbed[sum as usize]
-        && let Operation::MultiplyAdd(before, _, addend) = kernel.operations[sum as usize]
+        && let Some([before, _, addend]) = links[sum as usize]
     {
         values.push(addend);
         start = before;
@@ -266,13 +280,13 @@ fn uses(kernel: &Kernel) -> Vec<usize> {
 }
 
 /// Which operations are multiply-adds whose result is used once, as the sum that a multiply-add with the same factor goes on from.
-fn absorbed(kernel: &Kernel, uses: &[usize]) -> Vec<bool> {
-    let mut absorbed = vec![false; kernel.operations.len()];
-    for operation in &kernel.operations {
-        if let Operation::MultiplyAdd(Value::Result(sum), factor, _) = *operation {
-            let before = kernel.operations[sum as usize];
-            let goes_on = matches!(before, Operation::MultiplyAdd(_, own, _) if own == factor);
-            absorbed[sum as usize] = goes_on && uses[sum as usize] == 1;
+fn absorbed(links: &[Option<[Value; 3]>], uses: &[usize]) -> Vec<bool> {
+    let mut absorbed = vec![false; links.len()];
+    for link in links.iter().flatten() {
+        if let [Value::Result(sum), factor, _] = *link
+            && let Some([_, own, _]) = links[sum as usize]
+        {
+            absorbed[sum as usize] = own == factor && uses[sum as usize] == 1;
         }
     }
     absorbed
@@ -305,7 +319,8 @@ mod tests {
 
     #[test]
     fn a_polynomial_in_two_variables_is_one_scheme_and_two_of_one_shape_run_at_once() {
-        let lengths = |scheme: &Scheme| -> Vec<usize> { scheme.rows().iter().map(Vec::len).collect() };
+        let lengths =
+            |scheme: &Scheme| -> Vec<usize> { scheme.rows().iter().map(Vec::len).collect() };
         let steps = schedule(&polynomials(3), 2);
         let numbers: Vec<usize> = steps.iter().map(|step| step.numbers().len()).collect();
         assert_eq!(numbers, [2, 1]);
