@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::forms::Forms;
 use super::{MapOrbit, OrbitEnd, OrbitRequest, StepInfo};
-use crate::jet::kernel::LaneInterpreter;
+use crate::jet::kernel::{Dual, LaneInterpreter};
 use crate::numeric::{self, Lanes, widest};
 
 /// A local map with other parameters folded in in every lane, made by
@@ -17,7 +17,7 @@ pub struct FrozenLanes<const N: usize> {
     forms: Arc<Forms>,
     /// Of every lane in use.
     parameters: Vec<Vec<f64>>,
-    step: LaneInterpreter<N>,
+    step: LaneInterpreter<Lanes<N>>,
 }
 
 impl<const N: usize> FrozenLanes<N> {
@@ -72,10 +72,14 @@ impl<const N: usize> FrozenLanes<N> {
         transient: usize,
         iterates: usize,
     ) -> Vec<Option<f64>> {
-        let state = self.gather(initial);
+        let mut map: LaneInterpreter<Dual<Lanes<N>>> =
+            self.forms.frozen_step.freeze_lanes(&self.parameters);
+        let unit = Lanes::splat(1.0 / (initial[0].len() as f64).sqrt());
+        for (input, value) in map.inputs_mut().iter_mut().zip(self.gather(initial)) {
+            *input = Dual { value, slope: unit };
+        }
         let exponents = widest(Stretching {
-            map: self.forms.frozen_tangent().freeze_lanes(&self.parameters),
-            state,
+            map,
             transient,
             iterates,
         });
@@ -95,7 +99,7 @@ impl<const N: usize> FrozenLanes<N> {
 
 /// Orbits in step.
 struct Iterating<'a, const N: usize> {
-    map: &'a mut LaneInterpreter<N>,
+    map: &'a mut LaneInterpreter<Lanes<N>>,
     request: &'a OrbitRequest,
     /// Sizes at which a coordinate has escaped; infinite once it has.
     limits: Vec<Lanes<N>>,
@@ -113,8 +117,10 @@ impl<const N: usize> numeric::Kernel for Iterating<'_, N> {
         for iterate in 1..=all {
             self.map.run();
             let stays = self.stays();
-            if iterate > self.request.transient || !stays || iterate == all {
+            if !stays || iterate == all {
                 self.arrive(iterate);
+            } else if iterate > self.request.transient {
+                self.keep();
             }
             self.map.feed_back(self.limits.len());
             if !stays {
@@ -138,7 +144,18 @@ impl<const N: usize> Iterating<'_, N> {
         stays
     }
 
-    /// Tells the orbits that go on where they came from and where they are.
+    /// Tells the orbits that go on where they are, all of them within their limits.
+    fn keep(&mut self) {
+        let dimension = self.limits.len();
+        for (lane, orbit) in self.orbits.iter_mut().enumerate() {
+            if orbit.end == OrbitEnd::Completed {
+                let image = (0..dimension).map(|coordinate| self.map.output(coordinate)[lane]);
+                orbit.keep(image, info(self.map, dimension, lane));
+            }
+        }
+    }
+
+    /// Tells the orbits that go on where they came from and where they are, which may end them.
     fn arrive(&mut self, iterate: usize) {
         let dimension = self.limits.len();
         let image = &mut self.image;
@@ -146,15 +163,12 @@ impl<const N: usize> Iterating<'_, N> {
             if orbit.end != OrbitEnd::Completed {
                 continue;
             }
-            let mut info = StepInfo::default();
-            for (passage, number) in (dimension..self.map.outputs()).enumerate() {
-                info.add_passage(passage, self.map.output(number)[lane]);
-            }
             for (coordinate, value) in image.iter_mut().enumerate() {
                 *value = self.map.output(coordinate)[lane];
                 orbit.last[coordinate] = self.map.inputs()[coordinate][lane];
             }
-            orbit.arrive(image, info.checked(image), self.request, iterate);
+            let info = info(self.map, dimension, lane).checked(image);
+            orbit.arrive(image, info, self.request, iterate);
         }
     }
 
@@ -172,10 +186,25 @@ impl<const N: usize> Iterating<'_, N> {
     }
 }
 
+/// What happened in the last step of a lane, to a finite image.
+fn info<const N: usize>(
+    map: &LaneInterpreter<Lanes<N>>,
+    dimension: usize,
+    lane: usize,
+) -> StepInfo {
+    let mut info = StepInfo {
+        valid: true,
+        ..StepInfo::default()
+    };
+    for (passage, number) in (dimension..map.outputs()).enumerate() {
+        info.add_passage(passage, map.output(number)[lane]);
+    }
+    info
+}
+
 /// Tangent vectors carried along orbits in step.
 struct Stretching<const N: usize> {
-    map: LaneInterpreter<N>,
-    state: Vec<Lanes<N>>,
+    map: LaneInterpreter<Dual<Lanes<N>>>,
     transient: usize,
     iterates: usize,
 }
@@ -185,13 +214,7 @@ impl<const N: usize> numeric::Kernel for Stretching<N> {
 
     #[inline(always)]
     fn run(mut self) -> Self::Output {
-        let dimension = self.state.len();
-        let first = self.map.outputs() - dimension;
-        let unit = Lanes::splat(1.0 / (dimension as f64).sqrt());
-        // The state, and then the tangent vector.
-        let (state, tangent) = self.map.inputs_mut().split_at_mut(dimension);
-        state.copy_from_slice(&self.state);
-        tangent.fill(unit);
+        let dimension = self.map.inputs().len();
         let mut sum = Lanes::splat(0.0);
         // Lanes whose tangent vector was annihilated.
         let mut annihilated = [false; N];
@@ -199,23 +222,21 @@ impl<const N: usize> numeric::Kernel for Stretching<N> {
         for iterate in 0..self.transient + self.iterates {
             self.map.run();
             self.map.feed_back(dimension);
-            for state in &self.map.inputs()[..dimension] {
+            let point = self.map.inputs_mut();
+            let mut square = Lanes::splat(0.0);
+            for coordinate in &*point {
                 for lane in 0..N {
                     // What follows an annihilation does not count.
-                    finite[lane] &= state[lane].is_finite() | annihilated[lane];
+                    finite[lane] &= coordinate.value[lane].is_finite() | annihilated[lane];
                 }
-            }
-            let mut square = Lanes::splat(0.0);
-            for row in 0..dimension {
-                let part = *self.map.output(first + row);
-                square += part * part;
+                square += coordinate.slope * coordinate.slope;
             }
             let growth = square.map(f64::sqrt);
             for lane in 0..N {
                 annihilated[lane] |= finite[lane] & (growth[lane] == 0.0);
             }
-            for row in 0..dimension {
-                self.map.inputs_mut()[dimension + row] = *self.map.output(first + row) / growth;
+            for coordinate in point {
+                coordinate.slope /= growth;
             }
             if iterate >= self.transient {
                 sum += growth.map(f64::ln);

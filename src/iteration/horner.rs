@@ -6,7 +6,7 @@ use super::forms::Forms;
 use super::{DiscreteMap, FrozenLanes, FrozenMap, SingleMap, StepInfo};
 use crate::expansion::{ComposedMap, LocalMap, MapKernel};
 use crate::jet::kernel::{Interpreted, Interpreter, OperationCount};
-use crate::numeric::{FloatFormat, Lanes};
+use crate::numeric::{FloatFormat, Lanes, Real};
 
 /// A local map as a straight-line kernel: the operations of the emitted code, interpreted.
 ///
@@ -83,7 +83,7 @@ impl HornerMap {
     ) -> Vec<f64> {
         const LANES: usize = 16;
         let depth = self.forms.frozen_depth();
-        let mut depth = depth.freeze_lanes::<LANES>(&[parameters; LANES]);
+        let mut depth = depth.freeze_lanes::<LANES, Lanes<LANES>>(&[parameters; LANES]);
         let states: Vec<&[f64]> = states.into_iter().collect();
         let blocks = states.chunks(LANES).flat_map(|block| {
             let lane = |number: usize| block.get(number).unwrap_or(&block[0]);
@@ -116,7 +116,7 @@ impl DiscreteMap for HornerMap {
     }
 
     fn step(&self, state: &[f64], parameters: &[f64], image: &mut [f64]) -> StepInfo {
-        run(&self.forms.step, &[state, parameters], image, &mut [])
+        run(&self.forms.step, [state, parameters], image, &mut [])
     }
 
     fn step_jacobian(
@@ -126,20 +126,21 @@ impl DiscreteMap for HornerMap {
         image: &mut [f64],
         jacobian: &mut [f64],
     ) -> StepInfo {
-        run(self.forms.jacobian(), &[state, parameters], image, jacobian)
+        run(self.forms.jacobian(), [state, parameters], image, jacobian)
     }
 }
 
 /// Runs a map's kernel: the image, the depths of the passages, and then the derivatives asked for.
-pub(super) fn run<T: Interpreted>(
+pub(super) fn run<T: Interpreted<Known = T> + Real, const P: usize>(
     interpreter: &Interpreter<T>,
-    inputs: &[&[T]],
+    inputs: [&[T]; P],
     image: &mut [f64],
     derivatives: &mut [f64],
 ) -> StepInfo {
     let mut info = StepInfo::default();
     let (dimension, first) = (image.len(), interpreter.outputs() - derivatives.len());
-    interpreter.run(inputs, |number, value| match number {
+    let inputs = inputs.into_iter().flatten().copied();
+    interpreter.run(inputs, |number, value: T| match number {
         number if number < dimension => image[number] = value.to_f64(),
         number if number < first => info.add_passage(number - dimension, value.to_f64()),
         number => derivatives[number - first] = value.to_f64(),

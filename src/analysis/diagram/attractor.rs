@@ -21,8 +21,9 @@ impl Attractor {
         let mut extent = vec![[f64::INFINITY, f64::NEG_INFINITY]; orbit.last.len()];
         for state in orbit.states() {
             for ([least, greatest], &value) in extent.iter_mut().zip(state) {
-                *least = least.min(value);
-                *greatest = greatest.max(value);
+                // Completed orbits are finite, so that nothing else has to be asked.
+                *least = if value < *least { value } else { *least };
+                *greatest = if value > *greatest { value } else { *greatest };
             }
         }
         Self {

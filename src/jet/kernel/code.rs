@@ -5,8 +5,7 @@
 
 use super::places::{Known, Places};
 use super::schemes::{Rows, Scheme, Step, schedule};
-use super::{Kernel, Operation, Value};
-use crate::numeric::{Lanes, Scalar};
+use super::{Kernel, Number, Operation, Value};
 
 /// Instructions on a memory of inputs, known values and results.
 #[derive(Debug)]
@@ -58,45 +57,7 @@ enum Instruction {
     },
     RootOfPositivePart(u32),
     HalfReciprocal(u32),
-    Copy(u32),
-}
-
-/// Numbers on which instructions act.
-pub trait Number: Scalar {
-    /// `max(0, a)`; 0 for NaN.
-    fn positive_part(self) -> Self;
-    /// `1/(2a)`; 0 where `a` is not positive.
-    fn half_reciprocal(self) -> Self;
-}
-
-macro_rules! number {
-    ($($float:ident),*) => {$(
-        impl Number for $float {
-            #[inline(always)]
-            fn positive_part(self) -> Self {
-                if self > 0.0 { self } else { 0.0 }
-            }
-
-            #[inline(always)]
-            fn half_reciprocal(self) -> Self {
-                if self > 0.0 { 0.5 / self } else { 0.0 }
-            }
-        }
-    )*};
-}
-
-number!(f64, f32);
-
-impl<const N: usize> Number for Lanes<N> {
-    #[inline(always)]
-    fn positive_part(self) -> Self {
-        self.map(f64::positive_part)
-    }
-
-    #[inline(always)]
-    fn half_reciprocal(self) -> Self {
-        self.map(f64::half_reciprocal)
-    }
+    Hold(u32),
 }
 
 impl Code {
@@ -180,9 +141,9 @@ impl Code {
     }
 
     /// Fills a memory of inputs up with room for results, and known values.
-    pub(super) fn complete<T: Number>(&self, memory: &mut Vec<T>, kept: &[T]) {
-        memory.resize(self.inputs + self.results, T::zero());
-        memory.extend_from_slice(kept);
+    pub(super) fn complete<T: Number>(&self, memory: &mut Vec<T>, kept: &[T::Known]) {
+        memory.resize(self.inputs + self.results, T::ZERO);
+        memory.extend(kept.iter().map(|&known| T::of(known)));
     }
 
     /// The known values that are looked up.
@@ -216,13 +177,13 @@ impl Code {
     ///
     /// It is inlined so that a [`numeric::Kernel`](crate::numeric::Kernel) that calls it runs with the widest registers.
     #[inline(always)]
-    pub(super) fn run<T: Number>(&self, mut read: &[T], memory: &mut [T]) {
+    pub(super) fn run<T: Number>(&self, mut read: &[T::Known], memory: &mut [T]) {
         let mut place = self.inputs;
         for &instruction in &self.instructions {
             let at = |place: u32| memory[place as usize];
             let result = match instruction {
-                Instruction::Add(a, b) => at(a) + at(b),
-                Instruction::Multiply(a, b) => at(a) * at(b),
+                Instruction::Add(a, b) => at(a).plus(at(b)),
+                Instruction::Multiply(a, b) => at(a).times(at(b)),
                 Instruction::Chain { factor, first, end } => {
                     let places = &self.places[first as usize..end as usize];
                     chain(at(factor), places, memory)
@@ -253,9 +214,9 @@ impl Code {
                     place += 1;
                     sums[1]
                 }
-                Instruction::RootOfPositivePart(a) => at(a).positive_part().sqrt(),
+                Instruction::RootOfPositivePart(a) => at(a).root_of_positive_part(),
                 Instruction::HalfReciprocal(a) => at(a).half_reciprocal(),
-                Instruction::Copy(a) => at(a),
+                Instruction::Hold(a) => at(a).held(),
             };
             memory[place] = result;
             place += 1;
@@ -283,7 +244,7 @@ fn instruction(operation: Operation, places: &mut Places) -> Instruction {
         Operation::MultiplyAdd(..) => unreachable!("every multiply-add is part of a scheme"),
         Operation::RootOfPositivePart(a) => Instruction::RootOfPositivePart(place(a)),
         Operation::HalfReciprocal(a) => Instruction::HalfReciprocal(place(a)),
-        Operation::Held(a) => Instruction::Copy(place(a)),
+        Operation::Held(a) => Instruction::Hold(place(a)),
     }
 }
 
@@ -292,7 +253,7 @@ fn instruction(operation: Operation, places: &mut Places) -> Instruction {
 fn chain<T: Number>(factor: T, places: &[u32], memory: &[T]) -> T {
     let mut sum = memory[places[0] as usize];
     for &place in &places[1..] {
-        sum = sum.mul_add(factor, memory[place as usize]);
+        sum = sum.times_plus(factor, memory[place as usize]);
     }
     sum
 }
@@ -303,54 +264,58 @@ fn two_chains<T: Number>(factor: T, places: &[u32], memory: &[T]) -> [T; 2] {
     let (pairs, _) = places.as_chunks::<2>();
     let [mut one, mut two] = pairs[0].map(|place| memory[place as usize]);
     for &[a, b] in &pairs[1..] {
-        one = one.mul_add(factor, memory[a as usize]);
-        two = two.mul_add(factor, memory[b as usize]);
+        one = one.times_plus(factor, memory[a as usize]);
+        two = two.times_plus(factor, memory[b as usize]);
     }
     [one, two]
 }
 
 /// A scheme with rows of these lengths.
 #[inline(always)]
-fn polynomial<T: Number>([factor, inner]: [T; 2], rows: &[u32], read: &mut &[T]) -> T {
+fn polynomial<T: Number>([factor, inner]: [T; 2], rows: &[u32], read: &mut &[T::Known]) -> T {
     let mut sum = row(inner, rows[0], read);
     for &len in &rows[1..] {
-        sum = sum.mul_add(factor, row(inner, len, read));
+        sum = sum.times_plus(factor, row(inner, len, read));
     }
     sum
 }
 
 #[inline(always)]
-fn row<T: Number>(factor: T, len: u32, read: &mut &[T]) -> T {
+fn row<T: Number>(factor: T, len: u32, read: &mut &[T::Known]) -> T {
     let (own, rest) = read.split_at(len as usize);
     *read = rest;
-    let mut sum = own[0];
+    let mut sum = T::of(own[0]);
     for &value in &own[1..] {
-        sum = sum.mul_add(factor, value);
+        sum = sum.times_plus_known(factor, value);
     }
     sum
 }
 
 /// Two of them.
 #[inline(always)]
-fn two_polynomials<T: Number>([factor, inner]: [T; 2], rows: &[u32], read: &mut &[T]) -> [T; 2] {
+fn two_polynomials<T: Number>(
+    [factor, inner]: [T; 2],
+    rows: &[u32],
+    read: &mut &[T::Known],
+) -> [T; 2] {
     let [mut one, mut two] = two_rows(inner, rows[0], read);
     for &len in &rows[1..] {
         let [a, b] = two_rows(inner, len, read);
-        one = one.mul_add(factor, a);
-        two = two.mul_add(factor, b);
+        one = one.times_plus(factor, a);
+        two = two.times_plus(factor, b);
     }
     [one, two]
 }
 
 #[inline(always)]
-fn two_rows<T: Number>(factor: T, len: u32, read: &mut &[T]) -> [T; 2] {
+fn two_rows<T: Number>(factor: T, len: u32, read: &mut &[T::Known]) -> [T; 2] {
     let (own, rest) = read.split_at(2 * len as usize);
     *read = rest;
     let (pairs, _) = own.as_chunks::<2>();
-    let [mut one, mut two] = pairs[0];
+    let [mut one, mut two] = pairs[0].map(T::of);
     for &[a, b] in &pairs[1..] {
-        one = one.mul_add(factor, a);
-        two = two.mul_add(factor, b);
+        one = one.times_plus_known(factor, a);
+        two = two.times_plus_known(factor, b);
     }
     [one, two]
 }

@@ -3,22 +3,23 @@
 use std::cell::RefCell;
 use std::sync::Arc;
 
-use super::code::{Code, Number};
-use super::{Kernel, LaneInterpreter};
+use super::code::Code;
+use super::{Dual, Kernel, LaneInterpreter, Number};
 use crate::numeric::{Lanes, Real};
 
-/// Numbers in which kernels are interpreted one point at a time: `f64`, and `f32` as emitted code in single precision rounds.
-pub trait Interpreted: Number + Real {
+/// Numbers in which kernels are interpreted one point at a time: `f64`, `f32` as emitted code in single precision rounds, and
+/// [`Dual`] numbers.
+pub trait Interpreted: Number {
     /// Hands the memory of the thread to `work`.
     fn with_memory<R>(work: impl FnOnce(&mut Vec<Self>) -> R) -> R;
 }
 
 macro_rules! interpreted {
-    ($($float:ident),*) => {$(
-        impl Interpreted for $float {
+    ($($number:ty),*) => {$(
+        impl Interpreted for $number {
             fn with_memory<R>(work: impl FnOnce(&mut Vec<Self>) -> R) -> R {
                 thread_local! {
-                    static MEMORY: RefCell<Vec<$float>> = const { RefCell::new(Vec::new()) };
+                    static MEMORY: RefCell<Vec<$number>> = const { RefCell::new(Vec::new()) };
                 }
                 MEMORY.with_borrow_mut(work)
             }
@@ -26,7 +27,7 @@ macro_rules! interpreted {
     )*};
 }
 
-interpreted!(f64, f32);
+interpreted!(f64, f32, Dual<f64>);
 
 /// A kernel prepared for running.
 ///
@@ -40,7 +41,7 @@ pub struct Interpreter<T = f64> {
     read: Vec<T>,
 }
 
-impl<T: Interpreted> Interpreter<T> {
+impl<T: Real> Interpreter<T> {
     /// Prepares a kernel, its constants rounded to the numbers it is to run in.
     pub fn new(kernel: &Kernel) -> Self {
         let constants = kernel.constants.iter();
@@ -67,17 +68,19 @@ impl<T: Interpreted> Interpreter<T> {
         self.code.outputs()
     }
 
-    /// Runs the kernel and hands output after output to `receive` with its number.
+    /// Runs the kernel on these inputs and hands output after output to `receive` with its number.
     ///
     /// # Panics
     ///
-    /// If the input slices together have not the kernel's number of inputs.
-    pub fn run(&self, inputs: &[&[T]], mut receive: impl FnMut(usize, T)) {
-        T::with_memory(|memory| {
+    /// If their number is not the kernel's.
+    pub fn run<N: Interpreted<Known = T>>(
+        &self,
+        inputs: impl IntoIterator<Item = N>,
+        mut receive: impl FnMut(usize, N),
+    ) {
+        N::with_memory(|memory| {
             memory.clear();
-            inputs
-                .iter()
-                .for_each(|slice| memory.extend_from_slice(slice));
+            memory.extend(inputs);
             assert_eq!(
                 memory.len(),
                 self.inputs(),
@@ -92,9 +95,9 @@ impl<T: Interpreted> Interpreter<T> {
     }
 
     /// The outputs at these inputs.
-    pub fn evaluate(&self, inputs: &[T]) -> Vec<T> {
-        let mut values = vec![T::zero(); self.outputs()];
-        self.run(&[inputs], |number, value| values[number] = value);
+    pub fn evaluate<N: Interpreted<Known = T>>(&self, inputs: &[N]) -> Vec<N> {
+        let mut values = Vec::with_capacity(self.outputs());
+        self.run(inputs.iter().copied(), |_, value| values.push(value));
         values
     }
 }
@@ -133,7 +136,10 @@ impl Unset {
     /// # Panics
     ///
     /// If there are more than `N` lanes, or not one value for every input to be set.
-    pub fn set_lanes<const N: usize>(&self, values: &[Vec<f64>]) -> LaneInterpreter<N> {
+    pub fn set_lanes<const N: usize, T: Number<Known = Lanes<N>>>(
+        &self,
+        values: &[Vec<f64>],
+    ) -> LaneInterpreter<T> {
         assert!(values.len() <= N, "{} lanes of {N}", values.len());
         let mut set = vec![Lanes::splat(0.0); self.unset];
         for (lane, values) in values.iter().enumerate() {

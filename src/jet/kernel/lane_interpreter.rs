@@ -2,25 +2,26 @@
 
 use std::sync::Arc;
 
+use super::Number;
 use super::code::Code;
-use crate::numeric::Lanes;
 
-/// A kernel prepared for running on `N` points in step, each with known inputs of its own.
+/// A kernel prepared for running on several points in step, each with known inputs of its own, on [`Lanes`](crate::numeric::Lanes) or
+/// [`Dual`](super::Dual) numbers of lanes.
 ///
-/// One instruction is read for `N` points, which is what an interpreter costs most for; the operations of a lane are
+/// One instruction is read for all of them, which is what an interpreter costs most for; the operations of a lane are
 /// those of [`Interpreter`](super::Interpreter), to the last bit.
 #[derive(Clone, Debug)]
-pub struct LaneInterpreter<const N: usize> {
+pub struct LaneInterpreter<T: Number> {
     code: Arc<Code>,
     /// Inputs, results, known values that are looked up.
-    memory: Vec<Lanes<N>>,
+    memory: Vec<T>,
     /// Known values that are read in order.
-    read: Vec<Lanes<N>>,
+    read: Vec<T::Known>,
 }
 
-impl<const N: usize> LaneInterpreter<N> {
-    pub(super) fn new(code: Arc<Code>, set: &[Lanes<N>], constants: &[Lanes<N>]) -> Self {
-        let mut memory = vec![Lanes::splat(0.0); code.inputs()];
+impl<T: Number> LaneInterpreter<T> {
+    pub(super) fn new(code: Arc<Code>, set: &[T::Known], constants: &[T::Known]) -> Self {
+        let mut memory = vec![T::ZERO; code.inputs()];
         code.complete(&mut memory, &code.kept(set, constants));
         Self {
             memory,
@@ -36,13 +37,13 @@ impl<const N: usize> LaneInterpreter<N> {
 
     /// The inputs of the next run.
     #[inline(always)]
-    pub fn inputs(&self) -> &[Lanes<N>] {
+    pub fn inputs(&self) -> &[T] {
         &self.memory[..self.code.inputs()]
     }
 
     /// The inputs of the next run, to be set.
     #[inline(always)]
-    pub fn inputs_mut(&mut self) -> &mut [Lanes<N>] {
+    pub fn inputs_mut(&mut self) -> &mut [T] {
         &mut self.memory[..self.code.inputs()]
     }
 
@@ -64,7 +65,7 @@ impl<const N: usize> LaneInterpreter<N> {
 
     /// A result of the last run.
     #[inline(always)]
-    pub fn output(&self, number: usize) -> &Lanes<N> {
+    pub fn output(&self, number: usize) -> &T {
         self.code.output(number, &self.memory)
     }
 }
@@ -87,7 +88,7 @@ mod tests {
         let kernel = builder.finish(vec![total, root, p, y]);
         let interpreter = Interpreter::new(&kernel);
         let parameters: Vec<Vec<f64>> = (0..3).map(|lane| vec![f64::from(lane) - 0.7]).collect();
-        let mut lanes = Unset::new(&kernel, 2).set_lanes::<4>(&parameters);
+        let mut lanes = Unset::new(&kernel, 2).set_lanes::<4, Lanes<4>>(&parameters);
         assert_eq!((lanes.inputs().len(), lanes.outputs()), (2, 4));
         // One lane of each sign of the root's argument; the last lane has no parameters of its own.
         let (x, y) = (Lanes([0.1, -2.0, 3.3, 1.0]), Lanes([0.7, 5.0, 1.1, 2.0]));
