@@ -75,17 +75,20 @@ impl Freezer {
         }
     }
 
-    pub(super) fn freeze(&self, parameters: &[f64]) -> Interpreter {
-        self.run.set(&self.prepare.evaluate(parameters))
+    /// The coefficients at some parameters.
+    pub(super) fn coefficients(&self, parameters: &[f64]) -> Vec<f64> {
+        self.prepare.evaluate(parameters)
     }
 
-    pub(super) fn freeze_lanes<const N: usize, T: Number<Known = Lanes<N>>>(
+    pub(super) fn freeze(&self, parameters: &[f64]) -> Interpreter {
+        self.run.set(&self.coefficients(parameters))
+    }
+
+    /// The kernel with the coefficients of every lane; lanes beyond those given have those of the first.
+    pub(super) fn in_lanes<const N: usize, T: Number<Known = Lanes<N>>>(
         &self,
-        parameters: &[impl AsRef<[f64]>],
+        coefficients: &[Vec<f64>],
     ) -> LaneInterpreter<T> {
-        let prepared = parameters
-            .iter()
-            .map(|own| self.prepare.evaluate(own.as_ref()));
-        self.run.set_lanes(&prepared.collect::<Vec<_>>())
+        self.run.set_lanes(coefficients)
     }
 }

@@ -16,7 +16,7 @@ use crate::numeric::{self, Lanes, widest};
 pub struct FrozenLanes<const N: usize> {
     forms: Arc<Forms>,
     /// Of every lane in use.
-    parameters: Vec<Vec<f64>>,
+    coefficients: Vec<Vec<f64>>,
     step: LaneInterpreter<Lanes<N>>,
 }
 
@@ -24,9 +24,12 @@ impl<const N: usize> FrozenLanes<N> {
     pub(super) fn new(forms: Arc<Forms>, parameters: &[&[f64]]) -> Self {
         let lanes = parameters.len();
         assert!((1..=N).contains(&lanes), "{lanes} lanes of {N}");
+        let freezer = &forms.frozen_step;
+        let coefficients = parameters.iter().map(|own| freezer.coefficients(own));
+        let coefficients: Vec<Vec<f64>> = coefficients.collect();
         Self {
-            step: forms.frozen_step.freeze_lanes(parameters),
-            parameters: parameters.iter().map(|own| own.to_vec()).collect(),
+            step: freezer.in_lanes(&coefficients),
+            coefficients,
             forms,
         }
     }
@@ -73,7 +76,7 @@ impl<const N: usize> FrozenLanes<N> {
         iterates: usize,
     ) -> Vec<Option<f64>> {
         let mut map: LaneInterpreter<Dual<Lanes<N>>> =
-            self.forms.frozen_step.freeze_lanes(&self.parameters);
+            self.forms.frozen_step.in_lanes(&self.coefficients);
         let unit = Lanes::splat(1.0 / (initial[0].len() as f64).sqrt());
         for (input, value) in map.inputs_mut().iter_mut().zip(self.gather(initial)) {
             *input = Dual { value, slope: unit };
@@ -83,12 +86,12 @@ impl<const N: usize> FrozenLanes<N> {
             transient,
             iterates,
         });
-        exponents[..self.parameters.len()].to_vec()
+        exponents[..self.coefficients.len()].to_vec()
     }
 
     /// Lanes beyond those in use repeat the first.
     fn gather(&self, states: &[&[f64]]) -> Vec<Lanes<N>> {
-        let lanes = self.parameters.len();
+        let lanes = self.coefficients.len();
         assert_eq!(states.len(), lanes, "one state for every lane");
         let own = |lane: usize| states.get(lane).unwrap_or(&states[0]);
         (0..self.forms.lowered.dimension)

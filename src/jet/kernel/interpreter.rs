@@ -131,23 +131,23 @@ impl Unset {
         Interpreter::with_known(self.code.clone(), values, &self.constants)
     }
 
-    /// The interpreter for `N` points at once, with other values of the last inputs in every lane.
+    /// The interpreter for `N` points at once, with other values of the last inputs in every lane; lanes beyond those given have the
+    /// values of the first.
     ///
     /// # Panics
     ///
-    /// If there are more than `N` lanes, or not one value for every input to be set.
+    /// If there are no lanes or more than `N`, or not one value for every input to be set.
     pub fn set_lanes<const N: usize, T: Number<Known = Lanes<N>>>(
         &self,
         values: &[Vec<f64>],
     ) -> LaneInterpreter<T> {
-        assert!(values.len() <= N, "{} lanes of {N}", values.len());
-        let mut set = vec![Lanes::splat(0.0); self.unset];
-        for (lane, values) in values.iter().enumerate() {
-            assert_eq!(values.len(), self.unset, "a value for every input to set");
-            for (place, &value) in set.iter_mut().zip(values) {
-                place[lane] = value;
-            }
-        }
+        let lanes = values.len();
+        assert!((1..=N).contains(&lanes), "{lanes} lanes of {N}");
+        let all = values.iter().all(|values| values.len() == self.unset);
+        assert!(all, "a value for every input to set");
+        let lane = |lane: usize| values.get(lane).unwrap_or(&values[0]);
+        let set = (0..self.unset).map(|input| Lanes::from_fn(|number| lane(number)[input]));
+        let set: Vec<Lanes<N>> = set.collect();
         let constants = self.constants.iter();
         let constants: Vec<Lanes<N>> = constants.map(|&value| Lanes::splat(value)).collect();
         LaneInterpreter::new(self.code.clone(), &set, &constants)
