@@ -5,7 +5,7 @@
 
 use super::places::{Known, Places};
 use super::schemes::{Rows, Scheme, Step, schedule};
-use super::{Kernel, Number, Operation, Value};
+use super::{Kernel, Number, Operation};
 
 /// Instructions on a memory of inputs, known values and results.
 #[derive(Debug)]
@@ -58,14 +58,15 @@ enum Instruction {
     RootOfPositivePart(u32),
     HalfReciprocal(u32),
     Hold(u32),
+    /// An input that is an output: in a place of its own, so that an output may become an input.
+    Copy(u32),
 }
 
 impl Code {
     /// Prepares a kernel whose inputs from number `free` on are known before a run.
     pub(super) fn new(kernel: &Kernel, free: usize) -> Self {
-        let kernel = &with_outputs_apart(kernel);
         let steps = schedule(kernel, free);
-        let mut places = Places::new(free, &steps);
+        let mut places = Places::new(kernel, free, &steps);
         let mut code = Self {
             instructions: Vec::with_capacity(steps.len()),
             rows: Vec::new(),
@@ -83,8 +84,12 @@ impl Code {
             };
             code.instructions.push(instruction);
         }
-        let outputs = kernel.outputs.iter();
-        code.outputs = outputs.map(|&value| places.of(value)).collect();
+        for &value in &kernel.outputs {
+            if places.is_input(value) {
+                code.instructions.push(Instruction::Copy(places.of(value)));
+            }
+        }
+        code.outputs = places.of_outputs(&kernel.outputs);
         code.kept = places.kept;
         code
     }
@@ -217,23 +222,12 @@ impl Code {
                 Instruction::RootOfPositivePart(a) => at(a).root_of_positive_part(),
                 Instruction::HalfReciprocal(a) => at(a).half_reciprocal(),
                 Instruction::Hold(a) => at(a).held(),
+                Instruction::Copy(a) => at(a),
             };
             memory[place] = result;
             place += 1;
         }
     }
-}
-
-/// The kernel with copies of inputs that are outputs: an output may then become an input.
-fn with_outputs_apart(kernel: &Kernel) -> Kernel {
-    let mut kernel = kernel.clone();
-    for output in &mut kernel.outputs {
-        if let Value::Input(_) = output {
-            kernel.operations.push(Operation::Held(*output));
-            *output = Value::Result(kernel.operations.len() as u32 - 1);
-        }
-    }
-    kernel
 }
 
 fn instruction(operation: Operation, places: &mut Places) -> Instruction {

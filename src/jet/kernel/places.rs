@@ -2,8 +2,8 @@
 
 use std::collections::HashMap;
 
-use super::Value;
 use super::schemes::Step;
+use super::{Kernel, Value};
 
 /// A value that is known before a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -30,6 +30,8 @@ pub(super) struct Places {
     free: usize,
     /// Which of the results is an operation's.
     of_operations: HashMap<usize, usize>,
+    /// Results that are copies of inputs, after the others.
+    copies: usize,
     known: HashMap<Known, u32>,
     /// The known values in the order of their places.
     pub(super) kept: Vec<Known>,
@@ -37,22 +39,41 @@ pub(super) struct Places {
 
 impl Places {
     /// Places of the results of these steps, with inputs from number `free` on known.
-    pub(super) fn new(free: usize, steps: &[Step]) -> Self {
-        let numbers = steps.iter().flat_map(Step::numbers);
-        Self {
+    pub(super) fn new(kernel: &Kernel, free: usize, steps: &[Step]) -> Self {
+        let numbers = steps.iter().flat_map(Step::numbers).enumerate();
+        let mut places = Self {
             free,
-            of_operations: numbers
-                .enumerate()
-                .map(|(place, number)| (number, place))
-                .collect(),
+            of_operations: numbers.map(|(place, number)| (number, place)).collect(),
+            copies: 0,
             known: HashMap::new(),
             kept: Vec::new(),
-        }
+        };
+        let outputs = kernel.outputs.iter();
+        places.copies = outputs.filter(|&&value| places.is_input(value)).count();
+        places
     }
 
     /// Number of results.
     pub(super) fn results(&self) -> usize {
-        self.of_operations.len()
+        self.of_operations.len() + self.copies
+    }
+
+    /// Whether a value is an input, not known before a run.
+    pub(super) fn is_input(&self, value: Value) -> bool {
+        matches!(value, Value::Input(number) if (number as usize) < self.free)
+    }
+
+    /// Places of outputs, those that are inputs in the places of their copies.
+    pub(super) fn of_outputs(&mut self, outputs: &[Value]) -> Vec<u32> {
+        let mut copy = self.free + self.of_operations.len();
+        let mut place = |&value: &Value| {
+            if !self.is_input(value) {
+                return self.of(value);
+            }
+            copy += 1;
+            copy as u32 - 1
+        };
+        outputs.iter().map(&mut place).collect()
     }
 
     /// A value's place; a known one gets it when first asked for.
