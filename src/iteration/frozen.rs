@@ -41,7 +41,7 @@ impl DiscreteMap for FrozenMap {
     }
 
     fn step(&self, state: &[f64], parameters: &[f64], image: &mut [f64]) -> StepInfo {
-        run(&self.step, [state, parameters], image, &mut [])
+        run(&self.step, &[state, parameters], image, &mut [])
     }
 
     fn step_jacobian(
@@ -53,7 +53,7 @@ impl DiscreteMap for FrozenMap {
     ) -> StepInfo {
         let freeze = || self.forms.frozen_jacobian().freeze(&self.parameters);
         let kernel = self.jacobian.get_or_init(freeze);
-        run(kernel, [state, parameters], image, jacobian)
+        run(kernel, &[state, parameters], image, jacobian)
     }
 
     fn step_tangent(
@@ -65,9 +65,10 @@ impl DiscreteMap for FrozenMap {
         assert!(parameters.is_empty(), "the parameters are folded in");
         let inputs = state.iter().zip(tangent);
         let inputs = inputs.map(|(&value, &slope)| Dual { value, slope });
+        let inputs: Vec<Dual<f64>> = inputs.collect();
         let mut info = StepInfo::default();
         let dimension = image.len();
-        self.step.run(inputs, |number, dual: Dual<f64>| {
+        self.step.run(&[&inputs], |number, dual: Dual<f64>| {
             if number < dimension {
                 (image[number], carried[number]) = (dual.value, dual.slope);
             } else {

@@ -77,7 +77,7 @@ impl<const N: usize> FrozenLanes<N> {
     ) -> Vec<Option<f64>> {
         let mut map: LaneInterpreter<Dual<Lanes<N>>> =
             self.forms.frozen_step.in_lanes(&self.coefficients);
-        let unit = Lanes::splat(1.0 / (initial[0].len() as f64).sqrt());
+        let unit = Lanes::splat(1.0 / (self.forms.lowered.dimension as f64).sqrt());
         for (input, value) in map.inputs_mut().iter_mut().zip(self.gather(initial)) {
             *input = Dual { value, slope: unit };
         }

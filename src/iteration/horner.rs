@@ -132,7 +132,7 @@ impl DiscreteMap for HornerMap {
     }
 
     fn step(&self, state: &[f64], parameters: &[f64], image: &mut [f64]) -> StepInfo {
-        run(&self.forms.step, [state, parameters], image, &mut [])
+        run(&self.forms.step, &[state, parameters], image, &mut [])
     }
 
     fn step_jacobian(
@@ -142,20 +142,19 @@ impl DiscreteMap for HornerMap {
         image: &mut [f64],
         jacobian: &mut [f64],
     ) -> StepInfo {
-        run(self.forms.jacobian(), [state, parameters], image, jacobian)
+        run(self.forms.jacobian(), &[state, parameters], image, jacobian)
     }
 }
 
 /// Runs a map's kernel: the image, the depths of the passages, and then the derivatives asked for.
-pub(super) fn run<T: Interpreted<Known = T> + Real, const P: usize>(
+pub(super) fn run<T: Interpreted<Known = T> + Real>(
     interpreter: &Interpreter<T>,
-    inputs: [&[T]; P],
+    inputs: &[&[T]],
     image: &mut [f64],
     derivatives: &mut [f64],
 ) -> StepInfo {
     let mut info = StepInfo::default();
     let (dimension, first) = (image.len(), interpreter.outputs() - derivatives.len());
-    let inputs = inputs.into_iter().flatten().copied();
     interpreter.run(inputs, |number, value: T| match number {
         number if number < dimension => image[number] = value.to_f64(),
         number if number < first => info.add_passage(number - dimension, value.to_f64()),

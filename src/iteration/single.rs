@@ -64,5 +64,5 @@ fn rounded_run(
 ) -> StepInfo {
     let rounded = state.iter().chain(parameters);
     let inputs: Vec<f32> = rounded.map(|&offset| offset as f32).collect();
-    run(interpreter, [&inputs[..]], image, derivatives)
+    run(interpreter, &[&inputs], image, derivatives)
 }

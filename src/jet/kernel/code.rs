@@ -5,7 +5,7 @@
 
 use super::places::{Known, Places};
 use super::schemes::{Rows, Scheme, Step, schedule};
-use super::{Kernel, Number, Operation};
+use super::{Kernel, Number, Operation, Value};
 
 /// Instructions on a memory of inputs, known values and results.
 #[derive(Debug)]
@@ -94,49 +94,66 @@ impl Code {
         code
     }
 
+    /// The instruction for a scheme, or for two of one shape.
     fn schemes(&mut self, schemes: &[(usize, Scheme)], places: &mut Places) -> Instruction {
         let Scheme { factor, rows } = &schemes[0].1;
         let factor = places.of(*factor);
         match rows {
-            Rows::Values(values) => {
-                let first = self.places.len() as u32;
-                for number in 0..values.len() {
-                    let values = schemes.iter().map(|(_, scheme)| scheme.values()[number]);
-                    self.places.extend(values.map(|value| places.of(value)));
-                }
-                let end = self.places.len() as u32;
-                match schemes.len() {
-                    1 => Instruction::Chain { factor, first, end },
-                    _ => Instruction::TwoChains { factor, first, end },
-                }
-            }
+            Rows::Values(values) => self.chains(schemes, factor, values.len(), places),
             Rows::Known(inner, rows) => {
                 let factors = [factor, places.of(*inner)];
-                let first = self.rows.len() as u32;
-                for (number, row) in rows.iter().enumerate() {
-                    self.rows.push(row.len() as u32);
-                    for place in 0..row.len() {
-                        let values = schemes
-                            .iter()
-                            .map(|(_, scheme)| scheme.rows()[number][place]);
-                        self.read
-                            .extend(values.filter_map(|value| places.known(value)));
-                    }
-                }
-                let end = self.rows.len() as u32;
-                match schemes.len() {
-                    1 => Instruction::Polynomial {
-                        factors,
-                        first,
-                        end,
-                    },
-                    _ => Instruction::TwoPolynomials {
-                        factors,
-                        first,
-                        end,
-                    },
-                }
+                self.polynomials(schemes, factors, rows, places)
             }
+        }
+    }
+
+    fn chains(
+        &mut self,
+        schemes: &[(usize, Scheme)],
+        factor: u32,
+        len: usize,
+        places: &mut Places,
+    ) -> Instruction {
+        let first = self.places.len() as u32;
+        for number in 0..len {
+            let values = schemes.iter().map(|(_, scheme)| scheme.values()[number]);
+            self.places.extend(values.map(|value| places.of(value)));
+        }
+        let end = self.places.len() as u32;
+        match schemes.len() {
+            1 => Instruction::Chain { factor, first, end },
+            _ => Instruction::TwoChains { factor, first, end },
+        }
+    }
+
+    fn polynomials(
+        &mut self,
+        schemes: &[(usize, Scheme)],
+        factors: [u32; 2],
+        rows: &[Vec<Value>],
+        places: &Places,
+    ) -> Instruction {
+        let first = self.rows.len() as u32;
+        for (number, row) in rows.iter().enumerate() {
+            self.rows.push(row.len() as u32);
+            for place in 0..row.len() {
+                let values = schemes.iter().map(|(_, own)| own.rows()[number][place]);
+                let known = values.filter_map(|value| places.known(value));
+                self.read.extend(known);
+            }
+        }
+        let end = self.rows.len() as u32;
+        match schemes.len() {
+            1 => Instruction::Polynomial {
+                factors,
+                first,
+                end,
+            },
+            _ => Instruction::TwoPolynomials {
+                factors,
+                first,
+                end,
+            },
         }
     }
 

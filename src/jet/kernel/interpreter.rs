@@ -68,19 +68,21 @@ impl<T: Real> Interpreter<T> {
         self.code.outputs()
     }
 
-    /// Runs the kernel on these inputs and hands output after output to `receive` with its number.
+    /// Runs the kernel and hands output after output to `receive` with its number.
     ///
     /// # Panics
     ///
-    /// If their number is not the kernel's.
+    /// If the input slices together have not the kernel's number of inputs.
     pub fn run<N: Interpreted<Known = T>>(
         &self,
-        inputs: impl IntoIterator<Item = N>,
+        inputs: &[&[N]],
         mut receive: impl FnMut(usize, N),
     ) {
         N::with_memory(|memory| {
             memory.clear();
-            memory.extend(inputs);
+            inputs
+                .iter()
+                .for_each(|slice| memory.extend_from_slice(slice));
             assert_eq!(
                 memory.len(),
                 self.inputs(),
@@ -97,7 +99,7 @@ impl<T: Real> Interpreter<T> {
     /// The outputs at these inputs.
     pub fn evaluate<N: Interpreted<Known = T>>(&self, inputs: &[N]) -> Vec<N> {
         let mut values = Vec::with_capacity(self.outputs());
-        self.run(inputs.iter().copied(), |_, value| values.push(value));
+        self.run(&[inputs], |_, value| values.push(value));
         values
     }
 }
