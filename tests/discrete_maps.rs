@@ -235,6 +235,25 @@ fn freezing_changes_no_bit() {
 }
 
 #[test]
+fn a_tangent_vector_is_carried_as_the_jacobian_carries_it() {
+    let map = HornerMap::new(&synthetic::map(5, 6, SectionKind::Stroboscopic));
+    let tangent = [0.6, -0.8];
+    for (state, parameters) in points(50) {
+        let (image, jacobian, info) = step_jacobian(&map, &state, &parameters);
+        let (mut along, mut carried) = ([0.0; 2], [0.0; 2]);
+        let frozen = map.freeze(&parameters);
+        let found = frozen.step_tangent([&state, &tangent], &[], [&mut along, &mut carried]);
+        assert_eq!((along.to_vec(), found), (image, info));
+        for (carried, row) in carried.iter().zip(jacobian.chunks(2)) {
+            let size: f64 = row.iter().map(|slope| slope.abs()).sum();
+            let expected: f64 = row.iter().zip(tangent).map(|(a, b)| a * b).sum();
+            // Both sum the same hundred or so products in different orders.
+            assert!((carried - expected).abs() <= 1e-13 * size.max(1.0));
+        }
+    }
+}
+
+#[test]
 fn orbits_in_lanes_are_those_of_the_frozen_map_to_the_last_bit() {
     let map = HornerMap::new(&synthetic::map(3, 4, SectionKind::Stroboscopic));
     // Large parameters drive some orbits out of the window, at different iterates; the last block fills five lanes of eight.

@@ -83,11 +83,6 @@ impl MapKernel {
     pub fn with_jacobian(&self) -> Kernel {
         self.kernel.with_jacobian(self.dimension, self.dimension)
     }
-
-    /// The kernel with a tangent vector between state and parameters, and its image after the other outputs.
-    pub fn with_tangent(&self) -> Kernel {
-        self.kernel.with_tangent(self.dimension, self.dimension)
-    }
 }
 
 /// A flown contact appends its operations.

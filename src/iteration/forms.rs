@@ -3,7 +3,8 @@
 use std::sync::OnceLock;
 
 use crate::expansion::MapKernel;
-use crate::jet::kernel::{Interpreter, Kernel, LaneInterpreter, OperationCount};
+use crate::jet::kernel::{Interpreter, Kernel, LaneInterpreter, Number, OperationCount, Unset};
+use crate::numeric::Lanes;
 
 /// Everything that a map's kernel is lowered to, shared by the map and by all that is frozen from it.
 ///
@@ -15,7 +16,6 @@ pub(super) struct Forms {
     pub(super) frozen_step: Freezer,
     jacobian: OnceLock<Interpreter>,
     frozen_jacobian: OnceLock<Freezer>,
-    frozen_tangent: OnceLock<Freezer>,
     frozen_depth: OnceLock<Freezer>,
 }
 
@@ -26,7 +26,6 @@ impl Forms {
             frozen_step: Freezer::new(&lowered.kernel, lowered.dimension),
             jacobian: OnceLock::new(),
             frozen_jacobian: OnceLock::new(),
-            frozen_tangent: OnceLock::new(),
             frozen_depth: OnceLock::new(),
             lowered,
         }
@@ -42,12 +41,6 @@ impl Forms {
     pub(super) fn frozen_jacobian(&self) -> &Freezer {
         let make = || Freezer::new(&self.lowered.with_jacobian(), self.lowered.dimension);
         self.frozen_jacobian.get_or_init(make)
-    }
-
-    /// Image, depths, and the image of a tangent vector, which follows the coordinates; for freezing.
-    pub(super) fn frozen_tangent(&self) -> &Freezer {
-        let make = || Freezer::new(&self.lowered.with_tangent(), 2 * self.lowered.dimension);
-        self.frozen_tangent.get_or_init(make)
     }
 
     /// The depth of the first passage alone; for freezing.
@@ -68,7 +61,7 @@ fn first_depth(map: &MapKernel) -> Kernel {
 #[derive(Debug)]
 pub(super) struct Freezer {
     prepare: Interpreter,
-    run: Interpreter,
+    run: Unset,
     pub(super) count: OperationCount,
 }
 
@@ -77,23 +70,25 @@ impl Freezer {
         let split = kernel.split(free);
         Self {
             prepare: Interpreter::new(&split.prepare),
-            run: Interpreter::new(&split.run),
+            run: Unset::new(&split.run, free),
             count: split.run.count(),
         }
     }
 
-    pub(super) fn freeze(&self, parameters: &[f64]) -> Interpreter {
-        self.run
-            .with_last_inputs(&self.prepare.evaluate(parameters))
+    /// The coefficients at some parameters.
+    pub(super) fn coefficients(&self, parameters: &[f64]) -> Vec<f64> {
+        self.prepare.evaluate(parameters)
     }
 
-    pub(super) fn freeze_lanes<const N: usize>(
+    pub(super) fn freeze(&self, parameters: &[f64]) -> Interpreter {
+        self.run.set(&self.coefficients(parameters))
+    }
+
+    /// The kernel with the coefficients of every lane; lanes beyond those given have those of the first.
+    pub(super) fn in_lanes<const N: usize, T: Number<Known = Lanes<N>>>(
         &self,
-        parameters: &[impl AsRef<[f64]>],
-    ) -> LaneInterpreter<N> {
-        let prepared = parameters
-            .iter()
-            .map(|own| self.prepare.evaluate(own.as_ref()));
-        self.run.in_lanes(&prepared.collect::<Vec<_>>())
+        coefficients: &[Vec<f64>],
+    ) -> LaneInterpreter<T> {
+        self.run.set_lanes(coefficients)
     }
 }

@@ -5,7 +5,7 @@ use std::sync::{Arc, OnceLock};
 use super::forms::Forms;
 use super::horner::run;
 use super::{DiscreteMap, StepInfo};
-use crate::jet::kernel::Interpreter;
+use crate::jet::kernel::{Dual, Interpreter};
 
 /// A local map with its parameters folded in, made by [`HornerMap::freeze`](super::HornerMap::freeze): a map without parameters that evaluates polynomials in the
 /// coordinates alone.
@@ -18,7 +18,6 @@ pub struct FrozenMap {
     parameters: Vec<f64>,
     step: Interpreter,
     jacobian: OnceLock<Interpreter>,
-    tangent: OnceLock<Interpreter>,
 }
 
 impl FrozenMap {
@@ -27,7 +26,6 @@ impl FrozenMap {
             step: forms.frozen_step.freeze(parameters),
             parameters: parameters.to_vec(),
             jacobian: OnceLock::new(),
-            tangent: OnceLock::new(),
             forms,
         }
     }
@@ -64,8 +62,19 @@ impl DiscreteMap for FrozenMap {
         parameters: &[f64],
         [image, carried]: [&mut [f64]; 2],
     ) -> StepInfo {
-        let freeze = || self.forms.frozen_tangent().freeze(&self.parameters);
-        let kernel = self.tangent.get_or_init(freeze);
-        run(kernel, &[state, tangent, parameters], image, carried)
+        assert!(parameters.is_empty(), "the parameters are folded in");
+        let inputs = state.iter().zip(tangent);
+        let inputs = inputs.map(|(&value, &slope)| Dual { value, slope });
+        let inputs: Vec<Dual<f64>> = inputs.collect();
+        let mut info = StepInfo::default();
+        let dimension = image.len();
+        self.step.run(&[&inputs], |number, dual: Dual<f64>| {
+            if number < dimension {
+                (image[number], carried[number]) = (dual.value, dual.slope);
+            } else {
+                info.add_passage(number - dimension, dual.value);
+            }
+        });
+        info.checked(image)
     }
 }

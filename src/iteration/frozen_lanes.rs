@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::forms::Forms;
 use super::{MapOrbit, OrbitEnd, OrbitRequest, StepInfo};
-use crate::jet::kernel::LaneInterpreter;
+use crate::jet::kernel::{Dual, LaneInterpreter};
 use crate::numeric::{self, Lanes, widest};
 
 /// A local map with other parameters folded in in every lane, made by
@@ -16,17 +16,20 @@ use crate::numeric::{self, Lanes, widest};
 pub struct FrozenLanes<const N: usize> {
     forms: Arc<Forms>,
     /// Of every lane in use.
-    parameters: Vec<Vec<f64>>,
-    step: LaneInterpreter<N>,
+    coefficients: Vec<Vec<f64>>,
+    step: LaneInterpreter<Lanes<N>>,
 }
 
 impl<const N: usize> FrozenLanes<N> {
     pub(super) fn new(forms: Arc<Forms>, parameters: &[&[f64]]) -> Self {
         let lanes = parameters.len();
         assert!((1..=N).contains(&lanes), "{lanes} lanes of {N}");
+        let freezer = &forms.frozen_step;
+        let coefficients = parameters.iter().map(|own| freezer.coefficients(own));
+        let coefficients: Vec<Vec<f64>> = coefficients.collect();
         Self {
-            step: forms.frozen_step.freeze_lanes(parameters),
-            parameters: parameters.iter().map(|own| own.to_vec()).collect(),
+            step: freezer.in_lanes(&coefficients),
+            coefficients,
             forms,
         }
     }
@@ -37,7 +40,6 @@ impl<const N: usize> FrozenLanes<N> {
     ///
     /// If there is not one state for every lane, or states and scales have not the map's lengths.
     pub fn orbits(&mut self, initial: &[&[f64]], request: &OrbitRequest) -> Vec<MapOrbit> {
-        let state = self.gather(initial);
         let scales = request.scales.len();
         let dimension = self.forms.lowered.dimension;
         assert_eq!(scales, dimension, "lengths of state and scales");
@@ -45,6 +47,8 @@ impl<const N: usize> FrozenLanes<N> {
         let mut orbits: Vec<MapOrbit> = orbits
             .map(|state| MapOrbit::begin(state, request.keep))
             .collect();
+        let state = self.gather(initial);
+        self.step.inputs_mut().copy_from_slice(&state);
         let limits = request.scales.iter();
         widest(Iterating {
             map: &mut self.step,
@@ -53,7 +57,6 @@ impl<const N: usize> FrozenLanes<N> {
                 .map(|scale| Lanes::splat(request.escape_factor * scale))
                 .collect(),
             image: vec![0.0; dimension],
-            state,
             orbits: &mut orbits,
         });
         orbits.iter_mut().for_each(|orbit| orbit.settle(request));
@@ -72,19 +75,23 @@ impl<const N: usize> FrozenLanes<N> {
         transient: usize,
         iterates: usize,
     ) -> Vec<Option<f64>> {
-        let state = self.gather(initial);
+        let mut map: LaneInterpreter<Dual<Lanes<N>>> =
+            self.forms.frozen_step.in_lanes(&self.coefficients);
+        let unit = Lanes::splat(1.0 / (self.forms.lowered.dimension as f64).sqrt());
+        for (input, value) in map.inputs_mut().iter_mut().zip(self.gather(initial)) {
+            *input = Dual { value, slope: unit };
+        }
         let exponents = widest(Stretching {
-            map: self.forms.frozen_tangent().freeze_lanes(&self.parameters),
-            state,
+            map,
             transient,
             iterates,
         });
-        exponents[..self.parameters.len()].to_vec()
+        exponents[..self.coefficients.len()].to_vec()
     }
 
     /// Lanes beyond those in use repeat the first.
     fn gather(&self, states: &[&[f64]]) -> Vec<Lanes<N>> {
-        let lanes = self.parameters.len();
+        let lanes = self.coefficients.len();
         assert_eq!(states.len(), lanes, "one state for every lane");
         let own = |lane: usize| states.get(lane).unwrap_or(&states[0]);
         (0..self.forms.lowered.dimension)
@@ -95,11 +102,10 @@ impl<const N: usize> FrozenLanes<N> {
 
 /// Orbits in step.
 struct Iterating<'a, const N: usize> {
-    map: &'a mut LaneInterpreter<N>,
+    map: &'a mut LaneInterpreter<Lanes<N>>,
     request: &'a OrbitRequest,
     /// Sizes at which a coordinate has escaped; infinite once it has.
     limits: Vec<Lanes<N>>,
-    state: Vec<Lanes<N>>,
     /// Room for the image of a lane.
     image: Vec<f64>,
     orbits: &'a mut [MapOrbit],
@@ -112,14 +118,14 @@ impl<const N: usize> numeric::Kernel for Iterating<'_, N> {
     fn run(mut self) {
         let all = self.request.transient + self.request.keep;
         for iterate in 1..=all {
-            self.map.run(&self.state);
+            self.map.run();
             let stays = self.stays();
-            if iterate > self.request.transient || !stays || iterate == all {
+            if !stays || iterate == all {
                 self.arrive(iterate);
+            } else if iterate > self.request.transient {
+                self.keep();
             }
-            for (coordinate, state) in self.state.iter_mut().enumerate() {
-                *state = *self.map.output(coordinate);
-            }
+            self.map.feed_back(self.limits.len());
             if !stays {
                 self.retire();
             }
@@ -141,23 +147,31 @@ impl<const N: usize> Iterating<'_, N> {
         stays
     }
 
-    /// Tells the orbits that go on where they came from and where they are.
+    /// Tells the orbits that go on where they are, all of them within their limits.
+    fn keep(&mut self) {
+        let dimension = self.limits.len();
+        for (lane, orbit) in self.orbits.iter_mut().enumerate() {
+            if orbit.end == OrbitEnd::Completed {
+                let image = (0..dimension).map(|coordinate| self.map.output(coordinate)[lane]);
+                orbit.keep(image, info(self.map, dimension, lane));
+            }
+        }
+    }
+
+    /// Tells the orbits that go on where they came from and where they are, which may end them.
     fn arrive(&mut self, iterate: usize) {
-        let dimension = self.state.len();
+        let dimension = self.limits.len();
         let image = &mut self.image;
         for (lane, orbit) in self.orbits.iter_mut().enumerate() {
             if orbit.end != OrbitEnd::Completed {
                 continue;
             }
-            let mut info = StepInfo::default();
-            for (passage, number) in (dimension..self.map.outputs()).enumerate() {
-                info.add_passage(passage, self.map.output(number)[lane]);
-            }
             for (coordinate, value) in image.iter_mut().enumerate() {
                 *value = self.map.output(coordinate)[lane];
-                orbit.last[coordinate] = self.state[coordinate][lane];
+                orbit.last[coordinate] = self.map.inputs()[coordinate][lane];
             }
-            orbit.arrive(image, info.checked(image), self.request, iterate);
+            let info = info(self.map, dimension, lane).checked(image);
+            orbit.arrive(image, info, self.request, iterate);
         }
     }
 
@@ -166,7 +180,8 @@ impl<const N: usize> Iterating<'_, N> {
         for lane in 0..N {
             let ended = |orbit: &MapOrbit| orbit.end != OrbitEnd::Completed;
             if self.orbits.get(lane).is_none_or(ended) {
-                self.state.iter_mut().for_each(|state| state[lane] = 0.0);
+                let state = self.map.inputs_mut().iter_mut();
+                state.for_each(|state| state[lane] = 0.0);
                 let limits = self.limits.iter_mut();
                 limits.for_each(|limit| limit[lane] = f64::INFINITY);
             }
@@ -174,10 +189,25 @@ impl<const N: usize> Iterating<'_, N> {
     }
 }
 
+/// What happened in the last step of a lane, to a finite image.
+fn info<const N: usize>(
+    map: &LaneInterpreter<Lanes<N>>,
+    dimension: usize,
+    lane: usize,
+) -> StepInfo {
+    let mut info = StepInfo {
+        valid: true,
+        ..StepInfo::default()
+    };
+    for (passage, number) in (dimension..map.outputs()).enumerate() {
+        info.add_passage(passage, map.output(number)[lane]);
+    }
+    info
+}
+
 /// Tangent vectors carried along orbits in step.
 struct Stretching<const N: usize> {
-    map: LaneInterpreter<N>,
-    state: Vec<Lanes<N>>,
+    map: LaneInterpreter<Dual<Lanes<N>>>,
     transient: usize,
     iterates: usize,
 }
@@ -187,36 +217,30 @@ impl<const N: usize> numeric::Kernel for Stretching<N> {
 
     #[inline(always)]
     fn run(mut self) -> Self::Output {
-        let dimension = self.state.len();
-        let first = self.map.outputs() - dimension;
-        let unit = Lanes::splat(1.0 / (dimension as f64).sqrt());
-        // The state, and then the tangent vector.
-        let mut point = self.state;
-        point.resize(2 * dimension, unit);
+        let dimension = self.map.inputs().len();
         let mut sum = Lanes::splat(0.0);
         // Lanes whose tangent vector was annihilated.
         let mut annihilated = [false; N];
         let mut finite = [true; N];
         for iterate in 0..self.transient + self.iterates {
-            self.map.run(&point);
-            let (state, tangent) = point.split_at_mut(dimension);
-            for (coordinate, state) in state.iter_mut().enumerate() {
-                *state = *self.map.output(coordinate);
+            self.map.run();
+            self.map.feed_back(dimension);
+            let point = self.map.inputs_mut();
+            let mut square = Lanes::splat(0.0);
+            for coordinate in &*point {
                 for lane in 0..N {
                     // What follows an annihilation does not count.
-                    finite[lane] &= state[lane].is_finite() | annihilated[lane];
+                    finite[lane] &= coordinate.value[lane].is_finite() | annihilated[lane];
                 }
-            }
-            let mut square = Lanes::splat(0.0);
-            for (row, part) in tangent.iter_mut().enumerate() {
-                *part = *self.map.output(first + row);
-                square += *part * *part;
+                square += coordinate.slope * coordinate.slope;
             }
             let growth = square.map(f64::sqrt);
             for lane in 0..N {
                 annihilated[lane] |= finite[lane] & (growth[lane] == 0.0);
             }
-            tangent.iter_mut().for_each(|part| *part /= growth);
+            for coordinate in point {
+                coordinate.slope /= growth;
+            }
             if iterate >= self.transient {
                 sum += growth.map(f64::ln);
             }

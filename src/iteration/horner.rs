@@ -5,8 +5,8 @@ use std::sync::Arc;
 use super::forms::Forms;
 use super::{DiscreteMap, FrozenLanes, FrozenMap, SingleMap, StepInfo};
 use crate::expansion::{ComposedMap, LocalMap, MapKernel};
-use crate::jet::kernel::{Interpreted, Interpreter, OperationCount};
-use crate::numeric::{FloatFormat, Lanes};
+use crate::jet::kernel::{Interpreted, Interpreter, LaneInterpreter, OperationCount};
+use crate::numeric::{self, FloatFormat, Lanes, Real, widest};
 
 /// A local map as a straight-line kernel: the operations of the emitted code, interpreted.
 ///
@@ -81,18 +81,10 @@ impl HornerMap {
         states: impl IntoIterator<Item = &'s [f64]>,
         parameters: &[f64],
     ) -> Vec<f64> {
-        const LANES: usize = 16;
+        let states = states.into_iter().collect();
         let depth = self.forms.frozen_depth();
-        let mut depth = depth.freeze_lanes::<LANES>(&[parameters; LANES]);
-        let states: Vec<&[f64]> = states.into_iter().collect();
-        let blocks = states.chunks(LANES).flat_map(|block| {
-            let lane = |number: usize| block.get(number).unwrap_or(&block[0]);
-            let coordinates = 0..self.forms.lowered.dimension;
-            let point = coordinates.map(|i| Lanes::from_fn(|number| lane(number)[i]));
-            depth.run(&point.collect::<Vec<_>>());
-            depth.output(0).0.into_iter().take(block.len())
-        });
-        blocks.collect()
+        let map = depth.in_lanes(&[depth.coefficients(parameters)]);
+        widest(Depths { map, states })
     }
 
     /// The map at other parameters in every lane.
@@ -102,6 +94,31 @@ impl HornerMap {
     /// If there are none or more than `N`, or if their number is not the map's.
     pub fn freeze_lanes<const N: usize>(&self, parameters: &[&[f64]]) -> FrozenLanes<N> {
         FrozenLanes::new(self.forms.clone(), parameters)
+    }
+}
+
+/// Depths at states, sixteen at a time.
+struct Depths<'s> {
+    map: LaneInterpreter<Lanes<16>>,
+    states: Vec<&'s [f64]>,
+}
+
+impl numeric::Kernel for Depths<'_> {
+    type Output = Vec<f64>;
+
+    #[inline(always)]
+    fn run(mut self) -> Vec<f64> {
+        let mut depths = Vec::with_capacity(self.states.len());
+        for block in self.states.chunks(16) {
+            for (coordinate, input) in self.map.inputs_mut().iter_mut().enumerate() {
+                for (lane, state) in block.iter().enumerate() {
+                    input[lane] = state[coordinate];
+                }
+            }
+            self.map.run();
+            depths.extend_from_slice(&self.map.output(0).as_slice()[..block.len()]);
+        }
+        depths
     }
 }
 
@@ -130,7 +147,7 @@ impl DiscreteMap for HornerMap {
 }
 
 /// Runs a map's kernel: the image, the depths of the passages, and then the derivatives asked for.
-pub(super) fn run<T: Interpreted>(
+pub(super) fn run<T: Interpreted<Known = T> + Real>(
     interpreter: &Interpreter<T>,
     inputs: &[&[T]],
     image: &mut [f64],
@@ -138,7 +155,7 @@ pub(super) fn run<T: Interpreted>(
 ) -> StepInfo {
     let mut info = StepInfo::default();
     let (dimension, first) = (image.len(), interpreter.outputs() - derivatives.len());
-    interpreter.run(inputs, |number, value| match number {
+    interpreter.run(inputs, |number, value: T| match number {
         number if number < dimension => image[number] = value.to_f64(),
         number if number < first => info.add_passage(number - dimension, value.to_f64()),
         number => derivatives[number - first] = value.to_f64(),

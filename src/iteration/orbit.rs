@@ -129,9 +129,14 @@ impl MapOrbit {
         }
         self.last.copy_from_slice(image);
         if iterate > request.transient {
-            self.states.extend_from_slice(image);
-            self.steps.push(info);
+            self.keep(image.iter().copied(), info);
         }
+    }
+
+    /// Keeps an image of a state.
+    pub(super) fn keep(&mut self, image: impl Iterator<Item = f64>, info: StepInfo) {
+        self.states.extend(image);
+        self.steps.push(info);
     }
 
     /// Finds the period of an orbit that was completed.

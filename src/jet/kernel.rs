@@ -5,19 +5,21 @@
 //! See docs/mathematics/evaluation.md.
 
 mod builder;
-mod chains;
 mod code;
 mod derivative;
 mod horner;
 mod interpreter;
 mod lane_interpreter;
+mod number;
+mod places;
+mod schemes;
 mod split;
 
 pub use builder::KernelBuilder;
-pub use code::Number;
 pub use horner::HornerPlan;
-pub use interpreter::{Interpreted, Interpreter};
+pub use interpreter::{Interpreted, Interpreter, Unset};
 pub use lane_interpreter::LaneInterpreter;
+pub use number::{Dual, Number};
 pub use split::SplitKernel;
 
 /// An operand: where a number comes from.

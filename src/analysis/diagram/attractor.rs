@@ -18,17 +18,10 @@ pub(super) struct Attractor {
 
 impl Attractor {
     pub(super) fn of(orbit: &MapOrbit) -> Self {
-        let mut extent = vec![[f64::INFINITY, f64::NEG_INFINITY]; orbit.last.len()];
-        for state in orbit.states() {
-            for ([least, greatest], &value) in extent.iter_mut().zip(state) {
-                *least = least.min(value);
-                *greatest = greatest.max(value);
-            }
-        }
         Self {
             completed: orbit.end == OrbitEnd::Completed,
             period: orbit.period,
-            extent,
+            extent: extent(orbit),
         }
     }
 
@@ -48,6 +41,27 @@ impl Attractor {
         };
         self.period == other.period && self.extent.iter().zip(&other.extent).all(alike)
     }
+}
+
+/// Least and greatest value of every coordinate over the kept states, which are finite.
+fn extent(orbit: &MapOrbit) -> Vec<[f64; 2]> {
+    const NOTHING: [f64; 2] = [f64::INFINITY, f64::NEG_INFINITY];
+    let wider = |[least, greatest]: [f64; 2], [low, high]: [f64; 2]| {
+        [
+            if low < least { low } else { least },
+            if high > greatest { high } else { greatest },
+        ]
+    };
+    // Four extents in turn, for each state waits for the one before in the same.
+    let mut parts = vec![[NOTHING; 4]; orbit.last.len()];
+    for (number, state) in orbit.states().enumerate() {
+        for (parts, &value) in parts.iter_mut().zip(state) {
+            let part = &mut parts[number % 4];
+            *part = wider(*part, [value, value]);
+        }
+    }
+    let whole = |parts: [[f64; 2]; 4]| parts.into_iter().fold(NOTHING, wider);
+    parts.into_iter().map(whole).collect()
 }
 
 #[cfg(test)]

@@ -14,7 +14,7 @@ use rayon::prelude::*;
 use super::SweptMap;
 use super::data::{Sweep, SweepHeading, Timing};
 use super::sweep::{SweepRequest, Visit, visit};
-use crate::analysis::Progress;
+use crate::analysis::{NoProgress, Progress};
 use crate::iteration::{MapOrbit, OrbitEnd, OrbitRequest};
 
 /// Fewest values of a segment.
@@ -60,12 +60,24 @@ struct Course<'a> {
 }
 
 /// How far a segment has come.
+#[derive(Clone)]
 struct Front {
     segment: usize,
     /// The value to visit next.
     value: usize,
     /// The state that is carried there.
     carried: Option<Vec<f64>>,
+}
+
+/// What fronts find on their way.
+#[derive(Default)]
+struct Found {
+    /// By the number of the value.
+    visits: Vec<(usize, Visit)>,
+    /// Segments whose end was visited.
+    changed: Vec<usize>,
+    iterates: u64,
+    time: Duration,
 }
 
 impl<'a> Course<'a> {
@@ -95,38 +107,16 @@ impl<'a> Course<'a> {
             value: values.start,
             carried,
         });
-        let mut fronts: Vec<Front> = fronts.collect();
-        while !fronts.is_empty() {
-            let visits = self.visit(&fronts);
-            progress.advance(fronts.len() as u64);
-            let advanced = fronts.into_iter().zip(visits);
-            fronts = advanced
-                .filter_map(|(front, visit)| self.onwards(&front, visit))
-                .collect();
-        }
+        self.advance(&fronts.collect::<Vec<_>>(), progress);
     }
 
     /// Carries the last state of every segment into the next until nothing changes.
     fn mend(&mut self) {
         let mut changed: Vec<usize> = (1..self.segments.len()).collect();
         while !changed.is_empty() {
-            let fronts = changed.iter().map(|&segment| self.seam(segment));
-            let mut fronts: Vec<Front> = fronts.collect();
-            changed = Vec::new();
-            while !fronts.is_empty() {
-                let visits = self.visit(&fronts);
-                let mut further = Vec::new();
-                for (front, visit) in fronts.into_iter().zip(visits) {
-                    if self.is_known(front.value, &visit) {
-                        continue;
-                    }
-                    match self.onwards(&front, visit) {
-                        Some(front) => further.push(front),
-                        None => changed.push(front.segment + 1),
-                    }
-                }
-                fronts = further;
-            }
+            let seams = changed.iter().map(|&segment| self.seam(segment));
+            changed = self.advance(&seams.collect::<Vec<_>>(), &NoProgress);
+            changed.iter_mut().for_each(|segment| *segment += 1);
             changed.retain(|&segment| segment < self.segments.len());
         }
     }
@@ -142,35 +132,59 @@ impl<'a> Course<'a> {
         }
     }
 
-    fn is_known(&self, value: usize, visit: &Visit) -> bool {
-        let known = self.visits[value].as_ref();
-        known.is_some_and(|known| known.attractor.agrees(&visit.attractor))
+    /// Takes fronts to the ends of their segments or to where nothing changes, as many at a time as the map has lanes, on all cores; the
+    /// segments whose ends were changed.
+    fn advance(&mut self, fronts: &[Front], progress: &dyn Progress) -> Vec<usize> {
+        let share = fronts.len().div_ceil(rayon::current_num_threads());
+        let blocks = fronts.par_chunks(share.clamp(1, self.map.lanes()));
+        let found: Vec<Found> = blocks
+            .map(|block| self.follow(block.to_vec(), progress))
+            .collect();
+        let mut changed = Vec::new();
+        for found in found {
+            changed.extend(found.changed);
+            self.timing.iterates += found.iterates;
+            self.timing.seconds += found.time.as_secs_f64();
+            for (value, visit) in found.visits {
+                self.visits[value] = Some(visit);
+            }
+        }
+        changed
     }
 
-    /// Keeps a visit; the front's next value, `None` at the segment's end.
-    fn onwards(&mut self, front: &Front, visit: Visit) -> Option<Front> {
-        let value = front.value + 1;
-        let next = (value < self.segments[front.segment].end).then(|| Front {
-            segment: front.segment,
-            value,
-            carried: visit.carried.clone(),
-        });
-        self.visits[front.value] = Some(visit);
-        next
+    /// What some fronts find on their way, in step.
+    fn follow(&self, mut fronts: Vec<Front>, progress: &dyn Progress) -> Found {
+        let mut found = Found::default();
+        while !fronts.is_empty() {
+            let value = |front: &Front| (front.carried.clone(), self.offsets[front.value]);
+            let values: Vec<_> = fronts.iter().map(value).collect();
+            let visits = visit(self.map, self.request, &values);
+            progress.advance(visits.len() as u64);
+            let mut visits = visits.into_iter();
+            fronts.retain_mut(|front| {
+                let visit = visits.next();
+                visit.is_some_and(|visit| self.takes_on(front, visit, &mut found))
+            });
+        }
+        found
     }
 
-    /// The next values of some segments, as many at a time as the map has lanes, on all cores.
-    fn visit(&mut self, fronts: &[Front]) -> Vec<Visit> {
-        let value = |front: &Front| (front.carried.clone(), self.offsets[front.value]);
-        let values: Vec<_> = fronts.iter().map(value).collect();
-        let share = values.len().div_ceil(rayon::current_num_threads());
-        let blocks = values.par_chunks(share.clamp(1, self.map.lanes()));
-        let visits = blocks.flat_map_iter(|block| visit(self.map, self.request, block));
-        let visits: Vec<Visit> = visits.collect();
-        self.timing.iterates += visits.iter().map(|visit| visit.iterates).sum::<u64>();
-        let time: Duration = visits.iter().map(|visit| visit.time).sum();
-        self.timing.seconds += time.as_secs_f64();
-        visits
+    /// Keeps a visit, if it changes anything; whether the front goes on.
+    fn takes_on(&self, front: &mut Front, visit: Visit, found: &mut Found) -> bool {
+        found.iterates += visit.iterates;
+        found.time += visit.time;
+        let known = self.visits[front.value].as_ref();
+        if known.is_some_and(|known| known.attractor.agrees(&visit.attractor)) {
+            return false;
+        }
+        front.carried.clone_from(&visit.carried);
+        found.visits.push((front.value, visit));
+        front.value += 1;
+        let goes_on = front.value < self.segments[front.segment].end;
+        if !goes_on {
+            found.changed.push(front.segment);
+        }
+        goes_on
     }
 
     /// The states that are carried into the segments, roughly.
@@ -203,7 +217,6 @@ impl<'a> Course<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::analysis::NoProgress;
     use crate::analysis::diagram::{Settled, Start};
     use crate::expansion::MapWindow;
     use crate::iteration::{DiscreteMap, Itinerary, StepInfo};
@@ -307,9 +320,6 @@ mod tests {
         }
         fn itinerary(&self) -> &Itinerary {
             &self.itinerary
-        }
-        fn hits(&self, _: &[f64], _: &[f64]) -> Vec<u32> {
-            vec![0]
         }
         fn has_jacobian(&self) -> bool {
             false

@@ -133,8 +133,8 @@ fn outside(orbit: &MapOrbit, parameters: &[f64], request: &SweepRequest) -> usiz
 fn name(map: &dyn SweptMap, orbit: &MapOrbit, parameters: &[f64]) -> Option<OrbitName> {
     match orbit.period {
         Period::Periodic(period) => {
-            let returns = orbit.states().take(period);
-            let hits = returns.map(|state| map.hits(state, parameters));
+            // The orbit holds its period twice, so that there is a next state.
+            let hits = (0..period).map(|number| map.hits(orbit, number, parameters));
             Some(map.itinerary().name(hits))
         }
         Period::NotFound => None,

@@ -64,8 +64,10 @@ pub trait SweptMap: Sync {
     /// The surfaces that graze and the passages of one return.
     fn itinerary(&self) -> &Itinerary;
 
-    /// Contacts per surface of the itinerary on the way from a state to its image.
-    fn hits(&self, state: &[f64], parameters: &[f64]) -> Vec<u32>;
+    /// Contacts per surface of the itinerary on the way from a kept state of an orbit, but the last, to the next.
+    fn hits(&self, orbit: &MapOrbit, number: usize, _parameters: &[f64]) -> Vec<u32> {
+        self.itinerary().hits(orbit.steps[number + 1].passages)
+    }
 
     /// Whether the map's Jacobian is cheap and exact, so that Lyapunov exponents are computed.
     fn has_jacobian(&self) -> bool;
@@ -144,17 +146,6 @@ fn fixed<'m, M: DiscreteMap + 'm>(map: M, parameters: &[f64]) -> Box<dyn Discret
     })
 }
 
-/// The hits of one step of a map by its passages.
-fn hits_of_step(
-    map: &impl DiscreteMap,
-    itinerary: &Itinerary,
-    state: &[f64],
-    parameters: &[f64],
-) -> Vec<u32> {
-    let mut image = vec![0.0; map.dimension()];
-    itinerary.hits(map.step(state, parameters, &mut image).passages)
-}
-
 /// A map written by hand: it starts at 0, and its first coordinate is drawn.
 #[derive(Clone, Debug)]
 pub struct UnobservedSweep<M> {
@@ -195,10 +186,6 @@ impl<M: DiscreteMap> SweptMap for UnobservedSweep<M> {
 
     fn itinerary(&self) -> &Itinerary {
         &self.itinerary
-    }
-
-    fn hits(&self, state: &[f64], parameters: &[f64]) -> Vec<u32> {
-        hits_of_step(&self.map, &self.itinerary, state, parameters)
     }
 
     fn has_jacobian(&self) -> bool {
@@ -282,10 +269,6 @@ impl SweptMap for FrozenSweep {
         &self.itinerary
     }
 
-    fn hits(&self, state: &[f64], parameters: &[f64]) -> Vec<u32> {
-        hits_of_step(&self.map, &self.itinerary, state, parameters)
-    }
-
     fn has_jacobian(&self) -> bool {
         true
     }
@@ -338,8 +321,9 @@ impl SweptMap for DirectSweep<'_> {
         &self.itinerary
     }
 
-    fn hits(&self, state: &[f64], parameters: &[f64]) -> Vec<u32> {
-        self.map.hits(state, parameters)
+    fn hits(&self, orbit: &MapOrbit, number: usize, parameters: &[f64]) -> Vec<u32> {
+        let state = orbit.states().nth(number);
+        state.map_or_else(Vec::new, |state| self.map.hits(state, parameters))
     }
 
     fn has_jacobian(&self) -> bool {

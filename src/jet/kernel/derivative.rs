@@ -26,32 +26,6 @@ impl Kernel {
         })
     }
 
-    /// The kernel that takes a tangent vector between the first `columns` inputs and the others, and hands back this kernel's outputs and then
-    /// the derivatives of the first `rows` along that vector: the Jacobian times the vector, for the cost of one column.
-    pub fn with_tangent(&self, rows: usize, columns: usize) -> Self {
-        let later = |value: Value| match value {
-            Value::Input(number) if number as usize >= columns => {
-                Value::Input(number + columns as u32)
-            }
-            other => other,
-        };
-        let operations = self.operations.iter();
-        let moved = Self {
-            inputs: self.inputs + columns,
-            constants: self.constants.clone(),
-            operations: operations
-                .map(|operation| operation.with_operands(later))
-                .collect(),
-            outputs: self.outputs.iter().map(|&output| later(output)).collect(),
-        };
-        moved.differentiated(rows, &|builder, input| {
-            vec![match input as usize {
-                coordinate if coordinate < columns => builder.input(columns + coordinate),
-                _ => builder.constant(0.0),
-            }]
-        })
-    }
-
     /// The kernel with the derivatives of the first `rows` outputs by every direction of the seeds.
     fn differentiated(&self, rows: usize, seed: Seed<'_>) -> Self {
         let mut builder = KernelBuilder::new(self.inputs);

@@ -2,51 +2,32 @@
 
 use std::sync::Arc;
 
+use super::Number;
 use super::code::Code;
-use crate::numeric::Lanes;
 
-/// A kernel prepared for running on `N` points in step, each with known inputs of its own.
+/// A kernel prepared for running on several points in step, each with known inputs of its own, on [`Lanes`](crate::numeric::Lanes) or
+/// [`Dual`](super::Dual) numbers of lanes.
 ///
-/// One instruction is read for `N` points, which is what an interpreter costs most for; the operations of a lane are
+/// One instruction is read for all of them, which is what an interpreter costs most for; the operations of a lane are
 /// those of [`Interpreter`](super::Interpreter), to the last bit.
 #[derive(Clone, Debug)]
-pub struct LaneInterpreter<const N: usize> {
-    inputs: usize,
+pub struct LaneInterpreter<T: Number> {
     code: Arc<Code>,
-    /// Inputs, known inputs, constants, results.
-    memory: Vec<Lanes<N>>,
+    /// Inputs, results, known values that are looked up.
+    memory: Vec<T>,
+    /// Known values that are read in order.
+    read: Vec<T::Known>,
 }
 
-impl<const N: usize> LaneInterpreter<N> {
-    pub(super) fn new(
-        inputs: usize,
-        last_inputs: &[Vec<f64>],
-        constants: &[f64],
-        code: Arc<Code>,
-    ) -> Self {
-        assert!(last_inputs.len() <= N, "{} lanes of {N}", last_inputs.len());
-        let set = last_inputs.first().map_or(0, Vec::len);
-        let results = inputs + set + constants.len();
-        let mut memory = vec![Lanes::splat(0.0); results + code.results()];
-        for (lane, values) in last_inputs.iter().enumerate() {
-            assert_eq!(values.len(), set, "lanes are of one length");
-            for (place, &value) in memory[inputs..].iter_mut().zip(values) {
-                place[lane] = value;
-            }
-        }
-        for (place, &value) in memory[inputs + set..].iter_mut().zip(constants) {
-            *place = Lanes::splat(value);
-        }
+impl<T: Number> LaneInterpreter<T> {
+    pub(super) fn new(code: Arc<Code>, set: &[T::Known], constants: &[T::Known]) -> Self {
+        let mut memory = vec![T::ZERO; code.inputs()];
+        code.complete(&mut memory, &code.kept(set, constants));
         Self {
-            inputs,
-            code,
             memory,
+            read: code.read(set, constants),
+            code,
         }
-    }
-
-    /// Number of inputs.
-    pub fn inputs(&self) -> usize {
-        self.inputs
     }
 
     /// Number of outputs.
@@ -54,29 +35,44 @@ impl<const N: usize> LaneInterpreter<N> {
         self.code.outputs()
     }
 
+    /// The inputs of the next run.
+    #[inline(always)]
+    pub fn inputs(&self) -> &[T] {
+        &self.memory[..self.code.inputs()]
+    }
+
+    /// The inputs of the next run, to be set.
+    #[inline(always)]
+    pub fn inputs_mut(&mut self) -> &mut [T] {
+        &mut self.memory[..self.code.inputs()]
+    }
+
+    /// Makes the first outputs the first inputs.
+    #[inline(always)]
+    pub fn feed_back(&mut self, count: usize) {
+        for number in 0..count {
+            self.memory[number] = *self.code.output(number, &self.memory);
+        }
+    }
+
     /// Runs the kernel; [`output`](Self::output) then hands out its results.
     ///
     /// It is inlined so that a [`numeric::Kernel`](crate::numeric::Kernel) that calls it runs with the widest registers.
-    ///
-    /// # Panics
-    ///
-    /// If the number of inputs is not the kernel's.
     #[inline(always)]
-    pub fn run(&mut self, inputs: &[Lanes<N>]) {
-        self.memory[..self.inputs].copy_from_slice(inputs);
-        self.code.run(&mut self.memory);
+    pub fn run(&mut self) {
+        self.code.run(&self.read, &mut self.memory);
     }
 
     /// A result of the last run.
     #[inline(always)]
-    pub fn output(&self, number: usize) -> &Lanes<N> {
+    pub fn output(&self, number: usize) -> &T {
         self.code.output(number, &self.memory)
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use crate::jet::kernel::{Interpreter, KernelBuilder};
+    use crate::jet::kernel::{Interpreter, KernelBuilder, Unset};
     use crate::numeric::Lanes;
 
     #[test]
@@ -89,16 +85,18 @@ mod tests {
         let slope = builder.half_reciprocal(root);
         let product = builder.multiply(slope, p);
         let total = builder.add(product, x);
-        let interpreter = Interpreter::new(&builder.finish(vec![total, root, p]));
+        let kernel = builder.finish(vec![total, root, p, y]);
+        let interpreter = Interpreter::new(&kernel);
         let parameters: Vec<Vec<f64>> = (0..3).map(|lane| vec![f64::from(lane) - 0.7]).collect();
-        let mut lanes = interpreter.in_lanes::<4>(&parameters);
-        assert_eq!((lanes.inputs(), lanes.outputs()), (2, 3));
+        let mut lanes = Unset::new(&kernel, 2).set_lanes::<4, Lanes<4>>(&parameters);
+        assert_eq!((lanes.inputs().len(), lanes.outputs()), (2, 4));
         // One lane of each sign of the root's argument; the last lane has no parameters of its own.
         let (x, y) = (Lanes([0.1, -2.0, 3.3, 1.0]), Lanes([0.7, 5.0, 1.1, 2.0]));
-        lanes.run(&[x, y]);
+        lanes.inputs_mut().copy_from_slice(&[x, y]);
+        lanes.run();
         for (lane, parameter) in parameters.iter().enumerate() {
             let alone = interpreter.evaluate(&[x[lane], y[lane], parameter[0]]);
-            let found = [0, 1, 2].map(|number| lanes.output(number)[lane]);
+            let found = [0, 1, 2, 3].map(|number| lanes.output(number)[lane]);
             assert_eq!(found.to_vec(), alone);
         }
         assert_eq!(lanes.output(1)[1], 0.0);

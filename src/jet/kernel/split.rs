@@ -105,7 +105,7 @@ impl Kernel {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::jet::kernel::Interpreter;
+    use crate::jet::kernel::{Dual, Interpreter, Number, Unset};
 
     #[test]
     fn the_two_halves_do_what_the_whole_does() {
@@ -119,7 +119,7 @@ mod tests {
         assert_eq!(split.coefficients, 2);
         assert_eq!(split.run.count().total(), 1);
         let coefficients = Interpreter::new(&split.prepare).evaluate(&[3.0, 4.0]);
-        let bound = Interpreter::new(&split.run).with_last_inputs(&coefficients);
+        let bound = Unset::new(&split.run, 1).set(&coefficients);
         assert_eq!(
             bound.evaluate(&[2.0]),
             Interpreter::new(&kernel).evaluate(&[2.0, 3.0, 4.0])
@@ -149,10 +149,14 @@ mod tests {
         let root = builder.root_of_positive_part(sum);
         let kernel = builder.finish(vec![sum, root, y]);
         let (point, vector, parameter) = ([2.0, 3.0], [0.5, -1.0], 4.0);
-        let along = Interpreter::new(&kernel.with_tangent(2, 2));
-        let found = along.evaluate(&[point[0], point[1], vector[0], vector[1], parameter]);
+        let dual = |input: usize| Dual {
+            value: point[input],
+            slope: vector[input],
+        };
+        let found = Interpreter::new(&kernel).evaluate(&[dual(0), dual(1), Dual::of(parameter)]);
+        let found: Vec<[f64; 2]> = found.iter().map(|dual| [dual.value, dual.slope]).collect();
         // x²y + p = 16, its derivative 2xy/2 − x² = 2; that of the root 2/(2·4).
-        assert_eq!(found, [16.0, 4.0, 3.0, 2.0, 0.25]);
+        assert_eq!(found, [[16.0, 2.0], [4.0, 0.25], [3.0, -1.0]]);
     }
 
     #[test]
