@@ -80,6 +80,28 @@ fn the_error_of_an_element_that_is_too_long_is_as_estimated() {
     }
 }
 
+#[test]
+fn what_a_thread_keeps_of_one_transport_does_not_change_the_next() {
+    let field = electrostatic();
+    let spaces = [(5, 3), (5, 2)].map(|(v, n)| JetSpace::uniform(v, n).unwrap());
+    let transport = |case: usize| {
+        let space = &spaces[case / 2];
+        let (states, mut parameters) = electrostatic_inputs::<f64>(space, 0.02);
+        if case % 2 == 1 {
+            parameters[2] = &parameters[1] * &parameters[2];
+        }
+        let flow = jet_transport(&field, &states, &parameters, 2.0, 1e-15).unwrap();
+        flow.image
+            .iter()
+            .flat_map(|jet| jet.coefficients().to_vec())
+            .collect::<Vec<_>>()
+    };
+    for case in [0, 1, 1, 0, 2, 3, 0] {
+        let alone = std::thread::scope(|scope| scope.spawn(|| transport(case)).join().unwrap());
+        assert_eq!(transport(case), alone, "case {case}");
+    }
+}
+
 /// Jets after one element whatever its error, and the estimate of that.
 fn one_element(
     field: &Field,
