@@ -1,6 +1,6 @@
 //! A smooth vector field and the functions watched along it.
 
-use super::program::{InputKind, Operation, Program};
+use super::program::{InputKind, Program};
 use super::series::SeriesProgram;
 use crate::model::{ExpressionGraph, Model, NodeId};
 use crate::numeric::Dd;
@@ -17,11 +17,8 @@ pub struct Field {
     time_program: Program,
     series: Box<SeriesProgram>,
     dimension: usize,
-    limiting: Vec<usize>,
     parameters: usize,
     watched: usize,
-    /// Per slot of the program for series.
-    combinations: Vec<bool>,
 }
 
 impl Field {
@@ -62,8 +59,6 @@ impl Field {
                 &in_time,
                 derivatives.len(),
             )),
-            combinations: combinations(&time_program),
-            limiting: limiting(&time_program, &in_time[..derivatives.len()]),
             time_program,
             dimension: derivatives.len(),
             parameters: parameters.len(),
@@ -117,49 +112,10 @@ impl Field {
 }
 
 impl Field {
-    /// The components whose series limit a step: all but integrals of one of them.
-    pub(super) fn limiting(&self) -> &[usize] {
-        &self.limiting
-    }
-
-    /// Whether a watched function is as well resolved as the states are: a linear combination of them.
-    pub(super) fn is_combination(&self, watched: usize) -> bool {
-        self.combinations[self.time_program.output(self.dimension + watched)]
-    }
-
     /// The program for series in time with numbers as coefficients: its slots are those of [`time_program`](Self::time_program).
     pub(super) fn series(&self) -> &SeriesProgram {
         &self.series
     }
-}
-
-/// All components but phases and those whose rate is another component `v`, of a rate of its own.
-///
-/// NOTE: where `x' = v`, `x_{k+1} = v_k/(k + 1)`: if `|v_k| h^k ≤ ε |v_j| h^j`, then `|x_{k+1}| h^{k+1} ≤ ε (j + 1)/(k + 1) |x_{j+1}| h^{j+1}`, so
-/// that the series of `x` is held to less than that of `v` is.
-fn limiting(program: &Program, states: &[InputKind]) -> Vec<usize> {
-    let is_state = |component: usize| program.output(component) < states.len();
-    let is_integral =
-        |component: usize| is_state(component) && !is_state(program.output(component));
-    let limits = |&component: &usize| {
-        states[component] != InputKind::LinearInTime && !is_integral(component)
-    };
-    (0..states.len()).filter(limits).collect()
-}
-
-/// Whether each slot is a linear combination of inputs and constants, its factors constant in time.
-fn combinations(program: &Program) -> Vec<bool> {
-    let mut are = Vec::with_capacity(program.slots());
-    for slot in 0..program.slots() {
-        are.push(match *program.operation(slot) {
-            Operation::Input | Operation::Constant(_) => true,
-            Operation::Add(a, b) | Operation::Sub(a, b) => are[a] && are[b],
-            Operation::Neg(a) | Operation::Scale(a, _) | Operation::AddConstant(a, _) => are[a],
-            Operation::MulByHead { factor, .. } => are[factor],
-            _ => false,
-        });
-    }
-    are
 }
 
 /// Kinds of all parameters: the `active` ones variable, the rest bound to their values.

@@ -105,7 +105,7 @@ impl<'a, S: Real> Integrator<'a, S> {
         }
         let length =
             |&component: &usize| log2_step_of(self.series.coefficients(component), self.margin);
-        let limits = self.field.limiting().iter().map(length);
+        let limits = self.field.series().limiting().iter().map(length);
         Ok(limits.fold(f64::INFINITY, f64::min))
     }
 
@@ -161,7 +161,9 @@ impl<S: Real> Step<'_, S> {
     /// Length on which a watched function's polynomial meets the tolerance as the states' do, infinite where it is
     /// not shorter than the step.
     pub(crate) fn watched_length(&self, watched: usize) -> f64 {
-        if self.field.is_combination(watched) {
+        let output = self.field.dimension() + watched;
+        let slot = self.field.time_program().output(output);
+        if self.field.series().is_combination(slot) {
             return f64::INFINITY;
         }
         let length = log2_step_of(self.watched_coefficients(watched), self.margin);

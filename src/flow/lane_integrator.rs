@@ -141,7 +141,7 @@ impl<const N: usize> Kernel for Lengths<'_, N> {
                 zeros += coefficient * Lanes::splat(0.0);
             }
         }
-        for &component in self.field.limiting() {
+        for &component in self.field.series().limiting() {
             let coefficients = self.series.coefficients(component);
             log2_lengths = log2_lengths.zip_map(log2_steps(coefficients, self.margin), f64::min);
         }

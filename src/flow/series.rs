@@ -8,6 +8,7 @@
 mod block;
 mod expansion;
 mod instruction;
+mod limits;
 mod lowering;
 
 use super::program::{Operation, Slot, run};
@@ -38,6 +39,22 @@ pub(super) struct SeriesProgram {
     /// Groups of instructions that need each other: functions of the phase, then what the derivatives need of the states
     /// with the integrals of these, then all else.
     groups: Vec<Vec<Instruction>>,
+    /// The components whose series limit a step.
+    limiting: Vec<usize>,
+    /// Whether each slot of the field's program is a linear combination of inputs.
+    combinations: Vec<bool>,
+}
+
+impl SeriesProgram {
+    /// The components whose series limit a step: all but phases and integrals of one of them.
+    pub(super) fn limiting(&self) -> &[usize] {
+        &self.limiting
+    }
+
+    /// Whether a slot of the field's program is as well resolved as the states are: a linear combination of them.
+    pub(super) fn is_combination(&self, slot: Slot) -> bool {
+        self.combinations[slot]
+    }
 }
 
 /// Slots of which the parameters and the phases say everything.

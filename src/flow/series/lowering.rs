@@ -6,6 +6,7 @@
 mod linear;
 
 use super::instruction::{Factor, Instruction, Operand};
+use super::limits::{combinations, limiting};
 use super::{ConstantSlots, PhaseTable, SeriesProgram};
 use crate::flow::program::{InputKind, Operation, Program, Slot};
 
@@ -44,6 +45,8 @@ impl SeriesProgram {
             constants,
             tables: lowering.tables,
             groups: groups.chain(after.into_iter().rev()).collect(),
+            limiting: limiting(program, &inputs[..dimension]),
+            combinations: combinations(program),
         }
     }
 }
