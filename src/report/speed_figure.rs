@@ -52,7 +52,7 @@ pub(super) fn speed_figure(study: &ConvergenceStudy) -> Figure {
 }
 
 fn direct_words(method: &str) -> String {
-    format!("direct simulation, f64, {method}")
+    format!("direct, f64, {method}")
 }
 
 fn place(order: &OrderResult) -> Option<[f64; 2]> {
