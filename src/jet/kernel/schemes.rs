@@ -2,7 +2,8 @@
 //!
 //! The one idea: a multiply-add whose result goes nowhere but into the next one needs no place in memory. Multiply-adds with one
 //! factor make a chain; a chain whose addends are chains in another factor, all of known values, is a polynomial in two variables. Its
-//! values are read one after another, in the order in which they are needed. What most of a kernel waits for runs first.
+//! values are read one after another, in the order in which they are needed. What most of a kernel waits for runs first, and of that one
+//! shape after another: two schemes of one shape run at once, and a processor guesses rightly what comes next.
 
 use std::cmp::Reverse;
 
@@ -43,7 +44,7 @@ pub(super) fn schedule(kernel: &Kernel, free: usize) -> Vec<Step> {
     let mut parts: Vec<(usize, Part)> = parts
         .filter_map(|(number, part)| Some((number, part?)))
         .collect();
-    parts.sort_by_key(|&(number, _)| Reverse(heights[number]));
+    parts.sort_by_cached_key(|(number, part)| (Reverse(heights[*number]), part.shape()));
     let mut steps: Vec<Step> = Vec::new();
     for (number, part) in parts {
         let scheme = match part {
@@ -58,7 +59,7 @@ pub(super) fn schedule(kernel: &Kernel, free: usize) -> Vec<Step> {
             Some(Step::Schemes(last))
                 if last.len() == 1
                     && heights[last[0].0] == heights[number]
-                    && last[0].1.is_like(&scheme) =>
+                    && last[0].1.shape() == scheme.shape() =>
             {
                 last.push((number, scheme));
             }
@@ -90,6 +91,14 @@ impl Part {
         match self {
             Self::Operation(operation) => operation.operands().collect(),
             Self::Scheme(scheme) => scheme.operands(),
+        }
+    }
+
+    /// That of a scheme.
+    fn shape(&self) -> Option<Shape> {
+        match self {
+            Self::Operation(_) => None,
+            Self::Scheme(scheme) => Some(scheme.shape()),
         }
     }
 
@@ -142,17 +151,27 @@ impl Scheme {
         }
     }
 
-    /// Whether factors and lengths are the same.
-    fn is_like(&self, other: &Self) -> bool {
-        let rows = match (&self.rows, &other.rows) {
-            (Rows::Values(own), Rows::Values(other)) => own.len() == other.len(),
-            (Rows::Known(inner, own), Rows::Known(other_inner, other)) => {
-                inner == other_inner && own.iter().map(Vec::len).eq(other.iter().map(Vec::len))
-            }
-            _ => false,
+    fn shape(&self) -> Shape {
+        let (lengths, inner) = match &self.rows {
+            Rows::Values(values) => (vec![values.len()], None),
+            Rows::Known(inner, rows) => (rows.iter().map(Vec::len).collect(), Some(*inner)),
         };
-        self.factor == other.factor && rows
+        Shape {
+            lengths,
+            factor: self.factor,
+            inner,
+        }
     }
+}
+
+/// What two schemes that run at once have in common.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+struct Shape {
+    /// The number of values, or the lengths of rows.
+    lengths: Vec<usize>,
+    factor: Value,
+    /// The factor of rows.
+    inner: Option<Value>,
 }
 
 /// What gives each result of a kernel; `None` where that is part of a scheme.
@@ -332,6 +351,16 @@ mod tests {
                 assert_eq!(lengths(scheme), [1, 2, 3]);
             }
         }
+    }
+
+    #[test]
+    fn schemes_of_one_shape_run_at_once_wherever_they_stand() {
+        let mut builder = KernelBuilder::new(4);
+        let [x, y, c, d] = [0, 1, 2, 3].map(|input| builder.input(input));
+        let sums = [(c, x), (c, y), (d, x)].map(|(a, b)| builder.multiply_add(a, b, a));
+        let steps = schedule(&builder.finish(sums.to_vec()), 4);
+        let numbers: Vec<Vec<usize>> = steps.iter().map(Step::numbers).collect();
+        assert_eq!(numbers, [vec![0, 2], vec![1]]);
     }
 
     #[test]
