@@ -1,5 +1,7 @@
 //! Points of a grazing curve, with the functions whose zeros are its special points.
 
+use nalgebra::DMatrix;
+
 use crate::model::Scene;
 use crate::numeric::{Dd, Real};
 
@@ -10,7 +12,7 @@ use super::curve::{CurveEnd, CurvePoint, SpecialKind};
 use super::describe::{clearance, kicks, points};
 use super::grazes::Grazes;
 use super::kick::Kick;
-use super::monodromy::{Rows, multipliers, on_section};
+use super::monodromy::{multipliers, on_section};
 use super::outcome::NotLocated;
 use super::passages::{Touch, passages};
 use super::point::GrazingOrbit;
@@ -40,7 +42,7 @@ struct Passed<S> {
     parameters: Vec<S>,
     period: S,
     touches: Vec<Touch<S>>,
-    legs: Vec<Rows<S>>,
+    legs: Vec<DMatrix<S>>,
 }
 
 /// Largest `|h|` of a passage that no equation holds, relative to the range of `h`: the roundoff of an `f64` root.
@@ -191,16 +193,13 @@ impl<'a> Stations<'a> {
         let model = &self.scene.model;
         let section = PoincareSection::tangency(model, graze.surface, &graze.state, &exact);
         let monodromy = on_section(&round(&passed.legs), &section, &local);
-        let discriminant = match monodromy.as_slice() {
-            [a, b] => {
-                let half_difference = (a[0] - b[1]) * 0.5;
-                Some(half_difference * half_difference + a[1] * b[0])
-            }
-            _ => None,
-        };
+        let discriminant = (monodromy.shape() == (2, 2)).then(|| {
+            let half_difference = (monodromy[(0, 0)] - monodromy[(1, 1)]) * 0.5;
+            half_difference * half_difference + monodromy[(0, 1)] * monodromy[(1, 0)]
+        });
         let point = CurvePoint {
             normal_acceleration: local.acceleration(),
-            multipliers: multipliers(&monodromy),
+            multipliers: multipliers(&monodromy)?,
             xi: conditions[0].values.clone(),
             conditions,
             clearance: clearance(self.scene, &passages, Dd::from(passed.period))?,
