@@ -8,6 +8,7 @@ use crate::numeric::{Dd, Real};
 use super::OrbitError;
 use super::conditions::{GrazingConditions, conditions, legs, round};
 use super::continuation::tangent;
+use super::corners::Corners;
 use super::curve::{CurveEnd, CurvePoint, SpecialKind};
 use super::describe::{clearance, kicks, points};
 use super::grazes::Grazes;
@@ -26,6 +27,7 @@ pub(super) struct Stations<'a> {
     /// How many conditions are followed from every passage to every other.
     count: usize,
     kicks: Vec<Kick>,
+    corners: Option<Corners<'a>>,
 }
 
 /// A point on the way, with the functions whose zeros are special points.
@@ -65,6 +67,7 @@ impl<'a> Stations<'a> {
             system,
             count,
             kicks,
+            corners: Corners::of(scene, &[with]),
         })
     }
 
@@ -184,6 +187,9 @@ impl<'a> Stations<'a> {
             Ok(passed) => passed,
             Err(end) => return Ok(Err(end)),
         };
+        if let Some(end) = self.corner(&passed)? {
+            return Ok(Err(end));
+        }
         let conditions = self.conditions(&passed, self.count)?;
         let parameters = &passed.parameters;
         let exact: Vec<Dd> = parameters.iter().map(|&value| Dd::from(value)).collect();
@@ -208,15 +214,31 @@ impl<'a> Stations<'a> {
         };
         Ok(Ok((point, discriminant)))
     }
+
+    /// The end of the curve at an orbit along which the free flow has a corner.
+    fn corner(&self, passed: &Passed<f64>) -> Result<Option<CurveEnd>, OrbitError> {
+        let Some(corners) = &self.corners else {
+            return Ok(None);
+        };
+        let touches = passed.touches.iter();
+        let grazes: Vec<_> = touches.map(|at| (at.surface, at.state.clone())).collect();
+        let met = corners.of_orbit(&grazes, &passed.parameters, passed.period)?;
+        Ok(met.as_ref().map(lost))
+    }
 }
 
-/// The end of a curve where a passage ceases to graze.
+/// The end of a curve where a passage ceases to graze, or the free flow has a corner.
 fn lost(reason: &NotLocated) -> CurveEnd {
-    match *reason {
-        NotLocated::OutOfOrder { passage, .. }
-        | NotLocated::NoMinimum { passage, .. }
-        | NotLocated::DoesNotTouch { passage, .. }
-        | NotLocated::NotMirrored { passage, .. } => CurveEnd::PassageLost { passage },
+    match reason {
+        &NotLocated::OutOfOrder { passage, .. }
+        | &NotLocated::NoMinimum { passage, .. }
+        | &NotLocated::DoesNotTouch { passage, .. }
+        | &NotLocated::NotMirrored { passage, .. } => CurveEnd::PassageLost { passage },
+        NotLocated::Corner { function, key, at } => CurveEnd::Corner {
+            function,
+            key: key.clone(),
+            at: at.clone(),
+        },
         _ => CurveEnd::StepTooSmall { ds: 0.0 },
     }
 }
