@@ -39,9 +39,13 @@ impl StationaryPoints {
         }
         self.scale(slope, length, 1e-18 * size);
         self.bend();
-        if self.solve_by_control_points(size) {
-            return;
+        if !self.solve_by_control_points(size) {
+            self.halve();
         }
+    }
+
+    /// Finds the zeros by halving.
+    fn halve(&mut self) {
         self.pending.clear();
         self.pending.push((0.0, 1.0));
         for _ in 0..MAX_INTERVALS {
@@ -189,8 +193,14 @@ mod tests {
             let coefficients: Vec<_> = (0..28).map(coefficient).collect();
             let mut found = StationaryPoints::default();
             found.isolate(&coefficients, length);
-            assert_eq!(found.roots.len(), 1, "{share} {:?}", found.roots);
-            assert!((found.roots[0] - share).abs() < 4e-16, "{share}");
+            let mut halved = StationaryPoints::default();
+            halved.scale(&coefficients, length, 0.0);
+            halved.bend();
+            halved.halve();
+            for roots in [found.roots, halved.roots] {
+                assert_eq!(roots.len(), 1, "{share} {roots:?}");
+                assert!((roots[0] - share).abs() < 4e-16, "{share} {roots:?}");
+            }
         }
     }
 
