@@ -181,7 +181,6 @@ fn where_coefficients_overflow_a_search_ends_with_what_was_found_before() {
             "(1e60*V)^2*sin(theta)^2/(1 - x)^2 - 2*zeta*v - x",
         ),
         ("window.parameter.V", "1e-64"),
-        ("diagram", "[]"),
     ];
     let changes = changes.map(|(key, value)| (key.to_owned(), value.to_owned()));
     let text = catalogue::text("mems").expect("in the catalogue");
