@@ -172,6 +172,25 @@ fn a_tolerance_out_of_reach_is_said_to_be_and_how_close_maps_came() {
 
 /// A heavier parameter is a coarser cut of the same series: the expansion of a scene that names the weight.
 #[test]
+fn where_coefficients_overflow_a_search_ends_with_what_was_found_before() {
+    // A unit of 1e60 volts: the coefficient of the sixth power of the voltage is no number in double precision.
+    let changes = [
+        ("V", "0.212e-60"),
+        (
+            "model.flow.v",
+            "(1e60*V)^2*sin(theta)^2/(1 - x)^2 - 2*zeta*v - x",
+        ),
+        ("window.parameter.V", "1e-64"),
+    ];
+    let changes = changes.map(|(key, value)| (key.to_owned(), value.to_owned()));
+    let text = catalogue::text("mems").expect("in the catalogue");
+    let scene = Scene::parse_with(text, "mems.toml", &changes).expect("a good scene");
+    let choice = choose_orders(&scene, &orbit(&scene), 1e-10).expect("a choice");
+    assert!(!choice.met && choice.smooth_order < 6, "{choice:?}");
+    assert_eq!(choice.limit, Some(Limit::Orders));
+}
+
+#[test]
 fn a_family_cut_with_heavier_parameters_is_the_expansion_with_those_weights() {
     let scene = scene("linear");
     let orbit = orbit(&scene);

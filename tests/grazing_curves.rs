@@ -155,3 +155,55 @@ fn second_parameter_must_not_be_the_adjusted_one() {
     let error = curve(&scene, parameter, 0.2, 0.3, &CurveOptions::default()).unwrap_err();
     assert_eq!(error, OrbitError::SecondParameter { parameter });
 }
+
+#[test]
+fn a_curve_ends_where_a_function_along_its_orbits_comes_to_its_corner() {
+    // x'' + 2 zeta x' + x = alpha cos(omega t) grazes x = 1 with a largest speed of omega.
+    let text =
+        std::fs::read_to_string(format!("{}/scenes/linear.toml", env!("CARGO_MANIFEST_DIR")));
+    let limited = "alpha*cos(theta) - 2*zeta*min(v, 2) - x".to_owned();
+    let change = ("model.flow.v".to_owned(), limited);
+    let limited = Scene::parse_with(&text.unwrap(), "linear.toml", &[change]).unwrap();
+    let options = CurveOptions::default();
+    let curve = traced(&limited, 1.8, 2.2, &options);
+    let CurveEnd::Corner { function, key, at } = &curve.end else {
+        panic!("{}", curve.end)
+    };
+    assert_eq!((*function, key.as_str()), ("min", "model.flow.v"));
+    assert_eq!(at.0[1], ("v".to_owned(), 2.0));
+    let last = curve.points.last().unwrap();
+    let omega = last.parameters[index(&limited, "omega")];
+    // The grid on which signs are looked at misses a crossing of the largest speed by less.
+    assert!((1.99..2.01).contains(&omega), "{omega}");
+    let plain = traced(&scene("linear"), 1.8, omega, &options);
+    let alpha = index(&limited, "alpha");
+    let apart = last.parameters[alpha] - plain.points.last().unwrap().parameters[alpha];
+    assert!(apart.abs() < 1e-12, "{apart:e}");
+}
+
+#[test]
+fn a_curve_ends_where_an_event_function_comes_to_its_corner_in_the_parameter_followed() {
+    let text =
+        std::fs::read_to_string(format!("{}/scenes/linear.toml", env!("CARGO_MANIFEST_DIR")));
+    let event = "delta - x + 0.001*abs(zeta - 0.06)*v".to_owned();
+    let change = ("model.surface.0.event".to_owned(), event);
+    let scene = Scene::parse_with(&text.unwrap(), "linear.toml", &[change]).unwrap();
+    let zeta = index(&scene, "zeta");
+    let options = CurveOptions {
+        ds: 0.002,
+        ds_max: 0.004,
+        ..CurveOptions::default()
+    };
+    let CurveOutcome::Traced(curve) = curve(&scene, zeta, 0.05, 0.06, &options).unwrap() else {
+        panic!("a grazing orbit at zeta = 0.05")
+    };
+    let ended = matches!(&curve.end, CurveEnd::Corner { function, key, .. } if *function == "abs" && key == "model.surface.0.event");
+    assert!(ended, "{}", curve.end);
+    assert!(
+        !curve.points.is_empty()
+            && curve
+                .points
+                .iter()
+                .all(|point| point.parameters[zeta] < 0.06)
+    );
+}

@@ -544,9 +544,10 @@ fn resonance_without_damping_is_singular() {
 #[test]
 fn functions_away_from_their_corners_leave_the_orbit_as_it_is() {
     let flow = |rest: &str| format!("alpha*cos(theta) - 2*zeta*v - {rest}");
-    // The orbit stays between -1.01 and 1; an event function may have its corner away from the grazes.
+    // The orbit stays between -1.01 and 1; an event function and a reset may have their corners away from the grazes.
     let same = [
         ("model.surface.0.event", "delta - abs(x)".to_owned()),
+        ("model.surface.0.impact.v", "-r*v*sign(x)".to_owned()),
         ("model.flow.v", flow("max(x, -30)")),
         ("model.flow.v", flow("x*abs(x + 5)/(x + 5)")),
     ];
@@ -573,6 +574,7 @@ fn a_corner_at_the_graze_or_along_the_orbit_is_named_with_its_expression() {
             "delta - x + abs(v)".to_owned(),
             "abs",
         ),
+        ("model.surface.0.impact.v", "-r*abs(v)".to_owned(), "abs"),
     ];
     for (place, expression, name) in corners {
         let scene = scene("linear", &[(place, expression)]);

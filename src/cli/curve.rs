@@ -135,6 +135,6 @@ fn judge(
             .points
             .last()
             .map_or(f64::NAN, |point| point.parameters[with]),
-        end: curve.end,
+        end: curve.end.clone(),
     })
 }

@@ -11,12 +11,12 @@ use super::output::{Results, print};
 use super::prepare::{Plan, grazing_orbit, plan, prepare, settle};
 use crate::convergence::{Choice, measured_error};
 use crate::emission::{
-    EmitOptions, EmittedCrate, EmittedModule, EmittedShape, Target, emitted_module, prune,
-    prune_composed,
+    EmissionError, EmitOptions, EmittedCrate, EmittedModule, EmittedShape, Target, emitted_module,
+    prune, prune_composed,
 };
 use crate::expansion::WindowEdge;
 use crate::iteration::HornerMap;
-use crate::model::{Shape, catalogue};
+use crate::model::{EmitPrecision, Scene, Shape, catalogue};
 use crate::numeric::FloatFormat;
 use crate::orbit::GrazingOrbit;
 use crate::report::{OutputFolder, SectionDocument, to_dense_json};
@@ -57,13 +57,16 @@ struct Beside {
 pub(super) fn run(options: &EmitArguments) -> Result<(), CliError> {
     let (modules, beside, emitted) = match &options.scene {
         Some(scene) => {
-            let (module, beside) = emit_scene(scene.clone(), options)?;
+            let (module, beside) = emit_scene(&loaded(scene.clone(), options)?, options)?;
             let emitted = EmittedCrate::standalone(&module)?;
             (vec![module], vec![beside], emitted)
         }
         None => {
-            let named = catalogue::names().map(|name| emit_scene(PathBuf::from(name), options));
-            let all = named.collect::<Result<Vec<_>, _>>()?;
+            let scenes = catalogue::names().map(|name| loaded(PathBuf::from(name), options));
+            let scenes = scenes.collect::<Result<Vec<_>, _>>()?;
+            refuse_single(&scenes)?;
+            let all = scenes.iter().map(|scene| emit_scene(scene, options));
+            let all = all.collect::<Result<Vec<_>, _>>()?;
             let (modules, beside): (Vec<_>, _) = all.into_iter().unzip();
             let emitted = EmittedCrate::catalogue(&modules)?;
             (modules, beside, emitted)
@@ -104,18 +107,27 @@ fn folder_of(target: Target) -> &'static str {
     }
 }
 
+fn loaded(scene: PathBuf, options: &EmitArguments) -> Result<Scene, CliError> {
+    let common = options.common.clone();
+    Ok(prepare(&SceneOptions { scene, common })?.scene)
+}
+
+/// Refuses, before anything is computed, a scene of the catalogue that asks for single precision.
+fn refuse_single(scenes: &[Scene]) -> Result<(), CliError> {
+    let single = EmitPrecision::Given(FloatFormat::F32);
+    match scenes.iter().find(|scene| scene.emit.precision == single) {
+        None => Ok(()),
+        Some(scene) => Err(EmissionError::SingleInCatalogue {
+            name: scene.identifier.clone(),
+        }
+        .into()),
+    }
+}
+
 /// The module of a scene, and what is said beside it.
-fn emit_scene(
-    scene: PathBuf,
-    options: &EmitArguments,
-) -> Result<(EmittedModule, Beside), CliError> {
-    let scene = prepare(&SceneOptions {
-        scene,
-        common: options.common.clone(),
-    })?
-    .scene;
-    let orbit = grazing_orbit(&scene)?;
-    let settled = settle(&scene, &orbit, options.common.quiet)?;
+fn emit_scene(scene: &Scene, options: &EmitArguments) -> Result<(EmittedModule, Beside), CliError> {
+    let orbit = grazing_orbit(scene)?;
+    let settled = settle(scene, &orbit, options.common.quiet)?;
     let (plan, orbit) = (plan(&settled)?, &settled.orbit);
     let expanded = expand(&plan, orbit, options.common.quiet)?;
     let asked = if options.measure {

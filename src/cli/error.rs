@@ -13,7 +13,7 @@ use crate::expansion::ExpansionError;
 use crate::model::{SceneError, SceneHeadline};
 use crate::numeric::FloatFormat;
 use crate::orbit::{CurveEnd, NotLocated, OrbitError};
-use crate::report::{ReportError, curve_end_words, limit_words};
+use crate::report::{ReportError, limit_words};
 
 /// Exit code of mathematics that ended otherwise.
 const ENDED_OTHERWISE: u8 = 1;
@@ -99,7 +99,9 @@ pub(super) enum CliError {
     #[error("{flag} must be a finite number, found {value}")]
     NotFinite { flag: &'static str, value: f64 },
     /// A grazing curve that ended before its goal.
-    #[error("the grazing curve did not reach {parameter} = {goal}: {}; its last point is at {parameter} = {last}", curve_end_words(*.end))]
+    #[error(
+        "the grazing curve did not reach {parameter} = {goal}: {end}; its last point is at {parameter} = {last}"
+    )]
     CurveEnded {
         parameter: String,
         goal: f64,

@@ -223,8 +223,8 @@ impl<'a> Chooser<'a> {
         };
         let mut last = f64::INFINITY;
         loop {
-            let Ok(at) = self.level(highest) else {
-                // Orders whose coefficients overflow end the search; the probe stands for those before.
+            let Some(at) = self.finite_level(highest)? else {
+                // The probe stands for the orders before.
                 try_level(&mut self.bench, &self.levels[0], trial)?;
                 return Ok(Some(Limit::Orders).filter(|_| trial.found().is_none()));
             };
@@ -267,8 +267,7 @@ impl<'a> Chooser<'a> {
             let steps = (error / reachable).ln() / -contacts.ratio.ln();
             let further = (steps.ceil() as u32).max(STEP.contact_weight);
             here.contact_weight = (here.contact_weight + further).min(self.deepest.contact_weight);
-            let Ok(at) = self.level(here) else {
-                // Orders whose coefficients overflow end the search, here as above.
+            let Some(at) = self.finite_level(here)? else {
                 return Ok(Some(Limit::Orders));
             };
             let level = &self.levels[at];
@@ -319,6 +318,15 @@ impl<'a> Chooser<'a> {
         }
     }
 
+    /// The expansion to some orders; `None` where its coefficients overflow, which ends a search.
+    fn finite_level(&mut self, highest: MapOrders) -> Result<Option<usize>, ConvergenceError> {
+        match self.level(highest) {
+            Ok(at) => Ok(Some(at)),
+            Err(error) if error.is_overflow() => Ok(None),
+            Err(error) => Err(error),
+        }
+    }
+
     /// The expansion to some orders, made once.
     fn level(&mut self, highest: MapOrders) -> Result<usize, ConvergenceError> {
         let made = |level: &Level<'_>| level.family.highest() == highest;
@@ -342,27 +350,26 @@ impl<'a> Chooser<'a> {
         };
         let asked = self.scene.emit.shape == Shape::Flown;
         let at = match self.level(orders(top, top)) {
-            Err(error) if asked => return Err(error),
-            Err(_) => return Ok(()),
-            Ok(at) => at,
+            Err(error) if !asked && error.is_overflow() => return Ok(()),
+            at => at?,
         };
         let family = &self.levels[at].family;
         // A law that cannot be flown has no flown map to offer; a scene that asks for one is told why.
         match family.flown_map(orders(1, 2)) {
-            Err(error) if asked => return Err(error.into()),
-            Err(_) => return Ok(()),
-            Ok(_) => {}
-        }
+            Err(error) if !asked && error.is_not_flown() => return Ok(()),
+            map => map?,
+        };
         let bench = &mut self.bench;
         let least = bench.least_orders();
         let mut meets = |smooth_order: u32, contact_weight: u32| {
             if least.is_some_and(|least| !least.allow(orders(smooth_order, contact_weight))) {
                 return Ok::<_, ConvergenceError>(false);
             }
-            let Ok(map) = family.flown_map(orders(smooth_order, contact_weight)) else {
-                return Ok(false);
-            };
-            bench.judge_flown(map, trial)
+            match family.flown_map(orders(smooth_order, contact_weight)) {
+                Ok(map) => bench.judge_flown(map, trial),
+                Err(error) if error.is_not_flown() => Ok(false),
+                Err(error) => Err(error.into()),
+            }
         };
         let (mut fails, mut serves) = (1, 2);
         while !meets(serves, serves)? {

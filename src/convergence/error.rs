@@ -21,3 +21,10 @@ pub enum ConvergenceError {
     #[error(transparent)]
     Expansion(#[from] ExpansionError),
 }
+
+impl ConvergenceError {
+    /// Whether an expansion failed as [`ExpansionError::is_overflow`] says.
+    pub fn is_overflow(&self) -> bool {
+        matches!(self, Self::Expansion(error) if error.is_overflow())
+    }
+}

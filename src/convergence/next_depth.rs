@@ -72,12 +72,12 @@ impl LeastOrders {
 pub(super) struct NextDepth {
     pub(super) least: LeastOrders,
     sample: WindowSample,
-    trials: Vec<Trial>,
+    demands: Vec<Demand>,
 }
 
 /// What a contact does at a point, and how well a map is to know it.
 #[derive(Clone, Debug)]
-struct Trial {
+struct Demand {
     pair: Pair,
     /// By how much the contact moves the next depth.
     effect: f64,
@@ -121,13 +121,13 @@ impl NextDepth {
         if linear.abs() > spread + 2.0 * quadratic.abs() * largest {
             return None;
         }
-        let trials = ends.iter().zip(&found).flat_map(|(parameters, terms)| {
+        let demands = ends.iter().zip(&found).flat_map(|(parameters, terms)| {
             SHARES.map(|share| {
                 let y = share * largest;
                 let pair = Pair::new(sample, y, parameters)?;
                 let effect = pair.effect(sample, &image);
                 let size = terms[0].abs().max(quadratic.abs() * y) * y;
-                Some(Trial {
+                Some(Demand {
                     effect,
                     allowed: (PART[0] + PART[1] * share) * size,
                     pair,
@@ -143,7 +143,7 @@ impl NextDepth {
                 quadratic,
                 largest,
             },
-            trials: trials.flatten().collect(),
+            demands: demands.flatten().collect(),
             sample: sample.clone(),
         })
     }
@@ -155,9 +155,9 @@ impl NextDepth {
             map.step(state, parameters, &mut image);
             image
         };
-        self.trials.iter().all(|trial| {
-            let error = trial.pair.effect(&self.sample, &image) - trial.effect;
-            error.magnitude() <= trial.allowed
+        self.demands.iter().all(|demand| {
+            let error = demand.pair.effect(&self.sample, &image) - demand.effect;
+            error.magnitude() <= demand.allowed
         })
     }
 }

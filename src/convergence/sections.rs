@@ -128,7 +128,7 @@ pub fn settle_section(
 /// The first of the sections whose maps have the fewest operations.
 fn cheapest(
     (mut scene, mut orbit, mut taken): (Scene, GrazingOrbit, SectionChoice),
-    trials: Vec<Trial>,
+    trials: Vec<TriedSection>,
 ) -> SettledScene {
     let mut others = Vec::new();
     for trial in trials {
@@ -170,7 +170,7 @@ pub fn choose_sections(
 }
 
 /// A section that was tried.
-struct Trial {
+struct TriedSection {
     choice: SectionChoice,
     /// The scene and its orbit on it, where it has a map.
     place: Option<(Scene, GrazingOrbit)>,
@@ -182,7 +182,7 @@ fn try_others(
     orbit: &GrazingOrbit,
     options: &ChoiceOptions,
     own: &Choice,
-) -> Result<Vec<Trial>, ConvergenceError> {
+) -> Result<Vec<TriedSection>, ConvergenceError> {
     let limit = MapOrders {
         smooth_order: own.smooth_order + BEYOND.smooth_order,
         contact_weight: own.contact_weight + BEYOND.contact_weight,
@@ -206,7 +206,7 @@ fn try_others(
             choice,
             problem,
         };
-        Trial { choice, place }
+        TriedSection { choice, place }
     };
     Ok(others(scene, orbit).into_par_iter().map(tried).collect())
 }

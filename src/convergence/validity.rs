@@ -70,7 +70,7 @@ pub fn validity(
     tolerance: f64,
 ) -> Result<Validity, ConvergenceError> {
     let system = HybridSystem::new(&scene.model);
-    let trial = Trial {
+    let check = MapCheck {
         map,
         direct: DirectImage::new(&system, scene, orbit)?,
         tolerance,
@@ -78,7 +78,7 @@ pub fn validity(
     let sample = window_sample(scene, orbit, local)?;
     let widths = sample.widths();
     let scaled = |window: &WindowSample, scale| window.scaled(scale, &vec![scale; widths.len()]);
-    let scale = largest(DOWN, |scale| trial.holds(&scaled(&sample, scale)));
+    let scale = largest(DOWN, |scale| check.holds(&scaled(&sample, scale)));
     let window = scale.map(|scale| scaled(&sample, scale));
     let alone = |variable: usize| {
         let window = window.as_ref()?;
@@ -88,12 +88,12 @@ pub fn validity(
         let grown = |factor| {
             let mut factors = vec![1.0; widths.len()];
             factors[variable] = factor;
-            trial.holds(&window.scaled(1.0, &factors))
+            check.holds(&window.scaled(1.0, &factors))
         };
         largest(0, grown).map(|factor| factor * window.widths()[variable])
     };
     let depth = window.as_ref().and_then(|window| {
-        let deeper = |factor| trial.holds(&window.scaled(factor, &vec![1.0; widths.len()]));
+        let deeper = |factor| check.holds(&window.scaled(factor, &vec![1.0; widths.len()]));
         largest(0, deeper).map(|factor| factor * window.deepest())
     });
     let coordinates = local.section.coordinates.iter().cloned();
@@ -107,15 +107,15 @@ pub fn validity(
     })
 }
 
-/// A map on trial.
-struct Trial<'a> {
+/// A map held to a tolerance of direct simulation.
+struct MapCheck<'a> {
     map: &'a dyn DiscreteMap,
     direct: DirectImage<'a, Dd>,
     tolerance: f64,
 }
 
-impl Trial<'_> {
-    /// Whether the map meets the tolerance at every point of a sample; the first failure ends the trial.
+impl MapCheck<'_> {
+    /// Whether the map meets the tolerance at every point of a sample; the first failure ends it.
     fn holds(&self, sample: &WindowSample) -> bool {
         let points = sample.judging(FIRST, POINTS);
         let meets = |direct: &mut DirectImage<'_, Dd>, point: &SamplePoint| {

@@ -65,3 +65,23 @@ pub enum ExpansionError {
         part: &'static str,
     },
 }
+
+impl ExpansionError {
+    /// Whether a contact is not flown, or not at these orders: its law does not allow it, or its coefficients leave the finite numbers.
+    pub fn is_not_flown(&self) -> bool {
+        matches!(self, Self::Flight(_) | Self::NothingToFly) || self.is_overflow()
+    }
+
+    /// Whether coefficients, or what they are computed from, left the finite numbers, as those of high orders can.
+    pub fn is_overflow(&self) -> bool {
+        matches!(
+            self,
+            Self::NotFinite { .. }
+                | Self::Jet(JetError::NotFinite { .. })
+                | Self::Flow(
+                    FlowError::NotFinite { .. } | FlowError::Jet(JetError::NotFinite { .. })
+                )
+                | Self::Numeric(NumericError::NotFinite { .. })
+        )
+    }
+}

@@ -160,24 +160,28 @@ mod tests {
     #[test]
     fn the_depth_form_loses_its_rounding_too() {
         let space = JetSpace::uniform(3, 2).unwrap();
-        let zero = Jet::zero(&space);
-        let mut correction = zero.clone();
-        let mut put = |powers: &[u8], value: f64| {
-            let monomial = space.monomial(powers).unwrap();
-            correction.coefficients_mut()[monomial] = Dd::from(value);
+        let monomials =
+            [[1, 0, 0], [1, 1, 0], [1, 0, 1]].map(|powers| space.monomial(&powers).unwrap());
+        let correction = |values: [f64; 3]| {
+            let mut jet = Jet::zero(&space);
+            for (monomial, value) in monomials.into_iter().zip(values) {
+                jet.coefficients_mut()[monomial] = Dd::from(value);
+            }
+            jet
         };
-        // In sizes: y 1e-32 of the coordinate, y x 1, y p 1e-27.
-        put(&[1, 0, 0], 1e-34);
-        put(&[1, 1, 0], 10.0);
-        put(&[1, 0, 1], 1e-30);
+        // In sizes: y 1e-27, y u 1 and y v 1e-27 of the first coordinate; y 1e-29 and y u 1e-30 of the second.
+        let corrections = vec![
+            correction([1e-29, 10.0, 1e-30]),
+            correction([1e-27, 1e-25, 0.0]),
+        ];
         let flat = Jet::zero(&JetSpace::uniform(2, 1).unwrap());
         let contact = Contact {
             depth: flat.clone(),
-            linear: vec![flat.clone()],
-            quadratic: vec![flat],
+            linear: vec![flat.clone(), flat.clone()],
+            quadratic: vec![flat.clone(), flat],
             depth_form: Some(Arc::new(DepthForm {
                 replaced: 0,
-                corrections: vec![correction],
+                corrections,
             })),
         };
         let sizes = Sizes {
@@ -185,13 +189,11 @@ mod tests {
             variables: vec![1e-3, 10.0],
         };
         let form = without_rounding(contact, &sizes).depth_form.unwrap();
-        let found = |powers: &[u8]| {
-            form.corrections[0].coefficients()[space.monomial(powers).unwrap()].to_f64()
-        };
-        assert_eq!(
-            [found(&[1, 0, 0]), found(&[1, 1, 0]), found(&[1, 0, 1])],
-            [0.0, 10.0, 1e-30]
-        );
+        let found = [0, 1].map(|coordinate| {
+            let coefficients = form.corrections[coordinate].coefficients();
+            monomials.map(|monomial| coefficients[monomial].to_f64())
+        });
+        assert_eq!(found, [[1e-29, 10.0, 1e-30], [0.0; 3]]);
     }
 
     #[test]

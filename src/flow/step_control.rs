@@ -11,6 +11,8 @@
 //!   `|x_k| h^k ≤ ε_k max_j |x_j| h^j`, `j` in the lower half, where `ε_k = e^{−k(2 + 0.7/(n−1))}`;
 //! * the last three coefficients are looked at, not two, for fields with symmetries.
 
+use std::ops::RangeInclusive;
+
 use crate::numeric::{Lanes, Real, Scalar};
 
 /// Order for a relative tolerance.
@@ -61,8 +63,7 @@ pub(crate) fn component_step(magnitudes: impl Fn(usize) -> f64, order: usize, ma
 #[inline]
 pub(crate) fn log2_step(magnitudes: impl Fn(usize) -> f64, order: usize, margin: f64) -> f64 {
     let margin = margin * std::f64::consts::LOG2_E;
-    let tails = (order + 1).saturating_sub(TAIL).max(1)..=order;
-    let count = (tails.start() / 2 + 1).min(MAX_HEADS);
+    let (count, tails) = looked_at(order);
     if tails.clone().all(|degree| magnitudes(degree) == 0.0) {
         return f64::INFINITY;
     }
@@ -88,8 +89,7 @@ pub(crate) fn log2_step(magnitudes: impl Fn(usize) -> f64, order: usize, margin:
 pub(crate) fn log2_steps<const N: usize>(coefficients: &[Lanes<N>], margin: f64) -> Lanes<N> {
     let scaled = margin * std::f64::consts::LOG2_E;
     let order = coefficients.len() - 1;
-    let tails = (order + 1).saturating_sub(TAIL).max(1)..=order;
-    let count = (tails.start() / 2 + 1).min(MAX_HEADS);
+    let (count, tails) = looked_at(order);
     let larger = |a: f64, b: f64| if a > b { a } else { b };
     let mut heads = [Lanes::splat(OF_ZERO); MAX_HEADS];
     let mut largest = Lanes::splat(OF_ZERO);
@@ -118,6 +118,13 @@ pub(crate) fn log2_steps<const N: usize>(coefficients: &[Lanes<N>], margin: f64)
         }
     }
     steps
+}
+
+/// How many of the first coefficients of a series are looked at, and which of the last.
+#[inline(always)]
+fn looked_at(order: usize) -> (usize, RangeInclusive<usize>) {
+    let tails = (order + 1).saturating_sub(TAIL).max(1)..=order;
+    ((tails.start() / 2 + 1).min(MAX_HEADS), tails)
 }
 
 /// `log2 |x_j|` of the first coefficients, that of zero for all beyond.

@@ -9,7 +9,7 @@
 use super::passage::{Goal, Heading, Passage, Start};
 use super::stationary::StationaryPoints;
 use crate::numeric::polynomial;
-use crate::numeric::{Real, Scalar};
+use crate::numeric::{Bracket, NewtonStep, NewtonSteps, Real, Scalar};
 
 /// A gap on one step: Taylor coefficients of `sign · value` and of its derivative.
 #[derive(Clone, Copy, Debug)]
@@ -162,52 +162,14 @@ impl<S: Real> Piece<S> {
 
     /// Time at which the gap falls through 0.
     fn crossing(&self, gap: &Gap<'_, S>, length: S) -> S {
-        let (left, right) = (self.left.1, self.right.1);
-        if left <= S::zero() {
-            return self.left.0;
+        let ((start, left), (end, right)) = (self.left, self.right);
+        match Bracket::new(start, end, left, right) {
+            Ok(bracket) if left > S::zero() => {
+                let guess = self.guess(gap, left, right);
+                falls_through_zero(gap, bracket.newton_steps(guess, S::zero()), length)
+            }
+            _ => start,
         }
-        self.newton(gap, self.guess(gap, left, right), length)
-    }
-
-    /// The same by Newton's method from a time, kept inside the piece by bisection.
-    ///
-    /// After a step `Δ` the error is about `Δ² |h''/2h'|`; `h''` is taken from the last two slopes, and twice as large.
-    fn newton(&self, gap: &Gap<'_, S>, start: S, length: S) -> S {
-        let (mut positive, mut negative) = (self.left.0, self.right.0);
-        let rounding = S::from_f64(0.25 * S::ROUNDOFF) * length;
-        let least = S::from_f64(4.0) / length;
-        let mut time = start.max(positive).min(negative);
-        let mut before = None;
-        for step in 0..MAX_NEWTON {
-            let (value, slope) = gap.value_and_slope(time);
-            if value > S::zero() {
-                positive = time;
-            } else {
-                negative = time;
-            }
-            let newton = time - value / slope;
-            let inside = newton >= positive && newton <= negative;
-            let next = if inside {
-                newton
-            } else {
-                (positive + negative) * S::from_f64(0.5)
-            };
-            let change = next - time;
-            let is_last = |(last, last_slope): (S, S)| {
-                let bend = (slope - last_slope) / ((time - last) * slope);
-                (bend.abs() + least) * change * change <= rounding
-            };
-            let settled = inside && before.is_some_and(is_last);
-            if next == time || settled {
-                return next;
-            }
-            if step >= SETTLED && value.abs() <= noise(gap, length) {
-                return if inside { newton } else { time };
-            }
-            before = Some((time, slope));
-            time = next;
-        }
-        time
     }
 
     /// Start of the iteration: a parabola about the minimum the piece ends at, or about the maximum it
@@ -230,6 +192,34 @@ impl<S: Real> Piece<S> {
             start + (end - start) * (left / (left - right))
         }
     }
+}
+
+/// The zero of a gap that falls.
+///
+/// After a step `Δ` the error is about `Δ² |h''/2h'|`; `h''` is taken from the last two slopes, and twice as large.
+fn falls_through_zero<S: Real>(gap: &Gap<'_, S>, mut search: NewtonSteps<S>, length: S) -> S {
+    let rounding = S::from_f64(0.25 * S::ROUNDOFF) * length;
+    let least = S::from_f64(4.0) / length;
+    let mut before = None;
+    for step in 0..MAX_NEWTON {
+        let time = search.at();
+        let (value, slope) = gap.value_and_slope(time);
+        let is_last = |next: S| {
+            before.is_some_and(|(last, last_slope)| {
+                let bend: S = (slope - last_slope) / ((time - last) * slope);
+                let change = next - time;
+                (bend.abs() + least) * change * change <= rounding
+            })
+        };
+        let is_noise = || step >= SETTLED && value.abs() <= noise(gap, length);
+        match search.advance(value, slope) {
+            NewtonStep::Settled(root) => return root,
+            NewtonStep::Newton(next) if is_last(next) || is_noise() => return next,
+            NewtonStep::Kept(_) if is_noise() => return time,
+            _ => before = Some((time, slope)),
+        }
+    }
+    search.at()
 }
 
 /// Most Newton and bisection steps to a crossing.

@@ -6,7 +6,7 @@
 //! `|p(m)| > w (|p'(m)| + B w/2)` and at most one if `|p'(m)| > B w`, where `B` bounds `|p''|` on it.
 
 use crate::numeric::polynomial::{TERMS, control_points};
-use crate::numeric::{Real, polynomial};
+use crate::numeric::{Bracket, Real, polynomial};
 
 /// Zeros of a slope, and the memory to find them.
 #[derive(Clone, Debug, Default)]
@@ -26,8 +26,8 @@ const MAX_INTERVALS: usize = 100_000;
 const SMALLEST_HALF: f64 = 1e-9;
 /// Share of the size of its terms within which a control point has no sign.
 const ROUNDING: f64 = 64.0 * f64::EPSILON;
-/// Most steps towards one zero.
-const MAX_STEPS: usize = 60;
+/// Share of the interval below which a step of Newton's method, whose error is its square, is the last.
+const LAST_STEP: f64 = 1e-9;
 
 impl StationaryPoints {
     /// Fills `roots` with the zeros of the slope in units of the length, increasing.
@@ -39,9 +39,13 @@ impl StationaryPoints {
         }
         self.scale(slope, length, 1e-18 * size);
         self.bend();
-        if self.solve_by_control_points(size) {
-            return;
+        if !self.solve_by_control_points(size) {
+            self.halve();
         }
+    }
+
+    /// Finds the zeros by halving.
+    fn halve(&mut self) {
         self.pending.clear();
         self.pending.push((0.0, 1.0));
         for _ in 0..MAX_INTERVALS {
@@ -87,7 +91,10 @@ impl StationaryPoints {
         };
         let last = points[before - 1];
         let place = (before as f64 - next / (next - last)) / (TERMS - 1) as f64;
-        let (root, slope) = monotone_root(&self.scaled, (0.0, place, 1.0), !falls);
+        let ends = [(0.0, points[0]), (1.0, points[TERMS - 1])];
+        let Some((root, slope)) = self.root_between(ends, place) else {
+            return false;
+        };
         let is_steep = self.is_steep(slope.abs(), left_out);
         if is_steep {
             self.roots.push(root);
@@ -125,52 +132,30 @@ impl StationaryPoints {
             return;
         }
         if slope.abs() > bound * half || half < SMALLEST_HALF {
-            let [left, right] = [a, b].map(|end| polynomial::value(&self.scaled, end));
-            if (left < 0.0) != (right < 0.0) {
-                let (root, _) = monotone_root(&self.scaled, (a, middle, b), left < 0.0);
-                self.roots.push(root);
+            let ends = [a, b].map(|end| (end, polynomial::value(&self.scaled, end)));
+            if (ends[0].1 < 0.0) != (ends[1].1 < 0.0) {
+                let root = self.root_between(ends, middle);
+                self.roots.extend(root.map(|(root, _)| root));
             }
             return;
         }
         self.pending.push((middle, b));
         self.pending.push((a, middle));
     }
-}
 
-/// The one zero of a polynomial with a sign change on `[a, b]`, and the slope near it: Newton from `at`, kept inside.
-///
-/// NOTE: a step out of the interval goes to its end the first time, where the zero may well be, for the intervals are halves of
-/// a step; after that it halves what is left.
-fn monotone_root(
-    coefficients: &[f64],
-    (mut a, mut at, mut b): (f64, f64, f64),
-    rising: bool,
-) -> (f64, f64) {
-    let negligible = 1e-9 * b;
-    let (mut has_left, mut last) = (false, 0.0);
-    for _ in 0..MAX_STEPS {
-        let (value, slope) = polynomial::value_and_slope(coefficients, at);
-        if (value < 0.0) == rising {
-            a = at;
-        } else {
-            b = at;
-        }
-        let newton = at - value / slope;
-        let inside = newton.clamp(a, b);
-        if (newton - at).abs() < negligible {
-            // NOTE: Newton's method squares the error. What is left may be rounding, and lead out of the interval.
-            return (inside, slope);
-        }
-        let leaves = newton != inside;
-        at = if leaves && (has_left || newton.is_nan()) {
-            0.5 * (a + b)
-        } else {
-            inside
+    /// The zero between two points at which the values differ in sign, from one in between, and the slope near it.
+    fn root_between(&self, ends: [(f64, f64); 2], start: f64) -> Option<(f64, f64)> {
+        let [(a, left), (b, right)] = ends;
+        let bracket = Bracket::new(a, b, left, right).ok()?;
+        let mut last = 0.0;
+        let value_and_slope = |at: f64| {
+            let (value, slope) = polynomial::value_and_slope(&self.scaled, at);
+            last = slope;
+            (value, slope)
         };
-        has_left |= leaves;
-        last = slope;
+        let root = bracket.newton_from(start, LAST_STEP * b, value_and_slope);
+        Some((root.root()?, last))
     }
-    (at, last)
 }
 
 #[cfg(test)]
@@ -208,8 +193,14 @@ mod tests {
             let coefficients: Vec<_> = (0..28).map(coefficient).collect();
             let mut found = StationaryPoints::default();
             found.isolate(&coefficients, length);
-            assert_eq!(found.roots.len(), 1, "{share} {:?}", found.roots);
-            assert!((found.roots[0] - share).abs() < 4e-16, "{share}");
+            let mut halved = StationaryPoints::default();
+            halved.scale(&coefficients, length, 0.0);
+            halved.bend();
+            halved.halve();
+            for roots in [found.roots, halved.roots] {
+                assert_eq!(roots.len(), 1, "{share} {roots:?}");
+                assert!((roots[0] - share).abs() < 4e-16, "{share} {roots:?}");
+            }
         }
     }
 

@@ -1,5 +1,7 @@
 //! The map evaluated from its jets, term by term: the reference for every other form.
 
+use nalgebra::DMatrix;
+
 use super::tangents::Tangents;
 use super::{DiscreteMap, StepInfo};
 use crate::expansion::{Contact, FlownContact, Leg, LocalMap, Stage};
@@ -23,8 +25,8 @@ impl InterpretedMap {
         }
     }
 
-    /// Runs all stages on `point` (coordinates; parameters); with a tangent (rows of `∂x_i/∂x_j`), that too.
-    fn run(&self, point: &mut [f64], mut tangent: Option<&mut Vec<f64>>) -> StepInfo {
+    /// Runs all stages on `point` (coordinates; parameters); with a tangent (`∂x_i/∂x_j`), that too.
+    fn run(&self, point: &mut [f64], mut tangent: Option<&mut DMatrix<f64>>) -> StepInfo {
         let mut info = StepInfo::default();
         let mut passages = 0;
         for stage in &self.stages {
@@ -44,7 +46,8 @@ impl InterpretedMap {
                 }
             };
             if let Some(tangent) = tangent.as_deref_mut() {
-                *tangent = product(&jacobian, tangent, self.dimension);
+                let jacobian = DMatrix::from_row_slice(self.dimension, self.dimension, &jacobian);
+                *tangent = jacobian * &*tangent;
             }
             point[..self.dimension].copy_from_slice(&next);
         }
@@ -85,12 +88,10 @@ impl DiscreteMap for InterpretedMap {
         jacobian: &mut [f64],
     ) -> StepInfo {
         let mut point = self.point(state, parameters);
-        let mut tangent: Vec<f64> = (0..self.dimension * self.dimension)
-            .map(|place| f64::from(u8::from(place % (self.dimension + 1) == 0)))
-            .collect();
+        let mut tangent = DMatrix::identity(self.dimension, self.dimension);
         let info = self.run(&mut point, Some(&mut tangent));
         image.copy_from_slice(&point[..self.dimension]);
-        jacobian.copy_from_slice(&tangent);
+        jacobian.copy_from_slice(tangent.transpose().as_slice());
         info.checked(image)
     }
 }
@@ -143,15 +144,4 @@ fn flown_step(flown: &FlownContact, point: &[f64], dimension: usize) -> (f64, Ve
         image.iter().map(|value| value.value).collect(),
         jacobian.collect(),
     )
-}
-
-fn product(left: &[f64], right: &[f64], dimension: usize) -> Vec<f64> {
-    let entry = |row: usize, column: usize| -> f64 {
-        (0..dimension)
-            .map(|k| left[row * dimension + k] * right[k * dimension + column])
-            .sum()
-    };
-    (0..dimension * dimension)
-        .map(|place| entry(place / dimension, place % dimension))
-        .collect()
 }

@@ -53,17 +53,33 @@ impl JetSpace {
             self.multiply_add(a, b, out);
             return;
         }
-        Convolution {
-            table: self.table(),
-            runs: self.table().runs(0..order + 1),
-            span: Span::Full,
-            a: Factor::full(a),
-            b: Factor::full(b),
-            finish: Finish::Add,
+        let kept = PartOf {
+            runs: self.table().run_numbers(0..order + 1),
             out: &mut out[..self.degree_start(order + 1)],
             selection: None,
+        };
+        self.convolution(kept, Factor::full(a), Factor::full(b))
+            .form();
+    }
+
+    /// The products of two factors, to be added to some runs.
+    #[inline]
+    fn convolution<'a, S: Scalar>(
+        &'a self,
+        part: PartOf<'a, S>,
+        a: Factor<'a, S>,
+        b: Factor<'a, S>,
+    ) -> Convolution<'a, S> {
+        Convolution {
+            table: self.table(),
+            runs: &self.table().all_runs()[part.runs],
+            span: Span::Full,
+            a,
+            b,
+            finish: Finish::Add,
+            out: part.out,
+            selection: part.selection,
         }
-        .form();
     }
 
     /// [`Graded::convolve`](super::Graded::convolve) for some runs.
@@ -113,14 +129,9 @@ impl JetSpace {
         finish: Finish<'_, S>,
     ) {
         Convolution {
-            table: self.table(),
-            runs: &self.table().all_runs()[part.runs],
             span,
-            a: Factor::full(a),
-            b: Factor::full(b),
             finish,
-            out: part.out,
-            selection: part.selection,
+            ..self.convolution(part, Factor::full(a), Factor::full(b))
         }
         .form();
     }
@@ -159,23 +170,20 @@ impl JetSpace {
         if low_a + low_b > order {
             return;
         }
-        let kept = self.degree_start(low_a + low_b)..self.degree_start(order + 1);
+        let degrees = low_a + low_b..order + 1;
+        let kept = self.degree_start(degrees.start)..self.degree_start(degrees.end);
         let out = &mut out[kept];
         out.fill(S::zero());
+        let part = PartOf {
+            runs: self.table().run_numbers(degrees),
+            out,
+            selection: None,
+        };
         let factor = |coefficients, low| Factor {
             coefficients,
             first: self.degree_start(low) as u32,
         };
-        Convolution {
-            table: self.table(),
-            runs: self.table().runs(low_a + low_b..order + 1),
-            span: Span::Full,
-            a: factor(a, low_a),
-            b: factor(b, low_b),
-            finish: Finish::Add,
-            out,
-            selection: None,
-        }
-        .form();
+        self.convolution(part, factor(a, low_a), factor(b, low_b))
+            .form();
     }
 }

@@ -156,12 +156,6 @@ impl ProductTable {
         table
     }
 
-    /// The runs of a range of degrees, by ascending monomials.
-    #[inline(always)]
-    pub(super) fn runs(&self, degrees: Range<usize>) -> &[Run] {
-        &self.runs[self.run_numbers(degrees)]
-    }
-
     /// The numbers of the runs of a range of degrees.
     #[inline(always)]
     pub(super) fn run_numbers(&self, degrees: Range<usize>) -> Range<usize> {

@@ -19,7 +19,7 @@ pub mod polynomial;
 mod sampling;
 mod scalar;
 
-pub use bracket::{Bracket, BracketOutcome};
+pub use bracket::{Bracket, BracketOutcome, NewtonStep, NewtonSteps};
 pub use decimals::decimal_above;
 pub use dispatch::{Kernel, widest};
 pub use double_double::{Dd, ParseDdError};

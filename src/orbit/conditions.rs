@@ -1,11 +1,13 @@
 //! Conditions of a grazing bifurcation: how a stretch at one graze moves the orbit off the surface at another.
 
+use nalgebra::{DMatrix, DVector};
+
 use crate::flow::{Field, flow_with_jacobian};
 use crate::numeric::Real;
 
 use super::OrbitError;
 use super::kick::Kick;
-use super::monodromy::{Rows, apply, dot, product};
+use super::monodromy::dot;
 use super::passages::Touch;
 use super::system::ExtendedSystem;
 
@@ -31,23 +33,22 @@ pub(super) fn legs<S: Real>(
     touches: &[Touch<S>],
     parameters: &[S],
     period: S,
-) -> Result<Vec<Rows<S>>, OrbitError> {
+) -> Result<Vec<DMatrix<S>>, OrbitError> {
     let arrivals = touches.iter().skip(1).map(|touch| touch.time);
     let arrivals = arrivals.chain([period]);
     let leg = |(touch, arrival): (&Touch<S>, S)| {
         let inputs: Vec<usize> = (0..touch.state.len()).collect();
         let duration = arrival - touch.time;
         let (_, jacobian) = flow_with_jacobian(field, &touch.state, parameters, duration, &inputs)?;
-        let rows = jacobian.row_iter();
-        Ok(rows.map(|row| row.iter().copied().collect()).collect())
+        Ok(jacobian)
     };
     touches.iter().zip(arrivals).map(leg).collect()
 }
 
 /// The derivative of a period's flow at the first passage.
-pub(super) fn round<S: Real>(legs: &[Rows<S>]) -> Rows<S> {
+pub(super) fn round<S: Real>(legs: &[DMatrix<S>]) -> DMatrix<S> {
     let whole = legs.iter().skip(1);
-    whole.fold(legs[0].clone(), |so_far, leg| product(leg, &so_far))
+    whole.fold(legs[0].clone(), |so_far, leg| leg * so_far)
 }
 
 /// The conditions between all passages, `count` each.
@@ -55,7 +56,7 @@ pub(super) fn conditions<S: Real>(
     system: &ExtendedSystem,
     kicks: &[Kick],
     touches: &[Touch<S>],
-    legs: &[Rows<S>],
+    legs: &[DMatrix<S>],
     parameters: &[S],
     count: usize,
 ) -> Result<Vec<GrazingConditions<S>>, OrbitError> {
@@ -72,11 +73,12 @@ pub(super) fn conditions<S: Real>(
     for (from, kick) in kicks.iter().enumerate() {
         let mut values = vec![Vec::new(); passages];
         let state = &touches[from].state;
-        if let Some(mut stretch) = kick.direction(&local(from), state, parameters)? {
+        if let Some(direction) = kick.direction(&local(from), state, parameters)? {
+            let mut stretch = DVector::from_vec(direction);
             for leg in (from..).take(count * passages) {
-                stretch = apply(&legs[leg % passages], &stretch);
+                stretch = &legs[leg % passages] * stretch;
                 let to = (leg + 1) % passages;
-                values[to].push(dot(&slopes[to], &stretch));
+                values[to].push(dot(&slopes[to], stretch.as_slice()));
             }
         }
         let from_here = values.into_iter().enumerate();

@@ -1,12 +1,10 @@
 //! Corners of the free flow: where `abs`, `sign`, `min` or `max` change branch an orbit has no Taylor series.
 
 use crate::flow::{Field, Integrator, bound_but, horner};
-use crate::model::{ExpressionGraph, NodeId, Scene};
-use crate::numeric::Dd;
+use crate::model::{NodeId, Response, Scene, Surface};
 
 use super::OrbitError;
 use super::outcome::{NamedValues, NotLocated};
-use super::point::GrazingOrbit;
 
 /// Pieces of a step on which an argument is taken to change sign at most once.
 const PIECES: usize = 16;
@@ -19,7 +17,7 @@ const ON_THE_CORNER: f64 = 1e-12;
 /// Decimals of the state at a corner that are said.
 const DECIMALS: f64 = 1e9;
 
-/// The operations with a corner in the free field and the event functions of a scene.
+/// The operations with a corner in the free field, the event functions and the resets of a scene.
 pub(super) struct Corners<'a> {
     scene: &'a Scene,
     /// The free field; the arguments of the operations are watched.
@@ -40,16 +38,38 @@ enum Place {
     Rate(usize),
     /// The event function of a surface: only its series at a graze of that surface matter.
     Event(usize),
+    /// A state after the impact with a surface: the same.
+    Reset {
+        /// The surface.
+        surface: usize,
+        /// The state.
+        state: usize,
+    },
+}
+
+impl Place {
+    /// The surface whose grazes alone matter.
+    fn surface(self) -> Option<usize> {
+        match self {
+            Place::Rate(_) => None,
+            Place::Event(surface) | Place::Reset { surface, .. } => Some(surface),
+        }
+    }
 }
 
 impl<'a> Corners<'a> {
-    /// Those that a state or a parameter that is adjusted or active moves; `None` without any.
-    pub(super) fn of(scene: &'a Scene) -> Option<Self> {
+    /// Those that a state, a parameter that is adjusted or active, or one of some others moves; `None` without any.
+    pub(super) fn of(scene: &'a Scene, others: &[usize]) -> Option<Self> {
         let mut graph = scene.model.graph.clone();
+        let dimension = scene.model.dimension();
+        let free = [&scene.grazing.solve_for, &scene.expansion.active, others];
+        let parameter = |input: usize| free.iter().any(|free| free.contains(&(input - dimension)));
+        let moves = |input: usize| input < dimension || parameter(input);
         let (mut operations, mut arguments) = (Vec::new(), Vec::new());
         for (place, expression) in expressions(scene) {
             for corner in graph.corner_operations(expression) {
-                if moves(scene, &graph, corner.argument) {
+                let mut inputs = graph.dependencies(corner.argument).into_iter();
+                if inputs.any(moves) {
                     arguments.push(corner.argument);
                     let function = corner.function;
                     operations.push(Operation { function, place });
@@ -66,18 +86,22 @@ impl<'a> Corners<'a> {
         })
     }
 
-    /// The first corner at a graze of an orbit or along it.
-    pub(super) fn of_orbit(&self, orbit: &GrazingOrbit) -> Result<Option<NotLocated>, OrbitError> {
-        let to_f64 = |value: &Dd| value.to_f64();
-        let round = |values: &[Dd]| -> Vec<f64> { values.iter().map(to_f64).collect() };
-        let parameters = round(orbit.parameters());
-        for graze in &orbit.passages {
-            if let Some(corner) = self.at(graze.surface, &round(&graze.state), &parameters)? {
+    /// The first corner at a graze of an orbit, each given by its surface and the state, or along it.
+    pub(super) fn of_orbit(
+        &self,
+        grazes: &[(usize, Vec<f64>)],
+        parameters: &[f64],
+        period: f64,
+    ) -> Result<Option<NotLocated>, OrbitError> {
+        for (surface, state) in grazes {
+            if let Some(corner) = self.at(*surface, state, parameters)? {
                 return Ok(Some(corner));
             }
         }
-        let start = round(&orbit.grazing_point().state);
-        self.along(&start, &parameters, orbit.period.to_f64())
+        match grazes.first() {
+            Some((_, start)) => self.along(start, parameters, period),
+            None => Ok(None),
+        }
     }
 
     /// The first corner at a point near a graze, or that the free flow crosses in a time from there.
@@ -104,9 +128,9 @@ impl<'a> Corners<'a> {
         let mut integrator = Integrator::<f64>::new(&self.field);
         let step = integrator.step(state, parameters)?;
         let near = |&number: &usize| {
-            let of = self.operations[number].place;
-            let elsewhere = matches!(of, Place::Event(of) if of != surface);
-            !elsewhere && begins_at_zero(step.watched_coefficients(number), step.length)
+            let of = self.operations[number].place.surface();
+            of.is_none_or(|of| of == surface)
+                && begins_at_zero(step.watched_coefficients(number), step.length)
         };
         let first = (0..self.operations.len()).find(near);
         Ok(first.map(|number| self.met(number, state)))
@@ -126,7 +150,8 @@ impl<'a> Corners<'a> {
             let step = integrator.step(&state, parameters)?;
             let length = step.length.min(rest);
             let arguments = signs.iter_mut().enumerate();
-            let of_rates = arguments.filter(|&(number, _)| self.is_of_a_rate(number));
+            let of_rates =
+                arguments.filter(|&(number, _)| self.operations[number].place.surface().is_none());
             let crossings = of_rates.filter_map(|(number, sign)| {
                 Some((
                     crossing(step.watched_coefficients(number), length, sign)?,
@@ -146,10 +171,6 @@ impl<'a> Corners<'a> {
         Ok(None)
     }
 
-    fn is_of_a_rate(&self, number: usize) -> bool {
-        matches!(self.operations[number].place, Place::Rate(_))
-    }
-
     fn met(&self, number: usize, state: &[f64]) -> NotLocated {
         let model = &self.scene.model;
         let phase = model
@@ -164,6 +185,9 @@ impl<'a> Corners<'a> {
         let key = match place {
             Place::Rate(state) => format!("model.flow.{}", model.states[state]),
             Place::Event(surface) => format!("model.surface.{surface}.event"),
+            Place::Reset { surface, state } => {
+                format!("model.surface.{surface}.impact.{}", model.states[state])
+            }
         };
         NotLocated::Corner {
             function,
@@ -173,30 +197,30 @@ impl<'a> Corners<'a> {
     }
 }
 
-/// The expressions that the free flow and its grazes are made of.
+/// The expressions that the free flow, its grazes and rigid impacts are made of.
 fn expressions(scene: &Scene) -> impl Iterator<Item = (Place, NodeId)> {
     let model = &scene.model;
     let rates = model.flow.iter().take(model.states.len()).enumerate();
     let rates = rates.map(|(state, &rate)| (Place::Rate(state), rate));
     let surfaces = model.surfaces.iter().enumerate();
-    let events = surfaces.map(|(number, surface)| (Place::Event(number), surface.event));
-    rates.chain(events)
+    let events = surfaces.clone();
+    let events = events.map(|(number, surface)| (Place::Event(number), surface.event));
+    rates.chain(events).chain(surfaces.flat_map(resets))
+}
+
+/// The states after an impact, where a surface is rigid.
+fn resets((surface, described): (usize, &Surface)) -> impl Iterator<Item = (Place, NodeId)> {
+    let reset = match &described.response {
+        Response::Impact { reset } => reset.as_slice(),
+        Response::Contact { .. } => &[],
+    };
+    let resets = reset.iter().enumerate();
+    resets.map(move |(state, &node)| (Place::Reset { surface, state }, node))
 }
 
 fn rounded((name, value): (String, f64)) -> (String, f64) {
     // The sum with 0 takes the sign off a zero.
     (name, (value * DECIMALS).round() / DECIMALS + 0.0)
-}
-
-/// Whether an argument depends on a state or on a parameter that is adjusted or active.
-fn moves(scene: &Scene, graph: &ExpressionGraph, argument: NodeId) -> bool {
-    let dimension = scene.model.dimension();
-    let free = [&scene.grazing.solve_for, &scene.expansion.active];
-    let parameter = |input: usize| free.iter().any(|free| free.contains(&(input - dimension)));
-    let inputs = graph.dependencies(argument);
-    inputs
-        .into_iter()
-        .any(|input| input < dimension || parameter(input))
 }
 
 /// Whether a polynomial begins at 0, to rounding of what it is on `[0, length]`.

@@ -5,7 +5,7 @@ use crate::numeric::Dd;
 
 use super::OrbitError;
 use super::conditions::GrazingConditions;
-use super::outcome::{Location, NotLocated};
+use super::outcome::{Location, NamedValues, NotLocated};
 use super::station::Stations;
 use super::tracer::Tracer;
 
@@ -97,7 +97,7 @@ pub struct SpecialPoint {
 }
 
 /// How a curve ended.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum CurveEnd {
     /// At the parameter value asked for.
     Reached,
@@ -118,6 +118,15 @@ pub enum CurveEnd {
         /// Number of the passage, from 1.
         passage: usize,
     },
+    /// A function in the free field, an event function or a reset came to its corner: see [`NotLocated::Corner`].
+    Corner {
+        /// `abs`, `sign`, `min` or `max`.
+        function: &'static str,
+        /// Key of the expression in the scene.
+        key: String,
+        /// The full state there.
+        at: NamedValues,
+    },
     /// The second parameter ran away from the range asked for by more than its width.
     LeftRange,
 }
@@ -125,10 +134,10 @@ pub enum CurveEnd {
 impl std::fmt::Display for CurveEnd {
     fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
-            CurveEnd::Reached => write!(formatter, "reached the value asked for"),
-            CurveEnd::StepLimit => write!(formatter, "stopped at the limit of steps"),
+            CurveEnd::Reached => write!(formatter, "the value asked for was reached"),
+            CurveEnd::StepLimit => write!(formatter, "the most steps allowed were made"),
             CurveEnd::StepTooSmall { ds } => {
-                write!(formatter, "no orbit found even with steps of {ds:e}")
+                write!(formatter, "no convergence even at a step of {ds:.1e}")
             }
             CurveEnd::DegenerateGraze {
                 normal_acceleration,
@@ -144,8 +153,17 @@ impl std::fmt::Display for CurveEnd {
                     "passage {passage} does not graze beyond this point"
                 )
             }
+            CurveEnd::Corner { function, key, at } => {
+                write!(
+                    formatter,
+                    "`{function}` in `{key}` comes to its corner at {at}, where there is no Taylor series"
+                )
+            }
             CurveEnd::LeftRange => {
-                write!(formatter, "left the range asked for by more than its width")
+                write!(
+                    formatter,
+                    "the curve left the range asked for by more than its width"
+                )
             }
         }
     }

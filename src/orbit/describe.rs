@@ -1,5 +1,7 @@
 //! The description of a grazing orbit from a root of its equations.
 
+use nalgebra::DMatrix;
+
 use crate::model::Scene;
 use crate::numeric::{Dd, Real};
 
@@ -53,8 +55,8 @@ pub(super) fn describe(
         digest: scene.digest,
         period,
         residual: root.residual.max(found.residual),
-        multipliers: multipliers(&monodromy),
-        monodromy,
+        multipliers: multipliers(&monodromy)?,
+        monodromy: rows(&monodromy),
         xi: conditions[0].values.clone(),
         conditions,
         section,
@@ -63,6 +65,11 @@ pub(super) fn describe(
         guess_distance: None,
         passages,
     }))
+}
+
+fn rows(matrix: &DMatrix<Dd>) -> Vec<Vec<Dd>> {
+    let rows = matrix.row_iter();
+    rows.map(|row| row.iter().copied().collect()).collect()
 }
 
 /// The kick of every passage.

@@ -104,14 +104,12 @@ impl<'a> Diagnosis<'a> {
         let state = &self.unknowns[..self.system.dimension()];
         let period = self.system.period(self.unknowns);
         let states = self.system.states();
-        let block =
-            full_monodromy(&self.system.field, state, &self.parameters, period).map(|rows| {
-                let rows = rows[..states].iter();
-                rows.map(|row| row[..states].to_vec()).collect::<Vec<_>>()
-            });
-        let found = block.map_or_else(|_| Vec::new(), |block| multipliers(&block));
+        let full = full_monodromy(&self.system.field, state, &self.parameters, period);
+        let block = full.map(|full| full.view((0, 0), (states, states)).into_owned());
+        let found = block.and_then(|block| multipliers(&block));
         let distance = |value: &[f64; 2]| (value[0] - 1.0).hypot(value[1]);
         found
+            .unwrap_or_default()
             .into_iter()
             .min_by(|a, b| distance(a).total_cmp(&distance(b)))
             .unwrap_or([f64::NAN; 2])

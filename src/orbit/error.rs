@@ -2,6 +2,7 @@
 
 use crate::flow::FlowError;
 use crate::jet::JetError;
+use crate::numeric::NumericError;
 
 /// Wrong input to the location of a grazing orbit.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -80,4 +81,7 @@ pub enum OrbitError {
     /// First-order jets could not be set up.
     #[error(transparent)]
     Jet(#[from] JetError),
+    /// The multipliers could not be computed.
+    #[error(transparent)]
+    Numeric(#[from] NumericError),
 }

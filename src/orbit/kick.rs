@@ -6,7 +6,7 @@ use crate::numeric::{Dd, Real, Scalar};
 
 use super::OrbitError;
 use super::geometry::LocalGeometry;
-use super::monodromy::{apply, dot};
+use super::monodromy::dot;
 
 /// A difference of contact and free field below this share of either is none.
 const NO_JUMP: f64 = 1e-13;
@@ -129,8 +129,8 @@ fn reset_kick<S: Real>(local: &LocalGeometry<'_, S>, jacobian: &[Vec<S>]) -> Vec
         .map(|(&b, &a)| b - a * overlap)
         .collect();
     let direction = scaled(&direction, S::one() / dot(velocity, &direction));
-    let image = apply(jacobian, &direction);
-    direction.iter().zip(&image).map(|(&e, &g)| e - g).collect()
+    let image = jacobian.iter().map(|row| dot(row, &direction));
+    direction.iter().zip(image).map(|(&e, g)| e - g).collect()
 }
 
 /// The jump `f_c − f` of a contact field that ends at the surface, and `2/a_c` with `a_c = ∇h'·f_c`: the contact lasts

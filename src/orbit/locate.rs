@@ -301,11 +301,19 @@ impl<'a> Locator<'a> {
     /// What was found, unless the free flow has a corner: at a graze or along the orbit, or where none was found, in a period
     /// from where the search began.
     fn without_corners(&self, location: Location) -> Result<Location, OrbitError> {
-        let Some(corners) = Corners::of(self.scene) else {
+        let Some(corners) = Corners::of(self.scene, &[]) else {
             return Ok(location);
         };
         let met = match &location {
-            Location::Located(orbit) => corners.of_orbit(orbit)?,
+            Location::Located(orbit) => {
+                let round = |values: &[Dd]| values.iter().map(|value| value.to_f64()).collect();
+                let passages = orbit.passages.iter();
+                let grazes: Vec<(usize, Vec<f64>)> = passages
+                    .map(|graze| (graze.surface, round(&graze.state)))
+                    .collect();
+                let parameters: Vec<f64> = round(orbit.parameters());
+                corners.of_orbit(&grazes, &parameters, orbit.period.to_f64())?
+            }
             // A flow that cannot be followed has no corner to show; the reason known stands.
             Location::NotLocated(_) => self.corner_from_start(&corners).unwrap_or(None),
         };

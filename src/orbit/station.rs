@@ -1,16 +1,19 @@
 //! Points of a grazing curve, with the functions whose zeros are its special points.
 
+use nalgebra::DMatrix;
+
 use crate::model::Scene;
 use crate::numeric::{Dd, Real};
 
 use super::OrbitError;
 use super::conditions::{GrazingConditions, conditions, legs, round};
 use super::continuation::tangent;
+use super::corners::Corners;
 use super::curve::{CurveEnd, CurvePoint, SpecialKind};
 use super::describe::{clearance, kicks, points};
 use super::grazes::Grazes;
 use super::kick::Kick;
-use super::monodromy::{Rows, multipliers, on_section};
+use super::monodromy::{multipliers, on_section};
 use super::outcome::NotLocated;
 use super::passages::{Touch, passages};
 use super::point::GrazingOrbit;
@@ -24,6 +27,7 @@ pub(super) struct Stations<'a> {
     /// How many conditions are followed from every passage to every other.
     count: usize,
     kicks: Vec<Kick>,
+    corners: Option<Corners<'a>>,
 }
 
 /// A point on the way, with the functions whose zeros are special points.
@@ -40,7 +44,7 @@ struct Passed<S> {
     parameters: Vec<S>,
     period: S,
     touches: Vec<Touch<S>>,
-    legs: Vec<Rows<S>>,
+    legs: Vec<DMatrix<S>>,
 }
 
 /// Largest `|h|` of a passage that no equation holds, relative to the range of `h`: the roundoff of an `f64` root.
@@ -63,6 +67,7 @@ impl<'a> Stations<'a> {
             system,
             count,
             kicks,
+            corners: Corners::of(scene, &[with]),
         })
     }
 
@@ -182,6 +187,9 @@ impl<'a> Stations<'a> {
             Ok(passed) => passed,
             Err(end) => return Ok(Err(end)),
         };
+        if let Some(end) = self.corner(&passed)? {
+            return Ok(Err(end));
+        }
         let conditions = self.conditions(&passed, self.count)?;
         let parameters = &passed.parameters;
         let exact: Vec<Dd> = parameters.iter().map(|&value| Dd::from(value)).collect();
@@ -191,16 +199,13 @@ impl<'a> Stations<'a> {
         let model = &self.scene.model;
         let section = PoincareSection::tangency(model, graze.surface, &graze.state, &exact);
         let monodromy = on_section(&round(&passed.legs), &section, &local);
-        let discriminant = match monodromy.as_slice() {
-            [a, b] => {
-                let half_difference = (a[0] - b[1]) * 0.5;
-                Some(half_difference * half_difference + a[1] * b[0])
-            }
-            _ => None,
-        };
+        let discriminant = (monodromy.shape() == (2, 2)).then(|| {
+            let half_difference = (monodromy[(0, 0)] - monodromy[(1, 1)]) * 0.5;
+            half_difference * half_difference + monodromy[(0, 1)] * monodromy[(1, 0)]
+        });
         let point = CurvePoint {
             normal_acceleration: local.acceleration(),
-            multipliers: multipliers(&monodromy),
+            multipliers: multipliers(&monodromy)?,
             xi: conditions[0].values.clone(),
             conditions,
             clearance: clearance(self.scene, &passages, Dd::from(passed.period))?,
@@ -209,15 +214,31 @@ impl<'a> Stations<'a> {
         };
         Ok(Ok((point, discriminant)))
     }
+
+    /// The end of the curve at an orbit along which the free flow has a corner.
+    fn corner(&self, passed: &Passed<f64>) -> Result<Option<CurveEnd>, OrbitError> {
+        let Some(corners) = &self.corners else {
+            return Ok(None);
+        };
+        let touches = passed.touches.iter();
+        let grazes: Vec<_> = touches.map(|at| (at.surface, at.state.clone())).collect();
+        let met = corners.of_orbit(&grazes, &passed.parameters, passed.period)?;
+        Ok(met.as_ref().map(lost))
+    }
 }
 
-/// The end of a curve where a passage ceases to graze.
+/// The end of a curve where a passage ceases to graze, or the free flow has a corner.
 fn lost(reason: &NotLocated) -> CurveEnd {
-    match *reason {
-        NotLocated::OutOfOrder { passage, .. }
-        | NotLocated::NoMinimum { passage, .. }
-        | NotLocated::DoesNotTouch { passage, .. }
-        | NotLocated::NotMirrored { passage, .. } => CurveEnd::PassageLost { passage },
+    match reason {
+        &NotLocated::OutOfOrder { passage, .. }
+        | &NotLocated::NoMinimum { passage, .. }
+        | &NotLocated::DoesNotTouch { passage, .. }
+        | &NotLocated::NotMirrored { passage, .. } => CurveEnd::PassageLost { passage },
+        NotLocated::Corner { function, key, at } => CurveEnd::Corner {
+            function,
+            key: key.clone(),
+            at: at.clone(),
+        },
         _ => CurveEnd::StepTooSmall { ds: 0.0 },
     }
 }

@@ -65,10 +65,14 @@ impl Tracer<'_> {
                 }
             };
             ds = (taken * 1.3).min(self.options.ds_max);
-            if (here.unknowns[last] - to) * (next.unknowns[last] - to) <= 0.0
-                && let Some(end) = self.at_value(&here, &next, to)?
-            {
-                next = end;
+            if (here.unknowns[last] - to) * (next.unknowns[last] - to) <= 0.0 {
+                match self.at_value(&here, &next, to)? {
+                    Ok(there) => next = there.unwrap_or(next),
+                    Err(end) => {
+                        curve.end = end;
+                        break;
+                    }
+                }
             }
             curve
                 .special
@@ -130,13 +134,14 @@ impl Tracer<'_> {
         Ok(Err(end))
     }
 
-    /// The station between two where the second parameter has a value.
+    /// The station between two where the second parameter has a value; none where there is no orbit to be found, the end of the
+    /// curve where its orbit has a corner.
     fn at_value(
         &self,
         here: &Station,
         next: &Station,
         to: f64,
-    ) -> Result<Option<Station>, OrbitError> {
+    ) -> Result<Result<Option<Station>, CurveEnd>, OrbitError> {
         let last = here.unknowns.len() - 1;
         let (a, b) = (here.unknowns[last], next.unknowns[last]);
         let share = if a == b { 1.0 } else { (to - a) / (b - a) };
@@ -146,10 +151,13 @@ impl Tracer<'_> {
         let mut normal = vec![0.0; last + 1];
         normal[last] = 1.0;
         let Some(mut found) = correct(&self.stations.system, &origin, &normal)? else {
-            return Ok(None);
+            return Ok(Ok(None));
         };
         found[last] = to;
-        Ok(self.stations.at(found, &here.tangent)?.ok())
+        Ok(match self.stations.at(found, &here.tangent)? {
+            Err(end @ CurveEnd::Corner { .. }) => Err(end),
+            station => Ok(station.ok()),
+        })
     }
 }
 

@@ -5,7 +5,7 @@ use serde::Serialize;
 use super::orbit_document::{ConditionsDocument, surface_of};
 use super::{Cell, Column, Named, ReportError, Table};
 use crate::model::Scene;
-use crate::orbit::{CurveEnd, CurvePoint, GrazingCurve, SpecialPoint};
+use crate::orbit::{CurvePoint, GrazingCurve, SpecialPoint};
 
 /// A grazing curve in two parameters, ready to be written as JSON.
 #[derive(Clone, Debug, Serialize)]
@@ -123,7 +123,7 @@ impl CurveDocument {
                     multipliers: point.point.multipliers.clone(),
                 })
                 .collect(),
-            end: curve_end_words(curve.end),
+            end: curve.end.to_string(),
         }
     }
 
@@ -218,24 +218,4 @@ fn named(scene: &Scene, values: impl Iterator<Item = f64>) -> Named<f64> {
             .map(|parameter| parameter.name.as_str())
             .zip(values),
     )
-}
-
-/// How a curve ended.
-pub(crate) fn curve_end_words(end: CurveEnd) -> String {
-    match end {
-        CurveEnd::Reached => "the value asked for was reached".to_owned(),
-        CurveEnd::StepLimit => "the most steps allowed were made".to_owned(),
-        CurveEnd::StepTooSmall { ds } => format!("no convergence even at a step of {ds:.1e}"),
-        CurveEnd::DegenerateGraze {
-            normal_acceleration,
-        } => {
-            format!("the graze ceases to be simple: h'' = {normal_acceleration:.6e}")
-        }
-        CurveEnd::PassageLost { passage } => {
-            format!("passage {passage} does not graze beyond this point")
-        }
-        CurveEnd::LeftRange => {
-            "the curve left the range asked for by more than its width".to_owned()
-        }
-    }
 }

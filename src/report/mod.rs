@@ -37,7 +37,6 @@ pub use chosen_words::{
 pub use convergence_page::{
     convergence_figures, convergence_section, convergence_table, without_times,
 };
-pub(crate) use curve_document::curve_end_words;
 pub use curve_document::{
     Codimension2, CurveDocument, FoldDocument, PointDocument, SwitchDocument,
 };

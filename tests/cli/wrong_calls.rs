@@ -274,6 +274,10 @@ fn wrong_calls() -> Vec<(&'static str, Vec<&'static str>)> {
             vec!["emit", "--catalogue", "--target", "c"],
         ),
         (
+            "emit_catalogue_in_single_precision",
+            vec!["emit", "--catalogue", "--set", "emit.precision=f32"],
+        ),
+        (
             "emit_check_of_nothing",
             vec!["emit", "linear", "--check", "-o", "nowhere"],
         ),

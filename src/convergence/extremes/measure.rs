@@ -70,7 +70,7 @@ fn measured(case: &ExtremeCase) -> Result<Measured, Refusal> {
     let orbit = orbit
         .into_result()
         .map_err(|error| refusal("orbit", error))?;
-    let trial = Trial {
+    let located = LocatedCase {
         case,
         scene: &scene,
         orbit: &orbit,
@@ -79,11 +79,11 @@ fn measured(case: &ExtremeCase) -> Result<Measured, Refusal> {
     };
     match case.coefficients {
         Coefficients::Single => {
-            let parts = trial.double()?;
-            trial.measure(rounded_to_single(&parts))
+            let parts = located.double()?;
+            located.measure(rounded_to_single(&parts))
         }
-        Coefficients::Double => trial.measure(trial.double()?),
-        Coefficients::DoubleDouble => trial.measure(trial.double_double()?),
+        Coefficients::Double => located.measure(located.double()?),
+        Coefficients::DoubleDouble => located.measure(located.double_double()?),
     }
 }
 
@@ -98,7 +98,7 @@ fn scene(case: &ExtremeCase) -> Result<Scene, Refusal> {
 }
 
 /// A case with its orbit.
-struct Trial<'a> {
+struct LocatedCase<'a> {
     case: &'a ExtremeCase,
     scene: &'a Scene,
     orbit: &'a GrazingOrbit,
@@ -112,7 +112,7 @@ struct Parts<S: Real> {
     contact: Contact<S>,
 }
 
-impl Trial<'_> {
+impl LocatedCase<'_> {
     fn double(&self) -> Result<Parts<f64>, Refusal> {
         Ok(Parts {
             legs: self.expander.legs(self.case.orders.smooth_order)?,

@@ -150,18 +150,44 @@ mod tests {
         points[0]
     }
 
+    /// `e^{-x}` on `[0, 1]`; at 0 all its terms are positive.
+    fn decay() -> ChebyshevSeries {
+        let term = |k: i32| (-1f64).powi(k) / (1..=k).map(f64::from).product::<f64>();
+        ChebyshevSeries::new(&Rows::new(1, (0..20).map(term).collect()))
+    }
+
     #[test]
-    fn an_exponential_keeps_its_values_within_the_share_with_fewer_terms() {
-        let term = |k: u32| (1..=k).map(f64::from).product::<f64>().recip();
-        let series = ChebyshevSeries::new(&Rows::new(1, (0..20).map(term).collect()));
-        let needed = series.needed(&[1.0], 1e-7);
-        assert!((4..=7).contains(&needed), "{needed}");
+    fn an_exponential_is_within_the_share_by_the_terms_needed_and_by_no_fewer() {
+        let series = decay();
+        for share in [1e-2, 1e-4, 1e-7, 1e-10] {
+            let needed = series.needed(&[1.0], share);
+            let error = |terms: usize, x: f64| {
+                let angle = (2.0 * x - 1.0).acos();
+                let terms = series.column(0)[..terms].iter().enumerate();
+                let sum: f64 = terms
+                    .map(|(m, value)| value * (m as f64 * angle).cos())
+                    .sum();
+                (sum - (-x).exp()).abs()
+            };
+            for step in 0..=100 {
+                let x = f64::from(step) / 100.0;
+                assert!(error(needed, x) <= share, "{share} {x}");
+            }
+            assert!(error(needed - 1, 0.0) > share, "{share} {needed}");
+        }
+    }
+
+    #[test]
+    fn control_points_of_an_exponential_give_its_values() {
+        let series = decay();
+        // Eight terms leave out 1e-9.
+        assert!(series.needed(&[1.0], 1e-8) <= LOOK);
         let table = series.control_points(LOOK);
         let points: Vec<f64> = table.column(0).collect();
         for step in 0..=100 {
             let x = f64::from(step) / 100.0;
-            let error = value(&points, x) - x.exp();
-            assert!(error.abs() <= 1e-7, "{x} {error:e}");
+            let error = value(&points, x) - (-x).exp();
+            assert!(error.abs() <= 1e-8, "{x} {error:e}");
         }
     }
 

@@ -4,15 +4,15 @@ use nalgebra::linalg::{Schur, balancing};
 use nalgebra::{Complex, DMatrix, Matrix2};
 
 use super::{check_finite, check_square};
-use crate::numeric::{Dd, NumericError};
+use crate::numeric::{Dd, NumericError, Real};
 
 /// Iterations allowed for each row of a matrix in its reduction to Schur form.
 const ITERATIONS_PER_ROW: usize = 100;
 
 /// The eigenvalues of a square matrix, largest magnitude first; a complex pair has its positive imaginary part first.
 ///
-/// The matrix is balanced first (Parlett and Reinsch), then reduced to Schur form; 2x2 matrices go through
-/// [`eigenvalues_2x2`].
+/// 2x2 matrices go through [`eigenvalues_2x2`]. A larger one is rounded to `f64` and balanced (Parlett and Reinsch), then reduced to
+/// Schur form.
 ///
 /// # Errors
 ///
@@ -26,15 +26,15 @@ const ITERATIONS_PER_ROW: usize = 100;
 /// assert_eq!(eigenvalues(&rotation)?, [Complex::new(0.0, 1.0), Complex::new(0.0, -1.0)]);
 /// # Ok::<(), grazemap::numeric::NumericError>(())
 /// ```
-pub fn eigenvalues(matrix: &DMatrix<f64>) -> Result<Vec<Complex<f64>>, NumericError> {
+pub fn eigenvalues<S: Real>(matrix: &DMatrix<S>) -> Result<Vec<Complex<f64>>, NumericError> {
     check_square(matrix)?;
     check_finite(matrix)?;
     let size = matrix.nrows();
     let mut values = match size {
         0 => Vec::new(),
-        1 => vec![Complex::new(matrix[(0, 0)], 0.0)],
+        1 => vec![Complex::new(matrix[(0, 0)].to_f64(), 0.0)],
         2 => eigenvalues_2x2(&matrix.fixed_view::<2, 2>(0, 0).into_owned(), None).to_vec(),
-        _ => by_schur_form(matrix)?,
+        _ => by_schur_form(matrix.map(Real::to_f64))?,
     };
     values.sort_by(|a, b| {
         let by_magnitude = b.norm().total_cmp(&a.norm());
@@ -55,9 +55,9 @@ pub fn eigenvalues(matrix: &DMatrix<f64>) -> Result<Vec<Complex<f64>>, NumericEr
 /// let values = eigenvalues_2x2(&Matrix2::new(2.0, 3.0, 1e-25, 1e-25), Some(-1e-25));
 /// assert!((values[1].re + 0.5e-25).abs() < 1e-40);
 /// ```
-pub fn eigenvalues_2x2(matrix: &Matrix2<f64>, determinant: Option<f64>) -> [Complex<f64>; 2] {
-    let [a, c, b, d] = [matrix[0], matrix[1], matrix[2], matrix[3]].map(Dd::from);
-    let determinant = determinant.map_or(a * d - b * c, Dd::from);
+pub fn eigenvalues_2x2<S: Real>(matrix: &Matrix2<S>, determinant: Option<S>) -> [Complex<f64>; 2] {
+    let [a, c, b, d] = [matrix[0], matrix[1], matrix[2], matrix[3]].map(Real::to_dd);
+    let determinant = determinant.map_or(a * d - b * c, Real::to_dd);
     let half = Dd::from(0.5);
     let half_trace = (a + d) * half;
     let half_difference = (a - d) * half;
@@ -84,12 +84,11 @@ pub fn eigenvalues_2x2(matrix: &Matrix2<f64>, determinant: Option<f64>) -> [Comp
     [larger, smaller].map(|value| Complex::new(value.to_f64(), 0.0))
 }
 
-fn by_schur_form(matrix: &DMatrix<f64>) -> Result<Vec<Complex<f64>>, NumericError> {
-    let mut balanced = matrix.clone();
-    balancing::balance_parlett_reinsch(&mut balanced);
+fn by_schur_form(mut matrix: DMatrix<f64>) -> Result<Vec<Complex<f64>>, NumericError> {
+    balancing::balance_parlett_reinsch(&mut matrix);
     let rows = matrix.nrows();
     let iterations = ITERATIONS_PER_ROW * rows;
-    let schur = Schur::try_new(balanced, f64::EPSILON, iterations)
+    let schur = Schur::try_new(matrix, f64::EPSILON, iterations)
         .ok_or(NumericError::NoSchurForm { rows, iterations })?;
     Ok(schur.complex_eigenvalues().iter().copied().collect())
 }
@@ -125,7 +124,7 @@ mod tests {
 
     #[test]
     fn eigenvalues_of_special_matrices_are_exact() {
-        let zero = eigenvalues_2x2(&Matrix2::zeros(), None);
+        let zero = eigenvalues_2x2(&Matrix2::<f64>::zeros(), None);
         assert_eq!(zero.map(|value| value.norm()), [0.0, 0.0]);
         let saddle = eigenvalues_2x2(&Matrix2::new(0.0, 1.0, 4.0, 0.0), None);
         assert_eq!(saddle.map(|value| value.re), [2.0, -2.0]);
@@ -141,7 +140,7 @@ mod tests {
             Err(NumericError::NotFinite { .. })
         ));
         assert!(matches!(
-            eigenvalues(&DMatrix::zeros(2, 3)),
+            eigenvalues(&DMatrix::<f64>::zeros(2, 3)),
             Err(NumericError::Shape { .. })
         ));
     }

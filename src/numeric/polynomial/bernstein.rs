@@ -128,7 +128,7 @@ impl<S: Real> Piece<S> {
 /// Bernstein coefficients on `[0, 1]` from power coefficients.
 ///
 /// With `d_k = c_k / binomial(n, k)`, repeated sums of neighbours give `b_j = sum_k binomial(j, k) d_k`.
-fn to_bernstein<S: Real>(power: &[S]) -> Vec<S> {
+pub(super) fn to_bernstein<S: Real>(power: &[S]) -> Vec<S> {
     let degree = power.len().saturating_sub(1);
     let mut binomial = S::one();
     let mut coefficients = Vec::with_capacity(power.len());
