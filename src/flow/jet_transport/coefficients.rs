@@ -1,10 +1,11 @@
 //! The solved equations of an element applied to coefficients, several together.
 
+use std::hint::black_box;
 use std::ops::Range;
 
 use super::gauss::{Functionals, NODES, NodeValues};
 use super::solver::ElementSolver;
-use crate::numeric::{Lanes, Scalar};
+use crate::numeric::{Lanes, Scalar, one_by_one};
 
 /// Coefficients whose node values are solved for together: their sums fit the registers and hide each other's latency.
 const TOGETHER: usize = 4;
@@ -22,6 +23,23 @@ pub(super) struct Part<'a> {
     /// Where the remainders of every component begin among some values, unless they all vanish.
     pub(super) starts: &'a [Option<usize>],
     pub(super) remainders: &'a [NodeValues],
+}
+
+/// Sizes of the coefficients of one degree.
+#[derive(Clone, Copy)]
+pub(super) struct Sizes {
+    /// Largest functionals of a rate.
+    pub(super) rates: Functionals,
+    /// Largest coefficients at either end.
+    pub(super) largest: Lanes<{ 2 * TOGETHER }>,
+}
+
+impl Sizes {
+    /// Those of no coefficients.
+    pub(super) const NONE: Self = Self {
+        rates: Lanes([0.0; 8]),
+        largest: Lanes([0.0; 2 * TOGETHER]),
+    };
 }
 
 impl<'a> Part<'a> {
@@ -111,30 +129,80 @@ impl ElementSolver {
         sums
     }
 
-    /// Functionals of the rates of a component that is no integral, for some monomials: of twice as many together, for they are
-    /// half as long as node values.
+    /// Moves the coefficients of some monomials of all states whose rate is that of a component, itself no integral, to the
+    /// end; the changes' modes and the largest coefficients.
+    ///
+    /// NOTE: of twice as many together as states, for functionals are half as long as node values.
     #[inline(always)]
-    pub(super) fn functionals(
+    pub(super) fn advance(
         &self,
         component: usize,
         part: Part<'_>,
         monomials: Range<usize>,
-        out: &mut [Functionals],
-    ) {
+        image: &mut [f64],
+        mut sizes: Sizes,
+    ) -> Sizes {
+        let (len, end) = (monomials.len(), monomials.end);
         let mut first = monomials.start;
-        let (pairs, rest) = out.as_chunks_mut::<{ 2 * TOGETHER }>();
-        for chunk in pairs {
-            *chunk = self.functionals_at(component, part, first);
-            first += chunk.len();
+        // NOTE: the last ones are done again with those before them where that makes a whole chunk.
+        while first < end {
+            let left = end - first;
+            if left > TOGETHER && len >= 2 * TOGETHER {
+                let start = first.min(end - 2 * TOGETHER);
+                self.advance_some::<{ 2 * TOGETHER }>(component, part, start, image, &mut sizes);
+                first = start + 2 * TOGETHER;
+            } else if len >= TOGETHER {
+                let start = first.min(end - TOGETHER);
+                self.advance_some::<TOGETHER>(component, part, start, image, &mut sizes);
+                first = start + TOGETHER;
+            } else {
+                self.advance_some::<1>(component, part, first, image, &mut sizes);
+                first += 1;
+            }
         }
-        let (chunks, rest) = rest.as_chunks_mut::<TOGETHER>();
-        for chunk in chunks {
-            *chunk = self.functionals_at(component, part, first);
-            first += chunk.len();
+        sizes
+    }
+
+    #[inline(always)]
+    fn advance_some<const COUNT: usize>(
+        &self,
+        component: usize,
+        part: Part<'_>,
+        first: usize,
+        image: &mut [f64],
+        sizes: &mut Sizes,
+    ) {
+        // NOTE: kept from the compiler, which would spread the sums over registers the way their first lanes are used.
+        let functionals = black_box(self.functionals_at::<COUNT>(component, part, first));
+        for (k, value) in functionals.iter().enumerate() {
+            one_by_one::<Functionals>(k);
+            sizes.rates = sizes.rates.zip_map(*value, |a, b| larger(a, b.abs()));
         }
-        for value in rest {
-            [*value] = self.functionals_at(component, part, first);
-            first += 1;
+        let start = |state: usize| state * part.stride + first;
+        for state in 0..self.chains.len() {
+            let (Some(initial), Some(image)) = (
+                part.initial[start(state)..].first_chunk::<COUNT>(),
+                image[start(state)..].first_chunk_mut::<COUNT>(),
+            ) else {
+                return;
+            };
+            if state == component {
+                for k in 0..COUNT {
+                    image[k] = initial[k] + self.length * functionals[k].0[0];
+                }
+            } else if self.chains[state] == Some(component)
+                && let Some(rates) = part.initial[start(component)..].first_chunk::<COUNT>()
+            {
+                for k in 0..COUNT {
+                    let rate = rates[k] + self.length * functionals[k].0[1];
+                    image[k] = initial[k] + self.length * rate;
+                }
+            } else {
+                continue;
+            }
+            for (k, largest) in sizes.largest.0.iter_mut().enumerate().take(COUNT) {
+                *largest = larger(larger(*largest, initial[k].abs()), image[k].abs());
+            }
         }
     }
 
@@ -168,18 +236,10 @@ impl ElementSolver {
         }
         sums
     }
+}
 
-    /// The state at the end of the element less its value at the start, from functionals of the rate of its root.
-    #[inline(always)]
-    pub(super) fn advance(
-        &self,
-        state: usize,
-        functionals: Functionals,
-        initial: impl Fn(usize) -> f64,
-    ) -> f64 {
-        match self.chains[state] {
-            None => self.length * functionals.0[0],
-            Some(root) => self.length * (initial(root) + self.length * functionals.0[1]),
-        }
-    }
+/// The larger of two numbers, the first if the second is not a number.
+#[inline(always)]
+fn larger(a: f64, b: f64) -> f64 {
+    if b > a { b } else { a }
 }
