@@ -33,21 +33,24 @@ pub(super) struct Factors<'a> {
 impl Factors<'_> {
     /// The pairs of the monomials of a part of a degree, if they are few.
     pub(super) fn pairs(&self, degree: usize, part: Range<usize>) -> Option<Pairs> {
-        let shortest = self.left.degree.min(self.right.degree);
-        if shortest > 1 && degree > LOW {
+        let is_left_short = self.left.degree <= self.right.degree;
+        let short = if is_left_short { self.left } else { self.right };
+        if short.degree > 1 && degree > LOW {
             return None;
         }
+        let low = 0..self.space.degree_range(short.degree.min(degree)).end;
+        let few: Vec<_> = low.filter(|&m| self.reaches(short, m)).collect();
         let mut pairs = Pairs {
             ends: Vec::with_capacity(part.len()),
-            pairs: Vec::new(),
+            pairs: Vec::with_capacity(few.len() * part.len()),
         };
-        let few = self.space.degree_range(shortest.min(degree)).end;
-        for monomial in part {
-            for one in 0..few {
-                let Some(other) = self.cofactor(monomial, one) else {
+        let mut exponents = Vec::with_capacity(self.space.variables());
+        for product in part {
+            for &one in &few {
+                let Some(other) = self.cofactor(product, one, &mut exponents) else {
                     continue;
                 };
-                let pair = if self.left.degree <= self.right.degree {
+                let pair = if is_left_short {
                     (one, other)
                 } else {
                     (other, one)
@@ -61,30 +64,37 @@ impl Factors<'_> {
         Some(pairs)
     }
 
-    /// The monomial whose product with another one is a given one.
-    fn cofactor(&self, product: usize, factor: usize) -> Option<usize> {
+    /// The monomial whose product with another one is a given one, its exponents put into some memory.
+    fn cofactor(&self, product: usize, factor: usize, exponents: &mut Vec<u8>) -> Option<usize> {
         if self.monomials[factor] & !self.monomials[product] != 0 {
             return None;
         }
-        let exponents = self.space.exponents(product).iter();
-        let exponents = exponents.zip(self.space.exponents(factor));
-        let rest = exponents.map(|(&a, &b)| a.checked_sub(b));
-        self.space.monomial(&rest.collect::<Option<Vec<_>>>()?)
+        exponents.clear();
+        let both = self
+            .space
+            .exponents(product)
+            .iter()
+            .zip(self.space.exponents(factor));
+        for (product, factor) in both {
+            exponents.push(product.checked_sub(*factor)?);
+        }
+        self.space.monomial(exponents)
     }
 
     /// Whether a pair is one of the terms and both its coefficients can differ from zero.
     fn has(&self, (left, right): (usize, usize)) -> bool {
-        let reaches = |reach: Reach, monomial: usize| {
-            self.monomials[monomial] & !reach.variables == 0
-                && self.space.degree(monomial) <= reach.degree
-        };
         let is_left_out = match self.span {
             Span::Full => false,
             Span::WithoutFirst => left == 0,
             Span::WithoutLast => right == 0,
             Span::Interior => left == 0 || right == 0,
         };
-        !is_left_out && reaches(self.left, left) && reaches(self.right, right)
+        !is_left_out && self.reaches(self.left, left) && self.reaches(self.right, right)
+    }
+
+    fn reaches(&self, reach: Reach, monomial: usize) -> bool {
+        self.monomials[monomial] & !reach.variables == 0
+            && self.space.degree(monomial) <= reach.degree
     }
 }
 
