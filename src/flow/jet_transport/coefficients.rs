@@ -40,9 +40,32 @@ impl Sizes {
         rates: Lanes([0.0; 8]),
         largest: Lanes([0.0; 2 * TOGETHER]),
     };
+
+    #[inline(always)]
+    fn include_rates(&mut self, functionals: &[Functionals]) {
+        for (k, value) in functionals.iter().enumerate() {
+            one_by_one::<Functionals>(k);
+            self.rates = self.rates.zip_map(*value, |a, b| larger(a, b.abs()));
+        }
+    }
+
+    #[inline(always)]
+    fn include<const COUNT: usize>(&mut self, coefficients: &[f64; COUNT]) {
+        for (largest, value) in self.largest.0.iter_mut().zip(coefficients) {
+            *largest = larger(*largest, value.abs());
+        }
+    }
 }
 
 impl<'a> Part<'a> {
+    /// Initial values of a component, from a monomial on.
+    #[inline(always)]
+    fn initial<const COUNT: usize>(&self, component: usize, first: usize) -> [f64; COUNT] {
+        let mut values = [0.0; COUNT];
+        values.copy_from_slice(&self.initial[component * self.stride + first..][..COUNT]);
+        values
+    }
+
     #[inline(always)]
     fn remainder<const COUNT: usize>(
         &self,
@@ -86,15 +109,20 @@ impl ElementSolver {
         monomials: Range<usize>,
         out: &mut [NodeValues],
     ) {
-        let (chunks, rest) = out.as_chunks_mut::<TOGETHER>();
-        let mut first = monomials.start;
-        for chunk in chunks {
-            *chunk = self.states_of(state, part, first);
-            first += TOGETHER;
-        }
-        for value in rest {
-            [*value] = self.states_of(state, part, first);
-            first += 1;
+        let (len, start) = (monomials.len(), monomials.start);
+        let mut done = 0;
+        // NOTE: the last ones are done again with those before them where that makes a whole chunk.
+        while done < len {
+            if len >= TOGETHER {
+                done = done.min(len - TOGETHER);
+                if let Some(chunk) = out[done..].first_chunk_mut::<TOGETHER>() {
+                    *chunk = self.states_of(state, part, start + done);
+                }
+                done += TOGETHER;
+            } else {
+                [out[done]] = self.states_of(state, part, start + done);
+                done += 1;
+            }
         }
     }
 
@@ -109,8 +137,8 @@ impl ElementSolver {
         let mut sums = [ZERO; COUNT];
         for initial in 0..dimension {
             if let Some(response) = &self.to_initial[state * dimension + initial] {
-                let values = &part.initial[initial * part.stride + first..][..COUNT];
-                for (sum, &value) in sums.iter_mut().zip(values) {
+                let values = part.initial::<COUNT>(initial, first);
+                for (sum, &value) in sums.iter_mut().zip(&values) {
                     *sum = response.mul_add(Lanes::splat(value), *sum);
                 }
             }
@@ -144,17 +172,15 @@ impl ElementSolver {
     ) -> Sizes {
         let (len, end) = (monomials.len(), monomials.end);
         let mut first = monomials.start;
-        // NOTE: the last ones are done again with those before them where that makes a whole chunk.
         while first < end {
-            let left = end - first;
-            if left > TOGETHER && len >= 2 * TOGETHER {
-                let start = first.min(end - 2 * TOGETHER);
-                self.advance_some::<{ 2 * TOGETHER }>(component, part, start, image, &mut sizes);
-                first = start + 2 * TOGETHER;
+            if end - first > TOGETHER && len >= 2 * TOGETHER {
+                first = first.min(end - 2 * TOGETHER);
+                self.advance_some::<{ 2 * TOGETHER }>(component, part, first, image, &mut sizes);
+                first += 2 * TOGETHER;
             } else if len >= TOGETHER {
-                let start = first.min(end - TOGETHER);
-                self.advance_some::<TOGETHER>(component, part, start, image, &mut sizes);
-                first = start + TOGETHER;
+                first = first.min(end - TOGETHER);
+                self.advance_some::<TOGETHER>(component, part, first, image, &mut sizes);
+                first += TOGETHER;
             } else {
                 self.advance_some::<1>(component, part, first, image, &mut sizes);
                 first += 1;
@@ -174,36 +200,40 @@ impl ElementSolver {
     ) {
         // NOTE: kept from the compiler, which would spread the sums over registers the way their first lanes are used.
         let functionals = black_box(self.functionals_at::<COUNT>(component, part, first));
-        for (k, value) in functionals.iter().enumerate() {
-            one_by_one::<Functionals>(k);
-            sizes.rates = sizes.rates.zip_map(*value, |a, b| larger(a, b.abs()));
+        sizes.include_rates(&functionals);
+        for state in (0..self.chains.len()).filter(|&state| self.root(state) == component) {
+            let initial = part.initial::<COUNT>(state, first);
+            let end = self.end(state, &functionals, part, first);
+            image[state * part.stride + first..][..COUNT].copy_from_slice(&end);
+            sizes.include(&initial);
+            sizes.include(&end);
         }
-        let start = |state: usize| state * part.stride + first;
-        for state in 0..self.chains.len() {
-            let (Some(initial), Some(image)) = (
-                part.initial[start(state)..].first_chunk::<COUNT>(),
-                image[start(state)..].first_chunk_mut::<COUNT>(),
-            ) else {
-                return;
-            };
-            if state == component {
+    }
+
+    /// Coefficients of a state at the end, from functionals of the rate of its root.
+    #[inline(always)]
+    fn end<const COUNT: usize>(
+        &self,
+        state: usize,
+        functionals: &[Functionals; COUNT],
+        part: Part<'_>,
+        first: usize,
+    ) -> [f64; COUNT] {
+        let mut end = part.initial::<COUNT>(state, first);
+        match self.chains[state] {
+            None => {
                 for k in 0..COUNT {
-                    image[k] = initial[k] + self.length * functionals[k].0[0];
+                    end[k] += self.length * functionals[k].0[0];
                 }
-            } else if self.chains[state] == Some(component)
-                && let Some(rates) = part.initial[start(component)..].first_chunk::<COUNT>()
-            {
-                for k in 0..COUNT {
-                    let rate = rates[k] + self.length * functionals[k].0[1];
-                    image[k] = initial[k] + self.length * rate;
-                }
-            } else {
-                continue;
             }
-            for (k, largest) in sizes.largest.0.iter_mut().enumerate().take(COUNT) {
-                *largest = larger(larger(*largest, initial[k].abs()), image[k].abs());
+            Some(root) => {
+                let rates = part.initial::<COUNT>(root, first);
+                for k in 0..COUNT {
+                    end[k] += self.length * (rates[k] + self.length * functionals[k].0[1]);
+                }
             }
         }
+        end
     }
 
     #[inline(always)]
@@ -217,8 +247,8 @@ impl ElementSolver {
         let mut sums = [Lanes([0.0; 8]); COUNT];
         for initial in 0..dimension {
             let response = self.functionals_to_initial[component * dimension + initial];
-            let values = &part.initial[initial * part.stride + first..][..COUNT];
-            for (sum, &value) in sums.iter_mut().zip(values) {
+            let values = part.initial::<COUNT>(initial, first);
+            for (sum, &value) in sums.iter_mut().zip(&values) {
                 *sum = response.mul_add(Lanes::splat(value), *sum);
             }
         }

@@ -4,9 +4,11 @@
 //! the product; its pairs of coefficients are listed once.
 
 use std::ops::Range;
+use std::rc::Rc;
 
 use super::gauss::{NODES, NodeValues};
-use super::sparse::Reach;
+use super::plan::{Action, Plan};
+use super::sparse::{Reach, Support};
 use crate::jet::{JetSpace, Span, VariableSet};
 use crate::numeric::{Lanes, Scalar};
 
@@ -20,19 +22,51 @@ pub(super) struct Pairs {
     pairs: Vec<(u32, u32)>,
 }
 
+/// Of every action of a plan in each degree, the pairs of its product, if it is one of few.
+pub(super) fn pairs_of_actions(
+    plan: &Plan,
+    space: &JetSpace,
+    monomials: &[VariableSet],
+    reach: &[Reach],
+    supports: &[Rc<Support>],
+) -> Vec<Vec<Option<Pairs>>> {
+    let pairs = |degree: usize, action: &Action| {
+        let Action::Run {
+            operation, place, ..
+        } = action
+        else {
+            return None;
+        };
+        let (left, right, span) = operation.product(*place)?;
+        let [left, right, slot] = [left, right, *place].map(|place| plan.stored[place]);
+        let factors = Factors {
+            space,
+            monomials,
+            span,
+            left: reach[left],
+            right: reach[right],
+        };
+        factors.pairs(degree, supports[slot].part(degree))
+    };
+    let actions = plan.actions.iter().enumerate();
+    actions
+        .map(|(degree, actions)| actions.iter().map(|action| pairs(degree, action)).collect())
+        .collect()
+}
+
 /// A product of two slots: its terms, and the monomials in which its factors can differ from zero.
-pub(super) struct Factors<'a> {
-    pub(super) space: &'a JetSpace,
+struct Factors<'a> {
+    space: &'a JetSpace,
     /// Variables of every monomial.
-    pub(super) monomials: &'a [VariableSet],
-    pub(super) span: Span,
-    pub(super) left: Reach,
-    pub(super) right: Reach,
+    monomials: &'a [VariableSet],
+    span: Span,
+    left: Reach,
+    right: Reach,
 }
 
 impl Factors<'_> {
     /// The pairs of the monomials of a part of a degree, if they are few.
-    pub(super) fn pairs(&self, degree: usize, part: Range<usize>) -> Option<Pairs> {
+    fn pairs(&self, degree: usize, part: Range<usize>) -> Option<Pairs> {
         let is_left_short = self.left.degree <= self.right.degree;
         let short = if is_left_short { self.left } else { self.right };
         if short.degree > 1 && degree > LOW {

@@ -5,7 +5,7 @@ use std::rc::Rc;
 use std::sync::Arc;
 
 use super::gauss::{NODES, NodeValues};
-use super::pairs::{Factors, Pairs};
+use super::pairs::{Pairs, pairs_of_actions};
 use super::plan::{Action, Plan};
 use super::sparse::{Reach, SparseSpace, Support, reach_of_slots};
 use super::subject::Subject;
@@ -70,28 +70,7 @@ impl Remainders {
             let starts = places.iter().map(|place| Some(start(degree, (*place)?)));
             starts.collect()
         });
-        let pairs = |(degree, actions): (usize, &Vec<Action>)| {
-            let pairs = actions.iter().map(|action| {
-                let Action::Run {
-                    operation, place, ..
-                } = action
-                else {
-                    return None;
-                };
-                let (left, right, span) = operation.product(*place)?;
-                let [left, right, product] = [left, right, *place].map(|place| plan.stored[place]);
-                let factors = Factors {
-                    space,
-                    monomials: &monomials,
-                    span,
-                    left: reach[left],
-                    right: reach[right],
-                };
-                factors.pairs(degree, supports[product].part(degree))
-            });
-            pairs.collect()
-        };
-        let pairs = plan.actions.iter().enumerate().map(pairs).collect();
+        let pairs = pairs_of_actions(&plan, space, &monomials, &reach, &supports);
         let stored = plan.stored.iter();
         tape.resize(plan.stored.len() * space.len(), ZERO);
         let mut remainders = Self {
@@ -168,12 +147,6 @@ impl Remainders {
     #[inline(always)]
     pub(super) fn set_head(&mut self, place: usize, head: NodeValues) {
         self.tape[place * self.space.len()] = head;
-    }
-
-    /// The monomials of a degree on which a state can depend.
-    #[inline(always)]
-    pub(super) fn part(&self, state: usize, degree: usize) -> std::ops::Range<usize> {
-        self.supports[state].part(degree)
     }
 
     /// The tape in one degree.
