@@ -144,3 +144,78 @@ impl Pairs {
         sum
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::jet::variables_of_monomials;
+
+    /// The pairs of a degree by the table of the space, those left out that a reach or the span leaves out.
+    fn of_table(factors: &Factors<'_>, degree: usize) -> Vec<Vec<(usize, usize)>> {
+        let space = factors.space;
+        let reaches = |reach: Reach, monomial: usize| {
+            let exponents = space.exponents(monomial);
+            let is_one = |variable: usize| reach.variables >> variable & 1 == 1;
+            let degree: usize = exponents.iter().map(|&e| usize::from(e)).sum();
+            degree <= reach.degree
+                && (0..exponents.len()).all(|variable| exponents[variable] == 0 || is_one(variable))
+        };
+        let counts = |&(i, j): &(usize, usize)| {
+            let is_first = i == 0 && factors.span == Span::WithoutFirst;
+            !is_first && reaches(factors.left, i) && reaches(factors.right, j)
+        };
+        let sorted = |monomial: usize| {
+            let mut pairs: Vec<_> = space.pairs(monomial).into_iter().filter(counts).collect();
+            pairs.sort_unstable();
+            pairs
+        };
+        space.degree_range(degree).map(sorted).collect()
+    }
+
+    #[test]
+    fn listed_pairs_are_those_of_the_table_whose_factors_can_differ_from_zero() {
+        let space = JetSpace::uniform(3, 4).unwrap();
+        let monomials = variables_of_monomials(&space);
+        let reach = |variables, degree| Reach { variables, degree };
+        for (left, right, span, degree) in [
+            (reach(0b001, 1), reach(0b110, 4), Span::Full, 3),
+            (reach(0b111, 4), reach(0b011, 1), Span::WithoutFirst, 4),
+            (reach(0b111, 4), reach(0b111, 4), Span::WithoutFirst, 2),
+        ] {
+            let factors = Factors {
+                space: &space,
+                monomials: &monomials,
+                span,
+                left,
+                right,
+            };
+            let pairs = factors.pairs(degree, space.degree_range(degree)).unwrap();
+            let mut start = 0;
+            for (&end, expected) in pairs.ends.iter().zip(of_table(&factors, degree)) {
+                let listed = pairs.pairs[start..end as usize].iter();
+                let mut listed: Vec<_> = listed.map(|&(i, j)| (i as usize, j as usize)).collect();
+                listed.sort_unstable();
+                assert_eq!(listed, expected);
+                start = end as usize;
+            }
+            assert_eq!(pairs.ends.len(), space.degree_range(degree).len());
+        }
+    }
+
+    #[test]
+    fn products_of_many_pairs_are_not_listed() {
+        let space = JetSpace::uniform(3, 4).unwrap();
+        let whole = Reach {
+            variables: 0b111,
+            degree: 4,
+        };
+        let factors = Factors {
+            space: &space,
+            monomials: &variables_of_monomials(&space),
+            span: Span::Full,
+            left: whole,
+            right: whole,
+        };
+        assert!(factors.pairs(3, space.degree_range(3)).is_none());
+    }
+}
