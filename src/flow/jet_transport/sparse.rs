@@ -1,7 +1,7 @@
 //! Jets at the nodes of an element, monomials that vanish whatever the orbit left out.
 //!
 //! One idea: a slot depends on some of the jets' variables only (a forcing on its phase, frequency and
-//! amplitude), and monomials with other variables are zero.
+//! amplitude), up to some degree (a driven phase up to the first), and all other monomials are zero.
 
 use std::ops::Range;
 
