@@ -411,11 +411,11 @@ fn prepare(parameters: [f64; PARAMETERS], mut put: impl FnMut(usize, f64)) {
     let r66 = fma(r65, parameters[1], -3.333024268611015);
     let r67 = fma(r66, parameters[1], 0.5196302809615385);
     let r68 = fma(r64, parameters[0], r67);
-    let r69 = fma(-4.1087473360206666, parameters[1], 0.22499537927475688);
+    let r69 = fma(-4.108747336020666, parameters[1], 0.22499537927475688);
     let r70 = fma(2.676432511169843, parameters[0], r69);
     let r71 = fma(65.3746023891121, parameters[1], -4.033066286015272);
     let r72 = fma(42.568550291357234, parameters[0], r71);
-    let r73 = fma(-12.64215988442765, parameters[1], 2.2640181616932193);
+    let r73 = fma(-12.642159884427652, parameters[1], 2.2640181616932193);
     let r74 = fma(r73, parameters[1], -0.35609037565565793);
     let r75 = fma(r72, parameters[0], r74);
     let r76 = fma(190.92608009991287, parameters[1], -18.696668108540994);
@@ -441,11 +441,11 @@ fn prepare(parameters: [f64; PARAMETERS], mut put: impl FnMut(usize, f64)) {
     let r96 = fma(r95, parameters[1], 1.6622446084098956);
     let r97 = fma(r96, parameters[1], 0.2887099400194956);
     let r98 = fma(r93, parameters[0], r97);
-    let r99 = fma(-0.44759610245828757, parameters[1], 0.022685832210442902);
+    let r99 = fma(-0.44759610245828746, parameters[1], 0.022685832210442902);
     let r100 = fma(0.9861217160182838, parameters[0], r99);
     let r101 = fma(14.258517589089537, parameters[1], -0.8042118773474826);
     let r102 = fma(-4.362818085541818, parameters[0], r101);
-    let r103 = fma(-0.5824130274863386, parameters[1], 0.2647973876286324);
+    let r103 = fma(-0.5824130274863408, parameters[1], 0.2647973876286324);
     let r104 = fma(r103, parameters[1], -0.021682200697550003);
     let r105 = fma(r102, parameters[0], r104);
     let r106 = fma(-106.56629541301523, parameters[1], 6.574249288701684);
@@ -453,7 +453,7 @@ fn prepare(parameters: [f64; PARAMETERS], mut put: impl FnMut(usize, f64)) {
     let r108 = fma(41.9670945576473, parameters[1], -8.579854764719645);
     let r109 = fma(r108, parameters[1], 0.8863198802397425);
     let r110 = fma(r107, parameters[0], r109);
-    let r111 = fma(7.6481457276247315, parameters[1], 0.23049422022739563);
+    let r111 = fma(7.648145727624726, parameters[1], 0.23049422022739607);
     let r112 = fma(r111, parameters[1], -0.3676985158266204);
     let r113 = fma(r112, parameters[1], -0.0842276373683239);
     let r114 = fma(r110, parameters[0], r113);
@@ -546,9 +546,9 @@ fn prepare(parameters: [f64; PARAMETERS], mut put: impl FnMut(usize, f64)) {
     let r201 = fma(r200, parameters[1], 4.697264720565393);
     let r202 = fma(r201, parameters[1], -1.0194412989098867);
     let r203 = fma(r198, parameters[0], r202);
-    let r204 = fma(-5.849737280316572, parameters[1], 0.29853172805612865);
+    let r204 = fma(-5.849737280316571, parameters[1], 0.29853172805612865);
     let r205 = fma(3.2203041219859725, parameters[0], r204);
-    let r206 = fma(84.62236558690466, parameters[1], -3.5826227415899323);
+    let r206 = fma(84.62236558690464, parameters[1], -3.5826227415899323);
     let r207 = fma(49.560269052534444, parameters[0], r206);
     let r208 = fma(-30.922004679723365, parameters[1], 3.7722943021073507);
     let r209 = fma(r208, parameters[1], -0.2495536795992292);
@@ -558,7 +558,7 @@ fn prepare(parameters: [f64; PARAMETERS], mut put: impl FnMut(usize, f64)) {
     let r213 = fma(668.7401032099696, parameters[1], -61.277664530940854);
     let r214 = fma(r213, parameters[1], 3.7739801728942175);
     let r215 = fma(r212, parameters[0], r214);
-    let r216 = fma(-11.666685176853079, parameters[1], 9.503545800155825);
+    let r216 = fma(-11.666685176853088, parameters[1], 9.503545800155827);
     let r217 = fma(r216, parameters[1], -2.0886972446979986);
     let r218 = fma(r217, parameters[1], 0.2483589735751386);
     let r219 = fma(r215, parameters[0], r218);

@@ -398,11 +398,11 @@ fn prepare(parameters: [f64; PARAMETERS], mut put: impl FnMut(usize, f64)) {
     let r53 = fma(r52, parameters[1], -3.333024268611015);
     let r54 = fma(r53, parameters[1], 0.5196302809615385);
     let r55 = fma(r51, parameters[0], r54);
-    let r56 = fma(-4.1087473360206666, parameters[1], 0.22499537927475688);
+    let r56 = fma(-4.108747336020666, parameters[1], 0.22499537927475688);
     let r57 = fma(2.676432511169843, parameters[0], r56);
     let r58 = fma(65.3746023891121, parameters[1], -4.033066286015272);
     let r59 = fma(42.568550291357234, parameters[0], r58);
-    let r60 = fma(-12.64215988442765, parameters[1], 2.2640181616932193);
+    let r60 = fma(-12.642159884427652, parameters[1], 2.2640181616932193);
     let r61 = fma(r60, parameters[1], -0.35609037565565793);
     let r62 = fma(r59, parameters[0], r61);
     let r63 = fma(190.92608009991287, parameters[1], -18.696668108540994);
@@ -428,11 +428,11 @@ fn prepare(parameters: [f64; PARAMETERS], mut put: impl FnMut(usize, f64)) {
     let r83 = fma(r82, parameters[1], 1.6622446084098956);
     let r84 = fma(r83, parameters[1], 0.2887099400194956);
     let r85 = fma(r80, parameters[0], r84);
-    let r86 = fma(-0.44759610245828757, parameters[1], 0.022685832210442902);
+    let r86 = fma(-0.44759610245828746, parameters[1], 0.022685832210442902);
     let r87 = fma(0.9861217160182838, parameters[0], r86);
     let r88 = fma(14.258517589089537, parameters[1], -0.8042118773474826);
     let r89 = fma(-4.362818085541818, parameters[0], r88);
-    let r90 = fma(-0.5824130274863386, parameters[1], 0.2647973876286324);
+    let r90 = fma(-0.5824130274863408, parameters[1], 0.2647973876286324);
     let r91 = fma(r90, parameters[1], -0.021682200697550003);
     let r92 = fma(r89, parameters[0], r91);
     let r93 = fma(-106.56629541301523, parameters[1], 6.574249288701684);
@@ -440,7 +440,7 @@ fn prepare(parameters: [f64; PARAMETERS], mut put: impl FnMut(usize, f64)) {
     let r95 = fma(41.9670945576473, parameters[1], -8.579854764719645);
     let r96 = fma(r95, parameters[1], 0.8863198802397425);
     let r97 = fma(r94, parameters[0], r96);
-    let r98 = fma(7.6481457276247315, parameters[1], 0.23049422022739563);
+    let r98 = fma(7.648145727624726, parameters[1], 0.23049422022739607);
     let r99 = fma(r98, parameters[1], -0.3676985158266204);
     let r100 = fma(r99, parameters[1], -0.0842276373683239);
     let r101 = fma(r97, parameters[0], r100);
@@ -564,9 +564,9 @@ fn prepare(parameters: [f64; PARAMETERS], mut put: impl FnMut(usize, f64)) {
     let r219 = fma(r218, parameters[1], 4.697264720565393);
     let r220 = fma(r219, parameters[1], -1.0194412989098867);
     let r221 = fma(r216, parameters[0], r220);
-    let r222 = fma(-5.849737280316572, parameters[1], 0.29853172805612865);
+    let r222 = fma(-5.849737280316571, parameters[1], 0.29853172805612865);
     let r223 = fma(3.2203041219859725, parameters[0], r222);
-    let r224 = fma(84.62236558690466, parameters[1], -3.5826227415899323);
+    let r224 = fma(84.62236558690464, parameters[1], -3.5826227415899323);
     let r225 = fma(49.560269052534444, parameters[0], r224);
     let r226 = fma(-30.922004679723365, parameters[1], 3.7722943021073507);
     let r227 = fma(r226, parameters[1], -0.2495536795992292);
@@ -576,7 +576,7 @@ fn prepare(parameters: [f64; PARAMETERS], mut put: impl FnMut(usize, f64)) {
     let r231 = fma(668.7401032099696, parameters[1], -61.277664530940854);
     let r232 = fma(r231, parameters[1], 3.7739801728942175);
     let r233 = fma(r230, parameters[0], r232);
-    let r234 = fma(-11.666685176853079, parameters[1], 9.503545800155825);
+    let r234 = fma(-11.666685176853088, parameters[1], 9.503545800155827);
     let r235 = fma(r234, parameters[1], -2.0886972446979986);
     let r236 = fma(r235, parameters[1], 0.2483589735751386);
     let r237 = fma(r233, parameters[0], r236);

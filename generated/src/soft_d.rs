@@ -429,11 +429,11 @@ fn prepare(parameters: [f64; PARAMETERS], mut put: impl FnMut(usize, f64)) {
     let r84 = fma(r83, parameters[1], -3.333024268611015);
     let r85 = fma(r84, parameters[1], 0.5196302809615385);
     let r86 = fma(r82, parameters[0], r85);
-    let r87 = fma(-4.1087473360206666, parameters[1], 0.22499537927475688);
+    let r87 = fma(-4.108747336020666, parameters[1], 0.22499537927475688);
     let r88 = fma(2.676432511169843, parameters[0], r87);
     let r89 = fma(65.3746023891121, parameters[1], -4.033066286015272);
     let r90 = fma(42.568550291357234, parameters[0], r89);
-    let r91 = fma(-12.64215988442765, parameters[1], 2.2640181616932193);
+    let r91 = fma(-12.642159884427652, parameters[1], 2.2640181616932193);
     let r92 = fma(r91, parameters[1], -0.35609037565565793);
     let r93 = fma(r90, parameters[0], r92);
     let r94 = fma(190.92608009991287, parameters[1], -18.696668108540994);
@@ -459,11 +459,11 @@ fn prepare(parameters: [f64; PARAMETERS], mut put: impl FnMut(usize, f64)) {
     let r114 = fma(r113, parameters[1], 1.6622446084098956);
     let r115 = fma(r114, parameters[1], 0.2887099400194956);
     let r116 = fma(r111, parameters[0], r115);
-    let r117 = fma(-0.44759610245828757, parameters[1], 0.022685832210442902);
+    let r117 = fma(-0.44759610245828746, parameters[1], 0.022685832210442902);
     let r118 = fma(0.9861217160182838, parameters[0], r117);
     let r119 = fma(14.258517589089537, parameters[1], -0.8042118773474826);
     let r120 = fma(-4.362818085541818, parameters[0], r119);
-    let r121 = fma(-0.5824130274863386, parameters[1], 0.2647973876286324);
+    let r121 = fma(-0.5824130274863408, parameters[1], 0.2647973876286324);
     let r122 = fma(r121, parameters[1], -0.021682200697550003);
     let r123 = fma(r120, parameters[0], r122);
     let r124 = fma(-106.56629541301523, parameters[1], 6.574249288701684);
@@ -471,7 +471,7 @@ fn prepare(parameters: [f64; PARAMETERS], mut put: impl FnMut(usize, f64)) {
     let r126 = fma(41.9670945576473, parameters[1], -8.579854764719645);
     let r127 = fma(r126, parameters[1], 0.8863198802397425);
     let r128 = fma(r125, parameters[0], r127);
-    let r129 = fma(7.6481457276247315, parameters[1], 0.23049422022739563);
+    let r129 = fma(7.648145727624726, parameters[1], 0.23049422022739607);
     let r130 = fma(r129, parameters[1], -0.3676985158266204);
     let r131 = fma(r130, parameters[1], -0.0842276373683239);
     let r132 = fma(r128, parameters[0], r131);
@@ -564,9 +564,9 @@ fn prepare(parameters: [f64; PARAMETERS], mut put: impl FnMut(usize, f64)) {
     let r219 = fma(r218, parameters[1], 4.697264720565393);
     let r220 = fma(r219, parameters[1], -1.0194412989098867);
     let r221 = fma(r216, parameters[0], r220);
-    let r222 = fma(-5.849737280316572, parameters[1], 0.29853172805612865);
+    let r222 = fma(-5.849737280316571, parameters[1], 0.29853172805612865);
     let r223 = fma(3.2203041219859725, parameters[0], r222);
-    let r224 = fma(84.62236558690466, parameters[1], -3.5826227415899323);
+    let r224 = fma(84.62236558690464, parameters[1], -3.5826227415899323);
     let r225 = fma(49.560269052534444, parameters[0], r224);
     let r226 = fma(-30.922004679723365, parameters[1], 3.7722943021073507);
     let r227 = fma(r226, parameters[1], -0.2495536795992292);
@@ -576,7 +576,7 @@ fn prepare(parameters: [f64; PARAMETERS], mut put: impl FnMut(usize, f64)) {
     let r231 = fma(668.7401032099696, parameters[1], -61.277664530940854);
     let r232 = fma(r231, parameters[1], 3.7739801728942175);
     let r233 = fma(r230, parameters[0], r232);
-    let r234 = fma(-11.666685176853079, parameters[1], 9.503545800155825);
+    let r234 = fma(-11.666685176853088, parameters[1], 9.503545800155827);
     let r235 = fma(r234, parameters[1], -2.0886972446979986);
     let r236 = fma(r235, parameters[1], 0.2483589735751386);
     let r237 = fma(r233, parameters[0], r236);

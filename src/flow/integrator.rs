@@ -209,7 +209,7 @@ fn log2_step_of<S: Real>(coefficients: &[S], margin: f64) -> f64 {
 }
 
 /// Whether all coefficients are finite.
-fn are_finite<S: Real>(coefficients: &[S]) -> bool {
+pub(super) fn are_finite<S: Real>(coefficients: &[S]) -> bool {
     let mut zeros = [0.0; 4];
     let (chunks, rest) = coefficients.as_chunks::<4>();
     for chunk in chunks {

@@ -79,6 +79,16 @@ impl Block {
         block
     }
 
+    /// Becomes another block less `diag(rows) · factor`.
+    #[inline(always)]
+    pub(super) fn set_difference(&mut self, from: &Self, rows: NodeValues, factor: &Self) {
+        let columns = from.0.iter().zip(&factor.0);
+        for (j, (column, (from, factor))) in self.0.iter_mut().zip(columns).enumerate() {
+            one_by_one::<NodeValues>(j);
+            *column = *from - rows * *factor;
+        }
+    }
+
     /// Subtracts `diag(rows) · other`.
     #[inline(always)]
     pub(super) fn subtract_scaled_rows(&mut self, rows: NodeValues, other: &Self) {

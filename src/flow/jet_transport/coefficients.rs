@@ -1,10 +1,11 @@
 //! The solved equations of an element applied to coefficients, several together.
 
+use std::hint::black_box;
 use std::ops::Range;
 
 use super::gauss::{Functionals, NODES, NodeValues};
 use super::solver::ElementSolver;
-use crate::numeric::{Lanes, Scalar};
+use crate::numeric::{Lanes, Scalar, one_by_one};
 
 /// Coefficients whose node values are solved for together: their sums fit the registers and hide each other's latency.
 const TOGETHER: usize = 4;
@@ -24,7 +25,47 @@ pub(super) struct Part<'a> {
     pub(super) remainders: &'a [NodeValues],
 }
 
+/// Sizes of the coefficients of one degree.
+#[derive(Clone, Copy)]
+pub(super) struct Sizes {
+    /// Largest functionals of a rate.
+    pub(super) rates: Functionals,
+    /// Largest coefficients at either end.
+    pub(super) largest: Lanes<{ 2 * TOGETHER }>,
+}
+
+impl Sizes {
+    /// Those of no coefficients.
+    pub(super) const NONE: Self = Self {
+        rates: Lanes([0.0; 8]),
+        largest: Lanes([0.0; 2 * TOGETHER]),
+    };
+
+    #[inline(always)]
+    fn include_rates(&mut self, functionals: &[Functionals]) {
+        for (k, value) in functionals.iter().enumerate() {
+            one_by_one::<Functionals>(k);
+            self.rates = self.rates.zip_map(*value, |a, b| larger(a, b.abs()));
+        }
+    }
+
+    #[inline(always)]
+    fn include<const COUNT: usize>(&mut self, coefficients: &[f64; COUNT]) {
+        for (largest, value) in self.largest.0.iter_mut().zip(coefficients) {
+            *largest = larger(*largest, value.abs());
+        }
+    }
+}
+
 impl<'a> Part<'a> {
+    /// Initial values of a component, from a monomial on.
+    #[inline(always)]
+    fn initial<const COUNT: usize>(&self, component: usize, first: usize) -> [f64; COUNT] {
+        let mut values = [0.0; COUNT];
+        values.copy_from_slice(&self.initial[component * self.stride + first..][..COUNT]);
+        values
+    }
+
     #[inline(always)]
     fn remainder<const COUNT: usize>(
         &self,
@@ -68,15 +109,20 @@ impl ElementSolver {
         monomials: Range<usize>,
         out: &mut [NodeValues],
     ) {
-        let (chunks, rest) = out.as_chunks_mut::<TOGETHER>();
-        let mut first = monomials.start;
-        for chunk in chunks {
-            *chunk = self.states_of(state, part, first);
-            first += TOGETHER;
-        }
-        for value in rest {
-            [*value] = self.states_of(state, part, first);
-            first += 1;
+        let (len, start) = (monomials.len(), monomials.start);
+        let mut done = 0;
+        // NOTE: the last ones are done again with those before them where that makes a whole chunk.
+        while done < len {
+            if len >= TOGETHER {
+                done = done.min(len - TOGETHER);
+                if let Some(chunk) = out[done..].first_chunk_mut::<TOGETHER>() {
+                    *chunk = self.states_of(state, part, start + done);
+                }
+                done += TOGETHER;
+            } else {
+                [out[done]] = self.states_of(state, part, start + done);
+                done += 1;
+            }
         }
     }
 
@@ -91,8 +137,8 @@ impl ElementSolver {
         let mut sums = [ZERO; COUNT];
         for initial in 0..dimension {
             if let Some(response) = &self.to_initial[state * dimension + initial] {
-                let values = &part.initial[initial * part.stride + first..][..COUNT];
-                for (sum, &value) in sums.iter_mut().zip(values) {
+                let values = part.initial::<COUNT>(initial, first);
+                for (sum, &value) in sums.iter_mut().zip(&values) {
                     *sum = response.mul_add(Lanes::splat(value), *sum);
                 }
             }
@@ -111,31 +157,83 @@ impl ElementSolver {
         sums
     }
 
-    /// Functionals of the rates of a component that is no integral, for some monomials: of twice as many together, for they are
-    /// half as long as node values.
+    /// Moves the coefficients of some monomials of all states whose rate is that of a component, itself no integral, to the
+    /// end; the changes' modes and the largest coefficients.
+    ///
+    /// NOTE: of twice as many together as states, for functionals are half as long as node values.
     #[inline(always)]
-    pub(super) fn functionals(
+    pub(super) fn advance(
         &self,
         component: usize,
         part: Part<'_>,
         monomials: Range<usize>,
-        out: &mut [Functionals],
-    ) {
+        image: &mut [f64],
+        mut sizes: Sizes,
+    ) -> Sizes {
+        let (len, end) = (monomials.len(), monomials.end);
         let mut first = monomials.start;
-        let (pairs, rest) = out.as_chunks_mut::<{ 2 * TOGETHER }>();
-        for chunk in pairs {
-            *chunk = self.functionals_at(component, part, first);
-            first += chunk.len();
+        while first < end {
+            if end - first > TOGETHER && len >= 2 * TOGETHER {
+                first = first.min(end - 2 * TOGETHER);
+                self.advance_some::<{ 2 * TOGETHER }>(component, part, first, image, &mut sizes);
+                first += 2 * TOGETHER;
+            } else if len >= TOGETHER {
+                first = first.min(end - TOGETHER);
+                self.advance_some::<TOGETHER>(component, part, first, image, &mut sizes);
+                first += TOGETHER;
+            } else {
+                self.advance_some::<1>(component, part, first, image, &mut sizes);
+                first += 1;
+            }
         }
-        let (chunks, rest) = rest.as_chunks_mut::<TOGETHER>();
-        for chunk in chunks {
-            *chunk = self.functionals_at(component, part, first);
-            first += chunk.len();
+        sizes
+    }
+
+    #[inline(always)]
+    fn advance_some<const COUNT: usize>(
+        &self,
+        component: usize,
+        part: Part<'_>,
+        first: usize,
+        image: &mut [f64],
+        sizes: &mut Sizes,
+    ) {
+        // NOTE: kept from the compiler, which would spread the sums over registers the way their first lanes are used.
+        let functionals = black_box(self.functionals_at::<COUNT>(component, part, first));
+        sizes.include_rates(&functionals);
+        for state in (0..self.chains.len()).filter(|&state| self.root(state) == component) {
+            let initial = part.initial::<COUNT>(state, first);
+            let end = self.end(state, &functionals, part, first);
+            image[state * part.stride + first..][..COUNT].copy_from_slice(&end);
+            sizes.include(&initial);
+            sizes.include(&end);
         }
-        for value in rest {
-            [*value] = self.functionals_at(component, part, first);
-            first += 1;
+    }
+
+    /// Coefficients of a state at the end, from functionals of the rate of its root.
+    #[inline(always)]
+    fn end<const COUNT: usize>(
+        &self,
+        state: usize,
+        functionals: &[Functionals; COUNT],
+        part: Part<'_>,
+        first: usize,
+    ) -> [f64; COUNT] {
+        let mut end = part.initial::<COUNT>(state, first);
+        match self.chains[state] {
+            None => {
+                for k in 0..COUNT {
+                    end[k] += self.length * functionals[k].0[0];
+                }
+            }
+            Some(root) => {
+                let rates = part.initial::<COUNT>(root, first);
+                for k in 0..COUNT {
+                    end[k] += self.length * (rates[k] + self.length * functionals[k].0[1]);
+                }
+            }
         }
+        end
     }
 
     #[inline(always)]
@@ -149,8 +247,8 @@ impl ElementSolver {
         let mut sums = [Lanes([0.0; 8]); COUNT];
         for initial in 0..dimension {
             let response = self.functionals_to_initial[component * dimension + initial];
-            let values = &part.initial[initial * part.stride + first..][..COUNT];
-            for (sum, &value) in sums.iter_mut().zip(values) {
+            let values = part.initial::<COUNT>(initial, first);
+            for (sum, &value) in sums.iter_mut().zip(&values) {
                 *sum = response.mul_add(Lanes::splat(value), *sum);
             }
         }
@@ -168,18 +266,10 @@ impl ElementSolver {
         }
         sums
     }
+}
 
-    /// The state at the end of the element less its value at the start, from functionals of the rate of its root.
-    #[inline(always)]
-    pub(super) fn advance(
-        &self,
-        state: usize,
-        functionals: Functionals,
-        initial: impl Fn(usize) -> f64,
-    ) -> f64 {
-        match self.chains[state] {
-            None => self.length * functionals.0[0],
-            Some(root) => self.length * (initial(root) + self.length * functionals.0[1]),
-        }
-    }
+/// The larger of two numbers, the first if the second is not a number.
+#[inline(always)]
+fn larger(a: f64, b: f64) -> f64 {
+    if b > a { b } else { a }
 }

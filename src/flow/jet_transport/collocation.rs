@@ -7,11 +7,12 @@
 use std::sync::Arc;
 
 use super::element::Element;
-use super::gauss::NODES;
+use super::gauss::{NODES, NodeValues};
 use super::nominal::guess_orbit;
 use super::resolution::Resolution;
 use super::spare;
 use super::subject::Inputs;
+use crate::flow::integrator::are_finite;
 use crate::flow::{Field, FlowError, Integrator};
 use crate::jet::{Jet, JetSpace};
 use crate::numeric::Lanes;
@@ -79,7 +80,12 @@ struct Transport<'a> {
     tolerance: f64,
     /// Coefficients of every component at the present time, one jet after another.
     jets: Vec<f64>,
+    /// Those at the end of an element.
+    image: Vec<f64>,
     stride: usize,
+    /// Heads of the jets, and values of the nominal orbit at the nodes.
+    state: Vec<f64>,
+    nodes: Vec<NodeValues>,
     /// Taylor steps that the next element may span.
     steps: f64,
     elements: usize,
@@ -101,17 +107,20 @@ impl<'a> Transport<'a> {
         element.set_parameters(&constants);
         let [least, more] = STEPS_PER_ELEMENT;
         let order = element.subject.factors(first.space().order());
+        let mut jets = Vec::with_capacity(initial.len() * first.space().len());
+        for jet in initial {
+            jets.extend_from_slice(jet.coefficients());
+        }
         Self {
             integrator: Integrator::with_tolerance(field, GUESS),
             element,
             parameters: parameters.iter().map(Jet::head).collect(),
             tolerance: tolerance.max(f64::EPSILON),
-            jets: initial
-                .iter()
-                .flat_map(Jet::coefficients)
-                .copied()
-                .collect(),
+            image: jets.clone(),
+            jets,
             stride: first.space().len(),
+            state: vec![0.0; initial.len()],
+            nodes: vec![Lanes([0.0; NODES]); initial.len()],
             steps: least + more / order.max(1) as f64,
             elements: 0,
             error: 0.0,
@@ -124,7 +133,6 @@ impl<'a> Transport<'a> {
             if remaining == 0.0 {
                 return Ok(());
             }
-            let before = self.jets.clone();
             let Attempt {
                 length,
                 steps,
@@ -137,12 +145,12 @@ impl<'a> Transport<'a> {
                     } else {
                         remaining - length
                     };
+                    std::mem::swap(&mut self.jets, &mut self.image);
                     self.elements += 1;
                     self.error += resolution.error;
                     self.steps = steps * self.room(resolution).min(2.0);
                 }
                 rejected => {
-                    self.jets = before;
                     let factor = rejected.map_or(0.5, |r| (0.9 * self.room(r)).clamp(0.5, 0.8));
                     self.steps = steps * factor;
                 }
@@ -170,8 +178,11 @@ impl<'a> Transport<'a> {
 
     /// One element, as long as it may be, the last two alike.
     fn attempt(&mut self, remaining: f64) -> Result<Attempt, FlowError> {
-        let state: Vec<_> = self.jets.iter().step_by(self.stride).copied().collect();
-        let mut nodes = vec![Lanes([0.0; NODES]); state.len()];
+        let heads = self.jets.iter().step_by(self.stride);
+        self.state
+            .iter_mut()
+            .zip(heads)
+            .for_each(|(value, &head)| *value = head);
         let most = self.steps;
         let mut steps = most;
         let length = |step: f64| {
@@ -186,15 +197,19 @@ impl<'a> Transport<'a> {
         };
         let length = guess_orbit(
             &mut self.integrator,
-            &state,
+            &self.state,
             &self.parameters,
             length,
-            &mut nodes,
+            &mut self.nodes,
         )?;
-        let resolution = self
-            .element
-            .transport(&mut nodes, length, self.tolerance, &mut self.jets);
-        if resolution.is_some() && !self.jets.iter().all(|value| value.is_finite()) {
+        let resolution = self.element.transport(
+            &mut self.nodes,
+            length,
+            self.tolerance,
+            &self.jets,
+            &mut self.image,
+        );
+        if resolution.is_some() && !are_finite(&self.image) {
             return Err(FlowError::NotFinite { degree: 0 });
         }
         Ok(Attempt {

@@ -1,15 +1,17 @@
 //! Collocation of all degrees on one element.
 
-use super::coefficients::Part;
+use std::ops::Range;
+
+use super::coefficients::{Part, Sizes};
 use super::first_order::FirstOrderTape;
-use super::gauss::{Functionals, NODES, NodeValues};
+use super::gauss::{NODES, NodeValues};
 use super::orbit::Nominal;
 use super::remainders::Remainders;
 use super::resolution::{Resolution, Tail};
 use super::solver::ElementSolver;
 use super::subject::Subject;
 use crate::flow::Program;
-use crate::numeric::{Kernel, Lanes, widest};
+use crate::numeric::{Kernel, Lanes, Scalar, widest};
 
 /// The tape of a field over jets whose coefficients are node values, and the gradients of its slots.
 pub(super) struct Element {
@@ -27,8 +29,6 @@ pub(super) struct Element {
     /// Remainders of components that owe something to driven ones, one part after another.
     owed: Vec<NodeValues>,
     owed_starts: Vec<Option<usize>>,
-    /// Functionals of the rates of every component, one part after another.
-    functionals: Vec<Functionals>,
 }
 
 /// A derivative of a stored slot by a state at the nodes.
@@ -55,7 +55,6 @@ impl Element {
             corrections: [vec![ZERO; dimension], vec![ZERO; dimension]],
             owed: Vec::new(),
             owed_starts: Vec::new(),
-            functionals: vec![Lanes([0.0; 8]); dimension * subject.space.len()],
             subject,
         }
     }
@@ -69,7 +68,8 @@ impl Element {
 
     /// Moves jets over an element of a length, from a guess of the nominal orbit at its nodes.
     ///
-    /// `jets` holds the coefficients of every component, one after another. Stops at the first degree that
+    /// `jets` and `image` hold the coefficients of every component, one after another; of the image those that vanish with
+    /// all that the jets hold are left alone. Stops at the first degree that
     /// misses the tolerance. `None`: the equations are singular or have no solution near the guess, the element
     /// is too long.
     pub(super) fn transport(
@@ -77,13 +77,15 @@ impl Element {
         nominal: &mut [NodeValues],
         length: f64,
         tolerance: f64,
-        jets: &mut [f64],
+        jets: &[f64],
+        image: &mut [f64],
     ) -> Option<Resolution> {
         let mut resolution = widest(Nominal {
             element: self,
             nominal,
             length,
             jets,
+            image,
         })?;
         for degree in 1..=self.subject.space.order() {
             if !resolution.meets(tolerance) {
@@ -94,6 +96,7 @@ impl Element {
                     element: self,
                     degree,
                     jets,
+                    image,
                 });
                 resolution.include(self.subject.factors(degree), tail);
             }
@@ -133,9 +136,10 @@ impl Element {
         true
     }
 
-    /// Node values of the states, but for the last degree, and functionals of their rates.
+    /// Node values of the states, but for the last degree, and their coefficients at the end; the modes of their changes over the
+    /// largest of them.
     #[inline(always)]
-    fn solve(&mut self, degree: usize, jets: &[f64]) {
+    fn solve(&mut self, degree: usize, jets: &[f64], image: &mut [f64]) -> Tail {
         let has_owed = self.pass_on(degree);
         let (first, len) = (
             self.subject.space.degree_range(degree).start,
@@ -154,6 +158,7 @@ impl Element {
             },
             remainders: if has_owed { &self.owed } else { tape.others },
         };
+        let mut sizes = Sizes::NONE;
         for (state, support) in tape.supports.iter().enumerate() {
             let monomials = support.part(degree);
             if !is_last && self.reads_nodes[state] {
@@ -161,39 +166,17 @@ impl Element {
                 self.solver.states(state, part, monomials.clone(), out);
             }
             if self.solver.root(state) == state {
-                let out = &mut self.functionals[state * len..][monomials.clone()];
-                self.solver.functionals(state, part, monomials, out);
+                // NOTE: an integral of the component has at least its monomials.
+                let integrals = (0..tape.supports.len()).filter(|&s| self.solver.root(s) == state);
+                let parts = integrals.map(|state| tape.supports[state].part(degree));
+                let monomials = parts.max_by_key(Range::len).unwrap_or(monomials);
+                sizes = self.solver.advance(state, part, monomials, image, sizes);
             }
         }
-    }
-
-    /// Moves the coefficients of one degree to the end; the modes of their changes over the largest of them.
-    #[inline(always)]
-    fn advance(&self, degree: usize, jets: &mut [f64]) -> Tail {
-        let (len, dimension) = (self.subject.space.len(), self.subject.dimension);
-        let (mut rates, mut largest) = (Lanes([0.0; 8]), 0.0);
-        // NOTE: integrals of other components first, for they need the initial values of these.
-        for integrals in [true, false] {
-            for state in 0..dimension {
-                let root = self.solver.root(state);
-                if (root != state) != integrals {
-                    continue;
-                }
-                for monomial in self.remainders.part(state, degree) {
-                    let functionals = self.functionals[root * len + monomial];
-                    let initial = |state: usize| jets[state * len + monomial];
-                    let change = self.solver.advance(state, functionals, initial);
-                    let value = &mut jets[state * len + monomial];
-                    largest = larger(largest, value.abs());
-                    *value += change;
-                    largest = larger(largest, value.abs());
-                    if !integrals {
-                        rates = rates.zip_map(functionals, |rate, value| larger(rate, value.abs()));
-                    }
-                }
-            }
-        }
-        Tail::new(rates * Lanes::splat(self.solver.length), largest)
+        Tail::new(
+            sizes.rates * Lanes::splat(self.solver.length),
+            sizes.largest.magnitude(),
+        )
     }
 }
 
@@ -201,7 +184,8 @@ impl Element {
 struct Degree<'e> {
     element: &'e mut Element,
     degree: usize,
-    jets: &'e mut [f64],
+    jets: &'e [f64],
+    image: &'e mut [f64],
 }
 
 impl Kernel for Degree<'_> {
@@ -211,7 +195,7 @@ impl Kernel for Degree<'_> {
     fn run(self) -> Tail {
         let (element, degree) = (self.element, self.degree);
         element.remainders.compute(degree);
-        element.solve(degree, self.jets);
+        let tail = element.solve(degree, self.jets, self.image);
         if degree < element.subject.space.order() {
             for gradient in &element.gradients {
                 element.remainders.add_share(
@@ -222,7 +206,7 @@ impl Kernel for Degree<'_> {
                 );
             }
         }
-        element.advance(degree, self.jets)
+        tail
     }
 }
 
@@ -235,10 +219,4 @@ fn chains(program: &Program, dimension: usize) -> Vec<Option<usize>> {
             (root < dimension && rate(root) >= dimension).then_some(root)
         })
         .collect()
-}
-
-/// The larger of two numbers, the first if the second is not a number.
-#[inline(always)]
-fn larger(a: f64, b: f64) -> f64 {
-    if b > a { b } else { a }
 }

@@ -6,38 +6,44 @@ use super::block::Block;
 #[derive(Default)]
 pub(super) struct BlockMatrix {
     dimension: usize,
-    blocks: Vec<Option<Block>>,
+    blocks: Vec<Block>,
+    /// Of each block, whether it is there; what is kept of others means nothing.
+    present: Vec<bool>,
 }
 
 impl BlockMatrix {
     /// Makes it a zero matrix, keeping its memory.
     pub(super) fn clear(&mut self, dimension: usize) {
         self.dimension = dimension;
-        self.blocks.clear();
-        self.blocks.resize_with(dimension * dimension, || None);
+        self.blocks.resize(dimension * dimension, Block::ZERO);
+        self.present.clear();
+        self.present.resize(dimension * dimension, false);
     }
 
     /// A block, unless it is zero.
     #[inline(always)]
     pub(super) fn get(&self, row: usize, column: usize) -> Option<&Block> {
-        self.blocks[row * self.dimension + column].as_ref()
+        let place = row * self.dimension + column;
+        self.present[place].then(|| &self.blocks[place])
     }
 
-    /// The place of a block.
+    /// The place of a block that is there from now on, whatever it holds.
     #[inline(always)]
-    pub(super) fn entry(&mut self, row: usize, column: usize) -> &mut Option<Block> {
-        &mut self.blocks[row * self.dimension + column]
+    pub(super) fn place(&mut self, row: usize, column: usize) -> &mut Block {
+        let place = row * self.dimension + column;
+        self.present[place] = true;
+        &mut self.blocks[place]
     }
 
     /// Inverts it by block elimination along the diagonal, in the memory of both; `false` if a pivot is singular.
     #[inline(always)]
     pub(super) fn invert(&mut self, spare: &mut Self) -> bool {
-        if let [Some(block)] = self.blocks.as_mut_slice() {
+        if let ([block], [true]) = (self.blocks.as_mut_slice(), self.present.as_slice()) {
             return block.invert();
         }
         spare.clear(self.dimension);
         for row in 0..self.dimension {
-            *spare.entry(row, row) = Some(Block::IDENTITY);
+            *spare.place(row, row) = Block::IDENTITY;
         }
         let is_regular = self.eliminate(spare);
         std::mem::swap(self, spare);
@@ -48,7 +54,7 @@ impl BlockMatrix {
     #[inline(always)]
     fn eliminate(&mut self, other: &mut Self) -> bool {
         for pivot in 0..self.dimension {
-            let Some(mut scale) = *self.entry(pivot, pivot) else {
+            let Some(mut scale) = self.get(pivot, pivot).copied() else {
                 return false;
             };
             if !scale.invert() {
@@ -57,7 +63,7 @@ impl BlockMatrix {
             self.scale_row(pivot, &scale, pivot + 1);
             other.scale_row(pivot, &scale, 0);
             for row in (0..self.dimension).filter(|&row| row != pivot) {
-                if let Some(factor) = *self.entry(row, pivot) {
+                if let Some(factor) = self.get(row, pivot).copied() {
                     self.subtract_row(row, pivot, &factor, pivot + 1);
                     other.subtract_row(row, pivot, &factor, 0);
                 }
@@ -70,8 +76,8 @@ impl BlockMatrix {
     #[inline(always)]
     fn scale_row(&mut self, row: usize, factor: &Block, first: usize) {
         for column in first..self.dimension {
-            if let Some(block) = self.entry(row, column) {
-                *block = factor.times(block);
+            if let Some(product) = self.get(row, column).map(|block| factor.times(block)) {
+                *self.place(row, column) = product;
             }
         }
     }
@@ -82,8 +88,10 @@ impl BlockMatrix {
         for column in first..self.dimension {
             if let Some(block) = self.get(pivot, column) {
                 let product = factor.times(block);
-                let target = self.entry(row, column).get_or_insert(Block::ZERO);
-                target.subtract(&product);
+                if self.get(row, column).is_none() {
+                    *self.place(row, column) = Block::ZERO;
+                }
+                self.place(row, column).subtract(&product);
             }
         }
     }

@@ -3,9 +3,10 @@
 use std::ops::Range;
 
 use super::gauss::NodeValues;
+use super::phase;
 use crate::flow::Program;
 use crate::flow::program::run;
-use crate::jet::{Graded, HeadFunction, Span, scalar_head};
+use crate::jet::{Graded, HeadFunction, Span};
 use crate::numeric::{Lanes, Scalar, one_by_one};
 
 /// Jets of order 1 in a number of variables: a value and its derivatives.
@@ -199,8 +200,9 @@ impl Graded<NodeValues> for FirstOrder {
         }
     }
 
+    #[inline(always)]
     fn head(&self, function: HeadFunction, a: &[NodeValues], out: &mut [NodeValues]) {
-        out[0] = scalar_head(function, a[0]);
+        out[0] = phase::head(function, a[0]);
     }
 
     fn head_power(&self, a: &[NodeValues], exponent: NodeValues, out: &mut [NodeValues]) {

@@ -9,6 +9,8 @@ mod first_order;
 mod gauss;
 mod nominal;
 mod orbit;
+mod pairs;
+mod phase;
 mod plan;
 mod remainders;
 mod resolution;

@@ -24,7 +24,8 @@ pub(super) struct Nominal<'e> {
     pub(super) element: &'e mut Element,
     pub(super) nominal: &'e mut [NodeValues],
     pub(super) length: f64,
-    pub(super) jets: &'e mut [f64],
+    pub(super) jets: &'e [f64],
+    pub(super) image: &'e mut [f64],
 }
 
 impl Kernel for Nominal<'_> {
@@ -48,8 +49,13 @@ impl Kernel for Nominal<'_> {
             let root = element.solver.root(state);
             let rate = element.rates[root] + element.corrections[1][root];
             let functionals = GAUSS.functionals_of(rate);
-            let initial = |state: usize| start[state];
-            self.jets[state * len] += element.solver.advance(state, functionals, initial);
+            let [once, twice] = [functionals.0[0], functionals.0[1]];
+            let rate = if root == state {
+                once
+            } else {
+                start[root] + self.length * twice
+            };
+            self.image[state * len] = start[state] + self.length * rate;
             let largest = self.nominal[state].magnitude();
             if root == state {
                 let change = functionals * Lanes::splat(self.length);

@@ -14,7 +14,7 @@ pub(super) enum Action {
     Run {
         operation: Operation,
         place: usize,
-        /// Whether all it reads is in places before its own.
+        /// Whether all it reads is in places before its own, or its own part of a lower degree.
         reads_before: bool,
     },
     /// Copy a part from a place to one where recurrences of higher degrees read it.
@@ -143,7 +143,7 @@ impl DegreePlan {
         self.actions.push(Action::Run {
             operation,
             place: slot,
-            reads_before: read.iter().all(|&read| read < slot),
+            reads_before: read.iter().all(|&read| read <= slot),
         });
         Some(slot)
     }

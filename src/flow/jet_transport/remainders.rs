@@ -5,8 +5,9 @@ use std::rc::Rc;
 use std::sync::Arc;
 
 use super::gauss::{NODES, NodeValues};
+use super::pairs::{Pairs, pairs_of_actions};
 use super::plan::{Action, Plan};
-use super::sparse::{SparseSpace, Support, variables_of_slots};
+use super::sparse::{Reach, SparseSpace, Support, reach_of_slots};
 use super::subject::Subject;
 use crate::flow::program::run;
 use crate::jet::{JetSpace, VariableSet, variables_of_monomials};
@@ -17,6 +18,8 @@ const ZERO: NodeValues = Lanes([0.0; NODES]);
 /// The stored slots of a program, the states first.
 pub(super) struct Remainders {
     plan: Plan,
+    /// Of every action in each degree, the pairs of its product, if they are few.
+    pairs: Vec<Vec<Option<Pairs>>>,
     space: Arc<JetSpace>,
     dimension: usize,
     monomials: Vec<VariableSet>,
@@ -51,8 +54,8 @@ impl Remainders {
             inputs,
         } = subject;
         let (monomials, dimension) = (variables_of_monomials(space), *dimension);
-        let variables = variables_of_slots(program, &inputs.variables, dimension);
-        let supports = supports(space, &monomials, &variables);
+        let reach = reach_of_slots(program, inputs, dimension, space.order());
+        let supports = supports(space, &monomials, &reach);
         let reaches = |slot: usize, degree: usize| match slot {
             _ if slot < dimension || slot >= program.inputs() => {
                 !supports[slot].part(degree).is_empty()
@@ -67,6 +70,7 @@ impl Remainders {
             let starts = places.iter().map(|place| Some(start(degree, (*place)?)));
             starts.collect()
         });
+        let pairs = pairs_of_actions(&plan, space, &monomials, &reach, &supports);
         let stored = plan.stored.iter();
         tape.resize(plan.stored.len() * space.len(), ZERO);
         let mut remainders = Self {
@@ -77,6 +81,7 @@ impl Remainders {
             is_euler: stored.map(|&slot| program.is_euler(slot)).collect(),
             starts: starts.collect(),
             tape,
+            pairs,
             plan,
             dimension,
             monomials,
@@ -144,12 +149,6 @@ impl Remainders {
         self.tape[place * self.space.len()] = head;
     }
 
-    /// The monomials of a degree on which a state can depend.
-    #[inline(always)]
-    pub(super) fn part(&self, state: usize, degree: usize) -> std::ops::Range<usize> {
-        self.supports[state].part(degree)
-    }
-
     /// The tape in one degree.
     #[inline(always)]
     pub(super) fn degree(&mut self, degree: usize) -> DegreeOfTape<'_> {
@@ -175,7 +174,7 @@ impl Remainders {
     #[inline(always)]
     pub(super) fn compute(&mut self, degree: usize) {
         let len = self.space.len();
-        for action in &self.plan.actions[degree] {
+        for (action, pairs) in self.plan.actions[degree].iter().zip(&self.pairs[degree]) {
             match action {
                 Action::Run {
                     operation,
@@ -187,11 +186,12 @@ impl Remainders {
                         space: &self.space,
                         monomials: &self.monomials,
                         support,
+                        pairs: pairs.as_ref(),
                     };
                     let part = support.part(degree);
-                    let (before, rest) = self.tape.split_at_mut(place * len);
                     if *reads_before {
-                        let out = &mut rest[part];
+                        let (before, rest) = self.tape.split_at_mut(place * len + part.start);
+                        let out = &mut rest[..part.len()];
                         run(operation, *place, &algebra, degree, len, before, out);
                     } else {
                         let out = &mut self.scratch[..part.len()];
@@ -239,13 +239,9 @@ impl Remainders {
 }
 
 /// The supports of all slots; slots of the same variables share the work.
-fn supports(
-    space: &JetSpace,
-    monomials: &[VariableSet],
-    variables: &[VariableSet],
-) -> Vec<Rc<Support>> {
+fn supports(space: &JetSpace, monomials: &[VariableSet], reach: &[Reach]) -> Vec<Rc<Support>> {
     let mut known: Vec<(VariableSet, Rc<Support>)> = Vec::new();
-    let mut support = |&variables: &VariableSet| {
+    let mut support = |&Reach { variables, .. }: &Reach| {
         if let Some((_, support)) = known.iter().find(|(set, _)| *set == variables) {
             return Rc::clone(support);
         }
@@ -253,5 +249,5 @@ fn supports(
         known.push((variables, Rc::clone(&support)));
         support
     };
-    variables.iter().map(&mut support).collect()
+    reach.iter().map(&mut support).collect()
 }

@@ -96,23 +96,35 @@ impl ElementSolver {
     fn set_matrix(&mut self) {
         self.rates.clear(self.coupled.len());
         for (row, &component) in self.coupled.iter().enumerate() {
-            *self.rates.entry(row, row) = Some(Block::IDENTITY);
             for (column, &root) in self.coupled.iter().enumerate() {
-                let block = self.rates.entry(row, column);
+                let unit = if row == column {
+                    &Block::IDENTITY
+                } else {
+                    &Block::ZERO
+                };
+                let mut is_there = false;
                 for state in 0..self.chains.len() {
-                    let slopes = self.jacobian[component * self.chains.len() + state];
-                    let twice = self.chains[state].is_some();
-                    if self.chains[state].unwrap_or(state) == root && slopes != ZERO {
-                        block
-                            .get_or_insert(Block::ZERO)
-                            .subtract_scaled_rows(slopes, &self.integration[usize::from(twice)]);
+                    let slopes = self.slopes(component, state);
+                    if self.root(state) != root || slopes == ZERO {
+                        continue;
                     }
+                    let weight = &self.integration[usize::from(self.chains[state].is_some())];
+                    let block = self.rates.place(row, column);
+                    if is_there {
+                        block.subtract_scaled_rows(slopes, weight);
+                    } else {
+                        block.set_difference(unit, slopes, weight);
+                    }
+                    is_there = true;
+                }
+                if row == column && !is_there {
+                    *self.rates.place(row, row) = Block::IDENTITY;
                 }
             }
         }
     }
 
-    /// Prepares [`functionals`](Self::functionals), and [`states`](Self::states) for those whose node values are asked for.
+    /// Prepares [`advance`](Self::advance), and [`states`](Self::states) for those whose node values are asked for.
     #[inline(always)]
     pub(super) fn expand(&mut self, is_asked_for: impl Fn(usize) -> bool + Copy) {
         let dimension = self.chains.len();

@@ -1,36 +1,66 @@
 //! Jets at the nodes of an element, monomials that vanish whatever the orbit left out.
 //!
 //! One idea: a slot depends on some of the jets' variables only (a forcing on its phase, frequency and
-//! amplitude), and monomials with other variables are zero.
+//! amplitude), up to some degree (a driven phase up to the first), and all other monomials are zero.
 
 use std::ops::Range;
 
 use super::gauss::NodeValues;
+use super::pairs::Pairs;
+use super::subject::Inputs;
 use crate::flow::Program;
 use crate::jet::{Graded, HeadFunction, JetSpace, PartOf, Selection, Span, VariableSet};
+use crate::numeric::Lanes;
 
-/// Variables on which each slot can depend at any time, from those of the inputs at the start.
-pub(super) fn variables_of_slots(
+/// The monomials in which an element can differ from zero: those of some variables, up to a degree.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Reach {
+    pub(super) variables: VariableSet,
+    pub(super) degree: usize,
+}
+
+impl Reach {
+    /// The monomials of both.
+    fn or(self, other: Self) -> Self {
+        Self {
+            variables: self.variables | other.variables,
+            degree: self.degree.max(other.degree),
+        }
+    }
+}
+
+/// What each slot can reach at any time, from what the inputs do at the start.
+pub(super) fn reach_of_slots(
     program: &Program,
-    inputs: &[VariableSet],
+    inputs: &Inputs,
     dimension: usize,
-) -> Vec<VariableSet> {
-    let mut sets = vec![0; program.slots()];
-    sets[..inputs.len()].copy_from_slice(inputs);
+    order: usize,
+) -> Vec<Reach> {
+    let nothing = Reach {
+        variables: 0,
+        degree: 0,
+    };
+    let mut reach: Vec<_> = (0..program.inputs()).map(|i| inputs.reach(i)).collect();
+    reach.resize(program.slots(), nothing);
     loop {
         for slot in program.inputs()..program.slots() {
-            sets[slot] = program
-                .operands(slot)
-                .fold(sets[slot], |set, operand| set | sets[operand]);
+            let read = program.operands(slot).map(|operand| reach[operand]);
+            let degree = program
+                .operation(slot)
+                .highest_degree(order, |slot| reach[slot].degree);
+            reach[slot] = Reach {
+                degree,
+                ..read.fold(reach[slot], Reach::or)
+            };
         }
         let mut grown = false;
         for state in 0..dimension {
-            let set = sets[state] | sets[program.output(state)];
-            grown |= set != sets[state];
-            sets[state] = set;
+            let grows_to = reach[state].or(reach[program.output(state)]);
+            grown |= grows_to != reach[state];
+            reach[state] = grows_to;
         }
         if !grown {
-            return sets;
+            return reach;
         }
     }
 }
@@ -92,6 +122,8 @@ pub(super) struct SparseSpace<'s> {
     pub(super) space: &'s JetSpace,
     pub(super) monomials: &'s [VariableSet],
     pub(super) support: &'s Support,
+    /// The pairs of the product that is formed, if they are few.
+    pub(super) pairs: Option<&'s Pairs>,
 }
 
 impl SparseSpace<'_> {
@@ -133,6 +165,12 @@ impl Graded<NodeValues> for SparseSpace<'_> {
         b: &[NodeValues],
         out: &mut [NodeValues],
     ) {
+        if let Some(pairs) = self.pairs {
+            for (place, value) in out.iter_mut().enumerate() {
+                *value += pairs.sum(place, a, b);
+            }
+            return;
+        }
         self.space
             .convolve_part(self.part_of(degree, out), span, (a, b));
     }
@@ -146,6 +184,12 @@ impl Graded<NodeValues> for SparseSpace<'_> {
         factor: NodeValues,
         out: &mut [NodeValues],
     ) {
+        if let Some(pairs) = self.pairs {
+            for (place, value) in out.iter_mut().enumerate() {
+                *value = pairs.sum(place, a, b) * factor;
+            }
+            return;
+        }
         self.space
             .scaled_part(self.part_of(degree, out), span, (a, b), factor);
     }
@@ -158,6 +202,14 @@ impl Graded<NodeValues> for SparseSpace<'_> {
         u: &[NodeValues],
         out: &mut [NodeValues],
     ) {
+        if let Some(pairs) = self.pairs {
+            let inverse = Lanes::splat(1.0) / b[0];
+            let numerators = &a[self.part(degree)];
+            for (place, (value, &numerator)) in out.iter_mut().zip(numerators).enumerate() {
+                *value = (numerator - pairs.sum(place, b, u)) * inverse;
+            }
+            return;
+        }
         self.space
             .quotient_part_of(self.part_of(degree, out), (a, b), u);
     }

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use super::sparse::Reach;
 use crate::flow::{Field, Program};
 use crate::jet::{JetSpace, VariableSet, variables_of_monomial};
 
@@ -17,7 +18,7 @@ pub(super) struct Subject {
 #[derive(PartialEq)]
 pub(super) struct Inputs {
     /// Variables that occur in each input.
-    pub(super) variables: Vec<VariableSet>,
+    variables: Vec<VariableSet>,
     /// Whether there is a part of each degree, input by input.
     parts: Vec<bool>,
     degrees: usize,
@@ -30,13 +31,17 @@ impl Inputs {
         let (mut variables, mut parts) = (Vec::new(), Vec::new());
         for coefficients in inputs {
             let mut set = 0;
-            for degree in 0..degrees {
-                let monomials = space.degree_range(degree);
-                let present = monomials.filter(|&monomial| coefficients[monomial] != 0.0);
-                let mut sets = present.map(|monomial| variables_of_monomial(space, monomial));
-                let first = sets.next();
-                parts.push(first.is_some());
-                set |= sets.fold(first.unwrap_or(0), |a, b| a | b);
+            for monomials in (0..degrees).map(|degree| space.degree_range(degree)) {
+                // NOTE: most parts vanish, which all at once is seen faster than one by one.
+                let is_present = |value: &f64| *value != 0.0;
+                let part = coefficients[monomials.clone()].iter();
+                let has_part = part.fold(false, |any, value| any | is_present(value));
+                parts.push(has_part);
+                if has_part {
+                    let present = monomials.filter(|&m| is_present(&coefficients[m]));
+                    let sets = present.map(|monomial| variables_of_monomial(space, monomial));
+                    set |= sets.fold(0, |a, b| a | b);
+                }
             }
             variables.push(set);
         }
@@ -44,6 +49,16 @@ impl Inputs {
             variables,
             parts,
             degrees,
+        }
+    }
+
+    /// The monomials in which an input can differ from zero.
+    pub(super) fn reach(&self, input: usize) -> Reach {
+        let degrees = 0..self.degrees;
+        let last = degrees.rev().find(|&degree| self.has_part(input, degree));
+        Reach {
+            variables: self.variables[input],
+            degree: last.unwrap_or(0),
         }
     }
 

@@ -120,10 +120,11 @@ fn one_element(
     let mut nodes = vec![Lanes([0.0; NODES]); start.len()];
     let mut integrator = Integrator::new(field);
     guess_orbit(&mut integrator, &start, &heads, |_| length, &mut nodes).unwrap();
-    let mut jets: Vec<_> = states.iter().flat_map(Jet::coefficients).copied().collect();
-    let resolution = element.transport(&mut nodes, length, f64::INFINITY, &mut jets);
+    let jets: Vec<_> = states.iter().flat_map(Jet::coefficients).copied().collect();
+    let mut image = jets.clone();
+    let resolution = element.transport(&mut nodes, length, f64::INFINITY, &jets, &mut image);
     let jet = |coefficients: &[f64]| Jet::from_coefficients(space, coefficients.to_vec());
-    let jets = jets.chunks_exact(space.len()).map(jet).collect();
+    let jets = image.chunks_exact(space.len()).map(jet).collect();
     (jets, resolution.unwrap().error)
 }
 

@@ -90,6 +90,8 @@ pub(in crate::flow) enum Operation {
 }
 
 /// One operation at one degree: reads the tape, writes the part to `out`.
+///
+/// The tape may end within an element of which higher parts are not read.
 #[inline(always)]
 pub(in crate::flow) fn run<S: Scalar, A: Graded<S>>(
     operation: &Operation,
@@ -101,7 +103,7 @@ pub(in crate::flow) fn run<S: Scalar, A: Graded<S>>(
     out: &mut [S],
 ) {
     let range = algebra.part(k);
-    let element = |slot: Slot| &tape[slot * len..(slot + 1) * len];
+    let element = |slot: Slot| &tape[slot * len..((slot + 1) * len).min(tape.len())];
     let part = |slot: Slot| &tape[slot * len + range.start..slot * len + range.end];
     match *operation {
         Operation::Input => out.copy_from_slice(part(slot)),

@@ -1,6 +1,7 @@
 //! Which slots an operation reads, and the same operation on others.
 
 use super::{Operation, Slot};
+use crate::jet::Span;
 
 impl Operation {
     /// Slots of which a recurrence reads more than the part of the degree at hand; none for linear operations.
@@ -152,6 +153,46 @@ impl Operation {
             Operation::Atan2 { y, x, w, .. } => [Some(y), Some(x), Some(w)],
         };
         slots.into_iter().flatten()
+    }
+
+    /// The factors and the terms of the product of which a part consists, if it is one product and a factor.
+    pub(in crate::flow) fn product(&self, slot: Slot) -> Option<(Slot, Slot, Span)> {
+        match *self {
+            Operation::Mul(a, b) => Some((a, b, Span::Full)),
+            Operation::Div(_, b) => Some((b, slot, Span::WithoutFirst)),
+            Operation::Sine {
+                euler_a,
+                cosine: partner,
+                ..
+            }
+            | Operation::Cosine {
+                euler_a,
+                sine: partner,
+                ..
+            } => Some((euler_a, partner, Span::WithoutFirst)),
+            _ => None,
+        }
+    }
+
+    /// Highest degree of a part that can differ from zero, up to an order, from those of the slots it reads.
+    pub(in crate::flow) fn highest_degree(
+        &self,
+        order: usize,
+        of: impl Fn(Slot) -> usize,
+    ) -> usize {
+        match *self {
+            Operation::Constant(_) | Operation::Sign(_) => 0,
+            Operation::Euler(a)
+            | Operation::Neg(a)
+            | Operation::Scale(a, _)
+            | Operation::AddConstant(a, _)
+            | Operation::MulByHead { factor: a, .. }
+            | Operation::SignTimes { b: a, .. } => of(a),
+            Operation::Add(a, b) | Operation::Sub(a, b) => of(a).max(of(b)),
+            Operation::Mul(a, b) => (of(a) + of(b)).min(order),
+            _ if self.operands().all(|operand| of(operand) == 0) => 0,
+            _ => order,
+        }
     }
 
     /// All slots an operation reads, those that are computed after it included.
