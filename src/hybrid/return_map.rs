@@ -23,11 +23,11 @@ use crate::numeric::Real;
 /// ```
 #[derive(Clone, Debug)]
 pub struct DirectReturn<'a, S: Real> {
-    simulator: Simulator<'a, S>,
-    section: ReturnSection,
-    itinerary: Itinerary,
-    duration: S,
-    periods: i64,
+    pub(super) simulator: Simulator<'a, S>,
+    pub(super) section: ReturnSection,
+    pub(super) itinerary: Itinerary,
+    pub(super) duration: S,
+    pub(super) periods: i64,
     entry: Motion<S>,
     passage: Motion<S>,
 }

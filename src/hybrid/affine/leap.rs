@@ -7,7 +7,7 @@
 use super::look::{Course, Found, Look};
 use super::newton::{GapCourse, NodeVisit};
 use super::polygon::{Polygon, ROUNDING};
-use crate::flow::AffineLeaps;
+use crate::flow::{AffineLeaps, LeapTables};
 use crate::hybrid::passage::{Goal, Heading, Passage, Start};
 use crate::hybrid::simulator::Stop;
 use crate::numeric::{Kernel, Real};
@@ -54,8 +54,8 @@ impl<S: Real> Asked<S> {
 
 /// Working memory of leaps.
 #[derive(Clone, Debug)]
-pub(super) struct LeapBuffers<S> {
-    pub(super) visit: NodeVisit<S>,
+pub(super) struct LeapBuffers<S: Real> {
+    pub(super) visit: NodeVisit<AffineLeaps<S>>,
     pub(super) control: Vec<f64>,
     /// Per surface the rounding of the control points of its gap.
     pub(super) rounding: Vec<f64>,
@@ -103,7 +103,7 @@ impl<S: Real> Kernel for Leaper<'_, S> {
         self.buffers.visit.forget();
         let leap = self.fly();
         let visit = &mut self.buffers.visit;
-        visit.states_at(leap.time, self.leaps, self.extended, self.states);
+        visit.states_at(leap.time, true, self.leaps, self.extended, self.states);
         leap
     }
 }
@@ -224,7 +224,7 @@ impl<S: Real> Leaper<'_, S> {
                         surface,
                         visit: &mut self.buffers.visit,
                     };
-                    Heading::falling(gap.slope(time) < S::zero())
+                    Heading::falling(gap.slope(time, true) < S::zero())
                 }
             };
         }

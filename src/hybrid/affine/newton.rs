@@ -1,76 +1,87 @@
 //! Zeros of a gap and of its slope along a span, by Newton's method on the series about the nearest node.
+//!
+//! All of it is masked: the same operations are those of one orbit and, in lanes, of several.
 
-use crate::flow::AffineLeaps;
-use crate::numeric::{Real, polynomial};
+use num_traits::Zero as _;
+
+use crate::flow::{AffineLeaps, LeapTables, NumberMask, RoundedNumber};
+use crate::numeric::{Branched, Mask, Scalar, polynomial};
 
 /// Where a gap turns.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Turn<S> {
+pub(super) struct Turn<S: Branched> {
     /// Time since the start of the span.
     pub(super) time: S,
     /// The gap there.
     pub(super) gap: S,
     /// Its second derivative there.
     pub(super) curvature: S,
+    /// Where there is one.
+    pub(super) found: S::Mask,
+}
+
+/// A zero of a gap or of its slope.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Zero<S: Branched> {
+    /// Its time, or where the search left the node.
+    pub(super) time: S,
+    /// The slope there.
+    slope: S,
+    /// Where it is one.
+    pub(super) found: S::Mask,
 }
 
 /// The motion about the node visited last.
 #[derive(Clone, Debug)]
-pub(super) struct NodeVisit<S> {
-    node: Option<usize>,
+pub(super) struct NodeVisit<T: LeapTables> {
+    node: T::Node,
     /// The extended state there, padded.
-    values: Vec<S>,
-    pub(super) series: Vec<S>,
-    slopes: Vec<S>,
-    /// The series in `f64`.
-    rounded: Vec<f64>,
+    values: Vec<T::Number>,
+    pub(super) series: Vec<T::Number>,
+    slopes: Vec<T::Number>,
+    /// Room for the series in `f64`.
+    rounded: Vec<RoundedNumber<T>>,
 }
 
-impl<S: Real> NodeVisit<S> {
-    pub(super) fn new(leaps: &AffineLeaps<S>, columns: usize) -> Self {
+impl<T: LeapTables> NodeVisit<T> {
+    pub(super) fn new(leaps: &T, columns: usize) -> Self {
         Self {
-            node: None,
-            values: vec![S::zero(); AffineLeaps::<S>::padded_columns(columns)],
-            series: vec![S::zero(); leaps.terms()],
-            slopes: vec![S::zero(); leaps.terms()],
-            rounded: vec![0.0; leaps.terms()],
+            node: T::NOWHERE,
+            values: vec![T::Number::zero(); AffineLeaps::<f64>::padded_columns(columns)],
+            series: vec![T::Number::zero(); leaps.terms()],
+            slopes: vec![T::Number::zero(); leaps.terms()],
+            rounded: vec![RoundedNumber::<T>::zero(); leaps.terms()],
         }
     }
 
     /// To be called where a span starts.
-    pub(super) fn forget(&mut self) {
-        self.node = None;
-    }
-
     #[inline(always)]
-    fn go_to(&mut self, node: usize, leaps: &AffineLeaps<S>, extended: &[S]) {
-        if self.node != Some(node) {
-            leaps.at_node(node, extended, &mut self.values);
-            self.node = Some(node);
-        }
+    pub(super) fn forget(&mut self) {
+        self.node = T::NOWHERE;
     }
 
     /// The states at a time of the span.
     #[inline(always)]
     pub(super) fn states_at(
         &mut self,
-        time: S,
-        leaps: &AffineLeaps<S>,
-        extended: &[S],
-        states: &mut [S],
+        time: T::Number,
+        wanted: NumberMask<T>,
+        leaps: &T,
+        extended: &[T::Number],
+        states: &mut [T::Number],
     ) {
-        let (node, start) = leaps.node(time.to_f64());
-        self.go_to(node, leaps, extended);
+        let (node, start) = leaps.node(time.rounded());
+        leaps.go_to(node, wanted, &mut self.node, extended, &mut self.values);
         leaps.states_at(time - start, &self.values, &mut self.series, states);
     }
 }
 
 /// The gap of one surface along a span.
-pub(super) struct GapCourse<'t, S: Real> {
-    pub(super) leaps: &'t AffineLeaps<S>,
-    pub(super) extended: &'t [S],
+pub(super) struct GapCourse<'t, T: LeapTables> {
+    pub(super) leaps: &'t T,
+    pub(super) extended: &'t [T::Number],
     pub(super) surface: usize,
-    pub(super) visit: &'t mut NodeVisit<S>,
+    pub(super) visit: &'t mut NodeVisit<T>,
 }
 
 /// Share of the reach of a node, and of a slope, within which a zero is known when it is to be polished.
@@ -78,99 +89,133 @@ const CLOSE: f64 = 1e-4;
 /// Most steps of Newton's method, and most changes of the node.
 const MAX_NEWTON: usize = 8;
 
-impl<S: Real> GapCourse<'_, S> {
+impl<T: LeapTables> GapCourse<'_, T> {
     /// The zero near a time at which the gap falls, from that of the parabola about the node.
     #[inline(always)]
-    pub(super) fn fall(&mut self, near: f64) -> Option<S> {
-        let mut guess = S::from_f64(near);
+    pub(super) fn fall(
+        &mut self,
+        near: RoundedNumber<T>,
+        wanted: NumberMask<T>,
+    ) -> (T::Number, NumberMask<T>) {
+        let mut time = T::Number::from_rounded(near);
+        let (mut going, mut found) = (wanted, NumberMask::<T>::NONE);
         for _ in 0..MAX_NEWTON {
-            let (node, start) = self.leaps.node(guess.to_f64());
-            match self.fall_about(node, guess - start) {
-                Ok(time) => return Some(start + time),
-                Err(left) => guess = start + left,
-            }
-            if !self.is_within(guess) {
-                return None;
+            let (node, start) = self.leaps.node(time.rounded());
+            let zero = self.fall_about(node, time - start, going);
+            time = T::Number::select(going, start + zero.time, time);
+            found |= going & zero.found;
+            going &= !zero.found & self.is_within(time);
+            if !going.any() {
+                break;
             }
         }
-        None
+        (time, found)
     }
 
-    /// The same about one node, from a guess for where there is no parabola; where the search left the node, if it did.
+    /// The same about one node, from a guess for where there is no parabola.
     #[inline(always)]
-    pub(super) fn fall_about(&mut self, node: usize, guess: S) -> Result<S, S> {
-        let reach = self.leaps.reach().to_f64();
+    pub(super) fn fall_about(
+        &mut self,
+        node: T::Node,
+        guess: T::Number,
+        wanted: NumberMask<T>,
+    ) -> Zero<T::Number> {
+        let reach = self.leaps.reach().rounded();
         let NodeVisit {
             series, rounded, ..
-        } = self.series_about(node);
-        round(series, rounded);
-        let near = falling_zero(rounded, guess.to_f64(), reach).map_err(S::from_f64)?;
+        } = self.series_about(node, wanted);
+        let rounded = T::Number::all_rounded(series, rounded);
+        let near = falling_zero(rounded, guess.rounded(), reach, wanted);
         near.polished(series, reach)
     }
 
     /// The extremum near a time.
     #[inline(always)]
-    pub(super) fn turn(&mut self, near: f64) -> Option<Turn<S>> {
-        let mut guess = S::from_f64(near);
+    pub(super) fn turn(
+        &mut self,
+        near: RoundedNumber<T>,
+        wanted: NumberMask<T>,
+    ) -> Turn<T::Number> {
+        let time = T::Number::from_rounded(near);
+        let mut turn = Turn {
+            time,
+            gap: time,
+            curvature: time,
+            found: NumberMask::<T>::NONE,
+        };
+        let mut going = wanted;
         for _ in 0..MAX_NEWTON {
-            let (node, start) = self.leaps.node(guess.to_f64());
-            match self.turn_about(node, guess - start) {
-                Ok(turn) => {
-                    return Some(Turn {
-                        time: start + turn.time,
-                        ..turn
-                    });
-                }
-                Err(left) => guess = start + left,
-            }
-            if !self.is_within(guess) {
-                return None;
+            let (node, start) = self.leaps.node(turn.time.rounded());
+            let next = self.turn_about(node, turn.time - start, going);
+            let select = |one, other| T::Number::select(going, one, other);
+            turn = Turn {
+                time: select(start + next.time, turn.time),
+                gap: select(next.gap, turn.gap),
+                curvature: select(next.curvature, turn.curvature),
+                found: turn.found | (going & next.found),
+            };
+            going &= !next.found & self.is_within(turn.time);
+            if !going.any() {
+                break;
             }
         }
-        None
+        turn
     }
 
     /// The same about one node, its time counted from there.
     #[inline(always)]
-    pub(super) fn turn_about(&mut self, node: usize, guess: S) -> Result<Turn<S>, S> {
+    pub(super) fn turn_about(
+        &mut self,
+        node: T::Node,
+        guess: T::Number,
+        wanted: NumberMask<T>,
+    ) -> Turn<T::Number> {
         let reach = self.leaps.reach();
-        let NodeVisit { series, slopes, .. } = self.series_about(node);
+        let NodeVisit { series, slopes, .. } = self.series_about(node, wanted);
         differentiate(series, slopes);
         let chord = -slopes[0] / slopes[1];
-        let is_near = chord.abs() <= reach + reach;
-        let (time, curvature) = newton(slopes, if is_near { chord } else { guess }, reach)?;
-        Ok(Turn {
-            time,
-            gap: polynomial::value(series, time),
-            curvature,
-        })
+        let is_near = chord.abs().is_at_most(reach + reach);
+        let zero = newton(
+            slopes,
+            T::Number::select(is_near, chord, guess),
+            reach,
+            wanted,
+        );
+        Turn {
+            time: zero.time,
+            gap: polynomial::value(series, zero.time),
+            curvature: zero.slope,
+            found: zero.found,
+        }
     }
 
     /// The gap at a time.
     #[inline(always)]
-    pub(super) fn value(&mut self, time: S) -> S {
-        let (node, start) = self.leaps.node(time.to_f64());
-        polynomial::value(&self.series_about(node).series, time - start)
+    pub(super) fn value(&mut self, time: T::Number, wanted: NumberMask<T>) -> T::Number {
+        let (node, start) = self.leaps.node(time.rounded());
+        polynomial::value(&self.series_about(node, wanted).series, time - start)
     }
 
     /// The slope at a time.
     #[inline(always)]
-    pub(super) fn slope(&mut self, time: S) -> S {
-        let (node, start) = self.leaps.node(time.to_f64());
-        polynomial::value_and_slope(&self.series_about(node).series, time - start).1
+    pub(super) fn slope(&mut self, time: T::Number, wanted: NumberMask<T>) -> T::Number {
+        let (node, start) = self.leaps.node(time.rounded());
+        polynomial::value_and_slope(&self.series_about(node, wanted).series, time - start).1
     }
 
     #[inline(always)]
-    fn series_about(&mut self, node: usize) -> &mut NodeVisit<S> {
+    fn series_about(&mut self, node: T::Node, wanted: NumberMask<T>) -> &mut NodeVisit<T> {
         let (leaps, visit) = (self.leaps, &mut *self.visit);
-        visit.go_to(node, leaps, self.extended);
+        let values = &mut visit.values;
+        leaps.go_to(node, wanted, &mut visit.node, self.extended, values);
         leaps.watched_series(self.surface, &visit.values, &mut visit.series);
         visit
     }
 
-    fn is_within(&self, time: S) -> bool {
+    #[inline(always)]
+    fn is_within(&self, time: T::Number) -> NumberMask<T> {
         let reach = self.leaps.reach();
-        time > -reach && time < self.leaps.span() + reach
+        (-reach).is_below(time) & time.is_below(self.leaps.span() + reach)
     }
 }
 
@@ -179,46 +224,41 @@ impl<S: Real> GapCourse<'_, S> {
 ///
 /// After a step `Δ` the error is about `Δ² |p''/2p'|`; `p''` is taken from the last two slopes, and twice as large.
 #[inline(always)]
-fn newton<S: Real>(series: &[S], start: S, reach: S) -> Result<(S, S), S> {
+fn newton<S: Branched>(series: &[S], start: S, reach: S, wanted: S::Mask) -> Zero<S> {
     let rounding = S::from_f64(0.25 * S::ROUNDOFF) * reach;
     let least = S::from_f64(4.0) / reach;
-    let mut time = start;
+    let mut zero = Zero {
+        time: start,
+        slope: start,
+        found: S::Mask::NONE,
+    };
+    let mut going = wanted;
     let mut before = None;
     for _ in 0..MAX_NEWTON {
-        let (value, slope) = polynomial::value_and_slope(series, time);
+        let (value, slope) = polynomial::value_and_slope(series, zero.time);
         let change = -value / slope;
-        let is_last = |(last, last_slope): (S, S)| {
-            let run = ((time - last) * slope).abs();
-            ((slope - last_slope).abs() + least * run) * change * change <= rounding * run
-        };
-        let settled = change == S::zero() || before.is_some_and(is_last);
-        before = Some((time, slope));
-        time += change;
-        let is_near = time.abs() <= reach;
-        if settled && is_near {
-            return Ok((time, slope));
+        let mut settled = change.is_equal(S::zero());
+        if let Some((last, last_slope)) = before {
+            let run = ((zero.time - last) * slope).abs();
+            let error = ((slope - last_slope).abs() + least * run) * change * change;
+            settled |= error.is_at_most(rounding * run);
         }
-        if !is_near {
+        before = Some((zero.time, slope));
+        zero.time = S::select(going, zero.time + change, zero.time);
+        zero.slope = S::select(going, slope, zero.slope);
+        let is_near = zero.time.abs().is_at_most(reach);
+        zero.found |= going & settled & is_near;
+        going &= !settled & is_near;
+        if !going.any() {
             break;
         }
     }
-    Err(time)
-}
-
-/// Rounds a series of whole blocks.
-///
-/// NOTE: block by block, as it was written: a wider load would wait until two stores have reached the cache.
-#[inline(always)]
-fn round<S: Real>(series: &[S], rounded: &mut [f64]) {
-    let blocks = rounded.as_chunks_mut::<4>().0.iter_mut();
-    for (rounded, block) in blocks.zip(series.as_chunks::<4>().0) {
-        *rounded = block.map(Real::to_f64);
-    }
+    zero
 }
 
 /// Coefficients of the derivative, padded with a zero.
 #[inline(always)]
-fn differentiate<S: Real>(series: &[S], slopes: &mut [S]) {
+fn differentiate<S: Scalar>(series: &[S], slopes: &mut [S]) {
     let mut power = S::zero();
     for (slope, &value) in slopes.iter_mut().zip(&series[1..]) {
         power += S::one();
@@ -231,14 +271,17 @@ fn differentiate<S: Real>(series: &[S], slopes: &mut [S]) {
 
 /// A zero at which a series falls, to `f64`.
 #[derive(Clone, Copy, Debug)]
-struct NearZero {
-    time: f64,
-    slope: f64,
-    curvature: f64,
+struct NearZero<S: Branched> {
+    /// Its time, or where the search left the node.
+    time: S,
+    slope: S,
+    curvature: S,
     /// A bound of the third derivative.
-    third: f64,
+    third: S,
     /// A bound of the error of the time.
-    error: f64,
+    error: S,
+    /// Where it is one.
+    found: S::Mask,
 }
 
 /// The zero within reach of a node at which a series falls, by parabolas about one point after another, first about the
@@ -247,59 +290,83 @@ struct NearZero {
 /// With `g`, `g'`, `g''` at a point the next is `s = 2 g / (√(g'² − 2 g g'') − g')` further, with an error of
 /// `g''' s³ / 6` over the speed there: near a graze, where the gap is a parabola, no more than elsewhere.
 #[inline(always)]
-fn falling_zero(series: &[f64], guess: f64, reach: f64) -> Result<NearZero, f64> {
-    let [c0, c1, c2, c3, c4, c5] = std::array::from_fn(|k| series.get(k).copied().unwrap_or(0.0));
-    let third = 6.0 * c3.abs() + reach * (24.0 * c4.abs() + reach * 60.0 * c5.abs());
+fn falling_zero<S: Branched>(series: &[S], guess: S, reach: S, wanted: S::Mask) -> NearZero<S> {
+    let number = S::from_f64;
+    let [c0, c1, c2, c3, c4, c5] =
+        std::array::from_fn(|k| series.get(k).copied().unwrap_or(S::zero()));
+    let third = number(6.0) * c3.abs()
+        + reach * (number(24.0) * c4.abs() + reach * number(60.0) * c5.abs());
     let size = c0.abs() + reach * (c1.abs() + reach * c2.abs());
-    let (start, _) = parabola(c0, c1, 2.0 * c2);
-    let mut time = if start.abs() <= 2.0 * reach {
-        start
-    } else {
-        guess
+    let rounding = number(4.0 * f64::EPSILON) * size;
+    let close = number(CLOSE) * reach;
+    let (start, _) = parabola(c0, c1, number(2.0) * c2);
+    let is_near = start.abs().is_at_most(number(2.0) * reach);
+    let mut zero = NearZero {
+        time: S::select(is_near, start, guess),
+        slope: c1,
+        curvature: c2,
+        third,
+        error: size,
+        found: S::Mask::NONE,
     };
+    let mut going = wanted;
     for _ in 0..MAX_NEWTON {
+        let time = zero.time;
         let (value, slope) = polynomial::value_and_slope(series, time);
-        let curvature = 2.0 * c2 + time * (6.0 * c3 + time * (12.0 * c4 + time * 20.0 * c5));
+        let bend = number(6.0) * c3 + time * (number(12.0) * c4 + time * number(20.0) * c5);
+        let curvature = number(2.0) * c2 + time * bend;
         let (step, speed) = parabola(value, slope, curvature);
-        time += step;
-        let is_near = time.abs() <= reach;
-        if !is_near {
+        let size = step.abs();
+        let error = (third * (size * size * size) / number(6.0) + rounding) / speed;
+        let select = |one, other| S::select(going, one, other);
+        zero.time = select(time + step, time);
+        zero.slope = select(-speed, zero.slope);
+        zero.curvature = select(curvature, zero.curvature);
+        zero.error = select(error, zero.error);
+        let is_near = zero.time.abs().is_at_most(reach);
+        let bent = (curvature.abs() + third * reach) * error;
+        let is_close = error.is_at_most(close) & bent.is_at_most(number(CLOSE) * speed);
+        zero.found |= going & is_near & is_close;
+        going &= is_near & !is_close;
+        if !going.any() {
             break;
         }
-        let error = (third * step.abs().powi(3) / 6.0 + 4.0 * f64::EPSILON * size) / speed;
-        if error <= CLOSE * reach && (curvature.abs() + third * reach) * error <= CLOSE * speed {
-            return Ok(NearZero {
-                time,
-                slope: -speed,
-                curvature,
-                third,
-                error,
-            });
-        }
     }
-    Err(time)
+    zero
 }
 
-impl NearZero {
+impl<R: Branched<Rounded = R>> NearZero<R> {
     /// The same to the rounding of other numbers, by Newton's method: a step takes one value, for the slope is known.
     #[inline(always)]
-    fn polished<S: Real>(self, series: &[S], reach: f64) -> Result<S, S> {
-        let (mut time, mut error) = (S::from_f64(self.time), self.error);
+    fn polished<S>(self, series: &[S], reach: R) -> Zero<S>
+    where
+        S: Branched<Rounded = R, Mask = R::Mask>,
+    {
+        let slope = S::from_rounded(self.slope);
+        let limit = R::from_f64(0.25 * S::ROUNDOFF) * reach;
+        let bend = self.curvature.abs() + self.third * self.error;
+        let bend = bend * self.error / self.slope.abs() + R::from_f64(f64::EPSILON);
+        let (mut time, mut error) = (S::from_rounded(self.time), self.error);
+        let (mut going, mut found) = (self.found, R::Mask::NONE);
         for _ in 0..MAX_NEWTON {
-            if error <= 0.25 * S::ROUNDOFF * reach {
-                return Ok(time);
+            let done = error.is_at_most(limit);
+            found |= going & done;
+            going &= !done;
+            if !going.any() {
+                break;
             }
-            time -= polynomial::value(series, time) / S::from_f64(self.slope);
-            let bend = (self.curvature.abs() + self.third * self.error) * self.error;
-            error *= bend / self.slope.abs() + f64::EPSILON;
+            let next = time - polynomial::value(series, time) / slope;
+            time = S::select(going, next, time);
+            error = R::select(going, error * bend, error);
         }
-        Err(time)
+        Zero { time, slope, found }
     }
 }
 
 /// From a point to where the parabola with this value, slope and curvature falls through zero, and its speed there.
 #[inline(always)]
-fn parabola(value: f64, slope: f64, curvature: f64) -> (f64, f64) {
-    let speed = (slope * slope - 2.0 * value * curvature).sqrt();
-    (2.0 * value / (speed - slope), speed)
+fn parabola<S: Scalar>(value: S, slope: S, curvature: S) -> (S, S) {
+    let two = S::from_f64(2.0);
+    let speed = (slope * slope - two * value * curvature).sqrt();
+    (two * value / (speed - slope), speed)
 }

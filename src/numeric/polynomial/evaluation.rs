@@ -8,7 +8,7 @@ use crate::numeric::{Real, Scalar};
 const CHAINS: usize = 4;
 
 /// The value at `time` of the polynomial with these ascending coefficients.
-#[inline]
+#[inline(always)]
 pub fn value<S: Scalar>(coefficients: &[S], time: S) -> S {
     let square = time * time;
     let quartic = square * square;
