@@ -189,7 +189,7 @@ impl<const N: usize> LaneFlight<N> {
         self.entry.take(contact, &self.motion);
         self.behind |= contact;
         let looked = self.looking;
-        self.look_on(minimum & !looked);
+        self.look_on(minimum & !looked, leap.rises_for);
         self.return_at(over & looked);
         self.reject((minimum & looked) | (over & !looked & self.behind));
         self.alive &= !(over & !looked & !self.behind);
@@ -209,11 +209,12 @@ impl<const N: usize> LaneFlight<N> {
         }
     }
 
-    /// From minima: those past the nominal return are section points, the others look for a nearer one.
+    /// From minima: those past the nominal return, and those after which the gap rises for long, are section points; the
+    /// others look for a nearer one.
     #[inline(always)]
-    fn look_on(&mut self, minimum: LaneMask<N>) {
+    fn look_on(&mut self, minimum: LaneMask<N>, rises_for: Lanes<N>) {
         let early = self.duration - self.motion.time;
-        let past = minimum & early.is_at_most(Lanes::splat(0.0));
+        let past = minimum & (early + early).is_at_most(rises_for);
         self.passage.take(minimum, &self.motion);
         self.early = Lanes::select(minimum, early, self.early);
         self.looking |= minimum;

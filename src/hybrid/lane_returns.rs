@@ -19,6 +19,7 @@ use crate::numeric::{LaneMask, Lanes};
 pub struct LaneReturns<'a, const N: usize> {
     alone: Vec<DirectReturn<'a, f64>>,
     flight: LaneFlight<N>,
+    images: LaneImages<N>,
 }
 
 /// Images of the states of every lane.
@@ -51,29 +52,40 @@ impl<'a, const N: usize> LaneReturns<'a, N> {
         let durations = Lanes::from_fn(|lane| alone[own(lane)].duration);
         let first = &alone[0];
         let flight = LaneFlight::new(tools, first.simulator.system(), durations, first.periods);
-        Some(Self { alone, flight })
+        let images = LaneImages {
+            state: flight.states().to_vec(),
+            speeds: [None; N],
+            returned: [false; N],
+            together: [false; N],
+        };
+        Some(Self {
+            alone,
+            flight,
+            images,
+        })
     }
 
     /// The next section points from full states at the section, of the lanes that are wanted.
-    pub fn images(&mut self, states: &[Lanes<N>], wanted: [bool; N]) -> LaneImages<N> {
+    pub fn images(&mut self, states: &[Lanes<N>], wanted: [bool; N]) -> &LaneImages<N> {
         let used = self.alone.len();
         let wanted = LaneMask::from_fn(|lane| wanted[lane] && lane < used);
         let done = self.flight.fly(states, wanted);
-        let mut images = LaneImages {
-            state: self.flight.states().to_vec(),
-            speeds: std::array::from_fn(|lane| self.flight.speed(lane)),
-            returned: std::array::from_fn(|lane| done.holds(lane)),
-            together: std::array::from_fn(|lane| done.holds(lane)),
-        };
-        for lane in (wanted & !done).lanes() {
-            self.fly_alone(lane, states, &mut images);
+        self.images.state.copy_from_slice(self.flight.states());
+        for lane in 0..N {
+            let together = done.holds(lane);
+            self.images.speeds[lane] = self.flight.speed(lane);
+            (self.images.returned[lane], self.images.together[lane]) = (together, together);
         }
-        images
+        for lane in (wanted & !done).lanes() {
+            self.fly_alone(lane, states);
+        }
+        &self.images
     }
 
     /// The image of one lane by its own simulator.
     #[cold]
-    fn fly_alone(&mut self, lane: usize, states: &[Lanes<N>], images: &mut LaneImages<N>) {
+    fn fly_alone(&mut self, lane: usize, states: &[Lanes<N>]) {
+        let images = &mut self.images;
         let state: Vec<f64> = states.iter().map(|value| value[lane]).collect();
         let image = self.alone[lane].image(&state);
         let image = image

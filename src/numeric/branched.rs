@@ -33,6 +33,10 @@ pub(crate) trait Branched: Scalar {
     /// As many doubles.
     type Rounded: Branched<Mask = Self::Mask, Rounded = Self::Rounded>;
 
+    /// Keeps what a loop carries from one turn to the next in whole registers.
+    ///
+    /// NOTE: left to itself, the compiler carries lanes one by one, and puts them together in any order at every turn.
+    fn carried<V>(value: &mut V);
     /// The nearest doubles.
     fn rounded(self) -> Self::Rounded;
     /// The same numbers.
@@ -61,6 +65,9 @@ impl Mask for bool {
 impl<S: Real> Branched for S {
     type Mask = bool;
     type Rounded = f64;
+
+    #[inline(always)]
+    fn carried<V>(_: &mut V) {}
 
     #[inline(always)]
     fn rounded(self) -> f64 {
@@ -112,17 +119,23 @@ impl<const N: usize> LaneMask<N> {
     /// From a truth value for each lane.
     #[inline(always)]
     pub(crate) fn from_fn(mut value: impl FnMut(usize) -> bool) -> Self {
-        Self(std::array::from_fn(
-            |lane| {
-                if value(lane) { u64::MAX } else { 0 }
-            },
-        ))
+        let mut lanes = [0; N];
+        for (lane, out) in lanes.iter_mut().enumerate() {
+            *out = if value(lane) { u64::MAX } else { 0 };
+        }
+        Self(lanes)
     }
 
     /// Whether one lane is true.
     #[inline(always)]
     pub(crate) fn holds(self, lane: usize) -> bool {
         self.0[lane] != 0
+    }
+
+    /// Puts one lane to a truth value.
+    #[inline(always)]
+    pub(crate) fn set(&mut self, lane: usize, value: bool) {
+        self.0[lane] = if value { u64::MAX } else { 0 };
     }
 
     /// The lanes that are true.
@@ -162,8 +175,11 @@ impl<const N: usize> Not for LaneMask<N> {
     type Output = Self;
 
     #[inline(always)]
-    fn not(self) -> Self {
-        Self(self.0.map(|lane| !lane))
+    fn not(mut self) -> Self {
+        for lane in &mut self.0 {
+            *lane = !*lane;
+        }
+        self
     }
 }
 
@@ -172,13 +188,22 @@ impl<const N: usize> Mask for LaneMask<N> {
 
     #[inline(always)]
     fn any(self) -> bool {
-        self.0.iter().fold(0, |any, lane| any | lane) != 0
+        let mut any = 0;
+        for lane in self.0 {
+            any |= lane;
+        }
+        any != 0
     }
 }
 
 impl<const N: usize> Branched for Lanes<N> {
     type Mask = LaneMask<N>;
     type Rounded = Self;
+
+    #[inline(always)]
+    fn carried<V>(value: &mut V) {
+        std::hint::black_box(value);
+    }
 
     #[inline(always)]
     fn rounded(self) -> Self {

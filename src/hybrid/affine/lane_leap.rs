@@ -51,8 +51,9 @@ pub(in crate::hybrid) struct LaneLeap<const N: usize> {
     pub(in crate::hybrid) time: Lanes<N>,
     /// At a contact.
     pub(in crate::hybrid) contact: LaneMask<N>,
-    /// At a minimum.
+    /// At a minimum, from which the gap is known to rise for a time.
     pub(in crate::hybrid) minimum: LaneMask<N>,
+    pub(in crate::hybrid) rises_for: Lanes<N>,
     /// Where nothing is known: to be flown alone.
     pub(in crate::hybrid) open: LaneMask<N>,
 }
@@ -77,6 +78,7 @@ impl<const N: usize> LaneLeaper<'_, N> {
             time: quiet,
             contact: LaneMask::NONE,
             minimum: LaneMask::NONE,
+            rises_for: Lanes::splat(0.0),
             open: LaneMask::NONE,
         };
         let mut going = self.asked.wanted;
@@ -95,6 +97,7 @@ impl<const N: usize> LaneLeaper<'_, N> {
             going &= !found.open;
             let met = going & (found.contact | found.minimum) & found.time.is_at_most(quiet);
             leap.time = Lanes::select(met, found.time, leap.time);
+            leap.rises_for = Lanes::select(met, found.rises_for, leap.rises_for);
             leap.contact |= met & found.contact;
             leap.minimum |= met & found.minimum;
             self.turn(going, &found);

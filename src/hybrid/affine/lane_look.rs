@@ -33,6 +33,8 @@ pub(super) struct Found<const N: usize> {
     pub(super) time: Lanes<N>,
     pub(super) contact: LaneMask<N>,
     pub(super) minimum: LaneMask<N>,
+    /// For how long the gap is known to rise from a minimum.
+    pub(super) rises_for: Lanes<N>,
     /// Where the points are not enough.
     pub(super) open: LaneMask<N>,
     /// Which way the gaps go at the end.
@@ -60,6 +62,7 @@ impl<const N: usize> LaneLook<'_, N> {
             time: self.until,
             contact: LaneMask::NONE,
             minimum: LaneMask::NONE,
+            rises_for: self.until,
             open: (wanted & !shape.known) | lost,
             rises: rising & !lost,
             falls: (hill & !lost) | falling,
@@ -117,6 +120,7 @@ impl<const N: usize> LaneLook<'_, N> {
         found.open |= unclear;
         found.rises |= same & !unclear;
         found.falls |= clear & self.until.is_below(turn.time);
+        found.rises_for = turn.rises_for;
         let below = clear & !self.ignoring & turn.gap.is_below(zero);
         let admitted = self.ignoring | zero.is_at_most(turn.gap);
         found.minimum |= clear & !below & admitted;

@@ -1,7 +1,7 @@
 //! What control points tell in lanes: [`Polygon`](super::polygon::Polygon) of one gap of several orbits.
 //!
-//! One idea: in lanes a point is compared with the next one for all orbits at once, and runs are counted; so nothing is
-//! decided otherwise than for one orbit.
+//! One idea: in lanes a point is compared with the next one for all orbits at once, and what that says is put down as bits
+//! of a word for each, whose runs are what one orbit counts.
 
 use super::polygon::SAME_MINIMUM;
 use crate::numeric::{Branched, LaneMask, Lanes, Mask, Scalar};
@@ -37,6 +37,28 @@ pub(super) struct LaneFall<const N: usize> {
     pub(super) stays: LaneMask<N>,
 }
 
+/// The points to which a polygon goes one way, and then the other.
+#[derive(Clone, Copy, Debug)]
+struct Runs {
+    first: u32,
+    all: u32,
+}
+
+impl Runs {
+    /// From the bits of the differences that rise and of those that fall, and the first of them that has a say.
+    #[inline(always)]
+    fn of([rising, falling]: [u64; 2], start: u32, falls: bool) -> Self {
+        let (along, against) = if falls {
+            (falling, rising)
+        } else {
+            (rising, falling)
+        };
+        let first = start + (along >> start).trailing_ones();
+        let all = first + (against >> first).trailing_ones();
+        Self { first, all }
+    }
+}
+
 impl<const N: usize> LanePolygon<'_, N> {
     /// What the points' turns tell; `at_minimum` where the polynomial starts at one that is known.
     #[inline(always)]
@@ -46,27 +68,37 @@ impl<const N: usize> LanePolygon<'_, N> {
         let second = points[2] - points[1];
         let is_flat = first.abs().is_at_most(Lanes::splat(SAME_MINIMUM) * second);
         let flat = at_minimum & is_flat;
-        let (zero, one) = (Lanes::splat(0.0), Lanes::splat(1.0));
+        let zero = Lanes::splat(0.0);
         let falls = Lanes::select(flat, second, first).is_below(zero);
-        let sign = Lanes::select(falls, -one, one);
-        let mut known = self.rounding.is_below(sign * first) | flat;
-        let mut turns = LaneMask::NONE;
-        let mut turn = one;
-        for (number, pair) in points.windows(2).enumerate().skip(1) {
-            let difference = sign * (pair[1] - pair[0]);
-            let along = self.rounding.is_below(difference);
-            let against = self.rounding.is_below(-difference);
-            let starts = if number == 1 { flat } else { LaneMask::NONE };
-            known &= (along & !turns) | (against & !starts);
-            turns |= against;
-            turn += Lanes::select(turns, zero, one);
+        let (mut rising, mut falling, mut bit) = (zero, zero, 1.0);
+        for pair in points.windows(2) {
+            let difference = pair[1] - pair[0];
+            let (up, down) = (difference, -difference);
+            let word = Lanes::splat(bit);
+            rising += Lanes::select(self.rounding.is_below(up), word, zero);
+            falling += Lanes::select(self.rounding.is_below(down), word, zero);
+            Lanes::<N>::carried(&mut rising);
+            Lanes::<N>::carried(&mut falling);
+            bit += bit;
         }
-        LaneShape {
-            known,
+        let mut shape = LaneShape {
+            known: LaneMask::NONE,
             falls,
-            turns,
-            turn,
+            turns: LaneMask::NONE,
+            turn: zero,
+        };
+        let last = (points.len() - 1) as u32;
+        for lane in 0..N {
+            let words = [rising[lane] as u64, falling[lane] as u64];
+            let start = u32::from(flat.holds(lane));
+            let runs = Runs::of(words, start, falls.holds(lane));
+            shape.turn[lane] = f64::from(runs.first);
+            shape
+                .known
+                .set(lane, runs.first > start && runs.all == last);
+            shape.turns.set(lane, runs.first < last);
         }
+        shape
     }
 
     /// Where the polynomials first come down to a bound; the first point has no say where they start on a zero.

@@ -152,7 +152,11 @@ impl<S: Real> Leaper<'_, S> {
             self.buffers.courses[surface] = found.course;
             let stop = match found.passage {
                 Some(Passage::Minimum { gap, .. }) if self.buffers.asked[surface].stops => {
-                    Stop::Minimum { gap }
+                    let rises_for = match found.course {
+                        Course::Valley { rises_for, .. } => rises_for,
+                        _ => S::zero(),
+                    };
+                    Stop::Minimum { gap, rises_for }
                 }
                 Some(Passage::Minimum { time, gap }) => {
                     self.misses.push((time, surface, gap));
@@ -216,7 +220,7 @@ impl<S: Real> Leaper<'_, S> {
         for surface in 0..self.buffers.asked.len() {
             self.headings[surface] = match self.buffers.courses[surface] {
                 Course::Straight(heading) => heading,
-                Course::Valley(turn) => Heading::falling(time < turn),
+                Course::Valley { minimum, .. } => Heading::falling(time < minimum),
                 Course::Hill => {
                     let mut gap = GapCourse {
                         leaps: self.leaps,
@@ -239,7 +243,7 @@ impl<S: Real> Leaper<'_, S> {
         for ((asked, course), heading) in surfaces {
             let before = match *course {
                 Course::Straight(heading) => heading,
-                Course::Valley(_) => Heading::Rising,
+                Course::Valley { .. } => Heading::Rising,
                 Course::Hill => Heading::Falling,
             };
             asked.start = Start::Inside { before, within };

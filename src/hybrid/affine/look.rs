@@ -13,8 +13,8 @@ use crate::numeric::Real;
 pub(super) enum Course<S> {
     /// One way, or not known.
     Straight(Heading),
-    /// It falls before this time and rises after.
-    Valley(S),
+    /// It falls before this time and rises after, for so long at least.
+    Valley { minimum: S, rises_for: S },
     /// It rises first and falls at the end.
     Hill,
 }
@@ -133,7 +133,10 @@ impl<S: Real> Look<'_, S> {
             }),
         };
         Some(Found {
-            course: Course::Valley(turn.time),
+            course: Course::Valley {
+                minimum: turn.time,
+                rises_for: turn.rises_for,
+            },
             passage,
         })
     }

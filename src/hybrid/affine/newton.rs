@@ -16,6 +16,8 @@ pub(super) struct Turn<S: Branched> {
     pub(super) gap: S,
     /// Its second derivative there.
     pub(super) curvature: S,
+    /// For how long after it the gap is known to rise.
+    pub(super) rises_for: S,
     /// Where there is one.
     pub(super) found: S::Mask,
 }
@@ -108,6 +110,7 @@ impl<T: LeapTables> GapCourse<'_, T> {
             if !going.any() {
                 break;
             }
+            T::Number::carried(&mut time);
         }
         (time, found)
     }
@@ -141,6 +144,7 @@ impl<T: LeapTables> GapCourse<'_, T> {
             time,
             gap: time,
             curvature: time,
+            rises_for: time,
             found: NumberMask::<T>::NONE,
         };
         let mut going = wanted;
@@ -152,12 +156,14 @@ impl<T: LeapTables> GapCourse<'_, T> {
                 time: select(start + next.time, turn.time),
                 gap: select(next.gap, turn.gap),
                 curvature: select(next.curvature, turn.curvature),
+                rises_for: select(next.rises_for, turn.rises_for),
                 found: turn.found | (going & next.found),
             };
             going &= !next.found & self.is_within(turn.time);
             if !going.any() {
                 break;
             }
+            T::Number::carried(&mut turn);
         }
         turn
     }
@@ -181,10 +187,13 @@ impl<T: LeapTables> GapCourse<'_, T> {
             reach,
             wanted,
         );
+        let convex = is_convex(series, reach.rounded());
+        let rises_for = T::Number::select(convex, reach - zero.time, T::Number::zero());
         Turn {
             time: zero.time,
             gap: polynomial::value(series, zero.time),
             curvature: zero.slope,
+            rises_for,
             found: zero.found,
         }
     }
@@ -233,17 +242,18 @@ fn newton<S: Branched>(series: &[S], start: S, reach: S, wanted: S::Mask) -> Zer
         found: S::Mask::NONE,
     };
     let mut going = wanted;
-    let mut before = None;
-    for _ in 0..MAX_NEWTON {
+    let mut before = (start, start);
+    for step in 0..MAX_NEWTON {
         let (value, slope) = polynomial::value_and_slope(series, zero.time);
         let change = -value / slope;
         let mut settled = change.is_equal(S::zero());
-        if let Some((last, last_slope)) = before {
+        if step > 0 {
+            let (last, last_slope) = before;
             let run = ((zero.time - last) * slope).abs();
             let error = ((slope - last_slope).abs() + least * run) * change * change;
             settled |= error.is_at_most(rounding * run);
         }
-        before = Some((zero.time, slope));
+        before = (zero.time, slope);
         zero.time = S::select(going, zero.time + change, zero.time);
         zero.slope = S::select(going, slope, zero.slope);
         let is_near = zero.time.abs().is_at_most(reach);
@@ -252,8 +262,23 @@ fn newton<S: Branched>(series: &[S], start: S, reach: S, wanted: S::Mask) -> Zer
         if !going.any() {
             break;
         }
+        S::carried(&mut zero);
+        S::carried(&mut before);
     }
     zero
+}
+
+/// Whether the second derivative is positive up to a distance from where a series starts: it is larger than the sum of
+/// what its further terms can take away.
+#[inline(always)]
+pub(super) fn is_convex<S: Branched>(series: &[S], reach: S::Rounded) -> S::Mask {
+    let number = S::Rounded::from_f64;
+    let mut bound = number(0.0);
+    for (degree, coefficient) in series.iter().enumerate().skip(3).rev() {
+        let factor = number((degree * (degree - 1)) as f64);
+        bound = (bound + factor * coefficient.abs().rounded()) * reach;
+    }
+    bound.is_below(number(2.0) * series[2].rounded())
 }
 
 /// Coefficients of the derivative, padded with a zero.
@@ -331,6 +356,7 @@ fn falling_zero<S: Branched>(series: &[S], guess: S, reach: S, wanted: S::Mask) 
         if !going.any() {
             break;
         }
+        S::carried(&mut zero);
     }
     zero
 }
@@ -358,6 +384,8 @@ impl<R: Branched<Rounded = R>> NearZero<R> {
             let next = time - polynomial::value(series, time) / slope;
             time = S::select(going, next, time);
             error = R::select(going, error * bend, error);
+            R::carried(&mut time);
+            R::carried(&mut error);
         }
         Zero { time, slope, found }
     }

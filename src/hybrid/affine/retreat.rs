@@ -3,10 +3,10 @@
 //! One idea: a convex gap that is negative now was zero once, and one that rises now was least once, as far back as the
 //! series about the present goes.
 
-use super::newton::{GapCourse, NodeVisit};
+use super::newton::{GapCourse, NodeVisit, is_convex};
 use crate::flow::{LeapTables, NumberMask};
 use crate::hybrid::backward::Back;
-use crate::numeric::{Branched, Kernel, Mask, Scalar};
+use crate::numeric::{Branched, Kernel, Mask};
 use num_traits::Zero as _;
 
 /// A retreat to be flown.
@@ -60,17 +60,4 @@ impl<T: LeapTables> Kernel for Retreat<'_, T> {
         }
         (-time, known)
     }
-}
-
-/// Whether the second derivative is positive from the start of a series to a distance: it is larger than the sum of what
-/// its further terms can take away.
-#[inline(always)]
-fn is_convex<S: Branched>(series: &[S], reach: S::Rounded) -> S::Mask {
-    let number = S::Rounded::from_f64;
-    let mut bound = number(0.0);
-    for (degree, coefficient) in series.iter().enumerate().skip(3).rev() {
-        let factor = number((degree * (degree - 1)) as f64);
-        bound = (bound + factor * coefficient.abs().rounded()) * reach;
-    }
-    bound.is_below(number(2.0) * series[2].rounded())
 }
