@@ -3,7 +3,7 @@
 //! The linear oscillator at `alpha = 1.002 alpha_g`, r = 0.8 (Foale 1994; Thota, Zhao, Dankowicz 2006), and the
 //! electrostatic one at `omega = 0.46`, 5 % beyond grazing, both on their attractors; the number of impacts is printed.
 //! `linear-taylor` is the linear one by the general integrator; `new-parameters` a return at other parameters than the one
-//! before, so that all tables are formed anew; `linear-in-lanes` returns of eight oscillators. The floor is a loop of independent multiply-adds.
+//! before, so that all tables are formed anew; `linear-in-lanes` returns of eight oscillators side by side. The floor is a loop of independent multiply-adds.
 
 #[path = "support/floor.rs"]
 mod floor;
@@ -148,7 +148,7 @@ fn returns_at_new_parameters<S: Real>(criterion: &mut Criterion, scalar: &str) {
     });
 }
 
-/// Returns of eight linear oscillators in lanes, each at its own forcing amplitude, beside those of one after another: from
+/// Returns of linear oscillators in lanes, each at its own forcing amplitude, beside those of one after another: from
 /// beyond the stop, and from before it.
 fn returns_in_lanes(criterion: &mut Criterion) {
     let graze = 2.247_220_505_424_423;
@@ -161,7 +161,8 @@ fn returns_in_lanes(criterion: &mut Criterion) {
     });
     let mut lanes = LaneReturns::<LANES>::new(alone.to_vec()).expect("one rigid stop");
     let mut alone = alone;
-    let mut group = criterion.benchmark_group("simulation/return/linear-in-lanes");
+    let name = "simulation/return/linear-in-lanes";
+    let mut group = criterion.benchmark_group(name);
     group.throughput(Throughput::Elements(LANES as u64));
     for (name, offset) in [("with impact", 1e-5), ("without", -1e-5)] {
         let state = |lane: usize| {

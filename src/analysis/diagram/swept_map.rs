@@ -22,6 +22,9 @@ const MAP_SEGMENTS: usize = 64;
 /// Lanes of direct simulation.
 const DIRECT_LANES: usize = 8;
 
+/// Fewest orbits that are worth lanes of direct simulation: all lanes together take as long as two alone.
+const FEWEST_LANES: usize = 3;
+
 /// Segments of a sweep by direct simulation, where mending a seam costs more.
 const DIRECT_SEGMENTS: usize = 16;
 
@@ -313,7 +316,8 @@ impl SweptMap for DirectSweep<'_> {
 
     fn settle(&self, starts: &[Start], request: &OrbitRequest) -> Vec<Settled> {
         let parameters: Vec<&[f64]> = starts.iter().map(|start| &start.parameters[..]).collect();
-        let Some(mut lanes) = self.map.in_lanes::<DIRECT_LANES>(&parameters) else {
+        let lanes = || self.map.in_lanes::<DIRECT_LANES>(&parameters);
+        let Some(mut lanes) = (starts.len() >= FEWEST_LANES).then(lanes).flatten() else {
             let alone = |start: &Start| settle_alone(self, start, request);
             return starts.iter().map(alone).collect();
         };

@@ -37,6 +37,24 @@ pub(super) struct LaneFall<const N: usize> {
     pub(super) stays: LaneMask<N>,
 }
 
+/// Points whose differences are formed together: they come in whole blocks.
+const BLOCK: usize = 8;
+
+/// The differences of points and the next ones.
+#[inline(always)]
+fn neighbours<const N: usize>(block: &[Lanes<N>; BLOCK], next: &Lanes<N>) -> [Lanes<N>; BLOCK] {
+    let mut differences = *block;
+    for place in 0..BLOCK {
+        let after = if place + 1 < BLOCK {
+            block[place + 1]
+        } else {
+            *next
+        };
+        differences[place] = after - block[place];
+    }
+    differences
+}
+
 /// The points to which a polygon goes one way, and then the other.
 #[derive(Clone, Copy, Debug)]
 struct Runs {
@@ -70,17 +88,25 @@ impl<const N: usize> LanePolygon<'_, N> {
         let flat = at_minimum & is_flat;
         let zero = Lanes::splat(0.0);
         let falls = Lanes::select(flat, second, first).is_below(zero);
-        let (mut rising, mut falling, mut bit) = (zero, zero, 1.0);
-        for pair in points.windows(2) {
-            let difference = pair[1] - pair[0];
-            let (up, down) = (difference, -difference);
-            let word = Lanes::splat(bit);
-            rising += Lanes::select(self.rounding.is_below(up), word, zero);
-            falling += Lanes::select(self.rounding.is_below(down), word, zero);
-            Lanes::<N>::carried(&mut rising);
-            Lanes::<N>::carried(&mut falling);
-            bit += bit;
+        let (mut words, mut bit) = ([zero; 2], 1.0);
+        for (block, start) in points
+            .as_chunks::<BLOCK>()
+            .0
+            .iter()
+            .zip((0..).step_by(BLOCK))
+        {
+            let next = points.get(start + BLOCK).unwrap_or(&block[BLOCK - 1]);
+            let differences: [Lanes<N>; BLOCK] = neighbours(block, next);
+            for difference in differences {
+                let (up, down) = (difference, -difference);
+                let word = Lanes::splat(bit);
+                words[0] += Lanes::select(self.rounding.is_below(up), word, zero);
+                words[1] += Lanes::select(self.rounding.is_below(down), word, zero);
+                bit += bit;
+            }
+            Lanes::<N>::carried(&mut words);
         }
+        let [rising, falling] = words;
         let mut shape = LaneShape {
             known: LaneMask::NONE,
             falls,

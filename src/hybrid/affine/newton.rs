@@ -88,6 +88,8 @@ pub(super) struct GapCourse<'t, T: LeapTables> {
 
 /// Share of the reach of a node, and of a slope, within which a zero is known when it is to be polished.
 const CLOSE: f64 = 1e-4;
+/// The usual number of coefficients in `f64`, for which there is code of its own: of fixed length, all in registers.
+const USUAL: usize = 12;
 /// Most steps of Newton's method, and most changes of the node.
 const MAX_NEWTON: usize = 8;
 
@@ -128,8 +130,16 @@ impl<T: LeapTables> GapCourse<'_, T> {
             series, rounded, ..
         } = self.series_about(node, wanted);
         let rounded = T::Number::all_rounded(series, rounded);
-        let near = falling_zero(rounded, guess.rounded(), reach, wanted);
-        near.polished(series, reach)
+        let guess = guess.rounded();
+        match (
+            rounded.first_chunk::<USUAL>(),
+            series.first_chunk::<USUAL>(),
+        ) {
+            (Some(rounded), Some(usual)) if series.len() == USUAL => {
+                falling_zero(rounded, guess, reach, wanted).polished(usual, reach)
+            }
+            _ => falling_zero(rounded, guess, reach, wanted).polished(series, reach),
+        }
     }
 
     /// The extremum near a time.
@@ -181,12 +191,11 @@ impl<T: LeapTables> GapCourse<'_, T> {
         differentiate(series, slopes);
         let chord = -slopes[0] / slopes[1];
         let is_near = chord.abs().is_at_most(reach + reach);
-        let zero = newton(
-            slopes,
-            T::Number::select(is_near, chord, guess),
-            reach,
-            wanted,
-        );
+        let guess = T::Number::select(is_near, chord, guess);
+        let zero = match slopes.first_chunk::<USUAL>() {
+            Some(usual) if slopes.len() == USUAL => newton(usual, guess, reach, wanted),
+            _ => newton(slopes, guess, reach, wanted),
+        };
         let convex = is_convex(series, reach.rounded());
         let rises_for = T::Number::select(convex, reach - zero.time, T::Number::zero());
         Turn {
