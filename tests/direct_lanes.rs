@@ -2,9 +2,10 @@
 //! scene of the catalogue with one rigid stop.
 
 use grazemap::analysis::DirectMap;
-use grazemap::hybrid::HybridSystem;
+use grazemap::hybrid::{DirectReturn, HybridSystem, LaneReturns, ReturnOutcome, ReturnSection};
 use grazemap::iteration::{DiscreteMap, StepInfo};
 use grazemap::model::{Scene, catalogue};
+use grazemap::numeric::Lanes;
 use grazemap::orbit::locate;
 
 const LANES: usize = 8;
@@ -82,4 +83,54 @@ fn lanes_are_single_orbits_to_the_last_bit() {
             assert!(contacts > 50, "{name} {size}: {contacts}");
         }
     }
+}
+
+/// The linear oscillator with a stop that takes most of the speed, under a slow force: it chatters and sticks.
+fn slow_and_soft() -> (HybridSystem, Vec<f64>) {
+    let text = catalogue::text("linear").expect("in the catalogue");
+    let overrides = [("r", "0.2"), ("omega", "0.6"), ("alpha", "0.9")];
+    let overrides = overrides.map(|(name, value)| (name.to_owned(), value.to_owned()));
+    let scene = Scene::parse_with(text, "linear", &overrides).expect("a good scene");
+    let parameters = scene.model.parameter_values();
+    let parameters = parameters.into_iter().map(|value| value.hi).collect();
+    (HybridSystem::new(&scene.model), parameters)
+}
+
+#[test]
+fn returns_that_leave_the_lanes_are_those_of_an_orbit_alone() {
+    let (system, parameters) = slow_and_soft();
+    let section = ReturnSection::Tangency { surface: 0 };
+    let mut alone = DirectReturn::over_periods(&system, &parameters, section, 1).expect("a phase");
+    let maps = vec![alone.clone(); LANES];
+    let mut lanes = LaneReturns::<LANES>::new(maps).expect("one rigid stop");
+    let (mut together, mut apart, mut unreturned) = (0, 0, 0);
+    for round in 0..200 {
+        let component = |lane: usize, place: usize| {
+            let share = scattered(round * LANES + lane, place);
+            [1.0 + 0.3 * share, 0.0, 3.0 * share][place]
+        };
+        let starts: [Lanes<LANES>; 3] =
+            std::array::from_fn(|place| Lanes::from_fn(|lane| component(lane, place)));
+        let found = lanes.images(&starts, [true; LANES]);
+        for lane in 0..LANES {
+            let start = starts.map(|values| values[lane]);
+            let image = alone.image(&start).expect("a finite state");
+            let returned = image.outcome == ReturnOutcome::Returned;
+            assert_eq!(found.returned[lane], returned, "{start:?} {image:?}");
+            if found.together[lane] {
+                together += 1;
+            } else {
+                apart += 1;
+            }
+            if !returned {
+                unreturned += 1;
+                continue;
+            }
+            let state: Vec<f64> = found.state.iter().map(|values| values[lane]).collect();
+            assert_eq!(state, image.state, "{start:?}");
+            assert_eq!(found.speeds[lane], image.passages[0], "{start:?}");
+        }
+    }
+    println!("{together} together, {apart} apart, {unreturned} without a return");
+    assert!(together > 400 && apart > 100, "{together} {apart}");
 }

@@ -2,7 +2,8 @@
 //!
 //! One idea: with all expressions as rows over one extended state (`flow::AffineExpressions`), flows, gaps,
 //! their derivatives and resets are products with it. Free flight leaps from event to event (`leap`, one look at a gap
-//! `look`, what its control points say `polygon`, zeros and minima `newton`, the way back `retreat`); steps (`flight`) are for
+//! `look`, what its control points say `polygon`, zeros and minima `newton` and `parabolas`, the way back `retreat`), several
+//! orbits in lanes (`lane_leap` and its parts); steps (`flight`) are for
 //! contacts and for what leaps leave open. What is not affine (a contact's field, a reset) keeps the general way.
 
 mod extended;
@@ -16,6 +17,7 @@ mod lane_tools;
 mod leap;
 mod look;
 mod newton;
+mod parabolas;
 mod polygon;
 mod retreat;
 mod surface;

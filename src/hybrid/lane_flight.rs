@@ -1,8 +1,8 @@
 //! Flights of several orbits from one tangency to the next: [`DirectReturn`](super::DirectReturn) in lanes.
 //!
-//! One idea: every orbit is in one of three tempers, and all leap together. It approaches its next minimum or contact;
+//! One idea: every orbit does one of three things, and all leap together. It approaches its next minimum or contact;
 //! or it flies on behind a contact, to the minimum that the approach would have had; or it looks whether a minimum
-//! nearer to the nominal return follows. What is none of these leaves the lanes.
+//! nearer to the nominal return follows. What does none of these leaves the lanes.
 
 use super::affine::{LaneAsked, LaneMotion, LaneTools};
 use super::chatter::{AfterImpact, Rebound};
