@@ -3,7 +3,7 @@
 //! The linear oscillator at `alpha = 1.002 alpha_g`, r = 0.8 (Foale 1994; Thota, Zhao, Dankowicz 2006), and the
 //! electrostatic one at `omega = 0.46`, 5 % beyond grazing, both on their attractors; the number of impacts is printed.
 //! `linear-taylor` is the linear one by the general integrator; `new-parameters` a return at other parameters than the one
-//! before, so that all tables are formed anew. The floor is a loop of independent multiply-adds.
+//! before, so that all tables are formed anew; `linear-in-lanes` returns of eight oscillators side by side. The floor is a loop of independent multiply-adds.
 
 #[path = "support/floor.rs"]
 mod floor;
@@ -11,12 +11,15 @@ mod floor;
 use std::hint::black_box;
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
-use grazemap::hybrid::{DirectReturn, HybridSystem, ReturnSection, Simulator};
+use grazemap::hybrid::{DirectReturn, HybridSystem, LaneReturns, ReturnSection, Simulator};
 use grazemap::model::{Model, Scene};
-use grazemap::numeric::{Dd, Real};
+use grazemap::numeric::{Dd, Lanes, Real};
 use pulp::Simd;
 
 use floor::{CHAINS, Floor, ROUNDS};
+
+/// Orbits side by side.
+const LANES: usize = 8;
 
 /// A scene of the catalogue with one parameter at another value.
 fn model(scene: &str, parameter: &str, value: f64) -> Model {
@@ -145,6 +148,47 @@ fn returns_at_new_parameters<S: Real>(criterion: &mut Criterion, scalar: &str) {
     });
 }
 
+/// Returns of linear oscillators in lanes, each at its own forcing amplitude, beside those of one after another: from
+/// beyond the stop, and from before it.
+fn returns_in_lanes(criterion: &mut Criterion) {
+    let graze = 2.247_220_505_424_423;
+    let models: [Model; LANES] =
+        std::array::from_fn(|lane| model("linear", "alpha", graze + 1e-7 * lane as f64));
+    let system = HybridSystem::new(&models[0]);
+    let section = ReturnSection::Tangency { surface: 0 };
+    let alone = models.each_ref().map(|model| {
+        DirectReturn::over_periods(&system, &values::<f64>(model), section, 1).expect("a phase")
+    });
+    let mut lanes = LaneReturns::<LANES>::new(alone.to_vec()).expect("one rigid stop");
+    let mut alone = alone;
+    let name = "simulation/return/linear-in-lanes";
+    let mut group = criterion.benchmark_group(name);
+    group.throughput(Throughput::Elements(LANES as u64));
+    for (name, offset) in [("with impact", 1e-5), ("without", -1e-5)] {
+        let state = |lane: usize| {
+            [
+                1.0 + offset * (1.0 + 0.1 * lane as f64),
+                0.0,
+                3.061_407_806_288_477,
+            ]
+        };
+        let states: [[f64; 3]; LANES] = std::array::from_fn(state);
+        group.bench_function(format!("{name}/one by one"), |bencher| {
+            bencher.iter(|| {
+                for (map, state) in alone.iter_mut().zip(&states) {
+                    black_box(map.image(black_box(state)).expect("a finite state"));
+                }
+            });
+        });
+        let together: [Lanes<LANES>; 3] =
+            std::array::from_fn(|place| Lanes::from_fn(|lane| states[lane][place]));
+        group.bench_function(format!("{name}/in lanes"), |bencher| {
+            bencher.iter(|| lanes.images(black_box(&together), [true; LANES]).returned);
+        });
+    }
+    group.finish();
+}
+
 /// A thousand rounds of multiply-adds in registers, in independent sums.
 fn time_floor(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("simulation/multiply_add_floor");
@@ -163,6 +207,7 @@ fn simulation(criterion: &mut Criterion) {
     returns::<Dd>(criterion, "double-double");
     returns_at_new_parameters::<f64>(criterion, "f64");
     returns_at_new_parameters::<Dd>(criterion, "double-double");
+    returns_in_lanes(criterion);
 }
 
 criterion_group! {

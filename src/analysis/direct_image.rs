@@ -76,6 +76,19 @@ impl<'a, S: Real> DirectImage<'a, S> {
         Ok(Self { frame, returns })
     }
 
+    /// The frame and the return map at fixed parameters.
+    pub(super) fn at(
+        &self,
+        parameters: &[S],
+    ) -> Result<(SectionFrame<S>, DirectReturn<'a, S>), AnalysisError> {
+        let (mut frame, mut returns) = (self.frame.clone(), self.returns.clone());
+        let origin = vec![S::zero(); frame.dimension()];
+        frame.place(&origin, parameters)?;
+        let duration = frame.duration();
+        returns.set_parameters(frame.parameters(), duration)?;
+        Ok((frame, returns))
+    }
+
     /// Number of coordinates.
     pub fn dimension(&self) -> usize {
         self.frame.dimension()

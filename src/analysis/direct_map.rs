@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 use std::sync::{Mutex, PoisonError};
 
 use super::AnalysisError;
+use super::DirectLanes;
 use super::direct_image::{DirectEnd, DirectImage, SectionImage};
 use super::periodic::state_jacobian;
 use crate::hybrid::HybridSystem;
@@ -51,6 +52,16 @@ impl<'a> DirectMap<'a> {
             scales: state_scales(scene, orbit),
             image: Mutex::new(image),
         })
+    }
+
+    /// The map at other parameters in every lane; `None` where it cannot be flown in lanes.
+    ///
+    /// # Panics
+    ///
+    /// If there are no parameters, or more than lanes.
+    pub fn in_lanes<const N: usize>(&self, parameters: &[&[f64]]) -> Option<DirectLanes<'a, N>> {
+        let image = self.image.lock().unwrap_or_else(PoisonError::into_inner);
+        DirectLanes::new(&image, *self.normal_accelerations.first()?, parameters)
     }
 
     /// Speed of the first contact that follows a section point; 0 without one, NaN without an image.

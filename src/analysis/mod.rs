@@ -4,6 +4,7 @@
 
 pub mod diagram;
 mod direct_image;
+mod direct_lanes;
 mod direct_map;
 mod error;
 mod evaluation;
@@ -17,6 +18,7 @@ mod section_frame;
 mod values;
 
 pub use direct_image::{DirectEnd, DirectImage, SectionImage, direct_image};
+pub use direct_lanes::DirectLanes;
 pub use direct_map::DirectMap;
 pub use error::AnalysisError;
 pub use evaluation::{DepthEvaluation, MapEvaluation, MapImage};

@@ -192,10 +192,13 @@ impl<S: Real> SectionFrame<S> {
 
     /// Offsets of the coordinates of a full state.
     pub fn offsets(&self, state: &[S]) -> Vec<S> {
+        self.offset_values(|component| state[component]).collect()
+    }
+
+    /// The same from a state's components.
+    pub(super) fn offset_values(&self, state: impl Fn(usize) -> S) -> impl Iterator<Item = S> {
         let coordinates = self.section.coordinates.iter();
-        coordinates
-            .map(|&component| state[component] - self.origin[component])
-            .collect()
+        coordinates.map(move |&component| state(component) - self.origin[component])
     }
 
     /// Time in which the phase advances by this much.

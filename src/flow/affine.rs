@@ -4,6 +4,7 @@ mod economy;
 mod expressions;
 mod flow;
 mod form;
+mod lane_leaps;
 mod leaps;
 mod looks;
 mod matrix;
@@ -12,5 +13,7 @@ mod rows;
 
 pub use expressions::{AffineExpressions, AffineRows};
 pub use flow::{AffineFieldRows, AffineFlow};
+pub(crate) use lane_leaps::LaneLeaps;
 pub use leaps::AffineLeaps;
+pub(crate) use leaps::{LeapTables, NumberMask, RoundedNumber};
 pub use rows::RowTable;

@@ -2,14 +2,22 @@
 //!
 //! One idea: with all expressions as rows over one extended state (`flow::AffineExpressions`), flows, gaps,
 //! their derivatives and resets are products with it. Free flight leaps from event to event (`leap`, one look at a gap
-//! `look`, what its control points say `polygon`, zeros and minima `newton`, the way back `retreat`); steps (`flight`) are for
+//! `look`, what its control points say `polygon`, zeros and minima `newton` and `parabolas`, the way back `retreat`), several
+//! orbits in lanes (`lane_leap` and its parts); steps (`flight`) are for
 //! contacts and for what leaps leave open. What is not affine (a contact's field, a reset) keeps the general way.
 
 mod extended;
 mod flight;
+mod lane_extended;
+mod lane_leap;
+mod lane_look;
+mod lane_motion;
+mod lane_polygon;
+mod lane_tools;
 mod leap;
 mod look;
 mod newton;
+mod parabolas;
 mod polygon;
 mod retreat;
 mod surface;
@@ -18,6 +26,9 @@ mod tools;
 use crate::flow::AffineExpressions;
 use crate::model::{Model, NodeId, Response};
 
+pub(super) use lane_leap::LaneAsked;
+pub(super) use lane_motion::LaneMotion;
+pub(super) use lane_tools::{LaneTools, OrbitTables};
 pub(super) use leap::LeapEnd;
 pub(super) use tools::AffineTools;
 

@@ -81,6 +81,11 @@ impl Itinerary {
         })
     }
 
+    /// Whether the section's own passage is the only one.
+    pub(super) fn is_own_alone(&self) -> bool {
+        self.starts_at_passage && self.passages.len() == 1
+    }
+
     /// Per passage the speed at which its surface was met; `None` without contact.
     ///
     /// An event belongs to the passage of its surface whose nominal time is nearest around the return; of the

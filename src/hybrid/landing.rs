@@ -31,7 +31,7 @@ pub(super) enum Landing {
 }
 
 /// Share of itself to which a step of Newton's method must reduce a distance that is more than rounding.
-const REDUCED: f64 = 0.5;
+pub(super) const REDUCED: f64 = 0.5;
 
 impl<S: Real> Simulator<'_, S> {
     /// Brings the state onto the zero it has landed beside, where it meets it transversally.

@@ -15,6 +15,8 @@ mod error;
 mod flight;
 mod itinerary;
 mod landing;
+mod lane_flight;
+mod lane_returns;
 mod motion;
 mod passage;
 mod response;
@@ -31,6 +33,7 @@ mod trajectory;
 
 pub use error::HybridError;
 pub use itinerary::NominalPassage;
+pub use lane_returns::{LaneImages, LaneReturns};
 pub use return_map::DirectReturn;
 pub use returned::{Return, ReturnOutcome, ReturnSection};
 pub use simulator::Simulator;

@@ -5,7 +5,7 @@ use super::system::Regime;
 use crate::numeric::Real;
 
 /// Share of the time in which the motion changes within which a minimum is the one reported last.
-const SAME_MINIMUM: f64 = 1e-7;
+pub(super) const SAME_MINIMUM: f64 = 1e-7;
 
 /// State of a simulation between two steps.
 #[derive(Clone, Debug)]

@@ -23,11 +23,11 @@ use crate::numeric::Real;
 /// ```
 #[derive(Clone, Debug)]
 pub struct DirectReturn<'a, S: Real> {
-    simulator: Simulator<'a, S>,
-    section: ReturnSection,
-    itinerary: Itinerary,
-    duration: S,
-    periods: i64,
+    pub(super) simulator: Simulator<'a, S>,
+    pub(super) section: ReturnSection,
+    pub(super) itinerary: Itinerary,
+    pub(super) duration: S,
+    pub(super) periods: i64,
     entry: Motion<S>,
     passage: Motion<S>,
 }
@@ -147,8 +147,8 @@ impl<'a, S: Real> DirectReturn<'a, S> {
                 stop_at: Some(surface),
             };
             match self.next_stop(horizon, approach, log)? {
-                Stop::Minimum { gap } => {
-                    if self.is_final(surface) {
+                Stop::Minimum { gap, rises_for } => {
+                    if self.is_final(surface, rises_for) {
                         return Ok(ReturnOutcome::Returned);
                     }
                     let time = self.simulator.time();
@@ -162,8 +162,8 @@ impl<'a, S: Real> DirectReturn<'a, S> {
                     self.entry.copy_from(&self.simulator.motion);
                     let logged = log.events.len();
                     // NOTE: a deep approach may meet a singularity behind the surface; then its contact is real.
-                    let minimum = self.reach_minimum(surface, horizon, log).unwrap_or(false);
-                    if minimum && self.is_final(surface) {
+                    let minimum = self.reach_minimum(surface, horizon, log).unwrap_or(None);
+                    if minimum.is_some_and(|rises_for| self.is_final(surface, rises_for)) {
                         return Ok(ReturnOutcome::Returned);
                     }
                     log.events.truncate(logged);
@@ -199,8 +199,8 @@ impl<'a, S: Real> DirectReturn<'a, S> {
                     self.entry.copy_from(&self.simulator.motion);
                     let logged = log.events.len();
                     let last = match self.reach_minimum(surface, self.duration, log) {
-                        Ok(false) => break,
-                        Ok(true) => self.is_final(surface),
+                        Ok(None) => break,
+                        Ok(Some(rises_for)) => self.is_final(surface, rises_for),
                         Err(_) => false,
                     };
                     log.events.truncate(logged);
@@ -259,7 +259,8 @@ impl<'a, S: Real> DirectReturn<'a, S> {
         } else if start.velocity > S::zero() {
             self.simulator.back(surface, Back::ToMinimum, -limit)?
         } else {
-            self.reach_minimum(surface, limit, &mut Log::new())?
+            let minimum = self.reach_minimum(surface, limit, &mut Log::new())?;
+            minimum.is_some()
         };
         if !found {
             self.simulator.motion.copy_from(&self.entry);
@@ -274,22 +275,23 @@ impl<'a, S: Real> DirectReturn<'a, S> {
         motion.lose_headings();
     }
 
-    /// Flies with the surface ignored to the next minimum of its gap; `false` if the horizon came first.
+    /// Flies with the surface ignored to the next minimum of its gap, and for how long that is known to rise from there;
+    /// `None` if the horizon came first.
     fn reach_minimum(
         &mut self,
         surface: usize,
         horizon: S,
         log: &mut Log<S>,
-    ) -> Result<bool, Outcome<S>> {
+    ) -> Result<Option<S>, Outcome<S>> {
         let approach = Approach {
             ignored: Some(surface),
             stop_at: Some(surface),
         };
         loop {
             match self.next_stop(horizon, approach, log)? {
-                Stop::Minimum { .. } => return Ok(true),
+                Stop::Minimum { rises_for, .. } => return Ok(Some(rises_for)),
                 Stop::Contact { surface } => self.respond(surface, log)?,
-                Stop::Horizon | Stop::Release => return Ok(false),
+                Stop::Horizon | Stop::Release => return Ok(None),
             }
         }
     }
@@ -308,18 +310,18 @@ impl<'a, S: Real> DirectReturn<'a, S> {
     /// Whether the minimum the simulator stands at is nearer to the nominal return than the next one would be.
     ///
     /// The next one, along the free flow, is looked for as far beyond the nominal return as the present
-    /// one lies before it. The simulator stands where it stood afterwards.
-    fn is_final(&mut self, surface: usize) -> bool {
+    /// one lies before it, unless the gap is known to rise for so long. The simulator stands where it stood afterwards.
+    fn is_final(&mut self, surface: usize, rises_for: S) -> bool {
         let early = self.duration - self.simulator.time();
-        if early <= S::zero() {
+        if early + early <= rises_for {
             return true;
         }
         self.passage.copy_from(&self.simulator.motion);
         let nearer = self
             .reach_minimum(surface, self.duration + early, &mut Log::new())
-            .unwrap_or(false);
+            .unwrap_or(None);
         self.simulator.motion.copy_from(&self.passage);
-        !nearer
+        nearer.is_none()
     }
 
     fn next_stop(

@@ -73,8 +73,8 @@ pub(super) enum Stop<S> {
     Horizon,
     /// A surface is met; its response is not yet applied.
     Contact { surface: usize },
-    /// A minimum of the gap of [`Approach::stop_at`].
-    Minimum { gap: S },
+    /// A minimum of the gap of [`Approach::stop_at`], which is known to rise for a time from there on.
+    Minimum { gap: S, rises_for: S },
     /// The present contact or sticking ends; not yet applied.
     Release,
 }

@@ -275,7 +275,8 @@ impl<S: Real> First<S> {
                 (Passage::Minimum { gap, .. }, Watch::Gap { surface })
                     if approach.stop_at == Some(surface) =>
                 {
-                    Stop::Minimum { gap }
+                    let rises_for = S::zero();
+                    Stop::Minimum { gap, rises_for }
                 }
                 (Passage::Minimum { time, gap }, Watch::Gap { surface }) => {
                     misses.push((time, surface, gap));

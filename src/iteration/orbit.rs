@@ -103,6 +103,40 @@ impl MapOrbit {
         orbit
     }
 
+    /// Iterates several maps in step, each from its own state.
+    ///
+    /// `step` is told which orbits go on and all states, one after another; it writes the images of those that do, and what
+    /// happened on the way.
+    pub fn in_step(
+        initial: &[&[f64]],
+        request: &OrbitRequest,
+        mut step: impl FnMut(&[bool], &[f64], &mut [f64], &mut [StepInfo]),
+    ) -> Vec<Self> {
+        let begin = |state: &&[f64]| Self::begin(state, request.keep);
+        let mut orbits: Vec<Self> = initial.iter().map(begin).collect();
+        let mut states = initial.concat();
+        let mut images = states.clone();
+        let dimension = initial.first().map_or(1, |state| state.len().max(1));
+        let mut going = vec![true; orbits.len()];
+        let mut infos = vec![StepInfo::default(); orbits.len()];
+        for iterate in 1..=request.transient + request.keep {
+            step(&going, &states, &mut images, &mut infos);
+            let arrivals = images.chunks_exact(dimension).zip(&infos);
+            for ((orbit, (image, info)), going) in orbits.iter_mut().zip(arrivals).zip(&mut going) {
+                if *going {
+                    orbit.arrive(image, *info, request, iterate);
+                    *going = orbit.end == OrbitEnd::Completed;
+                }
+            }
+            if !going.contains(&true) {
+                break;
+            }
+            std::mem::swap(&mut states, &mut images);
+        }
+        orbits.iter_mut().for_each(|orbit| orbit.settle(request));
+        orbits
+    }
+
     /// An orbit before its first iterate.
     pub(super) fn begin(initial: &[f64], keep: usize) -> Self {
         Self {

@@ -2,7 +2,6 @@
 //!
 //! The one idea: plain loops over a fixed-size array, inlined, become vector instructions.
 
-use std::array;
 use std::iter::Sum;
 use std::ops::{
     Add, AddAssign, Div, DivAssign, Index, IndexMut, Mul, MulAssign, Neg, Sub, SubAssign,
@@ -35,8 +34,13 @@ impl<const N: usize> Lanes<N> {
 
     /// The value of each lane from its index.
     #[inline(always)]
-    pub fn from_fn(value: impl FnMut(usize) -> f64) -> Self {
-        Lanes(array::from_fn(value))
+    pub fn from_fn(mut value: impl FnMut(usize) -> f64) -> Self {
+        // NOTE: `array::from_fn` is not always inlined, and is then compiled for the least machine.
+        let mut lanes = [0.0; N];
+        for (lane, out) in lanes.iter_mut().enumerate() {
+            *out = value(lane);
+        }
+        Lanes(lanes)
     }
 
     /// A function of `f64` applied lane by lane.

@@ -7,6 +7,7 @@
 //! Deliberately absent: jets, models, files.
 
 mod bracket;
+mod branched;
 mod decimals;
 mod dispatch;
 mod double_double;
@@ -20,6 +21,7 @@ mod sampling;
 mod scalar;
 
 pub use bracket::{Bracket, BracketOutcome, NewtonStep, NewtonSteps};
+pub(crate) use branched::{Branched, LaneMask, Mask};
 pub use decimals::decimal_above;
 pub use dispatch::{Kernel, widest};
 pub use double_double::{Dd, ParseDdError};

@@ -19,8 +19,14 @@ const LANES: usize = 32;
 /// Segments of a sweep by a map.
 const MAP_SEGMENTS: usize = 64;
 
+/// Lanes of direct simulation.
+const DIRECT_LANES: usize = 8;
+
+/// Fewest orbits that are worth lanes of direct simulation: all lanes together take as long as two alone.
+const FEWEST_LANES: usize = 3;
+
 /// Segments of a sweep by direct simulation, where mending a seam costs more.
-const DIRECT_SEGMENTS: usize = 8;
+const DIRECT_SEGMENTS: usize = 16;
 
 /// A map that can be swept along a parameter.
 pub trait SweptMap: Sync {
@@ -302,6 +308,27 @@ impl SweptMap for DirectSweep<'_> {
 
     fn segments(&self) -> usize {
         DIRECT_SEGMENTS
+    }
+
+    fn lanes(&self) -> usize {
+        DIRECT_LANES
+    }
+
+    fn settle(&self, starts: &[Start], request: &OrbitRequest) -> Vec<Settled> {
+        let parameters: Vec<&[f64]> = starts.iter().map(|start| &start.parameters[..]).collect();
+        let lanes = || self.map.in_lanes::<DIRECT_LANES>(&parameters);
+        let Some(mut lanes) = (starts.len() >= FEWEST_LANES).then(lanes).flatten() else {
+            let alone = |start: &Start| settle_alone(self, start, request);
+            return starts.iter().map(alone).collect();
+        };
+        let states: Vec<&[f64]> = starts.iter().map(|start| &start.state[..]).collect();
+        let orbits = lanes.orbits(&states, request).into_iter();
+        orbits
+            .map(|orbit| Settled {
+                orbit,
+                lyapunov: None,
+            })
+            .collect()
     }
 
     fn at(&self, parameters: &[f64]) -> Box<dyn DiscreteMap + '_> {

@@ -9,7 +9,7 @@ use super::looks::Looks;
 use super::matrix::{Matrix, terms_within, unit};
 use super::nodes::Nodes;
 use super::rows::{RowTable, Rows, padded};
-use crate::numeric::{Real, polynomial};
+use crate::numeric::{Branched, Lanes, Real, Scalar, polynomial};
 
 /// Pieces of a span.
 pub(super) const PIECES: usize = 3;
@@ -23,22 +23,24 @@ const NEAR: f64 = 0.6;
 /// Tables of one affine field over a span.
 #[derive(Clone, Debug)]
 pub struct AffineLeaps<S: Real> {
-    spacing: S,
+    pub(super) spacing: S,
     /// How far from a node its series are good.
-    reach: S,
-    inverse_spacing: f64,
+    pub(super) reach: S,
+    pub(super) inverse_spacing: f64,
     piece: f64,
     points: usize,
-    terms: usize,
+    pub(super) terms: usize,
     phase_rate: S,
     time_scale: f64,
     /// Per watched function.
-    looks: Vec<Looks>,
+    pub(super) looks: Vec<Looks>,
     nodes: Nodes<S>,
-    watched: Vec<RowTable<S>>,
-    /// The states that are no other state's derivative, and the state that is theirs.
-    states: Vec<(usize, RowTable<S>, Option<usize>)>,
+    pub(super) watched: Vec<RowTable<S>>,
+    pub(super) states: Vec<LeadingState<S>>,
 }
+
+/// A state that is no other state's derivative, its series, and the state that is its derivative, if there is one.
+pub(super) type LeadingState<S> = (usize, RowTable<S>, Option<usize>);
 
 impl<S: Real> AffineLeaps<S> {
     /// Computes the tables; `None` for a field whose flow is a polynomial, or leaves the numbers of the type.
@@ -80,11 +82,6 @@ impl<S: Real> AffineLeaps<S> {
         })
     }
 
-    /// Length of the whole span.
-    pub fn span(&self) -> S {
-        self.spacing * S::from_f64((PIECES * NODES) as f64)
-    }
-
     /// Number of pieces.
     pub fn pieces(&self) -> usize {
         PIECES
@@ -93,11 +90,6 @@ impl<S: Real> AffineLeaps<S> {
     /// Length of a piece.
     pub fn piece(&self) -> f64 {
         self.piece
-    }
-
-    /// How far from a node its series are good: more than half the distance of two.
-    pub fn reach(&self) -> S {
-        self.reach
     }
 
     /// The time in which the field changes.
@@ -115,11 +107,6 @@ impl<S: Real> AffineLeaps<S> {
         self.points
     }
 
-    /// Number of coefficients of a series about a node.
-    pub fn terms(&self) -> usize {
-        self.terms
-    }
-
     /// Control points of a watched function on a piece, in `f64`.
     #[inline(always)]
     pub fn look(&self, watched: usize, piece: usize, extended: &[S], out: &mut [f64]) {
@@ -133,47 +120,158 @@ impl<S: Real> AffineLeaps<S> {
         terms.fold(0.0, |sum, (size, y)| sum + size * y.magnitude())
     }
 
-    /// The node nearest to a time of the span, and its time.
-    #[inline(always)]
-    pub fn node(&self, time: f64) -> (usize, S) {
-        let last = (PIECES * NODES) as f64;
-        let node = (time * self.inverse_spacing + 0.5).clamp(0.0, last) as usize;
-        (node, self.spacing * S::from_f64(node as f64))
-    }
-
-    /// The extended state at a node; `out` has the padded length.
-    #[inline(always)]
-    pub fn at_node(&self, node: usize, extended: &[S], out: &mut [S]) {
-        if node == 0 {
-            out[..extended.len()].copy_from_slice(extended);
-        } else {
-            self.nodes.get(node).combine(extended, out);
-            out[extended.len() - 1] = S::one();
-        }
-    }
-
     /// Length of an extended state at a node, padded.
     pub fn padded_columns(columns: usize) -> usize {
         padded(columns)
     }
+}
+
+impl AffineLeaps<f64> {
+    /// The extended state of one of several orbits at a node, into its lane.
+    #[inline(always)]
+    pub(super) fn take_lane_to<const N: usize>(
+        &self,
+        node: usize,
+        lane: usize,
+        extended: &[Lanes<N>],
+        out: &mut [Lanes<N>],
+    ) {
+        let one = extended.len() - 1;
+        if node == 0 {
+            for (out, value) in out.iter_mut().zip(extended) {
+                out[lane] = value[lane];
+            }
+        } else {
+            self.nodes.get(node).combine_lane(lane, extended, out);
+            out[one][lane] = 1.0;
+        }
+    }
+}
+
+/// Tables of leaps of one orbit, or of several in lanes: the motion about nodes.
+pub(crate) trait LeapTables {
+    /// What states and times are.
+    type Number: Branched;
+    /// A node of every orbit.
+    type Node: Copy;
+    /// No node.
+    const NOWHERE: Self::Node;
+
+    /// Length of the whole span.
+    fn span(&self) -> Self::Number;
+
+    /// How far from a node its series are good: more than half the distance of two.
+    fn reach(&self) -> Self::Number;
+
+    /// Number of coefficients of a series about a node.
+    fn terms(&self) -> usize;
+
+    /// The node nearest to a time of the span, and its time.
+    fn node(&self, time: RoundedNumber<Self>) -> (Self::Node, Self::Number);
+
+    /// The extended state at a node, where that is wanted and not known; `out` has the padded length.
+    fn go_to(
+        &self,
+        node: Self::Node,
+        wanted: NumberMask<Self>,
+        known: &mut Self::Node,
+        extended: &[Self::Number],
+        out: &mut [Self::Number],
+    );
 
     /// Taylor coefficients of a watched function about a node, from the extended state there.
+    fn watched_series(&self, watched: usize, at_node: &[Self::Number], out: &mut [Self::Number]);
+
+    /// The states at a time after a node, or before, from the extended state there; `series` holds one series.
+    fn states_at(
+        &self,
+        time: Self::Number,
+        at_node: &[Self::Number],
+        series: &mut [Self::Number],
+        states: &mut [Self::Number],
+    );
+}
+
+/// The doubles of the numbers of tables.
+pub(crate) type RoundedNumber<T> = <<T as LeapTables>::Number as Branched>::Rounded;
+/// The truth values of the numbers of tables.
+pub(crate) type NumberMask<T> = <<T as LeapTables>::Number as Branched>::Mask;
+
+impl<S: Real> LeapTables for AffineLeaps<S> {
+    type Number = S;
+    type Node = Option<usize>;
+    const NOWHERE: Option<usize> = None;
+
     #[inline(always)]
-    pub fn watched_series(&self, watched: usize, at_node: &[S], out: &mut [S]) {
+    fn span(&self) -> S {
+        self.spacing * S::from_f64((PIECES * NODES) as f64)
+    }
+
+    #[inline(always)]
+    fn reach(&self) -> S {
+        self.reach
+    }
+
+    fn terms(&self) -> usize {
+        self.terms
+    }
+
+    #[inline(always)]
+    fn node(&self, time: f64) -> (Option<usize>, S) {
+        let last = (PIECES * NODES) as f64;
+        let node = (time * self.inverse_spacing + 0.5).clamp(0.0, last) as usize;
+        (Some(node), self.spacing * S::from_f64(node as f64))
+    }
+
+    #[inline(always)]
+    fn go_to(
+        &self,
+        node: Option<usize>,
+        _: bool,
+        known: &mut Option<usize>,
+        extended: &[S],
+        out: &mut [S],
+    ) {
+        if *known == node {
+            return;
+        }
+        *known = node;
+        match node {
+            None | Some(0) => out[..extended.len()].copy_from_slice(extended),
+            Some(node) => {
+                self.nodes.get(node).combine(extended, out);
+                out[extended.len() - 1] = S::one();
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn watched_series(&self, watched: usize, at_node: &[S], out: &mut [S]) {
         self.watched[watched].combine(at_node, out);
     }
 
-    /// The states at a time after a node, or before, from the extended state there; `series` holds one series.
     #[inline(always)]
-    pub fn states_at(&self, time: S, at_node: &[S], series: &mut [S], states: &mut [S]) {
-        for (state, table, slope) in &self.states {
-            table.combine(at_node, series);
-            match slope {
-                Some(slope) => {
-                    (states[*state], states[*slope]) = polynomial::value_and_slope(series, time);
-                }
-                None => states[*state] = polynomial::value(series, time),
+    fn states_at(&self, time: S, at_node: &[S], series: &mut [S], states: &mut [S]) {
+        states_at(&self.states, time, at_node, series, states);
+    }
+}
+
+/// The states about a node, from the series of those that are no other state's derivative.
+#[inline(always)]
+pub(super) fn states_at<S: Scalar>(
+    tables: &[LeadingState<S>],
+    time: S,
+    at_node: &[S],
+    series: &mut [S],
+    states: &mut [S],
+) {
+    for (state, table, slope) in tables {
+        table.combine(at_node, series);
+        match slope {
+            Some(slope) => {
+                (states[*state], states[*slope]) = polynomial::value_and_slope(series, time);
             }
+            None => states[*state] = polynomial::value(series, time),
         }
     }
 }

@@ -1,6 +1,6 @@
 //! Rows over the extended state, one by one and as tables that are multiplied with it.
 
-use crate::numeric::{Real, Scalar};
+use crate::numeric::{Lanes, Real, Scalar};
 
 /// Rows that are formed together where nothing else is said, for the processor's lanes.
 const BLOCK: usize = 4;
@@ -119,6 +119,11 @@ impl<S: Scalar, const N: usize> RowTable<S, N> {
         self.columns
     }
 
+    /// Number of rows.
+    pub(crate) fn rows(&self) -> usize {
+        self.rows
+    }
+
     /// The entries of a column, those of the padding included.
     pub(super) fn column(&self, column: usize) -> impl Iterator<Item = S> + '_ {
         let blocks = self.blocks.iter().skip(column).step_by(self.columns);
@@ -222,6 +227,43 @@ impl<S: Scalar, const N: usize> RowTable<S, N> {
                 }
             }
         }
+    }
+}
+
+impl<const N: usize> RowTable<f64, N> {
+    /// The product of every row with one lane of extended states, into that lane of `out`, of the padded length.
+    #[inline(always)]
+    pub(super) fn combine_lane<const M: usize>(
+        &self,
+        lane: usize,
+        extended: &[Lanes<M>],
+        out: &mut [Lanes<M>],
+    ) {
+        let blocks = out.as_chunks_mut::<N>().0.iter_mut();
+        self.products(
+            extended,
+            |y| y[lane],
+            blocks,
+            |out, products| {
+                for (out, product) in out.iter_mut().zip(products) {
+                    out[lane] = product;
+                }
+            },
+        );
+    }
+}
+
+impl<const N: usize, const L: usize> RowTable<Lanes<L>, N> {
+    /// The tables of every lane, rows and columns alike, as one, padded with zeros to as many rows.
+    pub(crate) fn interleaved(tables: [&RowTable<f64, N>; L], rows: usize) -> Self {
+        let columns = tables[0].columns;
+        Self::from_blocks(rows, columns, |block, column| {
+            let place = block * columns + column;
+            std::array::from_fn(|row| {
+                let entry = |lane: usize| tables[lane].blocks.get(place).map_or(0.0, |b| b[row]);
+                Lanes::from_fn(entry)
+            })
+        })
     }
 }
 

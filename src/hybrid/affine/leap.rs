@@ -7,7 +7,7 @@
 use super::look::{Course, Found, Look};
 use super::newton::{GapCourse, NodeVisit};
 use super::polygon::{Polygon, ROUNDING};
-use crate::flow::AffineLeaps;
+use crate::flow::{AffineLeaps, LeapTables};
 use crate::hybrid::passage::{Goal, Heading, Passage, Start};
 use crate::hybrid::simulator::Stop;
 use crate::numeric::{Kernel, Real};
@@ -54,8 +54,8 @@ impl<S: Real> Asked<S> {
 
 /// Working memory of leaps.
 #[derive(Clone, Debug)]
-pub(super) struct LeapBuffers<S> {
-    pub(super) visit: NodeVisit<S>,
+pub(super) struct LeapBuffers<S: Real> {
+    pub(super) visit: NodeVisit<AffineLeaps<S>>,
     pub(super) control: Vec<f64>,
     /// Per surface the rounding of the control points of its gap.
     pub(super) rounding: Vec<f64>,
@@ -103,7 +103,7 @@ impl<S: Real> Kernel for Leaper<'_, S> {
         self.buffers.visit.forget();
         let leap = self.fly();
         let visit = &mut self.buffers.visit;
-        visit.states_at(leap.time, self.leaps, self.extended, self.states);
+        visit.states_at(leap.time, true, self.leaps, self.extended, self.states);
         leap
     }
 }
@@ -152,7 +152,11 @@ impl<S: Real> Leaper<'_, S> {
             self.buffers.courses[surface] = found.course;
             let stop = match found.passage {
                 Some(Passage::Minimum { gap, .. }) if self.buffers.asked[surface].stops => {
-                    Stop::Minimum { gap }
+                    let rises_for = match found.course {
+                        Course::Valley { rises_for, .. } => rises_for,
+                        _ => S::zero(),
+                    };
+                    Stop::Minimum { gap, rises_for }
                 }
                 Some(Passage::Minimum { time, gap }) => {
                     self.misses.push((time, surface, gap));
@@ -216,7 +220,7 @@ impl<S: Real> Leaper<'_, S> {
         for surface in 0..self.buffers.asked.len() {
             self.headings[surface] = match self.buffers.courses[surface] {
                 Course::Straight(heading) => heading,
-                Course::Valley(turn) => Heading::falling(time < turn),
+                Course::Valley { minimum, .. } => Heading::falling(time < minimum),
                 Course::Hill => {
                     let mut gap = GapCourse {
                         leaps: self.leaps,
@@ -224,7 +228,7 @@ impl<S: Real> Leaper<'_, S> {
                         surface,
                         visit: &mut self.buffers.visit,
                     };
-                    Heading::falling(gap.slope(time) < S::zero())
+                    Heading::falling(gap.slope(time, true) < S::zero())
                 }
             };
         }
@@ -239,7 +243,7 @@ impl<S: Real> Leaper<'_, S> {
         for ((asked, course), heading) in surfaces {
             let before = match *course {
                 Course::Straight(heading) => heading,
-                Course::Valley(_) => Heading::Rising,
+                Course::Valley { .. } => Heading::Rising,
                 Course::Hill => Heading::Falling,
             };
             asked.start = Start::Inside { before, within };

@@ -4,6 +4,7 @@
 
 use super::newton::GapCourse;
 use super::polygon::{Polygon, Shape, Zeros};
+use crate::flow::{AffineLeaps, LeapTables};
 use crate::hybrid::passage::{Goal, Heading, Passage, Start};
 use crate::numeric::Real;
 
@@ -12,8 +13,8 @@ use crate::numeric::Real;
 pub(super) enum Course<S> {
     /// One way, or not known.
     Straight(Heading),
-    /// It falls before this time and rises after.
-    Valley(S),
+    /// It falls before this time and rises after, for so long at least.
+    Valley { minimum: S, rises_for: S },
     /// It rises first and falls at the end.
     Hill,
 }
@@ -38,7 +39,7 @@ pub(super) struct Look<'t, S: Real> {
     pub(super) polygon: Polygon<'t>,
     pub(super) start: Start<S>,
     pub(super) goal: Goal<S>,
-    pub(super) gap: GapCourse<'t, S>,
+    pub(super) gap: GapCourse<'t, AffineLeaps<S>>,
     /// Start of the piece.
     pub(super) from: f64,
     /// The time up to which events are of interest.
@@ -91,11 +92,11 @@ impl<S: Real> Look<'_, S> {
     fn contact(mut self, place: f64) -> Option<Found<S>> {
         let near = self.time(place);
         // A contact that lies later need not be found; the motion there is asked for in any case.
-        if near > self.until.to_f64() && self.gap.value(self.until) > S::zero() {
+        if near > self.until.to_f64() && self.gap.value(self.until, true) > S::zero() {
             return Some(Found::quiet(Heading::Unknown));
         }
-        let time = self.gap.fall(near)?;
-        Some(Found {
+        let (time, found) = self.gap.fall(near, true);
+        found.then_some(Found {
             course: Course::Straight(Heading::Unknown),
             passage: Some(Passage::Crossing { time }),
         })
@@ -104,10 +105,10 @@ impl<S: Real> Look<'_, S> {
     /// A gap with one extremum, a minimum: that, or the contact before it.
     #[inline(always)]
     fn valley(mut self, place: f64) -> Option<Found<S>> {
-        let turn = self.gap.turn(self.time(place))?;
+        let turn = self.gap.turn(self.time(place), true);
         let from = S::from_f64(self.from);
         let end = from + S::from_f64(self.gap.leaps.piece());
-        if turn.time < from || turn.time > end {
+        if !turn.found || turn.time < from || turn.time > end {
             return None;
         }
         match self.start {
@@ -132,7 +133,10 @@ impl<S: Real> Look<'_, S> {
             }),
         };
         Some(Found {
-            course: Course::Valley(turn.time),
+            course: Course::Valley {
+                minimum: turn.time,
+                rises_for: turn.rises_for,
+            },
             passage,
         })
     }
@@ -149,8 +153,8 @@ impl<S: Real> Look<'_, S> {
         } else {
             self.time(self.polygon.first_fall()?)
         };
-        let time = self.gap.fall(near)?;
-        (time >= S::from_f64(self.from) && time <= minimum).then_some(time)
+        let (time, found) = self.gap.fall(near, true);
+        (found && time >= S::from_f64(self.from) && time <= minimum).then_some(time)
     }
 
     /// A time of the span from a share of the piece.

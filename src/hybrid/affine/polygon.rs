@@ -8,7 +8,7 @@ pub(super) const ROUNDING: f64 = 64.0 * f64::EPSILON;
 
 /// Share of the next difference below which the first is that of a minimum reported already: it then lies within the
 /// first 1e-7 of the time in which the motion changes.
-const SAME_MINIMUM: f64 = 5e-7;
+pub(super) const SAME_MINIMUM: f64 = 5e-7;
 
 /// Control points of a polynomial on `[0, 1]`, and the size within which they have no sign.
 #[derive(Clone, Copy, Debug)]
@@ -126,7 +126,7 @@ impl Polygon<'_> {
     /// Where the polynomial first falls through zero, from 0 to 1, if its points do: a guess.
     #[inline(always)]
     pub(super) fn first_fall(&self) -> Option<f64> {
-        let place = self.points.iter().position(|&b| b < 0.0)?;
+        let place = self.points.iter().position(|&b| b <= 0.0)?;
         (place > 0).then(|| self.fall(place))
     }
 

@@ -3,30 +3,33 @@
 //! One idea: a convex gap that is negative now was zero once, and one that rises now was least once, as far back as the
 //! series about the present goes.
 
-use super::leap::LeapBuffers;
-use super::newton::GapCourse;
-use crate::flow::AffineLeaps;
+use super::newton::{GapCourse, NodeVisit, is_convex};
+use crate::flow::{LeapTables, NumberMask};
 use crate::hybrid::backward::Back;
-use crate::numeric::{Kernel, Real};
+use crate::numeric::{Branched, Kernel, Mask};
+use num_traits::Zero as _;
 
 /// A retreat to be flown.
-pub(super) struct Retreat<'t, S: Real> {
-    pub(super) leaps: &'t AffineLeaps<S>,
-    pub(super) extended: &'t [S],
-    pub(super) buffers: &'t mut LeapBuffers<S>,
+pub(super) struct Retreat<'t, T: LeapTables> {
+    pub(super) leaps: &'t T,
+    pub(super) extended: &'t [T::Number],
+    pub(super) visit: &'t mut NodeVisit<T>,
     pub(super) surface: usize,
     pub(super) goal: Back,
-    pub(super) longest: S,
+    pub(super) longest: T::Number,
+    /// Where it is asked for.
+    pub(super) wanted: NumberMask<T>,
     /// Where the states go.
-    pub(super) states: &'t mut [S],
+    pub(super) states: &'t mut [T::Number],
 }
 
-impl<S: Real> Kernel for Retreat<'_, S> {
-    type Output = Option<S>;
+impl<T: LeapTables> Kernel for Retreat<'_, T> {
+    type Output = (T::Number, NumberMask<T>);
 
+    /// The time it takes, and where it is known; the states are those there.
     #[inline(always)]
-    fn run(self) -> Option<S> {
-        let visit = &mut self.buffers.visit;
+    fn run(self) -> (T::Number, NumberMask<T>) {
+        let (visit, zero) = (self.visit, T::Number::zero());
         visit.forget();
         let mut gap = GapCourse {
             leaps: self.leaps,
@@ -34,31 +37,27 @@ impl<S: Real> Kernel for Retreat<'_, S> {
             surface: self.surface,
             visit,
         };
-        let time = match self.goal {
-            Back::ToSurface => gap.fall_about(0, S::zero()).ok()?,
-            Back::ToMinimum => gap.turn_about(0, S::zero()).ok()?.time,
+        let (start, _) = self.leaps.node(zero.rounded());
+        let (time, found) = match self.goal {
+            Back::ToSurface => {
+                let fall = gap.fall_about(start, zero, self.wanted);
+                (fall.time, fall.found)
+            }
+            Back::ToMinimum => {
+                let turn = gap.turn_about(start, zero, self.wanted);
+                (turn.time, turn.found)
+            }
         };
         let series = &gap.visit.series;
         let starts_right = match self.goal {
-            Back::ToSurface => series[0] < S::zero(),
-            Back::ToMinimum => series[1] > S::zero(),
+            Back::ToSurface => series[0].is_below(zero),
+            Back::ToMinimum => zero.is_below(series[1]),
         };
-        let is_reached = starts_right && time < S::zero() && -time <= self.longest;
-        if !is_reached || !is_convex(series, self.leaps.reach().to_f64()) {
-            return None;
+        let is_reached = starts_right & time.is_below(zero) & (-time).is_at_most(self.longest);
+        let known = found & is_reached & is_convex(series, self.leaps.reach().rounded());
+        if known.any() {
+            visit.states_at(time, known, self.leaps, self.extended, self.states);
         }
-        visit.states_at(time, self.leaps, self.extended, self.states);
-        Some(-time)
+        (-time, known)
     }
-}
-
-/// Whether the second derivative is positive from the start of a series to a distance: it is larger than the sum of what
-/// its further terms can take away.
-#[inline(always)]
-fn is_convex<S: Real>(series: &[S], reach: f64) -> bool {
-    let mut bound = 0.0;
-    for (degree, coefficient) in series.iter().enumerate().skip(3).rev() {
-        bound = (bound + (degree * (degree - 1)) as f64 * coefficient.magnitude()) * reach;
-    }
-    2.0 * series[2].to_f64() > bound
 }

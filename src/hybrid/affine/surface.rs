@@ -4,7 +4,7 @@ use super::AffineSurface;
 use crate::flow::{AffineFieldRows, AffineRows, RowTable};
 use crate::hybrid::landing::Landing;
 use crate::hybrid::sensing::{Clearance, Sense};
-use crate::numeric::Real;
+use crate::numeric::{Branched, Lanes, Real};
 
 /// Rows of one surface along the free flow.
 #[derive(Clone, Debug)]
@@ -15,7 +15,7 @@ pub(super) struct SurfaceTables<S> {
     /// Each state after an impact.
     pub(super) reset: Option<RowTable<S>>,
     /// `h, h'` and the derivatives of the states.
-    contact: RowTable<S>,
+    pub(super) contact: RowTable<S>,
     /// The release function, its derivative, and those of the states.
     release: Option<RowTable<S>>,
 }
@@ -49,7 +49,9 @@ impl<S: Real> SurfaceTables<S> {
             release: release.map(|release| landing(rows.row(release))),
         }
     }
+}
 
+impl<S: Branched> SurfaceTables<S> {
     /// Whether the gap depends on the phase.
     #[inline(always)]
     pub(super) fn moves(&self) -> bool {
@@ -63,7 +65,7 @@ impl<S: Real> SurfaceTables<S> {
         for (&factor, &value) in self.event.factors.iter().zip(state) {
             let term = factor * value;
             gap += term;
-            size = if term.abs() > size { term.abs() } else { size };
+            size = S::select(size.is_below(term.abs()), term.abs(), size);
         }
         let rounding = S::from_f64(16.0 * S::ROUNDOFF) * size;
         Clearance { gap, rounding }
@@ -92,6 +94,40 @@ impl<S: Real> SurfaceTables<S> {
             Landing::Contact { .. } => Some(&self.contact),
             Landing::Release { .. } => self.release.as_ref(),
         }
+    }
+}
+
+impl<const N: usize> SurfaceTables<Lanes<N>> {
+    /// The tables of a rigid surface in every lane as one; `None` where they have other shapes, or no reset.
+    pub(super) fn interleaved(alone: [&SurfaceTables<f64>; N]) -> Option<Self> {
+        let first = alone[0].reset.as_ref()?;
+        let tables = |table: fn(&SurfaceTables<f64>) -> &RowTable<f64>| {
+            let tables = alone.map(table);
+            RowTable::interleaved(tables, tables[0].rows())
+        };
+        let resets = alone.map(|tables| tables.reset.as_ref().unwrap_or(first));
+        Some(Self {
+            event: EventRow::interleaved(alone.map(|tables| &tables.event))?,
+            normal: tables(|tables| &tables.normal),
+            reset: Some(RowTable::interleaved(resets, first.rows())),
+            contact: tables(|tables| &tables.contact),
+            release: None,
+        })
+    }
+}
+
+impl<const N: usize> EventRow<Lanes<N>> {
+    fn interleaved(alone: [&EventRow<f64>; N]) -> Option<Self> {
+        let factors = alone[0].factors.len();
+        if alone.iter().any(|row| row.factors.len() != factors) {
+            return None;
+        }
+        let factor = |place: usize| Lanes::from_fn(|lane| alone[lane].factors[place]);
+        Some(Self {
+            factors: (0..factors).map(factor).collect(),
+            constant: Lanes::from_fn(|lane| alone[lane].constant),
+            moves: alone[0].moves,
+        })
     }
 }
 

@@ -2,6 +2,7 @@
 
 use super::extended::Extended;
 use super::flight::AffineFlight;
+use super::lane_tools::OrbitTables;
 use super::leap::{Asked, Leap, LeapBuffers, Leaper};
 use super::retreat::Retreat;
 use super::surface::SurfaceTables;
@@ -140,7 +141,6 @@ impl<'a, S: Real> AffineTools<'a, S> {
         misses: &mut Vec<(S, usize, S)>,
     ) -> Option<Leap<S>> {
         let (leaps, extended, buffers) = self.leaps(motion, parameters)?;
-        motion.last_step = S::from_f64(leaps.time_scale());
         for surface in 0..motion.leaving.len() {
             let (goal, stops) = asked(surface);
             let start = motion.start(surface);
@@ -175,17 +175,21 @@ impl<'a, S: Real> AffineTools<'a, S> {
     ) -> Option<S> {
         let (leaps, extended, buffers) = self.leaps(motion, parameters)?;
         let states = extended.states();
-        let time = widest(Retreat {
+        let (time, known) = widest(Retreat {
             leaps,
             extended: &extended.values,
-            buffers,
+            visit: &mut buffers.visit,
             surface,
             goal,
             longest,
+            wanted: true,
             states: &mut motion.state[..states],
-        })?;
+        });
+        if !known {
+            return None;
+        }
         if let Some(phase) = motion.state.get_mut(states) {
-            *phase -= leaps.phase_rate() * time;
+            *phase = leaps.phase_rate().mul_add(-time, *phase);
         }
         Some(time)
     }
@@ -193,7 +197,7 @@ impl<'a, S: Real> AffineTools<'a, S> {
     /// The tables of leaps, the extended state, and what leaps work on.
     fn leaps(
         &mut self,
-        motion: &Motion<S>,
+        motion: &mut Motion<S>,
         parameters: &[S],
     ) -> Option<(&AffineLeaps<S>, &Extended<S>, &mut LeapBuffers<S>)> {
         self.prepare(parameters);
@@ -206,6 +210,7 @@ impl<'a, S: Real> AffineTools<'a, S> {
             Some((leaps, buffers))
         });
         let (leaps, buffers) = leaps.as_mut()?;
+        motion.last_step = S::from_f64(leaps.time_scale());
         self.extended.take(&motion.state, motion.reference_phase);
         Some((leaps, &self.extended, buffers))
     }
@@ -278,6 +283,25 @@ impl<'a, S: Real> AffineTools<'a, S> {
         let states = self.system.expressions.states();
         reset.multiply(&self.extended.values, &mut motion.state[..states]);
         true
+    }
+}
+
+impl AffineTools<'_, f64> {
+    /// What an orbit at one rigid surface flies by; `None` without leaps, or without an affine reset.
+    pub(in crate::hybrid) fn orbit_tables(
+        &mut self,
+        motion: &mut Motion<f64>,
+        parameters: &[f64],
+    ) -> Option<OrbitTables> {
+        let leaps = self.leaps(motion, parameters)?.0.clone();
+        let tables = self.tables.as_ref()?;
+        Some(OrbitTables {
+            leaps,
+            surface: tables.surfaces.first()?.clone(),
+            multiples: tables.rows.multiples.clone(),
+            phase: self.system.expressions.phase(),
+            states: self.system.expressions.states(),
+        })
     }
 }
 

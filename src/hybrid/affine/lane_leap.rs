@@ -1,0 +1,154 @@
+//! Free flight of several orbits to their next events: [`Leaper`](super::leap::Leaper) in lanes, at one surface.
+//!
+//! One idea: leaps, not times, go in step. Each lane has its own time and its own event; where one lane is done on a piece it waits
+//! for the others. What control points leave open is left to the orbit alone.
+
+use super::lane_look::{Found, LaneLook};
+use super::lane_motion::LaneMotion;
+use super::lane_polygon::LanePolygon;
+use super::newton::{GapCourse, NodeVisit};
+use super::polygon::ROUNDING;
+use crate::flow::{LaneLeaps, LeapTables};
+use crate::hybrid::motion::SAME_MINIMUM;
+use crate::numeric::{Branched, LaneMask, Lanes, Mask, Scalar};
+
+/// The surface at which orbits are flown in lanes.
+const SURFACE: usize = 0;
+
+/// Working memory of leaps in lanes.
+#[derive(Clone, Debug)]
+pub(super) struct LaneLeapBuffers<const N: usize> {
+    pub(super) visit: NodeVisit<LaneLeaps<N>>,
+    control: Vec<Lanes<N>>,
+}
+
+impl<const N: usize> LaneLeapBuffers<N> {
+    pub(super) fn new(leaps: &LaneLeaps<N>) -> Self {
+        Self {
+            visit: NodeVisit::new(leaps, leaps.columns()),
+            control: vec![Lanes::splat(0.0); leaps.points()],
+        }
+    }
+}
+
+/// What is asked of a leap.
+#[derive(Clone, Copy, Debug)]
+pub(in crate::hybrid) struct LaneAsked<const N: usize> {
+    /// The lanes that fly.
+    pub(in crate::hybrid) wanted: LaneMask<N>,
+    /// Where contacts are flown through.
+    pub(in crate::hybrid) ignoring: LaneMask<N>,
+    /// Where it is of interest only whether there is a minimum.
+    pub(in crate::hybrid) passing: LaneMask<N>,
+    /// The longest flights.
+    pub(in crate::hybrid) longest: Lanes<N>,
+}
+
+/// Where leaps end.
+#[derive(Clone, Copy, Debug)]
+pub(in crate::hybrid) struct LaneLeap<const N: usize> {
+    /// Times flown.
+    pub(in crate::hybrid) time: Lanes<N>,
+    /// At a contact.
+    pub(in crate::hybrid) contact: LaneMask<N>,
+    /// At a minimum, from which the gap is known to rise for a time.
+    pub(in crate::hybrid) minimum: LaneMask<N>,
+    pub(in crate::hybrid) rises_for: Lanes<N>,
+    /// Where nothing is known: to be flown alone.
+    pub(in crate::hybrid) open: LaneMask<N>,
+}
+
+/// Leaps to be flown.
+pub(super) struct LaneLeaper<'t, const N: usize> {
+    pub(super) leaps: &'t LaneLeaps<N>,
+    pub(super) extended: &'t [Lanes<N>],
+    pub(super) buffers: &'t mut LaneLeapBuffers<N>,
+    pub(super) motion: &'t mut LaneMotion<N>,
+    pub(super) asked: LaneAsked<N>,
+}
+
+impl<const N: usize> LaneLeaper<'_, N> {
+    /// Flies to the first events or for the longest time; the motions' headings are those there.
+    #[inline(always)]
+    pub(super) fn fly(&mut self) -> LaneLeap<N> {
+        let rounding = Lanes::splat(ROUNDING) * self.leaps.size(SURFACE, self.extended);
+        let quiet = self.asked.longest.min(self.leaps.span());
+        self.buffers.visit.forget();
+        let mut leap = LaneLeap {
+            time: quiet,
+            contact: LaneMask::NONE,
+            minimum: LaneMask::NONE,
+            rises_for: Lanes::splat(0.0),
+            open: LaneMask::NONE,
+        };
+        let mut going = self.asked.wanted;
+        let mut within = Lanes::splat(SAME_MINIMUM) * self.leaps.time_scale();
+        let mut leaving = self.motion.leaving;
+        for piece in 0..self.leaps.pieces() {
+            let start = self.leaps.piece() * Lanes::splat(piece as f64);
+            going &= start.is_below(quiet);
+            if !going.any() {
+                break;
+            }
+            self.leaps
+                .look(SURFACE, piece, self.extended, &mut self.buffers.control);
+            let found = self.found(start, quiet, going, rounding, within, leaving);
+            leap.open |= going & found.open;
+            going &= !found.open;
+            let met = going & (found.contact | found.minimum) & found.time.is_at_most(quiet);
+            leap.time = Lanes::select(met, found.time, leap.time);
+            leap.rises_for = Lanes::select(met, found.rises_for, leap.rises_for);
+            leap.contact |= met & found.contact;
+            leap.minimum |= met & found.minimum;
+            self.turn(going, &found);
+            going &= !met & (start + self.leaps.piece()).is_below(quiet);
+            (within, leaving) = (Lanes::splat(0.0), LaneMask::NONE);
+        }
+        leap
+    }
+
+    /// Remembers which way the gaps go where a piece ends.
+    #[inline(always)]
+    fn turn(&mut self, wanted: LaneMask<N>, found: &Found<N>) {
+        self.motion.lose_headings(wanted);
+        self.motion.rises |= found.rises & wanted;
+        self.motion.falls |= found.falls & wanted;
+    }
+
+    /// What the control points of the gaps on a piece tell of their events.
+    #[inline(always)]
+    fn found(
+        &mut self,
+        from: Lanes<N>,
+        until: Lanes<N>,
+        wanted: LaneMask<N>,
+        rounding: Lanes<N>,
+        within: Lanes<N>,
+        leaving: LaneMask<N>,
+    ) -> Found<N> {
+        let LaneLeapBuffers { visit, control } = &mut *self.buffers;
+        let polygon = LanePolygon {
+            points: control,
+            rounding,
+        };
+        let gap = GapCourse {
+            leaps: self.leaps,
+            extended: self.extended,
+            surface: SURFACE,
+            visit,
+        };
+        let mut look = LaneLook {
+            polygon,
+            gap,
+            from,
+            until,
+            within,
+            leaving,
+            ignoring: self.asked.ignoring,
+            rose: self.motion.rises & !leaving,
+            fell: self.motion.falls & !leaving,
+            left_within: self.motion.rounding,
+        };
+        look.found(wanted)
+    }
+}

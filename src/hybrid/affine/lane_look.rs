@@ -1,0 +1,187 @@
+//! What control points tell of the events of one gap of several orbits: [`Look`](super::look::Look) in lanes.
+//!
+//! One idea: the few kinds of an answer are masks. A kind is worked out where any lane has it, minima and contacts once for all
+//! lanes that have them; all others are left open.
+
+use super::lane_polygon::LanePolygon;
+use super::newton::GapCourse;
+use crate::flow::{LaneLeaps, LeapTables};
+use crate::numeric::{Branched, LaneMask, Lanes, Mask, Scalar};
+
+/// A look at the gaps on one piece; all minima are looked for, and contacts where they are not flown through.
+pub(super) struct LaneLook<'t, const N: usize> {
+    pub(super) polygon: LanePolygon<'t, N>,
+    pub(super) gap: GapCourse<'t, LaneLeaps<N>>,
+    /// Start of the piece.
+    pub(super) from: Lanes<N>,
+    /// The time up to which events are of interest.
+    pub(super) until: Lanes<N>,
+    /// Time within which a minimum is one that is known already.
+    pub(super) within: Lanes<N>,
+    /// Where the gap is zero at the start, to a rounding.
+    pub(super) leaving: LaneMask<N>,
+    pub(super) left_within: Lanes<N>,
+    /// Where contacts are flown through.
+    pub(super) ignoring: LaneMask<N>,
+    /// Which way the gap went before.
+    pub(super) rose: LaneMask<N>,
+    pub(super) fell: LaneMask<N>,
+}
+
+/// What is found of the gaps on a piece.
+pub(super) struct Found<const N: usize> {
+    pub(super) time: Lanes<N>,
+    pub(super) contact: LaneMask<N>,
+    pub(super) minimum: LaneMask<N>,
+    /// For how long the gap is known to rise from a minimum.
+    pub(super) rises_for: Lanes<N>,
+    /// Where the points are not enough.
+    pub(super) open: LaneMask<N>,
+    /// Which way the gaps go at the end.
+    pub(super) rises: LaneMask<N>,
+    pub(super) falls: LaneMask<N>,
+}
+
+/// A contact to be found: near this time.
+struct Sought<const N: usize> {
+    near: Lanes<N>,
+    wanted: LaneMask<N>,
+}
+
+impl<const N: usize> LaneLook<'_, N> {
+    #[inline(always)]
+    pub(super) fn found(&mut self, wanted: LaneMask<N>) -> Found<N> {
+        let shape = self.polygon.shape(self.rose);
+        let known = wanted & shape.known;
+        let valley = known & shape.falls & shape.turns;
+        let rising = known & !shape.falls & !shape.turns;
+        let hill = known & !shape.falls & shape.turns;
+        let falling = known & shape.falls & !shape.turns;
+        let lost = (rising | hill) & self.fell;
+        let mut found = Found {
+            time: self.until,
+            contact: LaneMask::NONE,
+            minimum: LaneMask::NONE,
+            rises_for: self.until,
+            open: (wanted & !shape.known) | lost,
+            rises: rising & !lost,
+            falls: (hill & !lost) | falling,
+        };
+        let sought = self.fall(&mut found);
+        if valley.any() {
+            let near = self.from + self.polygon.turn(&shape) * self.gap.leaps.piece();
+            self.valley(near, valley, sought, &mut found);
+        } else if sought.wanted.any() {
+            let (time, is_found) = self.gap.fall(sought.near, sought.wanted);
+            take_contacts(&mut found, &sought, time, is_found);
+        }
+        found
+    }
+
+    /// The contacts of gaps that fall at the end, where they are not above zero there.
+    #[inline(always)]
+    fn fall(&mut self, found: &mut Found<N>) -> Sought<N> {
+        let last = self.polygon.points[self.polygon.points.len() - 1];
+        let ends_above = self.polygon.rounding.is_below(last);
+        let mut wanted = found.falls & !self.ignoring & !ends_above;
+        let mut near = self.until;
+        if wanted.any() {
+            let fall = self.polygon.first_fall(self.polygon.rounding, self.leaving);
+            found.open |= wanted & !(fall.exists & fall.stays);
+            wanted &= !found.open;
+            found.falls &= !wanted;
+            near = self.from + self.polygon.fall(&fall) * self.gap.leaps.piece();
+            let late = wanted & self.until.is_below(near);
+            if late.any() {
+                let value = self.gap.value(self.until, late);
+                wanted &= !(late & Lanes::splat(0.0).is_below(value));
+            }
+        }
+        Sought { near, wanted }
+    }
+
+    /// Gaps with one extremum, a minimum: that, or the contact before it; with these the contacts sought already.
+    #[inline(always)]
+    fn valley(
+        &mut self,
+        near: Lanes<N>,
+        valley: LaneMask<N>,
+        mut sought: Sought<N>,
+        found: &mut Found<N>,
+    ) {
+        let turn = self.gap.turn(near, valley);
+        let zero = Lanes::splat(0.0);
+        let end = self.from + self.gap.leaps.piece();
+        let outside = turn.time.is_below(self.from) | end.is_below(turn.time);
+        let same = valley & self.rose & (turn.time - self.from).is_below(self.within);
+        let is_left = !self.ignoring | (-self.left_within).is_at_most(turn.gap);
+        let unclear = valley & (!turn.found | outside | (self.leaving & is_left));
+        let clear = valley & !unclear & !same;
+        found.open |= unclear;
+        found.rises |= same & !unclear;
+        found.falls |= clear & self.until.is_below(turn.time);
+        found.rises_for = turn.rises_for;
+        let below = clear & !self.ignoring & turn.gap.is_below(zero);
+        let admitted = self.ignoring | zero.is_at_most(turn.gap);
+        found.minimum |= clear & !below & admitted;
+        found.rises |= clear & turn.time.is_at_most(self.until);
+        found.time = Lanes::select(found.minimum, turn.time, found.time);
+        if below.any() {
+            self.seek_before(
+                turn.time,
+                turn.gap,
+                turn.curvature,
+                below,
+                &mut sought,
+                found,
+            );
+        }
+        if sought.wanted.any() {
+            let (time, is_found) = self.gap.fall(sought.near, sought.wanted);
+            let inside = self.from.is_at_most(time) & time.is_at_most(turn.time);
+            take_contacts(found, &sought, time, is_found & (inside | !below));
+        }
+    }
+
+    /// Where gaps fell through zero before their minima: near the zeros of the parabolas about those, or of the points.
+    #[inline(always)]
+    fn seek_before(
+        &mut self,
+        minimum: Lanes<N>,
+        gap: Lanes<N>,
+        curvature: Lanes<N>,
+        below: LaneMask<N>,
+        sought: &mut Sought<N>,
+        found: &mut Found<N>,
+    ) {
+        let two = Lanes::splat(2.0);
+        let lead = (-two * gap / curvature).sqrt();
+        let is_near = lead.is_at_most(two * self.gap.leaps.reach());
+        let mut near = minimum - lead;
+        let mut unclear = below & self.polygon.points[0].is_at_most(self.polygon.rounding);
+        let far = below & !is_near;
+        if far.any() {
+            let fall = self.polygon.first_fall(Lanes::splat(0.0), LaneMask::NONE);
+            unclear |= far & !fall.exists;
+            let guess = self.from + self.polygon.fall(&fall) * self.gap.leaps.piece();
+            near = Lanes::select(is_near, near, guess);
+        }
+        found.open |= unclear;
+        let wanted = below & !unclear;
+        sought.near = Lanes::select(wanted, near, sought.near);
+        sought.wanted |= wanted;
+    }
+}
+
+/// Puts down the contacts that were found; the others stay open.
+#[inline(always)]
+fn take_contacts<const N: usize>(
+    found: &mut Found<N>,
+    sought: &Sought<N>,
+    time: Lanes<N>,
+    is_found: LaneMask<N>,
+) {
+    found.open |= sought.wanted & !is_found;
+    found.contact |= sought.wanted & is_found;
+    found.time = Lanes::select(found.contact, time, found.time);
+}

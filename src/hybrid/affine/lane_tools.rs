@@ -1,0 +1,221 @@
+//! The affine side of simulators in lanes: [`AffineTools`](super::AffineTools) of several orbits at one rigid surface.
+
+use super::lane_extended::LaneExtended;
+use super::lane_leap::{LaneAsked, LaneLeap, LaneLeapBuffers, LaneLeaper};
+use super::lane_motion::LaneMotion;
+use super::retreat::Retreat;
+use super::surface::SurfaceTables;
+use crate::flow::{AffineLeaps, LaneLeaps};
+use crate::hybrid::backward::Back;
+use crate::hybrid::landing::REDUCED;
+use crate::hybrid::sensing::Sense;
+use crate::numeric::{Branched, Kernel, LaneMask, Lanes, Mask, Scalar};
+
+/// What one orbit has at its parameters.
+#[derive(Clone, Debug)]
+pub(in crate::hybrid) struct OrbitTables {
+    pub(super) leaps: AffineLeaps<f64>,
+    pub(super) surface: SurfaceTables<f64>,
+    pub(super) multiples: Vec<f64>,
+    pub(super) phase: Option<usize>,
+    pub(super) states: usize,
+}
+
+/// Tables of several orbits, and what they work on.
+#[derive(Clone, Debug)]
+pub(in crate::hybrid) struct LaneTools<const N: usize> {
+    leaps: LaneLeaps<N>,
+    buffers: LaneLeapBuffers<N>,
+    extended: LaneExtended<N>,
+    surface: SurfaceTables<Lanes<N>>,
+    phase: Option<usize>,
+    /// States somewhere else.
+    there: Vec<Lanes<N>>,
+    /// Value and slope of the gap and the rates of the states.
+    landing: Vec<Lanes<N>>,
+}
+
+impl<const N: usize> LaneTools<N> {
+    /// From the tables of every orbit; `None` where they have other shapes.
+    pub(in crate::hybrid) fn new(alone: [OrbitTables; N]) -> Option<Self> {
+        let leaps = LaneLeaps::new(alone.each_ref().map(|own| own.leaps.clone()).to_vec())?;
+        let surface = SurfaceTables::interleaved(alone.each_ref().map(|own| &own.surface))?;
+        let OrbitTables {
+            phase,
+            states,
+            ref multiples,
+            ..
+        } = alone[0];
+        let multiple = |place: usize| Lanes::from_fn(|lane| alone[lane].multiples[place]);
+        let multiples: Vec<_> = (0..multiples.len()).map(multiple).collect();
+        let zero = Lanes::splat(0.0);
+        Some(Self {
+            buffers: LaneLeapBuffers::new(&leaps),
+            extended: LaneExtended::new(states, phase, multiples),
+            surface,
+            phase,
+            there: vec![zero; states],
+            landing: vec![zero; 2 + states],
+            leaps,
+        })
+    }
+
+    /// To be called where states are placed.
+    #[inline(always)]
+    pub(in crate::hybrid) fn forget(&mut self) {
+        self.extended.forget();
+    }
+
+    /// The time in which the motion changes.
+    #[inline(always)]
+    pub(in crate::hybrid) fn time_scale(&self) -> Lanes<N> {
+        self.leaps.time_scale()
+    }
+
+    /// Flies freely to the first events, to a time at most, and takes the motions there where that is of use.
+    #[inline(always)]
+    pub(in crate::hybrid) fn leap(
+        &mut self,
+        motion: &mut LaneMotion<N>,
+        horizon: Lanes<N>,
+        asked: LaneAsked<N>,
+    ) -> LaneLeap<N> {
+        self.extended.take(&motion.state, asked.wanted);
+        let leap = LaneLeaper {
+            leaps: &self.leaps,
+            extended: &self.extended.values,
+            buffers: &mut self.buffers,
+            motion,
+            asked,
+        }
+        .fly();
+        let flown = asked.wanted & !leap.open;
+        let at_end = leap.time.is_equal(asked.longest) & !leap.contact & !leap.minimum;
+        let useful = flown & !at_end & !(leap.minimum & asked.passing);
+        if useful.any() {
+            let visit = &mut self.buffers.visit;
+            let (leaps, extended) = (&self.leaps, &self.extended.values);
+            visit.states_at(leap.time, useful, leaps, extended, &mut self.there);
+            self.take_there(motion, useful, leap.time);
+        }
+        let time = Lanes::select(
+            leap.time.is_equal(asked.longest),
+            horizon,
+            motion.time + leap.time,
+        );
+        motion.time = Lanes::select(flown, time, motion.time);
+        leap
+    }
+
+    /// Puts motions to the states computed, and their phases on by a time.
+    #[inline(always)]
+    fn take_there(&self, motion: &mut LaneMotion<N>, wanted: LaneMask<N>, time: Lanes<N>) {
+        for (state, &there) in motion.state.iter_mut().zip(&self.there) {
+            *state = Lanes::select(wanted, there, *state);
+        }
+        if let Some(phase) = self.phase {
+            let phase = &mut motion.state[phase];
+            let there = self.leaps.phase_rate().mul_add(time, *phase);
+            *phase = Lanes::select(wanted, there, *phase);
+        }
+    }
+
+    /// Takes motions back along the free flow to where their gaps were zero, a time at most; where that is known.
+    #[inline(always)]
+    pub(in crate::hybrid) fn retreat(
+        &mut self,
+        motion: &mut LaneMotion<N>,
+        wanted: LaneMask<N>,
+        longest: Lanes<N>,
+    ) -> LaneMask<N> {
+        self.extended.take(&motion.state, wanted);
+        let (time, known) = Retreat {
+            leaps: &self.leaps,
+            extended: &self.extended.values,
+            visit: &mut self.buffers.visit,
+            surface: 0,
+            goal: Back::ToSurface,
+            longest,
+            wanted,
+            states: &mut self.there,
+        }
+        .run();
+        let known = known & wanted;
+        self.take_there(motion, known, -time);
+        motion.time = Lanes::select(known, motion.time - time, motion.time);
+        known
+    }
+
+    /// The normal motion at the surface, along the free flow.
+    #[inline(always)]
+    pub(in crate::hybrid) fn sense(
+        &mut self,
+        motion: &LaneMotion<N>,
+        wanted: LaneMask<N>,
+    ) -> Sense<Lanes<N>> {
+        self.extended.take(&motion.state, wanted);
+        self.surface.sense(&self.extended.values)
+    }
+
+    /// The states after an impact.
+    #[inline(always)]
+    pub(in crate::hybrid) fn reset(&mut self, motion: &mut LaneMotion<N>, wanted: LaneMask<N>) {
+        self.extended.take(&motion.state, wanted);
+        if let Some(reset) = &self.surface.reset {
+            reset.multiply(&self.extended.values, &mut self.there);
+        }
+        for (state, &there) in motion.state.iter_mut().zip(&self.there) {
+            *state = Lanes::select(wanted, there, *state);
+        }
+    }
+
+    /// Brings states onto the surface that they have landed beside; where they stay beside it.
+    #[inline(always)]
+    pub(in crate::hybrid) fn settle(
+        &mut self,
+        motion: &mut LaneMotion<N>,
+        wanted: LaneMask<N>,
+    ) -> LaneMask<N> {
+        let zero = Lanes::splat(0.0);
+        self.extended.take(&motion.state, wanted);
+        self.surface
+            .contact
+            .multiply(&self.extended.values, &mut self.landing);
+        let (value, slope) = (self.landing[0], self.landing[1]);
+        let settles = wanted & !value.is_equal(zero) & slope.is_below(zero);
+        let shift = -value / slope;
+        let rates = self.landing[2..].iter().copied();
+        let rates = rates.chain([self.leaps.phase_rate()]);
+        for (state, rate) in motion.state.iter_mut().zip(rates) {
+            *state = Lanes::select(settles, rate.mul_add(shift, *state), *state);
+        }
+        let after = self.gap(motion, settles);
+        let less = after.abs().is_at_most(value.abs() * Lanes::splat(REDUCED));
+        motion.time = Lanes::select(settles, motion.time + shift, motion.time);
+        settles & !less
+    }
+
+    /// The gap.
+    #[inline(always)]
+    fn gap(&mut self, motion: &LaneMotion<N>, wanted: LaneMask<N>) -> Lanes<N> {
+        if self.surface.moves() {
+            self.extended.take(&motion.state, wanted);
+            return self.surface.clearance(&self.extended.values).gap;
+        }
+        self.surface.clearance(&motion.state).gap
+    }
+
+    /// Lets surfaces be left behind where their gaps are more than rounding.
+    #[inline(always)]
+    pub(in crate::hybrid) fn leave_behind(
+        &mut self,
+        motion: &mut LaneMotion<N>,
+        wanted: LaneMask<N>,
+    ) {
+        let wanted = wanted & motion.leaving;
+        if wanted.any() {
+            let gap = self.gap(motion, wanted);
+            motion.leaving &= !(wanted & motion.rounding.is_below(gap.abs()));
+        }
+    }
+}
