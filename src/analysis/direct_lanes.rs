@@ -6,9 +6,10 @@ use crate::hybrid::{DirectReturn, LaneReturns};
 use crate::iteration::{MapOrbit, OrbitRequest, StepInfo};
 use crate::numeric::Lanes;
 
-/// The section map by direct simulation with other parameters in every lane, made by [`DirectMap::in_lanes`].
+/// The section map by direct simulation with other parameters in every lane, made by
+/// [`DirectMap::in_lanes`](super::DirectMap::in_lanes).
 ///
-/// Every image is that of [`DirectMap`] to the last bit.
+/// Every image is that of [`DirectMap`](super::DirectMap) to the last bit.
 #[derive(Clone, Debug)]
 pub struct DirectLanes<'a, const N: usize> {
     frames: Vec<SectionFrame<f64>>,
