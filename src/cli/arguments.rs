@@ -10,7 +10,7 @@ use crate::emission::Target;
 
 /// Fast, measured local maps of oscillators that graze a stop.
 ///
-/// Without a command, runs the built-in scene `linear` start to finish into ./out.
+/// Without a command, runs the built-in scene `cantilever_3_5_soft` start to finish into ./out.
 #[derive(Debug, Parser)]
 #[command(
     name = "grazemap",
