@@ -321,9 +321,8 @@ impl<'a> Chooser<'a> {
     /// The expansion to some orders; `None` where its coefficients overflow, which ends a search.
     fn finite_level(&mut self, highest: MapOrders) -> Result<Option<usize>, ConvergenceError> {
         match self.level(highest) {
-            Ok(at) => Ok(Some(at)),
             Err(error) if error.is_overflow() => Ok(None),
-            Err(error) => Err(error),
+            at => at.map(Some),
         }
     }
 

@@ -6,6 +6,7 @@
 use std::fmt::Debug;
 use std::ops::{BitAnd, BitAndAssign, BitOr, BitOrAssign, Not};
 
+use super::lanes::lane_operator;
 use super::{Lanes, Real, Scalar};
 
 /// A truth value for every lane.
@@ -145,31 +146,8 @@ impl<const N: usize> LaneMask<N> {
     }
 }
 
-macro_rules! operator {
-    ($trait:ident, $method:ident, $assign_trait:ident, $assign_method:ident, $assign:tt) => {
-        impl<const N: usize> $trait for LaneMask<N> {
-            type Output = Self;
-
-            #[inline(always)]
-            fn $method(mut self, other: Self) -> Self {
-                for lane in 0..N {
-                    self.0[lane] $assign other.0[lane];
-                }
-                self
-            }
-        }
-
-        impl<const N: usize> $assign_trait for LaneMask<N> {
-            #[inline(always)]
-            fn $assign_method(&mut self, other: Self) {
-                *self = (*self).$method(other);
-            }
-        }
-    };
-}
-
-operator!(BitAnd, bitand, BitAndAssign, bitand_assign, &=);
-operator!(BitOr, bitor, BitOrAssign, bitor_assign, |=);
+lane_operator!(LaneMask, BitAnd, bitand, BitAndAssign, bitand_assign, &=);
+lane_operator!(LaneMask, BitOr, bitor, BitOrAssign, bitor_assign, |=);
 
 impl<const N: usize> Not for LaneMask<N> {
     type Output = Self;

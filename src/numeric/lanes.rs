@@ -99,9 +99,10 @@ pub(crate) fn one_by_one<S>(element: usize) {
     }
 }
 
-macro_rules! operator {
-    ($trait:ident, $method:ident, $assign_trait:ident, $assign_method:ident, $assign:tt) => {
-        impl<const N: usize> $trait for Lanes<N> {
+/// An operator of two values of a type of lanes, lane by lane.
+macro_rules! lane_operator {
+    ($lanes:ident, $trait:ident, $method:ident, $assign_trait:ident, $assign_method:ident, $assign:tt) => {
+        impl<const N: usize> $trait for $lanes<N> {
             type Output = Self;
 
             #[inline(always)]
@@ -113,7 +114,7 @@ macro_rules! operator {
             }
         }
 
-        impl<const N: usize> $assign_trait for Lanes<N> {
+        impl<const N: usize> $assign_trait for $lanes<N> {
             #[inline(always)]
             fn $assign_method(&mut self, other: Self) {
                 *self = (*self).$method(other);
@@ -122,10 +123,12 @@ macro_rules! operator {
     };
 }
 
-operator!(Add, add, AddAssign, add_assign, +=);
-operator!(Sub, sub, SubAssign, sub_assign, -=);
-operator!(Mul, mul, MulAssign, mul_assign, *=);
-operator!(Div, div, DivAssign, div_assign, /=);
+pub(super) use lane_operator;
+
+lane_operator!(Lanes, Add, add, AddAssign, add_assign, +=);
+lane_operator!(Lanes, Sub, sub, SubAssign, sub_assign, -=);
+lane_operator!(Lanes, Mul, mul, MulAssign, mul_assign, *=);
+lane_operator!(Lanes, Div, div, DivAssign, div_assign, /=);
 
 impl<const N: usize> Neg for Lanes<N> {
     type Output = Self;
