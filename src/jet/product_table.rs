@@ -4,7 +4,7 @@
 //! runs with the same other exponents are a *family*, one run of every length. A run of the result is the sum over the pairs of
 //! families that multiply to its own of the products of their runs, whose lengths add up to one more than its own: polynomials in one
 //! variable, whose coefficients are summed in registers. One entry of the table stands for all of these products, for every run of
-//! a family.
+//! a family; it says where the runs begin, so that a visit to a pair reads nothing else of the table.
 
 use std::ops::Range;
 
@@ -16,10 +16,10 @@ pub(super) struct ProductTable {
     runs: Vec<Run>,
     /// First run of every degree, and the number of runs.
     degree_starts: Vec<usize>,
-    /// The first monomials of the runs of every family, by length.
-    starts: Vec<u32>,
-    pairs: Vec<Pair>,
     families: Vec<Family>,
+    /// Of every pair of families the first monomials of the left runs and of the right ones, by ascending length, as many of each
+    /// as their product has runs.
+    pairs: Vec<u32>,
 }
 
 /// Neighbouring monomials of one degree with the same exponents in all variables but the last two.
@@ -27,14 +27,13 @@ pub(super) struct ProductTable {
 pub(super) struct Run {
     /// The monomials.
     pub(super) monomials: Range<usize>,
-    pairs: Range<usize>,
+    family: Family,
 }
 
 /// All runs with the same exponents in all variables but the last two.
 #[derive(Clone, Debug)]
 pub(super) struct Family {
-    /// Place of its shortest run among the first monomials of all runs, and places of the others.
-    runs: Range<usize>,
+    runs: usize,
     pairs: Range<usize>,
 }
 
@@ -42,12 +41,69 @@ impl Family {
     /// Number of runs, which is the length of the longest.
     #[inline(always)]
     pub(super) fn runs(&self) -> usize {
-        self.runs.len()
+        self.runs
     }
 }
 
-/// Two families, each by the place of the first monomial of its shortest run among those of all runs.
-pub(super) type Pair = (u32, u32);
+/// The pairs of families that multiply to one family, by ascending left ones; the first begins with the constant, the last ends
+/// with it.
+#[derive(Clone, Copy)]
+pub(super) struct Pairs<'a> {
+    firsts: &'a [u32],
+    /// Runs of the product.
+    runs: usize,
+}
+
+/// The first monomials of the runs of two families, by ascending length, as many of each as their product has.
+#[derive(Clone, Copy)]
+pub(super) struct Pair<'a> {
+    pub(super) left: &'a [u32],
+    pub(super) right: &'a [u32],
+}
+
+impl<'a> Pair<'a> {
+    /// The shortest runs of both, as many as asked for; `None` if there are fewer.
+    #[inline(always)]
+    pub(super) fn shortest<const RUNS: usize>(self) -> Option<[&'a [u32; RUNS]; 2]> {
+        Some([self.left.first_chunk()?, self.right.first_chunk()?])
+    }
+}
+
+impl<'a> Pairs<'a> {
+    #[inline(always)]
+    pub(super) fn iter(self) -> impl Iterator<Item = Pair<'a>> {
+        let pair = move |firsts: &'a [u32]| {
+            let (left, right) = firsts.split_at(self.runs);
+            Pair { left, right }
+        };
+        self.firsts.chunks_exact(2 * self.runs).map(pair)
+    }
+
+    /// The first half of the pairs, and the one in the middle if their number is odd.
+    #[inline(always)]
+    pub(super) fn half(self) -> (Self, Option<Pair<'a>>) {
+        let entry = 2 * self.runs;
+        let count = self.firsts.len() / entry;
+        let (half, rest) = self.firsts.split_at(count / 2 * entry);
+        let firsts = &rest[..(count % 2) * entry];
+        let middle = Self { firsts, ..self }.iter().next();
+        (
+            Self {
+                firsts: half,
+                ..self
+            },
+            middle,
+        )
+    }
+
+    /// The first pair, and the others.
+    #[inline(always)]
+    pub(super) fn split_first(self) -> (Option<Pair<'a>>, Self) {
+        let entry = (2 * self.runs).min(self.firsts.len());
+        let firsts = &self.firsts[entry..];
+        (self.iter().next(), Self { firsts, ..self })
+    }
+}
 
 /// Exponents and weights, as a table is built from them.
 pub(super) struct Monomials<'a> {
@@ -115,12 +171,12 @@ impl ProductTable {
         let mut table = Self {
             runs: Vec::new(),
             degree_starts: Vec::with_capacity(monomials.degree_starts.len()),
-            starts: Vec::with_capacity(count),
-            pairs: Vec::new(),
             families: Vec::new(),
+            pairs: Vec::new(),
         };
-        // Of the first monomial of every run: the place of its family and the family's pairs.
-        let mut families = vec![(0, 0..0); count];
+        // The first monomials of all runs, family by family; of the first monomial of every run its family and the place of that.
+        let mut starts: Vec<u32> = Vec::with_capacity(count);
+        let mut families = vec![(0, 0); count];
         let mut products = Vec::new();
         for degree in monomials.degree_starts.windows(2) {
             table.degree_starts.push(table.runs.len());
@@ -128,26 +184,27 @@ impl ProductTable {
             while first < degree[1] {
                 let length = monomials.run_length(first);
                 if length == 1 {
-                    let place = table.starts.len();
-                    table.starts.extend(monomials.family(first));
-                    families[first].0 = place as u32;
-                    monomials.list_pairs(first, &mut products);
-                    let family = |monomial: u32| families[monomial as usize].0;
-                    let begin = table.pairs.len();
-                    let pairs = products.iter().map(|&(i, j)| (family(i), family(j)));
-                    table.pairs.extend(pairs);
-                    let pairs = begin..table.pairs.len();
-                    table.families.push(Family {
-                        runs: place..table.starts.len(),
-                        pairs: pairs.clone(),
-                    });
-                    for &start in &table.starts[place..] {
-                        families[start as usize] = (place as u32, pairs.clone());
+                    let place = starts.len();
+                    starts.extend(monomials.family(first));
+                    let runs = starts.len() - place;
+                    for &start in &starts[place..] {
+                        families[start as usize] = (table.families.len(), place);
                     }
+                    monomials.list_pairs(first, &mut products);
+                    let begin = table.pairs.len();
+                    for factor in products.iter().flat_map(|&(left, right)| [left, right]) {
+                        let (_, place) = families[factor as usize];
+                        table.pairs.extend(&starts[place..place + runs]);
+                    }
+                    table.families.push(Family {
+                        runs,
+                        pairs: begin..table.pairs.len(),
+                    });
                 }
+                let (family, _) = families[first];
                 table.runs.push(Run {
                     monomials: first..first + length,
-                    pairs: families[first].1.clone(),
+                    family: table.families[family].clone(),
                 });
                 first += length;
             }
@@ -174,26 +231,19 @@ impl ProductTable {
         &self.families
     }
 
-    /// The first monomials of the runs of a family, by ascending length, and the pairs of families that multiply to it.
+    /// The pairs of families that multiply to a family.
     #[inline(always)]
-    pub(super) fn starts_and_pairs(&self, family: &Family) -> (&[u32], &[Pair]) {
-        (
-            &self.starts[family.runs.clone()],
-            &self.pairs[family.pairs.clone()],
-        )
+    pub(super) fn pairs_of(&self, family: &Family) -> Pairs<'_> {
+        Pairs {
+            firsts: &self.pairs[family.pairs.clone()],
+            runs: family.runs,
+        }
     }
 
-    /// The pairs of families that multiply to that of a run, by ascending left ones; the first begins with the constant, the last ends with it.
+    /// The pairs of families that multiply to that of a run.
     #[inline(always)]
-    pub(super) fn pairs_of(&self, run: &Run) -> &[Pair] {
-        &self.pairs[run.pairs.clone()]
-    }
-
-    /// The first monomials of the runs of a family, by ascending length, as many as asked for.
-    #[inline(always)]
-    pub(super) fn starts(&self, family: u32, count: usize) -> Option<&[u32]> {
-        let family = family as usize;
-        self.starts.get(family..family + count)
+    pub(super) fn pairs_of_run(&self, run: &Run) -> Pairs<'_> {
+        self.pairs_of(&run.family)
     }
 
     /// The pairs of monomials whose product is a given one, in the order of the sums.
@@ -204,10 +254,10 @@ impl ProductTable {
         let run = &self.runs[after - 1];
         let (place, len) = (monomial - run.monomials.start, run.monomials.len());
         let mut pairs = Vec::new();
-        for &(left, right) in self.pairs_of(run) {
+        for Pair { left, right } in self.pairs_of_run(run).iter() {
             for left_len in 1..=len {
-                let left = self.starts[left as usize + left_len - 1] as usize;
-                let right = self.starts[right as usize + len - left_len] as usize;
+                let left = left[left_len - 1] as usize;
+                let right = right[len - left_len] as usize;
                 let first = (place + left_len).saturating_sub(len);
                 let terms = first..left_len.min(place + 1);
                 pairs.extend(terms.map(|p| (left + p, right + place - p)));

@@ -10,8 +10,8 @@ use super::JetError;
 use super::monomials::{RankTable, count_monomials, list_monomials, list_parents};
 use super::product_table::{Monomials, ProductTable};
 
-/// Largest number of coefficient products a space may need: at most 0.8 GB of product table, whose entries of
-/// 8 bytes stand for one product or several.
+/// Largest number of coefficient products a space may need: at most 0.8 GB of product table, 8 bytes of which
+/// stand for one product or several.
 ///
 /// Five variables reach order 23, eight reach order 13, twelve reach order 9.
 pub const MAX_PRODUCTS: u128 = 100_000_000;

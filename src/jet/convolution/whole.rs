@@ -74,24 +74,23 @@ impl<'a, S: Scalar, const SET: bool> FullProduct<'a, S, SET> {
 
     /// The shortest runs of both families of a pair.
     #[inline(always)]
-    fn factors<const RUNS: usize>(&self, (left, right): Pair) -> Option<[[&'a [S]; RUNS]; 2]> {
-        let (left, right) = (
-            self.table.starts(left, RUNS)?,
-            self.table.starts(right, RUNS)?,
-        );
+    fn factors<const RUNS: usize>(&self, pair: Pair<'_>) -> Option<[[&'a [S]; RUNS]; 2]> {
+        let [left, right] = pair.shortest::<RUNS>()?;
         Some([runs(self.a, left)?, runs(self.b, right)?])
     }
 
     /// The coefficients of the shortest runs of a family, `COUNT` in all.
     #[inline(always)]
     fn add_family<const RUNS: usize, const COUNT: usize>(&mut self, family: &Family) {
-        let (starts, pairs) = self.table.starts_and_pairs(family);
         let mut sums = [S::zero(); COUNT];
-        for &pair in pairs {
+        // Those of the last left factor, which is the family: its right one is the constant's.
+        let mut starts: &[u32] = &[];
+        for pair in self.table.pairs_of(family).iter() {
             let Some([a, b]) = self.factors::<RUNS>(pair) else {
                 debug_assert!(false, "a factor has as many runs as its product, or more");
                 return;
             };
+            starts = pair.left;
             add_run::<S, 1, RUNS, COUNT>(&a, &b, &mut sums);
             add_run::<S, 2, RUNS, COUNT>(&a, &b, &mut sums);
             add_run::<S, 3, RUNS, COUNT>(&a, &b, &mut sums);
@@ -112,8 +111,10 @@ impl<'a, S: Scalar, const SET: bool> FullProduct<'a, S, SET> {
 
 /// The shortest runs of a family.
 #[inline(always)]
-fn runs<'a, S, const RUNS: usize>(element: &'a [S], starts: &[u32]) -> Option<[&'a [S]; RUNS]> {
-    let starts = starts.first_chunk::<RUNS>()?;
+fn runs<'a, S, const RUNS: usize>(
+    element: &'a [S],
+    starts: &[u32; RUNS],
+) -> Option<[&'a [S]; RUNS]> {
     let mut runs: [&[S]; RUNS] = [&[]; RUNS];
     for run in 0..RUNS {
         let start = starts[run] as usize;
