@@ -1,7 +1,8 @@
-//! Images of section points, periodic orbits, bifurcation diagrams: what a map does, by the map and by direct simulation.
+//! Images of section points, periodic orbits, bifurcation diagrams, two-parameter charts: what a map does, by the map and by direct simulation.
 //!
 //! Deliberately absent: plotting, files, progress bars.
 
+pub mod chart;
 pub mod diagram;
 mod direct_image;
 mod direct_lanes;

@@ -48,6 +48,8 @@ pub(super) enum Command {
     Converge(ConvergeOptions),
     /// Bifurcation diagrams
     Diagram(SceneOptions),
+    /// Two-parameter charts
+    Chart(SceneOptions),
 }
 
 /// Options every command understands.

@@ -111,6 +111,9 @@ pub(super) enum CliError {
     /// No diagram in the scene.
     #[error("the scene asks for no diagram; add a [[diagram]] table")]
     NoDiagram,
+    /// No chart in the scene.
+    #[error("the scene asks for no chart; add a [[chart]] table with `parameters` and `ranges`")]
+    NoChart,
     /// A file of starting points that cannot be read.
     #[error("cannot read the starting points {}: {source}", .path.display())]
     UnreadableStates { path: PathBuf, source: csv::Error },

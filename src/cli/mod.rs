@@ -5,6 +5,7 @@
 //! Deliberately absent: numerics.
 
 mod arguments;
+mod chart;
 mod check;
 mod converge;
 mod curve;
@@ -66,6 +67,7 @@ fn dispatch(arguments: Arguments) -> Result<(), CliError> {
         Some(Command::Image(options)) => image::run(&options),
         Some(Command::Converge(options)) => converge::run(&options),
         Some(Command::Diagram(options)) => diagram::run(&options),
+        Some(Command::Chart(options)) => chart::run(&options),
         Some(Command::Emit(options)) => emit::run(&options),
         Some(Command::Run(options)) => run::run(&options),
         None => run::built_in(&arguments.common),

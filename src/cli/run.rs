@@ -6,6 +6,7 @@ use std::time::Instant;
 use serde::Serialize;
 
 use super::arguments::{Common, SceneOptions};
+use super::chart::{chart_files, charts};
 use super::converge::convergence_files;
 use super::diagram::{diagram_files, diagrams};
 use super::emit::{Measurement, emit, write_crate};
@@ -14,6 +15,7 @@ use super::expand::expand;
 use super::output::{Results, note};
 use super::prepare::{Loaded, grazing_orbit, plan, prepare, settle};
 use super::progress::Bar;
+use crate::analysis::chart::Chart;
 use crate::analysis::diagram::{Diagram, Sweep, SweepHeading};
 use crate::convergence::{ConvergenceOptions, converge};
 use crate::emission::{EmittedCrate, Target};
@@ -35,6 +37,16 @@ struct Timings<'a> {
     digest: String,
     stages: &'a [StageTime],
     diagrams: Vec<DiagramTimes<'a>>,
+    charts: Vec<ChartTimes<'a>>,
+}
+
+/// What a chart took.
+#[derive(Debug, Serialize)]
+struct ChartTimes<'a> {
+    parameters: [&'a str; 2],
+    iterates: u64,
+    seconds: f64,
+    nanoseconds_per_iterate: f64,
 }
 
 /// What the sweeps of a diagram took.
@@ -126,6 +138,19 @@ pub(super) fn run(options: &SceneOptions) -> Result<(), CliError> {
         folder.write(&name, bytes)?;
     }
 
+    let charts = if scene.charts.is_empty() {
+        Vec::new()
+    } else {
+        let bar = Bar::new("chart", &options.common);
+        clock.time("charts", || charts(scene, orbit, &expanded.map, &bar))?
+    };
+    if !charts.is_empty() {
+        let untimed: Vec<Chart> = charts.iter().map(Chart::without_timing).collect();
+        for (name, bytes) in chart_files(&untimed, &expanded.window_edges, &plan.section)? {
+            folder.write(&name, bytes)?;
+        }
+    }
+
     let crate_summary = CrateSummary {
         step: module.step_operations.multiply_adds,
         frozen: module.frozen_operations.multiply_adds,
@@ -138,6 +163,7 @@ pub(super) fn run(options: &SceneOptions) -> Result<(), CliError> {
         emitted: crate_summary,
         study: &study,
         diagrams: &diagrams,
+        charts: &charts,
         times: &clock.stages,
     })?;
     folder.write("report.html", page.to_html()?)?;
@@ -146,6 +172,7 @@ pub(super) fn run(options: &SceneOptions) -> Result<(), CliError> {
         digest: format!("{:016x}", scene.digest),
         stages: &clock.stages,
         diagrams: diagrams.iter().map(DiagramTimes::of).collect(),
+        charts: charts.iter().map(ChartTimes::of).collect(),
     };
     let timings = to_dense_json(&timings)?;
     folder.write("timings.json", &timings)?;
@@ -163,6 +190,18 @@ fn finish(
     let mut common = common.clone();
     common.output = None;
     Results::named("run", text, timings, None).deliver("run", &common)
+}
+
+impl<'a> ChartTimes<'a> {
+    fn of(chart: &'a Chart) -> Self {
+        let [first, second] = &chart.axes;
+        Self {
+            parameters: [&first.parameter, &second.parameter],
+            iterates: chart.timing.iterates,
+            seconds: chart.timing.seconds,
+            nanoseconds_per_iterate: chart.timing.nanoseconds_per_iterate(),
+        }
+    }
 }
 
 impl<'a> DiagramTimes<'a> {

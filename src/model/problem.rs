@@ -239,6 +239,16 @@ pub enum SceneProblem {
         /// Entries found.
         found: usize,
     },
+    /// A chart of more cells than fit into memory.
+    #[error("`{key}` asks for {found} cells, at most {most} are computed")]
+    ChartCells {
+        /// The key.
+        key: String,
+        /// Cells asked for.
+        found: u64,
+        /// Most accepted.
+        most: u64,
+    },
     /// A restitution that gains energy or passes through.
     #[error("restitution {value} of surface `{surface}` is outside [0, 1]")]
     Restitution {

@@ -225,7 +225,7 @@ fn columns(surfaces: &[String], values: usize) -> Vec<Column> {
 }
 
 /// `orbit (left,right,periods)`: in which order the names of orbits count.
-fn orbit_header(surfaces: &[String]) -> String {
+pub(super) fn orbit_header(surfaces: &[String]) -> String {
     let counted = surfaces.iter().map(String::as_str).chain(["periods"]);
     format!("orbit ({})", counted.collect::<Vec<_>>().join(","))
 }
@@ -245,7 +245,7 @@ fn distinct(point: &DiagramPoint) -> &[f64] {
     }
 }
 
-fn period_cell(period: Period) -> Cell {
+pub(super) fn period_cell(period: Period) -> Cell {
     match period {
         Period::Periodic(period) => Cell::Integer(period as i64),
         _ => Cell::Missing,
@@ -274,7 +274,7 @@ fn heading_word(heading: SweepHeading) -> &'static str {
     }
 }
 
-fn end_word(end: OrbitEnd) -> &'static str {
+pub(super) fn end_word(end: OrbitEnd) -> &'static str {
     match end {
         OrbitEnd::Completed => "completed",
         OrbitEnd::Escaped { .. } => "escaped",

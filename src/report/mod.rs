@@ -7,6 +7,7 @@
 //! number are layout, and both are stated beside what they were done to.
 
 mod base64;
+mod chart_figure;
 mod chosen_words;
 mod convergence_page;
 mod curve_document;
@@ -31,6 +32,7 @@ mod speed_figure;
 mod table;
 mod table_text;
 
+pub use chart_figure::{chart_array, chart_figure, chart_table, chart_timing_table};
 pub use chosen_words::{
     accuracy_words, chosen_words, least_orders_words, limit_words, sections_words, validity_words,
 };

@@ -4,8 +4,10 @@ use serde::Serialize;
 
 use super::{
     Cell, Column, MapDocument, OrbitDocument, Page, Provenance, ReportError, Section, Table,
-    convergence_section, diagram_figures, diagram_timing_table, edge_words,
+    chart_figure, chart_timing_table, convergence_section, diagram_figures, diagram_timing_table,
+    edge_words,
 };
+use crate::analysis::chart::Chart;
 use crate::analysis::diagram::Diagram;
 use crate::convergence::ConvergenceStudy;
 use crate::expansion::WindowEdge;
@@ -47,6 +49,8 @@ pub struct RunPage<'a> {
     pub study: &'a ConvergenceStudy,
     /// Its diagrams.
     pub diagrams: &'a [Diagram],
+    /// Its charts.
+    pub charts: &'a [Chart],
     /// What each stage took.
     pub times: &'a [StageTime],
 }
@@ -66,6 +70,9 @@ pub fn run_page(run: &RunPage<'_>) -> Result<Page, ReportError> {
         .section(convergence_section(run.study)?);
     if !run.diagrams.is_empty() {
         page = page.section(diagram_section(run.diagrams)?);
+    }
+    if !run.charts.is_empty() {
+        page = page.section(chart_section(run.charts)?);
     }
     Ok(page.section(time_section(run)?))
 }
@@ -318,6 +325,31 @@ fn caption(diagram: &Diagram, ending: &str) -> String {
         diagram.transient,
         diagram.sweeps.first().map_or(0, |sweep| sweep.points.len()),
         diagram.parameter
+    )
+}
+
+fn chart_section(charts: &[Chart]) -> Result<Section, ReportError> {
+    let section = charts
+        .iter()
+        .fold(Section::new("Charts"), |section, chart| {
+            section.figure(chart_figure(chart), chart_caption(chart))
+        });
+    Ok(section.table(
+        chart_timing_table(charts)?,
+        "Cells and what the map settles on in them; iterates and times, measured in this run.",
+    ))
+}
+
+fn chart_caption(chart: &Chart) -> String {
+    let [first, second] = &chart.axes;
+    format!(
+        "What the map settles on over {} and {}, from the fixed point of P_smooth in each of {} × {} cells: the period in returns, of the last {} of {} iterates. White: the orbit left the neighbourhood of the graze in which the map holds. G is the grazing point.",
+        first.parameter,
+        second.parameter,
+        first.offsets.len(),
+        second.offsets.len(),
+        2 * chart.longest_period,
+        chart.transient + 2 * chart.longest_period
     )
 }
 

@@ -11,7 +11,7 @@ fn wrong_calls() -> Vec<(&'static str, Vec<&'static str>)> {
     vec![
         ("unknown_command", vec!["lokate", "linear"]),
         ("unknown_flag", vec!["locate", "linear", "--fast"]),
-        ("chart_is_not_there_yet", vec!["chart", "linear"]),
+        ("chart_without_a_table", vec!["chart", "mems"]),
         ("orbits_is_not_there_yet", vec!["orbits", "linear"]),
         ("no_scene_named", vec!["locate"]),
         ("no_such_scene", vec!["check", "lineer"]),

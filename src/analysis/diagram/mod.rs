@@ -17,4 +17,5 @@ pub use engine::{DiagramPlan, diagram, run_plan};
 pub use observe::Observer;
 pub use start::SmoothFixedPoint;
 pub use sweep::SweepRequest;
+pub(super) use sweep::{kept_contacts, made, name, offsets, outside};
 pub use swept_map::{DirectSweep, FrozenSweep, Settled, Start, SweptMap, UnobservedSweep};

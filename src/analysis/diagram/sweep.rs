@@ -24,16 +24,6 @@ pub struct SweepRequest {
 }
 
 impl SweepRequest {
-    /// Offset number `index` of the sweep, counted upwards; both ends are met exactly.
-    fn offset(&self, index: usize) -> f64 {
-        let [first, last] = self.range;
-        if index + 1 == self.points && self.points > 1 {
-            return last;
-        }
-        let share = index as f64 / (self.points.max(2) - 1) as f64;
-        first + share * (last - first)
-    }
-
     /// The map's parameters at an offset of the swept one.
     pub(super) fn parameters(&self, map: &dyn SweptMap, offset: f64) -> Vec<f64> {
         let mut parameters = vec![0.0; map.parameters()];
@@ -43,12 +33,24 @@ impl SweepRequest {
 
     /// All offsets in the order of a heading.
     pub(super) fn offsets(&self, heading: SweepHeading) -> Vec<f64> {
-        let upwards = (0..self.points).map(|index| self.offset(index));
-        match heading {
-            SweepHeading::Up => upwards.collect(),
-            SweepHeading::Down => upwards.rev().collect(),
+        let mut offsets = offsets(self.range, self.points);
+        if heading == SweepHeading::Down {
+            offsets.reverse();
         }
+        offsets
     }
+}
+
+/// Evenly spaced offsets, increasing; both ends are met exactly.
+pub(in crate::analysis) fn offsets([first, last]: [f64; 2], points: usize) -> Vec<f64> {
+    let offset = |index: usize| {
+        if index + 1 == points && points > 1 {
+            return last;
+        }
+        let share = index as f64 / (points.max(2) - 1) as f64;
+        first + share * (last - first)
+    };
+    (0..points).map(offset).collect()
 }
 
 /// What a map settles on at one value, and where the next one starts.
@@ -83,7 +85,7 @@ pub(super) fn visit(
         .map(|((settled, start), &(_, offset))| Visit {
             point: point(map, &start.parameters, offset, &settled, request),
             attractor: Attractor::of(&settled.orbit),
-            iterates: made(&settled.orbit, request),
+            iterates: made(settled.orbit.end, &request.orbit),
             carried: (settled.orbit.end == OrbitEnd::Completed).then_some(settled.orbit.last),
             time,
         })
@@ -91,9 +93,9 @@ pub(super) fn visit(
 }
 
 /// Iterates an orbit made.
-fn made(orbit: &MapOrbit, request: &SweepRequest) -> u64 {
-    let count = match orbit.end {
-        OrbitEnd::Completed => request.orbit.transient + request.orbit.keep,
+pub(in crate::analysis) fn made(end: OrbitEnd, request: &OrbitRequest) -> u64 {
+    let count = match end {
+        OrbitEnd::Completed => request.transient + request.keep,
         OrbitEnd::Escaped { iterate } | OrbitEnd::NoImage { iterate } => iterate,
     };
     count as u64
@@ -113,24 +115,36 @@ fn point(
         period: orbit.period,
         contacts: orbit.contacts_per_period(),
         orbit: name(map, orbit, parameters),
-        kept_contacts: orbit.steps.iter().map(StepInfo::contacts).sum(),
+        kept_contacts: kept_contacts(orbit),
         lyapunov: settled.lyapunov,
         end: orbit.end,
-        outside: outside(orbit, parameters, request),
+        outside: outside(orbit, parameters, &request.window),
     }
 }
 
 /// Kept iterates outside the window: beyond a half-width, or reached by a passage deeper than the window's; all of them where
 /// the parameter is beyond its own.
-fn outside(orbit: &MapOrbit, parameters: &[f64], request: &SweepRequest) -> usize {
+pub(in crate::analysis) fn outside(
+    orbit: &MapOrbit,
+    parameters: &[f64],
+    window: &MapWindow,
+) -> usize {
     let kept = orbit.states().zip(&orbit.steps);
-    let outside =
-        kept.filter(|(state, step)| !request.window.holds(state, parameters, &[step.depth]));
+    let outside = kept.filter(|(state, step)| !window.holds(state, parameters, &[step.depth]));
     outside.count()
 }
 
+/// Contacts over all kept iterates.
+pub(in crate::analysis) fn kept_contacts(orbit: &MapOrbit) -> u32 {
+    orbit.steps.iter().map(StepInfo::contacts).sum()
+}
+
 /// The name of a periodic orbit; `None` without a period.
-fn name(map: &dyn SweptMap, orbit: &MapOrbit, parameters: &[f64]) -> Option<OrbitName> {
+pub(in crate::analysis) fn name(
+    map: &dyn SweptMap,
+    orbit: &MapOrbit,
+    parameters: &[f64],
+) -> Option<OrbitName> {
     match orbit.period {
         Period::Periodic(period) => {
             // The orbit holds its period twice, so that there is a next state.

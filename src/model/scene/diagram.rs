@@ -26,6 +26,9 @@ const CHART_KEYS: [&str; 5] = ["parameters", "ranges", "points", "transient", "k
 /// Most points along one axis.
 const MOST_POINTS: u64 = 10_000_000;
 
+/// Most cells of a chart, each of which takes a hundred bytes.
+const MOST_CELLS: u64 = 4_000_000;
+
 /// Most iterates.
 const MOST_ITERATES: u64 = 1_000_000_000;
 
@@ -139,18 +142,28 @@ fn chart_points(field: &Field<'_>) -> Checked<[usize; 2]> {
         .iter()
         .map(|entry| entry.count(1, MOST_POINTS))
         .collect::<Checked<_>>()?;
-    match points[..] {
-        [both] => Ok([both as usize; 2]),
-        [first, second] => Ok([first as usize, second as usize]),
+    let axes = match points[..] {
+        [both] => [both; 2],
+        [first, second] => [first, second],
         _ => {
             let problem = SceneProblem::Length {
                 key: field.path.clone(),
                 expected: 2,
                 found: points.len(),
             };
-            Err(Fault::at(field.span(), problem))
+            return Err(Fault::at(field.span(), problem));
         }
+    };
+    let cells = axes[0] * axes[1];
+    if cells > MOST_CELLS {
+        let problem = SceneProblem::ChartCells {
+            key: field.path.clone(),
+            found: cells,
+            most: MOST_CELLS,
+        };
+        return Err(Fault::at(field.span(), problem));
     }
+    Ok(axes.map(|points| points as usize))
 }
 
 /// Two pairs of offsets, the horizontal parameter's first.

@@ -1,0 +1,106 @@
+//! `grazemap chart`: two-parameter charts.
+
+use serde::Serialize;
+
+use super::arguments::SceneOptions;
+use super::error::CliError;
+use super::output::Results;
+use super::prepare::{grazing_orbit, prepare, settle};
+use super::progress::Bar;
+use super::window_edge::local_map;
+use crate::analysis::Progress;
+use crate::analysis::chart::{Chart, chart};
+use crate::expansion::{LocalMap, WindowEdge};
+use crate::model::Scene;
+use crate::orbit::GrazingOrbit;
+use crate::report::{
+    ReportError, SectionDocument, chart_array, chart_figure, chart_table, chart_timing_table,
+    to_dense_json,
+};
+
+pub(super) fn run(options: &SceneOptions) -> Result<(), CliError> {
+    let scene = prepare(options)?.scene;
+    if scene.charts.is_empty() {
+        return Err(CliError::NoChart);
+    }
+    let orbit = grazing_orbit(&scene)?;
+    let settled = settle(&scene, &orbit, options.common.quiet)?;
+    let (map, edges) = local_map(&settled, options.common.quiet)?;
+    let bar = Bar::new("chart", &options.common);
+    let charts = charts(&settled.scene, &settled.orbit, &map, &bar)?;
+    drop(bar);
+    let section = SectionDocument::settled(&settled);
+    let untimed: Vec<Chart> = charts.iter().map(Chart::without_timing).collect();
+    let results = Results {
+        text: chart_timing_table(&charts)?.to_text(),
+        json: to_dense_json(&documents(&charts, &edges, &section))?,
+        csv: Some(chart_table(&charts)?.to_csv()?),
+        files: chart_files(&untimed, &edges, &section)?,
+    };
+    results.deliver("chart", &options.common)
+}
+
+/// A chart as it is written to JSON.
+#[derive(Serialize)]
+struct ChartDocument<'a> {
+    #[serde(flatten)]
+    chart: &'a Chart,
+    /// What the contacts of its map leave out at the edge of the window, by passage.
+    window_edges: &'a [WindowEdge],
+    /// The section that its map is on.
+    section: &'a SectionDocument,
+}
+
+fn documents<'a>(
+    charts: &'a [Chart],
+    window_edges: &'a [WindowEdge],
+    section: &'a SectionDocument,
+) -> Vec<ChartDocument<'a>> {
+    let document = |chart| ChartDocument {
+        chart,
+        window_edges,
+        section,
+    };
+    charts.iter().map(document).collect()
+}
+
+/// Every chart a scene asks for.
+pub(super) fn charts(
+    scene: &Scene,
+    orbit: &GrazingOrbit,
+    map: &LocalMap,
+    progress: &dyn Progress,
+) -> Result<Vec<Chart>, CliError> {
+    let compute = |request| Ok(chart(scene, orbit, map, request, progress)?);
+    scene.charts.iter().map(compute).collect()
+}
+
+/// Data and pictures of charts, without times: the same bytes from run to run.
+pub(super) fn chart_files(
+    charts: &[Chart],
+    edges: &[WindowEdge],
+    section: &SectionDocument,
+) -> Result<Vec<(String, Vec<u8>)>, ReportError> {
+    let mut files = vec![
+        (
+            "chart.json".to_owned(),
+            to_dense_json(&documents(charts, edges, section))?.into_bytes(),
+        ),
+        (
+            "chart.csv".to_owned(),
+            chart_table(charts)?.to_csv()?.into_bytes(),
+        ),
+    ];
+    for (number, chart) in charts.iter().enumerate() {
+        let stem = if charts.len() == 1 {
+            "chart".to_owned()
+        } else {
+            format!("chart-{}", number + 1)
+        };
+        let figure = chart_figure(chart);
+        files.push((format!("{stem}.npy"), chart_array(chart)?));
+        files.push((format!("{stem}.svg"), figure.to_svg()?.into_bytes()));
+        files.push((format!("{stem}.png"), figure.to_png()?));
+    }
+    Ok(files)
+}
