@@ -12,6 +12,7 @@ use super::sample::{WindowSample, low_discrepancy};
 use super::{ConvergenceError, MapFamily};
 use crate::expansion::{Contact, Leg, LocalMap, MapOrders, Stage};
 use crate::jet::{Jet, JetSpace};
+use crate::numeric::Scalar;
 
 /// Points for every monomial of a fit.
 const POINTS_PER_MONOMIAL: usize = 4;
@@ -222,7 +223,7 @@ fn window_points(map: &LocalMap, wanted: usize) -> Result<Vec<Vec<f64>>, Converg
         let shares = low_discrepancy(number, widths.len());
         let pairs = widths.iter().zip(shares);
         pairs
-            .map(|(width, share)| width * (std::f64::consts::PI * share).cos())
+            .map(|(width, share)| width * Scalar::sin_cos(std::f64::consts::PI * share).1)
             .collect()
     };
     let tried = (0..TRIALS * wanted).map(point);

@@ -1,6 +1,6 @@
 //! The machine's own numbers, [`f64`] and [`f32`], as a [`Scalar`] and a [`Real`].
 
-use super::{Dd, Real, Scalar};
+use super::{Dd, Real, Scalar, sine};
 
 macro_rules! float {
     ($float:ident) => {
@@ -40,7 +40,8 @@ macro_rules! float {
             }
 
             fn sin_cos(self) -> (Self, Self) {
-                $float::sin_cos(self)
+                let (sine, cosine) = sine::sin_cos(f64::from(self));
+                (sine as $float, cosine as $float)
             }
 
             fn asin(self) -> Self {

@@ -9,7 +9,7 @@ use std::ops::{
 
 use num_traits::{One, Zero};
 
-use super::{Dd, Kernel, Scalar, widest};
+use super::{Dd, Kernel, Scalar, sine, widest};
 
 /// `N` doubles on which every operation acts lane by lane.
 ///
@@ -63,7 +63,7 @@ impl<const N: usize> Lanes<N> {
 
     /// A function with two results applied lane by lane.
     #[inline(always)]
-    fn unzip_map(self, function: impl Fn(f64) -> (f64, f64)) -> (Self, Self) {
+    pub(super) fn unzip_map(self, function: impl Fn(f64) -> (f64, f64)) -> (Self, Self) {
         let mut results = (self, self);
         for lane in 0..N {
             (results.0.0[lane], results.1.0[lane]) = function(self.0[lane]);
@@ -212,7 +212,7 @@ impl<const N: usize> Scalar for Lanes<N> {
 
     #[inline(always)]
     fn sin_cos(self) -> (Self, Self) {
-        self.unzip_map(f64::sin_cos)
+        sine::sin_cos(self)
     }
 
     #[inline(always)]
@@ -259,7 +259,8 @@ mod tests {
 
     #[test]
     fn every_lane_computes_what_a_double_computes() {
-        let formula = |x: f64, y: f64| (Scalar::mul_add(x, y, x) - y / x) * y.exp().sin_cos().0;
+        let formula =
+            |x: f64, y: f64| (Scalar::mul_add(x, y, x) - y / x) * Scalar::sin_cos(y.exp()).0;
         let lanes = (X.mul_add(Y, X) - Y / X) * Y.exp().sin_cos().0;
         assert_eq!(lanes, X.zip_map(Y, formula));
         assert_eq!(X.sinh_cosh().1, X.map(f64::cosh));

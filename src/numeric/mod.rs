@@ -19,6 +19,7 @@ pub mod polynomial;
 #[cfg(test)]
 mod sampling;
 mod scalar;
+mod sine;
 
 pub use bracket::{Bracket, BracketOutcome, NewtonStep, NewtonSteps};
 pub(crate) use branched::{Branched, LaneMask, Mask};

@@ -3,10 +3,9 @@
 use std::ops::Range;
 
 use super::gauss::NodeValues;
-use super::phase;
 use crate::flow::Program;
 use crate::flow::program::run;
-use crate::jet::{Graded, HeadFunction, Span};
+use crate::jet::{Graded, HeadFunction, Span, scalar_head};
 use crate::numeric::{Lanes, Scalar, one_by_one};
 
 /// Jets of order 1 in a number of variables: a value and its derivatives.
@@ -202,7 +201,12 @@ impl Graded<NodeValues> for FirstOrder {
 
     #[inline(always)]
     fn head(&self, function: HeadFunction, a: &[NodeValues], out: &mut [NodeValues]) {
-        out[0] = phase::head(function, a[0]);
+        // NOTE: those two here, in the widest registers; what is not inlined is compiled for the least machine.
+        out[0] = match function {
+            HeadFunction::Sin => a[0].sin_cos().0,
+            HeadFunction::Cos => a[0].sin_cos().1,
+            _ => scalar_head(function, a[0]),
+        };
     }
 
     fn head_power(&self, a: &[NodeValues], exponent: NodeValues, out: &mut [NodeValues]) {

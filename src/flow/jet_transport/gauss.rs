@@ -104,7 +104,7 @@ impl Gauss {
 fn root(i: usize) -> Dd {
     let order = NODES as f64;
     let angle = std::f64::consts::PI * (4.0 * (NODES - i) as f64 - 1.0) / (4.0 * order + 2.0);
-    let mut x = Dd::from(angle.cos());
+    let mut x = Dd::from(Scalar::sin_cos(angle).1);
     for _ in 0..6 {
         x = x - legendre(x)[NODES] / legendre_slope(x);
     }

@@ -10,7 +10,6 @@ mod gauss;
 mod nominal;
 mod orbit;
 mod pairs;
-mod phase;
 mod plan;
 mod remainders;
 mod resolution;

@@ -1,6 +1,6 @@
 //! Extended states in lanes: [`Extended`](super::extended::Extended) of several orbits.
 
-use crate::numeric::{LaneMask, Lanes, Scalar};
+use crate::numeric::{Branched, LaneMask, Lanes, Mask, Scalar};
 
 /// The extended states that belong to full states, and the phases whose harmonics are known.
 #[derive(Clone, Debug)]
@@ -37,33 +37,34 @@ impl<const N: usize> LaneExtended<N> {
     pub(super) fn take(&mut self, state: &[Lanes<N>], wanted: LaneMask<N>) {
         self.values[..self.states].copy_from_slice(&state[..self.states]);
         if let Some(phase) = self.phase {
-            for lane in wanted.lanes() {
-                let theta = state[phase][lane];
-                if self.theta[lane] != theta {
-                    self.go_to(lane, theta);
-                }
+            let moves = wanted & !self.theta.is_equal(state[phase]);
+            if moves.any() {
+                self.go_to(state[phase], moves);
             }
         }
     }
 
-    /// Turns the harmonics of a lane by a small angle, or forms them anew.
-    fn go_to(&mut self, lane: usize, theta: f64) {
-        let change = theta - self.theta[lane];
-        self.theta[lane] = theta;
-        let largest = (0.25 * f64::ROUNDOFF).sqrt();
-        let is_small = |multiple: &Lanes<N>| (multiple[lane] * change).abs() < largest;
-        let turns = self.multiples.iter().all(is_small);
+    /// Turns the harmonics of lanes by a small angle, or forms them anew.
+    #[inline(always)]
+    fn go_to(&mut self, theta: Lanes<N>, moves: LaneMask<N>) {
+        let change = theta - self.theta;
+        self.theta = Lanes::select(moves, theta, self.theta);
+        let largest = Lanes::splat((0.25 * f64::ROUNDOFF).sqrt());
+        let mut turns = moves;
+        for &multiple in &self.multiples {
+            turns &= (multiple * change).abs().is_below(largest);
+        }
+        let anew = moves & !turns;
         let harmonics = self.values[self.states..].chunks_exact_mut(2);
-        for (pair, multiple) in harmonics.zip(&self.multiples) {
-            let (cosine, sine) = if turns {
-                let angle = multiple[lane] * change;
-                let (cosine, sine) = (pair[0][lane], pair[1][lane]);
-                (cosine - sine * angle, sine + cosine * angle)
-            } else {
-                let (sine, cosine) = (multiple[lane] * theta).sin_cos();
-                (cosine, sine)
-            };
-            (pair[0][lane], pair[1][lane]) = (cosine, sine);
+        for (pair, &multiple) in harmonics.zip(&self.multiples) {
+            let (cosine, sine, angle) = (pair[0], pair[1], multiple * change);
+            pair[0] = Lanes::select(turns, cosine - sine * angle, cosine);
+            pair[1] = Lanes::select(turns, sine + cosine * angle, sine);
+            if anew.any() {
+                let (sine, cosine) = (multiple * theta).sin_cos();
+                pair[0] = Lanes::select(anew, cosine, pair[0]);
+                pair[1] = Lanes::select(anew, sine, pair[1]);
+            }
         }
     }
 }
