@@ -8,6 +8,7 @@
 
 mod extended;
 mod flight;
+mod impacts;
 mod lane_extended;
 mod lane_leap;
 mod lane_look;

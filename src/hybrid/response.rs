@@ -61,15 +61,15 @@ impl<S: Real> Simulator<'_, S> {
     }
 
     /// The gap of a surface.
+    #[inline(always)]
     pub(super) fn clearance(&mut self, surface: usize) -> Clearance<S> {
-        let exact = self
-            .affine
-            .as_mut()
-            .and_then(|tools| tools.clearance(surface, &self.motion, &self.parameters));
-        exact.unwrap_or_else(|| {
-            let Sense { gap, rounding, .. } = self.sense(surface);
-            Clearance { gap, rounding }
-        })
+        if let Some(tools) = &mut self.affine
+            && let Some(exact) = tools.clearance(surface, &self.motion, &self.parameters)
+        {
+            return exact;
+        }
+        let Sense { gap, rounding, .. } = self.sense(surface);
+        Clearance { gap, rounding }
     }
 
     /// The normal motion at a surface.
