@@ -13,7 +13,7 @@ mod nodes;
 mod rows;
 
 pub use expressions::{AffineExpressions, AffineRows};
-pub(crate) use fixed::{FixedLeaps, FixedVisit};
+pub(crate) use fixed::{FixedLeaps, FixedVisit, SERIES};
 pub use flow::{AffineFieldRows, AffineFlow};
 pub(crate) use lane_leaps::LaneLeaps;
 pub use leaps::AffineLeaps;

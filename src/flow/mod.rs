@@ -23,7 +23,7 @@ pub use affine::{
     AffineExpressions, AffineFieldRows, AffineFlow, AffineLeaps, AffineRows, RowTable,
 };
 pub(crate) use affine::{
-    FixedLeaps, FixedRows, FixedVisit, LaneLeaps, LeapTables, NumberMask, RoundedNumber,
+    FixedLeaps, FixedRows, FixedVisit, LaneLeaps, LeapTables, NumberMask, RoundedNumber, SERIES,
 };
 pub use error::FlowError;
 pub use evaluation::evaluate;

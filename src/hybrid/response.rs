@@ -7,6 +7,9 @@ use super::system::{Law, Regime};
 use super::trajectory::{Event, EventKind, Outcome};
 use crate::numeric::Real;
 
+/// Share of the speed of an impact at which a state still moving on has passed the surface.
+pub(super) const PASSES: f64 = 1e-6;
+
 impl<S: Real> Simulator<'_, S> {
     /// Applies a surface's response at the present state, which is on the surface.
     pub(super) fn respond(
@@ -124,7 +127,7 @@ impl<S: Real> Simulator<'_, S> {
             },
             record,
         );
-        if after.velocity < -speed.abs() * S::from_f64(1e-6) {
+        if after.velocity < -speed.abs() * S::from_f64(PASSES) {
             return Err(Outcome::Penetrating {
                 surface,
                 time: self.motion.time,

@@ -12,6 +12,9 @@ const POINTS: usize = 2;
 /// Blocks of a series about a node.
 const TERMS: usize = 3;
 
+/// Number of coefficients of a series about a node.
+pub(crate) const SERIES: usize = TERMS * BLOCK;
+
 /// [`AffineLeaps`] with `C` columns; the flow to a node has `B` blocks of rows.
 pub(crate) struct FixedLeaps<'t, S: Real, const C: usize, const B: usize> {
     leaps: &'t AffineLeaps<S>,
@@ -133,7 +136,7 @@ impl<'t, S: Real, const C: usize, const B: usize> FixedLeaps<'t, S, C, B> {
     ) -> Option<[S; STATES]> {
         let mut states = [S::zero(); STATES];
         for (leading, table, slope) in self.states {
-            let series = series(table.fixed()?, visit);
+            let series = series(table.fixed::<C, TERMS>()?, visit);
             let (value, rate) = polynomial::value_and_slope(series.as_flattened(), time);
             // NOTE: places that are known leave the states in registers.
             for (place, state) in states.iter_mut().enumerate() {

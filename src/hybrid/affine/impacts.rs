@@ -8,11 +8,12 @@ use super::extended::Extended;
 use super::parabolas::falling_zero;
 use super::polygon::{Polygon, ROUNDING, Zeros};
 use super::surface::{FixedSurface, SurfaceTables};
-use crate::flow::{AffineLeaps, FixedLeaps, FixedVisit};
+use crate::flow::{AffineLeaps, FixedLeaps, FixedVisit, SERIES};
 use crate::hybrid::chatter::{AfterImpact, Rebound};
 use crate::hybrid::landing::REDUCED;
 use crate::hybrid::motion::Motion;
 use crate::hybrid::passage::Heading;
+use crate::hybrid::response::PASSES;
 use crate::hybrid::simulator::Stop;
 use crate::hybrid::trajectory::{Event, EventKind};
 use crate::numeric::{Branched, Kernel, Real, polynomial};
@@ -40,7 +41,7 @@ pub(super) struct Impacts<'t, S: Real, const STATES: usize, const C: usize, cons
 }
 
 /// A run under way.
-struct Flight<'t, S: Real, const STATES: usize, const C: usize, const B: usize> {
+struct Flying<'t, S: Real, const STATES: usize, const C: usize, const B: usize> {
     leaps: FixedLeaps<'t, S, C, B>,
     surface: FixedSurface<'t, S, C, B>,
     phase_rate: S,
@@ -73,17 +74,17 @@ impl<S: Real, const STATES: usize, const C: usize, const B: usize> Kernel
     /// Flies to the horizon, or to an impact that is another matter; `None` where the next leap is.
     #[inline(always)]
     fn run(self) -> Option<Stop<S>> {
-        let flight = Flight::<S, STATES, C, B> {
+        let flying = Flying::<S, STATES, C, B> {
             leaps: FixedLeaps::new(self.leaps)?,
             surface: FixedSurface::new(self.surface)?,
             phase_rate: self.leaps.phase_rate(),
             run: self.run,
         };
-        flight.fly()
+        flying.fly()
     }
 }
 
-impl<S: Real, const STATES: usize, const C: usize, const B: usize> Flight<'_, S, STATES, C, B> {
+impl<S: Real, const STATES: usize, const C: usize, const B: usize> Flying<'_, S, STATES, C, B> {
     #[inline(always)]
     fn fly(mut self) -> Option<Stop<S>> {
         let motion = &*self.run.motion;
@@ -225,7 +226,7 @@ impl<S: Real, const STATES: usize, const C: usize, const B: usize> Flight<'_, S,
         let start = self.leaps.go_to(near, extended, visit)?;
         let series = self.leaps.watched_series(visit);
         let series = series.as_flattened();
-        let mut room = [0.0; 12];
+        let mut room = [0.0; SERIES];
         let rounded = S::all_rounded(series, &mut room);
         let reach = self.leaps.reach().to_f64();
         let guess = (S::from_f64(near) - start).to_f64();
@@ -300,7 +301,7 @@ impl<S: Real, const STATES: usize, const C: usize, const B: usize> Flight<'_, S,
             acceleration: after.acceleration,
             jerk: after.jerk,
         };
-        let passes = after.velocity < -speed.abs() * S::from_f64(1e-6);
+        let passes = after.velocity < -speed.abs() * S::from_f64(PASSES);
         if passes || rebound.follow(self.run.motion.last_step) != AfterImpact::Flight {
             return false;
         }
@@ -318,3 +319,6 @@ impl<S: Real, const STATES: usize, const C: usize, const B: usize> Flight<'_, S,
         true
     }
 }
+
+#[cfg(test)]
+mod tests;
