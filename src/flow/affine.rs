@@ -2,6 +2,7 @@
 
 mod economy;
 mod expressions;
+mod fixed;
 mod flow;
 mod form;
 mod lane_leaps;
@@ -12,8 +13,10 @@ mod nodes;
 mod rows;
 
 pub use expressions::{AffineExpressions, AffineRows};
+pub(crate) use fixed::{FixedLeaps, FixedVisit, SERIES};
 pub use flow::{AffineFieldRows, AffineFlow};
 pub(crate) use lane_leaps::LaneLeaps;
 pub use leaps::AffineLeaps;
 pub(crate) use leaps::{LeapTables, NumberMask, RoundedNumber};
+pub(crate) use rows::FixedRows;
 pub use rows::RowTable;

@@ -22,7 +22,9 @@ mod variational;
 pub use affine::{
     AffineExpressions, AffineFieldRows, AffineFlow, AffineLeaps, AffineRows, RowTable,
 };
-pub(crate) use affine::{LaneLeaps, LeapTables, NumberMask, RoundedNumber};
+pub(crate) use affine::{
+    FixedLeaps, FixedRows, FixedVisit, LaneLeaps, LeapTables, NumberMask, RoundedNumber, SERIES,
+};
 pub use error::FlowError;
 pub use evaluation::evaluate;
 pub use field::{Field, bound_but};

@@ -44,6 +44,7 @@ impl<S: Real> Rebound<S> {
     ///
     /// The series' error, `T₀³`, and the error of the impacts' times from rounding of the position,
     /// about `ε/T₀`, are then equal.
+    #[inline(always)]
     pub(crate) fn follow(&self, time_scale: S) -> AfterImpact<S> {
         if self.acceleration >= S::zero() {
             return AfterImpact::Flight;

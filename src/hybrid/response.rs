@@ -7,6 +7,9 @@ use super::system::{Law, Regime};
 use super::trajectory::{Event, EventKind, Outcome};
 use crate::numeric::Real;
 
+/// Share of the speed of an impact at which a state still moving on has passed the surface.
+pub(super) const PASSES: f64 = 1e-6;
+
 impl<S: Real> Simulator<'_, S> {
     /// Applies a surface's response at the present state, which is on the surface.
     pub(super) fn respond(
@@ -61,15 +64,15 @@ impl<S: Real> Simulator<'_, S> {
     }
 
     /// The gap of a surface.
+    #[inline(always)]
     pub(super) fn clearance(&mut self, surface: usize) -> Clearance<S> {
-        let exact = self
-            .affine
-            .as_mut()
-            .and_then(|tools| tools.clearance(surface, &self.motion, &self.parameters));
-        exact.unwrap_or_else(|| {
-            let Sense { gap, rounding, .. } = self.sense(surface);
-            Clearance { gap, rounding }
-        })
+        if let Some(tools) = &mut self.affine
+            && let Some(exact) = tools.clearance(surface, &self.motion, &self.parameters)
+        {
+            return exact;
+        }
+        let Sense { gap, rounding, .. } = self.sense(surface);
+        Clearance { gap, rounding }
     }
 
     /// The normal motion at a surface.
@@ -124,7 +127,7 @@ impl<S: Real> Simulator<'_, S> {
             },
             record,
         );
-        if after.velocity < -speed.abs() * S::from_f64(1e-6) {
+        if after.velocity < -speed.abs() * S::from_f64(PASSES) {
             return Err(Outcome::Penetrating {
                 surface,
                 time: self.motion.time,

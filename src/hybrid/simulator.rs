@@ -321,7 +321,11 @@ impl<'a, S: Real> Simulator<'a, S> {
     ) -> Result<(), Outcome<S>> {
         self.check_penetration(None)?;
         loop {
-            match self.next_stop(horizon, Approach::default(), record)? {
+            let stop = match self.fly_through_impacts(horizon, record) {
+                Some(stop) => stop,
+                None => self.next_stop(horizon, Approach::default(), record)?,
+            };
+            match stop {
                 Stop::Horizon => return Ok(()),
                 Stop::Contact { surface } => self.respond(surface, record)?,
                 Stop::Minimum { .. } | Stop::Release => {}

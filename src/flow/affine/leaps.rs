@@ -120,6 +120,12 @@ impl<S: Real> AffineLeaps<S> {
         terms.fold(0.0, |sum, (size, y)| sum + size * y.magnitude())
     }
 
+    /// The flow to a node other than the start.
+    #[inline(always)]
+    pub(super) fn flow_to(&self, node: usize) -> &RowTable<S> {
+        self.nodes.get(node)
+    }
+
     /// Length of an extended state at a node, padded.
     pub fn padded_columns(columns: usize) -> usize {
         padded(columns)

@@ -60,6 +60,16 @@ impl<S: Real> Extended<S> {
         }
     }
 
+    /// Goes to the harmonics of a phase; whether they may be others than before.
+    #[inline(always)]
+    pub(super) fn go_to_phase(&mut self, theta: S, anchor: S) -> bool {
+        let is_new = self.theta != Some(theta);
+        if is_new {
+            self.go_to(theta, anchor);
+        }
+        is_new
+    }
+
     #[inline(never)]
     fn go_to(&mut self, theta: S, anchor: S) {
         let before = self.theta.replace(theta);
