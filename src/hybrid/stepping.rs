@@ -122,8 +122,8 @@ impl<S: Real> Simulator<'_, S> {
         if self.motion.regime != Regime::Free || !contacts_alone {
             return None;
         }
-        let (limit, period) = (self.step_limit, S::from_dd(phase.period));
-        tools.fly_through_impacts(&mut self.motion, horizon, limit, period, record)
+        let period = S::from_dd(phase.period);
+        tools.fly_through_impacts(&mut self.motion, horizon, period, record)
     }
 
     /// Updates what is remembered after a step: surfaces left behind, but for one that is met, and the phase.

@@ -1,6 +1,6 @@
 //! Free flights from impact to impact, all in one kernel.
 //!
-//! One idea: where contacts alone are asked for, at one rigid surface, most leaps are quiet or end with the one contact that
+//! One idea: where contacts alone are asked for, at one rigid surface at rest, most leaps are quiet or end with the one contact that
 //! control points tell of, found about the first node, and most impacts send the state away again. These are one piece of
 //! code on numbers in fixed places; what is anything else is left to the general way, from where it begins.
 
@@ -16,28 +16,54 @@ use crate::hybrid::passage::Heading;
 use crate::hybrid::response::PASSES;
 use crate::hybrid::simulator::Stop;
 use crate::hybrid::trajectory::{Event, EventKind};
-use crate::numeric::{Branched, Kernel, Real, polynomial};
+use crate::numeric::{Branched, Kernel, Real, polynomial, widest};
 
 /// The surface at which impacts are flown.
 const SURFACE: usize = 0;
+
+/// Most leaps of a run.
+const MAX_LEAPS: usize = 1000;
 
 /// What a run of free flights and impacts is given.
 pub(super) struct Run<'t, S: Real> {
     pub(super) extended: &'t mut Extended<S>,
     pub(super) motion: &'t mut Motion<S>,
     pub(super) horizon: S,
-    /// Most leaps.
-    pub(super) limit: usize,
     /// Period of the phase.
     pub(super) period: S,
     pub(super) record: &'t mut dyn FnMut(Event<S>),
 }
 
+impl<'t, S: Real> Run<'t, S> {
+    /// Flies to the horizon, or to an impact that is another matter; `None` where the next leap is, and for systems but of
+    /// one mass or two under one force.
+    pub(super) fn fly(
+        self,
+        leaps: &'t AffineLeaps<S>,
+        surface: &'t SurfaceTables<S>,
+    ) -> Option<Stop<S>> {
+        let run = self;
+        match run.extended.states() {
+            2 => widest(Impacts::<S, 2, 5, 1> {
+                leaps,
+                surface,
+                run,
+            }),
+            4 => widest(Impacts::<S, 4, 7, 2> {
+                leaps,
+                surface,
+                run,
+            }),
+            _ => None,
+        }
+    }
+}
+
 /// A run of a system of as many states and columns.
-pub(super) struct Impacts<'t, S: Real, const STATES: usize, const C: usize, const B: usize> {
-    pub(super) leaps: &'t AffineLeaps<S>,
-    pub(super) surface: &'t SurfaceTables<S>,
-    pub(super) run: Run<'t, S>,
+struct Impacts<'t, S: Real, const STATES: usize, const C: usize, const B: usize> {
+    leaps: &'t AffineLeaps<S>,
+    surface: &'t SurfaceTables<S>,
+    run: Run<'t, S>,
 }
 
 /// A run under way.
@@ -71,7 +97,6 @@ impl<S: Real, const STATES: usize, const C: usize, const B: usize> Kernel
 {
     type Output = Option<Stop<S>>;
 
-    /// Flies to the horizon, or to an impact that is another matter; `None` where the next leap is.
     #[inline(always)]
     fn run(self) -> Option<Stop<S>> {
         let flying = Flying::<S, STATES, C, B> {
@@ -100,7 +125,7 @@ impl<S: Real, const STATES: usize, const C: usize, const B: usize> Flying<'_, S,
         };
         let mut stop = None;
         let mut flown = 0;
-        while flown < self.run.limit {
+        while flown < MAX_LEAPS {
             if point.time >= self.run.horizon {
                 stop = Some(Stop::Horizon);
                 break;
@@ -259,11 +284,7 @@ impl<S: Real, const STATES: usize, const C: usize, const B: usize> Flying<'_, S,
     }
 
     #[inline(always)]
-    fn gap(&mut self, point: &mut Point<S, STATES, C>) -> S {
-        if self.surface.all.moves() {
-            self.extend(point);
-            return self.surface.all.clearance(&point.extended).gap;
-        }
+    fn gap(&self, point: &Point<S, STATES, C>) -> S {
         self.surface.all.clearance(&point.states).gap
     }
 

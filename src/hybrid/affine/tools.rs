@@ -2,7 +2,7 @@
 
 use super::extended::Extended;
 use super::flight::AffineFlight;
-use super::impacts::{Impacts, Run};
+use super::impacts::Run;
 use super::lane_tools::OrbitTables;
 use super::leap::{Asked, Leap, LeapBuffers, Leaper};
 use super::retreat::Retreat;
@@ -166,44 +166,30 @@ impl<'a, S: Real> AffineTools<'a, S> {
         Some(leap)
     }
 
-    /// Flies freely from impact to impact at one rigid surface, where leaps and impacts are of the common kind and contacts
+    /// Flies freely from impact to impact at one rigid surface at rest, where leaps and impacts are of the common kind and contacts
     /// alone are asked for; `None` where that ends before the horizon.
     pub(in crate::hybrid) fn fly_through_impacts(
         &mut self,
         motion: &mut Motion<S>,
         horizon: S,
-        limit: usize,
         period: S,
         record: &mut dyn FnMut(Event<S>),
     ) -> Option<Stop<S>> {
-        let states = self.extended.states();
         let tables = self.tables.as_ref()?;
         let (leaps, _) = tables.leaps.as_ref()?.as_ref()?;
-        let [surface] = &tables.surfaces[..] else {
+        let surface = tables.surfaces.first()?;
+        if tables.surfaces.len() > 1 || surface.moves() {
             return None;
-        };
+        }
         motion.last_step = S::from_f64(leaps.time_scale());
         let run = Run {
             extended: &mut self.extended,
             motion,
             horizon,
-            limit,
             period,
             record,
         };
-        match states {
-            2 => widest(Impacts::<S, 2, 5, 1> {
-                leaps,
-                surface,
-                run,
-            }),
-            4 => widest(Impacts::<S, 4, 7, 2> {
-                leaps,
-                surface,
-                run,
-            }),
-            _ => None,
-        }
+        run.fly(leaps, surface)
     }
 
     /// Takes the state back along the free flow to where the gap was zero, or least; the time that took, `None` where it
