@@ -182,28 +182,48 @@ fn a_curve_ends_where_a_function_along_its_orbits_comes_to_its_corner() {
 }
 
 #[test]
-fn a_curve_ends_where_an_event_function_comes_to_its_corner_in_the_parameter_followed() {
+fn a_curve_ends_where_a_function_comes_to_its_corner_in_the_parameter_followed() {
     let text =
         std::fs::read_to_string(format!("{}/scenes/linear.toml", env!("CARGO_MANIFEST_DIR")));
-    let event = "delta - x + 0.001*abs(zeta - 0.06)*v".to_owned();
-    let change = ("model.surface.0.event".to_owned(), event);
-    let scene = Scene::parse_with(&text.unwrap(), "linear.toml", &[change]).unwrap();
-    let zeta = index(&scene, "zeta");
+    let text = text.unwrap();
+    let places = [
+        (
+            "model.surface.0.event",
+            "delta - x + 0.001*abs(zeta - 0.06)*v",
+        ),
+        (
+            "model.surface.0.impact.v",
+            "-r*v - 0.001*abs(zeta - 0.06)*v",
+        ),
+        (
+            "model.flow.v",
+            "alpha*cos(theta) - (2*zeta + 0.001*abs(zeta - 0.06))*v - x",
+        ),
+    ];
     let options = CurveOptions {
         ds: 0.002,
         ds_max: 0.004,
         ..CurveOptions::default()
     };
-    let CurveOutcome::Traced(curve) = curve(&scene, zeta, 0.05, 0.06, &options).unwrap() else {
-        panic!("a grazing orbit at zeta = 0.05")
-    };
-    let ended = matches!(&curve.end, CurveEnd::Corner { function, key, .. } if *function == "abs" && key == "model.surface.0.event");
-    assert!(ended, "{}", curve.end);
-    assert!(
-        !curve.points.is_empty()
-            && curve
-                .points
-                .iter()
-                .all(|point| point.parameters[zeta] < 0.06)
-    );
+    for (place, expression) in places {
+        let change = (place.to_owned(), expression.to_owned());
+        let scene = Scene::parse_with(&text, "linear.toml", &[change]).unwrap();
+        let zeta = index(&scene, "zeta");
+        // The corner is at the end of the range, or between two points.
+        for to in [0.06, 0.07] {
+            let CurveOutcome::Traced(curve) = curve(&scene, zeta, 0.05, to, &options).unwrap()
+            else {
+                panic!("a grazing orbit at zeta = 0.05")
+            };
+            let ended = matches!(&curve.end, CurveEnd::Corner { function, key, .. } if *function == "abs" && key == place);
+            assert!(ended, "{place} {to}: {}", curve.end);
+            let last = curve.points.last().unwrap().parameters[zeta];
+            assert!((0.055..0.06).contains(&last), "{place} {to}: {last}");
+            let all = curve.points.iter();
+            assert!(
+                all.map(|point| point.parameters[zeta])
+                    .all(|zeta| zeta < 0.06)
+            );
+        }
+    }
 }

@@ -12,8 +12,8 @@ use crate::numeric::Lanes;
 #[derive(Debug)]
 pub(super) struct Forms {
     pub(super) lowered: MapKernel,
-    pub(super) step: Interpreter,
     pub(super) frozen_step: Freezer,
+    step: OnceLock<Interpreter>,
     jacobian: OnceLock<Interpreter>,
     frozen_jacobian: OnceLock<Freezer>,
     frozen_depth: OnceLock<Freezer>,
@@ -22,13 +22,19 @@ pub(super) struct Forms {
 impl Forms {
     pub(super) fn new(lowered: MapKernel) -> Self {
         Self {
-            step: Interpreter::new(&lowered.kernel),
             frozen_step: Freezer::new(&lowered.kernel, lowered.dimension),
+            step: OnceLock::new(),
             jacobian: OnceLock::new(),
             frozen_jacobian: OnceLock::new(),
             frozen_depth: OnceLock::new(),
             lowered,
         }
+    }
+
+    /// Image, depths.
+    pub(super) fn step(&self) -> &Interpreter {
+        let make = || Interpreter::new(&self.lowered.kernel);
+        self.step.get_or_init(make)
     }
 
     /// Image, depths, Jacobian.

@@ -132,7 +132,7 @@ impl DiscreteMap for HornerMap {
     }
 
     fn step(&self, state: &[f64], parameters: &[f64], image: &mut [f64]) -> StepInfo {
-        run(&self.forms.step, &[state, parameters], image, &mut [])
+        run(self.forms.step(), &[state, parameters], image, &mut [])
     }
 
     fn step_jacobian(

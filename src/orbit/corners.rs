@@ -127,13 +127,47 @@ impl<'a> Corners<'a> {
     ) -> Result<Option<NotLocated>, OrbitError> {
         let mut integrator = Integrator::<f64>::new(&self.field);
         let step = integrator.step(state, parameters)?;
-        let near = |&number: &usize| {
-            let of = self.operations[number].place.surface();
-            of.is_none_or(|of| of == surface)
-                && begins_at_zero(step.watched_coefficients(number), step.length)
-        };
-        let first = (0..self.operations.len()).find(near);
+        let near = |&number: &usize| begins_at_zero(step.watched_coefficients(number), step.length);
+        let first = self.at_grazes_of(surface).find(near);
         Ok(first.map(|number| self.met(number, state)))
+    }
+
+    /// The operations that matter at a graze of a surface.
+    fn at_grazes_of(&self, surface: usize) -> impl Iterator<Item = usize> {
+        let operations = self.operations.iter().enumerate();
+        let there =
+            operations.filter(move |(_, at)| at.place.surface().is_none_or(|of| of == surface));
+        there.map(|(number, _)| number)
+    }
+
+    /// The arguments at every graze of the operations that matter there.
+    pub(super) fn arguments(
+        &self,
+        grazes: &[(usize, Vec<f64>)],
+        parameters: &[f64],
+    ) -> Result<Vec<f64>, OrbitError> {
+        let mut integrator = Integrator::<f64>::new(&self.field);
+        let mut arguments = Vec::new();
+        for (surface, state) in grazes {
+            let step = integrator.step(state, parameters)?;
+            let numbers = self.at_grazes_of(*surface);
+            arguments.extend(numbers.map(|number| step.watched_coefficients(number)[0]));
+        }
+        Ok(arguments)
+    }
+
+    /// The corner at which one of these arguments is.
+    pub(super) fn of_argument(
+        &self,
+        grazes: &[(usize, Vec<f64>)],
+        index: usize,
+    ) -> Option<NotLocated> {
+        let mut all = grazes.iter().flat_map(|(surface, state)| {
+            let numbers = self.at_grazes_of(*surface);
+            numbers.map(move |number| (number, state))
+        });
+        all.nth(index)
+            .map(|(number, state)| self.met(number, state))
     }
 
     /// The first corner that the free flow crosses in a time from a point.

@@ -6,12 +6,14 @@ use crate::numeric::{Dd, Real};
 
 use super::OrbitError;
 use super::continuation::{bordered, correct, correct_dd};
-use super::curve::{SpecialKind, SpecialPoint};
+use super::curve::{CurveEnd, SpecialKind, SpecialPoint};
 use super::newton::{Equations, Solve, refine};
 use super::station::{Station, Stations};
 
 /// Trials of a false position.
 const TRIALS: usize = 60;
+/// An argument of this size, relative to those it lies between, has passed 0.
+const VANISHED: f64 = 1e-6;
 /// Part of the chord, and value of the function, at which a false position ends.
 const ENOUGH: f64 = 1e-14;
 /// Step of a difference quotient, relative to the unknown.
@@ -27,8 +29,12 @@ pub(super) fn special_between(
 ) -> Result<Vec<SpecialPoint>, OrbitError> {
     let mut found = Vec::new();
     for (index, (&(kind, a), &(_, b))) in here.signs.iter().zip(&next.signs).enumerate() {
+        let value = |unknowns: &[f64]| {
+            let station = stations.at(unknowns.to_vec(), &here.tangent)?;
+            Ok(station.ok().map(|station| station.signs[index].1))
+        };
         if a * b < 0.0
-            && let Some((share, unknowns)) = Chord::new(here, next).zero(stations, index)?
+            && let Some((share, unknowns)) = Chord::new(here, next).zero(stations, [a, b], value)?
             && let Some(special) = refined(stations, here, next, kind, share, &unknowns)?
         {
             found.push((share, special));
@@ -36,6 +42,29 @@ pub(super) fn special_between(
     }
     found.sort_by(|(a, _), (b, _)| a.total_cmp(b));
     Ok(found.into_iter().map(|(_, special)| special).collect())
+}
+
+/// The end of a curve at the first corner that an argument at a graze passes between two stations.
+pub(super) fn corner_between(
+    stations: &Stations<'_>,
+    here: &Station,
+    next: &Station,
+) -> Result<Option<CurveEnd>, OrbitError> {
+    let mut first: Option<(f64, CurveEnd)> = None;
+    for (index, (&a, &b)) in here.corners.iter().zip(&next.corners).enumerate() {
+        let near = |unknowns: &[f64]| stations.corner_near(unknowns, index);
+        let value = |unknowns: &[f64]| Ok(near(unknowns)?.map(|(value, _)| value));
+        if a * b < 0.0
+            && let Some((share, unknowns)) = Chord::new(here, next).zero(stations, [a, b], value)?
+            && let Some((value, end)) = near(&unknowns)?
+            // An argument may change its sign by a jump, where the phase begins anew.
+            && value.abs() <= ENOUGH.max(VANISHED * a.abs().max(b.abs()))
+            && first.as_ref().is_none_or(|(before, _)| share < *before)
+        {
+            first = Some((share, end));
+        }
+    }
+    Ok(first.map(|(_, end)| end))
 }
 
 /// The chord between two stations, with planes across it.
@@ -64,15 +93,16 @@ impl<'a> Chord<'a> {
         ends.map(|(a, b)| a + share * (b - a)).collect()
     }
 
-    /// The zero of one function: Illinois' false position in the share of the chord, every trial corrected onto the
-    /// curve.
+    /// The zero of one function of which the values at the ends are given: Illinois' false position in the share of the chord, every
+    /// trial corrected onto the curve.
     fn zero(
         &self,
         stations: &Stations<'_>,
-        index: usize,
+        ends: [f64; 2],
+        value: impl Fn(&[f64]) -> Result<Option<f64>, OrbitError>,
     ) -> Result<Option<(f64, Vec<f64>)>, OrbitError> {
-        let mut low = (0.0, self.here.signs[index].1);
-        let mut high = (1.0, self.next.signs[index].1);
+        let mut low = (0.0, ends[0]);
+        let mut high = (1.0, ends[1]);
         let mut best = None;
         for _ in 0..TRIALS {
             let share = (low.0 * high.1 - high.0 * low.1) / (high.1 - low.1);
@@ -80,11 +110,10 @@ impl<'a> Chord<'a> {
             let Some(found) = correct(&stations.system, &origin, &self.normal)? else {
                 break;
             };
-            let Ok(station) = stations.at(found, &self.here.tangent)? else {
+            let Some(value) = value(&found)? else {
                 break;
             };
-            let value = station.signs[index].1;
-            best = Some((share, station.unknowns));
+            best = Some((share, found));
             if (high.0 - low.0).abs() * self.length < ENOUGH || value.abs() < ENOUGH {
                 break;
             }
@@ -108,9 +137,10 @@ fn refined(
     share: f64,
     unknowns: &[f64],
 ) -> Result<Option<SpecialPoint>, OrbitError> {
-    let Ok((point, _)) = stations.describe(unknowns)? else {
+    let Ok(described) = stations.describe(unknowns)? else {
         return Ok(None);
     };
+    let point = described.point;
     let root = match kind {
         SpecialKind::Codimension2 { n, from, to } => {
             let zero = Zero {

@@ -36,7 +36,17 @@ pub(super) struct Station {
     pub(super) unknowns: Vec<f64>,
     pub(super) tangent: Vec<f64>,
     pub(super) signs: Vec<(SpecialKind, f64)>,
+    /// Arguments of functions with a corner, at the grazes.
+    pub(super) corners: Vec<f64>,
     pub(super) point: CurvePoint,
+}
+
+/// The orbit at a point.
+pub(super) struct Described {
+    pub(super) point: CurvePoint,
+    /// Of its two multipliers, where there are two.
+    discriminant: Option<f64>,
+    corners: Vec<f64>,
 }
 
 /// The passages of an orbit with the flow between them.
@@ -91,7 +101,11 @@ impl<'a> Stations<'a> {
         let Some(tangent) = tangent(&self.system, &unknowns, along)? else {
             return Ok(Err(CurveEnd::StepTooSmall { ds: 0.0 }));
         };
-        let (point, discriminant) = match self.describe(&unknowns)? {
+        let Described {
+            point,
+            discriminant,
+            corners,
+        } = match self.describe(&unknowns)? {
             Ok(described) => described,
             Err(end) => return Ok(Err(end)),
         };
@@ -108,6 +122,7 @@ impl<'a> Stations<'a> {
             signs: signs.chain(switch).collect(),
             unknowns,
             tangent,
+            corners,
             point,
         }))
     }
@@ -178,11 +193,11 @@ impl<'a> Stations<'a> {
         }))
     }
 
-    /// The orbit at a point, and the discriminant of its two multipliers where there are two.
+    /// The orbit at a point.
     pub(super) fn describe(
         &self,
         unknowns: &[f64],
-    ) -> Result<Result<(CurvePoint, Option<f64>), CurveEnd>, OrbitError> {
+    ) -> Result<Result<Described, CurveEnd>, OrbitError> {
         let passed = match self.passed(unknowns, TOUCHING)? {
             Ok(passed) => passed,
             Err(end) => return Ok(Err(end)),
@@ -190,6 +205,7 @@ impl<'a> Stations<'a> {
         if let Some(end) = self.corner(&passed)? {
             return Ok(Err(end));
         }
+        let corners = self.corner_arguments(&passed)?;
         let conditions = self.conditions(&passed, self.count)?;
         let parameters = &passed.parameters;
         let exact: Vec<Dd> = parameters.iter().map(|&value| Dd::from(value)).collect();
@@ -212,7 +228,11 @@ impl<'a> Stations<'a> {
             parameters: passed.parameters,
             state,
         };
-        Ok(Ok((point, discriminant)))
+        Ok(Ok(Described {
+            point,
+            discriminant,
+            corners,
+        }))
     }
 
     /// The end of the curve at an orbit along which the free flow has a corner.
@@ -220,10 +240,37 @@ impl<'a> Stations<'a> {
         let Some(corners) = &self.corners else {
             return Ok(None);
         };
-        let touches = passed.touches.iter();
-        let grazes: Vec<_> = touches.map(|at| (at.surface, at.state.clone())).collect();
-        let met = corners.of_orbit(&grazes, &passed.parameters, passed.period)?;
+        let met = corners.of_orbit(&passed.grazes(), &passed.parameters, passed.period)?;
         Ok(met.as_ref().map(lost))
+    }
+
+    fn corner_arguments(&self, passed: &Passed<f64>) -> Result<Vec<f64>, OrbitError> {
+        match &self.corners {
+            Some(corners) => corners.arguments(&passed.grazes(), &passed.parameters),
+            None => Ok(Vec::new()),
+        }
+    }
+
+    /// The argument of a function with a corner at unknowns near the curve, and the end that a corner would be there.
+    pub(super) fn corner_near(
+        &self,
+        unknowns: &[f64],
+        index: usize,
+    ) -> Result<Option<(f64, CurveEnd)>, OrbitError> {
+        let (Some(corners), Ok(passed)) = (&self.corners, self.passed(unknowns, TOUCHING)?) else {
+            return Ok(None);
+        };
+        let arguments = self.corner_arguments(&passed)?;
+        let met = corners.of_argument(&passed.grazes(), index);
+        Ok(arguments.get(index).copied().zip(met.as_ref().map(lost)))
+    }
+}
+
+impl Passed<f64> {
+    /// The surface and the state of every graze.
+    fn grazes(&self) -> Vec<(usize, Vec<f64>)> {
+        let touches = self.touches.iter();
+        touches.map(|at| (at.surface, at.state.clone())).collect()
     }
 }
 

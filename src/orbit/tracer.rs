@@ -3,7 +3,7 @@
 use super::OrbitError;
 use super::continuation::correct;
 use super::curve::{CurveEnd, CurveOptions, GrazingCurve, SpecialKind};
-use super::special::special_between;
+use super::special::{corner_between, special_between};
 use super::station::{Station, Stations};
 
 /// What is followed along a curve.
@@ -123,7 +123,10 @@ impl Tracer<'_> {
                             && (ds <= FINEST * self.options.ds_max
                                 || before.is_none_or(|before| resolved(before, here, &next))) =>
                     {
-                        return Ok(Ok((next, ds)));
+                        match corner_between(&self.stations, here, &next)? {
+                            None => return Ok(Ok((next, ds))),
+                            Some(corner) => end = corner,
+                        }
                     }
                     Ok(_) => {}
                     Err(reason) => end = reason,

@@ -194,23 +194,34 @@ impl<'a> Course<'a> {
             keep: 0,
             ..self.request.orbit.clone()
         };
+        let stops = self.stops();
+        // What follows from a value alone is prepared on all cores.
+        let prepare = |&stop: &usize| {
+            let parameters = self.request.parameters(self.map, self.offsets[stop]);
+            (self.map.at(&parameters), parameters)
+        };
+        let prepared: Vec<_> = stops.par_iter().map(prepare).collect();
         let mut carried: Option<Vec<f64>> = None;
-        let mut starts = Vec::with_capacity(self.segments.len());
-        for segment in &self.segments {
-            starts.push(carried.clone());
-            if segment.end == self.offsets.len() {
-                break;
-            }
-            for stop in 0..STOPS {
-                let value = segment.start + stop * segment.len() / STOPS;
-                let parameters = self.request.parameters(self.map, self.offsets[value]);
-                let state = carried.unwrap_or_else(|| self.map.start(&parameters));
-                let fixed = self.map.at(&parameters);
-                let orbit = MapOrbit::of(&*fixed, &state, &[], &request);
+        let mut starts = vec![None];
+        for segment in prepared.chunks(STOPS) {
+            for (fixed, parameters) in segment {
+                let state = carried.unwrap_or_else(|| self.map.start(parameters));
+                let orbit = MapOrbit::of(&**fixed, &state, &[], &request);
                 carried = (orbit.end == OrbitEnd::Completed).then_some(orbit.last);
             }
+            starts.push(carried.clone());
         }
         starts
+    }
+
+    /// The values at which the scout stops: in every segment but the last.
+    fn stops(&self) -> Vec<usize> {
+        let segments = self.segments.split_last().map_or(&[][..], |(_, rest)| rest);
+        let stops = |segment: &Range<usize>| {
+            let (start, len) = (segment.start, segment.len());
+            (0..STOPS).map(move |stop| start + stop * len / STOPS)
+        };
+        segments.iter().flat_map(stops).collect()
     }
 }
 
@@ -299,7 +310,7 @@ mod tests {
         fn segments(&self) -> usize {
             16
         }
-        fn at(&self, parameters: &[f64]) -> Box<dyn DiscreteMap + '_> {
+        fn at(&self, parameters: &[f64]) -> Box<dyn DiscreteMap + Send + '_> {
             Box::new(At {
                 parameter: parameters[0],
                 misled: self.misled,

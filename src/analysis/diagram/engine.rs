@@ -1,9 +1,12 @@
 //! All sweeps of a diagram, on all cores.
 
+use std::cell::OnceCell;
+
 use rayon::prelude::*;
 
 use super::course::sweep;
 use super::data::{Diagram, Sweep, SweepHeading};
+use super::observe::label;
 use super::sweep::SweepRequest;
 use super::{DirectSweep, FrozenSweep, Observer, SmoothFixedPoint, SweptMap};
 use crate::analysis::{AnalysisError, DirectMap, Progress, itinerary};
@@ -50,20 +53,29 @@ pub fn diagram(
     let position = position.ok_or_else(|| AnalysisError::NotActive {
         parameter: parameter.clone(),
     })?;
-    let system = HybridSystem::new(&scene.model);
+    let system = OnceCell::new();
     let itinerary = itinerary(scene, orbit);
     let observer = || Observer::new(scene, orbit, map, &request.observe);
     let swept = |method: &Method| -> Result<Box<dyn SweptMap + '_>, AnalysisError> {
+        let start = || SmoothFixedPoint::new(map);
         Ok(match method {
-            Method::Map => Box::new(FrozenSweep {
-                map: HornerMap::new(map),
-                start: SmoothFixedPoint::new(map),
-                observer: observer()?,
-                itinerary: itinerary.clone(),
-            }),
+            Method::Map => {
+                let others = || (start(), observer());
+                let (map, (start, observer)) = rayon::join(|| HornerMap::new(map), others);
+                Box::new(FrozenSweep {
+                    map,
+                    start,
+                    observer: observer?,
+                    itinerary: itinerary.clone(),
+                })
+            }
             Method::Direct => Box::new(DirectSweep {
-                map: DirectMap::new(&system, scene, orbit)?,
-                start: SmoothFixedPoint::new(map),
+                map: DirectMap::new(
+                    system.get_or_init(|| HybridSystem::new(&scene.model)),
+                    scene,
+                    orbit,
+                )?,
+                start: start(),
                 observer: observer()?,
                 itinerary: itinerary.clone(),
             }),
@@ -86,7 +98,7 @@ pub fn diagram(
         digest: scene.digest,
         parameter: parameter.clone(),
         grazing_value: orbit.parameters()[request.parameter].to_f64(),
-        observable: observer()?.label().to_owned(),
+        observable: label(&request.observe).to_owned(),
         surfaces: itinerary.surfaces.clone(),
         transient: request.transient,
         keep: request.keep,

@@ -24,7 +24,15 @@ pub struct Observer {
     speed: Option<ImpactSpeed>,
     /// The frame and the expression; locked, because evaluating them needs working memory.
     expression: Mutex<(SectionFrame<f64>, Values<f64>)>,
-    label: String,
+}
+
+/// The axis label of an observable: `h`, `impact_speed`, or the expression as the user wrote it.
+pub(super) fn label(observable: &Observable) -> &str {
+    match observable {
+        Observable::EventFunction => "h",
+        Observable::ImpactSpeed => "impact_speed",
+        Observable::Expression { text, .. } => text,
+    }
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -47,10 +55,10 @@ impl Observer {
         observe: &Observable,
     ) -> Result<Self, AnalysisError> {
         let event = scene.model.surfaces[orbit.grazing_point().surface].event;
-        let (kind, node, label): (Kind, NodeId, &str) = match observe {
-            Observable::EventFunction => (Kind::EventFunction, event, "h"),
-            Observable::ImpactSpeed => (Kind::ImpactSpeed, event, "impact_speed"),
-            Observable::Expression { text, node } => (Kind::Expression, *node, text),
+        let (kind, node): (Kind, NodeId) = match observe {
+            Observable::EventFunction => (Kind::EventFunction, event),
+            Observable::ImpactSpeed => (Kind::ImpactSpeed, event),
+            Observable::Expression { node, .. } => (Kind::Expression, *node),
         };
         let values = Values::new(&scene.model, &scene.model.graph, &[node]);
         let speed = match kind {
@@ -67,13 +75,7 @@ impl Observer {
             arrival: MapEvaluation::arrival(map),
             speed,
             expression: Mutex::new((SectionFrame::new(scene, orbit), values)),
-            label: label.to_owned(),
         })
-    }
-
-    /// The axis label: `h`, `impact_speed`, or the expression as the user wrote it.
-    pub fn label(&self) -> &str {
-        &self.label
     }
 
     /// Whether it is `−depth` of the first passage at a state of the map.

@@ -54,7 +54,7 @@ pub trait SweptMap: Sync {
     }
 
     /// The map at fixed parameters, a map without parameters: prepared once per parameter value.
-    fn at(&self, parameters: &[f64]) -> Box<dyn DiscreteMap + '_>;
+    fn at(&self, parameters: &[f64]) -> Box<dyn DiscreteMap + Send + '_>;
 
     /// Where a sweep starts, and starts again after an escape.
     fn start(&self, parameters: &[f64]) -> Vec<f64>;
@@ -145,7 +145,10 @@ impl<M: DiscreteMap> DiscreteMap for Fixed<M> {
     }
 }
 
-fn fixed<'m, M: DiscreteMap + 'm>(map: M, parameters: &[f64]) -> Box<dyn DiscreteMap + 'm> {
+fn fixed<'m, M: DiscreteMap + Send + 'm>(
+    map: M,
+    parameters: &[f64],
+) -> Box<dyn DiscreteMap + Send + 'm> {
     Box::new(Fixed {
         map,
         parameters: parameters.to_vec(),
@@ -178,7 +181,7 @@ impl<M: DiscreteMap> SweptMap for UnobservedSweep<M> {
         MAP_SEGMENTS
     }
 
-    fn at(&self, parameters: &[f64]) -> Box<dyn DiscreteMap + '_> {
+    fn at(&self, parameters: &[f64]) -> Box<dyn DiscreteMap + Send + '_> {
         fixed(&self.map, parameters)
     }
 
@@ -251,7 +254,7 @@ impl SweptMap for FrozenSweep {
             .collect()
     }
 
-    fn at(&self, parameters: &[f64]) -> Box<dyn DiscreteMap + '_> {
+    fn at(&self, parameters: &[f64]) -> Box<dyn DiscreteMap + Send + '_> {
         Box::new(self.map.freeze(parameters))
     }
 
@@ -331,7 +334,7 @@ impl SweptMap for DirectSweep<'_> {
             .collect()
     }
 
-    fn at(&self, parameters: &[f64]) -> Box<dyn DiscreteMap + '_> {
+    fn at(&self, parameters: &[f64]) -> Box<dyn DiscreteMap + Send + '_> {
         // A simulator of its own, so that sweeps side by side do not wait for each other.
         fixed(self.map.clone(), parameters)
     }

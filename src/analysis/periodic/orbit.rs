@@ -31,7 +31,7 @@ impl<S: Real> PeriodicOrbit<S> {
     ///
     /// As [`eigenvalues`].
     pub fn multipliers(&self) -> Result<Vec<Complex<f64>>, NumericError> {
-        eigenvalues(&self.jacobian.map(Real::to_f64))
+        eigenvalues(&self.jacobian)
     }
 
     /// Whether all multipliers are inside the unit circle.
@@ -88,5 +88,30 @@ impl<S: Real> PeriodicOrbit<S> {
             state: self.states[0].clone(),
             parameters: self.parameters.clone(),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::numeric::Dd;
+
+    #[test]
+    fn a_small_multiplier_has_the_digits_of_a_jacobian_in_double_double() {
+        let entries = [Dd::ONE, Dd::ONE, Dd::ONE, Dd::new(1.0, 1e-20)];
+        let orbit = PeriodicOrbit {
+            states: vec![vec![Dd::ZERO; 2]],
+            parameters: Vec::new(),
+            itinerary: vec![PassageSet::default()],
+            extra_contacts: 0,
+            jacobian: DMatrix::from_row_slice(2, 2, &entries),
+            residual: 0.0,
+        };
+        let multipliers = orbit.multipliers().expect("finite entries");
+        // The determinant is 1e-20 and the trace 2.
+        assert!(
+            (multipliers[1].re - 0.5e-20).abs() < 1e-35,
+            "{multipliers:?}"
+        );
     }
 }
