@@ -11,7 +11,6 @@ mod flight;
 mod lane_extended;
 mod lane_leap;
 mod lane_look;
-mod lane_motion;
 mod lane_polygon;
 mod lane_tools;
 mod leap;
@@ -26,8 +25,6 @@ mod tools;
 use crate::flow::AffineExpressions;
 use crate::model::{Model, NodeId, Response};
 
-pub(super) use lane_leap::LaneAsked;
-pub(super) use lane_motion::LaneMotion;
 pub(super) use lane_tools::{LaneTools, OrbitTables};
 pub(super) use leap::LeapEnd;
 pub(super) use tools::AffineTools;
