@@ -3,7 +3,7 @@
 //! The linear oscillator at `alpha = 1.002 alpha_g`, r = 0.8 (Foale 1994; Thota, Zhao, Dankowicz 2006), and the
 //! electrostatic one at `omega = 0.46`, 5 % beyond grazing, both on their attractors; the number of impacts is printed.
 //! `linear-taylor` is the linear one by the general integrator; `new-parameters` a return at other parameters than the one
-//! before, so that all tables are formed anew; `linear-in-lanes` returns of eight oscillators side by side. The floor is a loop of independent multiply-adds.
+//! before, so that all tables are formed anew; `in-lanes` returns of eight oscillators side by side. The floor is a loop of independent multiply-adds.
 
 #[path = "support/floor.rs"]
 mod floor;
@@ -148,29 +148,64 @@ fn returns_at_new_parameters<S: Real>(criterion: &mut Criterion, scalar: &str) {
     });
 }
 
-/// Returns of linear oscillators in lanes, each at its own forcing amplitude, beside those of one after another: from
-/// beyond the stop, and from before it.
+/// Returns of oscillators in lanes, each at its own force, beside those of one after another: from beyond the stop, and from
+/// before it.
 fn returns_in_lanes(criterion: &mut Criterion) {
-    let graze = 2.247_220_505_424_423;
-    let models: [Model; LANES] =
-        std::array::from_fn(|lane| model("linear", "alpha", graze + 1e-7 * lane as f64));
-    let system = HybridSystem::new(&models[0]);
+    let linear = |lane: usize| {
+        model(
+            "linear",
+            "alpha",
+            2.247_220_505_424_423 + 1e-7 * lane as f64,
+        )
+    };
+    let electrostatic = |lane: usize| model("mems", "V", 0.211_927_585_7 + 1e-8 * lane as f64);
+    let (linear, electrostatic) = (
+        std::array::from_fn(linear),
+        std::array::from_fn(electrostatic),
+    );
+    let systems = [
+        (
+            "linear",
+            HybridSystem::new(&linear[0]),
+            &linear,
+            [1.0, 0.0, 3.061_407_806_288_477],
+        ),
+        (
+            "linear-taylor",
+            HybridSystem::without_exact_flow(&linear[0]),
+            &linear,
+            [1.0, 0.0, 3.061_407_806_288_477],
+        ),
+        (
+            "electrostatic",
+            HybridSystem::new(&electrostatic[0]),
+            &electrostatic,
+            [0.5, 0.0, -1.259_144_946_960_576],
+        ),
+    ];
+    for (name, system, models, graze) in systems {
+        time_returns_in_lanes(criterion, name, &system, models, graze);
+    }
+}
+
+fn time_returns_in_lanes(
+    criterion: &mut Criterion,
+    name: &str,
+    system: &HybridSystem,
+    models: &[Model; LANES],
+    graze: [f64; 3],
+) {
     let section = ReturnSection::Tangency { surface: 0 };
-    let alone = models.each_ref().map(|model| {
-        DirectReturn::over_periods(&system, &values::<f64>(model), section, 1).expect("a phase")
+    let mut alone = models.each_ref().map(|model| {
+        DirectReturn::over_periods(system, &values::<f64>(model), section, 1).expect("a phase")
     });
     let mut lanes = LaneReturns::<LANES>::new(alone.to_vec()).expect("one rigid stop");
-    let mut alone = alone;
-    let name = "simulation/return/linear-in-lanes";
-    let mut group = criterion.benchmark_group(name);
+    let mut group = criterion.benchmark_group(format!("simulation/return/{name}-in-lanes"));
     group.throughput(Throughput::Elements(LANES as u64));
     for (name, offset) in [("with impact", 1e-5), ("without", -1e-5)] {
         let state = |lane: usize| {
-            [
-                1.0 + offset * (1.0 + 0.1 * lane as f64),
-                0.0,
-                3.061_407_806_288_477,
-            ]
+            let [place, rate, phase] = graze;
+            [place + offset * (1.0 + 0.1 * lane as f64), rate, phase]
         };
         let states: [[f64; 3]; LANES] = std::array::from_fn(state);
         group.bench_function(format!("{name}/one by one"), |bencher| {
@@ -182,6 +217,10 @@ fn returns_in_lanes(criterion: &mut Criterion) {
         });
         let together: [Lanes<LANES>; 3] =
             std::array::from_fn(|place| Lanes::from_fn(|lane| states[lane][place]));
+        assert_eq!(
+            lanes.images(&together, [true; LANES]).together,
+            [true; LANES]
+        );
         group.bench_function(format!("{name}/in lanes"), |bencher| {
             bencher.iter(|| lanes.images(black_box(&together), [true; LANES]).returned);
         });

@@ -1,17 +1,17 @@
-//! Direct simulation in lanes against direct simulation of each orbit alone: the same to the last bit, on every affine
-//! scene of the catalogue with one rigid stop.
+//! Direct simulation in lanes against direct simulation of each orbit alone: the same to the last bit, on the scenes of the
+//! catalogue with one rigid stop, by exact leaps and by Taylor's method.
 
 use grazemap::analysis::DirectMap;
 use grazemap::hybrid::{DirectReturn, HybridSystem, LaneReturns, ReturnOutcome, ReturnSection};
 use grazemap::iteration::{DiscreteMap, StepInfo};
-use grazemap::model::{Scene, catalogue};
+use grazemap::model::{Model, Scene, catalogue};
 use grazemap::numeric::Lanes;
 use grazemap::orbit::locate;
 
 const LANES: usize = 8;
 
-/// Scenes whose returns can be flown in lanes.
-const IN_LANES: [&str; 6] = [
+/// Affine scenes.
+const EXACT: [&str; 6] = [
     "linear",
     "linear_codim2",
     "foale",
@@ -20,6 +20,9 @@ const IN_LANES: [&str; 6] = [
     "impact_pair",
 ];
 
+/// Scenes that are flown by Taylor's method.
+const BY_TAYLOR: [&str; 4] = ["linear", "moving_stop", "impact_pair", "mems"];
+
 /// A number from −1 to 1 for every pair of numbers.
 fn scattered(number: usize, component: usize) -> f64 {
     let step = [0.754_877, 0.569_840, 0.430_160, 0.324_718, 0.245_122][component % 5];
@@ -27,12 +30,12 @@ fn scattered(number: usize, component: usize) -> f64 {
 }
 
 /// Steps of states about the graze, and the number of contacts.
-fn agree(name: &str, size: f64, rounds: usize) -> u32 {
+fn agree(name: &str, lowered: fn(&Model) -> HybridSystem, size: f64, rounds: usize) -> u32 {
     let text = catalogue::text(name).expect("in the catalogue");
     let scene = Scene::parse(text, name).expect("a good scene");
     let orbit = locate(&scene).expect("no wrong input").into_result();
     let orbit = orbit.expect("it grazes");
-    let system = HybridSystem::new(&scene.model);
+    let system = lowered(&scene.model);
     let map = DirectMap::new(&system, &scene, &orbit).expect("finite parameters");
     let (dimension, active) = (map.dimension(), DiscreteMap::parameters(&map));
     let mut contacts = 0;
@@ -77,28 +80,47 @@ fn agree(name: &str, size: f64, rounds: usize) -> u32 {
 
 #[test]
 fn lanes_are_single_orbits_to_the_last_bit() {
-    for name in IN_LANES {
+    for name in EXACT {
         for size in [1e-6, 1e-3, 0.1] {
-            let contacts = agree(name, size, 12);
+            let contacts = agree(name, HybridSystem::new, size, 12);
+            assert!(contacts > 50, "{name} {size}: {contacts}");
+        }
+    }
+}
+
+#[test]
+fn lanes_of_taylor_steps_are_single_orbits_to_the_last_bit() {
+    for name in BY_TAYLOR {
+        for size in [1e-6, 1e-3, 0.1] {
+            let contacts = agree(name, HybridSystem::without_exact_flow, size, 12);
             assert!(contacts > 50, "{name} {size}: {contacts}");
         }
     }
 }
 
 /// The linear oscillator with a stop that takes most of the speed, under a slow force: it chatters and sticks.
-fn slow_and_soft() -> (HybridSystem, Vec<f64>) {
+fn slow_and_soft(lowered: fn(&Model) -> HybridSystem, force: &str) -> (HybridSystem, Vec<f64>) {
     let text = catalogue::text("linear").expect("in the catalogue");
-    let overrides = [("r", "0.2"), ("omega", "0.6"), ("alpha", "0.9")];
+    let overrides = [("r", "0.2"), ("omega", "0.6"), ("alpha", force)];
     let overrides = overrides.map(|(name, value)| (name.to_owned(), value.to_owned()));
     let scene = Scene::parse_with(text, "linear", &overrides).expect("a good scene");
     let parameters = scene.model.parameter_values();
     let parameters = parameters.into_iter().map(|value| value.hi).collect();
-    (HybridSystem::new(&scene.model), parameters)
+    (lowered(&scene.model), parameters)
 }
 
 #[test]
 fn returns_that_leave_the_lanes_are_those_of_an_orbit_alone() {
-    let (system, parameters) = slow_and_soft();
+    agree_where_orbits_leave(HybridSystem::new, "0.9");
+}
+
+#[test]
+fn taylor_returns_that_leave_the_lanes_are_those_of_an_orbit_alone() {
+    agree_where_orbits_leave(HybridSystem::without_exact_flow, "1.5");
+}
+
+fn agree_where_orbits_leave(lowered: fn(&Model) -> HybridSystem, force: &str) {
+    let (system, parameters) = slow_and_soft(lowered, force);
     let section = ReturnSection::Tangency { surface: 0 };
     let mut alone = DirectReturn::over_periods(&system, &parameters, section, 1).expect("a phase");
     let maps = vec![alone.clone(); LANES];

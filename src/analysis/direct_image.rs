@@ -89,6 +89,11 @@ impl<'a, S: Real> DirectImage<'a, S> {
         Ok((frame, returns))
     }
 
+    /// Whether images may be computed in lanes.
+    pub(super) fn fits_lanes(&self) -> bool {
+        self.returns.fits_lanes()
+    }
+
     /// Number of coordinates.
     pub fn dimension(&self) -> usize {
         self.frame.dimension()

@@ -27,6 +27,7 @@ pub struct DirectMap<'a> {
     normal_accelerations: Vec<f64>,
     grazing_surfaces: BTreeSet<usize>,
     scales: Vec<f64>,
+    fits_lanes: bool,
 }
 
 impl<'a> DirectMap<'a> {
@@ -50,6 +51,7 @@ impl<'a> DirectMap<'a> {
                 .collect(),
             grazing_surfaces: orbit.passages.iter().map(|graze| graze.surface).collect(),
             scales: state_scales(scene, orbit),
+            fits_lanes: image.fits_lanes(),
             image: Mutex::new(image),
         })
     }
@@ -60,6 +62,9 @@ impl<'a> DirectMap<'a> {
     ///
     /// If there are no parameters, or more than lanes.
     pub fn in_lanes<const N: usize>(&self, parameters: &[&[f64]]) -> Option<DirectLanes<'a, N>> {
+        if !self.fits_lanes {
+            return None;
+        }
         let image = self.image.lock().unwrap_or_else(PoisonError::into_inner);
         DirectLanes::new(&image, *self.normal_accelerations.first()?, parameters)
     }
@@ -98,6 +103,7 @@ impl Clone for DirectMap<'_> {
             normal_accelerations: self.normal_accelerations.clone(),
             grazing_surfaces: self.grazing_surfaces.clone(),
             scales: self.scales.clone(),
+            fits_lanes: self.fits_lanes,
         }
     }
 }

@@ -8,7 +8,7 @@ use super::field::Field;
 use super::integrator::{DEFAULT_MAX_STEP, MAX_STEPS};
 use super::series::Series;
 use super::step_control::{log2_steps, margin_for, order_for_numbers};
-use crate::numeric::{Kernel, Lanes, Scalar, polynomial, widest};
+use crate::numeric::{Branched, Kernel, LaneMask, Lanes, Scalar, polynomial, widest};
 
 /// Taylor integrator of one field for `N` solutions.
 #[derive(Clone, Debug)]
@@ -23,6 +23,8 @@ pub struct LaneIntegrator<'a, const N: usize> {
 pub struct LaneStep<'s, const N: usize> {
     field: &'s Field,
     series: &'s Series<'s, Lanes<N>>,
+    margin: f64,
+    log2_lengths: Lanes<N>,
     /// Lengths of the intervals on which the polynomials meet the tolerance; zero where a lane's solution has none,
     /// because a coefficient is not finite.
     pub lengths: Lanes<N>,
@@ -43,7 +45,7 @@ impl<'a, const N: usize> LaneIntegrator<'a, N> {
     /// Expands the solutions about their states, one component after another, with one value per parameter of the field.
     pub fn step(&mut self, state: &[Lanes<N>], parameters: &[Lanes<N>]) -> LaneStep<'_, N> {
         self.series.expand(state, parameters);
-        let lengths = widest(Lengths {
+        let (log2_lengths, lengths) = widest(Lengths {
             series: &self.series,
             field: self.field,
             margin: self.margin,
@@ -51,6 +53,8 @@ impl<'a, const N: usize> LaneIntegrator<'a, N> {
         LaneStep {
             field: self.field,
             series: &self.series,
+            margin: self.margin,
+            log2_lengths,
             lengths,
         }
     }
@@ -107,9 +111,33 @@ impl<const N: usize> LaneStep<'_, N> {
 
     /// Taylor coefficients of a watched function.
     pub fn watched_coefficients(&self, watched: usize) -> &[Lanes<N>] {
+        self.series.coefficients(self.slot_of(watched))
+    }
+
+    /// Lengths on which a watched function's polynomials meet the tolerance as the states' do, infinite where they are not
+    /// shorter than the steps.
+    pub(crate) fn watched_lengths(&self, watched: usize) -> Lanes<N> {
+        if self.field.series().is_combination(self.slot_of(watched)) {
+            return Lanes::splat(f64::INFINITY);
+        }
+        widest(WatchedLengths {
+            step: self,
+            watched,
+        })
+    }
+
+    /// Puts the states of the wanted lanes at times since the start of the step.
+    #[inline(always)]
+    pub(crate) fn states_at(&self, times: Lanes<N>, wanted: LaneMask<N>, states: &mut [Lanes<N>]) {
+        for (component, state) in states.iter_mut().enumerate() {
+            let there = polynomial::value(self.state_coefficients(component), times);
+            *state = Lanes::select(wanted, there, *state);
+        }
+    }
+
+    fn slot_of(&self, watched: usize) -> usize {
         let output = self.field.dimension() + watched;
-        let slot = self.field.time_program().output(output);
-        self.series.coefficients(slot)
+        self.field.time_program().output(output)
     }
 
     /// Takes each lane's state at its time since the start of the step; lanes at time zero keep theirs.
@@ -122,7 +150,7 @@ impl<const N: usize> LaneStep<'_, N> {
     }
 }
 
-/// The lengths of the steps of all lanes.
+/// The binary logarithms of the lengths of the steps of all lanes, and the lengths.
 struct Lengths<'s, const N: usize> {
     series: &'s Series<'s, Lanes<N>>,
     field: &'s Field,
@@ -130,10 +158,10 @@ struct Lengths<'s, const N: usize> {
 }
 
 impl<const N: usize> Kernel for Lengths<'_, N> {
-    type Output = Lanes<N>;
+    type Output = (Lanes<N>, Lanes<N>);
 
     #[inline(always)]
-    fn run(self) -> Lanes<N> {
+    fn run(self) -> (Lanes<N>, Lanes<N>) {
         let mut log2_lengths = Lanes::splat(f64::INFINITY);
         let mut zeros = Lanes::splat(0.0);
         for component in 0..self.field.dimension() {
@@ -145,11 +173,35 @@ impl<const N: usize> Kernel for Lengths<'_, N> {
             let coefficients = self.series.coefficients(component);
             log2_lengths = log2_lengths.zip_map(log2_steps(coefficients, self.margin), f64::min);
         }
-        log2_lengths.zip_map(zeros, |log2_length, zero| {
+        let lengths = log2_lengths.zip_map(zeros, |log2_length, zero| {
             if zero == 0.0 {
                 log2_length.exp2().min(DEFAULT_MAX_STEP)
             } else {
                 0.0
+            }
+        });
+        (log2_lengths, lengths)
+    }
+}
+
+/// The lengths of [`LaneStep::watched_lengths`].
+struct WatchedLengths<'s, const N: usize> {
+    step: &'s LaneStep<'s, N>,
+    watched: usize,
+}
+
+impl<const N: usize> Kernel for WatchedLengths<'_, N> {
+    type Output = Lanes<N>;
+
+    #[inline(always)]
+    fn run(self) -> Lanes<N> {
+        let coefficients = self.step.watched_coefficients(self.watched);
+        let lengths = log2_steps(coefficients, self.step.margin);
+        lengths.zip_map(self.step.log2_lengths, |own, states| {
+            if own < states {
+                own.exp2()
+            } else {
+                f64::INFINITY
             }
         })
     }

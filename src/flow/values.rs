@@ -2,7 +2,7 @@
 
 use super::program::{Operation, Program, run};
 use crate::jet::TimeSeries;
-use crate::numeric::Scalar;
+use crate::numeric::{Kernel, Scalar};
 
 impl Program {
     /// Computes the value of every slot from the inputs' values, slots `0..inputs` of `tape`.
@@ -14,8 +14,38 @@ impl Program {
     ///
     /// If `tape` is shorter than [`slots`](Self::slots).
     pub fn evaluate_values<S: Scalar>(&self, tape: &mut [S]) {
-        for slot in self.inputs()..self.slots() {
-            tape[slot] = match *self.operation(slot) {
+        self.evaluate_values_to(self.slots(), tape);
+    }
+
+    /// The same for the first slots alone.
+    pub(crate) fn evaluate_values_to<S: Scalar>(&self, slots: usize, tape: &mut [S]) {
+        S::dispatch(Values {
+            program: self,
+            slots,
+            tape,
+        });
+    }
+}
+
+/// Values to be computed.
+struct Values<'s, S> {
+    program: &'s Program,
+    slots: usize,
+    tape: &'s mut [S],
+}
+
+impl<S: Scalar> Kernel for Values<'_, S> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        let Self {
+            program,
+            slots,
+            tape,
+        } = self;
+        for slot in program.inputs()..slots {
+            tape[slot] = match *program.operation(slot) {
                 Operation::Constant(value) => S::from_dd(value),
                 Operation::Add(a, b) => tape[a] + tape[b],
                 Operation::Sub(a, b) => tape[a] - tape[b],

@@ -12,7 +12,6 @@ mod impacts;
 mod lane_extended;
 mod lane_leap;
 mod lane_look;
-mod lane_motion;
 mod lane_polygon;
 mod lane_tools;
 mod leap;
@@ -27,8 +26,6 @@ mod tools;
 use crate::flow::AffineExpressions;
 use crate::model::{Model, NodeId, Response};
 
-pub(super) use lane_leap::LaneAsked;
-pub(super) use lane_motion::LaneMotion;
 pub(super) use lane_tools::{LaneTools, OrbitTables};
 pub(super) use leap::LeapEnd;
 pub(super) use tools::AffineTools;

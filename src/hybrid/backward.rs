@@ -125,6 +125,7 @@ struct BackwardLeg<'s, S: Real> {
 impl<S: Real> BackwardLeg<'_, S> {
     /// Flies to the goal, or to the end of the step; whether the goal was reached.
     fn fly<F: Flight<S>>(&mut self, flight: &mut F) -> Result<bool, Outcome<S>> {
+        self.motion.last_step = flight.time_scale();
         let length = flight.length().min(self.remaining);
         // In s = −t the gap is Σ g_k (−s)^k, its slope −g'(−s); the surface is where −gap falls through 0.
         let (value_sign, goal) = match self.goal {

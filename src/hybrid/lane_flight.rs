@@ -4,18 +4,19 @@
 //! or it flies on behind a contact, to the minimum that the approach would have had; or it looks whether a minimum
 //! nearer to the nominal return follows. What does none of these leaves the lanes.
 
-use super::affine::{LaneAsked, LaneMotion, LaneTools};
 use super::chatter::{AfterImpact, Rebound};
+use super::lane_flow::{LaneAsked, LaneFlow};
+use super::lane_motion::LaneMotion;
 use super::system::HybridSystem;
 use crate::numeric::{Branched, Kernel, LaneMask, Lanes, Mask, Scalar, widest};
 
-/// Most leaps of a return in lanes.
+/// Most leaps, or steps, of a return in lanes.
 const MAX_LEAPS: usize = 1000;
 
 /// Orbits on their way, and what they fly by.
 #[derive(Clone, Debug)]
-pub(super) struct LaneFlight<const N: usize> {
-    tools: LaneTools<N>,
+pub(super) struct LaneFlight<F, const N: usize> {
+    flow: F,
     /// The phase: its place in a state, its period.
     phase: Option<(usize, f64)>,
     /// Nominal return times.
@@ -42,17 +43,12 @@ pub(super) struct LaneFlight<const N: usize> {
     done: LaneMask<N>,
 }
 
-impl<const N: usize> LaneFlight<N> {
-    pub(super) fn new(
-        tools: LaneTools<N>,
-        system: &HybridSystem,
-        duration: Lanes<N>,
-        periods: i64,
-    ) -> Self {
+impl<F: LaneFlow<N>, const N: usize> LaneFlight<F, N> {
+    pub(super) fn new(flow: F, system: &HybridSystem, duration: Lanes<N>, periods: i64) -> Self {
         let (zero, motion) = (Lanes::splat(0.0), LaneMotion::new(system.dimension()));
         let phase = system.phase.as_ref();
         Self {
-            tools,
+            flow,
             phase: phase.map(|phase| (phase.component, f64::from_dd(phase.period))),
             duration,
             periods: Lanes::splat(periods as f64),
@@ -89,9 +85,9 @@ impl<const N: usize> LaneFlight<N> {
     }
 }
 
-struct Returning<'t, const N: usize>(&'t mut LaneFlight<N>);
+struct Returning<'t, F, const N: usize>(&'t mut LaneFlight<F, N>);
 
-impl<const N: usize> Kernel for Returning<'_, N> {
+impl<F: LaneFlow<N>, const N: usize> Kernel for Returning<'_, F, N> {
     type Output = ();
 
     #[inline(always)]
@@ -111,11 +107,11 @@ impl<const N: usize> Kernel for Returning<'_, N> {
     }
 }
 
-impl<const N: usize> LaneFlight<N> {
+impl<F: LaneFlow<N>, const N: usize> LaneFlight<F, N> {
     /// From section points; those beyond the surface are taken back to it, and through the contact.
     #[inline(always)]
     fn start(&mut self) {
-        self.tools.forget();
+        self.flow.forget();
         let (zero, motion) = (Lanes::splat(0.0), &mut self.motion);
         (motion.time, motion.turns) = (zero, zero);
         motion.leaving = LaneMask::NONE;
@@ -125,13 +121,13 @@ impl<const N: usize> LaneFlight<N> {
         }
         (self.behind, self.looking) = (LaneMask::NONE, LaneMask::NONE);
         self.done = LaneMask::NONE;
-        let gap = self.tools.sense(motion, self.alive).gap;
+        let [gap, _] = self.flow.approach(motion, self.alive);
         let beyond = self.alive & gap.is_below(zero);
         motion.rises = self.alive & !beyond;
         self.met = LaneMask::NONE;
         if beyond.any() {
-            let known = self.tools.retreat(motion, beyond, self.duration);
-            let stays = self.tools.settle(motion, known);
+            let known = self.flow.retreat(motion, beyond, self.duration);
+            let stays = self.flow.settle(motion, known);
             self.met = known & !stays;
             self.alive &= !beyond | self.met;
             self.speed = self.respond(self.met);
@@ -141,10 +137,11 @@ impl<const N: usize> LaneFlight<N> {
     /// Applies the reset; the speeds at which the surface is met. Those that penetrate or chatter leave the lanes.
     #[inline(always)]
     fn respond(&mut self, wanted: LaneMask<N>) -> Lanes<N> {
-        let (tools, motion) = (&mut self.tools, &mut self.motion);
-        let speed = -tools.sense(motion, wanted).velocity;
-        tools.reset(motion, wanted);
-        let after = tools.sense(motion, wanted);
+        let (flow, motion) = (&mut self.flow, &mut self.motion);
+        let [_, velocity] = flow.approach(motion, wanted);
+        let speed = -velocity;
+        flow.reset(motion, wanted);
+        let after = flow.sense(motion, wanted);
         let least = -speed.map(f64::abs) * Lanes::splat(1e-6);
         self.alive &= !(wanted & after.velocity.is_below(least));
         motion.lose_headings(wanted);
@@ -152,7 +149,7 @@ impl<const N: usize> LaneFlight<N> {
         let residual = after.gap.abs() * Lanes::splat(4.0);
         motion.rounding = Lanes::select(wanted, after.rounding.max(residual), motion.rounding);
         let falls_back = wanted & after.acceleration.is_below(Lanes::splat(0.0));
-        let time_scale = tools.time_scale();
+        let time_scale = flow.time_scale(motion);
         for lane in falls_back.lanes() {
             let rebound = Rebound {
                 speed: speed[lane],
@@ -179,7 +176,7 @@ impl<const N: usize> LaneFlight<N> {
             passing: self.looking,
             longest: horizon - self.motion.time,
         };
-        let leap = self.tools.leap(&mut self.motion, horizon, asked);
+        let leap = self.flow.leap(&mut self.motion, horizon, asked);
         self.alive &= !leap.open;
         let contact = leap.contact & self.alive;
         self.arrive(wanted & self.alive, contact);
@@ -198,12 +195,12 @@ impl<const N: usize> LaneFlight<N> {
     /// Settles those that have flown: on the surface at a contact, away from it otherwise.
     #[inline(always)]
     fn arrive(&mut self, flown: LaneMask<N>, contact: LaneMask<N>) {
-        let (tools, motion) = (&mut self.tools, &mut self.motion);
+        let (flow, motion) = (&mut self.flow, &mut self.motion);
         if contact.any() {
             motion.lose_headings(contact);
-            self.alive &= !tools.settle(motion, contact);
+            self.alive &= !flow.settle(motion, contact);
         }
-        tools.leave_behind(motion, flown & !contact);
+        flow.leave_behind(motion, flown & !contact);
         if let Some((component, period)) = self.phase {
             motion.reduce_phase(flown, component, self.reference, period);
         }

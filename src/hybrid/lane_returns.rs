@@ -5,21 +5,29 @@
 
 use super::affine::{LaneTools, OrbitTables};
 use super::lane_flight::LaneFlight;
+use super::lane_flow::LaneFlow;
+use super::lane_taylor::LaneTaylor;
 use super::return_map::DirectReturn;
 use super::returned::{ReturnOutcome, ReturnSection};
-use super::system::Law;
-use crate::numeric::{LaneMask, Lanes};
+use super::system::{FlowMethod, Law};
+use crate::numeric::{LaneMask, Lanes, Real};
 
 /// The return map of a tangency section by direct simulation, other parameters in every lane.
 ///
-/// It is for systems with one rigid surface whose free flight and reset are affine, and returns with one grazing passage.
-/// Impacts and near misses are flown in lanes. A return that control points do not decide, that sticks, chatters or does not
-/// come back is simulated alone, from its start.
+/// It is for systems with one rigid surface, and returns with one grazing passage. Impacts and near misses are flown in lanes. A return
+/// that sticks, chatters or does not come back, or whose events are not found in lanes, is simulated alone, from its start.
 #[derive(Clone, Debug)]
 pub struct LaneReturns<'a, const N: usize> {
     alone: Vec<DirectReturn<'a, f64>>,
-    flight: LaneFlight<N>,
+    flight: Flight<'a, N>,
     images: LaneImages<N>,
+}
+
+/// How lanes are flown: as each orbit alone is.
+#[derive(Clone, Debug)]
+enum Flight<'a, const N: usize> {
+    Exact(Box<LaneFlight<LaneTools<N>, N>>),
+    Taylor(Box<LaneFlight<LaneTaylor<'a, N>, N>>),
 }
 
 /// Images of the states of every lane.
@@ -45,15 +53,13 @@ impl<'a, const N: usize> LaneReturns<'a, N> {
     pub fn new(mut alone: Vec<DirectReturn<'a, f64>>) -> Option<Self> {
         let lanes = alone.len();
         assert!((1..=N).contains(&lanes), "{lanes} lanes of {N}");
-        let tables: Option<Vec<OrbitTables>> = alone.iter_mut().map(tables).collect();
-        let tables = tables?;
-        let own = |lane: usize| if lane < lanes { lane } else { 0 };
-        let tools = LaneTools::new(std::array::from_fn(|lane| tables[own(lane)].clone()))?;
-        let durations = Lanes::from_fn(|lane| alone[own(lane)].duration);
-        let first = &alone[0];
-        let flight = LaneFlight::new(tools, first.simulator.system(), durations, first.periods);
+        if !alone.iter().all(DirectReturn::fits_lanes) {
+            return None;
+        }
+        let flight = Flight::new(&mut alone)?;
+        let zero = Lanes::splat(0.0);
         let images = LaneImages {
-            state: flight.states().to_vec(),
+            state: vec![zero; alone[0].simulator.system().dimension()],
             speeds: [None; N],
             returned: [false; N],
             together: [false; N],
@@ -69,13 +75,10 @@ impl<'a, const N: usize> LaneReturns<'a, N> {
     pub fn images(&mut self, states: &[Lanes<N>], wanted: [bool; N]) -> &LaneImages<N> {
         let used = self.alone.len();
         let wanted = LaneMask::from_fn(|lane| wanted[lane] && lane < used);
-        let done = self.flight.fly(states, wanted);
-        self.images.state.copy_from_slice(self.flight.states());
-        for lane in 0..N {
-            let together = done.holds(lane);
-            self.images.speeds[lane] = self.flight.speed(lane);
-            (self.images.returned[lane], self.images.together[lane]) = (together, together);
-        }
+        let done = match &mut self.flight {
+            Flight::Exact(flight) => self.images.fly(flight, states, wanted),
+            Flight::Taylor(flight) => self.images.fly(flight, states, wanted),
+        };
         for lane in (wanted & !done).lanes() {
             self.fly_alone(lane, states);
         }
@@ -101,12 +104,59 @@ impl<'a, const N: usize> LaneReturns<'a, N> {
     }
 }
 
-/// What an orbit flies by in lanes, where it can.
+impl<const N: usize> LaneImages<N> {
+    /// Takes the images of the wanted lanes from a flight; those that it reached.
+    fn fly<F: LaneFlow<N>>(
+        &mut self,
+        flight: &mut LaneFlight<F, N>,
+        states: &[Lanes<N>],
+        wanted: LaneMask<N>,
+    ) -> LaneMask<N> {
+        let done = flight.fly(states, wanted);
+        self.state.copy_from_slice(flight.states());
+        for lane in 0..N {
+            let together = done.holds(lane);
+            self.speeds[lane] = flight.speed(lane);
+            (self.returned[lane], self.together[lane]) = (together, together);
+        }
+        done
+    }
+}
+
+impl<'a, const N: usize> Flight<'a, N> {
+    /// From the return maps of lanes; lanes without one take the first.
+    fn new(alone: &mut [DirectReturn<'a, f64>]) -> Option<Self> {
+        let lanes = alone.len();
+        let own = |lane: usize| if lane < lanes { lane } else { 0 };
+        let durations = Lanes::from_fn(|lane| alone[own(lane)].duration);
+        let (system, periods) = (alone[0].simulator.system(), alone[0].periods);
+        if system.method() == FlowMethod::Taylor {
+            let parameters = |lane: usize| &alone[own(lane)].simulator.parameters[..];
+            let flow = LaneTaylor::new(system, std::array::from_fn(parameters))?;
+            let flight = LaneFlight::new(flow, system, durations, periods);
+            return Some(Self::Taylor(Box::new(flight)));
+        }
+        let tables: Option<Vec<OrbitTables>> = alone.iter_mut().map(tables).collect();
+        let tables = tables?;
+        let flow = LaneTools::new(std::array::from_fn(|lane| tables[own(lane)].clone()))?;
+        let flight = LaneFlight::new(flow, system, durations, periods);
+        Some(Self::Exact(Box::new(flight)))
+    }
+}
+
+/// What an orbit leaps by, where it can.
 fn tables(alone: &mut DirectReturn<'_, f64>) -> Option<OrbitTables> {
     let simulator = &mut alone.simulator;
-    let is_common = matches!(alone.section, ReturnSection::Tangency { surface: 0 })
-        && alone.itinerary.is_own_alone()
-        && matches!(&simulator.system.surfaces[..], [surface] if matches!(surface.law, Law::Rigid { .. }));
-    let tools = simulator.affine.as_mut().filter(|_| is_common)?;
+    let tools = simulator.affine.as_mut()?;
     tools.orbit_tables(&mut simulator.motion, &simulator.parameters)
+}
+
+impl<S: Real> DirectReturn<'_, S> {
+    /// Whether returns of this kind may be flown in lanes.
+    pub(crate) fn fits_lanes(&self) -> bool {
+        let surfaces = &self.simulator.system().surfaces[..];
+        matches!(self.section, ReturnSection::Tangency { surface: 0 })
+            && self.itinerary.is_own_alone()
+            && matches!(surfaces, [surface] if matches!(surface.law, Law::Rigid { .. }))
+    }
 }

@@ -226,7 +226,7 @@ fn falls_through_zero<S: Real>(gap: &Gap<'_, S>, mut search: NewtonSteps<S>, len
 const MAX_NEWTON: usize = 200;
 
 /// Steps after which the rounding of the gap may end the iteration.
-const SETTLED: usize = 5;
+pub(super) const SETTLED: usize = 5;
 
 /// Rounding of a gap: a few units in the last place of its largest term `|g_k| L^k`.
 fn noise<S: Real>(gap: &Gap<'_, S>, length: S) -> S {

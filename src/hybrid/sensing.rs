@@ -1,18 +1,18 @@
 //! Values of a model's expressions at one state.
 
 use crate::flow::Program;
-use crate::numeric::Real;
+use crate::numeric::Scalar;
 
 /// A program run at degree 0: the plain values of its outputs.
 #[derive(Clone, Debug)]
-pub(super) struct Evaluator<'a, S: Real> {
+pub(super) struct Evaluator<'a, S: Scalar> {
     program: &'a Program,
     outputs: usize,
     tape: Vec<S>,
     values: Vec<S>,
 }
 
-impl<'a, S: Real> Evaluator<'a, S> {
+impl<'a, S: Scalar> Evaluator<'a, S> {
     /// `outputs`: number of outputs of the program.
     pub(super) fn new(program: &'a Program, outputs: usize) -> Self {
         Self {
@@ -23,15 +23,29 @@ impl<'a, S: Real> Evaluator<'a, S> {
         }
     }
 
+    /// Values of the first outputs, without what they do not need.
+    pub(super) fn first<const M: usize>(&mut self, state: &[S], parameters: &[S]) -> [S; M] {
+        let slots: [usize; M] = std::array::from_fn(|output| self.program.output(output));
+        self.take(state, parameters);
+        let slots_needed = slots.iter().map(|&slot| slot + 1).max().unwrap_or(0);
+        self.program
+            .evaluate_values_to(slots_needed, &mut self.tape);
+        slots.map(|slot| self.tape[slot])
+    }
+
     /// Values of the outputs.
     pub(super) fn evaluate(&mut self, state: &[S], parameters: &[S]) -> &[S] {
-        self.tape[..state.len()].copy_from_slice(state);
-        self.tape[state.len()..state.len() + parameters.len()].copy_from_slice(parameters);
+        self.take(state, parameters);
         self.program.evaluate_values(&mut self.tape);
         for output in 0..self.outputs {
             self.values[output] = self.tape[self.program.output(output)];
         }
         &self.values
+    }
+
+    fn take(&mut self, state: &[S], parameters: &[S]) {
+        self.tape[..state.len()].copy_from_slice(state);
+        self.tape[state.len()..state.len() + parameters.len()].copy_from_slice(parameters);
     }
 }
 
@@ -52,11 +66,16 @@ pub(super) struct Sense<S> {
 
 /// Reads the normal motion at a surface.
 #[derive(Clone, Debug)]
-pub(super) struct Sensor<'a, S: Real>(Evaluator<'a, S>);
+pub(super) struct Sensor<'a, S: Scalar>(Evaluator<'a, S>);
 
-impl<'a, S: Real> Sensor<'a, S> {
+impl<'a, S: Scalar> Sensor<'a, S> {
     pub(super) fn new(program: &'a Program, dimension: usize) -> Self {
         Self(Evaluator::new(program, 4 + dimension))
+    }
+
+    /// The gap and its velocity.
+    pub(super) fn approach(&mut self, state: &[S], parameters: &[S]) -> [S; 2] {
+        self.0.first(state, parameters)
     }
 
     pub(super) fn sense(&mut self, state: &[S], parameters: &[S]) -> Sense<S> {
@@ -79,7 +98,7 @@ pub(super) struct Clearance<S> {
 }
 
 /// Rounding of a sum: a few units in the last place of its largest term.
-pub(super) fn rounding_of<S: Real>(terms: &[S]) -> S {
+pub(super) fn rounding_of<S: Scalar>(terms: &[S]) -> S {
     let size = terms
         .iter()
         .fold(S::zero(), |size, term| size.max(term.abs()));

@@ -25,9 +25,9 @@ const MAX_INTERVALS: usize = 100_000;
 /// Half-width, relative to the step, below which a multiple zero of the slope is not resolved.
 const SMALLEST_HALF: f64 = 1e-9;
 /// Share of the size of its terms within which a control point has no sign.
-const ROUNDING: f64 = 64.0 * f64::EPSILON;
+pub(super) const ROUNDING: f64 = 64.0 * f64::EPSILON;
 /// Share of the interval below which a step of Newton's method, whose error is its square, is the last.
-const LAST_STEP: f64 = 1e-9;
+pub(super) const LAST_STEP: f64 = 1e-9;
 
 impl StationaryPoints {
     /// Fills `roots` with the zeros of the slope in units of the length, increasing.

@@ -4,11 +4,12 @@
 //! for the others. What control points leave open is left to the orbit alone.
 
 use super::lane_look::{Found, LaneLook};
-use super::lane_motion::LaneMotion;
 use super::lane_polygon::LanePolygon;
 use super::newton::{GapCourse, NodeVisit};
 use super::polygon::ROUNDING;
 use crate::flow::{LaneLeaps, LeapTables};
+use crate::hybrid::lane_flow::{LaneAsked, LaneLeap};
+use crate::hybrid::lane_motion::LaneMotion;
 use crate::hybrid::motion::SAME_MINIMUM;
 use crate::numeric::{Branched, LaneMask, Lanes, Mask, Scalar};
 
@@ -29,33 +30,6 @@ impl<const N: usize> LaneLeapBuffers<N> {
             control: vec![Lanes::splat(0.0); leaps.points()],
         }
     }
-}
-
-/// What is asked of a leap.
-#[derive(Clone, Copy, Debug)]
-pub(in crate::hybrid) struct LaneAsked<const N: usize> {
-    /// The lanes that fly.
-    pub(in crate::hybrid) wanted: LaneMask<N>,
-    /// Where contacts are flown through.
-    pub(in crate::hybrid) ignoring: LaneMask<N>,
-    /// Where it is of interest only whether there is a minimum.
-    pub(in crate::hybrid) passing: LaneMask<N>,
-    /// The longest flights.
-    pub(in crate::hybrid) longest: Lanes<N>,
-}
-
-/// Where leaps end.
-#[derive(Clone, Copy, Debug)]
-pub(in crate::hybrid) struct LaneLeap<const N: usize> {
-    /// Times flown.
-    pub(in crate::hybrid) time: Lanes<N>,
-    /// At a contact.
-    pub(in crate::hybrid) contact: LaneMask<N>,
-    /// At a minimum, from which the gap is known to rise for a time.
-    pub(in crate::hybrid) minimum: LaneMask<N>,
-    pub(in crate::hybrid) rises_for: Lanes<N>,
-    /// Where nothing is known: to be flown alone.
-    pub(in crate::hybrid) open: LaneMask<N>,
 }
 
 /// Leaps to be flown.

@@ -1,13 +1,14 @@
 //! The affine side of simulators in lanes: [`AffineTools`](super::AffineTools) of several orbits at one rigid surface.
 
 use super::lane_extended::LaneExtended;
-use super::lane_leap::{LaneAsked, LaneLeap, LaneLeapBuffers, LaneLeaper};
-use super::lane_motion::LaneMotion;
+use super::lane_leap::{LaneLeapBuffers, LaneLeaper};
 use super::retreat::Retreat;
 use super::surface::SurfaceTables;
 use crate::flow::{AffineLeaps, LaneLeaps};
 use crate::hybrid::backward::Back;
 use crate::hybrid::landing::REDUCED;
+use crate::hybrid::lane_flow::{LaneAsked, LaneFlow, LaneLeap};
+use crate::hybrid::lane_motion::LaneMotion;
 use crate::hybrid::sensing::Sense;
 use crate::numeric::{Branched, Kernel, LaneMask, Lanes, Mask, Scalar};
 
@@ -60,21 +61,33 @@ impl<const N: usize> LaneTools<N> {
         })
     }
 
-    /// To be called where states are placed.
+    /// Puts motions to the states computed, and their phases on by a time.
     #[inline(always)]
-    pub(in crate::hybrid) fn forget(&mut self) {
+    fn take_there(&self, motion: &mut LaneMotion<N>, wanted: LaneMask<N>, time: Lanes<N>) {
+        for (state, &there) in motion.state.iter_mut().zip(&self.there) {
+            *state = Lanes::select(wanted, there, *state);
+        }
+        if let Some(phase) = self.phase {
+            let phase = &mut motion.state[phase];
+            let there = self.leaps.phase_rate().mul_add(time, *phase);
+            *phase = Lanes::select(wanted, there, *phase);
+        }
+    }
+}
+
+impl<const N: usize> LaneFlow<N> for LaneTools<N> {
+    #[inline(always)]
+    fn forget(&mut self) {
         self.extended.forget();
     }
 
-    /// The time in which the motion changes.
     #[inline(always)]
-    pub(in crate::hybrid) fn time_scale(&self) -> Lanes<N> {
+    fn time_scale(&self, _: &LaneMotion<N>) -> Lanes<N> {
         self.leaps.time_scale()
     }
 
-    /// Flies freely to the first events, to a time at most, and takes the motions there where that is of use.
     #[inline(always)]
-    pub(in crate::hybrid) fn leap(
+    fn leap(
         &mut self,
         motion: &mut LaneMotion<N>,
         horizon: Lanes<N>,
@@ -107,22 +120,8 @@ impl<const N: usize> LaneTools<N> {
         leap
     }
 
-    /// Puts motions to the states computed, and their phases on by a time.
     #[inline(always)]
-    fn take_there(&self, motion: &mut LaneMotion<N>, wanted: LaneMask<N>, time: Lanes<N>) {
-        for (state, &there) in motion.state.iter_mut().zip(&self.there) {
-            *state = Lanes::select(wanted, there, *state);
-        }
-        if let Some(phase) = self.phase {
-            let phase = &mut motion.state[phase];
-            let there = self.leaps.phase_rate().mul_add(time, *phase);
-            *phase = Lanes::select(wanted, there, *phase);
-        }
-    }
-
-    /// Takes motions back along the free flow to where their gaps were zero, a time at most; where that is known.
-    #[inline(always)]
-    pub(in crate::hybrid) fn retreat(
+    fn retreat(
         &mut self,
         motion: &mut LaneMotion<N>,
         wanted: LaneMask<N>,
@@ -146,20 +145,14 @@ impl<const N: usize> LaneTools<N> {
         known
     }
 
-    /// The normal motion at the surface, along the free flow.
     #[inline(always)]
-    pub(in crate::hybrid) fn sense(
-        &mut self,
-        motion: &LaneMotion<N>,
-        wanted: LaneMask<N>,
-    ) -> Sense<Lanes<N>> {
+    fn sense(&mut self, motion: &LaneMotion<N>, wanted: LaneMask<N>) -> Sense<Lanes<N>> {
         self.extended.take(&motion.state, wanted);
         self.surface.sense(&self.extended.values)
     }
 
-    /// The states after an impact.
     #[inline(always)]
-    pub(in crate::hybrid) fn reset(&mut self, motion: &mut LaneMotion<N>, wanted: LaneMask<N>) {
+    fn reset(&mut self, motion: &mut LaneMotion<N>, wanted: LaneMask<N>) {
         self.extended.take(&motion.state, wanted);
         if let Some(reset) = &self.surface.reset {
             reset.multiply(&self.extended.values, &mut self.there);
@@ -169,13 +162,8 @@ impl<const N: usize> LaneTools<N> {
         }
     }
 
-    /// Brings states onto the surface that they have landed beside; where they stay beside it.
     #[inline(always)]
-    pub(in crate::hybrid) fn settle(
-        &mut self,
-        motion: &mut LaneMotion<N>,
-        wanted: LaneMask<N>,
-    ) -> LaneMask<N> {
+    fn settle(&mut self, motion: &mut LaneMotion<N>, wanted: LaneMask<N>) -> LaneMask<N> {
         let zero = Lanes::splat(0.0);
         self.extended.take(&motion.state, wanted);
         self.surface
@@ -195,7 +183,6 @@ impl<const N: usize> LaneTools<N> {
         settles & !less
     }
 
-    /// The gap.
     #[inline(always)]
     fn gap(&mut self, motion: &LaneMotion<N>, wanted: LaneMask<N>) -> Lanes<N> {
         if self.surface.moves() {
@@ -203,19 +190,5 @@ impl<const N: usize> LaneTools<N> {
             return self.surface.clearance(&self.extended.values).gap;
         }
         self.surface.clearance(&motion.state).gap
-    }
-
-    /// Lets surfaces be left behind where their gaps are more than rounding.
-    #[inline(always)]
-    pub(in crate::hybrid) fn leave_behind(
-        &mut self,
-        motion: &mut LaneMotion<N>,
-        wanted: LaneMask<N>,
-    ) {
-        let wanted = wanted & motion.leaving;
-        if wanted.any() {
-            let gap = self.gap(motion, wanted);
-            motion.leaving &= !(wanted & motion.rounding.is_below(gap.abs()));
-        }
     }
 }

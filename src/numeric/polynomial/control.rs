@@ -1,5 +1,7 @@
 //! Control points of the first terms of a power series.
 
+use crate::numeric::Scalar;
+
 /// Number of terms and of control points.
 pub const TERMS: usize = 16;
 
@@ -31,12 +33,21 @@ static COLUMNS: [[f64; TERMS]; TERMS] = {
 /// line[1] = 15.0;
 /// assert!(control_points(&line).iter().zip(0u8..).all(|(&b, i)| (b - f64::from(i)).abs() < 1e-14));
 /// ```
-#[inline]
-pub fn control_points(coefficients: &[f64; TERMS]) -> [f64; TERMS] {
-    let mut points = [0.0; TERMS];
+#[inline(always)]
+pub fn control_points<S: Scalar>(coefficients: &[S; TERMS]) -> [S; TERMS] {
+    let mut points = [S::zero(); TERMS];
+    if size_of::<S>() > size_of::<f64>() {
+        // NOTE: lanes fill the registers by themselves; a point's sum then stays in one.
+        for (i, point) in points.iter_mut().enumerate() {
+            for (&coefficient, column) in coefficients[..=i].iter().zip(&COLUMNS) {
+                *point += coefficient * S::from_f64(column[i]);
+            }
+        }
+        return points;
+    }
     for (&coefficient, column) in coefficients.iter().zip(&COLUMNS) {
-        for (point, share) in points.iter_mut().zip(column) {
-            *point += coefficient * share;
+        for (point, &share) in points.iter_mut().zip(column) {
+            *point += coefficient * S::from_f64(share);
         }
     }
     points
@@ -46,7 +57,7 @@ pub fn control_points(coefficients: &[f64; TERMS]) -> [f64; TERMS] {
 mod tests {
     use super::super::bernstein::to_bernstein;
     use super::*;
-    use crate::numeric::{Dd, Scalar};
+    use crate::numeric::Dd;
 
     #[test]
     fn powers_have_the_control_points_of_repeated_sums_in_double_double() {

@@ -4,7 +4,7 @@
 //! operations that run side by side, in place of one long one. Twelve coefficients, the series of leaps in `f64`, have code
 //! without loops, whose sums stay in registers.
 
-use crate::numeric::{Real, Scalar};
+use crate::numeric::{Branched, Real, Scalar};
 
 const CHAINS: usize = 4;
 
@@ -61,13 +61,19 @@ pub fn value_and_slope<S: Scalar>(coefficients: &[S], time: S) -> (S, S) {
 /// `Σ_k |c_k| end^k`: a bound of the polynomial with these ascending coefficients on `[−end, end]`.
 #[inline]
 pub fn size<S: Real>(coefficients: &[S], end: f64) -> f64 {
+    sizes(coefficients, end)
+}
+
+/// The same, lane by lane.
+#[inline(always)]
+pub(crate) fn sizes<S: Branched>(coefficients: &[S], end: S::Rounded) -> S::Rounded {
     let square = end * end;
     let quartic = square * square;
     let (chunks, rest) = coefficients.as_chunks::<CHAINS>();
-    let mut chains = start(rest).map(|coefficient: S| coefficient.magnitude());
+    let mut chains = start(rest).map(|coefficient: S| coefficient.abs().rounded());
     for chunk in chunks.iter().rev() {
         for lane in 0..CHAINS {
-            chains[lane] = chains[lane] * quartic + chunk[lane].magnitude();
+            chains[lane] = chains[lane] * quartic + chunk[lane].abs().rounded();
         }
     }
     join(&chains, end, square)

@@ -1,25 +1,41 @@
 //! Orbits that are flown side by side: each at its own state and time.
 
+use super::motion::SAME_MINIMUM;
 use crate::numeric::{Branched, LaneMask, Lanes, Mask};
 
-/// States of free flight of `N` orbits at one surface: [`Motion`](crate::hybrid::motion::Motion) in lanes.
+/// States of free flight of `N` orbits at one surface: [`Motion`](super::motion::Motion) in lanes.
 #[derive(Clone, Debug)]
-pub(in crate::hybrid) struct LaneMotion<const N: usize> {
-    pub(in crate::hybrid) state: Vec<Lanes<N>>,
-    pub(in crate::hybrid) time: Lanes<N>,
+pub(super) struct LaneMotion<const N: usize> {
+    pub(super) state: Vec<Lanes<N>>,
+    pub(super) time: Lanes<N>,
     /// Whole periods removed from the phase.
-    pub(in crate::hybrid) turns: Lanes<N>,
+    pub(super) turns: Lanes<N>,
     /// Where the surface has just been left, and the rounding of its gap there.
-    pub(in crate::hybrid) leaving: LaneMask<N>,
-    pub(in crate::hybrid) rounding: Lanes<N>,
+    pub(super) leaving: LaneMask<N>,
+    pub(super) rounding: Lanes<N>,
     /// Where the gap is known to rise.
-    pub(in crate::hybrid) rises: LaneMask<N>,
+    pub(super) rises: LaneMask<N>,
     /// Where the gap is known to fall.
-    pub(in crate::hybrid) falls: LaneMask<N>,
+    pub(super) falls: LaneMask<N>,
+    /// The times in which the motions changed on their last steps.
+    pub(super) last_step: Lanes<N>,
+}
+
+/// Where steps start: [`Start`](super::passage::Start) in lanes.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct LaneStart<const N: usize> {
+    /// Where the gap rose before, or fell.
+    pub(super) rose: LaneMask<N>,
+    pub(super) fell: LaneMask<N>,
+    /// Times within which a minimum is the one that the step before ended with.
+    pub(super) within: Lanes<N>,
+    /// Where the surface has just been left, and the rounding of its gap there.
+    pub(super) leaving: LaneMask<N>,
+    pub(super) rounding: Lanes<N>,
 }
 
 impl<const N: usize> LaneMotion<N> {
-    pub(in crate::hybrid) fn new(dimension: usize) -> Self {
+    pub(super) fn new(dimension: usize) -> Self {
         let zero = Lanes::splat(0.0);
         Self {
             state: vec![zero; dimension],
@@ -29,12 +45,13 @@ impl<const N: usize> LaneMotion<N> {
             rounding: zero,
             rises: LaneMask::NONE,
             falls: LaneMask::NONE,
+            last_step: Lanes::splat(1.0),
         }
     }
 
     /// Takes over other motions where that is wanted.
     #[inline(always)]
-    pub(in crate::hybrid) fn take(&mut self, wanted: LaneMask<N>, other: &Self) {
+    pub(super) fn take(&mut self, wanted: LaneMask<N>, other: &Self) {
         for (state, &other) in self.state.iter_mut().zip(&other.state) {
             *state = Lanes::select(wanted, other, *state);
         }
@@ -46,18 +63,31 @@ impl<const N: usize> LaneMotion<N> {
         self.rounding = number(other.rounding, self.rounding);
         self.rises = mask(other.rises, self.rises);
         self.falls = mask(other.falls, self.falls);
+        self.last_step = number(other.last_step, self.last_step);
     }
 
     /// Forgets which way the gaps go.
     #[inline(always)]
-    pub(in crate::hybrid) fn lose_headings(&mut self, wanted: LaneMask<N>) {
+    pub(super) fn lose_headings(&mut self, wanted: LaneMask<N>) {
         self.rises &= !wanted;
         self.falls &= !wanted;
     }
 
+    /// How searches of the gaps start here.
+    #[inline(always)]
+    pub(super) fn start(&self) -> LaneStart<N> {
+        LaneStart {
+            rose: self.rises & !self.leaving,
+            fell: self.falls & !self.leaving,
+            within: self.last_step * Lanes::splat(SAME_MINIMUM),
+            leaving: self.leaving,
+            rounding: self.rounding,
+        }
+    }
+
     /// Keeps phases within half a period of their references.
     #[inline(always)]
-    pub(in crate::hybrid) fn reduce_phase(
+    pub(super) fn reduce_phase(
         &mut self,
         wanted: LaneMask<N>,
         component: usize,
