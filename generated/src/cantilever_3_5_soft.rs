@@ -386,7 +386,7 @@ fn prepare(parameters: [f64; PARAMETERS], mut put: impl FnMut(usize, f64)) {
     let r41 = fma(r40, parameters[1], -0.08770061321357726);
     let r42 = fma(r41, parameters[1], -0.01664256655004984);
     let r43 = fma(-0.0028496426502205617, parameters[1], -0.00016404407234656902);
-    let r44 = fma(0.046119318096173846, parameters[1], 0.009918411712099546);
+    let r44 = fma(0.04611931809617385, parameters[1], 0.009918411712099548);
     let r45 = fma(r44, parameters[1], 0.0022910751470132766);
     let r46 = fma(-0.026917284517655272, parameters[1], 0.021653263011605743);
     let r47 = fma(r46, parameters[1], 0.003996657533759402);
@@ -396,7 +396,7 @@ fn prepare(parameters: [f64; PARAMETERS], mut put: impl FnMut(usize, f64)) {
     let r51 = fma(r50, parameters[1], -0.020699342099547248);
     let r52 = fma(r51, parameters[1], 0.7048965238582885);
     let r53 = fma(0.00832690021197137, parameters[1], 0.00169997196747228);
-    let r54 = fma(-0.0015437218705829868, parameters[1], 0.003419414733682777);
+    let r54 = fma(-0.0015437218705829877, parameters[1], 0.003419414733682777);
     let r55 = fma(r54, parameters[1], 0.0007159123971374518);
     let r56 = fma(0.010294901530616535, parameters[1], 0.003596609869173641);
     let r57 = fma(r56, parameters[1], -0.10064360430141328);
@@ -421,7 +421,7 @@ fn prepare(parameters: [f64; PARAMETERS], mut put: impl FnMut(usize, f64)) {
     let r76 = fma(r75, parameters[1], 0.5339479901383043);
     let r77 = fma(r76, parameters[1], -0.11580781323644772);
     let r78 = fma(0.0008123810446282768, parameters[1], 0.001256345229276014);
-    let r79 = fma(0.11945036982946729, parameters[1], -0.0042022333795108556);
+    let r79 = fma(0.1194503698294673, parameters[1], -0.0042022333795108556);
     let r80 = fma(r79, parameters[1], 0.008617268408381683);
     let r81 = fma(-5.915229192687499, parameters[1], 1.1565889917415466);
     let r82 = fma(r81, parameters[1], -0.22078181434890812);
@@ -431,9 +431,9 @@ fn prepare(parameters: [f64; PARAMETERS], mut put: impl FnMut(usize, f64)) {
     let r86 = fma(r85, parameters[1], -3.722127262346712);
     let r87 = fma(r86, parameters[1], 0.7414466134513996);
     let r88 = fma(-0.0005849454206072632, parameters[1], 0.0016995657384699311);
-    let r89 = fma(-0.0014708498425990955, parameters[1], -0.0004925728185810029);
+    let r89 = fma(-0.0014708498425991014, parameters[1], -0.0004925728185810029);
     let r90 = fma(r89, parameters[1], 0.0006594318089448748);
-    let r91 = fma(0.027504826410323386, parameters[1], -0.00329444394269033);
+    let r91 = fma(0.027504826410323407, parameters[1], -0.003294443942690334);
     let r92 = fma(r91, parameters[1], 0.0006801833043307959);
     let r93 = fma(r92, parameters[1], -0.021386805035458235);
     let r94 = fma(-1.579783676617894, parameters[1], 0.31258407308646424);

@@ -376,12 +376,12 @@ fn prepare(parameters: [f64; PARAMETERS], mut put: impl FnMut(usize, f64)) {
     let r31 = fma(0.8015890950266076, parameters[0], r30);
     let r32 = fma(0.15897540570013127, parameters[1], 0.13246459996738383);
     let r33 = fma(0.33579231907009865, parameters[0], r32);
-    let r34 = fma(-4.1600086798764294e-32, parameters[1], 0.025928750461021013);
+    let r34 = fma(-1.4642061273036335e-32, parameters[1], 0.025928750461021013);
     let r35 = fma(r34, parameters[1], 0.021604861093746094);
     let r36 = fma(r33, parameters[0], r35);
     let r37 = fma(-1.4840778728613693, parameters[1], -1.2365924205901544);
     let r38 = fma(-1.7751694424195261, parameters[0], r37);
-    let r39 = fma(-8.625063261046688e-33, parameters[1], -1.0338164939593495);
+    let r39 = fma(-1.501574074638739e-32, parameters[1], -1.0338164939593495);
     let r40 = fma(r39, parameters[1], -0.8614168192174358);
     let r41 = fma(r38, parameters[0], r40);
     let r42 = fma(-0.7201620364582031, parameters[1], -0.6000675113927612);
