@@ -37,6 +37,8 @@ struct Signs<const N: usize> {
     /// Where there is one change of sign, and where the points tell of no more.
     change: LaneMask<N>,
     told: LaneMask<N>,
+    /// Where slopes that start at zero change their sign there.
+    from_zero: LaneMask<N>,
 }
 
 impl<const N: usize> LaneStationary<N> {
@@ -58,13 +60,14 @@ impl<const N: usize> LaneStationary<N> {
         let (told, turning) = (wanted & signs.told, wanted & signs.told & signs.change);
         let mut zero = Turning {
             place: signs.place,
-            found: LaneMask::NONE,
+            found: told & signs.from_zero,
             open: wanted & !told,
         };
         if turning.any() {
-            let slope = self.refine(&mut zero, signs.falling, turning);
-            zero.found &= self.is_steep(slope.abs(), left_out, count);
-            zero.open |= turning & !zero.found;
+            let (slope, settled) = self.refine(&mut zero.place, signs.falling, turning);
+            let steep = settled & self.is_steep(slope.abs(), left_out, count);
+            zero.found |= steep;
+            zero.open |= turning & !steep;
         }
         zero
     }
@@ -79,7 +82,7 @@ impl<const N: usize> LaneStationary<N> {
         for (chunk, out) in slope.chunks(4).zip(self.scaled.chunks_mut(4)) {
             for ((&coefficient, power), out) in chunk.iter().zip(&mut powers).zip(out) {
                 *out = coefficient * *power;
-                *power = *power * (square * square);
+                *power *= square * square;
             }
         }
         let (zero, mut count) = (Lanes::splat(0.0), Lanes::splat(2.0));
@@ -106,10 +109,15 @@ impl<const N: usize> LaneStationary<N> {
         let falling = zero.is_below(points[0]);
         let (mut before, mut next, mut last) = (zero, zero, points[0]);
         let (mut same, mut told) = (!LaneMask::NONE, !LaneMask::NONE);
+        let (mut rises, mut falls) = (points[0].is_equal(zero), points[0].is_equal(zero));
         for (index, &point) in points.iter().enumerate() {
             let (above, below) = (left_out.is_below(point), point.is_below(-left_out));
             let here = (above & falling) | (below & !falling);
             let other = (below & falling) | (above & !falling);
+            if index > 0 {
+                rises &= above;
+                falls &= below;
+            }
             let change = same & !here;
             same &= here;
             told &= same | other;
@@ -119,33 +127,39 @@ impl<const N: usize> LaneStationary<N> {
         }
         let place = (before - next / (next - last)) / Lanes::splat((TERMS - 1) as f64);
         Signs {
-            place,
+            place: Lanes::select(falls, zero, place),
             falling,
-            change: !same,
-            told,
+            change: !same & !rises & !falls,
+            told: told | rises | falls,
+            from_zero: falls,
         }
     }
 
-    /// Finds the zeros from places near them; the slopes there.
+    /// Puts zeros in the place of guesses; the slopes there, and where they were found.
     #[inline(always)]
-    fn refine(&self, zero: &mut Turning<N>, falling: LaneMask<N>, wanted: LaneMask<N>) -> Lanes<N> {
+    fn refine(
+        &self,
+        place: &mut Lanes<N>,
+        falling: LaneMask<N>,
+        wanted: LaneMask<N>,
+    ) -> (Lanes<N>, LaneMask<N>) {
         let ends = [0.0, 1.0].map(Lanes::splat);
-        let mut search = LaneNewton::new(ends, falling, zero.place, LAST_STEP);
-        let (mut going, mut steepness) = (wanted, ends[0]);
+        let mut search = LaneNewton::new(ends, falling, *place, LAST_STEP);
+        let (mut going, mut found, mut steepness) = (wanted, LaneMask::NONE, ends[0]);
         for _ in 0..MAX_NEWTON {
             let (value, slope) = polynomial::value_and_slope(&self.scaled, search.at);
             let step = search.advance(value, slope);
             let settled = going & step.settled;
-            zero.place = Lanes::select(settled, step.next, zero.place);
+            *place = Lanes::select(settled, step.next, *place);
             steepness = Lanes::select(settled, slope, steepness);
-            zero.found |= settled;
+            found |= settled;
             going &= !step.settled & !step.open;
             if !going.any() {
                 break;
             }
             Lanes::<N>::carried(&mut search);
         }
-        steepness
+        (steepness, found)
     }
 
     /// Whether zeros with these slopes have no others beside them, whatever terms up to a bound add to the first ones.

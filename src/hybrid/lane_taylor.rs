@@ -6,6 +6,7 @@ use super::landing::REDUCED;
 use super::lane_flow::{LaneAsked, LaneFlow, LaneLeap};
 use super::lane_motion::{LaneMotion, LaneStart};
 use super::lane_search::{LaneGap, LaneGoal, LaneSearch};
+use super::search;
 use super::sensing::{Evaluator, Sense, Sensor};
 use super::system::{HybridSystem, Law};
 use crate::flow::{LaneIntegrator, LaneStep};
@@ -90,6 +91,11 @@ impl<const N: usize> LaneFlow<N> for LaneTaylor<'_, N> {
         let is_over = passage.time.is_equal(remaining);
         let is_stuck = quiet & passage.time.is_below(remaining) & there.is_equal(motion.time);
         open |= is_stuck;
+        let mut rises_for = Lanes::splat(0.0);
+        if (passage.minimum & !asked.passing).any() {
+            let one = Lanes::splat(1.0);
+            rises_for = search::rises_for(gap.slope, one, passage.time, admissible);
+        }
         let useful = flown & !(quiet & is_over) & !(passage.minimum & asked.passing);
         if useful.any() {
             step.states_at(passage.time, useful, &mut motion.state);
@@ -100,7 +106,7 @@ impl<const N: usize> LaneFlow<N> for LaneTaylor<'_, N> {
             time: passage.time,
             contact: flown & passage.crossing,
             minimum: flown & passage.minimum,
-            rises_for: Lanes::splat(0.0),
+            rises_for,
             open,
         }
     }

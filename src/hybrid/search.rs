@@ -9,7 +9,7 @@
 use super::passage::{Goal, Heading, Passage, Start};
 use super::stationary::StationaryPoints;
 use crate::numeric::polynomial;
-use crate::numeric::{Bracket, NewtonStep, NewtonSteps, Real, Scalar};
+use crate::numeric::{Bracket, Branched, NewtonStep, NewtonSteps, Real, Scalar};
 
 /// A gap on one step: Taylor coefficients of `sign · value` and of its derivative.
 #[derive(Clone, Copy, Debug)]
@@ -32,6 +32,11 @@ impl<S: Real> Gap<'_, S> {
         Heading::falling(self.sign * polynomial::value(self.slope, time) < S::zero())
     }
 
+    /// For how long after a minimum it is known to rise, its series being good up to a length.
+    pub(crate) fn rises_for(&self, time: S, length: S) -> S {
+        rises_for(self.slope, self.sign, time, length)
+    }
+
     /// Value and slope.
     fn value_and_slope(&self, time: S) -> (S, S) {
         let (value, slope) = polynomial::value_and_slope(self.value, time);
@@ -43,6 +48,19 @@ impl<S: Real> Gap<'_, S> {
         let (slope, curvature) = polynomial::value_and_slope(self.slope, time);
         (self.sign * slope, self.sign * curvature)
     }
+}
+
+/// For how long after a minimum a gap is convex, by its second derivative there and a bound of the third.
+#[inline(always)]
+pub(super) fn rises_for<S: Branched>(slope: &[S], sign: S, time: S, length: S) -> S {
+    let curvature = sign * polynomial::value_and_slope(slope, time).1;
+    let mut bound = S::zero();
+    for (degree, coefficient) in slope.iter().enumerate().skip(2).rev() {
+        let factor = S::from_f64((degree * (degree - 1)) as f64);
+        bound = bound.mul_add(length, factor * coefficient.abs());
+    }
+    let convex = (curvature / bound).min(length - time);
+    S::select(S::zero().is_below(curvature), convex, S::zero())
 }
 
 /// Working memory of the search.

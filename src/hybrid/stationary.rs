@@ -2,7 +2,7 @@
 //!
 //! First the control points of its first sixteen terms `q` are asked, where all are larger than `r`, a bound of the terms left out: without a
 //! change of sign there is no zero; with one, `q` takes each value in `[−r, r]` once, and where it crosses them steeply the whole has
-//! one zero as well. What they leave open is halved: an interval of half-width `w` about `m` holds no zero of `p` if
+//! one zero as well; a slope that starts at zero, at a minimum, may have all other control points of one sign. What they leave open is halved: an interval of half-width `w` about `m` holds no zero of `p` if
 //! `|p(m)| > w (|p'(m)| + B w/2)` and at most one if `|p'(m)| > B w`, where `B` bounds `|p''|` on it.
 
 use crate::numeric::polynomial::{TERMS, control_points};
@@ -81,6 +81,11 @@ impl StationaryPoints {
         let points = control_points(&first);
         let falls = points[0] > 0.0;
         let has_sign = |&&b: &&f64, above: bool| b.abs() > left_out && (b > 0.0) == above;
+        if points[0] == 0.0 {
+            return self.starts_at_zero(
+                [true, false].map(|above| points[1..].iter().all(|b| has_sign(&b, above))),
+            );
+        }
         let before = points.iter().take_while(|b| has_sign(b, falls)).count();
         let after = &points[before..];
         if before == 0 || !after.iter().all(|b| has_sign(&b, !falls)) {
@@ -100,6 +105,17 @@ impl StationaryPoints {
             self.roots.push(root);
         }
         is_steep
+    }
+
+    /// The zero at the start, where that is one, the other control points being all positive or all negative; whether they are.
+    ///
+    /// NOTE: they are those of a polynomial times the time, `(i/15) c_{i−1}`, so that `|c_i|` is above the bound too. The slope changes its
+    /// sign there if it is negative after it, for at the start it counts as not negative.
+    fn starts_at_zero(&mut self, [rises, falls]: [bool; 2]) -> bool {
+        if falls {
+            self.roots.push(0.0);
+        }
+        rises || falls
     }
 
     /// Whether a zero with this slope has no others beside it, whatever terms up to a bound add to the first ones.
@@ -232,6 +248,35 @@ mod tests {
             counts[changes.min(3)] += 1;
         }
         assert!(counts.iter().all(|&count| count > 10), "{counts:?}");
+    }
+
+    #[test]
+    fn a_zero_at_the_start_counts_where_the_slope_falls_from_it() {
+        // ± sin t, and its series with a zero further on.
+        let series = |sign: f64| -> Vec<f64> {
+            let mut term = sign;
+            let term = |k: usize| {
+                let present = if k % 2 == 1 { term } else { 0.0 };
+                if k % 2 == 1 {
+                    term /= -(((k + 1) * (k + 2)) as f64);
+                }
+                present
+            };
+            (0..32).map(term).collect()
+        };
+        let mut found = StationaryPoints::default();
+        for (sign, length, zeros) in [
+            (1.0, 2.0, &[][..]),
+            (-1.0, 2.0, &[0.0]),
+            (1.0, 4.0, &[std::f64::consts::PI / 4.0]),
+        ] {
+            found.isolate(&series(sign), length);
+            assert_eq!(found.roots.len(), zeros.len(), "{sign} {length}");
+            for (root, zero) in found.roots.iter().zip(zeros) {
+                // Terms of up to 11, whose rounding a slope of 4 divides.
+                assert!((root - zero).abs() < 2e-15, "{root} {zero}");
+            }
+        }
     }
 
     #[test]

@@ -208,9 +208,9 @@ impl<S: Real> Leg<'_, S> {
             }
             first.take(watch, &work.found, self.approach, &mut work.misses);
         }
-        let First { length, stop } = first;
-        match stop {
-            Some(Stop::Minimum { .. }) => self.turn_at(flight, length),
+        let First { length, mut stop } = first;
+        match &mut stop {
+            Some(Stop::Minimum { rises_for, .. }) => *rises_for = self.turn_at(flight, length),
             Some(_) => self.motion.lose_headings(),
             None => {}
         }
@@ -229,8 +229,11 @@ impl<S: Real> Leg<'_, S> {
         Ok(stop)
     }
 
-    /// Which way the gaps go where the flight stops at a minimum, before the end up to which they were searched.
-    fn turn_at<F: Flight<S>>(&mut self, flight: &mut F, time: S) {
+    /// Which way the gaps go where the flight stops at a minimum, before the end up to which they were searched; for how long
+    /// the gap that has the minimum is known to rise, where no other event can come between.
+    fn turn_at<F: Flight<S>>(&mut self, flight: &mut F, time: S) -> S {
+        let (sign, length) = (S::one(), flight.length());
+        let mut rises_for = S::zero();
         for (index, &watch) in self.watches.iter().enumerate() {
             let Watch::Gap { surface } = watch else {
                 continue;
@@ -238,12 +241,16 @@ impl<S: Real> Leg<'_, S> {
             let heading = &mut self.motion.headings[surface];
             if self.approach.stop_at == Some(surface) {
                 *heading = Heading::Rising;
+                if self.watches.len() == 1 {
+                    let (value, slope) = flight.polynomials(index);
+                    rises_for = Gap { value, slope, sign }.rises_for(time, length);
+                }
             } else if *heading != Heading::Unknown {
                 let (value, slope) = flight.polynomials(index);
-                let sign = S::one();
                 *heading = Gap { value, slope, sign }.heading(time);
             }
         }
+        rises_for
     }
 }
 
