@@ -172,7 +172,7 @@ fn table_array_and_picture_hold_every_cell() {
     let table = chart_table(std::slice::from_ref(&chart)).expect("whole rows");
     let csv = table.to_csv().expect("a table");
     assert_eq!(csv.lines().count(), 1 + 12);
-    assert!(csv.contains(",orbit (stop,periods)"), "{csv}");
+    assert!(csv.contains(",\"orbit (stop,periods)\""), "{csv}");
     let array = chart_array(&chart).expect("a full grid");
     let numbers: Vec<f64> = array[array.len() - 12 * 8..]
         .chunks_exact(8)
