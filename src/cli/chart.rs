@@ -1,13 +1,11 @@
 //! `grazemap chart`: two-parameter charts.
 
-use serde::Serialize;
-
 use super::arguments::SceneOptions;
 use super::error::CliError;
-use super::output::Results;
+use super::output::{Results, stem};
 use super::prepare::{grazing_orbit, prepare, settle};
 use super::progress::Bar;
-use super::window_edge::local_map;
+use super::window_edge::{ByMap, local_map};
 use crate::analysis::Progress;
 use crate::analysis::chart::{Chart, chart};
 use crate::expansion::{LocalMap, WindowEdge};
@@ -33,35 +31,11 @@ pub(super) fn run(options: &SceneOptions) -> Result<(), CliError> {
     let untimed: Vec<Chart> = charts.iter().map(Chart::without_timing).collect();
     let results = Results {
         text: chart_timing_table(&charts)?.to_text(),
-        json: to_dense_json(&documents(&charts, &edges, &section))?,
+        json: to_dense_json(&ByMap::each(&charts, &edges, &section))?,
         csv: Some(chart_table(&charts)?.to_csv()?),
         files: chart_files(&untimed, &edges, &section)?,
     };
     results.deliver("chart", &options.common)
-}
-
-/// A chart as it is written to JSON.
-#[derive(Serialize)]
-struct ChartDocument<'a> {
-    #[serde(flatten)]
-    chart: &'a Chart,
-    /// What the contacts of its map leave out at the edge of the window, by passage.
-    window_edges: &'a [WindowEdge],
-    /// The section that its map is on.
-    section: &'a SectionDocument,
-}
-
-fn documents<'a>(
-    charts: &'a [Chart],
-    window_edges: &'a [WindowEdge],
-    section: &'a SectionDocument,
-) -> Vec<ChartDocument<'a>> {
-    let document = |chart| ChartDocument {
-        chart,
-        window_edges,
-        section,
-    };
-    charts.iter().map(document).collect()
 }
 
 /// Every chart a scene asks for.
@@ -84,7 +58,7 @@ pub(super) fn chart_files(
     let mut files = vec![
         (
             "chart.json".to_owned(),
-            to_dense_json(&documents(charts, edges, section))?.into_bytes(),
+            to_dense_json(&ByMap::each(charts, edges, section))?.into_bytes(),
         ),
         (
             "chart.csv".to_owned(),
@@ -92,11 +66,7 @@ pub(super) fn chart_files(
         ),
     ];
     for (number, chart) in charts.iter().enumerate() {
-        let stem = if charts.len() == 1 {
-            "chart".to_owned()
-        } else {
-            format!("chart-{}", number + 1)
-        };
+        let stem = stem("chart", number, charts.len());
         let figure = chart_figure(chart);
         files.push((format!("{stem}.npy"), chart_array(chart)?));
         files.push((format!("{stem}.svg"), figure.to_svg()?.into_bytes()));

@@ -1,13 +1,11 @@
 //! `grazemap diagram`: bifurcation diagrams.
 
-use serde::Serialize;
-
 use super::arguments::SceneOptions;
 use super::error::CliError;
-use super::output::Results;
+use super::output::{Results, stem};
 use super::prepare::{grazing_orbit, prepare, settle};
 use super::progress::Bar;
-use super::window_edge::local_map;
+use super::window_edge::{ByMap, local_map};
 use crate::analysis::Progress;
 use crate::analysis::diagram::{Diagram, diagram};
 use crate::expansion::{LocalMap, WindowEdge};
@@ -33,32 +31,6 @@ pub(super) fn run(options: &SceneOptions) -> Result<(), CliError> {
         .deliver("diagram", &options.common)
 }
 
-/// A diagram as it is written to JSON.
-#[derive(Serialize)]
-struct DiagramDocument<'a> {
-    #[serde(flatten)]
-    diagram: &'a Diagram,
-    /// What the contacts of its map leave out at the edge of the window, by passage.
-    window_edges: &'a [WindowEdge],
-    /// The section that its map is on.
-    section: &'a SectionDocument,
-}
-
-fn documents<'a>(
-    diagrams: &'a [Diagram],
-    window_edges: &'a [WindowEdge],
-    section: &'a SectionDocument,
-) -> Vec<DiagramDocument<'a>> {
-    let diagrams = diagrams.iter();
-    diagrams
-        .map(|diagram| DiagramDocument {
-            diagram,
-            window_edges,
-            section,
-        })
-        .collect()
-}
-
 /// Every diagram a scene asks for.
 pub(super) fn diagrams(
     scene: &Scene,
@@ -79,7 +51,7 @@ fn results(
     let text = diagram_timing_table(diagrams)?.to_text();
     let csv = diagram_table(diagrams)?.to_csv()?;
     let untimed: Vec<Diagram> = diagrams.iter().map(Diagram::without_timing).collect();
-    let json = to_dense_json(&documents(diagrams, edges, section))?;
+    let json = to_dense_json(&ByMap::each(diagrams, edges, section))?;
     Ok(Results {
         text,
         json,
@@ -97,7 +69,7 @@ pub(super) fn diagram_files(
     let mut files = vec![
         (
             "diagram.json".to_owned(),
-            to_dense_json(&documents(diagrams, edges, section))?.into_bytes(),
+            to_dense_json(&ByMap::each(diagrams, edges, section))?.into_bytes(),
         ),
         (
             "diagram.csv".to_owned(),
@@ -105,11 +77,7 @@ pub(super) fn diagram_files(
         ),
     ];
     for (number, diagram) in diagrams.iter().enumerate() {
-        let stem = if diagrams.len() == 1 {
-            "diagram".to_owned()
-        } else {
-            format!("diagram-{}", number + 1)
-        };
+        let stem = stem("diagram", number, diagrams.len());
         files.push((format!("{stem}.npy"), diagram_array(diagram)?));
         for (suffix, figure) in diagram_figures(diagram) {
             files.push((format!("{stem}{suffix}.svg"), figure.to_svg()?.into_bytes()));

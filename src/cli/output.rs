@@ -86,6 +86,14 @@ impl Results {
     }
 }
 
+/// The file name, without its ending, of one of several results, counted from 0.
+pub(super) fn stem(name: &str, number: usize, count: usize) -> String {
+    match count {
+        1 => name.to_owned(),
+        _ => format!("{name}-{}", number + 1),
+    }
+}
+
 /// Writes to standard output; a reader that has gone away is no fault.
 pub(super) fn print(text: &str) -> Result<(), CliError> {
     let mut standard = io::stdout().lock();

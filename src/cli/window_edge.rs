@@ -1,4 +1,6 @@
-//! The warning of a window that is deeper than the series of its contact reach.
+//! The window of a map in what commands say and write: the warning where it is deeper than the series reach, its edges in JSON.
+
+use serde::Serialize;
 
 use super::error::CliError;
 use super::output::note;
@@ -6,7 +8,7 @@ use super::prepare::plan;
 use crate::convergence::SettledScene;
 use crate::expansion::{Expander, ExpansionError, LocalMap, WindowEdge};
 use crate::model::{Scene, Shape};
-use crate::report::edge_words;
+use crate::report::{SectionDocument, edge_words};
 
 /// Says on standard error where a truncation leaves out too much at the edge of the scene's window, of the passage
 /// whose contact loses most. Contacts that are flown are not truncated.
@@ -57,4 +59,31 @@ pub(super) fn window_edges(
         .map(|passage| expander.window_edge(passage, contact_weight))
         .collect::<Result<Vec<_>, _>>()?;
     Ok(edges.into_iter().flatten().collect())
+}
+
+/// What a map was used for, as it is written to JSON.
+#[derive(Serialize)]
+pub(super) struct ByMap<'a, T> {
+    #[serde(flatten)]
+    content: &'a T,
+    /// What the contacts of the map leave out at the edge of the window, by passage.
+    window_edges: &'a [WindowEdge],
+    /// The section that it is on.
+    section: &'a SectionDocument,
+}
+
+impl<'a, T> ByMap<'a, T> {
+    /// All that one map was used for.
+    pub(super) fn each(
+        contents: &'a [T],
+        window_edges: &'a [WindowEdge],
+        section: &'a SectionDocument,
+    ) -> Vec<Self> {
+        let by_map = |content| Self {
+            content,
+            window_edges,
+            section,
+        };
+        contents.iter().map(by_map).collect()
+    }
 }
