@@ -8,7 +8,7 @@ use super::chatter::{AfterImpact, Rebound};
 use super::lane_flow::{LaneAsked, LaneFlow};
 use super::lane_motion::LaneMotion;
 use super::system::HybridSystem;
-use crate::numeric::{Branched, Kernel, LaneMask, Lanes, Mask, Scalar, widest};
+use crate::numeric::{Branched, Kernel, LaneMask, Lanes, Mask, Scalar, wide};
 
 /// Most leaps, or steps, of a return in lanes.
 const MAX_LEAPS: usize = 1000;
@@ -66,11 +66,12 @@ impl<F: LaneFlow<N>, const N: usize> LaneFlight<F, N> {
         }
     }
 
-    /// Flies the wanted lanes from full states at the section to the next; those that came there.
+    /// Flies the wanted lanes from full states at the section to the next; those that came there, none without wide registers.
     pub(super) fn fly(&mut self, states: &[Lanes<N>], wanted: LaneMask<N>) -> LaneMask<N> {
         self.motion.state.copy_from_slice(states);
         self.alive = wanted;
-        widest(Returning(self));
+        self.done = LaneMask::NONE;
+        wide(Returning(self));
         self.done
     }
 

@@ -10,7 +10,7 @@ use super::lane_taylor::LaneTaylor;
 use super::return_map::DirectReturn;
 use super::returned::{ReturnOutcome, ReturnSection};
 use super::system::{FlowMethod, Law};
-use crate::numeric::{LaneMask, Lanes, Real};
+use crate::numeric::{LaneMask, Lanes, Real, is_wide};
 
 /// The return map of a tangency section by direct simulation, other parameters in every lane.
 ///
@@ -155,7 +155,8 @@ impl<S: Real> DirectReturn<'_, S> {
     /// Whether returns of this kind may be flown in lanes.
     pub(crate) fn fits_lanes(&self) -> bool {
         let surfaces = &self.simulator.system().surfaces[..];
-        matches!(self.section, ReturnSection::Tangency { surface: 0 })
+        is_wide()
+            && matches!(self.section, ReturnSection::Tangency { surface: 0 })
             && self.itinerary.is_own_alone()
             && matches!(surfaces, [surface] if matches!(surface.law, Law::Rigid { .. }))
     }

@@ -40,6 +40,37 @@ pub fn widest<K: Kernel>(kernel: K) -> K::Output {
     Arch::new().dispatch(Inlined(kernel))
 }
 
+/// Runs a kernel where registers are wider than SSE2, as they are on any aarch64; `None` where they are not.
+///
+/// Lanes that are taken apart into pairs are no faster than one number after another: a large kernel is spared that code,
+/// and its compilation.
+#[inline(always)]
+pub(crate) fn wide<K: Kernel>(kernel: K) -> Option<K::Output> {
+    #[cfg(target_arch = "x86_64")]
+    let output = match Arch::new() {
+        Arch::V4(simd) => Some(Simd::vectorize(simd, Inlined(kernel))),
+        Arch::V3(simd) => Some(Simd::vectorize(simd, Inlined(kernel))),
+        _ => None,
+    };
+    #[cfg(not(target_arch = "x86_64"))]
+    let output = Some(widest(kernel));
+    output
+}
+
+/// Whether [`wide`] runs kernels here.
+pub(crate) fn is_wide() -> bool {
+    wide(Nothing).is_some()
+}
+
+struct Nothing;
+
+impl Kernel for Nothing {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {}
+}
+
 struct Inlined<K>(K);
 
 impl<K: Kernel> WithSimd for Inlined<K> {

@@ -25,6 +25,7 @@ pub use bracket::{Bracket, BracketOutcome, NewtonStep, NewtonSteps};
 pub(crate) use branched::{Branched, LaneMask, Mask};
 pub use decimals::decimal_above;
 pub use dispatch::{Kernel, widest};
+pub(crate) use dispatch::{is_wide, wide};
 pub use double_double::{Dd, ParseDdError};
 pub use error::NumericError;
 pub use float::FloatFormat;

@@ -8,9 +8,6 @@ use super::looks::LOOK;
 use super::rows::RowTable;
 use crate::numeric::{LaneMask, Lanes, Mask};
 
-/// Most control points of a piece: their differences are bits of a word that doubles hold.
-const MAX_POINTS: usize = 48;
-
 /// The node that no lane stands at.
 const NOWHERE: usize = usize::MAX;
 
@@ -59,7 +56,7 @@ impl<const N: usize> LaneLeaps<N> {
             |leaps: &AffineLeaps<f64>| leaps.points() == points && leading(leaps) == known;
         let terms = alone.iter().map(|leaps| leaps.terms).max()?;
         let columns = first.watched.first()?.columns();
-        if !alone.iter().all(is_alike) || points > MAX_POINTS {
+        if !alone.iter().all(is_alike) {
             return None;
         }
         let each = |value: fn(&AffineLeaps<f64>) -> f64| Lanes::from_fn(|lane| value(&alone[lane]));

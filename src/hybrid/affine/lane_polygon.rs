@@ -1,7 +1,7 @@
 //! What control points tell in lanes: [`Polygon`](super::polygon::Polygon) of one gap of several orbits.
 //!
-//! One idea: in lanes a point is compared with the next one for all orbits at once, and what that says is put down as bits
-//! of a word for each, whose runs are what one orbit counts.
+//! One idea: a run of points ends, for all orbits at once, where a mask does; a sum of what the mask selects is how many one
+//! orbit counts.
 
 use super::polygon::SAME_MINIMUM;
 use crate::numeric::{Branched, LaneMask, Lanes, Mask, Scalar};
@@ -37,46 +37,6 @@ pub(super) struct LaneFall<const N: usize> {
     pub(super) stays: LaneMask<N>,
 }
 
-/// Points whose differences are formed together: they come in whole blocks.
-const BLOCK: usize = 8;
-
-/// The differences of points and the next ones.
-#[inline(always)]
-fn neighbours<const N: usize>(block: &[Lanes<N>; BLOCK], next: &Lanes<N>) -> [Lanes<N>; BLOCK] {
-    let mut differences = *block;
-    for place in 0..BLOCK {
-        let after = if place + 1 < BLOCK {
-            block[place + 1]
-        } else {
-            *next
-        };
-        differences[place] = after - block[place];
-    }
-    differences
-}
-
-/// The points to which a polygon goes one way, and then the other.
-#[derive(Clone, Copy, Debug)]
-struct Runs {
-    first: u32,
-    all: u32,
-}
-
-impl Runs {
-    /// From the bits of the differences that rise and of those that fall, and the first of them that has a say.
-    #[inline(always)]
-    fn of([rising, falling]: [u64; 2], start: u32, falls: bool) -> Self {
-        let (along, against) = if falls {
-            (falling, rising)
-        } else {
-            (rising, falling)
-        };
-        let first = start + (along >> start).trailing_ones();
-        let all = first + (against >> first).trailing_ones();
-        Self { first, all }
-    }
-}
-
 impl<const N: usize> LanePolygon<'_, N> {
     /// What the points' turns tell; `at_minimum` where the polynomial starts at one that is known.
     #[inline(always)]
@@ -86,45 +46,25 @@ impl<const N: usize> LanePolygon<'_, N> {
         let second = points[2] - points[1];
         let is_flat = first.abs().is_at_most(Lanes::splat(SAME_MINIMUM) * second);
         let flat = at_minimum & is_flat;
-        let zero = Lanes::splat(0.0);
+        let (zero, one) = (Lanes::splat(0.0), Lanes::splat(1.0));
         let falls = Lanes::select(flat, second, first).is_below(zero);
-        let (mut words, mut bit) = ([zero; 2], 1.0);
-        for (block, start) in points
-            .as_chunks::<BLOCK>()
-            .0
-            .iter()
-            .zip((0..).step_by(BLOCK))
-        {
-            let next = points.get(start + BLOCK).unwrap_or(&block[BLOCK - 1]);
-            let differences: [Lanes<N>; BLOCK] = neighbours(block, next);
-            for difference in differences {
-                let (up, down) = (difference, -difference);
-                let word = Lanes::splat(bit);
-                words[0] += Lanes::select(self.rounding.is_below(up), word, zero);
-                words[1] += Lanes::select(self.rounding.is_below(down), word, zero);
-                bit += bit;
-            }
-            Lanes::<N>::carried(&mut words);
+        let sign = Lanes::select(falls, -one, one);
+        let (mut along, mut known, mut turn) = (!LaneMask::NONE, !LaneMask::NONE, zero);
+        let mut has_no_say = flat;
+        for pair in points.windows(2) {
+            let difference = sign * (pair[1] - pair[0]);
+            along &= self.rounding.is_below(difference) | has_no_say;
+            known &= along | self.rounding.is_below(-difference);
+            turn += Lanes::select(along, one, zero);
+            has_no_say = LaneMask::NONE;
         }
-        let [rising, falling] = words;
-        let mut shape = LaneShape {
-            known: LaneMask::NONE,
+        let start = Lanes::select(flat, one, zero);
+        LaneShape {
+            known: known & start.is_below(turn),
             falls,
-            turns: LaneMask::NONE,
-            turn: zero,
-        };
-        let last = (points.len() - 1) as u32;
-        for lane in 0..N {
-            let words = [rising[lane] as u64, falling[lane] as u64];
-            let start = u32::from(flat.holds(lane));
-            let runs = Runs::of(words, start, falls.holds(lane));
-            shape.turn[lane] = f64::from(runs.first);
-            shape
-                .known
-                .set(lane, runs.first > start && runs.all == last);
-            shape.turns.set(lane, runs.first < last);
+            turns: !along,
+            turn,
         }
-        shape
     }
 
     /// Where the polynomials first come down to a bound; the first point has no say where they start on a zero.
