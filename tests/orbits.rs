@@ -12,7 +12,7 @@ use grazemap::analysis::orbits::{
 use grazemap::analysis::periodic::{BifurcationKind, ContactItinerary};
 use grazemap::expansion::{Expander, LocalMap, MapOrders};
 use grazemap::model::{Scene, catalogue};
-use grazemap::numeric::{Dd, Real};
+use grazemap::numeric::{Dd, Scalar};
 use grazemap::orbit::{GrazingOrbit, locate};
 use nalgebra::Complex;
 use serde_json::Value;
@@ -289,6 +289,22 @@ fn loci_of_folds_and_flips_leave_the_codimension_two_point_as_foales_do() {
             [],
             "{digits} {kind:?}"
         );
+    }
+}
+
+#[test]
+fn neither_a_pole_nor_a_step_to_another_branch_is_taken_for_a_bifurcation() {
+    // Where one of several depth variables vanishes, det(J - I) changes its sign through infinity.
+    let subject = Subject::new("linear_codim2", (5, 6));
+    for digits in ["110", "111", "1110"] {
+        for kind in [BifurcationKind::Fold, BifurcationKind::Flip] {
+            for point in subject.locus(digits, kind, &[-1e-3, 1e-3], false) {
+                let apart = point.multipliers.iter();
+                let apart = apart.map(|value| (value - kind.multiplier()).norm());
+                let nearest = apart.fold(f64::INFINITY, f64::min);
+                assert!(nearest < 1e-4, "{digits} {kind:?}: {:?}", point.multipliers);
+            }
+        }
     }
 }
 

@@ -136,12 +136,12 @@ pub(super) enum CliError {
     Itinerary(#[from] ItineraryError),
     /// No orbit of the itineraries asked for.
     #[error(
-        "no periodic orbit was found of {itineraries} itineraries at {at} parameter values; depth variables were tried up to twice that of the window's edge"
+        "no periodic orbit was found; itineraries tried: {itineraries}, parameter values: {at}, depth variables up to twice that of the window's edge"
     )]
     NoOrbits { itineraries: usize, at: usize },
     /// No fold or flip of them.
     #[error(
-        "no {kinds} of a physical orbit was found of {itineraries} itineraries; depth variables were tried up to twice that of the window's edge"
+        "no {kinds} of a physical orbit was found; itineraries tried: {itineraries}, depth variables up to twice that of the window's edge"
     )]
     NoLoci { kinds: String, itineraries: usize },
     /// No diagram in the scene.

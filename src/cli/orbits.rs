@@ -90,7 +90,7 @@ fn virtual_words(document: &OrbitsDocument) -> String {
                 .to_owned()
         }
         (count, true) => format!(
-            "\n{count} more are virtual, on a branch of the root that the map does not take; JSON and CSV have them\n"
+            "\nvirtual orbits, on a branch of the root that the map does not take: {count}; JSON and CSV have them\n"
         ),
     }
 }

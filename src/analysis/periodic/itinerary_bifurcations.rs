@@ -21,6 +21,9 @@ const LOOKED_AT: [f64; 3] = [0.3, 0.7, 1.0];
 /// How far beside a bifurcation its neighbours on the branch are.
 const BESIDE: f64 = 0.02;
 
+/// How near to the multiplier of a bifurcation one of its orbit's is; of another branch, onto which a search may step, it is not.
+const NEAR: f64 = 1e-4;
+
 /// A fold or a flip of an itinerary's orbits.
 #[derive(Clone, Debug)]
 pub struct ItineraryBifurcation {
@@ -166,11 +169,14 @@ impl Branches<'_> {
         ends: [&PeriodicOrbit<f64>; 2],
     ) -> Option<ItineraryBifurcation> {
         let map = self.map.clone();
+        // Where another depth variable passes through zero, J has a pole; the product of all takes it away.
         let test = |fixed: &PeriodicOrbit<f64>| {
-            let orbit = map.orbit(fixed)?.orbit;
-            orbit.characteristic(kind.multiplier()).ok()
+            let orbit = map.orbit(fixed)?;
+            let depths: f64 = orbit.depth_variables.iter().product();
+            Some(depths * orbit.orbit.characteristic(kind.multiplier()).ok()?)
         };
         let fixed = zero_between(&mut self.map, &self.problem, self.coordinate, ends, test)?;
+        let orbit = map.orbit(&fixed).filter(|orbit| is_at(kind, orbit))?;
         let value = fixed.states[0][self.coordinate];
         let mut beside = |share: f64| {
             let value = [value * (1.0 + share)];
@@ -187,8 +193,17 @@ impl Branches<'_> {
         let beside = [beside(-BESIDE)?, beside(BESIDE)?];
         Some(ItineraryBifurcation {
             kind,
-            orbit: map.orbit(&fixed)?,
+            orbit,
             beside,
         })
     }
+}
+
+/// Whether an orbit has the multiplier of a bifurcation.
+fn is_at(kind: BifurcationKind, orbit: &ItineraryOrbit<f64>) -> bool {
+    let multipliers = orbit.orbit.multipliers().unwrap_or_default();
+    let mut apart = multipliers
+        .iter()
+        .map(|value| (value - kind.multiplier()).norm());
+    apart.any(|apart| apart < NEAR)
 }
