@@ -136,12 +136,12 @@ pub(super) enum CliError {
     Itinerary(#[from] ItineraryError),
     /// No orbit of the itineraries asked for.
     #[error(
-        "no periodic orbit was found; itineraries tried: {itineraries}, parameter values: {at}, depth variables up to twice that of the window's edge"
+        "no periodic orbit was found; itineraries tried: {itineraries}, parameter values: {at}, depth variables up to twice the window's, offsets up to a hundred half-widths"
     )]
     NoOrbits { itineraries: usize, at: usize },
     /// No fold or flip of them.
     #[error(
-        "no {kinds} of a physical orbit was found; itineraries tried: {itineraries}, depth variables up to twice that of the window's edge"
+        "no {kinds} of a physical orbit was found; itineraries tried: {itineraries}, depth variables up to twice the window's, offsets up to a hundred half-widths"
     )]
     NoLoci { kinds: String, itineraries: usize },
     /// No diagram in the scene.
