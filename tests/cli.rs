@@ -4,6 +4,8 @@
 mod emission;
 #[path = "cli/images.rs"]
 mod images;
+#[path = "cli/orbits.rs"]
+mod orbits;
 #[path = "cli/wrong_calls.rs"]
 mod wrong_calls;
 

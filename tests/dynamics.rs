@@ -3,6 +3,10 @@
 //! The oracle is Foale's closed form of one-impact orbits of the linear oscillator (1994; tests/data/rigid/README.md), which knows
 //! neither the simulator nor the expansion.
 
+#[path = "support/foale.rs"]
+mod foale;
+
+use foale::Foale;
 use grazemap::analysis::periodic::{
     Bifurcation, BifurcationKind, Guess, PeriodicOrbit, PeriodicProblem, SectionMap, Stepped,
     bifurcation, branch, linearise, window_scales,
@@ -106,94 +110,6 @@ fn first(
 fn depths(deepest: f64, decades: i32) -> Vec<f64> {
     let depth = |k: i32| deepest * 10f64.powf(f64::from(k) / 4.0);
     (-4 * decades..=0).map(depth).collect()
-}
-
-/// Foale's closed form: `x'' + 2ζ x' + x = α cos ωt`, stop at 1, one impact in `returns` periods of the forcing.
-struct Foale {
-    omega: Dd,
-    zeta: Dd,
-    r: Dd,
-    p: Dd,
-    q: Dd,
-    m12: Dd,
-    trace: Dd,
-    decay: Dd,
-}
-
-impl Foale {
-    fn new(omega: Dd, zeta: Dd, r: Dd, returns: usize) -> Self {
-        let time = Dd::PI * Dd::from(2.0 * returns as f64) / omega;
-        let damped = (Dd::ONE - zeta * zeta).sqrt();
-        let (sin, cos) = (damped * time).sin_cos();
-        let decay = (-zeta * time).exp();
-        let m11 = decay * (cos + zeta * sin / damped);
-        let m22 = decay * (cos - zeta * sin / damped);
-        let m12 = decay * sin / damped;
-        let det = (m11 - Dd::ONE) * (m22 - Dd::ONE) + m12 * m12;
-        Self {
-            omega,
-            zeta,
-            r,
-            p: -(Dd::ONE + r) * m12 / det,
-            q: (Dd::ONE + r) * (m11 - Dd::ONE) / det,
-            m12,
-            trace: m11 + m22,
-            decay,
-        }
-    }
-
-    fn gain(&self) -> Dd {
-        let stiff = Dd::ONE - self.omega * self.omega;
-        let damped = Dd::from(2.0) * self.zeta * self.omega;
-        (stiff * stiff + damped * damped).sqrt()
-    }
-
-    fn square(&self) -> Dd {
-        let slope = (self.q + self.r) / self.omega;
-        self.p * self.p + slope * slope
-    }
-
-    fn alpha(&self, speed: Dd) -> Dd {
-        let square = Dd::ONE - Dd::from(2.0) * self.p * speed + self.square() * speed * speed;
-        self.gain() * square.sqrt()
-    }
-
-    /// The smaller positive impact speed of the orbits at an amplitude.
-    fn speed(&self, alpha: Dd) -> Dd {
-        let rest = Dd::ONE - alpha * alpha / (self.gain() * self.gain());
-        let root = (self.p * self.p - self.square() * rest).sqrt();
-        let below = self.p - root;
-        let chosen = if below > Dd::ZERO {
-            below
-        } else {
-            self.p + root
-        };
-        chosen / self.square()
-    }
-
-    fn constant(&self) -> Dd {
-        let stiff = Dd::ONE - self.omega * self.omega;
-        stiff * self.p + Dd::from(2.0) * self.zeta * (self.q + self.r)
-    }
-
-    fn trace(&self, speed: Dd) -> Dd {
-        let kick = self.omega * self.omega / speed + self.constant();
-        -self.r * self.trace - (Dd::ONE + self.r) * self.m12 * kick
-    }
-
-    fn determinant(&self) -> Dd {
-        (self.r * self.decay) * (self.r * self.decay)
-    }
-
-    fn fold(&self) -> Dd {
-        self.alpha(self.p / self.square())
-    }
-
-    fn flip(&self) -> Dd {
-        let kick = (Dd::ONE + self.r) * self.m12;
-        let rest = Dd::ONE + self.determinant() - self.r * self.trace - kick * self.constant();
-        self.alpha(kick * self.omega * self.omega / rest)
-    }
 }
 
 /// Largest relative difference allowed between direct simulation in double-double and a closed form: differences of

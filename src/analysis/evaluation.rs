@@ -46,6 +46,17 @@ pub struct MapImage<S> {
     pub depths: Vec<S>,
 }
 
+/// A point that a passage is reached with.
+#[derive(Clone, Copy, Debug)]
+pub struct Arrival<'a, S> {
+    /// Number of the passage, in the order in which they follow the section.
+    pub passage: usize,
+    /// The point (coordinates; parameters) before the contact; of a composed map the section point.
+    pub point: &'a [S],
+    /// `−h_min`.
+    pub depth: S,
+}
+
 impl<S: Real> MapImage<S> {
     /// Passages that made contact.
     pub fn contacts(&self) -> usize {
@@ -142,24 +153,51 @@ impl<S: Real> MapEvaluation<S> {
 
     /// The image of a point, everything in offsets.
     pub fn image(&self, offsets: &[S], parameters: &[S]) -> MapImage<S> {
+        self.image_with(offsets, parameters, |arrival| {
+            let free = arrival.depth <= S::zero();
+            (!free).then(|| arrival.depth.sqrt())
+        })
+    }
+
+    /// The image of a point where `root` says the depth variable of every passage, whatever its depth; `None` is no contact.
+    ///
+    /// The depth variable may be negative, which is the other branch of the root: with it given the map is a polynomial (of
+    /// contacts that are flown an analytic function, for `y ≥ 0`).
+    pub fn image_with(
+        &self,
+        offsets: &[S],
+        parameters: &[S],
+        mut root: impl FnMut(Arrival<'_, S>) -> Option<S>,
+    ) -> MapImage<S> {
         let mut point = [offsets, parameters].concat();
         let mut depths = Vec::new();
         for stage in &self.stages {
+            let mut arrive = |point: &[S], depth: S| {
+                let passage = depths.len();
+                depths.push(depth);
+                root(Arrival {
+                    passage,
+                    point,
+                    depth,
+                })
+            };
             let image = match stage {
                 StageOf::Leg(jets) => evaluate(jets, &point),
                 StageOf::Contact(contact) => {
-                    let depth = contact.depth.evaluate(&point);
-                    depths.push(depth);
-                    act(contact, &point, depth, &point[..self.dimension])
+                    let y = arrive(&point, contact.depth.evaluate(&point));
+                    act(contact, &point, y, &point[..self.dimension])
                 }
                 StageOf::Flown(flown) => {
-                    let (image, depth) = flown.act(&mut Numbers::new(), &point);
-                    depths.push(depth);
-                    image
+                    let y = arrive(&point, flown.depth.evaluate(&point));
+                    let y = y.unwrap_or(S::zero());
+                    flown.act_at(&mut Numbers::new(), &y, &point)
                 }
                 StageOf::Composed(map) => {
-                    depths = composed_depths(map, &point);
-                    let roots: Vec<S> = depths.iter().map(|&depth| root(depth)).collect();
+                    let mut roots = Vec::new();
+                    for polynomial in &map.depths {
+                        let y = arrive(&point, polynomial.evaluate(&roots, &point));
+                        roots.push(y.unwrap_or(S::zero()));
+                    }
                     let image = map.image.iter();
                     image.map(|p| p.evaluate(&roots, &point)).collect()
                 }
@@ -174,32 +212,15 @@ impl<S: Real> MapEvaluation<S> {
     }
 }
 
-/// The depth variable of a depth.
-fn root<S: Real>(depth: S) -> S {
-    depth.max(S::zero()).sqrt()
-}
-
-/// The depths of a composed map, each by the ones before it.
-fn composed_depths<S: Real>(map: &ComposedMap<S>, point: &[S]) -> Vec<S> {
-    let (mut depths, mut roots) = (Vec::new(), Vec::new());
-    for polynomial in &map.depths {
-        let depth = polynomial.evaluate(&roots, point);
-        depths.push(depth);
-        roots.push(root(depth));
-    }
-    depths
-}
-
 fn evaluate<S: Real>(jets: &[Jet<S>], point: &[S]) -> Vec<S> {
     jets.iter().map(|jet| jet.evaluate(point)).collect()
 }
 
-/// `start + y linear + y² quadratic`.
-fn act<S: Real>(contact: &Contact<S>, point: &[S], depth: S, start: &[S]) -> Vec<S> {
-    if depth <= S::zero() {
+/// `start + y linear + y² quadratic`; the start without contact.
+fn act<S: Real>(contact: &Contact<S>, point: &[S], y: Option<S>, start: &[S]) -> Vec<S> {
+    let Some(y) = y else {
         return start.to_vec();
-    }
-    let y = depth.sqrt();
+    };
     let parts = contact.linear.iter().zip(&contact.quadratic);
     parts
         .zip(start)

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
+use super::orbits_arguments::OrbitsArguments;
 use super::output::Destination;
 use crate::analysis::{Precision, Using};
 use crate::emission::Target;
@@ -50,6 +51,8 @@ pub(super) enum Command {
     Diagram(SceneOptions),
     /// Two-parameter charts
     Chart(SceneOptions),
+    /// Periodic orbits by itinerary, their stability, folds and flips
+    Orbits(OrbitsArguments),
 }
 
 /// Options every command understands.

@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use miette::{GraphicalReportHandler, GraphicalTheme};
 
 use super::output::note;
+use crate::analysis::periodic::ItineraryError;
 use crate::analysis::{AnalysisError, DirectEnd};
 use crate::convergence::{ConvergenceError, Limit};
 use crate::emission::EmissionError;
@@ -108,6 +109,41 @@ pub(super) enum CliError {
         last: f64,
         end: CurveEnd,
     },
+    /// A name that the map has no variable for.
+    #[error("{flag}: the map has no variable `{}`{}; active parameters are {known}", .name.escape_default(), meant(.nearest))]
+    NotActive {
+        flag: &'static str,
+        name: String,
+        nearest: Option<String>,
+        known: String,
+    },
+    /// A parameter named twice.
+    #[error("{flag} names `{name}` twice")]
+    NamedTwice { flag: &'static str, name: String },
+    /// More parameters than a locus has.
+    #[error(
+        "--in takes the parameter that is solved for, or two, the first stepped through; found {found}"
+    )]
+    NotAPlane { found: usize },
+    /// Offsets that nothing says the size of.
+    #[error("the window says nothing of `{name}`; name its offsets with {flag}")]
+    NoWidth { flag: &'static str, name: String },
+    /// A map without parameters.
+    #[error("the map has no parameter; name some in `expansion.active`")]
+    NoParameter,
+    /// No itinerary, or not of this scene.
+    #[error(transparent)]
+    Itinerary(#[from] ItineraryError),
+    /// No orbit of the itineraries asked for.
+    #[error(
+        "no periodic orbit was found; itineraries tried: {itineraries}, parameter values: {at}, depth variables up to twice the window's, offsets up to a hundred half-widths"
+    )]
+    NoOrbits { itineraries: usize, at: usize },
+    /// No fold or flip of them.
+    #[error(
+        "no {kinds} of a physical orbit was found; itineraries tried: {itineraries}, depth variables up to twice the window's, offsets up to a hundred half-widths"
+    )]
+    NoLoci { kinds: String, itineraries: usize },
     /// No diagram in the scene.
     #[error("the scene asks for no diagram; add a [[diagram]] table")]
     NoDiagram,
@@ -167,6 +203,8 @@ impl CliError {
             | Self::Orbit(OrbitError::Flow(_))
             | Self::CurveEnded { .. }
             | Self::NoImage { .. }
+            | Self::NoOrbits { .. }
+            | Self::NoLoci { .. }
             | Self::NotCurrent { .. } => ENDED_OTHERWISE,
             Self::Analysis(error) => analysis_code(error),
             Self::Expansion(error) => expansion_code(error),

@@ -17,6 +17,9 @@ mod image;
 mod locate;
 mod new;
 mod offsets;
+mod orbits;
+mod orbits_arguments;
+mod orbits_request;
 mod output;
 mod prepare;
 mod progress;
@@ -68,6 +71,7 @@ fn dispatch(arguments: Arguments) -> Result<(), CliError> {
         Some(Command::Converge(options)) => converge::run(&options),
         Some(Command::Diagram(options)) => diagram::run(&options),
         Some(Command::Chart(options)) => chart::run(&options),
+        Some(Command::Orbits(options)) => orbits::run(&options),
         Some(Command::Emit(options)) => emit::run(&options),
         Some(Command::Run(options)) => run::run(&options),
         None => run::built_in(&arguments.common),

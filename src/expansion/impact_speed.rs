@@ -16,6 +16,13 @@ pub struct ImpactSpeed {
     pub quadratic: Jet<f64>,
 }
 
+impl ImpactSpeed {
+    /// The speed of a contact of depth variable `y` that is reached at a point (coordinates; parameters).
+    pub fn at(&self, y: f64, point: &[f64]) -> f64 {
+        y * (self.linear.evaluate(point) + y * self.quadratic.evaluate(point))
+    }
+}
+
 /// Expands the speed at which the surface is met to the weighted degree `weight`:
 ///
 /// ```text

@@ -4,6 +4,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use super::orbits::wrong_orbits;
 use super::{grazemap, scratch, text};
 
 /// Wrong calls: a name, the arguments.
@@ -12,7 +13,6 @@ fn wrong_calls() -> Vec<(&'static str, Vec<&'static str>)> {
         ("unknown_command", vec!["lokate", "linear"]),
         ("unknown_flag", vec!["locate", "linear", "--fast"]),
         ("chart_without_a_table", vec!["chart", "mems"]),
-        ("orbits_is_not_there_yet", vec!["orbits", "linear"]),
         ("no_scene_named", vec!["locate"]),
         ("no_such_scene", vec!["check", "lineer"]),
         ("no_such_file", vec!["check", "nowhere/scene.toml"]),
@@ -373,7 +373,7 @@ fn every_wrong_call_ends_with_its_recorded_message_and_exit_code() {
     set_up(folder.path());
     let update = std::env::var_os("UPDATE_EXPECTED").is_some();
     let mut differences = Vec::new();
-    for (name, arguments) in wrong_calls() {
+    for (name, arguments) in wrong_calls().into_iter().chain(wrong_orbits()) {
         let output = grazemap(folder.path(), &arguments);
         let code = output.status.code().unwrap_or(-1);
         assert!(

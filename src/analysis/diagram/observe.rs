@@ -104,9 +104,8 @@ impl Observer {
         let y = self.depth(state, parameters).max(0.0).sqrt();
         let mut point = self.arrival.image(state, parameters).offsets;
         point.extend_from_slice(parameters);
-        self.speed.as_ref().map_or(f64::NAN, |speed| {
-            y * (speed.linear.evaluate(&point) + y * speed.quadratic.evaluate(&point))
-        })
+        let speed = self.speed.as_ref();
+        speed.map_or(f64::NAN, |speed| speed.at(y, &point))
     }
 
     /// Depth of the first passage after the section.

@@ -27,6 +27,14 @@ pub struct Bifurcation<S> {
 }
 
 impl BifurcationKind {
+    /// `fold` or `flip`.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Fold => "fold",
+            Self::Flip => "flip",
+        }
+    }
+
     /// The multiplier.
     pub fn multiplier(self) -> f64 {
         match self {
@@ -49,6 +57,18 @@ pub fn bifurcation<S: Real>(
     ends: [&PeriodicOrbit<S>; 2],
 ) -> Option<Bifurcation<S>> {
     let test = |orbit: &PeriodicOrbit<S>| orbit.characteristic(kind.multiplier()).ok();
+    let orbit = zero_between(map, problem, coordinate, ends, test)?;
+    Some(Bifurcation { kind, orbit })
+}
+
+/// The orbit between two of a branch at which a function of orbits vanishes; `None` if it has the same sign at both.
+pub(super) fn zero_between<S: Real>(
+    map: &mut (impl SectionMap<S> + ?Sized),
+    problem: &PeriodicProblem,
+    coordinate: usize,
+    ends: [&PeriodicOrbit<S>; 2],
+    test: impl Fn(&PeriodicOrbit<S>) -> Option<S>,
+) -> Option<PeriodicOrbit<S>> {
     let place = |orbit: &PeriodicOrbit<S>| orbit.states[0][coordinate];
     let (lower, upper) = (place(ends[0]), place(ends[1]));
     let values = (test(ends[0])?, test(ends[1])?);
@@ -65,8 +85,7 @@ pub fn bifurcation<S: Real>(
             None => S::from_f64(f64::NAN),
         }
     });
-    let orbit = at(map, problem, coordinate, &known, root.root()?)?;
-    Some(Bifurcation { kind, orbit })
+    at(map, problem, coordinate, &known, root.root()?)
 }
 
 /// The orbit at a value, looked for on the line through two others.

@@ -1,5 +1,6 @@
 //! A flown contact as numbers: the polynomials of the free flow about it, and its linear law.
 
+use super::arithmetic::Arithmetic;
 use crate::jet::Jet;
 use crate::numeric::{Real, Scalar};
 
@@ -90,6 +91,19 @@ impl<S: Scalar> FlownContact<S> {
     /// Largest correction of each coordinate that was met on the window.
     pub fn largest_corrections(&self) -> &[f64] {
         &self.largest
+    }
+
+    /// The image of a point (coordinates; parameters) by a contact of depth variable `y`, whatever the depth there.
+    pub fn act_at<A: Arithmetic<Scalar = S>>(
+        &self,
+        arithmetic: &mut A,
+        y: &A::Value,
+        point: &[A::Value],
+    ) -> Vec<A::Value> {
+        let corrections = self.corrections(arithmetic, y, point);
+        let pairs = corrections.iter().zip(point);
+        let image = pairs.map(|(correction, start)| arithmetic.add(correction, start));
+        image.collect()
     }
 
     /// Every polynomial of the passage.

@@ -34,10 +34,7 @@ impl<S: Scalar> FlownContact<S> {
     ) -> (Vec<A::Value>, A::Value) {
         let depth = arithmetic.polynomial(&self.depth, point);
         let y = arithmetic.root_of_positive_part(&depth);
-        let corrections = self.corrections(arithmetic, &y, point);
-        let pairs = corrections.iter().zip(point);
-        let image = pairs.map(|(correction, start)| arithmetic.add(correction, start));
-        (image.collect(), depth)
+        (self.act_at(arithmetic, &y, point), depth)
     }
 
     /// What a contact of depth variable `y` adds to each coordinate.

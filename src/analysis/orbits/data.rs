@@ -1,0 +1,147 @@
+//! Requests and results of a search for periodic orbits, without their numbers' type.
+
+use nalgebra::Complex;
+
+use crate::analysis::periodic::{BifurcationKind, ContactItinerary, PeriodicOrbit};
+use crate::iteration::PassageSet;
+use crate::numeric::Real;
+
+/// What is asked of [`orbits`](super::orbits).
+#[derive(Clone, Debug, PartialEq)]
+pub struct OrbitsRequest {
+    /// Itineraries to look for.
+    pub itineraries: Vec<ContactItinerary>,
+    /// Parameters at which orbits are looked for: offsets of all active ones.
+    pub at: Vec<Vec<f64>>,
+    /// Whether each orbit of the map is looked for by direct simulation, and that one given.
+    pub direct: bool,
+    /// Folds and flips, where asked for.
+    pub loci: Option<LociRequest>,
+}
+
+/// Folds and flips that are looked for.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LociRequest {
+    /// Which.
+    pub kinds: Vec<BifurcationKind>,
+    /// The active parameter that is solved for.
+    pub free: usize,
+    /// The one that is stepped through; `None` at one value of all others.
+    pub stepped: Option<SteppedParameter>,
+    /// Offsets of all active parameters; of those two no value matters.
+    pub at: Vec<f64>,
+}
+
+/// A parameter that takes one value after another.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SteppedParameter {
+    /// Its number among the active ones.
+    pub parameter: usize,
+    /// Its offsets, in order.
+    pub values: Vec<f64>,
+}
+
+/// A periodic orbit that was found; everything in offsets.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FoundOrbit {
+    /// Its itinerary.
+    pub itinerary: ContactItinerary,
+    /// All active parameters.
+    pub parameters: Vec<f64>,
+    /// Its points, in order.
+    pub states: Vec<Vec<f64>>,
+    /// Multipliers, the largest first.
+    pub multipliers: Vec<Complex<f64>>,
+    /// Whether all of them lie inside the unit circle.
+    pub stable: bool,
+    /// Its contacts, in order.
+    pub contacts: Vec<OrbitContact>,
+    /// Whether map or simulation go the way of the itinerary, with no contact beside it.
+    pub physical: bool,
+    /// Whether its points, depths and parameters lie in the window.
+    pub inside: bool,
+    /// Contacts that no passage accounts for, by direct simulation.
+    pub extra_contacts: usize,
+    /// Largest difference of a coordinate of the last image and the first point, in half-widths of the window.
+    pub residual: f64,
+}
+
+/// A contact of a periodic orbit.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct OrbitContact {
+    /// The return that it belongs to, from 0.
+    pub number: usize,
+    /// The passage, from 0.
+    pub passage: usize,
+    /// Speed at which the surface is met; negative on the other branch of the root.
+    pub speed: f64,
+}
+
+/// Orbits of one itinerary at one kind of bifurcation, as a parameter is stepped.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Locus {
+    /// Fold or flip.
+    pub kind: BifurcationKind,
+    /// The itinerary.
+    pub itinerary: ContactItinerary,
+    /// The orbits there, in the order of the steps.
+    pub points: Vec<FoundOrbit>,
+}
+
+/// An orbit of the map for which direct simulation has none.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LostOrbit {
+    /// Its itinerary.
+    pub itinerary: ContactItinerary,
+    /// Its parameters.
+    pub parameters: Vec<f64>,
+    /// Why.
+    pub reason: LostReason,
+}
+
+/// Why direct simulation has no orbit next to one of the map.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum LostReason {
+    /// The orbit there makes other contacts.
+    OtherItinerary(Vec<PassageSet>),
+    /// Newton's method led to none.
+    NotConverged,
+    /// The bifurcation is not between the neighbours that the map has of it.
+    NotBracketed,
+}
+
+/// All that was found.
+#[derive(Clone, Debug, PartialEq, Default)]
+pub struct Orbits {
+    /// Orbits: by the parameters, then by the itineraries asked for.
+    pub orbits: Vec<FoundOrbit>,
+    /// Folds and flips; `None` where not asked for.
+    pub loci: Option<Vec<Locus>>,
+    /// What direct simulation has not.
+    pub lost: Vec<LostOrbit>,
+}
+
+impl FoundOrbit {
+    /// An orbit with its contacts; `None` where its multipliers are not numbers.
+    pub(super) fn of<S: Real>(
+        itinerary: &ContactItinerary,
+        orbit: &PeriodicOrbit<S>,
+        contacts: Vec<OrbitContact>,
+        (physical, inside): (bool, bool),
+    ) -> Option<Self> {
+        let round = |values: &[S]| values.iter().map(|value| value.to_f64()).collect();
+        let multipliers = orbit.multipliers().ok()?;
+        Some(Self {
+            itinerary: itinerary.clone(),
+            parameters: round(&orbit.parameters),
+            states: orbit.states.iter().map(|state| round(state)).collect(),
+            stable: orbit.is_stable().ok()?,
+            multipliers,
+            contacts,
+            physical,
+            inside,
+            extra_contacts: orbit.extra_contacts,
+            residual: orbit.residual,
+        })
+    }
+}

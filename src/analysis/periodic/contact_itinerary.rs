@@ -1,0 +1,258 @@
+//! Itineraries of periodic orbits: which passages make contact, return by return.
+//!
+//! One idea: written in digits, 1 for a contact and 0 for none, itineraries that differ by where the period begins are one orbit's,
+//! and the largest of them as a number stands for all.
+
+use std::fmt;
+
+use crate::iteration::PassageSet;
+
+/// Most passages of a period whose itineraries are listed: 352 of twelve with one passage a return.
+const MOST_LISTED: usize = 12;
+/// Most passages of an itinerary that is written out.
+const LONGEST: usize = 64;
+
+/// Which passages of a periodic orbit make contact, return by return.
+///
+/// Printed as one digit for each passage in the order in which they follow the section, 1 where it makes contact; returns of more
+/// than one passage are parted by points.
+///
+/// ```
+/// use grazemap::analysis::periodic::ContactItinerary;
+///
+/// let itinerary = ContactItinerary::parse("100", 1)?;
+/// assert_eq!((itinerary.period(), itinerary.contacts()), (3, 1));
+/// assert_eq!(ContactItinerary::parse("10 01", 2)?.to_string(), "10.01");
+/// # Ok::<(), grazemap::analysis::periodic::ItineraryError>(())
+/// ```
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub struct ContactItinerary {
+    passages: usize,
+    returns: Vec<PassageSet>,
+}
+
+/// What is wrong with an itinerary, or with the list of all.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum ItineraryError {
+    /// Neither digit nor separator.
+    #[error(
+        "itinerary `{}`: found `{}` where 1 (contact) or 0 (none) was expected", .text.escape_default(), .found.escape_default()
+    )]
+    NotADigit {
+        /// The itinerary.
+        text: String,
+        /// The character.
+        found: char,
+    },
+    /// No whole number of returns.
+    #[error(
+        "itinerary `{text}` has {found} digits; a return has {passages}, one for each grazing passage"
+    )]
+    NotWholeReturns {
+        /// The itinerary.
+        text: String,
+        /// Its digits.
+        found: usize,
+        /// Passages of a return.
+        passages: usize,
+    },
+    /// Too many digits.
+    #[error("an itinerary of {found} digits; at most {limit} are expected")]
+    TooLong {
+        /// Digits.
+        found: usize,
+        /// Most.
+        limit: usize,
+    },
+    /// Too many itineraries to list them.
+    #[error(
+        "a period of {period} returns has {found} passages; all itineraries are tried up to {limit} passages: \
+         ask for a shorter --period, or name some with --itinerary"
+    )]
+    TooMany {
+        /// Returns of the longest period.
+        period: usize,
+        /// Its passages.
+        found: usize,
+        /// Most.
+        limit: usize,
+    },
+}
+
+impl ContactItinerary {
+    /// The itinerary of an orbit of a map with so many passages a return.
+    pub fn new(passages: usize, returns: Vec<PassageSet>) -> Self {
+        Self { passages, returns }
+    }
+
+    /// Reads digits; spaces, commas, points and dashes between them are skipped.
+    ///
+    /// # Errors
+    ///
+    /// [`ItineraryError::NotADigit`], [`ItineraryError::NotWholeReturns`] and [`ItineraryError::TooLong`].
+    pub fn parse(text: &str, passages: usize) -> Result<Self, ItineraryError> {
+        let digits = text.chars().filter(|c| !" ,.-".contains(*c));
+        let digit = |found| match found {
+            '0' => Ok(false),
+            '1' => Ok(true),
+            _ => Err(ItineraryError::NotADigit {
+                text: text.to_owned(),
+                found,
+            }),
+        };
+        let digits: Vec<bool> = digits.map(digit).collect::<Result<_, _>>()?;
+        let found = digits.len();
+        if found > LONGEST {
+            let limit = LONGEST;
+            return Err(ItineraryError::TooLong { found, limit });
+        }
+        if passages == 0 || found == 0 || !found.is_multiple_of(passages) {
+            return Err(ItineraryError::NotWholeReturns {
+                text: text.to_owned(),
+                found,
+                passages,
+            });
+        }
+        Ok(Self::of_digits(passages, &digits))
+    }
+
+    /// All itineraries of periods up to this many returns, shorter ones first, each once and beginning with contacts; of those without
+    /// any contact, which are orbits of `P_smooth`, the shortest alone.
+    ///
+    /// Those that repeat a shorter one are among them: an orbit may go through the same contacts twice at different depths, as one
+    /// does that a flip has doubled.
+    ///
+    /// # Errors
+    ///
+    /// [`ItineraryError::TooMany`] beyond twelve passages.
+    pub fn all(passages: usize, longest: usize) -> Result<Vec<Self>, ItineraryError> {
+        let found = passages.saturating_mul(longest);
+        if found > MOST_LISTED {
+            return Err(ItineraryError::TooMany {
+                period: longest,
+                found,
+                limit: MOST_LISTED,
+            });
+        }
+        let of_period = |period: usize| {
+            let length = period * passages;
+            let words = (0..1_u32 << length).rev();
+            words.filter_map(move |word| {
+                let digit = |place: usize| (word >> (length - 1 - place)) & 1 == 1;
+                let digits: Vec<bool> = (0..length).map(digit).collect();
+                let rotated = |by: usize| digits.iter().cycle().skip(by * passages).take(length);
+                let largest = (1..period).all(|by| rotated(by).le(digits.iter()));
+                let listed = largest && (word > 0 || period == 1);
+                listed.then(|| Self::of_digits(passages, &digits))
+            })
+        };
+        Ok((1..=longest).flat_map(of_period).collect())
+    }
+
+    fn of_digits(passages: usize, digits: &[bool]) -> Self {
+        let made = |digits: &[bool]| {
+            let made = digits.iter().enumerate().filter(|(_, made)| **made);
+            made.map(|(passage, _)| passage).collect()
+        };
+        Self {
+            passages,
+            returns: digits.chunks(passages).map(made).collect(),
+        }
+    }
+
+    /// Returns of a period.
+    pub fn period(&self) -> usize {
+        self.returns.len()
+    }
+
+    /// Passages that make contact, return by return.
+    pub fn returns(&self) -> &[PassageSet] {
+        &self.returns
+    }
+
+    /// Contacts of a period.
+    pub fn contacts(&self) -> usize {
+        self.returns.iter().map(|made| made.len()).sum()
+    }
+
+    /// Whether it is the same, begun after so many returns.
+    pub fn repeats_after(&self, returns: usize) -> bool {
+        let period = self.period();
+        (0..period).all(|number| self.returns[number] == self.returns[(number + returns) % period])
+    }
+
+    /// By how many returns it would have to begin later to be the other; `None` where it is another orbit's.
+    pub fn rotation_to(&self, other: &Self) -> Option<usize> {
+        let period = self.period();
+        let same = |by: &usize| {
+            (0..period).all(|number| self.returns[(number + by) % period] == other.returns[number])
+        };
+        (period == other.period()).then(|| (0..period).find(same))?
+    }
+}
+
+impl fmt::Display for ContactItinerary {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for (number, made) in self.returns.iter().enumerate() {
+            if number > 0 && self.passages > 1 {
+                formatter.write_str(".")?;
+            }
+            for passage in 0..self.passages {
+                formatter.write_str(if made.contains(passage) { "1" } else { "0" })?;
+            }
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn listed(passages: usize, longest: usize) -> Vec<String> {
+        let all = ContactItinerary::all(passages, longest).expect("a short period");
+        all.iter().map(ContactItinerary::to_string).collect()
+    }
+
+    #[test]
+    fn every_itinerary_is_listed_once_beginning_with_contacts() {
+        assert_eq!(
+            listed(1, 4),
+            [
+                "1", "0", "11", "10", "111", "110", "100", "1111", "1110", "1100", "1010", "1000"
+            ]
+        );
+        assert_eq!(
+            listed(2, 2),
+            [
+                "11", "10", "01", "00", "11.11", "11.10", "11.01", "11.00", "10.10", "10.01",
+                "10.00", "01.01", "01.00"
+            ]
+        );
+        // Necklaces of two colours and twelve beads, and of fewer; but one without contact.
+        assert_eq!(listed(1, 12).len(), 801 - 11);
+    }
+
+    #[test]
+    fn what_is_no_itinerary_is_refused() {
+        let refused = |text: &str, passages| ContactItinerary::parse(text, passages).err();
+        assert!(matches!(
+            refused("1L0", 1),
+            Some(ItineraryError::NotADigit { found: 'L', .. })
+        ));
+        assert!(matches!(
+            refused("101", 2),
+            Some(ItineraryError::NotWholeReturns { found: 3, .. })
+        ));
+        assert!(refused("", 1).is_some() && refused(&"1".repeat(65), 1).is_some());
+        assert!(ContactItinerary::all(2, 7).is_err());
+    }
+
+    #[test]
+    fn itineraries_of_one_orbit_differ_by_a_rotation() {
+        let of = |text| ContactItinerary::parse(text, 1).expect("digits");
+        assert_eq!(of("001").rotation_to(&of("100")), Some(2));
+        assert_eq!(of("110").rotation_to(&of("100")), None);
+        assert!(of("1010").repeats_after(2) && !of("1010").repeats_after(1));
+    }
+}

@@ -1,0 +1,172 @@
+//! Periodic orbits of an itinerary as fixed points of a map without a root.
+//!
+//! One idea: with the contacts of a period prescribed and their depth variables as further coordinates, a local map is a
+//! polynomial, `y² = depth` one more equation for each contact, and Newton's method meets neither the root nor the graze. Whether the map
+//! itself goes that way is asked of the orbit found. See docs/mathematics/dynamics.md.
+
+use nalgebra::DMatrix;
+
+use super::contact_itinerary::ContactItinerary;
+use super::itinerary_orbit::ItineraryOrbit;
+use super::orbit::PeriodicOrbit;
+use super::problem::{Guess, PeriodicProblem};
+use super::section_map::{SectionMap, SectionStep};
+use crate::analysis::{Arrival, MapEvaluation, MapImage};
+use crate::expansion::MapWindow;
+use crate::iteration::PassageSet;
+use crate::numeric::Real;
+use crate::numeric::linear::inverse;
+
+/// A whole period of a map with given contacts, in the coordinates of the section and the depth variables of the contacts:
+///
+/// ```text
+/// x   ↦ P_n(… P_1(x; y) …; y),        P_k with its contacts, at these y, whatever the depths
+/// y_j ↦ y_j + (depth_j(x; y) − y_j²)/Y,   Y² the depth of the window
+/// ```
+///
+/// Its fixed points are the periodic orbits of the itinerary, each contact on either branch of its root.
+#[derive(Clone, Debug)]
+pub struct DepthVariableMap<'a, S: Real> {
+    map: &'a MapEvaluation<S>,
+    itinerary: &'a ContactItinerary,
+    dimension: usize,
+    /// `Y`.
+    unit: S,
+}
+
+impl<'a, S: Real> DepthVariableMap<'a, S> {
+    /// The map of an itinerary; `dimension` coordinates, depth variables of the size `unit`.
+    pub fn new(
+        map: &'a MapEvaluation<S>,
+        itinerary: &'a ContactItinerary,
+        dimension: usize,
+        unit: f64,
+    ) -> Self {
+        Self {
+            map,
+            itinerary,
+            dimension,
+            unit: S::from_f64(unit),
+        }
+    }
+
+    /// The first depth variable among the coordinates.
+    pub fn first_depth_variable(&self) -> usize {
+        self.dimension
+    }
+
+    /// The search for its fixed points with one parameter free.
+    pub fn problem(&self, window: &MapWindow, free: usize) -> PeriodicProblem {
+        let bounded = |&width: &f64| if width.is_finite() { width } else { 1.0 };
+        let depths = vec![self.unit.to_f64(); self.itinerary.contacts()];
+        let states = window.state.iter().map(bounded);
+        let parameters = window.parameter.iter().map(bounded);
+        PeriodicProblem {
+            returns: 1,
+            free,
+            itinerary: None,
+            scales: states.chain(depths).chain(parameters).collect(),
+        }
+    }
+
+    /// The orbit of the map that a fixed point is; `None` where a depth variable vanishes, and multipliers with it.
+    pub fn orbit(&self, fixed: &PeriodicOrbit<S>) -> Option<ItineraryOrbit<S>> {
+        let Guess { state, parameters } = fixed.guess();
+        let (start, roots) = state.split_at(self.dimension);
+        let mut states = vec![start.to_vec()];
+        let (mut free_depth, mut arrivals) = (None, Vec::new());
+        self.period(
+            &state,
+            &parameters,
+            |number, arrival, root| match root {
+                Some(_) => arrivals.push((number, arrival.passage, arrival.point.to_vec())),
+                None => {
+                    let deepest: S = free_depth.unwrap_or(arrival.depth);
+                    free_depth = Some(deepest.max(arrival.depth));
+                }
+            },
+            |image| states.push(image.offsets.clone()),
+        );
+        states.pop();
+        Some(ItineraryOrbit {
+            orbit: PeriodicOrbit {
+                states,
+                parameters,
+                itinerary: self.itinerary.returns().to_vec(),
+                extra_contacts: 0,
+                jacobian: self.without_depth_variables(&fixed.jacobian)?,
+                residual: fixed.residual,
+            },
+            depth_variables: roots.to_vec(),
+            free_depth,
+            arrivals,
+        })
+    }
+
+    /// Derivative of the period's map by the section's coordinates, the depth variables following them:
+    ///
+    /// ```text
+    /// dx⁺ = A dx + B dy,   0 = C dx + E dy:   J = A − B E⁻¹ C
+    /// ```
+    fn without_depth_variables(&self, jacobian: &DMatrix<S>) -> Option<DMatrix<S>> {
+        let (dimension, contacts) = (self.dimension, self.itinerary.contacts());
+        let block =
+            |row, column, rows, columns| jacobian.view((row, column), (rows, columns)).into_owned();
+        let by_state = block(0, 0, dimension, dimension);
+        if contacts == 0 {
+            return Some(by_state);
+        }
+        let mut equations = block(dimension, dimension, contacts, contacts);
+        for place in 0..contacts {
+            equations[(place, place)] -= S::one();
+        }
+        let followed = inverse(&equations).ok()? * block(dimension, 0, contacts, dimension);
+        let jacobian = by_state - block(0, dimension, dimension, contacts) * followed;
+        jacobian
+            .iter()
+            .all(|entry| entry.is_finite())
+            .then_some(jacobian)
+    }
+
+    /// The end of a period and what each depth lacks of its `y²`; told are every arrival, with its depth variable, and every image.
+    fn period(
+        &self,
+        state: &[S],
+        parameters: &[S],
+        mut arrive: impl FnMut(usize, &Arrival<'_, S>, Option<S>),
+        mut returned: impl FnMut(&MapImage<S>),
+    ) -> (Vec<S>, Vec<S>) {
+        let (start, roots) = state.split_at(self.dimension);
+        let mut roots = roots.iter().copied();
+        let (mut point, mut lacking) = (start.to_vec(), Vec::new());
+        for (number, made) in self.itinerary.returns().iter().enumerate() {
+            let image = self.map.image_with(&point, parameters, |arrival| {
+                let root = made
+                    .contains(arrival.passage)
+                    .then(|| roots.next())
+                    .flatten();
+                lacking.extend(root.map(|y| arrival.depth - y * y));
+                arrive(number, &arrival, root);
+                root
+            });
+            returned(&image);
+            point = image.offsets;
+        }
+        (point, lacking)
+    }
+}
+
+impl<S: Real> SectionMap<S> for DepthVariableMap<'_, S> {
+    fn image(&mut self, state: &[S], parameters: &[S]) -> Option<SectionStep<S>> {
+        let (mut offsets, lacking) = self.period(state, parameters, |_, _, _| (), |_| ());
+        let roots = state[self.dimension..].iter().zip(lacking);
+        offsets.extend(roots.map(|(&y, lacking)| y + lacking / self.unit));
+        let finite = offsets.iter().all(|value| value.is_finite());
+        finite.then(|| SectionStep {
+            offsets,
+            contacts: PassageSet::default(),
+            depth: S::zero(),
+            extra_contacts: 0,
+        })
+    }
+}

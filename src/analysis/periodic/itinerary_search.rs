@@ -1,0 +1,286 @@
+//! The periodic orbits of an itinerary at given parameters, from many starts.
+//!
+//! One idea: near a graze the equations of an itinerary are quadratic in each depth variable, so a start beyond every choice
+//! of signs leads Newton's method to the solution on that side; smaller starts, starts scattered over positive depth variables, and the orbits that
+//! the map settles on add those that higher orders bring. None of it proves that there is no other.
+
+use super::contact_itinerary::ContactItinerary;
+use super::depth_variable_map::DepthVariableMap;
+use super::itinerary_orbit::ItineraryOrbit;
+use super::newton::periodic_orbit;
+use super::problem::{Guess, Held};
+use crate::analysis::MapEvaluation;
+use crate::analysis::diagram::SmoothFixedPoint;
+use crate::expansion::{LocalMap, MapWindow};
+use crate::iteration::{InterpretedMap, MapOrbit, OrbitRequest, PassageSet, Period};
+use crate::numeric::{Dd, Real};
+
+/// Depth variables up to this times that of the window's edge are looked for.
+const REACH: f64 = 2.0;
+/// Offsets of states and parameters up to this many half-widths of the window.
+const FARTHEST: f64 = 100.0;
+/// Sizes of starts, in the window's depth variable.
+const SIZES: [f64; 2] = [1.0, 0.1];
+/// Contacts up to which every choice of signs is tried; of more all of one sign.
+const ALL_SIGNS: usize = 4;
+/// Starts scattered over positive depth variables.
+const SCATTERED: usize = 8;
+/// Iterates after which a map has settled, and how many half-widths from the fixed point of `P_smooth` it starts.
+const TRANSIENT: usize = 1000;
+const SETTLE_FROM: [f64; 3] = [0.0, 0.3, -0.3];
+/// Orbits are the same where all coordinates agree to this share of their scales.
+pub(super) const SAME: f64 = 1e-7;
+
+/// Looks for periodic orbits of a local map by itinerary.
+///
+/// Found are orbits with depth variables up to twice that of the window's edge; those of contacts that are flown with positive depth variables
+/// alone, which is where flying is defined.
+#[derive(Clone, Debug)]
+pub struct ItinerarySearch<'a> {
+    pub(super) map: MapEvaluation<f64>,
+    fine: MapEvaluation<Dd>,
+    smooth: SmoothFixedPoint,
+    iterated: InterpretedMap,
+    pub(super) window: &'a MapWindow,
+    pub(super) dimension: usize,
+    passages: usize,
+    pub(super) positive: bool,
+}
+
+/// A start: the first point, and the depth variable of each contact.
+struct Start {
+    state: Vec<f64>,
+    depth_variables: Vec<f64>,
+}
+
+/// What a map settled on.
+struct Settled {
+    itinerary: ContactItinerary,
+    /// Points of a period with the depth variables of the contacts that follow each.
+    points: Vec<(Vec<f64>, Vec<f64>)>,
+}
+
+impl<'a> ItinerarySearch<'a> {
+    /// The search in a map.
+    pub fn new(map: &'a LocalMap) -> Self {
+        Self {
+            map: MapEvaluation::new(map),
+            fine: MapEvaluation::new(map),
+            smooth: SmoothFixedPoint::new(map),
+            iterated: InterpretedMap::new(map),
+            window: &map.window,
+            dimension: map.dimension(),
+            passages: map.passages(),
+            positive: map.is_flown(),
+        }
+    }
+
+    /// The orbits of an itinerary at these parameters: physical ones first, each once; those that repeat a shorter one are left
+    /// to its itinerary.
+    ///
+    /// Solved for in double precision, then in double-double.
+    pub fn orbits(
+        &self,
+        itinerary: &ContactItinerary,
+        parameters: &[f64],
+    ) -> Vec<ItineraryOrbit<Dd>> {
+        let mut found: Vec<ItineraryOrbit<f64>> = Vec::new();
+        for start in self.starts(itinerary, parameters) {
+            let guess = Guess {
+                state: [start.state, start.depth_variables].concat(),
+                parameters: parameters.to_vec(),
+            };
+            let orbit = self.solved(&self.map, itinerary, &guess);
+            found.extend(orbit.filter(|orbit| self.is_new(itinerary, orbit, &found)));
+        }
+        let fine = |orbit: &ItineraryOrbit<f64>| {
+            let convert = |values: &[f64]| values.iter().map(|&value| Dd::from(value)).collect();
+            let state = [&orbit.orbit.states[0][..], &orbit.depth_variables].concat();
+            let guess = Guess {
+                state: convert(&state),
+                parameters: convert(parameters),
+            };
+            self.solved(&self.fine, itinerary, &guess)
+        };
+        let mut orbits: Vec<_> = found.iter().filter_map(fine).collect();
+        let first = |orbit: &ItineraryOrbit<Dd>| orbit.depth_variables.first().map(|y| y.to_f64());
+        orbits.sort_by(|a, b| {
+            let physical = b.is_physical().cmp(&a.is_physical());
+            physical.then(
+                first(a)
+                    .partial_cmp(&first(b))
+                    .unwrap_or(std::cmp::Ordering::Equal),
+            )
+        });
+        orbits
+    }
+
+    /// The orbit near a guess at its parameters.
+    fn solved<S: Real>(
+        &self,
+        map: &MapEvaluation<S>,
+        itinerary: &ContactItinerary,
+        guess: &Guess<S>,
+    ) -> Option<ItineraryOrbit<S>> {
+        let mut map = DepthVariableMap::new(map, itinerary, self.dimension, self.unit());
+        let problem = map.problem(self.window, 0);
+        let fixed = periodic_orbit(&mut map, &problem, Held::Parameter, guess).found()?;
+        map.orbit(&fixed)
+    }
+
+    /// Whether an orbit is near enough, of no shorter period, and not among those found.
+    pub(super) fn is_new(
+        &self,
+        itinerary: &ContactItinerary,
+        orbit: &ItineraryOrbit<f64>,
+        found: &[ItineraryOrbit<f64>],
+    ) -> bool {
+        let scales = &self.scales();
+        let mut later = (1..itinerary.period()).filter(|&later| itinerary.repeats_after(later));
+        let shorter = later.any(|later| orbit.repeats_after(later, scales, SAME));
+        let same = |other: &ItineraryOrbit<f64>| {
+            let mut later = (0..itinerary.period()).filter(|&later| itinerary.repeats_after(later));
+            later.any(|later| orbit.is_same_as(other, later, scales, SAME))
+        };
+        self.is_near(orbit) && !shorter && !found.iter().any(same)
+    }
+
+    /// Whether an orbit is where the map may say anything.
+    fn is_near(&self, orbit: &ItineraryOrbit<f64>) -> bool {
+        let within = |values: &[f64], widths: &[f64]| {
+            let mut pairs = values.iter().zip(widths);
+            pairs.all(|(value, width)| value.abs() <= FARTHEST * width)
+        };
+        let least = if self.positive {
+            0.0
+        } else {
+            -REACH * self.unit()
+        };
+        let mut depths = orbit.depth_variables.iter();
+        let mut states = orbit.orbit.states.iter();
+        depths.all(|&y| least <= y && y <= REACH * self.unit())
+            && states.all(|state| within(state, &self.window.state))
+            && within(&orbit.orbit.parameters, &self.window.parameter)
+    }
+
+    /// `y` at the window's edge; 1 where it has none.
+    pub(super) fn unit(&self) -> f64 {
+        let y = self.window.depth.sqrt();
+        if y.is_finite() { y } else { 1.0 }
+    }
+
+    /// Half-widths of the window, 1 where it is unbounded.
+    pub(super) fn scales(&self) -> Vec<f64> {
+        let bounded = |&width: &f64| if width.is_finite() { width } else { 1.0 };
+        self.window.state.iter().map(bounded).collect()
+    }
+
+    /// Where Newton's method begins.
+    fn starts(&self, itinerary: &ContactItinerary, parameters: &[f64]) -> Vec<Start> {
+        let state = self.smooth.at(parameters);
+        let contacts = itinerary.contacts();
+        let about = self
+            .sides(contacts)
+            .into_iter()
+            .chain(self.scattered(contacts));
+        let about = about.map(|depth_variables| Start {
+            state: state.clone(),
+            depth_variables,
+        });
+        let settled = self.settled(&state, parameters, itinerary.period());
+        let settled = settled
+            .iter()
+            .filter_map(|settled| settled.begun_as(itinerary));
+        about.chain(settled).collect()
+    }
+
+    /// Depth variables beyond the solutions, on every side of zero.
+    pub(super) fn sides(&self, contacts: usize) -> Vec<Vec<f64>> {
+        let of = |signs: usize, size: f64| {
+            let sign = |place: usize| if (signs >> place) & 1 == 0 { 1.0 } else { -1.0 };
+            (0..contacts).map(|place| sign(place) * size).collect()
+        };
+        let every = (1_usize << contacts.min(ALL_SIGNS)) - 1;
+        let signs: Vec<usize> = match contacts {
+            _ if self.positive => vec![0],
+            0..=ALL_SIGNS => (0..=every).collect(),
+            _ => vec![0, usize::MAX],
+        };
+        let sizes = SIZES.map(|size| REACH * size * self.unit());
+        let sides = sizes
+            .iter()
+            .flat_map(|&size| signs.iter().map(move |&signs| (signs, size)));
+        sides.map(|(signs, size)| of(signs, size)).collect()
+    }
+
+    /// Positive depth variables by a Kronecker sequence, denser towards zero.
+    fn scattered(&self, contacts: usize) -> Vec<Vec<f64>> {
+        let count = if contacts > 1 { SCATTERED } else { 0 };
+        // The steps of the generalised golden ratio: x^(m+1) = x + 1.
+        let golden = (0..40).fold(2.0_f64, |x, _| {
+            (1.0 + x).powf(1.0 / (contacts as f64 + 1.0))
+        });
+        let point = |number: usize| {
+            let share = |place: i32| (0.5 + number as f64 * golden.powi(-place)).fract();
+            let places = 1..=contacts as i32;
+            places
+                .map(|place| self.unit() * share(place).powi(2))
+                .collect()
+        };
+        (1..=count).map(point).collect()
+    }
+
+    /// Periodic orbits of this period that the map settles on.
+    fn settled(&self, fixed: &[f64], parameters: &[f64], period: usize) -> Vec<Settled> {
+        let scales = self.scales();
+        let request = OrbitRequest::new(TRANSIENT, 2 * period, &scales);
+        let from = SETTLE_FROM.iter().filter_map(|share| {
+            let start = fixed.iter().zip(&scales);
+            let start: Vec<f64> = start.map(|(x, scale)| x + share * scale).collect();
+            let orbit = MapOrbit::of(&self.iterated, &start, parameters, &request);
+            let periodic = orbit.period == Period::Periodic(period);
+            periodic.then(|| self.followed(orbit.last, parameters, period))
+        });
+        from.collect()
+    }
+
+    /// A period of the map from a point on.
+    fn followed(&self, start: Vec<f64>, parameters: &[f64], period: usize) -> Settled {
+        let (mut state, mut points, mut returns) = (start, Vec::new(), Vec::new());
+        for _ in 0..period {
+            let image = self.map.image(&state, parameters);
+            let made = image
+                .depths
+                .iter()
+                .enumerate()
+                .filter(|(_, depth)| **depth > 0.0);
+            returns.push(
+                made.clone()
+                    .map(|(passage, _)| passage)
+                    .collect::<PassageSet>(),
+            );
+            let depth_variables = made.map(|(_, depth)| depth.sqrt()).collect();
+            points.push((
+                std::mem::replace(&mut state, image.offsets),
+                depth_variables,
+            ));
+        }
+        Settled {
+            itinerary: ContactItinerary::new(self.passages, returns),
+            points,
+        }
+    }
+}
+
+impl Settled {
+    /// The start of the same orbit at the point from which on it has an itinerary.
+    fn begun_as(&self, itinerary: &ContactItinerary) -> Option<Start> {
+        let by = self.itinerary.rotation_to(itinerary)?;
+        let points = self.points.iter().cycle().skip(by).take(self.points.len());
+        let depth_variables = points.flat_map(|(_, depths)| depths).copied().collect();
+        Some(Start {
+            state: self.points[by].0.clone(),
+            depth_variables,
+        })
+    }
+}
