@@ -17,7 +17,17 @@ use pulp::Simd;
 use floor::{CHAINS, Floor, ROUNDS};
 
 /// Variables and order.
-const SIZES: [(usize, usize); 6] = [(3, 6), (4, 4), (4, 8), (5, 6), (5, 10), (6, 6)];
+const SIZES: [(usize, usize); 9] = [
+    (1, 3),
+    (5, 1),
+    (5, 2),
+    (3, 6),
+    (4, 4),
+    (4, 8),
+    (5, 6),
+    (5, 10),
+    (6, 6),
+];
 
 fn filled<S: Scalar>(space: &std::sync::Arc<JetSpace>, seed: f64) -> Jet<S> {
     let value = |m: usize| S::from_f64(((m as f64 + seed) * 0.618).sin());

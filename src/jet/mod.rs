@@ -20,6 +20,7 @@ mod product;
 mod product_table;
 mod selection;
 mod series;
+mod small_space;
 mod space;
 mod substitution;
 mod truncated;

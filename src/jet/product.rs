@@ -5,6 +5,7 @@ use std::ops::Range;
 
 use super::convolution::{Convolution, Factor, Finish, FullProduct};
 use super::selection::Selection;
+use super::small_space::SmallProduct;
 use super::{JetSpace, Span};
 use crate::numeric::Scalar;
 
@@ -39,6 +40,11 @@ impl JetSpace {
 
     #[inline]
     fn product<S: Scalar, const SET: bool>(&self, a: &[S], b: &[S], out: &mut [S]) {
+        if let Some(space) = self.small() {
+            let (a, b, out) = (&a[..self.len()], &b[..self.len()], &mut out[..self.len()]);
+            S::dispatch(SmallProduct::<S, SET> { space, a, b, out });
+            return;
+        }
         S::dispatch(FullProduct::<S, SET> {
             table: self.table(),
             a: &a[..self.len()],

@@ -9,6 +9,7 @@ use std::sync::{Arc, OnceLock};
 use super::JetError;
 use super::monomials::{RankTable, count_monomials, list_monomials, list_parents};
 use super::product_table::{Monomials, ProductTable};
+use super::small_space::SmallSpace;
 
 /// Largest number of coefficient products a space may need: at most 0.8 GB of product table, 8 bytes of which
 /// stand for one product or several.
@@ -36,6 +37,7 @@ pub struct JetSpace {
     exponents: Vec<u8>,
     degree_starts: Vec<usize>,
     table: OnceLock<ProductTable>,
+    small: Option<SmallSpace>,
     products: usize,
     ranks: RankTable,
     parents: Vec<(u32, u32)>,
@@ -61,6 +63,7 @@ impl JetSpace {
             exponents,
             degree_starts,
             table: OnceLock::new(),
+            small: SmallSpace::of(weights, order),
             products,
             ranks,
         }))
@@ -207,6 +210,12 @@ impl JetSpace {
     /// sums them: the first is `(0, monomial)`, the last `(monomial, 0)`.
     pub fn pairs(&self, monomial: usize) -> Vec<(usize, usize)> {
         self.table().pairs(monomial)
+    }
+
+    /// What products in this space are written down as, if they are.
+    #[inline(always)]
+    pub(super) fn small(&self) -> Option<SmallSpace> {
+        self.small
     }
 
     /// The product table, made for the first product: polynomials that are evaluated alone need none.
