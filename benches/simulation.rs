@@ -13,7 +13,7 @@ use std::hint::black_box;
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use grazemap::hybrid::{DirectReturn, HybridSystem, LaneReturns, ReturnSection, Simulator};
 use grazemap::model::{Model, Scene};
-use grazemap::numeric::{Dd, Lanes, Real};
+use grazemap::numeric::{Dd, Lanes, Real, is_wide};
 use pulp::Simd;
 
 use floor::{CHAINS, Floor, ROUNDS};
@@ -246,7 +246,9 @@ fn simulation(criterion: &mut Criterion) {
     returns::<Dd>(criterion, "double-double");
     returns_at_new_parameters::<f64>(criterion, "f64");
     returns_at_new_parameters::<Dd>(criterion, "double-double");
-    returns_in_lanes(criterion);
+    if is_wide() {
+        returns_in_lanes(criterion);
+    }
 }
 
 criterion_group! {

@@ -1,11 +1,11 @@
 //! Direct simulation in lanes against direct simulation of each orbit alone: the same to the last bit, on the scenes of the
-//! catalogue with one rigid stop, by exact leaps and by Taylor's method.
+//! catalogue with one rigid stop, by exact leaps and by Taylor's method. Machines without wide registers have no lanes.
 
 use grazemap::analysis::DirectMap;
 use grazemap::hybrid::{DirectReturn, HybridSystem, LaneReturns, ReturnOutcome, ReturnSection};
 use grazemap::iteration::{DiscreteMap, StepInfo};
 use grazemap::model::{Model, Scene, catalogue};
-use grazemap::numeric::Lanes;
+use grazemap::numeric::{Lanes, is_wide};
 use grazemap::orbit::locate;
 
 const LANES: usize = 8;
@@ -80,6 +80,9 @@ fn agree(name: &str, lowered: fn(&Model) -> HybridSystem, size: f64, rounds: usi
 
 #[test]
 fn lanes_are_single_orbits_to_the_last_bit() {
+    if !is_wide() {
+        return;
+    }
     for name in EXACT {
         for size in [1e-6, 1e-3, 0.1] {
             let contacts = agree(name, HybridSystem::new, size, 12);
@@ -90,6 +93,9 @@ fn lanes_are_single_orbits_to_the_last_bit() {
 
 #[test]
 fn lanes_of_taylor_steps_are_single_orbits_to_the_last_bit() {
+    if !is_wide() {
+        return;
+    }
     for name in BY_TAYLOR {
         for size in [1e-6, 1e-3, 0.1] {
             let contacts = agree(name, HybridSystem::without_exact_flow, size, 12);
@@ -120,6 +126,9 @@ fn taylor_returns_that_leave_the_lanes_are_those_of_an_orbit_alone() {
 }
 
 fn agree_where_orbits_leave(lowered: fn(&Model) -> HybridSystem, force: &str) {
+    if !is_wide() {
+        return;
+    }
     let (system, parameters) = slow_and_soft(lowered, force);
     let section = ReturnSection::Tangency { surface: 0 };
     let mut alone = DirectReturn::over_periods(&system, &parameters, section, 1).expect("a phase");

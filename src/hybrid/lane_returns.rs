@@ -45,7 +45,8 @@ pub struct LaneImages<const N: usize> {
 }
 
 impl<'a, const N: usize> LaneReturns<'a, N> {
-    /// The return maps of lanes at their parameters; `None` where they cannot be flown in lanes.
+    /// The return maps of lanes at their parameters; `None` where they cannot be flown in lanes, and on machines without wide registers
+    /// ([`is_wide`]).
     ///
     /// # Panics
     ///

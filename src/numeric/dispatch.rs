@@ -57,8 +57,8 @@ pub(crate) fn wide<K: Kernel>(kernel: K) -> Option<K::Output> {
     output
 }
 
-/// Whether [`wide`] runs kernels here.
-pub(crate) fn is_wide() -> bool {
+/// Whether registers are wider than SSE2 here, as they are on any aarch64: whether flights are flown in lanes.
+pub fn is_wide() -> bool {
     wide(Nothing).is_some()
 }
 
