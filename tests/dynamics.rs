@@ -156,17 +156,6 @@ fn direct_orbits_have_foales_trace_and_determinant_at_their_parameter() {
     }
 }
 
-/// The closed form of the oscillator at its codimension-two point, unfolded.
-fn unfolded(subject: &Subject, unfolding: f64, returns: usize) -> Foale {
-    let omega = subject.parameter("omega") + Dd::from(unfolding);
-    Foale::new(
-        omega,
-        subject.parameter("zeta"),
-        subject.parameter("r"),
-        returns,
-    )
-}
-
 #[test]
 fn direct_folds_and_flips_are_foales() {
     let subject = Subject::new("linear_codim2");
@@ -180,14 +169,22 @@ fn direct_folds_and_flips_are_foales() {
         alpha + found.orbit.parameters[0]
     };
     let fold = at(1, BifurcationKind::Fold, -1e-4, &near(1.2e-5));
-    assert_close(fold, unfolded(&subject, -1e-4, 1).fold(), "fold");
+    assert_close(
+        fold,
+        Foale::unfolded(|name| subject.parameter(name), -1e-4, 1).fold(),
+        "fold",
+    );
     let flip = at(1, BifurcationKind::Flip, 1e-3, &near(1.5e-6));
-    assert_close(flip, unfolded(&subject, 1e-3, 1).flip(), "flip");
+    assert_close(
+        flip,
+        Foale::unfolded(|name| subject.parameter(name), 1e-3, 1).flip(),
+        "flip",
+    );
     let along = [1e-6, 2e-6, 3e-6, 4e-6, 5e-6, 5.5e-6, 6e-6, 6.5e-6];
     let second = at(2, BifurcationKind::Fold, 1e-3, &along);
     assert_close(
         second,
-        unfolded(&subject, 1e-3, 2).fold(),
+        Foale::unfolded(|name| subject.parameter(name), 1e-3, 2).fold(),
         "fold of period two",
     );
 }
@@ -369,7 +366,7 @@ fn folds_and_flips_that_leave_a_codimension_two_point_need_the_second_order() {
         (BifurcationKind::Fold, -1e-4),
         (BifurcationKind::Flip, 1e-4),
     ] {
-        let form = unfolded(&subject, unfolding, 1);
+        let form = Foale::unfolded(|name| subject.parameter(name), unfolding, 1);
         let truth = match kind {
             BifurcationKind::Fold => form.fold(),
             BifurcationKind::Flip => form.flip(),
@@ -439,7 +436,7 @@ fn the_map_of_a_tolerance_is_right_about_orbits_folds_and_stability() {
         )
     });
     let alpha = fold.expect("a fold").orbit.parameters[0] + subject.parameter("alpha").to_f64();
-    let form = unfolded(&subject, -1e-4, 1);
+    let form = Foale::unfolded(|name| subject.parameter(name), -1e-4, 1);
     let distance = (form.fold() - form.gain()).magnitude();
     assert!(
         (alpha - form.fold().to_f64()).abs() < 0.02 * distance,

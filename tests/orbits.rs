@@ -234,17 +234,6 @@ fn orbits_of_soft_stops_have_the_exact_speeds_traces_and_determinants() {
     }
 }
 
-/// The closed form beside the codimension-two point.
-fn unfolded(subject: &Subject, unfolding: f64, returns: usize) -> Foale {
-    let omega = subject.parameter("omega") + Dd::from(unfolding);
-    Foale::new(
-        omega,
-        subject.parameter("zeta"),
-        subject.parameter("r"),
-        returns,
-    )
-}
-
 #[test]
 fn loci_of_folds_and_flips_leave_the_codimension_two_point_as_foales_do() {
     let subject = Subject::new("linear_codim2", (5, 8));
@@ -255,7 +244,7 @@ fn loci_of_folds_and_flips_leave_the_codimension_two_point_as_foales_do() {
     ];
     for (digits, kind, offsets) in cases {
         let truth = |unfolding: f64| {
-            let form = unfolded(&subject, unfolding, digits.len());
+            let form = Foale::unfolded(|name| subject.parameter(name), unfolding, digits.len());
             let alpha = match kind {
                 BifurcationKind::Fold => form.fold(),
                 BifurcationKind::Flip => form.flip(),

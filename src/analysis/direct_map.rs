@@ -6,7 +6,7 @@ use std::sync::{Mutex, PoisonError};
 use super::AnalysisError;
 use super::DirectLanes;
 use super::direct_image::{DirectEnd, DirectImage, SectionImage};
-use super::periodic::state_jacobian;
+use super::periodic::{finite_or_one, state_jacobian};
 use crate::hybrid::HybridSystem;
 use crate::iteration::{DiscreteMap, StepInfo};
 use crate::model::Scene;
@@ -161,6 +161,5 @@ impl DiscreteMap for DirectMap<'_> {
 fn state_scales(scene: &Scene, orbit: &GrazingOrbit) -> Vec<f64> {
     let coordinates = orbit.section.coordinates.iter();
     let widths = coordinates.map(|&component| scene.window.state[component]);
-    let bounded = |width: f64| if width.is_finite() { width } else { 1.0 };
-    widths.map(bounded).collect()
+    widths.map(finite_or_one).collect()
 }

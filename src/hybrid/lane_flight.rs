@@ -121,7 +121,6 @@ impl<F: LaneFlow<N>, const N: usize> LaneFlight<F, N> {
             self.reference = motion.state[component];
         }
         (self.behind, self.looking) = (LaneMask::NONE, LaneMask::NONE);
-        self.done = LaneMask::NONE;
         let [gap, _] = self.flow.approach(motion, self.alive);
         let beyond = self.alive & gap.is_below(zero);
         motion.rises = self.alive & !beyond;

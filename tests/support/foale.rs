@@ -37,6 +37,12 @@ impl Foale {
         }
     }
 
+    /// The form at parameters by name, `unfolding` beside their frequency.
+    pub(crate) fn unfolded(parameter: impl Fn(&str) -> Dd, unfolding: f64, returns: usize) -> Self {
+        let omega = parameter("omega") + Dd::from(unfolding);
+        Self::new(omega, parameter("zeta"), parameter("r"), returns)
+    }
+
     pub(crate) fn gain(&self) -> Dd {
         let stiff = Dd::ONE - self.omega * self.omega;
         let damped = Dd::from(2.0) * self.zeta * self.omega;

@@ -9,7 +9,7 @@ use nalgebra::DMatrix;
 use super::contact_itinerary::ContactItinerary;
 use super::itinerary_orbit::ItineraryOrbit;
 use super::orbit::PeriodicOrbit;
-use super::problem::{Guess, PeriodicProblem};
+use super::problem::{Guess, PeriodicProblem, window_scales};
 use super::section_map::{SectionMap, SectionStep};
 use crate::analysis::{Arrival, MapEvaluation, MapImage};
 use crate::expansion::MapWindow;
@@ -57,15 +57,14 @@ impl<'a, S: Real> DepthVariableMap<'a, S> {
 
     /// The search for its fixed points with one parameter free.
     pub fn problem(&self, window: &MapWindow, free: usize) -> PeriodicProblem {
-        let bounded = |&width: &f64| if width.is_finite() { width } else { 1.0 };
-        let depths = vec![self.unit.to_f64(); self.itinerary.contacts()];
-        let states = window.state.iter().map(bounded);
-        let parameters = window.parameter.iter().map(bounded);
+        let mut scales = window_scales(window);
+        let depths = std::iter::repeat_n(self.unit.to_f64(), self.itinerary.contacts());
+        scales.splice(self.dimension..self.dimension, depths);
         PeriodicProblem {
             returns: 1,
             free,
             itinerary: None,
-            scales: states.chain(depths).chain(parameters).collect(),
+            scales,
         }
     }
 

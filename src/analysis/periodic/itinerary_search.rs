@@ -8,7 +8,7 @@ use super::contact_itinerary::ContactItinerary;
 use super::depth_variable_map::DepthVariableMap;
 use super::itinerary_orbit::ItineraryOrbit;
 use super::newton::periodic_orbit;
-use super::problem::{Guess, Held};
+use super::problem::{Guess, Held, finite_or_one};
 use crate::analysis::MapEvaluation;
 use crate::analysis::diagram::SmoothFixedPoint;
 use crate::expansion::{LocalMap, MapWindow};
@@ -165,14 +165,13 @@ impl<'a> ItinerarySearch<'a> {
 
     /// `y` at the window's edge; 1 where it has none.
     pub(super) fn unit(&self) -> f64 {
-        let y = self.window.depth.sqrt();
-        if y.is_finite() { y } else { 1.0 }
+        finite_or_one(self.window.depth.sqrt())
     }
 
     /// Half-widths of the window, 1 where it is unbounded.
     pub(super) fn scales(&self) -> Vec<f64> {
-        let bounded = |&width: &f64| if width.is_finite() { width } else { 1.0 };
-        self.window.state.iter().map(bounded).collect()
+        let widths = self.window.state.iter();
+        widths.map(|&width| finite_or_one(width)).collect()
     }
 
     /// Where Newton's method begins.

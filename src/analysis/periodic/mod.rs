@@ -31,5 +31,6 @@ pub use itinerary_orbit::ItineraryOrbit;
 pub use itinerary_search::ItinerarySearch;
 pub use newton::periodic_orbit;
 pub use orbit::PeriodicOrbit;
+pub(super) use problem::finite_or_one;
 pub use problem::{Guess, Held, PeriodicOutcome, PeriodicProblem, window_scales};
 pub use section_map::{SectionMap, SectionStep, Stepped};

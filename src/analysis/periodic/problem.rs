@@ -72,6 +72,10 @@ impl<S> PeriodicOutcome<S> {
 /// Lengths on which a map varies: the half-widths of its window, 1 where it is unbounded.
 pub fn window_scales(window: &MapWindow) -> Vec<f64> {
     let widths = window.state.iter().chain(&window.parameter);
-    let bounded = |&width: &f64| if width.is_finite() { width } else { 1.0 };
-    widths.map(bounded).collect()
+    widths.map(|&width| finite_or_one(width)).collect()
+}
+
+/// A half-width of a window, 1 where it is unbounded.
+pub(in crate::analysis) fn finite_or_one(width: f64) -> f64 {
+    if width.is_finite() { width } else { 1.0 }
 }
