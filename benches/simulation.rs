@@ -3,7 +3,7 @@
 //! The linear oscillator at `alpha = 1.002 alpha_g`, r = 0.8 (Foale 1994; Thota, Zhao, Dankowicz 2006), and the
 //! electrostatic one at `omega = 0.46`, 5 % beyond grazing, both on their attractors; the number of impacts is printed.
 //! `linear-taylor` is the linear one by the general integrator; `new-parameters` a return at other parameters than the one
-//! before, so that all tables are formed anew; `in-lanes` returns of eight oscillators side by side. The floor is a loop of independent multiply-adds.
+//! before, so that all tables are formed anew; `in-lanes` periods and returns of eight oscillators side by side. The floor is a loop of independent multiply-adds.
 
 #[path = "support/floor.rs"]
 mod floor;
@@ -11,7 +11,9 @@ mod floor;
 use std::hint::black_box;
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
-use grazemap::hybrid::{DirectReturn, HybridSystem, LaneReturns, ReturnSection, Simulator};
+use grazemap::hybrid::{
+    DirectReturn, Event, HybridSystem, LanePeriods, LaneReturns, ReturnSection, Simulator,
+};
 use grazemap::model::{Model, Scene};
 use grazemap::numeric::{Dd, Lanes, Real, is_wide};
 use pulp::Simd;
@@ -188,6 +190,38 @@ fn returns_in_lanes(criterion: &mut Criterion) {
     }
 }
 
+/// Forcing periods of linear oscillators in lanes, each at its own force, contacts alone asked for, beside those of one after another.
+fn periods_in_lanes(criterion: &mut Criterion) {
+    let force = |lane: usize| 2.247_220_505_424_423 * (1.002 + 1e-5 * lane as f64);
+    let models: [Model; LANES] = std::array::from_fn(|lane| model("linear", "alpha", force(lane)));
+    let system = HybridSystem::new(&models[0]);
+    let (mut alone, durations): (Vec<_>, Vec<_>) = models
+        .iter()
+        .map(|model| settled::<f64>(&system, model))
+        .unzip();
+    let mut lanes = LanePeriods::<LANES>::new(alone.clone()).expect("one rigid stop");
+    let mut group = criterion.benchmark_group("simulation/period/linear-in-lanes");
+    group.throughput(Throughput::Elements(LANES as u64));
+    let mut contacts = 0u64;
+    group.bench_function("one by one", |bencher| {
+        bencher.iter(|| {
+            for (simulator, &period) in alone.iter_mut().zip(&durations) {
+                let record =
+                    &mut |event: Event<f64>| contacts += u64::from(event.kind.is_contact());
+                black_box(simulator.advance_period(black_box(period), record)).expect("a phase");
+            }
+        });
+    });
+    group.bench_function("in lanes", |bencher| {
+        bencher.iter(|| {
+            let record = &mut |_, event: Event<f64>| contacts += u64::from(event.kind.is_contact());
+            lanes.advance(record).len()
+        });
+    });
+    group.finish();
+    assert!((0..LANES).all(|lane| lanes.is_together(lane)));
+}
+
 fn time_returns_in_lanes(
     criterion: &mut Criterion,
     name: &str,
@@ -247,6 +281,7 @@ fn simulation(criterion: &mut Criterion) {
     returns_at_new_parameters::<f64>(criterion, "f64");
     returns_at_new_parameters::<Dd>(criterion, "double-double");
     if is_wide() {
+        periods_in_lanes(criterion);
         returns_in_lanes(criterion);
     }
 }

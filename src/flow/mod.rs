@@ -23,7 +23,8 @@ pub use affine::{
     AffineExpressions, AffineFieldRows, AffineFlow, AffineLeaps, AffineRows, RowTable,
 };
 pub(crate) use affine::{
-    FixedLeaps, FixedRows, FixedVisit, LaneLeaps, LeapTables, NumberMask, RoundedNumber, SERIES,
+    FixedLaneLeaps, FixedLaneVisit, FixedLeaps, FixedRows, FixedVisit, LaneLeaps, LeapTables,
+    NumberMask, RoundedNumber, SERIES,
 };
 pub use error::FlowError;
 pub use evaluation::evaluate;

@@ -9,7 +9,10 @@
 mod extended;
 mod flight;
 mod impacts;
+mod lane_contacts;
 mod lane_extended;
+mod lane_harmonics;
+mod lane_impacts;
 mod lane_leap;
 mod lane_look;
 mod lane_polygon;
@@ -26,6 +29,7 @@ mod tools;
 use crate::flow::AffineExpressions;
 use crate::model::{Model, NodeId, Response};
 
+pub(super) use lane_impacts::{LaneImpacts, LaneLeft};
 pub(super) use lane_tools::{LaneTools, OrbitTables};
 pub(super) use leap::LeapEnd;
 pub(super) use tools::AffineTools;

@@ -7,6 +7,7 @@
 //! Deliberately absent: Poincaré maps' expansions, orbits, anything truncated.
 //! See docs/mathematics/direct-simulation.md.
 
+mod advance;
 mod affine;
 mod backward;
 mod chatter;
@@ -19,6 +20,7 @@ mod lane_flight;
 mod lane_flow;
 mod lane_motion;
 mod lane_newton;
+mod lane_periods;
 mod lane_returns;
 mod lane_search;
 mod lane_stationary;
@@ -39,6 +41,7 @@ mod trajectory;
 
 pub use error::HybridError;
 pub use itinerary::NominalPassage;
+pub use lane_periods::LanePeriods;
 pub use lane_returns::{LaneImages, LaneReturns};
 pub use return_map::DirectReturn;
 pub use returned::{Return, ReturnOutcome, ReturnSection};

@@ -10,6 +10,9 @@ use crate::numeric::Real;
 /// Share of the speed of an impact at which a state still moving on has passed the surface.
 pub(super) const PASSES: f64 = 1e-6;
 
+/// Roundings of a gap by which a state may lie beyond a surface.
+pub(super) const PENETRATES: f64 = 64.0;
+
 impl<S: Real> Simulator<'_, S> {
     /// Applies a surface's response at the present state, which is on the surface.
     pub(super) fn respond(
@@ -52,7 +55,7 @@ impl<S: Real> Simulator<'_, S> {
                 continue;
             }
             let Clearance { gap, rounding } = self.clearance(surface);
-            if gap < -rounding * S::from_f64(64.0) {
+            if gap < -rounding * S::from_f64(PENETRATES) {
                 return Err(Outcome::Penetrating {
                     surface,
                     time: self.motion.time,

@@ -10,7 +10,6 @@ use super::passage::Passage;
 use super::search::PassageSearch;
 use super::sensing::{Evaluator, Sensor, rounding_of};
 use super::system::{HybridSystem, Law, Regime, SurfaceLaw};
-use super::trajectory::{Event, Outcome, Trajectory};
 use crate::flow::Integrator;
 use crate::numeric::Real;
 
@@ -250,114 +249,6 @@ impl<'a, S: Real> Simulator<'a, S> {
                 rate: rate.to_f64(),
             })
         }
-    }
-
-    /// Simulates for a duration and collects what happens.
-    ///
-    /// # Errors
-    ///
-    /// [`HybridError::NotFinite`] if the duration is not finite.
-    pub fn run(&mut self, duration: S) -> Result<Trajectory<S>, HybridError> {
-        let mut events = Vec::new();
-        let outcome = self.advance(duration, &mut |event| events.push(event))?;
-        Ok(Trajectory {
-            events,
-            state: self.motion.state.clone(),
-            time: self.motion.time,
-            outcome,
-        })
-    }
-
-    /// Simulates for a duration, handing every event to `record`; allocates nothing.
-    ///
-    /// # Errors
-    ///
-    /// [`HybridError::NotFinite`] if the duration is not finite.
-    pub fn advance(
-        &mut self,
-        duration: S,
-        record: &mut dyn FnMut(Event<S>),
-    ) -> Result<Outcome<S>, HybridError> {
-        check_finite(&[duration], 0)?;
-        let horizon = self.motion.time + duration;
-        Ok(self
-            .advance_to(horizon, record)
-            .err()
-            .unwrap_or(Outcome::Completed))
-    }
-
-    /// Simulates one forcing period; the phase is exactly where it was.
-    ///
-    /// `period` is [`forcing_period`](Self::forcing_period), computed once per parameter vector. Time
-    /// is measured from the start of the period.
-    ///
-    /// # Errors
-    ///
-    /// [`HybridError::NoPhase`] for an autonomous system.
-    pub fn advance_period(
-        &mut self,
-        period: S,
-        record: &mut dyn FnMut(Event<S>),
-    ) -> Result<Outcome<S>, HybridError> {
-        let component = self
-            .system
-            .phase
-            .as_ref()
-            .ok_or(HybridError::NoPhase)?
-            .component;
-        self.motion.reference_phase = self.motion.state[component];
-        (self.motion.time, self.motion.turns) = (S::zero(), 0);
-        if let Err(outcome) = self.advance_to(period, record) {
-            return Ok(outcome);
-        }
-        self.motion.state[component] = self.motion.reference_phase;
-        Ok(Outcome::Completed)
-    }
-
-    pub(super) fn advance_to(
-        &mut self,
-        horizon: S,
-        record: &mut dyn FnMut(Event<S>),
-    ) -> Result<(), Outcome<S>> {
-        self.check_penetration(None)?;
-        loop {
-            let stop = match self.fly_through_impacts(horizon, record) {
-                Some(stop) => stop,
-                None => self.next_stop(horizon, Approach::default(), record)?,
-            };
-            match stop {
-                Stop::Horizon => return Ok(()),
-                Stop::Contact { surface } => self.respond(surface, record)?,
-                Stop::Minimum { .. } | Stop::Release => {}
-            }
-        }
-    }
-
-    /// Flies to the next stop at or before a time; releases on the way are applied.
-    pub(super) fn next_stop(
-        &mut self,
-        horizon: S,
-        approach: Approach,
-        record: &mut dyn FnMut(Event<S>),
-    ) -> Result<Stop<S>, Outcome<S>> {
-        for _ in 0..self.step_limit {
-            if self.motion.time >= horizon {
-                return Ok(Stop::Horizon);
-            }
-            let flown = match self.leap(horizon, approach, record) {
-                Some(flown) => flown,
-                None => self.step(horizon, approach, record)?,
-            };
-            match flown {
-                None => {}
-                Some(Stop::Release) => self.release(record),
-                Some(stop) => return Ok(stop),
-            }
-        }
-        Err(Outcome::StepLimit {
-            limit: self.step_limit,
-            time: self.motion.time,
-        })
     }
 }
 

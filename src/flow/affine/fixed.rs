@@ -8,9 +8,9 @@ use super::rows::{BLOCK, FixedRows};
 use crate::numeric::{Real, polynomial};
 
 /// Blocks of the control points of a piece.
-const POINTS: usize = 2;
+pub(super) const POINTS: usize = 2;
 /// Blocks of a series about a node.
-const TERMS: usize = 3;
+pub(super) const TERMS: usize = 3;
 
 /// Number of coefficients of a series about a node.
 pub(crate) const SERIES: usize = TERMS * BLOCK;

@@ -1,20 +1,18 @@
 //! Tables of leaps for orbits that are flown side by side, each at its own parameters.
 //!
 //! One idea: rows stand with those of all orbits side by side, so that a product with the extended states is the one of a
-//! single orbit, in lanes. The flows to nodes stay the orbits' own, for each orbit goes to another node.
+//! single orbit, in lanes. The flows to nodes stay the orbits' own ([`LaneNodes`]), for each orbit goes to another node.
 
+use super::lane_nodes::LaneNodes;
 use super::leaps::{AffineLeaps, LeadingState, LeapTables, NODES, PIECES, states_at};
 use super::looks::LOOK;
 use super::rows::RowTable;
-use crate::numeric::{LaneMask, Lanes, Mask};
-
-/// The node that no lane stands at.
-const NOWHERE: usize = usize::MAX;
+use crate::numeric::{Branched, LaneMask, Lanes, Mask};
 
 /// [`AffineLeaps`] of `N` orbits.
 #[derive(Clone, Debug)]
 pub(crate) struct LaneLeaps<const N: usize> {
-    alone: Vec<AffineLeaps<f64>>,
+    nodes: LaneNodes<N>,
     span: Lanes<N>,
     spacing: Lanes<N>,
     inverse_spacing: Lanes<N>,
@@ -25,16 +23,16 @@ pub(crate) struct LaneLeaps<const N: usize> {
     columns: usize,
     points: usize,
     terms: usize,
-    looks: Vec<Looks<N>>,
-    watched: Vec<RowTable<Lanes<N>>>,
-    states: Vec<LeadingState<Lanes<N>>>,
+    pub(super) looks: Vec<Looks<N>>,
+    pub(super) watched: Vec<RowTable<Lanes<N>>>,
+    pub(super) states: Vec<LeadingState<Lanes<N>>>,
 }
 
 /// The control points of one watched function.
 #[derive(Clone, Debug)]
-struct Looks<const N: usize> {
-    pieces: [RowTable<Lanes<N>, LOOK>; PIECES],
-    sizes: Vec<Lanes<N>>,
+pub(super) struct Looks<const N: usize> {
+    pub(super) pieces: [RowTable<Lanes<N>, LOOK>; PIECES],
+    pub(super) sizes: Vec<Lanes<N>>,
 }
 
 impl<const N: usize> LaneLeaps<N> {
@@ -83,8 +81,14 @@ impl<const N: usize> LaneLeaps<N> {
                     (state, table, slope)
                 })
                 .collect(),
-            alone,
+            nodes: LaneNodes::new(&alone, columns),
         })
+    }
+
+    /// The flows to nodes.
+    #[inline(always)]
+    pub(super) fn nodes(&self) -> &LaneNodes<N> {
+        &self.nodes
     }
 
     /// Length of a piece.
@@ -165,8 +169,8 @@ fn looks<const N: usize>(alone: &[AffineLeaps<f64>], watched: usize) -> Looks<N>
 
 impl<const N: usize> LeapTables for LaneLeaps<N> {
     type Number = Lanes<N>;
-    type Node = [usize; N];
-    const NOWHERE: [usize; N] = [NOWHERE; N];
+    type Node = Lanes<N>;
+    const NOWHERE: Lanes<N> = Lanes::splat(f64::NAN);
 
     #[inline(always)]
     fn span(&self) -> Lanes<N> {
@@ -183,32 +187,26 @@ impl<const N: usize> LeapTables for LaneLeaps<N> {
     }
 
     #[inline(always)]
-    fn node(&self, time: Lanes<N>) -> ([usize; N], Lanes<N>) {
+    fn node(&self, time: Lanes<N>) -> (Lanes<N>, Lanes<N>) {
         let last = (PIECES * NODES) as f64;
         let shares = time * self.inverse_spacing + Lanes::splat(0.5);
-        let node = std::array::from_fn(|lane| shares[lane].clamp(0.0, last) as usize);
-        (
-            node,
-            self.spacing * Lanes::from_fn(|lane| node[lane] as f64),
-        )
+        let node = shares.map(|share| share.clamp(0.0, last).trunc());
+        (node, self.spacing * node)
     }
 
     #[inline(always)]
     fn go_to(
         &self,
-        node: [usize; N],
+        node: Lanes<N>,
         wanted: LaneMask<N>,
-        known: &mut [usize; N],
+        known: &mut Lanes<N>,
         extended: &[Lanes<N>],
         out: &mut [Lanes<N>],
     ) {
-        let moves = LaneMask::from_fn(|lane| node[lane] != known[lane]) & wanted;
-        if !moves.any() {
-            return;
-        }
-        for lane in moves.lanes() {
-            known[lane] = node[lane];
-            self.alone[lane].take_lane_to(node[lane], lane, extended, out);
+        if (wanted & !node.is_equal(*known)).any() {
+            *known = node;
+            self.nodes.take_to(node, extended, out);
+            out[self.columns - 1] = Lanes::splat(1.0);
         }
     }
 

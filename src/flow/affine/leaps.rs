@@ -9,7 +9,7 @@ use super::looks::Looks;
 use super::matrix::{Matrix, terms_within, unit};
 use super::nodes::Nodes;
 use super::rows::{RowTable, Rows, padded};
-use crate::numeric::{Branched, Lanes, Real, Scalar, polynomial};
+use crate::numeric::{Branched, Real, Scalar, polynomial};
 
 /// Pieces of a span.
 pub(super) const PIECES: usize = 3;
@@ -129,28 +129,6 @@ impl<S: Real> AffineLeaps<S> {
     /// Length of an extended state at a node, padded.
     pub fn padded_columns(columns: usize) -> usize {
         padded(columns)
-    }
-}
-
-impl AffineLeaps<f64> {
-    /// The extended state of one of several orbits at a node, into its lane.
-    #[inline(always)]
-    pub(super) fn take_lane_to<const N: usize>(
-        &self,
-        node: usize,
-        lane: usize,
-        extended: &[Lanes<N>],
-        out: &mut [Lanes<N>],
-    ) {
-        let one = extended.len() - 1;
-        if node == 0 {
-            for (out, value) in out.iter_mut().zip(extended) {
-                out[lane] = value[lane];
-            }
-        } else {
-            self.nodes.get(node).combine_lane(lane, extended, out);
-            out[one][lane] = 1.0;
-        }
     }
 }
 

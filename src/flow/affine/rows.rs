@@ -119,6 +119,11 @@ impl<S: Scalar, const N: usize> RowTable<S, N> {
         self.columns
     }
 
+    /// Blocks of rows, in each all columns one after another.
+    pub(super) fn blocks(&self) -> &[[S; N]] {
+        &self.blocks
+    }
+
     /// Number of rows.
     pub(crate) fn rows(&self) -> usize {
         self.rows
@@ -249,7 +254,13 @@ impl<S: Scalar, const N: usize> RowTable<S, N> {
     }
 }
 
-impl<S: Scalar, const C: usize, const B: usize, const N: usize> FixedRows<'_, S, C, B, N> {
+impl<'t, S: Scalar, const C: usize, const B: usize, const N: usize> FixedRows<'t, S, C, B, N> {
+    /// These blocks of columns.
+    #[inline(always)]
+    pub(super) fn new(blocks: &'t [[[S; N]; C]; B]) -> Self {
+        Self(blocks)
+    }
+
     /// The product of every row with the extended state, those of the padding included; its last component, 1, may be left
     /// out.
     #[inline(always)]
@@ -259,29 +270,6 @@ impl<S: Scalar, const C: usize, const B: usize, const N: usize> FixedRows<'_, S,
             *products = product(extended, |&y| y, block);
         }
         products
-    }
-}
-
-impl<const N: usize> RowTable<f64, N> {
-    /// The product of every row with one lane of extended states, into that lane of `out`, of the padded length.
-    #[inline(always)]
-    pub(super) fn combine_lane<const M: usize>(
-        &self,
-        lane: usize,
-        extended: &[Lanes<M>],
-        out: &mut [Lanes<M>],
-    ) {
-        let blocks = out.as_chunks_mut::<N>().0.iter_mut();
-        self.products(
-            extended,
-            |y| y[lane],
-            blocks,
-            |out, products| {
-                for (out, product) in out.iter_mut().zip(products) {
-                    out[lane] = product;
-                }
-            },
-        );
     }
 }
 
@@ -301,7 +289,7 @@ impl<const N: usize, const L: usize> RowTable<Lanes<L>, N> {
 
 /// The products of a block's rows with an extended state, whose last component is 1.
 #[inline(always)]
-fn product<S: Scalar, Y, const N: usize>(
+pub(super) fn product<S: Scalar, Y, const N: usize>(
     extended: &[Y],
     number: impl Fn(&Y) -> S,
     block: &[[S; N]],

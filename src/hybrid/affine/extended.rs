@@ -16,6 +16,15 @@ pub(super) struct Extended<S> {
     anchored: Vec<S>,
 }
 
+/// The harmonic of one force.
+#[derive(Clone, Copy, Debug)]
+pub(in crate::hybrid) struct Harmonic {
+    /// The phase at which it is known.
+    pub(super) phase: Option<f64>,
+    /// Cosine and sine.
+    pub(super) pair: [f64; 2],
+}
+
 impl<S: Real> Extended<S> {
     pub(super) fn new(states: usize, phase: Option<usize>, harmonics: usize) -> Self {
         let mut values = vec![S::zero(); states + 2 * harmonics + 1];
@@ -111,5 +120,22 @@ impl<S: Real> Extended<S> {
     pub(super) fn put(&mut self, values: &[S], theta: Option<S>) {
         self.values.copy_from_slice(values);
         self.theta = theta;
+    }
+}
+
+impl Extended<f64> {
+    /// The first harmonic, of a system that has one.
+    pub(super) fn harmonic(&self) -> Harmonic {
+        let place = self.states;
+        Harmonic {
+            phase: self.theta,
+            pair: [self.values[place], self.values[place + 1]],
+        }
+    }
+
+    /// Puts the only harmonic.
+    pub(super) fn put_harmonic(&mut self, harmonic: Harmonic) {
+        self.values[self.states..][..2].copy_from_slice(&harmonic.pair);
+        self.theta = harmonic.phase;
     }
 }

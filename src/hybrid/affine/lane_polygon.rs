@@ -29,8 +29,12 @@ pub(super) struct LaneShape<const N: usize> {
 /// The first fall through a bound.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct LaneFall<const N: usize> {
-    /// The first point that is not above the bound.
+    /// The number of the first point that is not above the bound.
     point: Lanes<N>,
+    /// The one before it, itself, and the one after it.
+    before: Lanes<N>,
+    after: Lanes<N>,
+    next: Lanes<N>,
     /// Whether there is one, after others.
     pub(super) exists: LaneMask<N>,
     /// Whether all points from there on are below zero.
@@ -67,21 +71,56 @@ impl<const N: usize> LanePolygon<'_, N> {
         }
     }
 
+    /// The least of the points; the first has no say where the polynomials start on a zero.
+    #[inline(always)]
+    pub(super) fn least(&self, on_zero: LaneMask<N>) -> Lanes<N> {
+        let mut least = [Lanes::splat(f64::INFINITY); 8];
+        let (chunks, rest) = self.points.as_chunks::<8>();
+        for (chunk, number) in chunks.iter().zip(0..) {
+            for (place, (least, &value)) in least.iter_mut().zip(chunk).enumerate() {
+                let value = match number + place {
+                    0 => Lanes::select(on_zero, Lanes::splat(f64::INFINITY), value),
+                    _ => value,
+                };
+                *least = smaller(*least, value);
+            }
+        }
+        let rest = rest
+            .iter()
+            .fold(least[0], |least, &value| smaller(least, value));
+        let [_, b, c, d, e, f, g, h] = least;
+        smaller(
+            smaller(smaller(rest, b), smaller(c, d)),
+            smaller(smaller(e, f), smaller(g, h)),
+        )
+    }
+
     /// Where the polynomials first come down to a bound; the first point has no say where they start on a zero.
     #[inline(always)]
     pub(super) fn first_fall(&self, bound: Lanes<N>, on_zero: LaneMask<N>) -> LaneFall<N> {
         let (zero, one) = (Lanes::splat(0.0), Lanes::splat(1.0));
-        let mut above = bound.is_below(self.points[0]) | on_zero;
-        let starts = bound.is_below(Lanes::select(on_zero, self.points[1], self.points[0]));
+        let first = self.points[0];
+        let mut above = bound.is_below(first) | on_zero;
+        let starts = bound.is_below(Lanes::select(on_zero, self.points[1], first));
         let mut point = Lanes::select(above, one, zero);
-        let mut stays = above | self.points[0].is_below(-self.rounding);
+        let mut stays = above | first.is_below(-self.rounding);
+        let (mut before, mut after, mut next) = (first, first, self.points[1]);
+        let mut ended = LaneMask::NONE;
         for &value in &self.points[1..] {
+            next = Lanes::select(!above & !ended, value, next);
+            ended |= !above;
+            let was = above;
             above &= bound.is_below(value);
+            before = Lanes::select(was, after, before);
+            after = Lanes::select(was, value, after);
             point += Lanes::select(above, one, zero);
             stays &= above | value.is_below(-self.rounding);
         }
         LaneFall {
             point,
+            before,
+            after,
+            next,
             exists: starts & !above,
             stays,
         }
@@ -102,8 +141,12 @@ impl<const N: usize> LanePolygon<'_, N> {
     pub(super) fn fall(&self, fall: &LaneFall<N>) -> Lanes<N> {
         let number = Lanes::splat;
         let last = number((self.points.len() - 1) as f64);
-        let point = |offset| self.point(fall.point, offset);
-        let [before, after, next] = [point(-1.0), point(0.0), point(1.0)];
+        let LaneFall {
+            before,
+            after,
+            next,
+            ..
+        } = *fall;
         let down = after - before;
         let (step, slope) = (number(1.0) / last, number(1.0) / down);
         let has_next = fall.point.is_below(last);
@@ -120,4 +163,10 @@ impl<const N: usize> LanePolygon<'_, N> {
         let place = |lane: usize| ((number[lane] + distance) as usize).min(last);
         Lanes::from_fn(|lane| self.points[place(lane)][lane])
     }
+}
+
+/// The smaller numbers of both.
+#[inline(always)]
+fn smaller<const N: usize>(one: Lanes<N>, other: Lanes<N>) -> Lanes<N> {
+    one.zip_map(other, |one, other| if other < one { other } else { one })
 }

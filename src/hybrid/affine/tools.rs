@@ -3,7 +3,6 @@
 use super::extended::Extended;
 use super::flight::AffineFlight;
 use super::impacts::Run;
-use super::lane_tools::OrbitTables;
 use super::leap::{Asked, Leap, LeapBuffers, Leaper};
 use super::retreat::Retreat;
 use super::surface::SurfaceTables;
@@ -316,25 +315,6 @@ impl<'a, S: Real> AffineTools<'a, S> {
     }
 }
 
-impl AffineTools<'_, f64> {
-    /// What an orbit at one rigid surface flies by; `None` without leaps, or without an affine reset.
-    pub(in crate::hybrid) fn orbit_tables(
-        &mut self,
-        motion: &mut Motion<f64>,
-        parameters: &[f64],
-    ) -> Option<OrbitTables> {
-        let leaps = self.leaps(motion, parameters)?.0.clone();
-        let tables = self.tables.as_ref()?;
-        Some(OrbitTables {
-            leaps,
-            surface: tables.surfaces.first()?.clone(),
-            multiples: tables.rows.multiples.clone(),
-            phase: self.system.expressions.phase(),
-            states: self.system.expressions.states(),
-        })
-    }
-}
-
 impl AffineSystem {
     /// A field with the harmonics of free flight.
     fn field<'r, S: Real>(
@@ -397,3 +377,5 @@ impl<S: Real> Tables<S> {
         }
     }
 }
+
+mod orbit;

@@ -1,0 +1,214 @@
+//! Forcing periods of several orbits in lanes, each at its own parameters.
+//!
+//! One idea: lanes hold what orbits have in common; an orbit that is about to do something else is flown on by its own simulator,
+//! from there to the end of the period. So every state is, to the last bit, that of [`Simulator::advance_period`].
+
+use super::affine::{LaneImpacts, LaneLeft, OrbitTables};
+use super::lane_motion::LaneMotion;
+use super::simulator::{Simulator, Stop};
+use super::system::{Law, Regime};
+use super::trajectory::{Event, Outcome};
+use crate::numeric::{Branched, LaneMask, Lanes, Mask, is_wide};
+
+/// Direct simulation of up to `N` orbits by forcing periods, contacts alone asked for: [`Simulator::advance_period`] in lanes.
+///
+/// It is for systems of one mass or two under one force whose free flight is affine, at one rigid stop at rest.
+///
+/// ```
+/// use grazemap::hybrid::{HybridSystem, LanePeriods, Simulator};
+/// use grazemap::model::{Scene, catalogue};
+///
+/// let scene = Scene::parse(catalogue::text("linear").unwrap(), "linear").unwrap();
+/// let system = HybridSystem::new(&scene.model);
+/// let parameters: Vec<f64> = scene.model.parameter_values().iter().map(|p| p.hi).collect();
+/// let mut orbits = Vec::new();
+/// for number in 0..8 {
+///     let mut orbit = Simulator::new(&system, &parameters)?;
+///     orbit.set_state(&[0.1 * f64::from(number), 0.0, 0.0])?;
+///     orbits.push(orbit);
+/// }
+/// // None where the processor has no wide registers: such orbits are simulated one by one.
+/// if let Some(mut orbits) = LanePeriods::<8>::new(orbits) {
+///     let mut impacts = [0; 8];
+///     for _ in 0..100 {
+///         orbits.advance(&mut |orbit, _| impacts[orbit] += 1);
+///     }
+///     assert!(orbits.state(3)[0] <= 1.0 && impacts[3] > 0);
+/// }
+/// # Ok::<(), grazemap::hybrid::HybridError>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct LanePeriods<'a, const N: usize> {
+    alone: Vec<Simulator<'a, f64>>,
+    impacts: LaneImpacts<N>,
+    motion: LaneMotion<N>,
+    /// Of the phase, and in time.
+    period: f64,
+    durations: Lanes<N>,
+    /// The lanes that have orbits.
+    used: LaneMask<N>,
+    /// Those whose states are in lanes.
+    together: LaneMask<N>,
+    /// Those that have flown since they came there.
+    flown: LaneMask<N>,
+    outcomes: Vec<Outcome<f64>>,
+}
+
+impl<'a, const N: usize> LanePeriods<'a, N> {
+    /// The orbits that start from the present states of simulators; `None` where they cannot be flown in lanes, and on machines
+    /// without wide registers ([`is_wide`]).
+    ///
+    /// # Panics
+    ///
+    /// If there are none, or more than lanes.
+    pub fn new(mut alone: Vec<Simulator<'a, f64>>) -> Option<Self> {
+        let lanes = alone.len();
+        assert!((1..=N).contains(&lanes), "{lanes} lanes of {N}");
+        let system = alone[0].system();
+        let phase = system.phase.as_ref()?;
+        let is_fit = matches!(&system.surfaces[..], [one] if matches!(one.law, Law::Rigid { .. }));
+        if !is_wide() || !is_fit {
+            return None;
+        }
+        let tables: Option<Vec<_>> = alone.iter_mut().map(Simulator::orbit_tables).collect();
+        let durations: Result<Vec<_>, _> = alone.iter().map(Simulator::forcing_period).collect();
+        let (tables, durations) = (tables?, durations.ok()?);
+        let own = |lane: usize| if lane < lanes { lane } else { 0 };
+        let impacts = LaneImpacts::new(std::array::from_fn(|lane| &tables[own(lane)]))?;
+        for simulator in &mut alone {
+            simulator.set_near_miss_limit(0.0);
+        }
+        Some(Self {
+            impacts,
+            motion: LaneMotion::new(system.dimension()),
+            period: phase.period.hi,
+            durations: Lanes::from_fn(|lane| durations[own(lane)]),
+            used: LaneMask::from_fn(|lane| lane < lanes),
+            together: LaneMask::NONE,
+            flown: LaneMask::NONE,
+            outcomes: vec![Outcome::Completed; lanes],
+            alone,
+        })
+    }
+
+    /// Simulates one forcing period of every orbit, handing every event to `record` with the orbit's number; how each ended.
+    ///
+    /// Phases are then exactly where they were, and times are counted from the start of the period. The events of one orbit come in the
+    /// order of their times, those of two in any.
+    pub fn advance(&mut self, record: &mut dyn FnMut(usize, Event<f64>)) -> &[Outcome<f64>] {
+        self.join();
+        let wanted = self.together;
+        let component = self.impacts.phase();
+        let reference = self.motion.state[component];
+        let (motion, horizon) = (&mut self.motion, self.durations);
+        let left = (self.impacts).fly(motion, wanted, horizon, self.period, record);
+        self.flown |= left.flown;
+        self.together &= !left.open & !left.contact;
+        let phase = &mut self.motion.state[component];
+        *phase = Lanes::select(self.together, reference, *phase);
+        if self.together != self.used {
+            self.finish_alone(wanted, reference, &left, record);
+        }
+        &self.outcomes
+    }
+
+    /// The full state of an orbit, counted from 0.
+    ///
+    /// # Panics
+    ///
+    /// If there is no such orbit.
+    pub fn state(&self, orbit: usize) -> Vec<f64> {
+        if self.together.holds(orbit) {
+            let states = self.motion.state.iter();
+            return states.map(|state| state[orbit]).collect();
+        }
+        self.alone[orbit].state().to_vec()
+    }
+
+    /// Whether the last period of an orbit was flown in lanes to its end.
+    pub fn is_together(&self, orbit: usize) -> bool {
+        self.together.holds(orbit)
+    }
+
+    /// Takes orbits into their lanes that are in free flight.
+    fn join(&mut self) {
+        if self.together == self.used {
+            return;
+        }
+        for lane in (self.used & !self.together).lanes() {
+            if self.alone[lane].regime() == Regime::Free {
+                self.take(lane);
+            }
+        }
+    }
+
+    /// Takes an orbit into its lane.
+    fn take(&mut self, lane: usize) {
+        let simulator = &self.alone[lane];
+        let own = &simulator.motion;
+        for (state, &value) in self.motion.state.iter_mut().zip(&own.state) {
+            state[lane] = value;
+        }
+        self.motion.leaving.set(lane, own.leaving[0].is_some());
+        self.motion.rounding[lane] = own.leaving[0].unwrap_or(0.0);
+        if let Some(tools) = &simulator.affine {
+            self.impacts.put_harmonic(lane, tools.harmonic());
+        }
+        self.together.set(lane, true);
+        self.flown.set(lane, false);
+    }
+
+    /// The rest of the period of orbits that have left the lanes, and all of it of those that were not there.
+    #[cold]
+    fn finish_alone(
+        &mut self,
+        wanted: LaneMask<N>,
+        reference: Lanes<N>,
+        left: &LaneLeft<N>,
+        record: &mut dyn FnMut(usize, Event<f64>),
+    ) {
+        for lane in (self.used & !self.together).lanes() {
+            let record = &mut |event| record(lane, event);
+            if wanted.holds(lane) {
+                self.give_back(lane, reference[lane]);
+            }
+            let (simulator, duration) = (&mut self.alone[lane], self.durations[lane]);
+            let outcome = if left.flown.holds(lane) {
+                let contact = left.contact.holds(lane);
+                let stop = contact.then_some(Stop::Contact { surface: 0 });
+                simulator.finish_period(stop, duration, record)
+            } else {
+                simulator.advance_period(duration, record)
+            };
+            // A phase there is: no error.
+            self.outcomes[lane] = outcome.unwrap_or(Outcome::Completed);
+        }
+    }
+
+    /// Puts an orbit back into its simulator, on its way through a period that began at a phase.
+    fn give_back(&mut self, lane: usize, reference: f64) {
+        let simulator = &mut self.alone[lane];
+        let (own, motion) = (&mut simulator.motion, &self.motion);
+        for (state, value) in own.state.iter_mut().zip(&motion.state) {
+            *state = value[lane];
+        }
+        (own.time, own.turns) = (motion.time[lane], motion.turns[lane] as i64);
+        own.reference_phase = reference;
+        let leaving = motion.leaving.holds(lane);
+        own.leaving[0] = leaving.then_some(motion.rounding[lane]);
+        if self.flown.holds(lane) {
+            own.lose_headings();
+        }
+        if let Some(tools) = &mut simulator.affine {
+            tools.put_harmonic(self.impacts.harmonic(lane));
+        }
+    }
+}
+
+impl Simulator<'_, f64> {
+    /// What the orbit leaps by, where it can.
+    pub(super) fn orbit_tables(&mut self) -> Option<OrbitTables> {
+        let tools = self.affine.as_mut()?;
+        tools.orbit_tables(&mut self.motion, &self.parameters)
+    }
+}

@@ -1,0 +1,137 @@
+//! Forcing periods in lanes against those of each orbit alone: the same states and events to the last bit, where orbits impact,
+//! chatter, stick and come free again. Machines without wide registers have no lanes.
+
+use grazemap::hybrid::{Event, EventKind, HybridSystem, LanePeriods, Simulator};
+use grazemap::model::{Model, Scene, catalogue};
+use grazemap::numeric::is_wide;
+
+const LANES: usize = 8;
+
+fn model(name: &str, overrides: &[(&str, f64)]) -> Model {
+    let text = catalogue::text(name).expect("in the catalogue");
+    let overrides: Vec<_> = overrides
+        .iter()
+        .map(|&(parameter, value)| (parameter.to_owned(), value.to_string()))
+        .collect();
+    let scene = Scene::parse_with(text, name, &overrides).expect("a good scene");
+    scene.model
+}
+
+/// Simulators of one system, each with one parameter scaled a little more than the one before, from states of their own before
+/// the stop.
+fn orbits<'s>(
+    system: &'s HybridSystem,
+    model: &Model,
+    scaled: &str,
+    by: f64,
+    count: usize,
+) -> Vec<Simulator<'s, f64>> {
+    let names: Vec<_> = model.parameters.iter().map(|one| &one.name[..]).collect();
+    let place = names.iter().position(|&name| name == scaled);
+    let place = place.expect("a parameter of the scene");
+    let mut orbits = Vec::new();
+    for number in 0..count {
+        let mut parameters: Vec<f64> = model.parameter_values().iter().map(|p| p.hi).collect();
+        parameters[place] *= 1.0 + by * number as f64;
+        let mut orbit = Simulator::new(system, &parameters).expect("finite parameters");
+        orbit.set_near_miss_limit(0.0);
+        let share = |component: usize| ((number * 7 + component * 3) as f64 * 0.618).fract();
+        let state: Vec<f64> = (0..system.dimension())
+            .map(|component| 0.4 * share(component) - 1.5)
+            .collect();
+        orbit.set_state(&state).expect("a finite state");
+        orbits.push(orbit);
+    }
+    orbits
+}
+
+/// Flies orbits both ways; how many periods there were, how many were flown in lanes to their ends, and how many stuck.
+fn agree(mut alone: Vec<Simulator<'_, f64>>, periods: usize) -> [usize; 3] {
+    let mut lanes = LanePeriods::<LANES>::new(alone.clone()).expect("one rigid stop at rest");
+    let (mut together, mut stuck) = (0, 0);
+    let mut events: Vec<Vec<Event<f64>>> = vec![Vec::new(); alone.len()];
+    for number in 0..periods {
+        events.iter_mut().for_each(Vec::clear);
+        let outcomes = lanes
+            .advance(&mut |orbit, event| events[orbit].push(event))
+            .to_vec();
+        for (orbit, simulator) in alone.iter_mut().enumerate() {
+            let period = simulator.forcing_period().expect("a phase");
+            let mut expected = Vec::new();
+            let outcome = simulator
+                .advance_period(period, &mut |event| expected.push(event))
+                .expect("a phase");
+            let place = format!("orbit {orbit}, period {number}");
+            assert_eq!(outcomes[orbit], outcome, "{place}");
+            assert_eq!(events[orbit], expected, "{place}");
+            assert_eq!(lanes.state(orbit), simulator.state(), "{place}");
+            together += usize::from(lanes.is_together(orbit));
+            stuck += expected
+                .iter()
+                .filter(|event| event.kind == EventKind::Stick)
+                .count();
+        }
+    }
+    [periods * alone.len(), together, stuck]
+}
+
+#[test]
+fn periods_in_lanes_are_those_of_single_orbits_to_the_last_bit() {
+    if !is_wide() {
+        return;
+    }
+    for (name, scaled, by, least) in [
+        ("linear", "alpha", 1e-4, 0.9),
+        ("linear", "omega", 1e-3, 0.9),
+        ("foale", "alpha", 1e-2, 0.9),
+        ("linear_codim2", "alpha", 2e-2, 0.3),
+    ] {
+        let model = model(name, &[]);
+        let system = HybridSystem::new(&model);
+        for count in [LANES, 3] {
+            let [all, together, _] = agree(orbits(&system, &model, scaled, by, count), 400);
+            println!("{name}, {scaled}: {together} of {all} together");
+            assert!(
+                together as f64 > least * all as f64,
+                "{name}, {scaled}: {together} of {all}"
+            );
+        }
+    }
+}
+
+#[test]
+fn orbits_that_chatter_and_stick_leave_the_lanes_and_come_back() {
+    if !is_wide() {
+        return;
+    }
+    let model = model("linear", &[("delta", -1.0), ("r", 0.3), ("omega", 1.8)]);
+    let system = HybridSystem::new(&model);
+    let [all, together, stuck] = agree(orbits(&system, &model, "alpha", 0.3, LANES), 400);
+    println!("{together} of {all} together, {stuck} stuck");
+    assert!(stuck > 100 && 10 * together > all && together < all);
+}
+
+#[test]
+fn a_state_beyond_the_stop_is_refused_as_it_is_alone() {
+    if !is_wide() {
+        return;
+    }
+    let model = model("linear", &[]);
+    let system = HybridSystem::new(&model);
+    let mut alone = orbits(&system, &model, "alpha", 1e-4, LANES);
+    alone[3]
+        .set_state(&[1.5, 0.0, 0.0])
+        .expect("a finite state");
+    agree(alone, 3);
+}
+
+#[test]
+fn what_lanes_do_not_know_has_none() {
+    for name in ["mems", "moving_stop", "impact_pair", "soft_a_stiff"] {
+        let model = model(name, &[]);
+        let system = HybridSystem::new(&model);
+        let parameters: Vec<f64> = model.parameter_values().iter().map(|p| p.hi).collect();
+        let orbit = Simulator::new(&system, &parameters).expect("finite parameters");
+        assert!(LanePeriods::<LANES>::new(vec![orbit]).is_none(), "{name}");
+    }
+}
