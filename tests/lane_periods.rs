@@ -84,7 +84,7 @@ fn periods_in_lanes_are_those_of_single_orbits_to_the_last_bit() {
         ("linear", "alpha", 1e-4, 0.9),
         ("linear", "omega", 1e-3, 0.9),
         ("foale", "alpha", 1e-2, 0.9),
-        ("linear_codim2", "alpha", 2e-2, 0.3),
+        ("linear_codim2", "alpha", 1e-3, 0.9),
     ] {
         let model = model(name, &[]);
         let system = HybridSystem::new(&model);

@@ -5,8 +5,9 @@
 //! code on numbers in fixed places; what is anything else is left to the general way, from where it begins.
 
 use super::extended::Extended;
+use super::newton::turn;
 use super::parabolas::falling_zero;
-use super::polygon::{Polygon, ROUNDING, Zeros};
+use super::polygon::{Piece, Polygon, ROUNDING, Shape, Zeros};
 use super::surface::{FixedSurface, SurfaceTables};
 use crate::flow::{AffineLeaps, FixedLeaps, FixedVisit, SERIES};
 use crate::hybrid::chatter::{AfterImpact, Rebound};
@@ -83,6 +84,12 @@ struct Point<S, const STATES: usize, const C: usize> {
     turns: i64,
     /// Rounding of the gap where the surface has just been left.
     leaving: Option<S>,
+}
+
+/// A contact to be found: near a time, and within which.
+struct Sought<S> {
+    near: f64,
+    within: Option<[S; 2]>,
 }
 
 /// How a leap ends.
@@ -220,21 +227,29 @@ impl<S: Real, const STATES: usize, const C: usize, const B: usize> Flying<'_, S,
                 points: points.as_flattened(),
                 rounding,
             };
-            match polygon.zeros(piece == 0 && point.leaving.is_some()) {
-                Zeros::None => {}
-                Zeros::Unknown => return None,
-                Zeros::OneFall { place } => {
-                    let near = from + place * leaps.piece();
-                    let is_later = near > until && {
-                        let start = leaps.go_to(until, extended, visit)?;
-                        let series = leaps.watched_series(visit);
-                        polynomial::value(series.as_flattened(), quiet - start) > S::zero()
-                    };
-                    if !is_later {
-                        let time = self.fall(near, extended, visit)?;
-                        if time <= quiet {
-                            return Some(Some(time));
-                        }
+            let on_zero = piece == 0 && point.leaving.is_some();
+            let sought = match polygon.zeros(on_zero) {
+                Zeros::None => None,
+                Zeros::OneFall { place } => Some(Sought {
+                    near: from + place * leaps.piece(),
+                    within: None,
+                }),
+                Zeros::Unknown if on_zero => return None,
+                Zeros::Unknown => self.unclear(&polygon, from, extended, visit)?,
+            };
+            if let Some(Sought { near, within }) = sought {
+                let is_later = near > until && {
+                    let start = leaps.go_to(until, extended, visit)?;
+                    let series = leaps.watched_series(visit);
+                    polynomial::value(series.as_flattened(), quiet - start) > S::zero()
+                };
+                if !is_later {
+                    let time = self.fall(near, extended, visit)?;
+                    if within.is_some_and(|[from, until]| time < from || time > until) {
+                        return None;
+                    }
+                    if time <= quiet {
+                        return Some(Some(time));
                     }
                 }
             }
@@ -243,6 +258,67 @@ impl<S: Real, const STATES: usize, const C: usize, const B: usize> Flying<'_, S,
             }
         }
         Some(None)
+    }
+
+    /// What is to be sought on a piece where control points come near the surface; `None` where that is not known.
+    #[inline(always)]
+    fn unclear(
+        &self,
+        polygon: &Polygon<'_>,
+        from: f64,
+        extended: &[S; C],
+        visit: &mut FixedVisit<S, B>,
+    ) -> Option<Option<Sought<S>>> {
+        let (starts, ends) = (polygon.starts_above(), polygon.ends_above() == Some(true));
+        let stays_open = match polygon.shape(false) {
+            Shape::Rising => starts,
+            Shape::Falling => ends,
+            Shape::Hill => starts && ends,
+            Shape::Unknown => false,
+            Shape::Valley { place } => return self.valley(polygon, from, place, extended, visit),
+        };
+        stays_open.then_some(None)
+    }
+
+    /// The same of a gap with one extremum, a minimum near a place.
+    #[inline(always)]
+    fn valley(
+        &self,
+        polygon: &Polygon<'_>,
+        from: f64,
+        place: f64,
+        extended: &[S; C],
+        visit: &mut FixedVisit<S, B>,
+    ) -> Option<Option<Sought<S>>> {
+        let leaps = &self.leaps;
+        let near = from + place * leaps.piece();
+        let start = leaps.go_to(near, extended, visit)?;
+        let series = leaps.watched_series(visit);
+        let (mut slopes, guess) = ([S::zero(); SERIES], S::from_f64(near) - start);
+        let mut minimum = turn(
+            series.as_flattened(),
+            &mut slopes,
+            guess,
+            leaps.reach(),
+            true,
+        );
+        minimum.time += start;
+        let first = S::from_f64(from);
+        let last = first + S::from_f64(leaps.piece());
+        if !minimum.found || minimum.time < first || minimum.time > last {
+            return None;
+        }
+        if minimum.gap >= S::zero() {
+            return (minimum.gap > S::zero()).then_some(None);
+        }
+        let piece = Piece {
+            from,
+            length: leaps.piece(),
+            reach: leaps.reach().to_f64(),
+        };
+        let near = polygon.fall_before(&minimum, piece)?;
+        let within = Some([first, minimum.time]);
+        Some(Some(Sought { near, within }))
     }
 
     /// The contact near a time; `None` where it is not known about the nearest node.

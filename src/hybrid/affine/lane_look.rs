@@ -5,8 +5,9 @@
 
 use super::lane_polygon::LanePolygon;
 use super::newton::GapCourse;
+use super::polygon::Piece;
 use crate::flow::{LaneLeaps, LeapTables};
-use crate::numeric::{Branched, LaneMask, Lanes, Mask, Scalar};
+use crate::numeric::{Branched, LaneMask, Lanes, Mask};
 
 /// A look at the gaps on one piece; all minima are looked for, and contacts where they are not flown through.
 pub(super) struct LaneLook<'t, const N: usize> {
@@ -127,49 +128,21 @@ impl<const N: usize> LaneLook<'_, N> {
         found.rises |= clear & turn.time.is_at_most(self.until);
         found.time = Lanes::select(found.minimum, turn.time, found.time);
         if below.any() {
-            self.seek_before(
-                turn.time,
-                turn.gap,
-                turn.curvature,
-                below,
-                &mut sought,
-                found,
-            );
+            let piece = Piece {
+                from: self.from,
+                length: self.gap.leaps.piece(),
+                reach: self.gap.leaps.reach(),
+            };
+            let (near, known) = self.polygon.fall_before(&turn, piece, below);
+            found.open |= below & !known;
+            sought.near = Lanes::select(known, near, sought.near);
+            sought.wanted |= known;
         }
         if sought.wanted.any() {
             let (time, is_found) = self.gap.fall(sought.near, sought.wanted);
             let inside = self.from.is_at_most(time) & time.is_at_most(turn.time);
             take_contacts(found, &sought, time, is_found & (inside | !below));
         }
-    }
-
-    /// Where gaps fell through zero before their minima: near the zeros of the parabolas about those, or of the points.
-    #[inline(always)]
-    fn seek_before(
-        &mut self,
-        minimum: Lanes<N>,
-        gap: Lanes<N>,
-        curvature: Lanes<N>,
-        below: LaneMask<N>,
-        sought: &mut Sought<N>,
-        found: &mut Found<N>,
-    ) {
-        let two = Lanes::splat(2.0);
-        let lead = (-two * gap / curvature).sqrt();
-        let is_near = lead.is_at_most(two * self.gap.leaps.reach());
-        let mut near = minimum - lead;
-        let mut unclear = below & self.polygon.points[0].is_at_most(self.polygon.rounding);
-        let far = below & !is_near;
-        if far.any() {
-            let fall = self.polygon.first_fall(Lanes::splat(0.0), LaneMask::NONE);
-            unclear |= far & !fall.exists;
-            let guess = self.from + self.polygon.fall(&fall) * self.gap.leaps.piece();
-            near = Lanes::select(is_near, near, guess);
-        }
-        found.open |= unclear;
-        let wanted = below & !unclear;
-        sought.near = Lanes::select(wanted, near, sought.near);
-        sought.wanted |= wanted;
     }
 }
 

@@ -3,7 +3,8 @@
 //! One idea: a run of points ends, for all orbits at once, where a mask does; a sum of what the mask selects is how many one
 //! orbit counts.
 
-use super::polygon::SAME_MINIMUM;
+use super::newton::Turn;
+use super::polygon::{Piece, SAME_MINIMUM};
 use crate::numeric::{Branched, LaneMask, Lanes, Mask, Scalar};
 
 /// Control points of `N` polynomials on `[0, 1]`, and the sizes within which they have no sign.
@@ -69,6 +70,13 @@ impl<const N: usize> LanePolygon<'_, N> {
             turns: !along,
             turn,
         }
+    }
+
+    /// Where the polynomials start above zero by more than rounding, and where they end so.
+    #[inline(always)]
+    pub(super) fn ends_above(&self) -> [LaneMask<N>; 2] {
+        let ends = [self.points[0], self.points[self.points.len() - 1]];
+        ends.map(|end| self.rounding.is_below(end))
     }
 
     /// The least of the points; the first has no say where the polynomials start on a zero.
@@ -154,6 +162,29 @@ impl<const N: usize> LanePolygon<'_, N> {
         let place = (fall.point - after * slope) * step;
         let within = place * (number(1.0) - place) * last * number(0.5) * bend * slope;
         place - within.map(|within| within.clamp(-0.5, 0.5)) * step
+    }
+
+    /// The times near which gaps, above zero at the start of a piece, fell through zero before minima below it, and where they are
+    /// known: those of the zeros of the parabolas about the minima, or of the points.
+    #[inline(always)]
+    pub(super) fn fall_before(
+        &self,
+        minimum: &Turn<Lanes<N>>,
+        piece: Piece<Lanes<N>>,
+        wanted: LaneMask<N>,
+    ) -> (Lanes<N>, LaneMask<N>) {
+        let two = Lanes::splat(2.0);
+        let lead = (-two * minimum.gap / minimum.curvature).sqrt();
+        let is_near = lead.is_at_most(two * piece.reach);
+        let mut near = minimum.time - lead;
+        let mut known = wanted & self.rounding.is_below(self.points[0]);
+        let far = wanted & !is_near;
+        if far.any() {
+            let fall = self.first_fall(Lanes::splat(0.0), LaneMask::NONE);
+            known &= is_near | fall.exists;
+            near = Lanes::select(is_near, near, piece.from + self.fall(&fall) * piece.length);
+        }
+        (near, known)
     }
 
     /// A point of every lane, the one at a distance from a number.

@@ -2,8 +2,8 @@
 //!
 //! One idea: no event, or exactly one zero or one extremum, which is found; anything else is left open.
 
-use super::newton::GapCourse;
-use super::polygon::{Polygon, Shape, Zeros};
+use super::newton::{GapCourse, Turn};
+use super::polygon::{Piece, Polygon, Shape, Zeros};
 use crate::flow::{AffineLeaps, LeapTables};
 use crate::hybrid::passage::{Goal, Heading, Passage, Start};
 use crate::numeric::Real;
@@ -124,7 +124,7 @@ impl<S: Real> Look<'_, S> {
         }
         let passage = match self.goal {
             Goal::Crossing { .. } if turn.gap < S::zero() => {
-                let time = self.contact_before(turn.time, turn.gap, turn.curvature)?;
+                let time = self.contact_before(&turn)?;
                 Some(Passage::Crossing { time })
             }
             goal => goal.admits(turn.gap).then_some(Passage::Minimum {
@@ -141,20 +141,17 @@ impl<S: Real> Look<'_, S> {
         })
     }
 
-    /// Where a gap fell through zero before its minimum: near the zero of the parabola about that, or of the points.
+    /// Where a gap fell through zero before its minimum.
     #[inline(always)]
-    fn contact_before(&mut self, minimum: S, gap: S, curvature: S) -> Option<S> {
-        if self.polygon.points[0] <= self.polygon.rounding {
-            return None;
-        }
-        let lead = (-2.0 * gap.to_f64() / curvature.to_f64()).sqrt();
-        let near = if lead <= 2.0 * self.gap.leaps.reach().to_f64() {
-            minimum.to_f64() - lead
-        } else {
-            self.time(self.polygon.first_fall()?)
+    fn contact_before(&mut self, minimum: &Turn<S>) -> Option<S> {
+        let piece = Piece {
+            from: self.from,
+            length: self.gap.leaps.piece(),
+            reach: self.gap.leaps.reach().to_f64(),
         };
+        let near = self.polygon.fall_before(minimum, piece)?;
         let (time, found) = self.gap.fall(near, true);
-        (found && time >= S::from_f64(self.from) && time <= minimum).then_some(time)
+        (found && time >= S::from_f64(self.from) && time <= minimum.time).then_some(time)
     }
 
     /// A time of the span from a share of the piece.

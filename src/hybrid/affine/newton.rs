@@ -178,20 +178,7 @@ impl<T: LeapTables> GapCourse<'_, T> {
     ) -> Turn<T::Number> {
         let reach = self.leaps.reach();
         let NodeVisit { series, slopes, .. } = self.series_about(node, wanted);
-        differentiate(series, slopes);
-        let chord = -slopes[0] / slopes[1];
-        let is_near = chord.abs().is_at_most(reach + reach);
-        let guess = T::Number::select(is_near, chord, guess);
-        let zero = newton(slopes, guess, reach, wanted);
-        let convex = is_convex(series, reach.rounded());
-        let rises_for = T::Number::select(convex, reach - zero.time, T::Number::zero());
-        Turn {
-            time: zero.time,
-            gap: polynomial::value(series, zero.time),
-            curvature: zero.slope,
-            rises_for,
-            found: zero.found,
-        }
+        turn(series, slopes, guess, reach, wanted)
     }
 
     /// The gap at a time.
@@ -221,6 +208,32 @@ impl<T: LeapTables> GapCourse<'_, T> {
     fn is_within(&self, time: T::Number) -> NumberMask<T> {
         let reach = self.leaps.reach();
         (-reach).is_below(time) & time.is_below(self.leaps.span() + reach)
+    }
+}
+
+/// The extremum of a series within reach of its node, from that of the parabola about the node, or from a guess where that has
+/// none near; `slopes` takes the derivative.
+#[inline(always)]
+pub(super) fn turn<S: Branched>(
+    series: &[S],
+    slopes: &mut [S],
+    guess: S,
+    reach: S,
+    wanted: S::Mask,
+) -> Turn<S> {
+    differentiate(series, slopes);
+    let chord = -slopes[0] / slopes[1];
+    let is_near = chord.abs().is_at_most(reach + reach);
+    let guess = S::select(is_near, chord, guess);
+    let zero = newton(slopes, guess, reach, wanted);
+    let convex = is_convex(series, reach.rounded());
+    let rises_for = S::select(convex, reach - zero.time, S::zero());
+    Turn {
+        time: zero.time,
+        gap: polynomial::value(series, zero.time),
+        curvature: zero.slope,
+        rises_for,
+        found: zero.found,
     }
 }
 

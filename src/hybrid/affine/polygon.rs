@@ -3,6 +3,9 @@
 //! One idea: a polynomial has no more zeros than its control points have changes of sign, no more extrema than they have
 //! turns, and differs from either number by an even one.
 
+use super::newton::Turn;
+use crate::numeric::Real;
+
 /// Share of the size of its terms within which a control point has no sign.
 pub(super) const ROUNDING: f64 = 64.0 * f64::EPSILON;
 
@@ -15,6 +18,16 @@ pub(super) const SAME_MINIMUM: f64 = 5e-7;
 pub(super) struct Polygon<'c> {
     pub(super) points: &'c [f64],
     pub(super) rounding: f64,
+}
+
+/// A piece of a span.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Piece<T = f64> {
+    /// Its start and its length.
+    pub(super) from: T,
+    pub(super) length: T,
+    /// How far from a node its series are good.
+    pub(super) reach: T,
 }
 
 /// The zeros.
@@ -116,6 +129,14 @@ impl Polygon<'_> {
         least(self.points, false) > bound + self.rounding
     }
 
+    /// Whether the polynomial starts above zero by more than rounding.
+    #[inline(always)]
+    pub(super) fn starts_above(&self) -> bool {
+        self.points
+            .first()
+            .is_some_and(|&first| first > self.rounding)
+    }
+
     /// Whether the polynomial ends above zero, or below; `None` where that is within rounding.
     #[inline(always)]
     pub(super) fn ends_above(&self) -> Option<bool> {
@@ -125,9 +146,23 @@ impl Polygon<'_> {
 
     /// Where the polynomial first falls through zero, from 0 to 1, if its points do: a guess.
     #[inline(always)]
-    pub(super) fn first_fall(&self) -> Option<f64> {
+    fn first_fall(&self) -> Option<f64> {
         let place = self.points.iter().position(|&b| b <= 0.0)?;
         (place > 0).then(|| self.fall(place))
+    }
+
+    /// The time near which a gap, above zero at the start of a piece, fell through zero before a minimum below it: that of the zero
+    /// of the parabola about the minimum, or of the points.
+    #[inline(always)]
+    pub(super) fn fall_before<S: Real>(&self, minimum: &Turn<S>, piece: Piece) -> Option<f64> {
+        if !self.starts_above() {
+            return None;
+        }
+        let lead = (-2.0 * minimum.gap.to_f64() / minimum.curvature.to_f64()).sqrt();
+        if lead <= 2.0 * piece.reach {
+            return Some(minimum.time.to_f64() - lead);
+        }
+        Some(piece.from + self.first_fall()? * piece.length)
     }
 
     /// Where the polynomial falls through zero, from 0 to 1, if its points do before this one.

@@ -65,17 +65,17 @@ fn agree<S: Real>(name: &str, periods: usize) -> (usize, usize) {
 
 #[test]
 fn flights_through_impacts_are_those_from_stop_to_stop_to_the_last_bit() {
-    for name in [
-        "linear",
-        "linear_codim2",
-        "foale",
-        "impact_pair",
-        "moving_stop",
+    for (name, least) in [
+        ("linear", 0.9),
+        ("linear_codim2", 0.7),
+        ("foale", 0.9),
+        ("impact_pair", 0.0),
+        ("moving_stop", 0.0),
     ] {
         let (flights, whole) = agree::<f64>(name, 60);
         println!("{name}: {whole} of {flights} periods in one kernel");
-        let most = !["linear", "foale"].contains(&name) || 10 * whole > 9 * flights;
-        assert!(flights > 300 && most, "{name}: {whole} of {flights}");
+        let is_most = whole as f64 >= least * flights as f64;
+        assert!(flights > 300 && is_most, "{name}: {whole} of {flights}");
         agree::<Dd>(name, 4);
     }
 }
