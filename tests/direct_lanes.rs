@@ -1,12 +1,14 @@
 //! Direct simulation in lanes against direct simulation of each orbit alone: the same to the last bit, on the scenes of the
 //! catalogue with one rigid stop, by exact leaps and by Taylor's method. Machines without wide registers have no lanes.
 
-use grazemap::analysis::DirectMap;
-use grazemap::hybrid::{DirectReturn, HybridSystem, LaneReturns, ReturnOutcome, ReturnSection};
+use grazemap::analysis::{DirectMap, SectionFrame};
+use grazemap::hybrid::{
+    DirectReturn, HybridSystem, LaneReturns, NominalPassage, ReturnOutcome, ReturnSection,
+};
 use grazemap::iteration::{DiscreteMap, StepInfo};
 use grazemap::model::{Model, Scene, catalogue};
 use grazemap::numeric::{Lanes, is_wide};
-use grazemap::orbit::locate;
+use grazemap::orbit::{GrazingOrbit, locate};
 
 const LANES: usize = 8;
 
@@ -23,18 +25,45 @@ const EXACT: [&str; 6] = [
 /// Scenes that are flown by Taylor's method.
 const BY_TAYLOR: [&str; 4] = ["linear", "moving_stop", "impact_pair", "mems"];
 
+/// What makes the section of a scene another one.
+type Section = &'static [(&'static str, &'static str)];
+
+/// The section that the scene names.
+const OWN: Section = &[];
+
+/// The forcing phase of the graze.
+const AT_GRAZE: Section = &[("section.kind", "stroboscopic")];
+
+/// Another forcing phase.
+const ELSEWHERE: Section = &[("section.kind", "stroboscopic"), ("section.phase", "1")];
+
 /// A number from −1 to 1 for every pair of numbers.
 fn scattered(number: usize, component: usize) -> f64 {
     let step = [0.754_877, 0.569_840, 0.430_160, 0.324_718, 0.245_122][component % 5];
     2.0 * (0.31 + (number + 1) as f64 * step).fract() - 1.0
 }
 
-/// Steps of states about the graze, and the number of contacts.
-fn agree(name: &str, lowered: fn(&Model) -> HybridSystem, size: f64, rounds: usize) -> u32 {
+/// A scene of the catalogue on a section, and its grazing orbit.
+fn grazing(name: &str, section: Section) -> (Scene, GrazingOrbit) {
     let text = catalogue::text(name).expect("in the catalogue");
-    let scene = Scene::parse(text, name).expect("a good scene");
+    let overrides = section
+        .iter()
+        .map(|&(key, value)| (key.into(), value.into()));
+    let overrides: Vec<(String, String)> = overrides.collect();
+    let scene = Scene::parse_with(text, name, &overrides).expect("a good scene");
     let orbit = locate(&scene).expect("no wrong input").into_result();
-    let orbit = orbit.expect("it grazes");
+    (scene, orbit.expect("it grazes"))
+}
+
+/// Steps of states about the graze, and the number of contacts.
+fn agree(
+    name: &str,
+    section: Section,
+    lowered: fn(&Model) -> HybridSystem,
+    size: f64,
+    rounds: usize,
+) -> u32 {
+    let (scene, orbit) = grazing(name, section);
     let system = lowered(&scene.model);
     let map = DirectMap::new(&system, &scene, &orbit).expect("finite parameters");
     let (dimension, active) = (map.dimension(), DiscreteMap::parameters(&map));
@@ -85,7 +114,7 @@ fn lanes_are_single_orbits_to_the_last_bit() {
     }
     for name in EXACT {
         for size in [1e-6, 1e-3, 0.1] {
-            let contacts = agree(name, HybridSystem::new, size, 12);
+            let contacts = agree(name, OWN, HybridSystem::new, size, 12);
             assert!(contacts > 50, "{name} {size}: {contacts}");
         }
     }
@@ -98,8 +127,129 @@ fn lanes_of_taylor_steps_are_single_orbits_to_the_last_bit() {
     }
     for name in BY_TAYLOR {
         for size in [1e-6, 1e-3, 0.1] {
-            let contacts = agree(name, HybridSystem::without_exact_flow, size, 12);
+            let contacts = agree(name, OWN, HybridSystem::without_exact_flow, size, 12);
             assert!(contacts > 50, "{name} {size}: {contacts}");
+        }
+    }
+}
+
+#[test]
+fn stroboscopic_lanes_are_single_orbits_to_the_last_bit() {
+    for name in EXACT {
+        stroboscopic_lanes_agree(name, HybridSystem::new);
+    }
+}
+
+#[test]
+fn stroboscopic_lanes_of_taylor_steps_are_single_orbits_to_the_last_bit() {
+    for name in BY_TAYLOR {
+        stroboscopic_lanes_agree(name, HybridSystem::without_exact_flow);
+    }
+}
+
+fn stroboscopic_lanes_agree(name: &str, lowered: fn(&Model) -> HybridSystem) {
+    if !is_wide() {
+        return;
+    }
+    for section in [AT_GRAZE, ELSEWHERE] {
+        for size in [1e-6, 1e-3, 0.1] {
+            let contacts = agree(name, section, lowered, size, 6);
+            println!("{name} {section:?} {size}: {contacts}");
+        }
+    }
+}
+
+/// How returns were flown.
+#[derive(Clone, Copy, Debug, Default)]
+struct Flown {
+    together: usize,
+    apart: usize,
+    unreturned: usize,
+    /// Passages that met the surface, among those flown together, and those that did not.
+    hits: usize,
+    misses: usize,
+}
+
+impl Flown {
+    /// Returns in lanes and of each orbit alone: the same to the last bit.
+    fn compare(
+        &mut self,
+        lanes: &mut LaneReturns<'_, LANES>,
+        alone: &mut [DirectReturn<'_, f64>],
+        starts: &[Vec<f64>],
+    ) {
+        let dimension = starts[0].len();
+        let component = |place| Lanes::from_fn(|lane| starts[lane][place]);
+        let together: Vec<Lanes<LANES>> = (0..dimension).map(component).collect();
+        let found = lanes.images(&together, [true; LANES]);
+        for lane in 0..LANES {
+            let start = &starts[lane];
+            let image = alone[lane].image(start).expect("a finite state");
+            let returned = image.outcome == ReturnOutcome::Returned;
+            assert_eq!(found.returned[lane], returned, "{start:?} {image:?}");
+            if !returned {
+                self.unreturned += 1;
+                continue;
+            }
+            let bits = |values: &[f64]| values.iter().map(|v| v.to_bits()).collect::<Vec<_>>();
+            let state: Vec<f64> = found.state.iter().map(|values| values[lane]).collect();
+            let context = format!("{start:?} {state:?} {image:?}");
+            assert_eq!(bits(&state), bits(&image.state), "{context}");
+            let speeds: Vec<_> = found.speeds.iter().map(|speeds| speeds[lane]).collect();
+            assert_eq!(speeds, image.passages, "{context}");
+            if found.together[lane] {
+                self.together += 1;
+                self.hits += image.contacts;
+                self.misses += image.passages.len() - image.contacts;
+            } else {
+                self.apart += 1;
+            }
+        }
+    }
+}
+
+/// Returns from states about the section point of a scene.
+fn flown(name: &str, section: Section, lowered: fn(&Model) -> HybridSystem, size: f64) -> Flown {
+    let (scene, orbit) = grazing(name, section);
+    let system = lowered(&scene.model);
+    let mut frame = SectionFrame::<f64>::new(&scene, &orbit);
+    let mut flown = Flown::default();
+    for round in 0..20 {
+        let (mut alone, mut starts) = (Vec::new(), Vec::new());
+        for lane in round * LANES..(round + 1) * LANES {
+            let offset = |place| size * scattered(lane, place);
+            let offsets: Vec<f64> = (0..frame.dimension()).map(offset).collect();
+            let offset = |place| 1e-2 * size * scattered(lane, place + 3);
+            let parameters: Vec<f64> = (0..frame.active()).map(offset).collect();
+            frame.place(&offsets, &parameters).expect("its lengths");
+            let duration = frame.duration();
+            let section = frame.return_section();
+            let own = frame.parameters();
+            let map = DirectReturn::new(&system, own, section, duration, frame.periods());
+            let map = map.and_then(|map| map.with_passages(&frame.nominal_passages(duration)));
+            alone.push(map.expect("finite parameters"));
+            starts.push(frame.state().to_vec());
+        }
+        let mut lanes = LaneReturns::new(alone.clone()).expect("one rigid stop");
+        flown.compare(&mut lanes, &mut alone, &starts);
+    }
+    flown
+}
+
+#[test]
+fn most_stroboscopic_returns_are_flown_together() {
+    if !is_wide() {
+        return;
+    }
+    type Lowered = fn(&Model) -> HybridSystem;
+    let exact = EXACT.map(|name| (name, HybridSystem::new as Lowered));
+    let taylor = BY_TAYLOR.map(|name| (name, HybridSystem::without_exact_flow as Lowered));
+    for (name, lowered) in exact.into_iter().chain(taylor) {
+        for section in [AT_GRAZE, ELSEWHERE] {
+            for size in [1e-6, 1e-3, 0.1] {
+                let flown = flown(name, section, lowered, size);
+                println!("{name} {section:?} {size}: {flown:?}");
+            }
         }
     }
 }
@@ -159,7 +309,7 @@ fn agree_where_orbits_leave(lowered: fn(&Model) -> HybridSystem, force: &str) {
             }
             let state: Vec<f64> = found.state.iter().map(|values| values[lane]).collect();
             assert_eq!(state, image.state, "{start:?}");
-            assert_eq!(found.speeds[lane], image.passages[0], "{start:?}");
+            assert_eq!(found.speeds[0][lane], image.passages[0], "{start:?}");
         }
     }
     println!("{together} together, {apart} apart, {unreturned} without a return");

@@ -66,7 +66,7 @@ impl<'a> DirectMap<'a> {
             return None;
         }
         let image = self.image.lock().unwrap_or_else(PoisonError::into_inner);
-        DirectLanes::new(&image, *self.normal_accelerations.first()?, parameters)
+        DirectLanes::new(&image, &self.normal_accelerations, parameters)
     }
 
     /// Speed of the first contact that follows a section point; 0 without one, NaN without an image.
