@@ -3,7 +3,8 @@
 //! The linear oscillator at `alpha = 1.002 alpha_g`, r = 0.8 (Foale 1994; Thota, Zhao, Dankowicz 2006), and the
 //! electrostatic one at `omega = 0.46`, 5 % beyond grazing, both on their attractors; the number of impacts is printed.
 //! `linear-taylor` is the linear one by the general integrator; `new-parameters` a return at other parameters than the one
-//! before, so that all tables are formed anew; `in-lanes` returns of eight oscillators side by side. The floor is a loop of independent multiply-adds.
+//! before, so that all tables are formed anew; `in-lanes` returns of eight oscillators side by side, to a tangency section, to the
+//! forcing phase of the graze (`at-grazing-phase`) and to one a quarter of a period before it (`at-other-phase`). The floor is a loop of independent multiply-adds.
 
 #[path = "support/floor.rs"]
 mod floor;
@@ -11,7 +12,9 @@ mod floor;
 use std::hint::black_box;
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
-use grazemap::hybrid::{DirectReturn, HybridSystem, LaneReturns, ReturnSection, Simulator};
+use grazemap::hybrid::{
+    DirectReturn, HybridSystem, LaneReturns, NominalPassage, ReturnSection, Simulator,
+};
 use grazemap::model::{Model, Scene};
 use grazemap::numeric::{Dd, Lanes, Real, is_wide};
 use pulp::Simd;
@@ -183,31 +186,81 @@ fn returns_in_lanes(criterion: &mut Criterion) {
             [0.5, 0.0, -1.259_144_946_960_576],
         ),
     ];
+    let surface = 0;
     for (name, system, models, graze) in systems {
-        time_returns_in_lanes(criterion, name, &system, models, graze);
+        let before = a_quarter_before(&system, &models[0], graze);
+        let rows = [
+            ("", ReturnSection::Tangency { surface }, graze),
+            (
+                "-at-grazing-phase",
+                ReturnSection::GrazingPhase { surface },
+                graze,
+            ),
+            ("-at-other-phase", ReturnSection::OtherPhase, before),
+        ];
+        for (suffix, section, point) in rows {
+            let maps = models
+                .each_ref()
+                .map(|model| return_map(&system, model, section));
+            time_returns_in_lanes(criterion, &format!("{name}{suffix}"), maps, point);
+        }
     }
+}
+
+/// The point of the grazing orbit a quarter of a period before the graze.
+fn a_quarter_before(system: &HybridSystem, model: &Model, graze: [f64; 3]) -> [f64; 3] {
+    let mut simulator = Simulator::new(system, &values::<f64>(model)).expect("finite parameters");
+    let period = simulator.forcing_period().expect("a phase");
+    let [place, rate, phase] = graze;
+    simulator
+        .set_state(&[place - 1e-9, rate, phase])
+        .expect("a finite state");
+    simulator.run(0.75 * period).expect("a finite duration");
+    let state = simulator.state();
+    [state[0], state[1], state[2]]
+}
+
+/// The return map of a section, with its passage.
+fn return_map<'a>(
+    system: &'a HybridSystem,
+    model: &Model,
+    section: ReturnSection,
+) -> DirectReturn<'a, f64> {
+    let parameters = values::<f64>(model);
+    let map = DirectReturn::over_periods(system, &parameters, section, 1).expect("a phase");
+    if section != ReturnSection::OtherPhase {
+        return map;
+    }
+    let simulator = Simulator::new(system, &parameters).expect("finite parameters");
+    let passage = NominalPassage {
+        surface: 0,
+        time: 0.25 * simulator.forcing_period().expect("a phase"),
+    };
+    map.with_passages(&[passage]).expect("within the return")
 }
 
 fn time_returns_in_lanes(
     criterion: &mut Criterion,
     name: &str,
-    system: &HybridSystem,
-    models: &[Model; LANES],
-    graze: [f64; 3],
+    mut alone: [DirectReturn<'_, f64>; LANES],
+    point: [f64; 3],
 ) {
-    let section = ReturnSection::Tangency { surface: 0 };
-    let mut alone = models.each_ref().map(|model| {
-        DirectReturn::over_periods(system, &values::<f64>(model), section, 1).expect("a phase")
-    });
     let mut lanes = LaneReturns::<LANES>::new(alone.to_vec()).expect("one rigid stop");
     let mut group = criterion.benchmark_group(format!("simulation/return/{name}-in-lanes"));
     group.throughput(Throughput::Elements(LANES as u64));
-    for (name, offset) in [("with impact", 1e-5), ("without", -1e-5)] {
+    for offset in [1e-5, -1e-5] {
         let state = |lane: usize| {
-            let [place, rate, phase] = graze;
+            let [place, rate, phase] = point;
             [place + offset * (1.0 + 0.1 * lane as f64), rate, phase]
         };
         let states: [[f64; 3]; LANES] = std::array::from_fn(state);
+        let together: [Lanes<LANES>; 3] =
+            std::array::from_fn(|place| Lanes::from_fn(|lane| states[lane][place]));
+        let images = lanes.images(&together, [true; LANES]);
+        assert_eq!(images.together, [true; LANES]);
+        let meets = images.speeds[0].map(|speed| speed.is_some());
+        assert!(meets == [meets[0]; LANES]);
+        let name = if meets[0] { "with impact" } else { "without" };
         group.bench_function(format!("{name}/one by one"), |bencher| {
             bencher.iter(|| {
                 for (map, state) in alone.iter_mut().zip(&states) {
@@ -215,12 +268,6 @@ fn time_returns_in_lanes(
                 }
             });
         });
-        let together: [Lanes<LANES>; 3] =
-            std::array::from_fn(|place| Lanes::from_fn(|lane| states[lane][place]));
-        assert_eq!(
-            lanes.images(&together, [true; LANES]).together,
-            [true; LANES]
-        );
         group.bench_function(format!("{name}/in lanes"), |bencher| {
             bencher.iter(|| lanes.images(black_box(&together), [true; LANES]).returned);
         });
