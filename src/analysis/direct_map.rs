@@ -56,7 +56,8 @@ impl<'a> DirectMap<'a> {
         })
     }
 
-    /// The map at other parameters in every lane; `None` where it cannot be flown in lanes.
+    /// The map at other parameters in every lane, on any section; `None` unless the system has one rigid surface, and on machines
+    /// without wide registers ([`is_wide`](crate::numeric::is_wide)).
     ///
     /// # Panics
     ///

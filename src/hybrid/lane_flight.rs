@@ -141,7 +141,7 @@ impl<F: LaneFlow<N>, const N: usize> LaneFlight<F, N> {
         }
     }
 
-    /// From the section's own passages: those beyond the surface are taken back to it, the others have none and set out from the section.
+    /// From the section's own passages. Those beyond the surface, which are the answer, are taken back to it; the others set out from the section.
     #[inline(always)]
     fn pass(&mut self, wanted: LaneMask<N>) -> LaneMask<N> {
         let beyond = self.orbits.beyond(wanted);
@@ -159,13 +159,13 @@ impl<F: LaneFlow<N>, const N: usize> LaneFlight<F, N> {
     /// Leaps to the next events, and goes on from each.
     #[inline(always)]
     fn leap(&mut self) {
-        let first = self.first & !self.seeking;
+        let first = self.first & !self.seeking & self.orbits.alive;
         self.first &= self.seeking;
-        let own = match first.any() {
-            true => self.pass(first) & self.orbits.alive,
-            false => first,
-        };
-        let met = (self.met | own) & self.orbits.alive;
+        let mut own = LaneMask::NONE;
+        if first.any() {
+            own = self.pass(first) & self.orbits.alive;
+        }
+        let met = (self.met & self.orbits.alive) | own;
         self.met = LaneMask::NONE;
         if met.any() {
             self.orbits.respond(met, own);

@@ -108,10 +108,8 @@ impl<F: LaneFlow<N>, const N: usize> LaneOrbits<F, N> {
     /// Goes back along the free flow to where the gaps were least, a time at most. Where that is not known they leave the lanes.
     #[inline(always)]
     pub(super) fn back_to_minimum(&mut self, wanted: LaneMask<N>, longest: Lanes<N>) {
-        let motion = &mut self.motion;
-        let known = self.flow.retreat(motion, Back::ToMinimum, wanted, longest);
-        self.alive &= !wanted | known;
-        motion.rises |= known;
+        let (flow, motion) = (&mut self.flow, &mut self.motion);
+        self.alive &= !wanted | flow.retreat(motion, Back::ToMinimum, wanted, longest);
     }
 
     /// Goes back along the free flow to the surface, a return time at most. Where that is not known they leave the lanes.
@@ -126,7 +124,7 @@ impl<F: LaneFlow<N>, const N: usize> LaneOrbits<F, N> {
         self.alive &= !wanted | (known & !stays);
     }
 
-    /// Applies the reset; where this is the section's own passage is told by `own`. Those that penetrate or chatter leave the lanes.
+    /// Applies the reset; `own` says where this is the section's own passage. Those that penetrate or chatter leave the lanes.
     #[inline(always)]
     pub(super) fn respond(&mut self, wanted: LaneMask<N>, own: LaneMask<N>) {
         let (flow, motion) = (&mut self.flow, &mut self.motion);

@@ -12,10 +12,10 @@ use super::returned::ReturnOutcome;
 use super::system::{FlowMethod, Law};
 use crate::numeric::{LaneMask, Lanes, Real, is_wide};
 
-/// The return map of a tangency section by direct simulation, other parameters in every lane.
+/// The return map of a section by direct simulation, other parameters in every lane.
 ///
-/// It is for systems with one rigid surface, and returns with one grazing passage. Impacts and near misses are flown in lanes. A return
-/// that sticks, chatters or does not come back, or whose events are not found in lanes, is simulated alone, from its start.
+/// It is for systems with one rigid surface, on every section and with any number of grazing passages. Impacts and near misses are flown in lanes. A
+/// return that sticks, chatters or does not come back, or whose events are not found in lanes, is simulated alone, from its start.
 #[derive(Clone, Debug)]
 pub struct LaneReturns<'a, const N: usize> {
     alone: Vec<DirectReturn<'a, f64>>,
@@ -45,8 +45,8 @@ pub struct LaneImages<const N: usize> {
 }
 
 impl<'a, const N: usize> LaneReturns<'a, N> {
-    /// The return maps of lanes at their parameters; `None` where they cannot be flown in lanes, and on machines without wide registers
-    /// ([`is_wide`]).
+    /// The return maps of lanes at their parameters; `None` unless all are of one system with one rigid surface, on one section and with as many
+    /// passages, and on machines without wide registers ([`is_wide`]).
     ///
     /// # Panics
     ///
