@@ -250,7 +250,7 @@ fn time_returns_in_lanes(
     for offset in [1e-5, -1e-5] {
         let state = |lane: usize| {
             let ([place, velocity, phase], share) = (point, 1.0 + 0.1 * lane as f64);
-            let rate = if lane % 2 == 0 { rate } else { -rate };
+            let rate = if lane.is_multiple_of(2) { rate } else { -rate };
             [place + offset * share, velocity + rate * share, phase]
         };
         let states: [[f64; 3]; LANES] = std::array::from_fn(state);

@@ -295,8 +295,11 @@ fn flown(
     flown
 }
 
-/// Ways to fly: what makes a system of a model, and scenes for it.
-const WAYS: [(fn(&Model) -> HybridSystem, &[&str]); 2] = [
+/// What makes a system of a model, and scenes for it.
+type Way = (fn(&Model) -> HybridSystem, &'static [&'static str]);
+
+/// Ways to fly.
+const WAYS: [Way; 2] = [
     (HybridSystem::new, &EXACT),
     (HybridSystem::without_exact_flow, &BY_TAYLOR),
 ];
