@@ -3,7 +3,9 @@
 //! The linear oscillator at `alpha = 1.002 alpha_g`, r = 0.8 (Foale 1994; Thota, Zhao, Dankowicz 2006), and the
 //! electrostatic one at `omega = 0.46`, 5 % beyond grazing, both on their attractors; the number of impacts is printed.
 //! `linear-taylor` is the linear one by the general integrator; `new-parameters` a return at other parameters than the one
-//! before, so that all tables are formed anew; `in-lanes` periods and returns of eight oscillators side by side. The floor is a loop of independent multiply-adds.
+//! before, so that all tables are formed anew; `in-lanes` periods of eight oscillators side by side, and their returns to a tangency
+//! section, to the forcing phase of the graze (`at-grazing-phase`) and to one a quarter of a period before it (`at-other-phase`). The
+//! floor is a loop of independent multiply-adds.
 
 #[path = "support/floor.rs"]
 mod floor;
@@ -12,7 +14,8 @@ use std::hint::black_box;
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use grazemap::hybrid::{
-    DirectReturn, Event, HybridSystem, LanePeriods, LaneReturns, ReturnSection, Simulator,
+    DirectReturn, Event, HybridSystem, LanePeriods, LaneReturns, NominalPassage, ReturnSection,
+    Simulator,
 };
 use grazemap::model::{Model, Scene};
 use grazemap::numeric::{Dd, Lanes, Real, is_wide};
@@ -185,14 +188,33 @@ fn returns_in_lanes(criterion: &mut Criterion) {
             [0.5, 0.0, -1.259_144_946_960_576],
         ),
     ];
+    let surface = 0;
     for (name, system, models, graze) in systems {
-        time_returns_in_lanes(criterion, name, &system, models, graze);
+        let before = a_quarter_before(&system, &models[0], graze);
+        let at_phase = ReturnSection::GrazingPhase { surface };
+        let rows = [
+            ("", ReturnSection::Tangency { surface }, graze, 0.0),
+            ("-at-grazing-phase", at_phase, graze, 1e-4),
+            ("-at-other-phase", ReturnSection::OtherPhase, before, 0.0),
+        ];
+        for (suffix, section, point, rate) in rows {
+            let maps = models
+                .each_ref()
+                .map(|model| return_map(&system, model, section));
+            time_returns_in_lanes(criterion, &format!("{name}{suffix}"), maps, point, rate);
+        }
     }
 }
 
-/// Forcing periods of linear oscillators in lanes, each at its own force, contacts alone asked for, beside those of one after another.
+/// Forcing periods of linear oscillators in lanes, each at its own force, contacts alone asked for, beside those of one after
+/// another: with an impact, and just before grazing.
 fn periods_in_lanes(criterion: &mut Criterion) {
-    let force = |lane: usize| 2.247_220_505_424_423 * (1.002 + 1e-5 * lane as f64);
+    time_periods_in_lanes(criterion, "with impact", 1.002, 1e-5);
+    time_periods_in_lanes(criterion, "without", 1.0 - 1e-6, -1e-7);
+}
+
+fn time_periods_in_lanes(criterion: &mut Criterion, name: &str, share: f64, apart: f64) {
+    let force = |lane: usize| 2.247_220_505_424_423 * (share + apart * lane as f64);
     let models: [Model; LANES] = std::array::from_fn(|lane| model("linear", "alpha", force(lane)));
     let system = HybridSystem::new(&models[0]);
     let (mut alone, durations): (Vec<_>, Vec<_>) = models
@@ -203,7 +225,7 @@ fn periods_in_lanes(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("simulation/period/linear-in-lanes");
     group.throughput(Throughput::Elements(LANES as u64));
     let mut contacts = 0u64;
-    group.bench_function("one by one", |bencher| {
+    group.bench_function(format!("{name}/one by one"), |bencher| {
         bencher.iter(|| {
             for (simulator, &period) in alone.iter_mut().zip(&durations) {
                 let record =
@@ -212,7 +234,7 @@ fn periods_in_lanes(criterion: &mut Criterion) {
             }
         });
     });
-    group.bench_function("in lanes", |bencher| {
+    group.bench_function(format!("{name}/in lanes"), |bencher| {
         bencher.iter(|| {
             let record = &mut |_, event: Event<f64>| contacts += u64::from(event.kind.is_contact());
             lanes.advance(record).len()
@@ -222,26 +244,63 @@ fn periods_in_lanes(criterion: &mut Criterion) {
     assert!((0..LANES).all(|lane| lanes.is_together(lane)));
 }
 
+/// The point of the grazing orbit a quarter of a period before the graze.
+fn a_quarter_before(system: &HybridSystem, model: &Model, graze: [f64; 3]) -> [f64; 3] {
+    let mut simulator = Simulator::new(system, &values::<f64>(model)).expect("finite parameters");
+    let period = simulator.forcing_period().expect("a phase");
+    let [place, rate, phase] = graze;
+    simulator
+        .set_state(&[place - 1e-9, rate, phase])
+        .expect("a finite state");
+    simulator.run(0.75 * period).expect("a finite duration");
+    let state = simulator.state();
+    [state[0], state[1], state[2]]
+}
+
+/// The return map of a section, with its passage.
+fn return_map<'a>(
+    system: &'a HybridSystem,
+    model: &Model,
+    section: ReturnSection,
+) -> DirectReturn<'a, f64> {
+    let parameters = values::<f64>(model);
+    let map = DirectReturn::over_periods(system, &parameters, section, 1).expect("a phase");
+    if section != ReturnSection::OtherPhase {
+        return map;
+    }
+    let simulator = Simulator::new(system, &parameters).expect("finite parameters");
+    let passage = NominalPassage {
+        surface: 0,
+        time: 0.25 * simulator.forcing_period().expect("a phase"),
+    };
+    map.with_passages(&[passage]).expect("within the return")
+}
+
+/// `rate`: what is added to the velocity of every other orbit, and taken from that of its neighbours.
 fn time_returns_in_lanes(
     criterion: &mut Criterion,
     name: &str,
-    system: &HybridSystem,
-    models: &[Model; LANES],
-    graze: [f64; 3],
+    mut alone: [DirectReturn<'_, f64>; LANES],
+    point: [f64; 3],
+    rate: f64,
 ) {
-    let section = ReturnSection::Tangency { surface: 0 };
-    let mut alone = models.each_ref().map(|model| {
-        DirectReturn::over_periods(system, &values::<f64>(model), section, 1).expect("a phase")
-    });
     let mut lanes = LaneReturns::<LANES>::new(alone.to_vec()).expect("one rigid stop");
     let mut group = criterion.benchmark_group(format!("simulation/return/{name}-in-lanes"));
     group.throughput(Throughput::Elements(LANES as u64));
-    for (name, offset) in [("with impact", 1e-5), ("without", -1e-5)] {
+    for offset in [1e-5, -1e-5] {
         let state = |lane: usize| {
-            let [place, rate, phase] = graze;
-            [place + offset * (1.0 + 0.1 * lane as f64), rate, phase]
+            let ([place, velocity, phase], share) = (point, 1.0 + 0.1 * lane as f64);
+            let rate = if lane.is_multiple_of(2) { rate } else { -rate };
+            [place + offset * share, velocity + rate * share, phase]
         };
         let states: [[f64; 3]; LANES] = std::array::from_fn(state);
+        let together: [Lanes<LANES>; 3] =
+            std::array::from_fn(|place| Lanes::from_fn(|lane| states[lane][place]));
+        let images = lanes.images(&together, [true; LANES]);
+        assert_eq!(images.together, [true; LANES]);
+        let meets = images.speeds[0].map(|speed| speed.is_some());
+        assert!(meets == [meets[0]; LANES]);
+        let name = if meets[0] { "with impact" } else { "without" };
         group.bench_function(format!("{name}/one by one"), |bencher| {
             bencher.iter(|| {
                 for (map, state) in alone.iter_mut().zip(&states) {
@@ -249,12 +308,6 @@ fn time_returns_in_lanes(
                 }
             });
         });
-        let together: [Lanes<LANES>; 3] =
-            std::array::from_fn(|place| Lanes::from_fn(|lane| states[lane][place]));
-        assert_eq!(
-            lanes.images(&together, [true; LANES]).together,
-            [true; LANES]
-        );
         group.bench_function(format!("{name}/in lanes"), |bencher| {
             bencher.iter(|| lanes.images(black_box(&together), [true; LANES]).returned);
         });

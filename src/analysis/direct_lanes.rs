@@ -15,14 +15,15 @@ pub struct DirectLanes<'a, const N: usize> {
     frames: Vec<SectionFrame<f64>>,
     parameters: Vec<Vec<f64>>,
     returns: LaneReturns<'a, N>,
-    normal_acceleration: f64,
+    /// Of every passage.
+    normal_accelerations: Vec<f64>,
     starts: Vec<Lanes<N>>,
 }
 
 impl<'a, const N: usize> DirectLanes<'a, N> {
     pub(super) fn new(
         image: &DirectImage<'a, f64>,
-        normal_acceleration: f64,
+        normal_accelerations: &[f64],
         parameters: &[&[f64]],
     ) -> Option<Self> {
         let mut frames = Vec::with_capacity(parameters.len());
@@ -37,7 +38,7 @@ impl<'a, const N: usize> DirectLanes<'a, N> {
             frames,
             parameters: parameters.iter().map(|own| own.to_vec()).collect(),
             returns: LaneReturns::new(alone)?,
-            normal_acceleration,
+            normal_accelerations: normal_accelerations.to_vec(),
             starts: vec![Lanes::splat(0.0); dimension],
         })
     }
@@ -83,8 +84,11 @@ impl<'a, const N: usize> DirectLanes<'a, N> {
             for (image, offset) in image.iter_mut().zip(offsets) {
                 *image = offset;
             }
-            if let Some(speed) = returned.speeds[lane] {
-                infos[lane].add_passage(0, 0.5 * speed * speed / self.normal_acceleration);
+            let passages = returned.speeds.iter().zip(&self.normal_accelerations);
+            for (passage, (speeds, acceleration)) in passages.enumerate() {
+                if let Some(speed) = speeds[lane] {
+                    infos[lane].add_passage(passage, 0.5 * speed * speed / acceleration);
+                }
             }
             infos[lane] = infos[lane].checked(image);
         }

@@ -56,7 +56,8 @@ impl<'a> DirectMap<'a> {
         })
     }
 
-    /// The map at other parameters in every lane; `None` where it cannot be flown in lanes.
+    /// The map at other parameters in every lane, on any section; `None` unless the system has one rigid surface, and on machines
+    /// without wide registers ([`is_wide`](crate::numeric::is_wide)).
     ///
     /// # Panics
     ///
@@ -66,7 +67,7 @@ impl<'a> DirectMap<'a> {
             return None;
         }
         let image = self.image.lock().unwrap_or_else(PoisonError::into_inner);
-        DirectLanes::new(&image, *self.normal_accelerations.first()?, parameters)
+        DirectLanes::new(&image, &self.normal_accelerations, parameters)
     }
 
     /// Speed of the first contact that follows a section point; 0 without one, NaN without an image.

@@ -81,9 +81,14 @@ impl Itinerary {
         })
     }
 
-    /// Whether the section's own passage is the only one.
-    pub(super) fn is_own_alone(&self) -> bool {
-        self.starts_at_passage && self.passages.len() == 1
+    /// Number of passages.
+    pub(super) fn len(&self) -> usize {
+        self.passages.len()
+    }
+
+    /// The share of the return time at which a passage is expected.
+    pub(super) fn share(&self, passage: usize) -> f64 {
+        self.passages[passage].share
     }
 
     /// Per passage the speed at which its surface was met; `None` without contact.

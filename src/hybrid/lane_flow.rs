@@ -3,6 +3,8 @@
 //! One idea: how a free flight is computed, by leaps of the exact flow or by steps of Taylor's method, is no concern of who asks
 //! for its events.
 
+use super::backward::Back;
+use super::lane_log::LaneLog;
 use super::lane_motion::LaneMotion;
 use super::sensing::Sense;
 use crate::numeric::{Branched, LaneMask, Lanes, Mask, Scalar};
@@ -14,8 +16,14 @@ pub(super) struct LaneAsked<const N: usize> {
     pub(super) wanted: LaneMask<N>,
     /// Where contacts are flown through.
     pub(super) ignoring: LaneMask<N>,
+    /// Where flights end at minima, which elsewhere are put down and flown through.
+    pub(super) stopping: LaneMask<N>,
+    /// Where nothing is looked for.
+    pub(super) blind: LaneMask<N>,
     /// Where it is of interest only whether there is a minimum.
     pub(super) passing: LaneMask<N>,
+    /// Where the motions at the ends of the longest flights are of use.
+    pub(super) landing: LaneMask<N>,
     /// The longest flights.
     pub(super) longest: Lanes<N>,
 }
@@ -27,7 +35,7 @@ pub(super) struct LaneLeap<const N: usize> {
     pub(super) time: Lanes<N>,
     /// At a contact.
     pub(super) contact: LaneMask<N>,
-    /// At a minimum, from which the gap is known to rise for a time.
+    /// At a minimum that ends the flight, from which the gap is known to rise for a time.
     pub(super) minimum: LaneMask<N>,
     pub(super) rises_for: Lanes<N>,
     /// Where nothing is known: to be flown alone.
@@ -50,12 +58,14 @@ pub(super) trait LaneFlow<const N: usize> {
         motion: &mut LaneMotion<N>,
         horizon: Lanes<N>,
         asked: LaneAsked<N>,
+        log: &mut LaneLog<N>,
     ) -> LaneLeap<N>;
 
-    /// Takes motions back along the free flow to where their gaps were zero, a time at most; where that is known.
+    /// Takes motions back along the free flow to where their gaps were zero or least, a time at most; where that is known.
     fn retreat(
         &mut self,
         motion: &mut LaneMotion<N>,
+        goal: Back,
         wanted: LaneMask<N>,
         longest: Lanes<N>,
     ) -> LaneMask<N>;

@@ -8,14 +8,14 @@ use super::lane_flight::LaneFlight;
 use super::lane_flow::LaneFlow;
 use super::lane_taylor::LaneTaylor;
 use super::return_map::DirectReturn;
-use super::returned::{ReturnOutcome, ReturnSection};
+use super::returned::ReturnOutcome;
 use super::system::{FlowMethod, Law};
 use crate::numeric::{LaneMask, Lanes, Real, is_wide};
 
-/// The return map of a tangency section by direct simulation, other parameters in every lane.
+/// The return map of a section by direct simulation, other parameters in every lane.
 ///
-/// It is for systems with one rigid surface, and returns with one grazing passage. Impacts and near misses are flown in lanes. A return
-/// that sticks, chatters or does not come back, or whose events are not found in lanes, is simulated alone, from its start.
+/// It is for systems with one rigid surface, on every section and with any number of grazing passages. Impacts and near misses are flown in lanes. A
+/// return that sticks, chatters or does not come back, or whose events are not found in lanes, is simulated alone, from its start.
 #[derive(Clone, Debug)]
 pub struct LaneReturns<'a, const N: usize> {
     alone: Vec<DirectReturn<'a, f64>>,
@@ -36,8 +36,8 @@ pub struct LaneImages<const N: usize> {
     /// The full states at the next section points, the nominal advance of the phase removed; not to be used where none was
     /// reached.
     pub state: Vec<Lanes<N>>,
-    /// Speeds at which the passages met the surface; `None` without contact.
-    pub speeds: [Option<f64>; N],
+    /// Speeds at which each passage met the surface, in the order of their numbers; `None` without contact.
+    pub speeds: Vec<[Option<f64>; N]>,
     /// Whether the section was reached.
     pub returned: [bool; N],
     /// Whether the return was flown in lanes.
@@ -45,8 +45,8 @@ pub struct LaneImages<const N: usize> {
 }
 
 impl<'a, const N: usize> LaneReturns<'a, N> {
-    /// The return maps of lanes at their parameters; `None` where they cannot be flown in lanes, and on machines without wide registers
-    /// ([`is_wide`]).
+    /// The return maps of lanes at their parameters; `None` unless all are of one system with one rigid surface, on one section and with as many
+    /// passages, and on machines without wide registers ([`is_wide`]).
     ///
     /// # Panics
     ///
@@ -54,14 +54,15 @@ impl<'a, const N: usize> LaneReturns<'a, N> {
     pub fn new(mut alone: Vec<DirectReturn<'a, f64>>) -> Option<Self> {
         let lanes = alone.len();
         assert!((1..=N).contains(&lanes), "{lanes} lanes of {N}");
-        if !alone.iter().all(DirectReturn::fits_lanes) {
+        let fits = |map: &DirectReturn<'a, f64>| map.fits_lanes() && map.is_like(&alone[0]);
+        if !alone.iter().all(fits) {
             return None;
         }
         let flight = Flight::new(&mut alone)?;
         let zero = Lanes::splat(0.0);
         let images = LaneImages {
             state: vec![zero; alone[0].simulator.system().dimension()],
-            speeds: [None; N],
+            speeds: vec![[None; N]; alone[0].itinerary.len()],
             returned: [false; N],
             together: [false; N],
         };
@@ -97,7 +98,9 @@ impl<'a, const N: usize> LaneReturns<'a, N> {
             .filter(|image| image.outcome == ReturnOutcome::Returned);
         images.returned[lane] = image.is_some();
         if let Some(image) = image {
-            images.speeds[lane] = image.passages.first().copied().flatten();
+            for (speeds, speed) in images.speeds.iter_mut().zip(image.passages) {
+                speeds[lane] = speed;
+            }
             for (out, value) in images.state.iter_mut().zip(image.state) {
                 out[lane] = value;
             }
@@ -117,7 +120,9 @@ impl<const N: usize> LaneImages<N> {
         self.state.copy_from_slice(flight.states());
         for lane in 0..N {
             let together = done.holds(lane);
-            self.speeds[lane] = flight.speed(lane);
+            for (passage, speeds) in self.speeds.iter_mut().enumerate() {
+                speeds[lane] = flight.speed(passage, lane);
+            }
             (self.returned[lane], self.together[lane]) = (together, together);
         }
         done
@@ -129,36 +134,35 @@ impl<'a, const N: usize> Flight<'a, N> {
     fn new(alone: &mut [DirectReturn<'a, f64>]) -> Option<Self> {
         let lanes = alone.len();
         let own = |lane: usize| if lane < lanes { lane } else { 0 };
-        let durations = Lanes::from_fn(|lane| alone[own(lane)].duration);
-        let (system, periods) = (alone[0].simulator.system(), alone[0].periods);
+        let system = alone[0].simulator.system();
         if system.method() == FlowMethod::Taylor {
-            let parameters = |lane: usize| &alone[own(lane)].simulator.parameters[..];
-            let flow = LaneTaylor::new(system, std::array::from_fn(parameters))?;
-            let flight = LaneFlight::new(flow, system, durations, periods);
-            return Some(Self::Taylor(Box::new(flight)));
+            let maps = std::array::from_fn(|lane| &alone[own(lane)]);
+            let parameters = maps.map(|map| &map.simulator.parameters[..]);
+            let flow = LaneTaylor::new(system, parameters)?;
+            return Some(Self::Taylor(Box::new(LaneFlight::new(flow, maps))));
         }
-        let tables: Option<Vec<OrbitTables>> = alone.iter_mut().map(tables).collect();
+        let tables: Option<Vec<OrbitTables>> = alone
+            .iter_mut()
+            .map(|own| own.simulator.orbit_tables())
+            .collect();
         let tables = tables?;
         let flow = LaneTools::new(std::array::from_fn(|lane| tables[own(lane)].clone()))?;
-        let flight = LaneFlight::new(flow, system, durations, periods);
-        Some(Self::Exact(Box::new(flight)))
+        let maps = std::array::from_fn(|lane| &alone[own(lane)]);
+        Some(Self::Exact(Box::new(LaneFlight::new(flow, maps))))
     }
-}
-
-/// What an orbit leaps by, where it can.
-fn tables(alone: &mut DirectReturn<'_, f64>) -> Option<OrbitTables> {
-    let simulator = &mut alone.simulator;
-    let tools = simulator.affine.as_mut()?;
-    tools.orbit_tables(&mut simulator.motion, &simulator.parameters)
 }
 
 impl<S: Real> DirectReturn<'_, S> {
     /// Whether returns of this kind may be flown in lanes.
     pub(crate) fn fits_lanes(&self) -> bool {
         let surfaces = &self.simulator.system().surfaces[..];
-        is_wide()
-            && matches!(self.section, ReturnSection::Tangency { surface: 0 })
-            && self.itinerary.is_own_alone()
-            && matches!(surfaces, [surface] if matches!(surface.law, Law::Rigid { .. }))
+        is_wide() && matches!(surfaces, [surface] if matches!(surface.law, Law::Rigid { .. }))
+    }
+
+    /// Whether returns of both are flown in one way.
+    fn is_like(&self, other: &Self) -> bool {
+        std::ptr::eq(self.simulator.system(), other.simulator.system())
+            && (self.section, self.periods) == (other.section, other.periods)
+            && self.itinerary.len() == other.itinerary.len()
     }
 }

@@ -22,17 +22,22 @@ pub(super) struct LaneGap<'p, const N: usize> {
 pub(super) struct LaneGoal<const N: usize> {
     /// Where minima of any depth are, and crossings are flown through.
     pub(super) minima: LaneMask<N>,
+    /// Where minima end the search.
+    pub(super) stopping: LaneMask<N>,
     /// The largest gap of a minimum elsewhere, the same in all lanes.
     pub(super) near: f64,
 }
 
-/// The first passages of steps.
+/// The first passages of steps that end them.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct LanePassage<const N: usize> {
     /// When; the lengths of the steps where there is none.
     pub(super) time: Lanes<N>,
     pub(super) minimum: LaneMask<N>,
     pub(super) crossing: LaneMask<N>,
+    /// Where there is a minimum before that, and when.
+    pub(super) missed: LaneMask<N>,
+    pub(super) missed_at: Lanes<N>,
     /// Where the gap falls at the end of a step without a passage.
     pub(super) falls: LaneMask<N>,
 }
@@ -51,6 +56,8 @@ struct Alone {
     value: Vec<f64>,
     slope: Vec<f64>,
     found: Vec<Passage<f64>>,
+    /// Minima that do not end the search: lane, time.
+    misses: Vec<(usize, f64)>,
 }
 
 /// Pieces of steps on which gaps are monotone.
@@ -105,14 +112,18 @@ impl<const N: usize> LaneSearch<N> {
             wanted & pieces[0].crosses() & !goal.minima,
             wanted & pieces[1].crosses() & !goal.minima & turns,
         ];
-        let first_crosses = crosses[0] & !rounding[0] & !at_start;
+        let first_crosses = crosses[0] & !rounding[0];
         let turns_up = first_falls & turns & goal.admits(turn.1);
-        let minimum = wanted & (at_start | (turns_up & !rounding[0] & !crosses[0]));
+        let turned = wanted & (at_start | (turns_up & !rounding[0] & !crosses[0]));
+        let turned_at = Lanes::select(at_start, zero, turn.0);
+        let minimum = turned & goal.stopping;
         let crossing = (first_crosses | (crosses[1] & !rounding[1])) & !minimum;
         let mut passage = LanePassage {
-            time: Lanes::select(minimum, Lanes::select(at_start, zero, turn.0), length),
+            time: Lanes::select(minimum, turned_at, length),
             minimum,
             crossing,
+            missed: turned & !minimum,
+            missed_at: turned_at,
             falls: (first_falls & !turns) | (turns & !first_falls),
         };
         let mut open = turning.open & wanted;
@@ -121,16 +132,24 @@ impl<const N: usize> LaneSearch<N> {
             let piece = pieces[0].or(first_crosses, &pieces[1]);
             open |= piece.fall(&gap, length, falling, &mut passage.time);
         }
+        passage.missed &= !open;
+        self.alone.misses.clear();
         for lane in open.lanes() {
             self.alone
                 .search(lane, gap, length[lane], &start, &goal, &mut passage);
         }
         passage
     }
+
+    /// Minima of the last search that are not among the passages: lane, time.
+    #[inline(always)]
+    pub(super) fn further_misses(&self) -> &[(usize, f64)] {
+        &self.alone.misses
+    }
 }
 
 impl Alone {
-    /// The first passage of one gap.
+    /// The passages of one gap.
     #[cold]
     #[inline(never)]
     fn search<const N: usize>(
@@ -154,15 +173,25 @@ impl Alone {
             slope: &self.slope,
             sign: 1.0,
         };
+        let stops = goal.stopping.holds(lane);
         let (start, goal) = (start.of(lane), goal.of(lane));
         let heading = self
             .search
             .search(&gap, length, start, goal, &mut self.found);
-        let first = self.found.first();
-        passage.time[lane] = first.map_or(length, Passage::time);
+        let mut event = None;
+        for &found in &self.found {
+            match found {
+                Passage::Minimum { time, .. } if !stops => self.misses.push((lane, time)),
+                _ => {
+                    event = Some(found);
+                    break;
+                }
+            }
+        }
+        passage.time[lane] = event.map_or(length, |event| event.time());
         let (minimum, crossing) = (&mut passage.minimum, &mut passage.crossing);
-        minimum.set(lane, matches!(first, Some(Passage::Minimum { .. })));
-        crossing.set(lane, matches!(first, Some(Passage::Crossing { .. })));
+        minimum.set(lane, matches!(event, Some(Passage::Minimum { .. })));
+        crossing.set(lane, matches!(event, Some(Passage::Crossing { .. })));
         passage.falls.set(lane, heading == Heading::Falling);
     }
 }

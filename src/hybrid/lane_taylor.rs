@@ -2,8 +2,10 @@
 //!
 //! One idea: a step forms the series of all orbits together; each has its own length, its own event, and lands at its own time.
 
+use super::backward::Back;
 use super::landing::REDUCED;
 use super::lane_flow::{LaneAsked, LaneFlow, LaneLeap};
+use super::lane_log::LaneLog;
 use super::lane_motion::{LaneMotion, LaneStart};
 use super::lane_search::{LaneGap, LaneGoal, LaneSearch};
 use super::search;
@@ -66,6 +68,7 @@ impl<const N: usize> LaneFlow<N> for LaneTaylor<'_, N> {
         motion: &mut LaneMotion<N>,
         horizon: Lanes<N>,
         asked: LaneAsked<N>,
+        log: &mut LaneLog<N>,
     ) -> LaneLeap<N> {
         let (wanted, remaining) = (asked.wanted, asked.longest);
         let step = self.integrator.step(&motion.state, &self.parameters);
@@ -79,14 +82,22 @@ impl<const N: usize> LaneFlow<N> for LaneTaylor<'_, N> {
         };
         let goal = LaneGoal {
             minima: asked.ignoring,
+            stopping: asked.stopping,
             near: f64::INFINITY,
         };
         let flown = wanted & !open;
-        let passage = self.search.search(gap, length, motion.start(), goal, flown);
+        let watched = flown & !asked.blind;
+        let start = motion.start();
+        let passage = self.search.search(gap, length, start, goal, watched);
+        log.miss(passage.missed, motion.time + passage.missed_at);
+        for &(lane, time) in self.search.further_misses() {
+            let here = LaneMask::from_fn(|other| other == lane);
+            log.miss(here, motion.time + Lanes::splat(time));
+        }
         let quiet = flown & !passage.minimum & !passage.crossing;
         motion.lose_headings(wanted);
-        motion.rises |= (quiet & !passage.falls) | (flown & passage.minimum);
-        motion.falls |= quiet & passage.falls;
+        motion.rises |= (quiet & watched & !passage.falls) | (flown & passage.minimum);
+        motion.falls |= quiet & watched & passage.falls;
         let there = motion.time + passage.time;
         let is_over = passage.time.is_equal(remaining);
         let is_stuck = quiet & passage.time.is_below(remaining) & there.is_equal(motion.time);
@@ -96,7 +107,8 @@ impl<const N: usize> LaneFlow<N> for LaneTaylor<'_, N> {
             let one = Lanes::splat(1.0);
             rises_for = search::rises_for(gap.slope, one, passage.time, admissible);
         }
-        let useful = flown & !(quiet & is_over) & !(passage.minimum & asked.passing);
+        let of_use = !(quiet & is_over) | asked.landing;
+        let useful = flown & of_use & !(passage.minimum & asked.passing);
         if useful.any() {
             step.states_at(passage.time, useful, &mut motion.state);
         }
@@ -111,20 +123,25 @@ impl<const N: usize> LaneFlow<N> for LaneTaylor<'_, N> {
         }
     }
 
-    /// NOTE: by one step; who does not come to the surface in it is left to the orbit alone.
+    /// NOTE: by one step; who does not come there in it is left to the orbit alone.
     #[inline(always)]
     fn retreat(
         &mut self,
         motion: &mut LaneMotion<N>,
+        goal: Back,
         wanted: LaneMask<N>,
         longest: Lanes<N>,
     ) -> LaneMask<N> {
         let step = self.integrator.step(&motion.state, &self.parameters);
         let (admissible, open) = admissible(&step, motion, wanted);
         let length = admissible.min(longest);
+        let (sign, minima) = match goal {
+            Back::ToMinimum => (1.0, wanted),
+            Back::ToSurface => (-1.0, LaneMask::NONE),
+        };
         let (value, slope) = &mut self.reversed;
-        alternate(step.watched_coefficients(2 * SURFACE), -1.0, value);
-        alternate(step.watched_coefficients(2 * SURFACE + 1), 1.0, slope);
+        alternate(step.watched_coefficients(2 * SURFACE), sign, value);
+        alternate(step.watched_coefficients(2 * SURFACE + 1), -sign, slope);
         let start = LaneStart {
             rose: LaneMask::NONE,
             fell: LaneMask::NONE,
@@ -132,13 +149,14 @@ impl<const N: usize> LaneFlow<N> for LaneTaylor<'_, N> {
             ..motion.start()
         };
         let goal = LaneGoal {
-            minima: LaneMask::NONE,
+            minima,
+            stopping: wanted,
             near: -1.0,
         };
         let flown = wanted & !open;
         let gap = LaneGap { value, slope };
         let passage = self.search.search(gap, length, start, goal, flown);
-        let known = flown & passage.crossing;
+        let known = flown & (passage.crossing | passage.minimum);
         step.states_at(-passage.time, known, &mut motion.state);
         motion.time = Lanes::select(known, motion.time - passage.time, motion.time);
         known

@@ -1,15 +1,13 @@
 //! Free flights from impact to impact, all in one kernel.
 //!
-//! One idea: where contacts alone are asked for, at one rigid surface at rest, most leaps are quiet or end with the one contact that
-//! control points tell of, found about the first node, and most impacts send the state away again. These are one piece of
-//! code on numbers in fixed places; what is anything else is left to the general way, from where it begins.
+//! One idea: where contacts alone are asked for, at one rigid surface at rest, most leaps are quiet or end with a contact that
+//! control points tell of (`contacts`), and most impacts send the state away again. These are one piece of code on numbers in fixed
+//! places; what is anything else is left to the general way, from where it begins.
 
+use super::contacts::Contacts;
 use super::extended::Extended;
-use super::newton::turn;
-use super::parabolas::falling_zero;
-use super::polygon::{Piece, Polygon, ROUNDING, Shape, Zeros};
 use super::surface::{FixedSurface, SurfaceTables};
-use crate::flow::{AffineLeaps, FixedLeaps, FixedVisit, SERIES};
+use crate::flow::{AffineLeaps, FixedLeaps, FixedVisit};
 use crate::hybrid::chatter::{AfterImpact, Rebound};
 use crate::hybrid::landing::REDUCED;
 use crate::hybrid::motion::Motion;
@@ -17,7 +15,7 @@ use crate::hybrid::passage::Heading;
 use crate::hybrid::response::PASSES;
 use crate::hybrid::simulator::Stop;
 use crate::hybrid::trajectory::{Event, EventKind};
-use crate::numeric::{Branched, Kernel, Real, polynomial, widest};
+use crate::numeric::{Kernel, Real, widest};
 
 /// The surface at which impacts are flown.
 const SURFACE: usize = 0;
@@ -84,12 +82,6 @@ struct Point<S, const STATES: usize, const C: usize> {
     turns: i64,
     /// Rounding of the gap where the surface has just been left.
     leaving: Option<S>,
-}
-
-/// A contact to be found: near a time, and within which.
-struct Sought<S> {
-    near: f64,
-    within: Option<[S; 2]>,
 }
 
 /// How a leap ends.
@@ -178,7 +170,13 @@ impl<S: Real, const STATES: usize, const C: usize, const B: usize> Flying<'_, S,
         self.extend(point);
         let mut visit = FixedVisit::none();
         let quiet = longest.min(self.leaps.span());
-        let contact = self.contact(point, quiet, &mut visit)?;
+        let contact = Contacts {
+            leaps: &self.leaps,
+            extended: &point.extended,
+            until: quiet,
+            visit: &mut visit,
+        }
+        .first(point.leaving.is_some())?;
         let time = contact.unwrap_or(quiet);
         let start = self
             .leaps
@@ -200,139 +198,6 @@ impl<S: Real, const STATES: usize, const C: usize, const B: usize> Flying<'_, S,
             Some(_) => Flown::Contact,
             None => Flown::Quiet,
         })
-    }
-
-    /// The time of the first contact before another, if there is one.
-    #[inline(always)]
-    fn contact(
-        &self,
-        point: &Point<S, STATES, C>,
-        quiet: S,
-        visit: &mut FixedVisit<S, B>,
-    ) -> Option<Option<S>> {
-        let (leaps, extended) = (&self.leaps, &point.extended);
-        let until = quiet.to_f64();
-        let rounding = ROUNDING * leaps.size(extended);
-        let mut rounded = [0.0; C];
-        for (rounded, value) in rounded.iter_mut().zip(extended) {
-            *rounded = value.to_f64();
-        }
-        for piece in 0..leaps.pieces() {
-            let from = leaps.piece() * piece as f64;
-            if from >= until {
-                break;
-            }
-            let points = leaps.look(piece, &rounded);
-            let polygon = Polygon {
-                points: points.as_flattened(),
-                rounding,
-            };
-            let on_zero = piece == 0 && point.leaving.is_some();
-            let sought = match polygon.zeros(on_zero) {
-                Zeros::None => None,
-                Zeros::OneFall { place } => Some(Sought {
-                    near: from + place * leaps.piece(),
-                    within: None,
-                }),
-                Zeros::Unknown if on_zero => return None,
-                Zeros::Unknown => self.unclear(&polygon, from, extended, visit)?,
-            };
-            if let Some(Sought { near, within }) = sought {
-                let is_later = near > until && {
-                    let start = leaps.go_to(until, extended, visit)?;
-                    let series = leaps.watched_series(visit);
-                    polynomial::value(series.as_flattened(), quiet - start) > S::zero()
-                };
-                if !is_later {
-                    let time = self.fall(near, extended, visit)?;
-                    if within.is_some_and(|[from, until]| time < from || time > until) {
-                        return None;
-                    }
-                    if time <= quiet {
-                        return Some(Some(time));
-                    }
-                }
-            }
-            if from + leaps.piece() >= until {
-                break;
-            }
-        }
-        Some(None)
-    }
-
-    /// What is to be sought on a piece where control points come near the surface; `None` where that is not known.
-    #[inline(always)]
-    fn unclear(
-        &self,
-        polygon: &Polygon<'_>,
-        from: f64,
-        extended: &[S; C],
-        visit: &mut FixedVisit<S, B>,
-    ) -> Option<Option<Sought<S>>> {
-        let (starts, ends) = (polygon.starts_above(), polygon.ends_above() == Some(true));
-        let stays_open = match polygon.shape(false) {
-            Shape::Rising => starts,
-            Shape::Falling => ends,
-            Shape::Hill => starts && ends,
-            Shape::Unknown => false,
-            Shape::Valley { place } => return self.valley(polygon, from, place, extended, visit),
-        };
-        stays_open.then_some(None)
-    }
-
-    /// The same of a gap with one extremum, a minimum near a place.
-    #[inline(always)]
-    fn valley(
-        &self,
-        polygon: &Polygon<'_>,
-        from: f64,
-        place: f64,
-        extended: &[S; C],
-        visit: &mut FixedVisit<S, B>,
-    ) -> Option<Option<Sought<S>>> {
-        let leaps = &self.leaps;
-        let near = from + place * leaps.piece();
-        let start = leaps.go_to(near, extended, visit)?;
-        let series = leaps.watched_series(visit);
-        let (mut slopes, guess) = ([S::zero(); SERIES], S::from_f64(near) - start);
-        let mut minimum = turn(
-            series.as_flattened(),
-            &mut slopes,
-            guess,
-            leaps.reach(),
-            true,
-        );
-        minimum.time += start;
-        let first = S::from_f64(from);
-        let last = first + S::from_f64(leaps.piece());
-        if !minimum.found || minimum.time < first || minimum.time > last {
-            return None;
-        }
-        if minimum.gap >= S::zero() {
-            return (minimum.gap > S::zero()).then_some(None);
-        }
-        let piece = Piece {
-            from,
-            length: leaps.piece(),
-            reach: leaps.reach().to_f64(),
-        };
-        let near = polygon.fall_before(&minimum, piece)?;
-        let within = Some([first, minimum.time]);
-        Some(Some(Sought { near, within }))
-    }
-
-    /// The contact near a time; `None` where it is not known about the nearest node.
-    #[inline(always)]
-    fn fall(&self, near: f64, extended: &[S; C], visit: &mut FixedVisit<S, B>) -> Option<S> {
-        let start = self.leaps.go_to(near, extended, visit)?;
-        let series = self.leaps.watched_series(visit);
-        let series = series.as_flattened();
-        let mut room = [0.0; SERIES];
-        let rounded = S::all_rounded(series, &mut room);
-        let reach = self.leaps.reach().to_f64();
-        let guess = (S::from_f64(near) - start).to_f64();
-        let zero = falling_zero(rounded, guess, reach, true).polished(series, reach);
-        zero.found.then_some(start + zero.time)
     }
 
     /// Brings the state onto the surface that it has landed beside.

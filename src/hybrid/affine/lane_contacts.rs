@@ -1,7 +1,6 @@
-//! The first contacts of several orbits on a free flight, in as many columns as the compiler knows.
+//! The first contacts of several orbits on a free flight: [`Contacts`](super::contacts::Contacts) in lanes.
 //!
-//! One idea: control points say which gaps stay open on a piece and which fall through zero once, and where: a series about the
-//! nearest node has the contact. What they leave open is no matter of lanes.
+//! One idea: what control points say of the gaps is masks; minima and contacts are worked out once for all lanes that have them.
 
 use super::lane_polygon::LanePolygon;
 use super::newton::turn;

@@ -9,6 +9,7 @@ use super::newton::{GapCourse, NodeVisit};
 use super::polygon::ROUNDING;
 use crate::flow::{LaneLeaps, LeapTables};
 use crate::hybrid::lane_flow::{LaneAsked, LaneLeap};
+use crate::hybrid::lane_log::LaneLog;
 use crate::hybrid::lane_motion::LaneMotion;
 use crate::hybrid::motion::SAME_MINIMUM;
 use crate::numeric::{Branched, LaneMask, Lanes, Mask, Scalar};
@@ -39,6 +40,8 @@ pub(super) struct LaneLeaper<'t, const N: usize> {
     pub(super) buffers: &'t mut LaneLeapBuffers<N>,
     pub(super) motion: &'t mut LaneMotion<N>,
     pub(super) asked: LaneAsked<N>,
+    /// Where minima at which flights do not end are put down.
+    pub(super) log: &'t mut LaneLog<N>,
 }
 
 impl<const N: usize> LaneLeaper<'_, N> {
@@ -55,7 +58,8 @@ impl<const N: usize> LaneLeaper<'_, N> {
             rises_for: Lanes::splat(0.0),
             open: LaneMask::NONE,
         };
-        let mut going = self.asked.wanted;
+        self.motion.lose_headings(self.asked.blind);
+        let mut going = self.asked.wanted & !self.asked.blind;
         let mut within = Lanes::splat(SAME_MINIMUM) * self.leaps.time_scale();
         let mut leaving = self.motion.leaving;
         for piece in 0..self.leaps.pieces() {
@@ -69,7 +73,10 @@ impl<const N: usize> LaneLeaper<'_, N> {
             let found = self.found(start, quiet, going, rounding, within, leaving);
             leap.open |= going & found.open;
             going &= !found.open;
-            let met = going & (found.contact | found.minimum) & found.time.is_at_most(quiet);
+            let inside = going & found.time.is_at_most(quiet);
+            let missed = inside & found.minimum & !self.asked.stopping;
+            self.log.miss(missed, self.motion.time + found.time);
+            let met = inside & (found.contact | found.minimum) & !missed;
             leap.time = Lanes::select(met, found.time, leap.time);
             leap.rises_for = Lanes::select(met, found.rises_for, leap.rises_for);
             leap.contact |= met & found.contact;

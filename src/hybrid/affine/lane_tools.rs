@@ -8,6 +8,7 @@ use crate::flow::{AffineLeaps, LaneLeaps};
 use crate::hybrid::backward::Back;
 use crate::hybrid::landing::REDUCED;
 use crate::hybrid::lane_flow::{LaneAsked, LaneFlow, LaneLeap};
+use crate::hybrid::lane_log::LaneLog;
 use crate::hybrid::lane_motion::LaneMotion;
 use crate::hybrid::sensing::Sense;
 use crate::numeric::{Branched, Kernel, LaneMask, Lanes, Mask, Scalar};
@@ -92,6 +93,7 @@ impl<const N: usize> LaneFlow<N> for LaneTools<N> {
         motion: &mut LaneMotion<N>,
         horizon: Lanes<N>,
         asked: LaneAsked<N>,
+        log: &mut LaneLog<N>,
     ) -> LaneLeap<N> {
         self.extended.take(&motion.state, asked.wanted);
         let leap = LaneLeaper {
@@ -100,11 +102,13 @@ impl<const N: usize> LaneFlow<N> for LaneTools<N> {
             buffers: &mut self.buffers,
             motion,
             asked,
+            log,
         }
         .fly();
         let flown = asked.wanted & !leap.open;
         let at_end = leap.time.is_equal(asked.longest) & !leap.contact & !leap.minimum;
-        let useful = flown & !at_end & !(leap.minimum & asked.passing);
+        let of_use = !at_end | asked.landing;
+        let useful = flown & of_use & !(leap.minimum & asked.passing);
         if useful.any() {
             let visit = &mut self.buffers.visit;
             let (leaps, extended) = (&self.leaps, &self.extended.values);
@@ -124,6 +128,7 @@ impl<const N: usize> LaneFlow<N> for LaneTools<N> {
     fn retreat(
         &mut self,
         motion: &mut LaneMotion<N>,
+        goal: Back,
         wanted: LaneMask<N>,
         longest: Lanes<N>,
     ) -> LaneMask<N> {
@@ -133,7 +138,7 @@ impl<const N: usize> LaneFlow<N> for LaneTools<N> {
             extended: &self.extended.values,
             visit: &mut self.buffers.visit,
             surface: 0,
-            goal: Back::ToSurface,
+            goal,
             longest,
             wanted,
             states: &mut self.there,
