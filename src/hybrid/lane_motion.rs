@@ -52,6 +52,9 @@ impl<const N: usize> LaneMotion<N> {
     /// Takes over other motions where that is wanted.
     #[inline(always)]
     pub(super) fn take(&mut self, wanted: LaneMask<N>, other: &Self) {
+        if !wanted.any() {
+            return;
+        }
         for (state, &other) in self.state.iter_mut().zip(&other.state) {
             *state = Lanes::select(wanted, other, *state);
         }

@@ -46,6 +46,18 @@ pub(in crate::hybrid) struct LaneLeft<const N: usize> {
     pub(in crate::hybrid) flown: LaneMask<N>,
 }
 
+impl<const N: usize> LaneLeft<N> {
+    /// Before the first leap.
+    fn at_start(open: LaneMask<N>) -> Self {
+        let (contact, flown) = (LaneMask::NONE, LaneMask::NONE);
+        Self {
+            open,
+            contact,
+            flown,
+        }
+    }
+}
+
 impl<const N: usize> LaneImpacts<N> {
     /// From the tables of every orbit; `None` where they have other shapes, and for systems but of one mass or two under one
     /// force, at a stop at rest.
@@ -118,11 +130,7 @@ impl<const N: usize> LaneImpacts<N> {
             2 => wide(Impacts::<N, 2, 5, 1>(run)),
             _ => wide(Impacts::<N, 4, 7, 2>(run)),
         };
-        left.unwrap_or(LaneLeft {
-            open: wanted,
-            contact: LaneMask::NONE,
-            flown: LaneMask::NONE,
-        })
+        left.unwrap_or(LaneLeft::at_start(wanted))
     }
 }
 
@@ -179,13 +187,8 @@ impl<const N: usize, const STATES: usize, const C: usize, const B: usize> Kernel
             period,
             record,
         } = self.0;
-        let mut left = LaneLeft {
-            open: wanted,
-            contact: LaneMask::NONE,
-            flown: LaneMask::NONE,
-        };
         let Some((leaps, surface)) = impacts.fixed::<C, B>() else {
-            return left;
+            return LaneLeft::at_start(wanted);
         };
         let zero = Lanes::splat(0.0);
         let phase = motion.state[STATES];
@@ -193,7 +196,6 @@ impl<const N: usize, const STATES: usize, const C: usize, const B: usize> Kernel
         states.copy_from_slice(&motion.state[..STATES]);
         let mut extended = [Lanes::splat(1.0); C];
         extended[..STATES].copy_from_slice(&states);
-        left.open = LaneMask::NONE;
         let mut flying = Flying::<N, STATES, C, B> {
             leaps,
             surface,
@@ -202,7 +204,7 @@ impl<const N: usize, const STATES: usize, const C: usize, const B: usize> Kernel
             last_step: impacts.leaps.time_scale(),
             horizon,
             period,
-            left,
+            left: LaneLeft::at_start(LaneMask::NONE),
             record,
         };
         let mut points = Points {
