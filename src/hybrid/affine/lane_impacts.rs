@@ -23,7 +23,7 @@ const SURFACE: usize = 0;
 const MAX_LEAPS: usize = 1000;
 
 /// Takes the events of a lane.
-pub(in crate::hybrid) type LaneRecord<'r> = &'r mut dyn FnMut(usize, Event<f64>);
+pub(in crate::hybrid) type EventRecord<'r> = &'r mut dyn FnMut(usize, Event<f64>);
 
 /// What several orbits fly by, and the harmonics where they are.
 #[derive(Clone, Debug)]
@@ -115,7 +115,7 @@ impl<const N: usize> LaneImpacts<N> {
         wanted: LaneMask<N>,
         horizon: Lanes<N>,
         period: f64,
-        record: LaneRecord<'_>,
+        record: EventRecord<'_>,
     ) -> LaneLeft<N> {
         let states = self.phase;
         let run = Run {
@@ -140,7 +140,7 @@ struct Run<'t, const N: usize> {
     wanted: LaneMask<N>,
     horizon: Lanes<N>,
     period: f64,
-    record: LaneRecord<'t>,
+    record: EventRecord<'t>,
 }
 
 /// A run of systems of as many states and columns.
@@ -156,7 +156,7 @@ struct Flying<'t, const N: usize, const STATES: usize, const C: usize, const B: 
     horizon: Lanes<N>,
     period: f64,
     left: LaneLeft<N>,
-    record: LaneRecord<'t>,
+    record: EventRecord<'t>,
 }
 
 /// The moving points.
