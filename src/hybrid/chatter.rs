@@ -11,7 +11,8 @@
 //!
 //! with an error of order `T₀³`.
 
-use crate::numeric::Real;
+use super::sensing::Sense;
+use crate::numeric::{Branched, Mask, Real};
 
 /// Normal motion just after an impact.
 #[derive(Clone, Copy, Debug)]
@@ -38,15 +39,52 @@ pub(crate) enum AfterImpact<S> {
     },
 }
 
-impl<S: Real> Rebound<S> {
-    /// Completes the chatter when its leading duration is below `ε^(1/4)` of the time scale on which
-    /// the normal acceleration changes.
+impl<S: Branched> Rebound<S> {
+    /// Of an impact at this speed, from the normal motion after it.
+    #[inline(always)]
+    pub(crate) fn new(speed: S, after: &Sense<S>) -> Self {
+        Self {
+            speed,
+            rebound: after.velocity,
+            acceleration: after.acceleration,
+            jerk: after.jerk,
+        }
+    }
+
+    /// Where a free flight follows: elsewhere the chatter's leading duration is below `ε^(1/4)` of the time scale on which the
+    /// normal acceleration changes.
     ///
     /// The series' error, `T₀³`, and the error of the impacts' times from rounding of the position,
     /// about `ε/T₀`, are then equal.
     #[inline(always)]
+    pub(crate) fn flies_on(&self, wanted: S::Mask, time_scale: S) -> S::Mask {
+        let zero = S::zero();
+        let pressed = wanted & !zero.is_at_most(self.acceleration);
+        if !pressed.any() {
+            return wanted;
+        }
+        let pressing = -self.acceleration;
+        let change = self.jerk.abs() * time_scale;
+        let changes = pressing.is_below(change);
+        let time_scale = S::select(changes, time_scale * pressing / change, time_scale);
+        let limit = time_scale * S::from_f64(S::ROUNDOFF.sqrt().sqrt());
+        let lasts = self.speed.is_at_most(self.rebound) | limit.is_below(self.leading());
+        wanted & (!pressed | (lasts & !self.rebound.is_at_most(zero)))
+    }
+
+    /// `T₀`.
+    #[inline(always)]
+    fn leading(&self) -> S {
+        let restitution = self.rebound / self.speed;
+        (self.rebound + self.rebound) / (-self.acceleration * (S::one() - restitution))
+    }
+}
+
+impl<S: Real> Rebound<S> {
+    /// Completes the chatter where no [free flight](Self::flies_on) follows.
+    #[inline(always)]
     pub(crate) fn follow(&self, time_scale: S) -> AfterImpact<S> {
-        if self.acceleration >= S::zero() {
+        if self.flies_on(true, time_scale) {
             return AfterImpact::Flight;
         }
         if self.rebound <= S::zero() {
@@ -54,22 +92,8 @@ impl<S: Real> Rebound<S> {
                 duration: S::zero(),
             };
         }
-        if self.rebound >= self.speed {
-            return AfterImpact::Flight;
-        }
-        let pressing = -self.acceleration;
-        let restitution = self.rebound / self.speed;
-        let leading = (self.rebound + self.rebound) / (pressing * (S::one() - restitution));
-        let change = self.jerk.abs() * time_scale;
-        let time_scale = if change > pressing {
-            time_scale * pressing / change
-        } else {
-            time_scale
-        };
-        if leading > time_scale * S::from_f64(S::ROUNDOFF.sqrt().sqrt()) {
-            return AfterImpact::Flight;
-        }
-        let correction = self.jerk * leading / (S::from_f64(3.0) * pressing);
+        let leading = self.leading();
+        let correction = self.jerk * leading / (S::from_f64(3.0) * -self.acceleration);
         AfterImpact::Complete {
             duration: leading * (S::one() + correction),
         }

@@ -4,7 +4,7 @@
 //! for all.
 
 use super::backward::Back;
-use super::chatter::{AfterImpact, Rebound};
+use super::chatter::Rebound;
 use super::lane_flow::{LaneAsked, LaneFlow, LaneLeap};
 use super::lane_log::LaneLog;
 use super::lane_motion::LaneMotion;
@@ -140,19 +140,8 @@ impl<F: LaneFlow<N>, const N: usize> LaneOrbits<F, N> {
         motion.leaving |= wanted;
         let residual = after.gap.abs() * Lanes::splat(4.0);
         motion.rounding = Lanes::select(wanted, after.rounding.max(residual), motion.rounding);
-        let falls_back = wanted & after.acceleration.is_below(Lanes::splat(0.0));
-        let time_scale = flow.time_scale(motion);
-        for lane in falls_back.lanes() {
-            let rebound = Rebound {
-                speed: speed[lane],
-                rebound: after.velocity[lane],
-                acceleration: after.acceleration[lane],
-                jerk: after.jerk[lane],
-            };
-            if rebound.follow(time_scale[lane]) != AfterImpact::Flight {
-                self.alive.set(lane, false);
-            }
-        }
+        let rebound = Rebound::new(speed, &after);
+        self.alive &= !wanted | rebound.flies_on(wanted, flow.time_scale(motion));
     }
 
     /// The states with a number of whole periods taken off their phases.

@@ -116,12 +116,7 @@ impl<S: Real> Simulator<'_, S> {
         }
         let after = self.sense(surface);
         let speed = -before.velocity;
-        let rebound = Rebound {
-            speed,
-            rebound: after.velocity,
-            acceleration: after.acceleration,
-            jerk: after.jerk,
-        };
+        let rebound = Rebound::new(speed, &after);
         self.record(
             surface,
             EventKind::Impact {

@@ -8,7 +8,7 @@ use super::contacts::Contacts;
 use super::extended::Extended;
 use super::surface::{FixedSurface, SurfaceTables};
 use crate::flow::{AffineLeaps, FixedLeaps, FixedVisit};
-use crate::hybrid::chatter::{AfterImpact, Rebound};
+use crate::hybrid::chatter::Rebound;
 use crate::hybrid::landing::REDUCED;
 use crate::hybrid::motion::Motion;
 use crate::hybrid::passage::Heading;
@@ -257,14 +257,9 @@ impl<S: Real, const STATES: usize, const C: usize, const B: usize> Flying<'_, S,
         let mut extended = point.extended;
         extended[..STATES].copy_from_slice(&states);
         let after = self.surface.sense(&extended);
-        let rebound = Rebound {
-            speed,
-            rebound: after.velocity,
-            acceleration: after.acceleration,
-            jerk: after.jerk,
-        };
+        let rebound = Rebound::new(speed, &after);
         let passes = after.velocity < -speed.abs() * S::from_f64(PASSES);
-        if passes || rebound.follow(self.run.motion.last_step) != AfterImpact::Flight {
+        if !rebound.flies_on(!passes, self.run.motion.last_step) {
             return false;
         }
         (self.run.record)(Event {

@@ -9,7 +9,7 @@ use super::lane_harmonics::LaneHarmonics;
 use super::lane_tools::OrbitTables;
 use super::surface::{FixedSurface, SurfaceTables};
 use crate::flow::{FixedLaneLeaps, FixedLaneVisit, LaneLeaps};
-use crate::hybrid::chatter::{AfterImpact, Rebound};
+use crate::hybrid::chatter::Rebound;
 use crate::hybrid::landing::REDUCED;
 use crate::hybrid::lane_motion::LaneMotion;
 use crate::hybrid::response::{PASSES, PENETRATES};
@@ -345,22 +345,8 @@ impl<const N: usize, const STATES: usize, const C: usize, const B: usize>
         extended[..STATES].copy_from_slice(&image.as_flattened()[..STATES]);
         let after = self.surface.sense(&extended);
         let least = -speed.abs() * Lanes::splat(PASSES);
-        let mut free = wanted & !after.velocity.is_below(least);
-        let pressed = free & after.acceleration.is_below(Lanes::splat(0.0));
-        if pressed.any() {
-            for lane in pressed.lanes() {
-                let rebound = Rebound {
-                    speed: speed[lane],
-                    rebound: after.velocity[lane],
-                    acceleration: after.acceleration[lane],
-                    jerk: after.jerk[lane],
-                };
-                free.set(
-                    lane,
-                    rebound.follow(self.last_step[lane]) == AfterImpact::Flight,
-                );
-            }
-        }
+        let free = wanted & !after.velocity.is_below(least);
+        let free = Rebound::new(speed, &after).flies_on(free, self.last_step);
         for lane in free.lanes() {
             let event = Event {
                 time: points.time[lane],
