@@ -16,7 +16,6 @@ mod lane_harmonics;
 mod lane_impacts;
 mod lane_leap;
 mod lane_look;
-mod lane_polygon;
 mod lane_tools;
 mod leap;
 mod look;

@@ -52,6 +52,10 @@ pub(crate) trait Branched: Scalar {
     fn is_equal(self, other: Self) -> Self::Mask;
     /// One where a mask is true, the other where it is false.
     fn select(mask: Self::Mask, one: Self, other: Self) -> Self;
+    /// How many things, of as many at most, have a property before the first that has not.
+    fn leading(count: usize, holds: impl FnMut(usize) -> Self::Mask) -> Self;
+    /// The numbers before a place, at it and after it, the outermost ones beyond.
+    fn around(numbers: &[Self], place: Self) -> [Self; 3];
 }
 
 impl Mask for bool {
@@ -108,6 +112,23 @@ impl<S: Real> Branched for S {
     #[inline(always)]
     fn select(mask: bool, one: Self, other: Self) -> Self {
         if mask { one } else { other }
+    }
+
+    #[inline(always)]
+    fn leading(count: usize, mut holds: impl FnMut(usize) -> bool) -> Self {
+        let mut place = 0;
+        while place < count && holds(place) {
+            place += 1;
+        }
+        S::from_f64(place as f64)
+    }
+
+    #[inline(always)]
+    fn around(numbers: &[Self], place: Self) -> [Self; 3] {
+        let last = numbers.len() - 1;
+        let place = (place.to_f64() as usize).min(last);
+        let (before, after) = (place.saturating_sub(1), (place + 1).min(last));
+        [numbers[before], numbers[place], numbers[after]]
     }
 }
 
@@ -223,6 +244,31 @@ impl<const N: usize> Branched for Lanes<N> {
             }
         })
     }
+
+    #[inline(always)]
+    fn leading(count: usize, mut holds: impl FnMut(usize) -> LaneMask<N>) -> Self {
+        let (zero, one) = (Self::splat(0.0), Self::splat(1.0));
+        let (mut leading, mut place) = (!LaneMask::NONE, zero);
+        for number in 0..count {
+            leading &= holds(number);
+            place += Self::select(leading, one, zero);
+        }
+        place
+    }
+
+    #[inline(always)]
+    fn around(numbers: &[Self], place: Self) -> [Self; 3] {
+        let last = numbers.len() - 1;
+        let mut places = [0; N];
+        for (lane, own) in places.iter_mut().enumerate() {
+            *own = (place[lane] as usize).min(last);
+        }
+        [
+            Self::from_fn(|lane| numbers[places[lane].saturating_sub(1)][lane]),
+            Self::from_fn(|lane| numbers[places[lane]][lane]),
+            Self::from_fn(|lane| numbers[(places[lane] + 1).min(last)][lane]),
+        ]
+    }
 }
 
 #[cfg(test)]
@@ -247,5 +293,20 @@ mod tests {
         assert_eq!(below.lanes().collect::<Vec<_>>(), [0, 1]);
         assert_eq!((!below).lanes().collect::<Vec<_>>(), [2, 3, 4]);
         assert!(!(below & !below).any() && (below | !below).holds(3));
+    }
+
+    #[test]
+    fn places_among_lanes_are_those_of_each_number() {
+        let columns = [[3.0, 2.0, -1.0, 4.0], [-1.0, 2.0, 1.0, 0.5], [1.0; 4]];
+        let lanes: [_; 4] = std::array::from_fn(|row| Lanes(columns.map(|column| column[row])));
+        let leading = Lanes::leading(4, |row| Lanes::splat(0.0).is_below(lanes[row]));
+        assert_eq!(leading, Lanes([2.0, 0.0, 4.0]));
+        let around = Lanes::around(&lanes, leading);
+        for (lane, column) in columns.iter().enumerate() {
+            let place = f64::leading(4, |row| 0.0 < column[row]);
+            assert_eq!(place, leading[lane]);
+            assert_eq!(f64::around(column, place), around.map(|own| own[lane]));
+        }
+        assert_eq!(f64::around(&columns[0], 0.0), [3.0, 3.0, 2.0]);
     }
 }

@@ -5,7 +5,7 @@
 
 use super::newton::turn;
 use super::parabolas::falling_zero;
-use super::polygon::{Piece, Polygon, ROUNDING, Shape, Zeros};
+use super::polygon::{Piece, Polygon, ROUNDING};
 use crate::flow::{FixedLeaps, FixedVisit, SERIES};
 use crate::numeric::{Branched, Real, polynomial};
 
@@ -47,14 +47,20 @@ impl<S: Real, const C: usize, const B: usize> Contacts<'_, S, C, B> {
                 rounding,
             };
             let on_zero = piece == 0 && leaving;
-            let sought = match polygon.zeros(on_zero) {
-                Zeros::None => None,
-                Zeros::OneFall { place } => Some(Sought {
-                    near: from + place * leaps.piece(),
-                    within: None,
-                }),
-                Zeros::Unknown if on_zero => return None,
-                Zeros::Unknown => self.unclear(&polygon, from)?,
+            let sought = if polygon.is_above(0.0, on_zero) {
+                None
+            } else {
+                let fall = polygon.one_fall(on_zero);
+                if fall.exists {
+                    Some(Sought {
+                        near: from + polygon.fall(&fall) * leaps.piece(),
+                        within: None,
+                    })
+                } else if on_zero {
+                    return None;
+                } else {
+                    self.unclear(&polygon, from)?
+                }
             };
             if let Some(sought) = sought
                 && let Some(time) = self.found(&sought)?
@@ -70,15 +76,14 @@ impl<S: Real, const C: usize, const B: usize> Contacts<'_, S, C, B> {
 
     /// What is to be sought on a piece where control points come near the surface; `None` where that is not known.
     #[inline(always)]
-    fn unclear(&mut self, polygon: &Polygon<'_>, from: f64) -> Option<Option<Sought<S>>> {
-        let (starts, ends) = (polygon.starts_above(), polygon.ends_above() == Some(true));
-        let stays_open = match polygon.shape(false) {
-            Shape::Rising => starts,
-            Shape::Falling => ends,
-            Shape::Hill => starts && ends,
-            Shape::Unknown => false,
-            Shape::Valley { place } => return self.valley(polygon, from, place),
-        };
+    fn unclear(&mut self, polygon: &Polygon<'_, f64>, from: f64) -> Option<Option<Sought<S>>> {
+        let [starts, ends] = polygon.ends_above();
+        let shape = polygon.shape(false);
+        if shape.known && shape.falls && shape.turns {
+            return self.valley(polygon, from, polygon.turn(&shape));
+        }
+        let falls_at_end = shape.falls || shape.turns;
+        let stays_open = shape.known && (starts || shape.falls) && (ends || !falls_at_end);
         stays_open.then_some(None)
     }
 
@@ -86,7 +91,7 @@ impl<S: Real, const C: usize, const B: usize> Contacts<'_, S, C, B> {
     #[inline(always)]
     fn valley(
         &mut self,
-        polygon: &Polygon<'_>,
+        polygon: &Polygon<'_, f64>,
         from: f64,
         place: f64,
     ) -> Option<Option<Sought<S>>> {
@@ -112,7 +117,10 @@ impl<S: Real, const C: usize, const B: usize> Contacts<'_, S, C, B> {
             length,
             reach,
         };
-        let near = polygon.fall_before(&minimum, piece)?;
+        let (near, known) = polygon.fall_before(&minimum, piece, true);
+        if !known {
+            return None;
+        }
         let within = Some([first, minimum.time]);
         Some(Some(Sought { near, within }))
     }

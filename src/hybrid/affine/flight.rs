@@ -61,7 +61,7 @@ impl<S: Real> Flight<S> for AffineFlight<'_, S> {
             points: control,
             rounding,
         };
-        match polygon.is_above(near.to_f64().max(0.0)) {
+        match polygon.is_above(near.to_f64().max(0.0), false) {
             true => Outlook::Quiet,
             false => Outlook::Open,
         }

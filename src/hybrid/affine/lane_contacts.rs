@@ -2,10 +2,9 @@
 //!
 //! One idea: what control points say of the gaps is masks; minima and contacts are worked out once for all lanes that have them.
 
-use super::lane_polygon::LanePolygon;
 use super::newton::turn;
 use super::parabolas::falling_zero;
-use super::polygon::{Piece, ROUNDING};
+use super::polygon::{Piece, Polygon, ROUNDING};
 use crate::flow::{FixedLaneLeaps, FixedLaneVisit, SERIES};
 use crate::numeric::{Branched, LaneMask, Lanes, Mask, polynomial};
 
@@ -51,20 +50,23 @@ impl<const N: usize, const C: usize, const B: usize> LaneContacts<'_, N, C, B> {
         let mut from = Lanes::splat(0.0);
         for piece in 0..leaps.pieces() {
             let points = leaps.look(piece, self.extended);
-            let polygon = LanePolygon {
+            let polygon = Polygon {
                 points: points.as_flattened(),
                 rounding,
             };
-            let near = going & !rounding.is_below(polygon.least(on_zero));
+            let near = going & !polygon.is_above(Lanes::splat(0.0), on_zero);
             if near.any() {
-                let fall = polygon.first_fall(rounding, on_zero);
-                let falls = near & fall.exists & fall.stays;
+                let fall = polygon.one_fall(on_zero);
+                let falls = near & fall.exists;
                 let mut sought = Sought {
-                    near: from + polygon.fall(&fall) * leaps.piece(),
+                    near: from,
                     wanted: falls,
                     earliest: Lanes::splat(f64::NEG_INFINITY),
                     latest: Lanes::splat(f64::INFINITY),
                 };
+                if falls.any() {
+                    sought.near += polygon.fall(&fall) * leaps.piece();
+                }
                 let unclear = near & !falls;
                 if unclear.any() {
                     let known = self.unclear(&polygon, from, unclear & !on_zero, &mut sought);
@@ -86,7 +88,7 @@ impl<const N: usize, const C: usize, const B: usize> LaneContacts<'_, N, C, B> {
     #[inline(always)]
     fn unclear(
         &mut self,
-        polygon: &LanePolygon<'_, N>,
+        polygon: &Polygon<'_, Lanes<N>>,
         from: Lanes<N>,
         wanted: LaneMask<N>,
         sought: &mut Sought<N>,
@@ -108,7 +110,7 @@ impl<const N: usize, const C: usize, const B: usize> LaneContacts<'_, N, C, B> {
     #[inline(always)]
     fn valley(
         &mut self,
-        polygon: &LanePolygon<'_, N>,
+        polygon: &Polygon<'_, Lanes<N>>,
         from: Lanes<N>,
         near: Lanes<N>,
         wanted: LaneMask<N>,

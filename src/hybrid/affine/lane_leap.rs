@@ -4,8 +4,8 @@
 //! for the others. What control points leave open is left to the orbit alone.
 
 use super::lane_look::{Found, LaneLook};
-use super::lane_polygon::LanePolygon;
 use super::newton::{GapCourse, NodeVisit};
+use super::polygon::Polygon;
 use super::polygon::ROUNDING;
 use crate::flow::{LaneLeaps, LeapTables};
 use crate::hybrid::lane_flow::{LaneAsked, LaneLeap};
@@ -108,7 +108,7 @@ impl<const N: usize> LaneLeaper<'_, N> {
         leaving: LaneMask<N>,
     ) -> Found<N> {
         let LaneLeapBuffers { visit, control } = &mut *self.buffers;
-        let polygon = LanePolygon {
+        let polygon = Polygon {
             points: control,
             rounding,
         };

@@ -3,15 +3,14 @@
 //! One idea: the few kinds of an answer are masks. A kind is worked out where any lane has it, minima and contacts once for all
 //! lanes that have them; all others are left open.
 
-use super::lane_polygon::LanePolygon;
 use super::newton::GapCourse;
-use super::polygon::Piece;
+use super::polygon::{Piece, Polygon};
 use crate::flow::{LaneLeaps, LeapTables};
 use crate::numeric::{Branched, LaneMask, Lanes, Mask};
 
 /// A look at the gaps on one piece; all minima are looked for, and contacts where they are not flown through.
 pub(super) struct LaneLook<'t, const N: usize> {
-    pub(super) polygon: LanePolygon<'t, N>,
+    pub(super) polygon: Polygon<'t, Lanes<N>>,
     pub(super) gap: GapCourse<'t, LaneLeaps<N>>,
     /// Start of the piece.
     pub(super) from: Lanes<N>,
@@ -82,13 +81,12 @@ impl<const N: usize> LaneLook<'_, N> {
     /// The contacts of gaps that fall at the end, where they are not above zero there.
     #[inline(always)]
     fn fall(&mut self, found: &mut Found<N>) -> Sought<N> {
-        let last = self.polygon.points[self.polygon.points.len() - 1];
-        let ends_above = self.polygon.rounding.is_below(last);
+        let [_, ends_above] = self.polygon.ends_above();
         let mut wanted = found.falls & !self.ignoring & !ends_above;
         let mut near = self.until;
         if wanted.any() {
-            let fall = self.polygon.first_fall(self.polygon.rounding, self.leaving);
-            found.open |= wanted & !(fall.exists & fall.stays);
+            let fall = self.polygon.one_fall(self.leaving);
+            found.open |= wanted & !fall.exists;
             wanted &= !found.open;
             found.falls &= !wanted;
             near = self.from + self.polygon.fall(&fall) * self.gap.leaps.piece();

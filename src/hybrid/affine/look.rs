@@ -3,7 +3,7 @@
 //! One idea: no event, or exactly one zero or one extremum, which is found; anything else is left open.
 
 use super::newton::{GapCourse, Turn};
-use super::polygon::{Piece, Polygon, Shape, Zeros};
+use super::polygon::{Piece, Polygon};
 use crate::flow::{AffineLeaps, LeapTables};
 use crate::hybrid::passage::{Goal, Heading, Passage, Start};
 use crate::numeric::Real;
@@ -36,7 +36,7 @@ impl<S> Found<S> {
 
 /// A look at one gap on one piece.
 pub(super) struct Look<'t, S: Real> {
-    pub(super) polygon: Polygon<'t>,
+    pub(super) polygon: Polygon<'t, f64>,
     pub(super) start: Start<S>,
     pub(super) goal: Goal<S>,
     pub(super) gap: GapCourse<'t, AffineLeaps<S>>,
@@ -49,41 +49,45 @@ pub(super) struct Look<'t, S: Real> {
 impl<S: Real> Look<'_, S> {
     #[inline(always)]
     pub(super) fn found(self) -> Option<Found<S>> {
+        let polygon = self.polygon;
         if let Goal::Crossing { near } = self.goal {
             if near <= S::zero() {
-                match self.polygon.zeros(self.start.is_on_zero()) {
-                    Zeros::None => return Some(Found::quiet(Heading::Unknown)),
-                    Zeros::OneFall { place } => return self.contact(place),
-                    Zeros::Unknown => {}
+                let on_zero = self.start.is_on_zero();
+                if polygon.is_above(0.0, on_zero) {
+                    return Some(Found::quiet(Heading::Unknown));
                 }
-            } else if near.is_finite() && self.polygon.is_above(near.to_f64()) {
+                let fall = polygon.one_fall(on_zero);
+                if fall.exists {
+                    return self.contact(polygon.fall(&fall));
+                }
+            } else if near.is_finite() && polygon.is_above(near.to_f64(), false) {
                 return Some(Found::quiet(Heading::Unknown));
             }
         }
-        let shape = self.polygon.shape(self.start.rose());
-        match shape {
-            Shape::Unknown => None,
-            Shape::Valley { place } => self.valley(place),
-            Shape::Rising | Shape::Hill if self.start.fell() => None,
-            Shape::Rising => Some(Found::quiet(Heading::Rising)),
-            Shape::Hill | Shape::Falling => self.fall(shape),
+        let shape = polygon.shape(self.start.rose());
+        match (shape.falls, shape.turns) {
+            _ if !shape.known => None,
+            (true, true) => self.valley(polygon.turn(&shape)),
+            (false, _) if self.start.fell() => None,
+            (false, false) => Some(Found::quiet(Heading::Rising)),
+            (false, true) => self.fall(Course::Hill),
+            (true, false) => self.fall(Course::Straight(Heading::Falling)),
         }
     }
 
     /// A gap that falls at the end.
     #[inline(always)]
-    fn fall(self, shape: Shape) -> Option<Found<S>> {
-        let course = match shape {
-            Shape::Hill => Course::Hill,
-            _ => Course::Straight(Heading::Falling),
-        };
-        let passage = None;
-        match (self.goal, self.polygon.ends_above()) {
-            (Goal::Minima, _) | (_, Some(true)) => Some(Found { course, passage }),
-            _ => match self.polygon.zeros(self.start.is_on_zero()) {
-                Zeros::OneFall { place } => self.contact(place),
-                _ => None,
-            },
+    fn fall(self, course: Course<S>) -> Option<Found<S>> {
+        let polygon = self.polygon;
+        let [_, ends_above] = polygon.ends_above();
+        if self.goal == Goal::Minima || ends_above {
+            let passage = None;
+            return Some(Found { course, passage });
+        }
+        let fall = polygon.one_fall(self.start.is_on_zero());
+        match fall.exists {
+            true => self.contact(polygon.fall(&fall)),
+            false => None,
         }
     }
 
@@ -149,8 +153,8 @@ impl<S: Real> Look<'_, S> {
             length: self.gap.leaps.piece(),
             reach: self.gap.leaps.reach().to_f64(),
         };
-        let near = self.polygon.fall_before(minimum, piece)?;
-        let (time, found) = self.gap.fall(near, true);
+        let (near, known) = self.polygon.fall_before(minimum, piece, true);
+        let (time, found) = self.gap.fall(near, known);
         (found && time >= S::from_f64(self.from) && time <= minimum.time).then_some(time)
     }
 

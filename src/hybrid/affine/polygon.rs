@@ -1,10 +1,10 @@
 //! What control points tell of a polynomial: the signs of its values and of its slope.
 //!
 //! One idea: a polynomial has no more zeros than its control points have changes of sign, no more extrema than they have
-//! turns, and differs from either number by an even one.
+//! turns, and differs from either number by an even one. A run of points ends, in lanes, for each where it does.
 
 use super::newton::Turn;
-use crate::numeric::Real;
+use crate::numeric::{Branched, Mask};
 
 /// Share of the size of its terms within which a control point has no sign.
 pub(super) const ROUNDING: f64 = 64.0 * f64::EPSILON;
@@ -13,236 +13,246 @@ pub(super) const ROUNDING: f64 = 64.0 * f64::EPSILON;
 /// first 1e-7 of the time in which the motion changes.
 pub(super) const SAME_MINIMUM: f64 = 5e-7;
 
-/// Control points of a polynomial on `[0, 1]`, and the size within which they have no sign.
+/// Control points of polynomials on `[0, 1]`, and the sizes within which they have no sign.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Polygon<'c> {
-    pub(super) points: &'c [f64],
-    pub(super) rounding: f64,
+pub(super) struct Polygon<'c, R> {
+    pub(super) points: &'c [R],
+    pub(super) rounding: R,
 }
 
 /// A piece of a span.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Piece<T = f64> {
+pub(super) struct Piece<R> {
     /// Its start and its length.
-    pub(super) from: T,
-    pub(super) length: T,
+    pub(super) from: R,
+    pub(super) length: R,
     /// How far from a node its series are good.
-    pub(super) reach: T,
-}
-
-/// The zeros.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Zeros {
-    /// None: it is positive.
-    None,
-    /// Exactly one, where it falls.
-    OneFall {
-        /// Where, from 0 to 1: a guess.
-        place: f64,
-    },
-    /// Not known.
-    Unknown,
+    pub(super) reach: R,
 }
 
 /// The extrema.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Shape {
-    /// None.
-    Rising,
-    /// None.
-    Falling,
-    /// Exactly one, a minimum.
-    Valley {
-        /// Where, from 0 to 1: a guess.
-        place: f64,
-    },
-    /// Exactly one, a maximum.
-    Hill,
-    /// Not known.
-    Unknown,
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Shape<R: Branched> {
+    /// Whether it is known.
+    pub(super) known: R::Mask,
+    /// Whether the polynomial falls first.
+    pub(super) falls: R::Mask,
+    /// Whether it has one extremum.
+    pub(super) turns: R::Mask,
+    /// The number of the point at which that is.
+    turn: R,
 }
 
-impl Polygon<'_> {
-    /// What the points' signs tell; the first has no say where the polynomial starts on a zero.
+/// A fall through a bound.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Fall<R: Branched> {
+    /// Whether there is one.
+    pub(super) exists: R::Mask,
+    /// The number of the first point that is not above the bound.
+    point: R,
+}
+
+impl<R: Branched> Polygon<'_, R> {
+    /// Where the polynomial is above a bound; the first point has no say where the polynomial starts on a zero.
     #[inline(always)]
-    pub(super) fn zeros(&self, on_zero: bool) -> Zeros {
-        if least(self.points, on_zero) > self.rounding {
-            return Zeros::None;
+    pub(super) fn is_above(&self, bound: R, on_zero: R::Mask) -> R::Mask {
+        (bound + self.rounding).is_below(least(self.points, on_zero))
+    }
+
+    /// Where the polynomial starts above zero by more than rounding, and where it ends so.
+    #[inline(always)]
+    pub(super) fn ends_above(&self) -> [R::Mask; 2] {
+        let (first, last) = (self.points[0], self.points[self.points.len() - 1]);
+        [self.rounding.is_below(first), self.rounding.is_below(last)]
+    }
+
+    /// The zero, where there is exactly one, at which the polynomial falls.
+    #[inline(always)]
+    pub(super) fn one_fall(&self, on_zero: R::Mask) -> Fall<R> {
+        let (points, count) = (self.points, self.points.len());
+        let mut fall = self.first_fall(self.rounding, on_zero);
+        if fall.exists.any() {
+            let below = |place: usize| points[count - 1 - place].is_below(-self.rounding);
+            let below = fall.point + R::leading(count, below);
+            fall.exists &= below.is_equal(R::from_f64(count as f64));
         }
-        let first = usize::from(on_zero);
-        let is_above = |&&b: &&f64| b > self.rounding;
-        let is_below = |&b: &f64| b < -self.rounding;
-        let place = first + self.points[first..].iter().take_while(is_above).count();
-        match place > first && self.points[place..].iter().all(is_below) {
-            true => Zeros::OneFall {
-                place: self.fall(place),
-            },
-            false => Zeros::Unknown,
-        }
+        fall
+    }
+
+    /// Where points first come down to a bound.
+    #[inline(always)]
+    fn first_fall(&self, bound: R, on_zero: R::Mask) -> Fall<R> {
+        let points = self.points;
+        let has_no_say = |place| if place == 0 { on_zero } else { R::Mask::NONE };
+        let point = R::leading(points.len(), |place| {
+            bound.is_below(points[place]) | has_no_say(place)
+        });
+        let starts = bound.is_below(R::select(on_zero, points[1], points[0]));
+        let exists = starts & point.is_below(R::from_f64(points.len() as f64));
+        Fall { exists, point }
+    }
+
+    /// Where the polynomial falls through zero, from 0 to 1, if its points do: a guess.
+    ///
+    /// Of degree `n` it is near the polygon and `t (1 − t) n Δ²b / 2`, with the second difference of the points.
+    #[inline(always)]
+    pub(super) fn fall(&self, fall: &Fall<R>) -> R {
+        let (number, zero) = (R::from_f64, R::zero());
+        let degree = self.degree();
+        let [before, after, next] = R::around(self.points, fall.point);
+        let down = after - before;
+        let (step, slope) = (number(1.0) / degree, number(1.0) / down);
+        let has_next = fall.point.is_below(degree);
+        let bend = R::select(has_next, next - after - down, zero);
+        let place = (fall.point - after * slope) * step;
+        let within = place * (number(1.0) - place) * degree * number(0.5) * bend * slope;
+        let least = number(-0.5);
+        let within = R::select(within.is_below(least), least, within);
+        let within = R::select((-least).is_below(within), -least, within);
+        place - within * step
     }
 
     /// What the points' turns tell; `at_minimum` where the polynomial starts at one that is known.
     #[inline(always)]
-    pub(super) fn shape(&self, at_minimum: bool) -> Shape {
-        let last = self.points.len() - 1;
-        let start = usize::from(at_minimum && self.starts_flat());
-        let falls = self.points[start + 1] < self.points[start];
-        let first = self.run(start, falls);
-        if first == start || (first < last && self.run(first, !falls) < last) {
-            return Shape::Unknown;
+    pub(super) fn shape(&self, at_minimum: R::Mask) -> Shape<R> {
+        let (points, rounding) = (self.points, self.rounding);
+        let (zero, one, last) = (R::zero(), R::one(), points.len() - 1);
+        let first = points[1] - points[0];
+        let second = points[2] - points[1];
+        let is_flat = first.abs().is_at_most(R::from_f64(SAME_MINIMUM) * second);
+        let flat = at_minimum & is_flat;
+        let falls = R::select(flat, second, first).is_below(zero);
+        let sign = R::select(falls, -one, one);
+        let along = |pair: usize| sign * (points[pair + 1] - points[pair]);
+        let has_no_say = |pair| if pair == 0 { flat } else { R::Mask::NONE };
+        let turn = R::leading(last, |pair| {
+            rounding.is_below(along(pair)) | has_no_say(pair)
+        });
+        let mut known = R::select(flat, one, zero).is_below(turn);
+        let turns = turn.is_below(self.degree());
+        if turns.any() {
+            let back = R::leading(last, |pair| rounding.is_below(-along(last - 1 - pair)));
+            known &= !turns | (turn + back).is_equal(self.degree());
         }
-        match (first == last, falls) {
-            (true, true) => Shape::Falling,
-            (true, false) => Shape::Rising,
-            (false, true) => Shape::Valley {
-                place: self.turn(first),
-            },
-            (false, false) => Shape::Hill,
+        Shape {
+            known,
+            falls,
+            turns,
+            turn,
         }
     }
 
-    /// The point to which the points fall, or rise, from one on.
+    /// Where the polynomial turns, from 0 to 1, by the parabola through three points: a guess.
     #[inline(always)]
-    fn run(&self, from: usize, falls: bool) -> usize {
-        let sign = if falls { -1.0 } else { 1.0 };
-        let pairs = self.points[from..].windows(2);
-        let goes_on = |pair: &&[f64]| sign * (pair[1] - pair[0]) > self.rounding;
-        from + pairs.take_while(goes_on).count()
+    pub(super) fn turn(&self, shape: &Shape<R>) -> R {
+        let [before, at, after] = R::around(self.points, shape.turn);
+        let bend = before - R::from_f64(2.0) * at + after;
+        let offset = R::from_f64(0.5) * (before - after) / bend;
+        (shape.turn + offset) / self.degree()
     }
 
-    /// Whether the first difference is nothing beside the second.
-    fn starts_flat(&self) -> bool {
-        let [a, b, c] = [self.points[0], self.points[1], self.points[2]];
-        (b - a).abs() <= SAME_MINIMUM * (c - b)
-    }
-
-    /// Where the points turn at one of them, from 0 to 1, by the parabola through three.
-    fn turn(&self, place: usize) -> f64 {
-        let [before, at, after] = [place - 1, place, place + 1].map(|place| self.points[place]);
-        let offset = 0.5 * (before - after) / (before - 2.0 * at + after);
-        (place as f64 + offset) / (self.points.len() - 1) as f64
-    }
-
-    /// Whether the polynomial is above a bound.
+    /// The times near which gaps, above zero at the start of a piece, fell through zero before minima below it, and where they are
+    /// known: those of the zeros of the parabolas about the minima, or of the points.
     #[inline(always)]
-    pub(super) fn is_above(&self, bound: f64) -> bool {
-        least(self.points, false) > bound + self.rounding
-    }
-
-    /// Whether the polynomial starts above zero by more than rounding.
-    #[inline(always)]
-    pub(super) fn starts_above(&self) -> bool {
-        self.points
-            .first()
-            .is_some_and(|&first| first > self.rounding)
-    }
-
-    /// Whether the polynomial ends above zero, or below; `None` where that is within rounding.
-    #[inline(always)]
-    pub(super) fn ends_above(&self) -> Option<bool> {
-        let last = *self.points.last()?;
-        (last.abs() > self.rounding).then_some(last > 0.0)
-    }
-
-    /// Where the polynomial first falls through zero, from 0 to 1, if its points do: a guess.
-    #[inline(always)]
-    fn first_fall(&self) -> Option<f64> {
-        let place = self.points.iter().position(|&b| b <= 0.0)?;
-        (place > 0).then(|| self.fall(place))
-    }
-
-    /// The time near which a gap, above zero at the start of a piece, fell through zero before a minimum below it: that of the zero
-    /// of the parabola about the minimum, or of the points.
-    #[inline(always)]
-    pub(super) fn fall_before<S: Real>(&self, minimum: &Turn<S>, piece: Piece) -> Option<f64> {
-        if !self.starts_above() {
-            return None;
+    pub(super) fn fall_before<S>(
+        &self,
+        minimum: &Turn<S>,
+        piece: Piece<R>,
+        wanted: R::Mask,
+    ) -> (R, R::Mask)
+    where
+        S: Branched<Rounded = R, Mask = R::Mask>,
+    {
+        let two = R::from_f64(2.0);
+        let lead = (-two * minimum.gap.rounded() / minimum.curvature.rounded()).sqrt();
+        let is_near = lead.is_at_most(two * piece.reach);
+        let mut near = minimum.time.rounded() - lead;
+        let [starts, _] = self.ends_above();
+        let mut known = wanted & starts;
+        if (known & !is_near).any() {
+            let fall = self.first_fall(R::zero(), R::Mask::NONE);
+            known &= is_near | fall.exists;
+            near = R::select(is_near, near, piece.from + self.fall(&fall) * piece.length);
         }
-        let lead = (-2.0 * minimum.gap.to_f64() / minimum.curvature.to_f64()).sqrt();
-        if lead <= 2.0 * piece.reach {
-            return Some(minimum.time.to_f64() - lead);
-        }
-        Some(piece.from + self.first_fall()? * piece.length)
+        (near, known)
     }
 
-    /// Where the polynomial falls through zero, from 0 to 1, if its points do before this one.
-    ///
-    /// Of degree `n` it is near the polygon and `t (1 − t) n Δ²b / 2`, with the second difference of the points.
     #[inline(always)]
-    fn fall(&self, point: usize) -> f64 {
-        let degree = (self.points.len() - 1) as f64;
-        let (before, after) = (self.points[point - 1], self.points[point]);
-        let fall = after - before;
-        let (step, slope) = (1.0 / degree, 1.0 / fall);
-        let bend = match self.points.get(point + 1) {
-            Some(next) => next - after - fall,
-            None => 0.0,
-        };
-        let place = (point as f64 - after * slope) * step;
-        let within = place * (1.0 - place) * degree * 0.5 * bend * slope;
-        place - within.clamp(-0.5, 0.5) * step
+    fn degree(&self) -> R {
+        R::from_f64((self.points.len() - 1) as f64)
     }
 }
 
-/// The least of some values, the first left out where it has no say; lane by lane, for it is asked of every piece.
+/// The least of some values, the first left out where it has no say; eight side by side, for it is asked of every piece.
 #[inline(always)]
-fn least(values: &[f64], but_first: bool) -> f64 {
+fn least<R: Branched>(values: &[R], but_first: R::Mask) -> R {
+    let infinity = R::from_f64(f64::INFINITY);
+    let smaller = |a: R, b: R| R::select(b.is_below(a), b, a);
     let (chunks, rest) = values.as_chunks::<8>();
-    let mut least = [f64::INFINITY; 8];
-    let smaller = |a: f64, b: f64| if b < a { b } else { a };
-    let Some((first, chunks)) = chunks.split_first() else {
-        let rest = &rest[usize::from(but_first)..];
-        return rest.iter().copied().fold(f64::INFINITY, smaller);
-    };
-    least.copy_from_slice(first);
-    if but_first {
-        least[0] = f64::INFINITY;
-    }
-    for chunk in chunks {
-        for lane in 0..8 {
-            least[lane] = smaller(least[lane], chunk[lane]);
+    let (mut least, mut first) = ([infinity; 8], but_first);
+    if let Some((start, chunks)) = chunks.split_first() {
+        least = *start;
+        least[0] = R::select(first, infinity, least[0]);
+        first = R::Mask::NONE;
+        for chunk in chunks {
+            for place in 0..8 {
+                least[place] = smaller(least[place], chunk[place]);
+            }
         }
     }
-    let four: [f64; 4] = std::array::from_fn(|lane| smaller(least[lane], least[lane + 4]));
-    let two = [smaller(four[0], four[2]), smaller(four[1], four[3])];
-    let rest = rest.iter().copied().fold(f64::INFINITY, smaller);
-    smaller(smaller(two[0], two[1]), rest)
+    for &value in rest {
+        least[0] = smaller(least[0], R::select(first, infinity, value));
+        first = R::Mask::NONE;
+    }
+    let [a, b, c, d, e, f, g, h] = least;
+    smaller(
+        smaller(smaller(a, e), smaller(c, g)),
+        smaller(smaller(b, f), smaller(d, h)),
+    )
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::numeric::{LaneMask, Lanes};
 
-    fn polygon(points: &[f64]) -> Polygon<'_> {
+    fn polygon(points: &[f64]) -> Polygon<'_, f64> {
         Polygon {
             points,
             rounding: 1e-9,
         }
     }
 
+    fn first_fall(points: &[f64]) -> Option<f64> {
+        let fall = polygon(points).first_fall(0.0, false);
+        fall.exists.then(|| polygon(points).fall(&fall))
+    }
+
     #[test]
     fn the_zeros_of_a_fall_and_of_positive_points_are_known_and_no_others() {
-        assert_eq!(polygon(&[3.0, 2.0, 0.5]).zeros(false), Zeros::None);
-        assert_eq!(polygon(&[0.0, 2.0, 0.5]).zeros(true), Zeros::None);
-        assert_eq!(polygon(&[0.0, 2.0, 0.5]).zeros(false), Zeros::Unknown);
-        let falls = |points: &[f64], on_zero| match polygon(points).zeros(on_zero) {
-            Zeros::OneFall { place } => place,
-            zeros => panic!("{points:?} {zeros:?}"),
+        let zeros = |points: &[f64], on_zero| {
+            let polygon = polygon(points);
+            let fall = polygon.one_fall(on_zero);
+            let place = fall.exists.then(|| polygon.fall(&fall));
+            (polygon.is_above(0.0, on_zero), place)
         };
-        assert_eq!(falls(&[3.0, 1.0, -1.0], false), 0.75);
-        assert_eq!(falls(&[-1e-12, 1.0, -1.0], true), 0.75);
+        assert_eq!(zeros(&[3.0, 2.0, 0.5], false), (true, None));
+        assert_eq!(zeros(&[0.0, 2.0, 0.5], true), (true, None));
+        assert_eq!(zeros(&[0.0, 2.0, 0.5], false), (false, None));
+        assert_eq!(zeros(&[3.0, 1.0, -1.0], false), (false, Some(0.75)));
+        assert_eq!(zeros(&[-1e-12, 1.0, -1.0], true), (false, Some(0.75)));
         for points in [
             [3.0, -1.0, 2.0],
             [3.0, 1e-12, -2.0],
             [-1.0, -2.0, -3.0],
             [-1.0, 1.0, 2.0],
         ] {
-            assert_eq!(polygon(&points).zeros(false), Zeros::Unknown, "{points:?}");
+            assert_eq!(zeros(&points, false), (false, None), "{points:?}");
         }
-        assert_eq!(polygon(&[0.0, -2.0, -3.0]).zeros(true), Zeros::Unknown);
-        assert_eq!(polygon(&[3.0, 1.0, -1.0]).first_fall(), Some(0.75));
-        assert_eq!(polygon(&[1.0, 1.0, 2.0]).first_fall(), None);
-        assert_eq!(polygon(&[-1.0, 1.0, -2.0]).first_fall(), None);
+        assert_eq!(zeros(&[0.0, -2.0, -3.0], true), (false, None));
+        assert_eq!(first_fall(&[3.0, 1.0, -1.0]), Some(0.75));
+        assert_eq!(first_fall(&[1.0, 1.0, 2.0]), None);
+        assert_eq!(first_fall(&[-1.0, 1.0, -2.0]), None);
     }
 
     #[test]
@@ -252,7 +262,7 @@ mod tests {
             let left = (8 - i) as f64;
             left * (left - 1.0) / 56.0 - 0.25
         });
-        let place = polygon(&points).first_fall().expect("a fall");
+        let place = first_fall(&points).expect("a fall");
         // It falls through zero at 1/2; the points alone do at 0.469.
         assert!((place - 0.5).abs() < 2e-3, "{place}");
     }
@@ -272,23 +282,67 @@ mod tests {
 
     #[test]
     fn shapes_with_one_extremum_or_none_are_known_and_no_others() {
+        // Whether it falls first, whether it turns.
+        let shape = |points: &[f64], at_minimum| {
+            let shape = polygon(points).shape(at_minimum);
+            shape.known.then_some((shape.falls, shape.turns))
+        };
         let cases = [
-            ([1.0, 2.0, 3.0, 4.0], Shape::Rising),
-            ([4.0, 2.0, 1.0, 0.5], Shape::Falling),
-            ([1.0, 2.0, 3.0, 1.0], Shape::Hill),
-            ([1.0, 0.0, 1.0, 0.0], Shape::Unknown),
-            ([0.0, 1.0, 0.0, 1.0], Shape::Unknown),
-            ([1.0, 1.0 + 1e-12, 2.0, 3.0], Shape::Unknown),
+            ([1.0, 2.0, 3.0, 4.0], Some((false, false))),
+            ([4.0, 2.0, 1.0, 0.5], Some((true, false))),
+            ([1.0, 2.0, 3.0, 1.0], Some((false, true))),
+            ([1.0, 0.0, 1.0, 0.0], None),
+            ([0.0, 1.0, 0.0, 1.0], None),
+            ([1.0, 1.0 + 1e-12, 2.0, 3.0], None),
         ];
-        for (points, shape) in cases {
-            assert_eq!(polygon(&points).shape(false), shape, "{points:?}");
+        for (points, expected) in cases {
+            assert_eq!(shape(&points, false), expected, "{points:?}");
         }
         let flat = [1.0, 1.0 - 1e-12, 2.0, 3.0];
-        assert_eq!(polygon(&flat).shape(true), Shape::Rising);
-        let dip = polygon(&[1.0, 0.9, 2.0, 3.0]).shape(true);
+        assert_eq!(shape(&flat, true), Some((false, false)));
+        let valley = |points: &[f64], at_minimum| {
+            assert_eq!(shape(points, at_minimum), Some((true, true)));
+            polygon(points).turn(&polygon(points).shape(at_minimum))
+        };
         // The parabola through the first three points is least at 7/12 of the first third.
-        assert!(matches!(dip, Shape::Valley { place } if (place - 7.0 / 36.0).abs() < 1e-15));
-        let valley = polygon(&[4.0, 1.0, 0.0, 1.0, 4.0]).shape(false);
-        assert_eq!(valley, Shape::Valley { place: 0.5 });
+        let place = valley(&[1.0, 0.9, 2.0, 3.0], true);
+        assert!((place - 7.0 / 36.0).abs() < 1e-15);
+        assert_eq!(valley(&[4.0, 1.0, 0.0, 1.0, 4.0], false), 0.5);
+    }
+
+    #[test]
+    fn what_points_tell_in_lanes_is_what_those_of_each_lane_tell() {
+        let columns = [
+            [3.0, 1.0, -1.0, -2.0],
+            [0.0, 2.0, 1.0, 0.5],
+            [4.0, 1.0, 0.5, 2.0],
+            [1.0, 2.0, 3.0, 1.0],
+            [1.0, 0.0, 1.0, 0.0],
+        ];
+        let points: [_; 4] = std::array::from_fn(|row| Lanes(columns.map(|column| column[row])));
+        let lanes = Polygon {
+            points: &points,
+            rounding: Lanes::splat(1e-9),
+        };
+        for on_zero in [false, true] {
+            let everywhere = LaneMask::from_fn(|_| on_zero);
+            let above = lanes.is_above(Lanes::splat(0.0), everywhere);
+            let (fall, shape) = (lanes.one_fall(everywhere), lanes.shape(everywhere));
+            for (lane, column) in columns.iter().enumerate() {
+                let (one, own) = (polygon(column), polygon(column).shape(on_zero));
+                assert_eq!(above.holds(lane), one.is_above(0.0, on_zero));
+                let expected = one.one_fall(on_zero);
+                assert_eq!(fall.exists.holds(lane), expected.exists, "{column:?}");
+                if expected.exists {
+                    assert_eq!(lanes.fall(&fall)[lane], one.fall(&expected));
+                }
+                assert_eq!(shape.known.holds(lane), own.known, "{column:?}");
+                assert_eq!(shape.falls.holds(lane), own.falls);
+                assert_eq!(shape.turns.holds(lane), own.turns);
+                if own.known && own.turns {
+                    assert_eq!(lanes.turn(&shape)[lane], one.turn(&own));
+                }
+            }
+        }
     }
 }
