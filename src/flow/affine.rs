@@ -5,7 +5,6 @@ mod expressions;
 mod fixed;
 mod flow;
 mod form;
-mod lane_fixed;
 mod lane_leaps;
 mod lane_nodes;
 mod leaps;
@@ -15,9 +14,8 @@ mod nodes;
 mod rows;
 
 pub use expressions::{AffineExpressions, AffineRows};
-pub(crate) use fixed::{FixedLeaps, FixedVisit, SERIES};
+pub(crate) use fixed::{FixedLeaps, FixedVisit, SERIES, ShapedLeaps};
 pub use flow::{AffineFieldRows, AffineFlow};
-pub(crate) use lane_fixed::{FixedLaneLeaps, FixedLaneVisit};
 pub(crate) use lane_leaps::LaneLeaps;
 pub use leaps::AffineLeaps;
 pub(crate) use leaps::{LeapTables, NumberMask, RoundedNumber};

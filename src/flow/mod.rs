@@ -23,8 +23,8 @@ pub use affine::{
     AffineExpressions, AffineFieldRows, AffineFlow, AffineLeaps, AffineRows, RowTable,
 };
 pub(crate) use affine::{
-    FixedLaneLeaps, FixedLaneVisit, FixedLeaps, FixedRows, FixedVisit, LaneLeaps, LeapTables,
-    NumberMask, RoundedNumber, SERIES,
+    FixedLeaps, FixedRows, FixedVisit, LaneLeaps, LeapTables, NumberMask, RoundedNumber, SERIES,
+    ShapedLeaps,
 };
 pub use error::FlowError;
 pub use evaluation::evaluate;

@@ -10,7 +10,6 @@ mod contacts;
 mod extended;
 mod flight;
 mod impacts;
-mod lane_contacts;
 mod lane_extended;
 mod lane_harmonics;
 mod lane_impacts;

@@ -3,10 +3,11 @@
 //! One idea: rows stand with those of all orbits side by side, so that a product with the extended states is the one of a
 //! single orbit, in lanes. The flows to nodes stay the orbits' own ([`LaneNodes`]), for each orbit goes to another node.
 
-use super::lane_nodes::LaneNodes;
+use super::fixed::ShapedLeaps;
+use super::lane_nodes::{FixedNodes, LaneNodes};
 use super::leaps::{AffineLeaps, LeadingState, LeapTables, NODES, PIECES, states_at};
-use super::looks::LOOK;
-use super::rows::RowTable;
+use super::looks::Looks;
+use super::rows::{BLOCK, RowTable};
 use crate::numeric::{Branched, LaneMask, Lanes, Mask};
 
 /// [`AffineLeaps`] of `N` orbits.
@@ -23,16 +24,9 @@ pub(crate) struct LaneLeaps<const N: usize> {
     columns: usize,
     points: usize,
     terms: usize,
-    pub(super) looks: Vec<Looks<N>>,
-    pub(super) watched: Vec<RowTable<Lanes<N>>>,
-    pub(super) states: Vec<LeadingState<Lanes<N>>>,
-}
-
-/// The control points of one watched function.
-#[derive(Clone, Debug)]
-pub(super) struct Looks<const N: usize> {
-    pub(super) pieces: [RowTable<Lanes<N>, LOOK>; PIECES],
-    pub(super) sizes: Vec<Lanes<N>>,
+    looks: Vec<Looks<Lanes<N>>>,
+    watched: Vec<RowTable<Lanes<N>>>,
+    states: Vec<LeadingState<Lanes<N>>>,
 }
 
 impl<const N: usize> LaneLeaps<N> {
@@ -83,12 +77,6 @@ impl<const N: usize> LaneLeaps<N> {
                 .collect(),
             nodes: LaneNodes::new(&alone, columns),
         })
-    }
-
-    /// The flows to nodes.
-    #[inline(always)]
-    pub(super) fn nodes(&self) -> &LaneNodes<N> {
-        &self.nodes
     }
 
     /// Length of a piece.
@@ -154,7 +142,7 @@ fn series<const N: usize>(
     RowTable::interleaved(std::array::from_fn(|lane| table(&alone[lane])), terms)
 }
 
-fn looks<const N: usize>(alone: &[AffineLeaps<f64>], watched: usize) -> Looks<N> {
+fn looks<const N: usize>(alone: &[AffineLeaps<f64>], watched: usize) -> Looks<Lanes<N>> {
     let looks = |lane: usize| &alone[lane].looks[watched];
     let piece = |piece: usize| {
         let tables: [_; N] = std::array::from_fn(|lane| &looks(lane).pieces[piece]);
@@ -224,5 +212,53 @@ impl<const N: usize> LeapTables for LaneLeaps<N> {
         states: &mut [Lanes<N>],
     ) {
         states_at(&self.states, time, at_node, series, states);
+    }
+}
+
+impl<const N: usize> ShapedLeaps for LaneLeaps<N> {
+    type Flows<'t, const C: usize, const B: usize> = FixedNodes<'t, N, C, B>;
+
+    #[inline(always)]
+    fn flows<const C: usize, const B: usize>(&self) -> Option<FixedNodes<'_, N, C, B>> {
+        self.nodes.fixed()
+    }
+
+    #[inline(always)]
+    fn go_by<const C: usize, const B: usize>(
+        flows: &FixedNodes<'_, N, C, B>,
+        nodes: Lanes<N>,
+        known: &mut Lanes<N>,
+        extended: &[Lanes<N>; C],
+        values: &mut [[Lanes<N>; BLOCK]; B],
+    ) {
+        if (!nodes.is_equal(*known)).any() {
+            *known = nodes;
+            flows.take_to(nodes, extended, values);
+        }
+    }
+
+    #[inline(always)]
+    fn looks(&self) -> &[Looks<Lanes<N>>] {
+        &self.looks
+    }
+
+    #[inline(always)]
+    fn watched(&self) -> &[RowTable<Lanes<N>>] {
+        &self.watched
+    }
+
+    #[inline(always)]
+    fn states(&self) -> &[LeadingState<Lanes<N>>] {
+        &self.states
+    }
+
+    #[inline(always)]
+    fn piece(&self) -> Lanes<N> {
+        self.piece
+    }
+
+    #[inline(always)]
+    fn phase_rate(&self) -> Lanes<N> {
+        self.phase_rate
     }
 }

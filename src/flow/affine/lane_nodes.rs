@@ -5,7 +5,7 @@
 
 use super::leaps::{AffineLeaps, NODES, PIECES};
 use super::matrix::unit;
-use super::rows::{BLOCK, RowTable, product};
+use super::rows::{BLOCK, FixedRows, RowTable, product};
 use crate::numeric::Lanes;
 
 /// The flows to all nodes, that to the start among them, of `N` orbits.
@@ -16,8 +16,13 @@ pub(super) struct LaneNodes<const N: usize> {
     flows: Vec<Vec<[f64; BLOCK]>>,
 }
 
-/// The flows to the nodes of one orbit, in as many columns and blocks as the compiler knows.
-pub(super) type FixedNodes<'t, const C: usize, const B: usize> = &'t [[[[f64; BLOCK]; C]; B]];
+/// The same in as many columns and blocks as the compiler knows.
+pub(crate) struct FixedNodes<'t, const N: usize, const C: usize, const B: usize>(
+    [OwnNodes<'t, C, B>; N],
+);
+
+/// The flows to the nodes of one orbit.
+type OwnNodes<'t, const C: usize, const B: usize> = &'t [[[[f64; BLOCK]; C]; B]];
 
 impl<const N: usize> LaneNodes<N> {
     /// Those of tables with as many columns.
@@ -31,15 +36,13 @@ impl<const N: usize> LaneNodes<N> {
 
     /// The flows of every orbit, where they have this shape.
     #[inline(always)]
-    pub(super) fn fixed<const C: usize, const B: usize>(
-        &self,
-    ) -> Option<[FixedNodes<'_, C, B>; N]> {
-        let mut all: [FixedNodes<'_, C, B>; N] = [&[]; N];
+    pub(super) fn fixed<const C: usize, const B: usize>(&self) -> Option<FixedNodes<'_, N, C, B>> {
+        let mut all: [OwnNodes<'_, C, B>; N] = [&[]; N];
         for (fixed, flows) in all.iter_mut().zip(&self.flows) {
             *fixed = flows.as_chunks::<C>().0.as_chunks::<B>().0;
         }
-        let is_whole = |fixed: &FixedNodes<'_, C, B>| fixed.len() == PIECES * NODES + 1;
-        (self.columns == C && all.iter().all(is_whole)).then_some(all)
+        let is_whole = |fixed: &OwnNodes<'_, C, B>| fixed.len() == PIECES * NODES + 1;
+        (self.columns == C && all.iter().all(is_whole)).then_some(FixedNodes(all))
     }
 
     /// The extended states at nodes, given by their numbers, but for their last components; `out` has whole blocks.
@@ -69,9 +72,35 @@ impl<const N: usize> LaneNodes<N> {
     }
 }
 
+impl<const N: usize, const C: usize, const B: usize> FixedNodes<'_, N, C, B> {
+    /// The extended states at nodes, given by their numbers, but for their last components.
+    #[inline(always)]
+    pub(super) fn take_to(
+        &self,
+        nodes: Lanes<N>,
+        extended: &[Lanes<N>; C],
+        out: &mut [[Lanes<N>; BLOCK]; B],
+    ) {
+        let mut there = [[[0.0; BLOCK]; N]; B];
+        for lane in 0..N {
+            let mut own = [0.0; C];
+            for (own, value) in own.iter_mut().zip(extended) {
+                *own = value[lane];
+            }
+            let flow = FixedRows::new(&self.0[lane][nodes[lane] as usize]);
+            for (there, own) in there.iter_mut().zip(flow.times(&own)) {
+                there[lane] = own;
+            }
+        }
+        for (out, there) in out.iter_mut().zip(&there) {
+            *out = side_by_side(there);
+        }
+    }
+}
+
 /// Numbers of every orbit as lanes.
 #[inline(always)]
-pub(super) fn side_by_side<const N: usize>(each: &[[f64; BLOCK]; N]) -> [Lanes<N>; BLOCK] {
+fn side_by_side<const N: usize>(each: &[[f64; BLOCK]; N]) -> [Lanes<N>; BLOCK] {
     let mut all = [Lanes::splat(0.0); BLOCK];
     for (row, all) in all.iter_mut().enumerate() {
         *all = Lanes::from_fn(|lane| each[lane][row]);

@@ -33,14 +33,14 @@ pub struct AffineLeaps<S: Real> {
     phase_rate: S,
     time_scale: f64,
     /// Per watched function.
-    pub(super) looks: Vec<Looks>,
-    nodes: Nodes<S>,
+    pub(super) looks: Vec<Looks<f64>>,
+    pub(super) nodes: Nodes<S>,
     pub(super) watched: Vec<RowTable<S>>,
     pub(super) states: Vec<LeadingState<S>>,
 }
 
 /// A state that is no other state's derivative, its series, and the state that is its derivative, if there is one.
-pub(super) type LeadingState<S> = (usize, RowTable<S>, Option<usize>);
+pub(crate) type LeadingState<S> = (usize, RowTable<S>, Option<usize>);
 
 impl<S: Real> AffineLeaps<S> {
     /// Computes the tables; `None` for a field whose flow is a polynomial, or leaves the numbers of the type.

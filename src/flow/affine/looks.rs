@@ -14,15 +14,15 @@ pub(super) const MAX_POINTS: usize = 64;
 /// What control points leave out, as a share of the largest of them: a sixteenth of the margin that signs need.
 const SMALL: f64 = 4.0 * f64::EPSILON;
 
-/// The control points of one watched function, in `f64` whatever the numbers of the flow.
+/// The control points of one watched function, in `f64` whatever the numbers of the flow, or in lanes of it.
 #[derive(Clone, Debug)]
-pub(super) struct Looks {
-    pub(super) pieces: [RowTable<f64, LOOK>; PIECES],
+pub(crate) struct Looks<R> {
+    pub(super) pieces: [RowTable<R, LOOK>; PIECES],
     /// The largest control point of each component.
-    pub(super) sizes: Vec<f64>,
+    pub(super) sizes: Vec<R>,
 }
 
-impl Looks {
+impl Looks<f64> {
     /// Those of every watched function, and the number of points of a piece; `None` where a series does not end, or
     /// needs too many points.
     pub(super) fn all<S: Real>(

@@ -12,7 +12,7 @@ use crate::numeric::Real;
 ///
 /// A flow is its matrix over the extended state, all rows but that of the number 1.
 #[derive(Clone, Debug)]
-pub(super) struct Nodes<S>(Vec<OnceLock<RowTable<S>>>);
+pub(crate) struct Nodes<S>(Vec<OnceLock<RowTable<S>>>);
 
 impl<S: Real> Nodes<S> {
     /// From the series of the states on the first stretch.

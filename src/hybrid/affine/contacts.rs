@@ -1,156 +1,191 @@
-//! The first contact of a free flight, in as many columns as the compiler knows.
+//! The first contact of a free flight, of one orbit or of several in lanes, in as many columns as the compiler knows.
 //!
 //! One idea: control points say whether a gap stays open on a piece, falls through zero once, or has one minimum, which then says
 //! whether there is a contact before it. A series about the node nearest to a contact has it.
 
+use num_traits::Zero as _;
+
 use super::newton::turn;
 use super::parabolas::falling_zero;
 use super::polygon::{Piece, Polygon, ROUNDING};
-use crate::flow::{FixedLeaps, FixedVisit, SERIES};
-use crate::numeric::{Branched, Real, polynomial};
+use crate::flow::{FixedLeaps, FixedVisit, NumberMask, RoundedNumber, SERIES, ShapedLeaps};
+use crate::numeric::{Branched, Mask, Scalar, polynomial};
 
 /// A flight on which contacts are looked for.
-pub(super) struct Contacts<'t, S: Real, const C: usize, const B: usize> {
-    pub(super) leaps: &'t FixedLeaps<'t, S, C, B>,
-    pub(super) extended: &'t [S; C],
+pub(super) struct Contacts<'c, 't, T: ShapedLeaps, const C: usize, const B: usize> {
+    pub(super) leaps: &'c FixedLeaps<'t, T, C, B>,
+    pub(super) extended: &'c [T::Number; C],
     /// The time up to which contacts are of interest.
-    pub(super) until: S,
-    pub(super) visit: &'t mut FixedVisit<S, B>,
+    pub(super) until: T::Number,
+    pub(super) visit: &'c mut FixedVisit<T, B>,
 }
 
-/// A contact to be found: near a time, and within which.
-struct Sought<S> {
-    near: f64,
-    within: Option<[S; 2]>,
+/// The first contact of a flight.
+pub(super) struct FirstContact<S: Branched> {
+    /// Its time, or where the flight ends.
+    pub(super) time: S,
+    /// Where there is one.
+    pub(super) met: S::Mask,
+    /// Where nothing is known.
+    pub(super) open: S::Mask,
 }
 
-impl<S: Real, const C: usize, const B: usize> Contacts<'_, S, C, B> {
-    /// The time of the first contact, if there is one; `None` where control points do not decide. `leaving` says that the surface has
-    /// just been left.
+/// A contact to be found: near which time, and within which.
+struct Sought<S: Branched> {
+    near: S::Rounded,
+    wanted: S::Mask,
+    earliest: S,
+    latest: S,
+}
+
+impl<T: ShapedLeaps, const C: usize, const B: usize> Contacts<'_, '_, T, C, B> {
+    /// The first contact, where it is wanted; `leaving` where the surface has just been left.
     #[inline(always)]
-    pub(super) fn first(&mut self, leaving: bool) -> Option<Option<S>> {
-        let leaps = self.leaps;
-        let until = self.until.to_f64();
-        let rounding = ROUNDING * leaps.size(self.extended);
-        let mut rounded = [0.0; C];
+    pub(super) fn first(
+        &mut self,
+        wanted: NumberMask<T>,
+        leaving: NumberMask<T>,
+    ) -> FirstContact<T::Number> {
+        let (leaps, until, none) = (self.leaps, self.until.rounded(), NumberMask::<T>::NONE);
+        let (number, zero) = (RoundedNumber::<T>::from_f64, RoundedNumber::<T>::zero());
+        let mut rounded = [zero; C];
         for (rounded, value) in rounded.iter_mut().zip(self.extended) {
-            *rounded = value.to_f64();
+            *rounded = value.rounded();
         }
+        let rounding = number(ROUNDING) * leaps.size(&rounded);
+        let mut first = FirstContact {
+            time: self.until,
+            met: none,
+            open: none,
+        };
+        let (mut going, mut on_zero, mut from) = (wanted, leaving, zero);
         for piece in 0..leaps.pieces() {
-            let from = leaps.piece() * piece as f64;
-            if from >= until {
-                break;
-            }
             let points = leaps.look(piece, &rounded);
             let polygon = Polygon {
                 points: points.as_flattened(),
                 rounding,
             };
-            let on_zero = piece == 0 && leaving;
-            let sought = if polygon.is_above(0.0, on_zero) {
-                None
-            } else {
+            let near = going & !polygon.is_above(zero, on_zero);
+            if near.any() {
                 let fall = polygon.one_fall(on_zero);
-                if fall.exists {
-                    Some(Sought {
-                        near: from + polygon.fall(&fall) * leaps.piece(),
-                        within: None,
-                    })
-                } else if on_zero {
-                    return None;
-                } else {
-                    self.unclear(&polygon, from)?
+                let mut sought = Sought {
+                    near: from,
+                    wanted: near & fall.exists,
+                    earliest: T::Number::from_f64(f64::NEG_INFINITY),
+                    latest: T::Number::from_f64(f64::INFINITY),
+                };
+                if sought.wanted.any() {
+                    sought.near += polygon.fall(&fall) * leaps.piece();
                 }
-            };
-            if let Some(sought) = sought
-                && let Some(time) = self.found(&sought)?
-            {
-                return Some(Some(time));
+                let unclear = near & !fall.exists;
+                first.open |= unclear;
+                let unclear = unclear & !on_zero;
+                if unclear.any() {
+                    first.open &= !self.unclear(&polygon, from, unclear, &mut sought);
+                }
+                self.seek(&sought, &mut first);
             }
-            if from + leaps.piece() >= until {
+            from = leaps.piece() * number((piece + 1) as f64);
+            going &= !first.met & !first.open & from.is_below(until);
+            if !going.any() {
                 break;
             }
+            on_zero = none;
         }
-        Some(None)
+        first
     }
 
-    /// What is to be sought on a piece where control points come near the surface; `None` where that is not known.
+    /// What is to be sought on a piece where control points come near the surface, and where that is known.
     #[inline(always)]
-    fn unclear(&mut self, polygon: &Polygon<'_, f64>, from: f64) -> Option<Option<Sought<S>>> {
+    fn unclear(
+        &mut self,
+        polygon: &Polygon<'_, RoundedNumber<T>>,
+        from: RoundedNumber<T>,
+        wanted: NumberMask<T>,
+        sought: &mut Sought<T::Number>,
+    ) -> NumberMask<T> {
+        let shape = polygon.shape(NumberMask::<T>::NONE);
+        let wanted = wanted & shape.known;
         let [starts, ends] = polygon.ends_above();
-        let shape = polygon.shape(false);
-        if shape.known && shape.falls && shape.turns {
-            return self.valley(polygon, from, polygon.turn(&shape));
+        let valley = wanted & shape.falls & shape.turns;
+        let falls_at_end = shape.falls | shape.turns;
+        let known = wanted & !valley & (starts | shape.falls) & (ends | !falls_at_end);
+        if !valley.any() {
+            return known;
         }
-        let falls_at_end = shape.falls || shape.turns;
-        let stays_open = shape.known && (starts || shape.falls) && (ends || !falls_at_end);
-        stays_open.then_some(None)
+        let near = from + polygon.turn(&shape) * self.leaps.piece();
+        known | self.valley(polygon, from, near, valley, sought)
     }
 
-    /// The same of a gap with one extremum, a minimum near a place.
+    /// The same of a gap with one extremum, a minimum near a time.
     #[inline(always)]
     fn valley(
         &mut self,
-        polygon: &Polygon<'_, f64>,
-        from: f64,
-        place: f64,
-    ) -> Option<Option<Sought<S>>> {
-        let (length, reach) = (self.leaps.piece(), self.leaps.reach());
-        let near = from + place * length;
-        let start = self.leaps.go_to(near, self.extended, self.visit)?;
-        let series = self.leaps.watched_series(self.visit);
-        let mut slopes = [S::zero(); SERIES];
-        let guess = S::from_f64(near) - start;
-        let mut minimum = turn(series.as_flattened(), &mut slopes, guess, reach, true);
+        polygon: &Polygon<'_, RoundedNumber<T>>,
+        from: RoundedNumber<T>,
+        near: RoundedNumber<T>,
+        wanted: NumberMask<T>,
+        sought: &mut Sought<T::Number>,
+    ) -> NumberMask<T> {
+        let (leaps, zero) = (self.leaps, T::Number::zero());
+        let (length, reach) = (leaps.piece(), leaps.reach());
+        let start = leaps.go_to(near, self.extended, self.visit);
+        let series = leaps.watched_series(self.visit);
+        let mut slopes = [zero; SERIES];
+        let guess = T::Number::from_rounded(near) - start;
+        let mut minimum = turn(series.as_flattened(), &mut slopes, guess, reach, wanted);
         minimum.time += start;
-        let first = S::from_f64(from);
-        let last = first + S::from_f64(length);
-        if !minimum.found || minimum.time < first || minimum.time > last {
-            return None;
+        let first = T::Number::from_rounded(from);
+        let last = first + T::Number::from_rounded(length);
+        let inside = first.is_at_most(minimum.time) & minimum.time.is_at_most(last);
+        let known = wanted & minimum.found & inside;
+        let open = known & zero.is_below(minimum.gap);
+        let below = known & minimum.gap.is_below(zero);
+        if !below.any() {
+            return open;
         }
-        if minimum.gap >= S::zero() {
-            return (minimum.gap > S::zero()).then_some(None);
-        }
-        let reach = reach.to_f64();
         let piece = Piece {
             from,
             length,
-            reach,
+            reach: reach.rounded(),
         };
-        let (near, known) = polygon.fall_before(&minimum, piece, true);
-        if !known {
-            return None;
-        }
-        let within = Some([first, minimum.time]);
-        Some(Some(Sought { near, within }))
+        let (near, known) = polygon.fall_before(&minimum, piece, below);
+        sought.near = RoundedNumber::<T>::select(known, near, sought.near);
+        sought.earliest = T::Number::select(known, first, sought.earliest);
+        sought.latest = T::Number::select(known, minimum.time, sought.latest);
+        sought.wanted |= known;
+        open | known
     }
 
-    /// The contact that is sought, where it does not lie later than is of interest; `None` where it is not known about the nearest
-    /// node.
+    /// The contact that is sought, where it does not lie later than is of interest.
     #[inline(always)]
-    fn found(&mut self, sought: &Sought<S>) -> Option<Option<S>> {
-        let (leaps, until) = (self.leaps, self.until.to_f64());
-        let Sought { near, within } = *sought;
-        if near > until {
-            let start = leaps.go_to(until, self.extended, self.visit)?;
+    fn seek(&mut self, sought: &Sought<T::Number>, first: &mut FirstContact<T::Number>) {
+        let (leaps, until) = (self.leaps, self.until);
+        let (near, mut wanted) = (sought.near, sought.wanted);
+        let late = wanted & until.rounded().is_below(near);
+        if late.any() {
+            let start = leaps.go_to(until.rounded(), self.extended, self.visit);
             let series = leaps.watched_series(self.visit);
-            if polynomial::value(series.as_flattened(), self.until - start) > S::zero() {
-                return Some(None);
-            }
+            let value = polynomial::value(series.as_flattened(), until - start);
+            wanted &= !(late & T::Number::zero().is_below(value));
         }
-        let start = leaps.go_to(near, self.extended, self.visit)?;
+        if !wanted.any() {
+            return;
+        }
+        let reach = leaps.reach().rounded();
+        let start = leaps.go_to(near, self.extended, self.visit);
         let series = leaps.watched_series(self.visit);
         let series = series.as_flattened();
-        let mut room = [0.0; SERIES];
-        let rounded = S::all_rounded(series, &mut room);
-        let reach = leaps.reach().to_f64();
-        let guess = (S::from_f64(near) - start).to_f64();
-        let zero = falling_zero(rounded, guess, reach, true).polished(series, reach);
+        let mut room = [RoundedNumber::<T>::zero(); SERIES];
+        let rounded = T::Number::all_rounded(series, &mut room);
+        let guess = (T::Number::from_rounded(near) - start).rounded();
+        let zero = falling_zero(rounded, guess, reach, wanted).polished(series, reach);
         let time = start + zero.time;
-        let is_outside = within.is_some_and(|[from, to]| time < from || time > to);
-        if !zero.found || is_outside {
-            return None;
-        }
-        Some((time <= self.until).then_some(time))
+        let inside = sought.earliest.is_at_most(time) & time.is_at_most(sought.latest);
+        let found = wanted & zero.found & inside;
+        first.open |= wanted & !found;
+        let met = found & time.is_at_most(until);
+        first.met |= met;
+        first.time = T::Number::select(met, time, first.time);
     }
 }

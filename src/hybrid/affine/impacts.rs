@@ -4,7 +4,7 @@
 //! control points tell of (`contacts`), and most impacts send the state away again. These are one piece of code on numbers in fixed
 //! places; what is anything else is left to the general way, from where it begins.
 
-use super::contacts::Contacts;
+use super::contacts::{Contacts, FirstContact};
 use super::extended::Extended;
 use super::surface::{FixedSurface, SurfaceTables};
 use crate::flow::{AffineLeaps, FixedLeaps, FixedVisit};
@@ -67,7 +67,7 @@ struct Impacts<'t, S: Real, const STATES: usize, const C: usize, const B: usize>
 
 /// A run under way.
 struct Flying<'t, S: Real, const STATES: usize, const C: usize, const B: usize> {
-    leaps: FixedLeaps<'t, S, C, B>,
+    leaps: FixedLeaps<'t, AffineLeaps<S>, C, B>,
     surface: FixedSurface<'t, S, C, B>,
     phase_rate: S,
     run: Run<'t, S>,
@@ -170,18 +170,19 @@ impl<S: Real, const STATES: usize, const C: usize, const B: usize> Flying<'_, S,
         self.extend(point);
         let mut visit = FixedVisit::none();
         let quiet = longest.min(self.leaps.span());
-        let contact = Contacts {
+        let FirstContact { time, met, open } = Contacts {
             leaps: &self.leaps,
             extended: &point.extended,
             until: quiet,
             visit: &mut visit,
         }
-        .first(point.leaving.is_some())?;
-        let time = contact.unwrap_or(quiet);
-        let start = self
-            .leaps
-            .go_to(time.to_f64(), &point.extended, &mut visit)?;
-        point.states = self.leaps.states_at(time - start, &visit)?;
+        .first(true, point.leaving.is_some());
+        if open {
+            return None;
+        }
+        let contact = met.then_some(time);
+        let start = self.leaps.go_to(time.to_f64(), &point.extended, &mut visit);
+        point.states = self.leaps.states_at(time - start, &visit);
         point.phase = self.phase_rate.mul_add(time, point.phase);
         point.time = if time == longest {
             self.run.horizon

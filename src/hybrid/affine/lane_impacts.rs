@@ -3,12 +3,12 @@
 //! One idea: leaps, not times, go in step. What is not of the common kind leaves the lanes where it begins, and is left to the
 //! orbit alone.
 
+use super::contacts::{Contacts, FirstContact};
 use super::extended::Harmonic;
-use super::lane_contacts::{FirstContacts, LaneContacts};
 use super::lane_harmonics::LaneHarmonics;
 use super::lane_tools::OrbitTables;
 use super::surface::{FixedSurface, SurfaceTables};
-use crate::flow::{FixedLaneLeaps, FixedLaneVisit, LaneLeaps};
+use crate::flow::{FixedLeaps, FixedVisit, LaneLeaps};
 use crate::hybrid::chatter::Rebound;
 use crate::hybrid::landing::REDUCED;
 use crate::hybrid::lane_motion::LaneMotion;
@@ -84,11 +84,11 @@ impl<const N: usize> LaneImpacts<N> {
     fn fixed<const C: usize, const B: usize>(
         &self,
     ) -> Option<(
-        FixedLaneLeaps<'_, N, C, B>,
+        FixedLeaps<'_, LaneLeaps<N>, C, B>,
         FixedSurface<'_, Lanes<N>, C, B>,
     )> {
         Some((
-            FixedLaneLeaps::new(&self.leaps)?,
+            FixedLeaps::new(&self.leaps)?,
             FixedSurface::new(&self.surface)?,
         ))
     }
@@ -148,7 +148,7 @@ struct Impacts<'t, const N: usize, const STATES: usize, const C: usize, const B:
 
 /// A run under way.
 struct Flying<'t, const N: usize, const STATES: usize, const C: usize, const B: usize> {
-    leaps: FixedLaneLeaps<'t, N, C, B>,
+    leaps: FixedLeaps<'t, LaneLeaps<N>, C, B>,
     surface: FixedSurface<'t, Lanes<N>, C, B>,
     harmonics: LaneHarmonics<N>,
     reference: Lanes<N>,
@@ -260,22 +260,20 @@ impl<const N: usize, const STATES: usize, const C: usize, const B: usize>
         let zero = Lanes::splat(0.0);
         let longest = self.horizon - points.time;
         self.extend(points, going);
-        let mut visit = FixedLaneVisit::none();
+        let mut visit = FixedVisit::none();
         let quiet = longest.min(self.leaps.span());
-        let mut contacts = LaneContacts {
+        let mut contacts = Contacts {
             leaps: &self.leaps,
             extended: &points.extended,
             until: quiet,
             visit: &mut visit,
         };
-        let FirstContacts { time, met, open } = contacts.first(going, points.leaving);
+        let FirstContact { time, met, open } = contacts.first(going, points.leaving);
         self.left.open |= open;
         let flown = going & !open;
         self.left.flown |= flown;
         let start = self.leaps.go_to(time, &points.extended, &mut visit);
-        let Some(states) = self.leaps.states_at::<STATES>(time - start, &visit) else {
-            return LaneMask::NONE;
-        };
+        let states = self.leaps.states_at::<STATES>(time - start, &visit);
         select_all(flown, &states, &mut points.states);
         let phase = self.leaps.phase_rate().mul_add(time, points.phase);
         points.phase = Lanes::select(flown, phase, points.phase);
