@@ -3,9 +3,10 @@
 //! One idea: with all expressions as rows over one extended state (`flow::AffineExpressions`), flows, gaps,
 //! their derivatives and resets are products with it. Free flight leaps from event to event (`leap`, one look at a gap
 //! `look`, what its control points say `polygon`, zeros and minima `newton` and `parabolas`, the way back `retreat`), several
-//! orbits in lanes (`lane_leap` and its parts), from impact to impact in one kernel (`impacts`, in lanes `lane_impacts`); steps (`flight`) are for
+//! orbits in lanes (`lane_leap` and its parts), from impact to impact in one kernel (`impacts`, for one orbit `alone_impacts`, in lanes `lane_impacts`); steps (`flight`) are for
 //! contacts and for what leaps leave open. What is not affine (a contact's field, a reset) keeps the general way.
 
+mod alone_impacts;
 mod contacts;
 mod extended;
 mod flight;

@@ -62,21 +62,26 @@ impl<S: Real> Extended<S> {
         for (value, &state) in self.values[..self.states].iter_mut().zip(state) {
             *value = state;
         }
-        if let Some(phase) = self.phase
-            && self.theta != Some(state[phase])
-        {
-            self.go_to(state[phase], anchor);
+        if let Some(phase) = self.phase {
+            self.go_to_phase(state[phase], anchor);
         }
     }
 
-    /// Goes to the harmonics of a phase; whether they may be others than before.
+    /// Goes to the harmonics of a phase.
     #[inline(always)]
-    pub(super) fn go_to_phase(&mut self, theta: S, anchor: S) -> bool {
-        let is_new = self.theta != Some(theta);
-        if is_new {
+    pub(super) fn go_to_phase(&mut self, theta: S, anchor: S) {
+        if self.theta != Some(theta) {
             self.go_to(theta, anchor);
         }
-        is_new
+    }
+
+    /// Cosine and sine of the first harmonic, where there is one.
+    #[inline(always)]
+    pub(super) fn first(&self) -> [S; 2] {
+        match self.values[self.states..] {
+            [cosine, sine, ..] => [cosine, sine],
+            _ => [S::zero(); 2],
+        }
     }
 
     #[inline(never)]
@@ -126,10 +131,9 @@ impl<S: Real> Extended<S> {
 impl Extended<f64> {
     /// The first harmonic, of a system that has one.
     pub(super) fn harmonic(&self) -> Harmonic {
-        let place = self.states;
         Harmonic {
             phase: self.theta,
-            pair: [self.values[place], self.values[place + 1]],
+            pair: self.first(),
         }
     }
 

@@ -1,256 +1,294 @@
-//! Free flights from impact to impact, all in one kernel.
+//! Free flights from impact to impact, all in one kernel, of one orbit or of several in lanes.
 //!
 //! One idea: where contacts alone are asked for, at one rigid surface at rest, most leaps are quiet or end with a contact that
 //! control points tell of (`contacts`), and most impacts send the state away again. These are one piece of code on numbers in fixed
-//! places; what is anything else is left to the general way, from where it begins.
+//! places; in lanes leaps, not times, go in step. What is anything else is left to the general way, from where it begins.
+
+use num_traits::{One as _, Zero as _};
 
 use super::contacts::{Contacts, FirstContact};
-use super::extended::Extended;
 use super::surface::{FixedSurface, SurfaceTables};
-use crate::flow::{AffineLeaps, FixedLeaps, FixedVisit};
+use crate::flow::{FixedLeaps, FixedVisit, NumberMask, ShapedLeaps};
 use crate::hybrid::chatter::Rebound;
 use crate::hybrid::landing::REDUCED;
-use crate::hybrid::motion::Motion;
-use crate::hybrid::passage::Heading;
 use crate::hybrid::response::PASSES;
-use crate::hybrid::simulator::Stop;
-use crate::hybrid::trajectory::{Event, EventKind};
-use crate::numeric::{Kernel, Real, widest};
+use crate::numeric::{Branched, Kernel, Mask, Scalar};
 
 /// The surface at which impacts are flown.
-const SURFACE: usize = 0;
+pub(super) const SURFACE: usize = 0;
 
 /// Most leaps of a run.
 const MAX_LEAPS: usize = 1000;
 
-/// What a run of free flights and impacts is given.
-pub(super) struct Run<'t, S: Real> {
-    pub(super) extended: &'t mut Extended<S>,
-    pub(super) motion: &'t mut Motion<S>,
-    pub(super) horizon: S,
-    /// Period of the phase.
-    pub(super) period: S,
-    pub(super) record: &'t mut dyn FnMut(Event<S>),
+/// What one orbit and several have each in a way of their own.
+pub(super) trait Company<S: Branched> {
+    /// Cosine and sine of the force at a phase, where they are wanted; periods start from a reference.
+    fn harmonic(&mut self, phase: S, reference: S, wanted: S::Mask) -> [S; 2];
+
+    /// Takes the impacts at a time.
+    fn record(&mut self, wanted: S::Mask, time: S, speed: S, rebound: S);
 }
 
-impl<'t, S: Real> Run<'t, S> {
-    /// Flies to the horizon, or to an impact that is another matter; `None` where the next leap is, and for systems but of
-    /// one mass or two under one force.
-    pub(super) fn fly(
-        self,
-        leaps: &'t AffineLeaps<S>,
-        surface: &'t SurfaceTables<S>,
-    ) -> Option<Stop<S>> {
-        let run = self;
-        match run.extended.states() {
-            2 => widest(Impacts::<S, 2, 5, 1> {
-                leaps,
-                surface,
-                run,
-            }),
-            4 => widest(Impacts::<S, 4, 7, 2> {
-                leaps,
-                surface,
-                run,
-            }),
-            _ => None,
+/// Where a flight is, but for its states and its phase.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Progress<S: Branched> {
+    pub(super) time: S,
+    /// Whole periods removed from the phase.
+    pub(super) turns: S,
+    /// Whether the surface has just been left, and the rounding of its gap there.
+    pub(super) leaving: S::Mask,
+    pub(super) rounding: S,
+}
+
+/// How a flight ended that did not reach the horizon.
+#[derive(Clone, Copy, Debug)]
+pub(in crate::hybrid) struct Left<S: Branched> {
+    /// Before a leap that is another matter.
+    pub(in crate::hybrid) open: S::Mask,
+    /// At an impact that is.
+    pub(in crate::hybrid) contact: S::Mask,
+    /// Where a leap was flown.
+    pub(in crate::hybrid) flown: S::Mask,
+}
+
+impl<S: Branched> Left<S> {
+    /// Before the first leap.
+    pub(super) fn at_start(open: S::Mask) -> Self {
+        let (contact, flown) = (S::Mask::NONE, S::Mask::NONE);
+        Self {
+            open,
+            contact,
+            flown,
         }
     }
+}
+
+/// What a run of free flights and impacts is given.
+pub(super) struct Run<'t, T: ShapedLeaps, P> {
+    pub(super) leaps: &'t T,
+    pub(super) surface: &'t SurfaceTables<T::Number>,
+    pub(super) company: P,
+    /// The states and the phase.
+    pub(super) state: &'t mut [T::Number],
+    pub(super) progress: Progress<T::Number>,
+    pub(super) timing: Timing<T::Number>,
+    pub(super) wanted: NumberMask<T>,
+}
+
+/// What times and phases are measured by.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Timing<S> {
+    pub(super) horizon: S,
+    /// Period of the phase, and the phase about which it is kept.
+    pub(super) period: S,
+    pub(super) reference: S,
+    /// The time in which the field changes.
+    pub(super) time_scale: S,
 }
 
 /// A run of a system of as many states and columns.
-struct Impacts<'t, S: Real, const STATES: usize, const C: usize, const B: usize> {
-    leaps: &'t AffineLeaps<S>,
-    surface: &'t SurfaceTables<S>,
-    run: Run<'t, S>,
-}
+pub(super) struct Impacts<'r, 't, T, P, const STATES: usize, const C: usize, const B: usize>(
+    pub(super) &'r mut Run<'t, T, P>,
+)
+where
+    T: ShapedLeaps;
 
 /// A run under way.
-struct Flying<'t, S: Real, const STATES: usize, const C: usize, const B: usize> {
-    leaps: FixedLeaps<'t, AffineLeaps<S>, C, B>,
-    surface: FixedSurface<'t, S, C, B>,
-    phase_rate: S,
-    run: Run<'t, S>,
+struct Flying<'t, T, P, const STATES: usize, const C: usize, const B: usize>
+where
+    T: ShapedLeaps,
+{
+    leaps: FixedLeaps<'t, T, C, B>,
+    surface: FixedSurface<'t, T::Number, C, B>,
+    company: &'t mut P,
+    timing: Timing<T::Number>,
+    left: Left<T::Number>,
 }
 
 /// The moving point.
-struct Point<S, const STATES: usize, const C: usize> {
+struct Point<S: Branched, const STATES: usize, const C: usize> {
     states: [S; STATES],
     phase: S,
     extended: [S; C],
-    time: S,
-    turns: i64,
-    /// Rounding of the gap where the surface has just been left.
-    leaving: Option<S>,
+    progress: Progress<S>,
 }
 
-/// How a leap ends.
-#[derive(PartialEq)]
-enum Flown {
-    Quiet,
-    Contact,
-}
-
-impl<S: Real, const STATES: usize, const C: usize, const B: usize> Kernel
-    for Impacts<'_, S, STATES, C, B>
+impl<T, P, const STATES: usize, const C: usize, const B: usize> Kernel
+    for Impacts<'_, '_, T, P, STATES, C, B>
+where
+    T: ShapedLeaps,
+    P: Company<T::Number>,
 {
-    type Output = Option<Stop<S>>;
+    type Output = Left<T::Number>;
 
     #[inline(always)]
-    fn run(self) -> Option<Stop<S>> {
-        let flying = Flying::<S, STATES, C, B> {
-            leaps: FixedLeaps::new(self.leaps)?,
-            surface: FixedSurface::new(self.surface)?,
-            phase_rate: self.leaps.phase_rate(),
-            run: self.run,
+    fn run(self) -> Left<T::Number> {
+        let run = self.0;
+        let tables = (FixedLeaps::new(run.leaps), FixedSurface::new(run.surface));
+        let (Some(leaps), Some(surface)) = tables else {
+            return Left::at_start(run.wanted);
         };
-        flying.fly()
+        let mut flying = Flying::<T, P, STATES, C, B> {
+            leaps,
+            surface,
+            company: &mut run.company,
+            timing: run.timing,
+            left: Left::at_start(NumberMask::<T>::NONE),
+        };
+        let phase = run.state[STATES];
+        let mut point = Point {
+            states: [phase; STATES],
+            phase,
+            extended: [T::Number::one(); C],
+            progress: run.progress,
+        };
+        point.states.copy_from_slice(&run.state[..STATES]);
+        flying.fly(run.wanted, &mut point);
+        run.state[..STATES].copy_from_slice(&point.states);
+        run.state[STATES] = point.phase;
+        run.progress = point.progress;
+        flying.left
     }
 }
 
-impl<S: Real, const STATES: usize, const C: usize, const B: usize> Flying<'_, S, STATES, C, B> {
+impl<T, P, const STATES: usize, const C: usize, const B: usize> Flying<'_, T, P, STATES, C, B>
+where
+    T: ShapedLeaps,
+    P: Company<T::Number>,
+{
     #[inline(always)]
-    fn fly(mut self) -> Option<Stop<S>> {
-        let motion = &*self.run.motion;
-        let phase = *motion.state.get(STATES)?;
-        self.run.extended.go_to_phase(phase, motion.reference_phase);
-        let mut point = Point {
-            states: *motion.state.first_chunk()?,
-            phase,
-            extended: *self.run.extended.values.first_chunk()?,
-            time: motion.time,
-            turns: motion.turns,
-            leaving: motion.leaving[SURFACE],
-        };
-        let mut stop = None;
-        let mut flown = 0;
-        while flown < MAX_LEAPS {
-            if point.time >= self.run.horizon {
-                stop = Some(Stop::Horizon);
-                break;
+    fn fly(&mut self, wanted: NumberMask<T>, point: &mut Point<T::Number, STATES, C>) {
+        let mut going = wanted;
+        for _ in 0..MAX_LEAPS {
+            going &= point.progress.time.is_below(self.timing.horizon);
+            if !going.any() {
+                return;
             }
-            let Some(end) = self.leap(&mut point) else {
-                break;
-            };
-            flown += 1;
-            if end == Flown::Contact && !self.impact(&mut point) {
-                stop = Some(Stop::Contact { surface: SURFACE });
-                break;
-            }
+            going &= self.leap(point, going);
         }
-        let motion = self.run.motion;
-        motion.state[..STATES].copy_from_slice(&point.states);
-        motion.state[STATES] = point.phase;
-        (motion.time, motion.turns) = (point.time, point.turns);
-        motion.leaving[SURFACE] = point.leaving;
-        if flown > 0 {
-            motion.headings[SURFACE] = Heading::Unknown;
-        }
-        stop
+        self.left.open |= going;
     }
 
     /// Puts the extended state to the present state.
     #[inline(always)]
-    fn extend(&mut self, point: &mut Point<S, STATES, C>) {
-        if self
-            .run
-            .extended
-            .go_to_phase(point.phase, self.run.motion.reference_phase)
-        {
-            let harmonics = &self.run.extended.values[STATES..C];
-            point.extended[STATES..].copy_from_slice(harmonics);
-        }
+    fn extend(&mut self, point: &mut Point<T::Number, STATES, C>, wanted: NumberMask<T>) {
+        let reference = self.timing.reference;
+        let harmonic = self.company.harmonic(point.phase, reference, wanted);
+        [point.extended[STATES], point.extended[STATES + 1]] = harmonic;
         point.extended[..STATES].copy_from_slice(&point.states);
     }
 
-    /// A leap to the contact or to the horizon; `None` where control points do not decide.
+    /// Leaps to the contact or to the horizon, and through the contact; where the flight goes on.
     #[inline(always)]
-    fn leap(&mut self, point: &mut Point<S, STATES, C>) -> Option<Flown> {
-        let longest = self.run.horizon - point.time;
-        self.extend(point);
+    fn leap(
+        &mut self,
+        point: &mut Point<T::Number, STATES, C>,
+        going: NumberMask<T>,
+    ) -> NumberMask<T> {
+        let select = T::Number::select;
+        let longest = self.timing.horizon - point.progress.time;
+        self.extend(point, going);
         let mut visit = FixedVisit::none();
-        let quiet = longest.min(self.leaps.span());
-        let FirstContact { time, met, open } = Contacts {
+        let mut contacts = Contacts {
             leaps: &self.leaps,
             extended: &point.extended,
-            until: quiet,
+            until: longest.min(self.leaps.span()),
             visit: &mut visit,
-        }
-        .first(true, point.leaving.is_some());
-        if open {
-            return None;
-        }
-        let contact = met.then_some(time);
-        let start = self.leaps.go_to(time.to_f64(), &point.extended, &mut visit);
-        point.states = self.leaps.states_at(time - start, &visit);
-        point.phase = self.phase_rate.mul_add(time, point.phase);
-        point.time = if time == longest {
-            self.run.horizon
-        } else {
-            point.time + time
         };
-        if contact.is_some() {
-            self.settle(point);
+        let FirstContact { time, met, open } = contacts.first(going, point.progress.leaving);
+        self.left.open |= open;
+        let flown = going & !open;
+        if !flown.any() {
+            return flown;
         }
-        if time > S::zero() {
-            self.tidy(point, contact.is_some());
+        self.left.flown |= flown;
+        let rounded = time.rounded();
+        let start = self.leaps.go_to(rounded, &point.extended, &mut visit);
+        let states = self.leaps.states_at::<STATES>(time - start, &visit);
+        take_states(flown, &states, &mut point.states);
+        let phase = self.leaps.phase_rate().mul_add(time, point.phase);
+        point.phase = select(flown, phase, point.phase);
+        let there = point.progress.time + time;
+        let there = select(time.is_equal(longest), self.timing.horizon, there);
+        point.progress.time = select(flown, there, point.progress.time);
+        if met.any() {
+            self.settle(point, met);
         }
-        Some(match contact {
-            Some(_) => Flown::Contact,
-            None => Flown::Quiet,
-        })
+        self.tidy(point, flown & T::Number::zero().is_below(time), met);
+        if met.any() {
+            let stays = self.impact(point, met);
+            self.left.contact |= met & !stays;
+            return flown & (stays | !met);
+        }
+        flown
     }
 
     /// Brings the state onto the surface that it has landed beside.
     #[inline(always)]
-    fn settle(&mut self, point: &mut Point<S, STATES, C>) {
-        self.extend(point);
+    fn settle(&mut self, point: &mut Point<T::Number, STATES, C>, wanted: NumberMask<T>) {
+        let (zero, select) = (T::Number::zero(), T::Number::select);
+        self.extend(point, wanted);
         let landing = self.surface.contact.times(&point.extended);
         let landing = landing.as_flattened();
         let (value, slope) = (landing[0], landing[1]);
-        if value == S::zero() || slope >= S::zero() {
+        let settles = wanted & !value.is_equal(zero) & slope.is_below(zero);
+        if !settles.any() {
             return;
         }
         let shift = -value / slope;
-        let beside = (point.states, point.phase);
-        for (state, &rate) in point.states.iter_mut().zip(&landing[2..]) {
+        let mut states = point.states;
+        for (state, &rate) in states.iter_mut().zip(&landing[2..]) {
             *state = rate.mul_add(shift, *state);
         }
-        point.phase = self.phase_rate.mul_add(shift, point.phase);
-        let after = self.gap(point).abs();
-        if after <= value.abs() * S::from_f64(REDUCED) {
-            point.time += shift;
-        } else {
-            (point.states, point.phase) = beside;
-        }
-    }
-
-    #[inline(always)]
-    fn gap(&self, point: &Point<S, STATES, C>) -> S {
-        self.surface.all.clearance(&point.states).gap
+        let after = self.surface.all.clearance(&states).gap.abs();
+        let settles = settles & after.is_at_most(value.abs() * T::Number::from_f64(REDUCED));
+        take_states(settles, &states, &mut point.states);
+        let phase = self.leaps.phase_rate().mul_add(shift, point.phase);
+        point.phase = select(settles, phase, point.phase);
+        let time = point.progress.time;
+        point.progress.time = select(settles, time + shift, time);
     }
 
     /// Forgets that the surface was left where it is no longer near, and keeps the phase near its reference.
     #[inline(always)]
-    fn tidy(&mut self, point: &mut Point<S, STATES, C>, is_contact: bool) {
-        if let Some(rounding) = point.leaving
-            && !is_contact
-            && self.gap(point).abs() > rounding
-        {
-            point.leaving = None;
+    fn tidy(
+        &mut self,
+        point: &mut Point<T::Number, STATES, C>,
+        flown: NumberMask<T>,
+        met: NumberMask<T>,
+    ) {
+        let (period, select) = (self.timing.period, T::Number::select);
+        let Progress {
+            turns,
+            leaving,
+            rounding,
+            ..
+        } = &mut point.progress;
+        let leaves = flown & *leaving & !met;
+        if leaves.any() {
+            let gap = self.surface.all.clearance(&point.states).gap;
+            *leaving &= !(leaves & rounding.is_below(gap.abs()));
         }
-        let period = self.run.period;
-        let half = period * S::from_f64(0.5);
-        while point.phase - self.run.motion.reference_phase >= half {
-            point.phase -= period;
-            point.turns += 1;
+        let half = period * T::Number::from_f64(0.5);
+        loop {
+            let beyond = flown & half.is_at_most(point.phase - self.timing.reference);
+            if !beyond.any() {
+                return;
+            }
+            point.phase = select(beyond, point.phase - period, point.phase);
+            *turns = select(beyond, *turns + T::Number::one(), *turns);
         }
     }
 
-    /// Applies the reset; `false` where more follows than a free flight, the state as it was.
+    /// Applies the reset; where a free flight follows. Elsewhere the state is as it was.
     #[inline(always)]
-    fn impact(&mut self, point: &mut Point<S, STATES, C>) -> bool {
-        self.extend(point);
+    fn impact(
+        &mut self,
+        point: &mut Point<T::Number, STATES, C>,
+        wanted: NumberMask<T>,
+    ) -> NumberMask<T> {
+        let number = T::Number::from_f64;
+        self.extend(point, wanted);
         let speed = -self.surface.sense(&point.extended).velocity;
         let image = self.surface.reset.times(&point.extended);
         let mut states = point.states;
@@ -258,23 +296,30 @@ impl<S: Real, const STATES: usize, const C: usize, const B: usize> Flying<'_, S,
         let mut extended = point.extended;
         extended[..STATES].copy_from_slice(&states);
         let after = self.surface.sense(&extended);
-        let rebound = Rebound::new(speed, &after);
-        let passes = after.velocity < -speed.abs() * S::from_f64(PASSES);
-        if !rebound.flies_on(!passes, self.run.motion.last_step) {
-            return false;
+        let free = wanted & !after.velocity.is_below(-speed.abs() * number(PASSES));
+        let free = Rebound::new(speed, &after).flies_on(free, self.timing.time_scale);
+        if !free.any() {
+            return free;
         }
-        (self.run.record)(Event {
-            time: point.time,
-            surface: SURFACE,
-            kind: EventKind::Impact {
-                speed,
-                rebound: after.velocity,
-            },
-        });
-        point.states = states;
-        let residual = after.gap.abs() * S::from_f64(4.0);
-        point.leaving = Some(after.rounding.max(residual));
-        true
+        let time = point.progress.time;
+        self.company.record(free, time, speed, after.velocity);
+        take_states(free, &states, &mut point.states);
+        let rounding = after.rounding.max(after.gap.abs() * number(4.0));
+        let progress = &mut point.progress;
+        progress.rounding = T::Number::select(free, rounding, progress.rounding);
+        progress.leaving |= free;
+        free
+    }
+}
+
+#[inline(always)]
+fn take_states<S: Branched, const STATES: usize>(
+    wanted: S::Mask,
+    states: &[S; STATES],
+    out: &mut [S; STATES],
+) {
+    for (out, &state) in out.iter_mut().zip(states) {
+        *out = S::select(wanted, state, *out);
     }
 }
 

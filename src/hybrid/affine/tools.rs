@@ -1,8 +1,8 @@
 //! Tables of a system's affine flows at one parameter vector, and what they work on.
 
+use super::alone_impacts::Alone;
 use super::extended::Extended;
 use super::flight::AffineFlight;
-use super::impacts::Run;
 use super::leap::{Asked, Leap, LeapBuffers, Leaper};
 use super::retreat::Retreat;
 use super::surface::SurfaceTables;
@@ -181,14 +181,11 @@ impl<'a, S: Real> AffineTools<'a, S> {
             return None;
         }
         motion.last_step = S::from_f64(leaps.time_scale());
-        let run = Run {
+        let alone = Alone {
             extended: &mut self.extended,
-            motion,
-            horizon,
-            period,
             record,
         };
-        run.fly(leaps, surface)
+        alone.fly(leaps, surface, motion, horizon, period)
     }
 
     /// Takes the state back along the free flow to where the gap was zero, or least; the time that took, `None` where it
