@@ -1,6 +1,7 @@
 //! Orbits that are flown side by side: each at its own state and time.
 
 use super::motion::SAME_MINIMUM;
+use super::trajectory::Event;
 use crate::numeric::{Branched, LaneMask, Lanes, Mask};
 
 /// States of free flight of `N` orbits at one surface: [`Motion`](super::motion::Motion) in lanes.
@@ -32,6 +33,32 @@ pub(super) struct LaneStart<const N: usize> {
     /// Where the surface has just been left, and the rounding of its gap there.
     pub(super) leaving: LaneMask<N>,
     pub(super) rounding: Lanes<N>,
+}
+
+/// Takes the events of a lane.
+pub(super) type EventRecord<'r> = &'r mut dyn FnMut(usize, Event<f64>);
+
+/// How flights ended that did not reach the horizon.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct LaneLeft<const N: usize> {
+    /// Before a leap that is another matter.
+    pub(super) open: LaneMask<N>,
+    /// At an impact that is.
+    pub(super) contact: LaneMask<N>,
+    /// Where a leap was flown.
+    pub(super) flown: LaneMask<N>,
+}
+
+impl<const N: usize> LaneLeft<N> {
+    /// Before the first leap.
+    pub(super) fn at_start(open: LaneMask<N>) -> Self {
+        let (contact, flown) = (LaneMask::NONE, LaneMask::NONE);
+        Self {
+            open,
+            contact,
+            flown,
+        }
+    }
 }
 
 impl<const N: usize> LaneMotion<N> {

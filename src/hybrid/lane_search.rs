@@ -148,6 +148,22 @@ impl<const N: usize> LaneSearch<N> {
     }
 }
 
+impl<const N: usize> LanePassage<N> {
+    /// None on steps of these lengths.
+    #[inline(always)]
+    pub(super) fn none(length: Lanes<N>) -> Self {
+        let none = LaneMask::NONE;
+        Self {
+            time: length,
+            minimum: none,
+            crossing: none,
+            missed: none,
+            missed_at: length,
+            falls: none,
+        }
+    }
+}
+
 impl Alone {
     /// The passages of one gap.
     #[cold]

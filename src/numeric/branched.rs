@@ -34,10 +34,6 @@ pub(crate) trait Branched: Scalar {
     /// As many doubles.
     type Rounded: Branched<Mask = Self::Mask, Rounded = Self::Rounded>;
 
-    /// Keeps what a loop carries from one turn to the next in whole registers.
-    ///
-    /// NOTE: left to itself, the compiler carries lanes one by one, and puts them together in any order at every turn.
-    fn carried<V>(value: &mut V);
     /// The nearest doubles.
     fn rounded(self) -> Self::Rounded;
     /// The same numbers.
@@ -66,9 +62,6 @@ impl Mask for bool {
 impl<S: Real> Branched for S {
     type Mask = bool;
     type Rounded = f64;
-
-    #[inline(always)]
-    fn carried<V>(_: &mut V) {}
 
     #[inline(always)]
     fn rounded(self) -> f64 {
@@ -177,11 +170,6 @@ impl<const N: usize> Mask for LaneMask<N> {
 impl<const N: usize> Branched for Lanes<N> {
     type Mask = LaneMask<N>;
     type Rounded = Self;
-
-    #[inline(always)]
-    fn carried<V>(value: &mut V) {
-        std::hint::black_box(value);
-    }
 
     #[inline(always)]
     fn rounded(self) -> Self {

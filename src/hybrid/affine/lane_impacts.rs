@@ -11,7 +11,7 @@ use super::surface::{FixedSurface, SurfaceTables};
 use crate::flow::{FixedLaneLeaps, FixedLaneVisit, LaneLeaps};
 use crate::hybrid::chatter::{AfterImpact, Rebound};
 use crate::hybrid::landing::REDUCED;
-use crate::hybrid::lane_motion::LaneMotion;
+use crate::hybrid::lane_motion::{EventRecord, LaneLeft, LaneMotion};
 use crate::hybrid::response::{PASSES, PENETRATES};
 use crate::hybrid::trajectory::{Event, EventKind};
 use crate::numeric::{Branched, Kernel, LaneMask, Lanes, Mask, Scalar, wide};
@@ -22,9 +22,6 @@ const SURFACE: usize = 0;
 /// Most leaps of a run.
 const MAX_LEAPS: usize = 1000;
 
-/// Takes the events of a lane.
-pub(in crate::hybrid) type EventRecord<'r> = &'r mut dyn FnMut(usize, Event<f64>);
-
 /// What several orbits fly by, and the harmonics where they are.
 #[derive(Clone, Debug)]
 pub(in crate::hybrid) struct LaneImpacts<const N: usize> {
@@ -33,29 +30,6 @@ pub(in crate::hybrid) struct LaneImpacts<const N: usize> {
     harmonics: LaneHarmonics<N>,
     /// Place of the phase in a state.
     phase: usize,
-}
-
-/// How flights ended that did not reach the horizon.
-#[derive(Clone, Copy, Debug)]
-pub(in crate::hybrid) struct LaneLeft<const N: usize> {
-    /// Before a leap that is another matter.
-    pub(in crate::hybrid) open: LaneMask<N>,
-    /// At an impact that is.
-    pub(in crate::hybrid) contact: LaneMask<N>,
-    /// Where a leap was flown.
-    pub(in crate::hybrid) flown: LaneMask<N>,
-}
-
-impl<const N: usize> LaneLeft<N> {
-    /// Before the first leap.
-    fn at_start(open: LaneMask<N>) -> Self {
-        let (contact, flown) = (LaneMask::NONE, LaneMask::NONE);
-        Self {
-            open,
-            contact,
-            flown,
-        }
-    }
 }
 
 impl<const N: usize> LaneImpacts<N> {
@@ -91,11 +65,6 @@ impl<const N: usize> LaneImpacts<N> {
             FixedLaneLeaps::new(&self.leaps)?,
             FixedSurface::new(&self.surface)?,
         ))
-    }
-
-    /// Place of the phase in a state.
-    pub(in crate::hybrid) fn phase(&self) -> usize {
-        self.phase
     }
 
     /// The harmonic of a lane, and the phase at which it is known.
