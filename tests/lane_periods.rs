@@ -153,9 +153,10 @@ fn a_state_beyond_the_stop_is_refused_as_it_is_alone() {
     let model = model("linear", &[]);
     for system in systems(&model) {
         let mut alone = orbits(&system, &model, "alpha", 1e-4, LANES);
-        alone[3]
-            .set_state(&[1.5, 0.0, 0.0])
-            .expect("a finite state");
+        for (orbit, rate) in [(3, 0.0), (5, -2.0)] {
+            let beyond = alone[orbit].set_state(&[1.5, rate, 0.0]);
+            beyond.expect("a finite state");
+        }
         agree(alone, 3);
     }
 }

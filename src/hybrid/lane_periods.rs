@@ -172,7 +172,6 @@ impl<'a, const N: usize> LanePeriods<'a, N> {
         motion.rounding[lane] = own.leaving[0].unwrap_or(0.0);
         motion.rises.set(lane, own.headings[0] == Heading::Rising);
         motion.falls.set(lane, own.headings[0] == Heading::Falling);
-        motion.last_step[lane] = own.last_step;
         if let (Flight::Exact(impacts), Some(tools)) = (&mut self.flight, &simulator.affine) {
             impacts.put_harmonic(lane, tools.harmonic());
         }
@@ -222,7 +221,6 @@ impl<'a, const N: usize> LanePeriods<'a, N> {
             (_, true) => Heading::Falling,
             _ => Heading::Unknown,
         };
-        own.last_step = motion.last_step[lane];
         if let (Flight::Exact(impacts), Some(tools)) = (&self.flight, &mut simulator.affine) {
             tools.put_harmonic(impacts.harmonic(lane));
         }
