@@ -206,25 +206,52 @@ fn returns_in_lanes(criterion: &mut Criterion) {
     }
 }
 
-/// Forcing periods of linear oscillators in lanes, each at its own force, contacts alone asked for, beside those of one after
-/// another: with an impact, and just before grazing.
+/// Forcing periods of oscillators in lanes, each at its own force, contacts alone asked for, beside those of one after another: with an
+/// impact, and just before grazing.
 fn periods_in_lanes(criterion: &mut Criterion) {
-    time_periods_in_lanes(criterion, "with impact", 1.002, 1e-5);
-    time_periods_in_lanes(criterion, "without", 1.0 - 1e-6, -1e-7);
+    let linear = ("linear", "alpha", 2.247_220_505_424_423);
+    let electrostatic = ("mems", "V", 0.211_927_585_7);
+    let exact = HybridSystem::new as fn(&Model) -> HybridSystem;
+    for (name, scene, system) in [
+        ("linear", linear, exact),
+        (
+            "linear-taylor",
+            linear,
+            HybridSystem::without_exact_flow as _,
+        ),
+        ("electrostatic", electrostatic, exact),
+    ] {
+        for (case, share, apart) in [("with impact", 1.002, 1e-5), ("without", 1.0 - 1e-6, -1e-7)] {
+            let (scene, parameter, grazing) = scene;
+            let at = |lane: usize| grazing * (share + apart * lane as f64);
+            let models = std::array::from_fn(|lane| model(scene, parameter, at(lane)));
+            let system = system(&models[0]);
+            time_periods_in_lanes(
+                criterion,
+                &format!("{name}-in-lanes"),
+                case,
+                &system,
+                &models,
+            );
+        }
+    }
 }
 
-fn time_periods_in_lanes(criterion: &mut Criterion, name: &str, share: f64, apart: f64) {
-    let force = |lane: usize| 2.247_220_505_424_423 * (share + apart * lane as f64);
-    let models: [Model; LANES] = std::array::from_fn(|lane| model("linear", "alpha", force(lane)));
-    let system = HybridSystem::new(&models[0]);
+fn time_periods_in_lanes(
+    criterion: &mut Criterion,
+    group: &str,
+    name: &str,
+    system: &HybridSystem,
+    models: &[Model; LANES],
+) {
     let (mut alone, durations): (Vec<_>, Vec<_>) = models
         .iter()
-        .map(|model| settled::<f64>(&system, model))
+        .map(|model| settled::<f64>(system, model))
         .unzip();
     let mut lanes = LanePeriods::<LANES>::new(alone.clone()).expect("one rigid stop");
     lanes.advance(&mut |_, _| {});
     assert!((0..LANES).all(|lane| lanes.is_together(lane)));
-    let mut group = criterion.benchmark_group("simulation/period/linear-in-lanes");
+    let mut group = criterion.benchmark_group(format!("simulation/period/{group}"));
     group.throughput(Throughput::Elements(LANES as u64));
     let mut contacts = 0u64;
     group.bench_function(format!("{name}/one by one"), |bencher| {

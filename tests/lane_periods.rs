@@ -1,5 +1,5 @@
 //! Forcing periods in lanes against those of each orbit alone: the same states and events to the last bit, where orbits impact,
-//! chatter, stick and come free again. Machines without wide registers have no lanes.
+//! chatter, stick and come free again, by exact leaps and by Taylor's method. Machines without wide registers have no lanes.
 
 use grazemap::hybrid::{Event, EventKind, HybridSystem, LanePeriods, Simulator};
 use grazemap::model::{Model, Scene, catalogue};
@@ -75,6 +75,14 @@ fn agree(mut alone: Vec<Simulator<'_, f64>>, periods: usize) -> [usize; 3] {
     [periods * alone.len(), together, stuck]
 }
 
+/// The system by its exact flow and by Taylor's method.
+fn systems(model: &Model) -> [HybridSystem; 2] {
+    [
+        HybridSystem::new(model),
+        HybridSystem::without_exact_flow(model),
+    ]
+}
+
 #[test]
 fn periods_in_lanes_are_those_of_single_orbits_to_the_last_bit() {
     if !is_wide() {
@@ -100,15 +108,41 @@ fn periods_in_lanes_are_those_of_single_orbits_to_the_last_bit() {
 }
 
 #[test]
+fn periods_of_taylor_steps_in_lanes_are_those_of_single_orbits_to_the_last_bit() {
+    if !is_wide() {
+        return;
+    }
+    for (name, overrides, scaled, by, least) in [
+        ("linear", &[][..], "alpha", 1e-4, 0.99),
+        ("linear", &[("omega", 1.1)], "omega", 1e-3, 0.99),
+        ("linear_codim2", &[], "alpha", 1e-3, 0.99),
+        ("mems", &[("V", 0.25)], "V", 1e-2, 0.99),
+        ("moving_stop", &[], "alpha", 1e-2, 0.98),
+    ] {
+        let model = model(name, overrides);
+        let system = HybridSystem::without_exact_flow(&model);
+        for count in [LANES, 3] {
+            let [all, together, _] = agree(orbits(&system, &model, scaled, by, count), 200);
+            println!("{name}, {scaled}: {together} of {all} together");
+            assert!(
+                together as f64 > least * all as f64,
+                "{name}, {scaled}: {together} of {all}"
+            );
+        }
+    }
+}
+
+#[test]
 fn orbits_that_chatter_and_stick_leave_the_lanes_and_come_back() {
     if !is_wide() {
         return;
     }
     let model = model("linear", &[("delta", -1.0), ("r", 0.3), ("omega", 1.8)]);
-    let system = HybridSystem::new(&model);
-    let [all, together, stuck] = agree(orbits(&system, &model, "alpha", 0.3, LANES), 400);
-    println!("{together} of {all} together, {stuck} stuck");
-    assert!(stuck > 100 && 10 * together > all && together < all);
+    for system in systems(&model) {
+        let [all, together, stuck] = agree(orbits(&system, &model, "alpha", 0.3, LANES), 400);
+        println!("{together} of {all} together, {stuck} stuck");
+        assert!(stuck > 100 && 10 * together > all && together < all);
+    }
 }
 
 #[test]
@@ -117,17 +151,19 @@ fn a_state_beyond_the_stop_is_refused_as_it_is_alone() {
         return;
     }
     let model = model("linear", &[]);
-    let system = HybridSystem::new(&model);
-    let mut alone = orbits(&system, &model, "alpha", 1e-4, LANES);
-    alone[3]
-        .set_state(&[1.5, 0.0, 0.0])
-        .expect("a finite state");
-    agree(alone, 3);
+    for system in systems(&model) {
+        let mut alone = orbits(&system, &model, "alpha", 1e-4, LANES);
+        for (orbit, rate) in [(3, 0.0), (5, -2.0)] {
+            let beyond = alone[orbit].set_state(&[1.5, rate, 0.0]);
+            beyond.expect("a finite state");
+        }
+        agree(alone, 3);
+    }
 }
 
 #[test]
 fn what_lanes_do_not_know_has_none() {
-    for name in ["mems", "moving_stop", "impact_pair", "soft_a_stiff"] {
+    for name in ["moving_stop", "impact_pair", "soft_a_stiff"] {
         let model = model(name, &[]);
         let system = HybridSystem::new(&model);
         let parameters: Vec<f64> = model.parameter_values().iter().map(|p| p.hi).collect();

@@ -174,16 +174,9 @@ impl<S: Real> Step<'_, S> {
         }
     }
 
-    /// A lower bound of a watched function on `[0, length]`: the least value of its first three terms, less the sizes of the others.
+    /// A lower bound of a watched function on `[0, length]`.
     pub(crate) fn watched_lower_bound(&self, watched: usize, length: f64) -> f64 {
-        let [first, second, third, rest @ ..] = self.watched_coefficients(watched) else {
-            return f64::NEG_INFINITY;
-        };
-        let [a, b, c] = [first, second, third].map(|value| value.to_f64());
-        let at = |time: f64| (c * time + b) * time + a;
-        let turn = (-0.5 * b / c).clamp(0.0, length);
-        let least = a.min(at(length)).min(if c > 0.0 { at(turn) } else { a });
-        least - polynomial::size(rest, length) * length * length * length
+        polynomial::lower_bound(self.watched_coefficients(watched), length)
     }
 
     /// The state at a time since the start of the step.

@@ -126,6 +126,12 @@ impl<const N: usize> LaneStep<'_, N> {
         })
     }
 
+    /// Lower bounds of a watched function on `[0, length]`.
+    #[inline(always)]
+    pub(crate) fn watched_lower_bounds(&self, watched: usize, lengths: Lanes<N>) -> Lanes<N> {
+        polynomial::lower_bound(self.watched_coefficients(watched), lengths)
+    }
+
     /// Puts the states of the wanted lanes at times since the start of the step.
     #[inline(always)]
     pub(crate) fn states_at(&self, times: Lanes<N>, wanted: LaneMask<N>, states: &mut [Lanes<N>]) {

@@ -29,7 +29,7 @@ mod tools;
 use crate::flow::AffineExpressions;
 use crate::model::{Model, NodeId, Response};
 
-pub(super) use lane_impacts::{LaneImpacts, LaneLeft};
+pub(super) use lane_impacts::LaneImpacts;
 pub(super) use lane_tools::{LaneTools, OrbitTables};
 pub(super) use leap::LeapEnd;
 pub(super) use tools::AffineTools;

@@ -6,6 +6,7 @@
 //! which of these come to pass, and where a return ends. What does none of these leaves the lanes.
 
 use super::lane_flow::{LaneAsked, LaneFlow};
+use super::lane_log::LaneLog;
 use super::lane_motion::LaneMotion;
 use super::lane_orbits::LaneOrbits;
 use super::return_map::DirectReturn;
@@ -47,7 +48,8 @@ pub(super) struct LaneFlight<F, const N: usize> {
 impl<F: LaneFlow<N>, const N: usize> LaneFlight<F, N> {
     /// Of return maps of one kind.
     pub(super) fn new(flow: F, alone: [&DirectReturn<'_, f64>; N]) -> Self {
-        let orbits = LaneOrbits::new(flow, alone);
+        let system = alone[0].simulator.system();
+        let orbits = LaneOrbits::new(flow, system, LaneLog::new(alone));
         Self {
             section: alone[0].section,
             duration: Lanes::from_fn(|lane| alone[lane].duration),
@@ -214,6 +216,7 @@ impl<F: LaneFlow<N>, const N: usize> LaneFlight<F, N> {
             ignoring,
             stopping,
             blind: self.last,
+            near: f64::INFINITY,
             passing: self.looking,
             landing,
             longest: horizon - self.orbits.motion.time,

@@ -20,6 +20,10 @@ pub(super) struct LaneAsked<const N: usize> {
     pub(super) stopping: LaneMask<N>,
     /// Where nothing is looked for.
     pub(super) blind: LaneMask<N>,
+    /// The largest gap of minima that are put down, the same in all lanes.
+    ///
+    /// NOTE: the exact flow puts down all.
+    pub(super) near: f64,
     /// Where it is of interest only whether there is a minimum.
     pub(super) passing: LaneMask<N>,
     /// Where the motions at the ends of the longest flights are of use.

@@ -1,6 +1,7 @@
 //! Orbits that are flown side by side: each at its own state and time.
 
-use super::motion::SAME_MINIMUM;
+use super::motion::{Left, SAME_MINIMUM};
+use super::trajectory::Event;
 use crate::numeric::{Branched, LaneMask, Lanes, Mask};
 
 /// States of free flight of `N` orbits at one surface: [`Motion`](super::motion::Motion) in lanes.
@@ -34,6 +35,12 @@ pub(super) struct LaneStart<const N: usize> {
     pub(super) rounding: Lanes<N>,
 }
 
+/// Takes the events of a lane.
+pub(super) type EventRecord<'r> = &'r mut dyn FnMut(usize, Event<f64>);
+
+/// How flights ended that did not reach the horizon.
+pub(super) type LaneLeft<const N: usize> = Left<Lanes<N>>;
+
 impl<const N: usize> LaneMotion<N> {
     pub(super) fn new(dimension: usize) -> Self {
         let zero = Lanes::splat(0.0);
@@ -56,17 +63,15 @@ impl<const N: usize> LaneMotion<N> {
             return;
         }
         for (state, &other) in self.state.iter_mut().zip(&other.state) {
-            *state = Lanes::select(wanted, other, *state);
+            take(wanted, other, state);
         }
-        let number = |one, other| Lanes::select(wanted, one, other);
-        let mask = |one: LaneMask<N>, other: LaneMask<N>| (one & wanted) | (other & !wanted);
-        self.time = number(other.time, self.time);
-        self.turns = number(other.turns, self.turns);
-        self.leaving = mask(other.leaving, self.leaving);
-        self.rounding = number(other.rounding, self.rounding);
-        self.rises = mask(other.rises, self.rises);
-        self.falls = mask(other.falls, self.falls);
-        self.last_step = number(other.last_step, self.last_step);
+        take(wanted, other.time, &mut self.time);
+        take(wanted, other.turns, &mut self.turns);
+        take_mask(wanted, other.leaving, &mut self.leaving);
+        take(wanted, other.rounding, &mut self.rounding);
+        take_mask(wanted, other.rises, &mut self.rises);
+        take_mask(wanted, other.falls, &mut self.falls);
+        take(wanted, other.last_step, &mut self.last_step);
     }
 
     /// Forgets which way the gaps go.
@@ -109,4 +114,15 @@ impl<const N: usize> LaneMotion<N> {
             self.turns = Lanes::select(beyond, self.turns + one, self.turns);
         }
     }
+}
+
+// NOTE: no closures, which the compiler may leave out of a kernel, for the least machine.
+#[inline(always)]
+fn take<const N: usize>(wanted: LaneMask<N>, other: Lanes<N>, own: &mut Lanes<N>) {
+    *own = Lanes::select(wanted, other, *own);
+}
+
+#[inline(always)]
+fn take_mask<const N: usize>(wanted: LaneMask<N>, other: LaneMask<N>, own: &mut LaneMask<N>) {
+    *own = (other & wanted) | (*own & !wanted);
 }

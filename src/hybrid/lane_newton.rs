@@ -36,13 +36,13 @@ impl<const N: usize> LaneNewton<N> {
         [lower, upper]: [Lanes<N>; 2],
         falling: LaneMask<N>,
         start: Lanes<N>,
-        tolerance: f64,
+        tolerance: Lanes<N>,
     ) -> Self {
         Self {
             lower,
             upper,
             falling,
-            tolerance: Lanes::splat(tolerance),
+            tolerance,
             steps: [(upper - lower).abs(); 2],
             at: start,
         }

@@ -3,16 +3,19 @@
 //! One idea: lanes hold what orbits have in common; an orbit that is about to do something else is flown on by its own simulator,
 //! from there to the end of the period. So every state is, to the last bit, that of [`Simulator::advance_period`].
 
-use super::affine::{LaneImpacts, LaneLeft, OrbitTables};
-use super::lane_motion::LaneMotion;
+use super::affine::{LaneImpacts, OrbitTables};
+use super::lane_motion::{EventRecord, LaneLeft, LaneMotion};
+use super::lane_stepping::LaneStepping;
+use super::lane_taylor::LaneTaylor;
+use super::passage::Heading;
 use super::simulator::{Simulator, Stop};
-use super::system::{Law, Regime};
+use super::system::{FlowMethod, Law, Regime};
 use super::trajectory::{Event, Outcome};
 use crate::numeric::{Branched, LaneMask, Lanes, Mask, is_wide};
 
 /// Direct simulation of up to `N` orbits by forcing periods, contacts alone asked for: [`Simulator::advance_period`] in lanes.
 ///
-/// It is for systems of one mass or two under one force whose free flight is affine, at one rigid stop at rest.
+/// It is for systems with one rigid surface; where free flight is affine, of one mass or two under one force, at a stop at rest.
 ///
 /// ```
 /// use grazemap::hybrid::{HybridSystem, LanePeriods, Simulator};
@@ -40,8 +43,10 @@ use crate::numeric::{Branched, LaneMask, Lanes, Mask, is_wide};
 #[derive(Clone, Debug)]
 pub struct LanePeriods<'a, const N: usize> {
     alone: Vec<Simulator<'a, f64>>,
-    impacts: LaneImpacts<N>,
+    flight: Flight<'a, N>,
     motion: LaneMotion<N>,
+    /// Place of the phase in a state.
+    component: usize,
     /// Of the phase, and in time.
     period: f64,
     durations: Lanes<N>,
@@ -49,9 +54,14 @@ pub struct LanePeriods<'a, const N: usize> {
     used: LaneMask<N>,
     /// Those whose states are in lanes.
     together: LaneMask<N>,
-    /// Those that have flown since they came there.
-    flown: LaneMask<N>,
     outcomes: Vec<Outcome<f64>>,
+}
+
+/// How lanes are flown: as each orbit alone is.
+#[derive(Clone, Debug)]
+enum Flight<'a, const N: usize> {
+    Exact(Box<LaneImpacts<N>>),
+    Taylor(Box<LaneStepping<LaneTaylor<'a, N>, N>>),
 }
 
 impl<'a, const N: usize> LanePeriods<'a, N> {
@@ -70,22 +80,21 @@ impl<'a, const N: usize> LanePeriods<'a, N> {
         if !is_wide() || !is_fit {
             return None;
         }
-        let tables: Option<Vec<_>> = alone.iter_mut().map(Simulator::orbit_tables).collect();
         let durations: Result<Vec<_>, _> = alone.iter().map(Simulator::forcing_period).collect();
-        let (tables, durations) = (tables?, durations.ok()?);
+        let durations = durations.ok()?;
         let own = |lane: usize| if lane < lanes { lane } else { 0 };
-        let impacts = LaneImpacts::new(std::array::from_fn(|lane| &tables[own(lane)]))?;
+        let flight = Flight::new(&mut alone)?;
         for simulator in &mut alone {
             simulator.set_near_miss_limit(0.0);
         }
         Some(Self {
-            impacts,
+            flight,
             motion: LaneMotion::new(system.dimension()),
+            component: phase.component,
             period: phase.period.hi,
             durations: Lanes::from_fn(|lane| durations[own(lane)]),
             used: LaneMask::from_fn(|lane| lane < lanes),
             together: LaneMask::NONE,
-            flown: LaneMask::NONE,
             outcomes: vec![Outcome::Completed; lanes],
             alone,
         })
@@ -98,18 +107,28 @@ impl<'a, const N: usize> LanePeriods<'a, N> {
     pub fn advance(&mut self, record: &mut dyn FnMut(usize, Event<f64>)) -> &[Outcome<f64>] {
         self.join();
         let wanted = self.together;
-        let component = self.impacts.phase();
-        let reference = self.motion.state[component];
-        let (motion, horizon) = (&mut self.motion, self.durations);
-        let left = (self.impacts).fly(motion, wanted, horizon, self.period, record);
-        self.flown |= left.flown;
+        let reference = self.motion.state[self.component];
+        let left = self.fly(wanted, record);
         self.together &= !left.open & !left.contact;
-        let phase = &mut self.motion.state[component];
+        let phase = &mut self.motion.state[self.component];
         *phase = Lanes::select(self.together, reference, *phase);
         if self.together != self.used {
             self.finish_alone(wanted, reference, &left, record);
         }
         &self.outcomes
+    }
+
+    /// Flies the wanted lanes through a period; where that ended early.
+    fn fly(&mut self, wanted: LaneMask<N>, record: EventRecord<'_>) -> LaneLeft<N> {
+        let (motion, horizon) = (&mut self.motion, self.durations);
+        match &mut self.flight {
+            Flight::Exact(impacts) => {
+                let left = impacts.fly(motion, wanted, horizon, self.period, record);
+                motion.lose_headings(left.flown);
+                left
+            }
+            Flight::Taylor(stepping) => stepping.fly(motion, wanted, horizon, record),
+        }
     }
 
     /// The full state of an orbit, counted from 0.
@@ -144,18 +163,19 @@ impl<'a, const N: usize> LanePeriods<'a, N> {
 
     /// Takes an orbit into its lane.
     fn take(&mut self, lane: usize) {
-        let simulator = &self.alone[lane];
+        let (simulator, motion) = (&self.alone[lane], &mut self.motion);
         let own = &simulator.motion;
-        for (state, &value) in self.motion.state.iter_mut().zip(&own.state) {
+        for (state, &value) in motion.state.iter_mut().zip(&own.state) {
             state[lane] = value;
         }
-        self.motion.leaving.set(lane, own.leaving[0].is_some());
-        self.motion.rounding[lane] = own.leaving[0].unwrap_or(0.0);
-        if let Some(tools) = &simulator.affine {
-            self.impacts.put_harmonic(lane, tools.harmonic());
+        motion.leaving.set(lane, own.leaving[0].is_some());
+        motion.rounding[lane] = own.leaving[0].unwrap_or(0.0);
+        motion.rises.set(lane, own.headings[0] == Heading::Rising);
+        motion.falls.set(lane, own.headings[0] == Heading::Falling);
+        if let (Flight::Exact(impacts), Some(tools)) = (&mut self.flight, &simulator.affine) {
+            impacts.put_harmonic(lane, tools.harmonic());
         }
         self.together.set(lane, true);
-        self.flown.set(lane, false);
     }
 
     /// The rest of the period of orbits that have left the lanes, and all of it of those that were not there.
@@ -196,12 +216,32 @@ impl<'a, const N: usize> LanePeriods<'a, N> {
         own.reference_phase = reference;
         let leaving = motion.leaving.holds(lane);
         own.leaving[0] = leaving.then_some(motion.rounding[lane]);
-        if self.flown.holds(lane) {
-            own.lose_headings();
+        own.headings[0] = match (motion.rises.holds(lane), motion.falls.holds(lane)) {
+            (true, _) => Heading::Rising,
+            (_, true) => Heading::Falling,
+            _ => Heading::Unknown,
+        };
+        if let (Flight::Exact(impacts), Some(tools)) = (&self.flight, &mut simulator.affine) {
+            tools.put_harmonic(impacts.harmonic(lane));
         }
-        if let Some(tools) = &mut simulator.affine {
-            tools.put_harmonic(self.impacts.harmonic(lane));
+    }
+}
+
+impl<'a, const N: usize> Flight<'a, N> {
+    /// From the simulators of lanes; lanes without one take the first.
+    fn new(alone: &mut [Simulator<'a, f64>]) -> Option<Self> {
+        let lanes = alone.len();
+        let own = |lane: usize| if lane < lanes { lane } else { 0 };
+        let system = alone[0].system();
+        if system.method() == FlowMethod::Taylor {
+            let parameters = std::array::from_fn(|lane| &alone[own(lane)].parameters[..]);
+            let flow = LaneTaylor::new(system, parameters)?;
+            return Some(Self::Taylor(Box::new(LaneStepping::new(flow, system))));
         }
+        let tables: Option<Vec<_>> = alone.iter_mut().map(Simulator::orbit_tables).collect();
+        let tables = tables?;
+        let impacts = LaneImpacts::new(std::array::from_fn(|lane| &tables[own(lane)]))?;
+        Some(Self::Exact(Box::new(impacts)))
     }
 }
 

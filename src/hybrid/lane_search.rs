@@ -1,6 +1,6 @@
 //! Search of one step in lanes: [`PassageSearch`](super::search::PassageSearch) of several gaps at once.
 //!
-//! One idea: in nearly all steps a gap turns once or not at all, and what follows from that is masked code, with the operations of one number. What
+//! One idea: in nearly all steps a gap turns twice at most, and what follows from that is masked code, with the operations of one number. What
 //! is left is searched gap by gap, so that every lane has the bits of the search of one.
 
 use super::lane_motion::LaneStart;
@@ -60,11 +60,37 @@ struct Alone {
     misses: Vec<(usize, f64)>,
 }
 
-/// Pieces of steps on which gaps are monotone.
+/// Pieces of steps on which gaps are monotone: [`Piece`](super::search::Piece) in lanes.
 #[derive(Clone, Copy)]
 struct LanePiece<const N: usize> {
     left: (Lanes<N>, Lanes<N>),
     right: (Lanes<N>, Lanes<N>),
+    /// Where there is one.
+    exists: LaneMask<N>,
+    falls: LaneMask<N>,
+    /// Where the right end is a stationary point.
+    turns: LaneMask<N>,
+}
+
+impl<const N: usize> LaneGap<'_, N> {
+    /// Times and gaps where they turn, at places in units of the steps; the ends of the steps where they do not.
+    #[inline(always)]
+    fn turn(
+        &self,
+        place: Lanes<N>,
+        turns: LaneMask<N>,
+        end: (Lanes<N>, Lanes<N>),
+    ) -> (Lanes<N>, Lanes<N>) {
+        if !turns.any() {
+            return end;
+        }
+        let time = (place * end.0).min(end.0);
+        let value = polynomial::value(self.value, time);
+        (
+            Lanes::select(turns, time, end.0),
+            Lanes::select(turns, value, end.1),
+        )
+    }
 }
 
 impl<const N: usize> LaneSearch<N> {
@@ -80,57 +106,69 @@ impl<const N: usize> LaneSearch<N> {
     ) -> LanePassage<N> {
         let zero = Lanes::splat(0.0);
         let turning = self.stationary.isolate(gap.slope, length, wanted);
-        let turns = turning.found;
         let first_falls = gap.slope[0].is_below(zero);
         let head = (zero, gap.value[0]);
         let end = (length, polynomial::value(gap.value, length));
-        let mut turn = end;
-        if turns.any() {
-            let time = (turning.place * length).min(length);
-            let value = polynomial::value(gap.value, time);
-            turn = (
-                Lanes::select(turns, time, length),
-                Lanes::select(turns, value, end.1),
-            );
-        }
+        let turns = turning.found;
+        let first = gap.turn(turning.places[0], turns[0], end);
+        let second = gap.turn(turning.places[1], turns[1], end);
+        let (all, none) = (!LaneMask::NONE, LaneMask::NONE);
         let pieces = [
             LanePiece {
                 left: head,
-                right: turn,
+                right: first,
+                exists: all,
+                falls: first_falls,
+                turns: turns[0],
             },
             LanePiece {
-                left: turn,
+                left: first,
+                right: second,
+                exists: turns[0],
+                falls: !first_falls,
+                turns: turns[1],
+            },
+            LanePiece {
+                left: second,
                 right: end,
+                exists: turns[1],
+                falls: first_falls,
+                turns: none,
             },
         ];
         let at_start = start.fell & !first_falls & goal.admits(head.1);
-        let rounding = [
-            pieces[0].is_rounding(&start) | (start.rose & turns & turn.0.is_below(start.within)),
-            pieces[1].is_rounding(&start),
-        ];
-        let crosses = [
-            wanted & pieces[0].crosses() & !goal.minima,
-            wanted & pieces[1].crosses() & !goal.minima & turns,
-        ];
-        let first_crosses = crosses[0] & !rounding[0];
-        let turns_up = first_falls & turns & goal.admits(turn.1);
-        let turned = wanted & (at_start | (turns_up & !rounding[0] & !crosses[0]));
-        let turned_at = Lanes::select(at_start, zero, turn.0);
-        let minimum = turned & goal.stopping;
-        let crossing = (first_crosses | (crosses[1] & !rounding[1])) & !minimum;
         let mut passage = LanePassage {
-            time: Lanes::select(minimum, turned_at, length),
-            minimum,
-            crossing,
-            missed: turned & !minimum,
-            missed_at: turned_at,
-            falls: (first_falls & !turns) | (turns & !first_falls),
+            time: length,
+            minimum: wanted & at_start & goal.stopping,
+            crossing: LaneMask::NONE,
+            missed: wanted & at_start & !goal.stopping,
+            missed_at: zero,
+            falls: (first_falls & (!turns[0] | turns[1])) | (!first_falls & turns[0] & !turns[1]),
         };
+        passage.time = Lanes::select(passage.minimum, zero, passage.time);
         let mut open = turning.open & wanted;
-        let falling = crossing & !open;
-        if falling.any() {
-            let piece = pieces[0].or(first_crosses, &pieces[1]);
-            open |= piece.fall(&gap, length, falling, &mut passage.time);
+        let mut falling = pieces[0];
+        for piece in &pieces {
+            let left = wanted & piece.exists & !passage.minimum & !passage.crossing;
+            if !left.any() {
+                break;
+            }
+            let left = left & !piece.is_rounding(&start);
+            let crosses = left & piece.crosses() & !goal.minima;
+            let lowest = left & !crosses & piece.falls & piece.turns & goal.admits(piece.right.1);
+            let stops = lowest & goal.stopping;
+            let missed = lowest & !stops;
+            open |= missed & passage.missed;
+            passage.missed |= missed;
+            passage.missed_at = Lanes::select(missed, piece.right.0, passage.missed_at);
+            passage.minimum |= stops;
+            passage.time = Lanes::select(stops, piece.right.0, passage.time);
+            passage.crossing |= crosses;
+            falling = piece.or(crosses, &falling);
+        }
+        let crossing = passage.crossing & !open;
+        if crossing.any() {
+            open |= falling.fall(&gap, length, crossing, &mut passage.time);
         }
         passage.missed &= !open;
         self.alone.misses.clear();
@@ -145,6 +183,22 @@ impl<const N: usize> LaneSearch<N> {
     #[inline(always)]
     pub(super) fn further_misses(&self) -> &[(usize, f64)] {
         &self.alone.misses
+    }
+}
+
+impl<const N: usize> LanePassage<N> {
+    /// None on steps of these lengths.
+    #[inline(always)]
+    pub(super) fn none(length: Lanes<N>) -> Self {
+        let none = LaneMask::NONE;
+        Self {
+            time: length,
+            minimum: none,
+            crossing: none,
+            missed: none,
+            missed_at: length,
+            falls: none,
+        }
     }
 }
 
@@ -244,6 +298,7 @@ impl<const N: usize> LanePiece<N> {
         Self {
             left: end(self.left, other.left),
             right: end(self.right, other.right),
+            ..*self
         }
     }
 
@@ -254,12 +309,13 @@ impl<const N: usize> LanePiece<N> {
         right.is_below(Lanes::splat(0.0)) & right.is_below(left)
     }
 
-    /// Where a fall is rounding on the zero just left.
+    /// Where a fall is rounding on the zero just left, or the minimum that the step before ended with.
     #[inline(always)]
     fn is_rounding(&self, start: &LaneStart<N>) -> LaneMask<N> {
         let (left, right) = (self.left.1, self.right.1);
         let on_zero = left.is_at_most(start.rounding) & (-start.rounding).is_at_most(right);
-        start.leaving & on_zero
+        let same = start.rose & self.turns & self.right.0.is_below(start.within);
+        (start.leaving & on_zero) | same
     }
 
     /// Puts times to those at which gaps fall through zero; where they are not found.
@@ -274,7 +330,7 @@ impl<const N: usize> LanePiece<N> {
         let inside = wanted & Lanes::splat(0.0).is_below(self.left.1);
         *times = Lanes::select(wanted & !inside, self.left.0, *times);
         let ends = [self.left.0, self.right.0];
-        let mut search = LaneNewton::new(ends, inside, self.guess(gap), 0.0);
+        let mut search = LaneNewton::new(ends, inside, self.guess(gap), Lanes::splat(0.0));
         let rounding = Lanes::splat(0.25 * <Lanes<N> as Scalar>::ROUNDOFF) * length;
         let least = Lanes::splat(4.0) / length;
         let (mut going, mut open) = (inside, LaneMask::NONE);

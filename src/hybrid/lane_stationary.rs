@@ -1,5 +1,5 @@
-//! The stationary point of gaps in a step, in lanes: [`StationaryPoints`](super::stationary::StationaryPoints) where control
-//! points tell that there is one, or none.
+//! The stationary points of gaps in a step, in lanes: [`StationaryPoints`](super::stationary::StationaryPoints) where control
+//! points tell that there are two at most.
 
 use super::lane_newton::LaneNewton;
 use super::stationary::{LAST_STEP, ROUNDING};
@@ -21,24 +21,39 @@ pub(super) struct LaneStationary<const N: usize> {
 /// Zeros of slopes.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Turning<const N: usize> {
-    /// The zeros, in units of the steps.
-    pub(super) place: Lanes<N>,
-    /// Where there is one, and no other.
-    pub(super) found: LaneMask<N>,
+    /// The zeros, in units of the steps, increasing.
+    pub(super) places: [Lanes<N>; 2],
+    /// Where there is one, and where two; no others.
+    pub(super) found: [LaneMask<N>; 2],
     /// Where nothing is known.
     pub(super) open: LaneMask<N>,
 }
 
-/// Where the control points of slopes change sign.
+/// Where the control points of slopes change sign: [`Signs`](super::stationary::Signs) in lanes.
 struct Signs<const N: usize> {
-    /// About where the slopes are zero.
-    place: Lanes<N>,
-    falling: LaneMask<N>,
-    /// Where there is one change of sign, and where the points tell of no more.
-    change: LaneMask<N>,
-    told: LaneMask<N>,
-    /// Where slopes that start at zero change their sign there.
     from_zero: LaneMask<N>,
+    positive: LaneMask<N>,
+    /// The changes of sign, and where the points tell of no more.
+    changes: [Change<N>; 2],
+    told: LaneMask<N>,
+    points: [Lanes<N>; TERMS],
+}
+
+/// A change of sign between two control points.
+#[derive(Clone, Copy)]
+struct Change<const N: usize> {
+    exists: LaneMask<N>,
+    /// The number of the second of the points, and both.
+    number: Lanes<N>,
+    last: Lanes<N>,
+    next: Lanes<N>,
+}
+
+/// Zeros of slopes between ends, from points inside; the slopes' slopes there.
+struct Refined<const N: usize> {
+    place: Lanes<N>,
+    steepness: Lanes<N>,
+    found: LaneMask<N>,
 }
 
 impl<const N: usize> LaneStationary<N> {
@@ -51,25 +66,49 @@ impl<const N: usize> LaneStationary<N> {
         wanted: LaneMask<N>,
     ) -> Turning<N> {
         let size = sizes(slope, length);
-        let moves = Lanes::splat(0.0).is_below(size) & size.is_below(Lanes::splat(f64::INFINITY));
+        let (zero, one) = (Lanes::splat(0.0), Lanes::splat(1.0));
+        let moves = zero.is_below(size) & size.is_below(Lanes::splat(f64::INFINITY));
         let wanted = wanted & moves;
         let count = self.scale(slope, length, Lanes::splat(1e-18) * size);
-        let one = Lanes::splat(1.0);
         let left_out = sizes(&self.scaled[TERMS..], one) + Lanes::splat(ROUNDING) * size;
         let signs = self.signs(left_out);
-        let (told, turning) = (wanted & signs.told, wanted & signs.told & signs.change);
-        let mut zero = Turning {
-            place: signs.place,
-            found: told & signs.from_zero,
+        let [first, second] = signs.changes;
+        let mut told = wanted & signs.told;
+        let divided = told & (second.exists | (signs.from_zero & first.exists));
+        let mut middle = zero;
+        if divided.any() {
+            middle = signs.middle();
+            let value = polynomial::value(&self.scaled, middle);
+            let is_positive =
+                (signs.from_zero & signs.positive) | !(signs.from_zero | signs.positive);
+            let above = Lanes::select(is_positive, value, -value);
+            told &= !divided | (left_out + left_out).is_below(above);
+        }
+        let at_start = told & signs.from_zero & !signs.positive;
+        let mut turning = Turning {
+            places: [zero; 2],
+            found: [at_start, LaneMask::NONE],
             open: wanted & !told,
         };
-        if turning.any() {
-            let (slope, settled) = self.refine(&mut zero.place, signs.falling, turning);
-            let steep = settled & self.is_steep(slope.abs(), left_out, count);
-            zero.found |= steep;
-            zero.open |= turning & !steep;
+        for (index, change) in signs.changes.iter().enumerate() {
+            let turns = told & change.exists;
+            if !turns.any() {
+                break;
+            }
+            let (after, before, falling) = match index {
+                0 => (signs.from_zero, second.exists, signs.positive),
+                _ => (turns, LaneMask::NONE, !signs.positive),
+            };
+            let ends = [
+                Lanes::select(after, middle, zero),
+                Lanes::select(before, middle, one),
+            ];
+            let refined = self.refine(ends, change.place(), falling, turns);
+            let steep = refined.found & self.is_steep(refined.steepness.abs(), left_out, count);
+            turning.open |= turns & !steep;
+            turning.put(steep, refined.place);
         }
-        zero
+        turning
     }
 
     /// Fills the coefficients in units of the steps, zeros for the last ones where they are below `negligible`; how many
@@ -102,64 +141,72 @@ impl<const N: usize> LaneStationary<N> {
     /// What the control points of the first terms tell, where they are larger than what is left out.
     #[inline(always)]
     fn signs(&self, left_out: Lanes<N>) -> Signs<N> {
-        let zero = Lanes::splat(0.0);
+        let (zero, none) = (Lanes::splat(0.0), LaneMask::NONE);
         let mut first = [zero; TERMS];
         first.copy_from_slice(&self.scaled[..TERMS]);
         let points = control_points(&first);
-        let falling = zero.is_below(points[0]);
-        let (mut before, mut next, mut last) = (zero, zero, points[0]);
-        let (mut same, mut told) = (!LaneMask::NONE, !LaneMask::NONE);
-        let (mut rises, mut falls) = (points[0].is_equal(zero), points[0].is_equal(zero));
+        let from_zero = points[0].is_equal(zero);
+        let positive = zero.is_below(Lanes::select(from_zero, points[1], points[0]));
+        let change = Change {
+            exists: none,
+            number: zero,
+            last: zero,
+            next: zero,
+        };
+        let mut signs = Signs {
+            from_zero,
+            positive,
+            changes: [change; 2],
+            told: !none,
+            points,
+        };
+        let (mut above, mut last) = (positive, points[0]);
         for (index, &point) in points.iter().enumerate() {
-            let (above, below) = (left_out.is_below(point), point.is_below(-left_out));
-            let here = (above & falling) | (below & !falling);
-            let other = (below & falling) | (above & !falling);
-            if index > 0 {
-                rises &= above;
-                falls &= below;
-            }
-            let change = same & !here;
-            same &= here;
-            told &= same | other;
-            next = Lanes::select(change, point, next);
-            before = Lanes::select(change, Lanes::splat(index as f64), before);
-            last = Lanes::select(same, point, last);
+            let (rises, falls) = (left_out.is_below(point), point.is_below(-left_out));
+            let counts = if index > 0 { !none } else { !from_zero };
+            signs.told &= rises | falls | !counts;
+            let changes = counts & ((rises & !above) | (falls & above));
+            let [first, second] = &mut signs.changes;
+            signs.told &= !(changes & (second.exists | (first.exists & from_zero)));
+            second.take(changes & first.exists, index, [last, point]);
+            first.take(changes & !first.exists, index, [last, point]);
+            above = (above & !changes) | (rises & changes);
+            last = point;
         }
-        let place = (before - next / (next - last)) / Lanes::splat((TERMS - 1) as f64);
-        Signs {
-            place: Lanes::select(falls, zero, place),
-            falling,
-            change: !same & !rises & !falls,
-            told: told | rises | falls,
-            from_zero: falls,
-        }
+        signs
     }
 
-    /// Puts zeros in the place of guesses; the slopes there, and where they were found.
+    /// Zeros between ends from points inside.
     #[inline(always)]
     fn refine(
         &self,
-        place: &mut Lanes<N>,
+        ends: [Lanes<N>; 2],
+        start: Lanes<N>,
         falling: LaneMask<N>,
         wanted: LaneMask<N>,
-    ) -> (Lanes<N>, LaneMask<N>) {
-        let ends = [0.0, 1.0].map(Lanes::splat);
-        let mut search = LaneNewton::new(ends, falling, *place, LAST_STEP);
-        let (mut going, mut found, mut steepness) = (wanted, LaneMask::NONE, ends[0]);
+    ) -> Refined<N> {
+        let tolerance = Lanes::splat(LAST_STEP) * ends[1];
+        let mut search = LaneNewton::new(ends, falling, start, tolerance);
+        let mut refined = Refined {
+            place: start,
+            steepness: start,
+            found: LaneMask::NONE,
+        };
+        let mut going = wanted;
         for _ in 0..MAX_NEWTON {
             let (value, slope) = polynomial::value_and_slope(&self.scaled, search.at);
             let step = search.advance(value, slope);
             let settled = going & step.settled;
-            *place = Lanes::select(settled, step.next, *place);
-            steepness = Lanes::select(settled, slope, steepness);
-            found |= settled;
+            refined.place = Lanes::select(settled, step.next, refined.place);
+            refined.steepness = Lanes::select(settled, slope, refined.steepness);
+            refined.found |= settled;
             going &= !step.settled & !step.open;
             if !going.any() {
                 break;
             }
             Lanes::<N>::carried(&mut search);
         }
-        (steepness, found)
+        refined
     }
 
     /// Whether zeros with these slopes have no others beside them, whatever terms up to a bound add to the first ones.
@@ -176,5 +223,56 @@ impl<const N: usize> LaneStationary<N> {
         let eight = Lanes::splat(8.0);
         (eight * bound * left_out).is_below(slope * slope)
             & (eight * count * left_out).is_below(slope)
+    }
+}
+
+impl<const N: usize> Turning<N> {
+    /// Puts further zeros, larger ones.
+    #[inline(always)]
+    fn put(&mut self, wanted: LaneMask<N>, place: Lanes<N>) {
+        let second = wanted & self.found[0];
+        self.places = [
+            Lanes::select(wanted & !second, place, self.places[0]),
+            Lanes::select(second, place, self.places[1]),
+        ];
+        self.found[0] |= wanted;
+        self.found[1] |= second;
+    }
+}
+
+impl<const N: usize> Signs<N> {
+    /// Where the control points between two zeros are largest, the start being one.
+    #[inline(always)]
+    fn middle(&self) -> Lanes<N> {
+        let [first, second] = &self.changes;
+        let one = Lanes::splat(1.0);
+        let from = Lanes::select(self.from_zero, one, first.number);
+        let until = Lanes::select(self.from_zero, first.number, second.number);
+        let (mut largest, mut middle) = (Lanes::splat(0.0), from);
+        for (index, point) in self.points.iter().enumerate() {
+            let number = Lanes::splat(index as f64);
+            let size = point.abs();
+            let larger = from.is_at_most(number) & number.is_below(until) & largest.is_below(size);
+            largest = Lanes::select(larger, size, largest);
+            middle = Lanes::select(larger, number, middle);
+        }
+        middle / Lanes::splat((TERMS - 1) as f64)
+    }
+}
+
+impl<const N: usize> Change<N> {
+    #[inline(always)]
+    fn take(&mut self, wanted: LaneMask<N>, index: usize, [last, next]: [Lanes<N>; 2]) {
+        self.exists |= wanted;
+        self.number = Lanes::select(wanted, Lanes::splat(index as f64), self.number);
+        self.last = Lanes::select(wanted, last, self.last);
+        self.next = Lanes::select(wanted, next, self.next);
+    }
+
+    /// About where the polynomial is zero.
+    #[inline(always)]
+    fn place(&self) -> Lanes<N> {
+        let place = self.number - self.next / (self.next - self.last);
+        place / Lanes::splat((TERMS - 1) as f64)
     }
 }

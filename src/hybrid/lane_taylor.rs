@@ -7,7 +7,7 @@ use super::landing::REDUCED;
 use super::lane_flow::{LaneAsked, LaneFlow, LaneLeap};
 use super::lane_log::LaneLog;
 use super::lane_motion::{LaneMotion, LaneStart};
-use super::lane_search::{LaneGap, LaneGoal, LaneSearch};
+use super::lane_search::{LaneGap, LaneGoal, LanePassage, LaneSearch};
 use super::search;
 use super::sensing::{Evaluator, Sense, Sensor};
 use super::system::{HybridSystem, Law};
@@ -83,12 +83,15 @@ impl<const N: usize> LaneFlow<N> for LaneTaylor<'_, N> {
         let goal = LaneGoal {
             minima: asked.ignoring,
             stopping: asked.stopping,
-            near: f64::INFINITY,
+            near: asked.near,
         };
         let flown = wanted & !open;
-        let watched = flown & !asked.blind;
+        let watched = flown & !asked.blind & !quiet(&step, length, &goal);
         let start = motion.start();
-        let passage = self.search.search(gap, length, start, goal, watched);
+        let passage = match watched.any() {
+            true => self.search.search(gap, length, start, goal, watched),
+            false => LanePassage::none(length),
+        };
         log.miss(passage.missed, motion.time + passage.missed_at);
         for &(lane, time) in self.search.further_misses() {
             let here = LaneMask::from_fn(|other| other == lane);
@@ -211,6 +214,20 @@ fn admissible<const N: usize>(
     let lengths = step.lengths.min(step.watched_lengths(2 * SURFACE));
     motion.last_step = Lanes::select(wanted, lengths, motion.last_step);
     (lengths, wanted & !Lanes::splat(0.0).is_below(step.lengths))
+}
+
+/// Where there is known beforehand to be no event, and no value of interest.
+#[inline(always)]
+fn quiet<const N: usize>(
+    step: &LaneStep<'_, N>,
+    lengths: Lanes<N>,
+    goal: &LaneGoal<N>,
+) -> LaneMask<N> {
+    if goal.near == f64::INFINITY {
+        return LaneMask::NONE;
+    }
+    let bound = step.watched_lower_bounds(2 * SURFACE, lengths);
+    Lanes::splat(goal.near.max(0.0)).is_below(bound) & !goal.minima
 }
 
 /// Coefficients of `sign · p(−s)`.

@@ -26,6 +26,7 @@ mod lane_periods;
 mod lane_returns;
 mod lane_search;
 mod lane_stationary;
+mod lane_stepping;
 mod lane_taylor;
 mod motion;
 mod passage;

@@ -25,6 +25,10 @@ pub(crate) trait Mask:
 
     /// Whether any lane is true.
     fn any(self) -> bool;
+
+    /// Whether a run that goes on where it is true is known to be over: to be asked for one number, and not for lanes, where asking takes
+    /// longer than going on.
+    fn is_over(self) -> bool;
 }
 
 /// A [`Scalar`] that is compared lane by lane.
@@ -34,10 +38,6 @@ pub(crate) trait Branched: Scalar {
     /// As many doubles.
     type Rounded: Branched<Mask = Self::Mask, Rounded = Self::Rounded>;
 
-    /// Keeps what a loop carries from one turn to the next in whole registers.
-    ///
-    /// NOTE: left to itself, the compiler carries lanes one by one, and puts them together in any order at every turn.
-    fn carried<V>(value: &mut V);
     /// The nearest doubles.
     fn rounded(self) -> Self::Rounded;
     /// The same numbers.
@@ -52,8 +52,6 @@ pub(crate) trait Branched: Scalar {
     fn is_equal(self, other: Self) -> Self::Mask;
     /// One where a mask is true, the other where it is false.
     fn select(mask: Self::Mask, one: Self, other: Self) -> Self;
-    /// How many things, of as many at most, have a property before the first that has not.
-    fn leading(count: usize, holds: impl FnMut(usize) -> Self::Mask) -> Self;
     /// The numbers before a place, at it and after it, the outermost ones beyond.
     fn around(numbers: &[Self], place: Self) -> [Self; 3];
 }
@@ -65,14 +63,16 @@ impl Mask for bool {
     fn any(self) -> bool {
         self
     }
+
+    #[inline(always)]
+    fn is_over(self) -> bool {
+        !self
+    }
 }
 
 impl<S: Real> Branched for S {
     type Mask = bool;
     type Rounded = f64;
-
-    #[inline(always)]
-    fn carried<V>(_: &mut V) {}
 
     #[inline(always)]
     fn rounded(self) -> f64 {
@@ -112,15 +112,6 @@ impl<S: Real> Branched for S {
     #[inline(always)]
     fn select(mask: bool, one: Self, other: Self) -> Self {
         if mask { one } else { other }
-    }
-
-    #[inline(always)]
-    fn leading(count: usize, mut holds: impl FnMut(usize) -> bool) -> Self {
-        let mut place = 0;
-        while place < count && holds(place) {
-            place += 1;
-        }
-        S::from_f64(place as f64)
     }
 
     #[inline(always)]
@@ -193,16 +184,16 @@ impl<const N: usize> Mask for LaneMask<N> {
         }
         any != 0
     }
+
+    #[inline(always)]
+    fn is_over(self) -> bool {
+        false
+    }
 }
 
 impl<const N: usize> Branched for Lanes<N> {
     type Mask = LaneMask<N>;
     type Rounded = Self;
-
-    #[inline(always)]
-    fn carried<V>(value: &mut V) {
-        std::hint::black_box(value);
-    }
 
     #[inline(always)]
     fn rounded(self) -> Self {
@@ -243,17 +234,6 @@ impl<const N: usize> Branched for Lanes<N> {
                 other[lane]
             }
         })
-    }
-
-    #[inline(always)]
-    fn leading(count: usize, mut holds: impl FnMut(usize) -> LaneMask<N>) -> Self {
-        let (zero, one) = (Self::splat(0.0), Self::splat(1.0));
-        let (mut leading, mut place) = (!LaneMask::NONE, zero);
-        for number in 0..count {
-            leading &= holds(number);
-            place += Self::select(leading, one, zero);
-        }
-        place
     }
 
     #[inline(always)]
@@ -299,13 +279,13 @@ mod tests {
     fn places_among_lanes_are_those_of_each_number() {
         let columns = [[3.0, 2.0, -1.0, 4.0], [-1.0, 2.0, 1.0, 0.5], [1.0; 4]];
         let lanes: [_; 4] = std::array::from_fn(|row| Lanes(columns.map(|column| column[row])));
-        let leading = Lanes::leading(4, |row| Lanes::splat(0.0).is_below(lanes[row]));
-        assert_eq!(leading, Lanes([2.0, 0.0, 4.0]));
-        let around = Lanes::around(&lanes, leading);
+        let places = Lanes([2.0, 0.0, 4.0]);
+        let around = Lanes::around(&lanes, places);
         for (lane, column) in columns.iter().enumerate() {
-            let place = f64::leading(4, |row| 0.0 < column[row]);
-            assert_eq!(place, leading[lane]);
-            assert_eq!(f64::around(column, place), around.map(|own| own[lane]));
+            assert_eq!(
+                f64::around(column, places[lane]),
+                around.map(|own| own[lane])
+            );
         }
         assert_eq!(f64::around(&columns[0], 0.0), [3.0, 3.0, 2.0]);
     }

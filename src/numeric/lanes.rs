@@ -245,6 +245,11 @@ impl<const N: usize> Scalar for Lanes<N> {
     }
 
     #[inline(always)]
+    fn carried<V>(value: &mut V) {
+        std::hint::black_box(value);
+    }
+
+    #[inline(always)]
     fn dispatch<K: Kernel>(kernel: K) -> K::Output {
         widest(kernel)
     }

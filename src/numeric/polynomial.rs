@@ -20,7 +20,7 @@ use super::{Bracket, Real};
 use bernstein::sign_changes;
 
 pub use control::{TERMS, control_points};
-pub(crate) use evaluation::sizes;
+pub(crate) use evaluation::{lower_bound, sizes};
 pub use evaluation::{size, value, value_and_slope};
 
 /// A local minimum or maximum of a polynomial.

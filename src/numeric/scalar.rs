@@ -74,6 +74,12 @@ pub trait Scalar:
     /// Whether every lane is finite.
     fn is_finite(self) -> bool;
 
+    /// Keeps what a loop carries from one turn to the next in whole registers.
+    ///
+    /// NOTE: left to itself, the compiler carries lanes one by one, and puts them together in any order at every turn.
+    #[inline(always)]
+    fn carried<V>(_: &mut V) {}
+
     /// Runs a kernel on this type with the registers that suit it: the widest of the machine for lanes, with the
     /// same bits.
     #[inline(always)]

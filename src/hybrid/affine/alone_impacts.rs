@@ -3,10 +3,10 @@
 //! One idea: a simulator hands over its motion, and takes it back where the common kind of leaps and impacts ends.
 
 use super::extended::Extended;
-use super::impacts::{Company, Impacts, Left, Progress, Run, SURFACE, Timing};
+use super::impacts::{Company, Impacts, Progress, Run, SURFACE, Timing};
 use super::surface::SurfaceTables;
 use crate::flow::AffineLeaps;
-use crate::hybrid::motion::Motion;
+use crate::hybrid::motion::{Left, Motion};
 use crate::hybrid::passage::Heading;
 use crate::hybrid::simulator::Stop;
 use crate::hybrid::trajectory::{Event, EventKind};

@@ -11,6 +11,7 @@ use super::surface::{FixedSurface, SurfaceTables};
 use crate::flow::{FixedLeaps, FixedVisit, NumberMask, ShapedLeaps};
 use crate::hybrid::chatter::Rebound;
 use crate::hybrid::landing::REDUCED;
+use crate::hybrid::motion::Left;
 use crate::hybrid::response::PASSES;
 use crate::numeric::{Branched, Kernel, Mask, Scalar};
 
@@ -38,29 +39,6 @@ pub(super) struct Progress<S: Branched> {
     /// Whether the surface has just been left, and the rounding of its gap there.
     pub(super) leaving: S::Mask,
     pub(super) rounding: S,
-}
-
-/// How a flight ended that did not reach the horizon.
-#[derive(Clone, Copy, Debug)]
-pub(in crate::hybrid) struct Left<S: Branched> {
-    /// Before a leap that is another matter.
-    pub(in crate::hybrid) open: S::Mask,
-    /// At an impact that is.
-    pub(in crate::hybrid) contact: S::Mask,
-    /// Where a leap was flown.
-    pub(in crate::hybrid) flown: S::Mask,
-}
-
-impl<S: Branched> Left<S> {
-    /// Before the first leap.
-    pub(super) fn at_start(open: S::Mask) -> Self {
-        let (contact, flown) = (S::Mask::NONE, S::Mask::NONE);
-        Self {
-            open,
-            contact,
-            flown,
-        }
-    }
 }
 
 /// What a run of free flights and impacts is given.

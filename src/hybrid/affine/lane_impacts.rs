@@ -3,18 +3,15 @@
 //! One idea: what is not of the common kind leaves the lanes where it begins, and is left to the orbit alone.
 
 use super::extended::Harmonic;
-use super::impacts::{Company, Impacts, Left, Progress, Run, SURFACE, Timing};
+use super::impacts::{Company, Impacts, Progress, Run, SURFACE, Timing};
 use super::lane_harmonics::LaneHarmonics;
 use super::lane_tools::OrbitTables;
 use super::surface::{FixedSurface, SurfaceTables};
 use crate::flow::{FixedLeaps, LaneLeaps};
-use crate::hybrid::lane_motion::LaneMotion;
+use crate::hybrid::lane_motion::{EventRecord, LaneLeft, LaneMotion};
 use crate::hybrid::response::PENETRATES;
 use crate::hybrid::trajectory::{Event, EventKind};
 use crate::numeric::{Branched, LaneMask, Lanes, wide};
-
-/// Takes the events of a lane.
-pub(in crate::hybrid) type EventRecord<'r> = &'r mut dyn FnMut(usize, Event<f64>);
 
 /// What several orbits fly by, and the harmonics where they are.
 #[derive(Clone, Debug)]
@@ -25,9 +22,6 @@ pub(in crate::hybrid) struct LaneImpacts<const N: usize> {
     /// Place of the phase in a state.
     phase: usize,
 }
-
-/// How flights ended that did not reach the horizon.
-pub(in crate::hybrid) type LaneLeft<const N: usize> = Left<Lanes<N>>;
 
 /// The harmonics of several orbits, and who takes their events.
 struct Together<'t, const N: usize> {
@@ -60,11 +54,6 @@ impl<const N: usize> LaneImpacts<N> {
     fn is_fixed<const C: usize, const B: usize>(&self) -> bool {
         FixedLeaps::<_, C, B>::new(&self.leaps).is_some()
             && FixedSurface::<_, C, B>::new(&self.surface).is_some()
-    }
-
-    /// Place of the phase in a state.
-    pub(in crate::hybrid) fn phase(&self) -> usize {
-        self.phase
     }
 
     /// The harmonic of a lane, and the phase at which it is known.

@@ -52,6 +52,24 @@ pub(super) struct Fall<R: Branched> {
     point: R,
 }
 
+/// How many of as many places hold before the first that does not.
+///
+/// NOTE: no function of a closure, which the compiler may leave out of a kernel, for the least machine.
+macro_rules! leading {
+    ($number:ty, $count:expr, $place:ident: $holds:expr) => {{
+        let (zero, one) = (<$number>::zero(), <$number>::one());
+        let (mut run, mut leading) = (!<$number as Branched>::Mask::NONE, zero);
+        for $place in 0..$count {
+            run &= $holds;
+            if run.is_over() {
+                break;
+            }
+            leading += <$number>::select(run, one, zero);
+        }
+        leading
+    }};
+}
+
 impl<R: Branched> Polygon<'_, R> {
     /// Where the polynomial is above a bound; the first point has no say where the polynomial starts on a zero.
     #[inline(always)]
@@ -72,8 +90,9 @@ impl<R: Branched> Polygon<'_, R> {
         let (points, count) = (self.points, self.points.len());
         let mut fall = self.first_fall(self.rounding, on_zero);
         if fall.exists.any() {
-            let below = |place: usize| points[count - 1 - place].is_below(-self.rounding);
-            let below = fall.point + R::leading(count, below);
+            let least = -self.rounding;
+            let below = leading!(R, count, place: points[count - 1 - place].is_below(least));
+            let below = fall.point + below;
             fall.exists &= below.is_equal(R::from_f64(count as f64));
         }
         fall
@@ -83,9 +102,11 @@ impl<R: Branched> Polygon<'_, R> {
     #[inline(always)]
     fn first_fall(&self, bound: R, on_zero: R::Mask) -> Fall<R> {
         let points = self.points;
-        let has_no_say = |place| if place == 0 { on_zero } else { R::Mask::NONE };
-        let point = R::leading(points.len(), |place| {
-            bound.is_below(points[place]) | has_no_say(place)
+        let mut has_no_say = on_zero;
+        let point = leading!(R, points.len(), place: {
+            let holds = bound.is_below(points[place]) | has_no_say;
+            has_no_say = R::Mask::NONE;
+            holds
         });
         let starts = bound.is_below(R::select(on_zero, points[1], points[0]));
         let exists = starts & point.is_below(R::from_f64(points.len() as f64));
@@ -123,15 +144,20 @@ impl<R: Branched> Polygon<'_, R> {
         let flat = at_minimum & is_flat;
         let falls = R::select(flat, second, first).is_below(zero);
         let sign = R::select(falls, -one, one);
-        let along = |pair: usize| sign * (points[pair + 1] - points[pair]);
-        let has_no_say = |pair| if pair == 0 { flat } else { R::Mask::NONE };
-        let turn = R::leading(last, |pair| {
-            rounding.is_below(along(pair)) | has_no_say(pair)
+        let mut has_no_say = flat;
+        let turn = leading!(R, last, pair: {
+            let along = sign * (points[pair + 1] - points[pair]);
+            let holds = rounding.is_below(along) | has_no_say;
+            has_no_say = R::Mask::NONE;
+            holds
         });
         let mut known = R::select(flat, one, zero).is_below(turn);
         let turns = turn.is_below(self.degree());
         if turns.any() {
-            let back = R::leading(last, |pair| rounding.is_below(-along(last - 1 - pair)));
+            let back = leading!(R, last, pair: {
+                let after = last - pair;
+                rounding.is_below(-(sign * (points[after] - points[after - 1])))
+            });
             known &= !turns | (turn + back).is_equal(self.degree());
         }
         Shape {
@@ -187,7 +213,6 @@ impl<R: Branched> Polygon<'_, R> {
 #[inline(always)]
 fn least<R: Branched>(values: &[R], but_first: R::Mask) -> R {
     let infinity = R::from_f64(f64::INFINITY);
-    let smaller = |a: R, b: R| R::select(b.is_below(a), b, a);
     let (chunks, rest) = values.as_chunks::<8>();
     let (mut least, mut first) = ([infinity; 8], but_first);
     if let Some((start, chunks)) = chunks.split_first() {
@@ -209,6 +234,11 @@ fn least<R: Branched>(values: &[R], but_first: R::Mask) -> R {
         smaller(smaller(a, e), smaller(c, g)),
         smaller(smaller(b, f), smaller(d, h)),
     )
+}
+
+#[inline(always)]
+fn smaller<R: Branched>(one: R, other: R) -> R {
+    R::select(other.is_below(one), other, one)
 }
 
 #[cfg(test)]

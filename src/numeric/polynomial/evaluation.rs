@@ -4,6 +4,8 @@
 //! operations that run side by side, in place of one long one. Twelve coefficients, the series of leaps in `f64`, have code
 //! without loops, whose sums stay in registers.
 
+use num_traits::Zero;
+
 use crate::numeric::{Branched, Real, Scalar};
 
 const CHAINS: usize = 4;
@@ -47,6 +49,8 @@ pub fn value_and_slope<S: Scalar>(coefficients: &[S], time: S) -> (S, S) {
             for chunk in chunks.iter().rev() {
                 slopes = continued(&slopes, quartic, &chains);
                 chains = continued(&chains, quartic, chunk);
+                S::carried(&mut slopes);
+                S::carried(&mut chains);
             }
             (chains, slopes)
         }
@@ -75,8 +79,23 @@ pub(crate) fn sizes<S: Branched>(coefficients: &[S], end: S::Rounded) -> S::Roun
         for lane in 0..CHAINS {
             chains[lane] = chains[lane] * quartic + chunk[lane].abs().rounded();
         }
+        S::carried(&mut chains);
     }
     join(&chains, end, square)
+}
+
+/// A lower bound on `[0, end]`: the least value of the first three terms, less the sizes of the others.
+#[inline(always)]
+pub(crate) fn lower_bound<S: Branched>(coefficients: &[S], end: S::Rounded) -> S::Rounded {
+    let zero = S::Rounded::zero();
+    let [first, second, third, rest @ ..] = coefficients else {
+        return S::Rounded::from_f64(f64::NEG_INFINITY);
+    };
+    let [a, b, c] = [first, second, third].map(|value| value.rounded());
+    let at = |time: S::Rounded| (c * time + b) * time + a;
+    let turn = (S::Rounded::from_f64(-0.5) * b / c).max(zero).min(end);
+    let at_turn = S::Rounded::select(zero.is_below(c), at(turn), a);
+    a.min(at(end)).min(at_turn) - sizes(rest, end) * end * end * end
 }
 
 /// One step of all chains.
