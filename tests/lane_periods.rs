@@ -75,6 +75,26 @@ fn agree(mut alone: Vec<Simulator<'_, f64>>, periods: usize) -> [usize; 3] {
     [periods * alone.len(), together, stuck]
 }
 
+/// Flies eight orbits and three both ways, each with one parameter scaled a little more than the one before; more than a share of all
+/// periods is flown in lanes to its end.
+fn agree_and_stay(
+    system: &HybridSystem,
+    model: &Model,
+    [name, scaled]: [&str; 2],
+    by: f64,
+    periods: usize,
+    least: f64,
+) {
+    for count in [LANES, 3] {
+        let [all, together, _] = agree(orbits(system, model, scaled, by, count), periods);
+        println!("{name}, {scaled}: {together} of {all} together");
+        assert!(
+            together as f64 > least * all as f64,
+            "{name}, {scaled}: {together} of {all}"
+        );
+    }
+}
+
 /// The system by its exact flow and by Taylor's method.
 fn systems(model: &Model) -> [HybridSystem; 2] {
     [
@@ -96,14 +116,7 @@ fn periods_in_lanes_are_those_of_single_orbits_to_the_last_bit() {
     ] {
         let model = model(name, &[]);
         let system = HybridSystem::new(&model);
-        for count in [LANES, 3] {
-            let [all, together, _] = agree(orbits(&system, &model, scaled, by, count), 400);
-            println!("{name}, {scaled}: {together} of {all} together");
-            assert!(
-                together as f64 > least * all as f64,
-                "{name}, {scaled}: {together} of {all}"
-            );
-        }
+        agree_and_stay(&system, &model, [name, scaled], by, 400, least);
     }
 }
 
@@ -121,14 +134,7 @@ fn periods_of_taylor_steps_in_lanes_are_those_of_single_orbits_to_the_last_bit()
     ] {
         let model = model(name, overrides);
         let system = HybridSystem::without_exact_flow(&model);
-        for count in [LANES, 3] {
-            let [all, together, _] = agree(orbits(&system, &model, scaled, by, count), 200);
-            println!("{name}, {scaled}: {together} of {all} together");
-            assert!(
-                together as f64 > least * all as f64,
-                "{name}, {scaled}: {together} of {all}"
-            );
-        }
+        agree_and_stay(&system, &model, [name, scaled], by, 200, least);
     }
 }
 
