@@ -1,7 +1,7 @@
 //! Forcing periods in lanes against those of each orbit alone: the same states and events to the last bit, where orbits impact,
 //! chatter, stick and come free again, by exact leaps and by Taylor's method. Machines without wide registers have no lanes.
 
-use grazemap::hybrid::{Event, EventKind, HybridSystem, LanePeriods, Simulator};
+use grazemap::hybrid::{Event, EventKind, HybridSystem, LanePeriods, Outcome, Simulator};
 use grazemap::model::{Model, Scene, catalogue};
 use grazemap::numeric::is_wide;
 
@@ -45,10 +45,25 @@ fn orbits<'s>(
     orbits
 }
 
-/// Flies orbits both ways; how many periods there were, how many were flown in lanes to their ends, and how many stuck.
-fn agree(mut alone: Vec<Simulator<'_, f64>>, periods: usize) -> [usize; 3] {
+/// Periods flown both ways.
+#[derive(Default)]
+struct Flown {
+    all: usize,
+    /// In lanes to their ends.
+    together: usize,
+    /// Times an orbit stuck.
+    stuck: usize,
+    /// Ended early.
+    failed: usize,
+    /// In lanes to their ends after one of the same orbit that ended early.
+    recovered: usize,
+}
+
+/// Flies orbits both ways.
+fn agree(mut alone: Vec<Simulator<'_, f64>>, periods: usize) -> Flown {
     let mut lanes = LanePeriods::<LANES>::new(alone.clone()).expect("one rigid stop at rest");
-    let (mut together, mut stuck) = (0, 0);
+    let mut flown = Flown::default();
+    let mut last = vec![Outcome::Completed; alone.len()];
     let mut events: Vec<Vec<Event<f64>>> = vec![Vec::new(); alone.len()];
     for number in 0..periods {
         events.iter_mut().for_each(Vec::clear);
@@ -65,14 +80,17 @@ fn agree(mut alone: Vec<Simulator<'_, f64>>, periods: usize) -> [usize; 3] {
             assert_eq!(outcomes[orbit], outcome, "{place}");
             assert_eq!(events[orbit], expected, "{place}");
             assert_eq!(lanes.state(orbit), simulator.state(), "{place}");
-            together += usize::from(lanes.is_together(orbit));
-            stuck += expected
-                .iter()
-                .filter(|event| event.kind == EventKind::Stick)
-                .count();
+            let together = lanes.is_together(orbit);
+            flown.all += 1;
+            flown.together += usize::from(together);
+            flown.recovered += usize::from(together && last[orbit] != Outcome::Completed);
+            flown.failed += usize::from(outcome != Outcome::Completed);
+            last[orbit] = outcome;
+            let stuck = |event: &&Event<f64>| event.kind == EventKind::Stick;
+            flown.stuck += expected.iter().filter(stuck).count();
         }
     }
-    [periods * alone.len(), together, stuck]
+    flown
 }
 
 /// Flies eight orbits and three both ways, each with one parameter scaled a little more than the one before; more than a share of all
@@ -86,7 +104,7 @@ fn agree_and_stay(
     least: f64,
 ) {
     for count in [LANES, 3] {
-        let [all, together, _] = agree(orbits(system, model, scaled, by, count), periods);
+        let Flown { all, together, .. } = agree(orbits(system, model, scaled, by, count), periods);
         println!("{name}, {scaled}: {together} of {all} together");
         assert!(
             together as f64 > least * all as f64,
@@ -145,10 +163,35 @@ fn orbits_that_chatter_and_stick_leave_the_lanes_and_come_back() {
     }
     let model = model("linear", &[("delta", -1.0), ("r", 0.3), ("omega", 1.8)]);
     for system in systems(&model) {
-        let [all, together, stuck] = agree(orbits(&system, &model, "alpha", 0.3, LANES), 400);
+        let orbits = orbits(&system, &model, "alpha", 0.3, LANES);
+        let Flown {
+            all,
+            together,
+            stuck,
+            ..
+        } = agree(orbits, 400);
         println!("{together} of {all} together, {stuck} stuck");
         assert!(stuck > 100 && 10 * together > all && together < all);
     }
+}
+
+#[test]
+fn a_period_after_one_that_failed_says_how_it_ended_itself() {
+    if !is_wide() {
+        return;
+    }
+    let model = model("linear", &[("delta", -1.0), ("r", 0.3), ("omega", 1.8)]);
+    let system = HybridSystem::new(&model);
+    let mut orbits = orbits(&system, &model, "alpha", 0.3, LANES);
+    for orbit in &mut orbits {
+        // Few enough that orbits fail where they slide, and only there.
+        orbit.set_step_limit(2);
+    }
+    let Flown {
+        failed, recovered, ..
+    } = agree(orbits, 400);
+    println!("{failed} failed, {recovered} recovered");
+    assert!(failed > 100 && recovered >= 5);
 }
 
 #[test]

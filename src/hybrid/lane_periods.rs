@@ -15,7 +15,8 @@ use crate::numeric::{Branched, LaneMask, Lanes, Mask, is_wide};
 
 /// Direct simulation of up to `N` orbits by forcing periods, contacts alone asked for: [`Simulator::advance_period`] in lanes.
 ///
-/// It is for systems with one rigid surface; where free flight is affine, of one mass or two under one force, at a stop at rest.
+/// It is for systems with one rigid surface; where free flight is affine, of one mass or two under one force, at a stop at rest. The
+/// simulators' limits on steps hold for what is flown alone; lanes have their own, after which an orbit flies on alone.
 ///
 /// ```
 /// use grazemap::hybrid::{HybridSystem, LanePeriods, Simulator};
@@ -175,6 +176,7 @@ impl<'a, const N: usize> LanePeriods<'a, N> {
         if let (Flight::Exact(impacts), Some(tools)) = (&mut self.flight, &simulator.affine) {
             impacts.put_harmonic(lane, tools.harmonic());
         }
+        self.outcomes[lane] = Outcome::Completed;
         self.together.set(lane, true);
     }
 
