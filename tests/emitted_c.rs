@@ -268,15 +268,19 @@ fn an_orbit_that_leaves_says_so() {
         "#include <stdio.h>\n#include \"{file}\"
 int main(void)
 {{
-    const double parameters[] = {{0.0, 0.0}};
-    double state[] = {{1e3, 0.0}};
-    leaving_attractor found = leaving_settle(parameters, state, 50, 3, 1e-9);
-    printf(\"%d %lld %d\\n\", found.period, found.left, leaving_inside(state, parameters));
+    const double window[] = LEAVING_WINDOW_PARAMETERS;
+    const double parameters[][2] = {{{{0.0, 0.0}}, {{0.0, 0.0}}, {{1.1 * window[0], 0.0}}}};
+    double states[][2] = {{{{1e3, 0.0}}, {{0.0, 0.0}}, {{0.0, 0.0}}}};
+    for (int n = 0; n < 3; n++) {{
+        leaving_attractor found = leaving_settle(parameters[n], states[n], n == 0 ? 50 : 1, n == 0 ? 3 : 0, 1e-9);
+        printf(\"%d %lld %d\\n\", found.period, found.left, leaving_inside(states[n], parameters[n]));
+    }}
     return 0;
 }}
 "
     );
-    assert_eq!(run(&program, folder.path()), [[-1.0, 1.0, 0.0]]);
+    let escaped_inside_and_beyond = [[-1.0, 1.0, 0.0], [0.0, 0.0, 1.0], [0.0, 1.0, 0.0]];
+    assert_eq!(run(&program, folder.path()), escaped_inside_and_beyond);
 }
 
 #[test]

@@ -8,7 +8,7 @@ use super::module::EmitOptions;
 use super::names::number_literal;
 use super::printing::{PrintedKernel, print};
 use super::pruning::PruneReport;
-use crate::expansion::{LocalMap, MapKernel, MapWindow};
+use crate::expansion::{LocalMap, MapKernel};
 use crate::jet::kernel::{Kernel, SplitKernel};
 
 /// What the templates lay out: a map, its kernels and its constants, as text of the target's language.
@@ -90,7 +90,8 @@ pub(super) fn arrange(
         window_depth: language.half_width(map.window.depth)?,
         window_state: half_widths(language, &map.window.state)?,
         window_parameters: half_widths(language, &map.window.parameter)?,
-        inside: inside(language, &map.window)?,
+        inside_state: inside(language, "state", &map.window.state)?,
+        inside_parameters: inside(language, "parameters", &map.window.parameter)?,
         tolerance: language.optional("the tolerance", options.tolerance)?,
         measured_error: language.optional("the measured error", options.measured_error)?,
         prepare_outputs: prepare.outputs,
@@ -120,24 +121,19 @@ fn half_widths(language: Language, values: &[f64]) -> Result<Vec<String>, Emissi
         .collect()
 }
 
-/// Conditions in C that state and parameters lie in the window, false for a NaN; unbounded widths have none but that.
-fn inside(language: Language, window: &MapWindow) -> Result<Vec<String>, EmissionError> {
-    let named = |name: &'static str, widths: &[f64]| {
-        let condition = |(number, &width): (usize, &f64)| {
-            if width == f64::INFINITY {
-                return Ok(format!("{name}[{number}] == {name}[{number}]"));
-            }
-            let literal = language.half_width(width)?;
-            let suffix = language.suffix();
-            Ok(format!("fabs{suffix}({name}[{number}]) <= {literal}"))
-        };
-        widths
-            .iter()
-            .enumerate()
-            .map(condition)
-            .collect::<Result<Vec<_>, EmissionError>>()
+/// Conditions in C that the numbers of an array lie within these half-widths, false for a NaN; unbounded widths have none but that.
+fn inside(
+    language: Language,
+    array: &str,
+    half_widths: &[f64],
+) -> Result<Vec<String>, EmissionError> {
+    let condition = |(number, &width): (usize, &f64)| {
+        if width == f64::INFINITY {
+            return Ok(format!("{array}[{number}] == {array}[{number}]"));
+        }
+        let literal = language.half_width(width)?;
+        let suffix = language.suffix();
+        Ok(format!("fabs{suffix}({array}[{number}]) <= {literal}"))
     };
-    let mut conditions = named("state", &window.state)?;
-    conditions.extend(named("parameters", &window.parameter)?);
-    Ok(conditions)
+    half_widths.iter().enumerate().map(condition).collect()
 }

@@ -73,10 +73,12 @@ impl Language {
             Operation::Add(..) => format!("{} + {}", operands[0], operands[1]),
             Operation::Multiply(..) => format!("{} * {}", operands[0], operands[1]),
             Operation::MultiplyAdd(..) => call("fma", "GRAZEMAP_FMA", &suffix.to_uppercase()),
-            Operation::RootOfPositivePart(_) => format!(
-                "sqrt{suffix}({})",
-                call("positive_part", "grazemap_positive_part", suffix)
-            ),
+            Operation::RootOfPositivePart(_) => match self.target {
+                Target::Rust => format!("sqrt(positive_part({}))", operands[0]),
+                Target::C | Target::Cuda => {
+                    format!("grazemap_root_of_positive_part{suffix}({})", operands[0])
+                }
+            },
             Operation::HalfReciprocal(_) => {
                 call("half_reciprocal", "grazemap_half_reciprocal", suffix)
             }

@@ -36,8 +36,10 @@ pub(super) struct MapLayout {
     pub(super) window_depth: String,
     pub(super) window_state: Vec<String>,
     pub(super) window_parameters: Vec<String>,
-    /// Conditions in C that a point lies in the window.
-    pub(super) inside: Vec<String>,
+    /// Conditions in C that a state lies in the window.
+    pub(super) inside_state: Vec<String>,
+    /// Conditions in C that parameters lie in the window.
+    pub(super) inside_parameters: Vec<String>,
     pub(super) tolerance: String,
     pub(super) measured_error: String,
     pub(super) prepare_statements: Vec<String>,
