@@ -12,7 +12,7 @@ use crate::convergence::{ConvergenceError, Limit};
 use crate::emission::EmissionError;
 use crate::expansion::ExpansionError;
 use crate::model::{SceneError, SceneHeadline};
-use crate::numeric::FloatFormat;
+use crate::numeric::{FloatFormat, Shown};
 use crate::orbit::{CurveEnd, NotLocated, OrbitError};
 use crate::report::{ReportError, limit_words};
 
@@ -101,7 +101,9 @@ pub(super) enum CliError {
     NotFinite { flag: &'static str, value: f64 },
     /// A grazing curve that ended before its goal.
     #[error(
-        "the grazing curve did not reach {parameter} = {goal}: {end}; its last point is at {parameter} = {last}"
+        "the grazing curve did not reach {parameter} = {}: {end}; its last point is at {parameter} = {}",
+        Shown(*goal),
+        Shown(*last)
     )]
     CurveEnded {
         parameter: String,
