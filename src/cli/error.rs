@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use miette::{GraphicalReportHandler, GraphicalTheme};
 
-use super::output::note;
+use super::output::{Destination, note};
 use crate::analysis::periodic::ItineraryError;
 use crate::analysis::{AnalysisError, DirectEnd};
 use crate::convergence::{ConvergenceError, Limit};
@@ -48,6 +48,9 @@ pub(super) enum CliError {
     /// A command without a table was asked for one.
     #[error("`grazemap {command}` has no table; use --json")]
     NoTable { command: &'static str },
+    /// JSON and table in one place, where one would be lost.
+    #[error("--json and --csv both write to {place}; name another place for one of them")]
+    OnePlace { place: Destination },
     /// A name that the output already uses.
     #[error(
         "`{name}` names a {kind} of the scene and the depth variable of the expansion; rename the {kind}"
