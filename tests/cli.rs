@@ -6,6 +6,8 @@ mod emission;
 mod images;
 #[path = "cli/orbits.rs"]
 mod orbits;
+#[path = "cli/outputs.rs"]
+mod outputs;
 #[path = "cli/wrong_calls.rs"]
 mod wrong_calls;
 

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
+use super::error::CliError;
 use super::orbits_arguments::OrbitsArguments;
 use super::output::Destination;
 use crate::analysis::{Precision, Using};
@@ -55,6 +56,41 @@ pub(super) enum Command {
     Orbits(OrbitsArguments),
 }
 
+impl Arguments {
+    /// The command's name, its common options, and whether it has a table; `None` of `new`, which has none of them.
+    fn outputs(&self) -> Option<(&'static str, &Common, bool)> {
+        Some(match self.command.as_ref() {
+            None => ("run", &self.common, false),
+            Some(Command::Run(options)) => ("run", &options.common, false),
+            Some(Command::New(_)) => return None,
+            Some(Command::Check(options)) => ("check", &options.common, false),
+            Some(Command::Locate(options)) => ("locate", &options.common, false),
+            Some(Command::Curve(options)) => ("curve", &options.scene.common, true),
+            Some(Command::Expand(options)) => ("expand", &options.common, true),
+            Some(Command::Emit(options)) => ("emit", &options.common, false),
+            Some(Command::Image(options)) => ("image", &options.scene.common, true),
+            Some(Command::Converge(options)) => ("converge", &options.common, true),
+            Some(Command::Diagram(options)) => ("diagram", &options.common, true),
+            Some(Command::Chart(options)) => ("chart", &options.common, true),
+            Some(Command::Orbits(options)) => ("orbits", &options.scene.common, true),
+        })
+    }
+
+    /// Refuses, before anything is computed, a table that a command does not have and two results in one place.
+    pub(super) fn refuse_lost_output(&self) -> Result<(), CliError> {
+        let Some((command, common, has_table)) = self.outputs() else {
+            return Ok(());
+        };
+        match (&common.json, &common.csv) {
+            (_, Some(_)) if !has_table => Err(CliError::NoTable { command }),
+            (Some(json), Some(csv)) if json == csv => Err(CliError::OnePlace {
+                place: json.clone(),
+            }),
+            _ => Ok(()),
+        }
+    }
+}
+
 /// Options every command understands.
 #[derive(Clone, Debug, Default, Args)]
 pub(super) struct Common {
@@ -71,7 +107,7 @@ pub(super) struct Common {
     #[arg(short = 'o', long = "output", value_name = "DIR")]
     pub(super) output: Option<PathBuf>,
     /// Threads to compute with; default: all cores
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub(super) threads: Option<u16>,
     /// Say nothing but errors
     #[arg(short = 'q', long = "quiet")]
@@ -98,7 +134,7 @@ pub(super) struct ConvergeOptions {
     #[arg(long, conflicts_with_all = ["scene", "set"])]
     pub(super) extremes: bool,
     /// Fresh points at which the chosen map is compared with direct simulation
-    #[arg(long, value_name = "N", default_value_t = 1000, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, default_value_t = 1000, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     pub(super) fresh: u32,
     #[command(flatten)]
     pub(super) common: Common,
@@ -119,7 +155,7 @@ pub(super) struct CurveArguments {
     #[arg(long, value_name = "B", allow_negative_numbers = true)]
     pub(super) to: f64,
     /// Follow xi_1 to xi_N
-    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=64))]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=64))]
     pub(super) xi: u16,
 }
 
@@ -178,7 +214,7 @@ pub(super) struct ImageOptions {
     #[arg(long, value_enum, default_value_t = UsingArgument::Map)]
     pub(super) using: UsingArgument,
     /// Images per row
-    #[arg(long, value_name = "K", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=10_000_000))]
+    #[arg(long, value_name = "K", allow_negative_numbers = true, default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=10_000_000))]
     pub(super) iterations: u32,
     /// The numbers to compute with
     #[arg(long, value_enum, default_value_t = PrecisionArgument::F64)]

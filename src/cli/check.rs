@@ -5,7 +5,7 @@ use serde::Serialize;
 use super::arguments::SceneOptions;
 use super::error::CliError;
 use super::output::Results;
-use super::prepare::prepare;
+use super::prepare::{prepare, refuse_frozen_sweeps};
 use crate::model::Scene;
 use crate::report::to_json;
 
@@ -21,11 +21,13 @@ struct Summary<'a> {
     surfaces: Vec<&'a str>,
     active: Vec<&'a str>,
     diagrams: usize,
+    charts: usize,
     warnings: &'a [String],
 }
 
 pub(super) fn run(options: &SceneOptions) -> Result<(), CliError> {
     let loaded = prepare(options)?;
+    refuse_frozen_sweeps(&loaded.scene)?;
     let summary = Summary::new(&loaded.scene);
     let text = format!("{}: no fault found\n{}\n", loaded.name, summary.words());
     let results = Results::named("check", text, to_json(&summary)?, None);
@@ -54,6 +56,7 @@ impl<'a> Summary<'a> {
                 .collect(),
             active: scene.expansion.active.iter().map(parameter).collect(),
             diagrams: scene.diagrams.len(),
+            charts: scene.charts.len(),
             warnings: &scene.warnings,
         }
     }
@@ -61,13 +64,14 @@ impl<'a> Summary<'a> {
     fn words(&self) -> String {
         let phase = self.phase.map_or("none".to_owned(), str::to_owned);
         format!(
-            "  model       {}\n  states      {}\n  phase       {phase}\n  parameters  {}\n  surfaces    {}\n  active      {}\n  diagrams    {}",
+            "  model       {}\n  states      {}\n  phase       {phase}\n  parameters  {}\n  surfaces    {}\n  active      {}\n  diagrams    {}\n  charts      {}",
             self.model,
             self.states.join(", "),
             self.parameters.join(", "),
             self.surfaces.join(", "),
             self.active.join(", "),
             self.diagrams,
+            self.charts,
         )
     }
 }

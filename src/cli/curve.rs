@@ -2,9 +2,10 @@
 
 use super::arguments::CurveArguments;
 use super::error::CliError;
-use super::output::Results;
+use super::output::{Results, counted};
 use super::prepare::{nearest_of, prepare};
 use crate::model::Model;
+use crate::numeric::Shown;
 use crate::orbit::{CurveEnd, CurveOptions, CurveOutcome, GrazingCurve, curve};
 use crate::report::{CurveDocument, to_dense_json};
 
@@ -75,7 +76,11 @@ fn parameter(model: &Model, name: &str) -> Result<usize, CliError> {
 
 /// How the curve went, as a person reads it.
 fn text(document: &CurveDocument, curve: &GrazingCurve) -> String {
-    let mut text = format!("{} points; {}\n", curve.points.len(), document.end);
+    let mut text = format!(
+        "{}; {}\n",
+        counted(curve.points.len(), "point"),
+        document.end
+    );
     let several = document
         .points
         .iter()
@@ -113,7 +118,7 @@ fn text(document: &CurveDocument, curve: &GrazingCurve) -> String {
 fn pairs(parameters: &[(String, f64)]) -> String {
     let pairs: Vec<String> = parameters
         .iter()
-        .map(|(name, value)| format!("{name} = {value:.12}"))
+        .map(|(name, value)| format!("{name} = {:.12}", Shown(*value)))
         .collect();
     pairs.join(", ")
 }

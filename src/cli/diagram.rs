@@ -2,7 +2,7 @@
 
 use super::arguments::SceneOptions;
 use super::error::CliError;
-use super::output::{Results, stem};
+use super::output::{Results, note, stem};
 use super::prepare::{grazing_orbit, prepare, settle};
 use super::progress::Bar;
 use super::window_edge::{ByMap, local_map};
@@ -27,6 +27,7 @@ pub(super) fn run(options: &SceneOptions) -> Result<(), CliError> {
     let bar = Bar::new("diagram", &options.common);
     let diagrams = diagrams(&settled.scene, &settled.orbit, &map, &bar)?;
     drop(bar);
+    warn_of_values(&diagrams, options.common.quiet);
     results(&diagrams, &edges, &SectionDocument::settled(&settled))?
         .deliver("diagram", &options.common)
 }
@@ -40,6 +41,23 @@ pub(super) fn diagrams(
 ) -> Result<Vec<Diagram>, CliError> {
     let compute = |request| Ok(diagram(scene, orbit, map, request, progress)?);
     scene.diagrams.iter().map(compute).collect()
+}
+
+/// Says where an observable was no finite number: nothing is drawn there.
+pub(super) fn warn_of_values(diagrams: &[Diagram], quiet: bool) {
+    for diagram in diagrams.iter().filter(|_| !quiet) {
+        let points = diagram.sweeps.iter().flat_map(|sweep| &sweep.points);
+        let values = points.flat_map(|point| &point.values);
+        let lost = values.clone().filter(|value| !value.is_finite()).count();
+        if lost > 0 {
+            note(&format!(
+                "warning: `{}` over {} is not finite at {lost} of {} iterates; nothing is drawn there",
+                diagram.observable,
+                diagram.parameter,
+                values.count()
+            ));
+        }
+    }
 }
 
 /// The diagrams as text, data and pictures; times only in the text and in the JSON on request.

@@ -7,7 +7,7 @@ use serde::Serialize;
 use super::arguments::{EmitArguments, SceneOptions};
 use super::error::CliError;
 use super::expand::{Expanded, expand};
-use super::output::{Results, print};
+use super::output::{Results, counted, print};
 use super::prepare::{Plan, grazing_orbit, plan, prepare, settle};
 use crate::convergence::{Choice, measured_error};
 use crate::emission::{
@@ -248,11 +248,11 @@ pub(super) fn write_crate(emitted: &EmittedCrate, folder: &Path) -> Result<(), C
 fn check(emitted: &EmittedCrate, folder: &Path, quiet: bool) -> Result<(), CliError> {
     let differences = emitted.check(folder);
     if differences.is_empty() {
-        let said = format!(
-            "{}: {} files as they would be emitted now\n",
-            folder.display(),
-            emitted.files.len()
-        );
+        let they = match emitted.files.len() {
+            1 => "1 file as it".to_owned(),
+            count => format!("{count} files as they"),
+        };
+        let said = format!("{}: {they} would be emitted now\n", folder.display());
         return if quiet { Ok(()) } else { print(&said) };
     }
     let list: Vec<String> = differences
@@ -284,8 +284,8 @@ fn summary(modules: &[EmittedModule], beside: Vec<Beside>, emitted: &EmittedCrat
 
 fn text(modules: &[EmittedModule], emitted: &EmittedCrate, folder: &Path) -> String {
     let mut text = format!(
-        "wrote {} files to {}\n",
-        emitted.files.len(),
+        "wrote {} to {}\n",
+        counted(emitted.files.len(), "file"),
         folder.display()
     );
     for module in modules {

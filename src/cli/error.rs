@@ -5,14 +5,14 @@ use std::path::PathBuf;
 
 use miette::{GraphicalReportHandler, GraphicalTheme};
 
-use super::output::note;
+use super::output::{Destination, note};
 use crate::analysis::periodic::ItineraryError;
 use crate::analysis::{AnalysisError, DirectEnd};
 use crate::convergence::{ConvergenceError, Limit};
 use crate::emission::EmissionError;
 use crate::expansion::ExpansionError;
 use crate::model::{SceneError, SceneHeadline};
-use crate::numeric::FloatFormat;
+use crate::numeric::{FloatFormat, Shown};
 use crate::orbit::{CurveEnd, NotLocated, OrbitError};
 use crate::report::{ReportError, limit_words};
 
@@ -48,6 +48,9 @@ pub(super) enum CliError {
     /// A command without a table was asked for one.
     #[error("`grazemap {command}` has no table; use --json")]
     NoTable { command: &'static str },
+    /// JSON and table in one place, where one would be lost.
+    #[error("--json and --csv both write to {place}; name another place for one of them")]
+    OnePlace { place: Destination },
     /// A name that the output already uses.
     #[error(
         "`{name}` names a {kind} of the scene and the depth variable of the expansion; rename the {kind}"
@@ -101,7 +104,9 @@ pub(super) enum CliError {
     NotFinite { flag: &'static str, value: f64 },
     /// A grazing curve that ended before its goal.
     #[error(
-        "the grazing curve did not reach {parameter} = {goal}: {end}; its last point is at {parameter} = {last}"
+        "the grazing curve did not reach {parameter} = {}: {end}; its last point is at {parameter} = {}",
+        Shown(*goal),
+        Shown(*last)
     )]
     CurveEnded {
         parameter: String,

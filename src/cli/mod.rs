@@ -61,6 +61,7 @@ pub fn run_with(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
 }
 
 fn dispatch(arguments: Arguments) -> Result<(), CliError> {
+    arguments.refuse_lost_output()?;
     match arguments.command {
         Some(Command::New(options)) => new::run(&options),
         Some(Command::Check(options)) => check::run(&options),

@@ -14,7 +14,7 @@ pub(super) struct OrbitsArguments {
     #[arg(long, value_name = "NAME=OFFSET,...", value_parser = ParameterOffsets::parse)]
     pub(super) at: Vec<ParameterOffsets>,
     /// Look for all itineraries of periods up to N returns. Default: 4, with several passages 4 passages
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(1..=12))]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = clap::value_parser!(u8).range(1..=12))]
     pub(super) period: Option<u8>,
     /// Look for this itinerary: 1 for contact, 0 for none, passage by passage and return by return (`100`); may be repeated
     #[arg(long, value_name = "DIGITS", conflicts_with = "period")]
@@ -53,7 +53,7 @@ pub(super) struct OrbitsArguments {
     )]
     pub(super) to: Option<f64>,
     /// How many offsets
-    #[arg(long, value_name = "N", default_value_t = 21, requires = "plane", value_parser = clap::value_parser!(u16).range(2..=10_000))]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, default_value_t = 21, requires = "plane", value_parser = clap::value_parser!(u16).range(2..=10_000))]
     pub(super) points: u16,
 }
 

@@ -1,5 +1,6 @@
 //! Where results go: files that are whole or absent, or standard output.
 
+use std::fmt;
 use std::io::{self, Write};
 use std::path::PathBuf;
 
@@ -14,6 +15,15 @@ pub(super) enum Destination {
     Standard,
     /// A file.
     File(PathBuf),
+}
+
+impl fmt::Display for Destination {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Standard => formatter.write_str("standard output"),
+            Self::File(path) => write!(formatter, "{}", path.display()),
+        }
+    }
 }
 
 impl Destination {
@@ -92,6 +102,12 @@ pub(super) fn stem(name: &str, number: usize, count: usize) -> String {
         1 => name.to_owned(),
         _ => format!("{name}-{}", number + 1),
     }
+}
+
+/// A number of things, in words: `1 file`, `2 files`.
+pub(super) fn counted(count: usize, thing: &str) -> String {
+    let plural = if count == 1 { "" } else { "s" };
+    format!("{count} {thing}{plural}")
 }
 
 /// Writes to standard output; a reader that has gone away is no fault.

@@ -5,6 +5,7 @@ use std::path::Path;
 use super::arguments::{Common, SceneOptions};
 use super::error::CliError;
 use super::output::note;
+use crate::analysis::AnalysisError;
 use crate::convergence::{Choice, SettledScene, choose_orders, settle_section};
 use crate::expansion::{Expander, LocalMap, MapOrders};
 use crate::model::{Orders, Scene, Shape, catalogue};
@@ -77,6 +78,19 @@ pub(super) fn nearest_of<'a>(name: &str, known: impl Iterator<Item = &'a str>) -
     let distance = |known: &&str| strsim::damerau_levenshtein(name, known);
     let near = known.min_by_key(distance)?;
     (distance(&near) <= 1 + name.chars().count() / 4).then(|| near.to_owned())
+}
+
+/// Refuses diagrams and charts of parameters that the map does not keep, before anything is computed for them.
+pub(super) fn refuse_frozen_sweeps(scene: &Scene) -> Result<(), CliError> {
+    let diagrams = scene.diagrams.iter().map(|diagram| diagram.parameter);
+    let charts = scene.charts.iter().flat_map(|chart| chart.parameters);
+    let frozen = diagrams
+        .chain(charts)
+        .find(|swept| !scene.expansion.active.contains(swept));
+    frozen.map_or(Ok(()), |swept| {
+        let parameter = scene.model.parameters[swept].name.clone();
+        Err(AnalysisError::NotActive { parameter }.into())
+    })
 }
 
 /// The grazing orbit of a scene.

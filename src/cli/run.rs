@@ -8,12 +8,12 @@ use serde::Serialize;
 use super::arguments::{Common, SceneOptions};
 use super::chart::{chart_files, charts};
 use super::converge::convergence_files;
-use super::diagram::{diagram_files, diagrams};
+use super::diagram::{diagram_files, diagrams, warn_of_values};
 use super::emit::{Measurement, emit, write_crate};
 use super::error::CliError;
 use super::expand::expand;
 use super::output::{Results, note};
-use super::prepare::{Loaded, grazing_orbit, plan, prepare, settle};
+use super::prepare::{Loaded, grazing_orbit, plan, prepare, refuse_frozen_sweeps, settle};
 use super::progress::Bar;
 use crate::analysis::chart::Chart;
 use crate::analysis::diagram::{Diagram, Sweep, SweepHeading};
@@ -80,6 +80,7 @@ pub(super) fn built_in(common: &Common) -> Result<(), CliError> {
 pub(super) fn run(options: &SceneOptions) -> Result<(), CliError> {
     let mut clock = Clock::new(options.common.quiet);
     let loaded = prepare(options)?;
+    refuse_frozen_sweeps(&loaded.scene)?;
     let folder = OutputFolder::create(
         options
             .common
@@ -133,6 +134,7 @@ pub(super) fn run(options: &SceneOptions) -> Result<(), CliError> {
     let bar = Bar::new("diagram", &options.common);
     let diagrams = clock.time("diagrams", || diagrams(scene, orbit, &expanded.map, &bar))?;
     drop(bar);
+    warn_of_values(&diagrams, options.common.quiet);
     let untimed: Vec<Diagram> = diagrams.iter().map(Diagram::without_timing).collect();
     for (name, bytes) in diagram_files(&untimed, &expanded.window_edges, &plan.section)? {
         folder.write(&name, bytes)?;

@@ -29,7 +29,7 @@ pub enum SceneProblem {
         reason: String,
     },
     /// An override that names no place of the scene.
-    #[error("cannot set `{key}`: `{part}` {reason}")]
+    #[error("cannot set `{key}`: `{part}` {reason}{}", .nearest.as_ref().map_or(String::new(), |name| format!(" (did you mean `{name}`?)")))]
     Override {
         /// The whole key.
         key: String,
@@ -37,6 +37,8 @@ pub enum SceneProblem {
         part: String,
         /// Why.
         reason: OverrideReason,
+        /// The nearest parameter, where none has the name.
+        nearest: Option<String>,
     },
     /// A fault inside an expression.
     #[error(transparent)]
@@ -245,6 +247,16 @@ pub enum SceneProblem {
         /// The key.
         key: String,
         /// Cells asked for.
+        found: u64,
+        /// Most accepted.
+        most: u64,
+    },
+    /// A diagram that keeps more values than fit into memory.
+    #[error("`{key}` asks for {found} iterates at all points together, at most {most} are kept")]
+    DiagramValues {
+        /// The key.
+        key: String,
+        /// Values asked for.
         found: u64,
         /// Most accepted.
         most: u64,

@@ -19,6 +19,7 @@ pub mod polynomial;
 #[cfg(test)]
 mod sampling;
 mod scalar;
+mod shown;
 mod sine;
 
 pub use bracket::{Bracket, BracketOutcome, NewtonStep, NewtonSteps};
@@ -32,3 +33,4 @@ pub use float::FloatFormat;
 pub use lanes::Lanes;
 pub(crate) use lanes::one_by_one;
 pub use scalar::{Real, Scalar};
+pub use shown::Shown;

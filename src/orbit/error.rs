@@ -2,7 +2,7 @@
 
 use crate::flow::FlowError;
 use crate::jet::JetError;
-use crate::numeric::NumericError;
+use crate::numeric::{NumericError, Shown};
 
 /// Wrong input to the location of a grazing orbit.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -56,7 +56,7 @@ pub enum OrbitError {
     )]
     AutonomousWithoutGuess,
     /// The forcing does not advance.
-    #[error("the phase must advance: its rate is {rate:e}")]
+    #[error("the phase must advance: its rate is {}", Shown(*rate))]
     PhaseRate {
         /// The rate at the scene's parameters.
         rate: f64,

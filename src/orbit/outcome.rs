@@ -3,6 +3,7 @@
 use std::fmt;
 
 use super::point::GrazingOrbit;
+use crate::numeric::Shown;
 
 /// How the search for a grazing orbit ended.
 #[derive(Clone, Debug, PartialEq)]
@@ -32,7 +33,9 @@ impl Location {
 pub enum NotLocated {
     /// The free flow has no periodic orbit that shooting could find.
     #[error(
-        "no periodic orbit of the free flow found at {parameter} = {value}: after {periods} periods a period still moves the state by {change:.3e}"
+        "no periodic orbit of the free flow found at {parameter} = {}: {}",
+        Shown(*value),
+        unsettled(*periods, *change)
     )]
     NoPeriodicOrbit {
         /// Name of the adjusted parameter.
@@ -46,7 +49,8 @@ pub enum NotLocated {
     },
     /// The periodic orbit does not come to touch the surface.
     #[error(
-        "the periodic orbit never touches `{surface}`: over {tried} values of {parameter} its closest approach was h = {clearance:.6e}, at {parameter} = {value}"
+        "the periodic orbit never touches `{surface}`: over {tried} values of {parameter} its closest approach was h = {clearance:.6e}, at {parameter} = {}; where several orbits coexist, another value of {parameter} in the scene or a `guess` starts from another one",
+        Shown(*value)
     )]
     NeverTouches {
         /// Name of the surface.
@@ -88,8 +92,10 @@ pub enum NotLocated {
     },
     /// The orbit cannot be adjusted with these parameters here.
     #[error(
-        "the equations of the grazing orbit are singular in {} at {at} (reciprocal condition {condition:.3e}); the multiplier nearest 1 is {re:.12} + {im:.12}i",
-        .at.names()
+        "the equations of the grazing orbit are singular in {} at {at} (reciprocal condition {condition:.3e}); the multiplier nearest 1 is {re:.12} {} {:.12}i",
+        .at.names(),
+        if *im < 0.0 { '-' } else { '+' },
+        im.abs()
     )]
     Singular {
         /// The adjusted parameters.
@@ -176,6 +182,15 @@ pub enum NotLocated {
     },
 }
 
+/// What the free flow still did when its periods were over.
+fn unsettled(periods: usize, change: f64) -> String {
+    if change.is_finite() {
+        format!("after {periods} periods a period still moves the state by {change:.3e}")
+    } else {
+        format!("within {periods} periods the state leaves the finite numbers")
+    }
+}
+
 /// Parameters or states with their values.
 #[derive(Clone, Debug, PartialEq)]
 pub struct NamedValues(pub Vec<(String, f64)>);
@@ -192,7 +207,7 @@ impl fmt::Display for NamedValues {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         for (number, (name, value)) in self.0.iter().enumerate() {
             let comma = if number == 0 { "" } else { ", " };
-            write!(formatter, "{comma}{name} = {value}")?;
+            write!(formatter, "{comma}{name} = {}", Shown(*value))?;
         }
         Ok(())
     }

@@ -1,6 +1,7 @@
 //! Which map was chosen, how far it holds and where it is the more accurate, in words.
 
 use super::convergence_page::shape_word;
+use super::number::significant;
 use super::section_document::SectionCost;
 use crate::convergence::{
     Choice, ConvergenceStudy, DepthAccuracy, LeastOrders, Limit, Monomials, Polynomials,
@@ -128,7 +129,8 @@ pub fn validity_words(validity: &Validity) -> String {
     let tolerance = validity.tolerance;
     match (validity.scale, validity.depth) {
         (Some(scale), Some(depth)) => format!(
-            "It stays within {tolerance:.0e} on {scale:.2e} times the scene's window; with the half-widths of that, to the depth {depth:.2e}."
+            "It stays within {tolerance:.0e} on {} times the scene's window; with the half-widths of that, to the depth {depth:.2e}.",
+            significant(scale, 3)
         ),
         _ => format!("It stays within {tolerance:.0e} on no window, however small."),
     }

@@ -42,7 +42,7 @@ pub fn convergence_table(study: &ConvergenceStudy) -> Result<Table, ReportError>
 /// The pictures of a study, each with the ending of its file's name and a caption.
 pub fn convergence_figures(study: &ConvergenceStudy) -> Vec<(&'static str, Figure, String)> {
     let mut figures = Vec::new();
-    if !study.discontinuity_rates.is_empty() {
+    if is_measured(&study.discontinuity_rates) {
         let figure = rate_figure(
             &study.discontinuity_rates,
             "y / y at the edge of the window",
@@ -50,7 +50,7 @@ pub fn convergence_figures(study: &ConvergenceStudy) -> Vec<(&'static str, Figur
         );
         figures.push(("-contact", figure, "Error of the discontinuity mapping alone, cut at weight W, against double-double flights through the contact; dashed, a little below the range measured on: the expected slope W + 1.".to_owned()));
     }
-    if !study.smooth_rates.is_empty() {
+    if is_measured(&study.smooth_rates) {
         let figure = rate_figure(
             &study.smooth_rates,
             "distance / distance to the edge of the window",
@@ -63,6 +63,11 @@ pub fn convergence_figures(study: &ConvergenceStudy) -> Vec<(&'static str, Figur
         figures.push(("-depth", figure, "Largest error of the chosen map and of direct simulation in double precision, both against double-double, in windows that shrink with their depth.".to_owned()));
     }
     figures
+}
+
+/// Whether a factor has errors to show.
+fn is_measured(rates: &[FactorRate]) -> bool {
+    rates.iter().any(|factor| !factor.errors.is_empty())
 }
 
 /// The section of a page about a study.
@@ -205,7 +210,7 @@ fn rate_table(study: &ConvergenceStudy) -> Result<Table, ReportError> {
         ("D, in y", &study.discontinuity_rates),
         ("P_smooth, in the distance", &study.smooth_rates),
     ];
-    for (name, rates) in factors {
+    for (name, rates) in factors.into_iter().filter(|(_, rates)| is_measured(rates)) {
         for FactorRate { order, rate, .. } in rates {
             table.push(vec![
                 Cell::text(name),

@@ -1,7 +1,8 @@
 //! Files that are whole or absent.
 //!
 //! Every file is written beside its place under a temporary name, flushed to the disk, and renamed
-//! over the old one: a reader, or a run that was interrupted, sees the old file or the new one.
+//! over the old one: a reader, or a run that was interrupted, sees the old file or the new one. A link stays
+//! one, and what it points to is replaced; a pipe or a device is written to and stays what it is.
 
 use std::fs::{self, File};
 use std::io::{self, Write};
@@ -11,7 +12,8 @@ use super::ReportError;
 
 /// Writes a file so that it is never seen half-written; an older file of that name is replaced.
 ///
-/// The parent folder must exist. A file that is replaced keeps its permissions.
+/// The parent folder must exist. A file that is replaced keeps its permissions; a link is followed. What is no file, a
+/// pipe or a device such as `/dev/null`, is not replaced but written to.
 ///
 /// # Errors
 ///
@@ -25,24 +27,40 @@ pub fn write_atomically(path: &Path, bytes: &[u8]) -> Result<(), ReportError> {
             source,
         }
     };
-    if path.is_dir() {
-        return Err(failed("write")(io::ErrorKind::IsADirectory.into()));
+    let old = fs::metadata(path).ok();
+    match &old {
+        Some(old) if old.is_dir() => {
+            return Err(failed("write")(io::ErrorKind::IsADirectory.into()));
+        }
+        Some(old) if !old.is_file() => {
+            let device = File::options().write(true).open(path);
+            return device
+                .and_then(|mut device| device.write_all(bytes))
+                .map_err(failed("write"));
+        }
+        _ => {}
     }
-    let folder = folder_of(path);
+    let target = match fs::symlink_metadata(path) {
+        Ok(entry) if entry.is_symlink() && old.is_some() => {
+            fs::canonicalize(path).map_err(failed("write"))?
+        }
+        _ => path.to_path_buf(),
+    };
+    let folder = folder_of(&target);
+    fs::metadata(folder).map_err(failed("write"))?;
     // NOTE: the error itself would name the temporary file, which the reader has never heard of.
     let temporary = temporary_file(folder).map_err(|error| io::Error::from(error.kind()));
     let mut temporary = temporary.map_err(failed("write"))?;
     temporary.write_all(bytes).map_err(failed("write"))?;
-    if let Ok(old) = fs::metadata(path) {
-        let permissions = old.permissions();
+    if let Some(old) = old {
         temporary
             .as_file()
-            .set_permissions(permissions)
+            .set_permissions(old.permissions())
             .map_err(failed("write"))?;
     }
     temporary.as_file().sync_all().map_err(failed("flush"))?;
     temporary
-        .persist(path)
+        .persist(&target)
         .map_err(|refused| failed("replace")(refused.error))?;
     sync_folder(folder);
     Ok(())

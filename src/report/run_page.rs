@@ -13,6 +13,7 @@ use crate::convergence::ConvergenceStudy;
 use crate::expansion::WindowEdge;
 use crate::iteration::OrbitEnd;
 use crate::model::{Method, Scene, Window};
+use crate::numeric::Shown;
 
 /// What a stage of a run took.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -137,7 +138,7 @@ fn summary(run: &RunPage<'_>) -> String {
         .map(|&parameter| {
             let name = &run.scene.model.parameters[parameter].name;
             let value = run.orbit.parameters.get(name).copied().unwrap_or(f64::NAN);
-            format!("{name}* = {value:.12}")
+            format!("{name}* = {:.12}", Shown(value))
         })
         .collect();
     let terms: usize = run
@@ -291,8 +292,12 @@ fn expansion_section(run: &RunPage<'_>) -> Result<Section, ReportError> {
 }
 
 fn edge_sentence(edge: WindowEdge) -> String {
-    let warning = if edge.is_within() { "" } else { "Warning: " };
-    format!("{warning}at the edge of the window {}.", edge_words(&edge))
+    let at = if edge.is_within() {
+        "At"
+    } else {
+        "Warning: at"
+    };
+    format!("{at} the edge of the window {}.", edge_words(&edge))
 }
 
 fn diagram_section(diagrams: &[Diagram]) -> Result<Section, ReportError> {
@@ -312,14 +317,15 @@ fn diagram_section(diagrams: &[Diagram]) -> Result<Section, ReportError> {
 }
 
 fn caption(diagram: &Diagram, ending: &str) -> String {
-    let what = match ending {
-        "-map" => "By the map alone",
-        "-direct" => "By direct simulation alone",
-        "-lyapunov" => "Largest Lyapunov exponent, from the map's Jacobian",
-        _ => "Bifurcation diagram",
+    let graze = " G is the grazing point.";
+    let (what, graze) = match ending {
+        "-map" => ("By the map alone", graze),
+        "-direct" => ("By direct simulation alone", graze),
+        "-lyapunov" => ("Largest Lyapunov exponent, from the map's Jacobian", ""),
+        _ => ("Bifurcation diagram", graze),
     };
     format!(
-        "{what}: {} of {} iterates after {} dropped ones at each of {} values of {}, the last state carried along. G is the grazing point.",
+        "{what}: {} of {} iterates after {} dropped ones at each of {} values of {}, the last state carried along.{graze}",
         diagram.keep,
         diagram.transient + diagram.keep,
         diagram.transient,

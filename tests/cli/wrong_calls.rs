@@ -5,6 +5,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use super::orbits::wrong_orbits;
+use super::outputs::wrong_outputs;
 use super::{grazemap, scratch, text};
 
 /// Wrong calls: a name, the arguments.
@@ -42,11 +43,6 @@ fn wrong_calls() -> Vec<(&'static str, Vec<&'static str>)> {
             "set_order_absurd",
             vec!["check", "linear", "--set", "expansion.smooth_order=1000"],
         ),
-        ("threads_zero", vec!["check", "linear", "--threads", "0"]),
-        (
-            "threads_not_a_number",
-            vec!["check", "linear", "--threads", "many"],
-        ),
         ("new_unknown", vec!["new", "linaer"]),
         ("new_exists", vec!["new", "linear", "-o", "taken.toml"]),
         (
@@ -66,7 +62,6 @@ fn wrong_calls() -> Vec<(&'static str, Vec<&'static str>)> {
             "output_onto_a_file",
             vec!["locate", "linear", "-o", "taken.toml"],
         ),
-        ("csv_of_nothing", vec!["check", "linear", "--csv", "-"]),
         (
             "order_beyond_memory",
             vec!["expand", "linear", "--set", "expansion.smooth_order=64"],
@@ -373,7 +368,8 @@ fn every_wrong_call_ends_with_its_recorded_message_and_exit_code() {
     set_up(folder.path());
     let update = std::env::var_os("UPDATE_EXPECTED").is_some();
     let mut differences = Vec::new();
-    for (name, arguments) in wrong_calls().into_iter().chain(wrong_orbits()) {
+    let calls = wrong_calls().into_iter().chain(wrong_orbits());
+    for (name, arguments) in calls.chain(wrong_outputs()) {
         let output = grazemap(folder.path(), &arguments);
         let code = output.status.code().unwrap_or(-1);
         assert!(

@@ -29,6 +29,9 @@ const MOST_POINTS: u64 = 10_000_000;
 /// Most cells of a chart, each of which takes a hundred bytes.
 const MOST_CELLS: u64 = 4_000_000;
 
+/// Most values of a sweep, each of which takes tens of bytes until it is written.
+const MOST_VALUES: u64 = 20_000_000;
+
 /// Most iterates.
 const MOST_ITERATES: u64 = 1_000_000_000;
 
@@ -42,15 +45,17 @@ const CHART_DEFAULTS: [u64; 2] = [200, 32];
 pub(super) fn read(table: &Table<'_>, model: &mut Model, scope: &Scope) -> Checked<DiagramRequest> {
     table.only(&DIAGRAM_KEYS)?;
     let [points, transient, keep] = DEFAULTS;
+    let points = count(table, "points", 1, MOST_POINTS, points)?;
+    let keep = kept(table, points, keep)?;
     Ok(DiagramRequest {
         parameter: parameter(
             &table.require("parameter")?.entry("a parameter's name")?,
             model,
         )?,
         range: table.require("range")?.range()?,
-        points: count(table, "points", 1, MOST_POINTS, points)?,
+        points,
         transient: count(table, "transient", 0, MOST_ITERATES, transient)?,
-        keep: count(table, "keep", 1, MOST_ITERATES, keep)?,
+        keep,
         observe: observable(table.field("observe"), model, scope)?,
         direction: direction(table.field("direction"))?,
         with: methods(table.field("with"))?,
@@ -86,6 +91,27 @@ fn count(table: &Table<'_>, key: &str, least: u64, most: u64, default: u64) -> C
         .field(key)
         .map_or(Ok(default), |field| field.count(least, most))?;
     Ok(count as usize)
+}
+
+/// Iterates kept at each of `points` values.
+fn kept(table: &Table<'_>, points: usize, default: u64) -> Checked<usize> {
+    let keep = count(table, "keep", 1, MOST_ITERATES, default)?;
+    let found = points as u64 * keep as u64;
+    if found <= MOST_VALUES {
+        return Ok(keep);
+    }
+    let field = table.field("keep").or_else(|| table.field("points"));
+    let (span, key) = field.map_or((0..0, "keep".to_owned()), |field| {
+        (field.span(), field.path)
+    });
+    Err(Fault::at(
+        span,
+        SceneProblem::DiagramValues {
+            key,
+            found,
+            most: MOST_VALUES,
+        },
+    ))
 }
 
 /// `h`, `impact_speed`, or an expression.

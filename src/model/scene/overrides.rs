@@ -3,6 +3,7 @@
 use toml_edit::{DocumentMut, Item, Table, Value};
 
 use crate::model::error::{Checked, Fault};
+use crate::model::names::nearest;
 use crate::model::problem::{OverrideReason, SceneProblem};
 
 /// Most parts of a dotted key.
@@ -26,7 +27,12 @@ pub(super) fn apply(document: &mut DocumentMut, overrides: &[(String, String)]) 
         };
         let fail = |part: &str, reason| {
             let (key, part) = (super::document::shown(key), super::document::shown(part));
-            Fault::nowhere(SceneProblem::Override { key, part, reason })
+            Fault::nowhere(SceneProblem::Override {
+                key,
+                part,
+                reason,
+                nearest: None,
+            })
         };
         if let Some(empty) = parts
             .iter()
@@ -38,8 +44,8 @@ pub(super) fn apply(document: &mut DocumentMut, overrides: &[(String, String)]) 
         if parts.len() > MOST_PARTS {
             return Err(fail(parts[MOST_PARTS], OverrideReason::NotATable));
         }
-        if !key.contains('.') && !has_parameter(document, key) {
-            return Err(fail(key, OverrideReason::UnknownParameter));
+        if !key.contains('.') && !parameters(document).any(|known| known == key) {
+            return Err(unknown_parameter(document, key));
         }
         set(document.as_item_mut(), &parts, value).map_err(|(part, reason)| fail(part, reason))?;
     }
@@ -71,15 +77,24 @@ fn give_way(document: &mut DocumentMut, overrides: &[(String, String)]) {
     }
 }
 
-/// Whether the document names a parameter.
-fn has_parameter(document: &DocumentMut, name: &str) -> bool {
-    let parameters = document
-        .get("model")
-        .and_then(Item::as_table_like)
-        .and_then(|model| model.get("parameters"));
+/// The parameters that the document names.
+fn parameters(document: &DocumentMut) -> impl Iterator<Item = &str> {
+    let model = document.get("model").and_then(Item::as_table_like);
+    let parameters = model.and_then(|model| model.get("parameters"));
+    let parameters = parameters.and_then(Item::as_table_like);
     parameters
-        .and_then(Item::as_table_like)
-        .is_some_and(|parameters| parameters.contains_key(name))
+        .into_iter()
+        .flat_map(|table| table.iter().map(|(name, _)| name))
+}
+
+fn unknown_parameter(document: &DocumentMut, key: &str) -> Fault {
+    let shown = super::document::shown(key);
+    Fault::nowhere(SceneProblem::Override {
+        key: shown.clone(),
+        part: shown,
+        reason: OverrideReason::UnknownParameter,
+        nearest: nearest(key, parameters(document)),
+    })
 }
 
 /// Puts `value` at the place `parts` names under `item`; the part that failed and why otherwise.

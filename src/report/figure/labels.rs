@@ -1,10 +1,18 @@
 //! Words beside points, put where they cover least.
+//!
+//! A covered marker weighs more than any of the eight positions: words leave markers free wherever they can.
 
 use super::super::ReportError;
 use super::clip::Area;
 use super::drawing::{Anchor, Direction, Point, Shape};
 use super::font::width;
 use super::palette::Rgb;
+
+/// Half of a marker's size: words nearer than that to its middle cover it.
+const MARKER: f64 = 4.0;
+
+/// Weight of a covered marker; the last of the positions has 3.5.
+const COVERED: f64 = 4.0;
 
 /// Finds room for words; remembers what is taken.
 #[derive(Debug)]
@@ -85,12 +93,18 @@ impl Labeller {
             .iter()
             .filter(|other| overlap(room, other))
             .count();
+        let reach = Area {
+            left: room.left - MARKER,
+            top: room.top - MARKER,
+            right: room.right + MARKER,
+            bottom: room.bottom + MARKER,
+        };
         let covered = self
             .obstacles
             .iter()
-            .filter(|&&point| room.holds(point))
+            .filter(|&&point| reach.holds(point))
             .count();
-        1e6 * outside as f64 + 1e4 * overlapping as f64 + covered as f64
+        1e6 * outside as f64 + 1e4 * overlapping as f64 + COVERED * covered as f64
     }
 }
 
@@ -102,6 +116,24 @@ fn overlap(a: &Area, b: &Area) -> bool {
 mod tests {
     use super::super::palette::INK;
     use super::*;
+
+    #[test]
+    fn a_label_leaves_markers_free_where_it_can() {
+        let area = Area {
+            left: 0.0,
+            top: 0.0,
+            right: 300.0,
+            bottom: 200.0,
+        };
+        let at = (150.0, 100.0);
+        // All but the position below and to the left have a marker in them or at their edge.
+        let crowd = vec![(165.0, 78.0), (135.0, 78.0), (165.0, 110.0), (150.0, 82.0)];
+        let mut labeller = Labeller::new(area, crowd);
+        let placed = labeller.beside(at, "(4, 5)", 12.0, INK);
+        placed.expect("the font is built in");
+        let room = &labeller.taken[0];
+        assert!(room.right < at.0 && room.top > at.1, "{room:?}");
+    }
 
     #[test]
     fn labels_stay_inside_and_do_not_overlap() {

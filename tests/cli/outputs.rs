@@ -1,0 +1,220 @@
+//! Where results go, and what is refused before anything is computed.
+
+use std::fs;
+
+use super::{grazemap, scratch, text};
+
+/// Wrong calls that would lose results, or ask for more than there is: a name, the arguments.
+pub(super) fn wrong_outputs() -> Vec<(&'static str, Vec<&'static str>)> {
+    vec![
+        (
+            "json_and_csv_on_standard_output",
+            vec!["expand", "linear", "--json", "-", "--csv", "-"],
+        ),
+        (
+            "json_and_csv_in_one_file",
+            vec!["expand", "linear", "--json", "map", "--csv", "map"],
+        ),
+        ("csv_of_nothing", vec!["check", "linear", "--csv", "-"]),
+        ("csv_of_a_run", vec!["run", "linear", "--csv", "run.csv"]),
+        (
+            "check_of_a_frozen_sweep",
+            vec!["check", "linear", "--set", "diagram.0.parameter=zeta"],
+        ),
+        (
+            "run_of_a_frozen_sweep",
+            vec!["run", "linear", "--set", "diagram.0.parameter=zeta"],
+        ),
+        (
+            "diagram_beyond_memory",
+            vec![
+                "check",
+                "linear",
+                "--set",
+                "diagram.0.points=100000",
+                "--set",
+                "diagram.0.keep=100000",
+            ],
+        ),
+        ("threads_zero", vec!["check", "linear", "--threads", "0"]),
+        (
+            "threads_not_a_number",
+            vec!["check", "linear", "--threads", "many"],
+        ),
+        (
+            "threads_negative",
+            vec!["locate", "linear", "--threads", "-1"],
+        ),
+        (
+            "forcing_runs_backwards",
+            vec!["locate", "linear", "--set", "omega=-1.8"],
+        ),
+        (
+            "flow_leaves_the_numbers",
+            vec![
+                "locate",
+                "linear",
+                "-q",
+                "--set",
+                "model.flow.v=alpha*cos(theta)+exp(exp(x*50))",
+            ],
+        ),
+        (
+            "solved_for_what_changes_nothing",
+            vec!["locate", "linear", "--set", "grazing.solve_for=r"],
+        ),
+    ]
+}
+
+#[test]
+fn what_is_refused_beforehand_writes_nothing() {
+    let folder = scratch();
+    for (name, arguments) in wrong_outputs() {
+        let output = grazemap(folder.path(), &arguments);
+        assert!(output.stdout.is_empty(), "{name}: {}", text(&output.stdout));
+        let left = fs::read_dir(folder.path()).expect("there").count();
+        assert_eq!(left, 0, "{name}");
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn a_link_stays_one_and_a_device_is_written_to() {
+    use std::os::unix::fs::symlink;
+
+    let folder = scratch();
+    let place = |name: &str| folder.path().join(name);
+    fs::write(place("orbit.json"), "old").expect("writable");
+    symlink("orbit.json", place("link.json")).expect("writable");
+    // NOTE: reached by links, so that a program that replaces its output replaces the links alone.
+    symlink("/dev/null", place("nowhere.json")).expect("writable");
+    symlink("/dev/full", place("full.json")).expect("writable");
+    let locate = |name: &str| grazemap(folder.path(), &["locate", "linear", "-q", "--json", name]);
+
+    assert!(locate("link.json").status.success());
+    let written = fs::read_to_string(place("orbit.json")).expect("there");
+    assert!(
+        written.starts_with('{') && written.ends_with("}\n"),
+        "{written}"
+    );
+    assert!(locate("nowhere.json").status.success());
+    let full = locate("full.json");
+    assert_eq!(full.status.code(), Some(2));
+    assert!(text(&full.stderr).starts_with("error: cannot write full.json: "));
+    for link in ["link.json", "nowhere.json", "full.json"] {
+        let entry = fs::symlink_metadata(place(link)).expect("there");
+        assert!(entry.is_symlink(), "{link}");
+    }
+}
+
+#[test]
+fn an_observable_that_is_not_finite_is_said() {
+    let folder = scratch();
+    let diagram = |observe: &str| {
+        let observe = format!("diagram.0.observe={observe}");
+        let set = ["--set", "diagram.0.points=3", "--set", &observe];
+        let output = grazemap(folder.path(), &[&["diagram", "linear"], &set[..]].concat());
+        assert!(output.status.success(), "{}", text(&output.stderr));
+        text(&output.stderr)
+    };
+    assert_eq!(diagram("sqrt(x)"), "");
+    let said = diagram("log(-x)");
+    assert!(
+        said.starts_with("warning: `log(-x)` over alpha is not finite at 400 of 400 iterates"),
+        "{said}"
+    );
+}
+
+#[test]
+fn a_factor_that_was_not_measured_has_no_picture() {
+    let folder = scratch();
+    let away = [
+        "--set",
+        "expansion.smooth_order=2",
+        "--set",
+        "expansion.contact_weight=3",
+        "--set",
+        "section.kind=stroboscopic",
+        "--set",
+        "section.phase=0",
+    ];
+    let converge = ["converge", "linear", "-q", "--fresh", "1", "-o", "out"];
+    let output = grazemap(folder.path(), &[&converge[..], &away[..]].concat());
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    let study = fs::read_to_string(folder.path().join("out/convergence.json")).expect("there");
+    let study: serde_json::Value = serde_json::from_str(&study).expect("JSON");
+    for (name, factor) in [
+        ("contact", "discontinuity_rates"),
+        ("smooth", "smooth_rates"),
+    ] {
+        let errors = &study[factor][0]["errors"];
+        let measured = errors.as_array().is_some_and(|errors| !errors.is_empty());
+        let picture = folder.path().join(format!("out/convergence-{name}.svg"));
+        assert_eq!(picture.exists(), measured, "{name}");
+    }
+}
+
+#[test]
+fn a_page_speaks_of_the_graze_where_it_is_drawn_and_in_whole_sentences() {
+    let folder = scratch();
+    let run = ["run", "linear", "-q", "-o", "out"];
+    let output = grazemap(folder.path(), &[&run[..], &super::QUICK[..]].concat());
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    let page = fs::read_to_string(folder.path().join("out/report.html")).expect("there");
+    let captions = page.split("<figcaption>").skip(1);
+    let captions: Vec<&str> = captions
+        .filter_map(|rest| rest.split("</figcaption>").next())
+        .collect();
+    let of = |word: &str| captions.iter().find(|caption| caption.contains(word));
+    let diagram = of("Bifurcation diagram").expect("a diagram was drawn");
+    let lyapunov = of("Lyapunov").expect("exponents were drawn");
+    assert!(diagram.contains("G is the grazing point."), "{diagram}");
+    assert!(!lyapunov.contains("G is the grazing point."), "{lyapunov}");
+    assert!(page.contains("<p>At the edge of the window"));
+    assert!(!page.contains("e0 times the scene"));
+}
+
+#[test]
+fn one_thing_is_not_counted_as_several() {
+    let folder = scratch();
+    let said = |arguments: &[&str]| {
+        let output = grazemap(folder.path(), arguments);
+        assert!(output.status.success(), "{}", text(&output.stderr));
+        text(&output.stdout)
+    };
+    let curve = "curve linear --with omega --from 1.8 --to 1.8";
+    let curve: Vec<&str> = curve.split(' ').collect();
+    assert!(said(&curve).starts_with("1 point; "));
+    let emit = ["emit", "linear", "--target", "c", "-o", "out"];
+    assert!(said(&emit).starts_with("wrote 1 file to out\n"));
+    let check = said(&[&emit[..], &["--check"]].concat());
+    assert_eq!(check, "out: 1 file as it would be emitted now\n");
+}
+
+#[test]
+fn values_of_small_units_keep_their_digits() {
+    let folder = scratch();
+    let curve = "curve linear --with omega --from 1.9 --to 2.1 --set delta=1e-6 --set alpha=2.2e-6 --set grazing.guess.x=1e-6";
+    let output = grazemap(folder.path(), &curve.split(' ').collect::<Vec<_>>());
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    let said = text(&output.stdout);
+    assert!(said.contains("xi_1 = 0 at zeta = 0.050000000000, delta = 1.000000000000e-6, "));
+    // The closed form of alpha at that graze: delta times |1 - omega^2 + 2 i zeta omega|.
+    assert!(
+        said.contains(" alpha = 2.996664812754e-6, omega = 1.997498435544"),
+        "{said}"
+    );
+}
+
+#[test]
+fn a_check_counts_diagrams_and_charts() {
+    let folder = scratch();
+    let check = super::json(
+        folder.path(),
+        &["check", "cantilever_3_5_soft", "--json", "-"],
+    );
+    assert_eq!(
+        (&check["diagrams"], &check["charts"]),
+        (&2.into(), &1.into())
+    );
+}
