@@ -269,9 +269,10 @@ void chart(long long side, double multiply_add, const char *file)
     });
     const auto found = attractors.get();
     const double iterate = time / iterates(found);
-    std::printf("  chart %lld x %lld: %.2e iterates in %.2f ms: %.2f ps an iterate, floor %.2f of %d multiply-adds\n", side, side,
-                iterates(found), 1e3 * time, 1e12 * iterate, 1e12 * multiply_add * FROZEN_MULTIPLY_ADDS,
-                FROZEN_MULTIPLY_ADDS);
+    const auto escapes = std::count_if(found.begin(), found.end(), [](const Attractor &one) { return one.period < 0; });
+    std::printf("  chart %lld x %lld, %lld cells escape: %.2e iterates in %.2f ms: %.2f ps an iterate, floor %.2f of %d multiply-adds\n",
+                side, side, static_cast<long long>(escapes), iterates(found), 1e3 * time, 1e12 * iterate,
+                1e12 * multiply_add * FROZEN_MULTIPLY_ADDS, FROZEN_MULTIPLY_ADDS);
     if (file != nullptr) {
         draw(file, side, found);
     }
