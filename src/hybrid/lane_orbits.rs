@@ -109,6 +109,7 @@ impl<F: LaneFlow<N>, const N: usize> LaneOrbits<F, N> {
         let (flow, motion) = (&mut self.flow, &mut self.motion);
         if contact.any() {
             motion.lose_headings(contact);
+            motion.falls |= contact;
             self.alive &= !flow.settle(motion, contact);
         }
         flow.leave_behind(motion, flown & !contact);

@@ -117,6 +117,12 @@ impl<S: Real> Motion<S> {
     /// Remembers that a minimum of a surface's gap was reported here.
     pub(super) fn set_at_minimum(&mut self, surface: usize) {
         self.lose_headings();
+    /// Remembers that a surface's gap fell to zero here: if it does not fall any more its minimum is here too.
+    pub(super) fn set_at_contact(&mut self, surface: usize) {
+        self.lose_headings();
+        self.headings[surface] = Heading::Falling;
+    }
+
         self.headings[surface] = Heading::Rising;
     }
 

@@ -102,7 +102,7 @@ impl<S: Real> Simulator<'_, S> {
             LeapEnd::Quiet | LeapEnd::Open => None,
         };
         if let Some(Stop::Contact { surface }) = stop {
-            self.motion.lose_headings();
+            self.motion.set_at_contact(surface);
             self.settle_on(Landing::Contact { surface });
         }
         if leap.time > S::zero() {
@@ -214,6 +214,7 @@ impl<S: Real> Leg<'_, S> {
             Some(_) => self.motion.lose_headings(),
             None => {}
         }
+            Some(Stop::Contact { surface }) => self.motion.set_at_contact(*surface),
         let (motion, work) = (&mut *self.motion, &mut *self.work);
         let stuck = stop.is_none() && length < remaining && motion.time + length == motion.time;
         if stuck || !flight.land(length, &mut work.next) {
