@@ -276,7 +276,8 @@ where
         let mut extended = point.extended;
         extended[..STATES].copy_from_slice(&states);
         let after = self.surface.sense(&extended);
-        let free = wanted & !after.velocity.is_below(-speed.abs() * number(PASSES));
+        let free = wanted & T::Number::zero().is_at_most(speed);
+        let free = free & !after.velocity.is_below(-speed.abs() * number(PASSES));
         let free = Rebound::new(speed, &after).flies_on(free, self.timing.time_scale);
         if !free.any() {
             return free;
