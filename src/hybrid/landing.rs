@@ -13,7 +13,7 @@
 
 use super::simulator::Simulator;
 use super::system::Regime;
-use crate::numeric::Real;
+use crate::numeric::{Branched, Real};
 
 /// The function that is zero where a flight has landed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -33,11 +33,19 @@ pub(super) enum Landing {
 /// Share of itself to which a step of Newton's method must reduce a distance that is more than rounding.
 pub(super) const REDUCED: f64 = 0.5;
 
+/// Where a step of Newton's method ends short of where the function turns, by its second derivative: `|g g''| < g'²`.
+///
+/// NOTE: of a distance that is rounding itself the step may leave nothing, however far it leads; then only this tells.
+#[inline(always)]
+pub(super) fn ends_before_turn<S: Branched>(value: S, slope: S, curvature: S) -> S::Mask {
+    (value * curvature).abs().is_below(slope * slope)
+}
+
 impl<S: Real> Simulator<'_, S> {
     /// Brings the state onto the zero it has landed beside, where it meets it transversally.
     ///
-    /// NOTE: where the step does not halve the distance, `|g g''| > g'²`, the depth of the approach is itself within
-    /// the rounding of `g`: nothing is known that a correction could restore, and the state stays where it is.
+    /// NOTE: where the step does not halve the distance or leads to where `g` turns, `|g g''| ≥ g'²`, the depth of the approach is
+    /// itself within the rounding of `g`: nothing is known that a correction could restore, and the state stays where it is.
     pub(super) fn settle_on(&mut self, landing: Landing) {
         let falling = match landing {
             Landing::Contact { .. } => S::one(),
@@ -49,6 +57,11 @@ impl<S: Real> Simulator<'_, S> {
         if value == S::zero() || slope * falling >= S::zero() {
             return;
         }
+        if let Landing::Contact { surface } = landing
+            && !ends_before_turn(value, slope, self.sense(surface).acceleration)
+        {
+            return;
+        }
         let shift = -value / slope;
         self.work.next.copy_from_slice(&self.motion.state);
         for (state, &rate) in self.motion.state.iter_mut().zip(&self.work.landing[2..]) {
@@ -56,7 +69,10 @@ impl<S: Real> Simulator<'_, S> {
         }
         let after = match landing {
             Landing::Contact { surface } => Some(self.clearance(surface).gap),
-            Landing::Release { .. } => self.read_landing(landing).map(|(value, _)| value),
+            Landing::Release { .. } => self
+                .read_landing(landing)
+                .filter(|after| (after.1 - slope).abs() < slope.abs())
+                .map(|after| after.0),
         };
         if after.is_some_and(|after| after.abs() <= value.abs() * S::from_f64(REDUCED)) {
             self.motion.time += shift;

@@ -109,6 +109,7 @@ impl<F: LaneFlow<N>, const N: usize> LaneOrbits<F, N> {
         let (flow, motion) = (&mut self.flow, &mut self.motion);
         if contact.any() {
             motion.lose_headings(contact);
+            motion.falls |= contact;
             self.alive &= !flow.settle(motion, contact);
         }
         flow.leave_behind(motion, flown & !contact);
@@ -136,13 +137,15 @@ impl<F: LaneFlow<N>, const N: usize> LaneOrbits<F, N> {
         self.alive &= !wanted | (known & !stays);
     }
 
-    /// Applies the reset; `own` says where this is the section's own passage. Those that penetrate or chatter leave the lanes.
+    /// Applies the reset; `own` says where this is the section's own passage. Those that penetrate, chatter or move away already leave
+    /// the lanes.
     /// The speeds at which the surface was met and is left.
     #[inline(always)]
     pub(super) fn respond(&mut self, wanted: LaneMask<N>, own: LaneMask<N>) -> [Lanes<N>; 2] {
         let (flow, motion) = (&mut self.flow, &mut self.motion);
         let before = flow.sense(motion, wanted);
-        let speed = -before.velocity;
+        let (speed, zero) = (-before.velocity, Lanes::splat(0.0));
+        self.alive &= !(wanted & speed.is_below(zero));
         self.log.meet(own, speed);
         self.log.contact(wanted, motion.time, &before);
         flow.reset(motion, wanted);

@@ -3,7 +3,7 @@
 //! One idea: a step forms the series of all orbits together; each has its own length, its own event, and lands at its own time.
 
 use super::backward::Back;
-use super::landing::REDUCED;
+use super::landing::{REDUCED, ends_before_turn};
 use super::lane_flow::{LaneAsked, LaneFlow, LaneLeap};
 use super::lane_log::LaneLog;
 use super::lane_motion::{LaneMotion, LaneStart};
@@ -190,6 +190,7 @@ impl<const N: usize> LaneFlow<N> for LaneTaylor<'_, N> {
 
     #[inline(always)]
     fn settle(&mut self, motion: &mut LaneMotion<N>, wanted: LaneMask<N>) -> LaneMask<N> {
+        let curvature = self.sense(motion, wanted).acceleration;
         let landing = self.contact.evaluate(&motion.state, &self.parameters);
         let (value, slope, zero) = (landing[0], landing[1], Lanes::splat(0.0));
         let settles = wanted & !value.is_equal(zero) & slope.is_below(zero);
@@ -200,7 +201,7 @@ impl<const N: usize> LaneFlow<N> for LaneTaylor<'_, N> {
         let after = self.gap(motion, settles);
         let less = after.abs().is_at_most(value.abs() * Lanes::splat(REDUCED));
         motion.time = Lanes::select(settles, motion.time + shift, motion.time);
-        settles & !less
+        settles & !(less & ends_before_turn(value, slope, curvature))
     }
 }
 

@@ -23,6 +23,8 @@ pub(super) struct Motion<S> {
     pub(super) release_rounding: S,
     /// Uncertainty of the time at which the surface was met: the gap left there over the speed.
     pub(super) entry_uncertainty: S,
+    /// Time after which the gap would turn along the free flow from there; infinite where it would not.
+    pub(super) entry_turn: S,
     /// Per surface: rounding of its gap if the state has just left it.
     pub(super) leaving: Vec<Option<S>>,
     /// Per surface: which way its gap was found to go here, so that a minimum between two steps is neither lost nor
@@ -66,6 +68,7 @@ impl<S: Real> Motion<S> {
             release_sign: S::zero(),
             release_rounding: S::zero(),
             entry_uncertainty: S::zero(),
+            entry_turn: S::zero(),
             leaving: vec![None; surfaces],
             headings: vec![Heading::Unknown; surfaces],
             last_step: S::one(),
@@ -112,6 +115,12 @@ impl<S: Real> Motion<S> {
     /// Forgets which way the gaps go: the state or the field is another one.
     pub(super) fn lose_headings(&mut self) {
         self.headings.fill(Heading::Unknown);
+    }
+
+    /// Remembers that a surface's gap fell to zero here: if it does not fall any more its minimum is here too.
+    pub(super) fn set_at_contact(&mut self, surface: usize) {
+        self.lose_headings();
+        self.headings[surface] = Heading::Falling;
     }
 
     /// Remembers that a minimum of a surface's gap was reported here.

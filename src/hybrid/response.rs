@@ -21,6 +21,10 @@ impl<S: Real> Simulator<'_, S> {
         record: &mut dyn FnMut(Event<S>),
     ) -> Result<(), Outcome<S>> {
         let before = self.sense(surface);
+        if before.velocity > S::zero() && before.acceleration > S::zero() {
+            self.pass(surface, before, record);
+            return Ok(());
+        }
         match self.system.surfaces[surface].law {
             Law::Rigid { .. } => self.impact(surface, before, record),
             Law::Compliant { .. } => {
@@ -29,7 +33,12 @@ impl<S: Real> Simulator<'_, S> {
                 } else {
                     (before.gap / before.velocity).abs() * S::from_f64(4.0)
                 };
-                self.begin_contact(surface, uncertainty);
+                let turn = if before.acceleration > S::zero() {
+                    -before.velocity / before.acceleration
+                } else {
+                    S::from_f64(f64::INFINITY)
+                };
+                self.begin_contact(surface, uncertainty, turn);
                 self.record(
                     surface,
                     EventKind::ContactBegin {
@@ -40,6 +49,15 @@ impl<S: Real> Simulator<'_, S> {
                 Ok(())
             }
         }
+    }
+
+    /// Leaves a surface that was met within rounding of where its gap turned, and behind that: a miss.
+    fn pass(&mut self, surface: usize, sense: Sense<S>, record: &mut dyn FnMut(Event<S>)) {
+        let gap = sense.gap.max(S::zero());
+        if gap <= self.near_miss {
+            self.record(surface, EventKind::NearMiss { gap }, record);
+        }
+        self.leave(surface, sense, residual(&sense));
     }
 
     /// Fails if the state is beyond a rigid surface other than `except`.
@@ -132,21 +150,17 @@ impl<S: Real> Simulator<'_, S> {
                 gap: after.gap,
             });
         }
-        self.leave(surface, after);
+        self.leave(surface, after, residual(&after));
         if let AfterImpact::Complete { duration } = rebound.follow(self.motion.last_step) {
             self.stick(surface, speed, after.velocity, duration, record)?;
         }
         self.check_penetration(Some(surface))
     }
 
-    /// Free flight from a surface.
-    fn leave(&mut self, surface: usize, sense: Sense<S>) {
+    /// Free flight from a surface, whose gap there is zero up to a residual.
+    fn leave(&mut self, surface: usize, sense: Sense<S>, residual: S) {
         self.motion.regime = Regime::Free;
         self.motion.lose_headings();
-        let residual = match self.system.surfaces[surface].law {
-            Law::Rigid { .. } => sense.gap.abs() * S::from_f64(4.0),
-            Law::Compliant { .. } => S::zero(),
-        };
         self.motion.leaving[surface] = Some(sense.rounding.max(residual));
     }
 
@@ -232,8 +246,21 @@ impl<S: Real> Simulator<'_, S> {
             _ => EventKind::Release,
         };
         self.record(surface, kind, record);
-        self.leave(surface, sense);
+        let residual = match self.motion.regime {
+            // NOTE: over at once; the approach may still go on, to a depth that is rounding.
+            Regime::Contact { .. } if self.motion.release_sign == S::zero() => {
+                residual(&sense) + sense.velocity.abs() * self.motion.entry_turn
+            }
+            Regime::Contact { .. } => S::zero(),
+            _ => residual(&sense),
+        };
+        self.leave(surface, sense, residual);
     }
+}
+
+/// What the gap of a state on a surface may be off zero.
+fn residual<S: Real>(sense: &Sense<S>) -> S {
+    sense.gap.abs() * S::from_f64(4.0)
 }
 
 /// Share of an impact's kick up to which a reset leaves a state at rest in place.

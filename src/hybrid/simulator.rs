@@ -179,15 +179,17 @@ impl<'a, S: Real> Simulator<'a, S> {
             if sense.gap < -sense.rounding
                 && matches!(self.system.surfaces[surface].law, Law::Compliant { .. })
             {
-                self.begin_contact(surface, S::zero());
+                let never = S::from_f64(f64::INFINITY);
+                self.begin_contact(surface, S::zero(), never);
             }
         }
         Ok(())
     }
 
-    /// Goes to the contact field of a compliant surface, met at a time known up to an uncertainty.
-    pub(super) fn begin_contact(&mut self, surface: usize, uncertainty: S) {
+    /// Goes to the contact field of a compliant surface, met at a time known up to an uncertainty, a time before the gap would turn.
+    pub(super) fn begin_contact(&mut self, surface: usize, uncertainty: S, turn: S) {
         self.motion.entry_uncertainty = uncertainty;
+        self.motion.entry_turn = turn;
         self.motion.regime = Regime::Contact { surface };
         self.motion.release_sign = S::zero();
         let release = self.surfaces[surface].release.as_mut();

@@ -102,7 +102,7 @@ impl<S: Real> Simulator<'_, S> {
             LeapEnd::Quiet | LeapEnd::Open => None,
         };
         if let Some(Stop::Contact { surface }) = stop {
-            self.motion.lose_headings();
+            self.motion.set_at_contact(surface);
             self.settle_on(Landing::Contact { surface });
         }
         if leap.time > S::zero() {
@@ -186,7 +186,10 @@ impl<S: Real> Leg<'_, S> {
                 }
                 Watch::Release => {
                     let (value, slope) = flight.polynomials(index);
-                    let start = release_start(motion, value, slope, first.length);
+                    let Some(start) = release_start(motion, value, slope, first.length) else {
+                        motion.lose_headings();
+                        return Ok(Some(Stop::Release));
+                    };
                     let goal = Goal::Crossing {
                         near: S::from_f64(-1.0),
                     };
@@ -211,6 +214,7 @@ impl<S: Real> Leg<'_, S> {
         let First { length, mut stop } = first;
         match &mut stop {
             Some(Stop::Minimum { rises_for, .. }) => *rises_for = self.turn_at(flight, length),
+            Some(Stop::Contact { surface }) => self.motion.set_at_contact(*surface),
             Some(_) => self.motion.lose_headings(),
             None => {}
         }
@@ -349,10 +353,23 @@ fn goal<S: Real>(surface: usize, approach: Approach, near_miss: S) -> Option<Goa
     })
 }
 
-/// How the search of a release function starts; its sign is found on the regime's first step.
-fn release_start<S: Real>(motion: &mut Motion<S>, value: &[S], slope: &[S], length: S) -> Start<S> {
+/// How the search of a release function starts; its sign is found on the regime's first step. `None` for a contact whose depth is within
+/// rounding, which is over at once.
+///
+/// NOTE: where the value is rounding, the slope has its sign as long as a spring outweighs a damper. Of the slope, `turn · ρ''` is what a
+/// spring would take off until the approach turns; what is left of it is the damper's, and has the other sign.
+fn release_start<S: Real>(
+    motion: &mut Motion<S>,
+    value: &[S],
+    slope: &[S],
+    length: S,
+) -> Option<Start<S>> {
     if motion.release_sign != S::zero() {
-        return motion.inside(Heading::Unknown);
+        return Some(motion.inside(Heading::Unknown));
+    }
+    let (turn, uncertainty) = (motion.entry_turn, motion.entry_uncertainty);
+    if turn + turn <= uncertainty {
+        return None;
     }
     let size = value
         .iter()
@@ -361,12 +378,17 @@ fn release_start<S: Real>(motion: &mut Motion<S>, value: &[S], slope: &[S], leng
     let rounding = motion
         .release_rounding
         .max(S::from_f64(64.0 * S::ROUNDOFF) * size)
-        .max(slope[0].abs() * motion.entry_uncertainty);
-    if value[0].abs() <= rounding {
-        motion.release_sign = slope[0].signum();
-        Start::Leaving { rounding }
-    } else {
+        .max(slope[0].abs() * uncertainty);
+    if value[0].abs() > rounding {
         motion.release_sign = value[0].signum();
-        motion.inside(Heading::Unknown)
+        return Some(motion.inside(Heading::Unknown));
     }
+    if turn.is_finite() {
+        let damped = slope[0] + turn * slope[1];
+        if (damped + damped) * slope[0] > slope[0] * slope[0] {
+            return None;
+        }
+    }
+    motion.release_sign = slope[0].signum();
+    Some(Start::Leaving { rounding })
 }

@@ -10,7 +10,7 @@ use super::contacts::{Contacts, FirstContact};
 use super::surface::{FixedSurface, SurfaceTables};
 use crate::flow::{FixedLeaps, FixedVisit, NumberMask, ShapedLeaps};
 use crate::hybrid::chatter::Rebound;
-use crate::hybrid::landing::REDUCED;
+use crate::hybrid::landing::{REDUCED, ends_before_turn};
 use crate::hybrid::motion::Left;
 use crate::hybrid::response::PASSES;
 use crate::numeric::{Branched, Kernel, Mask, Scalar};
@@ -213,6 +213,8 @@ where
         if !settles.any() {
             return;
         }
+        let curvature = self.surface.acceleration(&point.extended);
+        let settles = settles & ends_before_turn(value, slope, curvature);
         let shift = -value / slope;
         let mut states = point.states;
         for (state, &rate) in states.iter_mut().zip(&landing[2..]) {
@@ -274,7 +276,8 @@ where
         let mut extended = point.extended;
         extended[..STATES].copy_from_slice(&states);
         let after = self.surface.sense(&extended);
-        let free = wanted & !after.velocity.is_below(-speed.abs() * number(PASSES));
+        let free = wanted & T::Number::zero().is_at_most(speed);
+        let free = free & !after.velocity.is_below(-speed.abs() * number(PASSES));
         let free = Rebound::new(speed, &after).flies_on(free, self.timing.time_scale);
         if !free.any() {
             return free;

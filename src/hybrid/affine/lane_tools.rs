@@ -6,7 +6,7 @@ use super::retreat::Retreat;
 use super::surface::SurfaceTables;
 use crate::flow::{AffineLeaps, LaneLeaps};
 use crate::hybrid::backward::Back;
-use crate::hybrid::landing::REDUCED;
+use crate::hybrid::landing::{REDUCED, ends_before_turn};
 use crate::hybrid::lane_flow::{LaneAsked, LaneFlow, LaneLeap};
 use crate::hybrid::lane_log::LaneLog;
 use crate::hybrid::lane_motion::LaneMotion;
@@ -175,6 +175,7 @@ impl<const N: usize> LaneFlow<N> for LaneTools<N> {
             .contact
             .multiply(&self.extended.values, &mut self.landing);
         let (value, slope) = (self.landing[0], self.landing[1]);
+        let curvature = self.surface.sense(&self.extended.values).acceleration;
         let settles = wanted & !value.is_equal(zero) & slope.is_below(zero);
         let shift = -value / slope;
         let rates = self.landing[2..].iter().copied();
@@ -185,7 +186,7 @@ impl<const N: usize> LaneFlow<N> for LaneTools<N> {
         let after = self.gap(motion, settles);
         let less = after.abs().is_at_most(value.abs() * Lanes::splat(REDUCED));
         motion.time = Lanes::select(settles, motion.time + shift, motion.time);
-        settles & !less
+        settles & !(less & ends_before_turn(value, slope, curvature))
     }
 
     #[inline(always)]

@@ -49,6 +49,13 @@ impl<'t, S: Branched, const C: usize, const B: usize> FixedSurface<'t, S, C, B> 
         })
     }
 
+    /// The normal acceleration.
+    #[inline(always)]
+    pub(super) fn acceleration(&self, extended: &[S; C]) -> S {
+        let [motion] = self.normal.times(extended);
+        motion[2]
+    }
+
     /// The normal motion.
     #[inline(always)]
     pub(super) fn sense(&self, extended: &[S; C]) -> Sense<S> {
