@@ -207,16 +207,14 @@ fn agree(text: &str, section: &[(&str, &str)], lowered: fn(&Model) -> HybridSyst
         let states: Vec<f64> = (0..LANES * dimension).map(|n| size * place(n)).collect();
         let (mut images, mut infos) = (vec![0.0; states.len()], [StepInfo::default(); LANES]);
         lanes.step(&[true; LANES], &states, &mut images, &mut infos);
-        for lane in 0..LANES {
-            let (own, mut image) = (
-                lane * dimension..(lane + 1) * dimension,
-                vec![0.0; dimension],
-            );
-            let info = map.step(&states[own.clone()], &parameters, &mut image);
-            let context = format!("{section:?} {:?}", &states[own.clone()]);
-            assert_eq!(infos[lane], info, "{context}");
+        let [states, images] = [&states, &images].map(|all| all.chunks_exact(dimension));
+        for ((state, image), in_lanes) in states.zip(images).zip(infos) {
+            let mut alone = vec![0.0; dimension];
+            let info = map.step(state, &parameters, &mut alone);
+            let context = format!("{section:?} {state:?}");
+            assert_eq!(in_lanes, info, "{context}");
             let bits = |values: &[f64]| values.iter().map(|v| v.to_bits()).collect::<Vec<_>>();
-            assert_eq!(bits(&images[own]), bits(&image), "{context}");
+            assert_eq!(bits(image), bits(&alone), "{context}");
         }
     }
 }
