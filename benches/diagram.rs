@@ -1,8 +1,9 @@
-//! A bifurcation diagram of the linear oscillator: 1000 parameter values times 1200 and 10 000 iterates by the map, and
-//! fewer by direct simulation.
+//! A bifurcation diagram of the linear oscillator: 1000 parameter values times 1200 and 10 000
+//! iterates by the map, and fewer by direct simulation.
 //!
-//! The problem is the one of Thota, Zhao and Dankowicz (2006), `omega = 1.8`, about its grazing orbit. Printed first, of one run by
-//! both methods each: the time of an iterate by direct simulation over that by the map, for the linear oscillator with its exact flow and with
+//! The problem is the one of Thota, Zhao and Dankowicz (2006), `omega = 1.8`, about its grazing
+//! orbit. Printed first, of one run by both methods each: the time of an iterate by direct
+//! simulation over that by the map, for the linear oscillator with its exact flow and with
 //! the general integrator, and for the electrostatic one, which has no other.
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
@@ -20,7 +21,8 @@ use grazemap::orbit::{GrazingOrbit, locate};
 /// The free orbit before grazing: every iterate of every value is made, by both methods.
 const RANGE: [f64; 2] = [-1e-3, -1e-4];
 
-/// Iterates by direct simulation at each value, left out and kept: of 200 values, that all lanes are in use, by the exact flow, of 20 otherwise.
+/// Iterates by direct simulation at each value, left out and kept: of 200 values, that all lanes
+/// are in use, by the exact flow, of 20 otherwise.
 const DIRECT: [usize; 2] = [100, 20];
 
 struct Problem {
@@ -126,7 +128,8 @@ fn seconds(sweeps: &[Sweep]) -> f64 {
     sum(|sweep| sweep.timing.seconds) / sum(|sweep| sweep.timing.iterates as f64)
 }
 
-/// The map makes as many iterates at each of 200 values as in the bench, direct simulation fewer at fewer.
+/// The map makes as many iterates at each of 200 values as in the bench, direct simulation fewer at
+/// fewer.
 fn print_ratios(name: &str, direct: &[Sweep], problem: &Problem, range: [f64; 2]) {
     for iterates in [[1000, 200], [9800, 200]] {
         let by_map = run(problem, range, 200, iterates, &[Method::Map]).sweeps;

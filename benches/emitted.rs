@@ -1,12 +1,13 @@
-//! Emitted steps of the linear scene, and of a spring whose contact is a series or flown, compiled for this machine
-//! and for any x86-64 or aarch64.
+//! Emitted steps of the linear scene, and of a spring whose contact is a series or flown, compiled
+//! for this machine and for any x86-64 or aarch64.
 //!
-//! `cargo bench --bench emitted` emits the scenes at several orders, compiles each map with a small timing
-//! program by `rustc`, and prints nanoseconds per step: one point at a time (independent points), chained
-//! (each image the next state), and in lanes; with parameters as variables and frozen. Beside each stands
-//! its floor: the step's multiply-adds over the rate of a loop of nothing else, measured in the same run. The first rows are
-//! two bare polynomials of order 5 in three variables, on which other programs were measured; rows marked `f32` are of the same map
-//! in single precision, in sixteen lanes where double precision has eight.
+//! `cargo bench --bench emitted` emits the scenes at several orders, compiles each map with a small
+//! timing program by `rustc`, and prints nanoseconds per step: one point at a time (independent
+//! points), chained (each image the next state), and in lanes; with parameters as variables and
+//! frozen. Beside each stands its floor: the step's multiply-adds over the rate of a loop of
+//! nothing else, measured in the same run. The first rows are two bare polynomials of order 5 in
+//! three variables, on which other programs were measured; rows marked `f32` are of the same map in
+//! single precision, in sixteen lanes where double precision has eight.
 
 #[path = "../tests/support/synthetic.rs"]
 mod synthetic;

@@ -1,8 +1,9 @@
 //! One forcing period of two oscillators: the orbit itself, and its jets.
 //!
-//! The actuator with its jets in (x, v, θ, ω, V) over one period at 1e-15 is the problem on which other
-//! programs were measured; the floor printed first is the time of all coefficient products of dense jets alone, at the measured rate of
-//! the widest registers; squares and monomials that vanish cost less.
+//! The actuator with its jets in (x, v, θ, ω, V) over one period at 1e-15 is the problem on which
+//! other programs were measured; the floor printed first is the time of all coefficient products of
+//! dense jets alone, at the measured rate of the widest registers; squares and monomials that
+//! vanish cost less.
 
 #[path = "support/actuator.rs"]
 mod actuator;
@@ -66,7 +67,8 @@ fn orbit<S: Real>(c: &mut Criterion, name: &str, field: &Field, point: &[f64], d
     });
 }
 
-/// Eight orbits side by side, from neighbouring states and parameters; the rate is that of single orbits.
+/// Eight orbits side by side, from neighbouring states and parameters; the rate is that of single
+/// orbits.
 fn orbits_in_lanes(c: &mut Criterion, name: &str, field: &Field, point: &[f64], duration: f64) {
     let spread = |&value: &f64| Lanes::<8>::from_fn(|lane| value * (1.0 + 0.01 * lane as f64));
     let values: Vec<_> = point.iter().map(spread).collect();

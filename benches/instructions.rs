@@ -1,4 +1,5 @@
-//! Work whose instructions are counted: `benches/instructions/run` runs this under a simulator of the processor.
+//! Work whose instructions are counted: `benches/instructions/run` runs this under a simulator of
+//! the processor.
 //!
 //! usage: `instructions NAME ROUNDS`; without arguments, the names.
 
@@ -56,7 +57,8 @@ fn flow<const ORDER: usize>(rounds: usize) {
     }
 }
 
-/// One forcing period of the scene `linear`, its contacts and where that is asked for all near misses.
+/// One forcing period of the scene `linear`, its contacts and where that is asked for all near
+/// misses.
 fn direct_period<const MISSES: bool>(rounds: usize) {
     let path = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/linear.toml");
     let source = std::fs::read_to_string(path).expect("a scene of the catalogue");

@@ -1,8 +1,9 @@
 //! One dense product of two full jets: nanoseconds per coefficient product (the inverse of the
 //! throughput that criterion prints), one jet and eight jets in lanes.
 //!
-//! The floors are loops of independent products and sums over registers, measured in the same run for one number
-//! and for the registers of AVX2 and AVX-512, rounded twice, as the library does, and once.
+//! The floors are loops of independent products and sums over registers, measured in the same run
+//! for one number and for the registers of AVX2 and AVX-512, rounded twice, as the library does,
+//! and once.
 
 #[path = "support/floor.rs"]
 mod floor;

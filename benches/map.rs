@@ -1,8 +1,8 @@
 //! One step of a local map: interpreted, lowered, frozen, iterated; at several orders (N, W).
 //!
-//! Two coordinates and two parameters, random coefficients. The operation counts are printed first: at one
-//! multiply-add per cycle they are a floor for compiled code that runs one point at a time, and at two vectors
-//! of eight lanes per cycle sixteen times less for lanes.
+//! Two coordinates and two parameters, random coefficients. The operation counts are printed first:
+//! at one multiply-add per cycle they are a floor for compiled code that runs one point at a time,
+//! and at two vectors of eight lanes per cycle sixteen times less for lanes.
 
 #[path = "../tests/support/synthetic.rs"]
 mod synthetic;

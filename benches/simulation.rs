@@ -1,11 +1,13 @@
 //! Direct simulation: one forcing period near grazing, and one image of the return map.
 //!
-//! The linear oscillator at `alpha = 1.002 alpha_g`, r = 0.8 (Foale 1994; Thota, Zhao, Dankowicz 2006), and the
-//! electrostatic one at `omega = 0.46`, 5 % beyond grazing, both on their attractors; the number of impacts is printed.
-//! `linear-taylor` is the linear one by the general integrator; `new-parameters` a return at other parameters than the one
-//! before, so that all tables are formed anew; `in-lanes` periods of eight oscillators side by side, and their returns to a tangency
-//! section, to the forcing phase of the graze (`at-grazing-phase`) and to one a quarter of a period before it (`at-other-phase`). The
-//! floor is a loop of independent multiply-adds.
+//! The linear oscillator at `alpha = 1.002 alpha_g`, r = 0.8 (Foale 1994; Thota, Zhao, Dankowicz
+//! 2006), and the electrostatic one at `omega = 0.46`, 5 % beyond grazing, both on their
+//! attractors; the number of impacts is printed. `linear-taylor` is the linear one by the general
+//! integrator; `new-parameters` a return at other parameters than the one before, so that all
+//! tables are formed anew; `in-lanes` periods of eight oscillators side by side, and their returns
+//! to a tangency section, to the forcing phase of the graze (`at-grazing-phase`) and to one a
+//! quarter of a period before it (`at-other-phase`). The floor is a loop of independent
+//! multiply-adds.
 
 #[path = "support/floor.rs"]
 mod floor;
@@ -153,8 +155,8 @@ fn returns_at_new_parameters<S: Real>(criterion: &mut Criterion, scalar: &str) {
     });
 }
 
-/// Returns of oscillators in lanes, each at its own force, beside those of one after another: from beyond the stop, and from
-/// before it.
+/// Returns of oscillators in lanes, each at its own force, beside those of one after another: from
+/// beyond the stop, and from before it.
 fn returns_in_lanes(criterion: &mut Criterion) {
     let linear = |lane: usize| {
         model(
@@ -206,8 +208,8 @@ fn returns_in_lanes(criterion: &mut Criterion) {
     }
 }
 
-/// Forcing periods of oscillators in lanes, each at its own force, contacts alone asked for, beside those of one after another: with an
-/// impact, and just before grazing.
+/// Forcing periods of oscillators in lanes, each at its own force, contacts alone asked for, beside
+/// those of one after another: with an impact, and just before grazing.
 fn periods_in_lanes(criterion: &mut Criterion) {
     let linear = ("linear", "alpha", 2.247_220_505_424_423);
     let electrostatic = ("mems", "V", 0.211_927_585_7);
@@ -304,7 +306,8 @@ fn return_map<'a>(
     map.with_passages(&[passage]).expect("within the return")
 }
 
-/// `rate`: what is added to the velocity of every other orbit, and taken from that of its neighbours.
+/// `rate`: what is added to the velocity of every other orbit, and taken from that of its
+/// neighbours.
 fn time_returns_in_lanes(
     criterion: &mut Criterion,
     name: &str,

@@ -1,8 +1,9 @@
 //! Grazemap: fast, measured local maps of oscillators that graze a stop.
 //!
-//! A description of an impact oscillator (a [`Scene`]) becomes a [`GrazingOrbit`], that becomes a [`LocalMap`], which is
-//! iterated as a [`DiscreteMap`], emitted as Rust code ([`EmittedCrate`]), and measured against direct event-driven
-//! simulation ([`ConvergenceStudy`]). Data flows one way: each module knows those before it and none after it.
+//! A description of an impact oscillator (a [`Scene`]) becomes a [`GrazingOrbit`], that becomes a
+//! [`LocalMap`], which is iterated as a [`DiscreteMap`], emitted as Rust code ([`EmittedCrate`]),
+//! and measured against direct event-driven simulation ([`ConvergenceStudy`]). Data flows one way:
+//! each module knows those before it and none after it.
 //!
 //! # A first application
 //!
@@ -10,15 +11,7 @@
 #![doc = include_str!("../tests/quickstart.rs")]
 //! ```
 
-pub mod numeric;
-
-pub mod jet;
-
-pub mod model;
-
-pub mod flow;
-
-pub mod hybrid;
+pub use grazemap_sim::{flow, hybrid, jet, model, numeric};
 
 pub mod orbit;
 
@@ -33,8 +26,6 @@ pub mod analysis;
 pub mod convergence;
 
 pub mod report;
-
-pub mod cli;
 
 pub use analysis::diagram::Diagram;
 pub use convergence::ConvergenceStudy;

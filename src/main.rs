@@ -1,7 +1,9 @@
 //! The command line program.
 
+mod cli;
+
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    grazemap::cli::main()
+    cli::main()
 }

@@ -1,6 +1,7 @@
 //! Maps at the ends of what can be asked: what the study claims, on a few of its rows.
 //!
-//! Truth is a closed form of the linear oscillator, or direct simulation in double-double; the estimates are the expansion's own.
+//! Truth is a closed form of the linear oscillator, or direct simulation in double-double; the
+//! estimates are the expansion's own.
 
 use grazemap::convergence::{
     Coefficients, ExtremeAxis, ExtremeCase, ExtremeOutcome, Measured, extreme_cases,

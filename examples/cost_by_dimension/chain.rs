@@ -35,8 +35,8 @@ impl Law {
     }
 }
 
-/// A chain of equal masses hung from a wall, forced at its free end, where the stop is; parameters: the stop's place `d`, and
-/// the frequency `w` where two are active.
+/// A chain of equal masses hung from a wall, forced at its free end, where the stop is; parameters:
+/// the stop's place `d`, and the frequency `w` where two are active.
 pub(crate) fn scene(masses: usize, law: Law, active: usize) -> Scene {
     let response = response(masses);
     let (distance, phase) = response[0].to_polar();

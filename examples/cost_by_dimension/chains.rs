@@ -103,8 +103,8 @@ pub(crate) fn table(chains: &[Chain], rate: f64) -> Result<Table, ReportError> {
     Ok(table)
 }
 
-/// Monomials and times of the jets, two active parameters; legs also in dense products of two jets at the rate of
-/// multiply-adds.
+/// Monomials and times of the jets, two active parameters; legs also in dense products of two jets
+/// at the rate of multiply-adds.
 pub(crate) fn jet_table(chains: &[Chain], rate: f64) -> Result<Table, ReportError> {
     let mut table = table_of(&[
         "monomials, leg",

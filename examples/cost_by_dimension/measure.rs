@@ -7,7 +7,8 @@ use grazemap::expansion::{Expander, ExpansionError, MapOrders};
 use grazemap::iteration::{DiscreteMap, HornerMap};
 use grazemap::numeric::Scalar;
 
-/// Runs of which the fastest counts, for work shorter than [`LONG`]: other work on the machine only adds time.
+/// Runs of which the fastest counts, for work shorter than [`LONG`]: other work on the machine only
+/// adds time.
 const RUNS: usize = 9;
 /// Seconds from which one run is enough.
 const LONG: f64 = 0.2;
@@ -26,7 +27,8 @@ pub(crate) struct Cost {
     pub(crate) products: usize,
     /// Seconds for the legs' jets, for those of `D`, for the composition.
     pub(crate) seconds: [f64; 3],
-    /// Multiply-adds, products and sums of a step: factored, composed; with the parameters folded in: factored, composed.
+    /// Multiply-adds, products and sums of a step: factored, composed; with the parameters folded
+    /// in: factored, composed.
     pub(crate) operations: [usize; 4],
     /// Nanoseconds of an interpreted step: as above.
     pub(crate) step_ns: [f64; 4],
@@ -82,7 +84,8 @@ pub(crate) fn step_ns(map: &dyn DiscreteMap, operations: usize) -> f64 {
     1e9 * seconds / steps as f64
 }
 
-/// Nanoseconds of one multiply-add, many of them in flight and nothing else: of a double, and of each lane of eight.
+/// Nanoseconds of one multiply-add, many of them in flight and nothing else: of a double, and of
+/// each lane of eight.
 pub(crate) fn multiply_add_ns() -> [f64; 2] {
     [
         rate::<f64, 16>(),

@@ -1,4 +1,5 @@
-//! The flip that ends a window of 1/n orbits of the cantilever: leading formula, maps, direct simulation.
+//! The flip that ends a window of 1/n orbits of the cantilever: leading formula, maps, direct
+//! simulation.
 
 use grazemap::analysis::periodic::{
     BifurcationKind, Guess, PeriodicOrbit, PeriodicProblem, SectionMap, bifurcation, branch,
@@ -89,7 +90,8 @@ fn settled(maps: &Maps<'_>, returns: usize, wall: f64) -> Guess<Dd> {
     }
 }
 
-/// The flip of a 1/n orbit: along its branch from the first coordinate, downwards, at which the map has the orbit, then upwards from there.
+/// The flip of a 1/n orbit: along its branch from the first coordinate, downwards, at which the map
+/// has the orbit, then upwards from there.
 fn flip(map: &mut dyn SectionMap<Dd>, problem: &PeriodicProblem, guess: &Guess<Dd>) -> Option<f64> {
     let value = |step: i32| guess.state[0] * Dd::from(1.0 - STEP * f64::from(step));
     let down: Vec<Dd> = (0..STEPS).map(value).collect();

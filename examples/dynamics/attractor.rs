@@ -1,4 +1,5 @@
-//! Attractors: extremes, Lyapunov exponent, distance of their densities, by order against direct simulation.
+//! Attractors: extremes, Lyapunov exponent, distance of their densities, by order against direct
+//! simulation.
 
 use std::collections::BTreeMap;
 
@@ -16,7 +17,8 @@ const RUNS: usize = 8;
 /// Iterates dropped and kept of each.
 const TRANSIENT: usize = 2000;
 const KEPT: usize = 5000;
-/// Iterates of each run from which the exponent of direct simulation is taken: its Jacobians cost twenty images.
+/// Iterates of each run from which the exponent of direct simulation is taken: its Jacobians cost
+/// twenty images.
 const JACOBIANS: usize = 1500;
 /// Cells of a density.
 const CELLS: usize = 60;
@@ -37,7 +39,8 @@ pub(crate) struct Attractor {
     contacts: BTreeMap<usize, usize>,
     /// Mean over the runs and its standard error.
     exponent: [f64; 2],
-    /// First coordinates of the two halves of the runs, sorted: how far samples of one density are apart.
+    /// First coordinates of the two halves of the runs, sorted: how far samples of one density are
+    /// apart.
     halves: [Vec<f64>; 2],
 }
 
@@ -250,7 +253,8 @@ fn density(values: &[f64], [low, high]: [f64; 2]) -> Vec<[f64; 2]> {
     counts.iter().enumerate().map(share).collect()
 }
 
-/// Depths of the attractor against the first parameter: direct simulation, and a map that says there is one orbit.
+/// Depths of the attractor against the first parameter: direct simulation, and a map that says
+/// there is one orbit.
 pub(crate) fn sweep_figure(
     site: &Site,
     maps: &Maps<'_>,

@@ -1,4 +1,5 @@
-//! The orbit born at the graze: where it is and its multipliers, by depth and order, against direct simulation.
+//! The orbit born at the graze: where it is and its multipliers, by depth and order, against direct
+//! simulation.
 
 use grazemap::analysis::periodic::PeriodicOrbit;
 use grazemap::convergence::fit_slope;
@@ -26,7 +27,8 @@ pub(crate) const ORDERS: [(u32, u32); 11] = [
 const DRAWN: [(u32, u32); 7] = [(1, 2), (2, 1), (2, 2), (2, 3), (3, 4), (4, 6), (5, 8)];
 /// Decades of depth below the window's.
 const DECADES: i32 = 6;
-/// Rounding of a coefficient, and what is left of it in a parameter and in a trace, all in units of the largest.
+/// Rounding of a coefficient, and what is left of it in a parameter and in a trace, all in units of
+/// the largest.
 const ROUNDING: f64 = 1e-14;
 
 /// Orbits of one scene: direct, and by order.
@@ -141,7 +143,8 @@ pub(crate) fn slope_table(graze: Graze, scenes: &[Born<'_>]) -> Result<Table, Re
     Ok(table)
 }
 
-/// Relative errors of the parameter and absolute ones of the trace at a share of the window's depth.
+/// Relative errors of the parameter and absolute ones of the trace at a share of the window's
+/// depth.
 pub(crate) fn error_table(scenes: &[Born<'_>], decade: i32) -> Result<Table, ReportError> {
     let mut columns = vec![Column::text("(N, W)")];
     for scene in scenes {

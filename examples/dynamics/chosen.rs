@@ -1,4 +1,5 @@
-//! The map chosen for a tolerance: what it says of the orbits, folds and flips, beside direct simulation.
+//! The map chosen for a tolerance: what it says of the orbits, folds and flips, beside direct
+//! simulation.
 
 use grazemap::analysis::periodic::{
     Bifurcation, BifurcationKind, PeriodicOrbit, PeriodicProblem, SectionMap, Stepped, bifurcation,

@@ -63,8 +63,9 @@ impl Verdict {
         }
     }
 
-    /// Whether side, stability and kind are those of another; a node and a focus are of one kind where their multipliers are within
-    /// [`NEAR`] of each other, since nothing else tells them apart at a double multiplier.
+    /// Whether side, stability and kind are those of another; a node and a focus are of one kind
+    /// where their multipliers are within [`NEAR`] of each other, since nothing else tells them
+    /// apart at a double multiplier.
     pub(crate) fn agrees(&self, truth: &Self) -> bool {
         let pairs = self.values.iter().zip(&truth.values);
         let near = |(a, b): (&[f64; 2], &[f64; 2])| (a[0] - b[0]).hypot(a[1] - b[1]) < NEAR;

@@ -123,7 +123,8 @@ fn found(
     found
 }
 
-/// The first parameter at which the free orbit reaches the stop: the fixed point of `P_smooth` at depth zero.
+/// The first parameter at which the free orbit reaches the stop: the fixed point of `P_smooth` at
+/// depth zero.
 fn grazing(maps: &Maps<'_>, unfolding: f64) -> f64 {
     let mut smooth = MapEvaluation::<Dd>::smooth(&maps.local(HIGHEST));
     let problem = PeriodicProblem {
@@ -172,7 +173,8 @@ pub(crate) fn name(kind: BifurcationKind) -> &'static str {
     }
 }
 
-/// Powers of the unfolding with which relative errors fall: expected, and measured for each family of bifurcations.
+/// Powers of the unfolding with which relative errors fall: expected, and measured for each family
+/// of bifurcations.
 pub(crate) fn slope_table(families: &[Vec<&Locus>]) -> Result<Table, ReportError> {
     let mut columns = vec![Column::text("(N, W)"), Column::number("expected")];
     for family in families {

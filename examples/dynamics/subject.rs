@@ -66,7 +66,8 @@ impl Maps<'_> {
         self.family.map(orders(pair)).expect("small spaces")
     }
 
-    /// The map of an order in double-double: truncation and the rounding of coefficients are all that is left.
+    /// The map of an order in double-double: truncation and the rounding of coefficients are all
+    /// that is left.
     pub(crate) fn exact(&self, pair: (u32, u32)) -> MapEvaluation<Dd> {
         MapEvaluation::new(&self.local(pair))
     }
@@ -75,7 +76,8 @@ impl Maps<'_> {
         self.local((1, 1)).window
     }
 
-    /// Orbits of `returns` returns of which the first makes contact, the first active parameter free.
+    /// Orbits of `returns` returns of which the first makes contact, the first active parameter
+    /// free.
     pub(crate) fn problem(&self, returns: usize) -> PeriodicProblem {
         let mut itinerary = vec![PassageSet::default(); returns];
         itinerary[0].insert(0);
@@ -88,15 +90,18 @@ impl Maps<'_> {
     }
 }
 
-/// Depth variables `y` up to that of a window: `10^(k/4)` of its square, over these decades of `y²`, ascending.
+/// Depth variables `y` up to that of a window: `10^(k/4)` of its square, over these decades of
+/// `y²`, ascending.
 pub(crate) fn depths(deepest: f64, decades: i32) -> Vec<f64> {
     let depth = |k| deepest * 10f64.powf(f64::from(k) / 4.0);
     (-4 * decades..=0).map(depth).collect()
 }
 
-/// The one-impact orbits of period one at these depths `y²`, the second active parameter at an offset.
+/// The one-impact orbits of period one at these depths `y²`, the second active parameter at an
+/// offset.
 ///
-/// The first coordinate of the scenes asked is the distance beyond the stop, so that holding it holds `y²`.
+/// The first coordinate of the scenes asked is the distance beyond the stop, so that holding it
+/// holds `y²`.
 pub(crate) fn one_impact<S: Real>(
     map: &mut (impl SectionMap<S> + ?Sized),
     problem: &PeriodicProblem,

@@ -1,4 +1,5 @@
-//! The approach to the rigid stop: difference over its law, contact time over its limit, errors of both maps.
+//! The approach to the rigid stop: difference over its law, contact time over its limit, errors of
+//! both maps.
 
 use std::f64::consts::PI;
 
@@ -28,8 +29,8 @@ pub(crate) struct Sample {
     errors: [f64; 5],
 }
 
-/// Everything at a grid of depths, from a thousandth of the series' radius to `1e4` times that at which the contact turns
-/// stiff.
+/// Everything at a grid of depths, from a thousandth of the series' radius to `1e4` times that at
+/// which the contact turns stiff.
 pub(crate) fn samples(family: &[Measured<'_>]) -> Vec<Sample> {
     let of = |stop: &Measured<'_>| {
         let softest = (stop.law_radius() / stop.turn()).log10().floor() as i32 - 3;
@@ -93,7 +94,8 @@ pub(crate) fn sample_table(samples: &[Sample]) -> Result<Table, ReportError> {
     Ok(table)
 }
 
-/// The difference over its law against the scaled depth: one curve for all stiffnesses, `(2/π) atan`.
+/// The difference over its law against the scaled depth: one curve for all stiffnesses, `(2/π)
+/// atan`.
 pub(crate) fn collapse_figure(samples: &[Sample]) -> Figure {
     let mut figure = Figure::new(
         Axis::log10("y / y_{s},  y_{s} = (a / 2k_{2})^{1/2}"),

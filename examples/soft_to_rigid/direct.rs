@@ -6,12 +6,14 @@ use grazemap::model::Scene;
 use grazemap::numeric::Dd;
 use grazemap::orbit::GrazingOrbit;
 
-/// How long before the lowest point of the free flight the simulation begins, in times from the stop to there.
+/// How long before the lowest point of the free flight the simulation begins, in times from the
+/// stop to there.
 const HEAD_START: f64 = 3.0;
 /// How long after a rigid impact it ends, in the same times.
 const AFTERMATH: f64 = 0.1;
 
-/// A stop of a linear oscillator with states `(w, v)` and its grazing orbit, lowered for simulation.
+/// A stop of a linear oscillator with states `(w, v)` and its grazing orbit, lowered for
+/// simulation.
 #[derive(Debug)]
 pub(crate) struct DirectJump {
     system: HybridSystem,
@@ -45,7 +47,8 @@ impl DirectJump {
         }
     }
 
-    /// The jump from `w = y²`, `v = 0` at the grazing phase, after zero net time; only the first contact counts.
+    /// The jump from `w = y²`, `v = 0` at the grazing phase, after zero net time; only the first
+    /// contact counts.
     pub(crate) fn at(&self, y: Dd) -> Jump {
         let mut state = self.graze.clone();
         (state[0], state[1]) = (y * y, Dd::ZERO);
@@ -80,7 +83,8 @@ impl DirectJump {
         };
         let impact = first(|kind| matches!(kind, EventKind::Impact { .. }));
         let begin = first(|kind| matches!(kind, EventKind::ContactBegin { .. }));
-        // NOTE: a stiff contact that begins within rounding of the surface can end at once, still inward, and begin anew.
+        // NOTE: a stiff contact that begins within rounding of the surface can end at once, still
+        // inward, and begin anew.
         let outward = |kind: &EventKind<Dd>| matches!(kind, EventKind::ContactEnd { speed } if *speed > Dd::ZERO);
         let end = first(outward);
         match (impact, begin, end) {

@@ -1,4 +1,5 @@
-//! How far two maps are from a compliant contact: the series in `y`, cut, and the rigid stop with `r = 1`.
+//! How far two maps are from a compliant contact: the series in `y`, cut, and the rigid stop with
+//! `r = 1`.
 
 use grazemap::expansion::DepthSeries;
 use grazemap::numeric::{Dd, Scalar};
@@ -65,7 +66,8 @@ impl<'a> Measured<'a> {
         ((cut - jump) / jump).magnitude()
     }
 
-    /// Error of the rigid stop in the place of the compliant one, relative to the jump of the velocity.
+    /// Error of the rigid stop in the place of the compliant one, relative to the jump of the
+    /// velocity.
     pub(crate) fn rigid_error(&self, y: f64) -> f64 {
         let (soft, rigid) = self.jumps(y);
         ((rigid.change[1] - soft.change[1]) / soft.change[1]).magnitude()
@@ -78,7 +80,8 @@ impl<'a> Measured<'a> {
         boundary(ends, |y| self.series_error(weight, y) <= tolerance)
     }
 
-    /// The smallest `y` from which the rigid stop is within a tolerance; NaN if it is not at [`DEEPEST`].
+    /// The smallest `y` from which the rigid stop is within a tolerance; NaN if it is not at
+    /// [`DEEPEST`].
     pub(crate) fn rigid_reach(&self, tolerance: f64) -> f64 {
         if self.rigid_error(DEEPEST) > tolerance {
             return f64::NAN;

@@ -1,7 +1,8 @@
 //! Families of stops that harden: scenes with a stiffness.
 //!
-//! The linear oscillator `u'' = −R1 u' − k1 u + A cos θ` of `Kundu2012` with its stop at `u = 1`; the state `w = u − 1` is
-//! the distance from the stop, so that a depth of 1e-26 has all its digits in double-double.
+//! The linear oscillator `u'' = −R1 u' − k1 u + A cos θ` of `Kundu2012` with its stop at `u = 1`;
+//! the state `w = u − 1` is the distance from the stop, so that a depth of 1e-26 has all its digits
+//! in double-double.
 
 use grazemap::model::Scene;
 use grazemap::orbit::{GrazingOrbit, locate};

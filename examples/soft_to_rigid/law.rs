@@ -1,12 +1,14 @@
 //! The law by which a stop that hardens tends to the rigid one with `r = 1`.
 //!
-//! A stiff contact gives the speed back after half a period of its own, `δ = π √(M/k2)`, less what the dampers take:
+//! A stiff contact gives the speed back after half a period of its own, `δ = π √(M/k2)`, less what
+//! the dampers take:
 //!
 //! ```text
 //! D_soft − D_rigid = δ E(−t1) (v, a_e − (R1 − R2) v/2) + O(1/k2)
 //! ```
 //!
-//! with the entry at the time `t1 < 0`, the speed `v` there, `a_e = (k1 σ − G)/M` and the homogeneous free flow `E`.
+//! with the entry at the time `t1 < 0`, the speed `v` there, `a_e = (k1 σ − G)/M` and the
+//! homogeneous free flow `E`.
 
 use crate::direct::Jump;
 use crate::family::{DAMPING, Stop};

@@ -21,7 +21,8 @@ impl Family {
         }
     }
 
-    /// The depth variable at which the contact time turns from that of a soft contact to that of a stiff one.
+    /// The depth variable at which the contact time turns from that of a soft contact to that of a
+    /// stiff one.
     pub(crate) fn turn(self, free: f64, k2: f64) -> f64 {
         self.pressed(free) / (2.0 * free * k2).sqrt()
     }

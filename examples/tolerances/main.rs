@@ -1,8 +1,9 @@
-//! The study docs/studies/tolerances.md: the map chosen for every scene of the catalogue at four tolerances.
+//! The study docs/studies/tolerances.md: the map chosen for every scene of the catalogue at four
+//! tolerances.
 //!
-//! `cargo run --release --example tolerances` chooses and measures everything anew (some minutes) and writes the tables and
-//! figures of the page; with `-- sections` the table of other sections alone. The truth is direct simulation in
-//! double-double, on points that no choice was made by.
+//! `cargo run --release --example tolerances` chooses and measures everything anew (some minutes)
+//! and writes the tables and figures of the page; with `-- sections` the table of other sections
+//! alone. The truth is direct simulation in double-double, on points that no choice was made by.
 
 mod figures;
 mod measure;

@@ -7,7 +7,8 @@ use grazemap::orbit::{GrazingOrbit, locate};
 
 use crate::TOLERANCES;
 
-/// Number in the sequence of the first point of the comparison: beyond all that anything is chosen by.
+/// Number in the sequence of the first point of the comparison: beyond all that anything is chosen
+/// by.
 const FIRST: usize = 200_000;
 /// Points of the comparison.
 const POINTS: usize = 10_000;

@@ -1,4 +1,5 @@
-//! What a step costs on other sections for the same orbits, and which section a scene of any section takes.
+//! What a step costs on other sections for the same orbits, and which section a scene of any
+//! section takes.
 
 use grazemap::convergence::{Choice, ChoiceOptions, SectionChoice, choose, choose_sections};
 use grazemap::model::{Scene, catalogue};
@@ -20,7 +21,8 @@ const SCENES: [&str; 9] = [
 ];
 /// The tolerances for which they are.
 const TOLERANCES: [f64; 2] = [1e-6, 1e-9];
-/// Sections, by how long before the graze they are over the period, in the order in which they are taken of equals.
+/// Sections, by how long before the graze they are over the period, in the order in which they are
+/// taken of equals.
 const AHEAD: [(f64, &str); 4] = [
     (0.0, "at the graze"),
     (0.125, "1/8 before"),

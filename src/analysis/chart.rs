@@ -1,7 +1,8 @@
 //! Two-parameter charts: what the map settles on, cell by cell of a grid of parameters.
 //!
-//! One idea: every cell starts from the fixed point of `P_smooth` at its own parameters, so that no cell knows of another: as many are
-//! iterated in step as the map has lanes, on all cores, and no result depends on either.
+//! One idea: every cell starts from the fixed point of `P_smooth` at its own parameters, so that no
+//! cell knows of another: as many are iterated in step as the map has lanes, on all cores, and no
+//! result depends on either.
 
 use std::time::Instant;
 
@@ -27,7 +28,8 @@ pub struct Chart {
     pub digest: u64,
     /// The two parameters, the horizontal one first.
     pub axes: [ChartAxis; 2],
-    /// Names of the surfaces that graze, in the model's order: that of the hits in the names of orbits.
+    /// Names of the surfaces that graze, in the model's order: that of the hits in the names of
+    /// orbits.
     pub surfaces: Vec<String>,
     /// Iterates dropped in each cell.
     pub transient: usize,
@@ -55,11 +57,13 @@ pub struct ChartAxis {
 pub struct ChartCell {
     /// Period in iterates.
     pub period: Period,
-    /// Name of the orbit, `None` without a period; its hits count every contact at a surface that grazes.
+    /// Name of the orbit, `None` without a period; its hits count every contact at a surface that
+    /// grazes.
     pub orbit: Option<OrbitName>,
     /// Contacts over all kept iterates.
     pub kept_contacts: u32,
-    /// Largest Lyapunov exponent per iterate, over as many iterates as were kept; `None` where the orbit ended early.
+    /// Largest Lyapunov exponent per iterate, over as many iterates as were kept; `None` where the
+    /// orbit ended early.
     pub lyapunov: Option<f64>,
     /// How the orbit ended.
     pub end: OrbitEnd,
@@ -89,8 +93,8 @@ impl Chart {
 
 /// The chart that a scene asks for, by the map.
 ///
-/// Every cell starts at the fixed point of `P_smooth` at its parameters, so that a chart shows one attractor where there are
-/// several; a diagram that carries its state shows the others.
+/// Every cell starts at the fixed point of `P_smooth` at its parameters, so that a chart shows one
+/// attractor where there are several; a diagram that carries its state shows the others.
 ///
 /// # Errors
 ///

@@ -10,10 +10,11 @@ use crate::orbit::GrazingOrbit;
 /// The image of a section point by direct simulation.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SectionImage<S> {
-    /// Offsets of the image, the nominal advance of the phase removed; NaN where there is no image.
+    /// Offsets of the image, the nominal advance of the phase removed; NaN where there is no
+    /// image.
     pub offsets: Vec<S>,
-    /// Speed at which each passage met its surface, in the order in which they follow the section; `None` without
-    /// contact.
+    /// Speed at which each passage met its surface, in the order in which they follow the section;
+    /// `None` without contact.
     pub passages: Vec<Option<S>>,
     /// Passages that made contact.
     pub contacts: usize,
@@ -37,15 +38,16 @@ pub enum DirectEnd {
     NoReturn,
     /// The start is beyond a rigid surface, and no free flight leads there from it.
     Penetrating,
-    /// The simulation ended otherwise: a state that is not finite, no sticking field, too many steps.
+    /// The simulation ended otherwise: a state that is not finite, no sticking field, too many
+    /// steps.
     Ended,
 }
 
 /// The section map of a scene by direct simulation, over `f64` or double-double.
 ///
-/// The map is `P = P_smooth ∘ D` with the contact as it is: a section point beyond the surface is taken
-/// back along the free flow to the surface and goes through the contact and all that follows; the last
-/// approach to the section is flown with the surface ignored.
+/// The map is `P = P_smooth ∘ D` with the contact as it is: a section point beyond the surface is
+/// taken back along the free flow to the surface and goes through the contact and all that follows;
+/// the last approach to the section is flown with the surface ignored.
 #[derive(Clone, Debug)]
 pub struct DirectImage<'a, S: Real> {
     frame: SectionFrame<S>,

@@ -14,11 +14,14 @@ use crate::orbit::GrazingOrbit;
 
 /// The section map by direct simulation in double precision, as a [`DiscreteMap`] in offsets.
 ///
-/// [`StepInfo::passages`] numbers the passages in the order in which they follow the section; [`StepInfo::depth`] is
-/// the largest `v²/(2 h'')` of their impact speeds `v`, which is `y²` to leading order.
+/// [`StepInfo::passages`] numbers the passages in the order in which they follow the section;
+/// [`StepInfo::depth`] is the largest `v²/(2 h'')` of their impact speeds `v`, which is `y²` to
+/// leading order.
 ///
-/// Jacobians are central differences of fourth order whose steps shrink with the depth ([`linearise`](super::periodic::linearise)):
-/// good to about `1e-12` of an entry away from `y = 0`, where the map has no derivative, and to the digits that double precision leaves the kick near it.
+/// Jacobians are central differences of fourth order whose steps shrink with the depth
+/// ([`linearise`](super::periodic::linearise)): good to about `1e-12` of an entry away from `y =
+/// 0`, where the map has no derivative, and to the digits that double precision leaves the kick
+/// near it.
 #[derive(Debug)]
 pub struct DirectMap<'a> {
     image: Mutex<DirectImage<'a, f64>>,
@@ -56,8 +59,9 @@ impl<'a> DirectMap<'a> {
         })
     }
 
-    /// The map at other parameters in every lane, on any section; `None` unless the system has one rigid surface, and on machines
-    /// without wide registers ([`is_wide`](crate::numeric::is_wide)).
+    /// The map at other parameters in every lane, on any section; `None` unless the system has one
+    /// rigid surface, and on machines without wide registers
+    /// ([`is_wide`](crate::numeric::is_wide)).
     ///
     /// # Panics
     ///
@@ -70,13 +74,15 @@ impl<'a> DirectMap<'a> {
         DirectLanes::new(&image, &self.normal_accelerations, parameters)
     }
 
-    /// Speed of the first contact that follows a section point; 0 without one, NaN without an image.
+    /// Speed of the first contact that follows a section point; 0 without one, NaN without an
+    /// image.
     pub fn impact_speed(&self, state: &[f64], parameters: &[f64]) -> f64 {
         self.simulate(state, parameters)
             .map_or(f64::NAN, |image| image.impact_speed)
     }
 
-    /// All contacts at each surface that grazes, in the model's order, on the way from a section point to its image.
+    /// All contacts at each surface that grazes, in the model's order, on the way from a section
+    /// point to its image.
     pub fn hits(&self, state: &[f64], parameters: &[f64]) -> Vec<u32> {
         let image = self.simulate(state, parameters);
         let hits = |&surface: &usize| {

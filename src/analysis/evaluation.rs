@@ -1,4 +1,5 @@
-//! A local map evaluated over any number: what its coefficients say, without the rounding of a step.
+//! A local map evaluated over any number: what its coefficients say, without the rounding of a
+//! step.
 
 use crate::expansion::{
     ComposedMap, Contact, DepthPolynomial, FlownContact, Legs, LocalMap, Numbers, Stage,
@@ -8,8 +9,8 @@ use crate::numeric::Real;
 
 /// A local map with its coefficients as `S`, evaluated stage by stage.
 ///
-/// In double-double the image is exact to the map's own coefficients: what remains is truncation and the
-/// rounding of the coefficients to `f64`.
+/// In double-double the image is exact to the map's own coefficients: what remains is truncation
+/// and the rounding of the coefficients to `f64`.
 #[derive(Clone, Debug)]
 pub struct MapEvaluation<S: Real> {
     stages: Vec<StageOf<S>>,
@@ -31,7 +32,8 @@ pub struct DepthEvaluation<S: Real> {
 }
 
 impl<S: Real> DepthEvaluation<S> {
-    /// The depths at a section point, everything in offsets, in the order in which the passages are met.
+    /// The depths at a section point, everything in offsets, in the order in which the passages are
+    /// met.
     pub fn at(&self, offsets: &[S], parameters: &[S]) -> Vec<S> {
         self.until_last.image(offsets, parameters).depths
     }
@@ -51,7 +53,8 @@ pub struct MapImage<S> {
 pub struct Arrival<'a, S> {
     /// Number of the passage, in the order in which they follow the section.
     pub passage: usize,
-    /// The point (coordinates; parameters) before the contact; of a composed map the section point.
+    /// The point (coordinates; parameters) before the contact; of a composed map the section
+    /// point.
     pub point: &'a [S],
     /// `−h_min`.
     pub depth: S,
@@ -159,10 +162,11 @@ impl<S: Real> MapEvaluation<S> {
         })
     }
 
-    /// The image of a point where `root` says the depth variable of every passage, whatever its depth; `None` is no contact.
+    /// The image of a point where `root` says the depth variable of every passage, whatever its
+    /// depth; `None` is no contact.
     ///
-    /// The depth variable may be negative, which is the other branch of the root: with it given the map is a polynomial (of
-    /// contacts that are flown an analytic function, for `y ≥ 0`).
+    /// The depth variable may be negative, which is the other branch of the root: with it given the
+    /// map is a polynomial (of contacts that are flown an analytic function, for `y ≥ 0`).
     pub fn image_with(
         &self,
         offsets: &[S],

@@ -1,8 +1,8 @@
 //! `P_smooth` and `D` one at a time, by flying them: no expansion.
 //!
 //! What the two factors of a map are measured against. The flights are those of the definition: the
-//! free flow with the surface ignored; back to the surface, through the reset or the contact, and on to
-//! the section.
+//! free flow with the surface ignored; back to the surface, through the reset or the contact, and
+//! on to the section.
 
 use super::AnalysisError;
 use super::section_frame::SectionFrame;
@@ -72,8 +72,8 @@ impl<'a, S: Real> FreeFlight<'a, S> {
         })
     }
 
-    /// `P_smooth` of a section point, in offsets; `None` where the flight leaves the finite numbers or ends
-    /// near no minimum of the gap.
+    /// `P_smooth` of a section point, in offsets; `None` where the flight leaves the finite numbers
+    /// or ends near no minimum of the gap.
     ///
     /// # Errors
     ///
@@ -94,9 +94,9 @@ impl<'a, S: Real> FreeFlight<'a, S> {
         Ok(image.filter(|image| image.iter().all(|value| value.is_finite())))
     }
 
-    /// `D` of a point in the grazing chart, in offsets, with its depth `−h_min`: the point itself where
-    /// that is not positive; `None` where no minimum of the gap is near or a contact does not end within a
-    /// return time.
+    /// `D` of a point in the grazing chart, in offsets, with its depth `−h_min`: the point itself
+    /// where that is not positive; `None` where no minimum of the gap is near or a contact does
+    /// not end within a return time.
     ///
     /// # Errors
     ///
@@ -141,8 +141,8 @@ impl<'a, S: Real> FreeFlight<'a, S> {
         self.section.phase().map(|(_, origin)| origin)
     }
 
-    /// The section point that a free flight of about a time ends at, in offsets, its phase less `turns`; `None` as for
-    /// [`smooth`](Self::smooth).
+    /// The section point that a free flight of about a time ends at, in offsets, its phase less
+    /// `turns`; `None` as for [`smooth`](Self::smooth).
     pub(super) fn arrive(
         &mut self,
         state: &[S],
@@ -171,7 +171,8 @@ impl<'a, S: Real> FreeFlight<'a, S> {
             .filter(|state| state.iter().all(|value| value.is_finite()))
     }
 
-    /// The nearby minimum of the gap along the free flow, `h' = 0` with `h'' > 0`, and the time to it.
+    /// The nearby minimum of the gap along the free flow, `h' = 0` with `h'' > 0`, and the time to
+    /// it.
     fn minimum_near(&mut self, state: &[S], parameters: &[S]) -> Option<(Vec<S>, S)> {
         let (mut time, mut last) = (S::zero(), f64::INFINITY);
         let mut at = state.to_vec();
@@ -191,7 +192,8 @@ impl<'a, S: Real> FreeFlight<'a, S> {
         Some((at, time))
     }
 
-    /// The point where the free flow to a minimum beyond the surface meets it, and the time, negative, from there.
+    /// The point where the free flow to a minimum beyond the surface meets it, and the time,
+    /// negative, from there.
     fn entry(&mut self, minimum: &[S], parameters: &[S]) -> Option<(Vec<S>, S)> {
         let normal = self.normal.evaluate(minimum, parameters);
         let (depth, acceleration) = (-normal.get(0), normal.get(2));

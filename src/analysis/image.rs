@@ -81,14 +81,14 @@ pub struct ImageRecord {
 
 /// Images of rows of offsets, row by row, each row's iterations in order.
 ///
-/// A row ends early where it has no finite image; the record says so. Rows are computed on all cores;
-/// the result does not depend on their number.
+/// A row ends early where it has no finite image; the record says so. Rows are computed on all
+/// cores; the result does not depend on their number.
 ///
 /// # Errors
 ///
 /// [`AnalysisError::Length`] if a row does not fit the section or the active parameters;
-/// [`AnalysisError::Hybrid`] if an offset is not finite; [`AnalysisError::SingleSimulation`] for direct simulation in single
-/// precision.
+/// [`AnalysisError::Hybrid`] if an offset is not finite; [`AnalysisError::SingleSimulation`] for
+/// direct simulation in single precision.
 pub fn images(
     scene: &Scene,
     orbit: &GrazingOrbit,

@@ -4,7 +4,8 @@ use crate::iteration::Itinerary;
 use crate::model::Scene;
 use crate::orbit::{FollowingPassage, GrazingOrbit};
 
-/// Which surface each passage of one return meets, the passages in the order in which they follow the section.
+/// Which surface each passage of one return meets, the passages in the order in which they follow
+/// the section.
 pub fn itinerary(scene: &Scene, orbit: &GrazingOrbit) -> Itinerary {
     let following = orbit.passages_after_section(scene);
     let grazes = |&surface: &usize| following.iter().any(|passage| passage.surface == surface);

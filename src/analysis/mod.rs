@@ -1,4 +1,5 @@
-//! Images of section points, periodic orbits, bifurcation diagrams, two-parameter charts: what a map does, by the map and by direct simulation.
+//! Images of section points, periodic orbits, bifurcation diagrams, two-parameter charts: what a
+//! map does, by the map and by direct simulation.
 //!
 //! Deliberately absent: plotting, files, progress bars.
 

@@ -1,6 +1,7 @@
 //! Section points carried along the free flow to another section of the same grazing orbit.
 //!
-//! What one window is on the other section: the same orbits, so that maps of different sections can be compared.
+//! What one window is on the other section: the same orbits, so that maps of different sections can
+//! be compared.
 
 use super::AnalysisError;
 use super::free_flight::FreeFlight;
@@ -15,12 +16,14 @@ use crate::orbit::{GrazingOrbit, PoincareSectionKind};
 pub struct SectionChange<'a, S: Real> {
     from: SectionFrame<S>,
     to: FreeFlight<'a, S>,
-    /// Time from one section to the other along the grazing orbit, negative backwards, over its period.
+    /// Time from one section to the other along the grazing orbit, negative backwards, over its
+    /// period.
     share: S,
 }
 
 impl<'a, S: Real> SectionChange<'a, S> {
-    /// Between the sections of two scenes that differ in them alone; each is taken within the period before the first passage.
+    /// Between the sections of two scenes that differ in them alone; each is taken within the
+    /// period before the first passage.
     ///
     /// # Errors
     ///
@@ -42,8 +45,8 @@ impl<'a, S: Real> SectionChange<'a, S> {
         })
     }
 
-    /// A point on the other section, in its offsets; `None` where the flight leaves the finite numbers or ends near no minimum of the
-    /// gap.
+    /// A point on the other section, in its offsets; `None` where the flight leaves the finite
+    /// numbers or ends near no minimum of the gap.
     ///
     /// # Errors
     ///

@@ -12,9 +12,9 @@ const NEWTON_STEPS: usize = 40;
 
 /// The section of a scene through its grazing orbit: offsets in, full states out, and back.
 ///
-/// State offsets are relative to the point where the grazing orbit at `p*` meets the section, whatever
-/// the parameters; parameter offsets are relative to `p*`. On a tangency section the component that is
-/// no coordinate solves `h'(x, p) = 0`.
+/// State offsets are relative to the point where the grazing orbit at `p*` meets the section,
+/// whatever the parameters; parameter offsets are relative to `p*`. On a tangency section the
+/// component that is no coordinate solves `h'(x, p) = 0`.
 #[derive(Clone, Debug)]
 pub struct SectionFrame<S: Real> {
     section: PoincareSection,
@@ -108,7 +108,8 @@ impl<S: Real> SectionFrame<S> {
         }
     }
 
-    /// The passages of one return that nominally takes `duration`, in the order in which they follow the section.
+    /// The passages of one return that nominally takes `duration`, in the order in which they
+    /// follow the section.
     pub fn nominal_passages(&self, duration: S) -> Vec<NominalPassage> {
         let passages = self.passages.iter();
         passages
@@ -134,8 +135,8 @@ impl<S: Real> SectionFrame<S> {
         self.clock.as_ref().map_or(S::zero(), |clock| clock.advance)
     }
 
-    /// Places the full state and the parameters at offsets; read them with [`state`](Self::state) and
-    /// [`parameters`](Self::parameters).
+    /// Places the full state and the parameters at offsets; read them with [`state`](Self::state)
+    /// and [`parameters`](Self::parameters).
     ///
     /// # Errors
     ///

@@ -7,8 +7,8 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 use super::error::CliError;
 use super::orbits_arguments::OrbitsArguments;
 use super::output::Destination;
-use crate::analysis::{Precision, Using};
-use crate::emission::Target;
+use grazemap::analysis::{Precision, Using};
+use grazemap::emission::Target;
 
 /// Fast, measured local maps of oscillators that graze a stop.
 ///
@@ -57,7 +57,8 @@ pub(super) enum Command {
 }
 
 impl Arguments {
-    /// The command's name, its common options, and whether it has a table; `None` of `new`, which has none of them.
+    /// The command's name, its common options, and whether it has a table; `None` of `new`, which
+    /// has none of them.
     fn outputs(&self) -> Option<(&'static str, &Common, bool)> {
         Some(match self.command.as_ref() {
             None => ("run", &self.common, false),
@@ -76,7 +77,8 @@ impl Arguments {
         })
     }
 
-    /// Refuses, before anything is computed, a table that a command does not have and two results in one place.
+    /// Refuses, before anything is computed, a table that a command does not have and two results
+    /// in one place.
     pub(super) fn refuse_lost_output(&self) -> Result<(), CliError> {
         let Some((command, common, has_table)) = self.outputs() else {
             return Ok(());
@@ -130,7 +132,8 @@ pub(super) struct ConvergeOptions {
     /// A scene file, or the name of a scene of the catalogue
     #[arg(value_name = "SCENE", required_unless_present = "extremes")]
     pub(super) scene: Option<PathBuf>,
-    /// Instead of a scene: the study of what is accurate and what is refused at the ends of every scale
+    /// Instead of a scene: the study of what is accurate and what is refused at the ends of every
+    /// scale
     #[arg(long, conflicts_with_all = ["scene", "set"])]
     pub(super) extremes: bool,
     /// Fresh points at which the chosen map is compared with direct simulation
@@ -174,7 +177,8 @@ pub(super) struct EmitArguments {
     /// Compare with what is in the folder, write nothing
     #[arg(long)]
     pub(super) check: bool,
-    /// Measure the error on the window against direct simulation, as is always done for a scene with a tolerance
+    /// Measure the error on the window against direct simulation, as is always done for a scene
+    /// with a tolerance
     #[arg(long)]
     pub(super) measure: bool,
     #[command(flatten)]

@@ -6,12 +6,12 @@ use super::output::{Results, stem};
 use super::prepare::{grazing_orbit, prepare, settle};
 use super::progress::Bar;
 use super::window_edge::{ByMap, local_map};
-use crate::analysis::Progress;
-use crate::analysis::chart::{Chart, chart};
-use crate::expansion::{LocalMap, WindowEdge};
-use crate::model::Scene;
-use crate::orbit::GrazingOrbit;
-use crate::report::{
+use grazemap::analysis::Progress;
+use grazemap::analysis::chart::{Chart, chart};
+use grazemap::expansion::{LocalMap, WindowEdge};
+use grazemap::model::Scene;
+use grazemap::orbit::GrazingOrbit;
+use grazemap::report::{
     ReportError, SectionDocument, chart_array, chart_figure, chart_table, chart_timing_table,
     to_dense_json,
 };

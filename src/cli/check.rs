@@ -6,8 +6,8 @@ use super::arguments::SceneOptions;
 use super::error::CliError;
 use super::output::Results;
 use super::prepare::{prepare, refuse_frozen_sweeps};
-use crate::model::Scene;
-use crate::report::to_json;
+use grazemap::model::Scene;
+use grazemap::report::to_json;
 
 /// What a checked scene holds.
 #[derive(Debug, Serialize)]

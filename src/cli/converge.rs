@@ -8,9 +8,11 @@ use super::output::Results;
 use super::prepare::{grazing_orbit, prepare, settle, start_threads};
 use super::progress::Bar;
 use super::window_edge::{warn_of_edges, window_edges};
-use crate::convergence::{ConvergenceOptions, ConvergenceStudy, converge, extreme_cases, extremes};
-use crate::expansion::Expander;
-use crate::report::{
+use grazemap::convergence::{
+    ConvergenceOptions, ConvergenceStudy, converge, extreme_cases, extremes,
+};
+use grazemap::expansion::Expander;
+use grazemap::report::{
     ReportError, SectionDocument, accuracy_words, chosen_words, convergence_figures,
     convergence_table, extremes_figures, extremes_table, extremes_words, sections_words,
     to_dense_json, validity_words, without_times,
@@ -119,7 +121,8 @@ fn sections_line(study: &ConvergenceStudy) -> String {
     }
 }
 
-/// Data and pictures of a study. Files named `speed` hold measured times, the others the same bytes from run to run.
+/// Data and pictures of a study. Files named `speed` hold measured times, the others the same bytes
+/// from run to run.
 pub(super) fn convergence_files(
     study: &ConvergenceStudy,
     section: &SectionDocument,

@@ -4,10 +4,10 @@ use super::arguments::CurveArguments;
 use super::error::CliError;
 use super::output::{Results, counted};
 use super::prepare::{nearest_of, prepare};
-use crate::model::Model;
-use crate::numeric::Shown;
-use crate::orbit::{CurveEnd, CurveOptions, CurveOutcome, GrazingCurve, curve};
-use crate::report::{CurveDocument, to_dense_json};
+use grazemap::model::Model;
+use grazemap::numeric::Shown;
+use grazemap::orbit::{CurveEnd, CurveOptions, CurveOutcome, GrazingCurve, curve};
+use grazemap::report::{CurveDocument, to_dense_json};
 
 pub(super) fn run(options: &CurveArguments) -> Result<(), CliError> {
     let scene = prepare(&options.scene)?.scene;

@@ -6,12 +6,12 @@ use super::output::{Results, note, stem};
 use super::prepare::{grazing_orbit, prepare, settle};
 use super::progress::Bar;
 use super::window_edge::{ByMap, local_map};
-use crate::analysis::Progress;
-use crate::analysis::diagram::{Diagram, diagram};
-use crate::expansion::{LocalMap, WindowEdge};
-use crate::model::Scene;
-use crate::orbit::GrazingOrbit;
-use crate::report::{
+use grazemap::analysis::Progress;
+use grazemap::analysis::diagram::{Diagram, diagram};
+use grazemap::expansion::{LocalMap, WindowEdge};
+use grazemap::model::Scene;
+use grazemap::orbit::GrazingOrbit;
+use grazemap::report::{
     ReportError, SectionDocument, diagram_array, diagram_figures, diagram_table,
     diagram_timing_table, to_dense_json,
 };

@@ -9,17 +9,17 @@ use super::error::CliError;
 use super::expand::{Expanded, expand};
 use super::output::{Results, counted, print};
 use super::prepare::{Plan, grazing_orbit, plan, prepare, settle};
-use crate::convergence::{Choice, measured_error};
-use crate::emission::{
+use grazemap::convergence::{Choice, measured_error};
+use grazemap::emission::{
     EmissionError, EmitOptions, EmittedCrate, EmittedModule, EmittedShape, Target, emitted_module,
     prune, prune_composed,
 };
-use crate::expansion::WindowEdge;
-use crate::iteration::HornerMap;
-use crate::model::{EmitPrecision, Scene, Shape, catalogue};
-use crate::numeric::FloatFormat;
-use crate::orbit::GrazingOrbit;
-use crate::report::{OutputFolder, SectionDocument, to_dense_json};
+use grazemap::expansion::WindowEdge;
+use grazemap::iteration::HornerMap;
+use grazemap::model::{EmitPrecision, Scene, Shape, catalogue};
+use grazemap::numeric::FloatFormat;
+use grazemap::orbit::GrazingOrbit;
+use grazemap::report::{OutputFolder, SectionDocument, to_dense_json};
 
 /// Where the catalogue's crate goes when no folder is named.
 const CATALOGUE_FOLDER: &str = "generated";

@@ -6,15 +6,15 @@ use std::path::PathBuf;
 use miette::{GraphicalReportHandler, GraphicalTheme};
 
 use super::output::{Destination, note};
-use crate::analysis::periodic::ItineraryError;
-use crate::analysis::{AnalysisError, DirectEnd};
-use crate::convergence::{ConvergenceError, Limit};
-use crate::emission::EmissionError;
-use crate::expansion::ExpansionError;
-use crate::model::{SceneError, SceneHeadline};
-use crate::numeric::{FloatFormat, Shown};
-use crate::orbit::{CurveEnd, NotLocated, OrbitError};
-use crate::report::{ReportError, limit_words};
+use grazemap::analysis::periodic::ItineraryError;
+use grazemap::analysis::{AnalysisError, DirectEnd};
+use grazemap::convergence::{ConvergenceError, Limit};
+use grazemap::emission::EmissionError;
+use grazemap::expansion::ExpansionError;
+use grazemap::model::{SceneError, SceneHeadline};
+use grazemap::numeric::{FloatFormat, Shown};
+use grazemap::orbit::{CurveEnd, NotLocated, OrbitError};
+use grazemap::report::{ReportError, limit_words};
 
 /// Exit code of mathematics that ended otherwise.
 const ENDED_OTHERWISE: u8 = 1;

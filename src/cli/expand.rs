@@ -5,12 +5,12 @@ use super::error::CliError;
 use super::output::Results;
 use super::prepare::{Plan, grazing_orbit, plan, prepare, settle};
 use super::window_edge::warn_of_edges;
-use crate::expansion::{
+use grazemap::expansion::{
     ComposedMap, Expander, ExpansionError, LocalMap, RADIUS_ORDER, Stage, WindowEdge,
 };
-use crate::model::Shape;
-use crate::orbit::GrazingOrbit;
-use crate::report::{
+use grazemap::model::Shape;
+use grazemap::orbit::GrazingOrbit;
+use grazemap::report::{
     ChosenCoefficients, ExpansionParts, MapDocument, PassageParts, ReportError, depth_variables,
     least_orders_words, to_exact_json,
 };
@@ -18,13 +18,15 @@ use crate::report::{
 /// Everything that is expanded for a map.
 #[derive(Debug)]
 pub(super) struct Expanded {
-    /// The map, stage by stage, in the shape the scene asks for, with the coefficients that were chosen.
+    /// The map, stage by stage, in the shape the scene asks for, with the coefficients that were
+    /// chosen.
     pub(super) map: LocalMap,
     /// The map of series in one polynomial pass, with the coefficients that were chosen.
     pub(super) composed: ComposedMap,
     /// What is written about it: coefficients of the Taylor series at its orders.
     pub(super) document: MapDocument,
-    /// What its contacts leave out at the edge of the window, by passage; none where their series end or are flown.
+    /// What its contacts leave out at the edge of the window, by passage; none where their series
+    /// end or are flown.
     pub(super) window_edges: Vec<WindowEdge>,
 }
 
@@ -44,7 +46,8 @@ pub(super) fn run(options: &SceneOptions) -> Result<(), CliError> {
     results.deliver("expand", &options.common)
 }
 
-/// Expands the map of a plan about its orbit; warns, unless `quiet`, of a window deeper than its series.
+/// Expands the map of a plan about its orbit; warns, unless `quiet`, of a window deeper than its
+/// series.
 pub(super) fn expand(plan: &Plan, orbit: &GrazingOrbit, quiet: bool) -> Result<Expanded, CliError> {
     let (scene, orders) = (&plan.scene, plan.orders);
     let expander = Expander::new(scene, orbit)?;

@@ -10,10 +10,10 @@ use super::offsets;
 use super::output::{Destination, Results, note};
 use super::prepare::{grazing_orbit, prepare, settle};
 use super::window_edge::{beyond, local_map};
-use crate::analysis::{DirectEnd, ImageRecord, ImageRequest, Precision, Using, images};
-use crate::expansion::{LocalMap, WindowEdge};
-use crate::numeric::Dd;
-use crate::report::{Named, SectionDocument, to_dense_json};
+use grazemap::analysis::{DirectEnd, ImageRecord, ImageRequest, Precision, Using, images};
+use grazemap::expansion::{LocalMap, WindowEdge};
+use grazemap::numeric::Dd;
+use grazemap::report::{Named, SectionDocument, to_dense_json};
 
 /// Significant digits of a single, of a double and of a double-double.
 const DIGITS: [usize; 3] = [9, 17, 32];

@@ -4,7 +4,7 @@ use super::arguments::SceneOptions;
 use super::error::CliError;
 use super::output::Results;
 use super::prepare::{grazing_orbit, prepare};
-use crate::report::{OrbitDocument, ReportError, to_dense_json};
+use grazemap::report::{OrbitDocument, ReportError, to_dense_json};
 
 pub(super) fn run(options: &SceneOptions) -> Result<(), CliError> {
     let loaded = prepare(options)?;

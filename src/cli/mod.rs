@@ -1,6 +1,7 @@
 //! The command line: arguments, progress, exit codes, one file per command.
 //!
-//! Exit codes: 0 done; 1 the mathematics ended otherwise, and what was found is said; 2 wrong input.
+//! Exit codes: 0 done; 1 the mathematics ended otherwise, and what was found is said; 2 wrong
+//! input.
 //!
 //! Deliberately absent: numerics.
 
@@ -37,16 +38,17 @@ use error::CliError;
 /// Runs the program on the arguments of the process.
 ///
 /// Wrong arguments are said on standard error and end with exit code 2, as every wrong input does.
-pub fn main() -> ExitCode {
+pub(crate) fn main() -> ExitCode {
     run_with(std::env::args_os())
 }
 
 /// Runs the program on these arguments, the first being the program's name.
-pub fn run_with(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
+fn run_with(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
     let arguments = match Arguments::try_parse_from(arguments) {
         Ok(arguments) => arguments,
         Err(refusal) => {
-            // NOTE: `--help` and `--version` arrive here too, with exit code 0; a closed standard output is no fault.
+            // NOTE: `--help` and `--version` arrive here too, with exit code 0; a closed standard
+            // output is no fault.
             let _shown = refusal.print();
             return ExitCode::from(u8::try_from(refusal.exit_code()).unwrap_or(2));
         }

@@ -7,8 +7,8 @@ use super::arguments::NewOptions;
 use super::error::CliError;
 use super::output::{note, print};
 use super::prepare::nearest;
-use crate::model::catalogue;
-use crate::report::write_atomically;
+use grazemap::model::catalogue;
+use grazemap::report::write_atomically;
 
 pub(super) fn run(options: &NewOptions) -> Result<(), CliError> {
     match &options.name {

@@ -3,9 +3,9 @@
 use std::path::Path;
 
 use super::error::CliError;
-use crate::analysis::ImageRow;
-use crate::expansion::LocalMap;
-use crate::numeric::Dd;
+use grazemap::analysis::ImageRow;
+use grazemap::expansion::LocalMap;
+use grazemap::numeric::Dd;
 
 /// Most rows read.
 const MOST_ROWS: usize = 10_000_000;
@@ -19,8 +19,8 @@ enum Column {
     Parameter(usize),
 }
 
-/// Reads the rows of a CSV file with a header; columns are coordinates and active parameters of the map, missing ones
-/// are 0.
+/// Reads the rows of a CSV file with a header; columns are coordinates and active parameters of the
+/// map, missing ones are 0.
 pub(super) fn read(path: &Path, map: &LocalMap) -> Result<Vec<ImageRow>, CliError> {
     let unreadable = |source| CliError::UnreadableStates {
         path: path.to_owned(),

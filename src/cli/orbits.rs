@@ -7,9 +7,9 @@ use super::output::{Results, note};
 use super::prepare::{grazing_orbit, prepare, settle};
 use super::progress::Bar;
 use super::window_edge::local_map;
-use crate::analysis::itinerary;
-use crate::analysis::orbits::{OrbitsRequest, orbits};
-use crate::report::{OrbitsDocument, to_dense_json};
+use grazemap::analysis::itinerary;
+use grazemap::analysis::orbits::{OrbitsRequest, orbits};
+use grazemap::report::{OrbitsDocument, to_dense_json};
 
 pub(super) fn run(options: &OrbitsArguments) -> Result<(), CliError> {
     let common = &options.scene.common;

@@ -10,13 +10,16 @@ use super::arguments::SceneOptions;
 pub(super) struct OrbitsArguments {
     #[command(flatten)]
     pub(super) scene: SceneOptions,
-    /// Offsets of active parameters from the graze, others 0; may be repeated. Default: a tenth of the window on both sides of the graze
+    /// Offsets of active parameters from the graze, others 0; may be repeated. Default: a tenth of
+    /// the window on both sides of the graze
     #[arg(long, value_name = "NAME=OFFSET,...", value_parser = ParameterOffsets::parse)]
     pub(super) at: Vec<ParameterOffsets>,
-    /// Look for all itineraries of periods up to N returns. Default: 4, with several passages 4 passages
+    /// Look for all itineraries of periods up to N returns. Default: 4, with several passages 4
+    /// passages
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = clap::value_parser!(u8).range(1..=12))]
     pub(super) period: Option<u8>,
-    /// Look for this itinerary: 1 for contact, 0 for none, passage by passage and return by return (`100`); may be repeated
+    /// Look for this itinerary: 1 for contact, 0 for none, passage by passage and return by return
+    /// (`100`); may be repeated
     #[arg(long, value_name = "DIGITS", conflicts_with = "period")]
     pub(super) itinerary: Vec<String>,
     /// Whose orbits: the map's, or those of direct simulation next to them
@@ -28,7 +31,8 @@ pub(super) struct OrbitsArguments {
     /// Look for flips (period-doublings) too
     #[arg(long)]
     pub(super) flip: bool,
-    /// The parameter that folds and flips are solved for; of two the first is stepped through. Default: the first active one
+    /// The parameter that folds and flips are solved for; of two the first is stepped through.
+    /// Default: the first active one
     #[arg(
         long = "in",
         value_name = "[P,]Q",

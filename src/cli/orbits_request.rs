@@ -3,10 +3,10 @@
 use super::error::CliError;
 use super::orbits_arguments::{OrbitsArguments, OrbitsUsing, ParameterOffsets};
 use super::prepare::nearest_of;
-use crate::analysis::orbits::{LociRequest, OrbitsRequest, SteppedParameter};
-use crate::analysis::periodic::{BifurcationKind, ContactItinerary, ItineraryError};
-use crate::expansion::LocalMap;
-use crate::model::Scene;
+use grazemap::analysis::orbits::{LociRequest, OrbitsRequest, SteppedParameter};
+use grazemap::analysis::periodic::{BifurcationKind, ContactItinerary, ItineraryError};
+use grazemap::expansion::LocalMap;
+use grazemap::model::Scene;
 
 /// Share of the window's half-width at which orbits are looked for where no parameters are named.
 const DEFAULT_SHARE: f64 = 0.1;
@@ -68,7 +68,8 @@ impl Parameters<'_> {
             })
     }
 
-    /// The first that is adjusted so that the orbit grazes; where the map has none of those, its first.
+    /// The first that is adjusted so that the orbit grazes; where the map has none of those, its
+    /// first.
     fn first(&self) -> Result<usize, CliError> {
         let adjusted = self.scene.grazing.solve_for.iter();
         let mut adjusted = adjusted.map(|&parameter| &self.scene.model.parameters[parameter].name);

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 
 use super::arguments::Common;
 use super::error::CliError;
-use crate::report::{OutputFolder, write_atomically};
+use grazemap::report::{OutputFolder, write_atomically};
 
 /// Where `--json` and `--csv` write.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -74,7 +74,8 @@ impl Results {
         }
     }
 
-    /// Writes what the options ask for; the text is shown unless standard output carries data or `-q` is given.
+    /// Writes what the options ask for; the text is shown unless standard output carries data or
+    /// `-q` is given.
     pub(super) fn deliver(&self, command: &'static str, common: &Common) -> Result<(), CliError> {
         let mut shown = !common.quiet;
         if let Some(folder) = &common.output {

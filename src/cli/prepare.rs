@@ -5,13 +5,13 @@ use std::path::Path;
 use super::arguments::{Common, SceneOptions};
 use super::error::CliError;
 use super::output::note;
-use crate::analysis::AnalysisError;
-use crate::convergence::{Choice, SettledScene, choose_orders, settle_section};
-use crate::expansion::{Expander, LocalMap, MapOrders};
-use crate::model::{Orders, Scene, Shape, catalogue};
-use crate::numeric::FloatFormat;
-use crate::orbit::{GrazingOrbit, locate};
-use crate::report::{SectionDecision, SectionDocument};
+use grazemap::analysis::AnalysisError;
+use grazemap::convergence::{Choice, SettledScene, choose_orders, settle_section};
+use grazemap::expansion::{Expander, LocalMap, MapOrders};
+use grazemap::model::{Orders, Scene, Shape, catalogue};
+use grazemap::numeric::FloatFormat;
+use grazemap::orbit::{GrazingOrbit, locate};
+use grazemap::report::{SectionDecision, SectionDocument};
 
 /// Longer names are not compared with known ones.
 const LONGEST_NAME: usize = 200;
@@ -80,7 +80,8 @@ pub(super) fn nearest_of<'a>(name: &str, known: impl Iterator<Item = &'a str>) -
     (distance(&near) <= 1 + name.chars().count() / 4).then(|| near.to_owned())
 }
 
-/// Refuses diagrams and charts of parameters that the map does not keep, before anything is computed for them.
+/// Refuses diagrams and charts of parameters that the map does not keep, before anything is
+/// computed for them.
 pub(super) fn refuse_frozen_sweeps(scene: &Scene) -> Result<(), CliError> {
     let diagrams = scene.diagrams.iter().map(|diagram| diagram.parameter);
     let charts = scene.charts.iter().flat_map(|chart| chart.parameters);
@@ -98,7 +99,8 @@ pub(super) fn grazing_orbit(scene: &Scene) -> Result<GrazingOrbit, CliError> {
     Ok(locate(scene)?.into_result()?)
 }
 
-/// The scene on the section that its map is taken on; says, unless `quiet`, what decided it where the scene takes any.
+/// The scene on the section that its map is taken on; says, unless `quiet`, what decided it where
+/// the scene takes any.
 pub(super) fn settle(
     scene: &Scene,
     orbit: &GrazingOrbit,

@@ -5,7 +5,7 @@ use std::io::{self, IsTerminal};
 use indicatif::{ProgressBar, ProgressStyle};
 
 use super::arguments::Common;
-use crate::analysis::Progress;
+use grazemap::analysis::Progress;
 
 /// A bar on a terminal; nothing elsewhere or with `-q`.
 #[derive(Debug)]

@@ -15,12 +15,12 @@ use super::expand::expand;
 use super::output::{Results, note};
 use super::prepare::{Loaded, grazing_orbit, plan, prepare, refuse_frozen_sweeps, settle};
 use super::progress::Bar;
-use crate::analysis::chart::Chart;
-use crate::analysis::diagram::{Diagram, Sweep, SweepHeading};
-use crate::convergence::{ConvergenceOptions, converge};
-use crate::emission::{EmittedCrate, Target};
-use crate::model::Method;
-use crate::report::{
+use grazemap::analysis::chart::Chart;
+use grazemap::analysis::diagram::{Diagram, Sweep, SweepHeading};
+use grazemap::convergence::{ConvergenceOptions, converge};
+use grazemap::emission::{EmittedCrate, Target};
+use grazemap::model::Method;
+use grazemap::report::{
     CrateSummary, OrbitDocument, OutputFolder, RunPage, StageTime, run_page, to_dense_json,
     to_exact_json,
 };

@@ -1,17 +1,18 @@
-//! The window of a map in what commands say and write: the warning where it is deeper than the series reach, its edges in JSON.
+//! The window of a map in what commands say and write: the warning where it is deeper than the
+//! series reach, its edges in JSON.
 
 use serde::Serialize;
 
 use super::error::CliError;
 use super::output::note;
 use super::prepare::plan;
-use crate::convergence::SettledScene;
-use crate::expansion::{Expander, ExpansionError, LocalMap, WindowEdge};
-use crate::model::{Scene, Shape};
-use crate::report::{SectionDocument, edge_words};
+use grazemap::convergence::SettledScene;
+use grazemap::expansion::{Expander, ExpansionError, LocalMap, WindowEdge};
+use grazemap::model::{Scene, Shape};
+use grazemap::report::{SectionDocument, edge_words};
 
-/// Says on standard error where a truncation leaves out too much at the edge of the scene's window, of the passage
-/// whose contact loses most. Contacts that are flown are not truncated.
+/// Says on standard error where a truncation leaves out too much at the edge of the scene's window,
+/// of the passage whose contact loses most. Contacts that are flown are not truncated.
 pub(super) fn warn_of_edges(
     scene: &Scene,
     edges: impl IntoIterator<Item = WindowEdge>,
@@ -34,8 +35,8 @@ pub(super) fn beyond(edges: impl IntoIterator<Item = WindowEdge>) -> Option<Wind
     beyond.max_by(|a, b| share(a).total_cmp(&share(b)))
 }
 
-/// The map of a scene at its orders, in the shape it asks for; with the edges of its contacts, and the warning, where they are
-/// series.
+/// The map of a scene at its orders, in the shape it asks for; with the edges of its contacts, and
+/// the warning, where they are series.
 pub(super) fn local_map(
     settled: &SettledScene,
     quiet: bool,

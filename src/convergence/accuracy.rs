@@ -1,7 +1,7 @@
 //! Where a map is more accurate than direct simulation in double precision.
 //!
-//! One idea: the window shrinks. A map's error falls with it until only rounding is left, while a root of the gap's
-//! minimum taken in double precision loses digits as the contact becomes shallow.
+//! One idea: the window shrinks. A map's error falls with it until only rounding is left, while a
+//! root of the gap's minimum taken in double precision loses digits as the contact becomes shallow.
 
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -29,8 +29,8 @@ const WINDOWS: i32 = 14;
 /// Errors of a map and of direct simulation in double precision as the window shrinks.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct DepthAccuracy {
-    /// Depth below which the map is the more accurate of the two at every depth measured; `None` where it is not even
-    /// in the smallest window.
+    /// Depth below which the map is the more accurate of the two at every depth measured; `None`
+    /// where it is not even in the smallest window.
     pub crossing: Option<f64>,
     /// One entry per window, the scene's own first.
     pub windows: Vec<WindowAccuracy>,

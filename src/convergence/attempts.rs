@@ -10,14 +10,15 @@ use crate::model::Shape;
 /// A map is measured where its forecast is within this many times the tolerance.
 pub(super) const SLACK: f64 = 2.0;
 
-/// Further ones are tried where the forecast of their stages is within this many times the tolerance: folding can leave out less
-/// than they do.
+/// Further ones are tried where the forecast of their stages is within this many times the
+/// tolerance: folding can leave out less than they do.
 pub(super) const COMPOSED_SLACK: f64 = 100.0;
 
 /// An economised one where that of its truncation is: fits gain a factor of 2 to 20.
 const GAIN: f64 = 20.0;
 
-/// Maps tried after the first that meets the tolerance: of a dearer one more monomials may be dropped.
+/// Maps tried after the first that meets the tolerance: of a dearer one more monomials may be
+/// dropped.
 const FURTHER: usize = 3;
 
 /// Maps within the slack whose composed form is tried, from the cheapest.
@@ -26,14 +27,15 @@ const FEW: usize = 8;
 /// So many of them, and of economised maps, from the least forecast.
 const LIKELIEST: usize = 24;
 
-/// Most products of coefficients of a composition that is tried where a map serves already: some tenths of a second, and thirty are.
+/// Most products of coefficients of a composition that is tried where a map serves already: some
+/// tenths of a second, and thirty are.
 const COMPOSED_PRODUCTS: u128 = 100_000_000;
 
 /// The same where none does.
 const LAST_PRODUCTS: u128 = 1_000_000_000;
 
-/// The maps of one expansion that may be the answer: Taylor maps, factored and composed, then economised ones that are cheaper
-/// than the cheapest of them.
+/// The maps of one expansion that may be the answer: Taylor maps, factored and composed, then
+/// economised ones that are cheaper than the cheapest of them.
 pub(super) fn try_level(
     bench: &mut Bench<'_>,
     level: &Level<'_>,

@@ -95,7 +95,8 @@ fn parameter_weights(base: &[u32]) -> Vec<Vec<u32>> {
     base.iter().fold(vec![Vec::new()], |all, _| grow(all))
 }
 
-/// Terms that each cut keeps: with the parameters folded in (monomials in the coordinates), then all of them.
+/// Terms that each cut keeps: with the parameters folded in (monomials in the coordinates), then
+/// all of them.
 #[derive(Debug)]
 struct Costs {
     /// Of the legs, by degree.
@@ -140,7 +141,8 @@ impl Costs {
     }
 }
 
-/// Weighted degrees of a polynomial's terms, and the lowest of those that share their powers of the coordinates.
+/// Weighted degrees of a polynomial's terms, and the lowest of those that share their powers of the
+/// coordinates.
 struct Kept {
     all: Vec<usize>,
     folded: Vec<usize>,

@@ -1,7 +1,8 @@
 //! The cheapest map for a tolerance.
 //!
-//! One idea: the cost of a map is known from its coefficients and its error forecast from one expansion of higher order, so
-//! that only maps that may be the answer are measured. See docs/mathematics/convergence.md.
+//! One idea: the cost of a map is known from its coefficients and its error forecast from one
+//! expansion of higher order, so that only maps that may be the answer are measured. See
+//! docs/mathematics/convergence.md.
 
 use std::collections::BTreeMap;
 
@@ -36,8 +37,8 @@ impl ChoiceOptions {
     }
 }
 
-/// The cheapest map whose error on the window is at most `tolerance`, checked on a thousand fresh points; the
-/// most accurate one tried, and [`Choice::met`] `false`, where none is.
+/// The cheapest map whose error on the window is at most `tolerance`, checked on a thousand fresh
+/// points; the most accurate one tried, and [`Choice::met`] `false`, where none is.
 ///
 /// This is what a scene with `expansion.tolerance` gets.
 ///
@@ -96,8 +97,8 @@ impl Choice {
         weighted(scene, &self.weights)
     }
 
-    /// The map before anything is dropped of it, with what an economised one lacks dropped already: coefficients are fitted
-    /// to the monomials that are left.
+    /// The map before anything is dropped of it, with what an economised one lacks dropped already:
+    /// coefficients are fitted to the monomials that are left.
     ///
     /// `scene` has the [weights](Self::weighted) chosen.
     ///
@@ -127,8 +128,8 @@ impl Choice {
         Ok(Economiser::new(family.map(exact)?)?.economise(map))
     }
 
-    /// The error of which monomials dropped of [`local_map`](Self::local_map) may use a tenth; `None` where none are to be
-    /// dropped any more.
+    /// The error of which monomials dropped of [`local_map`](Self::local_map) may use a tenth;
+    /// `None` where none are to be dropped any more.
     pub fn drop_after(&self) -> Option<f64> {
         let dropped = self.polynomials == Polynomials::Economised && self.shape == Shape::Factored;
         self.drop_within.filter(|_| !dropped)

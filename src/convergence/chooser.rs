@@ -1,4 +1,5 @@
-//! Choosing maps of one scene for any tolerances: what is expanded and simulated once serves all of them.
+//! Choosing maps of one scene for any tolerances: what is expanded and simulated once serves all of
+//! them.
 
 use std::time::Instant;
 
@@ -15,8 +16,8 @@ use crate::model::{EmitPrecision, Scene, Shape};
 use crate::numeric::FloatFormat;
 use crate::orbit::GrazingOrbit;
 
-/// Degrees and weights that an expansion has beyond the predicted ones: orders can be exchanged for one another, and forecasts
-/// and fits need terms beyond what they cut.
+/// Degrees and weights that an expansion has beyond the predicted ones: orders can be exchanged for
+/// one another, and forecasts and fits need terms beyond what they cut.
 const MARGIN: MapOrders = MapOrders {
     smooth_order: 1,
     contact_weight: 2,
@@ -37,8 +38,8 @@ const TRUNCATION: f64 = 0.1;
 /// And one of so many roundings of the image.
 const ROUNDINGS: f64 = 32.0;
 
-/// A tolerance that is a smaller share of a rounding of the largest image is met by no map in these numbers: the largest of many
-/// roundings comes near to a quarter of it at least.
+/// A tolerance that is a smaller share of a rounding of the largest image is met by no map in these
+/// numbers: the largest of many roundings comes near to a quarter of it at least.
 const HOPELESS: f64 = 0.1;
 
 /// A search for the cheapest map that is run in some numbers.
@@ -94,12 +95,13 @@ pub struct Chooser<'a> {
 }
 
 impl<'a> Chooser<'a> {
-    /// Expands to low orders and simulates the points that maps are chosen by; `fresh` is the number of points on which a map
-    /// has to hold too.
+    /// Expands to low orders and simulates the points that maps are chosen by; `fresh` is the
+    /// number of points on which a map has to hold too.
     ///
     /// # Errors
     ///
-    /// [`ConvergenceError`] if the scene cannot be expanded, or its window has no point to compare at.
+    /// [`ConvergenceError`] if the scene cannot be expanded, or its window has no point to compare
+    /// at.
     pub fn new(
         scene: &'a Scene,
         orbit: &'a GrazingOrbit,
@@ -136,19 +138,21 @@ impl<'a> Chooser<'a> {
         self.levels[0].rule.clone()
     }
 
-    /// Points of the window, from a number of the sequence on: nothing is chosen by those beyond the first 128 and as many
-    /// fresh ones as were asked for.
+    /// Points of the window, from a number of the sequence on: nothing is chosen by those beyond
+    /// the first 128 and as many fresh ones as were asked for.
     pub fn points(&self, first: usize, count: usize) -> Vec<SamplePoint> {
         self.bench.sample().points(first, count)
     }
 
-    /// Points at which two passages in a row make contact; see [`WindowSample::joint_points`](super::WindowSample::joint_points).
+    /// Points at which two passages in a row make contact; see
+    /// [`WindowSample::joint_points`](super::WindowSample::joint_points).
     pub fn joint_points(&self, first: usize, count: usize) -> Vec<SamplePoint> {
         self.bench.sample().joint_points(first, count)
     }
 
-    /// The cheapest map for a tolerance: see [`choose_orders`](super::choose_orders). It is judged in the numbers in which the
-    /// scene has it run; where that is left open, in single precision first.
+    /// The cheapest map for a tolerance: see [`choose_orders`](super::choose_orders). It is judged
+    /// in the numbers in which the scene has it run; where that is left open, in single
+    /// precision first.
     ///
     /// # Errors
     ///
@@ -252,7 +256,8 @@ impl<'a> Chooser<'a> {
         }
     }
 
-    /// Expansions beyond the limit of the first search, from the highest one made on, until a map meets the tolerance; why none does.
+    /// Expansions beyond the limit of the first search, from the highest one made on, until a map
+    /// meets the tolerance; why none does.
     ///
     /// The error of the most accurate map is taken to fall as the terms of the contacts do.
     fn choose_deeper(&mut self, trial: &mut Trial) -> Result<Option<Limit>, ConvergenceError> {
@@ -289,8 +294,8 @@ impl<'a> Chooser<'a> {
         Ok(Some(Limit::Orders))
     }
 
-    /// The orders of the next expansion: one step towards those that this one predicts, or of both factors where it predicts
-    /// no higher ones.
+    /// The orders of the next expansion: one step towards those that this one predicts, or of both
+    /// factors where it predicts no higher ones.
     fn next(&self, level: &Level<'_>, tolerance: f64) -> MapOrders {
         let here = level.family.highest();
         let predicted = level.rule.orders(tolerance);
@@ -339,8 +344,8 @@ impl<'a> Chooser<'a> {
         Ok(self.levels.len() - 1)
     }
 
-    /// Maps with flown contacts, no series forecasting what their truncation leaves out: the least weight that serves with a degree as high, by
-    /// bisection, then the least degree.
+    /// Maps with flown contacts, no series forecasting what their truncation leaves out: the least
+    /// weight that serves with a degree as high, by bisection, then the least degree.
     fn choose_flown(&mut self, trial: &mut Trial) -> Result<(), ConvergenceError> {
         let top = self.limit.smooth_order.min(self.limit.contact_weight);
         let orders = |smooth_order: u32, contact_weight: u32| MapOrders {
@@ -353,7 +358,8 @@ impl<'a> Chooser<'a> {
             at => at?,
         };
         let family = &self.levels[at].family;
-        // A law that cannot be flown has no flown map to offer; a scene that asks for one is told why.
+        // A law that cannot be flown has no flown map to offer; a scene that asks for one is told
+        // why.
         match family.flown_map(orders(1, 2)) {
             Err(error) if !asked && error.is_not_flown() => return Ok(()),
             map => map?,

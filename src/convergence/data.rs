@@ -32,10 +32,12 @@ pub struct ConvergenceStudy {
     pub smooth_rates: Vec<FactorRate>,
     /// The cheapest map for the tolerance, or the most accurate one tried.
     pub chosen: Choice,
-    /// The cheapest maps of other sections for the same tolerance; none where they were not asked for.
+    /// The cheapest maps of other sections for the same tolerance; none where they were not asked
+    /// for.
     #[serde(default)]
     pub sections: Vec<SectionChoice>,
-    /// What its contacts leave out at the largest depth of the window, by passage; none where their series end or are flown.
+    /// What its contacts leave out at the largest depth of the window, by passage; none where
+    /// their series end or are flown.
     pub window_edges: Vec<WindowEdge>,
     /// The largest window on which the chosen map meets the tolerance.
     pub validity: Validity,
@@ -113,7 +115,8 @@ pub struct FactorRate {
     pub order: u32,
     /// Its rate.
     pub rate: Rate,
-    /// What it was measured from: sizes in units of the window's edge, and root-mean-square errors.
+    /// What it was measured from: sizes in units of the window's edge, and root-mean-square
+    /// errors.
     pub errors: Vec<[f64; 2]>,
 }
 
@@ -124,7 +127,8 @@ pub struct Choice {
     pub tolerance: f64,
     /// Whether the error stays below the tolerance, on the sample and on fresh points.
     pub met: bool,
-    /// What the map is run in: coefficients, input and every operation. Errors are those of these numbers.
+    /// What the map is run in: coefficients, input and every operation. Errors are those of these
+    /// numbers.
     #[serde(default)]
     pub precision: FloatFormat,
     /// Degree of `P_smooth`.
@@ -137,7 +141,8 @@ pub struct Choice {
     pub weights: BTreeMap<String, u32>,
     /// Which monomials it has.
     pub monomials: Monomials,
-    /// The error of which those that it lacks were allowed a tenth, by their bound on the window; `None` where it has all.
+    /// The error of which those that it lacks were allowed a tenth, by their bound on the window;
+    /// `None` where it has all.
     pub drop_within: Option<f64>,
     /// Whose coefficients it has.
     pub polynomials: Polynomials,
@@ -149,7 +154,8 @@ pub struct Choice {
     pub fresh_error: Option<f64>,
     /// Fresh points compared.
     pub fresh_points: usize,
-    /// Largest error on fresh points of the same map in single precision, for information; `None` where it is run in that.
+    /// Largest error on fresh points of the same map in single precision, for information; `None`
+    /// where it is run in that.
     pub single_precision_error: Option<f64>,
     /// Operations of one step, parameters frozen.
     pub operations: usize,
@@ -184,7 +190,8 @@ pub enum Limit {
     Orders,
     /// Terms do not fall, or hardly, on the window: it reaches to the radius of convergence.
     Radius,
-    /// Rounding: what truncation leaves out is within the tolerance, and higher orders bring the error down no more.
+    /// Rounding: what truncation leaves out is within the tolerance, and higher orders bring the
+    /// error down no more.
     Rounding,
 }
 
@@ -203,7 +210,8 @@ pub enum Monomials {
 pub struct DirectSummary {
     /// The method: `exact affine flow` or `Taylor`.
     pub method: String,
-    /// Nanoseconds of one return to the section, in double precision, the parameters being those of the one before.
+    /// Nanoseconds of one return to the section, in double precision, the parameters being those
+    /// of the one before.
     pub period_ns: f64,
     /// Largest error of double precision against double-double, over the sample.
     pub error_estimate: f64,

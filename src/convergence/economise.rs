@@ -1,10 +1,12 @@
-//! Economised maps: the coefficients of a truncated map moved so that its error on the window is smaller.
+//! Economised maps: the coefficients of a truncated map moved so that its error on the window is
+//! smaller.
 //!
-//! One idea: a Taylor polynomial is best at the graze and worst at the window's edge. With the same monomials, and so
-//! at the same cost of a step, least squares on points of the window (Chebyshev's density along every axis) spread what
-//! was cut off over the whole of it. What was cut off is known term by term, so that one matrix of inner products of the monomials serves
-//! every truncation. The grazing point stays fixed: no constant term enters, and the coefficient of `y`
-//! there is kept. See docs/mathematics/convergence.md.
+//! One idea: a Taylor polynomial is best at the graze and worst at the window's edge. With the same
+//! monomials, and so at the same cost of a step, least squares on points of the window (Chebyshev's
+//! density along every axis) spread what was cut off over the whole of it. What was cut off is
+//! known term by term, so that one matrix of inner products of the monomials serves
+//! every truncation. The grazing point stays fixed: no constant term enters, and the coefficient of
+//! `y` there is kept. See docs/mathematics/convergence.md.
 
 use nalgebra::{Cholesky, DMatrix, DVector};
 
@@ -26,18 +28,21 @@ const TRIALS: usize = 40;
 /// Below this share of the window's largest depth variable an error of the depth counts as at it.
 const LEAST_DEPTH_VARIABLE: f64 = 1e-2;
 
-/// What is added to the diagonal of the matrix of inner products, all ones: dependent monomials then move no coefficient. Where
-/// rounding still leaves the matrix indefinite, a hundred times as much, and so on.
+/// What is added to the diagonal of the matrix of inner products, all ones: dependent monomials
+/// then move no coefficient. Where rounding still leaves the matrix indefinite, a hundred times as
+/// much, and so on.
 const RIDGE: f64 = 1e-13;
 
 /// How often.
 const RIDGES: i32 = 4;
 
 impl MapFamily<'_> {
-    /// The map at lower orders with its coefficients fitted to the map of the highest ones on its window.
+    /// The map at lower orders with its coefficients fitted to the map of the highest ones on its
+    /// window.
     ///
-    /// The monomials are those of [`map`](Self::map) whose coefficients are not zero; infinite half-widths count as the window's depth. Each stage is
-    /// fitted where the stages before it put the points of the window.
+    /// The monomials are those of [`map`](Self::map) whose coefficients are not zero; infinite
+    /// half-widths count as the window's depth. Each stage is fitted where the stages before it
+    /// put the points of the window.
     ///
     /// ```
     /// use grazemap::convergence::MapFamily;
@@ -57,8 +62,8 @@ impl MapFamily<'_> {
     ///
     /// # Errors
     ///
-    /// [`ConvergenceError::Expansion`] if a space is too large, [`ConvergenceError::NoTruth`] if the window holds no point
-    /// within its depth.
+    /// [`ConvergenceError::Expansion`] if a space is too large, [`ConvergenceError::NoTruth`] if
+    /// the window holds no point within its depth.
     pub fn economised(&self, orders: MapOrders) -> Result<LocalMap, ConvergenceError> {
         let fits = Economiser::new(self.map(self.highest())?)?;
         Ok(fits.economise(self.map(orders)?))
@@ -76,8 +81,8 @@ pub(super) struct Economiser {
 #[derive(Debug)]
 enum StageFit {
     Leg(Fit),
-    /// Of the depth, and of the correction: `y` times the monomials of its linear part, then `y²` times those of the
-    /// quadratic one.
+    /// Of the depth, and of the correction: `y` times the monomials of its linear part, then `y²`
+    /// times those of the quadratic one.
     Contact(Fit, Fit),
     None,
 }
@@ -108,7 +113,8 @@ impl Economiser {
         exact.stages.iter().map(stage_size).max().unwrap_or(0)
     }
 
-    /// A truncation of the map, without whatever monomials, with the coefficients that it has moved.
+    /// A truncation of the map, without whatever monomials, with the coefficients that it has
+    /// moved.
     pub(super) fn economise(&self, mut map: LocalMap) -> LocalMap {
         let stages = map.stages.iter_mut().zip(&self.exact.stages);
         for ((stage, exact), fit) in stages.zip(&self.fits) {
@@ -170,8 +176,8 @@ fn leg_fit(leg: &Leg, points: &[Vec<f64>]) -> (StageFit, Vec<Vec<f64>>) {
     (StageFit::Leg(Fit::new(rows)), images)
 }
 
-/// The fits of a contact, and its images: of the depth such that the depth variable `y` errs little, `δy = δ(y²)/2y`; of the
-/// correction on the points that touch.
+/// The fits of a contact, and its images: of the depth such that the depth variable `y` errs
+/// little, `δy = δ(y²)/2y`; of the correction on the points that touch.
 fn contact_fit(contact: &Contact, points: &[Vec<f64>], deepest: f64) -> (StageFit, Vec<Vec<f64>>) {
     let depth = |point: &Vec<f64>| contact.depth.evaluate(point);
     let depths: Vec<f64> = points.iter().map(depth).collect();
@@ -269,8 +275,9 @@ impl Fit {
         }
     }
 
-    /// Moves the coefficients of polynomials (their columns one after another in this fit) that are not zero, but for the very
-    /// first, to where what they lack of the exact polynomials is least.
+    /// Moves the coefficients of polynomials (their columns one after another in this fit) that are
+    /// not zero, but for the very first, to where what they lack of the exact polynomials is
+    /// least.
     fn apply(&self, jets: &mut [&mut Jet<f64>], exact: &[&Jet<f64>]) {
         // No point of the window to fit at: a contact that none of them makes.
         if self.scales.is_empty() {

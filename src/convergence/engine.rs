@@ -35,8 +35,8 @@ const RATES: MapOrders = MapOrders {
 /// What a study measures.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ConvergenceOptions {
-    /// Highest degree of `P_smooth` and weight of `D`: all lower ones are swept; `None` for a degree and two weights beyond
-    /// the chosen ones.
+    /// Highest degree of `P_smooth` and weight of `D`: all lower ones are swept; `None` for a
+    /// degree and two weights beyond the chosen ones.
     pub highest: Option<MapOrders>,
     /// Shapes swept.
     pub shapes: Vec<Shape>,
@@ -50,14 +50,14 @@ pub struct ConvergenceOptions {
     pub sections: bool,
     /// Highest weight of `D` whose rate is measured (its coefficients in double-double).
     pub discontinuity_rates: u32,
-    /// Highest degree of `P_smooth` whose rate is measured (its coefficients in double-double, by Taylor's
-    /// method: seconds at degree 6 for a nonlinear field).
+    /// Highest degree of `P_smooth` whose rate is measured (its coefficients in double-double, by
+    /// Taylor's method: seconds at degree 6 for a nonlinear field).
     pub smooth_rates: u32,
 }
 
 impl ConvergenceOptions {
-    /// A scene's orders and a little beyond, its tolerance or `1e-8`; both shapes of series, or the flown one where
-    /// the scene asks for it.
+    /// A scene's orders and a little beyond, its tolerance or `1e-8`; both shapes of series, or the
+    /// flown one where the scene asks for it.
     pub fn of(scene: &Scene) -> Self {
         let (highest, tolerance) = match scene.expansion.orders {
             Orders::Fixed {

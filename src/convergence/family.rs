@@ -13,14 +13,15 @@ use crate::orbit::GrazingOrbit;
 
 /// A scene expanded once to its highest orders; every lower map is a truncation.
 ///
-/// A coefficient of a truncated series does not depend on where the series is cut, so a truncation equals
-/// the expansion at the lower orders up to rounding.
+/// A coefficient of a truncated series does not depend on where the series is cut, so a truncation
+/// equals the expansion at the lower orders up to rounding.
 #[derive(Clone, Debug)]
 pub struct MapFamily<'a> {
     expander: Expander<'a>,
     legs: Legs,
     contacts: Vec<Contact>,
-    /// Passages with flown contacts, by weight: a flight is planned for its weight, and planned when first asked for.
+    /// Passages with flown contacts, by weight: a flight is planned for its weight, and planned
+    /// when first asked for.
     flown: Vec<OnceLock<Result<Vec<Stage>, ExpansionError>>>,
     highest: MapOrders,
 }
@@ -105,8 +106,8 @@ impl<'a> MapFamily<'a> {
         Ok(self.expander.assemble_stages(orders, legs, passages))
     }
 
-    /// The map at lower orders, with weights of the active parameters that are at least the scene's: heavier
-    /// parameters are cut at lower powers.
+    /// The map at lower orders, with weights of the active parameters that are at least the
+    /// scene's: heavier parameters are cut at lower powers.
     ///
     /// # Errors
     ///

@@ -19,9 +19,9 @@ const MOST: usize = 8;
 
 /// Fits `error ≈ c size^slope` by least squares in logarithms.
 ///
-/// `points`: size, error, and the floor that rounding sets to the error, by descending size. Used are the
-/// smallest sizes at which, from the largest size down, the error still exceeds the floor: at most eight.
-/// `None` if these are fewer than four.
+/// `points`: size, error, and the floor that rounding sets to the error, by descending size. Used
+/// are the smallest sizes at which, from the largest size down, the error still exceeds the floor:
+/// at most eight. `None` if these are fewer than four.
 pub fn fit_slope(points: &[(f64, f64, f64)]) -> Option<SlopeFit> {
     let clear = |&&(_, error, floor): &&(f64, f64, f64)| error.is_finite() && error > floor;
     let usable: Vec<_> = points

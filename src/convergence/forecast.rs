@@ -1,18 +1,21 @@
 //! What truncation leaves out, forecast from one expansion of higher order.
 //!
-//! At a point of the sample the stages act one after another. Where a monomial `m` of a stage lies beyond a cut, `c m(x)` at the
-//! stage's own input is what the cut leaves out there, and the Jacobian of the stages that follow carries it to the
-//! image. Monomials are summed by weighted degree, so that one pass forecasts every cut.
+//! At a point of the sample the stages act one after another. Where a monomial `m` of a stage lies
+//! beyond a cut, `c m(x)` at the stage's own input is what the cut leaves out there, and the
+//! Jacobian of the stages that follow carries it to the image. Monomials are summed by weighted
+//! degree, so that one pass forecasts every cut.
 
 use super::sample::SamplePoint;
 use crate::analysis::MapEvaluation;
 use crate::expansion::{Contact, DEVIATION_WEIGHT, LocalMap, MapOrders, Stage};
 use crate::jet::Jet;
 
-/// Difference quotients are taken over this part of the state: less than what a second contact on its verge leaves.
+/// Difference quotients are taken over this part of the state: less than what a second contact on
+/// its verge leaves.
 const STEP: f64 = 1e-9;
 
-/// A map followed stage by stage from sample points: what forecasts are made from, whatever the weights.
+/// A map followed stage by stage from sample points: what forecasts are made from, whatever the
+/// weights.
 #[derive(Clone, Debug)]
 pub(super) struct Forecaster {
     map: LocalMap,
@@ -74,7 +77,8 @@ impl Forecaster {
 }
 
 impl Forecast {
-    /// Largest coordinate of what a pair of orders leaves out, over the points: no bound, as higher terms are missing.
+    /// Largest coordinate of what a pair of orders leaves out, over the points: no bound, as higher
+    /// terms are missing.
     pub(super) fn error(&self, orders: MapOrders) -> f64 {
         let (n, w) = (
             orders.smooth_order as usize - 1,
@@ -88,12 +92,14 @@ impl Forecast {
         sizes.fold(0.0, f64::max)
     }
 
-    /// Largest coordinate of what the terms of each degree of the legs, from 2, contribute to the image.
+    /// Largest coordinate of what the terms of each degree of the legs, from 2, contribute to the
+    /// image.
     pub(super) fn leg_sizes(&self) -> Vec<f64> {
         sizes(&self.smooth)
     }
 
-    /// Largest coordinate of what the terms of each weight of the contacts, from 2, contribute to the image.
+    /// Largest coordinate of what the terms of each weight of the contacts, from 2, contribute to
+    /// the image.
     pub(super) fn contact_sizes(&self) -> Vec<f64> {
         sizes(&self.contact)
     }
@@ -151,7 +157,8 @@ fn image(stage: &Stage, here: &[f64], dimension: usize) -> Vec<f64> {
     }
 }
 
-/// Weighted degrees of the monomials of a stage's spaces: of a leg, or of a depth and the two parts of a correction.
+/// Weighted degrees of the monomials of a stage's spaces: of a leg, or of a depth and the two parts
+/// of a correction.
 fn degrees(stage: &Stage, weights: &[u32]) -> Vec<Vec<usize>> {
     let of = |jet: Option<&Jet<f64>>| jet.map_or(Vec::new(), |jet| weighted_degrees(jet, weights));
     match stage {
@@ -206,8 +213,8 @@ fn at_point(map: &LocalMap, route: &[Station], degrees: &[Vec<Vec<usize>>]) -> (
     (smooth, contact)
 }
 
-/// What each weight leaves out of a contact `x + y B + y² C`: the terms of `B` and `C` beyond the cut, and those of the depth
-/// through `δy = δ(y²)/2y`.
+/// What each weight leaves out of a contact `x + y B + y² C`: the terms of `B` and `C` beyond the
+/// cut, and those of the depth through `δy = δ(y²)/2y`.
 fn contact_cuts(law: &Contact, degrees: &[Vec<usize>], here: &[f64], count: usize) -> Effects {
     let depths = &all_sums(std::slice::from_ref(&law.depth), &degrees[0], here)[0];
     let depth = depths.total();

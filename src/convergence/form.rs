@@ -1,4 +1,5 @@
-//! A map in the shape in which it is run, with or without the monomials that a tolerance does not need.
+//! A map in the shape in which it is run, with or without the monomials that a tolerance does not
+//! need.
 
 use super::ConvergenceError;
 use crate::emission::{prune, prune_composed};

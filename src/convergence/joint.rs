@@ -1,24 +1,27 @@
 //! Points of a window at which two passages in a row make contact.
 //!
-//! One idea: a contact of depth `y²` moves the next passage by `O(y)`, far beyond the window's depth, so that hardly a point of an even
-//! sample makes both. Where both are made the second depth is known worst, and its error moves the image by `δ/2y`: such points have
-//! to be looked for. See docs/mathematics/orders.md.
+//! One idea: a contact of depth `y²` moves the next passage by `O(y)`, far beyond the window's
+//! depth, so that hardly a point of an even sample makes both. Where both are made the second depth
+//! is known worst, and its error moves the image by `δ/2y`: such points have to be looked for. See
+//! docs/mathematics/orders.md.
 
 use super::sample::{SHALLOWEST, SamplePoint, WindowSample};
 use crate::numeric::Bracket;
 
 /// Depth of the second contact at corners over the window's deepest.
 ///
-/// NOTE: at a hundred times as much, two of the catalogue's choices have two of ten thousand even points each that err by more than
-/// their tolerance.
+/// NOTE: at a hundred times as much, two of the catalogue's choices have two of ten thousand even
+/// points each that err by more than their tolerance.
 const VERGE: f64 = SHALLOWEST / 100.0;
 
-/// To how much of the window's largest depth variable the first one is found: a hundredth of the shallowest second depth.
+/// To how much of the window's largest depth variable the first one is found: a hundredth of the
+/// shallowest second depth.
 const RESOLUTION: f64 = 1e-9;
 
 impl WindowSample {
-    /// Those of the points `first..first + count` of a sequence that can be moved, along the coordinate of the first one's
-    /// depth, to where a passage and the next one both make contact, the second by a depth that is spread evenly in its logarithm over four
+    /// Those of the points `first..first + count` of a sequence that can be moved, along the
+    /// coordinate of the first one's depth, to where a passage and the next one both make
+    /// contact, the second by a depth that is spread evenly in its logarithm over four
     /// decades up to the window's. None where there is one passage.
     pub fn joint_points(&self, first: usize, count: usize) -> Vec<SamplePoint> {
         let Some(pairs) = self.pairs() else {
@@ -31,8 +34,8 @@ impl WindowSample {
         (first..first + count).filter_map(joint).collect()
     }
 
-    /// The same with every other variable at its half-width, each sign in turn, and the second contact on the verge: where the
-    /// second depth errs most, and its error is amplified most.
+    /// The same with every other variable at its half-width, each sign in turn, and the second
+    /// contact on the verge: where the second depth errs most, and its error is amplified most.
     pub fn joint_corners(&self) -> Vec<SamplePoint> {
         let verge = VERGE * self.deepest();
         let ends = self.ends();

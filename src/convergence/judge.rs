@@ -25,8 +25,8 @@ const POINTS: usize = 128;
 /// Points that forecasts are made at, of the sample and of those with two contacts.
 const FORECAST_POINTS: usize = 24;
 
-/// Multiples of the tolerance whose tenth monomials may be dropped within, by their bound on the window; the bound is seldom
-/// reached, and the verdict is measured.
+/// Multiples of the tolerance whose tenth monomials may be dropped within, by their bound on the
+/// window; the bound is seldom reached, and the verdict is measured.
 const DROPS: [f64; 6] = [300.0, 100.0, 30.0, 10.0, 3.0, 1.0];
 
 /// What every candidate is measured on.
@@ -44,7 +44,8 @@ pub(super) struct Bench<'a> {
     fresh: Option<Truth>,
 }
 
-/// The candidates for one tolerance, run in one kind of numbers: the cheapest that meets it and the nearest of the others.
+/// The candidates for one tolerance, run in one kind of numbers: the cheapest that meets it and the
+/// nearest of the others.
 #[derive(Debug)]
 pub(super) struct Trial {
     pub(super) tolerance: f64,
@@ -52,7 +53,8 @@ pub(super) struct Trial {
     pub(super) precision: FloatFormat,
     found: Option<Choice>,
     nearest: Option<Choice>,
-    /// One within the tolerance that does not move the next depth as contacts do: named where there is nothing else.
+    /// One within the tolerance that does not move the next depth as contacts do: named where
+    /// there is nothing else.
     misleading: Option<Choice>,
     last_met: bool,
 }
@@ -129,8 +131,8 @@ impl Choice {
 }
 
 impl<'a> Bench<'a> {
-    /// Simulates the points that maps are chosen by; `map` has the window, and `fresh` is the number of points on which a map has
-    /// to hold too.
+    /// Simulates the points that maps are chosen by; `map` has the window, and `fresh` is the
+    /// number of points on which a map has to hold too.
     pub(super) fn new(
         scene: &'a Scene,
         orbit: &'a GrazingOrbit,
@@ -171,7 +173,8 @@ impl<'a> Bench<'a> {
         &self.sample
     }
 
-    /// Points at which truncation is forecast: the first of the sample and of those with two contacts.
+    /// Points at which truncation is forecast: the first of the sample and of those with two
+    /// contacts.
     pub(super) fn forecast_points(&self) -> &[SamplePoint] {
         &self.forecast_points
     }
@@ -222,7 +225,8 @@ impl<'a> Bench<'a> {
         self.fewest(&whole, pruned, (&candidate.weights, shape), trial)
     }
 
-    /// Measures a map with flown contacts, with as few monomials of its legs as the tolerance needs.
+    /// Measures a map with flown contacts, with as few monomials of its legs as the tolerance
+    /// needs.
     pub(super) fn judge_flown(
         &mut self,
         map: LocalMap,
@@ -233,8 +237,8 @@ impl<'a> Bench<'a> {
         self.fewest(&whole, pruned, (&BTreeMap::new(), Shape::Flown), trial)
     }
 
-    /// Measures a map and, where it meets the tolerance, the same with ever more of its monomials until one does with fewest
-    /// of them; whether it does.
+    /// Measures a map and, where it meets the tolerance, the same with ever more of its monomials
+    /// until one does with fewest of them; whether it does.
     fn fewest(
         &mut self,
         whole: &Form,

@@ -12,8 +12,8 @@ use super::sample::SamplePoint;
 use crate::expansion::{DEVIATION_WEIGHT, LocalMap, MapOrders, Stage, Variables};
 use crate::jet::JetSpace;
 
-/// Most monomials of a leg, of the depth, and of a contact while its depth variable stands in the place of a coordinate: a whole product
-/// of two such series has up to ten million terms.
+/// Most monomials of a leg, of the depth, and of a contact while its depth variable stands in the
+/// place of a coordinate: a whole product of two such series has up to ten million terms.
 const MONOMIALS: u128 = 20_000;
 
 /// Highest orders of a first search, however few the variables.
@@ -65,8 +65,8 @@ impl<'a> Level<'a> {
         self.rule.error(self.family.highest())
     }
 
-    /// About how many products of coefficients the composition of a candidate takes: of the spaces in which stages are substituted, for every
-    /// monomial in the coordinates.
+    /// About how many products of coefficients the composition of a candidate takes: of the spaces
+    /// in which stages are substituted, for every monomial in the coordinates.
     pub(super) fn products(&self, candidate: &Candidate) -> u128 {
         let coordinates = self.map.dimension();
         let MapOrders {
@@ -89,7 +89,8 @@ impl<'a> Level<'a> {
         product.map_or(u128::MAX, |product| product as u128 * (legs + contacts))
     }
 
-    /// Fits to the highest orders; `None` where they would take too long or the window has no points.
+    /// Fits to the highest orders; `None` where they would take too long or the window has no
+    /// points.
     pub(super) fn economiser(&self) -> Option<&Economiser> {
         let made = || {
             let small = Economiser::size(&self.map) <= FITTED;
@@ -137,8 +138,9 @@ mod tests {
             let pair = |orders: MapOrders| (orders.smooth_order, orders.contact_weight);
             (pair(first), pair(deepest))
         });
-        // C(14 + 4, 4) = 3060, C(12 + 6, 6) = 18 564, C(8 + 8, 8) = 12 870 monomials of a leg; with y for one of the variables 19 481,
-        // 16 016 and 19 305 of a contact to weights 40, 21 and 16.
+        // C(14 + 4, 4) = 3060, C(12 + 6, 6) = 18 564, C(8 + 8, 8) = 12 870 monomials of a leg; with
+        // y for one of the variables 19 481, 16 016 and 19 305 of a contact to weights 40,
+        // 21 and 16.
         let expected = [
             ((14, 20), (14, 40)),
             ((12, 20), (12, 21)),

@@ -25,22 +25,26 @@ const ROUNDS: usize = 5;
 /// The largest error of a map on its window.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MeasuredError {
-    /// Largest error of a coordinate, in the units of the offsets; `None` where an image is not finite.
+    /// Largest error of a coordinate, in the units of the offsets; `None` where an image is not
+    /// finite.
     pub error: Option<f64>,
     /// What it was measured on.
     pub sample: SampleSummary,
 }
 
 impl MeasuredError {
-    /// The error rounded up to two digits: the same number on machines whose arithmetic differs in the last place.
+    /// The error rounded up to two digits: the same number on machines whose arithmetic differs in
+    /// the last place.
     pub fn rounded_up(&self) -> Option<f64> {
         self.error.map(|error| decimal_above(error, 2))
     }
 }
 
-/// Compares a map with direct simulation in double-double at the corners of the window and at fresh points.
+/// Compares a map with direct simulation in double-double at the corners of the window and at fresh
+/// points.
 ///
-/// `local` has the window; `map` is what is run, in whatever shape and numbers, with whatever was dropped.
+/// `local` has the window; `map` is what is run, in whatever shape and numbers, with whatever was
+/// dropped.
 ///
 /// # Errors
 ///
@@ -81,15 +85,16 @@ pub(super) fn window_sample(
     Ok(WindowSample::new(&map))
 }
 
-/// Points of a window with their images by direct simulation in double-double, to compare any number of maps with.
+/// Points of a window with their images by direct simulation in double-double, to compare any
+/// number of maps with.
 #[derive(Clone, Debug)]
 pub struct ExactImages {
     truth: Truth,
 }
 
 impl ExactImages {
-    /// Simulates points side by side; those that do not return, or with contacts other than those of the grazing passages, are
-    /// left out.
+    /// Simulates points side by side; those that do not return, or with contacts other than those
+    /// of the grazing passages, are left out.
     ///
     /// # Errors
     ///
@@ -129,8 +134,8 @@ impl ExactImages {
             .collect()
     }
 
-    /// Nanoseconds of a return by direct simulation in double precision, one after another over the first points, the fastest
-    /// of five rounds; and its largest error there.
+    /// Nanoseconds of a return by direct simulation in double precision, one after another over the
+    /// first points, the fastest of five rounds; and its largest error there.
     ///
     /// # Errors
     ///

@@ -1,4 +1,5 @@
-//! Truncation orders against direct simulation: errors, rates, times, and the choice of a map and its section.
+//! Truncation orders against direct simulation: errors, rates, times, and the choice of a map and
+//! its section.
 //!
 //! The one place where expansion and simulation meet, so that their agreement is evidence.
 //! Deliberately absent: plotting. See docs/mathematics/convergence.md.

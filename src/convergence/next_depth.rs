@@ -1,8 +1,9 @@
 //! What a contact does to the depth of the next one, where `xi_1` is near 0.
 //!
-//! One idea: a tolerance bounds one step and does not see `xi_1`. A contact of depth `y²` moves the next depth by `−ξ y + η y²`;
-//! where the first term does not prevail on the window a map decides wrongly about stability unless it has the second, whatever its
-//! error is. See docs/mathematics/orders.md.
+//! One idea: a tolerance bounds one step and does not see `xi_1`. A contact of depth `y²` moves the
+//! next depth by `−ξ y + η y²`; where the first term does not prevail on the window a map decides
+//! wrongly about stability unless it has the second, whatever its error is. See
+//! docs/mathematics/orders.md.
 
 use serde::{Deserialize, Serialize};
 
@@ -24,8 +25,9 @@ const SHARES: [f64; 5] = [1.0, 0.3, 0.1, 0.03, 0.01];
 /// Depth variables from which the terms in `y` and `y²` are found.
 const SMALL: [f64; 2] = [0.01, 0.02];
 
-/// The part of the effect of a contact by which a map may be off near the graze, and what is added to it up to the window's edge: a slope that is
-/// off by a constant is so at all depths, truncation only at the edge.
+/// The part of the effect of a contact by which a map may be off near the graze, and what is added
+/// to it up to the window's edge: a slope that is off by a constant is so at all depths, truncation
+/// only at the edge.
 const PART: [f64; 2] = [0.01, 0.09];
 
 /// A point without contact is short of it by this share of a depth.
@@ -34,8 +36,9 @@ const SHORT: f64 = 1e-6;
 /// A stretch below this is none: the law has no square root.
 const NO_STRETCH: f64 = 1e-10;
 
-/// Lowest orders of the maps that are chosen from, and why: on the window a contact of depth `y²` moves the next depth by
-/// `linear y + quadratic y²`, and the first term, that of `xi_1`, is less than twice the second somewhere.
+/// Lowest orders of the maps that are chosen from, and why: on the window a contact of depth `y²`
+/// moves the next depth by `linear y + quadratic y²`, and the first term, that of `xi_1`, is less
+/// than twice the second somewhere.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LeastOrders {
     /// Degree of `P_smooth`.
@@ -86,7 +89,8 @@ struct Demand {
 }
 
 impl NextDepth {
-    /// By a map of orders above the least ones; `None` where the term of `xi_1` prevails on the window, or the law has none.
+    /// By a map of orders above the least ones; `None` where the term of `xi_1` prevails on the
+    /// window, or the law has none.
     pub(super) fn new(map: &LocalMap, sample: &WindowSample) -> Option<Self> {
         let law = map.stages.iter().rev().find_map(|stage| match stage {
             Stage::Contact(contact) => Some(contact),
@@ -112,7 +116,8 @@ impl NextDepth {
         };
         let found: Vec<[f64; 2]> = ends.iter().map(terms).collect::<Option<_>>()?;
         let [linear, quadratic] = found[0];
-        // Both ends of each parameter in turn: a zero of the first term lies within what they come to together.
+        // Both ends of each parameter in turn: a zero of the first term lies within what they come
+        // to together.
         let change = |pair: &[[f64; 2]]| {
             let sizes = pair.iter().map(|terms| (terms[0] - linear).abs());
             sizes.fold(0.0, f64::max)
@@ -148,7 +153,8 @@ impl NextDepth {
         })
     }
 
-    /// Whether a map moves the next depth as contacts do: to a hundredth near the graze, to a tenth at the window's edge.
+    /// Whether a map moves the next depth as contacts do: to a hundredth near the graze, to a tenth
+    /// at the window's edge.
     pub(super) fn keeps(&self, map: &dyn DiscreteMap) -> bool {
         let image = |state: &[f64], parameters: &[f64]| {
             let mut image = vec![0.0; map.dimension()];

@@ -1,4 +1,5 @@
-//! How fast errors fall with the size of the deviations: of the map, of `D` alone, of `P_smooth` alone.
+//! How fast errors fall with the size of the deviations: of the map, of `D` alone, of `P_smooth`
+//! alone.
 
 use rayon::prelude::*;
 
@@ -81,8 +82,9 @@ impl Ladder {
         Ok(Self { rungs })
     }
 
-    /// The rate of a map on the ladder; `rounding` is that of its coefficients, relative to the image. The
-    /// truth itself errs by the rounding of the depth, `1/y` of which is that of the kick.
+    /// The rate of a map on the ladder; `rounding` is that of its coefficients, relative to the
+    /// image. The truth itself errs by the rounding of the depth, `1/y` of which is that of the
+    /// kick.
     fn rate<S: Real>(&self, map: &MapEvaluation<S>, rounding: f64, expected: f64) -> Rate {
         self.rate_and_errors(map, rounding, expected).0
     }
@@ -145,8 +147,9 @@ fn root_mean_square(values: impl ExactSizeIterator<Item = f64>) -> f64 {
     (values.map(|value| value * value).sum::<f64>() / count).sqrt()
 }
 
-/// Edge points of the window at which the section's passage makes contact, and does so at every size: directions in which everything is
-/// scaled. A point that only the depth's quadratic terms take beyond the surface leaves it when scaled down.
+/// Edge points of the window at which the section's passage makes contact, and does so at every
+/// size: directions in which everything is scaled. A point that only the depth's quadratic terms
+/// take beyond the surface leaves it when scaled down.
 fn contact_directions(sample: &WindowSample, expander: &Expander<'_>) -> Vec<Vec<f64>> {
     let (passage, weights) = (expander.section_passage(), &expander.variables().weights);
     let smallest = size(SIZES - 1);
@@ -218,8 +221,8 @@ impl MapRates {
         Ok(Self { ladder })
     }
 
-    /// The rate of a map at these orders: after a contact the state is `O(y)`, so that a leg cut at degree
-    /// `N` errs by `y^(N+1)`, and a contact cut at weight `W` by `y^(W+1)`.
+    /// The rate of a map at these orders: after a contact the state is `O(y)`, so that a leg cut at
+    /// degree `N` errs by `y^(N+1)`, and a contact cut at weight `W` by `y^(W+1)`.
     pub(super) fn rate(
         &self,
         map: &MapEvaluation<Dd>,
@@ -232,7 +235,8 @@ impl MapRates {
     }
 }
 
-/// A scene's factors with coefficients in double-double: rates without the rounding of coefficients.
+/// A scene's factors with coefficients in double-double: rates without the rounding of
+/// coefficients.
 pub(super) struct ExactFactors<'f, 'a> {
     expander: &'f Expander<'a>,
     legs: Legs<Dd>,

@@ -1,7 +1,8 @@
 //! The orders that a tolerance needs, predicted from a low expansion.
 //!
-//! One idea: on the window the terms of each degree of the legs, and of each weight of the contacts, fall as a power; where the
-//! tails of both reach half a tolerance is what to expand to. See docs/mathematics/orders.md.
+//! One idea: on the window the terms of each degree of the legs, and of each weight of the
+//! contacts, fall as a power; where the tails of both reach half a tolerance is what to expand to.
+//! See docs/mathematics/orders.md.
 
 use super::forecast::Forecast;
 use crate::expansion::MapOrders;
@@ -34,9 +35,11 @@ pub struct OrderRule {
     pub contacts: Decay,
 }
 
-/// Sizes of terms by order: those known, and beyond them each over that of `period` orders before by the same factor.
+/// Sizes of terms by order: those known, and beyond them each over that of `period` orders before
+/// by the same factor.
 ///
-/// With deviations of weight 2 of which even powers matter more than odd ones, the terms of a contact come in blocks of four weights.
+/// With deviations of weight 2 of which even powers matter more than odd ones, the terms of a
+/// contact come in blocks of four weights.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Decay {
     /// What the terms of each order from 2 contribute to an image, in the units of the offsets.

@@ -29,11 +29,12 @@ pub struct SamplePoint {
 
 /// Samples the contact part of a window with a low-discrepancy sequence.
 ///
-/// Depths are spread evenly in their logarithm over four decades up to the window's, everything else
-/// evenly over the half-widths. The coordinate along which the depth is steepest is solved for. Where a
-/// half-width is infinite it counts as the window's depth, the size of a deviation of weight 2. With several
-/// passages each has its turn to be at the depth, the others being wherever that puts them within the window; where two of them make
-/// contact is sampled [apart](Self::joint_points).
+/// Depths are spread evenly in their logarithm over four decades up to the window's, everything
+/// else evenly over the half-widths. The coordinate along which the depth is steepest is solved
+/// for. Where a half-width is infinite it counts as the window's depth, the size of a deviation of
+/// weight 2. With several passages each has its turn to be at the depth, the others being wherever
+/// that puts them within the window; where two of them make contact is sampled
+/// [apart](Self::joint_points).
 #[derive(Clone, Debug)]
 pub struct WindowSample {
     depths: DepthEvaluation<f64>,
@@ -68,7 +69,8 @@ impl WindowSample {
         sample
     }
 
-    /// The sample of a window whose depth and half-widths (coordinates; parameters) are multiplied by factors.
+    /// The sample of a window whose depth and half-widths (coordinates; parameters) are multiplied
+    /// by factors.
     ///
     /// # Panics
     ///
@@ -98,7 +100,8 @@ impl WindowSample {
         self.deepest
     }
 
-    /// Depth `y²` of a passage, negative without contact, at offsets of the variables (coordinates; parameters).
+    /// Depth `y²` of a passage, negative without contact, at offsets of the variables (coordinates;
+    /// parameters).
     pub(super) fn depth(&self, passage: usize, offsets: &[f64]) -> f64 {
         let (state, parameters) = offsets.split_at(self.state.len());
         self.depths.at(state, parameters)[passage]
@@ -116,7 +119,8 @@ impl WindowSample {
         self.at_depth(passage, state, parameters, depth)
     }
 
-    /// Number `index` of the sequence: a depth, evenly in its logarithm, and offsets of coordinates and parameters, evenly.
+    /// Number `index` of the sequence: a depth, evenly in its logarithm, and offsets of coordinates
+    /// and parameters, evenly.
     pub(super) fn spread(&self, index: usize) -> (f64, Vec<f64>, Vec<f64>) {
         let widths = self.widths();
         let shares = low_discrepancy(index, widths.len() + 1);
@@ -127,8 +131,9 @@ impl WindowSample {
         (depth, state.to_vec(), parameters.to_vec())
     }
 
-    /// Points at the window's depth with everything else at its half-width, each sign in turn: where errors are
-    /// largest, and where a sequence that fills the window seldom comes. At most 32 per passage.
+    /// Points at the window's depth with everything else at its half-width, each sign in turn:
+    /// where errors are largest, and where a sequence that fills the window seldom comes. At
+    /// most 32 per passage.
     pub fn corners(&self) -> Vec<SamplePoint> {
         let ends = self.ends();
         let passages = 0..self.steepest.len();
@@ -139,7 +144,8 @@ impl WindowSample {
         corners.filter_map(corner).collect()
     }
 
-    /// All variables at their half-widths, each sign in turn: offsets of coordinates and parameters.
+    /// All variables at their half-widths, each sign in turn: offsets of coordinates and
+    /// parameters.
     pub(super) fn ends(&self) -> Vec<(Vec<f64>, Vec<f64>)> {
         let widths = self.widths();
         let end = |signs: usize| {
@@ -152,8 +158,8 @@ impl WindowSample {
         (0..1usize << widths.len().min(CORNERS)).map(end).collect()
     }
 
-    /// Corners, points `first..first + count` of the sequence, and a quarter as many at which two passages make contact, with
-    /// corners of their own: what a map is judged by.
+    /// Corners, points `first..first + count` of the sequence, and a quarter as many at which two
+    /// passages make contact, with corners of their own: what a map is judged by.
     pub(super) fn judging(&self, first: usize, count: usize) -> Vec<SamplePoint> {
         let corners = [self.joint_corners(), self.corners()].concat();
         [corners, self.fresh(first, count)].concat()
@@ -172,8 +178,8 @@ impl WindowSample {
             .collect()
     }
 
-    /// The point with the steepest coordinate of a passage moved until that passage has a depth; `None` where another one is deeper than
-    /// the window.
+    /// The point with the steepest coordinate of a passage moved until that passage has a depth;
+    /// `None` where another one is deeper than the window.
     fn at_depth(
         &self,
         passage: usize,
@@ -191,8 +197,8 @@ impl WindowSample {
         })
     }
 
-    /// The state with the steepest coordinate of a passage moved until that passage has a depth, by Newton's method, and the depths of
-    /// all passages.
+    /// The state with the steepest coordinate of a passage moved until that passage has a depth, by
+    /// Newton's method, and the depths of all passages.
     pub(super) fn placed(
         &self,
         passage: usize,
@@ -232,7 +238,8 @@ impl WindowSample {
     }
 }
 
-/// Point of the additive sequence of the generalised golden ratio: `frac(1/2 + n/φ^k)`, `φ^(d+1) = φ + 1`.
+/// Point of the additive sequence of the generalised golden ratio: `frac(1/2 + n/φ^k)`, `φ^(d+1) =
+/// φ + 1`.
 ///
 /// Any stretch of it covers the unit cube evenly.
 pub(super) fn low_discrepancy(index: usize, dimension: usize) -> Vec<f64> {

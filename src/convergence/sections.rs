@@ -1,7 +1,9 @@
-//! The cheapest map of every section for one tolerance, and the section that a scene takes where any will do.
+//! The cheapest map of every section for one tolerance, and the section that a scene takes where
+//! any will do.
 //!
-//! One idea: the window is carried along the free flow to the other section, so that all are asked for the same orbits; what a map
-//! promises there, it promises on the smallest box about them. See docs/mathematics/convergence.md.
+//! One idea: the window is carried along the free flow to the other section, so that all are asked
+//! for the same orbits; what a map promises there, it promises on the smallest box about them. See
+//! docs/mathematics/convergence.md.
 
 use std::mem;
 
@@ -25,7 +27,8 @@ use crate::orbit::{GrazingOrbit, PoincareSectionKind, locate};
 /// How long before the first passage stroboscopic sections are taken, over the period of the orbit.
 const AHEAD: [f64; 4] = [0.0, 0.125, 0.25, 0.5];
 
-/// By how much the orders of a map of another section may exceed those of the scene's own: it would not be cheaper.
+/// By how much the orders of a map of another section may exceed those of the scene's own: it would
+/// not be cheaper.
 const BEYOND: MapOrders = MapOrders {
     smooth_order: 2,
     contact_weight: 4,
@@ -34,7 +37,8 @@ const BEYOND: MapOrders = MapOrders {
 /// Sections nearer than this share of a period are the same.
 const SAME: f64 = 1e-6;
 
-/// Points of a window that are carried, beside its corners: half-widths are then found to about a hundredth.
+/// Points of a window that are carried, beside its corners: half-widths are then found to about a
+/// hundredth.
 const CARRIED: usize = 1000;
 
 /// Digits of a carried half-width, rounded up.
@@ -43,7 +47,8 @@ const DIGITS: u32 = 3;
 /// The cheapest map of one section.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SectionChoice {
-    /// How long before the first passage a stroboscopic section is, over the period; `None` for the tangency section.
+    /// How long before the first passage a stroboscopic section is, over the period; `None` for
+    /// the tangency section.
     pub ahead: Option<f64>,
     /// Phase of a stroboscopic section.
     pub phase: Option<f64>,
@@ -56,8 +61,8 @@ pub struct SectionChoice {
 /// Which section was taken of several, and what the others cost.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SectionVerdict {
-    /// The section whose map costs least; the tangency section where it costs no more than others, or no section has a map within
-    /// the tolerance.
+    /// The section whose map costs least; the tangency section where it costs no more than others,
+    /// or no section has a map within the tolerance.
     pub taken: SectionChoice,
     /// The others.
     pub others: Vec<SectionChoice>,
@@ -81,12 +86,14 @@ impl SettledScene {
     }
 }
 
-/// The scene on the section that its map is taken on: the one that it names or, where any will do, the one whose cheapest map for the
-/// tolerance has the fewest operations.
+/// The scene on the section that its map is taken on: the one that it names or, where any will do,
+/// the one whose cheapest map for the tolerance has the fewest operations.
 ///
-/// A scene of any section states its window on the tangency section, and `orbit` is its orbit there. Tried are that section and
-/// stroboscopic ones at the graze and an eighth, a quarter and half a period before it. On each the window is the
-/// smallest box about what the free flow makes of the scene's, half-widths rounded up to three digits; errors are in the offsets of each section.
+/// A scene of any section states its window on the tangency section, and `orbit` is its orbit
+/// there. Tried are that section and stroboscopic ones at the graze and an eighth, a quarter and
+/// half a period before it. On each the window is the smallest box about what the free flow makes
+/// of the scene's, half-widths rounded up to three digits; errors are in the offsets of each
+/// section.
 ///
 /// # Errors
 ///
@@ -119,7 +126,8 @@ pub fn settle_section(
         .as_mut()
         .filter(|verdict| verdict.taken.ahead.is_some())
     {
-        // What is run is what the section would get by name: trials have no orders far beyond those of the tangency section.
+        // What is run is what the section would get by name: trials have no orders far beyond those
+        // of the tangency section.
         verdict.taken.choice = Some(choose(&settled.scene, &settled.orbit, &options)?);
     }
     Ok(settled)
@@ -150,11 +158,11 @@ fn cheapest(
     }
 }
 
-/// The cheapest maps of the tangency section and of stroboscopic ones at the graze and an eighth, a quarter and half a period
-/// before it, without the scene's own.
+/// The cheapest maps of the tangency section and of stroboscopic ones at the graze and an eighth, a
+/// quarter and half a period before it, without the scene's own.
 ///
-/// Windows and errors are those of [`settle_section`]. `own` is the choice on the scene's section: maps of orders far beyond its
-/// own are not tried.
+/// Windows and errors are those of [`settle_section`]. `own` is the choice on the scene's section:
+/// maps of orders far beyond its own are not tried.
 ///
 /// # Errors
 ///
@@ -239,7 +247,8 @@ fn others(scene: &Scene, orbit: &GrazingOrbit) -> Vec<(Option<f64>, Section)> {
     others
 }
 
-/// The scene and its orbit on another section, with the smallest window there that holds these points; why there is none.
+/// The scene and its orbit on another section, with the smallest window there that holds these
+/// points; why there is none.
 fn moved(
     scene: &Scene,
     orbit: &GrazingOrbit,

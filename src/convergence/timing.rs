@@ -34,7 +34,8 @@ fn median_ns(units: usize, mut work: impl FnMut()) -> f64 {
     times[RUNS / 2]
 }
 
-/// Nanoseconds of one step of a map with its parameters frozen, at a point: the median of five runs.
+/// Nanoseconds of one step of a map with its parameters frozen, at a point: the median of five
+/// runs.
 pub fn step_ns(map: &HornerMap, point: &SamplePoint) -> f64 {
     let frozen = map.freeze(&point.parameters);
     let mut image = vec![0.0; frozen.dimension()];
@@ -46,7 +47,8 @@ pub fn step_ns(map: &HornerMap, point: &SamplePoint) -> f64 {
     })
 }
 
-/// Nanoseconds of one multiply-add in double precision, sixteen chains of them in flight: the median of five runs.
+/// Nanoseconds of one multiply-add in double precision, sixteen chains of them in flight: the
+/// median of five runs.
 pub fn multiply_add_ns() -> f64 {
     let factor = black_box(0.999_999);
     median_ns(MULTIPLY_ADDS, || {
@@ -62,7 +64,8 @@ pub fn multiply_add_ns() -> f64 {
 
 /// Nanoseconds of a direct return in double precision, and its largest error, over a sample.
 ///
-/// NOTE: what a simulator prepares at new parameters is not part of the time, as for a map with its parameters frozen.
+/// NOTE: what a simulator prepares at new parameters is not part of the time, as for a map with its
+/// parameters frozen.
 pub(super) fn direct(
     direct: &mut DirectImage<'_, f64>,
     truth: &Truth,

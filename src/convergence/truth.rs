@@ -55,7 +55,8 @@ pub(super) fn truth(
     Ok(truth)
 }
 
-/// The image of a point after which the orbit returns with no contact but those of grazing passages, if any.
+/// The image of a point after which the orbit returns with no contact but those of grazing
+/// passages, if any.
 ///
 /// A point that makes none counts: a map that sees one there errs by its kick.
 pub(super) fn image<S: Real>(

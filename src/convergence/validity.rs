@@ -37,19 +37,21 @@ const HALVINGS: usize = 4;
 
 /// The largest window on which a map meets a tolerance.
 ///
-/// A window holds where at every point of a sample direct simulation in double-double returns, makes no contact
-/// but those of the grazing passages, and differs from the map by the tolerance at most. Sizes are found to 5 %.
+/// A window holds where at every point of a sample direct simulation in double-double returns,
+/// makes no contact but those of the grazing passages, and differs from the map by the tolerance at
+/// most. Sizes are found to 5 %.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Validity {
     /// The tolerance, in the units of the offsets.
     pub tolerance: f64,
-    /// Largest factor of the scene's window (depth and all half-widths alike), between `2^-24` and 64; `None` where
-    /// none holds.
+    /// Largest factor of the scene's window (depth and all half-widths alike), between `2^-24` and
+    /// 64; `None` where none holds.
     pub scale: Option<f64>,
-    /// Largest depth where the half-widths are those of the scaled window; at most 64 times its own.
+    /// Largest depth where the half-widths are those of the scaled window; at most 64 times its
+    /// own.
     pub depth: Option<f64>,
-    /// Largest half-width of each coordinate where all else is that of the scaled window; `None` for a coordinate
-    /// that the depth decides.
+    /// Largest half-width of each coordinate where all else is that of the scaled window; `None`
+    /// for a coordinate that the depth decides.
     pub state: BTreeMap<String, Option<f64>>,
     /// Largest half-width of each parameter where all else is that of the scaled window.
     pub parameter: BTreeMap<String, Option<f64>>,
@@ -57,7 +59,8 @@ pub struct Validity {
 
 /// The largest window on which a map, as it is run, meets a tolerance.
 ///
-/// `local` names the variables and the window of the scene; `map` is what is run, in whatever shape.
+/// `local` names the variables and the window of the scene; `map` is what is run, in whatever
+/// shape.
 ///
 /// # Errors
 ///

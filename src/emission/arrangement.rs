@@ -11,7 +11,8 @@ use super::pruning::PruneReport;
 use crate::expansion::{LocalMap, MapKernel};
 use crate::jet::kernel::{Kernel, SplitKernel};
 
-/// What the templates lay out: a map, its kernels and its constants, as text of the target's language.
+/// What the templates lay out: a map, its kernels and its constants, as text of the target's
+/// language.
 pub(super) fn arrange(
     map: &LocalMap,
     options: &EmitOptions,
@@ -121,7 +122,8 @@ fn half_widths(language: Language, values: &[f64]) -> Result<Vec<String>, Emissi
         .collect()
 }
 
-/// Conditions in C that the numbers of an array lie within these half-widths, false for a NaN; unbounded widths have none but that.
+/// Conditions in C that the numbers of an array lie within these half-widths, false for a NaN;
+/// unbounded widths have none but that.
 fn inside(
     language: Language,
     array: &str,

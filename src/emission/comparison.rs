@@ -1,11 +1,13 @@
 //! Whether a text is today's emission but for rounding.
 //!
-//! The same program on the same machine emits the same bytes. Another mathematical library or processor
-//! may round a coefficient differently, so numbers may differ in their last digits; nothing else may.
+//! The same program on the same machine emits the same bytes. Another mathematical library or
+//! processor may round a coefficient differently, so numbers may differ in their last digits;
+//! nothing else may.
 
 /// Relative difference of two literals that still counts as rounding.
 const RELATIVE: f64 = 1e-9;
-/// The same, relative to the largest literal of the text: for coefficients that are rounding themselves.
+/// The same, relative to the largest literal of the text: for coefficients that are rounding
+/// themselves.
 const OF_LARGEST: f64 = 1e-12;
 
 /// First line, counted from 1, in which two texts differ by more than rounding.
@@ -42,7 +44,8 @@ fn same_token(found: &str, expected: &str, largest: f64) -> bool {
     }
 }
 
-/// Words and the runs between them; a number with its point, exponent and exponent's sign is one word.
+/// Words and the runs between them; a number with its point, exponent and exponent's sign is one
+/// word.
 fn tokens(line: &str) -> impl Iterator<Item = &str> {
     let mut rest = line;
     std::iter::from_fn(move || {

@@ -49,8 +49,8 @@ impl std::fmt::Display for Difference {
 }
 
 impl EmittedCrate {
-    /// A map that stands alone: in Rust a crate of manifest, root and one module, package `IDENTIFIER_map`; in C a
-    /// header `IDENTIFIER.h`; in CUDA `IDENTIFIER.cu`.
+    /// A map that stands alone: in Rust a crate of manifest, root and one module, package
+    /// `IDENTIFIER_map`; in C a header `IDENTIFIER.h`; in CUDA `IDENTIFIER.cu`.
     ///
     /// # Errors
     ///
@@ -70,12 +70,14 @@ impl EmittedCrate {
         Ok(Self { files })
     }
 
-    /// The sources of the catalogue's crate: one module per map, sorted by name, and a registry of them.
+    /// The sources of the catalogue's crate: one module per map, sorted by name, and a registry of
+    /// them.
     ///
     /// # Errors
     ///
-    /// [`EmissionError::DuplicateModule`] for two maps of one name; [`EmissionError::SingleInCatalogue`] for one that is not in
-    /// double precision; [`EmissionError::Layout`] if a template fails.
+    /// [`EmissionError::DuplicateModule`] for two maps of one name;
+    /// [`EmissionError::SingleInCatalogue`] for one that is not in double precision;
+    /// [`EmissionError::Layout`] if a template fails.
     pub fn catalogue(modules: &[EmittedModule]) -> Result<Self, EmissionError> {
         let mut files = BTreeMap::new();
         for module in modules {
@@ -100,8 +102,8 @@ impl EmittedCrate {
         Ok(Self { files })
     }
 
-    /// How a folder differs from this emission by more than the rounding of coefficients; other files in
-    /// the folder do not count.
+    /// How a folder differs from this emission by more than the rounding of coefficients; other
+    /// files in the folder do not count.
     pub fn check(&self, folder: &Path) -> Vec<Difference> {
         self.files
             .iter()

@@ -1,7 +1,8 @@
 //! How each language writes a kernel, in double and in single precision.
 //!
-//! One idea: what is rounded is printed. A coefficient of a map in single precision is the nearest such number to the one in double
-//! precision, in the shortest digits that read back to it; so is every constant that states and parameters are compared with.
+//! One idea: what is rounded is printed. A coefficient of a map in single precision is the nearest
+//! such number to the one in double precision, in the shortest digits that read back to it; so is
+//! every constant that states and parameters are compared with.
 
 use super::EmissionError;
 use super::names::{c_string_literal, number_literal, single_literal, string_literal};
@@ -86,7 +87,8 @@ impl Language {
         }
     }
 
-    /// Whether a compiler of this language walks statements recursively, so that long kernels are printed in blocks.
+    /// Whether a compiler of this language walks statements recursively, so that long kernels are
+    /// printed in blocks.
     pub(super) fn nests_statements(self) -> bool {
         self.target == Target::Rust
     }
@@ -116,7 +118,8 @@ impl Language {
         }
     }
 
-    /// An error that may be absent, in double precision always; C, which has no such thing, says so by a negative one.
+    /// An error that may be absent, in double precision always; C, which has no such thing, says so
+    /// by a negative one.
     pub(super) fn optional(
         self,
         what: &'static str,

@@ -1,4 +1,5 @@
-//! Local maps as source text, in Rust, C or CUDA: one straight-line kernel, printed by templates that hold layout only.
+//! Local maps as source text, in Rust, C or CUDA: one straight-line kernel, printed by templates
+//! that hold layout only.
 //!
 //! Deliberately absent: dynamics. This floor sees polynomials.
 

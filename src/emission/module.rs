@@ -35,7 +35,8 @@ pub struct EmitOptions {
     pub lanes: usize,
     /// Error that is asked for, absolute and per coordinate, for the header.
     pub tolerance: Option<f64>,
-    /// Error of which dropped monomials may use a tenth, absolute and per coordinate; `None` keeps every monomial.
+    /// Error of which dropped monomials may use a tenth, absolute and per coordinate; `None` keeps
+    /// every monomial.
     pub drop_within: Option<f64>,
     /// Error that was measured on the window, for the header.
     pub measured_error: Option<f64>,
@@ -84,8 +85,9 @@ pub struct EmittedModule {
 ///
 /// # Errors
 ///
-/// [`EmissionError`] for a scene whose identifier cannot name a module, numbers that are not finite in the precision asked for, a
-/// number of lanes outside 1 to 64, and a composed shape without a composed form.
+/// [`EmissionError`] for a scene whose identifier cannot name a module, numbers that are not finite
+/// in the precision asked for, a number of lanes outside 1 to 64, and a composed shape without a
+/// composed form.
 pub fn emitted_module(
     map: &LocalMap,
     composed: Option<&ComposedMap>,
@@ -187,7 +189,8 @@ fn lower(
     }
 }
 
-/// The frozen step alone, out of the frozen step with its Jacobian: the same coefficients serve both.
+/// The frozen step alone, out of the frozen step with its Jacobian: the same coefficients serve
+/// both.
 fn step_kernel(split: &SplitKernel, map: &MapKernel) -> Kernel {
     let mut kernel = split.run.clone();
     kernel.outputs.truncate(map.dimension + map.passages);

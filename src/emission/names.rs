@@ -11,8 +11,8 @@ const KEYWORDS: [&str; 54] = [
     "union", "unsafe", "unsized", "use", "virtual", "where", "while", "yield", "_", "lib",
 ];
 
-/// The name, if it can name a module: `[a-z_][a-z0-9_]*`, at most 64 characters, no keyword (nor `lib`,
-/// which names the crate's own file).
+/// The name, if it can name a module: `[a-z_][a-z0-9_]*`, at most 64 characters, no keyword (nor
+/// `lib`, which names the crate's own file).
 ///
 /// # Errors
 ///
@@ -78,7 +78,8 @@ pub(super) fn number_literal(what: &'static str, value: f64) -> Result<String, E
 ///
 /// # Errors
 ///
-/// [`EmissionError::NonFinite`] for what is no finite number, [`EmissionError::TooLarge`] for what is none in single precision.
+/// [`EmissionError::NonFinite`] for what is no finite number, [`EmissionError::TooLarge`] for what
+/// is none in single precision.
 pub(super) fn single_literal(what: &'static str, value: f64) -> Result<String, EmissionError> {
     if !value.is_finite() {
         return Err(EmissionError::NonFinite { what, value });

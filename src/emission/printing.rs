@@ -1,7 +1,8 @@
 //! Printing a kernel as statements of the target's language, one short statement a line.
 //!
-//! In Rust every `let` opens a scope within the last one, and the compiler walks them recursively: thousands of them end in
-//! its stack. A long kernel is printed in blocks, each handing on the results that are used after it.
+//! In Rust every `let` opens a scope within the last one, and the compiler walks them recursively:
+//! thousands of them end in its stack. A long kernel is printed in blocks, each handing on the
+//! results that are used after it.
 
 use super::EmissionError;
 use super::language::Language;

@@ -1,9 +1,9 @@
 //! Dropping monomials that the tolerance does not need.
 //!
-//! A term contributes at most `|c| Π b_i^{e_i}` where `b` bounds the variables. The smallest terms of each
-//! coordinate are dropped while the sum of their contributions, amplified by the stages that follow, stays below
-//! the share of the tolerance. Nothing is dropped before a contact (the root amplifies without bound), from
-//! a depth, or where the window is unbounded.
+//! A term contributes at most `|c| Π b_i^{e_i}` where `b` bounds the variables. The smallest terms
+//! of each coordinate are dropped while the sum of their contributions, amplified by the stages
+//! that follow, stays below the share of the tolerance. Nothing is dropped before a contact (the
+//! root amplifies without bound), from a depth, or where the window is unbounded.
 
 use std::collections::BTreeMap;
 
@@ -24,7 +24,8 @@ pub struct PruneReport {
     pub bound: f64,
 }
 
-/// The map without the monomials that a tolerance (absolute, per coordinate of the image) does not need.
+/// The map without the monomials that a tolerance (absolute, per coordinate of the image) does not
+/// need.
 pub fn prune(map: &LocalMap, tolerance: f64) -> (LocalMap, PruneReport) {
     let mut pruned = map.clone();
     let mut report = PruneReport::default();
@@ -113,7 +114,8 @@ pub fn prune_composed(
     (pruned, report)
 }
 
-/// The power of a depth variable that is left once its square is the depth, but for the first: what shares a budget.
+/// The power of a depth variable that is left once its square is the depth, but for the first: what
+/// shares a budget.
 fn folded(power: u8) -> u8 {
     match power {
         0 => 0,
@@ -139,7 +141,8 @@ fn drop_contact(
     lost
 }
 
-/// Of polynomials, each with what it is multiplied by, drops the smallest terms while their sum stays within the budget; the sum.
+/// Of polynomials, each with what it is multiplied by, drops the smallest terms while their sum
+/// stays within the budget; the sum.
 fn drop_smallest(
     parts: &mut [(&mut Jet<f64>, f64)],
     bounds: &[f64],

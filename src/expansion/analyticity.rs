@@ -1,8 +1,9 @@
 //! Whether expressions are analytic at a point: away from corners and branch points.
 //!
-//! One idea: every operation of the expression graph is analytic wherever its value and the derivatives of
-//! its own function are finite, so it is enough to look at the arguments of the few that have a corner
-//! (`abs`, `sign`, `min`, `max`) or a branch point (`sqrt`, `log`, powers that are not whole, quotients).
+//! One idea: every operation of the expression graph is analytic wherever its value and the
+//! derivatives of its own function are finite, so it is enough to look at the arguments of the few
+//! that have a corner (`abs`, `sign`, `min`, `max`) or a branch point (`sqrt`, `log`, powers that
+//! are not whole, quotients).
 
 use crate::model::{Binary, ExpressionGraph, Node, NodeId, Unary};
 use crate::numeric::Dd;
@@ -19,7 +20,8 @@ pub(super) struct Corner {
 /// Arguments nearer to a corner than this, relative to what they are computed from, lie on it.
 const ON_THE_CORNER: f64 = 1e-13;
 
-/// The first operation under `outputs` that is not analytic at `inputs` (full state, then parameters).
+/// The first operation under `outputs` that is not analytic at `inputs` (full state, then
+/// parameters).
 pub(super) fn corner_under(
     graph: &ExpressionGraph,
     outputs: &[NodeId],

@@ -1,7 +1,8 @@
-//! The approach to a surface: the free flow about its minimum of the gap, as series in the time from it.
+//! The approach to a surface: the free flow about its minimum of the gap, as series in the time
+//! from it.
 //!
-//! The gap at the minimum is `−y²`, so the surface was met at `t_e = t_min − y σ` with an analytic `σ`.
-//! Derivation: docs/mathematics/discontinuity.md.
+//! The gap at the minimum is `−y²`, so the surface was met at `t_e = t_min − y σ` with an analytic
+//! `σ`. Derivation: docs/mathematics/discontinuity.md.
 
 use std::sync::Arc;
 
@@ -19,8 +20,8 @@ use crate::numeric::Real;
 pub(super) enum DepthVariable {
     /// One more variable, beside all others: what needs no relation between them.
     Added,
-    /// In the place of a coordinate, which is the jet that makes `−h_min` equal to `y²`: variables are fewer and independent, so that a
-    /// contact time can be found by dividing by `y`.
+    /// In the place of a coordinate, which is the jet that makes `−h_min` equal to `y²`: variables
+    /// are fewer and independent, so that a contact time can be found by dividing by `y`.
     Replacing,
 }
 
@@ -139,17 +140,19 @@ impl<S: Real> Approach<S> {
     }
 }
 
-/// The degree, in units of the weights' divisor, to which the coefficient of each power of the time from the minimum is needed.
+/// The degree, in units of the weights' divisor, to which the coefficient of each power of the time
+/// from the minimum is needed.
 ///
-/// That time is of weight 1, and the gap is divided by its square: its coefficient of power `k` acts from the weight `k − 2` on, the power
-/// `weight + 1` still at the weight.
+/// That time is of weight 1, and the gap is divided by its square: its coefficient of power `k`
+/// acts from the weight `k − 2` on, the power `weight + 1` still at the weight.
 fn kept_about_minimum(weight: u32, divisor: u32, order: usize) -> Vec<usize> {
     let powers = 0..=(weight + 1).max(2);
     let degree = |power: u32| ((weight + 2).saturating_sub(power) / divisor) as usize;
     powers.map(|power| degree(power).min(order)).collect()
 }
 
-/// The degree to which the coefficients of a series are needed of which a root of the derivative is sought, and which is summed there.
+/// The degree to which the coefficients of a series are needed of which a root of the derivative is
+/// sought, and which is summed there.
 pub(super) fn kept_to_minimum(order: usize) -> Vec<usize> {
     let powers = 0..=(order + 1).max(2);
     powers
@@ -157,8 +160,8 @@ pub(super) fn kept_to_minimum(order: usize) -> Vec<usize> {
         .collect()
 }
 
-/// Time from a state to its minimum of the gap, and the series of the free flow about that minimum, its coefficients to given
-/// degrees; the gap is the first function watched.
+/// Time from a state to its minimum of the gap, and the series of the free flow about that minimum,
+/// its coefficients to given degrees; the gap is the first function watched.
 pub(super) fn series_about_minimum<S: Real>(
     field: &Field,
     start: &[Jet<S>],

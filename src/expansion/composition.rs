@@ -1,4 +1,5 @@
-//! The composed form: the whole map as one polynomial pass in `(y_1 … y_K; coordinates; parameters)`.
+//! The composed form: the whole map as one polynomial pass in `(y_1 … y_K; coordinates;
+//! parameters)`.
 
 use super::depth_chart::DepthChart;
 use super::depth_polynomial::DepthSpace;
@@ -10,15 +11,17 @@ use crate::jet::{Jet, substitute_all};
 
 /// Composes a local map.
 ///
-/// With one passage and `P = L₂ ∘ D ∘ L₁` the result is `P_smooth + y B̂ + y² Ĉ`, `P_smooth = L₂ ∘ L₁`; where the contact is what a return
-/// begins with, `P = L ∘ D`, it is `P_smooth + Σ_k y^k P_k`, the `P_k` free of the coordinate along which the depth is steepest. In general
-/// what has no depth variable is kept to the legs' degree, what has any to the larger of the contacts' weight and
-/// the legs' degree (after a contact a state deviation is `O(y)`, so degree `N` of a leg acts at weight `N`).
+/// With one passage and `P = L₂ ∘ D ∘ L₁` the result is `P_smooth + y B̂ + y² Ĉ`, `P_smooth = L₂ ∘
+/// L₁`; where the contact is what a return begins with, `P = L ∘ D`, it is `P_smooth + Σ_k y^k
+/// P_k`, the `P_k` free of the coordinate along which the depth is steepest. In general what has no
+/// depth variable is kept to the legs' degree, what has any to the larger of the contacts' weight
+/// and the legs' degree (after a contact a state deviation is `O(y)`, so degree `N` of a leg acts
+/// at weight `N`).
 ///
 /// # Errors
 ///
-/// [`ExpansionError::Jet`] if the space would be too large, [`ExpansionError::FlownIsNoPolynomial`] for a map with a
-/// flown contact.
+/// [`ExpansionError::Jet`] if the space would be too large, [`ExpansionError::FlownIsNoPolynomial`]
+/// for a map with a flown contact.
 pub fn compose(map: &LocalMap, variables: &Variables) -> Result<ComposedMap, ExpansionError> {
     let weight = map.orders.contact_weight.max(map.orders.smooth_order);
     let smooth_space = variables.smooth_space(DEVIATION_WEIGHT * map.orders.smooth_order)?;
@@ -43,11 +46,13 @@ fn only_legs(stages: &[Stage]) -> Option<Vec<&Leg>> {
     legs.collect()
 }
 
-/// Of a map that begins with its one contact: in `(y; c', p)`, the depth variable in the place of a coordinate, the contact is one
-/// substitution for that coordinate, and what it corrects is left in these variables.
+/// Of a map that begins with its one contact: in `(y; c', p)`, the depth variable in the place of a
+/// coordinate, the contact is one substitution for that coordinate, and what it corrects is left in
+/// these variables.
 ///
-/// NOTE: written in all coordinates instead, by `y² = −h_min`, the correction would be a sum of large terms that cancel where coordinates and
-/// parameters are larger than what they leave of the depth: `(Q − q)^k` for `y^{2k}`.
+/// NOTE: written in all coordinates instead, by `y² = −h_min`, the correction would be a sum of
+/// large terms that cancel where coordinates and parameters are larger than what they leave of the
+/// depth: `(Q − q)^k` for `y^{2k}`.
 fn after_contact(
     contact: &Contact,
     legs: &[&Leg],
@@ -85,7 +90,8 @@ fn after_contact(
     })
 }
 
-/// What a contact adds to each coordinate, in the variables of a chart and up to a weight: as it was found, or from the canonical form.
+/// What a contact adds to each coordinate, in the variables of a chart and up to a weight: as it
+/// was found, or from the canonical form.
 fn corrections(contact: &Contact, chart: &DepthChart<f64>, weight: u32) -> Vec<Jet<f64>> {
     let found = contact.depth_form.as_ref();
     if let Some(form) = found.filter(|form| form.replaced == chart.replaced) {
@@ -140,7 +146,8 @@ struct Composition {
 }
 
 impl Composition {
-    /// From (coordinates; parameters) as jets; `act` is what a contact, with its number, does to a state.
+    /// From (coordinates; parameters) as jets; `act` is what a contact, with its number, does to a
+    /// state.
     fn of(
         map: &LocalMap,
         start: Vec<Jet<f64>>,

@@ -1,8 +1,9 @@
 //! `y²` in the place of a coordinate.
 //!
-//! One idea: `y² = u(c, p)`, `u = −h_min`, makes one of the variables `(y; c, p)` redundant, and every product dearer. Where
-//! a step of a passage divides by `y` it matters more: `y² − u` vanishes, but not as a polynomial. Solving the relation
-//! for one coordinate, `c_j = c_j(y²; c', p)`, leaves variables that are independent.
+//! One idea: `y² = u(c, p)`, `u = −h_min`, makes one of the variables `(y; c, p)` redundant, and
+//! every product dearer. Where a step of a passage divides by `y` it matters more: `y² − u`
+//! vanishes, but not as a polynomial. Solving the relation for one coordinate, `c_j = c_j(y²; c',
+//! p)`, leaves variables that are independent.
 
 use std::sync::Arc;
 
@@ -26,12 +27,13 @@ pub(super) struct DepthChart<S: Real> {
 }
 
 impl<S: Real> DepthChart<S> {
-    /// Solves `u = y²` for a coordinate, to a weighted degree; `depth` is `u` in (coordinates; parameters).
+    /// Solves `u = y²` for a coordinate, to a weighted degree; `depth` is `u` in (coordinates;
+    /// parameters).
     ///
     /// # Errors
     ///
-    /// [`ExpansionError::DepthWithoutSlope`] if the depth does not depend on any coordinate at first order,
-    /// [`ExpansionError::Jet`] if the space would be too large.
+    /// [`ExpansionError::DepthWithoutSlope`] if the depth does not depend on any coordinate at
+    /// first order, [`ExpansionError::Jet`] if the space would be too large.
     pub(super) fn new(
         depth: &Jet<S>,
         variables: &Variables,
@@ -72,7 +74,8 @@ impl<S: Real> DepthChart<S> {
     }
 }
 
-/// What multiplies each power of a variable of a jet in (coordinates; parameters), in a space of `(y; coordinates; parameters)`.
+/// What multiplies each power of a variable of a jet in (coordinates; parameters), in a space of
+/// `(y; coordinates; parameters)`.
 fn powers_of<S: Real>(variable: usize, jet: &Jet<S>, space: &Arc<JetSpace>) -> Vec<Jet<S>> {
     let mut powers = vec![Jet::zero(space)];
     let mut others = vec![0; space.variables()];
@@ -89,7 +92,8 @@ fn powers_of<S: Real>(variable: usize, jet: &Jet<S>, space: &Arc<JetSpace>) -> V
     powers
 }
 
-/// The space of `(y; coordinates; parameters)` in which one coordinate is too heavy to have a monomial.
+/// The space of `(y; coordinates; parameters)` in which one coordinate is too heavy to have a
+/// monomial.
 fn space_without(
     replaced: usize,
     variables: &Variables,

@@ -1,8 +1,9 @@
 //! Polynomials in the depth variables of several passages.
 //!
-//! One idea: `y_k² = depth_k(y_1 … y_{k−1}; x, p)` where passage `k` makes contact, so that no power of `y_k` above
-//! the second is needed, or, with one depth variable, no power of one of the coordinates. A polynomial in all depth variables is then a list
-//! of polynomials in (coordinates; parameters), one for each choice of a power of every `y_k`.
+//! One idea: `y_k² = depth_k(y_1 … y_{k−1}; x, p)` where passage `k` makes contact, so that no
+//! power of `y_k` above the second is needed, or, with one depth variable, no power of one of the
+//! coordinates. A polynomial in all depth variables is then a list of polynomials in (coordinates;
+//! parameters), one for each choice of a power of every `y_k`.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -12,7 +13,8 @@ use super::variables::Variables;
 use crate::jet::{Jet, JetSpace, power_series_at};
 use crate::numeric::{Real, Scalar};
 
-/// A polynomial in `(y_1 … y_K; coordinates; parameters)`, with several passages at most quadratic in each `y_k`.
+/// A polynomial in `(y_1 … y_K; coordinates; parameters)`, with several passages at most quadratic
+/// in each `y_k`.
 #[derive(Clone, Debug)]
 pub struct DepthPolynomial<S: Scalar = f64> {
     /// Its terms by increasing powers of the depth variables; the first has none of them.
@@ -73,7 +75,8 @@ impl DepthPolynomial {
     }
 }
 
-/// The space of `(y_1 … y_K; coordinates; parameters)` up to a weighted degree, every `y_k` of weight 1.
+/// The space of `(y_1 … y_K; coordinates; parameters)` up to a weighted degree, every `y_k` of
+/// weight 1.
 pub(super) struct DepthSpace<'a> {
     pub(super) space: Arc<JetSpace>,
     pub(super) passages: usize,
@@ -108,7 +111,8 @@ impl<'a> DepthSpace<'a> {
         Jet::variable(&self.space, passage, 0.0)
     }
 
-    /// The jet with powers of `y_k` above the second lowered by `y_k² = depths[k]`, the last passage first.
+    /// The jet with powers of `y_k` above the second lowered by `y_k² = depths[k]`, the last
+    /// passage first.
     pub(super) fn reduced(&self, jet: &Jet<f64>, depths: &[Jet<f64>]) -> Jet<f64> {
         let passages = depths.iter().enumerate().rev();
         passages.fold(jet.clone(), |jet, (passage, depth)| {

@@ -1,8 +1,9 @@
 //! The discontinuity mapping along the depth alone: its leading law and where its series ends.
 //!
-//! One idea: with every other deviation at zero the correction is an ordinary power series in `y`. Its first
-//! coefficient that does not vanish is the law of the contact (`y` for a rigid or prestressed stop, `y²` or `y³`
-//! for softer ones); the growth of its last ones is the radius within which any truncation makes sense.
+//! One idea: with every other deviation at zero the correction is an ordinary power series in `y`.
+//! Its first coefficient that does not vanish is the law of the contact (`y` for a rigid or
+//! prestressed stop, `y²` or `y³` for softer ones); the growth of its last ones is the radius
+//! within which any truncation makes sense.
 
 use std::ops::Range;
 
@@ -16,15 +17,17 @@ use super::variables::{DEVIATION_WEIGHT, Variables};
 use crate::jet::Jet;
 use crate::numeric::{Dd, Scalar};
 
-/// Coefficients below this share of the largest of this power, or of what lower ones carry on, are rounding.
+/// Coefficients below this share of the largest of this power, or of what lower ones carry on, are
+/// rounding.
 const VANISHING: f64 = 1e-20;
 /// How many powers make one of the two groups that the radius is estimated from.
 const LAST_POWERS: usize = 8;
 
-/// The correction `D(x) − x` of each coordinate of the section as a power series in the depth variable `y`.
+/// The correction `D(x) − x` of each coordinate of the section as a power series in the depth
+/// variable `y`.
 ///
-/// All deviations are zero but that of the coordinate along which the depth is steepest, which is the one
-/// that makes the depth `y²`.
+/// All deviations are zero but that of the coordinate along which the depth is steepest, which is
+/// the one that makes the depth `y²`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DepthSeries {
     /// Coefficients by coordinate, then by power of `y`; those that vanish but for rounding are 0.
@@ -70,7 +73,8 @@ impl DepthSeries {
         })
     }
 
-    /// The leading law of a coordinate's correction; `None` if it vanishes up to the order of the series.
+    /// The leading law of a coordinate's correction; `None` if it vanishes up to the order of the
+    /// series.
     pub fn leading_law(&self, coordinate: usize) -> Option<LeadingLaw> {
         let series = &self.coefficients[coordinate];
         let exponent = series.iter().position(|&value| value != Dd::ZERO)?;
@@ -82,15 +86,16 @@ impl DepthSeries {
 
     /// Estimates the radius of convergence in `y`, the smallest over the coordinates.
     ///
-    /// The contact time is the root of an analytic equation, so that the nearest singularity is, as a rule, a
-    /// square root, `|c_j| ~ j^{−3/2} R^{−j}`. Of the largest `m_j = j^{3/2} |c_j|` among the last powers and that
-    /// among as many before:
+    /// The contact time is the root of an analytic equation, so that the nearest singularity is, as
+    /// a rule, a square root, `|c_j| ~ j^{−3/2} R^{−j}`. Of the largest `m_j = j^{3/2} |c_j|`
+    /// among the last powers and that among as many before:
     ///
     /// ```text
     /// R = (m_i / m_j)^{1/(j − i)}
     /// ```
     ///
-    /// `None` if no coordinate has coefficients there. At order 24 the estimate is right to some ten per cent.
+    /// `None` if no coordinate has coefficients there. At order 24 the estimate is right to some
+    /// ten per cent.
     pub fn radius(&self) -> Option<f64> {
         self.coefficients
             .iter()
@@ -120,7 +125,8 @@ fn radius_of(series: &[Dd]) -> Option<f64> {
     radius.is_finite().then_some(radius)
 }
 
-/// The variables with weights that leave the powers of `y` alone, and of the coordinate that makes the depth.
+/// The variables with weights that leave the powers of `y` alone, and of the coordinate that makes
+/// the depth.
 fn depth_alone(
     passage: &Passage,
     chart: &SectionChart,
@@ -138,11 +144,13 @@ fn depth_alone(
     })
 }
 
-/// The largest coefficient of each power over the components of the image, or of a lower one where rounding carries it on.
+/// The largest coefficient of each power over the components of the image, or of a lower one where
+/// rounding carries it on.
 ///
-/// Coefficients of a series whose radius exceeds 1 fall from power to power without being rounding: what a lower
-/// power leaves at a higher one falls as fast, by `λ = max_k (M_k/M_0)^{1/k}` a power, `M_k` being the largest of power `k`. The
-/// threshold therefore does not depend on the units of length.
+/// Coefficients of a series whose radius exceeds 1 fall from power to power without being rounding:
+/// what a lower power leaves at a higher one falls as fast, by `λ = max_k (M_k/M_0)^{1/k}` a power,
+/// `M_k` being the largest of power `k`. The threshold therefore does not depend on the units of
+/// length.
 fn scales(image: &[Jet<Dd>], order: u32) -> Vec<f64> {
     let of_power = |power: usize| {
         let values = image.iter().map(|jet| at_power(jet, power).magnitude());

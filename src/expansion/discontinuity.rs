@@ -1,10 +1,10 @@
 //! The discontinuity mapping, as jets in `(y; coordinates; parameters)`.
 //!
 //! One idea: with the depth variable `y² = −h_min` every step of a grazing passage is analytic. The
-//! passage is followed as it happens, each step a jet: down to the minimum of the gap, back by `y σ` to
-//! the surface, through the reset or the contact, and on to the section. No formula of a paper is coded.
-//! Derivation: docs/mathematics/discontinuity.md and docs/mathematics/contact-laws.md (after Nordmark 1991
-//! and di Bernardo et al. 2008).
+//! passage is followed as it happens, each step a jet: down to the minimum of the gap, back by `y
+//! σ` to the surface, through the reset or the contact, and on to the section. No formula of a
+//! paper is coded. Derivation: docs/mathematics/discontinuity.md and
+//! docs/mathematics/contact-laws.md (after Nordmark 1991 and di Bernardo et al. 2008).
 
 use std::sync::Arc;
 
@@ -21,14 +21,14 @@ use crate::orbit::PoincareSectionKind;
 /// Expands the discontinuity mapping on a section to the weighted degree `weight`.
 ///
 /// The result is canonical: image = coordinates + `y · linear` + `y² · quadratic`, with `linear` to
-/// weight `weight − 1`, `quadratic` to `weight − 2` and `depth = −h_min` to `weight + 1`, so that each
-/// contributes an error of weight `weight + 1`.
+/// weight `weight − 1`, `quadratic` to `weight − 2` and `depth = −h_min` to `weight + 1`, so that
+/// each contributes an error of weight `weight + 1`.
 ///
 /// # Errors
 ///
-/// [`ExpansionError`] if the graze is not simple, the reset is no identity at zero normal velocity, the
-/// contact law has no expansion in powers of `y` ([`ContactLawError`](super::ContactLawError)), or a jet space
-/// would be too large.
+/// [`ExpansionError`] if the graze is not simple, the reset is no identity at zero normal velocity,
+/// the contact law has no expansion in powers of `y` ([`ContactLawError`](super::ContactLawError)),
+/// or a jet space would be too large.
 pub fn discontinuity<S: Real>(
     passage: &Passage,
     chart: &SectionChart,
@@ -58,7 +58,8 @@ impl<S: Real> Approach<S> {
         }
     }
 
-    /// Takes the identity off, orders by powers of `y`, and replaces `y²` beyond the first by the depth.
+    /// Takes the identity off, orders by powers of `y`, and replaces `y²` beyond the first by the
+    /// depth.
     fn canonical(
         &self,
         passage: &Passage,

@@ -67,12 +67,14 @@ pub enum ExpansionError {
 }
 
 impl ExpansionError {
-    /// Whether a contact is not flown, or not at these orders: its law does not allow it, or its coefficients leave the finite numbers.
+    /// Whether a contact is not flown, or not at these orders: its law does not allow it, or its
+    /// coefficients leave the finite numbers.
     pub fn is_not_flown(&self) -> bool {
         matches!(self, Self::Flight(_) | Self::NothingToFly) || self.is_overflow()
     }
 
-    /// Whether coefficients, or what they are computed from, left the finite numbers, as those of high orders can.
+    /// Whether coefficients, or what they are computed from, left the finite numbers, as those of
+    /// high orders can.
     pub fn is_overflow(&self) -> bool {
         matches!(
             self,

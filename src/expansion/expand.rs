@@ -62,7 +62,8 @@ impl<'a> Expander<'a> {
     ///
     /// # Errors
     ///
-    /// [`ExpansionError::ContactLaw`] where the law of a compliant stop is not analytic at its graze.
+    /// [`ExpansionError::ContactLaw`] where the law of a compliant stop is not analytic at its
+    /// graze.
     pub fn new(scene: &'a Scene, orbit: &'a GrazingOrbit) -> Result<Self, ExpansionError> {
         let routes = Routes::of(scene, orbit);
         let grazes = routes.passages.iter();
@@ -85,25 +86,27 @@ impl<'a> Expander<'a> {
         self.variables_at(self.section_passage())
     }
 
-    /// The passage that the section is about: the first one named by the scene, counted from the section.
+    /// The passage that the section is about: the first one named by the scene, counted from the
+    /// section.
     pub fn section_passage(&self) -> usize {
         self.routes.whole.from.passage
     }
 
     /// The variables (coordinates; active parameters) in which a passage is expanded.
     ///
-    /// On a stroboscopic section they are the section's; on tangency sections each passage eliminates a component of
-    /// its own.
+    /// On a stroboscopic section they are the section's; on tangency sections each passage
+    /// eliminates a component of its own.
     ///
     /// # Panics
     ///
-    /// If `passage` is not below [`passages`](Self::passages), as everywhere a passage is asked for.
+    /// If `passage` is not below [`passages`](Self::passages), as everywhere a passage is asked
+    /// for.
     pub fn variables_at(&self, passage: usize) -> &Variables {
         &self.grazes[passage].variables
     }
 
-    /// The size of what each variable of a passage deviates from: of the states together, or `h'' (T/2π)²` where they
-    /// are smaller; of each parameter; 1 for a phase and for what is 0.
+    /// The size of what each variable of a passage deviates from: of the states together, or `h''
+    /// (T/2π)²` where they are smaller; of each parameter; 1 for a phase and for what is 0.
     pub(super) fn units(&self, passage: usize) -> Vec<f64> {
         let Graze { chart, .. } = &self.grazes[passage];
         let states = self.scene.model.states.len();
@@ -142,15 +145,17 @@ impl<'a> Expander<'a> {
         Ok(self.assemble(orders, legs, contacts))
     }
 
-    /// The local map at these orders with every compliant contact flown exactly: uniform in stiffness and damping,
-    /// and dearer per step. Passages of rigid stops stay series.
+    /// The local map at these orders with every compliant contact flown exactly: uniform in
+    /// stiffness and damping, and dearer per step. Passages of rigid stops stay series.
     ///
-    /// The error of a flown passage is of weight `contact_weight + 1` with the constants of the free flow.
+    /// The error of a flown passage is of weight `contact_weight + 1` with the constants of the
+    /// free flow.
     ///
     /// # Errors
     ///
-    /// [`ExpansionError::Flight`] where a law is not affine or a contact of the window is not flown to rounding;
-    /// [`ExpansionError::NothingToFly`] without a compliant stop; else as [`expand`](Self::expand).
+    /// [`ExpansionError::Flight`] where a law is not affine or a contact of the window is not flown
+    /// to rounding; [`ExpansionError::NothingToFly`] without a compliant stop; else as
+    /// [`expand`](Self::expand).
     pub fn flown(&self, orders: MapOrders) -> Result<LocalMap, ExpansionError> {
         let passages = self.flown_passages(orders.contact_weight)?;
         Ok(self.assemble_stages(orders, self.legs(orders.smooth_order)?, passages))
@@ -195,8 +200,8 @@ impl<'a> Expander<'a> {
         flown_contact(graze, chart, variables, weight, &window)
     }
 
-    /// The window as a passage sees it: of coordinates that are not the section's own it is not known, and they are
-    /// taken to be as large as a contact makes them.
+    /// The window as a passage sees it: of coordinates that are not the section's own it is not
+    /// known, and they are taken to be as large as a contact makes them.
     fn flight_window(&self, passage: usize) -> FlightWindow {
         let window = map_window(self.scene, self.orbit);
         let reach = window.depth.sqrt();
@@ -255,10 +260,12 @@ impl<'a> Expander<'a> {
 
     /// The discontinuity mapping of a passage to a weighted degree, in double precision.
     ///
-    /// That of a compliant stop is expanded in double-double and rounded: its coefficients are differences
-    /// of terms that grow with the stiffness, and lose up to eight digits at weight 16. Coefficients that are nothing but
-    /// the rounding of double-double are 0: less than 1e-28 of the largest of their monomial, or of it times one variable, in any
-    /// correction, everything in its own size (that of the states, of each parameter, `h'' (T/2π)²` for the depth).
+    /// That of a compliant stop is expanded in double-double and rounded: its coefficients are
+    /// differences of terms that grow with the stiffness, and lose up to eight digits at weight
+    /// 16. Coefficients that are nothing but the rounding of double-double are 0: less than
+    /// 1e-28 of the largest of their monomial, or of it times one variable, in any correction,
+    /// everything in its own size (that of the states, of each parameter, `h'' (T/2π)²` for the
+    /// depth).
     ///
     /// # Errors
     ///
@@ -295,8 +302,8 @@ impl<'a> Expander<'a> {
         Ok(contact)
     }
 
-    /// The discontinuity mapping of a passage along the depth alone, up to a power of `y`: its leading laws and its
-    /// radius of convergence.
+    /// The discontinuity mapping of a passage along the depth alone, up to a power of `y`: its
+    /// leading laws and its radius of convergence.
     ///
     /// # Errors
     ///
@@ -306,7 +313,8 @@ impl<'a> Expander<'a> {
         DepthSeries::new(&graze.passage, &graze.chart, &graze.variables, order)
     }
 
-    /// The leading law of each coordinate's correction in a passage; `None` where it begins above `y^8`.
+    /// The leading law of each coordinate's correction in a passage; `None` where it begins above
+    /// `y^8`.
     ///
     /// # Errors
     ///
@@ -319,7 +327,8 @@ impl<'a> Expander<'a> {
             .collect())
     }
 
-    /// Estimates the radius of convergence of a passage's mapping in `y`; see [`DepthSeries::radius`].
+    /// Estimates the radius of convergence of a passage's mapping in `y`; see
+    /// [`DepthSeries::radius`].
     ///
     /// # Errors
     ///

@@ -17,7 +17,8 @@ pub struct ImpactSpeed {
 }
 
 impl ImpactSpeed {
-    /// The speed of a contact of depth variable `y` that is reached at a point (coordinates; parameters).
+    /// The speed of a contact of depth variable `y` that is reached at a point (coordinates;
+    /// parameters).
     pub fn at(&self, y: f64, point: &[f64]) -> f64 {
         y * (self.linear.evaluate(point) + y * self.quadratic.evaluate(point))
     }

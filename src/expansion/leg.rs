@@ -44,13 +44,15 @@ impl<'a> LegExpansion<'a> {
         }
     }
 
-    /// The leg along a route, to the total degree `smooth_order` (weighted degree `2 · smooth_order`).
+    /// The leg along a route, to the total degree `smooth_order` (weighted degree `2 ·
+    /// smooth_order`).
     ///
     /// The jets of the flow come from collocation, order by order.
     ///
     /// # Errors
     ///
-    /// [`ExpansionError`] if the flow fails, a space is too large, or the orbit misses the far chart.
+    /// [`ExpansionError`] if the flow fails, a space is too large, or the orbit misses the far
+    /// chart.
     pub fn expand(&self, route: &Route, smooth_order: u32) -> Result<Leg, ExpansionError> {
         self.expand_with(route, smooth_order, |start, parameters| {
             Ok(jet_transport(
@@ -110,7 +112,8 @@ impl<'a> LegExpansion<'a> {
         })
     }
 
-    /// What a defect of each coordinate is small against: the states at the far end where they exceed 1, otherwise 1.
+    /// What a defect of each coordinate is small against: the states at the far end where they
+    /// exceed 1, otherwise 1.
     fn sizes(&self, route: &Route, origin: &[Dd]) -> Vec<f64> {
         let states = self.model.states.len();
         let length = origin[..states].iter().map(|value| value.magnitude());

@@ -8,10 +8,10 @@ use crate::numeric::{Dd, Real, Scalar};
 
 /// A local map `P` near a grazing orbit, as the sequence of its stages.
 ///
-/// States and parameters are offsets: states from the point where the grazing orbit meets the section,
-/// parameters from their grazing values. Every stage maps the same number of coordinates
-/// ([`dimension`](LocalMap::dimension)); after the last stage the nominal advance of the phase has been
-/// removed, so that the map can be iterated.
+/// States and parameters are offsets: states from the point where the grazing orbit meets the
+/// section, parameters from their grazing values. Every stage maps the same number of coordinates
+/// ([`dimension`](LocalMap::dimension)); after the last stage the nominal advance of the phase has
+/// been removed, so that the map can be iterated.
 #[derive(Clone, Debug)]
 pub struct LocalMap {
     /// Identifier of the scene.
@@ -30,7 +30,8 @@ pub struct LocalMap {
     pub stages: Vec<Stage>,
     /// Where the map is to be trusted.
     pub window: MapWindow,
-    /// Orders of the map that the coefficients were fitted to on the window, where they are not those of the Taylor series.
+    /// Orders of the map that the coefficients were fitted to on the window, where they are not
+    /// those of the Taylor series.
     pub fitted_to: Option<MapOrders>,
 }
 
@@ -87,8 +88,8 @@ pub struct MapWindow {
 }
 
 impl MapWindow {
-    /// Whether offsets of the state, those of the parameters and the depths of the passages lie within; parameters that are
-    /// not given count as 0.
+    /// Whether offsets of the state, those of the parameters and the depths of the passages lie
+    /// within; parameters that are not given count as 0.
     pub fn holds<S: Real>(&self, state: &[S], parameters: &[S], depths: &[S]) -> bool {
         let within = |values: &[S], widths: &[f64]| {
             let mut pairs = values.iter().zip(widths);
@@ -130,7 +131,8 @@ impl Stage {
     }
 }
 
-/// A leg: each image coordinate as a polynomial in (coordinates; parameters), without constant term.
+/// A leg: each image coordinate as a polynomial in (coordinates; parameters), without constant
+/// term.
 #[derive(Clone, Debug)]
 pub struct Leg<S: Scalar = f64> {
     /// One polynomial per coordinate.
@@ -150,14 +152,16 @@ pub struct Contact<S: Scalar = f64> {
     pub linear: Vec<Jet<S>>,
     /// Coefficient of `y²`, one polynomial per coordinate.
     pub quadratic: Vec<Jet<S>>,
-    /// The corrections as they were found, rounding included; `None` where coefficients were fitted or dropped for a tolerance.
+    /// The corrections as they were found, rounding included; `None` where coefficients were
+    /// fitted or dropped for a tolerance.
     pub depth_form: Option<Arc<DepthForm<S>>>,
 }
 
-/// The corrections `D(x, p) − x` of a passage in `(y; x', p)`, where `y² = depth` has the place of one of the coordinates.
+/// The corrections `D(x, p) − x` of a passage in `(y; x', p)`, where `y² = depth` has the place of
+/// one of the coordinates.
 ///
-/// What [`Contact`] has for each power of the depth is here that power of `y` alone, so that nothing is lost where coordinates and parameters
-/// are larger than what they leave of the depth.
+/// What [`Contact`] has for each power of the depth is here that power of `y` alone, so that
+/// nothing is lost where coordinates and parameters are larger than what they leave of the depth.
 #[derive(Clone, Debug)]
 pub struct DepthForm<S: Scalar = f64> {
     /// Number of the coordinate that is replaced.
@@ -166,11 +170,12 @@ pub struct DepthForm<S: Scalar = f64> {
     pub corrections: Vec<Jet<S>>,
 }
 
-/// The composed form of a map with passages `1 … K`: one polynomial pass in the coordinates, the parameters and
-/// the depth variables `y_k = √max(0, depth_k(y_1 … y_{k−1}; x, p))`.
+/// The composed form of a map with passages `1 … K`: one polynomial pass in the coordinates, the
+/// parameters and the depth variables `y_k = √max(0, depth_k(y_1 … y_{k−1}; x, p))`.
 ///
-/// With one passage, `P_i = smooth_i(x, p) + y linear_i(x, p) + y² quadratic_i(x, p)`; where the passage is what a return begins
-/// with, `P_i = smooth_i(x, p) + Σ_k y^k P_{i,k}(x', p)`, `x'` without the coordinate along which the depth is steepest.
+/// With one passage, `P_i = smooth_i(x, p) + y linear_i(x, p) + y² quadratic_i(x, p)`; where the
+/// passage is what a return begins with, `P_i = smooth_i(x, p) + Σ_k y^k P_{i,k}(x', p)`, `x'`
+/// without the coordinate along which the depth is steepest.
 #[derive(Clone, Debug)]
 pub struct ComposedMap<S: Scalar = f64> {
     /// `−h_min` of each passage seen from the section, which depends on the passages before it.

@@ -9,17 +9,19 @@ use crate::numeric::{Dd, Real};
 
 /// Highest degree of `P_smooth` that is expanded again.
 const SMOOTH_ORDER: u32 = 2;
-/// Weight to which `D` is always expanded again, and beyond it as far as the space has no more monomials than this.
+/// Weight to which `D` is always expanded again, and beyond it as far as the space has no more
+/// monomials than this.
 const CONTACT_WEIGHT: u32 = 6;
 const MONOMIALS: usize = 1000;
 /// All digits of double precision: no more can be lost.
 const ALL: f64 = 15.95;
 
-/// Decimal digits lost per output coordinate: `log10` of the largest error of a coefficient, relative to
-/// the largest of its degree, in units of roundoff; from 0 to the 16 digits of double precision.
+/// Decimal digits lost per output coordinate: `log10` of the largest error of a coefficient,
+/// relative to the largest of its degree, in units of roundoff; from 0 to the 16 digits of double
+/// precision.
 ///
-/// Deviations are measured in their own sizes (that of the states, that of each parameter), so that a length of
-/// `1e-15` beside a frequency of 1 hides nothing.
+/// Deviations are measured in their own sizes (that of the states, that of each parameter), so that
+/// a length of `1e-15` beside a frequency of 1 hides nothing.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct LostDigits {
     /// Of `P_smooth` (the worst of the legs).
@@ -29,8 +31,8 @@ pub struct LostDigits {
 }
 
 impl Expander<'_> {
-    /// Estimates the digits lost in a map of these orders: of `P_smooth` from its lower degrees, of `D` from all where its
-    /// space is small, otherwise from weight 6.
+    /// Estimates the digits lost in a map of these orders: of `P_smooth` from its lower degrees, of
+    /// `D` from all where its space is small, otherwise from weight 6.
     ///
     /// # Errors
     ///
@@ -71,7 +73,8 @@ impl Expander<'_> {
         Ok(linear.zip(quadratic).map(lost).collect())
     }
 
-    /// The highest weight, at most the one asked, to which a contact is expanded twice at little cost.
+    /// The highest weight, at most the one asked, to which a contact is expanded twice at little
+    /// cost.
     fn affordable_weight(&self, passage: usize, asked: u32) -> Result<u32, ExpansionError> {
         let variables = self.variables_at(passage);
         let mut weight = asked.min(CONTACT_WEIGHT);
@@ -136,7 +139,8 @@ impl<'a> Compared<'a> {
 
     /// Digits lost, the worst over the degrees.
     ///
-    /// Degrees whose coefficients vanish but for rounding are measured against `all`, the largest of the whole.
+    /// Degrees whose coefficients vanish but for rounding are measured against `all`, the largest
+    /// of the whole.
     fn lost(&self, all: f64) -> f64 {
         let space = self.jet.space();
         let worst = (0..=space.order())

@@ -4,8 +4,8 @@ use super::{Arithmetic, ComposedMap, Contact, DepthPolynomial, DepthTerm, Leg, L
 use crate::jet::Jet;
 use crate::jet::kernel::{HornerPlan, Kernel, KernelBuilder, Value};
 
-/// A map as a kernel: from coordinates, and then parameters, to the image, and then the depth of every
-/// passage (`−h_min`, negative without contact).
+/// A map as a kernel: from coordinates, and then parameters, to the image, and then the depth of
+/// every passage (`−h_min`, negative without contact).
 #[derive(Clone, Debug, PartialEq)]
 pub struct MapKernel {
     /// Number of coordinates.
@@ -146,8 +146,8 @@ fn terms(polynomial: &DepthPolynomial) -> Vec<&DepthTerm> {
     polynomial.terms.iter().collect()
 }
 
-/// Horner's rule in the last depth variable, its coefficients in the others; `roots` are the depth variables
-/// that may occur.
+/// Horner's rule in the last depth variable, its coefficients in the others; `roots` are the depth
+/// variables that may occur.
 fn lower_depths(
     builder: &mut KernelBuilder,
     terms: &[&DepthTerm],

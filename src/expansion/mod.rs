@@ -1,7 +1,7 @@
 //! `P_smooth`, the discontinuity mapping `D`, legs, and their composition, as jets.
 //!
-//! Deliberately absent: the direct simulator (agreement with it must be evidence, not an echo), text,
-//! templates.
+//! Deliberately absent: the direct simulator (agreement with it must be evidence, not an echo),
+//! text, templates.
 
 mod analyticity;
 mod approach;

@@ -28,12 +28,13 @@ pub struct Passage {
 }
 
 impl Passage {
-    /// Lowers the passage of surface `number`; `state` and `parameters` are the values at the graze.
+    /// Lowers the passage of surface `number`; `state` and `parameters` are the values at the
+    /// graze.
     ///
     /// # Errors
     ///
-    /// [`ExpansionError::ContactLaw`] if a contact field or release function is not analytic at `state`, the
-    /// grazing point.
+    /// [`ExpansionError::ContactLaw`] if a contact field or release function is not analytic at
+    /// `state`, the grazing point.
     pub fn new(
         model: &Model,
         number: usize,
@@ -149,7 +150,8 @@ fn parameter_jets<S: Real>(
     jets
 }
 
-/// How each input enters a program over jets: states and active parameters vary, the rest is folded in.
+/// How each input enters a program over jets: states and active parameters vary, the rest is folded
+/// in.
 fn jet_inputs(dimension: usize, parameters: &[Dd], active: &[usize]) -> Vec<InputKind> {
     let states = (0..dimension).map(|_| InputKind::Variable);
     states.chain(bound_but(active, parameters)).collect()

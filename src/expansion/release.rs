@@ -1,9 +1,10 @@
 //! When a contact ends: the release time as a power of `y` times a series.
 //!
-//! One idea: along the contact field the release function is `Σ_k ρ_k t^k` with jets `ρ_k(y; c, p)`. Near a
-//! graze a root that vanishes with `y` behaves as `t = κ₀ y^q`; the Newton polygon of the lowest powers of `y`
-//! in the `ρ_k` gives `q` and the polynomial whose smallest positive root is `κ₀`. Divided by its lowest power of
-//! `y` the equation for `κ = t/y^q` is then solved in the ring. Derivation: docs/mathematics/contact-laws.md.
+//! One idea: along the contact field the release function is `Σ_k ρ_k t^k` with jets `ρ_k(y; c,
+//! p)`. Near a graze a root that vanishes with `y` behaves as `t = κ₀ y^q`; the Newton polygon of
+//! the lowest powers of `y` in the `ρ_k` gives `q` and the polynomial whose smallest positive root
+//! is `κ₀`. Divided by its lowest power of `y` the equation for `κ = t/y^q` is then solved in the
+//! ring. Derivation: docs/mathematics/contact-laws.md.
 
 use super::approach::{Approach, DepthVariable};
 use super::passage::Passage;
@@ -17,7 +18,8 @@ use crate::numeric::{Dd, Real, Scalar};
 
 /// Weight, and highest power of time, at which the balance is found.
 const BALANCE_WEIGHT: u32 = 4;
-/// Coefficients below this share of the largest of their series are zero: the balance is found in double-double.
+/// Coefficients below this share of the largest of their series are zero: the balance is found in
+/// double-double.
 const VANISHING: f64 = 1e-22;
 /// A relative slope below this at a root of the balance is none.
 const NO_SLOPE: f64 = 1e-8;
@@ -81,12 +83,14 @@ impl ReleaseBalance {
         self.divided.saturating_sub(self.power) as u32
     }
 
-    /// Power of `y` that multiplies `κ^(k − trivial)` in the divided equation, for the time power `k`.
+    /// Power of `y` that multiplies `κ^(k − trivial)` in the divided equation, for the time power
+    /// `k`.
     fn shift(&self, time_power: usize) -> i32 {
         (self.power * (time_power - self.trivial)) as i32 - self.divided as i32
     }
 
-    /// The degree to which the coefficient of each power of time is needed along the contact, of states and of the release function.
+    /// The degree to which the coefficient of each power of time is needed along the contact, of
+    /// states and of the release function.
     fn kept(&self, order: usize) -> Vec<usize> {
         let powers = 0..=order + self.trivial;
         let degree = |power: usize| match power.checked_sub(self.trivial) {
@@ -128,7 +132,8 @@ impl ReleaseBalance {
     }
 }
 
-/// Whether a polynomial has a slope at its root: rounding may split a double root into two with almost none.
+/// Whether a polynomial has a slope at its root: rounding may split a double root into two with
+/// almost none.
 fn is_simple(coefficients: &[Dd], root: Dd) -> bool {
     let (_, slope) = evaluate(coefficients, root);
     let sizes: Vec<_> = coefficients.iter().map(|c| c.abs()).collect();
@@ -147,7 +152,8 @@ struct Polygon<'a> {
     trivial: usize,
 }
 
-/// An edge of the polygon: the balance of the terms `t^i y^{n_i}` on it, `i` from `first` to `last`.
+/// An edge of the polygon: the balance of the terms `t^i y^{n_i}` on it, `i` from `first` to
+/// `last`.
 struct Edge {
     first: usize,
     last: usize,

@@ -1,8 +1,9 @@
 //! Coefficients of a contact that are nothing but rounding.
 //!
-//! One idea: what vanishes in exact arithmetic stands in a double-double expansion as some 1e-32 of the terms it is a difference of,
-//! and those are seen at the same monomial in the other corrections, or where it has one more factor. Such a coefficient comes and
-//! goes with every change of the arithmetic, changes no image, and costs an operation in every step.
+//! One idea: what vanishes in exact arithmetic stands in a double-double expansion as some 1e-32 of
+//! the terms it is a difference of, and those are seen at the same monomial in the other
+//! corrections, or where it has one more factor. Such a coefficient comes and goes with every
+//! change of the arithmetic, changes no image, and costs an operation in every step.
 
 use std::iter;
 use std::sync::Arc;
@@ -11,8 +12,9 @@ use super::Contact;
 use crate::jet::Jet;
 use crate::numeric::{Dd, Scalar};
 
-/// Coefficients below this share of what they are compared with are rounding: double-double has 2^-104, 5e-32, and expansions lose a
-/// digit or two of it; one of double precision, 1e-16, is far above.
+/// Coefficients below this share of what they are compared with are rounding: double-double has
+/// 2^-104, 5e-32, and expansions lose a digit or two of it; one of double precision, 1e-16, is far
+/// above.
 const SHARE: f64 = 1e-28;
 
 /// What variables deviate from: sizes in which coefficients can be compared.
@@ -35,12 +37,13 @@ impl Sizes {
     }
 }
 
-/// The contact without coefficients that are rounding: those that, in sizes of the variables and of the coordinate that they
-/// correct, are less than 1e-28 of the largest of their monomial, or of it times one variable, in any coordinate and power of `y`
-/// (of `y` as one of the variables in the depth form).
+/// The contact without coefficients that are rounding: those that, in sizes of the variables and of
+/// the coordinate that they correct, are less than 1e-28 of the largest of their monomial, or of it
+/// times one variable, in any coordinate and power of `y` (of `y` as one of the variables in the
+/// depth form).
 ///
-/// NOTE: monomials farther apart are not compared. Where a contact is stiff the coefficients of high powers of one variable exceed those
-/// of another by more than double-double has digits.
+/// NOTE: monomials farther apart are not compared. Where a contact is stiff the coefficients of
+/// high powers of one variable exceed those of another by more than double-double has digits.
 pub(super) fn without_rounding(mut contact: Contact<Dd>, sizes: &Sizes) -> Contact<Dd> {
     let depth = Part {
         factor: 1.0,
@@ -128,8 +131,8 @@ mod tests {
     use crate::expansion::DepthForm;
     use crate::jet::JetSpace;
 
-    /// One coordinate and one parameter, with sizes of 1e-3 and 10: coefficients of 1, x and p of what `y` and `y²` are multiplied by,
-    /// and of a depth.
+    /// One coordinate and one parameter, with sizes of 1e-3 and 10: coefficients of 1, x and p of
+    /// what `y` and `y²` are multiplied by, and of a depth.
     fn cleared(linear: [f64; 3], quadratic: [f64; 3], depth: [f64; 3]) -> [Vec<f64>; 3] {
         let space = JetSpace::uniform(2, 1).unwrap();
         let jet = |coefficients: [f64; 3]| {
@@ -169,7 +172,8 @@ mod tests {
             }
             jet
         };
-        // In sizes: y 1e-27, y u 1 and y v 1e-27 of the first coordinate; y 1e-29 and y u 1e-30 of the second.
+        // In sizes: y 1e-27, y u 1 and y v 1e-27 of the first coordinate; y 1e-29 and y u 1e-30 of
+        // the second.
         let corrections = vec![
             correction([1e-29, 10.0, 1e-30]),
             correction([1e-27, 1e-25, 0.0]),

@@ -1,4 +1,5 @@
-//! Which passages and legs one period is made of, in the order in which they are met from the section.
+//! Which passages and legs one period is made of, in the order in which they are met from the
+//! section.
 
 use super::section_chart::SectionChart;
 use crate::model::Scene;
@@ -90,7 +91,8 @@ impl Routes {
     }
 }
 
-/// The chart in which the contact of a passage acts: the scene's section, through the grazing point.
+/// The chart in which the contact of a passage acts: the scene's section, through the grazing
+/// point.
 pub(super) fn grazing_chart(orbit: &GrazingOrbit, passage: usize) -> SectionChart {
     let graze = &orbit.passages[passage];
     SectionChart {

@@ -33,8 +33,8 @@ impl Variables {
 
     /// Monomials in (coordinates; parameters) up to a weighted degree.
     ///
-    /// Weights and degree are divided by their common divisor: with every weight 2 and degree `2N` it
-    /// is the space of total degree `N`.
+    /// Weights and degree are divided by their common divisor: with every weight 2 and degree `2N`
+    /// it is the space of total degree `N`.
     ///
     /// # Errors
     ///
@@ -48,7 +48,8 @@ impl Variables {
         )?)
     }
 
-    /// The common divisor of the weights: the unit of degrees in a [`smooth_space`](Self::smooth_space).
+    /// The common divisor of the weights: the unit of degrees in a
+    /// [`smooth_space`](Self::smooth_space).
     pub(super) fn divisor(&self) -> u32 {
         self.weights.iter().fold(0, |a, &b| gcd(a, b)).max(1)
     }
@@ -117,7 +118,8 @@ pub(super) fn coefficient_of_depth_power<S: Scalar>(
     result
 }
 
-/// `Σ_k d_{first+2k} depth^k`, where `d_j` is the coefficient of `y^j`: what multiplies `y^first` once `y² = depth` has been used.
+/// `Σ_k d_{first+2k} depth^k`, where `d_j` is the coefficient of `y^j`: what multiplies `y^first`
+/// once `y² = depth` has been used.
 pub(super) fn fold_depth_powers<S: Scalar>(
     correction: &Jet<S>,
     first: u8,

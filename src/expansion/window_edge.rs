@@ -1,7 +1,8 @@
 //! What a truncated `D` can be expected to give at the edge of its window.
 //!
-//! One idea: along the depth alone the correction is a known series in `y`, and what weight `W` leaves out of it
-//! at the largest depth of the window is the rest of that series, before anything is compared with direct simulation.
+//! One idea: along the depth alone the correction is a known series in `y`, and what weight `W`
+//! leaves out of it at the largest depth of the window is the rest of that series, before anything
+//! is compared with direct simulation.
 
 use super::{DepthSeries, ExpansionError};
 use crate::numeric::Scalar;
@@ -21,23 +22,25 @@ pub struct WindowEdge {
     /// Lowest power of `y` in a correction.
     pub leading_exponent: u32,
     /// Share of the correction that the truncation leaves out at the edge, at most:
-    /// `Σ_{k>W} |c_k| y^k / |c_n| y^n`, the powers beyond those known estimated from the radius; 1 where the correction begins
-    /// above the weight.
+    /// `Σ_{k>W} |c_k| y^k / |c_n| y^n`, the powers beyond those known estimated from the radius; 1
+    /// where the correction begins above the weight.
     pub omitted_share: f64,
-    /// The depth at which the share is [`LARGEST_SHARE`](Self::LARGEST_SHARE), within the radius; 0 where the
-    /// correction begins above the weight.
+    /// The depth at which the share is [`LARGEST_SHARE`](Self::LARGEST_SHARE), within the radius;
+    /// 0 where the correction begins above the weight.
     pub usable_depth: f64,
 }
 
 impl WindowEdge {
-    /// The share above which a window is said to be too deep: fewer than two digits of the contact's correction.
+    /// The share above which a window is said to be too deep: fewer than two digits of the
+    /// contact's correction.
     pub const LARGEST_SHARE: f64 = 1e-2;
 
-    /// The edge of a window that reaches to a depth `y²`, for a truncation weight below the order of the series.
+    /// The edge of a window that reaches to a depth `y²`, for a truncation weight below the order
+    /// of the series.
     ///
-    /// The corrections asked are those that begin with the lowest power. `None` where all of them vanish or their
-    /// series end, and there is nothing to leave out. A weight that is not below the order of the series is taken
-    /// as the highest one that is.
+    /// The corrections asked are those that begin with the lowest power. `None` where all of them
+    /// vanish or their series end, and there is nothing to leave out. A weight that is not
+    /// below the order of the series is taken as the highest one that is.
     ///
     /// ```
     /// use grazemap::expansion::{DepthSeries, WindowEdge};
@@ -80,8 +83,8 @@ impl WindowEdge {
     }
 }
 
-/// `Σ_{k>W} |c_k| y^k / |c_n| y^n`, the largest over the corrections that begin with `y^n`, with the [tail](tail_factor)
-/// beyond the powers known.
+/// `Σ_{k>W} |c_k| y^k / |c_n| y^n`, the largest over the corrections that begin with `y^n`, with
+/// the [tail](tail_factor) beyond the powers known.
 fn omitted_share(series: &DepthSeries, leading: u32, weight: u32, y: f64, radius: f64) -> f64 {
     let leading = leading as usize;
     let of = |coefficients: &Vec<_>| {
@@ -107,8 +110,8 @@ fn share_of(y: f64, radius: f64, powers: usize) -> f64 {
     (y / radius).powi(powers as i32)
 }
 
-/// `Σ_{k>n} |c_k| y^k` over `|c_n| y^n` where `|c_k| ~ k^{−3/2} R^{−k}`, at most: `q/(1 − q)` with `q = y/R`, and on the circle
-/// itself `2n`.
+/// `Σ_{k>n} |c_k| y^k` over `|c_n| y^n` where `|c_k| ~ k^{−3/2} R^{−k}`, at most: `q/(1 − q)` with
+/// `q = y/R`, and on the circle itself `2n`.
 fn tail_factor(q: f64, order: usize) -> f64 {
     let on_the_circle = 2.0 * order as f64;
     if q < 1.0 {
@@ -136,8 +139,8 @@ fn largest_within(end: f64, holds: impl Fn(f64) -> bool) -> f64 {
 }
 
 impl super::Expander<'_> {
-    /// What the contact of a passage, cut at a weight, leaves out at the edge of the scene's window; see
-    /// [`WindowEdge::new`].
+    /// What the contact of a passage, cut at a weight, leaves out at the edge of the scene's
+    /// window; see [`WindowEdge::new`].
     ///
     /// # Errors
     ///
@@ -189,7 +192,8 @@ mod tests {
 
     #[test]
     fn what_lies_beyond_the_powers_known_is_counted() {
-        // The estimate of the radius takes the terms for k^(-3/2) R^-k, so that it is larger than that of a geometric series.
+        // The estimate of the radius takes the terms for k^(-3/2) R^-k, so that it is larger than
+        // that of a geometric series.
         let series = geometric(1, 0.1);
         let exact = 0.5_f64.powi(23) / 0.5;
         let edge = WindowEdge::new(&series, 0.05 * 0.05, 23).expect("an infinite series");

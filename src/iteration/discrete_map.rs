@@ -2,7 +2,8 @@
 
 use super::PassageSet;
 
-/// A map `(x, p) ↦ x⁺` in offsets: interpreted, frozen, compiled, or evaluated by direct simulation.
+/// A map `(x, p) ↦ x⁺` in offsets: interpreted, frozen, compiled, or evaluated by direct
+/// simulation.
 pub trait DiscreteMap: Sync {
     /// Number of coordinates of a state.
     fn dimension(&self) -> usize;
@@ -12,8 +13,8 @@ pub trait DiscreteMap: Sync {
 
     /// One step: writes the image of `state` (length [`dimension`](Self::dimension)) to `image`.
     ///
-    /// A step never panics on finite input; where it has no image, [`StepInfo::valid`] is `false` and
-    /// the image is not a number.
+    /// A step never panics on finite input; where it has no image, [`StepInfo::valid`] is `false`
+    /// and the image is not a number.
     fn step(&self, state: &[f64], parameters: &[f64], image: &mut [f64]) -> StepInfo;
 
     /// One step with the Jacobian `∂x⁺_i/∂x_j`, row by row, into `jacobian` (length `dimension²`).
@@ -25,7 +26,8 @@ pub trait DiscreteMap: Sync {
         jacobian: &mut [f64],
     ) -> StepInfo;
 
-    /// One step of a state and of a tangent vector there: the image, and the Jacobian times the vector.
+    /// One step of a state and of a tangent vector there: the image, and the Jacobian times the
+    /// vector.
     fn step_tangent(
         &self,
         [state, tangent]: [&[f64]; 2],

@@ -6,7 +6,8 @@ use crate::expansion::MapKernel;
 use crate::jet::kernel::{Interpreter, Kernel, LaneInterpreter, Number, OperationCount, Unset};
 use crate::numeric::Lanes;
 
-/// Everything that a map's kernel is lowered to, shared by the map and by all that is frozen from it.
+/// Everything that a map's kernel is lowered to, shared by the map and by all that is frozen from
+/// it.
 ///
 /// What not every user of a map needs is made when first asked for.
 #[derive(Debug)]
@@ -90,7 +91,8 @@ impl Freezer {
         self.run.set(&self.coefficients(parameters))
     }
 
-    /// The kernel with the coefficients of every lane; lanes beyond those given have those of the first.
+    /// The kernel with the coefficients of every lane; lanes beyond those given have those of the
+    /// first.
     pub(super) fn in_lanes<const N: usize, T: Number<Known = Lanes<N>>>(
         &self,
         coefficients: &[Vec<f64>],

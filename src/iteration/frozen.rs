@@ -7,11 +7,12 @@ use super::horner::run;
 use super::{DiscreteMap, StepInfo};
 use crate::jet::kernel::{Dual, Interpreter};
 
-/// A local map with its parameters folded in, made by [`HornerMap::freeze`](super::HornerMap::freeze): a map without parameters that evaluates polynomials in the
-/// coordinates alone.
+/// A local map with its parameters folded in, made by
+/// [`HornerMap::freeze`](super::HornerMap::freeze): a map without parameters that evaluates
+/// polynomials in the coordinates alone.
 ///
-/// It does the very operations that the unfrozen map does on the coordinates, so the images agree bit for
-/// bit.
+/// It does the very operations that the unfrozen map does on the coordinates, so the images agree
+/// bit for bit.
 #[derive(Clone, Debug)]
 pub struct FrozenMap {
     forms: Arc<Forms>,

@@ -10,8 +10,8 @@ use crate::numeric::{self, Lanes, widest};
 /// A local map with other parameters folded in in every lane, made by
 /// [`HornerMap::freeze_lanes`](super::HornerMap::freeze_lanes).
 ///
-/// Orbits of independent states run in step, with the widest registers of the machine, and each is that of
-/// the [`FrozenMap`](super::FrozenMap) at its parameters to the last bit.
+/// Orbits of independent states run in step, with the widest registers of the machine, and each is
+/// that of the [`FrozenMap`](super::FrozenMap) at its parameters to the last bit.
 #[derive(Clone, Debug)]
 pub struct FrozenLanes<const N: usize> {
     forms: Arc<Forms>,

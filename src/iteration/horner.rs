@@ -70,8 +70,8 @@ impl HornerMap {
         FrozenMap::new(self.forms.clone(), parameters)
     }
 
-    /// Depth `−h_min` of the first passage (negative without contact) at states of one parameter value: the very depths that
-    /// steps from these states would find.
+    /// Depth `−h_min` of the first passage (negative without contact) at states of one parameter
+    /// value: the very depths that steps from these states would find.
     ///
     /// # Panics
     ///

@@ -25,7 +25,8 @@ impl InterpretedMap {
         }
     }
 
-    /// Runs all stages on `point` (coordinates; parameters); with a tangent (`∂x_i/∂x_j`), that too.
+    /// Runs all stages on `point` (coordinates; parameters); with a tangent (`∂x_i/∂x_j`), that
+    /// too.
     fn run(&self, point: &mut [f64], mut tangent: Option<&mut DMatrix<f64>>) -> StepInfo {
         let mut info = StepInfo::default();
         let mut passages = 0;
@@ -114,7 +115,8 @@ fn leg_step(leg: &Leg, point: &[f64], dimension: usize) -> (Vec<f64>, Vec<f64>) 
     (next, jacobian)
 }
 
-/// The depth, `x_i + y l_i + y² q_i` and its rows `δ_ij + y' (l_i + 2 y q_i) + y l_i' + y² q_i'`, `y' = depth'/(2y)`.
+/// The depth, `x_i + y l_i + y² q_i` and its rows `δ_ij + y' (l_i + 2 y q_i) + y l_i' + y² q_i'`,
+/// `y' = depth'/(2y)`.
 fn contact_step(contact: &Contact, point: &[f64], dimension: usize) -> (f64, Vec<f64>, Vec<f64>) {
     let (depth, depth_gradient) = expand(&contact.depth, point);
     let y = depth.max(0.0).sqrt();

@@ -4,13 +4,14 @@ use serde::{Deserialize, Serialize};
 
 use super::PassageSet;
 
-/// The grazing passages of one return of a map: which surface each meets, and what one return counts for.
+/// The grazing passages of one return of a map: which surface each meets, and what one return
+/// counts for.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Itinerary {
     /// Names of the surfaces that graze, in the order in which the model declares them.
     pub surfaces: Vec<String>,
-    /// The surface of each passage, an index into [`surfaces`](Self::surfaces), in the order of the passages'
-    /// numbers.
+    /// The surface of each passage, an index into [`surfaces`](Self::surfaces), in the order of
+    /// the passages' numbers.
     pub passages: Vec<usize>,
     /// Forcing periods of one return; 1 for an autonomous system.
     pub periods: usize,
@@ -18,8 +19,8 @@ pub struct Itinerary {
 
 /// Name of a periodic orbit: hits at each surface that grazes, then periods, printed `(1,1,3)`.
 ///
-/// The periods are those of the forcing (returns of an autonomous system): the orbit's period under its map times
-/// the forcing periods of one return.
+/// The periods are those of the forcing (returns of an autonomous system): the orbit's period under
+/// its map times the forcing periods of one return.
 ///
 /// ```
 /// use grazemap::iteration::OrbitName;

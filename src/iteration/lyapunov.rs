@@ -4,11 +4,12 @@ use super::DiscreteMap;
 
 /// Largest Lyapunov exponent per iterate, from the derivative along the orbit.
 ///
-/// A tangent vector is carried along and renormalised at every iterate; the exponent is the mean of the
-/// logarithms of its growth over `iterates` steps after `transient` steps (Benettin et al. 1980). Near grazing the
-/// Jacobian is unbounded, `O(1/y)`, but integrably so.
+/// A tangent vector is carried along and renormalised at every iterate; the exponent is the mean of
+/// the logarithms of its growth over `iterates` steps after `transient` steps (Benettin et al.
+/// 1980). Near grazing the Jacobian is unbounded, `O(1/y)`, but integrably so.
 ///
-/// `None` if the orbit leaves the finite numbers; minus infinity if the tangent vector is annihilated.
+/// `None` if the orbit leaves the finite numbers; minus infinity if the tangent vector is
+/// annihilated.
 ///
 /// # Panics
 ///

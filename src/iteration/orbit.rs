@@ -105,8 +105,8 @@ impl MapOrbit {
 
     /// Iterates several maps in step, each from its own state.
     ///
-    /// `step` is told which orbits go on and all states, one after another; it writes the images of those that do, and what
-    /// happened on the way.
+    /// `step` is told which orbits go on and all states, one after another; it writes the images of
+    /// those that do, and what happened on the way.
     pub fn in_step(
         initial: &[&[f64]],
         request: &OrbitRequest,

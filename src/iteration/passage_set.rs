@@ -2,7 +2,8 @@
 
 /// A set of passages, by their numbers in one return, from 0.
 ///
-/// It holds [`CAPACITY`](Self::CAPACITY) passages, as many as a scene may name; higher numbers are not kept.
+/// It holds [`CAPACITY`](Self::CAPACITY) passages, as many as a scene may name; higher numbers are
+/// not kept.
 ///
 /// ```
 /// use grazemap::iteration::PassageSet;

@@ -17,10 +17,11 @@ pub enum Period {
 impl Period {
     /// The period of a run of states (`dimension` numbers each, one state after another).
     ///
-    /// States agree if every coordinate agrees to `tolerance` times its scale. A period is accepted if
-    /// *all* states agree with those a period later, and the run holds it at least twice. An orbit that
-    /// still approaches a period by alternating about it (a multiplier near −1) seems to have twice that
-    /// period: where the alternation shrinks along the run, half of it is the period.
+    /// States agree if every coordinate agrees to `tolerance` times its scale. A period is accepted
+    /// if *all* states agree with those a period later, and the run holds it at least twice. An
+    /// orbit that still approaches a period by alternating about it (a multiplier near −1)
+    /// seems to have twice that period: where the alternation shrinks along the run, half of it
+    /// is the period.
     pub fn of(states: &[f64], scales: &[f64], tolerance: f64) -> Self {
         let run = Run { states, scales };
         let agree = |shift: usize| {

@@ -6,11 +6,11 @@ use super::horner::run;
 use super::{DiscreteMap, HornerMap, StepInfo};
 use crate::jet::kernel::Interpreter;
 
-/// A local map in single precision, made by [`HornerMap::in_single`]: the operations of the code that is emitted in `f32`,
-/// interpreted.
+/// A local map in single precision, made by [`HornerMap::in_single`]: the operations of the code
+/// that is emitted in `f32`, interpreted.
 ///
-/// State and parameters are rounded on the way in, as a caller of that code has to; coefficients and every operation are in
-/// single precision, and the image is handed out as it is.
+/// State and parameters are rounded on the way in, as a caller of that code has to; coefficients
+/// and every operation are in single precision, and the image is handed out as it is.
 #[derive(Clone, Debug)]
 pub struct SingleMap {
     map: HornerMap,

@@ -1,4 +1,5 @@
-//! Conditions of a grazing bifurcation: how a stretch at one graze moves the orbit off the surface at another.
+//! Conditions of a grazing bifurcation: how a stretch at one graze moves the orbit off the surface
+//! at another.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -13,10 +14,11 @@ use super::system::ExtendedSystem;
 
 /// `xi_1, xi_2, …` from one grazing passage to another.
 ///
-/// `xi_n = ∇h_to · M_n · β_from`, with `M_n` the derivative of the free flow from the graze `from` to the `n`-th graze
-/// `to` that follows it, and `β_from` the direction in which `D` stretches there. From a graze to itself that is after
-/// `n` periods, to another after `n − 1` periods and the way between. Positive: the gap opens; negative: the surface is
-/// met again; zero: a point of codimension two.
+/// `xi_n = ∇h_to · M_n · β_from`, with `M_n` the derivative of the free flow from the graze `from`
+/// to the `n`-th graze `to` that follows it, and `β_from` the direction in which `D` stretches
+/// there. From a graze to itself that is after `n` periods, to another after `n − 1` periods and
+/// the way between. Positive: the gap opens; negative: the surface is met again; zero: a point of
+/// codimension two.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GrazingConditions<S> {
     /// The passage that stretches (index into the orbit's passages).
@@ -27,7 +29,8 @@ pub struct GrazingConditions<S> {
     pub values: Vec<S>,
 }
 
-/// Derivatives of the free flow from every passage to the next, the last one's to the first of the next period.
+/// Derivatives of the free flow from every passage to the next, the last one's to the first of the
+/// next period.
 pub(super) fn legs<S: Real>(
     field: &Field,
     touches: &[Touch<S>],

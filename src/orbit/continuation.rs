@@ -55,7 +55,8 @@ impl Bordered {
     }
 }
 
-/// The point of the curve on the plane through `origin` across `normal`, or `None` where Newton's method finds none.
+/// The point of the curve on the plane through `origin` across `normal`, or `None` where Newton's
+/// method finds none.
 pub(super) fn correct(
     system: &ExtendedSystem,
     origin: &[f64],
@@ -94,7 +95,8 @@ pub(super) fn correct_dd(
     }
 }
 
-/// The unit tangent of the curve at a point, on the side of `along`; `None` where it is not determined.
+/// The unit tangent of the curve at a point, on the side of `along`; `None` where it is not
+/// determined.
 pub(super) fn tangent(
     system: &ExtendedSystem,
     point: &[f64],

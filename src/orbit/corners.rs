@@ -1,4 +1,5 @@
-//! Corners of the free flow: where `abs`, `sign`, `min` or `max` change branch an orbit has no Taylor series.
+//! Corners of the free flow: where `abs`, `sign`, `min` or `max` change branch an orbit has no
+//! Taylor series.
 
 use crate::flow::{Field, Integrator, bound_but, horner};
 use crate::model::{NodeId, Response, Scene, Surface};
@@ -58,7 +59,8 @@ impl Place {
 }
 
 impl<'a> Corners<'a> {
-    /// Those that a state, a parameter that is adjusted or active, or one of some others moves; `None` without any.
+    /// Those that a state, a parameter that is adjusted or active, or one of some others moves;
+    /// `None` without any.
     pub(super) fn of(scene: &'a Scene, others: &[usize]) -> Option<Self> {
         let mut graph = scene.model.graph.clone();
         let dimension = scene.model.dimension();
@@ -86,7 +88,8 @@ impl<'a> Corners<'a> {
         })
     }
 
-    /// The first corner at a graze of an orbit, each given by its surface and the state, or along it.
+    /// The first corner at a graze of an orbit, each given by its surface and the state, or along
+    /// it.
     pub(super) fn of_orbit(
         &self,
         grazes: &[(usize, Vec<f64>)],
@@ -104,7 +107,8 @@ impl<'a> Corners<'a> {
         }
     }
 
-    /// The first corner at a point near a graze, or that the free flow crosses in a time from there.
+    /// The first corner at a point near a graze, or that the free flow crosses in a time from
+    /// there.
     pub(super) fn near(
         &self,
         surface: usize,
@@ -263,7 +267,8 @@ fn begins_at_zero(coefficients: &[f64], length: f64) -> bool {
     sizes[0] <= ON_THE_CORNER * horner(&sizes, length)
 }
 
-/// When a polynomial on `[0, length]` first has another sign than before; `sign` is 0 before any is known.
+/// When a polynomial on `[0, length]` first has another sign than before; `sign` is 0 before any is
+/// known.
 fn crossing(argument: &[f64], length: f64, sign: &mut f64) -> Option<f64> {
     let mut before = 0.0;
     for piece in 0..=PIECES {

@@ -9,8 +9,9 @@ use super::outcome::{Location, NamedValues, NotLocated};
 use super::station::Stations;
 use super::tracer::Tracer;
 
-/// Steps of a continuation, in arclength over its unknowns: the full state at the first graze, the period where no clock
-/// gives it, the times of further independent grazes, and the free parameters.
+/// Steps of a continuation, in arclength over its unknowns: the full state at the first graze, the
+/// period where no clock gives it, the times of further independent grazes, and the free
+/// parameters.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CurveOptions {
     /// First step.
@@ -66,8 +67,8 @@ impl CurvePoint {
 /// What happens at a special point of a curve.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SpecialKind {
-    /// `xi_n = 0` between two passages: codimension two. With the half-period symmetry only passages that mirror no
-    /// other stand as `from`.
+    /// `xi_n = 0` between two passages: codimension two. With the half-period symmetry only
+    /// passages that mirror no other stand as `from`.
     Codimension2 {
         /// `n`.
         n: usize,
@@ -113,12 +114,14 @@ pub enum CurveEnd {
         /// `h''` at the first such point.
         normal_acceleration: f64,
     },
-    /// A passage that no adjusted parameter is for ceased to graze, or to follow in the order named.
+    /// A passage that no adjusted parameter is for ceased to graze, or to follow in the order
+    /// named.
     PassageLost {
         /// Number of the passage, from 1.
         passage: usize,
     },
-    /// A function in the free field, an event function or a reset came to its corner: see [`NotLocated::Corner`].
+    /// A function in the free field, an event function or a reset came to its corner: see
+    /// [`NotLocated::Corner`].
     Corner {
         /// `abs`, `sign`, `min` or `max`.
         function: &'static str,
@@ -222,16 +225,17 @@ pub enum CurveOutcome {
     StartNotReached(GrazingCurve),
 }
 
-/// Continues the grazing orbit of a scene in a second parameter, `with`, from one value of it to another.
+/// Continues the grazing orbit of a scene in a second parameter, `with`, from one value of it to
+/// another.
 ///
-/// The orbit is located at the scene's own parameters and followed to `from` first. Steps are of pseudo-arclength, so
-/// the curve is followed round folds; points where a `xi_n` vanishes, a parameter turns or multipliers change between
-/// real and complex are refined in double-double.
+/// The orbit is located at the scene's own parameters and followed to `from` first. Steps are of
+/// pseudo-arclength, so the curve is followed round folds; points where a `xi_n` vanishes, a
+/// parameter turns or multipliers change between real and complex are refined in double-double.
 ///
 /// # Errors
 ///
-/// [`OrbitError`] as [`locate`](super::locate), and [`OrbitError::SecondParameter`] for a second parameter that does not
-/// exist or is already adjusted.
+/// [`OrbitError`] as [`locate`](super::locate), and [`OrbitError::SecondParameter`] for a second
+/// parameter that does not exist or is already adjusted.
 pub fn curve(
     scene: &Scene,
     with: usize,

@@ -108,7 +108,8 @@ pub(super) fn points<S: Real>(
     touches.iter().enumerate().map(point).collect()
 }
 
-/// Lowest minimum of any event function along an orbit, its grazes excepted; a touch to rounding counts as 0.
+/// Lowest minimum of any event function along an orbit, its grazes excepted; a touch to rounding
+/// counts as 0.
 pub(super) fn clearance(
     scene: &Scene,
     passages: &[GrazingPoint],

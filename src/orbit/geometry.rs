@@ -3,7 +3,8 @@
 use crate::model::{ExpressionGraph, Model, NodeId, Response};
 use crate::numeric::Scalar;
 
-/// The expressions an orbit needs at a point, each with its derivatives in every input (full state, parameters).
+/// The expressions an orbit needs at a point, each with its derivatives in every input (full state,
+/// parameters).
 #[derive(Clone, Debug)]
 pub(super) struct Geometry {
     graph: ExpressionGraph,

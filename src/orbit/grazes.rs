@@ -7,8 +7,9 @@ use super::OrbitError;
 
 /// The grazing passages of a scene's orbit.
 ///
-/// The first `independent` ones are equations of the orbit, one adjusted parameter each. With the half-period symmetry
-/// the second half of the passages mirrors the first. Passages that are neither have to touch of themselves.
+/// The first `independent` ones are equations of the orbit, one adjusted parameter each. With the
+/// half-period symmetry the second half of the passages mirrors the first. Passages that are
+/// neither have to touch of themselves.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Grazes {
     /// Surfaces grazed in one period, in order.
@@ -22,8 +23,9 @@ pub(super) struct Grazes {
 impl Grazes {
     /// The grazes a scene asks for.
     ///
-    /// NOTE: an orbit of an even number of forcing periods cannot be its own mirror image. Half of it lasts whole
-    /// periods, and `(x, theta) -> (-x, theta + period/2)` shifts the phase by half of one.
+    /// NOTE: an orbit of an even number of forcing periods cannot be its own mirror image. Half of
+    /// it lasts whole periods, and `(x, theta) -> (-x, theta + period/2)` shifts the phase by
+    /// half of one.
     pub(super) fn of(scene: &Scene) -> Result<Self, OrbitError> {
         let grazing = &scene.grazing;
         let (surfaces, symmetry) = (grazing.passages.clone(), grazing.symmetry);

@@ -28,7 +28,8 @@ pub struct FollowingPassage {
 impl GrazingOrbit {
     /// The passages of one period in the order in which they follow the section point.
     ///
-    /// A section between passages is first followed by the next one, whichever the scene names first.
+    /// A section between passages is first followed by the next one, whichever the scene names
+    /// first.
     pub fn passages_after_section(&self, scene: &Scene) -> Vec<FollowingPassage> {
         let until_first = self.time_to_first_passage(scene);
         let passages = self.passages.iter().enumerate();
@@ -47,7 +48,8 @@ impl GrazingOrbit {
         following
     }
 
-    /// Time from the section point to the first passage that the scene names; 0 on a tangency section.
+    /// Time from the section point to the first passage that the scene names; 0 on a tangency
+    /// section.
     fn time_to_first_passage(&self, scene: &Scene) -> Dd {
         let (PoincareSectionKind::Stroboscopic { phase }, Some(clock)) =
             (self.section.kind, &scene.model.phase)

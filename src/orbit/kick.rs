@@ -52,8 +52,9 @@ impl Kick {
 
     /// `β` at a point; nothing where no contact is felt.
     ///
-    /// Where `D` begins with `y`, `β = sqrt(h''/2) ∂D/∂y`; else its direction is that of the difference's leading
-    /// power, and its length such that `∇h'·β = h''` (of a contact that acts along the surface alone, `h''/|∇h'|`).
+    /// Where `D` begins with `y`, `β = sqrt(h''/2) ∂D/∂y`; else its direction is that of the
+    /// difference's leading power, and its length such that `∇h'·β = h''` (of a contact that
+    /// acts along the surface alone, `h''/|∇h'|`).
     pub(super) fn direction<S: Real>(
         &self,
         local: &LocalGeometry<'_, S>,
@@ -81,7 +82,8 @@ impl Kick {
     }
 }
 
-/// A vector scaled such that `∇h'·v = 1`, or to the length `1/|∇h'|` where it points along the surface.
+/// A vector scaled such that `∇h'·v = 1`, or to the length `1/|∇h'|` where it points along the
+/// surface.
 fn outwards<S: Real>(local: &LocalGeometry<'_, S>, vector: &[S]) -> Vec<S> {
     let velocity = local.velocity_gradient();
     let velocity = &velocity[..local.dimension()];
@@ -91,7 +93,8 @@ fn outwards<S: Real>(local: &LocalGeometry<'_, S>, vector: &[S]) -> Vec<S> {
     scaled(vector, S::one() / if along { lengths } else { normal })
 }
 
-/// The first power of time with which the contact field differs from the free one; of those an `f64` integrator sees.
+/// The first power of time with which the contact field differs from the free one; of those an
+/// `f64` integrator sees.
 fn first_difference(
     watching: &Field,
     state: &[Dd],
@@ -133,8 +136,8 @@ fn reset_kick<S: Real>(local: &LocalGeometry<'_, S>, jacobian: &[Vec<S>]) -> Vec
     direction.iter().zip(image).map(|(&e, g)| e - g).collect()
 }
 
-/// The jump `f_c − f` of a contact field that ends at the surface, and `2/a_c` with `a_c = ∇h'·f_c`: the contact lasts
-/// twice the approach speed over the acceleration.
+/// The jump `f_c − f` of a contact field that ends at the surface, and `2/a_c` with `a_c =
+/// ∇h'·f_c`: the contact lasts twice the approach speed over the acceleration.
 fn jump<S: Real>(local: &LocalGeometry<'_, S>) -> Option<(Vec<S>, S)> {
     let field = local.contact()?;
     let velocity = local.velocity_gradient();
@@ -144,7 +147,8 @@ fn jump<S: Real>(local: &LocalGeometry<'_, S>) -> Option<(Vec<S>, S)> {
     Some((jump, S::from_f64(2.0) / acceleration))
 }
 
-/// The jump's kick per unit of approach speed; nothing where the fields agree at the graze, or the contact does not push.
+/// The jump's kick per unit of approach speed; nothing where the fields agree at the graze, or the
+/// contact does not push.
 fn jump_per_speed(local: &LocalGeometry<'_, Dd>) -> Option<Vec<Dd>> {
     let (jump, time) = jump(local)?;
     let largest = |vector: &[Dd]| vector.iter().fold(0.0_f64, |m, v| m.max(v.magnitude()));

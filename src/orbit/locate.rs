@@ -20,7 +20,8 @@ use super::system::ExtendedSystem;
 
 /// Largest residual of an orbit called located, relative to the size of its unknowns.
 const RESIDUAL: f64 = 1e-24;
-/// Distance from the guess, relative to its size, within which Newton's root is taken without looking further.
+/// Distance from the guess, relative to its size, within which Newton's root is taken without
+/// looking further.
 const NEAR_GUESS: f64 = 0.5;
 /// Part of a forcing period by which a guess may miss its graze.
 const NEAR_GRAZE: f64 = 0.05;
@@ -32,12 +33,14 @@ type Found = Result<Vec<f64>, NotLocated>;
 
 /// Locates the grazing orbit of a scene.
 ///
-/// From the scene's guess Newton's method is tried on the extended system at once. Where that fails or ends far from
-/// the guess, or where there is no guess, the steady state of the free flow is shot to a periodic orbit and followed in
-/// the adjusted parameter until it touches; of two orbits found the one nearer the guess is taken. Of several
-/// independent grazes the first is found alone, and its orbit's minima are where the others start from.
+/// From the scene's guess Newton's method is tried on the extended system at once. Where that fails
+/// or ends far from the guess, or where there is no guess, the steady state of the free flow is
+/// shot to a periodic orbit and followed in the adjusted parameter until it touches; of two orbits
+/// found the one nearer the guess is taken. Of several independent grazes the first is found alone,
+/// and its orbit's minima are where the others start from.
 ///
-/// Passages that no adjusted parameter is for must touch to rounding, of themselves or by the symmetry.
+/// Passages that no adjusted parameter is for must touch to rounding, of themselves or by the
+/// symmetry.
 ///
 /// # Errors
 ///
@@ -153,7 +156,8 @@ impl<'a> Locator<'a> {
         })
     }
 
-    /// Unknowns to begin with, from a point near the first graze: the times of the others are not known yet.
+    /// Unknowns to begin with, from a point near the first graze: the times of the others are not
+    /// known yet.
     fn start_unknowns(&self, guess: &[f64]) -> Result<Vec<f64>, OrbitError> {
         let autonomous = self.scene.model.phase.is_none();
         let period = if autonomous {
@@ -226,8 +230,9 @@ impl<'a> Locator<'a> {
         })
     }
 
-    /// Times of the lowest minima that follow a point near the first graze in the order named, one per further
-    /// independent graze. The first graze's own minimum, or its mirror's, is left out where it is nearer than `missed`.
+    /// Times of the lowest minima that follow a point near the first graze in the order named, one
+    /// per further independent graze. The first graze's own minimum, or its mirror's, is left
+    /// out where it is nearer than `missed`.
     fn start_times(
         &self,
         state: &[f64],
@@ -261,7 +266,8 @@ impl<'a> Locator<'a> {
         })
     }
 
-    /// Time from the guess to the next minimum of the event function: the period's guess without a clock.
+    /// Time from the guess to the next minimum of the event function: the period's guess without a
+    /// clock.
     fn first_return(&self, guess: &[f64]) -> Result<f64, OrbitError> {
         let (field, parameters) = (watching_field(&self.scene.model), self.start_parameters());
         let surface = self.system.grazes.surfaces[0];
@@ -298,8 +304,8 @@ impl<'a> Locator<'a> {
         }
     }
 
-    /// What was found, unless the free flow has a corner: at a graze or along the orbit, or where none was found, in a period
-    /// from where the search began.
+    /// What was found, unless the free flow has a corner: at a graze or along the orbit, or where
+    /// none was found, in a period from where the search began.
     fn without_corners(&self, location: Location) -> Result<Location, OrbitError> {
         let Some(corners) = Corners::of(self.scene, &[]) else {
             return Ok(location);

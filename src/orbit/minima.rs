@@ -54,7 +54,8 @@ pub(super) fn watching_field(model: &Model) -> Field {
     Field::free(model, &watched)
 }
 
-/// Minima of every event function on `(0, duration]` along the free flow, `field` being a [`watching_field`].
+/// Minima of every event function on `(0, duration]` along the free flow, `field` being a
+/// [`watching_field`].
 pub(super) fn gaps(
     field: &Field,
     start: &[f64],

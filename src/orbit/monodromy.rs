@@ -24,7 +24,8 @@ pub(super) fn full_monodromy<S: Real>(
     Ok(jacobian)
 }
 
-/// The full state where the orbit through `graze` meets a section: the free flow from the graze to its phase.
+/// The full state where the orbit through `graze` meets a section: the free flow from the graze to
+/// its phase.
 pub(super) fn section_point(
     model: &Model,
     field: &Field,
@@ -52,8 +53,8 @@ pub(super) fn section_point(
 
 /// The monodromy restricted to a section's coordinates.
 ///
-/// Stroboscopic: the block of the coordinates. Tangency: a column is a coordinate's unit vector completed to a tangent
-/// of `h' = 0`, its image projected along the flow, `z ↦ z − f (∇h'·z)/h''`.
+/// Stroboscopic: the block of the coordinates. Tangency: a column is a coordinate's unit vector
+/// completed to a tangent of `h' = 0`, its image projected along the flow, `z ↦ z − f (∇h'·z)/h''`.
 pub(super) fn on_section<S: Real>(
     full: &DMatrix<S>,
     section: &PoincareSection,

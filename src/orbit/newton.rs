@@ -1,7 +1,8 @@
 //! Newton's method in two stages: damped in `f64`, then refined with residuals in double-double.
 //!
-//! One idea: a correction needs few digits, a residual needs all of them. The `f64` Jacobian therefore serves both
-//! stages; the second is iterative refinement and ends at the roundoff of double-double.
+//! One idea: a correction needs few digits, a residual needs all of them. The `f64` Jacobian
+//! therefore serves both stages; the second is iterative refinement and ends at the roundoff of
+//! double-double.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -35,7 +36,8 @@ pub(super) struct NewtonFailure {
     pub(super) unknowns: Vec<f64>,
     /// Largest residual at every iterate.
     pub(super) history: Vec<f64>,
-    /// Smallest over largest singular value of the Jacobian with its columns scaled, where it was too small.
+    /// Smallest over largest singular value of the Jacobian with its columns scaled, where it was
+    /// too small.
     pub(super) singular: Option<f64>,
 }
 
@@ -53,7 +55,8 @@ const MAX_HALVINGS: usize = 10;
 /// Below this the reciprocal condition of a scaled Jacobian is roundoff.
 const SINGULAR: f64 = 1e-11;
 
-/// A column of a Jacobian smaller than this, relative to its largest entry, is roundoff and is not scaled up.
+/// A column of a Jacobian smaller than this, relative to its largest entry, is roundoff and is not
+/// scaled up.
 const ROUNDOFF: f64 = 1e-11;
 
 /// Damped Newton in `f64`, to a stall below `tolerance`.
@@ -107,7 +110,8 @@ pub(super) fn solve(
     }))
 }
 
-/// Refines an `f64` root until the double-double residuals stop falling; they must end below `tolerance`.
+/// Refines an `f64` root until the double-double residuals stop falling; they must end below
+/// `tolerance`.
 pub(super) fn refine(
     system: &impl Equations,
     start: &[f64],
@@ -195,10 +199,12 @@ fn newton_step(jacobian: &DMatrix<f64>, residual: &[f64]) -> Result<Vec<f64>, f6
     Ok(step.iter().copied().collect())
 }
 
-/// The inverse through a singular value decomposition, or the reciprocal condition where that is roundoff.
+/// The inverse through a singular value decomposition, or the reciprocal condition where that is
+/// roundoff.
 ///
-/// NOTE: columns are scaled (the unknowns have units of their own) unless they are roundoff; rows are not, for the
-/// closure's rows are differences `M − I`, and scaling would blow up a row that is nothing but their roundoff.
+/// NOTE: columns are scaled (the unknowns have units of their own) unless they are roundoff; rows
+/// are not, for the closure's rows are differences `M − I`, and scaling would blow up a row that is
+/// nothing but their roundoff.
 fn inverse(jacobian: &DMatrix<f64>) -> Result<DMatrix<f64>, f64> {
     let mut scaled = jacobian.clone();
     let largest = scaled.amax();

@@ -1,4 +1,5 @@
-//! All grazing passages of an orbit: those of its equations, those that touch of themselves, and the mirror images.
+//! All grazing passages of an orbit: those of its equations, those that touch of themselves, and
+//! the mirror images.
 
 use crate::flow::Integrator;
 use crate::model::{Scene, Symmetry};
@@ -36,8 +37,8 @@ pub(super) const SAME: f64 = 1e-6;
 /// Newton steps in time to a minimum.
 const STEPS: usize = 60;
 
-/// The passages at a root of the extended system; those that are not equations must touch to `tolerance`, relative to the
-/// range of `h`.
+/// The passages at a root of the extended system; those that are not equations must touch to
+/// `tolerance`, relative to the range of `h`.
 pub(super) fn passages<S: Real>(
     scene: &Scene,
     system: &ExtendedSystem,
@@ -159,7 +160,8 @@ impl<'a, S: Real> Orbit<'a, S> {
         )
     }
 
-    /// Passages that no equation holds: of the minima after the last one that is held, those nearest to touching.
+    /// Passages that no equation holds: of the minima after the last one that is held, those
+    /// nearest to touching.
     fn extend_by_minima(
         &self,
         touches: &mut Vec<Touch<S>>,
@@ -287,8 +289,8 @@ fn with_reduced_phase<S: Real>(scene: &Scene, mut state: Vec<S>) -> Vec<S> {
     state
 }
 
-/// One minimum for every surface wanted, in the order wanted and of time, of the smallest total cost; or the number of
-/// the first that has none.
+/// One minimum for every surface wanted, in the order wanted and of time, of the smallest total
+/// cost; or the number of the first that has none.
 pub(super) fn in_order<'a>(
     wanted: &[usize],
     minima: &[&'a Minimum],

@@ -44,12 +44,14 @@ pub struct GrazingOrbit {
     pub monodromy: Vec<Vec<Dd>>,
     /// Eigenvalues of the monodromy, `[re, im]`, the largest first.
     pub multipliers: Vec<[f64; 2]>,
-    /// `xi_1 … xi_6` from the first passage to itself: `xi_n = h_x · Mⁿ · β` (docs/mathematics/orbit.md).
+    /// `xi_1 … xi_6` from the first passage to itself: `xi_n = h_x · Mⁿ · β`
+    /// (docs/mathematics/orbit.md).
     pub xi: Vec<Dd>,
     /// The same from every passage to every passage, ordered by `from`, then `to`.
     pub conditions: Vec<GrazingConditions<Dd>>,
-    /// Lowest minimum of any event function along the orbit other than the grazing passages; negative where the orbit
-    /// penetrates a surface and is therefore not one of the oscillator with its stops.
+    /// Lowest minimum of any event function along the orbit other than the grazing passages;
+    /// negative where the orbit penetrates a surface and is therefore not one of the
+    /// oscillator with its stops.
     pub clearance: Option<f64>,
     /// Distance from the scene's guess in the full state (the phase taken modulo its period).
     pub guess_distance: Option<f64>,

@@ -1,8 +1,9 @@
 //! Equations in the units of what they are about.
 //!
-//! One idea: tolerances and conditions mean something for numbers of order one. States, their closure and the event functions
-//! are measured in a length of the orbit, each adjusted parameter in its own size; a unit is a coarse power of two, so that
-//! numbers near one are computed with as they are, and all others exactly as if they were.
+//! One idea: tolerances and conditions mean something for numbers of order one. States, their
+//! closure and the event functions are measured in a length of the orbit, each adjusted parameter
+//! in its own size; a unit is a coarse power of two, so that numbers near one are computed with as
+//! they are, and all others exactly as if they were.
 
 use nalgebra::DMatrix;
 
@@ -35,7 +36,8 @@ pub(super) struct Scaled<'a, E> {
 }
 
 impl<E: Equations> Scaled<'_, E> {
-    /// The outcome of a Newton iteration on the scaled system, from and to the units of the system itself.
+    /// The outcome of a Newton iteration on the scaled system, from and to the units of the system
+    /// itself.
     pub(super) fn solve(
         &self,
         start: &[f64],

@@ -51,7 +51,8 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// Unknowns of the extended system at a graze with `h'' > 0`, from a full state and the parameter's first value.
+    /// Unknowns of the extended system at a graze with `h'' > 0`, from a full state and the
+    /// parameter's first value.
     pub(super) fn run(
         &self,
         start: &[f64],

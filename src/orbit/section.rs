@@ -8,9 +8,9 @@ use super::geometry::Geometry;
 
 /// A section of a scene, in coordinates: the full state without one component.
 ///
-/// On the tangency section `h' = 0` the eliminated component is the one with the largest `|∂h'/∂x_i|` at the grazing
-/// point (the normal velocity; the coordinates of one degree of freedom are `x, theta`). On a stroboscopic section it is
-/// the phase.
+/// On the tangency section `h' = 0` the eliminated component is the one with the largest
+/// `|∂h'/∂x_i|` at the grazing point (the normal velocity; the coordinates of one degree of freedom
+/// are `x, theta`). On a stroboscopic section it is the phase.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PoincareSection {
     /// Which section.
@@ -38,7 +38,8 @@ impl PoincareSection {
     ///
     /// # Errors
     ///
-    /// [`OrbitError::StroboscopicWithoutPhase`] if the scene asks for a phase of a model that has none.
+    /// [`OrbitError::StroboscopicWithoutPhase`] if the scene asks for a phase of a model that has
+    /// none.
     pub fn of(
         scene: &Scene,
         surface: usize,

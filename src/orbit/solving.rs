@@ -1,11 +1,12 @@
-//! Newton's method on the extended system, in units, the period matched at its end or at its middle.
+//! Newton's method on the extended system, in units, the period matched at its end or at its
+//! middle.
 
 use super::OrbitError;
 use super::newton::{Root, Solve, refine, solve};
 use super::system::{ExtendedSystem, Matching};
 
-/// Newton's method with the period matched at its end, then at its middle; the end's failure if both fail. The tolerance
-/// is one of residuals in the units of the start.
+/// Newton's method with the period matched at its end, then at its middle; the end's failure if
+/// both fail. The tolerance is one of residuals in the units of the start.
 pub(super) fn solve_either(
     system: &ExtendedSystem,
     start: &[f64],
@@ -25,8 +26,8 @@ pub(super) fn solve_either(
     }
 }
 
-/// Refinement with the period matched at its end, then at its middle, to a tolerance relative to the size of the unknowns in
-/// units of their own.
+/// Refinement with the period matched at its end, then at its middle, to a tolerance relative to
+/// the size of the unknowns in units of their own.
 pub(super) fn refine_either(
     system: &ExtendedSystem,
     start: &[f64],

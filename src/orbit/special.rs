@@ -93,8 +93,8 @@ impl<'a> Chord<'a> {
         ends.map(|(a, b)| a + share * (b - a)).collect()
     }
 
-    /// The zero of one function of which the values at the ends are given: Illinois' false position in the share of the chord, every
-    /// trial corrected onto the curve.
+    /// The zero of one function of which the values at the ends are given: Illinois' false position
+    /// in the share of the chord, every trial corrected onto the curve.
     fn zero(
         &self,
         stations: &Stations<'_>,
@@ -128,7 +128,8 @@ impl<'a> Chord<'a> {
     }
 }
 
-/// A special point to the roundoff of double-double: a condition's zero itself, of other functions the point of the curve.
+/// A special point to the roundoff of double-double: a condition's zero itself, of other functions
+/// the point of the curve.
 fn refined(
     stations: &Stations<'_>,
     here: &Station,

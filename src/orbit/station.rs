@@ -57,7 +57,8 @@ struct Passed<S> {
     legs: Vec<DMatrix<S>>,
 }
 
-/// Largest `|h|` of a passage that no equation holds, relative to the range of `h`: the roundoff of an `f64` root.
+/// Largest `|h|` of a passage that no equation holds, relative to the range of `h`: the roundoff of
+/// an `f64` root.
 const TOUCHING: f64 = 1e-8;
 
 impl<'a> Stations<'a> {
@@ -127,7 +128,8 @@ impl<'a> Stations<'a> {
         }))
     }
 
-    /// The conditions as functions along the curve. Those from mirror images repeat the others and are left out.
+    /// The conditions as functions along the curve. Those from mirror images repeat the others and
+    /// are left out.
     fn codimension2<'c>(
         &self,
         conditions: &'c [GrazingConditions<f64>],
@@ -251,7 +253,8 @@ impl<'a> Stations<'a> {
         }
     }
 
-    /// The argument of a function with a corner at unknowns near the curve, and the end that a corner would be there.
+    /// The argument of a function with a corner at unknowns near the curve, and the end that a
+    /// corner would be there.
     pub(super) fn corner_near(
         &self,
         unknowns: &[f64],

@@ -1,4 +1,5 @@
-//! The half-period symmetry `(x, theta) -> (-x, theta + period/2)`: mirror images, and whether a model has it.
+//! The half-period symmetry `(x, theta) -> (-x, theta + period/2)`: mirror images, and whether a
+//! model has it.
 
 use crate::model::Model;
 use crate::numeric::{Dd, Real, Scalar};
@@ -7,7 +8,8 @@ use super::OrbitError;
 use super::geometry::Geometry;
 use super::section::reduced;
 
-/// Largest departure from the symmetry, relative to the largest rate of a state, that is rounding in double-double.
+/// Largest departure from the symmetry, relative to the largest rate of a state, that is rounding
+/// in double-double.
 const ROUNDING: f64 = 1e-24;
 
 /// The mirror image of a full state, its phase in `[0, period)`.

@@ -1,10 +1,10 @@
 //! The extended system of a grazing orbit: the orbit closes, and touches its surfaces.
 //!
-//! Unknowns are the full state at the first graze, the period where no clock gives it, the times of the further
-//! independent grazes, and the free parameters; equations `φ_T(X; p) − X = 0` in the states (the phase closes by itself)
-//! and `h = 0`, `h' = 0` at every independent graze. A symmetric orbit closes after half its period on its mirror image,
-//! `φ_{T/2}(X) + X = 0`. Closure may be asked for at the end or, from both sides, in the middle. See
-//! docs/mathematics/orbit.md.
+//! Unknowns are the full state at the first graze, the period where no clock gives it, the times of
+//! the further independent grazes, and the free parameters; equations `φ_T(X; p) − X = 0` in the
+//! states (the phase closes by itself) and `h = 0`, `h' = 0` at every independent graze. A
+//! symmetric orbit closes after half its period on its mirror image, `φ_{T/2}(X) + X = 0`. Closure
+//! may be asked for at the end or, from both sides, in the middle. See docs/mathematics/orbit.md.
 
 use std::f64::consts::TAU;
 
@@ -25,11 +25,13 @@ use super::scaled::{Scaled, unit_of};
 pub(super) enum Matching {
     /// `φ_T(X) = X`: for strong damping, where the flow backwards is violent.
     AtEnd,
-    /// `φ_{T/2}(X) = φ_{−T/2}(X)`: for strong instability, as each half grows by the square root only.
+    /// `φ_{T/2}(X) = φ_{−T/2}(X)`: for strong instability, as each half grows by the square root
+    /// only.
     AtMiddle,
 }
 
-/// Closure and grazes in the unknowns (full state, period of an autonomous system, graze times, free parameters).
+/// Closure and grazes in the unknowns (full state, period of an autonomous system, graze times,
+/// free parameters).
 #[derive(Clone, Debug)]
 pub(super) struct ExtendedSystem {
     /// The passages of the orbit.
@@ -45,7 +47,8 @@ pub(super) struct ExtendedSystem {
     matching: Matching,
 }
 
-/// A stretch of the flow with its derivatives in the full state, its duration and all parameters asked for.
+/// A stretch of the flow with its derivatives in the full state, its duration and all parameters
+/// asked for.
 struct Stretch {
     state: Vec<f64>,
     jacobian: DMatrix<f64>,
@@ -97,7 +100,8 @@ impl ExtendedSystem {
         }
     }
 
-    /// Expressions at the surface of a passage; of the first they serve for the flow and the clock too.
+    /// Expressions at the surface of a passage; of the first they serve for the flow and the clock
+    /// too.
     pub(super) fn geometry(&self, passage: usize) -> &Geometry {
         &self.geometries[passage]
     }
@@ -136,8 +140,8 @@ impl ExtendedSystem {
         self.states + 2 * self.grazes.independent
     }
 
-    /// Unknowns from their parts; `period` is used only where no clock gives it, `times` are those of the independent
-    /// grazes after the first.
+    /// Unknowns from their parts; `period` is used only where no clock gives it, `times` are those
+    /// of the independent grazes after the first.
     pub(super) fn assemble<S: Real>(
         &self,
         state: &[S],
@@ -160,7 +164,8 @@ impl ExtendedSystem {
         parameters
     }
 
-    /// The unit of the states: of their own size, or of what their rates come to over a period's `T/2π`, at a graze where they vanish.
+    /// The unit of the states: of their own size, or of what their rates come to over a period's
+    /// `T/2π`, at a graze where they vanish.
     pub(super) fn length(&self, unknowns: &[f64]) -> f64 {
         let state = &unknowns[..self.dimension];
         let parameters = self.parameters(unknowns);
@@ -218,7 +223,8 @@ impl ExtendedSystem {
         }
     }
 
-    /// Ends that closure compares, as parts of the period, each with the factor of its states in the difference.
+    /// Ends that closure compares, as parts of the period, each with the factor of its states in
+    /// the difference.
     fn ends(&self) -> [(f64, f64); 2] {
         let (share, image) = (self.grazes.share(), self.grazes.image());
         match self.matching {

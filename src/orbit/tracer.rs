@@ -15,8 +15,9 @@ pub(super) struct Tracer<'a> {
 /// Cosine of the largest turn of the tangent in one step.
 const STRAIGHT: f64 = 0.98;
 
-/// Largest departure of a condition from its linear extrapolation in one step, as a share of its size nearby: a
-/// sinusoid's phase then advances by a third of a radian at most, and two zeros do not fit between two points.
+/// Largest departure of a condition from its linear extrapolation in one step, as a share of its
+/// size nearby: a sinusoid's phase then advances by a third of a radian at most, and two zeros do
+/// not fit between two points.
 const CURVED: f64 = 0.1;
 
 /// A condition below this share of the largest is not followed in steps of its own.
@@ -137,8 +138,8 @@ impl Tracer<'_> {
         Ok(Err(end))
     }
 
-    /// The station between two where the second parameter has a value; none where there is no orbit to be found, the end of the
-    /// curve where its orbit has a corner.
+    /// The station between two where the second parameter has a value; none where there is no orbit
+    /// to be found, the end of the curve where its orbit has a corner.
     fn at_value(
         &self,
         here: &Station,
@@ -164,7 +165,8 @@ impl Tracer<'_> {
     }
 }
 
-/// Whether the conditions bend little enough over two steps that none of them vanishes twice in the second.
+/// Whether the conditions bend little enough over two steps that none of them vanishes twice in the
+/// second.
 fn resolved(before: &Station, here: &Station, next: &Station) -> bool {
     let grown =
         distance(&next.unknowns, &here.unknowns) / distance(&here.unknowns, &before.unknowns);

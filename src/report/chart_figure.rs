@@ -56,7 +56,8 @@ impl Category {
     }
 }
 
-/// The chart of periods: a colour for each, paper-white where the orbit left the neighbourhood of the graze.
+/// The chart of periods: a colour for each, paper-white where the orbit left the neighbourhood of
+/// the graze.
 pub fn chart_figure(chart: &Chart) -> Figure {
     let [horizontal, vertical] = &chart.axes;
     let mut figure = Figure::new(axis(horizontal), axis(vertical));
@@ -120,8 +121,8 @@ pub fn chart_table(charts: &[Chart]) -> Result<Table, ReportError> {
     Ok(table)
 }
 
-/// Periods: an array of shape (rows, columns), the second parameter's values by the first's; 0 without a period, NaN where the
-/// orbit ended early.
+/// Periods: an array of shape (rows, columns), the second parameter's values by the first's; 0
+/// without a period, NaN where the orbit ended early.
 ///
 /// # Errors
 ///

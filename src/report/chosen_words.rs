@@ -64,7 +64,8 @@ pub fn chosen_words(study: &ConvergenceStudy) -> String {
     }
 }
 
-/// What maps of other sections cost for the same tolerance, in words; nothing where none were chosen.
+/// What maps of other sections cost for the same tolerance, in words; nothing where none were
+/// chosen.
 pub fn sections_words(study: &ConvergenceStudy) -> String {
     if study.sections.is_empty() {
         return String::new();

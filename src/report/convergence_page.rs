@@ -231,7 +231,8 @@ pub(super) fn number(value: Option<f64>, digits: usize) -> Cell {
         .map_or(Cell::Missing, |value| Cell::number(value, digits))
 }
 
-/// Error against size, one curve per order, with the expected slope through the middle of the range measured on.
+/// Error against size, one curve per order, with the expected slope through the middle of the range
+/// measured on.
 fn rate_figure(rates: &[FactorRate], size: &str, letter: &str) -> Figure {
     let mut figure = Figure::new(Axis::log10(size), Axis::log10("error of one image"));
     figure.palette = Palette::Sequential;

@@ -1,4 +1,5 @@
-//! What a contact does along the depth alone, as data: leading laws and the radius of the series in `y`.
+//! What a contact does along the depth alone, as data: leading laws and the radius of the series in
+//! `y`.
 
 use serde::Serialize;
 
@@ -36,7 +37,8 @@ impl From<LeadingLaw> for LeadingTerm {
 }
 
 impl DepthDocument {
-    /// The laws of a series, by the names of its coordinates, and the window's edge for a map of some orders.
+    /// The laws of a series, by the names of its coordinates, and the window's edge for a map of
+    /// some orders.
     pub fn new(
         variables: &Variables,
         series: &DepthSeries,
@@ -74,7 +76,8 @@ impl DepthDocument {
     }
 }
 
-/// What a truncation leaves out at the edge of a window, as the end of a sentence that begins there.
+/// What a truncation leaves out at the edge of a window, as the end of a sentence that begins
+/// there.
 ///
 /// ```
 /// use grazemap::expansion::WindowEdge;

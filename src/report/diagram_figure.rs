@@ -8,8 +8,8 @@ use crate::model::Method;
 
 /// The pictures of a diagram, each with the ending of its file's name.
 ///
-/// Where both the map and direct simulation were run, one picture of each, on the same axes; and the largest Lyapunov
-/// exponent where it was computed.
+/// Where both the map and direct simulation were run, one picture of each, on the same axes; and
+/// the largest Lyapunov exponent where it was computed.
 pub fn diagram_figures(diagram: &Diagram) -> Vec<(&'static str, Figure)> {
     let methods = [(Method::Map, "-map"), (Method::Direct, "-direct")];
     let has = |method| diagram.sweeps.iter().any(|sweep| sweep.method == method);
@@ -24,10 +24,11 @@ pub fn diagram_figures(diagram: &Diagram) -> Vec<(&'static str, Figure)> {
     figures
 }
 
-/// One row per sweep and parameter value: what the orbit settled on, its name, and the observable over one period (over
-/// all kept iterates where there is no period).
+/// One row per sweep and parameter value: what the orbit settled on, its name, and the observable
+/// over one period (over all kept iterates where there is no period).
 ///
-/// The hits in the names are those at the surfaces of the first diagram: all diagrams of a scene have the same.
+/// The hits in the names are those at the surfaces of the first diagram: all diagrams of a scene
+/// have the same.
 ///
 /// # Errors
 ///
@@ -71,7 +72,8 @@ pub fn diagram_table(diagrams: &[Diagram]) -> Result<Table, ReportError> {
     Ok(table)
 }
 
-/// Every kept value: an array of shape (sweeps, points, 1 + keep), the offset first; NaN after an early end.
+/// Every kept value: an array of shape (sweeps, points, 1 + keep), the offset first; NaN after an
+/// early end.
 ///
 /// # Errors
 ///

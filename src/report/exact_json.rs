@@ -1,4 +1,5 @@
-//! JSON for large data: lists of numbers on one line, and doubles with 17 significant digits where that is promised.
+//! JSON for large data: lists of numbers on one line, and doubles with 17 significant digits where
+//! that is promised.
 
 use std::io::{self, Write};
 
@@ -8,7 +9,8 @@ use serde_json::ser::Formatter;
 
 use super::ReportError;
 
-/// A value as indented JSON, lists of numbers and of words on one line; what is not finite becomes `null`.
+/// A value as indented JSON, lists of numbers and of words on one line; what is not finite becomes
+/// `null`.
 ///
 /// ```
 /// let text = grazemap::report::to_dense_json(&[vec![0.1, f64::NAN], vec![]])?;

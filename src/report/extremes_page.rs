@@ -104,7 +104,8 @@ pub fn extremes_words(study: &ExtremesStudy) -> String {
     format!("{measured} cases measured, {refused} refused, {silent} silent losses")
 }
 
-/// One picture per axis, with the stem of its file's name: digits of the contact, measured and promised.
+/// One picture per axis, with the stem of its file's name: digits of the contact, measured and
+/// promised.
 pub fn extremes_figures(study: &ExtremesStudy) -> Vec<(&'static str, Figure)> {
     let figure = |axis: ExtremeAxis| {
         let rows: Vec<_> = study.rows.iter().filter(|row| row.axis == axis).collect();
@@ -140,7 +141,8 @@ fn axis_figure(axis: ExtremeAxis, rows: &[&ExtremeRow]) -> Figure {
     figure
 }
 
-/// Curves of a picture: rows of one scene that follow each other, a value that comes again beginning another one.
+/// Curves of a picture: rows of one scene that follow each other, a value that comes again
+/// beginning another one.
 fn by_curve<'a>(axis: ExtremeAxis, rows: &[&'a ExtremeRow]) -> Vec<(String, Vec<&'a ExtremeRow>)> {
     let mut curves: Vec<(String, Vec<&ExtremeRow>)> = Vec::new();
     for &row in rows {

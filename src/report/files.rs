@@ -1,8 +1,9 @@
 //! Files that are whole or absent.
 //!
 //! Every file is written beside its place under a temporary name, flushed to the disk, and renamed
-//! over the old one: a reader, or a run that was interrupted, sees the old file or the new one. A link stays
-//! one, and what it points to is replaced; a pipe or a device is written to and stays what it is.
+//! over the old one: a reader, or a run that was interrupted, sees the old file or the new one. A
+//! link stays one, and what it points to is replaced; a pipe or a device is written to and stays
+//! what it is.
 
 use std::fs::{self, File};
 use std::io::{self, Write};
@@ -12,8 +13,8 @@ use super::ReportError;
 
 /// Writes a file so that it is never seen half-written; an older file of that name is replaced.
 ///
-/// The parent folder must exist. A file that is replaced keeps its permissions; a link is followed. What is no file, a
-/// pipe or a device such as `/dev/null`, is not replaced but written to.
+/// The parent folder must exist. A file that is replaced keeps its permissions; a link is followed.
+/// What is no file, a pipe or a device such as `/dev/null`, is not replaced but written to.
 ///
 /// # Errors
 ///
@@ -76,7 +77,8 @@ fn folder_of(path: &Path) -> &Path {
 #[cfg(unix)]
 fn temporary_file(folder: &Path) -> io::Result<tempfile::NamedTempFile> {
     use std::os::unix::fs::PermissionsExt;
-    // NOTE: the default of a temporary file is 0600; 0666 lets the user's umask decide, as for any file.
+    // NOTE: the default of a temporary file is 0600; 0666 lets the user's umask decide, as for any
+    // file.
     tempfile::Builder::new()
         .prefix(".unfinished-")
         .permissions(fs::Permissions::from_mode(0o666))

@@ -102,7 +102,8 @@ pub struct PolynomialMap {
     pub variables: Vec<String>,
     /// Terms of each coordinate's image.
     pub outputs: Named<Vec<Term>>,
-    /// Terms of `y² = -h_min` in the same variables, where `y` is one of them; with several depth variables a list.
+    /// Terms of `y² = -h_min` in the same variables, where `y` is one of them; with several depth
+    /// variables a list.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub depth: Option<OneOrMany<Vec<Term>>>,
 }
@@ -196,7 +197,8 @@ impl MapDocument {
         }
     }
 
-    /// Number of terms of each part, coordinate by coordinate; a passage may have coordinates of its own.
+    /// Number of terms of each part, coordinate by coordinate; a passage may have coordinates of
+    /// its own.
     ///
     /// # Errors
     ///

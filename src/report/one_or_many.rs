@@ -1,4 +1,5 @@
-//! What a map has once for every passage: a value where there is one, a list where there are several.
+//! What a map has once for every passage: a value where there is one, a list where there are
+//! several.
 
 use serde::Serialize;
 

@@ -43,7 +43,8 @@ pub struct OrbitDocument {
     pub conditions: Vec<ConditionsDocument>,
     /// Largest residual of the equations of the orbit.
     pub residual: f64,
-    /// Lowest minimum of any event function elsewhere on the orbit; negative where it penetrates a surface.
+    /// Lowest minimum of any event function elsewhere on the orbit; negative where it penetrates a
+    /// surface.
     pub clearance: Option<f64>,
     /// Parameters and state to 32 digits.
     pub digits32: ExactPoint,

@@ -71,7 +71,8 @@ pub struct OrbitRecord {
 /// A contact of an orbit.
 #[derive(Clone, Debug, Serialize)]
 pub struct ContactRecord {
-    /// Speed at which the surface is met; negative on the other branch of the root, of virtual orbits.
+    /// Speed at which the surface is met; negative on the other branch of the root, of virtual
+    /// orbits.
     pub speed: f64,
     /// Name of the surface.
     pub surface: String,

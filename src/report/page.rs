@@ -1,7 +1,7 @@
 //! One HTML page that holds a run's report and opens without a network.
 //!
-//! Everything is inside: style, pictures (SVG, or PNG as a data URI where there are very many dots).
-//! Words come from scenes and are escaped wherever they stand; there is no script.
+//! Everything is inside: style, pictures (SVG, or PNG as a data URI where there are very many
+//! dots). Words come from scenes and are escaped wherever they stand; there is no script.
 
 use serde::Serialize;
 

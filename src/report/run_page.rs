@@ -1,4 +1,5 @@
-//! The page of a run: the model, the orbit, the expansion, how far it is from direct simulation, the diagrams.
+//! The page of a run: the model, the orbit, the expansion, how far it is from direct simulation,
+//! the diagrams.
 
 use serde::Serialize;
 

@@ -31,7 +31,8 @@ pub struct SectionDocument {
 pub struct SectionDecision {
     /// The tolerance that maps were chosen for.
     pub tolerance: f64,
-    /// Half-widths of its coordinates on the section taken: what the free flow makes of the scene's window.
+    /// Half-widths of its coordinates on the section taken: what the free flow makes of the
+    /// scene's window.
     pub window: Named<Option<f64>>,
     /// The section taken.
     pub taken: SectionCost,
@@ -42,7 +43,8 @@ pub struct SectionDecision {
 /// What the cheapest map of a section costs.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct SectionCost {
-    /// How long before the first passage a stroboscopic section is, over the period; `None` for the tangency section.
+    /// How long before the first passage a stroboscopic section is, over the period; `None` for
+    /// the tangency section.
     pub ahead: Option<f64>,
     /// Phase of a stroboscopic section.
     pub phase: Option<f64>,

@@ -1,5 +1,5 @@
-//! Each wrong call of [`wrong_calls`] must end with the exit code and the message recorded in `tests/cli/NAME.expected`;
-//! `UPDATE_EXPECTED=1 cargo test --test cli` writes those anew.
+//! Each wrong call of [`wrong_calls`] must end with the exit code and the message recorded in
+//! `tests/cli/NAME.expected`; `UPDATE_EXPECTED=1 cargo test --test cli` writes those anew.
 
 use std::fs;
 use std::path::{Path, PathBuf};

@@ -3,7 +3,8 @@
 use grazemap::model::{Scene, catalogue};
 use grazemap::orbit::{GrazingOrbit, locate};
 
-/// A mass in the plane and a stop across both axes: an oblique surface, restitution along its normal.
+/// A mass in the plane and a stop across both axes: an oblique surface, restitution along its
+/// normal.
 const OBLIQUE: &str = r#"
 [model]
 name = "a mass in the plane and an oblique stop"

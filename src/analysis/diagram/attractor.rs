@@ -2,7 +2,8 @@
 
 use crate::iteration::{MapOrbit, OrbitEnd, Period};
 
-/// Extent of an orbit without a period may differ by this part of itself: how far that of a chaotic attractor wanders from run to run.
+/// Extent of an orbit without a period may differ by this part of itself: how far that of a chaotic
+/// attractor wanders from run to run.
 const CHAOTIC: f64 = 0.2;
 /// Extent of a periodic orbit may differ by this part of its size: it may still approach.
 const PERIODIC: f64 = 1e-6;
@@ -25,9 +26,11 @@ impl Attractor {
         }
     }
 
-    /// Whether both ended alike: early; with one period and extent; or without a period, over much the same extent.
+    /// Whether both ended alike: early; with one period and extent; or without a period, over much
+    /// the same extent.
     ///
-    /// Where it errs by saying no, a sweep does work twice; saying yes of two attractors takes two of one period and extent.
+    /// Where it errs by saying no, a sweep does work twice; saying yes of two attractors takes two
+    /// of one period and extent.
     pub(super) fn agrees(&self, other: &Self) -> bool {
         if self.completed != other.completed || !self.completed {
             return self.completed == other.completed;

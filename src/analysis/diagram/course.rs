@@ -1,10 +1,12 @@
 //! One sweep: parameter values in order, the last state carried along.
 //!
-//! A state that is carried from value to value leaves nothing to do side by side. A sweep is therefore cut into segments, which run in step: a
-//! scout that stops at few values, and iterates little at each, guesses the state that is carried into every segment. Then the seams are mended:
-//! from the true last state of the segment before, the values of a segment are visited again until the map settles on what
-//! was found there already. What changes up to a segment's end is carried into the next. The cuts depend on the number of values alone, so that
-//! no result depends on the number of cores.
+//! A state that is carried from value to value leaves nothing to do side by side. A sweep is
+//! therefore cut into segments, which run in step: a scout that stops at few values, and iterates
+//! little at each, guesses the state that is carried into every segment. Then the seams are mended:
+//! from the true last state of the segment before, the values of a segment are visited again until
+//! the map settles on what was found there already. What changes up to a segment's end is carried
+//! into the next. The cuts depend on the number of values alone, so that no result depends on the
+//! number of cores.
 
 use std::ops::Range;
 use std::time::{Duration, Instant};
@@ -132,8 +134,8 @@ impl<'a> Course<'a> {
         }
     }
 
-    /// Takes fronts to the ends of their segments or to where nothing changes, as many at a time as the map has lanes, on all cores; the
-    /// segments whose ends were changed.
+    /// Takes fronts to the ends of their segments or to where nothing changes, as many at a time as
+    /// the map has lanes, on all cores; the segments whose ends were changed.
     fn advance(&mut self, fronts: &[Front], progress: &dyn Progress) -> Vec<usize> {
         let share = fronts.len().div_ceil(rayon::current_num_threads());
         let blocks = fronts.par_chunks(share.clamp(1, self.map.lanes()));

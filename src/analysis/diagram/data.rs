@@ -18,7 +18,8 @@ pub struct Diagram {
     pub grazing_value: f64,
     /// What is drawn: `h`, `impact_speed`, or an expression.
     pub observable: String,
-    /// Names of the surfaces that graze, in the model's order: that of the hits in the names of orbits.
+    /// Names of the surfaces that graze, in the model's order: that of the hits in the names of
+    /// orbits.
     pub surfaces: Vec<String>,
     /// Iterates dropped at each parameter value.
     pub transient: usize,
@@ -64,16 +65,20 @@ pub struct DiagramPoint {
     pub period: Period,
     /// Contacts per period; `None` without a period.
     pub contacts: Option<ContactsPerPeriod>,
-    /// Name of the orbit, `None` without a period; its hits count every contact at a surface that grazes.
+    /// Name of the orbit, `None` without a period; its hits count every contact at a surface that
+    /// grazes.
     pub orbit: Option<OrbitName>,
     /// Contacts over all kept iterates.
     pub kept_contacts: u32,
-    /// Largest Lyapunov exponent per iterate; `None` for direct simulation or where the orbit ended early.
+    /// Largest Lyapunov exponent per iterate; `None` for direct simulation or where the orbit
+    /// ended early.
     pub lyapunov: Option<f64>,
-    /// How the orbit ended. After an early end the sweep restarts at the fixed point of `P_smooth`.
+    /// How the orbit ended. After an early end the sweep restarts at the fixed point of
+    /// `P_smooth`.
     pub end: OrbitEnd,
-    /// Kept iterates outside the window in which the map is to be trusted: beyond the half-width of a coordinate or the
-    /// depth, or all of them where the parameter is beyond its half-width.
+    /// Kept iterates outside the window in which the map is to be trusted: beyond the half-width
+    /// of a coordinate or the depth, or all of them where the parameter is beyond its
+    /// half-width.
     pub outside: usize,
 }
 
@@ -84,8 +89,8 @@ pub struct DiagramPoint {
 pub struct Timing {
     /// Iterates made.
     pub iterates: u64,
-    /// Seconds spent on iterating, on preparing the map at each parameter value and on Lyapunov exponents; observables
-    /// apart.
+    /// Seconds spent on iterating, on preparing the map at each parameter value and on Lyapunov
+    /// exponents; observables apart.
     pub seconds: f64,
     /// Seconds of the whole sweep.
     pub total_seconds: f64,

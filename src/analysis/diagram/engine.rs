@@ -28,16 +28,16 @@ pub struct DiagramPlan<'a> {
 
 /// The bifurcation diagram that a scene asks for.
 ///
-/// Every sweep starts at the fixed point of `P_smooth` at its first parameter value and carries its last
-/// state from value to value; after an escape it starts again at the fixed point. Sweeps (one
-/// per method and heading) run side by side, and so do segments of each, whose seams are mended: no result
-/// depends on the number of cores.
+/// Every sweep starts at the fixed point of `P_smooth` at its first parameter value and carries its
+/// last state from value to value; after an escape it starts again at the fixed point. Sweeps (one
+/// per method and heading) run side by side, and so do segments of each, whose seams are mended: no
+/// result depends on the number of cores.
 ///
 /// # Errors
 ///
 /// [`AnalysisError::NotActive`] if the swept parameter is no variable of the map;
-/// [`AnalysisError::Hybrid`] if the simulator refuses the model; [`AnalysisError::Expansion`] if the
-/// impact speed is drawn and cannot be expanded.
+/// [`AnalysisError::Hybrid`] if the simulator refuses the model; [`AnalysisError::Expansion`] if
+/// the impact speed is drawn and cannot be expanded.
 pub fn diagram(
     scene: &Scene,
     orbit: &GrazingOrbit,

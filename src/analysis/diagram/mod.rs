@@ -1,7 +1,8 @@
-//! Bifurcation diagrams: what a map settles on, parameter by parameter, the last state carried along.
+//! Bifurcation diagrams: what a map settles on, parameter by parameter, the last state carried
+//! along.
 //!
-//! One idea: a sweep knows a map only as a [`SweptMap`], so that the local map, direct simulation and a
-//! map written by hand are swept, observed and timed by the same code.
+//! One idea: a sweep knows a map only as a [`SweptMap`], so that the local map, direct simulation
+//! and a map written by hand are swept, observed and timed by the same code.
 
 mod attractor;
 mod course;

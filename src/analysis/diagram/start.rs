@@ -24,8 +24,8 @@ impl SmoothFixedPoint {
         }
     }
 
-    /// The fixed point next to the section's origin, by Newton's method from there; the origin itself where
-    /// that does not converge.
+    /// The fixed point next to the section's origin, by Newton's method from there; the origin
+    /// itself where that does not converge.
     pub fn at(&self, parameters: &[f64]) -> Vec<f64> {
         let dimension = self.smooth.dimension();
         let mut point = DVector::zeros(dimension);

@@ -64,8 +64,8 @@ pub(super) struct Visit {
     pub(super) time: Duration,
 }
 
-/// Visits some values side by side, as many at a time as the map has lanes; each is a starting state, `None` for the map's own, and a
-/// value of the swept parameter.
+/// Visits some values side by side, as many at a time as the map has lanes; each is a starting
+/// state, `None` for the map's own, and a value of the swept parameter.
 pub(super) fn visit(
     map: &dyn SweptMap,
     request: &SweepRequest,
@@ -122,8 +122,8 @@ fn point(
     }
 }
 
-/// Kept iterates outside the window: beyond a half-width, or reached by a passage deeper than the window's; all of them where
-/// the parameter is beyond its own.
+/// Kept iterates outside the window: beyond a half-width, or reached by a passage deeper than the
+/// window's; all of them where the parameter is beyond its own.
 pub(in crate::analysis) fn outside(
     orbit: &MapOrbit,
     parameters: &[f64],

@@ -1,4 +1,5 @@
-//! What a sweep asks of a map: to be fixed at a parameter value, to settle there, and to be observed.
+//! What a sweep asks of a map: to be fixed at a parameter value, to settle there, and to be
+//! observed.
 
 use super::observe::Observer;
 use super::start::SmoothFixedPoint;
@@ -12,8 +13,8 @@ use crate::model::Method;
 /// Iterates in which the tangent vector of a Lyapunov exponent turns to its direction.
 const TANGENT_TRANSIENT: usize = 20;
 
-/// Lanes of a map that runs in lanes: a step is one long chain of dependent operations, which only other orbits fill; and the
-/// memory of its kernel stays close.
+/// Lanes of a map that runs in lanes: a step is one long chain of dependent operations, which only
+/// other orbits fill; and the memory of its kernel stays close.
 const LANES: usize = 32;
 
 /// Segments of a sweep by a map.
@@ -22,7 +23,8 @@ const MAP_SEGMENTS: usize = 64;
 /// Lanes of direct simulation.
 const DIRECT_LANES: usize = 8;
 
-/// Fewest orbits that are worth lanes of direct simulation: all lanes together take as long as two alone.
+/// Fewest orbits that are worth lanes of direct simulation: all lanes together take as long as two
+/// alone.
 const FEWEST_LANES: usize = 3;
 
 /// Segments of a sweep by direct simulation, where mending a seam costs more.
@@ -70,7 +72,8 @@ pub trait SweptMap: Sync {
     /// The surfaces that graze and the passages of one return.
     fn itinerary(&self) -> &Itinerary;
 
-    /// Contacts per surface of the itinerary on the way from a kept state of an orbit, but the last, to the next.
+    /// Contacts per surface of the itinerary on the way from a kept state of an orbit, but the
+    /// last, to the next.
     fn hits(&self, orbit: &MapOrbit, number: usize, _parameters: &[f64]) -> Vec<u32> {
         self.itinerary().hits(orbit.steps[number + 1].passages)
     }
@@ -88,7 +91,8 @@ pub struct Start {
     pub parameters: Vec<f64>,
 }
 
-/// An orbit, and its largest Lyapunov exponent over as many iterates as were kept, onwards from its end.
+/// An orbit, and its largest Lyapunov exponent over as many iterates as were kept, onwards from its
+/// end.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Settled {
     /// The orbit.

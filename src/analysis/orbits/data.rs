@@ -62,7 +62,8 @@ pub struct FoundOrbit {
     pub inside: bool,
     /// Contacts that no passage accounts for, by direct simulation.
     pub extra_contacts: usize,
-    /// Largest difference of a coordinate of the last image and the first point, in half-widths of the window.
+    /// Largest difference of a coordinate of the last image and the first point, in half-widths of
+    /// the window.
     pub residual: f64,
 }
 

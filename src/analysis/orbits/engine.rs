@@ -17,14 +17,15 @@ use crate::orbit::GrazingOrbit;
 
 /// The periodic orbits of the itineraries asked for, and their folds and flips.
 ///
-/// Looked for in the map ([`ItinerarySearch`]), physical and virtual ones. With [`OrbitsRequest::direct`] every physical one is
-/// solved for again by direct simulation in double-double from there, and that orbit given; what has none is lost, and said.
+/// Looked for in the map ([`ItinerarySearch`]), physical and virtual ones. With
+/// [`OrbitsRequest::direct`] every physical one is solved for again by direct simulation in
+/// double-double from there, and that orbit given; what has none is lost, and said.
 /// No result depends on the number of cores.
 ///
 /// # Errors
 ///
-/// [`AnalysisError::Expansion`] if an impact speed cannot be expanded, [`AnalysisError::Hybrid`] if the simulator refuses the
-/// parameters.
+/// [`AnalysisError::Expansion`] if an impact speed cannot be expanded, [`AnalysisError::Hybrid`] if
+/// the simulator refuses the parameters.
 ///
 /// # Panics
 ///

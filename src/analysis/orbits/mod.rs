@@ -1,7 +1,8 @@
-//! Periodic orbits by itinerary, and their folds and flips in two parameters: what is asked, and what was found.
+//! Periodic orbits by itinerary, and their folds and flips in two parameters: what is asked, and
+//! what was found.
 //!
-//! One idea: a local map is searched, for with the contacts prescribed it is a polynomial; direct simulation, which goes its own
-//! way, is asked for the orbit next to each one found.
+//! One idea: a local map is searched, for with the contacts prescribed it is a polynomial; direct
+//! simulation, which goes its own way, is asked for the orbit next to each one found.
 
 mod by_map;
 mod data;

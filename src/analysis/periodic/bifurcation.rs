@@ -44,11 +44,12 @@ impl BifurcationKind {
     }
 }
 
-/// The bifurcation between two orbits of a branch, which differ in a coordinate of their first points; `None` if `det(J ∓ I)`
-/// has the same sign at both, or the branch is lost in between.
+/// The bifurcation between two orbits of a branch, which differ in a coordinate of their first
+/// points; `None` if `det(J ∓ I)` has the same sign at both, or the branch is lost in between.
 ///
-/// A safeguarded search (no derivative of a determinant is needed) over the coordinate, the orbit solved for at each trial from its
-/// neighbours; the depth of the graze is never the unknown of a Newton step, in which it would be a root.
+/// A safeguarded search (no derivative of a determinant is needed) over the coordinate, the orbit
+/// solved for at each trial from its neighbours; the depth of the graze is never the unknown of a
+/// Newton step, in which it would be a root.
 pub fn bifurcation<S: Real>(
     map: &mut (impl SectionMap<S> + ?Sized),
     problem: &PeriodicProblem,
@@ -61,7 +62,8 @@ pub fn bifurcation<S: Real>(
     Some(Bifurcation { kind, orbit })
 }
 
-/// The orbit between two of a branch at which a function of orbits vanishes; `None` if it has the same sign at both.
+/// The orbit between two of a branch at which a function of orbits vanishes; `None` if it has the
+/// same sign at both.
 pub(super) fn zero_between<S: Real>(
     map: &mut (impl SectionMap<S> + ?Sized),
     problem: &PeriodicProblem,
@@ -108,7 +110,8 @@ mod tests {
     use crate::iteration::PassageSet;
     use crate::numeric::Dd;
 
-    /// `x ↦ p + x/2` without contact, `x ↦ p − k √x` with: the one-dimensional square-root map, `k = 3/10`.
+    /// `x ↦ p + x/2` without contact, `x ↦ p − k √x` with: the one-dimensional square-root map, `k
+    /// = 3/10`.
     struct SquareRoot;
 
     const KICK: f64 = 0.3;
@@ -147,7 +150,8 @@ mod tests {
         }
     }
 
-    /// The orbit has `x + k √x = p` and the multiplier `−k/(2√x)`, which is −1 at `x = k²/4`, `p = 3k²/4`.
+    /// The orbit has `x + k √x = p` and the multiplier `−k/(2√x)`, which is −1 at `x = k²/4`, `p =
+    /// 3k²/4`.
     fn flips_in<S: Real>(tolerance: f64) {
         let depths = [1e-4, 1e-3, 1e-2, 1e-1].map(S::from_f64);
         let orbits = branch(
@@ -177,7 +181,8 @@ mod tests {
 
     #[test]
     fn the_flip_of_the_square_root_map_is_where_algebra_has_it() {
-        // In double precision derivatives keep twelve digits; in double-double the expected value is rounded to sixteen.
+        // In double precision derivatives keep twelve digits; in double-double the expected value
+        // is rounded to sixteen.
         flips_in::<f64>(1e-11);
         flips_in::<Dd>(1e-16);
     }

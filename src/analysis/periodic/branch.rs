@@ -6,8 +6,9 @@ use super::problem::{Guess, Held, PeriodicProblem};
 use super::section_map::SectionMap;
 use crate::numeric::Real;
 
-/// Orbits at these values of a coordinate of the first point, each search beginning at the last orbit found, or beyond it on the line
-/// through the last two; the branch ends with the first value at which there is no orbit of the itinerary.
+/// Orbits at these values of a coordinate of the first point, each search beginning at the last
+/// orbit found, or beyond it on the line through the last two; the branch ends with the first value
+/// at which there is no orbit of the itinerary.
 ///
 /// ```text
 /// P^n(x, p) = x,   x_c = value:   p along the branch is a smooth function of the value, through folds too
@@ -31,7 +32,8 @@ pub fn branch<S: Real>(
     orbits
 }
 
-/// The guess with the coordinate set: the line through the last two orbits, the last, or the guess given.
+/// The guess with the coordinate set: the line through the last two orbits, the last, or the guess
+/// given.
 fn predicted<S: Real>(
     orbits: &[PeriodicOrbit<S>],
     coordinate: usize,
@@ -47,7 +49,8 @@ fn predicted<S: Real>(
     start
 }
 
-/// The point of the line through two guesses at which a coordinate has a value; the second where it does not vary.
+/// The point of the line through two guesses at which a coordinate has a value; the second where it
+/// does not vary.
 pub(super) fn line<S: Real>(a: &Guess<S>, b: &Guess<S>, coordinate: usize, value: S) -> Guess<S> {
     let run = b.state[coordinate] - a.state[coordinate];
     let share = if run == S::zero() {

@@ -1,7 +1,7 @@
 //! Itineraries of periodic orbits: which passages make contact, return by return.
 //!
-//! One idea: written in digits, 1 for a contact and 0 for none, itineraries that differ by where the period begins are one orbit's,
-//! and the largest of them as a number stands for all.
+//! One idea: written in digits, 1 for a contact and 0 for none, itineraries that differ by where
+//! the period begins are one orbit's, and the largest of them as a number stands for all.
 
 use std::fmt;
 
@@ -14,8 +14,8 @@ const LONGEST: usize = 64;
 
 /// Which passages of a periodic orbit make contact, return by return.
 ///
-/// Printed as one digit for each passage in the order in which they follow the section, 1 where it makes contact; returns of more
-/// than one passage are parted by points.
+/// Printed as one digit for each passage in the order in which they follow the section, 1 where it
+/// makes contact; returns of more than one passage are parted by points.
 ///
 /// ```
 /// use grazemap::analysis::periodic::ContactItinerary;
@@ -89,7 +89,8 @@ impl ContactItinerary {
     ///
     /// # Errors
     ///
-    /// [`ItineraryError::NotADigit`], [`ItineraryError::NotWholeReturns`] and [`ItineraryError::TooLong`].
+    /// [`ItineraryError::NotADigit`], [`ItineraryError::NotWholeReturns`] and
+    /// [`ItineraryError::TooLong`].
     pub fn parse(text: &str, passages: usize) -> Result<Self, ItineraryError> {
         let digits = text.chars().filter(|c| !" ,.-".contains(*c));
         let digit = |found| match found {
@@ -116,11 +117,12 @@ impl ContactItinerary {
         Ok(Self::of_digits(passages, &digits))
     }
 
-    /// All itineraries of periods up to this many returns, shorter ones first, each once and beginning with contacts; of those without
-    /// any contact, which are orbits of `P_smooth`, the shortest alone.
+    /// All itineraries of periods up to this many returns, shorter ones first, each once and
+    /// beginning with contacts; of those without any contact, which are orbits of `P_smooth`,
+    /// the shortest alone.
     ///
-    /// Those that repeat a shorter one are among them: an orbit may go through the same contacts twice at different depths, as one
-    /// does that a flip has doubled.
+    /// Those that repeat a shorter one are among them: an orbit may go through the same contacts
+    /// twice at different depths, as one does that a flip has doubled.
     ///
     /// # Errors
     ///
@@ -181,7 +183,8 @@ impl ContactItinerary {
         (0..period).all(|number| self.returns[number] == self.returns[(number + returns) % period])
     }
 
-    /// By how many returns it would have to begin later to be the other; `None` where it is another orbit's.
+    /// By how many returns it would have to begin later to be the other; `None` where it is another
+    /// orbit's.
     pub fn rotation_to(&self, other: &Self) -> Option<usize> {
         let period = self.period();
         let same = |by: &usize| {

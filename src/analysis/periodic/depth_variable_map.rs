@@ -1,8 +1,9 @@
 //! Periodic orbits of an itinerary as fixed points of a map without a root.
 //!
-//! One idea: with the contacts of a period prescribed and their depth variables as further coordinates, a local map is a
-//! polynomial, `y² = depth` one more equation for each contact, and Newton's method meets neither the root nor the graze. Whether the map
-//! itself goes that way is asked of the orbit found. See docs/mathematics/dynamics.md.
+//! One idea: with the contacts of a period prescribed and their depth variables as further
+//! coordinates, a local map is a polynomial, `y² = depth` one more equation for each contact, and
+//! Newton's method meets neither the root nor the graze. Whether the map itself goes that way is
+//! asked of the orbit found. See docs/mathematics/dynamics.md.
 
 use nalgebra::DMatrix;
 
@@ -17,14 +18,16 @@ use crate::iteration::PassageSet;
 use crate::numeric::Real;
 use crate::numeric::linear::inverse;
 
-/// A whole period of a map with given contacts, in the coordinates of the section and the depth variables of the contacts:
+/// A whole period of a map with given contacts, in the coordinates of the section and the depth
+/// variables of the contacts:
 ///
 /// ```text
 /// x   ↦ P_n(… P_1(x; y) …; y),        P_k with its contacts, at these y, whatever the depths
 /// y_j ↦ y_j + (depth_j(x; y) − y_j²)/Y,   Y² the depth of the window
 /// ```
 ///
-/// Its fixed points are the periodic orbits of the itinerary, each contact on either branch of its root.
+/// Its fixed points are the periodic orbits of the itinerary, each contact on either branch of its
+/// root.
 #[derive(Clone, Debug)]
 pub struct DepthVariableMap<'a, S: Real> {
     map: &'a MapEvaluation<S>,
@@ -68,7 +71,8 @@ impl<'a, S: Real> DepthVariableMap<'a, S> {
         }
     }
 
-    /// The orbit of the map that a fixed point is; `None` where a depth variable vanishes, and multipliers with it.
+    /// The orbit of the map that a fixed point is; `None` where a depth variable vanishes, and
+    /// multipliers with it.
     pub fn orbit(&self, fixed: &PeriodicOrbit<S>) -> Option<ItineraryOrbit<S>> {
         let Guess { state, parameters } = fixed.guess();
         let (start, roots) = state.split_at(self.dimension);
@@ -102,7 +106,8 @@ impl<'a, S: Real> DepthVariableMap<'a, S> {
         })
     }
 
-    /// Derivative of the period's map by the section's coordinates, the depth variables following them:
+    /// Derivative of the period's map by the section's coordinates, the depth variables following
+    /// them:
     ///
     /// ```text
     /// dx⁺ = A dx + B dy,   0 = C dx + E dy:   J = A − B E⁻¹ C
@@ -127,7 +132,8 @@ impl<'a, S: Real> DepthVariableMap<'a, S> {
             .then_some(jacobian)
     }
 
-    /// The end of a period and what each depth lacks of its `y²`; told are every arrival, with its depth variable, and every image.
+    /// The end of a period and what each depth lacks of its `y²`; told are every arrival, with its
+    /// depth variable, and every image.
     fn period(
         &self,
         state: &[S],

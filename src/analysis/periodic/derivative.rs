@@ -21,12 +21,13 @@ pub struct Linearisation<S> {
     pub by_parameter: DVector<S>,
 }
 
-/// The image of a point with its derivatives by the state and by one parameter, from central differences of fourth order.
+/// The image of a point with its derivatives by the state and by one parameter, from central
+/// differences of fourth order.
 ///
-/// A depth variable `y` varies on the scale of the depth itself, so every step is shortened until the depth changes by no more
-/// than a share `ρ = ε^(1/5)` of itself and both sides make the contacts of the centre: truncation and rounding both leave an
-/// error of about `ε^(4/5)` of an entry. `scales` are lengths on which the map varies, of the coordinates and of the
-/// parameters.
+/// A depth variable `y` varies on the scale of the depth itself, so every step is shortened until
+/// the depth changes by no more than a share `ρ = ε^(1/5)` of itself and both sides make the
+/// contacts of the centre: truncation and rounding both leave an error of about `ε^(4/5)` of an
+/// entry. `scales` are lengths on which the map varies, of the coordinates and of the parameters.
 ///
 /// `None` where the map has no image, or is at a corner.
 pub fn linearise<S: Real>(

@@ -1,7 +1,7 @@
 //! Folds and flips of the orbits of an itinerary in one parameter.
 //!
-//! One idea: along a branch the first depth variable is held and the parameter solved for, so that a branch runs from the graze to
-//! the edge of the window through every fold on its way.
+//! One idea: along a branch the first depth variable is held and the parameter solved for, so that
+//! a branch runs from the graze to the edge of the window through every fold on its way.
 
 use super::bifurcation::{BifurcationKind, zero_between};
 use super::branch::branch;
@@ -13,7 +13,8 @@ use super::newton::periodic_orbit;
 use super::orbit::PeriodicOrbit;
 use super::problem::{Guess, Held, PeriodicProblem};
 
-/// Decades of the first depth variable along a branch, down from beyond the window's edge, and values in each.
+/// Decades of the first depth variable along a branch, down from beyond the window's edge, and
+/// values in each.
 const DECADES: usize = 4;
 const PER_DECADE: usize = 6;
 /// Values of the list at which branches are looked for, as shares of it.
@@ -21,7 +22,8 @@ const LOOKED_AT: [f64; 3] = [0.3, 0.7, 1.0];
 /// How far beside a bifurcation its neighbours on the branch are.
 const BESIDE: f64 = 0.02;
 
-/// How near to the multiplier of a bifurcation one of its orbit's is; of another branch, onto which a search may step, it is not.
+/// How near to the multiplier of a bifurcation one of its orbit's is; of another branch, onto which
+/// a search may step, it is not.
 const NEAR: f64 = 1e-4;
 
 /// A fold or a flip of an itinerary's orbits.
@@ -46,8 +48,8 @@ struct Branches<'a> {
 }
 
 impl ItinerarySearch<'_> {
-    /// The bifurcations of these kinds that physical orbits of an itinerary with contacts meet in the parameter `free`, the others
-    /// held; by the first depth variable, least first.
+    /// The bifurcations of these kinds that physical orbits of an itinerary with contacts meet in
+    /// the parameter `free`, the others held; by the first depth variable, least first.
     pub fn bifurcations(
         &self,
         itinerary: &ContactItinerary,
@@ -115,7 +117,8 @@ impl Branches<'_> {
         branches
     }
 
-    /// Guesses at a value of the first depth variable: the others of its size, of either sign, or smaller.
+    /// Guesses at a value of the first depth variable: the others of its size, of either sign, or
+    /// smaller.
     fn guesses(
         &self,
         itinerary: &ContactItinerary,
@@ -169,7 +172,8 @@ impl Branches<'_> {
         ends: [&PeriodicOrbit<f64>; 2],
     ) -> Option<ItineraryBifurcation> {
         let map = self.map.clone();
-        // Where another depth variable passes through zero, J has a pole; the product of all takes it away.
+        // Where another depth variable passes through zero, J has a pole; the product of all takes
+        // it away.
         let test = |fixed: &PeriodicOrbit<f64>| {
             let orbit = map.orbit(fixed)?;
             let depths: f64 = orbit.depth_variables.iter().product();

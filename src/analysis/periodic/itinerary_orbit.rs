@@ -13,13 +13,15 @@ pub struct ItineraryOrbit<S> {
     pub depth_variables: Vec<S>,
     /// Largest depth of the passages without contact; `None` where all make contact.
     pub free_depth: Option<S>,
-    /// Every contact: its return and its passage, from 0, and the point (coordinates; parameters) with which it is reached.
+    /// Every contact: its return and its passage, from 0, and the point (coordinates; parameters)
+    /// with which it is reached.
     pub arrivals: Vec<(usize, usize, Vec<S>)>,
 }
 
 impl<S: Real> ItineraryOrbit<S> {
-    /// Whether the map goes the way prescribed: contact at positive `y`, none where no depth is positive. Other orbits are *virtual*:
-    /// what the branches of the root continue to where the map takes another.
+    /// Whether the map goes the way prescribed: contact at positive `y`, none where no depth is
+    /// positive. Other orbits are *virtual*: what the branches of the root continue to where
+    /// the map takes another.
     pub fn is_physical(&self) -> bool {
         let contact = self.depth_variables.iter().all(|&y| y > S::zero());
         contact && self.free_depth.is_none_or(|depth| depth <= S::zero())

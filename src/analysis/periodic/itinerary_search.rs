@@ -1,8 +1,9 @@
 //! The periodic orbits of an itinerary at given parameters, from many starts.
 //!
-//! One idea: near a graze the equations of an itinerary are quadratic in each depth variable, so a start beyond every choice
-//! of signs leads Newton's method to the solution on that side; smaller starts, starts scattered over positive depth variables, and the orbits that
-//! the map settles on add those that higher orders bring. None of it proves that there is no other.
+//! One idea: near a graze the equations of an itinerary are quadratic in each depth variable, so a
+//! start beyond every choice of signs leads Newton's method to the solution on that side; smaller
+//! starts, starts scattered over positive depth variables, and the orbits that the map settles on
+//! add those that higher orders bring. None of it proves that there is no other.
 
 use super::contact_itinerary::ContactItinerary;
 use super::depth_variable_map::DepthVariableMap;
@@ -25,7 +26,8 @@ const SIZES: [f64; 2] = [1.0, 0.1];
 const ALL_SIGNS: usize = 4;
 /// Starts scattered over positive depth variables.
 const SCATTERED: usize = 8;
-/// Iterates after which a map has settled, and how many half-widths from the fixed point of `P_smooth` it starts.
+/// Iterates after which a map has settled, and how many half-widths from the fixed point of
+/// `P_smooth` it starts.
 const TRANSIENT: usize = 1000;
 const SETTLE_FROM: [f64; 3] = [0.0, 0.3, -0.3];
 /// Orbits are the same where all coordinates agree to this share of their scales.
@@ -33,8 +35,8 @@ pub(super) const SAME: f64 = 1e-7;
 
 /// Looks for periodic orbits of a local map by itinerary.
 ///
-/// Found are orbits with depth variables up to twice that of the window's edge; those of contacts that are flown with positive depth variables
-/// alone, which is where flying is defined.
+/// Found are orbits with depth variables up to twice that of the window's edge; those of contacts
+/// that are flown with positive depth variables alone, which is where flying is defined.
 #[derive(Clone, Debug)]
 pub struct ItinerarySearch<'a> {
     pub(super) map: MapEvaluation<f64>,
@@ -75,8 +77,8 @@ impl<'a> ItinerarySearch<'a> {
         }
     }
 
-    /// The orbits of an itinerary at these parameters: physical ones first, each once; those that repeat a shorter one are left
-    /// to its itinerary.
+    /// The orbits of an itinerary at these parameters: physical ones first, each once; those that
+    /// repeat a shorter one are left to its itinerary.
     ///
     /// Solved for in double precision, then in double-double.
     pub fn orbits(

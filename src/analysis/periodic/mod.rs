@@ -1,11 +1,13 @@
-//! Periodic orbits near a graze, their multipliers, and where they fold and flip: the same code on a local map
-//! and on direct simulation.
+//! Periodic orbits near a graze, their multipliers, and where they fold and flip: the same code on
+//! a local map and on direct simulation.
 //!
-//! A [`SectionMap`] is all that is asked of a map, so what differs between two results is the map and nothing else.
-//! Near a graze a state depends on the parameter through a root, while the parameter is a smooth function of the states on the
-//! orbit; so branches are followed in a coordinate that is [`Held`], not in the parameter (`Foale1994`, whose `alpha(y)²` is that branch
-//! for the linear oscillator). With the depth variables themselves as coordinates an itinerary's orbits are fixed points of a map without
-//! a root ([`DepthVariableMap`]). See docs/mathematics/dynamics.md.
+//! A [`SectionMap`] is all that is asked of a map, so what differs between two results is the map
+//! and nothing else. Near a graze a state depends on the parameter through a root, while the
+//! parameter is a smooth function of the states on the orbit; so branches are followed in a
+//! coordinate that is [`Held`], not in the parameter (`Foale1994`, whose `alpha(y)²` is that branch
+//! for the linear oscillator). With the depth variables themselves as coordinates an itinerary's
+//! orbits are fixed points of a map without a root ([`DepthVariableMap`]). See
+//! docs/mathematics/dynamics.md.
 
 mod bifurcation;
 mod branch;

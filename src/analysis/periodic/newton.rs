@@ -17,8 +17,9 @@ const HALVINGS: usize = 20;
 
 /// The periodic orbit of a map near a guess, one variable held.
 ///
-/// Newton's method for `Pⁿ(x, p) = x` with all variables but the held one unknown. A step is halved while the orbit of its end has no image, or
-/// no derivative, loses the contacts asked for where the start had them, or misses the first point by more. Steps below `ε^(3/4)` of the scales end
+/// Newton's method for `Pⁿ(x, p) = x` with all variables but the held one unknown. A step is halved
+/// while the orbit of its end has no image, or no derivative, loses the contacts asked for where
+/// the start had them, or misses the first point by more. Steps below `ε^(3/4)` of the scales end
 /// it: the method squares them.
 ///
 /// # Panics
@@ -82,7 +83,8 @@ struct Search<'a, M: ?Sized> {
 }
 
 impl<M: ?Sized> Search<'_, M> {
-    /// The points from a guess on, with the derivatives of the last image by the first point and the parameter.
+    /// The points from a guess on, with the derivatives of the last image by the first point and
+    /// the parameter.
     fn period<S: Real>(&mut self, guess: &Guess<S>) -> Option<Period<S>>
     where
         M: SectionMap<S>,
@@ -113,7 +115,8 @@ impl<M: ?Sized> Search<'_, M> {
         })
     }
 
-    /// The period a step away, or less where that has none, loses the contacts asked for or misses its start by more.
+    /// The period a step away, or less where that has none, loses the contacts asked for or misses
+    /// its start by more.
     fn damped<S: Real>(
         &mut self,
         from: &Period<S>,

@@ -16,11 +16,13 @@ pub struct PeriodicOrbit<S> {
     pub parameters: Vec<S>,
     /// Passages that made contact, return by return.
     pub itinerary: Vec<PassageSet>,
-    /// Contacts of the whole period that no passage accounts for; an orbit with some is not the one that a local map has.
+    /// Contacts of the whole period that no passage accounts for; an orbit with some is not the
+    /// one that a local map has.
     pub extra_contacts: usize,
     /// Jacobian of the period's map at the first point.
     pub jacobian: DMatrix<S>,
-    /// Largest difference of a coordinate of the image of the last point and the first, in the scales.
+    /// Largest difference of a coordinate of the image of the last point and the first, in the
+    /// scales.
     pub residual: f64,
 }
 
@@ -71,7 +73,8 @@ impl<S: Real> PeriodicOrbit<S> {
         determinant(&shifted)
     }
 
-    /// Largest multiplier's logarithm over the returns of a period: the Lyapunov exponent of the orbit.
+    /// Largest multiplier's logarithm over the returns of a period: the Lyapunov exponent of the
+    /// orbit.
     ///
     /// # Errors
     ///

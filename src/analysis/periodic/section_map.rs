@@ -17,10 +17,11 @@ pub struct SectionStep<S> {
     pub offsets: Vec<S>,
     /// Passages that made contact, in the order in which they follow the section.
     pub contacts: PassageSet,
-    /// Smallest of their depths ([`Stepped`] maps say the largest), in units in which it goes with `y²`; 0 without contact.
+    /// Smallest of their depths ([`Stepped`] maps say the largest), in units in which it goes with
+    /// `y²`; 0 without contact.
     ///
-    /// How near the point is to where the map has no derivative. A local map says `y²`, direct simulation the square of the
-    /// impact speed.
+    /// How near the point is to where the map has no derivative. A local map says `y²`, direct
+    /// simulation the square of the impact speed.
     pub depth: S,
     /// Contacts that no passage accounts for; 0 of a local map, which knows none.
     pub extra_contacts: usize,
@@ -66,7 +67,8 @@ impl<S: Real> SectionMap<S> for DirectImage<'_, S> {
     }
 }
 
-/// A map that is iterated in double precision, as a section map: compiled, frozen, interpreted, or simulated.
+/// A map that is iterated in double precision, as a section map: compiled, frozen, interpreted, or
+/// simulated.
 #[derive(Clone, Copy, Debug)]
 pub struct Stepped<M>(pub M);
 

@@ -168,7 +168,8 @@ fn accelerations() -> Vec<ExtremeCase> {
         .collect()
 }
 
-/// Undamped and driven at half its frequency, the oscillator turns twice in a period: its multipliers are both 1.
+/// Undamped and driven at half its frequency, the oscillator turns twice in a period: its
+/// multipliers are both 1.
 fn multipliers() -> Vec<ExtremeCase> {
     let distances = ["0.1", "1e-3", "1e-6", "1e-9", "1e-12", "0"];
     let case = |distance: &&str| {

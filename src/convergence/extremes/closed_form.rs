@@ -1,8 +1,10 @@
-//! What the driven linear oscillator `x'' + 2ζ x' + x = α cos θ` with a rigid stop does, without a map or an integrator.
+//! What the driven linear oscillator `x'' + 2ζ x' + x = α cos θ` with a rigid stop does, without a
+//! map or an integrator.
 //!
-//! One idea: deviations are small numbers of their own. The free flight through the deepest point is a Taylor series
-//! whose derivatives obey `x^(n+2) = (α cos θ)^(n) − 2ζ x^(n+1) − x^(n)`, and the kick of the impact is carried back by the
-//! homogeneous equation; nothing large is subtracted, so that every digit holds at any depth.
+//! One idea: deviations are small numbers of their own. The free flight through the deepest point
+//! is a Taylor series whose derivatives obey `x^(n+2) = (α cos θ)^(n) − 2ζ x^(n+1) − x^(n)`, and
+//! the kick of the impact is carried back by the homogeneous equation; nothing large is subtracted,
+//! so that every digit holds at any depth.
 
 use crate::model::Scene;
 use crate::numeric::Dd;
@@ -59,12 +61,14 @@ impl LinearOscillator {
         })
     }
 
-    /// The correction `D(x) − x` in `(x, theta)` at the section point `(depth, 0)`, of which `theta` has the leading law.
+    /// The correction `D(x) − x` in `(x, theta)` at the section point `(depth, 0)`, of which
+    /// `theta` has the leading law.
     pub(super) fn correction(&self, delta: Dd, depth: Dd) -> [Dd; 2] {
         let flight = self.flight(delta + depth);
         let entry = entry_time(&flight, depth);
         let speed = value(&flight[1..], entry);
-        // The kick (0, −(1 + r) v), carried over the time −entry back to the section point by the homogeneous flow.
+        // The kick (0, −(1 + r) v), carried over the time −entry back to the section point by the
+        // homogeneous flow.
         let kick = self.homogeneous(-(Dd::ONE + self.restitution) * speed);
         let (kick_x, kick_v) = (value(&kick, -entry), value(&kick[1..], -entry));
         // On to v = 0, with the free flight and the kick added.
@@ -110,7 +114,8 @@ fn value(derivatives: &[Dd], time: Dd) -> Dd {
     })
 }
 
-/// The time before the deepest point at which the flight meets the stop: `Σ_{n≥2} x^(n) t^n/n! = −depth`.
+/// The time before the deepest point at which the flight meets the stop: `Σ_{n≥2} x^(n) t^n/n! =
+/// −depth`.
 fn entry_time(flight: &[Dd], depth: Dd) -> Dd {
     let mut rise = flight.to_vec();
     (rise[0], rise[1]) = (Dd::ZERO, Dd::ZERO);

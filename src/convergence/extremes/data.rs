@@ -4,7 +4,8 @@ use serde::Serialize;
 
 use crate::expansion::MapOrders;
 
-/// Decimal digits by which a measured accuracy may fall short of its estimate: both are orders of magnitude.
+/// Decimal digits by which a measured accuracy may fall short of its estimate: both are orders of
+/// magnitude.
 const SLACK: f64 = 1.0;
 
 /// What is taken to its end.
@@ -146,13 +147,17 @@ pub struct Measured {
     pub map: Option<f64>,
     /// The digits of that truth itself.
     pub map_truth: f64,
-    /// Digits that the truncation of the contact leaves, as predicted by its series in `y`; all where the series ends.
+    /// Digits that the truncation of the contact leaves, as predicted by its series in `y`; all
+    /// where the series ends.
     pub truncation: f64,
-    /// Digits of the numbers used, less [`LostDigits`](crate::expansion::LostDigits) of the contact.
+    /// Digits of the numbers used, less [`LostDigits`](crate::expansion::LostDigits) of the
+    /// contact.
     pub rounding: f64,
-    /// The same of the legs, over the kick: rounding is relative to the image, which may be much larger.
+    /// The same of the legs, over the kick: rounding is relative to the image, which may be much
+    /// larger.
     pub leg_rounding: f64,
-    /// Digits that cutting the legs leaves: what their last degree does to the image, over the kick.
+    /// Digits that cutting the legs leaves: what their last degree does to the image, over the
+    /// kick.
     pub leg_truncation: f64,
 }
 

@@ -162,7 +162,8 @@ impl LocatedCase<'_> {
     fn point<S: Real>(&self) -> (Vec<S>, Vec<S>) {
         let variables = self.expander.variables();
         let mut state = vec![S::zero(); variables.coordinates];
-        // NOTE: every scene of the study has a stop `length - position`: on its tangency section the depth is the first offset.
+        // NOTE: every scene of the study has a stop `length - position`: on its tangency section
+        // the depth is the first offset.
         state[0] = S::from_f64(self.case.depth);
         (
             state,
@@ -192,7 +193,8 @@ impl LocatedCase<'_> {
         Some(digits_of((found - exact).magnitude(), exact.magnitude()))
     }
 
-    /// Digits that the truncation of the contact leaves along the depth; none beyond the radius of its series.
+    /// Digits that the truncation of the contact leaves along the depth; none beyond the radius of
+    /// its series.
     fn truncation(&self) -> Result<f64, Refusal> {
         let series = self.expander.depth_series(0, RADIUS_ORDER)?;
         let depth = self.case.depth;
@@ -248,7 +250,8 @@ impl LocatedCase<'_> {
         })
     }
 
-    /// Digits of a flown correction: the rounding of the state, over the depth and over the correction itself.
+    /// Digits of a flown correction: the rounding of the state, over the depth and over the
+    /// correction itself.
     fn flown_digits(&self, correction: f64) -> f64 {
         let states = self.orbit.section_point.iter();
         let size = states.map(|value| value.magnitude()).fold(0.0, f64::max);

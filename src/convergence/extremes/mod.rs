@@ -1,8 +1,9 @@
 //! Maps at the ends of what can be asked: what is accurate, what is refused, what is promised.
 //!
-//! One idea: every expansion comes with an estimate of what it is worth, the smaller of what its truncation leaves
-//! out and what rounding took ([`WindowEdge`](crate::expansion::WindowEdge), [`LostDigits`](crate::expansion::LostDigits));
-//! a case whose measured digits fall short of it is a silent loss. See docs/studies/extremes.md.
+//! One idea: every expansion comes with an estimate of what it is worth, the smaller of what its
+//! truncation leaves out and what rounding took ([`WindowEdge`](crate::expansion::WindowEdge),
+//! [`LostDigits`](crate::expansion::LostDigits)); a case whose measured digits fall short of it is
+//! a silent loss. See docs/studies/extremes.md.
 
 mod cases;
 mod closed_form;

@@ -22,7 +22,8 @@ pub struct AffineLaw {
     pub(super) release_row: Vec<Dd>,
     /// Positions among the moved components that have a force.
     pub(super) forced: Vec<usize>,
-    /// Steps through the two fields from a force to each moved component: `z_i = O(t^{1 + distance})`.
+    /// Steps through the two fields from a force to each moved component: `z_i = O(t^{1 +
+    /// distance})`.
     pub(super) distances: Vec<u32>,
     /// Whether the free field too is affine in the moved components with constant coefficients.
     pub(super) free_is_affine: bool,
@@ -127,7 +128,8 @@ impl Slopes<'_> {
     }
 }
 
-/// Steps through the fields from a component with a force to each component; `None` where none leads.
+/// Steps through the fields from a component with a force to each component; `None` where none
+/// leads.
 fn distances(model: &Model, field: &[NodeId]) -> Vec<Option<u32>> {
     let dimension = model.dimension();
     let forced = |component: usize| field[component] != model.flow[component];

@@ -5,7 +5,8 @@ use std::marker::PhantomData;
 use crate::jet::Jet;
 use crate::numeric::{Real, Scalar};
 
-/// What a flown contact is computed with: numbers, values with tangents, or the operations of a kernel.
+/// What a flown contact is computed with: numbers, values with tangents, or the operations of a
+/// kernel.
 ///
 /// One sequence of operations is written once and run on all of them, so that the map read off its
 /// coefficients, the kernel and the emitted code do the same.

@@ -1,4 +1,5 @@
-//! From a passage to its flown contact: the pieces, the plan, and the check that the plan is enough.
+//! From a passage to its flown contact: the pieces, the plan, and the check that the plan is
+//! enough.
 
 use nalgebra::DMatrix;
 
@@ -29,14 +30,15 @@ const DISTINCT: f64 = 2e-3;
 const MARGIN: f64 = 1.1;
 /// Points of the window besides its middle at which each depth is checked.
 const CORNERS: usize = 6;
-/// Longest step, times the largest eigenvalue: half a period of a stiff stop and a little, where the terms of a step
-/// grow to at most 8 before they fall.
+/// Longest step, times the largest eigenvalue: half a period of a stiff stop and a little, where
+/// the terms of a step grow to at most 8 before they fall.
 const LONGEST_STEP: f64 = 3.6;
 /// Most steps of a flight.
 const MOST_FLOWN_STEPS: usize = 16;
 /// Rounding of a double: what a truncation or a Newton step must be below.
 const EXACT: f64 = 1e-16;
-/// The same one step earlier: the slope in the last step, and with it the Jacobian, is as exact as that.
+/// The same one step earlier: the slope in the last step, and with it the Jacobian, is as exact as
+/// that.
 const NEARLY: f64 = 1e-8;
 /// Relative error of what a contact adds that is still rounding.
 const ROUNDING: f64 = 1e-14;
@@ -54,9 +56,10 @@ pub struct FlightWindow {
 
 /// Expands a passage about an exactly flown contact; `None` for a rigid stop.
 ///
-/// The image errs by weight `weight + 1`, with the constants of the free flow whatever the stiffness of the contact.
-/// What is flown is checked on the window from a depth of 1e-32 on, contact by contact, against steps that are
-/// finer and more: the shape is refused where its fixed number of steps is not enough.
+/// The image errs by weight `weight + 1`, with the constants of the free flow whatever the
+/// stiffness of the contact. What is flown is checked on the window from a depth of 1e-32 on,
+/// contact by contact, against steps that are finer and more: the shape is refused where its fixed
+/// number of steps is not enough.
 ///
 /// # Errors
 ///
@@ -141,7 +144,8 @@ fn depths(highest: f64, per_decade: f64) -> impl Iterator<Item = f64> {
     (0..=count as u32).map(move |number| highest * 0.1_f64.powf(f64::from(number) / per_decade))
 }
 
-/// Depth variables, each with the points of the window at which it is checked; the first point is the middle.
+/// Depth variables, each with the points of the window at which it is checked; the first point is
+/// the middle.
 fn samples(window: &FlightWindow) -> Vec<(Dd, Vec<Vec<Dd>>)> {
     let points = |number: usize| -> Vec<Vec<Dd>> {
         let corner = |corner: usize| {

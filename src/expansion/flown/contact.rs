@@ -12,8 +12,8 @@ use crate::numeric::{Real, Scalar};
 /// x ↦ x + section(back(s, z; x, p); x, p)
 /// ```
 ///
-/// with the free flow's gap, force `g` and release function `ρ` as series in the time `s` from the minimum.
-/// It is the identity, exactly, where `y = 0`.
+/// with the free flow's gap, force `g` and release function `ρ` as series in the time `s` from the
+/// minimum. It is the identity, exactly, where `y = 0`.
 #[derive(Clone, Debug)]
 pub struct FlownContact<S: Scalar = f64> {
     /// `−h_min`, a polynomial in (coordinates; parameters) without constant term.
@@ -24,7 +24,8 @@ pub struct FlownContact<S: Scalar = f64> {
     pub(super) entry: Jet<S>,
     /// The contact's linear law.
     pub(super) law: LinearLaw<S>,
-    /// What the contact has added at the time of the minimum, in `(s; z)` or `(s; z; coordinates; parameters)`.
+    /// What the contact has added at the time of the minimum, in `(s; z)` or `(s; z; coordinates;
+    /// parameters)`.
     pub(super) back: Vec<Jet<S>>,
     /// Correction of each coordinate, in (what was added; coordinates; parameters).
     pub(super) section: Vec<Jet<S>>,
@@ -47,13 +48,15 @@ pub(super) struct LinearLaw<S: Scalar> {
     pub(super) release: Drive<S>,
 }
 
-/// A function along the free flow: a combination of 1, the gap and its rate, and a series for the rest.
+/// A function along the free flow: a combination of 1, the gap and its rate, and a series for the
+/// rest.
 #[derive(Clone, Debug)]
 pub(super) struct Drive<S: Scalar> {
     pub(super) constant: S,
     pub(super) gap: S,
     pub(super) gap_rate: S,
-    /// Coefficients of the rest in the time from the minimum; empty where the combination says all.
+    /// Coefficients of the rest in the time from the minimum; empty where the combination says
+    /// all.
     pub(super) rest: Vec<Jet<S>>,
 }
 
@@ -93,7 +96,8 @@ impl<S: Scalar> FlownContact<S> {
         &self.largest
     }
 
-    /// The image of a point (coordinates; parameters) by a contact of depth variable `y`, whatever the depth there.
+    /// The image of a point (coordinates; parameters) by a contact of depth variable `y`, whatever
+    /// the depth there.
     pub fn act_at<A: Arithmetic<Scalar = S>>(
         &self,
         arithmetic: &mut A,

@@ -50,7 +50,8 @@ impl<S: Scalar> FlownContact<S> {
         self.on_section(arithmetic, &time, &added, point)
     }
 
-    /// From the entry to the release: the contact time and what the contact has added to each moved component.
+    /// From the entry to the release: the contact time and what the contact has added to each moved
+    /// component.
     pub(super) fn fly<A: Arithmetic<Scalar = S>>(
         &self,
         arithmetic: &mut A,
@@ -73,7 +74,8 @@ impl<S: Scalar> FlownContact<S> {
         (arithmetic.multiply(&flown, &length), added)
     }
 
-    /// Corrections of the coordinates from what a contact has added up to the time `s` from the minimum.
+    /// Corrections of the coordinates from what a contact has added up to the time `s` from the
+    /// minimum.
     pub(super) fn on_section<A: Arithmetic<Scalar = S>>(
         &self,
         arithmetic: &mut A,
@@ -88,8 +90,8 @@ impl<S: Scalar> FlownContact<S> {
         all(arithmetic, &self.section, &[&back, point].concat())
     }
 
-    /// Newton's steps for `σ`, `0 = −1 + σ² Q(−y σ)` with `Q(s) = Σ_{k≥2} H_k s^{k−2}`, and the free flow about the
-    /// entry.
+    /// Newton's steps for `σ`, `0 = −1 + σ² Q(−y σ)` with `Q(s) = Σ_{k≥2} H_k s^{k−2}`, and the
+    /// free flow about the entry.
     pub(super) fn entry<A: Arithmetic<Scalar = S>>(
         &self,
         arithmetic: &mut A,
@@ -103,7 +105,8 @@ impl<S: Scalar> FlownContact<S> {
         let around = [std::slice::from_ref(y), point].concat();
         let mut sigma = arithmetic.polynomial(&self.entry, &around);
         for _ in 0..self.plan.entry {
-            // At a root Newton's step has the root's derivative, whatever the derivative of where it begins.
+            // At a root Newton's step has the root's derivative, whatever the derivative of where
+            // it begins.
             sigma = arithmetic.held(&sigma);
             let time = arithmetic.multiply(&minus_y, &sigma);
             let (value, slope) = horner_with_slope(arithmetic, &quotient, &time);
@@ -254,7 +257,8 @@ impl<S: Scalar> LinearLaw<S> {
 }
 
 impl<S: Scalar> Drive<S> {
-    /// Coefficients in the time since the entry; `gap` holds those of the gap, `time` is that of the entry.
+    /// Coefficients in the time since the entry; `gap` holds those of the gap, `time` is that of
+    /// the entry.
     fn about_entry<A: Arithmetic<Scalar = S>>(
         &self,
         arithmetic: &mut A,

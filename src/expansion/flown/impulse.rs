@@ -1,8 +1,9 @@
 //! The impulse of a damper, taken out of a contact law where it is zero at the release.
 //!
-//! A force `b h'` adds `O(y²)` on the way in and takes it back on the way out: nothing of it is left where the contact
-//! ends on the surface, and a spring's `O(y³)` is all there is. As a difference of its own terms that kick has lost a share
-//! `1/y` of its digits, and an error in the time of the release counts as much again.
+//! A force `b h'` adds `O(y²)` on the way in and takes it back on the way out: nothing of it is
+//! left where the contact ends on the surface, and a spring's `O(y³)` is all there is. As a
+//! difference of its own terms that kick has lost a share `1/y` of its digits, and an error in the
+//! time of the release counts as much again.
 //!
 //! With `ρ` the release function, a multiple `c` of the gap along the free flow, let
 //!
@@ -10,8 +11,8 @@
 //! u = z − β (ρ(x_f) + r·z),   β = b/c
 //! ```
 //!
-//! It is `z` at the entry and at the release, where the parenthesis vanishes, and obeys a law of the same form without
-//! `b h'`: with `r·β = 0`,
+//! It is `z` at the entry and at the release, where the parenthesis vanishes, and obeys a law of
+//! the same form without `b h'`: with `r·β = 0`,
 //!
 //! ```text
 //! u' = (I − β rᵀ) A (I + β rᵀ) u + (I − β rᵀ) A β c h + c_0 + a h,   release where ρ(x_f) + r·u = 0.
@@ -24,7 +25,8 @@ use super::smooth::{VANISHING, rounded_away};
 use crate::numeric::{Dd, Scalar};
 
 impl LinearLaw<Dd> {
-    /// The law of `u`; the law itself where it has no such force or its release is another function than the gap.
+    /// The law of `u`; the law itself where it has no such force or its release is another function
+    /// than the gap.
     pub(super) fn without_passing_impulse(mut self) -> Self {
         let Some(share) = self.passing_share() else {
             return self;

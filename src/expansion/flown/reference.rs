@@ -1,4 +1,5 @@
-//! The contact of one point flown step by step to its first release: what the fixed plan is checked against.
+//! The contact of one point flown step by step to its first release: what the fixed plan is checked
+//! against.
 
 use super::arithmetic::Numbers;
 use super::contact::FlownContact;

@@ -16,7 +16,8 @@ use crate::orbit::PoincareSectionKind;
 
 /// Weight to which the start of the entry's Newton steps is expanded.
 const ENTRY_WEIGHT: u32 = 3;
-/// Coefficients below this share of the largest of their series are zero: expansions are in double-double.
+/// Coefficients below this share of the largest of their series are zero: expansions are in
+/// double-double.
 pub(super) const VANISHING: f64 = 1e-22;
 /// What a combination of the gap and its rate leaves of a force is rounding below this share of it.
 const SAME: f64 = 1e-20;
@@ -45,7 +46,8 @@ pub(super) struct SmoothExpansion<'a> {
 }
 
 impl<'a> SmoothExpansion<'a> {
-    /// Expands the free flow about its minimum of the gap; the image then errs by weight `weight + 1`.
+    /// Expands the free flow about its minimum of the gap; the image then errs by weight `weight +
+    /// 1`.
     pub(super) fn new(
         passage: &'a Passage,
         affine: &'a AffineLaw,
@@ -213,7 +215,8 @@ impl<'a> SmoothExpansion<'a> {
         self.affine.distances.iter().map(|distance| 1 + distance)
     }
 
-    /// A jet in (coordinates; parameters) in a space where they begin at `first`, or at the graze alone.
+    /// A jet in (coordinates; parameters) in a space where they begin at `first`, or at the graze
+    /// alone.
     fn lift(&self, jet: &Jet<Dd>, space: &Arc<JetSpace>, first: usize, carried: usize) -> Jet<Dd> {
         if carried == 0 {
             return Jet::constant(space, jet.head());
@@ -241,8 +244,8 @@ impl<'a> SmoothExpansion<'a> {
 
 /// `[c, a, b]`, and what remains of `series = c + a h + b h' + rest` beside them.
 ///
-/// At the grazing point the rest has no term in `1`, `t` and `t²`: whatever is proportional to the gap or its rate is not
-/// in it, and follows the depth exactly.
+/// At the grazing point the rest has no term in `1`, `t` and `t²`: whatever is proportional to the
+/// gap or its rate is not in it, and follows the depth exactly.
 fn decomposed(series: &[Jet<Dd>], gap: &[Jet<Dd>]) -> ([Dd; 3], Vec<Jet<Dd>>) {
     let scale = series.iter().map(Jet::max_abs).fold(0.0, f64::max);
     let clean = |value: Dd| rounded_away(value, VANISHING * scale);

@@ -1,7 +1,8 @@
 //! Where Newton's steps for the release begin: the contact time as a rational function of `y`.
 //!
-//! The contact time over `y` falls from one power law to the next where a force takes over from another, on scales
-//! of `y` that may lie decades apart. A sum of `c_j/(1 + y/y_j)` follows it; the scales `y_j` are picked one by one.
+//! The contact time over `y` falls from one power law to the next where a force takes over from
+//! another, on scales of `y` that may lie decades apart. A sum of `c_j/(1 + y/y_j)` follows it; the
+//! scales `y_j` are picked one by one.
 
 use nalgebra::{DMatrix, DVector};
 

@@ -11,7 +11,8 @@ pub enum AxisScale {
     Linear,
     /// Equal ratios, equal distances; positive values only.
     Log10,
-    /// Linear within about `±threshold`, logarithmic beyond, through zero: `sign(x) log10(1 + |x|/threshold)`.
+    /// Linear within about `±threshold`, logarithmic beyond, through zero: `sign(x) log10(1 +
+    /// |x|/threshold)`.
     Symlog {
         /// Where linear turns into logarithmic; positive.
         threshold: f64,

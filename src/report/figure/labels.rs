@@ -1,6 +1,7 @@
 //! Words beside points, put where they cover least.
 //!
-//! A covered marker weighs more than any of the eight positions: words leave markers free wherever they can.
+//! A covered marker weighs more than any of the eight positions: words leave markers free wherever
+//! they can.
 
 use super::super::ReportError;
 use super::clip::Area;

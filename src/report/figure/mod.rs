@@ -4,8 +4,9 @@
 //! shapes in CSS pixels, and two painters turn that list into an SVG and a PNG that look alike.
 //! The same figure gives the same bytes.
 //!
-//! Conventions of the field: stable branches solid, unstable ones dashed; axes are offsets, with the
-//! power of ten at the axis label and short ticks; marks such as `G`, `PD`, `SN` stand beside points.
+//! Conventions of the field: stable branches solid, unstable ones dashed; axes are offsets, with
+//! the power of ten at the axis label and short ticks; marks such as `G`, `PD`, `SN` stand beside
+//! points.
 
 mod axis;
 mod cells;

@@ -125,7 +125,8 @@ impl Canvas<'_> {
                     }
                 }
                 self.text(*at, *anchor, *direction, *size, *color, text)?;
-                // NOTE: the built-in font is a light one; laid twice, a fine pixel apart, it is regular.
+                // NOTE: the built-in font is a light one; laid twice, a fine pixel apart, it is
+                // regular.
                 self.text(
                     (at.0 + 1.0 / FINE, at.1),
                     *anchor,

@@ -1,0 +1,274 @@
+//! Graded algebras: the one structure behind jets, time series, and jets in time.
+//!
+//! In each of them an element is a sum `a = a_0 + a_1 + … + a_n` of *parts*, the product obeys
+//! `(ab)_k = Σ_j a_j b_{k−j}`, and the Euler derivation `(Ea)_k = k a_k` obeys Leibniz' rule. Every
+//! elementary function satisfies a first-order equation under any such derivation, so its parts
+//! follow one by one from lower parts by the same recurrence whatever the parts are: numbers
+//! (Taylor coefficients in time), homogeneous polynomials (jets, by degree), or whole jets (Taylor
+//! coefficients in time of a jet). See docs/mathematics/recurrences.md.
+
+use std::ops::Range;
+
+use super::JetSpace;
+use crate::numeric::Scalar;
+
+/// Which terms of `Σ_j a_j b_{k−j}` a convolution takes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Span {
+    /// `j = 0..=k`.
+    Full,
+    /// `j = 1..=k`: without `a_0 b_k`.
+    WithoutFirst,
+    /// `j = 0..=k−1`: without `a_k b_0`.
+    WithoutLast,
+    /// `j = 1..=k−1`.
+    Interior,
+}
+
+impl Span {
+    /// Whether it leaves out the term `j = 0`.
+    #[inline(always)]
+    pub(super) fn leaves_first(self) -> bool {
+        matches!(self, Span::WithoutFirst | Span::Interior)
+    }
+
+    /// Whether it leaves out the term `j = k`.
+    #[inline(always)]
+    pub(super) fn leaves_last(self) -> bool {
+        matches!(self, Span::WithoutLast | Span::Interior)
+    }
+
+    /// The part of an ordered list of terms (first: `j = 0`, last: `j = k`) that the span takes.
+    #[inline(always)]
+    pub fn range(self, terms: usize) -> Range<usize> {
+        match self {
+            Span::Full => 0..terms,
+            Span::WithoutFirst => 1..terms,
+            Span::WithoutLast => 0..terms - 1,
+            Span::Interior => 1..(terms - 1).max(1),
+        }
+    }
+}
+
+/// Function of a head (part of degree 0).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum HeadFunction {
+    /// Square root.
+    Sqrt,
+    /// Exponential.
+    Exp,
+    /// Logarithm.
+    Log,
+    /// Sine.
+    Sin,
+    /// Cosine.
+    Cos,
+    /// Arc sine.
+    Asin,
+    /// Arc cosine.
+    Acos,
+    /// Arc tangent.
+    Atan,
+    /// Hyperbolic sine.
+    Sinh,
+    /// Hyperbolic cosine.
+    Cosh,
+}
+
+/// A graded algebra over the scalars `S`, its elements stored as flat slices.
+pub trait Graded<S: Scalar> {
+    /// Highest degree kept.
+    fn order(&self) -> usize;
+
+    /// Scalars in one element.
+    fn element_len(&self) -> usize;
+
+    /// Where the part of a degree lies in an element.
+    fn part(&self, degree: usize) -> Range<usize>;
+
+    /// Adds `Σ_j a_j b_{degree−j}` over the span to `out`, a slice of the part's length.
+    fn convolve(&self, degree: usize, span: Span, a: &[S], b: &[S], out: &mut [S]);
+
+    /// `out = factor · Σ_j a_j b_{degree−j}` over the span.
+    #[inline(always)]
+    fn scaled_convolution(
+        &self,
+        degree: usize,
+        span: Span,
+        (a, b): (&[S], &[S]),
+        factor: S,
+        out: &mut [S],
+    ) {
+        out.fill(S::zero());
+        self.convolve(degree, span, a, b, out);
+        for value in out {
+            *value *= factor;
+        }
+    }
+
+    /// `out = (a_degree − Σ_{j=1}^{degree} b_j u_{degree−j}) / b_0`.
+    #[inline(always)]
+    fn quotient_part(&self, degree: usize, (a, b): (&[S], &[S]), u: &[S], out: &mut [S]) {
+        out.fill(S::zero());
+        self.convolve(degree, Span::WithoutFirst, b, u, out);
+        for (value, &numerator) in out.iter_mut().zip(&a[self.part(degree)]) {
+            *value = numerator - *value;
+        }
+        self.divide_by_head(b, out);
+    }
+
+    /// Adds `a_0 b_degree` to `out`, for an element `a` of which only the head is non-zero; `part`
+    /// is `b_degree`.
+    fn multiply_by_head(&self, degree: usize, a: &[S], part: &[S], out: &mut [S]);
+
+    /// Divides a part of any degree by the head of the element `b`.
+    fn divide_by_head(&self, b: &[S], part: &mut [S]);
+
+    /// Head of `f(a)` from the head of `a`, both of the head's length.
+    fn head(&self, function: HeadFunction, a: &[S], out: &mut [S]);
+
+    /// Head of `a^exponent`.
+    fn head_power(&self, a: &[S], exponent: S, out: &mut [S]);
+
+    /// Head of `atan2(y, x)`.
+    fn head_atan2(&self, y: &[S], x: &[S], out: &mut [S]);
+}
+
+/// Applies a head function to one scalar.
+#[inline]
+pub fn scalar_head<S: Scalar>(function: HeadFunction, a: S) -> S {
+    match function {
+        HeadFunction::Sqrt => a.sqrt(),
+        HeadFunction::Exp => a.exp(),
+        HeadFunction::Log => a.ln(),
+        HeadFunction::Sin => a.sin_cos().0,
+        HeadFunction::Cos => a.sin_cos().1,
+        HeadFunction::Asin => a.asin(),
+        HeadFunction::Acos => a.acos(),
+        HeadFunction::Atan => a.atan(),
+        HeadFunction::Sinh => a.sinh_cosh().0,
+        HeadFunction::Cosh => a.sinh_cosh().1,
+    }
+}
+
+impl<S: Scalar> Graded<S> for JetSpace {
+    fn order(&self) -> usize {
+        self.order()
+    }
+
+    fn element_len(&self) -> usize {
+        self.len()
+    }
+
+    fn part(&self, degree: usize) -> Range<usize> {
+        self.degree_range(degree)
+    }
+
+    #[inline]
+    fn convolve(&self, degree: usize, span: Span, a: &[S], b: &[S], out: &mut [S]) {
+        self.convolve_part(self.whole_part(degree, out), span, (a, b));
+    }
+
+    #[inline]
+    fn scaled_convolution(
+        &self,
+        degree: usize,
+        span: Span,
+        (a, b): (&[S], &[S]),
+        factor: S,
+        out: &mut [S],
+    ) {
+        self.scaled_part(self.whole_part(degree, out), span, (a, b), factor);
+    }
+
+    #[inline]
+    fn quotient_part(&self, degree: usize, (a, b): (&[S], &[S]), u: &[S], out: &mut [S]) {
+        self.quotient_part_of(self.whole_part(degree, out), (a, b), u);
+    }
+
+    fn multiply_by_head(&self, _degree: usize, a: &[S], part: &[S], out: &mut [S]) {
+        for (value, &factor) in out.iter_mut().zip(part) {
+            *value = a[0].mul_add(factor, *value);
+        }
+    }
+
+    fn divide_by_head(&self, b: &[S], part: &mut [S]) {
+        let inverse = S::one() / b[0];
+        for value in part {
+            *value *= inverse;
+        }
+    }
+
+    fn head(&self, function: HeadFunction, a: &[S], out: &mut [S]) {
+        out[0] = scalar_head(function, a[0]);
+    }
+
+    fn head_power(&self, a: &[S], exponent: S, out: &mut [S]) {
+        out[0] = a[0].powf(exponent);
+    }
+
+    fn head_atan2(&self, y: &[S], x: &[S], out: &mut [S]) {
+        out[0] = y[0].atan2(x[0]);
+    }
+}
+
+/// Taylor series in time with number coefficients, cut at an order.
+#[derive(Clone, Copy, Debug)]
+pub struct TimeSeries {
+    /// Highest power of time kept.
+    pub order: usize,
+}
+
+impl<S: Scalar> Graded<S> for TimeSeries {
+    fn order(&self) -> usize {
+        self.order
+    }
+
+    fn element_len(&self) -> usize {
+        self.order + 1
+    }
+
+    fn part(&self, degree: usize) -> Range<usize> {
+        degree..degree + 1
+    }
+
+    #[inline]
+    fn convolve(&self, degree: usize, span: Span, a: &[S], b: &[S], out: &mut [S]) {
+        let terms = span.range(degree + 1);
+        let (a, b) = (
+            &a[terms.clone()],
+            &b[degree + 1 - terms.end..degree + 1 - terms.start],
+        );
+        let (mut even, mut odd) = (out[0], S::zero());
+        let (pairs, rest) = a.as_chunks::<2>();
+        let (last, reversed) = b.as_rchunks::<2>();
+        for (&[a0, a1], &[b1, b0]) in pairs.iter().zip(reversed.iter().rev()) {
+            even = a0.mul_add(b0, even);
+            odd = a1.mul_add(b1, odd);
+        }
+        if let ([a], [b]) = (rest, last) {
+            even = a.mul_add(*b, even);
+        }
+        out[0] = even + odd;
+    }
+
+    fn multiply_by_head(&self, _degree: usize, a: &[S], part: &[S], out: &mut [S]) {
+        out[0] = a[0].mul_add(part[0], out[0]);
+    }
+
+    fn divide_by_head(&self, b: &[S], part: &mut [S]) {
+        part[0] /= b[0];
+    }
+
+    fn head(&self, function: HeadFunction, a: &[S], out: &mut [S]) {
+        out[0] = scalar_head(function, a[0]);
+    }
+
+    fn head_power(&self, a: &[S], exponent: S, out: &mut [S]) {
+        out[0] = a[0].powf(exponent);
+    }
+
+    fn head_atan2(&self, y: &[S], x: &[S], out: &mut [S]) {
+        out[0] = y[0].atan2(x[0]);
+    }
+}

@@ -1,0 +1,379 @@
+//! A kernel prepared for running: operands are places in one memory, and Horner schemes are single
+//! instructions.
+//!
+//! The one idea: what is known before a run and only added in schemes, the coefficients of
+//! polynomials, is not looked up in memory but read one after another, in the order in which it is
+//! needed.
+
+use super::places::{Known, Places};
+use super::schemes::{Rows, Scheme, Step, schedule};
+use super::{Kernel, Number, Operation, Value};
+
+/// Instructions on a memory of inputs, known values and results.
+#[derive(Debug)]
+pub(super) struct Code {
+    instructions: Vec<Instruction>,
+    /// Lengths of the rows of all schemes of known values.
+    rows: Vec<u32>,
+    /// Places of the values of all other schemes.
+    places: Vec<u32>,
+    /// Known values that are looked up, which stand at the end of memory.
+    pub(super) kept: Vec<Known>,
+    /// Known values in the order in which schemes read them.
+    pub(super) read: Vec<Known>,
+    /// Number of inputs.
+    inputs: usize,
+    /// Number of results, which stand after the inputs.
+    results: usize,
+    outputs: Vec<u32>,
+}
+
+/// What gives the next result, or the next two.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Instruction {
+    Add(u32, u32),
+    Multiply(u32, u32),
+    /// A scheme of values at places from `first` up to `end`.
+    Chain {
+        factor: u32,
+        first: u32,
+        end: u32,
+    },
+    /// Two of them, their values in turn.
+    TwoChains {
+        factor: u32,
+        first: u32,
+        end: u32,
+    },
+    /// A scheme of known values, its rows from `first` up to `end`.
+    Polynomial {
+        factors: [u32; 2],
+        first: u32,
+        end: u32,
+    },
+    /// Two of them, their values in turn.
+    TwoPolynomials {
+        factors: [u32; 2],
+        first: u32,
+        end: u32,
+    },
+    RootOfPositivePart(u32),
+    HalfReciprocal(u32),
+    Hold(u32),
+    /// An input that is an output: in a place of its own, so that an output may become an input.
+    Copy(u32),
+}
+
+impl Code {
+    /// Prepares a kernel whose inputs from number `free` on are known before a run.
+    pub(super) fn new(kernel: &Kernel, free: usize) -> Self {
+        let steps = schedule(kernel, free);
+        let mut places = Places::new(kernel, free, &steps);
+        let mut code = Self {
+            instructions: Vec::with_capacity(steps.len()),
+            rows: Vec::new(),
+            places: Vec::new(),
+            kept: Vec::new(),
+            read: Vec::new(),
+            inputs: free,
+            results: places.results(),
+            outputs: Vec::new(),
+        };
+        for step in &steps {
+            let instruction = match step {
+                Step::Operation(_, operation) => instruction(*operation, &mut places),
+                Step::Schemes(schemes) => code.schemes(schemes, &mut places),
+            };
+            code.instructions.push(instruction);
+        }
+        for &value in &kernel.outputs {
+            if places.is_input(value) {
+                code.instructions.push(Instruction::Copy(places.of(value)));
+            }
+        }
+        code.outputs = places.of_outputs(&kernel.outputs);
+        code.kept = places.kept;
+        code
+    }
+
+    /// The instruction for a scheme, or for two of one shape.
+    fn schemes(&mut self, schemes: &[(usize, Scheme)], places: &mut Places) -> Instruction {
+        let Scheme { factor, rows } = &schemes[0].1;
+        let factor = places.of(*factor);
+        match rows {
+            Rows::Values(values) => self.chains(schemes, factor, values.len(), places),
+            Rows::Known(inner, rows) => {
+                let factors = [factor, places.of(*inner)];
+                self.polynomials(schemes, factors, rows, places)
+            }
+        }
+    }
+
+    fn chains(
+        &mut self,
+        schemes: &[(usize, Scheme)],
+        factor: u32,
+        len: usize,
+        places: &mut Places,
+    ) -> Instruction {
+        let first = self.places.len() as u32;
+        for number in 0..len {
+            let values = schemes.iter().map(|(_, scheme)| scheme.values()[number]);
+            self.places.extend(values.map(|value| places.of(value)));
+        }
+        let end = self.places.len() as u32;
+        match schemes.len() {
+            1 => Instruction::Chain { factor, first, end },
+            _ => Instruction::TwoChains { factor, first, end },
+        }
+    }
+
+    fn polynomials(
+        &mut self,
+        schemes: &[(usize, Scheme)],
+        factors: [u32; 2],
+        rows: &[Vec<Value>],
+        places: &Places,
+    ) -> Instruction {
+        let first = self.rows.len() as u32;
+        for (number, row) in rows.iter().enumerate() {
+            self.rows.push(row.len() as u32);
+            for place in 0..row.len() {
+                let values = schemes.iter().map(|(_, own)| own.rows()[number][place]);
+                let known = values.filter_map(|value| places.known(value));
+                self.read.extend(known);
+            }
+        }
+        let end = self.rows.len() as u32;
+        match schemes.len() {
+            1 => Instruction::Polynomial {
+                factors,
+                first,
+                end,
+            },
+            _ => Instruction::TwoPolynomials {
+                factors,
+                first,
+                end,
+            },
+        }
+    }
+
+    /// Number of inputs.
+    pub(super) fn inputs(&self) -> usize {
+        self.inputs
+    }
+
+    /// Fills a memory of inputs up with room for results, and known values.
+    pub(super) fn complete<T: Number>(&self, memory: &mut Vec<T>, kept: &[T::Known]) {
+        memory.resize(self.inputs + self.results, T::ZERO);
+        memory.extend(kept.iter().map(|&known| T::of(known)));
+    }
+
+    /// The known values that are looked up.
+    pub(super) fn kept<T: Copy>(&self, set: &[T], constants: &[T]) -> Vec<T> {
+        self.kept
+            .iter()
+            .map(|known| known.of(set, constants))
+            .collect()
+    }
+
+    /// The known values that are read.
+    pub(super) fn read<T: Copy>(&self, set: &[T], constants: &[T]) -> Vec<T> {
+        self.read
+            .iter()
+            .map(|known| known.of(set, constants))
+            .collect()
+    }
+
+    /// Number of outputs.
+    pub(super) fn outputs(&self) -> usize {
+        self.outputs.len()
+    }
+
+    /// Output `number` of the last run.
+    #[inline(always)]
+    pub(super) fn output<'m, T: Number>(&self, number: usize, memory: &'m [T]) -> &'m T {
+        &memory[self.outputs[number] as usize]
+    }
+
+    /// Runs on a memory of inputs, results and known values, and the known values to be read.
+    ///
+    /// It is inlined so that a [`numeric::Kernel`](crate::numeric::Kernel) that calls it runs with
+    /// the widest registers.
+    #[inline(always)]
+    pub(super) fn run<T: Number>(&self, mut read: &[T::Known], memory: &mut [T]) {
+        let mut place = self.inputs;
+        for &instruction in &self.instructions {
+            let at = |place: u32| memory[place as usize];
+            let result = match instruction {
+                Instruction::Add(a, b) => at(a).plus(at(b)),
+                Instruction::Multiply(a, b) => at(a).times(at(b)),
+                Instruction::Chain { factor, first, end } => {
+                    let places = &self.places[first as usize..end as usize];
+                    chain(at(factor), places, memory)
+                }
+                Instruction::TwoChains { factor, first, end } => {
+                    let places = &self.places[first as usize..end as usize];
+                    let sums = two_chains(at(factor), places, memory);
+                    memory[place] = sums[0];
+                    place += 1;
+                    sums[1]
+                }
+                Instruction::Polynomial {
+                    factors: [factor, inner],
+                    first,
+                    end,
+                } => {
+                    let rows = &self.rows[first as usize..end as usize];
+                    polynomial([at(factor), at(inner)], rows, &mut read)
+                }
+                Instruction::TwoPolynomials {
+                    factors: [factor, inner],
+                    first,
+                    end,
+                } => {
+                    let rows = &self.rows[first as usize..end as usize];
+                    let sums = two_polynomials([at(factor), at(inner)], rows, &mut read);
+                    memory[place] = sums[0];
+                    place += 1;
+                    sums[1]
+                }
+                Instruction::RootOfPositivePart(a) => at(a).root_of_positive_part(),
+                Instruction::HalfReciprocal(a) => at(a).half_reciprocal(),
+                Instruction::Hold(a) => at(a).held(),
+                Instruction::Copy(a) => at(a),
+            };
+            memory[place] = result;
+            place += 1;
+        }
+    }
+}
+
+fn instruction(operation: Operation, places: &mut Places) -> Instruction {
+    let mut place = |value| places.of(value);
+    match operation {
+        Operation::Add(a, b) => Instruction::Add(place(a), place(b)),
+        Operation::Multiply(a, b) => Instruction::Multiply(place(a), place(b)),
+        Operation::MultiplyAdd(..) => unreachable!("every multiply-add is part of a scheme"),
+        Operation::RootOfPositivePart(a) => Instruction::RootOfPositivePart(place(a)),
+        Operation::HalfReciprocal(a) => Instruction::HalfReciprocal(place(a)),
+        Operation::Held(a) => Instruction::Hold(place(a)),
+    }
+}
+
+/// A scheme of values at these places.
+#[inline(always)]
+fn chain<T: Number>(factor: T, places: &[u32], memory: &[T]) -> T {
+    let mut sum = memory[places[0] as usize];
+    for &place in &places[1..] {
+        sum = sum.times_plus(factor, memory[place as usize]);
+    }
+    sum
+}
+
+/// Two of them.
+#[inline(always)]
+fn two_chains<T: Number>(factor: T, places: &[u32], memory: &[T]) -> [T; 2] {
+    let (pairs, _) = places.as_chunks::<2>();
+    let [mut one, mut two] = pairs[0].map(|place| memory[place as usize]);
+    for &[a, b] in &pairs[1..] {
+        one = one.times_plus(factor, memory[a as usize]);
+        two = two.times_plus(factor, memory[b as usize]);
+    }
+    [one, two]
+}
+
+/// A scheme with rows of these lengths.
+#[inline(always)]
+fn polynomial<T: Number>([factor, inner]: [T; 2], rows: &[u32], read: &mut &[T::Known]) -> T {
+    let mut sum = row(inner, rows[0], read);
+    for &len in &rows[1..] {
+        sum = sum.times_plus(factor, row(inner, len, read));
+    }
+    sum
+}
+
+#[inline(always)]
+fn row<T: Number>(factor: T, len: u32, read: &mut &[T::Known]) -> T {
+    let (own, rest) = read.split_at(len as usize);
+    *read = rest;
+    let mut sum = T::of(own[0]);
+    for &value in &own[1..] {
+        sum = sum.times_plus_known(factor, value);
+    }
+    sum
+}
+
+/// Two of them.
+#[inline(always)]
+fn two_polynomials<T: Number>(
+    [factor, inner]: [T; 2],
+    rows: &[u32],
+    read: &mut &[T::Known],
+) -> [T; 2] {
+    let [mut one, mut two] = two_rows(inner, rows[0], read);
+    for &len in &rows[1..] {
+        let [a, b] = two_rows(inner, len, read);
+        one = one.times_plus(factor, a);
+        two = two.times_plus(factor, b);
+    }
+    [one, two]
+}
+
+#[inline(always)]
+fn two_rows<T: Number>(factor: T, len: u32, read: &mut &[T::Known]) -> [T; 2] {
+    let (own, rest) = read.split_at(2 * len as usize);
+    *read = rest;
+    let (pairs, _) = own.as_chunks::<2>();
+    let [mut one, mut two] = pairs[0].map(T::of);
+    for &[a, b] in &pairs[1..] {
+        one = one.times_plus_known(factor, a);
+        two = two.times_plus_known(factor, b);
+    }
+    [one, two]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::jet::kernel::KernelBuilder;
+
+    /// The memory after a run.
+    fn run(kernel: &Kernel, inputs: &[f64]) -> (Code, Vec<f64>) {
+        let code = Code::new(kernel, kernel.inputs);
+        let mut memory = inputs.to_vec();
+        code.complete(&mut memory, &code.kept(&[], &kernel.constants));
+        code.run(&code.read(&[], &kernel.constants), &mut memory);
+        (code, memory)
+    }
+
+    #[test]
+    fn a_polynomial_is_one_instruction_that_reads_its_coefficients() {
+        let mut builder = KernelBuilder::new(2);
+        let (x, y) = (builder.input(0), builder.input(1));
+        let coefficients = [2.0, 3.0, 5.0, 7.0].map(|value| builder.constant(value));
+        let mut sum = coefficients[0];
+        for coefficient in &coefficients[1..] {
+            sum = builder.multiply_add(sum, x, *coefficient);
+        }
+        let whole = builder.multiply_add(sum, y, coefficients[1]);
+        let (code, memory) = run(&builder.finish(vec![whole]), &[10.0, 2.0]);
+        assert_eq!(
+            (code.instructions.len(), code.read.len(), memory.len()),
+            (1, 5, 3)
+        );
+        assert_eq!(memory[2], 4717.0);
+    }
+
+    #[test]
+    fn a_sum_that_is_used_twice_keeps_its_place() {
+        let mut builder = KernelBuilder::new(2);
+        let (x, c) = (builder.input(0), builder.input(1));
+        let inner = builder.multiply_add(c, x, c);
+        let outer = builder.multiply_add(inner, x, c);
+        let twice = builder.multiply(outer, inner);
+        let (_, memory) = run(&builder.finish(vec![twice]), &[2.0, 3.0]);
+        assert_eq!(memory[2..], [9.0, 21.0, 189.0]);
+    }
+}

@@ -1,0 +1,396 @@
+//! Horner schemes in a kernel, and the order in which they run.
+//!
+//! The one idea: a multiply-add whose result goes nowhere but into the next one needs no place in
+//! memory. Multiply-adds with one factor make a chain; a chain whose addends are chains in another
+//! factor, all of known values, is a polynomial in two variables. Its values are read one after
+//! another, in the order in which they are needed. What most of a kernel waits for runs first, and
+//! of that one shape after another: two schemes of one shape run at once, and a processor guesses
+//! rightly what comes next.
+
+use std::cmp::Reverse;
+
+use super::{Kernel, Operation, Value};
+
+/// `(…((r₀ · factor + r₁) · factor + r₂) …) · factor + r_n`.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Scheme {
+    pub(super) factor: Value,
+    pub(super) rows: Rows,
+}
+
+/// What the multiply-adds of a scheme add.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum Rows {
+    /// Any values.
+    Values(Vec<Value>),
+    /// Chains of known values in another factor, each a start and what is added to it.
+    Known(Value, Vec<Vec<Value>>),
+}
+
+/// What runs at once.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum Step {
+    /// An operation that is no multiply-add, and its number.
+    Operation(usize, Operation),
+    /// A scheme and the operation whose result it gives; or two with the same factors and lengths,
+    /// neither of which needs the other.
+    Schemes(Vec<(usize, Scheme)>),
+}
+
+/// All that a kernel does, in an order in which everything needed has been done.
+///
+/// Inputs from number `free` on are known, as constants are.
+pub(super) fn schedule(kernel: &Kernel, free: usize) -> Vec<Step> {
+    let parts = Parts::of(kernel, free);
+    let heights = parts.heights();
+    let parts = parts.0.into_iter().enumerate();
+    let mut parts: Vec<(usize, Part)> = parts
+        .filter_map(|(number, part)| Some((number, part?)))
+        .collect();
+    parts.sort_by_cached_key(|(number, part)| (Reverse(heights[*number]), part.shape()));
+    let mut steps: Vec<Step> = Vec::new();
+    for (number, part) in parts {
+        let scheme = match part {
+            Part::Operation(operation) => {
+                steps.push(Step::Operation(number, operation));
+                continue;
+            }
+            Part::Scheme(scheme) => scheme,
+        };
+        match steps.last_mut() {
+            // Of two parts of one height neither needs the other.
+            Some(Step::Schemes(last))
+                if last.len() == 1
+                    && heights[last[0].0] == heights[number]
+                    && last[0].1.shape() == scheme.shape() =>
+            {
+                last.push((number, scheme));
+            }
+            _ => steps.push(Step::Schemes(vec![(number, scheme)])),
+        }
+    }
+    steps
+}
+
+impl Step {
+    /// The operations whose results it gives.
+    pub(super) fn numbers(&self) -> Vec<usize> {
+        match self {
+            Self::Operation(number, _) => vec![*number],
+            Self::Schemes(schemes) => schemes.iter().map(|(number, _)| *number).collect(),
+        }
+    }
+}
+
+/// What gives a result.
+#[derive(Clone, Debug)]
+enum Part {
+    Operation(Operation),
+    Scheme(Scheme),
+}
+
+impl Part {
+    fn operands(&self) -> Vec<Value> {
+        match self {
+            Self::Operation(operation) => operation.operands().collect(),
+            Self::Scheme(scheme) => scheme.operands(),
+        }
+    }
+
+    /// That of a scheme.
+    fn shape(&self) -> Option<Shape> {
+        match self {
+            Self::Operation(_) => None,
+            Self::Scheme(scheme) => Some(scheme.shape()),
+        }
+    }
+
+    /// About how many multiply-adds it takes as long as.
+    fn latency(&self) -> usize {
+        match self {
+            Self::Operation(Operation::RootOfPositivePart(_) | Operation::HalfReciprocal(_)) => 4,
+            Self::Operation(_) => 1,
+            Self::Scheme(scheme) => scheme.len(),
+        }
+    }
+}
+
+impl Scheme {
+    fn len(&self) -> usize {
+        match &self.rows {
+            Rows::Values(values) => values.len(),
+            Rows::Known(_, rows) => rows.len(),
+        }
+    }
+
+    /// Its values, unless they are known.
+    pub(super) fn values(&self) -> &[Value] {
+        match &self.rows {
+            Rows::Values(values) => values,
+            Rows::Known(..) => &[],
+        }
+    }
+
+    /// Its rows of known values.
+    pub(super) fn rows(&self) -> &[Vec<Value>] {
+        match &self.rows {
+            Rows::Values(_) => &[],
+            Rows::Known(_, rows) => rows,
+        }
+    }
+
+    fn operands(&self) -> Vec<Value> {
+        match &self.rows {
+            Rows::Values(values) => [&[self.factor], &values[..]].concat(),
+            Rows::Known(inner, _) => vec![self.factor, *inner],
+        }
+    }
+
+    /// The values of a chain of known ones.
+    fn row(&self) -> Option<Vec<Value>> {
+        match &self.rows {
+            Rows::Known(_, rows) if rows.iter().all(|row| row.len() == 1) => Some(rows.concat()),
+            _ => None,
+        }
+    }
+
+    fn shape(&self) -> Shape {
+        let (lengths, inner) = match &self.rows {
+            Rows::Values(values) => (vec![values.len()], None),
+            Rows::Known(inner, rows) => (rows.iter().map(Vec::len).collect(), Some(*inner)),
+        };
+        Shape {
+            lengths,
+            factor: self.factor,
+            inner,
+        }
+    }
+}
+
+/// What two schemes that run at once have in common.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+struct Shape {
+    /// The number of values, or the lengths of rows.
+    lengths: Vec<usize>,
+    factor: Value,
+    /// The factor of rows.
+    inner: Option<Value>,
+}
+
+/// What gives each result of a kernel; `None` where that is part of a scheme.
+struct Parts(Vec<Option<Part>>);
+
+impl Parts {
+    fn of(kernel: &Kernel, free: usize) -> Self {
+        let uses = uses(kernel);
+        let links = links(kernel, &uses);
+        let absorbed = absorbed(&links, &uses);
+        let mut parts = Self(Vec::with_capacity(kernel.operations.len()));
+        for (number, &operation) in kernel.operations.iter().enumerate() {
+            let part = match chain(&links, &absorbed, number) {
+                _ if absorbed[number] => None,
+                None => Some(Part::Operation(operation)),
+                Some((factor, values)) => {
+                    let rows = parts.nested(factor, &values, &uses, free);
+                    let rows = rows.unwrap_or(Rows::Values(values));
+                    Some(Part::Scheme(Scheme { factor, rows }))
+                }
+            };
+            parts.0.push(part);
+        }
+        parts
+    }
+
+    /// Rows of known values, if these values are that or used by this chain alone, in one factor.
+    fn nested(
+        &mut self,
+        factor: Value,
+        values: &[Value],
+        uses: &[usize],
+        free: usize,
+    ) -> Option<Rows> {
+        let is_known = |value: &Value| match *value {
+            Value::Input(number) => number as usize >= free,
+            Value::Constant(_) => true,
+            Value::Result(_) => false,
+        };
+        let mut inner = None;
+        let mut rows = Vec::with_capacity(values.len());
+        for value in values {
+            rows.push(match *value {
+                Value::Result(number) => match &self.0[number as usize] {
+                    Some(Part::Scheme(scheme))
+                        if uses[number as usize] == 1
+                            && inner.is_none_or(|inner| inner == scheme.factor) =>
+                    {
+                        inner = Some(scheme.factor);
+                        scheme.row()?
+                    }
+                    _ => return None,
+                },
+                value if is_known(&value) => vec![value],
+                _ => return None,
+            });
+        }
+        for value in values {
+            if let Value::Result(number) = *value {
+                self.0[number as usize] = None;
+            }
+        }
+        Some(Rows::Known(inner.unwrap_or(factor), rows))
+    }
+
+    /// How long what follows on each result takes at least, and the result itself.
+    fn heights(&self) -> Vec<usize> {
+        let mut heights = vec![0; self.0.len()];
+        for (number, part) in self.0.iter().enumerate().rev() {
+            let Some(part) = part else { continue };
+            let height = heights[number] + part.latency();
+            heights[number] = height;
+            for operand in part.operands() {
+                if let Value::Result(operand) = operand {
+                    let before = &mut heights[operand as usize];
+                    *before = height.max(*before);
+                }
+            }
+        }
+        heights
+    }
+}
+
+/// Sum, factor and addend of every multiply-add: of what is multiplied, the sum is what is used
+/// nowhere else.
+fn links(kernel: &Kernel, uses: &[usize]) -> Vec<Option<[Value; 3]>> {
+    let once = |value: Value| matches!(value, Value::Result(number) if uses[number as usize] == 1);
+    let link = |operation: &Operation| match *operation {
+        Operation::MultiplyAdd(a, b, c) if once(b) && !once(a) => Some([b, a, c]),
+        Operation::MultiplyAdd(a, b, c) => Some([a, b, c]),
+        _ => None,
+    };
+    kernel.operations.iter().map(link).collect()
+}
+
+/// Factor and values of the chain that gives the result of a multiply-add, the start first.
+fn chain(
+    links: &[Option<[Value; 3]>],
+    absorbed: &[bool],
+    number: usize,
+) -> Option<(Value, Vec<Value>)> {
+    let [mut start, factor, addend] = links[number]?;
+    let mut values = vec![addend];
+    while let Value::Result(sum) = start
+        && absorbed[sum as usize]
+        && let Some([before, _, addend]) = links[sum as usize]
+    {
+        values.push(addend);
+        start = before;
+    }
+    values.push(start);
+    values.reverse();
+    Some((factor, values))
+}
+
+/// How often each result is used.
+fn uses(kernel: &Kernel) -> Vec<usize> {
+    let mut uses = vec![0; kernel.operations.len()];
+    let operands = kernel.operations.iter().flat_map(Operation::operands);
+    for value in operands.chain(kernel.outputs.iter().copied()) {
+        if let Value::Result(number) = value {
+            uses[number as usize] += 1;
+        }
+    }
+    uses
+}
+
+/// Which operations are multiply-adds whose result is used once, as the sum that a multiply-add
+/// with the same factor goes on from.
+fn absorbed(links: &[Option<[Value; 3]>], uses: &[usize]) -> Vec<bool> {
+    let mut absorbed = vec![false; links.len()];
+    for link in links.iter().flatten() {
+        if let [Value::Result(sum), factor, _] = *link
+            && let Some([_, own, _]) = links[sum as usize]
+        {
+            absorbed[sum as usize] = own == factor && uses[sum as usize] == 1;
+        }
+    }
+    absorbed
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::jet::kernel::KernelBuilder;
+
+    /// Two polynomials in x and y with rows of one to three constants.
+    fn polynomials(count: usize) -> Kernel {
+        let mut builder = KernelBuilder::new(2);
+        let (x, y) = (builder.input(0), builder.input(1));
+        let mut next = 2..;
+        let mut sums = Vec::new();
+        for _ in 0..count {
+            let mut row = |len: usize| {
+                let values = next.by_ref().take(len).map(f64::from);
+                let values: Vec<Value> = values.map(|value| builder.constant(value)).collect();
+                let links = values[1..].iter();
+                links.fold(values[0], |sum, &value| builder.multiply_add(sum, x, value))
+            };
+            let rows = [row(1), row(2), row(3)];
+            let sum = builder.multiply_add(rows[0], y, rows[1]);
+            sums.push(builder.multiply_add(sum, y, rows[2]));
+        }
+        builder.finish(sums)
+    }
+
+    #[test]
+    fn a_polynomial_in_two_variables_is_one_scheme_and_two_of_one_shape_run_at_once() {
+        let lengths =
+            |scheme: &Scheme| -> Vec<usize> { scheme.rows().iter().map(Vec::len).collect() };
+        let steps = schedule(&polynomials(3), 2);
+        let numbers: Vec<usize> = steps.iter().map(|step| step.numbers().len()).collect();
+        assert_eq!(numbers, [2, 1]);
+        for step in &steps {
+            let Step::Schemes(schemes) = step else {
+                panic!("{step:?}");
+            };
+            for (_, scheme) in schemes {
+                assert_eq!(lengths(scheme), [1, 2, 3]);
+            }
+        }
+    }
+
+    #[test]
+    fn schemes_of_one_shape_run_at_once_wherever_they_stand() {
+        let mut builder = KernelBuilder::new(4);
+        let [x, y, c, d] = [0, 1, 2, 3].map(|input| builder.input(input));
+        let sums = [(c, x), (c, y), (d, x)].map(|(a, b)| builder.multiply_add(a, b, a));
+        let steps = schedule(&builder.finish(sums.to_vec()), 4);
+        let numbers: Vec<Vec<usize>> = steps.iter().map(Step::numbers).collect();
+        assert_eq!(numbers, [vec![0, 2], vec![1]]);
+    }
+
+    #[test]
+    fn schemes_that_need_each_other_are_apart() {
+        let mut builder = KernelBuilder::new(2);
+        let (x, c) = (builder.input(0), builder.input(1));
+        let inner = builder.multiply_add(c, x, c);
+        let outer = builder.multiply_add(c, x, inner);
+        let twice = builder.multiply(outer, inner);
+        let steps = schedule(&builder.finish(vec![twice]), 2);
+        let numbers: Vec<Vec<usize>> = steps.iter().map(Step::numbers).collect();
+        assert_eq!(numbers, [[0], [1], [2]]);
+    }
+
+    #[test]
+    fn what_most_waits_for_runs_first() {
+        let mut builder = KernelBuilder::new(1);
+        let x = builder.input(0);
+        let square = builder.multiply(x, x);
+        let aside = builder.add(x, square);
+        let root = builder.root_of_positive_part(square);
+        let sum = builder.add(root, aside);
+        let steps = schedule(&builder.finish(vec![sum]), 1);
+        let numbers: Vec<usize> = steps.iter().flat_map(Step::numbers).collect();
+        // The square, the root, what was lowered before it, the sum.
+        assert_eq!(numbers, [0, 2, 1, 3]);
+    }
+}

@@ -1,0 +1,264 @@
+//! The space of jets: variables, weights, truncation order and the product table.
+//!
+//! One idea: everything that depends only on *which monomials exist* is computed once and shared;
+//! a jet is then a plain vector of coefficients.
+
+use std::ops::Range;
+use std::sync::{Arc, OnceLock};
+
+use super::JetError;
+use super::monomials::{RankTable, count_monomials, list_monomials, list_parents};
+use super::product_table::{Monomials, ProductTable};
+use super::small_space::SmallSpace;
+
+/// Largest number of coefficient products a space may need: at most 0.8 GB of product table, 8
+/// bytes of which stand for one product or several.
+///
+/// Five variables reach order 23, eight reach order 13, twelve reach order 9.
+pub const MAX_PRODUCTS: u128 = 100_000_000;
+
+/// Monomials in `n` variables up to a weighted degree, ordered by degree, with their product table.
+///
+/// The weighted degree of `x^e` is `Σ w_i e_i`; a space keeps every monomial of degree at most
+/// [`order`](JetSpace::order). Monomials of one degree are neighbours, in descending lexicographic
+/// order of their exponents; number 0 is the constant.
+///
+/// ```
+/// use grazemap_jet::jet::JetSpace;
+/// let space = JetSpace::new(&[1, 2], 3)?; // y has weight 1, x has weight 2
+/// let monomials: Vec<_> = (0..space.len()).map(|m| space.exponents(m).to_vec()).collect();
+/// assert_eq!(monomials, [[0, 0], [1, 0], [2, 0], [0, 1], [3, 0], [1, 1]]);
+/// # Ok::<(), grazemap_jet::jet::JetError>(())
+/// ```
+#[derive(Debug)]
+pub struct JetSpace {
+    weights: Vec<u32>,
+    order: usize,
+    exponents: Vec<u8>,
+    degree_starts: Vec<usize>,
+    table: OnceLock<ProductTable>,
+    small: Option<SmallSpace>,
+    products: usize,
+    ranks: RankTable,
+    parents: Vec<(u32, u32)>,
+}
+
+impl JetSpace {
+    /// The space of jets in `weights.len()` variables with these weights, cut at a weighted degree.
+    ///
+    /// # Errors
+    ///
+    /// [`JetError::ZeroWeight`] if a weight is 0, [`JetError::OrderTooHigh`] above order 255, and
+    /// [`JetError::TooLarge`], before anything is allocated, if the product table would have more
+    /// than [`MAX_PRODUCTS`] entries.
+    pub fn new(weights: &[u32], order: usize) -> Result<Arc<Self>, JetError> {
+        let products = Self::check(weights, order)?;
+        let (exponents, degree_starts) = list_monomials(weights, order);
+        let ranks = RankTable::new(weights, order, &exponents);
+        let parents = list_parents(weights.len(), &exponents, &ranks);
+        Ok(Arc::new(Self {
+            parents,
+            weights: weights.to_vec(),
+            order,
+            exponents,
+            degree_starts,
+            table: OnceLock::new(),
+            small: SmallSpace::of(weights, order),
+            products,
+            ranks,
+        }))
+    }
+
+    /// Whether [`new`](Self::new) would build this space; its number of coefficient products.
+    ///
+    /// # Errors
+    ///
+    /// As [`JetSpace::new`]; nothing is allocated.
+    pub fn check(weights: &[u32], order: usize) -> Result<usize, JetError> {
+        if let Some(variable) = weights.iter().position(|&weight| weight == 0) {
+            return Err(JetError::ZeroWeight { variable });
+        }
+        if order > usize::from(u8::MAX) {
+            return Err(JetError::OrderTooHigh { order });
+        }
+        let (coefficients, products) = Self::size(weights, order);
+        if products > MAX_PRODUCTS {
+            return Err(JetError::TooLarge {
+                variables: weights.len(),
+                order,
+                coefficients,
+                products,
+                limit: MAX_PRODUCTS,
+            });
+        }
+        Ok(products as usize)
+    }
+
+    /// Coefficients of a jet and coefficient products of one product, without building the space.
+    ///
+    /// Saturates at [`u128::MAX`]. A weight of 0 counts as 1.
+    pub fn size(weights: &[u32], order: usize) -> (u128, u128) {
+        (
+            count_monomials(weights, order, 1),
+            count_monomials(weights, order, 2),
+        )
+    }
+
+    /// Number of monomials in variables of these weights up to a weighted degree; nothing is
+    /// allocated for them.
+    ///
+    /// ```
+    /// use grazemap_jet::jet::JetSpace;
+    /// assert_eq!(JetSpace::count(&[1, 2], 3), 6);
+    /// ```
+    pub fn count(weights: &[u32], order: u32) -> u128 {
+        count_monomials(weights, order as usize, 1)
+    }
+
+    /// The space with all weights 1: ordinary total degree.
+    ///
+    /// # Errors
+    ///
+    /// As [`JetSpace::new`].
+    pub fn uniform(variables: usize, order: usize) -> Result<Arc<Self>, JetError> {
+        Self::new(&vec![1; variables], order)
+    }
+
+    /// Number of variables.
+    pub fn variables(&self) -> usize {
+        self.weights.len()
+    }
+
+    /// Weight of each variable.
+    pub fn weights(&self) -> &[u32] {
+        &self.weights
+    }
+
+    /// Highest weighted degree kept.
+    pub fn order(&self) -> usize {
+        self.order
+    }
+
+    /// Number of monomials: the length of a jet.
+    #[allow(
+        clippy::len_without_is_empty,
+        reason = "a space always has its constant"
+    )]
+    pub fn len(&self) -> usize {
+        self.parents.len()
+    }
+
+    /// Whether another space keeps the same monomials with the same weights.
+    pub fn keeps_the_same(&self, other: &Self) -> bool {
+        self.order == other.order && self.weights == other.weights
+    }
+
+    /// Number of coefficient products in one product of two full jets.
+    pub fn products(&self) -> usize {
+        self.products
+    }
+
+    /// Exponents of a monomial, one per variable.
+    pub fn exponents(&self, monomial: usize) -> &[u8] {
+        let variables = self.variables();
+        &self.exponents[monomial * variables..(monomial + 1) * variables]
+    }
+
+    /// Weighted degree of a monomial.
+    pub fn degree(&self, monomial: usize) -> usize {
+        self.degree_starts
+            .partition_point(|&start| start <= monomial)
+            - 1
+    }
+
+    /// Numbers of the monomials of one weighted degree.
+    pub fn degree_range(&self, degree: usize) -> Range<usize> {
+        self.degree_starts[degree]..self.degree_starts[degree + 1]
+    }
+
+    /// Number of the monomial with these exponents, if the space keeps it.
+    pub fn monomial(&self, exponents: &[u8]) -> Option<usize> {
+        (exponents.len() == self.variables())
+            .then(|| self.ranks.find(exponents))
+            .flatten()
+    }
+
+    /// Number of the monomial `x_variable`, if the space keeps it.
+    pub fn linear_monomial(&self, variable: usize) -> Option<usize> {
+        let mut exponents = vec![0; self.variables()];
+        *exponents.get_mut(variable)? = 1;
+        self.monomial(&exponents)
+    }
+
+    /// The divisor from which a monomial follows by one factor: `(parent, variable)` with
+    /// `monomial = parent · x_variable`, `variable` being the last one that occurs; the constant is
+    /// its own parent.
+    ///
+    /// A parent has a smaller number than its children, so a pass by ascending number meets parents
+    /// first.
+    #[inline]
+    pub fn parent(&self, monomial: usize) -> (usize, usize) {
+        let (parent, variable) = self.parents[monomial];
+        (parent as usize, variable as usize)
+    }
+
+    /// First monomial of a degree; the length of the space for a degree above the order.
+    #[inline]
+    pub(crate) fn degree_start(&self, degree: usize) -> usize {
+        self.degree_starts[degree.min(self.order + 1)]
+    }
+
+    /// The pairs `(i, j)` with `monomial_i · monomial_j = monomial`, in the order in which a
+    /// product of jets sums them: the first is `(0, monomial)`, the last `(monomial, 0)`.
+    pub fn pairs(&self, monomial: usize) -> Vec<(usize, usize)> {
+        self.table().pairs(monomial)
+    }
+
+    /// What products in this space are written down as, if they are.
+    #[inline(always)]
+    pub(super) fn small(&self) -> Option<SmallSpace> {
+        self.small
+    }
+
+    /// The product table, made for the first product: polynomials that are evaluated alone need
+    /// none.
+    #[inline(always)]
+    pub(super) fn table(&self) -> &ProductTable {
+        self.table.get_or_init(|| {
+            ProductTable::new(&Monomials {
+                weights: &self.weights,
+                exponents: &self.exponents,
+                degree_starts: &self.degree_starts,
+                ranks: &self.ranks,
+            })
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn counts_are_those_of_the_binomial_formula() {
+        let space = JetSpace::uniform(5, 6).unwrap();
+        assert_eq!(space.len(), 462); // C(11, 5)
+        assert_eq!(space.products(), 8008); // C(16, 10)
+    }
+
+    #[test]
+    fn pairs_begin_and_end_with_the_constant() {
+        let space = JetSpace::new(&[1, 2, 2], 6).unwrap();
+        for monomial in 0..space.len() {
+            let pairs = space.pairs(monomial);
+            assert_eq!(pairs[0], (0, monomial));
+            assert_eq!(pairs[pairs.len() - 1], (monomial, 0));
+        }
+    }
+
+    #[test]
+    fn too_large_a_space_is_refused_before_allocating() {
+        let error = JetSpace::uniform(12, 40).unwrap_err();
+        assert!(matches!(error, JetError::TooLarge { .. }), "{error}");
+    }
+}

@@ -1,0 +1,340 @@
+//! The jet itself: a truncated power series in a [`JetSpace`].
+
+use std::sync::Arc;
+
+use super::JetSpace;
+use crate::numeric::{Dd, Real, Scalar};
+
+/// A truncated power series: one coefficient per monomial of its space.
+///
+/// ```
+/// use grazemap_jet::jet::{Jet, JetSpace};
+/// let space = JetSpace::uniform(2, 3)?;
+/// let (x, y) = (Jet::variable(&space, 0, 0.0_f64), Jet::variable(&space, 1, 0.0));
+/// let product = &(&x + &y).exp() * &(&x - &y).exp(); // exp(2x)
+/// let cube = space.monomial(&[3, 0]).expect("x³ is kept at order 3");
+/// assert!((product.coefficients()[cube] - 8.0 / 6.0).abs() < 1e-15);
+/// # Ok::<(), grazemap_jet::jet::JetError>(())
+/// ```
+///
+/// Operators combine jets of the *same* space (the same `Arc`); mixing spaces is a programming
+/// error and panics. Elementary functions whose head lies outside their domain give NaN
+/// coefficients, as `f64` does: check with [`is_finite`](Jet::is_finite).
+#[derive(Clone, Debug)]
+pub struct Jet<S: Scalar> {
+    pub(super) space: Arc<JetSpace>,
+    pub(super) coefficients: Vec<S>,
+}
+
+impl<S: Scalar> Jet<S> {
+    /// The zero jet.
+    pub fn zero(space: &Arc<JetSpace>) -> Self {
+        Self {
+            space: Arc::clone(space),
+            coefficients: vec![S::zero(); space.len()],
+        }
+    }
+
+    /// A constant.
+    pub fn constant(space: &Arc<JetSpace>, value: S) -> Self {
+        let mut jet = Self::zero(space);
+        jet.coefficients[0] = value;
+        jet
+    }
+
+    /// `value + x_variable` (the constant alone if the space keeps no linear term of that weight).
+    pub fn variable(space: &Arc<JetSpace>, variable: usize, value: S) -> Self {
+        let mut jet = Self::constant(space, value);
+        if let Some(monomial) = space.linear_monomial(variable) {
+            jet.coefficients[monomial] = S::one();
+        }
+        jet
+    }
+
+    /// A jet from its coefficients, in the space's order of monomials.
+    ///
+    /// # Panics
+    ///
+    /// If the number of coefficients is not [`JetSpace::len`].
+    pub fn from_coefficients(space: &Arc<JetSpace>, coefficients: Vec<S>) -> Self {
+        assert_eq!(
+            coefficients.len(),
+            space.len(),
+            "a jet has one coefficient per monomial of its space"
+        );
+        Self {
+            space: Arc::clone(space),
+            coefficients,
+        }
+    }
+
+    /// The space.
+    pub fn space(&self) -> &Arc<JetSpace> {
+        &self.space
+    }
+
+    /// All coefficients, by number of the monomial.
+    pub fn coefficients(&self) -> &[S] {
+        &self.coefficients
+    }
+
+    /// All coefficients, to be changed.
+    pub fn coefficients_mut(&mut self) -> &mut [S] {
+        &mut self.coefficients
+    }
+
+    /// The constant term.
+    pub fn head(&self) -> S {
+        self.coefficients[0]
+    }
+
+    /// The exponents and the coefficient of every monomial, zeros included, by ascending degree.
+    ///
+    /// ```
+    /// use grazemap_jet::jet::{Jet, JetSpace};
+    /// let jet = Jet::variable(&JetSpace::uniform(2, 1)?, 1, 3.0);
+    /// let terms: Vec<_> = jet.terms().map(|(powers, value)| (powers.to_vec(), value)).collect();
+    /// assert_eq!(terms, [(vec![0, 0], 3.0), (vec![1, 0], 0.0), (vec![0, 1], 1.0)]);
+    /// # Ok::<(), grazemap_jet::jet::JetError>(())
+    /// ```
+    pub fn terms(&self) -> impl Iterator<Item = (&[u8], S)> {
+        self.coefficients
+            .iter()
+            .enumerate()
+            .map(|(monomial, &value)| (self.space.exponents(monomial), value))
+    }
+
+    /// The coefficient of the monomial with these exponents; zero where the space does not keep it.
+    pub fn coefficient(&self, exponents: &[u8]) -> S {
+        self.space
+            .monomial(exponents)
+            .map_or(S::zero(), |monomial| self.coefficients[monomial])
+    }
+
+    /// The coefficients of one weighted degree.
+    ///
+    /// # Panics
+    ///
+    /// If the degree exceeds the order.
+    pub fn part(&self, degree: usize) -> &[S] {
+        &self.coefficients[self.space.degree_range(degree)]
+    }
+
+    /// Lowest degree with a coefficient other than zero; `None` for the zero jet.
+    pub fn lowest_degree(&self) -> Option<usize> {
+        self.coefficients
+            .iter()
+            .position(|&value| value != S::zero())
+            .map(|monomial| self.space.degree(monomial))
+    }
+
+    /// Largest absolute coefficient of one degree (over all lanes); 0 above the order.
+    ///
+    /// A coefficient that is NaN gives NaN.
+    pub fn max_abs_of_degree(&self, degree: usize) -> f64 {
+        if degree > self.space.order() {
+            return 0.0;
+        }
+        let larger = |max: f64, value: f64| if value <= max { max } else { value };
+        self.part(degree)
+            .iter()
+            .map(|value| value.magnitude())
+            .fold(0.0, larger)
+    }
+
+    /// Largest absolute coefficient (over all lanes); NaN if one is NaN.
+    pub fn max_abs(&self) -> f64 {
+        let larger = |max: f64, value: f64| if value <= max { max } else { value };
+        self.coefficients
+            .iter()
+            .map(|value| value.magnitude())
+            .fold(0.0, larger)
+    }
+
+    /// The jet with every term above a degree set to zero, in the same space.
+    pub fn truncate(&self, order: usize) -> Self {
+        let mut truncated = self.clone();
+        truncated.coefficients[self.space.degree_start(order.saturating_add(1))..].fill(S::zero());
+        truncated
+    }
+
+    /// The jet in another space: variable `v` becomes variable `variable_map[v]` of `target`, or
+    /// zero where that is `None`. Terms that `target` does not keep are dropped.
+    ///
+    /// # Panics
+    ///
+    /// If `variable_map` has not one entry per variable, or names a variable that `target` lacks.
+    ///
+    /// ```
+    /// use grazemap_jet::jet::{Jet, JetSpace};
+    /// let (line, plane) = (JetSpace::uniform(1, 2)?, JetSpace::uniform(2, 2)?);
+    /// let x = Jet::variable(&line, 0, 1.0);
+    /// assert_eq!(x.reinterpret(&plane, &[Some(1)]), Jet::variable(&plane, 1, 1.0));
+    /// # Ok::<(), grazemap_jet::jet::JetError>(())
+    /// ```
+    pub fn reinterpret(&self, target: &Arc<JetSpace>, variable_map: &[Option<usize>]) -> Self {
+        assert_eq!(
+            variable_map.len(),
+            self.space.variables(),
+            "one entry per variable"
+        );
+        let mut image = Self::zero(target);
+        let mut powers = vec![0u8; target.variables()];
+        for (exponents, value) in self.terms() {
+            if rename(exponents, variable_map, &mut powers)
+                && let Some(monomial) = target.monomial(&powers)
+            {
+                image.coefficients[monomial] += value;
+            }
+        }
+        image
+    }
+
+    /// The jet with every coefficient converted to another type of scalar.
+    pub fn map_scalars<T: Scalar>(&self, f: impl FnMut(S) -> T) -> Jet<T> {
+        Jet {
+            space: Arc::clone(&self.space),
+            coefficients: self.coefficients.iter().copied().map(f).collect(),
+        }
+    }
+
+    /// Whether the jet lies in this very space.
+    pub fn is_in(&self, space: &Arc<JetSpace>) -> bool {
+        Arc::ptr_eq(&self.space, space)
+    }
+
+    /// Whether every coefficient is finite.
+    pub fn is_finite(&self) -> bool {
+        self.coefficients.iter().all(|value| value.is_finite())
+    }
+
+    /// The jet times a number.
+    pub fn scale(&self, factor: S) -> Self {
+        self.map(|value| value * factor)
+    }
+
+    /// The jet plus a number.
+    pub fn add_constant(&self, value: S) -> Self {
+        let mut sum = self.clone();
+        sum.coefficients[0] += value;
+        sum
+    }
+
+    pub(super) fn map(&self, f: impl Fn(S) -> S) -> Self {
+        Self {
+            space: Arc::clone(&self.space),
+            coefficients: self.coefficients.iter().map(|&value| f(value)).collect(),
+        }
+    }
+
+    pub(super) fn assert_same_space(&self, other: &Self) {
+        assert!(
+            Arc::ptr_eq(&self.space, &other.space),
+            "jets of different spaces cannot be combined"
+        );
+    }
+}
+
+impl<S: Real> Jet<S> {
+    /// The jet with its coefficients rounded to `f64`.
+    pub fn to_f64(&self) -> Jet<f64> {
+        self.map_scalars(S::to_f64)
+    }
+
+    /// The jet with its coefficients as double-doubles (exact).
+    pub fn to_dd(&self) -> Jet<Dd> {
+        self.map_scalars(S::to_dd)
+    }
+}
+
+/// Equal when the spaces keep the same monomials and all coefficients are equal.
+impl<S: Scalar> PartialEq for Jet<S> {
+    fn eq(&self, other: &Self) -> bool {
+        self.space.keeps_the_same(&other.space) && self.coefficients == other.coefficients
+    }
+}
+
+/// Exponents under renamed variables; `false` if the monomial vanishes or has an exponent above
+/// 255.
+fn rename(exponents: &[u8], variable_map: &[Option<usize>], powers: &mut [u8]) -> bool {
+    powers.fill(0);
+    exponents
+        .iter()
+        .zip(variable_map)
+        .filter(|(exponent, _)| **exponent > 0)
+        .all(|(&exponent, &variable)| {
+            let sum = variable.and_then(|variable| powers[variable].checked_add(exponent));
+            if let (Some(variable), Some(sum)) = (variable, sum) {
+                powers[variable] = sum;
+            }
+            sum.is_some()
+        })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// `1 + 2x + 3y + 4x² + 5xy + 6y²`.
+    fn quadratic() -> Jet<f64> {
+        let space = JetSpace::uniform(2, 2).unwrap();
+        Jet::from_coefficients(&space, (1..=6).map(f64::from).collect())
+    }
+
+    #[test]
+    fn reinterpretation_swaps_merges_and_drops_variables() {
+        let jet = quadratic();
+        let swapped = jet.reinterpret(jet.space(), &[Some(1), Some(0)]);
+        assert_eq!(swapped.coefficients(), [1.0, 3.0, 2.0, 6.0, 5.0, 4.0]);
+        let line = JetSpace::uniform(1, 3).unwrap();
+        assert_eq!(
+            jet.reinterpret(&line, &[Some(0), Some(0)]).coefficients(),
+            [1.0, 5.0, 15.0, 0.0]
+        );
+        assert_eq!(
+            jet.reinterpret(&line, &[None, Some(0)]).coefficients(),
+            [1.0, 3.0, 6.0, 0.0]
+        );
+    }
+
+    #[test]
+    fn reinterpretation_drops_what_a_weighted_space_does_not_keep() {
+        let target = JetSpace::new(&[1, 2], 2).unwrap(); // 1, x, x², y
+        let image = quadratic().reinterpret(&target, &[Some(0), Some(1)]);
+        assert_eq!(image.coefficients(), [1.0, 2.0, 4.0, 3.0]);
+    }
+
+    #[test]
+    fn truncation_keeps_terms_up_to_its_degree() {
+        assert_eq!(
+            quadratic().truncate(1).coefficients(),
+            [1.0, 2.0, 3.0, 0.0, 0.0, 0.0]
+        );
+        assert_eq!(quadratic().truncate(usize::MAX), quadratic());
+    }
+
+    #[test]
+    fn degrees_are_measured_one_by_one() {
+        let jet = quadratic();
+        assert_eq!(
+            [0, 1, 2, 3].map(|degree| jet.max_abs_of_degree(degree)),
+            [1.0, 3.0, 6.0, 0.0]
+        );
+        assert_eq!(jet.lowest_degree(), Some(0));
+        assert_eq!((&jet - &jet.truncate(1)).lowest_degree(), Some(2));
+        assert_eq!(Jet::<f64>::zero(jet.space()).lowest_degree(), None);
+        assert!(jet.scale(f64::NAN).max_abs_of_degree(1).is_nan());
+    }
+
+    #[test]
+    fn roots_and_logarithms_outside_their_domain_are_not_finite() {
+        let x = Jet::variable(&JetSpace::uniform(1, 3).unwrap(), 0, 0.0);
+        assert!(!x.sqrt().is_finite());
+        assert!(!x.ln().is_finite());
+        assert!(!x.power_real(1.5).is_finite());
+        assert!(!x.add_constant(-1.0).sqrt().is_finite());
+        assert!(!x.add_constant(1.0).asin().is_finite());
+        assert!(!x.atan2(&x).is_finite());
+        assert!(!x.power_integer(-1).is_finite());
+    }
+}

@@ -1,0 +1,50 @@
+//! Numbers of a few decimal digits.
+
+/// The least number of so many decimal digits (1 to 15) that is not below a positive finite number;
+/// 0 for one that is not positive.
+///
+/// What is rounded up so is the same on machines whose arithmetic differs in the last place, and as
+/// short as it says when it is printed.
+///
+/// ```
+/// use grazemap_jet::numeric::decimal_above;
+///
+/// assert_eq!(decimal_above(1.2301e-8, 3), 1.24e-8);
+/// assert_eq!(decimal_above(9.96e-8, 2), 1e-7);
+/// ```
+pub fn decimal_above(value: f64, digits: u32) -> f64 {
+    if value <= 0.0 {
+        return 0.0;
+    }
+    if !value.is_finite() {
+        return value;
+    }
+    let mut exponent = value.log10().floor() as i32 + 1 - digits as i32;
+    let mut shown = (value / 10f64.powi(exponent)).ceil() as u64;
+    if shown >= 10u64.pow(digits) {
+        (shown, exponent) = (10u64.pow(digits - 1), exponent + 1);
+    }
+    // Read from decimals: the product would be off in its last place.
+    format!("{shown}e{exponent}").parse().unwrap_or(value)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_of_few_digits_stay_as_they_are() {
+        for value in [1.0, 0.05, 2.5e-3, 1e-12, 123.0, 9.99e7] {
+            assert_eq!(decimal_above(value, 3), value);
+        }
+    }
+
+    #[test]
+    fn others_are_rounded_up_by_less_than_one_of_the_last_digit() {
+        for value in [1.001, 0.98765, 2.3456e-7, 999.5, 3.0e5 / 7.0] {
+            let above = decimal_above(value, 3);
+            assert!(above > value && above <= value * 1.01, "{value}: {above}");
+        }
+        assert_eq!(decimal_above(0.0, 3), 0.0);
+    }
+}

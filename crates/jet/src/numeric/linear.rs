@@ -1,0 +1,339 @@
+//! Small dense linear algebra on nalgebra's containers: elimination for any [`Real`], eigenvalues
+//! for `f64`.
+//!
+//! nalgebra's own solvers ask for traits that [`Dd`](super::Dd) does not have; elimination with
+//! partial pivoting on equilibrated rows is all that shooting and continuation need.
+
+mod eigenvalues;
+
+pub use eigenvalues::{eigenvalues, eigenvalues_2x2};
+
+use nalgebra::{DMatrix, DVector};
+
+use super::{NumericError, Real};
+
+/// Pivots below this many units of rounding times the dimension count as zero.
+const SINGULAR_ROUNDINGS: f64 = 4.0;
+
+/// A factorised square matrix: `L U` of its equilibrated rows in the order of the pivots.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Factorization<S> {
+    factors: DMatrix<S>,
+    row_scale: Vec<S>,
+    order: Vec<usize>,
+    reciprocal_pivot: f64,
+}
+
+/// Factorises a square matrix by Gaussian elimination with partial pivoting, rows first scaled to a
+/// largest entry of one.
+///
+/// # Errors
+///
+/// [`NumericError::Shape`] if the matrix is not square, [`NumericError::NotFinite`] if an entry is
+/// not, [`NumericError::Singular`] if a pivot is zero within rounding.
+pub fn factorize<S: Real>(matrix: &DMatrix<S>) -> Result<Factorization<S>, NumericError> {
+    check_square(matrix)?;
+    check_finite(matrix)?;
+    let size = matrix.nrows();
+    let mut factors = matrix.clone();
+    let row_scale = equilibrate(&mut factors)?;
+    let mut order: Vec<usize> = (0..size).collect();
+    let (mut smallest, mut largest) = (f64::INFINITY, 0.0_f64);
+    for column in 0..size {
+        let pivot_row = largest_below(&factors, column);
+        factors.swap_rows(column, pivot_row);
+        order.swap(column, pivot_row);
+        let pivot = factors[(column, column)].magnitude();
+        if pivot <= SINGULAR_ROUNDINGS * size as f64 * S::ROUNDOFF {
+            return Err(NumericError::Singular { pivot, column });
+        }
+        (smallest, largest) = (smallest.min(pivot), largest.max(pivot));
+        eliminate(&mut factors, column);
+    }
+    let reciprocal_pivot = if size == 0 { 1.0 } else { smallest / largest };
+    Ok(Factorization {
+        factors,
+        row_scale,
+        order,
+        reciprocal_pivot,
+    })
+}
+
+/// The solution `x` of `matrix x = right`.
+///
+/// # Errors
+///
+/// Those of [`factorize`], and [`NumericError::Shape`] if the right-hand side has another length.
+///
+/// ```
+/// use grazemap_jet::numeric::linear::solve;
+/// use nalgebra::{DMatrix, DVector};
+/// let matrix = DMatrix::from_row_slice(2, 2, &[2.0, 1.0, 0.0, 4.0]);
+/// let x = solve(&matrix, &DVector::from_vec(vec![4.0, 8.0]))?;
+/// assert_eq!(x.as_slice(), &[1.0, 2.0]);
+/// # Ok::<(), grazemap_jet::numeric::NumericError>(())
+/// ```
+pub fn solve<S: Real>(matrix: &DMatrix<S>, right: &DVector<S>) -> Result<DVector<S>, NumericError> {
+    factorize(matrix)?.solve(right)
+}
+
+/// The inverse of a square matrix.
+///
+/// # Errors
+///
+/// Those of [`factorize`].
+pub fn inverse<S: Real>(matrix: &DMatrix<S>) -> Result<DMatrix<S>, NumericError> {
+    let factorization = factorize(matrix)?;
+    let size = matrix.nrows();
+    let mut inverse = DMatrix::from_element(size, size, S::zero());
+    for column in 0..size {
+        let unit = DVector::from_fn(
+            size,
+            |row, _| if row == column { S::one() } else { S::zero() },
+        );
+        inverse.set_column(column, &factorization.solve(&unit)?);
+    }
+    Ok(inverse)
+}
+
+/// The determinant of a square matrix; zero where a pivot is zero within rounding.
+///
+/// # Errors
+///
+/// [`NumericError::Shape`] if the matrix is not square, [`NumericError::NotFinite`] if an entry is
+/// not.
+///
+/// ```
+/// use grazemap_jet::numeric::linear::determinant;
+/// use nalgebra::DMatrix;
+/// assert_eq!(determinant(&DMatrix::from_row_slice(2, 2, &[0.0, 2.0, 3.0, 5.0]))?, -6.0);
+/// # Ok::<(), grazemap_jet::numeric::NumericError>(())
+/// ```
+pub fn determinant<S: Real>(matrix: &DMatrix<S>) -> Result<S, NumericError> {
+    match factorize(matrix) {
+        Ok(factorization) => Ok(factorization.determinant()),
+        Err(NumericError::Singular { .. }) => Ok(S::zero()),
+        Err(error) => Err(error),
+    }
+}
+
+impl<S: Real> Factorization<S> {
+    /// The determinant of the matrix: the product of the pivots over that of the rows' scales,
+    /// signed by their order.
+    pub fn determinant(&self) -> S {
+        let pivots = (0..self.size()).map(|place| self.factors[(place, place)]);
+        let unscaled = pivots
+            .zip(&self.row_scale)
+            .fold(S::one(), |product, (pivot, &scale)| product * pivot / scale);
+        if is_even(&self.order) {
+            unscaled
+        } else {
+            -unscaled
+        }
+    }
+
+    /// Rows of the matrix.
+    pub fn size(&self) -> usize {
+        self.order.len()
+    }
+
+    /// The solution `x` of `matrix x = right`.
+    ///
+    /// # Errors
+    ///
+    /// [`NumericError::Shape`] if the right-hand side has another length than the matrix has rows.
+    pub fn solve(&self, right: &DVector<S>) -> Result<DVector<S>, NumericError> {
+        let size = self.size();
+        if right.len() != size {
+            return Err(shape_error((size, 1), (right.len(), 1)));
+        }
+        let mut x = DVector::from_fn(size, |row, _| {
+            right[self.order[row]] * self.row_scale[self.order[row]]
+        });
+        for row in 0..size {
+            for column in 0..row {
+                let known = self.factors[(row, column)] * x[column];
+                x[row] -= known;
+            }
+        }
+        for row in (0..size).rev() {
+            for column in row + 1..size {
+                let known = self.factors[(row, column)] * x[column];
+                x[row] -= known;
+            }
+            x[row] /= self.factors[(row, row)];
+        }
+        Ok(x)
+    }
+
+    /// The smallest pivot over the largest: a rough upper figure of the reciprocal condition
+    /// number, in `(0, 1]`.
+    pub fn reciprocal_pivot(&self) -> f64 {
+        self.reciprocal_pivot
+    }
+}
+
+/// Whether a permutation is a product of an even number of exchanges.
+fn is_even(order: &[usize]) -> bool {
+    let places = order.iter().enumerate();
+    let inversions = places.map(|(place, &number)| {
+        let after = order[place + 1..].iter();
+        after.filter(|&&later| later < number).count()
+    });
+    inversions.sum::<usize>() % 2 == 0
+}
+
+/// Scales each row by a power of two that brings its largest entry into `[1, 2)`, and returns the
+/// scales.
+fn equilibrate<S: Real>(matrix: &mut DMatrix<S>) -> Result<Vec<S>, NumericError> {
+    let mut scales = Vec::with_capacity(matrix.nrows());
+    for mut row in matrix.row_iter_mut() {
+        let largest = row
+            .iter()
+            .map(|entry| entry.magnitude())
+            .fold(0.0, f64::max);
+        if largest == 0.0 {
+            return Err(NumericError::Singular {
+                pivot: 0.0,
+                column: 0,
+            });
+        }
+        let exponent = largest.log2().floor().clamp(-1000.0, 1000.0);
+        let scale = S::from_f64((-exponent).exp2());
+        row.iter_mut().for_each(|entry| *entry *= scale);
+        scales.push(scale);
+    }
+    Ok(scales)
+}
+
+fn largest_below<S: Real>(factors: &DMatrix<S>, column: usize) -> usize {
+    (column + 1..factors.nrows()).fold(column, |best, row| {
+        if factors[(row, column)].magnitude() > factors[(best, column)].magnitude() {
+            row
+        } else {
+            best
+        }
+    })
+}
+
+/// Subtracts the pivot row from those below, leaving the multipliers in its column.
+fn eliminate<S: Real>(factors: &mut DMatrix<S>, column: usize) {
+    let size = factors.nrows();
+    for row in column + 1..size {
+        let multiplier = factors[(row, column)] / factors[(column, column)];
+        factors[(row, column)] = multiplier;
+        for right in column + 1..size {
+            let known = multiplier * factors[(column, right)];
+            factors[(row, right)] -= known;
+        }
+    }
+}
+
+fn check_square<S: Real>(matrix: &DMatrix<S>) -> Result<(), NumericError> {
+    let (rows, columns) = matrix.shape();
+    if rows == columns {
+        Ok(())
+    } else {
+        Err(shape_error((rows, rows), (rows, columns)))
+    }
+}
+
+fn check_finite<S: Real>(matrix: &DMatrix<S>) -> Result<(), NumericError> {
+    for column in 0..matrix.ncols() {
+        for row in 0..matrix.nrows() {
+            let entry = matrix[(row, column)];
+            if !entry.is_finite() {
+                let value = entry.to_f64();
+                return Err(NumericError::NotFinite { value, row, column });
+            }
+        }
+    }
+    Ok(())
+}
+
+fn shape_error(expected: (usize, usize), found: (usize, usize)) -> NumericError {
+    NumericError::Shape {
+        expected_rows: expected.0,
+        expected_columns: expected.1,
+        rows: found.0,
+        columns: found.1,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::numeric::Dd;
+
+    /// The Hilbert matrix of a size, condition number 5e5 at size 5.
+    fn hilbert<S: Real>(size: usize) -> DMatrix<S> {
+        DMatrix::from_fn(size, size, |row, column| {
+            S::one() / S::from_f64((row + column + 1) as f64)
+        })
+    }
+
+    #[test]
+    fn inverse_of_the_hilbert_matrix_has_its_integer_entries() {
+        let inverse = inverse::<Dd>(&hilbert(5)).unwrap();
+        assert!((inverse[(0, 0)] - Dd::from(25.0)).abs().hi < 1e-24);
+        assert!((inverse[(2, 3)] - Dd::from(-117_600.0)).abs().hi < 1e-20);
+        assert!((inverse[(4, 4)] - Dd::from(44_100.0)).abs().hi < 1e-20);
+    }
+
+    #[test]
+    fn solution_does_not_depend_on_the_units_of_the_rows() {
+        let matrix = DMatrix::from_row_slice(2, 2, &[1e-150_f64, 2e-150, 3e120, 4e120]);
+        let x = solve(&matrix, &DVector::from_vec(vec![5e-150, 11e120])).unwrap();
+        assert!(
+            (x[0] - 1.0).abs() < 1e-14 && (x[1] - 2.0).abs() < 1e-14,
+            "{x}"
+        );
+    }
+
+    #[test]
+    fn determinants_know_the_order_and_the_units_of_the_rows() {
+        // det of the Hilbert matrix of size 3 is 1/2160 (Sloane A005249).
+        let third = determinant::<Dd>(&hilbert(3)).unwrap();
+        assert!((third * Dd::from(2160.0) - Dd::ONE).abs().hi < 1e-28);
+        let cycle =
+            DMatrix::from_row_slice(3, 3, &[0.0_f64, 2e-90, 0.0, 0.0, 0.0, 4.0, 8e90, 0.0, 0.0]);
+        assert!((determinant(&cycle).unwrap() / 64.0 - 1.0).abs() < 1e-14);
+        let exchange = DMatrix::from_row_slice(2, 2, &[0.0, 1.0, 1.0, 0.0]);
+        assert_eq!(determinant(&exchange), Ok(-1.0));
+        let singular = DMatrix::from_row_slice(2, 2, &[0.1, 0.3, 0.2, 0.6]);
+        assert_eq!(determinant(&singular), Ok(0.0));
+    }
+
+    #[test]
+    fn pivots_are_chosen_where_the_diagonal_is_zero() {
+        let matrix = DMatrix::from_row_slice(3, 3, &[0.0, 2.0, 0.0, 0.0, 0.0, 4.0, 8.0, 0.0, 0.0]);
+        let factorization = factorize(&matrix).unwrap();
+        let x = factorization
+            .solve(&DVector::from_vec(vec![2.0, 8.0, 24.0]))
+            .unwrap();
+        assert_eq!(x.as_slice(), &[3.0, 1.0, 2.0]);
+        assert_eq!(factorization.reciprocal_pivot(), 1.0);
+    }
+
+    #[test]
+    fn singular_and_misshapen_matrices_are_refused() {
+        let singular = DMatrix::from_row_slice(2, 2, &[0.1, 0.3, 0.2, 0.6]);
+        assert!(matches!(
+            inverse(&singular),
+            Err(NumericError::Singular { column: 1, .. })
+        ));
+        assert!(matches!(
+            factorize(&DMatrix::from_element(2, 3, 1.0)),
+            Err(NumericError::Shape { .. })
+        ));
+        assert!(matches!(
+            solve(&hilbert(3), &DVector::from_element(2, 1.0)),
+            Err(NumericError::Shape { .. })
+        ));
+        let nan = DMatrix::from_element(1, 1, f64::NAN);
+        assert!(matches!(
+            factorize(&nan),
+            Err(NumericError::NotFinite { .. })
+        ));
+    }
+}

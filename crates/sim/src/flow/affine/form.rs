@@ -1,0 +1,283 @@
+//! Expressions taken apart into affine forms: linear in the states, trigonometric in the phase.
+//!
+//! One idea: the terms of such an expression are carried symbolically through sums, products with
+//! constants and products of trigonometric terms, coefficients staying expressions of the
+//! parameters.
+
+use std::collections::BTreeMap;
+
+use crate::model::{Binary, ExpressionGraph, Node, NodeId, Unary};
+use crate::numeric::Dd;
+
+/// What a coefficient of a form multiplies.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum Term {
+    /// A state, not the phase.
+    State(usize),
+    /// The phase itself: only inside a sine or cosine.
+    Phase,
+    /// `cos(k θ)`, `k` an expression of the parameters.
+    Cosine(NodeId),
+    /// `sin(k θ)`.
+    Sine(NodeId),
+    /// Nothing.
+    One,
+}
+
+/// `Σ coefficient · term`, without terms that vanish; coefficients are expressions of the
+/// parameters.
+pub(super) type Form = BTreeMap<Term, NodeId>;
+
+/// Largest power of a trigonometric expression that is multiplied out.
+const LARGEST_POWER: i32 = 16;
+
+/// Takes expressions of a graph apart; new coefficients are added to the graph.
+pub(super) struct Former<'g> {
+    pub(super) graph: &'g mut ExpressionGraph,
+    dimension: usize,
+    phase: Option<usize>,
+}
+
+impl<'g> Former<'g> {
+    /// Inputs `0..dimension` of the graph are the full state, `phase` the phase among them.
+    pub(super) fn new(
+        graph: &'g mut ExpressionGraph,
+        dimension: usize,
+        phase: Option<usize>,
+    ) -> Self {
+        Self {
+            graph,
+            dimension,
+            phase,
+        }
+    }
+
+    /// The form of each node up to and including the last of `nodes`; `None` where it has none or
+    /// is not needed.
+    pub(super) fn forms(&mut self, nodes: &[NodeId]) -> Vec<Option<Form>> {
+        let count = nodes.iter().map(|node| node.index() + 1).max().unwrap_or(0);
+        let mut needed = vec![false; count];
+        nodes.iter().for_each(|node| needed[node.index()] = true);
+        for index in (0..count).rev().filter(|&index| index < count) {
+            if needed[index] {
+                for operand in self.graph.nodes()[index].operands() {
+                    needed[operand.index()] = true;
+                }
+            }
+        }
+        let mut forms: Vec<Option<Form>> = Vec::with_capacity(count);
+        for (index, needed) in needed.into_iter().enumerate() {
+            let form = if needed {
+                self.form(index, &forms)
+            } else {
+                None
+            };
+            forms.push(form);
+        }
+        forms
+    }
+
+    fn form(&mut self, index: usize, forms: &[Option<Form>]) -> Option<Form> {
+        let node = self.graph.nodes()[index];
+        let id = NodeId(u32::try_from(index).ok()?);
+        let operands: Option<Vec<&Form>> = node
+            .operands()
+            .map(|operand| forms[operand.index()].as_ref())
+            .collect();
+        let operands = operands?;
+        let one = self.graph.number(1.0);
+        match node {
+            Node::Input(input) if Some(input) == self.phase => {
+                return Some(Form::from([(Term::Phase, one)]));
+            }
+            Node::Input(input) if input < self.dimension => {
+                return Some(Form::from([(Term::State(input), one)]));
+            }
+            _ if operands.iter().all(|form| is_constant(form)) => {
+                return Some(self.single(Term::One, id));
+            }
+            _ => {}
+        }
+        match (node, &operands[..]) {
+            (Node::Neg(_), [a]) => {
+                let minus = self.graph.number(-1.0);
+                Some(self.scaled(a, minus))
+            }
+            (Node::Binary(Binary::Add, _, _), [a, b]) => Some(self.sum(a, b)),
+            (Node::Binary(Binary::Sub, _, _), [a, b]) => {
+                let minus = self.graph.number(-1.0);
+                let b = self.scaled(b, minus);
+                Some(self.sum(a, &b))
+            }
+            (Node::Binary(Binary::Mul, _, _), [a, b]) => self.product(a, b),
+            (Node::Binary(Binary::Div, _, b), [a, divisor]) if is_constant(divisor) => {
+                let quotients = a
+                    .iter()
+                    .map(|(&term, &value)| (term, self.graph.div(value, b)));
+                Some(quotients.collect())
+            }
+            (Node::PowerInteger(_, exponent @ 2..=LARGEST_POWER), [a]) => {
+                let mut power = (*a).clone();
+                for _ in 1..exponent {
+                    power = self.product(&power, a)?;
+                }
+                Some(power)
+            }
+            (Node::Unary(Unary::Cos, _), [a]) => self.circular(a, Circular::Cosine),
+            (Node::Unary(Unary::Sin, _), [a]) => self.circular(a, Circular::Sine),
+            _ => None,
+        }
+    }
+
+    fn single(&mut self, term: Term, coefficient: NodeId) -> Form {
+        let mut form = Form::new();
+        self.add_term(&mut form, term, coefficient);
+        form
+    }
+
+    fn add_term(&mut self, form: &mut Form, term: Term, coefficient: NodeId) {
+        let sum = match form.get(&term) {
+            Some(&before) => self.graph.add(before, coefficient),
+            None => coefficient,
+        };
+        if self.graph.constant_value(sum) == Some(Dd::ZERO) {
+            form.remove(&term);
+        } else {
+            form.insert(term, sum);
+        }
+    }
+
+    fn scaled(&mut self, form: &Form, factor: NodeId) -> Form {
+        let mut scaled = Form::new();
+        for (&term, &coefficient) in form {
+            let product = self.graph.mul(coefficient, factor);
+            self.add_term(&mut scaled, term, product);
+        }
+        scaled
+    }
+
+    fn sum(&mut self, a: &Form, b: &Form) -> Form {
+        let mut sum = a.clone();
+        for (&term, &coefficient) in b {
+            self.add_term(&mut sum, term, coefficient);
+        }
+        sum
+    }
+
+    /// The product where it is one: with a constant, or of trigonometric forms.
+    fn product(&mut self, a: &Form, b: &Form) -> Option<Form> {
+        for (constant, other) in [(a, b), (b, a)] {
+            if is_constant(constant) {
+                let Some(&factor) = constant.get(&Term::One) else {
+                    return Some(Form::new());
+                };
+                return Some(self.scaled(other, factor));
+            }
+        }
+        let mut product = Form::new();
+        for (&left, &a) in a {
+            for (&right, &b) in b {
+                let coefficient = self.graph.mul(a, b);
+                self.add_product(&mut product, left, right, coefficient)?;
+            }
+        }
+        Some(product)
+    }
+
+    /// Adds `coefficient · left · right`, by `2 cos a cos b = cos(a − b) + cos(a + b)` and its
+    /// like.
+    fn add_product(
+        &mut self,
+        form: &mut Form,
+        left: Term,
+        right: Term,
+        coefficient: NodeId,
+    ) -> Option<()> {
+        let half = self.graph.number(0.5);
+        let half = self.graph.mul(half, coefficient);
+        let minus = self.graph.neg(half);
+        let (a, b, function, signs) = match (left, right) {
+            (Term::One, term) | (term, Term::One) if is_trigonometric(term) => {
+                self.add_term(form, term, coefficient);
+                return Some(());
+            }
+            (Term::Cosine(a), Term::Cosine(b)) => (a, b, Circular::Cosine, [half, half]),
+            (Term::Sine(a), Term::Sine(b)) => (a, b, Circular::Cosine, [half, minus]),
+            (Term::Sine(a), Term::Cosine(b)) | (Term::Cosine(b), Term::Sine(a)) => {
+                (a, b, Circular::Sine, [half, half])
+            }
+            _ => return None,
+        };
+        let multiples = [self.graph.sub(a, b), self.graph.add(a, b)];
+        for (multiple, factor) in multiples.into_iter().zip(signs) {
+            let harmonic = self.harmonic(multiple, function);
+            let harmonic = self.scaled(&harmonic, factor);
+            *form = self.sum(form, &harmonic);
+        }
+        Some(())
+    }
+
+    /// `cos` or `sin` of `k θ + φ`.
+    fn circular(&mut self, argument: &Form, function: Circular) -> Option<Form> {
+        let only_phase = |term: &Term| matches!(term, Term::Phase | Term::One);
+        if !argument.keys().all(only_phase) {
+            return None;
+        }
+        let multiple = *argument.get(&Term::Phase)?;
+        let Some(&shift) = argument.get(&Term::One) else {
+            return Some(self.harmonic(multiple, function));
+        };
+        // cos(a + φ) = cos φ cos a − sin φ sin a,  sin(a + φ) = cos φ sin a + sin φ cos a
+        let cosine = self.graph.unary(Unary::Cos, shift);
+        let sine = self.graph.unary(Unary::Sin, shift);
+        let (other, sine) = match function {
+            Circular::Cosine => (Circular::Sine, self.graph.neg(sine)),
+            Circular::Sine => (Circular::Cosine, sine),
+        };
+        let (same, other) = (
+            self.harmonic(multiple, function),
+            self.harmonic(multiple, other),
+        );
+        let (same, other) = (self.scaled(&same, cosine), self.scaled(&other, sine));
+        Some(self.sum(&same, &other))
+    }
+
+    /// `cos(k θ)` or `sin(k θ)`; a number `k` is taken positive.
+    fn harmonic(&mut self, multiple: NodeId, function: Circular) -> Form {
+        let one = self.graph.number(1.0);
+        let value = self.graph.constant_value(multiple);
+        if value == Some(Dd::ZERO) {
+            return match function {
+                Circular::Cosine => self.single(Term::One, one),
+                Circular::Sine => Form::new(),
+            };
+        }
+        let negative = value.is_some_and(|value| value < Dd::ZERO);
+        let multiple = if negative {
+            self.graph.neg(multiple)
+        } else {
+            multiple
+        };
+        match function {
+            Circular::Cosine => self.single(Term::Cosine(multiple), one),
+            Circular::Sine => {
+                let sign = self.graph.number(if negative { -1.0 } else { 1.0 });
+                self.single(Term::Sine(multiple), sign)
+            }
+        }
+    }
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Circular {
+    Cosine,
+    Sine,
+}
+
+fn is_constant(form: &Form) -> bool {
+    form.keys().all(|term| *term == Term::One)
+}
+
+fn is_trigonometric(term: Term) -> bool {
+    matches!(term, Term::Cosine(_) | Term::Sine(_) | Term::One)
+}

@@ -1,0 +1,304 @@
+//! The matrix of a linear field over the extended state, and series of rows along its flow.
+
+use super::flow::AffineFieldRows;
+use super::rows::Rows;
+use crate::numeric::Real;
+
+/// Most terms of a series.
+pub(super) const MAX_TERMS: usize = 96;
+/// Terms for which a series has room from the first.
+const USUAL_TERMS: usize = 32;
+/// Squarings of a matrix for its rate.
+const SQUARINGS: u32 = 6;
+
+/// `M`: its entries that are not zero.
+pub(super) struct Matrix<S> {
+    pub(super) states: usize,
+    pub(super) columns: usize,
+    entries: Vec<Entry<S>>,
+    /// The fastest harmonic.
+    fastest: f64,
+}
+
+#[derive(Clone, Copy)]
+struct Entry<S> {
+    row: usize,
+    column: usize,
+    value: S,
+}
+
+impl<S: Real> Matrix<S> {
+    pub(super) fn new(field: &AffineFieldRows<'_, S>) -> Self {
+        let states = field.derivatives.len();
+        let columns = states + 2 * field.multiples.len() + 1;
+        let mut matrix = Self {
+            states,
+            columns,
+            entries: Vec::with_capacity(columns * columns),
+            fastest: 0.0,
+        };
+        for (state, row) in field.derivatives.iter().enumerate() {
+            for (column, &value) in row.iter().enumerate() {
+                matrix.push(state, column, value);
+            }
+        }
+        for (harmonic, &multiple) in field.multiples.iter().enumerate() {
+            let (cosine, sine) = (states + 2 * harmonic, states + 2 * harmonic + 1);
+            let rate = multiple * field.phase_rate;
+            matrix.push(cosine, sine, -rate);
+            matrix.push(sine, cosine, rate);
+            matrix.fastest = matrix.fastest.max(rate.magnitude());
+        }
+        matrix
+    }
+
+    fn push(&mut self, row: usize, column: usize, value: S) {
+        if value != S::zero() {
+            self.entries.push(Entry { row, column, value });
+        }
+    }
+
+    /// The same in `f64`.
+    pub(super) fn rounded(&self) -> Matrix<f64> {
+        let entry = |entry: &Entry<S>| Entry {
+            row: entry.row,
+            column: entry.column,
+            value: entry.value.to_f64(),
+        };
+        Matrix {
+            states: self.states,
+            columns: self.columns,
+            entries: self.entries.iter().map(entry).collect(),
+            fastest: self.fastest,
+        }
+    }
+
+    /// Adds `r M`.
+    fn apply(&self, row: &[S], image: &mut [S]) {
+        for entry in &self.entries {
+            let factor = row[entry.row];
+            if factor != S::zero() {
+                image[entry.column] = factor.mul_add(entry.value, image[entry.column]);
+            }
+        }
+    }
+
+    /// Appends the image of the last row.
+    fn push_image(&self, rows: &mut Vec<S>) {
+        let end = rows.len();
+        rows.resize(end + self.columns, S::zero());
+        let (known, image) = rows.split_at_mut(end);
+        self.apply(&known[end - self.columns..], image);
+    }
+
+    /// `r, r M, r M², …`, as many.
+    pub(super) fn images(&self, row: &[S], count: usize) -> Rows<S> {
+        let mut rows = Vec::with_capacity(count * self.columns);
+        rows.extend_from_slice(row);
+        for _ in 1..count {
+            self.push_image(&mut rows);
+        }
+        Rows::new(self.columns, rows)
+    }
+
+    /// `r M^k / k!` for as many `k` as the step needs: entry by entry until its terms are below the
+    /// rounding of its largest, so that units do not matter.
+    pub(super) fn series(&self, row: &[S], length: f64) -> Option<Rows<S>> {
+        let columns = self.columns;
+        let mut largest = vec![0.0f64; columns];
+        let mut rows = Vec::with_capacity(USUAL_TERMS * columns);
+        rows.extend_from_slice(row);
+        let (mut power, mut small) = (1.0, 0);
+        for terms in 1..=MAX_TERMS {
+            let mut all_small = true;
+            for (largest, value) in largest.iter_mut().zip(&rows[(terms - 1) * columns..]) {
+                let term = value.magnitude() * power;
+                if !term.is_finite() {
+                    return None;
+                }
+                all_small &= term <= *largest * S::ROUNDOFF * 0.0625;
+                *largest = largest.max(term);
+            }
+            small = if all_small { small + 1 } else { 0 };
+            if small == 2 {
+                return Some(Rows::new(columns, rows));
+            }
+            self.push_image(&mut rows);
+            let divisor = S::one() / S::from_f64(terms as f64);
+            for value in &mut rows[terms * columns..] {
+                *value *= divisor;
+            }
+            power *= length;
+        }
+        None
+    }
+
+    /// The same from the series of the states, whose sum it is for a row without harmonics.
+    pub(super) fn series_from_states(
+        &self,
+        row: &[S],
+        states: &[Rows<S>],
+        length: f64,
+    ) -> Option<Rows<S>> {
+        let (factors, others) = row.split_at(self.states);
+        let (&constant, harmonics) = others.split_last()?;
+        if harmonics.iter().any(|&factor| factor != S::zero()) {
+            return self.series(row, length);
+        }
+        let terms = states.iter().map(Rows::len).max()?;
+        let mut sum = vec![S::zero(); terms * self.columns];
+        for (&factor, rows) in factors.iter().zip(states) {
+            if factor != S::zero() {
+                for (sum, &value) in sum.iter_mut().zip(rows.iter().flatten()) {
+                    *sum = factor.mul_add(value, *sum);
+                }
+            }
+        }
+        sum[self.columns - 1] += constant;
+        Some(Rows::new(self.columns, sum))
+    }
+
+    /// Estimate from above of the largest magnitude of an eigenvalue: `‖A^64‖^(1/64)` of the states
+    /// alone, or the fastest harmonic.
+    pub(super) fn rate(&self) -> f64 {
+        let states = self.states;
+        let mut power = vec![0.0; states * states];
+        let within = |entry: &&Entry<S>| entry.row < states && entry.column < states;
+        for entry in self.entries.iter().filter(within) {
+            power[entry.row * states + entry.column] = entry.value.to_f64();
+        }
+        let mut square = power.clone();
+        let mut logarithm = 0.0;
+        for squaring in 0..=SQUARINGS {
+            if squaring > 0 {
+                write_square(&power, states, &mut square);
+                std::mem::swap(&mut power, &mut square);
+            }
+            let norm = power
+                .iter()
+                .fold(0.0f64, |norm, entry| norm.max(entry.abs()));
+            if norm == 0.0 {
+                return self.fastest;
+            }
+            power.iter_mut().for_each(|entry| *entry /= norm);
+            logarithm = 2.0 * logarithm + norm.ln();
+        }
+        let rate = (logarithm / f64::from(1 << SQUARINGS)).exp();
+        rate.max(self.fastest)
+    }
+}
+
+/// The square of a matrix, by rows.
+fn write_square(matrix: &[f64], columns: usize, square: &mut [f64]) {
+    for (row, out) in matrix.chunks(columns).zip(square.chunks_mut(columns)) {
+        out.fill(0.0);
+        for (&factor, line) in row.iter().zip(matrix.chunks(columns)) {
+            for (value, entry) in out.iter_mut().zip(line) {
+                *value += factor * entry;
+            }
+        }
+    }
+}
+
+/// How many of the first terms of a series a shorter time needs, by the measure of
+/// [`Matrix::series`].
+pub(super) fn terms_within<S: Real>(series: &Rows<S>, length: f64) -> usize {
+    let powers = std::iter::successors(Some(1.0), |power| Some(power * length));
+    let mut largest = vec![0.0f64; series.columns()];
+    let mut needed = 1;
+    for (place, (row, power)) in series.iter().zip(powers).enumerate() {
+        for (largest, value) in largest.iter_mut().zip(row) {
+            let term = value.magnitude() * power;
+            if term > *largest * S::ROUNDOFF * 0.0625 {
+                needed = place + 1;
+            }
+            *largest = largest.max(term);
+        }
+    }
+    needed
+}
+
+/// `Σ_k rows_k t^k`.
+pub(super) fn sum_at<S: Real>(rows: &Rows<S>, time: S) -> Vec<S> {
+    let mut sum = vec![S::zero(); rows.columns()];
+    for row in rows.iter().rev() {
+        for (value, &coefficient) in sum.iter_mut().zip(row) {
+            *value = value.mul_add(time, coefficient);
+        }
+    }
+    sum
+}
+
+/// The largest magnitude in each column.
+pub(super) fn largest(rows: &Rows<f64>) -> Vec<f64> {
+    let mut largest = vec![0.0f64; rows.columns()];
+    for row in rows.iter() {
+        for (largest, value) in largest.iter_mut().zip(row) {
+            *largest = largest.max(value.abs());
+        }
+    }
+    largest
+}
+
+/// Rows of Bernstein coefficients of degree `len − 1` on `[0, length]`:
+/// `b_i = Σ_{k ≤ i} C(i, k) / C(n, k) c_k length^k`.
+pub(super) fn control_rows<S: Real>(rows: &Rows<S>, length: f64, len: usize) -> Rows<f64> {
+    let columns = rows.columns();
+    let degree = (len - 1) as f64;
+    let mut points = vec![0.0; len * columns];
+    for (i, point) in points.chunks_exact_mut(columns).enumerate() {
+        let (mut factor, mut power) = (1.0, 1.0);
+        for (k, row) in rows.iter().enumerate().take(i + 1) {
+            for (value, &coefficient) in point.iter_mut().zip(row) {
+                *value += factor * power * coefficient.to_f64();
+            }
+            factor *= (i - k) as f64 / (degree - k as f64).max(1.0);
+            power *= length;
+        }
+    }
+    Rows::new(columns, points)
+}
+
+/// The row of one component.
+pub(super) fn unit<S: Real>(component: usize, columns: usize) -> Vec<S> {
+    let mut row = vec![S::zero(); columns];
+    row[component] = S::one();
+    row
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_series_of_a_row_without_harmonics_is_the_sum_of_those_of_the_states() {
+        // x'' = −x − x'/10 + cos 2t, the gap 3 − 2x + x'/2.
+        let (position, speed) = ([0.0, 1.0, 0.0, 0.0, 0.0], [-1.0, -0.1, 1.0, 0.0, 0.0]);
+        let field = AffineFieldRows {
+            derivatives: &[&position, &speed],
+            watched: &[],
+            phase_rate: 2.0,
+            multiples: &[1.0],
+        };
+        let matrix = Matrix::new(&field);
+        let series = |row: &[f64]| matrix.series(row, 0.3).expect("a short time");
+        let states = [0, 1].map(|state| series(&unit(state, 5)));
+        let gap = [-2.0, 0.5, 0.0, 0.0, 3.0];
+        let sum = matrix
+            .series_from_states(&gap, &states, 0.3)
+            .expect("a series");
+        // Each series ends where it may; the rows of power k come from k products with the matrix,
+        // of at most three terms, by either way.
+        let whole = states.each_ref().map(Rows::len).into_iter().min();
+        let direct = series(&gap);
+        let rows = sum.iter().zip(direct.iter()).enumerate();
+        for (k, (row, expected)) in rows.take(whole.expect("two states")) {
+            let largest = expected.iter().fold(0.0_f64, |size, c| size.max(c.abs()));
+            for (value, expected) in row.iter().zip(expected) {
+                let error = (value - expected).abs();
+                let rounding = 3.0 * k as f64 * f64::EPSILON * largest;
+                assert!(error <= rounding, "power {k}: {value} for {expected}");
+            }
+        }
+    }
+}

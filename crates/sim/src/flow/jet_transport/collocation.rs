@@ -1,0 +1,232 @@
+//! Jet transport by collocation in time, order by order in the jets' degree.
+//!
+//! One idea: where Taylor's method multiplies jets thousands of times, the Gauss nodes of an
+//! element are lanes, the field's program runs once over them per degree, and one small matrix
+//! solves for every coefficient. See docs/mathematics/flow.md.
+
+use std::sync::Arc;
+
+use super::element::Element;
+use super::gauss::{NODES, NodeValues};
+use super::nominal::guess_orbit;
+use super::resolution::Resolution;
+use super::spare;
+use super::subject::Inputs;
+use crate::flow::integrator::are_finite;
+use crate::flow::{Field, FlowError, Integrator};
+use crate::jet::{Jet, JetSpace};
+use crate::numeric::Lanes;
+
+/// Jets of a flow over a time.
+#[derive(Clone, Debug)]
+pub struct JetFlow {
+    /// Jets of the state at the end.
+    pub image: Vec<Jet<f64>>,
+    /// Number of elements.
+    pub elements: usize,
+    /// Estimated error, relative to the largest coefficient of the same degree; roundoff not
+    /// included.
+    pub error_estimate: f64,
+}
+
+/// Most elements of one transport.
+const MAX_ELEMENTS: usize = 10_000;
+
+/// Tolerance of a guess within the step of its series.
+const GUESS: f64 = 1e-6;
+
+/// Taylor steps that the first element is expected to span, in jets of high and, added to it, of
+/// first order.
+const STEPS_PER_ELEMENT: [f64; 2] = [3.0, 3.0];
+
+/// Jets of the state after a duration of either sign, from jets of the state and of all parameters.
+///
+/// All jets live in one space and may have any content; jets of bound parameters are ignored. The
+/// duration is cut into elements of 16 Gauss nodes until the estimated error of every element is
+/// below `tolerance`, relative to the largest coefficient of the same degree.
+///
+/// # Errors
+///
+/// [`FlowError::NotFinite`] if a coefficient is not finite, [`FlowError::TooManySteps`] if 10 000
+/// elements do not suffice.
+///
+/// # Panics
+///
+/// If the jets' spaces differ.
+pub fn jet_transport(
+    field: &Field,
+    initial: &[Jet<f64>],
+    parameters: &[Jet<f64>],
+    duration: f64,
+    tolerance: f64,
+) -> Result<JetFlow, FlowError> {
+    let Some(first) = initial.first() else {
+        return Ok(JetFlow {
+            image: Vec::new(),
+            elements: 0,
+            error_estimate: 0.0,
+        });
+    };
+    let mut transport = Transport::new(field, first, initial, parameters, tolerance);
+    let result = transport.run(duration);
+    let flow = result.map(|()| transport.flow(first.space()));
+    spare::give_back(transport.element);
+    flow
+}
+
+/// A transport under way.
+struct Transport<'a> {
+    integrator: Integrator<'a, f64>,
+    element: Box<Element>,
+    parameters: Vec<f64>,
+    tolerance: f64,
+    /// Coefficients of every component at the present time, one jet after another.
+    jets: Vec<f64>,
+    /// Those at the end of an element.
+    image: Vec<f64>,
+    stride: usize,
+    /// Heads of the jets, and values of the nominal orbit at the nodes.
+    state: Vec<f64>,
+    nodes: Vec<NodeValues>,
+    /// Taylor steps that the next element may span.
+    steps: f64,
+    elements: usize,
+    error: f64,
+}
+
+impl<'a> Transport<'a> {
+    fn new(
+        field: &'a Field,
+        first: &Jet<f64>,
+        initial: &[Jet<f64>],
+        parameters: &[Jet<f64>],
+        tolerance: f64,
+    ) -> Self {
+        let inputs = initial.iter().chain(parameters).map(Jet::coefficients);
+        let inputs = Inputs::new(first.space(), inputs);
+        let mut element = spare::take(field, first.space(), inputs);
+        let constants: Vec<_> = parameters.iter().map(Jet::coefficients).collect();
+        element.set_parameters(&constants);
+        let [least, more] = STEPS_PER_ELEMENT;
+        let order = element.subject.factors(first.space().order());
+        let mut jets = Vec::with_capacity(initial.len() * first.space().len());
+        for jet in initial {
+            jets.extend_from_slice(jet.coefficients());
+        }
+        Self {
+            integrator: Integrator::with_tolerance(field, GUESS),
+            element,
+            parameters: parameters.iter().map(Jet::head).collect(),
+            tolerance: tolerance.max(f64::EPSILON),
+            image: jets.clone(),
+            jets,
+            stride: first.space().len(),
+            state: vec![0.0; initial.len()],
+            nodes: vec![Lanes([0.0; NODES]); initial.len()],
+            steps: least + more / order.max(1) as f64,
+            elements: 0,
+            error: 0.0,
+        }
+    }
+
+    fn run(&mut self, duration: f64) -> Result<(), FlowError> {
+        let mut remaining = duration;
+        for _ in 0..MAX_ELEMENTS {
+            if remaining == 0.0 {
+                return Ok(());
+            }
+            let Attempt {
+                length,
+                steps,
+                resolution,
+            } = self.attempt(remaining)?;
+            match resolution {
+                Some(resolution) if resolution.meets(self.tolerance) => {
+                    remaining = if length == remaining {
+                        0.0
+                    } else {
+                        remaining - length
+                    };
+                    std::mem::swap(&mut self.jets, &mut self.image);
+                    self.elements += 1;
+                    self.error += resolution.error;
+                    self.steps = steps * self.room(resolution).min(2.0);
+                }
+                rejected => {
+                    let factor = rejected.map_or(0.5, |r| (0.9 * self.room(r)).clamp(0.5, 0.8));
+                    self.steps = steps * factor;
+                }
+            }
+        }
+        Err(FlowError::TooManySteps {
+            limit: MAX_ELEMENTS,
+            remaining,
+        })
+    }
+
+    fn flow(&self, space: &Arc<JetSpace>) -> JetFlow {
+        let jet = |coefficients: &[f64]| Jet::from_coefficients(space, coefficients.to_vec());
+        JetFlow {
+            image: self.jets.chunks_exact(self.stride).map(jet).collect(),
+            elements: self.elements,
+            error_estimate: self.error,
+        }
+    }
+
+    /// Factor of length that would just meet the tolerance: the error goes as its power 32.
+    fn room(&self, resolution: Resolution) -> f64 {
+        (self.tolerance / resolution.error.max(f64::MIN_POSITIVE)).powf(1.0 / 32.0)
+    }
+
+    /// One element, as long as it may be, the last two alike.
+    fn attempt(&mut self, remaining: f64) -> Result<Attempt, FlowError> {
+        let heads = self.jets.iter().step_by(self.stride);
+        self.state
+            .iter_mut()
+            .zip(heads)
+            .for_each(|(value, &head)| *value = head);
+        let most = self.steps;
+        let mut steps = most;
+        let length = |step: f64| {
+            let least = remaining.abs() / (most * step);
+            let length = if least > 2.0 {
+                (most * step).copysign(remaining)
+            } else {
+                remaining / least.ceil().max(1.0)
+            };
+            steps = length.abs() / step;
+            length
+        };
+        let length = guess_orbit(
+            &mut self.integrator,
+            &self.state,
+            &self.parameters,
+            length,
+            &mut self.nodes,
+        )?;
+        let resolution = self.element.transport(
+            &mut self.nodes,
+            length,
+            self.tolerance,
+            &self.jets,
+            &mut self.image,
+        );
+        if resolution.is_some() && !are_finite(&self.image) {
+            return Err(FlowError::NotFinite { degree: 0 });
+        }
+        Ok(Attempt {
+            length,
+            steps,
+            resolution,
+        })
+    }
+}
+
+/// An element that may be too long.
+struct Attempt {
+    length: f64,
+    /// The length in Taylor steps at its start.
+    steps: f64,
+    /// `None` if its equations are singular.
+    resolution: Option<Resolution>,
+}

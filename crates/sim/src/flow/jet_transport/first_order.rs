@@ -1,0 +1,222 @@
+//! Values and gradients by the state: the jets of order 1 in which the nominal orbit is found.
+
+use std::ops::Range;
+
+use super::gauss::NodeValues;
+use crate::flow::Program;
+use crate::flow::program::run;
+use crate::jet::{Graded, HeadFunction, Span, scalar_head};
+use crate::numeric::{Lanes, Scalar, one_by_one};
+
+/// Jets of order 1 in a number of variables: a value and its derivatives.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct FirstOrder {
+    pub(super) variables: usize,
+}
+
+/// The slots of a program in these jets: those that follow from the phase and the parameters alone
+/// are computed once for an orbit, the others with every correction of it.
+pub(super) struct FirstOrderTape {
+    algebra: FirstOrder,
+    values: Vec<NodeValues>,
+    scratch: Vec<NodeValues>,
+    fixed: Vec<usize>,
+    moving: Vec<usize>,
+}
+
+impl FirstOrderTape {
+    /// A tape for a program whose first inputs are the variables.
+    pub(super) fn new(program: &Program, variables: usize) -> Self {
+        let algebra = FirstOrder { variables };
+        let len = 1 + variables;
+        let mut values = vec![Lanes::splat(0.0); program.slots() * len];
+        for variable in 0..variables {
+            values[variable * len + 1 + variable] = Lanes::splat(1.0);
+        }
+        let is_moving = moving_slots(program, variables);
+        let (moving, fixed) =
+            (program.inputs()..program.slots()).partition(|&slot| is_moving[slot]);
+        Self {
+            algebra,
+            values,
+            scratch: vec![Lanes::splat(0.0); len],
+            fixed,
+            moving,
+        }
+    }
+
+    /// Sets the values of the inputs that are not variables.
+    pub(super) fn set_parameters(&mut self, parameters: impl Iterator<Item = f64>) {
+        let (variables, len) = (self.algebra.variables, self.algebra.variables + 1);
+        for (input, value) in (variables..).zip(parameters) {
+            self.values[input * len] = Lanes::splat(value);
+        }
+    }
+
+    /// Sets the values of the variables, and computes what follows from those that are linear in
+    /// time.
+    #[inline(always)]
+    pub(super) fn fix(&mut self, program: &Program, variables: &[NodeValues]) {
+        self.move_to(variables);
+        let fixed = std::mem::take(&mut self.fixed);
+        for degree in 0..=1 {
+            self.run(program, &fixed, degree);
+        }
+        self.fixed = fixed;
+    }
+
+    /// Values of all other slots at values of the variables.
+    #[inline(always)]
+    pub(super) fn evaluate(&mut self, program: &Program, variables: &[NodeValues]) {
+        self.move_to(variables);
+        let moving = std::mem::take(&mut self.moving);
+        self.run(program, &moving, 0);
+        self.moving = moving;
+    }
+
+    /// Derivatives of all other slots, their values being known.
+    #[inline(always)]
+    pub(super) fn differentiate(&mut self, program: &Program) {
+        let moving = std::mem::take(&mut self.moving);
+        self.run(program, &moving, 1);
+        self.moving = moving;
+    }
+
+    #[inline(always)]
+    fn move_to(&mut self, variables: &[NodeValues]) {
+        let len = self.algebra.variables + 1;
+        for (variable, &value) in variables.iter().enumerate() {
+            self.values[variable * len] = value;
+        }
+    }
+
+    #[inline(always)]
+    fn run(&mut self, program: &Program, slots: &[usize], degree: usize) {
+        let (len, part) = (self.algebra.variables + 1, self.algebra.part(degree));
+        for &slot in slots {
+            let out = &mut self.scratch[..part.len()];
+            let operation = program.operation(slot);
+            run(
+                operation,
+                slot,
+                &self.algebra,
+                degree,
+                len,
+                &self.values,
+                out,
+            );
+            self.values[slot * len + part.start..slot * len + part.end].copy_from_slice(out);
+        }
+    }
+
+    /// Value of a slot.
+    #[inline(always)]
+    pub(super) fn value(&self, slot: usize) -> NodeValues {
+        self.values[slot * (self.algebra.variables + 1)]
+    }
+
+    /// Derivative of a slot by a variable.
+    #[inline(always)]
+    pub(super) fn slope(&self, slot: usize, variable: usize) -> NodeValues {
+        self.values[slot * (self.algebra.variables + 1) + 1 + variable]
+    }
+}
+
+/// Of each slot, whether it depends on a state that is not linear in time: on one whose rate
+/// depends on a state.
+fn moving_slots(program: &Program, dimension: usize) -> Vec<bool> {
+    let depending_on = |is_source: &dyn Fn(usize) -> bool| {
+        let mut depends: Vec<_> = (0..program.inputs()).map(is_source).collect();
+        for slot in program.inputs()..program.slots() {
+            let depends_here = program.operands(slot).any(|operand| depends[operand]);
+            depends.push(depends_here);
+        }
+        depends
+    };
+    let on_states = depending_on(&|input| input < dimension);
+    depending_on(&|input| input < dimension && on_states[program.output(input)])
+}
+
+impl Graded<NodeValues> for FirstOrder {
+    fn order(&self) -> usize {
+        1
+    }
+
+    fn element_len(&self) -> usize {
+        1 + self.variables
+    }
+
+    #[inline(always)]
+    fn part(&self, degree: usize) -> Range<usize> {
+        if degree == 0 {
+            0..1
+        } else {
+            1..1 + self.variables
+        }
+    }
+
+    #[inline(always)]
+    fn convolve(
+        &self,
+        degree: usize,
+        span: Span,
+        a: &[NodeValues],
+        b: &[NodeValues],
+        out: &mut [NodeValues],
+    ) {
+        let range = span.range(degree + 1);
+        for j in range {
+            let (left, right) = (&a[self.part(j)], &b[self.part(degree - j)]);
+            let (head, part) = if j == 0 {
+                (left[0], right)
+            } else {
+                (right[0], left)
+            };
+            for (index, (value, &factor)) in out.iter_mut().zip(part).enumerate() {
+                one_by_one::<NodeValues>(index);
+                *value = head.mul_add(factor, *value);
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn multiply_by_head(
+        &self,
+        _: usize,
+        a: &[NodeValues],
+        part: &[NodeValues],
+        out: &mut [NodeValues],
+    ) {
+        for (value, &factor) in out.iter_mut().zip(part) {
+            *value = a[0].mul_add(factor, *value);
+        }
+    }
+
+    #[inline(always)]
+    fn divide_by_head(&self, b: &[NodeValues], part: &mut [NodeValues]) {
+        let inverse = Lanes::splat(1.0) / b[0];
+        for (index, value) in part.iter_mut().enumerate() {
+            one_by_one::<NodeValues>(index);
+            *value *= inverse;
+        }
+    }
+
+    #[inline(always)]
+    fn head(&self, function: HeadFunction, a: &[NodeValues], out: &mut [NodeValues]) {
+        // NOTE: those two here, in the widest registers; what is not inlined is compiled for the
+        // least machine.
+        out[0] = match function {
+            HeadFunction::Sin => a[0].sin_cos().0,
+            HeadFunction::Cos => a[0].sin_cos().1,
+            _ => scalar_head(function, a[0]),
+        };
+    }
+
+    fn head_power(&self, a: &[NodeValues], exponent: NodeValues, out: &mut [NodeValues]) {
+        out[0] = a[0].powf(exponent);
+    }
+
+    fn head_atan2(&self, y: &[NodeValues], x: &[NodeValues], out: &mut [NodeValues]) {
+        out[0] = y[0].atan2(x[0]);
+    }
+}

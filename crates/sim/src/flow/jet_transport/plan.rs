@@ -1,0 +1,173 @@
+//! What must be computed in each degree where the state's own part is left out, decided once.
+//!
+//! One idea: sums and multiples of what vanishes vanish, and a sum with it is the other term, so
+//! that most linear operations need not be run: a slot's part is zero, that of another slot, or its
+//! own. Only slots that own a part, or whose lower parts a recurrence reads, are stored.
+
+use crate::flow::Program;
+use crate::flow::program::Operation;
+
+/// One action of a degree; slots are places of the stored ones.
+#[derive(Clone, Debug)]
+pub(super) enum Action {
+    /// Run an operation whose result is kept in a place.
+    Run {
+        operation: Operation,
+        place: usize,
+        /// Whether all it reads is in places before its own, or its own part of a lower degree.
+        reads_before: bool,
+    },
+    /// Copy a part from a place to one where recurrences of higher degrees read it.
+    Copy { from: usize, place: usize },
+    /// Set a part to zero for the recurrences of higher degrees.
+    Clear { place: usize },
+}
+
+/// The actions of all degrees.
+#[derive(Clone, Debug)]
+pub(super) struct Plan {
+    /// The slots that are stored, in the order of their places.
+    pub(super) stored: Vec<usize>,
+    /// Whether a recurrence reads lower parts of each place.
+    pub(super) history: Vec<bool>,
+    /// By degree.
+    pub(super) actions: Vec<Vec<Action>>,
+    /// By degree and component: where the remainder of its rate is; `None` if it vanishes.
+    pub(super) remainders: Vec<Vec<Option<usize>>>,
+}
+
+impl Plan {
+    /// For degrees up to an order: `reaches(slot, degree)` says whether a slot can have a part at
+    /// all, and whether a parameter has one.
+    pub(super) fn new(
+        program: &Program,
+        dimension: usize,
+        order: usize,
+        reaches: impl Fn(usize, usize) -> bool,
+    ) -> Self {
+        let mut history = vec![false; program.slots()];
+        for slot in program.inputs()..program.slots() {
+            for read in program.operation(slot).history(slot) {
+                history[read] = true;
+            }
+        }
+        let degree = |degree| DegreePlan::new(program, dimension, &history, |s| reaches(s, degree));
+        let degrees: Vec<_> = (0..=order).map(degree).collect();
+        let owned = |slot: usize| degrees.iter().any(|plan| plan.owned[slot]);
+        let is_stored = |&slot: &usize| slot < program.inputs() || history[slot] || owned(slot);
+        let stored: Vec<_> = (0..program.slots()).filter(is_stored).collect();
+        let place = |slot: usize| {
+            stored
+                .binary_search(&slot)
+                .expect("what is read in place is stored")
+        };
+        let remainder = |plan: &DegreePlan, component: usize| {
+            plan.sources[program.output(component)].map(place)
+        };
+        Self {
+            history: stored.iter().map(|&slot| history[slot]).collect(),
+            actions: degrees.iter().map(|plan| plan.actions(place)).collect(),
+            remainders: degrees
+                .iter()
+                .map(|plan| (0..dimension).map(|c| remainder(plan, c)).collect())
+                .collect(),
+            stored,
+        }
+    }
+}
+
+/// The actions of one degree, by slots.
+struct DegreePlan {
+    actions: Vec<Action>,
+    /// Where each slot's part is; `None` if it vanishes.
+    sources: Vec<Option<usize>>,
+    owned: Vec<bool>,
+}
+
+impl DegreePlan {
+    fn new(
+        program: &Program,
+        dimension: usize,
+        history: &[bool],
+        reaches: impl Fn(usize) -> bool,
+    ) -> Self {
+        let mut plan = Self {
+            actions: Vec::new(),
+            sources: vec![None; program.slots()],
+            owned: vec![false; program.slots()],
+        };
+        for slot in (0..program.slots()).filter(|&slot| reaches(slot)) {
+            if slot >= dimension && slot < program.inputs() {
+                plan.sources[slot] = Some(slot);
+            } else if slot >= program.inputs() {
+                plan.sources[slot] = plan.source(*program.operation(slot), slot);
+            }
+            let action = match plan.sources[slot] {
+                Some(source) if source == slot => continue,
+                Some(from) => Action::Copy { from, place: slot },
+                None => Action::Clear { place: slot },
+            };
+            if history[slot] {
+                plan.actions.push(action);
+            }
+        }
+        plan
+    }
+
+    /// Where the part of a slot is, its operation put among the actions if it must be run.
+    fn source(&mut self, operation: Operation, slot: usize) -> Option<usize> {
+        let operation = match operation {
+            Operation::Constant(_) | Operation::Sign(_) => return None,
+            Operation::AddConstant(a, _) => return self.sources[a],
+            Operation::Add(a, b) => match (self.sources[a], self.sources[b]) {
+                (None, source) | (source, None) => return source,
+                (Some(a), Some(b)) => Operation::Add(a, b),
+            },
+            Operation::Sub(a, b) => match (self.sources[a], self.sources[b]) {
+                (source, None) => return source,
+                (None, Some(b)) => Operation::Neg(b),
+                (Some(a), Some(b)) => Operation::Sub(a, b),
+            },
+            Operation::Neg(a) => Operation::Neg(self.sources[a]?),
+            Operation::Scale(a, factor) => Operation::Scale(self.sources[a]?, factor),
+            Operation::Euler(a) => Operation::Euler(self.sources[a]?),
+            Operation::SignTimes { a, b } => Operation::SignTimes {
+                a,
+                b: self.sources[b]?,
+            },
+            nonlinear => nonlinear,
+        };
+        self.owned[slot] = true;
+        let mut read = operation.history(slot);
+        read.extend(operation.operands());
+        self.actions.push(Action::Run {
+            operation,
+            place: slot,
+            reads_before: read.iter().all(|&read| read <= slot),
+        });
+        Some(slot)
+    }
+
+    /// The actions with slots renamed to places.
+    fn actions(&self, place_of: impl Fn(usize) -> usize + Copy) -> Vec<Action> {
+        let renamed = |action: &Action| match *action {
+            Action::Run {
+                operation,
+                place,
+                reads_before,
+            } => Action::Run {
+                operation: operation.renamed(place_of),
+                place: place_of(place),
+                reads_before,
+            },
+            Action::Copy { from, place } => Action::Copy {
+                from: place_of(from),
+                place: place_of(place),
+            },
+            Action::Clear { place } => Action::Clear {
+                place: place_of(place),
+            },
+        };
+        self.actions.iter().map(renamed).collect()
+    }
+}

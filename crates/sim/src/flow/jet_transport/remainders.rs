@@ -1,0 +1,254 @@
+//! The slots of a field over jets whose coefficients are node values: what they give in one degree
+//! where the state's own part is left out, and the share of the state's part in them.
+
+use std::rc::Rc;
+use std::sync::Arc;
+
+use super::gauss::{NODES, NodeValues};
+use super::pairs::{Pairs, pairs_of_actions};
+use super::plan::{Action, Plan};
+use super::sparse::{Reach, SparseSpace, Support, reach_of_slots};
+use super::subject::Subject;
+use crate::flow::program::run;
+use crate::jet::{JetSpace, VariableSet, variables_of_monomials};
+use crate::numeric::{Lanes, Scalar, one_by_one};
+
+const ZERO: NodeValues = Lanes([0.0; NODES]);
+
+/// The stored slots of a program, the states first.
+pub(super) struct Remainders {
+    plan: Plan,
+    /// Of every action in each degree, the pairs of its product, if they are few.
+    pairs: Vec<Vec<Option<Pairs>>>,
+    space: Arc<JetSpace>,
+    dimension: usize,
+    monomials: Vec<VariableSet>,
+    /// The monomials of each place.
+    supports: Vec<Rc<Support>>,
+    /// Whether each place holds an Euler derivative.
+    is_euler: Vec<bool>,
+    /// By degree: where the remainder of each component begins among the places that are not
+    /// states'; `None` if it vanishes.
+    starts: Vec<Vec<Option<usize>>>,
+    tape: Vec<NodeValues>,
+    scratch: Vec<NodeValues>,
+}
+
+/// The tape in one degree.
+pub(super) struct DegreeOfTape<'a> {
+    /// The elements of the states, and those of all other places.
+    pub(super) states: &'a mut [NodeValues],
+    pub(super) others: &'a [NodeValues],
+    /// Where the remainder of each component begins among the others; `None` if it vanishes.
+    pub(super) starts: &'a [Option<usize>],
+    /// The monomials of the states.
+    pub(super) supports: &'a [Rc<Support>],
+}
+
+impl Remainders {
+    /// For a subject, in the memory of another tape.
+    pub(super) fn new(subject: &Subject, mut tape: Vec<NodeValues>) -> Self {
+        let Subject {
+            program,
+            dimension,
+            space,
+            inputs,
+        } = subject;
+        let (monomials, dimension) = (variables_of_monomials(space), *dimension);
+        let reach = reach_of_slots(program, inputs, dimension, space.order());
+        let supports = supports(space, &monomials, &reach);
+        let reaches = |slot: usize, degree: usize| match slot {
+            _ if slot < dimension || slot >= program.inputs() => {
+                !supports[slot].part(degree).is_empty()
+            }
+            parameter => inputs.has_part(parameter, degree),
+        };
+        let plan = Plan::new(program, dimension, space.order(), reaches);
+        let start = |degree: usize, place: usize| {
+            (place - dimension) * space.len() + space.degree_range(degree).start
+        };
+        let starts = plan.remainders.iter().enumerate().map(|(degree, places)| {
+            let starts = places.iter().map(|place| Some(start(degree, (*place)?)));
+            starts.collect()
+        });
+        let pairs = pairs_of_actions(&plan, space, &monomials, &reach, &supports);
+        let stored = plan.stored.iter();
+        tape.resize(plan.stored.len() * space.len(), ZERO);
+        let mut remainders = Self {
+            supports: stored
+                .clone()
+                .map(|&slot| Rc::clone(&supports[slot]))
+                .collect(),
+            is_euler: stored.map(|&slot| program.is_euler(slot)).collect(),
+            starts: starts.collect(),
+            tape,
+            pairs,
+            plan,
+            dimension,
+            monomials,
+            scratch: vec![ZERO; space.len()],
+            space: Arc::clone(space),
+        };
+        remainders.clear_beyond_supports();
+        remainders
+    }
+
+    /// The tape, to be used again.
+    pub(super) fn into_tape(self) -> Vec<NodeValues> {
+        self.tape
+    }
+
+    /// Number of values on the tape.
+    pub(super) fn tape_len(&self) -> usize {
+        self.tape.len()
+    }
+
+    /// Sets to zero what no action writes and a recurrence of a slot with more variables reads.
+    fn clear_beyond_supports(&mut self) {
+        let elements = self.tape.chunks_exact_mut(self.space.len());
+        for (element, support) in elements.zip(&self.supports) {
+            for degree in 0..=self.space.order() {
+                let (all, part) = (self.space.degree_range(degree), support.part(degree));
+                element[all.start..part.start].fill(ZERO);
+                element[part.end..all.end].fill(ZERO);
+            }
+        }
+    }
+
+    /// Sets the parameters, given as coefficients.
+    pub(super) fn set_parameters(&mut self, parameters: &[&[f64]]) {
+        let (dimension, len) = (self.dimension, self.space.len());
+        let elements = self.tape.chunks_exact_mut(len).zip(&self.supports);
+        for ((element, support), coefficients) in elements.skip(dimension).zip(parameters) {
+            for part in (0..=self.space.order()).map(|degree| support.part(degree)) {
+                let values = element[part.clone()].iter_mut();
+                for (values, &coefficient) in values.zip(&coefficients[part]) {
+                    *values = Lanes::splat(coefficient);
+                }
+            }
+        }
+    }
+
+    /// Number of stored slots.
+    pub(super) fn places(&self) -> usize {
+        self.plan.stored.len()
+    }
+
+    /// The slot that a place stores.
+    pub(super) fn slot(&self, place: usize) -> usize {
+        self.plan.stored[place]
+    }
+
+    /// Whether a recurrence reads lower parts of a place.
+    pub(super) fn is_read_again(&self, place: usize) -> bool {
+        self.plan.history[place]
+    }
+
+    /// Sets the head of a place.
+    #[inline(always)]
+    pub(super) fn set_head(&mut self, place: usize, head: NodeValues) {
+        self.tape[place * self.space.len()] = head;
+    }
+
+    /// The tape in one degree.
+    #[inline(always)]
+    pub(super) fn degree(&mut self, degree: usize) -> DegreeOfTape<'_> {
+        let (states, others) = self.tape.split_at_mut(self.dimension * self.space.len());
+        DegreeOfTape {
+            states,
+            others,
+            starts: &self.starts[degree],
+            supports: &self.supports[..self.dimension],
+        }
+    }
+
+    /// The remainder of a component in one degree; `None` if it vanishes.
+    #[inline(always)]
+    pub(super) fn remainder(&self, component: usize, degree: usize) -> Option<&[NodeValues]> {
+        let start = self.starts[degree][component]? + self.dimension * self.space.len();
+        Some(&self.tape[start..][..self.space.degree_range(degree).len()])
+    }
+
+    /// Computes the parts of one degree of all stored slots, those of the states being zero.
+    ///
+    /// Parts of lower degree must be complete where recurrences read them.
+    #[inline(always)]
+    pub(super) fn compute(&mut self, degree: usize) {
+        let len = self.space.len();
+        for (action, pairs) in self.plan.actions[degree].iter().zip(&self.pairs[degree]) {
+            match action {
+                Action::Run {
+                    operation,
+                    place,
+                    reads_before,
+                } => {
+                    let support = &self.supports[*place];
+                    let algebra = SparseSpace {
+                        space: &self.space,
+                        monomials: &self.monomials,
+                        support,
+                        pairs: pairs.as_ref(),
+                    };
+                    let part = support.part(degree);
+                    if *reads_before {
+                        let (before, rest) = self.tape.split_at_mut(place * len + part.start);
+                        let out = &mut rest[..part.len()];
+                        run(operation, *place, &algebra, degree, len, before, out);
+                    } else {
+                        let out = &mut self.scratch[..part.len()];
+                        run(operation, *place, &algebra, degree, len, &self.tape, out);
+                        self.tape[place * len..][part].copy_from_slice(out);
+                    }
+                }
+                Action::Copy { from, place } => {
+                    let part = self.supports[*place].part(degree);
+                    let source = from * len + part.start..from * len + part.end;
+                    self.tape.copy_within(source, place * len + part.start);
+                }
+                Action::Clear { place } => {
+                    let part = self.supports[*place].part(degree);
+                    self.tape[place * len..][part].fill(ZERO);
+                }
+            }
+        }
+    }
+
+    /// Adds the share of a state's part of a degree to a place, by its slope.
+    #[inline(always)]
+    pub(super) fn add_share(
+        &mut self,
+        degree: usize,
+        place: usize,
+        slope: NodeValues,
+        state: usize,
+    ) {
+        let (len, part) = (self.space.len(), self.supports[state].part(degree));
+        let factor = if self.is_euler[place] {
+            degree as f64
+        } else {
+            1.0
+        };
+        let slope = slope * Lanes::splat(factor);
+        let (states, others) = self.tape.split_at_mut(self.dimension * len);
+        let state = &states[state * len..][part.clone()];
+        let place = &mut others[(place - self.dimension) * len..][part];
+        for (index, (value, &state)) in place.iter_mut().zip(state).enumerate() {
+            one_by_one::<NodeValues>(index);
+            *value = slope.mul_add(state, *value);
+        }
+    }
+}
+
+/// The supports of all slots; slots of the same variables share the work.
+fn supports(space: &JetSpace, monomials: &[VariableSet], reach: &[Reach]) -> Vec<Rc<Support>> {
+    let mut known: Vec<(VariableSet, Rc<Support>)> = Vec::new();
+    let mut support = |&Reach { variables, .. }: &Reach| {
+        if let Some((_, support)) = known.iter().find(|(set, _)| *set == variables) {
+            return Rc::clone(support);
+        }
+        let support = Rc::new(Support::new(space, monomials, variables));
+        known.push((variables, Rc::clone(&support)));
+        support
+    };
+    reach.iter().map(&mut support).collect()
+}

@@ -1,0 +1,306 @@
+//! The linear equations of collocation on one element, solved once for every coefficient.
+//!
+//! One idea: the part of degree `k` of the state enters its own equation linearly, with the same
+//! matrix whatever the degree and the monomial. The unknowns are the rates `y_c` at the nodes of
+//! the components that are more than the integral of another one; with `x = x(0) + h A y`, or `h²
+//! A²` for such an integral,
+//!
+//! ```text
+//! y_c = r_c + Σ_s J_cs x_s,      x_s = i_s + W_s y_root(s)
+//! ```
+//!
+//! so `(I − Σ_s diag(J_cs) W_s) y = r + J i`: entries of the matrix are products of two numbers,
+//! and a forced oscillator of one degree of freedom leaves a single block to invert. See
+//! docs/mathematics/flow.md.
+
+use super::block::Block;
+use super::elimination::BlockMatrix;
+use super::gauss::{Functionals, GAUSS, Gauss, NODES, NodeValues};
+use super::resolution::Tail;
+use crate::numeric::{Lanes, Scalar};
+
+const ZERO: NodeValues = Lanes([0.0; NODES]);
+
+/// The equations of one element, ready for any coefficient.
+pub(super) struct ElementSolver {
+    gauss: &'static Gauss,
+    /// Of each component: the one of which it is the integral, if it is nothing else.
+    pub(super) chains: Vec<Option<usize>>,
+    pub(super) length: f64,
+    /// `h A` and `h² A²`.
+    integration: [Block; 2],
+    /// `∂f_c/∂x_s` at the nodes, by rows.
+    jacobian: Vec<NodeValues>,
+    /// The components whose rates are unknown, and the inverse of their matrix.
+    coupled: Vec<usize>,
+    rates: BlockMatrix,
+    spare: BlockMatrix,
+    /// Responses of states at the nodes: to initial values and to remainders, by rows.
+    pub(super) to_initial: Vec<Option<NodeValues>>,
+    pub(super) to_remainder: Vec<Option<Block>>,
+    /// Responses of the functionals of rates: to initial values and to remainders, by rows.
+    pub(super) functionals_to_initial: Vec<Functionals>,
+    pub(super) functionals_to_remainder: Vec<Option<[Functionals; NODES]>>,
+}
+
+impl ElementSolver {
+    /// Memory for elements of a field.
+    pub(super) fn new(chains: Vec<Option<usize>>) -> Self {
+        let entries = chains.len() * chains.len();
+        Self {
+            gauss: &GAUSS,
+            length: 0.0,
+            integration: [Block::ZERO; 2],
+            jacobian: vec![ZERO; entries],
+            coupled: Vec::new(),
+            rates: BlockMatrix::default(),
+            spare: BlockMatrix::default(),
+            to_initial: vec![None; entries],
+            to_remainder: absent(entries),
+            functionals_to_initial: vec![Lanes([0.0; 8]); entries],
+            functionals_to_remainder: absent(entries),
+            chains,
+        }
+    }
+
+    /// Inverts the matrix of the rates on an element of a length, from the Jacobian at the nodes,
+    /// by rows.
+    ///
+    /// `false` if a block pivot is singular: the element is too long.
+    #[inline(always)]
+    pub(super) fn factor(
+        &mut self,
+        length: f64,
+        jacobian: impl Fn(usize, usize) -> NodeValues,
+    ) -> bool {
+        if self.length != length {
+            self.length = length;
+            let [once, twice] = &self.gauss.integration;
+            self.integration = [once.scaled(length), twice.scaled(length * length)];
+        }
+        let dimension = self.chains.len();
+        for entry in 0..dimension * dimension {
+            self.jacobian[entry] = jacobian(entry / dimension, entry % dimension);
+        }
+        self.coupled.clear();
+        for component in 0..dimension {
+            let row = &self.jacobian[component * dimension..(component + 1) * dimension];
+            let is_coupled = row.iter().any(|entry| *entry != ZERO);
+            if is_coupled && self.chains[component].is_none() {
+                self.coupled.push(component);
+            }
+        }
+        self.set_matrix();
+        self.rates.invert(&mut self.spare)
+    }
+
+    /// Sets the matrix of the rates to `I − Σ_s diag(J_cs) W_s`.
+    #[inline(always)]
+    fn set_matrix(&mut self) {
+        self.rates.clear(self.coupled.len());
+        for (row, &component) in self.coupled.iter().enumerate() {
+            for (column, &root) in self.coupled.iter().enumerate() {
+                let unit = if row == column {
+                    &Block::IDENTITY
+                } else {
+                    &Block::ZERO
+                };
+                let mut is_there = false;
+                for state in 0..self.chains.len() {
+                    let slopes = self.slopes(component, state);
+                    if self.root(state) != root || slopes == ZERO {
+                        continue;
+                    }
+                    let weight = &self.integration[usize::from(self.chains[state].is_some())];
+                    let block = self.rates.place(row, column);
+                    if is_there {
+                        block.subtract_scaled_rows(slopes, weight);
+                    } else {
+                        block.set_difference(unit, slopes, weight);
+                    }
+                    is_there = true;
+                }
+                if row == column && !is_there {
+                    *self.rates.place(row, row) = Block::IDENTITY;
+                }
+            }
+        }
+    }
+
+    /// Prepares [`advance`](Self::advance), and [`states`](Self::states) for those whose node
+    /// values are asked for.
+    #[inline(always)]
+    pub(super) fn expand(&mut self, is_asked_for: impl Fn(usize) -> bool + Copy) {
+        let dimension = self.chains.len();
+        self.to_initial.fill(None);
+        clear(&mut self.to_remainder);
+        self.functionals_to_initial.fill(Lanes([0.0; 8]));
+        clear(&mut self.functionals_to_remainder);
+        for state in 0..dimension {
+            self.to_initial[state * dimension + state] = Some(Lanes([1.0; NODES]));
+            if let Some(root) = self.chains[state] {
+                self.to_initial[state * dimension + root] = Some(self.nodes_in_time());
+            }
+        }
+        for component in 0..dimension {
+            if self.chains[component].is_none() && !self.coupled.contains(&component) {
+                let entry = component * dimension + component;
+                self.functionals_to_remainder[entry] = Some(self.gauss.functionals);
+            }
+        }
+        for row in 0..self.coupled.len() {
+            self.expand_rate(row, is_asked_for);
+        }
+    }
+
+    /// Responses that go through the rate of one coupled component.
+    #[inline(always)]
+    fn expand_rate(&mut self, row: usize, is_asked_for: impl Fn(usize) -> bool) {
+        let (dimension, component) = (self.chains.len(), self.coupled[row]);
+        for initial in 0..dimension {
+            let Some(rate) = self.rate_to_initial(row, initial) else {
+                continue;
+            };
+            let entry = component * dimension + initial;
+            self.functionals_to_initial[entry] = self.gauss.functionals_of(rate);
+            for state in 0..dimension {
+                if self.root(state) == component {
+                    let share = self.weight(state).apply(rate);
+                    let response = &mut self.to_initial[state * dimension + initial];
+                    *response = Some(response.unwrap_or(ZERO) + share);
+                }
+            }
+        }
+        for (column, &source) in self.coupled.iter().enumerate() {
+            let Some(rate) = self.rates.get(row, column) else {
+                continue;
+            };
+            let functionals = self.functionals_to_remainder[component * dimension + source]
+                .get_or_insert([Lanes([0.0; 8]); NODES]);
+            self.gauss.functionals_of_columns(rate, functionals);
+            for state in 0..dimension {
+                if self.root(state) == component && is_asked_for(state) {
+                    let weight = &self.integration[usize::from(self.chains[state].is_some())];
+                    let response = &mut self.to_remainder[state * dimension + source];
+                    weight.add_times(rate, response.get_or_insert(Block::ZERO));
+                }
+            }
+        }
+    }
+
+    /// Rate of a coupled component at the nodes in response to an initial value.
+    #[inline(always)]
+    fn rate_to_initial(&self, row: usize, initial: usize) -> Option<NodeValues> {
+        let mut rate = None;
+        for (column, &component) in self.coupled.iter().enumerate() {
+            let mut slopes = self.slopes(component, initial);
+            for state in 0..self.chains.len() {
+                if self.chains[state] == Some(initial) {
+                    slopes += self.slopes(component, state) * self.nodes_in_time();
+                }
+            }
+            if let Some(block) = self.rates.get(row, column)
+                && slopes != ZERO
+            {
+                rate = Some(rate.unwrap_or(ZERO) + block.apply(slopes));
+            }
+        }
+        rate
+    }
+
+    /// One step of Newton's method for the nominal orbit: from its node values and its rates `f`
+    /// there, the corrections of the node values and of the rates.
+    #[inline(always)]
+    pub(super) fn correct(
+        &self,
+        start: &[f64],
+        nominal: &[NodeValues],
+        rates: &[NodeValues],
+        corrections: &mut [NodeValues],
+        rate_corrections: &mut [NodeValues],
+    ) {
+        let dimension = self.chains.len();
+        for state in 0..dimension {
+            let initial = match self.chains[state] {
+                Some(root) => self.nodes_in_time() * Lanes::splat(start[root]),
+                None => ZERO,
+            };
+            let integral = self.weight(state).apply(rates[self.root(state)]);
+            corrections[state] = Lanes::splat(start[state]) - nominal[state] + (initial + integral);
+        }
+        rate_corrections.fill(ZERO);
+        for (column, &component) in self.coupled.iter().enumerate() {
+            let mut defect = ZERO;
+            for (state, correction) in corrections.iter().enumerate() {
+                defect = self.slopes(component, state).mul_add(*correction, defect);
+            }
+            for (row, &target) in self.coupled.iter().enumerate() {
+                if let Some(block) = self.rates.get(row, column) {
+                    rate_corrections[target] += block.apply(defect);
+                }
+            }
+        }
+        for state in 0..dimension {
+            let share = rate_corrections[self.root(state)];
+            if share != ZERO {
+                corrections[state] += self.weight(state).apply(share);
+            }
+        }
+    }
+
+    /// Whether the rate of a component depends on no state.
+    pub(super) fn is_driven(&self, component: usize) -> bool {
+        self.chains[component].is_none() && !self.coupled.contains(&component)
+    }
+
+    /// Modes of the fundamental matrix, relative to each entry: the largest.
+    #[inline(always)]
+    pub(super) fn fundamental_tail(&self) -> Tail {
+        let mut tail = Tail::NONE;
+        for response in self.to_initial.iter().flatten() {
+            tail = tail.larger(Tail::new(
+                self.gauss.functionals_of(*response),
+                response.magnitude(),
+            ));
+        }
+        tail
+    }
+
+    /// The component whose rate a state integrates, once or twice.
+    #[inline(always)]
+    pub(super) fn root(&self, state: usize) -> usize {
+        self.chains[state].unwrap_or(state)
+    }
+
+    /// `W_s`: from the rate of its root to a state at the nodes.
+    #[inline(always)]
+    pub(super) fn weight(&self, state: usize) -> &Block {
+        &self.integration[usize::from(self.chains[state].is_some())]
+    }
+
+    #[inline(always)]
+    pub(super) fn slopes(&self, component: usize, state: usize) -> NodeValues {
+        self.jacobian[component * self.chains.len() + state]
+    }
+
+    /// Times of the nodes since the start of the element.
+    #[inline(always)]
+    fn nodes_in_time(&self) -> NodeValues {
+        Lanes(self.gauss.nodes) * Lanes::splat(self.length)
+    }
+}
+
+/// Places without content.
+fn absent<T>(count: usize) -> Vec<Option<T>> {
+    std::iter::repeat_with(|| None).take(count).collect()
+}
+
+/// Empties places.
+///
+/// NOTE: filling them with a copy of an empty one would copy all its bytes.
+#[inline(always)]
+fn clear<T>(places: &mut [Option<T>]) {
+    for place in places {
+        *place = None;
+    }
+}

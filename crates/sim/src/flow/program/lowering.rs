@@ -1,0 +1,295 @@
+//! From the nodes of an expression graph to operations.
+//!
+//! One idea: of every slot it is known whether it is a number, constant, linear in time or
+//! anything, so that numbers are folded and the cheapest recurrence is chosen.
+
+mod functions;
+
+use std::collections::HashMap;
+
+use super::InputKind;
+use super::operation::{Operation, Slot};
+use crate::model::{Binary, ExpressionGraph, Node, NodeId};
+use crate::numeric::Dd;
+
+/// What lowering knows of a slot.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Support {
+    Number(Dd),
+    Head,
+    Linear,
+    Full,
+}
+
+impl Support {
+    /// Whether a part of a degree can be non-zero (degree 2 stands for all higher ones).
+    pub(super) fn reaches(self, degree: usize) -> bool {
+        match self {
+            Support::Number(_) | Support::Head => degree == 0,
+            Support::Linear => degree <= 1,
+            Support::Full => true,
+        }
+    }
+}
+
+/// The state of a lowering.
+pub(super) struct Lowering<'a> {
+    graph: &'a ExpressionGraph,
+    pub(super) operations: Vec<Operation>,
+    pub(super) support: Vec<Support>,
+    slots: Vec<Option<Slot>>,
+    needed: Vec<bool>,
+    /// Slots of operations that several nodes share: Euler derivatives, sine and cosine pairs,
+    /// products.
+    shared: HashMap<SharedKey, Slot>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+enum SharedKey {
+    Euler(Slot),
+    Circular(Slot),
+    Hyperbolic(Slot),
+    Square(Slot),
+    Twice(Slot),
+    Constant(u64, u64),
+}
+
+impl<'a> Lowering<'a> {
+    pub(super) fn new(graph: &'a ExpressionGraph, inputs: &[InputKind]) -> Self {
+        let support = |kind: &InputKind| match *kind {
+            InputKind::Variable => Support::Full,
+            InputKind::HeadOnly => Support::Head,
+            InputKind::LinearInTime => Support::Linear,
+            InputKind::Bound(value) => Support::Number(value),
+        };
+        Self {
+            graph,
+            operations: vec![Operation::Input; inputs.len()],
+            support: inputs.iter().map(support).collect(),
+            slots: vec![None; graph.nodes().len()],
+            needed: vec![false; graph.nodes().len()],
+            shared: HashMap::new(),
+        }
+    }
+
+    pub(super) fn mark_needed(&mut self, outputs: &[NodeId]) {
+        for output in outputs {
+            self.needed[output.index()] = true;
+        }
+        for index in (0..self.needed.len()).rev() {
+            if self.needed[index] {
+                for operand in self.graph.nodes()[index].operands() {
+                    self.needed[operand.index()] = true;
+                }
+            }
+        }
+    }
+
+    pub(super) fn lower_nodes(&mut self) {
+        for index in 0..self.needed.len() {
+            if self.needed[index] {
+                self.slots[index] = Some(self.lower(self.graph.nodes()[index]));
+            }
+        }
+    }
+
+    pub(super) fn slot_of(&self, node: NodeId) -> Slot {
+        self.slots[node.index()].expect("operands are lowered before their users")
+    }
+
+    fn lower(&mut self, node: Node) -> Slot {
+        match node {
+            Node::Constant(value) => self.constant(value),
+            Node::Input(input) => match self.support[input] {
+                Support::Number(value) => self.constant(value),
+                _ => input,
+            },
+            Node::Neg(a) => {
+                let a = self.slot_of(a);
+                self.neg(a)
+            }
+            Node::PowerInteger(a, exponent) => {
+                let a = self.slot_of(a);
+                self.power_integer(a, exponent)
+            }
+            Node::PowerReal(a, exponent) => {
+                let a = self.slot_of(a);
+                self.power_real(a, exponent)
+            }
+            Node::Unary(function, a) => {
+                let a = self.slot_of(a);
+                self.unary(function, a)
+            }
+            Node::Binary(function, a, b) => {
+                let (a, b) = (self.slot_of(a), self.slot_of(b));
+                self.binary(function, a, b)
+            }
+        }
+    }
+
+    fn push(&mut self, operation: Operation, support: Support) -> Slot {
+        self.operations.push(operation);
+        self.support.push(support);
+        self.operations.len() - 1
+    }
+
+    fn shared(&mut self, key: SharedKey, build: impl FnOnce(&mut Self) -> Slot) -> Slot {
+        if let Some(&slot) = self.shared.get(&key) {
+            return slot;
+        }
+        let slot = build(self);
+        self.shared.insert(key, slot);
+        slot
+    }
+
+    fn number(&self, slot: Slot) -> Option<Dd> {
+        match self.support[slot] {
+            Support::Number(value) => Some(value),
+            _ => None,
+        }
+    }
+
+    /// Support of a function of these operands, numbers having been folded before.
+    fn joint(&self, operands: &[Slot]) -> Support {
+        let beyond_head = operands.iter().any(|&slot| self.support[slot].reaches(1));
+        if beyond_head {
+            Support::Full
+        } else {
+            Support::Head
+        }
+    }
+
+    /// Support of a sum.
+    fn joint_of_sum(&self, a: Slot, b: Slot) -> Support {
+        let full = [a, b]
+            .iter()
+            .any(|&slot| self.support[slot] == Support::Full);
+        let linear = [a, b]
+            .iter()
+            .any(|&slot| self.support[slot] == Support::Linear);
+        match (full, linear) {
+            (true, _) => Support::Full,
+            (false, true) => Support::Linear,
+            (false, false) => Support::Head,
+        }
+    }
+
+    fn constant(&mut self, value: Dd) -> Slot {
+        let key = SharedKey::Constant(value.hi.to_bits(), value.lo.to_bits());
+        self.shared(key, |this| {
+            this.push(Operation::Constant(value), Support::Number(value))
+        })
+    }
+
+    fn euler(&mut self, a: Slot) -> Slot {
+        self.shared(SharedKey::Euler(a), |this| {
+            this.push(Operation::Euler(a), this.joint(&[a]))
+        })
+    }
+
+    fn neg(&mut self, a: Slot) -> Slot {
+        match self.number(a) {
+            Some(value) => self.constant(-value),
+            None => self.push(Operation::Neg(a), self.support[a]),
+        }
+    }
+
+    fn binary(&mut self, function: Binary, a: Slot, b: Slot) -> Slot {
+        match function {
+            Binary::Add => self.add(a, b),
+            Binary::Sub => self.sub(a, b),
+            Binary::Mul => self.mul(a, b),
+            Binary::Div => self.div(a, b),
+            Binary::Atan2 => self.atan2(a, b),
+            Binary::Min => self.select(a, b, |this, mean, half_gap| this.sub(mean, half_gap)),
+            Binary::Max => self.select(a, b, |this, mean, half_gap| this.add(mean, half_gap)),
+        }
+    }
+
+    fn add(&mut self, a: Slot, b: Slot) -> Slot {
+        match (self.number(a), self.number(b)) {
+            (Some(a), Some(b)) => self.constant(a + b),
+            (Some(value), None) => self.push(Operation::AddConstant(b, value), self.support[b]),
+            (None, Some(value)) => self.push(Operation::AddConstant(a, value), self.support[a]),
+            (None, None) => self.push(Operation::Add(a, b), self.joint_of_sum(a, b)),
+        }
+    }
+
+    fn sub(&mut self, a: Slot, b: Slot) -> Slot {
+        match (self.number(a), self.number(b)) {
+            (Some(a), Some(b)) => self.constant(a - b),
+            (None, Some(value)) => self.push(Operation::AddConstant(a, -value), self.support[a]),
+            _ => self.push(Operation::Sub(a, b), self.joint_of_sum(a, b)),
+        }
+    }
+
+    fn mul(&mut self, a: Slot, b: Slot) -> Slot {
+        if a == b {
+            return self.square(a);
+        }
+        if let Some(product) = self.product_of_phase(a, b) {
+            return product;
+        }
+        match (self.support[a], self.support[b]) {
+            (Support::Number(a), Support::Number(b)) => self.constant(a * b),
+            (Support::Number(factor), _) => self.push(Operation::Scale(b, factor), self.support[b]),
+            (_, Support::Number(factor)) => self.push(Operation::Scale(a, factor), self.support[a]),
+            (Support::Head, support) => {
+                self.push(Operation::MulByHead { head: a, factor: b }, support)
+            }
+            (support, Support::Head) => {
+                self.push(Operation::MulByHead { head: b, factor: a }, support)
+            }
+            _ => self.push(Operation::Mul(a, b), Support::Full),
+        }
+    }
+
+    fn square(&mut self, a: Slot) -> Slot {
+        if let Some(value) = self.number(a) {
+            return self.constant(value * value);
+        }
+        self.shared(SharedKey::Square(a), |this| {
+            this.product_of_phase(a, a)
+                .unwrap_or_else(|| this.push(Operation::Mul(a, a), this.joint(&[a])))
+        })
+    }
+
+    fn div(&mut self, a: Slot, b: Slot) -> Slot {
+        match (self.number(a), self.number(b)) {
+            (Some(a), Some(b)) => self.constant(a / b),
+            (None, Some(b)) => self.mul_by_inverse(a, b),
+            _ if self.support[b] == Support::Head && self.support[a].reaches(1) => {
+                let one = self.constant(Dd::from(1.0));
+                let inverse = self.push(Operation::Div(one, b), Support::Head);
+                self.mul(a, inverse)
+            }
+            _ => self.push(Operation::Div(a, b), self.joint(&[a, b])),
+        }
+    }
+
+    fn mul_by_inverse(&mut self, a: Slot, divisor: Dd) -> Slot {
+        let inverse = self.constant(Dd::from(1.0) / divisor);
+        self.mul(a, inverse)
+    }
+
+    fn power_integer(&mut self, a: Slot, exponent: i32) -> Slot {
+        let mut rest = exponent.unsigned_abs();
+        let (mut square, mut result) = (a, None);
+        while rest > 0 {
+            if rest & 1 == 1 {
+                result = Some(result.map_or(square, |result| self.mul(result, square)));
+            }
+            rest >>= 1;
+            if rest > 0 {
+                square = self.square(square);
+            }
+        }
+        let one = self.constant(Dd::from(1.0));
+        let power = result.unwrap_or(one);
+        if exponent < 0 {
+            self.div(one, power)
+        } else {
+            power
+        }
+    }
+}

@@ -1,0 +1,271 @@
+//! The operations of a program: one recurrence each.
+
+mod slots;
+
+use crate::jet::elementary::{
+    atan2, exp, hyperbolic, power, primitive, product_part, quotient, sqrt, trigonometric,
+};
+use crate::jet::{Graded, HeadFunction};
+use crate::numeric::{Dd, Scalar};
+
+/// Slot of the tape.
+pub(in crate::flow) type Slot = usize;
+
+/// One recurrence. Operands named `euler_*` are slots of Euler derivatives.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(in crate::flow) enum Operation {
+    Input,
+    Constant(Dd),
+    Euler(Slot),
+    Add(Slot, Slot),
+    Sub(Slot, Slot),
+    Neg(Slot),
+    Scale(Slot, Dd),
+    AddConstant(Slot, Dd),
+    /// Product with a slot of which only the head is non-zero.
+    MulByHead {
+        head: Slot,
+        factor: Slot,
+    },
+    Mul(Slot, Slot),
+    Div(Slot, Slot),
+    Sqrt(Slot),
+    Exp {
+        a: Slot,
+        euler_a: Slot,
+    },
+    Sine {
+        a: Slot,
+        euler_a: Slot,
+        cosine: Slot,
+    },
+    Cosine {
+        a: Slot,
+        euler_a: Slot,
+        sine: Slot,
+    },
+    /// Sine or cosine of a slot linear in time; its partner is `partner`.
+    OfPhase {
+        function: HeadFunction,
+        a: Slot,
+        partner: Slot,
+    },
+    Sinh {
+        a: Slot,
+        euler_a: Slot,
+        cosh: Slot,
+    },
+    Cosh {
+        a: Slot,
+        euler_a: Slot,
+        sinh: Slot,
+    },
+    Primitive {
+        function: HeadFunction,
+        a: Slot,
+        w: Slot,
+        euler_u: Slot,
+    },
+    Power {
+        a: Slot,
+        exponent: Dd,
+        euler_a: Slot,
+        euler_u: Slot,
+    },
+    Atan2 {
+        y: Slot,
+        x: Slot,
+        euler_y: Slot,
+        euler_x: Slot,
+        w: Slot,
+        euler_u: Slot,
+    },
+    /// `sign(head of a) · b`, constant sign: `abs` and the corners of `min` and `max`.
+    SignTimes {
+        a: Slot,
+        b: Slot,
+    },
+    /// The sign of the head, a constant.
+    Sign(Slot),
+}
+
+/// One operation at one degree: reads the tape, writes the part to `out`.
+///
+/// The tape may end within an element of which higher parts are not read.
+#[inline(always)]
+pub(in crate::flow) fn run<S: Scalar, A: Graded<S>>(
+    operation: &Operation,
+    slot: Slot,
+    algebra: &A,
+    k: usize,
+    len: usize,
+    tape: &[S],
+    out: &mut [S],
+) {
+    let range = algebra.part(k);
+    let element = |slot: Slot| &tape[slot * len..((slot + 1) * len).min(tape.len())];
+    let part = |slot: Slot| &tape[slot * len + range.start..slot * len + range.end];
+    match *operation {
+        Operation::Input => out.copy_from_slice(part(slot)),
+        Operation::Constant(value) => constant_part(k, S::from_dd(value), out),
+        Operation::Euler(a) => map(part(a), out, |a| a * S::from_f64(k as f64)),
+        Operation::Add(a, b) => zip(part(a), part(b), out, |a, b| a + b),
+        Operation::Sub(a, b) => zip(part(a), part(b), out, |a, b| a - b),
+        Operation::Neg(a) => map(part(a), out, |a| -a),
+        Operation::Scale(a, factor) => {
+            let factor = S::from_dd(factor);
+            map(part(a), out, |a| a * factor);
+        }
+        Operation::AddConstant(a, value) => {
+            out.copy_from_slice(part(a));
+            if k == 0 {
+                out[0] += S::from_dd(value);
+            }
+        }
+        Operation::MulByHead { head, factor } => {
+            out.fill(S::zero());
+            algebra.multiply_by_head(k, element(head), part(factor), out);
+        }
+        Operation::Mul(a, b) => product_part(algebra, k, element(a), element(b), out),
+        Operation::Div(a, b) => {
+            quotient::part(algebra, k, element(a), element(b), element(slot), out)
+        }
+        Operation::Sqrt(a) => sqrt::part(algebra, k, element(a), element(slot), out),
+        Operation::Exp { a, euler_a } => {
+            exp::part(algebra, k, element(a), element(euler_a), element(slot), out)
+        }
+        Operation::Sine { a, euler_a, cosine } => {
+            trigonometric::sine_part(
+                algebra,
+                k,
+                element(a),
+                element(euler_a),
+                element(cosine),
+                out,
+            );
+        }
+        Operation::Cosine { a, euler_a, sine } => {
+            trigonometric::cosine_part(
+                algebra,
+                k,
+                element(a),
+                element(euler_a),
+                element(sine),
+                out,
+            );
+        }
+        Operation::OfPhase {
+            function,
+            a,
+            partner,
+        } => {
+            phase_part(algebra, function, k, element(a), element(partner), out);
+        }
+        Operation::Sinh { a, euler_a, cosh } => {
+            hyperbolic::sinh_part(algebra, k, element(a), element(euler_a), element(cosh), out);
+        }
+        Operation::Cosh { a, euler_a, sinh } => {
+            hyperbolic::cosh_part(algebra, k, element(a), element(euler_a), element(sinh), out);
+        }
+        Operation::Primitive {
+            function,
+            a,
+            w,
+            euler_u,
+        } => {
+            primitive::part(
+                algebra,
+                function,
+                k,
+                element(a),
+                element(w),
+                element(euler_u),
+                out,
+            );
+        }
+        Operation::Power {
+            a,
+            exponent,
+            euler_a,
+            euler_u,
+        } => {
+            let exponent = S::from_dd(exponent);
+            power::part(
+                algebra,
+                exponent,
+                k,
+                element(a),
+                element(euler_a),
+                element(slot),
+                element(euler_u),
+                out,
+            );
+        }
+        Operation::Atan2 {
+            y,
+            x,
+            euler_y,
+            euler_x,
+            w,
+            euler_u,
+        } => {
+            let (y, x, ey, ex) = (element(y), element(x), element(euler_y), element(euler_x));
+            atan2::part(algebra, k, y, x, ey, ex, element(w), element(euler_u), out);
+        }
+        Operation::SignTimes { a, b } => {
+            let sign = element(a)[0].signum();
+            map(part(b), out, |b| sign * b);
+        }
+        Operation::Sign(a) => constant_part(k, element(a)[0].signum(), out),
+    }
+}
+
+/// Part of degree `k` of `u = sin a` or `cos a` where `a = a_0 + a_1`, `c` being the other of the
+/// two:
+///
+/// ```text
+/// u_k = ±(1/k) a_1 c_{k−1}
+/// ```
+fn phase_part<S: Scalar, A: Graded<S>>(
+    algebra: &A,
+    function: HeadFunction,
+    degree: usize,
+    a: &[S],
+    partner: &[S],
+    out: &mut [S],
+) {
+    if degree == 0 {
+        return algebra.head(function, &a[algebra.part(0)], out);
+    }
+    out.fill(S::zero());
+    let slope = &a[algebra.part(1).start..];
+    algebra.multiply_by_head(degree, slope, &partner[algebra.part(degree - 1)], out);
+    let sign = if function == HeadFunction::Cos {
+        -1.0
+    } else {
+        1.0
+    };
+    let factor = S::from_f64(sign) / S::from_f64(degree as f64);
+    out.iter_mut().for_each(|value| *value *= factor);
+}
+
+fn constant_part<S: Scalar>(degree: usize, value: S, out: &mut [S]) {
+    out.fill(S::zero());
+    if degree == 0 {
+        out[0] = value;
+    }
+}
+
+#[inline(always)]
+fn map<S: Scalar>(a: &[S], out: &mut [S], f: impl Fn(S) -> S) {
+    for (value, &a) in out.iter_mut().zip(a) {
+        *value = f(a);
+    }
+}
+
+#[inline(always)]
+fn zip<S: Scalar>(a: &[S], b: &[S], out: &mut [S], f: impl Fn(S, S) -> S) {
+    for ((value, &a), &b) in out.iter_mut().zip(a).zip(b) {
+        *value = f(a, b);
+    }
+}

@@ -1,0 +1,342 @@
+//! The instructions run, degree by degree.
+
+use super::block::{BLOCK, Block, earlier_product, earlier_square};
+use super::instruction::{Instruction, Operand, Sum, Term, Terms};
+use super::{Blocks, MOST_BLOCKS, SeriesProgram};
+use crate::flow::program::Slot;
+use crate::numeric::{Kernel, Scalar};
+
+/// The series of a step, being computed.
+pub(super) struct Expansion<'s, S> {
+    pub(super) program: &'s SeriesProgram,
+    pub(super) blocks: usize,
+    /// The slots' series; in the present block of a product that is not yet computed stands what
+    /// earlier blocks add to it.
+    pub(super) tape: &'s mut [Blocks<S>],
+    pub(super) factors: &'s [S],
+    pub(super) inverses: &'s Blocks<S>,
+}
+
+impl<S: Scalar> Kernel for Expansion<'_, S> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(mut self) {
+        for group in &self.program.groups {
+            self.complete(group);
+        }
+    }
+}
+
+impl<S: Scalar> Expansion<'_, S> {
+    /// Computes slots that need no others but those computed before.
+    #[inline(always)]
+    fn complete(&mut self, group: &[Instruction]) {
+        match *group {
+            [Instruction::Linear { out, ref sum }] => self.linear_series(out, sum),
+            [
+                Instruction::Phase {
+                    a,
+                    table,
+                    sine,
+                    cosine,
+                },
+            ] => self.phase_series(a, table, (sine, cosine)),
+            _ => self.in_step(group),
+        }
+    }
+
+    /// Runs instructions through all degrees, one degree after another.
+    #[inline(always)]
+    fn in_step(&mut self, instructions: &[Instruction]) {
+        let mut last = match instructions.last().and_then(Instruction::out) {
+            Some(out) => self.series(out)[0][0],
+            None => return,
+        };
+        for block in 0..self.blocks.min(MOST_BLOCKS) {
+            if block > 0 {
+                self.add_earlier(instructions, block);
+            }
+            last = self.degree::<0>(instructions, block, last);
+            last = self.degree::<1>(instructions, block, last);
+            last = self.degree::<2>(instructions, block, last);
+            last = self.degree::<3>(instructions, block, last);
+        }
+    }
+
+    /// Sums the products of coefficients before a block, for its four degrees.
+    #[inline(always)]
+    fn add_earlier(&mut self, instructions: &[Instruction], block: usize) {
+        for instruction in instructions {
+            let (out, sum) = match *instruction {
+                Instruction::Square { out, a } => {
+                    (out, earlier_square(&self.series(a.slot)[..block]))
+                }
+                Instruction::Product { out, a, b } => (
+                    out,
+                    earlier_product(&self.series(a.slot)[..block], &self.series(b.slot)[..block]),
+                ),
+                Instruction::Quotient {
+                    out, denominator, ..
+                } => (
+                    out,
+                    earlier_product(
+                        &self.series(denominator.slot)[..block],
+                        &self.series(out)[..block],
+                    ),
+                ),
+                _ => continue,
+            };
+            self.tape[out][block] = sum;
+        }
+    }
+
+    /// Runs instructions at the degree `4 block + I`; `last` is what the instruction before gave.
+    #[inline(always)]
+    fn degree<const I: usize>(
+        &mut self,
+        instructions: &[Instruction],
+        block: usize,
+        mut last: S,
+    ) -> S {
+        for instruction in instructions {
+            last = match *instruction {
+                Instruction::Linear { out, ref sum } => {
+                    let value = self.sum::<I>(sum, block, last);
+                    self.put::<I>(out, block, value)
+                }
+                Instruction::Integral { out, ref sum } => {
+                    let value = self.sum::<I>(sum, block, last) * self.inverses[block][I];
+                    self.put_next::<I>(out, block, value)
+                }
+                Instruction::Square { out, a } => {
+                    let value = self.square::<I>(out, a, block, last);
+                    self.put::<I>(out, block, value)
+                }
+                Instruction::Product { out, a, b } => {
+                    let value = self.product::<I>(out, (a, b), block, last);
+                    self.put::<I>(out, block, value)
+                }
+                Instruction::Quotient {
+                    out,
+                    numerator,
+                    denominator,
+                    reciprocal,
+                } => {
+                    let rest = self.dividend::<I>(out, (numerator, denominator), block, last);
+                    if I == 0 && block == 0 {
+                        let head = self.newest::<I>(denominator, block, last);
+                        self.put::<I>(reciprocal, block, S::one() / head);
+                    }
+                    let value = rest * self.tape[reciprocal][0][0];
+                    self.put::<I>(out, block, value)
+                }
+                Instruction::Phase { .. } => last,
+                Instruction::Other { out, ref operation } => {
+                    let k = BLOCK * block + I;
+                    let value = super::any_coefficient(self.tape, out, operation, k);
+                    self.put::<I>(out, block, value)
+                }
+            };
+        }
+        last
+    }
+
+    #[inline(always)]
+    fn sum<const I: usize>(&self, sum: &Sum, block: usize, last: S) -> S {
+        let value = match &sum.terms {
+            Terms::One(a) => self.newest::<I>(a.operand, block, last) * self.factors[a.factor],
+            Terms::Two([a, b]) => {
+                let newest = self.newest::<I>(b.operand, block, last);
+                newest.mul_add(self.factors[b.factor], self.scaled::<I>(a, block))
+            }
+            Terms::Three([a, b, c]) => {
+                let newest = self.newest::<I>(c.operand, block, last);
+                let second = self.at::<I>(b.operand.slot, block);
+                let rest = second.mul_add(self.factors[b.factor], self.scaled::<I>(a, block));
+                newest.mul_add(self.factors[c.factor], rest)
+            }
+        };
+        match sum.constant {
+            Some(constant) if I == 0 && block == 0 => value + self.factors[constant],
+            _ => value,
+        }
+    }
+
+    #[inline(always)]
+    fn scaled<const I: usize>(&self, term: &Term, block: usize) -> S {
+        self.at::<I>(term.operand.slot, block) * self.factors[term.factor]
+    }
+
+    #[inline(always)]
+    fn square<const I: usize>(&self, out: Slot, a: Operand, block: usize, last: S) -> S {
+        let newest = self.newest::<I>(a, block, last);
+        let series = self.series(a.slot);
+        let (first, present) = (&series[0], &series[block]);
+        if block > 0 {
+            let sum = sum_before::<S, I>(S::zero(), first, present);
+            let sum = first[0].mul_add(newest, sum);
+            return self.at::<I>(out, block) + (sum + sum);
+        }
+        if I == 0 {
+            return newest * newest;
+        }
+        let mut sum = S::zero();
+        for j in 1..I.div_ceil(2) {
+            sum = first[j].mul_add(first[I - j], sum);
+        }
+        let sum = first[0].mul_add(newest, sum);
+        let twice = sum + sum;
+        if I.is_multiple_of(2) {
+            first[I / 2].mul_add(first[I / 2], twice)
+        } else {
+            twice
+        }
+    }
+
+    #[inline(always)]
+    fn product<const I: usize>(
+        &self,
+        out: Slot,
+        (a, b): (Operand, Operand),
+        block: usize,
+        last: S,
+    ) -> S {
+        let newest = (
+            self.newest::<I>(a, block, last),
+            self.newest::<I>(b, block, last),
+        );
+        let (a, b) = (self.series(a.slot), self.series(b.slot));
+        if block > 0 {
+            let sum = sum_before::<S, I>(self.at::<I>(out, block), &a[0], &b[block]);
+            let sum = sum_before::<S, I>(sum, &b[0], &a[block]);
+            return a[0][0].mul_add(newest.1, b[0][0].mul_add(newest.0, sum));
+        }
+        if I == 0 {
+            return newest.0 * newest.1;
+        }
+        let mut sum = S::zero();
+        for j in 1..I {
+            sum = a[0][j].mul_add(b[0][I - j], sum);
+        }
+        a[0][0].mul_add(newest.1, b[0][0].mul_add(newest.0, sum))
+    }
+
+    /// What a quotient's coefficient is but for the division by the head of the denominator.
+    #[inline(always)]
+    fn dividend<const I: usize>(
+        &self,
+        out: Slot,
+        (numerator, denominator): (Operand, Operand),
+        block: usize,
+        last: S,
+    ) -> S {
+        let numerator = self.newest::<I>(numerator, block, last);
+        if I == 0 && block == 0 {
+            return numerator;
+        }
+        let newest = self.newest::<I>(denominator, block, last);
+        let (b, u) = (self.series(denominator.slot), self.series(out));
+        let sum = if block > 0 {
+            let sum = sum_before::<S, I>(self.at::<I>(out, block), &u[0], &b[block]);
+            sum_before::<S, I>(sum, &b[0], &u[block])
+        } else {
+            let mut sum = S::zero();
+            for j in (1..I).rev() {
+                sum = b[0][j].mul_add(u[0][I - j], sum);
+            }
+            sum
+        };
+        numerator - u[0][0].mul_add(newest, sum)
+    }
+
+    /// A linear combination of complete series.
+    #[inline(always)]
+    fn linear_series(&mut self, out: Slot, sum: &Sum) {
+        let (first, others) = match &sum.terms {
+            Terms::One(a) => (a, [None, None]),
+            Terms::Two([a, b]) => (a, [Some(b), None]),
+            Terms::Three([a, b, c]) => (a, [Some(b), Some(c)]),
+        };
+        for block in 0..self.blocks.min(MOST_BLOCKS) {
+            let factor = self.factors[first.factor];
+            for i in 0..BLOCK {
+                self.tape[out][block][i] = self.tape[first.operand.slot][block][i] * factor;
+            }
+        }
+        for term in others.into_iter().flatten() {
+            let factor = self.factors[term.factor];
+            for block in 0..self.blocks.min(MOST_BLOCKS) {
+                for i in 0..BLOCK {
+                    let a = self.tape[term.operand.slot][block][i];
+                    self.tape[out][block][i] = a.mul_add(factor, self.tape[out][block][i]);
+                }
+            }
+        }
+        if let Some(constant) = sum.constant {
+            self.tape[out][0][0] += self.factors[constant];
+        }
+    }
+
+    /// `sin(a_0 + a_1 t)` and its cosine: four derivatives in turn.
+    #[inline(always)]
+    fn phase_series(&mut self, a: Slot, table: Slot, (sine, cosine): (Option<Slot>, Option<Slot>)) {
+        let (s, c) = self.series(a)[0][0].sin_cos();
+        let derivatives = [(sine, [s, c, -s, -c]), (cosine, [c, -s, -c, s])];
+        for (out, derivatives) in derivatives {
+            let Some(out) = out else { continue };
+            for block in 0..self.blocks.min(MOST_BLOCKS) {
+                let powers = self.tape[table][block];
+                let out = &mut self.tape[out][block];
+                for i in 0..BLOCK {
+                    out[i] = powers[i] * derivatives[i];
+                }
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn series(&self, slot: Slot) -> &Blocks<S> {
+        &self.tape[slot]
+    }
+
+    #[inline(always)]
+    fn at<const I: usize>(&self, slot: Slot, block: usize) -> S {
+        self.tape[slot][block][I]
+    }
+
+    #[inline(always)]
+    fn newest<const I: usize>(&self, operand: Operand, block: usize, last: S) -> S {
+        if operand.is_fresh {
+            last
+        } else {
+            self.at::<I>(operand.slot, block)
+        }
+    }
+
+    #[inline(always)]
+    fn put<const I: usize>(&mut self, slot: Slot, block: usize, value: S) -> S {
+        self.tape[slot][block][I] = value;
+        value
+    }
+
+    /// Puts a coefficient to the next degree, if there is one.
+    #[inline(always)]
+    fn put_next<const I: usize>(&mut self, slot: Slot, block: usize, value: S) -> S {
+        if I + 1 < BLOCK {
+            self.tape[slot][block][I + 1] = value;
+        } else if block + 1 < MOST_BLOCKS {
+            self.tape[slot][block + 1][0] = value;
+        }
+        value
+    }
+}
+
+/// `sum + Σ_{j=1}^{I} first_j present_{I−j}`, the newest coefficient last.
+#[inline(always)]
+fn sum_before<S: Scalar, const I: usize>(mut sum: S, first: &Block<S>, present: &Block<S>) -> S {
+    for j in (1..=I).rev() {
+        sum = first[j].mul_add(present[I - j], sum);
+    }
+    sum
+}

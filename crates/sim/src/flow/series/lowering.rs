@@ -1,0 +1,318 @@
+//! From a program to the instructions of its series.
+//!
+//! One idea: what does not depend on the states is completed before, what does not feed the
+//! derivatives after the rest; of what is left sums are gathered into one instruction, and each
+//! instruction is put where the one before gives what it waits for.
+
+mod linear;
+
+use super::instruction::{Factor, Instruction, Operand};
+use super::limits::{combinations, limiting};
+use super::{ConstantSlots, PhaseTable, SeriesProgram};
+use crate::flow::program::{InputKind, Operation, Program, Slot};
+
+impl SeriesProgram {
+    /// The series of a field's program whose first outputs are the derivatives of the states;
+    /// `inputs` as it was lowered with.
+    pub(in crate::flow) fn new(program: &Program, inputs: &[InputKind], dimension: usize) -> Self {
+        let mut lowering = Lowering::new(program, inputs);
+        let units = lowering.units();
+        lowering.mark_feeding(&units, dimension);
+        let constants = lowering.constants(dimension);
+        let mut during = Vec::new();
+        let (mut before, mut after) = (Vec::new(), Vec::new());
+        for component in lowering.integrated(dimension) {
+            during.push(lowering.integral(component));
+        }
+        lowering.mark_outputs(dimension);
+        for unit in units.iter().rev() {
+            let Some(instructions) = lowering.unit(unit) else {
+                continue;
+            };
+            if !lowering.of_state[unit[0]] {
+                before.push(instructions);
+            } else if lowering.feeds[unit[0]] {
+                during.splice(0..0, instructions);
+            } else {
+                after.push(instructions);
+            }
+        }
+        chain(&mut during);
+        let groups = before.into_iter().rev().chain([during]);
+        Self {
+            dimension,
+            inputs: inputs.len(),
+            slots: lowering.slots,
+            factors: lowering.factors,
+            constants,
+            tables: lowering.tables,
+            groups: groups.chain(after.into_iter().rev()).collect(),
+            limiting: limiting(program, &inputs[..dimension]),
+            combinations: combinations(program),
+        }
+    }
+}
+
+/// Puts the integrals into the order in which the next instruction waits least, and marks what each
+/// takes from the one before.
+fn chain(during: &mut [Instruction]) {
+    let is_integral =
+        |instruction: &Instruction| matches!(instruction, Instruction::Integral { .. });
+    let others = during.iter().take_while(|one| !is_integral(one)).count();
+    let (first, integrals) = during.split_at_mut(others);
+    if let Some(given) = first.last().and_then(Instruction::out)
+        && let Some(found) = integrals.iter().position(|one| one.takes(given))
+    {
+        integrals.swap(0, found);
+    }
+    let feeds_first = |one: &Instruction| {
+        let start = first.first();
+        start.is_some_and(|start| one.out().is_some_and(|out| start.takes(out)))
+    };
+    if let Some(found) = integrals.iter().skip(1).position(feeds_first) {
+        let last = integrals.len() - 1;
+        integrals.swap(found + 1, last);
+    }
+    // NOTE: an integral gives the next degree, for the first instruction there.
+    let mut before = during.last().and_then(Instruction::out);
+    for instruction in during {
+        if let Some(before) = before {
+            instruction.take_from(before);
+        }
+        before = instruction.out().filter(|_| !is_integral(instruction));
+    }
+}
+
+/// What is known of a slot's series before a step.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum SlotKind {
+    /// A function of the parameters.
+    Constant,
+    /// A phase, or linear in phases with constant factors.
+    Linear,
+    /// Anything.
+    Series,
+}
+
+struct Lowering<'p> {
+    program: &'p Program,
+    inputs: &'p [InputKind],
+    /// Slots of the program, and those added for reciprocals and tables.
+    slots: usize,
+    /// Slots that depend on a state other than a phase.
+    of_state: Vec<bool>,
+    kinds: Vec<SlotKind>,
+    /// How many operations and outputs read a slot.
+    uses: Vec<usize>,
+    /// Slots the derivatives of the states need.
+    feeds: Vec<bool>,
+    /// Slots that instructions or outputs read.
+    needed: Vec<bool>,
+    factors: Vec<Vec<Factor>>,
+    tables: Vec<PhaseTable>,
+}
+
+impl<'p> Lowering<'p> {
+    fn new(program: &'p Program, inputs: &'p [InputKind]) -> Self {
+        let slots = program.slots();
+        let mut of_state = vec![false; slots];
+        let mut uses = vec![0; slots];
+        for (slot, kind) in inputs.iter().enumerate() {
+            of_state[slot] = *kind == InputKind::Variable;
+        }
+        for slot in inputs.len()..slots {
+            of_state[slot] = program.operands(slot).any(|operand| of_state[operand]);
+        }
+        let read = (0..slots).flat_map(|slot| program.operation(slot).reads());
+        let outputs = (0..program.outputs()).map(|output| program.output(output));
+        read.chain(outputs).for_each(|slot| uses[slot] += 1);
+        let mut lowering = Self {
+            program,
+            inputs,
+            slots,
+            of_state,
+            kinds: Vec::new(),
+            uses,
+            feeds: vec![false; slots],
+            needed: vec![false; slots],
+            factors: Vec::new(),
+            tables: Vec::new(),
+        };
+        for slot in 0..slots {
+            lowering.kinds.push(lowering.kind(slot));
+        }
+        lowering
+    }
+
+    fn kind(&self, slot: Slot) -> SlotKind {
+        if let Some(input) = self.inputs.get(slot) {
+            return match input {
+                InputKind::Variable => SlotKind::Series,
+                InputKind::LinearInTime => SlotKind::Linear,
+                InputKind::HeadOnly | InputKind::Bound(_) => SlotKind::Constant,
+            };
+        }
+        let has = |kind| {
+            self.program
+                .operands(slot)
+                .any(|operand| self.kinds[operand] == kind)
+        };
+        if has(SlotKind::Series) || has(SlotKind::Linear) && !self.is_linear(slot) {
+            SlotKind::Series
+        } else if has(SlotKind::Linear) {
+            SlotKind::Linear
+        } else {
+            SlotKind::Constant
+        }
+    }
+
+    /// The slots beyond the inputs, those that need each other together.
+    fn units(&self) -> Vec<Vec<Slot>> {
+        let mut units: Vec<Vec<Slot>> = Vec::new();
+        let mut open = 0;
+        for slot in self.inputs.len()..self.program.slots() {
+            if slot < open
+                && let Some(unit) = units.last_mut()
+            {
+                unit.push(slot);
+            } else {
+                units.push(vec![slot]);
+            }
+            let last = self.program.operation(slot).reads().max().unwrap_or(0);
+            open = open.max(last + 1);
+        }
+        units
+    }
+
+    fn mark_feeding(&mut self, units: &[Vec<Slot>], dimension: usize) {
+        for component in 0..dimension {
+            self.feeds[self.program.output(component)] = true;
+        }
+        for unit in units.iter().rev() {
+            if unit.iter().any(|&slot| self.feeds[slot]) {
+                for &slot in unit {
+                    self.feeds[slot] = true;
+                    let reads = self.program.operation(slot).reads();
+                    reads.for_each(|read| self.feeds[read] = true);
+                }
+            }
+        }
+    }
+
+    /// Whether a slot is a function of the parameters.
+    fn is_constant(&self, slot: Slot) -> bool {
+        self.kinds[slot] == SlotKind::Constant
+    }
+
+    /// The states that are not linear in time.
+    fn integrated(&self, dimension: usize) -> Vec<Slot> {
+        let states = (0..dimension).filter(|&state| self.inputs[state] == InputKind::Variable);
+        states.collect()
+    }
+
+    fn constants(&self, dimension: usize) -> ConstantSlots {
+        let beyond = self.inputs.len()..self.program.slots();
+        let with_operation = |slot: Slot| (slot, *self.program.operation(slot));
+        let is_linear = |&slot: &Slot| self.kinds[slot] == SlotKind::Linear;
+        let phases = (0..dimension).filter(|&state| self.inputs[state] != InputKind::Variable);
+        ConstantSlots {
+            heads: beyond
+                .clone()
+                .filter(|&slot| self.is_constant(slot))
+                .map(with_operation)
+                .collect(),
+            rates: phases
+                .map(|state| (state, self.program.output(state)))
+                .collect(),
+            linear: beyond.filter(is_linear).map(with_operation).collect(),
+        }
+    }
+
+    /// Outputs that are to be there as slots: what is watched.
+    fn mark_outputs(&mut self, dimension: usize) {
+        for output in dimension..self.program.outputs() {
+            self.needed[self.program.output(output)] = true;
+        }
+    }
+
+    fn integral(&mut self, state: Slot) -> Instruction {
+        let derivative = self.program.output(state);
+        Instruction::Integral {
+            out: state,
+            sum: self.sum(derivative),
+        }
+    }
+
+    /// The instructions of slots that need each other, if any is needed.
+    fn unit(&mut self, unit: &[Slot]) -> Option<Vec<Instruction>> {
+        let is_done = |&slot: &Slot| self.kinds[slot] != SlotKind::Series;
+        if !unit.iter().any(|&slot| self.needed[slot]) || unit.iter().all(is_done) {
+            return None;
+        }
+        if let [slot] = *unit {
+            return Some(vec![self.instruction(slot)]);
+        }
+        if let [sine, cosine] = *unit
+            && let Operation::OfPhase { a, .. } = *self.program.operation(sine)
+            && self.kinds[a] == SlotKind::Linear
+        {
+            return Some(vec![self.phase(a, sine, cosine)]);
+        }
+        Some(unit.iter().map(|&slot| self.other(slot)).collect())
+    }
+
+    fn phase(&mut self, a: Slot, sine: Slot, cosine: Slot) -> Instruction {
+        let table = self.added_slot();
+        self.tables.push(PhaseTable { phase: a, table });
+        Instruction::Phase {
+            a,
+            table,
+            sine: self.needed[sine].then_some(sine),
+            cosine: self.needed[cosine].then_some(cosine),
+        }
+    }
+
+    fn instruction(&mut self, out: Slot) -> Instruction {
+        match *self.program.operation(out) {
+            Operation::Mul(a, b) if a == b => Instruction::Square {
+                out,
+                a: self.operand(a),
+            },
+            Operation::Mul(a, b) => Instruction::Product {
+                out,
+                a: self.operand(a),
+                b: self.operand(b),
+            },
+            Operation::Div(a, b) => Instruction::Quotient {
+                out,
+                numerator: self.operand(a),
+                denominator: self.operand(b),
+                reciprocal: self.added_slot(),
+            },
+            _ if self.is_linear(out) => Instruction::Linear {
+                out,
+                sum: self.sum(out),
+            },
+            _ => self.other(out),
+        }
+    }
+
+    fn other(&mut self, out: Slot) -> Instruction {
+        let operation = *self.program.operation(out);
+        operation.reads().for_each(|read| self.needed[read] = true);
+        Instruction::Other { out, operation }
+    }
+
+    fn operand(&mut self, slot: Slot) -> Operand {
+        self.needed[slot] = true;
+        Operand {
+            slot,
+            is_fresh: false,
+        }
+    }
+
+    fn added_slot(&mut self) -> Slot {
+        self.slots += 1;
+        self.slots - 1
+    }
+}

@@ -1,0 +1,152 @@
+//! The simulator's way through time: by durations, by forcing periods, from stop to stop.
+//!
+//! One idea: whoever asks for a time gets what happens up to it; responses and releases on the way
+//! are applied.
+
+use super::HybridError;
+use super::simulator::{Approach, Simulator, Stop, check_finite};
+use super::trajectory::{Event, Outcome, Trajectory};
+use crate::numeric::Real;
+
+impl<S: Real> Simulator<'_, S> {
+    /// Simulates for a duration and collects what happens.
+    ///
+    /// # Errors
+    ///
+    /// [`HybridError::NotFinite`] if the duration is not finite.
+    pub fn run(&mut self, duration: S) -> Result<Trajectory<S>, HybridError> {
+        let mut events = Vec::new();
+        let outcome = self.advance(duration, &mut |event| events.push(event))?;
+        Ok(Trajectory {
+            events,
+            state: self.motion.state.clone(),
+            time: self.motion.time,
+            outcome,
+        })
+    }
+
+    /// Simulates for a duration, handing every event to `record`; allocates nothing.
+    ///
+    /// # Errors
+    ///
+    /// [`HybridError::NotFinite`] if the duration is not finite.
+    pub fn advance(
+        &mut self,
+        duration: S,
+        record: &mut dyn FnMut(Event<S>),
+    ) -> Result<Outcome<S>, HybridError> {
+        check_finite(&[duration], 0)?;
+        let horizon = self.motion.time + duration;
+        Ok(self
+            .advance_to(horizon, record)
+            .err()
+            .unwrap_or(Outcome::Completed))
+    }
+
+    /// Simulates one forcing period; the phase is exactly where it was.
+    ///
+    /// `period` is [`forcing_period`](Self::forcing_period), computed once per parameter vector.
+    /// Time is measured from the start of the period.
+    ///
+    /// # Errors
+    ///
+    /// [`HybridError::NoPhase`] for an autonomous system.
+    pub fn advance_period(
+        &mut self,
+        period: S,
+        record: &mut dyn FnMut(Event<S>),
+    ) -> Result<Outcome<S>, HybridError> {
+        let component = self
+            .system
+            .phase
+            .as_ref()
+            .ok_or(HybridError::NoPhase)?
+            .component;
+        self.motion.reference_phase = self.motion.state[component];
+        (self.motion.time, self.motion.turns) = (S::zero(), 0);
+        let penetrates = self.check_penetration(None);
+        Ok(match penetrates {
+            Ok(()) => self.finish_period(None, period, record)?,
+            Err(outcome) => outcome,
+        })
+    }
+
+    /// Simulates the rest of a forcing period from a stop, if it is at one, on; the phase is then
+    /// the one it is kept about.
+    ///
+    /// # Errors
+    ///
+    /// [`HybridError::NoPhase`] for an autonomous system.
+    pub(super) fn finish_period(
+        &mut self,
+        stop: Option<Stop<S>>,
+        period: S,
+        record: &mut dyn FnMut(Event<S>),
+    ) -> Result<Outcome<S>, HybridError> {
+        let phase = self.system.phase.as_ref().ok_or(HybridError::NoPhase)?;
+        if let Err(outcome) = self.fly_on(stop, period, record) {
+            return Ok(outcome);
+        }
+        self.motion.state[phase.component] = self.motion.reference_phase;
+        Ok(Outcome::Completed)
+    }
+
+    pub(super) fn advance_to(
+        &mut self,
+        horizon: S,
+        record: &mut dyn FnMut(Event<S>),
+    ) -> Result<(), Outcome<S>> {
+        self.check_penetration(None)?;
+        self.fly_on(None, horizon, record)
+    }
+
+    /// From a stop, if it is at one, on to a time.
+    fn fly_on(
+        &mut self,
+        mut stop: Option<Stop<S>>,
+        horizon: S,
+        record: &mut dyn FnMut(Event<S>),
+    ) -> Result<(), Outcome<S>> {
+        loop {
+            let next = match stop.take() {
+                Some(stop) => stop,
+                None => match self.fly_through_impacts(horizon, record) {
+                    Some(stop) => stop,
+                    None => self.next_stop(horizon, Approach::default(), record)?,
+                },
+            };
+            match next {
+                Stop::Horizon => return Ok(()),
+                Stop::Contact { surface } => self.respond(surface, record)?,
+                Stop::Minimum { .. } | Stop::Release => {}
+            }
+        }
+    }
+
+    /// Flies to the next stop at or before a time; releases on the way are applied.
+    pub(super) fn next_stop(
+        &mut self,
+        horizon: S,
+        approach: Approach,
+        record: &mut dyn FnMut(Event<S>),
+    ) -> Result<Stop<S>, Outcome<S>> {
+        for _ in 0..self.step_limit {
+            if self.motion.time >= horizon {
+                return Ok(Stop::Horizon);
+            }
+            let flown = match self.leap(horizon, approach, record) {
+                Some(flown) => flown,
+                None => self.step(horizon, approach, record)?,
+            };
+            match flown {
+                None => {}
+                Some(Stop::Release) => self.release(record),
+                Some(stop) => return Ok(stop),
+            }
+        }
+        Err(Outcome::StepLimit {
+            limit: self.step_limit,
+            time: self.motion.time,
+        })
+    }
+}

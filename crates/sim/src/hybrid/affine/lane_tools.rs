@@ -1,0 +1,201 @@
+//! The affine side of simulators in lanes: [`AffineTools`](super::AffineTools) of several orbits at
+//! one rigid surface.
+
+use super::lane_extended::LaneExtended;
+use super::lane_leap::{LaneLeapBuffers, LaneLeaper};
+use super::retreat::Retreat;
+use super::surface::SurfaceTables;
+use crate::flow::{AffineLeaps, LaneLeaps};
+use crate::hybrid::backward::Back;
+use crate::hybrid::landing::{REDUCED, ends_before_turn};
+use crate::hybrid::lane_flow::{LaneAsked, LaneFlow, LaneLeap};
+use crate::hybrid::lane_log::LaneLog;
+use crate::hybrid::lane_motion::LaneMotion;
+use crate::hybrid::sensing::Sense;
+use crate::numeric::{Branched, Kernel, LaneMask, Lanes, Mask, Scalar};
+
+/// What one orbit has at its parameters.
+#[derive(Clone, Debug)]
+pub(in crate::hybrid) struct OrbitTables {
+    pub(super) leaps: AffineLeaps<f64>,
+    pub(super) surface: SurfaceTables<f64>,
+    pub(super) multiples: Vec<f64>,
+    pub(super) phase: Option<usize>,
+    pub(super) states: usize,
+}
+
+/// Tables of several orbits, and what they work on.
+#[derive(Clone, Debug)]
+pub(in crate::hybrid) struct LaneTools<const N: usize> {
+    leaps: LaneLeaps<N>,
+    buffers: LaneLeapBuffers<N>,
+    extended: LaneExtended<N>,
+    surface: SurfaceTables<Lanes<N>>,
+    phase: Option<usize>,
+    /// States somewhere else.
+    there: Vec<Lanes<N>>,
+    /// Value and slope of the gap and the rates of the states.
+    landing: Vec<Lanes<N>>,
+}
+
+impl<const N: usize> LaneTools<N> {
+    /// From the tables of every orbit; `None` where they have other shapes.
+    pub(in crate::hybrid) fn new(alone: [OrbitTables; N]) -> Option<Self> {
+        let leaps = LaneLeaps::new(alone.each_ref().map(|own| own.leaps.clone()).to_vec())?;
+        let surface = SurfaceTables::interleaved(alone.each_ref().map(|own| &own.surface))?;
+        let OrbitTables {
+            phase,
+            states,
+            ref multiples,
+            ..
+        } = alone[0];
+        let multiple = |place: usize| Lanes::from_fn(|lane| alone[lane].multiples[place]);
+        let multiples: Vec<_> = (0..multiples.len()).map(multiple).collect();
+        let zero = Lanes::splat(0.0);
+        Some(Self {
+            buffers: LaneLeapBuffers::new(&leaps),
+            extended: LaneExtended::new(states, phase, multiples),
+            surface,
+            phase,
+            there: vec![zero; states],
+            landing: vec![zero; 2 + states],
+            leaps,
+        })
+    }
+
+    /// Puts motions to the states computed, and their phases on by a time.
+    #[inline(always)]
+    fn take_there(&self, motion: &mut LaneMotion<N>, wanted: LaneMask<N>, time: Lanes<N>) {
+        for (state, &there) in motion.state.iter_mut().zip(&self.there) {
+            *state = Lanes::select(wanted, there, *state);
+        }
+        if let Some(phase) = self.phase {
+            let phase = &mut motion.state[phase];
+            let there = self.leaps.phase_rate().mul_add(time, *phase);
+            *phase = Lanes::select(wanted, there, *phase);
+        }
+    }
+}
+
+impl<const N: usize> LaneFlow<N> for LaneTools<N> {
+    #[inline(always)]
+    fn forget(&mut self) {
+        self.extended.forget();
+    }
+
+    #[inline(always)]
+    fn time_scale(&self, _: &LaneMotion<N>) -> Lanes<N> {
+        self.leaps.time_scale()
+    }
+
+    #[inline(always)]
+    fn leap(
+        &mut self,
+        motion: &mut LaneMotion<N>,
+        horizon: Lanes<N>,
+        asked: LaneAsked<N>,
+        log: &mut LaneLog<N>,
+    ) -> LaneLeap<N> {
+        self.extended.take(&motion.state, asked.wanted);
+        let leap = LaneLeaper {
+            leaps: &self.leaps,
+            extended: &self.extended.values,
+            buffers: &mut self.buffers,
+            motion,
+            asked,
+            log,
+        }
+        .fly();
+        let flown = asked.wanted & !leap.open;
+        let at_end = leap.time.is_equal(asked.longest) & !leap.contact & !leap.minimum;
+        let of_use = !at_end | asked.landing;
+        let useful = flown & of_use & !(leap.minimum & asked.passing);
+        if useful.any() {
+            let visit = &mut self.buffers.visit;
+            let (leaps, extended) = (&self.leaps, &self.extended.values);
+            visit.states_at(leap.time, useful, leaps, extended, &mut self.there);
+            self.take_there(motion, useful, leap.time);
+        }
+        let time = Lanes::select(
+            leap.time.is_equal(asked.longest),
+            horizon,
+            motion.time + leap.time,
+        );
+        motion.time = Lanes::select(flown, time, motion.time);
+        leap
+    }
+
+    #[inline(always)]
+    fn retreat(
+        &mut self,
+        motion: &mut LaneMotion<N>,
+        goal: Back,
+        wanted: LaneMask<N>,
+        longest: Lanes<N>,
+    ) -> LaneMask<N> {
+        self.extended.take(&motion.state, wanted);
+        let (time, known) = Retreat {
+            leaps: &self.leaps,
+            extended: &self.extended.values,
+            visit: &mut self.buffers.visit,
+            surface: 0,
+            goal,
+            longest,
+            wanted,
+            states: &mut self.there,
+        }
+        .run();
+        let known = known & wanted;
+        self.take_there(motion, known, -time);
+        motion.time = Lanes::select(known, motion.time - time, motion.time);
+        known
+    }
+
+    #[inline(always)]
+    fn sense(&mut self, motion: &LaneMotion<N>, wanted: LaneMask<N>) -> Sense<Lanes<N>> {
+        self.extended.take(&motion.state, wanted);
+        self.surface.sense(&self.extended.values)
+    }
+
+    #[inline(always)]
+    fn reset(&mut self, motion: &mut LaneMotion<N>, wanted: LaneMask<N>) {
+        self.extended.take(&motion.state, wanted);
+        if let Some(reset) = &self.surface.reset {
+            reset.multiply(&self.extended.values, &mut self.there);
+        }
+        for (state, &there) in motion.state.iter_mut().zip(&self.there) {
+            *state = Lanes::select(wanted, there, *state);
+        }
+    }
+
+    #[inline(always)]
+    fn settle(&mut self, motion: &mut LaneMotion<N>, wanted: LaneMask<N>) -> LaneMask<N> {
+        let zero = Lanes::splat(0.0);
+        self.extended.take(&motion.state, wanted);
+        self.surface
+            .contact
+            .multiply(&self.extended.values, &mut self.landing);
+        let (value, slope) = (self.landing[0], self.landing[1]);
+        let curvature = self.surface.sense(&self.extended.values).acceleration;
+        let settles = wanted & !value.is_equal(zero) & slope.is_below(zero);
+        let shift = -value / slope;
+        let rates = self.landing[2..].iter().copied();
+        let rates = rates.chain([self.leaps.phase_rate()]);
+        for (state, rate) in motion.state.iter_mut().zip(rates) {
+            *state = Lanes::select(settles, rate.mul_add(shift, *state), *state);
+        }
+        let after = self.gap(motion, settles);
+        let less = after.abs().is_at_most(value.abs() * Lanes::splat(REDUCED));
+        motion.time = Lanes::select(settles, motion.time + shift, motion.time);
+        settles & !(less & ends_before_turn(value, slope, curvature))
+    }
+
+    #[inline(always)]
+    fn gap(&mut self, motion: &LaneMotion<N>, wanted: LaneMask<N>) -> Lanes<N> {
+        if self.surface.moves() {
+            self.extended.take(&motion.state, wanted);
+            return self.surface.clearance(&self.extended.values).gap;
+        }
+        self.surface.clearance(&motion.state).gap
+    }
+}

@@ -1,0 +1,305 @@
+//! Zeros of a gap and of its slope along a span, on the series about the nearest node: those at
+//! which it falls by parabolas (`parabolas`), its extrema by Newton's method.
+//!
+//! All of it is masked: the same operations are those of one orbit and, in lanes, of several.
+
+use num_traits::Zero as _;
+
+use super::parabolas::falling_zero;
+use crate::flow::{AffineLeaps, LeapTables, NumberMask, RoundedNumber};
+use crate::numeric::{Branched, Mask, Scalar, polynomial};
+
+/// Where a gap turns.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Turn<S: Branched> {
+    /// Time since the start of the span.
+    pub(super) time: S,
+    /// The gap there.
+    pub(super) gap: S,
+    /// Its second derivative there.
+    pub(super) curvature: S,
+    /// For how long after it the gap is known to rise.
+    pub(super) rises_for: S,
+    /// Where there is one.
+    pub(super) found: S::Mask,
+}
+
+/// A zero of a gap or of its slope.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Zero<S: Branched> {
+    /// Its time, or where the search left the node.
+    pub(super) time: S,
+    /// The slope there.
+    pub(super) slope: S,
+    /// Where it is one.
+    pub(super) found: S::Mask,
+}
+
+/// The motion about the node visited last.
+#[derive(Clone, Debug)]
+pub(super) struct NodeVisit<T: LeapTables> {
+    node: T::Node,
+    /// The extended state there, padded.
+    values: Vec<T::Number>,
+    pub(super) series: Vec<T::Number>,
+    slopes: Vec<T::Number>,
+    /// Room for the series in `f64`.
+    rounded: Vec<RoundedNumber<T>>,
+}
+
+impl<T: LeapTables> NodeVisit<T> {
+    pub(super) fn new(leaps: &T, columns: usize) -> Self {
+        Self {
+            node: T::NOWHERE,
+            values: vec![T::Number::zero(); AffineLeaps::<f64>::padded_columns(columns)],
+            series: vec![T::Number::zero(); leaps.terms()],
+            slopes: vec![T::Number::zero(); leaps.terms()],
+            rounded: vec![RoundedNumber::<T>::zero(); leaps.terms()],
+        }
+    }
+
+    /// To be called where a span starts.
+    #[inline(always)]
+    pub(super) fn forget(&mut self) {
+        self.node = T::NOWHERE;
+    }
+
+    /// The states at a time of the span.
+    #[inline(always)]
+    pub(super) fn states_at(
+        &mut self,
+        time: T::Number,
+        wanted: NumberMask<T>,
+        leaps: &T,
+        extended: &[T::Number],
+        states: &mut [T::Number],
+    ) {
+        let (node, start) = leaps.node(time.rounded());
+        leaps.go_to(node, wanted, &mut self.node, extended, &mut self.values);
+        leaps.states_at(time - start, &self.values, &mut self.series, states);
+    }
+}
+
+/// The gap of one surface along a span.
+pub(super) struct GapCourse<'t, T: LeapTables> {
+    pub(super) leaps: &'t T,
+    pub(super) extended: &'t [T::Number],
+    pub(super) surface: usize,
+    pub(super) visit: &'t mut NodeVisit<T>,
+}
+
+/// Most steps of Newton's method, and most changes of the node.
+pub(super) const MAX_NEWTON: usize = 8;
+
+impl<T: LeapTables> GapCourse<'_, T> {
+    /// The zero near a time at which the gap falls, from that of the parabola about the node.
+    #[inline(always)]
+    pub(super) fn fall(
+        &mut self,
+        near: RoundedNumber<T>,
+        wanted: NumberMask<T>,
+    ) -> (T::Number, NumberMask<T>) {
+        let mut time = T::Number::from_rounded(near);
+        let (mut going, mut found) = (wanted, NumberMask::<T>::NONE);
+        for _ in 0..MAX_NEWTON {
+            let (node, start) = self.leaps.node(time.rounded());
+            let zero = self.fall_about(node, time - start, going);
+            time = T::Number::select(going, start + zero.time, time);
+            found |= going & zero.found;
+            going &= !zero.found & self.is_within(time);
+            if !going.any() {
+                break;
+            }
+            T::Number::carried(&mut time);
+        }
+        (time, found)
+    }
+
+    /// The same about one node, from a guess for where there is no parabola.
+    #[inline(always)]
+    pub(super) fn fall_about(
+        &mut self,
+        node: T::Node,
+        guess: T::Number,
+        wanted: NumberMask<T>,
+    ) -> Zero<T::Number> {
+        let reach = self.leaps.reach().rounded();
+        let NodeVisit {
+            series, rounded, ..
+        } = self.series_about(node, wanted);
+        let rounded = T::Number::all_rounded(series, rounded);
+        let near = falling_zero(rounded, guess.rounded(), reach, wanted);
+        near.polished(series, reach)
+    }
+
+    /// The extremum near a time.
+    #[inline(always)]
+    pub(super) fn turn(
+        &mut self,
+        near: RoundedNumber<T>,
+        wanted: NumberMask<T>,
+    ) -> Turn<T::Number> {
+        let time = T::Number::from_rounded(near);
+        let mut turn = Turn {
+            time,
+            gap: time,
+            curvature: time,
+            rises_for: time,
+            found: NumberMask::<T>::NONE,
+        };
+        let mut going = wanted;
+        for _ in 0..MAX_NEWTON {
+            let (node, start) = self.leaps.node(turn.time.rounded());
+            let next = self.turn_about(node, turn.time - start, going);
+            let select = |one, other| T::Number::select(going, one, other);
+            turn = Turn {
+                time: select(start + next.time, turn.time),
+                gap: select(next.gap, turn.gap),
+                curvature: select(next.curvature, turn.curvature),
+                rises_for: select(next.rises_for, turn.rises_for),
+                found: turn.found | (going & next.found),
+            };
+            going &= !next.found & self.is_within(turn.time);
+            if !going.any() {
+                break;
+            }
+            T::Number::carried(&mut turn);
+        }
+        turn
+    }
+
+    /// The same about one node, its time counted from there.
+    #[inline(always)]
+    pub(super) fn turn_about(
+        &mut self,
+        node: T::Node,
+        guess: T::Number,
+        wanted: NumberMask<T>,
+    ) -> Turn<T::Number> {
+        let reach = self.leaps.reach();
+        let NodeVisit { series, slopes, .. } = self.series_about(node, wanted);
+        turn(series, slopes, guess, reach, wanted)
+    }
+
+    /// The gap at a time.
+    #[inline(always)]
+    pub(super) fn value(&mut self, time: T::Number, wanted: NumberMask<T>) -> T::Number {
+        let (node, start) = self.leaps.node(time.rounded());
+        polynomial::value(&self.series_about(node, wanted).series, time - start)
+    }
+
+    /// The slope at a time.
+    #[inline(always)]
+    pub(super) fn slope(&mut self, time: T::Number, wanted: NumberMask<T>) -> T::Number {
+        let (node, start) = self.leaps.node(time.rounded());
+        polynomial::value_and_slope(&self.series_about(node, wanted).series, time - start).1
+    }
+
+    #[inline(always)]
+    fn series_about(&mut self, node: T::Node, wanted: NumberMask<T>) -> &mut NodeVisit<T> {
+        let (leaps, visit) = (self.leaps, &mut *self.visit);
+        let values = &mut visit.values;
+        leaps.go_to(node, wanted, &mut visit.node, self.extended, values);
+        leaps.watched_series(self.surface, &visit.values, &mut visit.series);
+        visit
+    }
+
+    #[inline(always)]
+    fn is_within(&self, time: T::Number) -> NumberMask<T> {
+        let reach = self.leaps.reach();
+        (-reach).is_below(time) & time.is_below(self.leaps.span() + reach)
+    }
+}
+
+/// The extremum of a series within reach of its node, from that of the parabola about the node, or
+/// from a guess where that has none near; `slopes` takes the derivative.
+#[inline(always)]
+pub(super) fn turn<S: Branched>(
+    series: &[S],
+    slopes: &mut [S],
+    guess: S,
+    reach: S,
+    wanted: S::Mask,
+) -> Turn<S> {
+    differentiate(series, slopes);
+    let chord = -slopes[0] / slopes[1];
+    let is_near = chord.abs().is_at_most(reach + reach);
+    let guess = S::select(is_near, chord, guess);
+    let zero = newton(slopes, guess, reach, wanted);
+    let convex = is_convex(series, reach.rounded());
+    let rises_for = S::select(convex, reach - zero.time, S::zero());
+    Turn {
+        time: zero.time,
+        gap: polynomial::value(series, zero.time),
+        curvature: zero.slope,
+        rises_for,
+        found: zero.found,
+    }
+}
+
+/// A zero of a series within reach of its node and the slope there, by Newton's method from a time;
+/// where it went otherwise.
+///
+/// After a step `Δ` the error is about `Δ² |p''/2p'|`; `p''` is taken from the last two slopes, and
+/// twice as large.
+#[inline(always)]
+fn newton<S: Branched>(series: &[S], start: S, reach: S, wanted: S::Mask) -> Zero<S> {
+    let rounding = S::from_f64(0.25 * S::ROUNDOFF) * reach;
+    let least = S::from_f64(4.0) / reach;
+    let mut zero = Zero {
+        time: start,
+        slope: start,
+        found: S::Mask::NONE,
+    };
+    let mut going = wanted;
+    let mut before = (start, start);
+    for step in 0..MAX_NEWTON {
+        let (value, slope) = polynomial::value_and_slope(series, zero.time);
+        let change = -value / slope;
+        let mut settled = change.is_equal(S::zero());
+        if step > 0 {
+            let (last, last_slope) = before;
+            let run = ((zero.time - last) * slope).abs();
+            let error = ((slope - last_slope).abs() + least * run) * change * change;
+            settled |= error.is_at_most(rounding * run);
+        }
+        before = (zero.time, slope);
+        zero.time = S::select(going, zero.time + change, zero.time);
+        zero.slope = S::select(going, slope, zero.slope);
+        let is_near = zero.time.abs().is_at_most(reach);
+        zero.found |= going & settled & is_near;
+        going &= !settled & is_near;
+        if !going.any() {
+            break;
+        }
+        S::carried(&mut zero);
+        S::carried(&mut before);
+    }
+    zero
+}
+
+/// Whether the second derivative is positive up to a distance from where a series starts: it is
+/// larger than the sum of what its further terms can take away.
+#[inline(always)]
+pub(super) fn is_convex<S: Branched>(series: &[S], reach: S::Rounded) -> S::Mask {
+    let number = S::Rounded::from_f64;
+    let mut bound = number(0.0);
+    for (degree, coefficient) in series.iter().enumerate().skip(3).rev() {
+        let factor = number((degree * (degree - 1)) as f64);
+        bound = (bound + factor * coefficient.abs().rounded()) * reach;
+    }
+    bound.is_below(number(2.0) * series[2].rounded())
+}
+
+/// Coefficients of the derivative, padded with a zero.
+#[inline(always)]
+fn differentiate<S: Scalar>(series: &[S], slopes: &mut [S]) {
+    let mut power = S::zero();
+    for (slope, &value) in slopes.iter_mut().zip(&series[1..]) {
+        power += S::one();
+        *slope = value * power;
+    }
+    if let Some(last) = slopes.last_mut() {
+        *last = S::zero();
+    }
+}

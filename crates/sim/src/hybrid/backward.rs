@@ -1,0 +1,179 @@
+//! Free flight backward in time, to the minimum of a gap or to the surface itself.
+
+use super::flight::{Flight, TaylorFlight};
+use super::landing::Landing;
+use super::motion::Motion;
+use super::passage::{Goal, Heading, Passage};
+use super::search::Gap;
+use super::simulator::{Simulator, Work};
+use super::system::Regime;
+use super::trajectory::Outcome;
+use crate::numeric::Real;
+
+/// Where a backward flight ends.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Back {
+    /// At the first local minimum of the gap, whatever its depth.
+    ToMinimum,
+    /// Where the gap, negative at the start, rises through zero.
+    ToSurface,
+}
+
+/// Most backward steps.
+const MAX_STEPS: usize = 10_000;
+
+impl<S: Real> Simulator<'_, S> {
+    /// Flies freely backward, at most until the time `earliest`; `false` if that came first.
+    pub(super) fn back(
+        &mut self,
+        surface: usize,
+        goal: Back,
+        earliest: S,
+    ) -> Result<bool, Outcome<S>> {
+        if let Some(time) = self.retreat(surface, goal, self.motion.time - earliest) {
+            self.motion.time -= time;
+            self.arrive(surface, goal);
+            return Ok(true);
+        }
+        let mut heading = Heading::Unknown;
+        for _ in 0..MAX_STEPS {
+            let remaining = self.motion.time - earliest;
+            if remaining <= S::zero() {
+                return Ok(false);
+            }
+            if self.step_back(surface, goal, remaining, &mut heading)? {
+                self.arrive(surface, goal);
+                return Ok(true);
+            }
+        }
+        Err(Outcome::StepLimit {
+            limit: MAX_STEPS,
+            time: self.motion.time,
+        })
+    }
+
+    fn arrive(&mut self, surface: usize, goal: Back) {
+        match goal {
+            Back::ToMinimum => self.motion.set_at_minimum(surface),
+            Back::ToSurface => self.settle_on(Landing::Contact { surface }),
+        }
+    }
+
+    /// Takes the state back where the exact flow knows the way; the time it took.
+    fn retreat(&mut self, surface: usize, goal: Back, longest: S) -> Option<S> {
+        if self.motion.leaving[surface].is_some() {
+            return None;
+        }
+        let tools = self.affine.as_mut()?;
+        tools.retreat(surface, goal, &mut self.motion, &self.parameters, longest)
+    }
+
+    /// `heading`: which way the gap goes, backward in time, from one step to the next.
+    fn step_back(
+        &mut self,
+        surface: usize,
+        goal: Back,
+        remaining: S,
+        heading: &mut Heading,
+    ) -> Result<bool, Outcome<S>> {
+        let Self {
+            motion,
+            parameters,
+            affine,
+            free,
+            work,
+            reversed,
+            ..
+        } = self;
+        let exact = affine
+            .as_mut()
+            .and_then(|tools| tools.flight(Regime::Free, motion, parameters));
+        let mut leg = BackwardLeg {
+            motion,
+            work,
+            reversed,
+            surface,
+            goal,
+            remaining,
+            heading,
+        };
+        match exact {
+            Some(mut flight) => leg.fly(&mut flight),
+            None => match free.step(&leg.motion.state, parameters) {
+                Ok(step) => leg.fly(&mut TaylorFlight::new(step, self.surfaces.len())),
+                Err(_) => Err(Outcome::Diverged {
+                    time: leg.motion.time,
+                }),
+            },
+        }
+    }
+}
+
+/// One backward step to be flown.
+struct BackwardLeg<'s, S: Real> {
+    motion: &'s mut Motion<S>,
+    work: &'s mut Work<S>,
+    /// The gap and its slope in reversed time.
+    reversed: &'s mut (Vec<S>, Vec<S>),
+    surface: usize,
+    goal: Back,
+    remaining: S,
+    /// Which way the gap goes, backward in time.
+    heading: &'s mut Heading,
+}
+
+impl<S: Real> BackwardLeg<'_, S> {
+    /// Flies to the goal, or to the end of the step; whether the goal was reached.
+    fn fly<F: Flight<S>>(&mut self, flight: &mut F) -> Result<bool, Outcome<S>> {
+        self.motion.last_step = flight.time_scale();
+        let length = flight.length().min(self.remaining);
+        // In s = −t the gap is Σ g_k (−s)^k, its slope −g'(−s); the surface is where −gap falls
+        // through 0.
+        let (value_sign, goal) = match self.goal {
+            Back::ToMinimum => (S::one(), Goal::Minima),
+            Back::ToSurface => (
+                -S::one(),
+                Goal::Crossing {
+                    near: S::from_f64(-1.0),
+                },
+            ),
+        };
+        let (value, slope) = flight.polynomials(self.surface);
+        alternate(value, value_sign, &mut self.reversed.0);
+        alternate(slope, -value_sign, &mut self.reversed.1);
+        let gap = Gap {
+            value: &self.reversed.0,
+            slope: &self.reversed.1,
+            sign: S::one(),
+        };
+        let Work {
+            search,
+            found,
+            next,
+            ..
+        } = &mut *self.work;
+        found.clear();
+        let start = self.motion.start_after(self.surface, *self.heading);
+        *self.heading = search.search(&gap, length, start, goal, found);
+        let found = found.first().map(Passage::time);
+        let time = found.unwrap_or(length);
+        if !flight.land(-time, next) {
+            return Err(Outcome::Diverged {
+                time: self.motion.time,
+            });
+        }
+        std::mem::swap(&mut self.motion.state, next);
+        self.motion.time -= time;
+        Ok(found.is_some())
+    }
+}
+
+/// Coefficients of `sign · p(−s)`.
+fn alternate<S: Real>(coefficients: &[S], sign: S, out: &mut Vec<S>) {
+    out.clear();
+    let mut sign = sign;
+    for &coefficient in coefficients {
+        out.push(coefficient * sign);
+        sign = -sign;
+    }
+}

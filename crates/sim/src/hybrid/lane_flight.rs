@@ -1,0 +1,302 @@
+//! Flights of several orbits from one section point to the next:
+//! [`DirectReturn`](super::DirectReturn) in lanes.
+//!
+//! One idea: every orbit does one of a few things, and all leap together. It flies to the section's
+//! own passage; it goes on to its next minimum or contact; it flies on behind a contact, to the
+//! minimum that the approach would have had; it looks whether a minimum nearer to the nominal
+//! return follows; or it flies through the surface to the section. Sections differ in
+//! which of these come to pass, and where a return ends. What does none of these leaves the lanes.
+
+use super::lane_flow::{LaneAsked, LaneFlow};
+use super::lane_log::LaneLog;
+use super::lane_motion::LaneMotion;
+use super::lane_orbits::LaneOrbits;
+use super::return_map::DirectReturn;
+use super::returned::ReturnSection;
+use crate::numeric::{Branched, Kernel, LaneMask, Lanes, Mask, Scalar, wide};
+
+/// Most leaps, or steps, of a return in lanes.
+const MAX_LEAPS: usize = 1000;
+
+/// Returns under way.
+#[derive(Clone, Debug)]
+pub(super) struct LaneFlight<F, const N: usize> {
+    orbits: LaneOrbits<F, N>,
+    section: ReturnSection,
+    /// Nominal return times.
+    duration: Lanes<N>,
+    /// Whole periods by which the phase advances in a return.
+    periods: Lanes<N>,
+    /// The section points, and then where the surface was met last.
+    entry: LaneMotion<N>,
+    /// The minimum reached last, and at the end the next section point.
+    passage: LaneMotion<N>,
+    /// Those that come to the section's own passage, and of them those that fly forward to it.
+    first: LaneMask<N>,
+    seeking: LaneMask<N>,
+    /// Those that stand at the surface, before the reset.
+    met: LaneMask<N>,
+    /// Those that fly behind a contact, or look from a minimum behind it.
+    behind: LaneMask<N>,
+    /// Those that look for a nearer minimum, and the times that are left.
+    looking: LaneMask<N>,
+    early: Lanes<N>,
+    /// Those that fly through the surface to the section.
+    last: LaneMask<N>,
+    /// At the next section point.
+    done: LaneMask<N>,
+}
+
+impl<F: LaneFlow<N>, const N: usize> LaneFlight<F, N> {
+    /// Of return maps of one kind.
+    pub(super) fn new(flow: F, alone: [&DirectReturn<'_, f64>; N]) -> Self {
+        let system = alone[0].simulator.system();
+        let orbits = LaneOrbits::new(flow, system, LaneLog::new(alone));
+        Self {
+            section: alone[0].section,
+            duration: Lanes::from_fn(|lane| alone[lane].duration),
+            periods: Lanes::splat(alone[0].periods as f64),
+            entry: orbits.motion.clone(),
+            passage: orbits.motion.clone(),
+            orbits,
+            first: LaneMask::NONE,
+            seeking: LaneMask::NONE,
+            met: LaneMask::NONE,
+            behind: LaneMask::NONE,
+            looking: LaneMask::NONE,
+            early: Lanes::splat(0.0),
+            last: LaneMask::NONE,
+            done: LaneMask::NONE,
+        }
+    }
+
+    /// Flies the wanted lanes from full states at the section to the next; those that came there,
+    /// none without wide registers.
+    pub(super) fn fly(&mut self, states: &[Lanes<N>], wanted: LaneMask<N>) -> LaneMask<N> {
+        self.orbits.motion.state.copy_from_slice(states);
+        self.orbits.alive = wanted;
+        self.done = LaneMask::NONE;
+        wide(Returning(self));
+        self.done
+    }
+
+    /// The full states there, the nominal advance of the phase removed.
+    pub(super) fn states(&self) -> &[Lanes<N>] {
+        &self.passage.state
+    }
+
+    /// The speed at which a passage of a lane met the surface.
+    pub(super) fn speed(&self, passage: usize, lane: usize) -> Option<f64> {
+        self.orbits.log.speed(passage, lane)
+    }
+}
+
+struct Returning<'t, F, const N: usize>(&'t mut LaneFlight<F, N>);
+
+impl<F: LaneFlow<N>, const N: usize> Kernel for Returning<'_, F, N> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        let flight = self.0;
+        flight.start();
+        for _ in 0..MAX_LEAPS {
+            if !flight.orbits.alive.any() {
+                break;
+            }
+            flight.leap();
+        }
+        flight.orbits.advance(&mut flight.passage, flight.periods);
+    }
+}
+
+impl<F: LaneFlow<N>, const N: usize> LaneFlight<F, N> {
+    /// From section points.
+    #[inline(always)]
+    fn start(&mut self) {
+        self.orbits.start();
+        let (none, all) = (LaneMask::NONE, self.orbits.alive);
+        (self.seeking, self.met, self.last) = (none, none, none);
+        (self.behind, self.looking) = (none, none);
+        self.first = all;
+        match self.section {
+            ReturnSection::Tangency { .. } => {}
+            ReturnSection::GrazingPhase { .. } => self.seek_passage(),
+            ReturnSection::OtherPhase => {
+                self.first = none;
+                self.orbits.start_anywhere();
+            }
+        }
+    }
+
+    /// To the minimum nearest to the start, a quarter of the return time at most: those that come
+    /// from it go back at once, the others fly forward.
+    #[inline(always)]
+    fn seek_passage(&mut self) {
+        let all = self.orbits.alive;
+        self.entry.take(all, &self.orbits.motion);
+        let start = self.orbits.sense(all);
+        let rounding = Lanes::splat(<f64 as Scalar>::ROUNDOFF);
+        let unresolved = start.acceleration * self.duration * rounding;
+        let moves = all & !start.velocity.abs().is_at_most(unresolved);
+        let after = moves & Lanes::splat(0.0).is_below(start.velocity);
+        self.seeking = moves & !after;
+        if after.any() {
+            self.orbits.back_to_minimum(after, self.seeking_time());
+        }
+    }
+
+    /// From the section's own passages. Those beyond the surface, which are the answer, are taken
+    /// back to it; the others set out from the section.
+    #[inline(always)]
+    fn pass(&mut self, wanted: LaneMask<N>) -> LaneMask<N> {
+        let beyond = self.orbits.beyond(wanted);
+        let free = wanted & !beyond;
+        match self.section {
+            ReturnSection::Tangency { .. } => self.orbits.motion.rises |= free,
+            _ => self.orbits.motion.take(free, &self.entry),
+        }
+        if beyond.any() {
+            self.orbits.back_to_surface(beyond, self.duration);
+        }
+        beyond
+    }
+
+    /// Leaps to the next events, and goes on from each.
+    #[inline(always)]
+    fn leap(&mut self) {
+        let first = self.first & !self.seeking & self.orbits.alive;
+        self.first &= self.seeking;
+        let mut own = LaneMask::NONE;
+        if first.any() {
+            own = self.pass(first) & self.orbits.alive;
+        }
+        let met = (self.met & self.orbits.alive) | own;
+        self.met = LaneMask::NONE;
+        if met.any() {
+            self.orbits.respond(met, own);
+        }
+        let horizon = self.horizon();
+        let wanted = self.orbits.alive & self.orbits.motion.time.is_below(horizon);
+        let leap = self.orbits.leap(horizon, self.asked(wanted, horizon));
+        let flies_on = wanted & self.orbits.motion.time.is_below(horizon);
+        let over = self.orbits.alive & !leap.contact & !leap.minimum & !flies_on;
+        self.meet(leap.contact);
+        let (sought, looked) = (self.seeking, self.looking);
+        self.orbits.motion.take(over & sought, &self.entry);
+        self.seeking &= !(over | leap.minimum);
+        self.look_on(leap.minimum & !sought & !looked, leap.rises_for);
+        self.accept(over & looked);
+        self.end(over & !sought & !looked);
+        self.reject(leap.minimum & looked);
+    }
+
+    /// Until when the present flights go.
+    #[inline(always)]
+    fn horizon(&self) -> Lanes<N> {
+        let nominal = match self.section {
+            ReturnSection::Tangency { .. } => self.duration * Lanes::splat(3.0),
+            _ => Lanes::select(self.seeking, self.seeking_time(), self.duration),
+        };
+        Lanes::select(self.looking, self.duration + self.early, nominal)
+    }
+
+    /// Until when the section's own passage is looked for.
+    #[inline(always)]
+    fn seeking_time(&self) -> Lanes<N> {
+        self.duration * Lanes::splat(0.25)
+    }
+
+    /// What is asked of the present flights.
+    #[inline(always)]
+    fn asked(&self, wanted: LaneMask<N>, horizon: Lanes<N>) -> LaneAsked<N> {
+        let ignoring = self.behind | self.looking | self.seeking;
+        let (stopping, landing) = match self.section {
+            ReturnSection::Tangency { .. } => (wanted, LaneMask::NONE),
+            _ => (ignoring, wanted & !self.looking & !self.seeking),
+        };
+        LaneAsked {
+            wanted,
+            ignoring,
+            stopping,
+            blind: self.last,
+            near: f64::INFINITY,
+            passing: self.looking,
+            landing,
+            longest: horizon - self.orbits.motion.time,
+        }
+    }
+
+    /// From contacts: flies on behind them where one may be the last; the others are real.
+    #[inline(always)]
+    fn meet(&mut self, contact: LaneMask<N>) {
+        match self.section {
+            ReturnSection::OtherPhase => self.met = contact,
+            _ => {
+                self.entry.take(contact, &self.orbits.motion);
+                self.behind |= contact;
+            }
+        }
+    }
+
+    /// From minima: those past the nominal return, and those after which the gap rises for long,
+    /// are the nearest to it; the others look for a nearer one.
+    #[inline(always)]
+    fn look_on(&mut self, minimum: LaneMask<N>, rises_for: Lanes<N>) {
+        let motion = &self.orbits.motion;
+        let early = self.duration - motion.time;
+        let past = minimum & (early + early).is_at_most(rises_for);
+        self.passage.take(minimum, motion);
+        self.early = Lanes::select(minimum, early, self.early);
+        self.looking |= minimum;
+        self.accept(past);
+    }
+
+    /// The minima reached last are the nearest to the nominal return: section points, or the
+    /// contacts before them are flown through.
+    #[inline(always)]
+    fn accept(&mut self, wanted: LaneMask<N>) {
+        if let ReturnSection::Tangency { .. } = self.section {
+            self.finish(wanted);
+            return;
+        }
+        self.orbits.motion.take(wanted, &self.entry);
+        self.looking &= !wanted;
+        self.behind &= !wanted;
+        self.last |= wanted;
+    }
+
+    /// From where flights end without an event: at a phase that is the section; a contact whose
+    /// approach has no minimum is real, and without one there is no return.
+    #[inline(always)]
+    fn end(&mut self, wanted: LaneMask<N>) {
+        if let ReturnSection::Tangency { .. } = self.section {
+            self.orbits.alive &= !wanted | self.behind;
+            self.reject(wanted & self.behind);
+        } else {
+            self.passage.take(wanted, &self.orbits.motion);
+            self.finish(wanted);
+        }
+    }
+
+    /// At the next section points.
+    #[inline(always)]
+    fn finish(&mut self, wanted: LaneMask<N>) {
+        self.done |= wanted;
+        self.orbits.alive &= !wanted;
+    }
+
+    /// The minima reached last, if any, are no section points: on from there, or through the
+    /// contact before.
+    #[inline(always)]
+    fn reject(&mut self, wanted: LaneMask<N>) {
+        let (real, orbits) = (wanted & self.behind, &mut self.orbits);
+        let missed = wanted & !real;
+        orbits.motion.take(missed, &self.passage);
+        orbits.log.miss(missed, self.passage.time);
+        orbits.motion.take(real, &self.entry);
+        self.met |= real;
+        self.looking &= !wanted;
+        self.behind &= !wanted;
+    }
+}

@@ -1,0 +1,275 @@
+//! What happens at a surface: reset, completed chatter, sticking, contact, release.
+
+use super::chatter::{AfterImpact, Rebound};
+use super::sensing::{Clearance, Sense};
+use super::simulator::Simulator;
+use super::system::{Law, Regime};
+use super::trajectory::{Event, EventKind, Outcome};
+use crate::numeric::Real;
+
+/// Share of the speed of an impact at which a state still moving on has passed the surface.
+pub(super) const PASSES: f64 = 1e-6;
+
+/// Roundings of a gap by which a state may lie beyond a surface.
+pub(super) const PENETRATES: f64 = 64.0;
+
+impl<S: Real> Simulator<'_, S> {
+    /// Applies a surface's response at the present state, which is on the surface.
+    pub(super) fn respond(
+        &mut self,
+        surface: usize,
+        record: &mut dyn FnMut(Event<S>),
+    ) -> Result<(), Outcome<S>> {
+        let before = self.sense(surface);
+        if before.velocity > S::zero() && before.acceleration > S::zero() {
+            self.pass(surface, before, record);
+            return Ok(());
+        }
+        match self.system.surfaces[surface].law {
+            Law::Rigid { .. } => self.impact(surface, before, record),
+            Law::Compliant { .. } => {
+                let uncertainty = if before.velocity == S::zero() {
+                    S::zero()
+                } else {
+                    (before.gap / before.velocity).abs() * S::from_f64(4.0)
+                };
+                let turn = if before.acceleration > S::zero() {
+                    -before.velocity / before.acceleration
+                } else {
+                    S::from_f64(f64::INFINITY)
+                };
+                self.begin_contact(surface, uncertainty, turn);
+                self.record(
+                    surface,
+                    EventKind::ContactBegin {
+                        speed: -before.velocity,
+                    },
+                    record,
+                );
+                Ok(())
+            }
+        }
+    }
+
+    /// Leaves a surface that was met within rounding of where its gap turned, and behind that: a
+    /// miss.
+    fn pass(&mut self, surface: usize, sense: Sense<S>, record: &mut dyn FnMut(Event<S>)) {
+        let gap = sense.gap.max(S::zero());
+        if gap <= self.near_miss {
+            self.record(surface, EventKind::NearMiss { gap }, record);
+        }
+        self.leave(surface, sense, residual(&sense));
+    }
+
+    /// Fails if the state is beyond a rigid surface other than `except`.
+    pub(super) fn check_penetration(&mut self, except: Option<usize>) -> Result<(), Outcome<S>> {
+        for surface in 0..self.surfaces.len() {
+            let stuck = self.motion.regime == Regime::Stick { surface };
+            let compliant = matches!(self.system.surfaces[surface].law, Law::Compliant { .. });
+            if stuck
+                || compliant
+                || except == Some(surface)
+                || self.motion.leaving[surface].is_some()
+            {
+                continue;
+            }
+            let Clearance { gap, rounding } = self.clearance(surface);
+            if gap < -rounding * S::from_f64(PENETRATES) {
+                return Err(Outcome::Penetrating {
+                    surface,
+                    time: self.motion.time,
+                    gap,
+                });
+            }
+        }
+        Ok(())
+    }
+
+    /// The gap of a surface.
+    #[inline(always)]
+    pub(super) fn clearance(&mut self, surface: usize) -> Clearance<S> {
+        if let Some(tools) = &mut self.affine
+            && let Some(exact) = tools.clearance(surface, &self.motion, &self.parameters)
+        {
+            return exact;
+        }
+        let Sense { gap, rounding, .. } = self.sense(surface);
+        Clearance { gap, rounding }
+    }
+
+    /// The normal motion at a surface.
+    pub(super) fn sense(&mut self, surface: usize) -> Sense<S> {
+        let exact = self
+            .affine
+            .as_mut()
+            .and_then(|tools| tools.sense(surface, &self.motion, &self.parameters));
+        exact.unwrap_or_else(|| {
+            self.surfaces[surface]
+                .sensor
+                .sense(&self.motion.state, &self.parameters)
+        })
+    }
+
+    fn record(&self, surface: usize, kind: EventKind<S>, record: &mut dyn FnMut(Event<S>)) {
+        record(Event {
+            time: self.motion.time,
+            surface,
+            kind,
+        });
+    }
+
+    fn impact(
+        &mut self,
+        surface: usize,
+        before: Sense<S>,
+        record: &mut dyn FnMut(Event<S>),
+    ) -> Result<(), Outcome<S>> {
+        self.work.next.copy_from_slice(&self.motion.state);
+        let exact = self
+            .affine
+            .as_mut()
+            .is_some_and(|tools| tools.reset(surface, &mut self.motion, &self.parameters));
+        if let Some(reset) = self.surfaces[surface].reset.as_mut().filter(|_| !exact) {
+            let image = reset.evaluate(&self.work.next, &self.parameters);
+            self.motion.state.copy_from_slice(image);
+        }
+        let after = self.sense(surface);
+        let speed = -before.velocity;
+        let rebound = Rebound::new(speed, &after);
+        self.record(
+            surface,
+            EventKind::Impact {
+                speed,
+                rebound: after.velocity,
+            },
+            record,
+        );
+        if after.velocity < -speed.abs() * S::from_f64(PASSES) {
+            return Err(Outcome::Penetrating {
+                surface,
+                time: self.motion.time,
+                gap: after.gap,
+            });
+        }
+        self.leave(surface, after, residual(&after));
+        if let AfterImpact::Complete { duration } = rebound.follow(self.motion.last_step) {
+            self.stick(surface, speed, after.velocity, duration, record)?;
+        }
+        self.check_penetration(Some(surface))
+    }
+
+    /// Free flight from a surface, whose gap there is zero up to a residual.
+    fn leave(&mut self, surface: usize, sense: Sense<S>, residual: S) {
+        self.motion.regime = Regime::Free;
+        self.motion.lose_headings();
+        self.motion.leaving[surface] = Some(sense.rounding.max(residual));
+    }
+
+    /// Goes to the stick field; `next` holds the state before the last impact.
+    ///
+    /// A reset that moves a state at rest on the surface (a tangential restitution) would have to
+    /// act on and on: no field stands for it.
+    fn stick(
+        &mut self,
+        surface: usize,
+        speed: S,
+        rebound: S,
+        duration: S,
+        record: &mut dyn FnMut(Event<S>),
+    ) -> Result<(), Outcome<S>> {
+        let kick = largest_difference(&self.motion.state, &self.work.next);
+        self.remove_normal_velocity(surface, speed, rebound);
+        if self.surfaces[surface].held.is_none() || self.reset_moves(surface, kick) {
+            return Err(Outcome::NoStickingField {
+                surface,
+                time: self.motion.time,
+            });
+        }
+        self.motion.regime = Regime::Stick { surface };
+        self.motion.release_sign = S::one();
+        let time = self.motion.time + duration;
+        if duration > S::zero() {
+            record(Event {
+                time,
+                surface,
+                kind: EventKind::ChatterEnd { duration },
+            });
+        }
+        record(Event {
+            time,
+            surface,
+            kind: EventKind::Stick,
+        });
+        Ok(())
+    }
+
+    /// Brings the normal velocity to zero along the last impact's kick; `next` holds the state
+    /// before it.
+    ///
+    /// The kick changes the normal velocity from `-speed` to `rebound`; a second, corrected share
+    /// removes what rounding and a curved reset leave.
+    fn remove_normal_velocity(&mut self, surface: usize, speed: S, rebound: S) {
+        let total = speed + rebound;
+        if total <= S::zero() {
+            return;
+        }
+        let mut share = speed / total;
+        let after: Vec<S> = self.motion.state.clone();
+        for _ in 0..2 {
+            for (i, value) in self.motion.state.iter_mut().enumerate() {
+                *value = self.work.next[i] + (after[i] - self.work.next[i]) * share;
+            }
+            share -= self.sense(surface).velocity / total;
+        }
+    }
+
+    /// Whether the reset moves the present state, which has no normal velocity, by more than a
+    /// share of the last kick.
+    fn reset_moves(&mut self, surface: usize, kick: S) -> bool {
+        let Some(reset) = &mut self.surfaces[surface].reset else {
+            return false;
+        };
+        let state = &self.motion.state;
+        let size = state.iter().fold(S::zero(), |size, x| size.max(x.abs()));
+        let rounding = size * S::from_f64(64.0 * S::ROUNDOFF);
+        let image = reset.evaluate(state, &self.parameters);
+        largest_difference(image, state) > kick * S::from_f64(AT_REST) + rounding
+    }
+
+    /// Ends the present contact or sticking.
+    pub(super) fn release(&mut self, record: &mut dyn FnMut(Event<S>)) {
+        let (Regime::Contact { surface } | Regime::Stick { surface }) = self.motion.regime else {
+            return;
+        };
+        let sense = self.sense(surface);
+        let kind = match self.motion.regime {
+            Regime::Contact { .. } => EventKind::ContactEnd {
+                speed: sense.velocity,
+            },
+            _ => EventKind::Release,
+        };
+        self.record(surface, kind, record);
+        let residual = match self.motion.regime {
+            // NOTE: over at once; the approach may still go on, to a depth that is rounding.
+            Regime::Contact { .. } if self.motion.release_sign == S::zero() => {
+                residual(&sense) + sense.velocity.abs() * self.motion.entry_turn
+            }
+            Regime::Contact { .. } => S::zero(),
+            _ => residual(&sense),
+        };
+        self.leave(surface, sense, residual);
+    }
+}
+
+/// What the gap of a state on a surface may be off zero.
+fn residual<S: Real>(sense: &Sense<S>) -> S {
+    sense.gap.abs() * S::from_f64(4.0)
+}
+
+/// Share of an impact's kick up to which a reset leaves a state at rest in place.
+const AT_REST: f64 = 1e-6;
+
+fn largest_difference<S: Real>(a: &[S], b: &[S]) -> S {
+    let differences = a.iter().zip(b).map(|(&a, &b)| (a - b).abs());
+    differences.fold(S::zero(), S::max)
+}

@@ -1,0 +1,384 @@
+//! The return map by simulation: the section map that local maps are measured against.
+//!
+//! A point of a tangency section is a local minimum of the gap along the *free* flow, whatever its
+//! depth. A point beyond the surface is virtual: it is taken back along the free flow to the
+//! surface, goes through the contact and all that follows, and the last approach to the section is
+//! again flown with the surface ignored. A stroboscopic section at the grazing phase is treated
+//! alike, with the passage nearest to the section in place of the section point.
+
+use super::HybridError;
+use super::backward::Back;
+use super::itinerary::{Itinerary, Log, NominalPassage};
+use super::motion::Motion;
+use super::returned::{Return, ReturnOutcome, ReturnSection};
+use super::simulator::{Approach, Simulator, Stop, check_finite};
+use super::system::HybridSystem;
+use super::trajectory::{Event, EventKind, Outcome};
+use crate::numeric::Real;
+
+/// The return map of a section by direct simulation.
+///
+/// ```text
+/// P = P_smooth ∘ D,  evaluated with the contact as it is: no expansion
+/// ```
+#[derive(Clone, Debug)]
+pub struct DirectReturn<'a, S: Real> {
+    pub(super) simulator: Simulator<'a, S>,
+    pub(super) section: ReturnSection,
+    pub(super) itinerary: Itinerary,
+    pub(super) duration: S,
+    pub(super) periods: i64,
+    entry: Motion<S>,
+    passage: Motion<S>,
+}
+
+impl<'a, S: Real> DirectReturn<'a, S> {
+    /// The return map of a section; `duration` is the nominal return time, `periods` the whole
+    /// periods by which the phase advances in it (0 for an autonomous system).
+    ///
+    /// # Errors
+    ///
+    /// [`HybridError::ParameterLength`], [`HybridError::NotFinite`],
+    /// [`HybridError::NoSuchSurface`].
+    pub fn new(
+        system: &'a HybridSystem,
+        parameters: &[S],
+        section: ReturnSection,
+        duration: S,
+        periods: usize,
+    ) -> Result<Self, HybridError> {
+        let surfaces = system.surfaces();
+        if let Some(surface) = section.surface().filter(|&surface| surface >= surfaces) {
+            return Err(HybridError::NoSuchSurface { surface, surfaces });
+        }
+        check_finite(&[duration], 0)?;
+        let motion = Motion::new(system.dimension(), surfaces);
+        Ok(Self {
+            simulator: Simulator::new(system, parameters)?,
+            section,
+            itinerary: Itinerary::of_section(section),
+            duration,
+            periods: periods as i64,
+            entry: motion.clone(),
+            passage: motion,
+        })
+    }
+
+    /// The return map over whole forcing periods: duration `periods · period / rate`.
+    ///
+    /// # Errors
+    ///
+    /// As [`new`](Self::new), and [`HybridError::NoPhase`], [`HybridError::PhaseRate`].
+    pub fn over_periods(
+        system: &'a HybridSystem,
+        parameters: &[S],
+        section: ReturnSection,
+        periods: usize,
+    ) -> Result<Self, HybridError> {
+        let period = Simulator::new(system, parameters)?.forcing_period()?;
+        Self::new(
+            system,
+            parameters,
+            section,
+            period * S::from_f64(periods as f64),
+            periods,
+        )
+    }
+
+    /// The same with all grazing passages of the nominal return, so that [`Return::passages`] tells
+    /// of each.
+    ///
+    /// The first passage of a tangency section and of one at a grazing phase is that of the section
+    /// itself, at time 0 and known without being named; a section between passages has none
+    /// until they are named.
+    ///
+    /// # Errors
+    ///
+    /// [`HybridError::NoSuchSurface`]; [`HybridError::PassageTime`] if a passage is not within the
+    /// return; [`HybridError::FirstPassage`] if the first one is not that of the section.
+    pub fn with_passages(mut self, passages: &[NominalPassage]) -> Result<Self, HybridError> {
+        let surfaces = self.simulator.system().surfaces();
+        let duration = self.duration.to_f64();
+        self.itinerary = Itinerary::new(self.section, passages, duration, surfaces)?;
+        Ok(self)
+    }
+
+    /// Changes the parameters and the nominal return time, in which the passages keep their shares.
+    ///
+    /// # Errors
+    ///
+    /// [`HybridError::ParameterLength`], [`HybridError::NotFinite`].
+    pub fn set_parameters(&mut self, parameters: &[S], duration: S) -> Result<(), HybridError> {
+        check_finite(&[duration], 0)?;
+        self.duration = duration;
+        self.simulator.set_parameters(parameters)
+    }
+
+    /// The next section point from a full state at the section.
+    ///
+    /// # Errors
+    ///
+    /// [`HybridError::StateLength`], [`HybridError::NotFinite`].
+    pub fn image(&mut self, state: &[S]) -> Result<Return<S>, HybridError> {
+        self.simulator.set_state(state)?;
+        let mut log = Log::new();
+        let flown = match self.section {
+            ReturnSection::Tangency { surface } => self.tangency(surface, &mut log),
+            ReturnSection::GrazingPhase { surface } => self.grazing_phase(surface, state, &mut log),
+            ReturnSection::OtherPhase => self.whole_period(&mut log),
+        };
+        Ok(self.report(&log, flown.unwrap_or_else(ReturnOutcome::Ended)))
+    }
+
+    /// The tangency section: from one local minimum of the gap to the one nearest in time to the
+    /// nominal return.
+    fn tangency(
+        &mut self,
+        surface: usize,
+        log: &mut Log<S>,
+    ) -> Result<ReturnOutcome<S>, Outcome<S>> {
+        let start = self.simulator.sense(surface);
+        self.simulator.motion.leaving[surface] = None;
+        if start.gap < S::zero() {
+            self.enter(surface, log)?;
+        } else {
+            self.simulator.motion.set_at_minimum(surface);
+        }
+        let horizon = self.duration * S::from_f64(3.0);
+        loop {
+            let approach = Approach {
+                ignored: None,
+                stop_at: Some(surface),
+            };
+            match self.next_stop(horizon, approach, log)? {
+                Stop::Minimum { gap, rises_for } => {
+                    if self.is_final(surface, rises_for) {
+                        return Ok(ReturnOutcome::Returned);
+                    }
+                    let time = self.simulator.time();
+                    log.events.push(Event {
+                        time,
+                        surface,
+                        kind: EventKind::NearMiss { gap },
+                    });
+                }
+                Stop::Contact { surface: met } if met == surface => {
+                    self.entry.copy_from(&self.simulator.motion);
+                    let logged = log.events.len();
+                    // NOTE: a deep approach may meet a singularity behind the surface; then its
+                    // contact is real.
+                    let minimum = self.reach_minimum(surface, horizon, log).unwrap_or(None);
+                    if minimum.is_some_and(|rises_for| self.is_final(surface, rises_for)) {
+                        return Ok(ReturnOutcome::Returned);
+                    }
+                    log.events.truncate(logged);
+                    self.simulator.motion.copy_from(&self.entry);
+                    self.respond(surface, log)?;
+                }
+                Stop::Contact { surface } => self.respond(surface, log)?,
+                Stop::Horizon | Stop::Release => {
+                    return Ok(ReturnOutcome::NoReturn {
+                        time: self.simulator.time(),
+                    });
+                }
+            }
+        }
+    }
+
+    /// The grazing phase: from the section to the same phase, exactly the nominal duration later.
+    fn grazing_phase(
+        &mut self,
+        surface: usize,
+        state: &[S],
+        log: &mut Log<S>,
+    ) -> Result<ReturnOutcome<S>, Outcome<S>> {
+        self.simulator.motion.leaving[surface] = None;
+        if self.reach_first_passage(surface)? {
+            self.enter(surface, log)?;
+        } else {
+            self.restart(state);
+        }
+        loop {
+            match self.next_stop(self.duration, Approach::default(), log)? {
+                Stop::Contact { surface: met } if met == surface => {
+                    self.entry.copy_from(&self.simulator.motion);
+                    let logged = log.events.len();
+                    let last = match self.reach_minimum(surface, self.duration, log) {
+                        Ok(None) => break,
+                        Ok(Some(rises_for)) => self.is_final(surface, rises_for),
+                        Err(_) => false,
+                    };
+                    log.events.truncate(logged);
+                    self.simulator.motion.copy_from(&self.entry);
+                    if last {
+                        let ignoring = Approach {
+                            ignored: Some(surface),
+                            stop_at: None,
+                        };
+                        self.fly(ignoring, log)?;
+                        break;
+                    }
+                    self.respond(surface, log)?;
+                }
+                Stop::Contact { surface } => self.respond(surface, log)?,
+                Stop::Horizon | Stop::Minimum { .. } | Stop::Release => break,
+            }
+        }
+        Ok(ReturnOutcome::Returned)
+    }
+
+    /// Everything simulated for the nominal duration.
+    fn whole_period(&mut self, log: &mut Log<S>) -> Result<ReturnOutcome<S>, Outcome<S>> {
+        self.simulator.check_penetration(None)?;
+        self.fly(Approach::default(), log)?;
+        Ok(ReturnOutcome::Returned)
+    }
+
+    /// From a virtual section point back to the surface, and through the contact.
+    fn enter(&mut self, surface: usize, log: &mut Log<S>) -> Result<(), Outcome<S>> {
+        let earliest = self.simulator.time() - self.duration;
+        self.simulator.motion.lose_headings();
+        if !self.simulator.back(surface, Back::ToSurface, earliest)? {
+            let gap = self.simulator.sense(surface).gap;
+            return Err(Outcome::Penetrating {
+                surface,
+                time: self.simulator.time(),
+                gap,
+            });
+        }
+        log.own = Some(-self.simulator.sense(surface).velocity);
+        self.respond(surface, log)
+    }
+
+    /// Flies to the local minimum of the gap nearest to the start, forward or backward, at most a
+    /// quarter of the return time, and stays at the start where there is none; whether it lies
+    /// beyond the surface.
+    fn reach_first_passage(&mut self, surface: usize) -> Result<bool, Outcome<S>> {
+        let start = self.simulator.sense(surface);
+        let limit = self.duration * S::from_f64(0.25);
+        // A minimum nearer than the rounding of the time cannot be flown to, and need not be.
+        let unresolved = start.acceleration * self.duration * S::from_f64(S::ROUNDOFF);
+        self.entry.copy_from(&self.simulator.motion);
+        let found = if start.velocity.abs() <= unresolved {
+            true
+        } else if start.velocity > S::zero() {
+            self.simulator.back(surface, Back::ToMinimum, -limit)?
+        } else {
+            let minimum = self.reach_minimum(surface, limit, &mut Log::new())?;
+            minimum.is_some()
+        };
+        if !found {
+            self.simulator.motion.copy_from(&self.entry);
+        }
+        Ok(self.simulator.sense(surface).gap < S::zero())
+    }
+
+    fn restart(&mut self, state: &[S]) {
+        let motion = &mut self.simulator.motion;
+        motion.state.copy_from_slice(state);
+        (motion.time, motion.turns) = (S::zero(), 0);
+        motion.lose_headings();
+    }
+
+    /// Flies with the surface ignored to the next minimum of its gap, and for how long that is
+    /// known to rise from there; `None` if the horizon came first.
+    fn reach_minimum(
+        &mut self,
+        surface: usize,
+        horizon: S,
+        log: &mut Log<S>,
+    ) -> Result<Option<S>, Outcome<S>> {
+        let approach = Approach {
+            ignored: Some(surface),
+            stop_at: Some(surface),
+        };
+        loop {
+            match self.next_stop(horizon, approach, log)? {
+                Stop::Minimum { rises_for, .. } => return Ok(Some(rises_for)),
+                Stop::Contact { surface } => self.respond(surface, log)?,
+                Stop::Horizon | Stop::Release => return Ok(None),
+            }
+        }
+    }
+
+    /// Flies to the end.
+    fn fly(&mut self, approach: Approach, log: &mut Log<S>) -> Result<(), Outcome<S>> {
+        loop {
+            match self.next_stop(self.duration, approach, log)? {
+                Stop::Contact { surface } => self.respond(surface, log)?,
+                Stop::Horizon => return Ok(()),
+                Stop::Minimum { .. } | Stop::Release => {}
+            }
+        }
+    }
+
+    /// Whether the minimum the simulator stands at is nearer to the nominal return than the next
+    /// one would be.
+    ///
+    /// The next one, along the free flow, is looked for as far beyond the nominal return as the
+    /// present one lies before it, unless the gap is known to rise for so long. The simulator
+    /// stands where it stood afterwards.
+    fn is_final(&mut self, surface: usize, rises_for: S) -> bool {
+        let early = self.duration - self.simulator.time();
+        if early + early <= rises_for {
+            return true;
+        }
+        self.passage.copy_from(&self.simulator.motion);
+        let nearer = self
+            .reach_minimum(surface, self.duration + early, &mut Log::new())
+            .unwrap_or(None);
+        self.simulator.motion.copy_from(&self.passage);
+        nearer.is_none()
+    }
+
+    fn next_stop(
+        &mut self,
+        horizon: S,
+        approach: Approach,
+        log: &mut Log<S>,
+    ) -> Result<Stop<S>, Outcome<S>> {
+        self.simulator
+            .next_stop(horizon, approach, &mut log.recorder())
+    }
+
+    /// Applies a surface's response; the contact is logged at the minimum its approach would have
+    /// had.
+    fn respond(&mut self, surface: usize, log: &mut Log<S>) -> Result<(), Outcome<S>> {
+        let lead = self.lead(surface);
+        let contact = log.events.len();
+        let responded = self.simulator.respond(surface, &mut log.recorder());
+        if let Some(contact) = log.events.get_mut(contact) {
+            contact.time += lead;
+        }
+        responded
+    }
+
+    /// Time from the surface to the minimum of its gap along the free flow, to leading order, at
+    /// most a quarter of the return time; 0 where the flow does not turn.
+    fn lead(&mut self, surface: usize) -> S {
+        let sense = self.simulator.sense(surface);
+        if sense.acceleration <= S::zero() {
+            return S::zero();
+        }
+        let limit = self.duration * S::from_f64(0.25);
+        (-sense.velocity / sense.acceleration).min(limit)
+    }
+
+    fn report(&self, log: &Log<S>, outcome: ReturnOutcome<S>) -> Return<S> {
+        let passages = self.itinerary.speeds(log, self.duration.to_f64());
+        let hits = log.hits(self.simulator.system().surfaces());
+        let contacts = passages.iter().flatten().count();
+        let all: usize = hits.iter().sum();
+        Return {
+            state: self.simulator.state_after_advance(self.periods),
+            elapsed: self.simulator.time(),
+            contacts,
+            extra_contacts: all - contacts.min(all),
+            passages,
+            hits,
+            impact_speeds: log.contact_speeds(),
+            near_misses: log.near_misses(),
+            outcome,
+        }
+    }
+}

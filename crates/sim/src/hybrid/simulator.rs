@@ -1,0 +1,286 @@
+//! The event-driven simulator.
+//!
+//! Taylor steps of the present regime's field; on each the watched gaps are searched
+//! ([`search`](super::search)), the state is taken at the first event and the surface's response
+//! applied.
+
+use super::HybridError;
+use super::affine::AffineTools;
+use super::motion::Motion;
+use super::passage::Passage;
+use super::search::PassageSearch;
+use super::sensing::{Evaluator, Sensor, rounding_of};
+use super::system::{HybridSystem, Law, Regime, SurfaceLaw};
+use crate::flow::Integrator;
+use crate::numeric::Real;
+
+/// Direct simulation of a [`HybridSystem`] over `f64` or double-double.
+///
+/// Memory is taken once: stepping allocates nothing.
+#[derive(Clone, Debug)]
+pub struct Simulator<'a, S: Real> {
+    pub(super) system: &'a HybridSystem,
+    pub(super) parameters: Vec<S>,
+    pub(super) motion: Motion<S>,
+    pub(super) free: Integrator<'a, S>,
+    /// The exact flow, where free flight is affine.
+    pub(super) affine: Option<AffineTools<'a, S>>,
+    pub(super) work: Work<S>,
+    /// A gap and its slope in reversed time.
+    pub(super) reversed: (Vec<S>, Vec<S>),
+    pub(super) surfaces: Vec<SurfaceTools<'a, S>>,
+    pub(super) near_miss: S,
+    pub(super) step_limit: usize,
+}
+
+/// Working memory of a step.
+#[derive(Clone, Debug)]
+pub(super) struct Work<S> {
+    pub(super) search: PassageSearch,
+    pub(super) found: Vec<Passage<S>>,
+    /// The state after a step, or before an impact.
+    pub(super) next: Vec<S>,
+    /// Value and slope of what is zero where a flight lands, and the rates of the free flow there.
+    pub(super) landing: Vec<S>,
+    /// Minima without contact: time in the step, surface, gap.
+    pub(super) misses: Vec<(S, usize, S)>,
+}
+
+/// Working memory of one surface.
+#[derive(Clone, Debug)]
+pub(super) struct SurfaceTools<'a, S: Real> {
+    pub(super) sensor: Sensor<'a, S>,
+    /// The gap where a contact begins.
+    pub(super) contact: Evaluator<'a, S>,
+    pub(super) reset: Option<Evaluator<'a, S>>,
+    /// A compliant surface's release function where a contact ends, followed by the sizes of its
+    /// terms.
+    pub(super) release: Option<Evaluator<'a, S>>,
+    /// Integrator of the contact field or the stick field.
+    pub(super) held: Option<Integrator<'a, S>>,
+}
+
+/// Which surface is flown through, and at which surface's minima the flight stops.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) struct Approach {
+    pub(super) ignored: Option<usize>,
+    pub(super) stop_at: Option<usize>,
+}
+
+/// Why a flight stopped.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Stop<S> {
+    /// The time asked for.
+    Horizon,
+    /// A surface is met; its response is not yet applied.
+    Contact { surface: usize },
+    /// A minimum of the gap of [`Approach::stop_at`], which is known to rise for a time from there
+    /// on.
+    Minimum { gap: S, rises_for: S },
+    /// The present contact or sticking ends; not yet applied.
+    Release,
+}
+
+/// Default limit on steps per call.
+const STEP_LIMIT: usize = 10_000_000;
+
+impl<'a, S: Real> Simulator<'a, S> {
+    /// A simulator at the full state zero; see [`set_state`](Self::set_state).
+    ///
+    /// `parameters`: the model's full parameter vector.
+    ///
+    /// # Errors
+    ///
+    /// [`HybridError::ParameterLength`], [`HybridError::NotFinite`].
+    pub fn new(system: &'a HybridSystem, parameters: &[S]) -> Result<Self, HybridError> {
+        let mut simulator = Self {
+            system,
+            parameters: parameters.to_vec(),
+            motion: Motion::new(system.dimension, system.surfaces.len()),
+            free: Integrator::new(&system.free.field),
+            affine: system.affine.as_ref().map(AffineTools::new),
+            work: Work {
+                search: PassageSearch::default(),
+                found: Vec::new(),
+                next: vec![S::zero(); system.dimension],
+                landing: vec![S::zero(); 2 + system.dimension],
+                misses: Vec::new(),
+            },
+            reversed: (Vec::new(), Vec::new()),
+            surfaces: system
+                .surfaces
+                .iter()
+                .map(|law| SurfaceTools::new(law, system.dimension))
+                .collect(),
+            near_miss: S::from_f64(f64::INFINITY),
+            step_limit: STEP_LIMIT,
+        };
+        simulator.set_parameters(parameters)?;
+        Ok(simulator)
+    }
+
+    /// Changes the parameters.
+    ///
+    /// # Errors
+    ///
+    /// [`HybridError::ParameterLength`], [`HybridError::NotFinite`].
+    pub fn set_parameters(&mut self, parameters: &[S]) -> Result<(), HybridError> {
+        let expected = self.system.parameters;
+        if parameters.len() != expected {
+            return Err(HybridError::ParameterLength {
+                expected,
+                found: parameters.len(),
+            });
+        }
+        check_finite(parameters, self.system.dimension)?;
+        if self.parameters != parameters {
+            self.parameters.copy_from_slice(parameters);
+            self.affine.iter_mut().for_each(AffineTools::drop_tables);
+            self.motion.lose_headings();
+        }
+        Ok(())
+    }
+
+    /// Reports near misses with a gap of at most this (default: every local minimum of a gap).
+    pub fn set_near_miss_limit(&mut self, gap: S) {
+        self.near_miss = gap;
+    }
+
+    /// Limits the steps of one call (default: ten million).
+    pub fn set_step_limit(&mut self, limit: usize) {
+        self.step_limit = limit;
+    }
+
+    /// Places the full state at time 0, in free flight, or in contact where it is beyond a
+    /// compliant surface.
+    ///
+    /// # Errors
+    ///
+    /// [`HybridError::StateLength`], [`HybridError::NotFinite`].
+    pub fn set_state(&mut self, state: &[S]) -> Result<(), HybridError> {
+        let expected = self.system.dimension;
+        if state.len() != expected {
+            return Err(HybridError::StateLength {
+                expected,
+                found: state.len(),
+            });
+        }
+        check_finite(state, 0)?;
+        self.affine.iter_mut().for_each(AffineTools::forget);
+        let motion = &mut self.motion;
+        motion.state.copy_from_slice(state);
+        motion.time = S::zero();
+        motion.turns = 0;
+        motion.lose_headings();
+        motion.regime = Regime::Free;
+        if let Some(phase) = &self.system.phase {
+            motion.reference_phase = state[phase.component];
+        }
+        for surface in 0..self.surfaces.len() {
+            let sense = self.sense(surface);
+            self.motion.leaving[surface] =
+                (sense.gap.abs() <= sense.rounding).then_some(sense.rounding);
+            if sense.gap < -sense.rounding
+                && matches!(self.system.surfaces[surface].law, Law::Compliant { .. })
+            {
+                let never = S::from_f64(f64::INFINITY);
+                self.begin_contact(surface, S::zero(), never);
+            }
+        }
+        Ok(())
+    }
+
+    /// Goes to the contact field of a compliant surface, met at a time known up to an uncertainty,
+    /// a time before the gap would turn.
+    pub(super) fn begin_contact(&mut self, surface: usize, uncertainty: S, turn: S) {
+        self.motion.entry_uncertainty = uncertainty;
+        self.motion.entry_turn = turn;
+        self.motion.regime = Regime::Contact { surface };
+        self.motion.release_sign = S::zero();
+        let release = self.surfaces[surface].release.as_mut();
+        let rounding = release.map(|release| {
+            let values = release.evaluate(&self.motion.state, &self.parameters);
+            rounding_of(&values[2 + self.system.dimension..])
+        });
+        self.motion.release_rounding = rounding.unwrap_or(S::zero());
+    }
+
+    /// The full state; the phase within half a period of the one it was placed at.
+    pub fn state(&self) -> &[S] {
+        &self.motion.state
+    }
+
+    /// Time since the state was placed.
+    pub fn time(&self) -> S {
+        self.motion.time
+    }
+
+    /// Whole periods removed from the phase since the state was placed.
+    pub fn turns(&self) -> i64 {
+        self.motion.turns
+    }
+
+    /// The full state with a number of whole periods taken off its phase.
+    pub(super) fn state_after_advance(&self, periods: i64) -> Vec<S> {
+        let mut state = self.motion.state.clone();
+        if let Some(phase) = &self.system.phase {
+            let periods = S::from_f64((self.motion.turns - periods) as f64);
+            state[phase.component] += periods * S::from_dd(phase.period);
+        }
+        state
+    }
+
+    /// What governs the motion now.
+    pub fn regime(&self) -> Regime {
+        self.motion.regime
+    }
+
+    /// The system simulated.
+    pub fn system(&self) -> &'a HybridSystem {
+        self.system
+    }
+
+    /// The forcing period, in time.
+    ///
+    /// # Errors
+    ///
+    /// [`HybridError::NoPhase`], [`HybridError::PhaseRate`].
+    pub fn forcing_period(&self) -> Result<S, HybridError> {
+        let phase = self.system.phase.as_ref().ok_or(HybridError::NoPhase)?;
+        let mut rate = Evaluator::new(&phase.rate, 1);
+        let rate = rate.evaluate(&self.motion.state, &self.parameters)[0];
+        if rate > S::zero() {
+            Ok(S::from_dd(phase.period) / rate)
+        } else {
+            Err(HybridError::PhaseRate {
+                rate: rate.to_f64(),
+            })
+        }
+    }
+}
+
+impl<'a, S: Real> SurfaceTools<'a, S> {
+    fn new(surface: &'a SurfaceLaw, dimension: usize) -> Self {
+        let (reset, release, held) = match &surface.law {
+            Law::Rigid { reset, stick } => (Some(reset), None, stick.as_ref()),
+            Law::Compliant { contact, release } => (None, Some(release), Some(contact)),
+        };
+        Self {
+            sensor: Sensor::new(&surface.sensor, dimension),
+            contact: Evaluator::new(&surface.landing, 2 + dimension),
+            reset: reset.map(|reset| Evaluator::new(reset, dimension)),
+            release: release.map(|release| Evaluator::new(release, 2 + 2 * dimension)),
+            held: held.map(|held| Integrator::new(&held.field)),
+        }
+    }
+}
+
+/// Fails at the first number that is not finite; `offset` is the position of the first one.
+pub(super) fn check_finite<S: Real>(values: &[S], offset: usize) -> Result<(), HybridError> {
+    match values.iter().position(|value| !value.is_finite()) {
+        Some(position) => Err(HybridError::NotFinite {
+            component: offset + position,
+        }),
+        None => Ok(()),
+    }
+}

@@ -1,0 +1,401 @@
+//! One step of the simulator: expand, search every watched gap, take the state at the first event.
+
+use std::cmp::Ordering;
+
+use super::affine::LeapEnd;
+use super::flight::{Flight, Outlook, TaylorFlight};
+use super::landing::Landing;
+use super::motion::Motion;
+use super::passage::{Goal, Heading, Passage, Start};
+use super::search::Gap;
+use super::simulator::{Approach, Simulator, Stop, SurfaceTools, Work};
+use super::system::{HybridSystem, Law, Regime, RegimeField, Watch};
+use super::trajectory::{Event, EventKind, Outcome};
+use crate::flow::Integrator;
+use crate::numeric::Real;
+
+impl<S: Real> Simulator<'_, S> {
+    /// One step, cut at the first event.
+    pub(super) fn step(
+        &mut self,
+        horizon: S,
+        approach: Approach,
+        record: &mut dyn FnMut(Event<S>),
+    ) -> Result<Option<Stop<S>>, Outcome<S>> {
+        let Self {
+            system,
+            parameters,
+            motion,
+            free,
+            affine,
+            work,
+            surfaces,
+            near_miss,
+            ..
+        } = self;
+        let (integrator, regime) = present(system, motion.regime, free, surfaces);
+        let exact = affine
+            .as_mut()
+            .and_then(|tools| tools.flight(motion.regime, motion, parameters));
+        let mut leg = Leg {
+            motion,
+            work,
+            watches: &regime.watches,
+            near_miss: *near_miss,
+            horizon,
+            approach,
+        };
+        let stop = match exact {
+            Some(mut flight) => leg.fly(&mut flight, record),
+            None => match integrator.step(&leg.motion.state, parameters) {
+                Ok(step) => leg.fly(&mut TaylorFlight::new(step, regime.watches.len()), record),
+                Err(_) => Err(Outcome::Diverged {
+                    time: leg.motion.time,
+                }),
+            },
+        }?;
+        match stop {
+            Some(Stop::Contact { surface }) => self.settle_on(Landing::Contact { surface }),
+            Some(Stop::Release) => self.settle_on_release(),
+            _ => {}
+        }
+        self.tidy(stop);
+        Ok(stop)
+    }
+
+    /// Flies freely over many steps, up to the first event, where free flight is affine; `None`
+    /// where a step is needed, to which the flight has come.
+    pub(super) fn leap(
+        &mut self,
+        horizon: S,
+        approach: Approach,
+        record: &mut dyn FnMut(Event<S>),
+    ) -> Option<Option<Stop<S>>> {
+        let tools = self.affine.as_mut()?;
+        if self.motion.regime != Regime::Free {
+            return None;
+        }
+        let longest = horizon - self.motion.time;
+        let near_miss = self.near_miss;
+        let asked = |surface| {
+            (
+                goal(surface, approach, near_miss),
+                approach.stop_at == Some(surface),
+            )
+        };
+        let work = &mut self.work;
+        let leap = tools.leap(
+            &mut self.motion,
+            &self.parameters,
+            longest,
+            asked,
+            &mut work.misses,
+        )?;
+        report(&mut work.misses, leap.time, self.motion.time, record);
+        self.motion.time = if leap.time == longest {
+            horizon
+        } else {
+            self.motion.time + leap.time
+        };
+        let stop = match leap.end {
+            LeapEnd::Stop(stop) => Some(stop),
+            LeapEnd::Quiet | LeapEnd::Open => None,
+        };
+        if let Some(Stop::Contact { surface }) = stop {
+            self.motion.set_at_contact(surface);
+            self.settle_on(Landing::Contact { surface });
+        }
+        if leap.time > S::zero() {
+            self.tidy(stop);
+        }
+        (leap.end != LeapEnd::Open).then_some(stop)
+    }
+
+    /// Flies freely from impact to impact where that is all that happens; `None` where the next
+    /// stop is to be found otherwise.
+    pub(super) fn fly_through_impacts(
+        &mut self,
+        horizon: S,
+        record: &mut dyn FnMut(Event<S>),
+    ) -> Option<Stop<S>> {
+        let (tools, phase) = (self.affine.as_mut()?, self.system.phase.as_ref()?);
+        let contacts_alone = self.near_miss <= S::zero();
+        if self.motion.regime != Regime::Free || !contacts_alone {
+            return None;
+        }
+        let period = S::from_dd(phase.period);
+        tools.fly_through_impacts(&mut self.motion, horizon, period, record)
+    }
+
+    /// Updates what is remembered after a step: surfaces left behind, but for one that is met, and
+    /// the phase.
+    fn tidy(&mut self, stop: Option<Stop<S>>) {
+        for surface in 0..self.surfaces.len() {
+            if let Some(rounding) = self.motion.leaving[surface]
+                && stop != Some(Stop::Contact { surface })
+                && self.clearance(surface).gap.abs() > rounding
+            {
+                self.motion.leaving[surface] = None;
+            }
+        }
+        if let Some(phase) = &self.system.phase {
+            let period = S::from_dd(phase.period);
+            self.motion.reduce_phase(phase.component, period);
+        }
+    }
+}
+
+/// One step to be flown: from where, and what is looked for.
+struct Leg<'s, S: Real> {
+    motion: &'s mut Motion<S>,
+    work: &'s mut Work<S>,
+    watches: &'s [Watch],
+    near_miss: S,
+    horizon: S,
+    approach: Approach,
+}
+
+impl<S: Real> Leg<'_, S> {
+    /// Searches every watched gap and takes the state at the first event, or at the end of the
+    /// step.
+    fn fly<F: Flight<S>>(
+        &mut self,
+        flight: &mut F,
+        record: &mut dyn FnMut(Event<S>),
+    ) -> Result<Option<Stop<S>>, Outcome<S>> {
+        let (motion, work) = (&mut *self.motion, &mut *self.work);
+        let admissible = flight.length();
+        motion.last_step = flight.time_scale();
+        let remaining = self.horizon - motion.time;
+        let slack = S::from_f64(8.0 * S::ROUNDOFF) * admissible;
+        let mut first = First {
+            length: if remaining <= admissible + slack {
+                remaining
+            } else {
+                admissible
+            },
+            stop: None,
+        };
+        work.misses.clear();
+        for (index, &watch) in self.watches.iter().enumerate() {
+            let (sign, start, goal, outlook) = match watch {
+                Watch::Gap { surface } => {
+                    let Some(goal) = goal(surface, self.approach, self.near_miss) else {
+                        motion.headings[surface] = Heading::Unknown;
+                        continue;
+                    };
+                    let outlook = flight.outlook(index, first.length, &goal);
+                    (S::one(), motion.start(surface), goal, outlook)
+                }
+                Watch::Release => {
+                    let (value, slope) = flight.polynomials(index);
+                    let Some(start) = release_start(motion, value, slope, first.length) else {
+                        motion.lose_headings();
+                        return Ok(Some(Stop::Release));
+                    };
+                    let goal = Goal::Crossing {
+                        near: S::from_f64(-1.0),
+                    };
+                    (motion.release_sign, start, goal, Outlook::Open)
+                }
+            };
+            work.found.clear();
+            let end = match outlook {
+                Outlook::Quiet => Heading::Unknown,
+                Outlook::Open => {
+                    let (value, slope) = flight.polynomials(index);
+                    let gap = Gap { value, slope, sign };
+                    let (length, found) = (first.length, &mut work.found);
+                    work.search.search(&gap, length, start, goal, found)
+                }
+            };
+            if let Watch::Gap { surface } = watch {
+                motion.headings[surface] = end;
+            }
+            first.take(watch, &work.found, self.approach, &mut work.misses);
+        }
+        let First { length, mut stop } = first;
+        match &mut stop {
+            Some(Stop::Minimum { rises_for, .. }) => *rises_for = self.turn_at(flight, length),
+            Some(Stop::Contact { surface }) => self.motion.set_at_contact(*surface),
+            Some(_) => self.motion.lose_headings(),
+            None => {}
+        }
+        let (motion, work) = (&mut *self.motion, &mut *self.work);
+        let stuck = stop.is_none() && length < remaining && motion.time + length == motion.time;
+        if stuck || !flight.land(length, &mut work.next) {
+            return Err(Outcome::Diverged { time: motion.time });
+        }
+        std::mem::swap(&mut motion.state, &mut work.next);
+        report(&mut work.misses, length, motion.time, record);
+        motion.time = if length == remaining {
+            self.horizon
+        } else {
+            motion.time + length
+        };
+        Ok(stop)
+    }
+
+    /// Which way the gaps go where the flight stops at a minimum, before the end up to which they
+    /// were searched; for how long the gap that has the minimum is known to rise, where no
+    /// other event can come between.
+    fn turn_at<F: Flight<S>>(&mut self, flight: &mut F, time: S) -> S {
+        let (sign, length) = (S::one(), flight.length());
+        let mut rises_for = S::zero();
+        for (index, &watch) in self.watches.iter().enumerate() {
+            let Watch::Gap { surface } = watch else {
+                continue;
+            };
+            let heading = &mut self.motion.headings[surface];
+            if self.approach.stop_at == Some(surface) {
+                *heading = Heading::Rising;
+                if self.watches.len() == 1 {
+                    let (value, slope) = flight.polynomials(index);
+                    rises_for = Gap { value, slope, sign }.rises_for(time, length);
+                }
+            } else if *heading != Heading::Unknown {
+                let (value, slope) = flight.polynomials(index);
+                *heading = Gap { value, slope, sign }.heading(time);
+            }
+        }
+        rises_for
+    }
+}
+
+/// Reports the minima without contact up to a time, in order, from the time at which they were
+/// counted.
+fn report<S: Real>(
+    misses: &mut [(S, usize, S)],
+    until: S,
+    from: S,
+    record: &mut dyn FnMut(Event<S>),
+) {
+    if misses.is_empty() {
+        return;
+    }
+    misses.sort_unstable_by(|a, b| a.0.partial_cmp(&b.0).unwrap_or(Ordering::Equal));
+    for &(time, surface, gap) in misses.iter().filter(|miss| miss.0 <= until) {
+        record(Event {
+            time: from + time,
+            surface,
+            kind: EventKind::NearMiss { gap },
+        });
+    }
+}
+
+/// The first event of a step so far.
+struct First<S> {
+    /// Its time; the end of the step where there is none.
+    length: S,
+    stop: Option<Stop<S>>,
+}
+
+impl<S: Real> First<S> {
+    /// Takes over the passages of one watch, all before `length`; minima that do not stop are put
+    /// to `misses`.
+    fn take(
+        &mut self,
+        watch: Watch,
+        found: &[Passage<S>],
+        approach: Approach,
+        misses: &mut Vec<(S, usize, S)>,
+    ) {
+        for &passage in found {
+            let stop = match (passage, watch) {
+                (Passage::Crossing { .. }, Watch::Gap { surface }) => Stop::Contact { surface },
+                (Passage::Crossing { .. }, Watch::Release) => Stop::Release,
+                (Passage::Minimum { gap, .. }, Watch::Gap { surface })
+                    if approach.stop_at == Some(surface) =>
+                {
+                    let rises_for = S::zero();
+                    Stop::Minimum { gap, rises_for }
+                }
+                (Passage::Minimum { time, gap }, Watch::Gap { surface }) => {
+                    misses.push((time, surface, gap));
+                    continue;
+                }
+                (Passage::Minimum { .. }, Watch::Release) => continue,
+            };
+            *self = Self {
+                length: passage.time(),
+                stop: Some(stop),
+            };
+            return;
+        }
+    }
+}
+
+/// The present integrator and what is watched along it.
+fn present<'s, 'a, S: Real>(
+    system: &'a HybridSystem,
+    regime: Regime,
+    free: &'s mut Integrator<'a, S>,
+    surfaces: &'s mut [SurfaceTools<'a, S>],
+) -> (&'s mut Integrator<'a, S>, &'a RegimeField) {
+    let (Regime::Contact { surface } | Regime::Stick { surface }) = regime else {
+        return (free, &system.free);
+    };
+    let field = match &system.surfaces[surface].law {
+        Law::Rigid { stick, .. } => stick.as_ref(),
+        Law::Compliant { contact, .. } => Some(contact),
+    };
+    match (surfaces[surface].held.as_mut(), field) {
+        (Some(held), Some(field)) => (held, field),
+        _ => (free, &system.free),
+    }
+}
+
+fn goal<S: Real>(surface: usize, approach: Approach, near_miss: S) -> Option<Goal<S>> {
+    let stops = approach.stop_at == Some(surface);
+    if approach.ignored == Some(surface) {
+        return stops.then_some(Goal::Minima);
+    }
+    Some(Goal::Crossing {
+        near: if stops {
+            S::from_f64(f64::INFINITY)
+        } else {
+            near_miss
+        },
+    })
+}
+
+/// How the search of a release function starts; its sign is found on the regime's first step.
+/// `None` for a contact whose depth is within rounding, which is over at once.
+///
+/// NOTE: where the value is rounding, the slope has its sign as long as a spring outweighs a
+/// damper. Of the slope, `turn · ρ''` is what a spring would take off until the approach turns;
+/// what is left of it is the damper's, and has the other sign.
+fn release_start<S: Real>(
+    motion: &mut Motion<S>,
+    value: &[S],
+    slope: &[S],
+    length: S,
+) -> Option<Start<S>> {
+    if motion.release_sign != S::zero() {
+        return Some(motion.inside(Heading::Unknown));
+    }
+    let (turn, uncertainty) = (motion.entry_turn, motion.entry_uncertainty);
+    if turn + turn <= uncertainty {
+        return None;
+    }
+    let size = value
+        .iter()
+        .rev()
+        .fold(S::zero(), |size, c| (size * length).max(c.abs()));
+    let rounding = motion
+        .release_rounding
+        .max(S::from_f64(64.0 * S::ROUNDOFF) * size)
+        .max(slope[0].abs() * uncertainty);
+    if value[0].abs() > rounding {
+        motion.release_sign = value[0].signum();
+        return Some(motion.inside(Heading::Unknown));
+    }
+    if turn.is_finite() {
+        let damped = slope[0] + turn * slope[1];
+        if (damped + damped) * slope[0] > slope[0] * slope[0] {
+            return None;
+        }
+    }
+    motion.release_sign = slope[0].signum();
+    Some(Start::Leaving { rounding })
+}

@@ -1,0 +1,269 @@
+//! A model lowered for direct simulation: one field per regime, one program per reset.
+
+use super::affine::AffineSystem;
+use super::sticking::stick_field;
+use crate::flow::{Field, InputKind, Program};
+use crate::model::{ExpressionGraph, Model, NodeId, Response, Surface};
+use crate::numeric::Dd;
+
+/// What governs the motion.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Regime {
+    /// Free flight.
+    Free,
+    /// Compliant contact with a surface.
+    Contact {
+        /// The surface.
+        surface: usize,
+    },
+    /// Lasting contact with a rigid surface.
+    Stick {
+        /// The surface.
+        surface: usize,
+    },
+}
+
+/// A model compiled for direct simulation, shared by any number of
+/// [`Simulator`](super::Simulator)s.
+///
+/// Fields are lowered once: the free field, per compliant surface its contact field, per rigid
+/// surface its stick field, each with the functions that must be watched along it.
+#[derive(Clone, Debug)]
+pub struct HybridSystem {
+    pub(super) dimension: usize,
+    pub(super) parameters: usize,
+    pub(super) phase: Option<PhaseClock>,
+    pub(super) free: RegimeField,
+    pub(super) surfaces: Vec<SurfaceLaw>,
+    /// The affine expressions, where free flight is affine.
+    pub(super) affine: Option<AffineSystem>,
+}
+
+/// How a system is flown.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum FlowMethod {
+    /// By the exact flow of its affine fields; a resting contact and a contact with another law by
+    /// Taylor's method.
+    ExactAffine,
+    /// By Taylor's method.
+    Taylor,
+}
+
+/// The forcing phase: where it stands in the full state, its period, and its rate.
+#[derive(Clone, Debug)]
+pub(super) struct PhaseClock {
+    pub(super) component: usize,
+    pub(super) period: Dd,
+    pub(super) rate: Program,
+}
+
+/// One surface, lowered.
+#[derive(Clone, Debug)]
+pub(super) struct SurfaceLaw {
+    /// `h, h', h'', h'''` along the free flow, then `x_i ∂h/∂x_i`: the size of the gap's terms.
+    pub(super) sensor: Program,
+    /// `h` and `h'` along the free flow, then the rates of the free flow.
+    pub(super) landing: Program,
+    pub(super) law: Law,
+}
+
+/// The response at a surface, lowered.
+#[derive(Clone, Debug)]
+pub(super) enum Law {
+    /// Reset, and the stick field where there is one.
+    Rigid {
+        reset: Program,
+        stick: Option<RegimeField>,
+    },
+    /// Contact field, and the release function: `ρ` and its derivative along the free flow, the
+    /// rates of the free flow, `x_i ∂ρ/∂x_i`, the size of its terms.
+    Compliant {
+        contact: RegimeField,
+        release: Program,
+    },
+}
+
+/// A field with its watched functions, each followed by its derivative along the field.
+#[derive(Clone, Debug)]
+pub(super) struct RegimeField {
+    pub(super) field: Field,
+    pub(super) watches: Vec<Watch>,
+}
+
+/// What a watched function's zero means.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Watch {
+    /// The gap of a surface: contact begins.
+    Gap { surface: usize },
+    /// The present contact or sticking ends.
+    Release,
+}
+
+impl HybridSystem {
+    /// Lowers a model. Where its free flight and its event functions are affine in the states, with
+    /// a force trigonometric in the phase, it is flown exactly.
+    pub fn new(model: &Model) -> Self {
+        Self {
+            affine: AffineSystem::new(model),
+            ..Self::without_exact_flow(model)
+        }
+    }
+
+    /// Lowers a model that is flown by Taylor's method, whatever its fields: slower where they are
+    /// affine, and an independent check there.
+    pub fn without_exact_flow(model: &Model) -> Self {
+        let mut lowering = Lowering {
+            graph: model.graph.clone(),
+            model,
+        };
+        let surfaces: Vec<_> = (0..model.surfaces.len())
+            .map(|surface| lowering.surface(surface))
+            .collect();
+        let free = lowering.regime(
+            &model.flow,
+            None,
+            &(0..model.surfaces.len()).collect::<Vec<_>>(),
+        );
+        let phase = model.phase.as_ref().map(|phase| PhaseClock {
+            component: model.dimension() - 1,
+            period: phase.period,
+            rate: lowering.program(&[phase.rate]),
+        });
+        Self {
+            dimension: model.dimension(),
+            parameters: model.parameters.len(),
+            phase,
+            free,
+            surfaces,
+            affine: None,
+        }
+    }
+
+    /// How free flight is computed.
+    pub fn method(&self) -> FlowMethod {
+        match self.affine {
+            Some(_) => FlowMethod::ExactAffine,
+            None => FlowMethod::Taylor,
+        }
+    }
+
+    /// Number of components of the full state.
+    pub fn dimension(&self) -> usize {
+        self.dimension
+    }
+
+    /// Number of parameters.
+    pub fn parameters(&self) -> usize {
+        self.parameters
+    }
+
+    /// Number of surfaces.
+    pub fn surfaces(&self) -> usize {
+        self.surfaces.len()
+    }
+}
+
+/// A model and the copy of its graph that new expressions are added to.
+struct Lowering<'m> {
+    graph: ExpressionGraph,
+    model: &'m Model,
+}
+
+impl Lowering<'_> {
+    fn program(&self, outputs: &[NodeId]) -> Program {
+        let inputs =
+            vec![InputKind::Variable; self.model.dimension() + self.model.parameters.len()];
+        Program::new(&self.graph, outputs, &inputs)
+    }
+
+    fn surface(&mut self, index: usize) -> SurfaceLaw {
+        let surface = &self.model.surfaces[index];
+        let sensor = self.sensor(surface);
+        let landing = self.landing(surface.event);
+        let landing = self.program(&landing);
+        let others: Vec<_> = (0..self.model.surfaces.len())
+            .filter(|&other| other != index)
+            .collect();
+        let law = match &surface.response {
+            Response::Impact { reset } => {
+                let stick = stick_field(&mut self.graph, self.model, surface, reset);
+                let pressing = self.graph.neg(surface.normal_acceleration);
+                let stick = stick.map(|field| self.regime(&field, Some(pressing), &others));
+                Law::Rigid {
+                    reset: self.program(reset),
+                    stick,
+                }
+            }
+            Response::Contact { field, release } => {
+                let mut outputs = self.landing(*release);
+                outputs.extend(self.terms(*release));
+                Law::Compliant {
+                    contact: self.regime(field, Some(*release), &others),
+                    release: self.program(&outputs),
+                }
+            }
+        };
+        SurfaceLaw {
+            sensor,
+            landing,
+            law,
+        }
+    }
+
+    fn sensor(&mut self, surface: &Surface) -> Program {
+        let jerk = self
+            .graph
+            .lie_derivative(surface.normal_acceleration, &self.model.flow);
+        let mut outputs = vec![
+            surface.event,
+            surface.normal_velocity,
+            surface.normal_acceleration,
+            jerk,
+        ];
+        outputs.extend(self.terms(surface.event));
+        self.program(&outputs)
+    }
+
+    /// A function, its derivative along the free flow, and the rates of that.
+    fn landing(&mut self, function: NodeId) -> Vec<NodeId> {
+        let flow = &self.model.flow;
+        let slope = self.graph.lie_derivative(function, flow);
+        [function, slope].iter().chain(flow).copied().collect()
+    }
+
+    /// `x_i ∂u/∂x_i` of a function: the size of its terms.
+    fn terms(&mut self, function: NodeId) -> Vec<NodeId> {
+        let term = |component| {
+            let slope = self.graph.derivative(function, component);
+            let state = self.graph.input(component);
+            self.graph.mul(slope, state)
+        };
+        (0..self.model.dimension()).map(term).collect()
+    }
+
+    fn regime(
+        &mut self,
+        derivatives: &[NodeId],
+        release: Option<NodeId>,
+        surfaces: &[usize],
+    ) -> RegimeField {
+        let gaps = surfaces
+            .iter()
+            .map(|&surface| (Watch::Gap { surface }, self.model.surfaces[surface].event));
+        let watched: Vec<_> = release
+            .map(|node| (Watch::Release, node))
+            .into_iter()
+            .chain(gaps)
+            .collect();
+        let mut nodes = Vec::new();
+        for &(_, node) in &watched {
+            nodes.push(node);
+            nodes.push(self.graph.lie_derivative(node, derivatives));
+        }
+        let parameters = vec![InputKind::HeadOnly; self.model.parameters.len()];
+        RegimeField {
+            field: Field::new(&self.graph, derivatives, &nodes, &parameters),
+            watches: watched.into_iter().map(|(watch, _)| watch).collect(),
+        }
+    }
+}

@@ -1,0 +1,13 @@
+//! The scene language, flows of smooth fields and direct event-driven simulation of oscillators
+//! with stops.
+//!
+//! [`model`] reads a scene, [`flow`] integrates one smooth field, [`hybrid`] flies from event to
+//! event. The floors below, [`numeric`] and [`jet`], are re-exported under their names.
+
+pub use grazemap_jet::{jet, numeric};
+
+pub mod model;
+
+pub mod flow;
+
+pub mod hybrid;

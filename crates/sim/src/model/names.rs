@@ -1,0 +1,173 @@
+//! Names a scene may use, and the nearest known name to a mistyped one.
+
+use super::graph::{Binary, Unary};
+
+/// Longest name accepted, in bytes.
+pub(super) const LONGEST_NAME: usize = 64;
+
+/// A function of the expression language.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Function {
+    /// One argument.
+    Unary(Unary),
+    /// Two arguments.
+    Binary(Binary),
+}
+
+impl Function {
+    /// Number of arguments.
+    pub(super) fn arity(self) -> usize {
+        match self {
+            Function::Unary(_) => 1,
+            Function::Binary(_) => 2,
+        }
+    }
+}
+
+/// Every function of the language by name.
+const FUNCTIONS: [(&str, Function); 17] = [
+    ("sqrt", Function::Unary(Unary::Sqrt)),
+    ("exp", Function::Unary(Unary::Exp)),
+    ("log", Function::Unary(Unary::Log)),
+    ("sin", Function::Unary(Unary::Sin)),
+    ("cos", Function::Unary(Unary::Cos)),
+    ("tan", Function::Unary(Unary::Tan)),
+    ("asin", Function::Unary(Unary::Asin)),
+    ("acos", Function::Unary(Unary::Acos)),
+    ("atan", Function::Unary(Unary::Atan)),
+    ("atan2", Function::Binary(Binary::Atan2)),
+    ("sinh", Function::Unary(Unary::Sinh)),
+    ("cosh", Function::Unary(Unary::Cosh)),
+    ("tanh", Function::Unary(Unary::Tanh)),
+    ("abs", Function::Unary(Unary::Abs)),
+    ("sign", Function::Unary(Unary::Sign)),
+    ("min", Function::Binary(Binary::Min)),
+    ("max", Function::Binary(Binary::Max)),
+];
+
+/// The constant of the language.
+pub(super) const PI: &str = "pi";
+
+/// The name that stands for a component's free-flight expression in a contact law.
+pub(super) const FREE: &str = "free";
+
+/// The function of a name.
+pub(super) fn function(name: &str) -> Option<Function> {
+    FUNCTIONS
+        .iter()
+        .find(|(known, _)| *known == name)
+        .map(|&(_, function)| function)
+}
+
+/// Names of all functions.
+pub(super) fn function_names() -> impl Iterator<Item = &'static str> {
+    FUNCTIONS.iter().map(|&(name, _)| name)
+}
+
+/// Whether a name belongs to the language: a function, `pi` or `free`.
+pub(super) fn is_reserved(name: &str) -> bool {
+    name == PI || name == FREE || function(name).is_some()
+}
+
+/// Whether a text has the form of a name: `[A-Za-z_][A-Za-z0-9_]*`, not too long.
+pub(super) fn is_name(text: &str) -> bool {
+    let first = text
+        .bytes()
+        .next()
+        .is_some_and(|byte| byte.is_ascii_alphabetic() || byte == b'_');
+    first
+        && text.len() <= LONGEST_NAME
+        && text
+            .bytes()
+            .all(|byte| byte.is_ascii_alphanumeric() || byte == b'_')
+}
+
+/// The known name nearest to `name`, if one is near enough to be what was meant.
+pub(super) fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Option<String> {
+    if name.len() > LONGEST_NAME {
+        return None;
+    }
+    let allowed = (name.chars().count() / 3).max(1);
+    known
+        .into_iter()
+        .filter(|candidate| candidate.len() <= LONGEST_NAME)
+        .map(|candidate| (strsim::damerau_levenshtein(name, candidate), candidate))
+        .filter(|(distance, candidate)| {
+            *distance <= allowed && *distance < candidate.chars().count()
+        })
+        .min_by_key(|(distance, _)| *distance)
+        .map(|(_, candidate)| candidate.to_owned())
+}
+
+/// Words of Rust that cannot name a module or a variable.
+const KEYWORDS: [&str; 51] = [
+    "abstract", "as", "async", "await", "become", "box", "break", "const", "continue", "crate",
+    "do", "dyn", "else", "enum", "extern", "false", "final", "fn", "for", "gen", "if", "impl",
+    "in", "let", "loop", "macro", "match", "mod", "move", "mut", "override", "priv", "pub", "ref",
+    "return", "self", "static", "struct", "super", "trait", "true", "try", "type", "typeof",
+    "unsafe", "unsized", "use", "virtual", "where", "while", "yield",
+];
+
+/// Whether a name cannot stand in Rust code.
+pub(super) fn is_rust_word(name: &str) -> bool {
+    name == "_" || name == "Self" || KEYWORDS.contains(&name)
+}
+
+/// The identifier of a scene from its file's name: lower case, `[a-z][a-z0-9_]*`, never a word of
+/// Rust.
+pub(super) fn identifier(file_name: &str) -> String {
+    let base = file_name.rsplit(['/', '\\']).next().unwrap_or_default();
+    let stem = base.strip_suffix(".toml").unwrap_or(base);
+    let mut identifier: String = (stem.chars().take(LONGEST_NAME))
+        .map(|letter| {
+            if letter.is_ascii_alphanumeric() {
+                letter.to_ascii_lowercase()
+            } else {
+                '_'
+            }
+        })
+        .collect();
+    if !identifier.starts_with(|first: char| first.is_ascii_lowercase()) {
+        identifier.insert_str(
+            0,
+            if identifier.starts_with('_') {
+                "scene"
+            } else {
+                "scene_"
+            },
+        );
+    }
+    if KEYWORDS.contains(&identifier.as_str()) {
+        identifier.push_str("_scene");
+    }
+    identifier
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn identifiers_are_module_names_whatever_the_file_is_called() {
+        for (file, expected) in [
+            ("scenes/linear.toml", "linear"),
+            ("Foale (2.2).toml", "foale__2_2_"),
+            ("7beams.toml", "scene_7beams"),
+            ("fn.toml", "fn_scene"),
+            ("", "scene_"),
+            (".toml", "scene_"),
+            ("__.toml", "scene__"),
+            ("µ.toml", "scene_"),
+        ] {
+            assert_eq!(identifier(file), expected, "{file}");
+        }
+    }
+
+    #[test]
+    fn a_slip_of_the_keyboard_finds_the_name_and_another_word_does_not() {
+        let known = ["velocity", "position", "r"];
+        assert_eq!(nearest("velocty", known).as_deref(), Some("velocity"));
+        assert_eq!(nearest("zeta", known), None);
+        assert_eq!(nearest("q", known), None);
+    }
+}

@@ -1,0 +1,272 @@
+//! A checked scene: a model and what is asked of it.
+
+mod diagram;
+mod document;
+mod emit;
+mod expansion;
+mod grazing;
+mod lets;
+mod load;
+mod lookup;
+mod oscillator;
+mod overrides;
+mod scope;
+mod section;
+mod surface;
+mod usage;
+mod values;
+mod window;
+
+use super::graph::NodeId;
+use super::oscillator::Model;
+use crate::numeric::{Dd, FloatFormat};
+
+/// One task: the model, which passage grazes, which parameters are active, where and how
+/// accurately.
+#[derive(Clone, Debug)]
+pub struct Scene {
+    /// Identifier for file and module names: the file's stem, checked (`[a-z][a-z0-9_]*`).
+    pub identifier: String,
+    /// FNV-1a digest (64 bits) of the scene's text after overrides, as it stands in every output.
+    pub digest: u64,
+    /// The oscillator.
+    pub model: Model,
+    /// Which orbit grazes and what is adjusted so that it does.
+    pub grazing: Grazing,
+    /// The section that the window is stated on, and that the map is taken on unless
+    /// [any](SectionRule::Any) will do.
+    pub section: Section,
+    /// Which sections the map may be taken on.
+    pub section_rule: SectionRule,
+    /// Active parameters and orders.
+    pub expansion: Expansion,
+    /// Where the map is to be trusted.
+    pub window: Window,
+    /// The shape of the emitted code.
+    pub emit: Emit,
+    /// Bifurcation diagrams asked for.
+    pub diagrams: Vec<DiagramRequest>,
+    /// Two-parameter charts asked for.
+    pub charts: Vec<ChartRequest>,
+    /// What looks like an oversight but is no fault, one line each.
+    pub warnings: Vec<String>,
+}
+
+/// `[grazing]`.
+#[derive(Clone, Debug)]
+pub struct Grazing {
+    /// Surfaces grazed in one period, in order (indices into [`Model::surfaces`]).
+    pub passages: Vec<usize>,
+    /// Parameters adjusted so that the orbit grazes, one per independent graze.
+    pub solve_for: Vec<usize>,
+    /// Forcing periods of the orbit.
+    pub periods: usize,
+    /// Guess of the first grazing point, per full-state component; `None`: found from the steady
+    /// state.
+    pub guess: Option<Vec<f64>>,
+    /// Symmetry of the orbit.
+    pub symmetry: Symmetry,
+}
+
+/// Symmetry of a periodic orbit.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Symmetry {
+    /// None assumed.
+    None,
+    /// `(x, theta) -> (-x, theta + period/2)`.
+    HalfPeriod,
+}
+
+/// `[section]`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Section {
+    /// `h' = 0` near the grazing point.
+    Tangency,
+    /// A fixed forcing phase.
+    Stroboscopic(StroboscopicPhase),
+}
+
+/// Which sections a map may be taken on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum SectionRule {
+    /// The one that the scene names.
+    Named,
+    /// The one whose map for the tolerance costs least; until that is known, the scene is on its
+    /// tangency section.
+    Any,
+}
+
+/// The phase of a stroboscopic section.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum StroboscopicPhase {
+    /// The phase of the (first) grazing point.
+    Grazing,
+    /// This phase.
+    At(Dd),
+}
+
+/// `[expansion]`.
+#[derive(Clone, Debug)]
+pub struct Expansion {
+    /// Parameters kept as variables (indices into [`Model::parameters`]).
+    pub active: Vec<usize>,
+    /// Truncation orders, or the tolerance they are chosen for.
+    pub orders: Orders,
+    /// Weights that differ from the default (a state or parameter deviation has weight 2), by
+    /// name.
+    pub weights: Vec<(String, u32)>,
+}
+
+/// Truncation orders of a map.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Orders {
+    /// Given orders.
+    Fixed {
+        /// Degree `N` of `P_smooth`.
+        smooth_order: u32,
+        /// Weighted degree `W` of `D`.
+        contact_weight: u32,
+    },
+    /// The cheapest orders whose error on the window is at most this.
+    Tolerance(f64),
+}
+
+/// `[window]`: half-widths about the grazing point, in offsets.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Window {
+    /// Largest `y²`.
+    pub depth: f64,
+    /// Half-width per full-state component (infinite where the scene names none).
+    pub state: Vec<f64>,
+    /// Half-width per parameter (infinite where the scene names none).
+    pub parameter: Vec<f64>,
+}
+
+/// `[emit]`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Emit {
+    /// Shape of the step.
+    pub shape: Shape,
+    /// What it is run in.
+    pub precision: EmitPrecision,
+    /// Points per call of the lane kernel, where the scene names them.
+    pub lanes: Option<usize>,
+}
+
+impl Emit {
+    /// Points per call of the lane kernel: 64 bytes of numbers where the scene names none, 8
+    /// doubles or 16 singles.
+    pub fn lanes(&self, precision: FloatFormat) -> usize {
+        self.lanes.unwrap_or(match precision {
+            FloatFormat::F32 => 16,
+            FloatFormat::F64 => 8,
+        })
+    }
+}
+
+/// What an emitted map is run in.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum EmitPrecision {
+    /// These numbers.
+    Given(FloatFormat),
+    /// Single precision where it holds the scene's tolerance, double precision elsewhere.
+    Any,
+}
+
+impl EmitPrecision {
+    /// The numbers that are tried first.
+    pub fn first(self) -> FloatFormat {
+        match self {
+            Self::Given(format) => format,
+            Self::Any => FloatFormat::F32,
+        }
+    }
+}
+
+/// Shape of an emitted step.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Shape {
+    /// Decided by the number of coefficients.
+    Auto,
+    /// `P_smooth ∘ D`, stage by stage.
+    Factored,
+    /// One polynomial pass.
+    Composed,
+    /// Stage by stage, every compliant contact flown exactly.
+    Flown,
+}
+
+/// `[[diagram]]`.
+#[derive(Clone, Debug)]
+pub struct DiagramRequest {
+    /// Swept parameter (index into [`Model::parameters`]).
+    pub parameter: usize,
+    /// First and last offset from the grazing value.
+    pub range: [f64; 2],
+    /// Number of parameter values.
+    pub points: usize,
+    /// Iterates dropped at each value.
+    pub transient: usize,
+    /// Iterates kept at each value.
+    pub keep: usize,
+    /// What is drawn.
+    pub observe: Observable,
+    /// Direction of the sweep.
+    pub direction: SweepDirection,
+    /// Computed by the map, by direct simulation, or both.
+    pub with: Vec<Method>,
+}
+
+/// What a diagram draws.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Observable {
+    /// The event function of the first passage's surface at the section.
+    EventFunction,
+    /// Speed at which the surface is met (0 without contact).
+    ImpactSpeed,
+    /// An expression of states and parameters.
+    Expression {
+        /// As the user wrote it: the axis label.
+        text: String,
+        /// Its node in the model's graph.
+        node: NodeId,
+    },
+}
+
+/// Direction of a sweep; the last state is always carried.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SweepDirection {
+    /// Increasing parameter.
+    Up,
+    /// Decreasing parameter.
+    Down,
+    /// Up, then down.
+    Both,
+}
+
+/// How an image is computed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Method {
+    /// The local map.
+    Map,
+    /// Direct simulation.
+    Direct,
+}
+
+/// `[[chart]]`.
+#[derive(Clone, Debug)]
+pub struct ChartRequest {
+    /// The two parameters, horizontal first.
+    pub parameters: [usize; 2],
+    /// First and last offset of each.
+    pub ranges: [[f64; 2]; 2],
+    /// Points along each.
+    pub points: [usize; 2],
+    /// Iterates dropped.
+    pub transient: usize,
+    /// Longest period looked for.
+    pub keep: usize,
+}

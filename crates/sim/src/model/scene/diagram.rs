@@ -1,0 +1,202 @@
+//! `[[diagram]]` and `[[chart]]`: the pictures asked for.
+
+use super::document::{Field, Table};
+use super::lookup::{distinct, parameter};
+use super::scope::Scope;
+use super::{ChartRequest, DiagramRequest, Method, Observable, SweepDirection};
+use crate::model::error::{Checked, Fault};
+use crate::model::oscillator::Model;
+use crate::model::problem::SceneProblem;
+
+/// Keys of `[[diagram]]`.
+const DIAGRAM_KEYS: [&str; 8] = [
+    "parameter",
+    "range",
+    "points",
+    "transient",
+    "keep",
+    "observe",
+    "direction",
+    "with",
+];
+
+/// Keys of `[[chart]]`.
+const CHART_KEYS: [&str; 5] = ["parameters", "ranges", "points", "transient", "keep"];
+
+/// Most points along one axis.
+const MOST_POINTS: u64 = 10_000_000;
+
+/// Most cells of a chart, each of which takes a hundred bytes.
+const MOST_CELLS: u64 = 4_000_000;
+
+/// Most values of a sweep, each of which takes tens of bytes until it is written.
+const MOST_VALUES: u64 = 20_000_000;
+
+/// Most iterates.
+const MOST_ITERATES: u64 = 1_000_000_000;
+
+/// Points, transient and iterates kept where the scene names none.
+const DEFAULTS: [u64; 3] = [1000, 1000, 200];
+
+/// Points along each axis of a chart, and the longest period looked for, where the scene names
+/// none.
+const CHART_DEFAULTS: [u64; 2] = [200, 32];
+
+/// Reads one `[[diagram]]`.
+pub(super) fn read(table: &Table<'_>, model: &mut Model, scope: &Scope) -> Checked<DiagramRequest> {
+    table.only(&DIAGRAM_KEYS)?;
+    let [points, transient, keep] = DEFAULTS;
+    let points = count(table, "points", 1, MOST_POINTS, points)?;
+    let keep = kept(table, points, keep)?;
+    Ok(DiagramRequest {
+        parameter: parameter(
+            &table.require("parameter")?.entry("a parameter's name")?,
+            model,
+        )?,
+        range: table.require("range")?.range()?,
+        points,
+        transient: count(table, "transient", 0, MOST_ITERATES, transient)?,
+        keep,
+        observe: observable(table.field("observe"), model, scope)?,
+        direction: direction(table.field("direction"))?,
+        with: methods(table.field("with"))?,
+    })
+}
+
+/// Reads one `[[chart]]`.
+pub(super) fn read_chart(table: &Table<'_>, model: &Model) -> Checked<ChartRequest> {
+    table.only(&CHART_KEYS)?;
+    let names = table.require("parameters")?;
+    let parameters = distinct(
+        &names
+            .entry("a list of two parameters")?
+            .pair("a list of two parameters")?,
+        |entry| parameter(entry, model),
+    )?;
+    let [axis_points, keep] = CHART_DEFAULTS;
+    let points = match table.field("points") {
+        Some(field) => chart_points(&field)?,
+        None => [axis_points as usize; 2],
+    };
+    Ok(ChartRequest {
+        parameters: [parameters[0], parameters[1]],
+        ranges: chart_ranges(&table.require("ranges")?)?,
+        points,
+        transient: count(table, "transient", 0, MOST_ITERATES, DEFAULTS[1])?,
+        keep: count(table, "keep", 1, MOST_ITERATES, keep)?,
+    })
+}
+
+fn count(table: &Table<'_>, key: &str, least: u64, most: u64, default: u64) -> Checked<usize> {
+    let count = table
+        .field(key)
+        .map_or(Ok(default), |field| field.count(least, most))?;
+    Ok(count as usize)
+}
+
+/// Iterates kept at each of `points` values.
+fn kept(table: &Table<'_>, points: usize, default: u64) -> Checked<usize> {
+    let keep = count(table, "keep", 1, MOST_ITERATES, default)?;
+    let found = points as u64 * keep as u64;
+    if found <= MOST_VALUES {
+        return Ok(keep);
+    }
+    let field = table.field("keep").or_else(|| table.field("points"));
+    let (span, key) = field.map_or((0..0, "keep".to_owned()), |field| {
+        (field.span(), field.path)
+    });
+    Err(Fault::at(
+        span,
+        SceneProblem::DiagramValues {
+            key,
+            found,
+            most: MOST_VALUES,
+        },
+    ))
+}
+
+/// `h`, `impact_speed`, or an expression.
+fn observable(field: Option<Field<'_>>, model: &mut Model, scope: &Scope) -> Checked<Observable> {
+    let Some(field) = field else {
+        return Ok(Observable::EventFunction);
+    };
+    let entry = field.entry("an expression")?;
+    match entry.text("an expression")? {
+        "h" => Ok(Observable::EventFunction),
+        "impact_speed" => Ok(Observable::ImpactSpeed),
+        text => {
+            let node = scope.expression(&entry, &mut model.graph)?;
+            Ok(Observable::Expression {
+                text: text.to_owned(),
+                node,
+            })
+        }
+    }
+}
+
+fn direction(field: Option<Field<'_>>) -> Checked<SweepDirection> {
+    let options = [
+        ("up", SweepDirection::Up),
+        ("down", SweepDirection::Down),
+        ("both", SweepDirection::Both),
+    ];
+    field.map_or(Ok(SweepDirection::Both), |field| {
+        field.choice(&options, "\"up\", \"down\", \"both\"")
+    })
+}
+
+fn methods(field: Option<Field<'_>>) -> Checked<Vec<Method>> {
+    let Some(field) = field else {
+        return Ok(vec![Method::Map]);
+    };
+    let entries = field.one_or_list("a list of \"map\", \"direct\"")?;
+    if entries.is_empty() {
+        return Err(Fault::at(
+            field.span(),
+            SceneProblem::Empty { key: field.path },
+        ));
+    }
+    let options = [("map", Method::Map), ("direct", Method::Direct)];
+    distinct(&entries, |entry| {
+        entry.choice(&options, "\"map\", \"direct\"")
+    })
+}
+
+/// One number of points for both axes, or one for each.
+fn chart_points(field: &Field<'_>) -> Checked<[usize; 2]> {
+    let entries = field.one_or_list("a whole number, or a list of two")?;
+    let points: Vec<u64> = entries
+        .iter()
+        .map(|entry| entry.count(1, MOST_POINTS))
+        .collect::<Checked<_>>()?;
+    let axes = match points[..] {
+        [both] => [both; 2],
+        [first, second] => [first, second],
+        _ => {
+            let problem = SceneProblem::Length {
+                key: field.path.clone(),
+                expected: 2,
+                found: points.len(),
+            };
+            return Err(Fault::at(field.span(), problem));
+        }
+    };
+    let cells = axes[0] * axes[1];
+    if cells > MOST_CELLS {
+        let problem = SceneProblem::ChartCells {
+            key: field.path.clone(),
+            found: cells,
+            most: MOST_CELLS,
+        };
+        return Err(Fault::at(field.span(), problem));
+    }
+    Ok(axes.map(|points| points as usize))
+}
+
+/// Two pairs of offsets, the horizontal parameter's first.
+fn chart_ranges(field: &Field<'_>) -> Checked<[[f64; 2]; 2]> {
+    let [first, second] = field
+        .entry("a list of two ranges")?
+        .pair("a list of two ranges")?;
+    Ok([first.range()?, second.range()?])
+}

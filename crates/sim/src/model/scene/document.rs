@@ -1,0 +1,301 @@
+//! The TOML of a scene as tables and fields that know their place in the text.
+
+use std::ops::Range;
+
+use toml_edit::{Item, TableLike, Value};
+
+use crate::model::error::{Checked, Fault};
+use crate::model::names;
+use crate::model::problem::SceneProblem;
+
+/// A table of the scene.
+#[derive(Clone)]
+pub(super) struct Table<'a> {
+    source: &'a str,
+    table: &'a dyn TableLike,
+    /// Dotted name, empty for the root.
+    path: String,
+    /// Bytes to point at where a key is missing.
+    span: Range<usize>,
+}
+
+/// A key with its value.
+#[derive(Clone)]
+pub(super) struct Field<'a> {
+    source: &'a str,
+    item: &'a Item,
+    /// The key alone.
+    pub(super) key: &'a str,
+    /// Dotted name.
+    pub(super) path: String,
+    /// Bytes of the key.
+    pub(super) key_span: Range<usize>,
+}
+
+/// One value, alone or in a list.
+#[derive(Clone)]
+pub(super) struct Entry<'a> {
+    pub(super) source: &'a str,
+    pub(super) value: &'a Value,
+    /// Dotted name of the key it stands under.
+    pub(super) path: String,
+    /// Bytes of the value.
+    pub(super) span: Range<usize>,
+}
+
+impl<'a> Table<'a> {
+    /// The root of a document.
+    pub(super) fn root(source: &'a str, table: &'a dyn TableLike) -> Self {
+        Self {
+            source,
+            table,
+            path: String::new(),
+            span: 0..0,
+        }
+    }
+
+    /// The table in words.
+    pub(super) fn title(&self) -> String {
+        if self.path.is_empty() {
+            "the scene".to_owned()
+        } else {
+            format!("[{}]", self.path)
+        }
+    }
+
+    /// Bytes to point at for the table as a whole.
+    pub(super) fn span(&self) -> Range<usize> {
+        self.span.clone()
+    }
+
+    /// Refuses keys that are not among `known`.
+    pub(super) fn only(&self, known: &[&str]) -> Checked<()> {
+        for field in self.fields() {
+            if !known.contains(&field.key) {
+                let problem = SceneProblem::UnknownKey {
+                    key: shown(field.key),
+                    table: self.title(),
+                    nearest: names::nearest(field.key, known.iter().copied()),
+                };
+                return Err(Fault::at(field.key_span, problem));
+            }
+        }
+        Ok(())
+    }
+
+    /// Every key with its value, in the order of the text.
+    pub(super) fn fields(&self) -> Vec<Field<'a>> {
+        let entries = self.table.iter().filter(|(_, item)| !item.is_none());
+        entries.filter_map(|(key, _)| self.field(key)).collect()
+    }
+
+    /// A key with its value, if it is there.
+    pub(super) fn field(&self, key: &str) -> Option<Field<'a>> {
+        let (key, item) = self.table.get_key_value(key)?;
+        let key_span = key
+            .span()
+            .or_else(|| item.span())
+            .unwrap_or_else(|| self.span.clone());
+        let path = if self.path.is_empty() {
+            shown(key.get())
+        } else {
+            format!("{}.{}", self.path, shown(key.get()))
+        };
+        Some(Field {
+            source: self.source,
+            item,
+            key: key.get(),
+            path,
+            key_span,
+        })
+    }
+
+    /// A key with its value, which must be there.
+    pub(super) fn require(&self, key: &str) -> Checked<Field<'a>> {
+        self.field(key).ok_or_else(|| {
+            Fault::at(
+                self.span.clone(),
+                SceneProblem::MissingKey {
+                    key: key.to_owned(),
+                    table: self.title(),
+                },
+            )
+        })
+    }
+}
+
+impl<'a> Field<'a> {
+    /// Bytes of the value, or of the key where it has none of its own.
+    pub(super) fn span(&self) -> Range<usize> {
+        self.item.span().unwrap_or_else(|| self.key_span.clone())
+    }
+
+    /// The value as a table.
+    pub(super) fn table(&self) -> Checked<Table<'a>> {
+        let Some(table) = self.item.as_table_like() else {
+            return Err(self.wrong_type("a table"));
+        };
+        Ok(Table {
+            source: self.source,
+            table,
+            path: self.path.clone(),
+            span: self.span(),
+        })
+    }
+
+    /// The value as a list of tables: `[[name]]` or `name = [{ ... }]`.
+    pub(super) fn tables(&self) -> Checked<Vec<Table<'a>>> {
+        let table = |index: usize, table: &'a dyn TableLike, span: Option<Range<usize>>| Table {
+            source: self.source,
+            table,
+            path: format!("{}.{index}", self.path),
+            span: span.unwrap_or_else(|| self.span()),
+        };
+        if let Some(list) = self.item.as_array_of_tables() {
+            return Ok(list
+                .iter()
+                .enumerate()
+                .map(|(index, entry)| table(index, entry, entry.span()))
+                .collect());
+        }
+        let expected = "a list of tables";
+        let list = self
+            .item
+            .as_array()
+            .ok_or_else(|| self.wrong_type(expected))?;
+        let entries = list
+            .iter()
+            .enumerate()
+            .map(|(index, entry)| match entry.as_inline_table() {
+                Some(inline) => Ok(table(index, inline, inline.span())),
+                None => Err(self.entry_of(entry).wrong_type(expected)),
+            });
+        entries.collect()
+    }
+
+    /// The value alone.
+    pub(super) fn entry(&self, expected: &'static str) -> Checked<Entry<'a>> {
+        match self.item.as_value() {
+            Some(value) if !value.is_inline_table() => Ok(self.entry_of(value)),
+            _ => Err(self.wrong_type(expected)),
+        }
+    }
+
+    /// The values of a list.
+    pub(super) fn list(&self, expected: &'static str) -> Checked<Vec<Entry<'a>>> {
+        self.entry(expected)?.list(expected)
+    }
+
+    /// The values of a list, or the one value.
+    pub(super) fn one_or_list(&self, expected: &'static str) -> Checked<Vec<Entry<'a>>> {
+        if self.item.is_array() {
+            self.list(expected)
+        } else {
+            Ok(vec![self.entry(expected)?])
+        }
+    }
+
+    /// The fault of a value of another kind.
+    fn wrong_type(&self, expected: &'static str) -> Fault {
+        let found = match self.item {
+            Item::None => "nothing",
+            Item::Value(value) => kind(value),
+            Item::Table(_) => "a table",
+            Item::ArrayOfTables(_) => "a list of tables",
+        };
+        Fault::at(
+            self.span(),
+            SceneProblem::WrongType {
+                key: self.path.clone(),
+                expected,
+                found,
+            },
+        )
+    }
+
+    fn entry_of(&self, value: &'a Value) -> Entry<'a> {
+        let span = value.span().unwrap_or_else(|| self.span());
+        Entry {
+            source: self.source,
+            value,
+            path: self.path.clone(),
+            span,
+        }
+    }
+}
+
+impl<'a> Entry<'a> {
+    /// The value as text.
+    pub(super) fn text(&self, expected: &'static str) -> Checked<&'a str> {
+        self.value.as_str().ok_or_else(|| self.wrong_type(expected))
+    }
+
+    /// The values of a list.
+    pub(super) fn list(&self, expected: &'static str) -> Checked<Vec<Entry<'a>>> {
+        let list = self
+            .value
+            .as_array()
+            .ok_or_else(|| self.wrong_type(expected))?;
+        let entry = |value: &'a Value| Entry {
+            source: self.source,
+            value,
+            path: self.path.clone(),
+            span: value.span().unwrap_or_else(|| self.span.clone()),
+        };
+        Ok(list.iter().map(entry).collect())
+    }
+
+    /// The value as it stands in the file.
+    pub(super) fn literal(&self) -> &'a str {
+        self.source.get(self.span.clone()).unwrap_or_default()
+    }
+
+    /// The fault of a value of another kind.
+    pub(super) fn wrong_type(&self, expected: &'static str) -> Fault {
+        self.fault(SceneProblem::WrongType {
+            key: self.path.clone(),
+            expected,
+            found: kind(self.value),
+        })
+    }
+
+    /// A fault at the value.
+    pub(super) fn fault(&self, problem: SceneProblem) -> Fault {
+        Fault::at(self.span.clone(), problem)
+    }
+
+    /// Bytes of the file at which bytes `inner` of the text stand; the whole value where escapes
+    /// moved them.
+    pub(super) fn inside(&self, inner: Range<usize>) -> Range<usize> {
+        let Some(text) = self.value.as_str() else {
+            return self.span.clone();
+        };
+        let Some(offset) = self.literal().find(text) else {
+            return self.span.clone();
+        };
+        let start = self.span.start + offset;
+        start + inner.start..start + inner.end
+    }
+}
+
+/// The kind of a value in words.
+fn kind(value: &Value) -> &'static str {
+    match value {
+        Value::String(_) => "text",
+        Value::Integer(_) => "a whole number",
+        Value::Float(_) => "a number",
+        Value::Boolean(_) => "a truth value",
+        Value::Datetime(_) => "a date",
+        Value::Array(_) => "a list",
+        Value::InlineTable(_) => "a table",
+    }
+}
+
+/// Text of a user as a message may show it: escaped, and not too long.
+pub(super) fn shown(text: &str) -> String {
+    let mut short: String = text.chars().take(names::LONGEST_NAME).collect();
+    if short.len() < text.len() {
+        short.push('…');
+    }
+    short.escape_debug().to_string()
+}

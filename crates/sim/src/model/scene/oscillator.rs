@@ -1,0 +1,241 @@
+//! `[model]`: names, parameters, phase, named expressions and the free flow.
+
+use super::document::{Field, Table, shown};
+use super::scope::{Kind, Scope};
+use super::{lets, surface};
+use crate::model::error::{Checked, Fault};
+use crate::model::graph::{ExpressionGraph, NodeId};
+use crate::model::names;
+use crate::model::oscillator::{Model, Parameter, Phase};
+use crate::model::problem::SceneProblem;
+
+/// Keys of `[model]`.
+const KEYS: [&str; 8] = [
+    "name",
+    "source",
+    "states",
+    "parameters",
+    "let",
+    "phase",
+    "flow",
+    "surface",
+];
+
+/// Most states, parameters or named expressions of a model.
+const MOST_NAMES: usize = 256;
+
+/// A model being read.
+pub(super) struct Draft {
+    pub(super) scope: Scope,
+    pub(super) graph: ExpressionGraph,
+    pub(super) states: Vec<String>,
+    pub(super) parameters: Vec<Parameter>,
+    pub(super) phase: Option<String>,
+}
+
+/// Reads `[model]`; `default_name` is the name of a model that gives none.
+pub(super) fn read(table: &Table<'_>, default_name: &str) -> Checked<(Model, Scope)> {
+    table.only(&KEYS)?;
+    let phase_table = table
+        .field("phase")
+        .map(|field| field.table())
+        .transpose()?;
+    let mut draft = declare(table, phase_table.as_ref())?;
+    let phase = match (phase_table, draft.phase.clone()) {
+        (Some(phase), Some(name)) => Some(read_phase(&phase, name, &mut draft)?),
+        _ => None,
+    };
+    let flow = read_flow(&table.require("flow")?.table()?, phase.as_ref(), &mut draft)?;
+    let surfaces = surface::read(table, &flow, &mut draft)?;
+    let text = |key: &str| table.field(key).map(|field| field.text()).transpose();
+    let model = Model {
+        name: text("name")?.unwrap_or_else(|| default_name.to_owned()),
+        source: text("source")?,
+        states: draft.states,
+        phase,
+        parameters: draft.parameters,
+        graph: draft.graph,
+        flow,
+        surfaces,
+    };
+    Ok((model, draft.scope))
+}
+
+/// Declares every name and defines the inputs and named expressions.
+fn declare(table: &Table<'_>, phase: Option<&Table<'_>>) -> Checked<Draft> {
+    let mut scope = Scope::default();
+    let states = declare_states(table, &mut scope)?;
+    let phase = phase
+        .map(|phase| declare_phase(phase, &mut scope))
+        .transpose()?;
+    let parameters = declare_parameters(table, &mut scope)?;
+    let lets = named_fields(table, "let")?;
+    for field in &lets {
+        scope.declare(field.key, Kind::Let, field.key_span.clone())?;
+    }
+    let mut graph = ExpressionGraph::new();
+    let inputs: Vec<String> = scope.inputs().map(str::to_owned).collect();
+    for (input, name) in inputs.iter().enumerate() {
+        let node = graph.input(input);
+        scope.define(name, node);
+    }
+    lets::define(&lets, &mut scope, &mut graph)?;
+    Ok(Draft {
+        scope,
+        graph,
+        states,
+        parameters,
+        phase,
+    })
+}
+
+fn declare_states(table: &Table<'_>, scope: &mut Scope) -> Checked<Vec<String>> {
+    let field = table.require("states")?;
+    let entries = field.list("a list of names")?;
+    check_length(&field, entries.len(), 1)?;
+    let mut states = Vec::new();
+    for entry in entries {
+        let name = entry.text("a list of names")?;
+        scope.declare(name, Kind::State, entry.span.clone())?;
+        states.push(name.to_owned());
+    }
+    Ok(states)
+}
+
+fn declare_phase(table: &Table<'_>, scope: &mut Scope) -> Checked<String> {
+    table.only(&["name", "rate", "period"])?;
+    let entry = table.require("name")?.entry("a name")?;
+    let name = entry.text("a name")?;
+    scope.declare(name, Kind::Phase, entry.span.clone())?;
+    Ok(name.to_owned())
+}
+
+fn declare_parameters(table: &Table<'_>, scope: &mut Scope) -> Checked<Vec<Parameter>> {
+    let mut parameters = Vec::new();
+    for field in named_fields(table, "parameters")? {
+        scope.declare(field.key, Kind::Parameter, field.key_span.clone())?;
+        parameters.push(Parameter {
+            name: field.key.to_owned(),
+            value: field.number()?,
+        });
+    }
+    Ok(parameters)
+}
+
+/// The fields of a table of the model that may be absent.
+fn named_fields<'a>(table: &Table<'a>, key: &str) -> Checked<Vec<Field<'a>>> {
+    let Some(field) = table.field(key) else {
+        return Ok(Vec::new());
+    };
+    let fields = field.table()?.fields();
+    check_length(&field, fields.len(), 0)?;
+    Ok(fields)
+}
+
+fn check_length(field: &Field<'_>, found: usize, least: usize) -> Checked<()> {
+    if found < least {
+        return Err(Fault::at(
+            field.span(),
+            SceneProblem::Empty {
+                key: field.path.clone(),
+            },
+        ));
+    }
+    if found > MOST_NAMES {
+        let problem = SceneProblem::TooMany {
+            key: field.path.clone(),
+            most: MOST_NAMES,
+            found,
+        };
+        return Err(Fault::at(field.span(), problem));
+    }
+    Ok(())
+}
+
+/// `[model.phase]`, its name already declared.
+fn read_phase(table: &Table<'_>, name: String, draft: &mut Draft) -> Checked<Phase> {
+    let entry = table.require("rate")?.entry("an expression")?;
+    let rate = draft.scope.expression(&entry, &mut draft.graph)?;
+    let dimension = draft.states.len() + 1;
+    if let Some(&input) = draft
+        .graph
+        .dependencies(rate)
+        .iter()
+        .find(|&&input| input < dimension)
+    {
+        let name = draft.states.get(input).cloned().unwrap_or(name);
+        return Err(entry.fault(SceneProblem::Dependence {
+            key: entry.path.clone(),
+            name,
+        }));
+    }
+    let period = table.require("period")?.positive()?;
+    Ok(Phase { name, rate, period })
+}
+
+/// `[model.flow]`, the phase's rate last.
+fn read_flow(table: &Table<'_>, phase: Option<&Phase>, draft: &mut Draft) -> Checked<Vec<NodeId>> {
+    let mut flow = Vec::new();
+    for (component, state) in draft
+        .components(table, None)?
+        .into_iter()
+        .zip(&draft.states)
+    {
+        let missing = || {
+            Fault::at(
+                table.span(),
+                SceneProblem::MissingFlow {
+                    state: state.clone(),
+                },
+            )
+        };
+        flow.push(component.ok_or_else(missing)?);
+    }
+    flow.extend(phase.map(|phase| phase.rate));
+    Ok(flow)
+}
+
+impl Draft {
+    /// The expressions of a table with keys among the states: per state, `None` where it has no
+    /// key.
+    ///
+    /// `free`, where given, holds the node that `free` stands for in each component.
+    pub(super) fn components(
+        &mut self,
+        table: &Table<'_>,
+        free: Option<&[NodeId]>,
+    ) -> Checked<Vec<Option<NodeId>>> {
+        let mut nodes = vec![None; self.states.len()];
+        for field in table.fields() {
+            let state = self.state_of(&field, table)?;
+            let free = free.and_then(|free| free.get(state)).copied();
+            let entry = field.entry("an expression")?;
+            nodes[state] = Some(
+                self.scope
+                    .expression_with_free(&entry, &mut self.graph, free)?,
+            );
+        }
+        Ok(nodes)
+    }
+
+    /// The state a key names.
+    fn state_of(&self, field: &Field<'_>, table: &Table<'_>) -> Checked<usize> {
+        if let Some(state) = self.states.iter().position(|state| state == field.key) {
+            return Ok(state);
+        }
+        let problem = if self.phase.as_deref() == Some(field.key) {
+            SceneProblem::PhaseInLaw {
+                name: field.key.to_owned(),
+                table: table.title(),
+            }
+        } else {
+            let nearest = names::nearest(field.key, self.states.iter().map(String::as_str));
+            SceneProblem::UnknownName {
+                name: shown(field.key),
+                kind: "state",
+                nearest,
+            }
+        };
+        Err(Fault::at(field.key_span.clone(), problem))
+    }
+}
