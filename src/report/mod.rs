@@ -6,7 +6,6 @@
 //! Deliberately absent: computing anything new. Thinning of a drawing and rounding of a printed
 //! number are layout, and both are stated beside what they were done to.
 
-mod base64;
 mod chart_figure;
 mod chosen_words;
 mod convergence_page;
@@ -16,7 +15,6 @@ mod diagram_figure;
 mod error;
 mod exact_json;
 mod extremes_page;
-pub mod figure;
 mod files;
 mod json;
 mod map_document;
@@ -33,6 +31,8 @@ mod section_document;
 mod speed_figure;
 mod table;
 mod table_text;
+
+pub use grazemap_figure as figure;
 
 pub use chart_figure::{chart_array, chart_figure, chart_table, chart_timing_table};
 pub use chosen_words::{

@@ -3,8 +3,8 @@
 use std::fmt::Write as _;
 
 use super::ReportError;
-use super::page::escape_html;
 use super::table::{Alignment, Cell, Table};
+use grazemap_figure::escape_html;
 
 impl Table {
     /// Aligned columns for a terminal, two spaces between them, a line under the headings.

@@ -1,6 +1,6 @@
 //! From a figure to shapes: margins, axes, grid, and where every value lands.
 
-use super::super::ReportError;
+use super::FigureError;
 use super::axis::{Axis, AxisScale};
 use super::clip::Area;
 use super::content::{Content, content};
@@ -52,7 +52,7 @@ impl Frame {
 }
 
 /// Lays a figure out.
-pub(super) fn lay_out(figure: &Figure) -> Result<Layout, ReportError> {
+pub(super) fn lay_out(figure: &Figure) -> Result<Layout, FigureError> {
     let (wide, tall) = (f64::from(figure.size.0), f64::from(figure.size.1));
     let ends = ends(figure)?;
     let legend = Legend::of(figure, wide - 110.0)?;
@@ -113,7 +113,7 @@ fn spoken_title(figure: &Figure) -> String {
 
 type Ends = ((f64, f64), (f64, f64));
 
-fn ends(figure: &Figure) -> Result<Ends, ReportError> {
+fn ends(figure: &Figure) -> Result<Ends, FigureError> {
     let shown = |[x, y]: &[f64; 2]| {
         let scales = (figure.horizontal.scale, figure.vertical.scale);
         scales.0.place(*x).is_finite() && scales.1.place(*y).is_finite()
@@ -139,7 +139,7 @@ fn ends(figure: &Figure) -> Result<Ends, ReportError> {
     ))
 }
 
-fn widest(ticks: &Ticks) -> Result<f64, ReportError> {
+fn widest(ticks: &Ticks) -> Result<f64, FigureError> {
     let mut widest: f64 = 0.0;
     for tick in &ticks.ticks {
         widest = widest.max(width(&tick.text, TICK_SIZE)?);
@@ -148,7 +148,7 @@ fn widest(ticks: &Ticks) -> Result<f64, ReportError> {
 }
 
 /// As many ticks as stand apart.
-fn horizontal_ticks(scale: AxisScale, ends: (f64, f64), room: f64) -> Result<Ticks, ReportError> {
+fn horizontal_ticks(scale: AxisScale, ends: (f64, f64), room: f64) -> Result<Ticks, FigureError> {
     let mut wanted = ((room / 70.0) as usize).max(2);
     loop {
         let found = ticks(scale, ends, wanted);
@@ -249,9 +249,9 @@ fn axis_labels(
     frame: &Frame,
     horizontal: &Ticks,
     vertical: &Ticks,
-) -> Result<Vec<Shape>, ReportError> {
+) -> Result<Vec<Shape>, FigureError> {
     let area = frame.area;
-    let label = |axis: &Axis, ticks: &Ticks, room: f64| -> Result<String, ReportError> {
+    let label = |axis: &Axis, ticks: &Ticks, room: f64| -> Result<String, FigureError> {
         let suffix = power_suffix(ticks.power);
         let room = (room - width(&suffix, LABEL_SIZE)?).max(20.0);
         Ok(fitted(&axis.label, LABEL_SIZE, room)? + &suffix)

@@ -14,6 +14,7 @@ mod clip;
 mod content;
 mod dashing;
 mod drawing;
+mod error;
 mod font;
 mod frame;
 mod labels;
@@ -28,11 +29,10 @@ mod ticks;
 
 pub use axis::{Axis, AxisScale};
 pub use cells::CellChart;
-pub use markup::symbol;
+pub use error::FigureError;
+pub use markup::{escape_html, symbol};
 pub use palette::Palette;
 pub use series::{Annotation, Guide, Marker, Series, SeriesStyle, Stroke};
-
-use super::ReportError;
 
 /// Smallest and largest side of a figure, in CSS pixels.
 const SIDES: (u32, u32) = (160, 4000);
@@ -43,13 +43,13 @@ const SIDES: (u32, u32) = (160, 4000);
 /// positive on a logarithmic axis, are left out and interrupt a line.
 ///
 /// ```
-/// use grazemap::report::figure::{Axis, Figure, Series, Stroke};
+/// use grazemap_figure::{Axis, Figure, Series, Stroke};
 ///
 /// let mut figure = Figure::new(Axis::linear("α − α*"), Axis::linear("h"));
 /// figure.series.push(Series::line("stable", Stroke::Solid, vec![[0.0, 0.0], [1e-3, 2e-4]]));
 /// let svg = figure.to_svg()?;
 /// assert!(svg.starts_with("<svg"));
-/// # Ok::<(), grazemap::report::ReportError>(())
+/// # Ok::<(), grazemap_figure::FigureError>(())
 /// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct Figure {
@@ -117,10 +117,10 @@ impl Figure {
     ///
     /// # Errors
     ///
-    /// [`ReportError::AxisRange`] for an explicit range that cannot be shown,
-    /// [`ReportError::FigureSize`], [`ReportError::ChartShape`], and [`ReportError::Png`] from a
+    /// [`FigureError::AxisRange`] for an explicit range that cannot be shown,
+    /// [`FigureError::FigureSize`], [`FigureError::ChartShape`], and [`FigureError::Png`] from a
     /// chart of cells, which is embedded as a bitmap.
-    pub fn to_svg(&self) -> Result<String, ReportError> {
+    pub fn to_svg(&self) -> Result<String, FigureError> {
         svg::paint(&self.layout()?.drawing)
     }
 
@@ -128,8 +128,8 @@ impl Figure {
     ///
     /// # Errors
     ///
-    /// As for [`Figure::to_svg`], and [`ReportError::Bitmap`].
-    pub fn to_png(&self) -> Result<Vec<u8>, ReportError> {
+    /// As for [`Figure::to_svg`], and [`FigureError::Bitmap`].
+    pub fn to_png(&self) -> Result<Vec<u8>, FigureError> {
         raster::paint(&self.layout()?.drawing)
     }
 
@@ -140,16 +140,16 @@ impl Figure {
     /// # Errors
     ///
     /// As for [`Figure::to_svg`].
-    pub fn thinning(&self) -> Result<Option<Thinning>, ReportError> {
+    pub fn thinning(&self) -> Result<Option<Thinning>, FigureError> {
         Ok(self.layout()?.thinning)
     }
 
-    fn layout(&self) -> Result<frame::Layout, ReportError> {
+    fn layout(&self) -> Result<frame::Layout, FigureError> {
         let (width, height) = self.size;
         let (smallest, largest) = SIDES;
         let fits = |side| (smallest..=largest).contains(&side);
         if !fits(width) || !fits(height) {
-            return Err(ReportError::FigureSize {
+            return Err(FigureError::FigureSize {
                 width,
                 height,
                 smallest,

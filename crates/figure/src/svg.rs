@@ -2,11 +2,12 @@
 
 use std::fmt::Write as _;
 
-use super::super::ReportError;
-use super::super::base64::base64;
-use super::super::page::escape_html;
+use base64::Engine as _;
+use base64::prelude::BASE64_STANDARD as BASE64;
+
+use super::FigureError;
 use super::drawing::{Anchor, Direction, DotRuns, Drawing, Mosaic, Point, Shape, dashes, outline};
-use super::markup::{Level, runs};
+use super::markup::{Level, escape_html, runs};
 use super::palette::{PAPER, Rgb};
 use super::raster::encode;
 use super::series::Marker;
@@ -14,7 +15,7 @@ use super::series::Marker;
 const FONTS: &str = "system-ui, -apple-system, 'Segoe UI', Helvetica, Arial, sans-serif";
 
 /// The drawing as an SVG document.
-pub(super) fn paint(drawing: &Drawing) -> Result<String, ReportError> {
+pub(super) fn paint(drawing: &Drawing) -> Result<String, FigureError> {
     let (width, height) = drawing.size;
     let title = escape_html(&plain(&drawing.title));
     let mut svg = format!(
@@ -32,7 +33,7 @@ pub(super) fn paint(drawing: &Drawing) -> Result<String, ReportError> {
     Ok(svg)
 }
 
-fn element(shape: &Shape) -> Result<String, ReportError> {
+fn element(shape: &Shape) -> Result<String, FigureError> {
     Ok(match shape {
         Shape::Line {
             points,
@@ -161,7 +162,7 @@ fn dot_path(dots: &DotRuns) -> String {
     )
 }
 
-fn image(mosaic: &Mosaic) -> Result<String, ReportError> {
+fn image(mosaic: &Mosaic) -> Result<String, FigureError> {
     let rows = mosaic.colors.len() / mosaic.columns;
     let pixels: Vec<u8> = mosaic.colors.iter().flatten().copied().collect();
     let png = encode(&pixels, (mosaic.columns as u32, rows as u32))?;
@@ -172,7 +173,7 @@ fn image(mosaic: &Mosaic) -> Result<String, ReportError> {
         short(mosaic.from.1),
         short(mosaic.to.0 - mosaic.from.0),
         short(mosaic.to.1 - mosaic.from.1),
-        base64(&png)
+        BASE64.encode(&png)
     ))
 }
 

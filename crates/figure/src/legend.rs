@@ -1,7 +1,7 @@
 //! The legend: a row above the plot area where it fits, else a column right of it.
 
-use super::super::ReportError;
 use super::Figure;
+use super::FigureError;
 use super::drawing::{Anchor, Direction, Point, Shape};
 use super::font::width;
 use super::markup::runs;
@@ -37,7 +37,7 @@ enum Form {
 
 impl Legend {
     /// The legend of a figure that has so much width for a row of entries.
-    pub(super) fn of(figure: &Figure, room: f64) -> Result<Self, ReportError> {
+    pub(super) fn of(figure: &Figure, room: f64) -> Result<Self, FigureError> {
         let count = figure.series.len();
         let series = figure
             .series
@@ -148,7 +148,7 @@ fn key_shapes(key: Key, (x, y): Point, color: Rgb) -> Vec<Shape> {
 }
 
 /// The text, or as much of its beginning as fits, ended by an ellipsis.
-pub(super) fn fitted(text: &str, size: f64, room: f64) -> Result<String, ReportError> {
+pub(super) fn fitted(text: &str, size: f64, room: f64) -> Result<String, FigureError> {
     if width(text, size)? <= room {
         return Ok(text.to_owned());
     }

@@ -1,6 +1,6 @@
 //! A chart of categories over two parameters, such as the period of the attractor.
 
-use super::super::ReportError;
+use super::FigureError;
 use super::clip::Area;
 use super::drawing::{Mosaic, Point};
 use super::palette::{PAPER, Palette, Rgb, viridis};
@@ -40,15 +40,15 @@ impl CellChart {
     ///
     /// # Errors
     ///
-    /// [`ReportError::ChartShape`] if `cells` does not fill the grid, or the grid is empty.
+    /// [`FigureError::ChartShape`] if `cells` does not fill the grid, or the grid is empty.
     pub(super) fn mosaic(
         &self,
         lower_left: Point,
         upper_right: Point,
         area: &Area,
-    ) -> Result<Option<Mosaic>, ReportError> {
+    ) -> Result<Option<Mosaic>, FigureError> {
         if self.columns.checked_mul(self.rows) != Some(self.cells.len()) || self.cells.is_empty() {
-            return Err(ReportError::ChartShape {
+            return Err(FigureError::ChartShape {
                 columns: self.columns,
                 rows: self.rows,
                 found: self.cells.len(),

@@ -2,7 +2,7 @@
 
 use std::cmp::Ordering;
 
-use super::super::ReportError;
+use super::FigureError;
 
 /// How values are spread along an axis.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -90,9 +90,9 @@ impl Axis {
     ///
     /// # Errors
     ///
-    /// [`ReportError::AxisRange`] for an explicit range that is empty, not finite or not on the
+    /// [`FigureError::AxisRange`] for an explicit range that is empty, not finite or not on the
     /// scale, and for a symmetric logarithmic threshold that is not positive.
-    pub(super) fn ends(&self, data: impl Iterator<Item = f64>) -> Result<(f64, f64), ReportError> {
+    pub(super) fn ends(&self, data: impl Iterator<Item = f64>) -> Result<(f64, f64), FigureError> {
         if let AxisScale::Symlog { threshold } = self.scale
             && !(threshold > 0.0 && threshold.is_finite())
         {
@@ -112,8 +112,8 @@ impl Axis {
         Ok(places)
     }
 
-    fn refuse(&self, lower: f64, upper: f64) -> ReportError {
-        ReportError::AxisRange {
+    fn refuse(&self, lower: f64, upper: f64) -> FigureError {
+        FigureError::AxisRange {
             axis: self.label.clone(),
             lower,
             upper,

@@ -3,7 +3,7 @@
 use plotters::backend::{BitMapBackend, DrawingBackend};
 use plotters::style::{FontTransform, RGBColor, TextStyle};
 
-use super::super::ReportError;
+use super::FigureError;
 use super::dashing::dashed;
 use super::drawing::{Anchor, Direction, DotRuns, Drawing, Mosaic, Point, Shape, dashes, outline};
 use super::font::{font, run_width};
@@ -17,7 +17,7 @@ const FINE: f64 = 4.0;
 const AVERAGED: usize = 2;
 
 /// The drawing as a PNG of twice its size.
-pub(super) fn paint(drawing: &Drawing) -> Result<Vec<u8>, ReportError> {
+pub(super) fn paint(drawing: &Drawing) -> Result<Vec<u8>, FigureError> {
     let scale = FINE as u32;
     let size = (drawing.size.0 * scale, drawing.size.1 * scale);
     let mut pixels = vec![0xff; size.0 as usize * size.1 as usize * 3];
@@ -35,13 +35,13 @@ pub(super) fn paint(drawing: &Drawing) -> Result<Vec<u8>, ReportError> {
 }
 
 /// Pixels, three bytes each, as a PNG.
-pub(super) fn encode(pixels: &[u8], (width, height): (u32, u32)) -> Result<Vec<u8>, ReportError> {
+pub(super) fn encode(pixels: &[u8], (width, height): (u32, u32)) -> Result<Vec<u8>, FigureError> {
     let mut bytes = Vec::new();
     let mut encoder = png::Encoder::new(&mut bytes, width, height);
     encoder.set_color(png::ColorType::Rgb);
     encoder.set_depth(png::BitDepth::Eight);
-    encoder.set_compression(png::Compression::Best);
-    encoder.set_filter(png::FilterType::Up);
+    encoder.set_compression(png::Compression::High);
+    encoder.set_filter(png::Filter::Up);
     let mut writer = encoder.write_header()?;
     writer.write_image_data(pixels)?;
     writer.finish()?;
@@ -66,8 +66,8 @@ fn averaged(pixels: &[u8], (width, height): (u32, u32)) -> (Vec<u8>, (u32, u32))
     (out, (wide as u32, tall as u32))
 }
 
-fn refused<E: std::error::Error>(error: E) -> ReportError {
-    ReportError::Bitmap(error.to_string())
+fn refused<E: std::error::Error>(error: E) -> FigureError {
+    FigureError::Bitmap(error.to_string())
 }
 
 fn paint_of([r, g, b]: Rgb) -> RGBColor {
@@ -83,7 +83,7 @@ struct Canvas<'a> {
 }
 
 impl Canvas<'_> {
-    fn draw(&mut self, shape: &Shape) -> Result<(), ReportError> {
+    fn draw(&mut self, shape: &Shape) -> Result<(), FigureError> {
         match shape {
             Shape::Line {
                 points,
@@ -140,7 +140,7 @@ impl Canvas<'_> {
     }
 
     /// Every segment as a filled bar, rounded where segments meet.
-    fn line(&mut self, points: &[Point], width: f64, color: Rgb) -> Result<(), ReportError> {
+    fn line(&mut self, points: &[Point], width: f64, color: Rgb) -> Result<(), FigureError> {
         for pair in points.windows(2) {
             let (a, b) = (pair[0], pair[1]);
             let length = (b.0 - a.0).hypot(b.1 - a.1);
@@ -158,7 +158,7 @@ impl Canvas<'_> {
             .try_for_each(|&joint| self.disc(joint, width / 2.0, color))
     }
 
-    fn bar(&mut self, a: Point, b: Point, across: Point, color: Rgb) -> Result<(), ReportError> {
+    fn bar(&mut self, a: Point, b: Point, across: Point, color: Rgb) -> Result<(), FigureError> {
         if across.0.abs() < 1e-9 || across.1.abs() < 1e-9 {
             let half = (across.0.abs(), across.1.abs());
             let low = (a.0.min(b.0) - half.0, a.1.min(b.1) - half.1);
@@ -176,14 +176,14 @@ impl Canvas<'_> {
         )
     }
 
-    fn polygon(&mut self, points: &[Point], color: Rgb) -> Result<(), ReportError> {
+    fn polygon(&mut self, points: &[Point], color: Rgb) -> Result<(), FigureError> {
         let corners: Vec<(i32, i32)> = points.iter().copied().map(fine).collect();
         self.backend
             .fill_polygon(corners, &paint_of(color))
             .map_err(refused)
     }
 
-    fn disc(&mut self, center: Point, radius: f64, color: Rgb) -> Result<(), ReportError> {
+    fn disc(&mut self, center: Point, radius: f64, color: Rgb) -> Result<(), FigureError> {
         let radius = ((radius * FINE).round() as u32).max(1);
         self.backend
             .draw_circle(fine(center), radius, &paint_of(color), true)
@@ -191,7 +191,7 @@ impl Canvas<'_> {
     }
 
     /// A filled rectangle of at least one fine pixel.
-    fn rectangle(&mut self, from: Point, to: Point, color: Rgb) -> Result<(), ReportError> {
+    fn rectangle(&mut self, from: Point, to: Point, color: Rgb) -> Result<(), FigureError> {
         let (low, high) = (fine(from), fine(to));
         // NOTE: plotters fills up to the second corner, without it.
         let last = (high.0.max(low.0 + 1), high.1.max(low.1 + 1));
@@ -206,7 +206,7 @@ impl Canvas<'_> {
         radius: f64,
         marker: Marker,
         color: Rgb,
-    ) -> Result<(), ReportError> {
+    ) -> Result<(), FigureError> {
         match marker {
             Marker::Circle => self.disc(at, radius, color),
             Marker::Ring => {
@@ -224,7 +224,7 @@ impl Canvas<'_> {
         }
     }
 
-    fn dots(&mut self, dots: &DotRuns) -> Result<(), ReportError> {
+    fn dots(&mut self, dots: &DotRuns) -> Result<(), FigureError> {
         let half = dots.diameter / 2.0;
         for &(row, first, count) in &dots.runs {
             let y = dots.origin.1 + f64::from(row) * dots.pitch.1;
@@ -235,7 +235,7 @@ impl Canvas<'_> {
         Ok(())
     }
 
-    fn mosaic(&mut self, mosaic: &Mosaic) -> Result<(), ReportError> {
+    fn mosaic(&mut self, mosaic: &Mosaic) -> Result<(), FigureError> {
         let rows = mosaic.colors.len() / mosaic.columns;
         let pitch = (
             (mosaic.to.0 - mosaic.from.0) / mosaic.columns as f64,
@@ -260,7 +260,7 @@ impl Canvas<'_> {
         size: f64,
         color: Rgb,
         text: &str,
-    ) -> Result<(), ReportError> {
+    ) -> Result<(), FigureError> {
         let runs = runs(text);
         let mut total = 0.0;
         for (level, run) in &runs {

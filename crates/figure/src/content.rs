@@ -1,6 +1,6 @@
 //! What stands inside the plot area: the chart, guides, series, words beside points.
 
-use super::super::ReportError;
+use super::FigureError;
 use super::drawing::{Point, Shape};
 use super::frame::Frame;
 use super::labels::Labeller;
@@ -22,7 +22,7 @@ pub(super) struct Content {
 }
 
 /// The shapes of a figure inside its frame.
-pub(super) fn content(figure: &Figure, frame: &Frame) -> Result<Content, ReportError> {
+pub(super) fn content(figure: &Figure, frame: &Frame) -> Result<Content, FigureError> {
     let mut under = Vec::new();
     if let Some(chart) = &figure.cells {
         let low = frame.at([chart.horizontal.0, chart.vertical.0]);
@@ -146,7 +146,7 @@ fn guide_shapes(
     labeller: &mut Labeller,
     under: &mut Vec<Shape>,
     over: &mut Vec<Shape>,
-) -> Result<(), ReportError> {
+) -> Result<(), FigureError> {
     let area = frame.area;
     let (ends, label) = match guide {
         Guide::Horizontal { at, label } => {

@@ -66,7 +66,7 @@ fn shifted(text: &str) -> Option<(Level, &str, &str)> {
 /// A name as the field writes it: Greek letters for their names, an underscore as a lowered part.
 ///
 /// ```
-/// use grazemap::report::figure::symbol;
+/// use grazemap_figure::symbol;
 ///
 /// assert_eq!(symbol("alpha"), "α");
 /// assert_eq!(symbol("omega_n"), "ω_{n}");
@@ -109,6 +109,26 @@ fn letter(name: &str) -> &str {
         .iter()
         .find_map(|&(spelled, greek)| (spelled == name).then_some(greek))
         .unwrap_or(name)
+}
+
+/// Text that is safe between tags and inside quoted attributes of HTML and SVG.
+///
+/// Characters that XML forbids (most control characters) become U+FFFD.
+pub fn escape_html(text: &str) -> String {
+    let mut escaped = String::with_capacity(text.len());
+    for c in text.chars() {
+        match c {
+            '&' => escaped.push_str("&amp;"),
+            '<' => escaped.push_str("&lt;"),
+            '>' => escaped.push_str("&gt;"),
+            '"' => escaped.push_str("&quot;"),
+            '\'' => escaped.push_str("&#39;"),
+            '\t' | '\n' => escaped.push(c),
+            c if c.is_control() || matches!(c, '\u{fffe}' | '\u{ffff}') => escaped.push('\u{fffd}'),
+            c => escaped.push(c),
+        }
+    }
+    escaped
 }
 
 #[cfg(test)]

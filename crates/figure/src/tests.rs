@@ -25,7 +25,7 @@ fn a_small_figure_is_as_recorded() {
 fn a_bitmap_is_a_png_of_twice_the_size_and_the_same_every_time() {
     let png = small().to_png().expect("drawn");
     assert_eq!(png, small().to_png().expect("drawn again"));
-    let reader = png::Decoder::new(png.as_slice())
+    let reader = png::Decoder::new(std::io::Cursor::new(&png))
         .read_info()
         .expect("a PNG");
     assert_eq!((reader.info().width, reader.info().height), (640, 440));
@@ -92,13 +92,13 @@ fn figures_that_cannot_be_drawn_are_refused() {
     figure.size = (10, 10);
     assert!(matches!(
         figure.to_svg(),
-        Err(ReportError::FigureSize { .. })
+        Err(FigureError::FigureSize { .. })
     ));
     let mut figure = small();
     figure.horizontal = Axis::log10("x").with_range(-1.0, 1.0);
     assert!(matches!(
         figure.to_png(),
-        Err(ReportError::AxisRange { .. })
+        Err(FigureError::AxisRange { .. })
     ));
     let mut figure = small();
     figure.cells = Some(CellChart {
@@ -111,6 +111,6 @@ fn figures_that_cannot_be_drawn_are_refused() {
     });
     assert!(matches!(
         figure.to_svg(),
-        Err(ReportError::ChartShape { found: 3, .. })
+        Err(FigureError::ChartShape { found: 3, .. })
     ));
 }

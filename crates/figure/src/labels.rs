@@ -3,7 +3,7 @@
 //! A covered marker weighs more than any of the eight positions: words leave markers free wherever
 //! they can.
 
-use super::super::ReportError;
+use super::FigureError;
 use super::clip::Area;
 use super::drawing::{Anchor, Direction, Point, Shape};
 use super::font::width;
@@ -40,7 +40,7 @@ impl Labeller {
         text: &str,
         size: f64,
         color: Rgb,
-    ) -> Result<Shape, ReportError> {
+    ) -> Result<Shape, FigureError> {
         let (wide, tall) = (width(text, size)?, size);
         let gap = 7.0;
         let mut best: Option<(f64, Area)> = None;

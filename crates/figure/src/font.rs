@@ -4,7 +4,7 @@ use std::sync::OnceLock;
 
 use plotters::style::{FontDesc, FontFamily, FontStyle, register_font};
 
-use super::super::ReportError;
+use super::FigureError;
 use super::markup::runs;
 
 const FAMILY: &str = "grazemap sans";
@@ -14,7 +14,7 @@ const LINE_BOX: f64 = 1.121;
 const RESERVE: f64 = 1.08;
 
 /// The font at a letter size, in pixels per em.
-pub(super) fn font(size: f64) -> Result<FontDesc<'static>, ReportError> {
+pub(super) fn font(size: f64) -> Result<FontDesc<'static>, FigureError> {
     static REGISTERED: OnceLock<bool> = OnceLock::new();
     let registered = REGISTERED.get_or_init(|| {
         let bytes = epaint_default_fonts::UBUNTU_LIGHT;
@@ -24,24 +24,24 @@ pub(super) fn font(size: f64) -> Result<FontDesc<'static>, ReportError> {
         let family = FontFamily::Name(FAMILY);
         Ok(FontDesc::new(family, size * LINE_BOX, FontStyle::Normal))
     } else {
-        Err(ReportError::Bitmap(
+        Err(FigureError::Bitmap(
             "the built-in font is unreadable".to_owned(),
         ))
     }
 }
 
 /// Width of text without markup, in pixels, at a letter size.
-pub(super) fn run_width(text: &str, size: f64) -> Result<f64, ReportError> {
+pub(super) fn run_width(text: &str, size: f64) -> Result<f64, FigureError> {
     // NOTE: widths come back as whole pixels; measuring large keeps their fractions.
     const MEASURED_AT: f64 = 1000.0;
     let (width, _) = font(MEASURED_AT)?
         .box_size(text)
-        .map_err(|refused| ReportError::Bitmap(refused.to_string()))?;
+        .map_err(|refused| FigureError::Bitmap(refused.to_string()))?;
     Ok(f64::from(width) * size / MEASURED_AT)
 }
 
 /// Width that text with markup may take in either painter.
-pub(super) fn width(text: &str, size: f64) -> Result<f64, ReportError> {
+pub(super) fn width(text: &str, size: f64) -> Result<f64, FigureError> {
     let mut total = 0.0;
     for (level, run) in runs(text) {
         total += run_width(&run, size * level.scale())?;
