@@ -12,7 +12,7 @@ use crate::convergence::{ConvergenceError, Limit};
 use crate::emission::EmissionError;
 use crate::expansion::ExpansionError;
 use crate::model::{SceneError, SceneHeadline};
-use crate::numeric::{FloatFormat, Shown};
+use crate::numeric::{FloatFormat, INSTRUCTION_LIMIT, Shown};
 use crate::orbit::{CurveEnd, NotLocated, OrbitError};
 use crate::report::{ReportError, limit_words};
 
@@ -192,6 +192,9 @@ pub(super) enum CliError {
     /// A result that could not be laid out or written.
     #[error(transparent)]
     Report(#[from] ReportError),
+    /// An environment variable with a value that is not known.
+    #[error("{INSTRUCTION_LIMIT} is `{}`; expected sse2, avx2 or avx512", .value.escape_default())]
+    InstructionLimit { value: String },
     /// Standard output refused.
     #[error("cannot write to standard output: {0}")]
     StandardOutput(io::Error),
