@@ -31,8 +31,8 @@ const HIGH_ORDERS: MapOrders = MapOrders {
 /// Variables up to which a map has few.
 const FEW: usize = 5;
 /// Points mapped in double precision; in double-double.
-const POINTS: usize = 400;
-const DOUBLE_DOUBLE_POINTS: usize = 28;
+const POINTS: usize = 600;
+const DOUBLE_DOUBLE_POINTS: usize = 60;
 /// Orbits in lanes.
 const LANES: usize = 16;
 
@@ -316,8 +316,8 @@ pub(super) fn sweeps(subjects: &Subjects, page: &mut Page) {
         };
         let Subject { scene, orbit } = subject;
         for (way, method, points, transient) in [
-            ("map", Method::Map, 40, 60),
-            ("direct", Method::Direct, 12, 6),
+            ("map", Method::Map, 40, 200),
+            ("direct", Method::Direct, 20, 20),
         ] {
             let request = diagram_request(subject, method, points, transient);
             let diagram = request.map(|one| diagram(scene, orbit, &map, &one, &NoProgress));

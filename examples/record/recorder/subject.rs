@@ -3,15 +3,15 @@
 use std::cell::OnceCell;
 
 use grazemap::analysis::SectionFrame;
-use grazemap::model::{Response, Scene, catalogue};
+use grazemap::model::{Model, Response, Scene, catalogue};
 use grazemap::numeric::Real;
 use grazemap::orbit::{GrazingOrbit, locate};
 
 use super::hash::Scatter;
 
 /// Sizes of offsets over the half-widths of the window.
-const SCALES: [f64; 14] = [
-    1e-12, 1e-11, 1e-10, 1e-9, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 0.1, 1.0, 10.0,
+const SCALES: [f64; 16] = [
+    1e-12, 1e-11, 1e-10, 1e-9, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 0.1, 1.0, 10.0, 100.0, 1e3,
 ];
 
 /// Which section a scene is put on.
@@ -81,13 +81,14 @@ impl Subjects {
 
 impl Subject {
     fn new(name: &str, overrides: &[(&str, &str)]) -> Option<Self> {
-        let overrides: Vec<(String, String)> = overrides
-            .iter()
-            .map(|&(key, value)| (key.to_owned(), value.to_owned()))
-            .collect();
-        let scene = Scene::parse_with(catalogue::text(name)?, name, &overrides).ok()?;
+        let scene = scene(name, overrides)?;
         let orbit = locate(&scene).ok()?.into_result().ok()?;
         Some(Self { scene, orbit })
+    }
+
+    /// The model of a scene with other values.
+    pub(crate) fn model(name: &str, overrides: &[(&str, &str)]) -> Option<Model> {
+        scene(name, overrides).map(|scene| scene.model)
     }
 
     /// Whether the system has one surface, and that rigid: what lanes are for.
@@ -129,4 +130,13 @@ impl Subject {
     pub(crate) fn frame<S: Real>(&self) -> SectionFrame<S> {
         SectionFrame::new(&self.scene, &self.orbit)
     }
+}
+
+/// A scene of the catalogue with other values.
+fn scene(name: &str, overrides: &[(&str, &str)]) -> Option<Scene> {
+    let overrides: Vec<(String, String)> = overrides
+        .iter()
+        .map(|&(key, value)| (key.to_owned(), value.to_owned()))
+        .collect();
+    Scene::parse_with(catalogue::text(name)?, name, &overrides).ok()
 }
