@@ -378,3 +378,24 @@ fn a_scene_run_twice_gives_the_same_bytes_but_for_measured_times() {
     let outside = ["src=\"http", "href=\"http", "url(http", "@import"];
     assert!(outside.iter().all(|link| !page.contains(link)));
 }
+
+#[test]
+fn an_unknown_instruction_set_is_refused() {
+    let folder = scratch();
+    let limited = |set: &str| {
+        Command::new(env!("CARGO_BIN_EXE_grazemap"))
+            .args(["check", "linear"])
+            .env("GRAZEMAP_SIMD", set)
+            .current_dir(folder.path())
+            .output()
+            .expect("the program can be started")
+    };
+    assert_eq!(limited("sse2").status.code(), Some(0));
+    let refused = limited("avx");
+    assert_eq!(refused.status.code(), Some(2));
+    let said = text(&refused.stderr);
+    assert!(
+        said.contains("GRAZEMAP_SIMD is `avx`; expected sse2"),
+        "{said}"
+    );
+}

@@ -45,7 +45,10 @@ fn of_extremes(common: &Common) -> Result<(), CliError> {
         ("table.md".to_owned(), table.to_markdown().into_bytes()),
     ];
     for (stem, figure) in extremes_figures(&study) {
-        files.push((format!("{stem}.svg"), figure.to_svg().map_err(ReportError::from)?.into_bytes()));
+        files.push((
+            format!("{stem}.svg"),
+            figure.to_svg().map_err(ReportError::from)?.into_bytes(),
+        ));
     }
     let results = Results {
         text: format!("{}\n{}\n", table.to_text(), extremes_words(&study)),

@@ -12,7 +12,7 @@ use grazemap::convergence::{ConvergenceError, Limit};
 use grazemap::emission::EmissionError;
 use grazemap::expansion::ExpansionError;
 use grazemap::model::{SceneError, SceneHeadline};
-use grazemap::numeric::{FloatFormat, Shown};
+use grazemap::numeric::{FloatFormat, INSTRUCTION_LIMIT, Shown};
 use grazemap::orbit::{CurveEnd, NotLocated, OrbitError};
 use grazemap::report::{ReportError, limit_words};
 
@@ -192,6 +192,9 @@ pub(super) enum CliError {
     /// A result that could not be laid out or written.
     #[error(transparent)]
     Report(#[from] ReportError),
+    /// An environment variable with a value that is not known.
+    #[error("{INSTRUCTION_LIMIT} is `{}`; expected sse2, avx2 or avx512", .value.escape_default())]
+    InstructionLimit { value: String },
     /// Standard output refused.
     #[error("cannot write to standard output: {0}")]
     StandardOutput(io::Error),

@@ -26,7 +26,7 @@ pub use bracket::{Bracket, BracketOutcome, NewtonStep, NewtonSteps};
 pub use branched::{Branched, LaneMask, Mask};
 pub use decimals::decimal_above;
 pub use dispatch::wide;
-pub use dispatch::{Kernel, is_wide, widest};
+pub use dispatch::{INSTRUCTION_LIMIT, Kernel, is_wide, unknown_instruction_limit, widest};
 pub use double_double::{Dd, ParseDdError};
 pub use error::NumericError;
 pub use float::FloatFormat;
