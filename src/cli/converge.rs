@@ -79,7 +79,7 @@ fn of_scene(options: &SceneOptions, fresh: usize) -> Result<(), CliError> {
     let highest = study
         .orders
         .iter()
-        .map(|result| result.contact_weight)
+        .map(|result| result.orders.contact_weight)
         .max();
     let edges = window_edges(&expander, highest.unwrap_or(1))?;
     warn_of_edges(scene, edges, options.common.quiet);

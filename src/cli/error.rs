@@ -10,7 +10,7 @@ use grazemap::analysis::periodic::ItineraryError;
 use grazemap::analysis::{AnalysisError, DirectEnd};
 use grazemap::convergence::{ConvergenceError, Limit};
 use grazemap::emission::EmissionError;
-use grazemap::expansion::ExpansionError;
+use grazemap::expansion::{ExpansionError, MapOrders};
 use grazemap::model::{SceneError, SceneHeadline};
 use grazemap::numeric::{FloatFormat, INSTRUCTION_LIMIT, Shown};
 use grazemap::orbit::{CurveEnd, NotLocated, OrbitError};
@@ -81,11 +81,10 @@ pub(super) enum CliError {
     #[error(transparent)]
     Convergence(#[from] ConvergenceError),
     /// No orders of the sweep meet the tolerance of the scene.
-    #[error("no orders up to those tried stay within the tolerance {tolerance:e} on the window; the best, N = {smooth_order}, W = {contact_weight}, reach {}{}", .error.map_or("no finite error".to_owned(), |error| format!("{error:.1e}")), .limit.map_or(String::new(), |limit| format!(": {}", limit_words(limit, *.precision))))]
+    #[error("no orders up to those tried stay within the tolerance {tolerance:e} on the window; the best, N = {}, W = {}, reach {}{}", .orders.smooth_order, .orders.contact_weight, .error.map_or("no finite error".to_owned(), |error| format!("{error:.1e}")), .limit.map_or(String::new(), |limit| format!(": {}", limit_words(limit, *.precision))))]
     ToleranceNotMet {
         tolerance: f64,
-        smooth_order: u32,
-        contact_weight: u32,
+        orders: MapOrders,
         error: Option<f64>,
         precision: FloatFormat,
         limit: Option<Limit>,

@@ -160,16 +160,10 @@ impl Plan {
 pub(super) fn plan(settled: &SettledScene) -> Result<Plan, CliError> {
     let (scene, section) = (&settled.scene, SectionDocument::settled(settled));
     let tolerance = match scene.expansion.orders {
-        Orders::Fixed {
-            smooth_order,
-            contact_weight,
-        } => {
+        Orders::Fixed(orders) => {
             return Ok(Plan {
                 scene: scene.clone(),
-                orders: MapOrders {
-                    smooth_order,
-                    contact_weight,
-                },
+                orders,
                 choice: None,
                 section,
             });
@@ -183,8 +177,7 @@ pub(super) fn plan(settled: &SettledScene) -> Result<Plan, CliError> {
     if !choice.met {
         return Err(CliError::ToleranceNotMet {
             tolerance,
-            smooth_order: choice.smooth_order,
-            contact_weight: choice.contact_weight,
+            orders: choice.orders,
             error: choice.fresh_error.or(choice.error),
             precision: choice.precision,
             limit: choice.limit,
@@ -194,7 +187,7 @@ pub(super) fn plan(settled: &SettledScene) -> Result<Plan, CliError> {
     scene.emit.shape = choice.shape;
     Ok(Plan {
         scene,
-        orders: choice.orders(),
+        orders: choice.orders,
         choice: Some(choice),
         section,
     })

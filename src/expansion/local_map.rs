@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use super::{DepthPolynomial, FlownContact};
 use crate::jet::Jet;
+use crate::model::MapOrders;
 use crate::numeric::{Dd, Real, Scalar};
 
 /// A local map `P` near a grazing orbit, as the sequence of its stages.
@@ -65,15 +66,6 @@ pub struct ActiveParameter {
     pub name: String,
     /// Grazing value.
     pub value: Dd,
-}
-
-/// Truncation orders of a map.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
-pub struct MapOrders {
-    /// Degree of the smooth legs.
-    pub smooth_order: u32,
-    /// Weighted degree of the contacts.
-    pub contact_weight: u32,
 }
 
 /// Half-widths of the trusted window, in offsets; infinite where nothing was asked.
