@@ -1,7 +1,7 @@
 //! The study docs/studies/dynamics.md: what the truncation of one step means for orbits, their stability, their bifurcations and attractors.
 //!
 //! `cargo run --release --example dynamics` measures everything anew (a few minutes) and writes the tables and figures of
-//! the page. The truth is direct simulation, in double-double but for attractors; `tests/dynamics.rs` holds it to closed forms.
+//! the page. The truth is direct simulation, in double-double but for attractors; `tests/analysis/dynamics.rs` holds it to closed forms.
 
 mod adding;
 mod attractor;

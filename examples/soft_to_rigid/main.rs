@@ -1,7 +1,7 @@
 //! The study docs/studies/soft-to-rigid.md: a compliant stop whose stiffness grows against the rigid one.
 //!
 //! `cargo run --release --example soft_to_rigid` measures everything anew (some seconds) and writes the tables and figures
-//! of the page. The truth is direct simulation in double-double, which `tests/soft_to_rigid.rs` holds against closed forms.
+//! of the page. The truth is direct simulation in double-double, which `tests/simulation/soft_to_rigid.rs` holds against closed forms.
 
 mod approach;
 mod direct;
