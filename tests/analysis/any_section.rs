@@ -8,31 +8,16 @@ use grazemap::hybrid::HybridSystem;
 use grazemap::iteration::{DiscreteMap, HornerMap};
 use grazemap::model::{Orders, Scene, Section, SectionRule, StroboscopicPhase, catalogue};
 use grazemap::numeric::Dd;
-use grazemap::orbit::{GrazingOrbit, locate};
+use grazemap::orbit::GrazingOrbit;
 
-/// Number in the sequence of the first point of the checks: beyond all that anything is chosen by.
-const UNUSED: usize = 100_000;
-
-/// A scene of the catalogue, with keys set.
-fn scene(name: &str, set: &[(&str, &str)]) -> Scene {
-    let set: Vec<_> = set
-        .iter()
-        .map(|&(key, value)| (key.to_owned(), value.to_owned()))
-        .collect();
-    let text = catalogue::text(name).expect("in the catalogue");
-    Scene::parse_with(text, name, &set).expect("a good scene")
-}
+use crate::support::scenes::{orbit, scene_with};
+use crate::{UNUSED, exact};
 
 fn of_any_section(name: &str, tolerance: &str) -> Scene {
-    scene(
+    scene_with(
         name,
         &[("expansion.tolerance", tolerance), ("section.kind", "any")],
     )
-}
-
-fn orbit(scene: &Scene) -> GrazingOrbit {
-    let location = locate(scene).expect("no wrong input");
-    location.into_result().expect("it grazes")
 }
 
 fn settled(scene: &Scene) -> SettledScene {
@@ -41,10 +26,6 @@ fn settled(scene: &Scene) -> SettledScene {
 
 fn choice(settled: &SettledScene) -> &Choice {
     settled.choice().expect("the section was decided by a map")
-}
-
-fn exact(values: &[f64]) -> Vec<Dd> {
-    values.iter().map(|&value| Dd::from(value)).collect()
 }
 
 /// Points of a window that nothing was chosen by.
@@ -121,7 +102,7 @@ fn the_map_of_the_section_taken_agrees_with_direct_simulation_on_it_step_by_step
 #[test]
 fn the_section_taken_is_what_a_scene_that_names_it_gets() {
     let settled = settled(&of_any_section("moving_stop", "1e-6"));
-    let mut named = scene(
+    let mut named = scene_with(
         "moving_stop",
         &[
             ("expansion.tolerance", "1e-6"),
@@ -185,7 +166,7 @@ fn the_linear_oscillator_keeps_its_tangency_section_and_its_window() {
 #[test]
 fn the_section_that_a_scene_names_stays_without_a_trial() {
     for kind in ["tangency", "stroboscopic"] {
-        let scene = scene("linear", &[("section.kind", kind)]);
+        let scene = scene_with("linear", &[("section.kind", kind)]);
         let settled = settled(&scene);
         assert!(settled.verdict.is_none() && settled.choice().is_none());
         assert_eq!(settled.scene.section, scene.section);
@@ -211,7 +192,7 @@ fn where_no_section_has_a_map_the_scene_stays_on_its_tangency_section() {
 
 #[test]
 fn a_tolerance_set_takes_the_place_of_orders_and_orders_that_of_a_tolerance() {
-    let tolerant = scene("linear", &[("expansion.tolerance", "1e-7")]);
+    let tolerant = scene_with("linear", &[("expansion.tolerance", "1e-7")]);
     assert_eq!(tolerant.expansion.orders, Orders::Tolerance(1e-7));
     let text = catalogue::text("linear").expect("in the catalogue");
     let keys = [("expansion.tolerance".to_owned(), "1e-7".to_owned())];

@@ -6,9 +6,11 @@ use grazemap::analysis::diagram::diagram;
 use grazemap::analysis::{AnalysisError, NoProgress};
 use grazemap::expansion::{Expander, LocalMap, MapOrders};
 use grazemap::iteration::{OrbitEnd, Period};
-use grazemap::model::{ChartRequest, DiagramRequest, Method, Scene, catalogue};
-use grazemap::orbit::{GrazingOrbit, locate};
+use grazemap::model::{ChartRequest, DiagramRequest, Method, Scene};
+use grazemap::orbit::GrazingOrbit;
 use grazemap::report::{chart_array, chart_figure, chart_table};
+
+use crate::support::scenes::grazing;
 
 /// A scene of the catalogue with its orbit and its map at (5, 8).
 struct Case {
@@ -19,10 +21,7 @@ struct Case {
 
 impl Case {
     fn new(name: &str) -> Self {
-        let text = catalogue::text(name).expect("in the catalogue");
-        let scene = Scene::parse(text, name).expect("a good scene");
-        let located = locate(&scene).expect("no wrong input").into_result();
-        let orbit = located.expect("it grazes");
+        let (scene, orbit) = grazing(name);
         let orders = MapOrders {
             smooth_order: 5,
             contact_weight: 8,

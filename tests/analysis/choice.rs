@@ -10,35 +10,18 @@ use grazemap::convergence::{
 use grazemap::expansion::{Expander, LocalMap, MapOrders};
 use grazemap::hybrid::HybridSystem;
 use grazemap::iteration::{DiscreteMap, HornerMap};
-use grazemap::model::{Scene, Shape, catalogue};
+use grazemap::model::{Scene, Shape};
 use grazemap::numeric::Dd;
-use grazemap::orbit::{GrazingOrbit, locate};
+use grazemap::orbit::GrazingOrbit;
 
-/// Number in the sequence of the first point of the checks: beyond all that anything is chosen or measured by.
-const UNUSED: usize = 100_000;
-
-fn scene(name: &str) -> Scene {
-    Scene::parse(catalogue::text(name).expect("in the catalogue"), name).expect("a good scene")
-}
-
-fn orbit(scene: &Scene) -> GrazingOrbit {
-    locate(scene)
-        .expect("no wrong input")
-        .into_result()
-        .expect("it grazes")
-}
+use crate::support::scenes::{grazing, orbit, scene, scene_with};
+use crate::{UNUSED, exact};
 
 /// Largest error of a map over points that make no contact but those of grazing passages, by direct simulation in
 /// double-double; infinite where one does.
 fn error(scene: &Scene, orbit: &GrazingOrbit, map: &HornerMap, points: &[SamplePoint]) -> f64 {
     let system = HybridSystem::new(&scene.model);
     let mut direct = DirectImage::<Dd>::new(&system, scene, orbit).expect("good input");
-    let exact = |values: &[f64]| {
-        values
-            .iter()
-            .map(|&value| Dd::from(value))
-            .collect::<Vec<_>>()
-    };
     points.iter().fold(0.0, |worst: f64, point| {
         let truth = direct.image(&exact(&point.state), &exact(&point.parameters));
         let truth = truth.expect("good input");
@@ -55,8 +38,7 @@ fn error(scene: &Scene, orbit: &GrazingOrbit, map: &HornerMap, points: &[SampleP
 }
 
 fn assert_holds(name: &str, tolerance: f64) -> Choice {
-    let scene = scene(name);
-    let orbit = orbit(&scene);
+    let (scene, orbit) = grazing(name);
     let choice = choose_orders(&scene, &orbit, tolerance).expect("a choice");
     assert!(choice.met && choice.fresh_points >= 600, "{choice:?}");
     let (_, map) = chosen_map(&choice, &scene, &orbit).expect("a simple graze");
@@ -89,8 +71,7 @@ fn a_map_of_two_passages_is_chosen_too() {
 
 #[test]
 fn a_choice_is_cheaper_than_the_best_pair_with_every_monomial() {
-    let scene = scene("linear");
-    let orbit = orbit(&scene);
+    let (scene, orbit) = grazing("linear");
     let tolerance = 1e-6;
     let choice = choose_orders(&scene, &orbit, tolerance).expect("a choice");
     assert_eq!(choice.monomials, Monomials::Needed);
@@ -106,8 +87,7 @@ fn a_choice_is_cheaper_than_the_best_pair_with_every_monomial() {
 
 #[test]
 fn an_economised_choice_is_made_again_with_the_very_errors_it_was_chosen_by() {
-    let scene = scene("linear");
-    let orbit = orbit(&scene);
+    let (scene, orbit) = grazing("linear");
     let mut chooser = Chooser::new(&scene, &orbit, 200).expect("points");
     let choice = chooser.choose(1e-6).expect("a choice");
     assert_eq!(choice.polynomials, Polynomials::Economised, "{choice:?}");
@@ -147,8 +127,7 @@ fn where_the_highest_orders_of_a_first_search_do_not_serve_higher_ones_are_expan
 #[test]
 fn a_composed_map_keeps_its_digits_where_a_parameter_moves_the_stop_by_ten_depths() {
     // Q reaches over ten times the window's depth: (Q − q)^k in powers of q and Q loses thirteen digits by k = 10.
-    let scene = scene("cantilever_4_5");
-    let orbit = orbit(&scene);
+    let (scene, orbit) = grazing("cantilever_4_5");
     let choice = choose_orders(&scene, &orbit, 1e-12).expect("a choice");
     assert!(choice.met && choice.shape == Shape::Composed, "{choice:?}");
 }
@@ -182,9 +161,7 @@ fn where_coefficients_overflow_a_search_ends_with_what_was_found_before() {
         ),
         ("window.parameter.V", "1e-64"),
     ];
-    let changes = changes.map(|(key, value)| (key.to_owned(), value.to_owned()));
-    let text = catalogue::text("mems").expect("in the catalogue");
-    let scene = Scene::parse_with(text, "mems.toml", &changes).expect("a good scene");
+    let scene = scene_with("mems", &changes);
     let choice = choose_orders(&scene, &orbit(&scene), 1e-10).expect("a choice");
     assert!(!choice.met && choice.smooth_order < 6, "{choice:?}");
     assert_eq!(choice.limit, Some(Limit::Orders));
@@ -192,8 +169,7 @@ fn where_coefficients_overflow_a_search_ends_with_what_was_found_before() {
 
 #[test]
 fn a_family_cut_with_heavier_parameters_is_the_expansion_with_those_weights() {
-    let scene = scene("linear");
-    let orbit = orbit(&scene);
+    let (scene, orbit) = grazing("linear");
     let highest = MapOrders {
         smooth_order: 5,
         contact_weight: 7,
@@ -242,8 +218,7 @@ fn expanded(scene: &Scene, orbit: &GrazingOrbit, n: u32, w: u32) -> (LocalMap, H
 
 #[test]
 fn the_largest_window_holds_and_one_a_third_larger_does_not() {
-    let scene = scene("linear");
-    let orbit = orbit(&scene);
+    let (scene, orbit) = grazing("linear");
     let (local, map) = expanded(&scene, &orbit, 3, 5);
     let sample = WindowSample::new(&local);
     let variables = sample.widths().len();
@@ -276,8 +251,7 @@ fn the_largest_window_holds_and_one_a_third_larger_does_not() {
 
 #[test]
 fn the_measured_error_of_a_map_bounds_its_error_at_other_points_to_a_tenth() {
-    let scene = scene("linear");
-    let orbit = orbit(&scene);
+    let (scene, orbit) = grazing("linear");
     let (local, map) = expanded(&scene, &orbit, 4, 6);
     let measured = measured_error(&scene, &orbit, &local, &map, 1000).expect("good input");
     let stated = measured.rounded_up().expect("finite");

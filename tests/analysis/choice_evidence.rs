@@ -7,24 +7,12 @@ use grazemap::convergence::{
 };
 use grazemap::hybrid::HybridSystem;
 use grazemap::iteration::{DiscreteMap, HornerMap};
-use grazemap::model::{EmitPrecision, Scene, Section, StroboscopicPhase, catalogue};
+use grazemap::model::{EmitPrecision, Scene, Section, StroboscopicPhase};
 use grazemap::numeric::{Dd, FloatFormat};
-use grazemap::orbit::{GrazingOrbit, locate};
+use grazemap::orbit::GrazingOrbit;
 
-/// Number in the sequence of the first point of the checks: beyond all that anything is chosen by.
-const UNUSED: usize = 100_000;
-
-fn grazing(name: &str) -> (Scene, GrazingOrbit) {
-    let scene = Scene::parse(catalogue::text(name).expect("in the catalogue"), name);
-    let scene = scene.expect("a good scene");
-    let orbit = locate(&scene).expect("no wrong input").into_result();
-    let orbit = orbit.expect("it grazes");
-    (scene, orbit)
-}
-
-fn exact(values: &[f64]) -> Vec<Dd> {
-    values.iter().map(|&value| Dd::from(value)).collect()
-}
+use crate::support::scenes::{self, grazing};
+use crate::{UNUSED, exact};
 
 fn stepped(map: &HornerMap, state: &[f64], parameters: &[f64]) -> Vec<f64> {
     let mut image = vec![0.0; map.dimension()];
@@ -196,8 +184,7 @@ fn a_point_carried_to_another_section_has_the_image_carried_along() {
     let (scene, orbit) = grazing("linear");
     let mut other = scene.clone();
     other.section = Section::Stroboscopic(StroboscopicPhase::At(Dd::from(5.0)));
-    let moved = locate(&other).expect("no wrong input").into_result();
-    let moved = moved.expect("it grazes");
+    let moved = scenes::orbit(&other);
     let system = HybridSystem::new(&scene.model);
     let (here, there) = ((&scene, &orbit), (&other, &moved));
     let mut change = SectionChange::<Dd>::new(&system, here, there).expect("good input");

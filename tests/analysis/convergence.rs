@@ -6,19 +6,9 @@ use grazemap::convergence::{
 };
 use grazemap::expansion::{Expander, LocalMap, MapOrders, Stage};
 use grazemap::jet::Jet;
-use grazemap::model::{Scene, Shape, catalogue};
-use grazemap::orbit::{GrazingOrbit, locate};
+use grazemap::model::Shape;
 
-fn scene(name: &str) -> Scene {
-    Scene::parse(catalogue::text(name).expect("in the catalogue"), name).expect("a good scene")
-}
-
-fn orbit(scene: &Scene) -> GrazingOrbit {
-    locate(scene)
-        .expect("no wrong input")
-        .into_result()
-        .expect("it grazes")
-}
+use crate::support::scenes::{grazing, orbit, scene};
 
 fn study(name: &str, smooth_order: u32, contact_weight: u32) -> ConvergenceStudy {
     let scene = scene(name);
@@ -109,8 +99,7 @@ fn jets(map: &LocalMap) -> Vec<&Jet<f64>> {
 
 #[test]
 fn a_truncated_expansion_is_the_expansion_at_the_lower_orders() {
-    let scene = scene("mems");
-    let orbit = orbit(&scene);
+    let (scene, orbit) = grazing("mems");
     let high = MapOrders {
         smooth_order: 5,
         contact_weight: 7,

@@ -9,9 +9,10 @@ use grazemap::expansion::{Expander, MapOrders, MapWindow};
 use grazemap::iteration::{
     ContactsPerPeriod, DiscreteMap, Itinerary, OrbitEnd, OrbitRequest, Period, StepInfo,
 };
-use grazemap::model::{Method, Observable, Scene, SweepDirection, catalogue};
-use grazemap::orbit::locate;
+use grazemap::model::{Method, Observable, SweepDirection};
 use grazemap::report::diagram_table;
+
+use crate::support::scenes::grazing;
 
 /// The one-dimensional square-root map `x ↦ ν x + μ − √max(0, x)` of Nordmark (1991) and Chin, Ott, Nusse
 /// and Grebogi (1994), at `ν = 0.2`: below `ν = 1/4` the attractors for `μ > 0` are orbits with one contact
@@ -150,12 +151,7 @@ fn of_the_linear_oscillator(range: [f64; 2], points: usize, observe: Observable)
 
 /// A diagram of a scene of the catalogue over a few parameter values.
 fn of_scene(name: &str, range: [f64; 2], points: usize, observe: Observable) -> Diagram {
-    let text = catalogue::text(name).expect("in the catalogue");
-    let scene = Scene::parse(text, name).expect("a good scene");
-    let orbit = locate(&scene)
-        .expect("no wrong input")
-        .into_result()
-        .expect("it grazes");
+    let (scene, orbit) = grazing(name);
     let orders = MapOrders {
         smooth_order: 5,
         contact_weight: 8,

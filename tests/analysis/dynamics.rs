@@ -3,7 +3,6 @@
 //! The oracle is Foale's closed form of one-impact orbits of the linear oscillator (1994; tests/data/rigid/README.md), which knows
 //! neither the simulator nor the expansion.
 
-use crate::support::foale::Foale;
 use grazemap::analysis::periodic::{
     Bifurcation, BifurcationKind, Guess, PeriodicOrbit, PeriodicProblem, SectionMap, Stepped,
     bifurcation, branch, linearise, window_scales,
@@ -13,9 +12,12 @@ use grazemap::convergence::{ChoiceOptions, MapFamily, choose, chosen_map, fit_sl
 use grazemap::expansion::{LocalMap, MapOrders};
 use grazemap::hybrid::HybridSystem;
 use grazemap::iteration::{DiscreteMap, HornerMap, InterpretedMap, PassageSet};
-use grazemap::model::{Scene, catalogue};
+use grazemap::model::Scene;
 use grazemap::numeric::{Dd, Real, Scalar};
-use grazemap::orbit::{GrazingOrbit, locate};
+use grazemap::orbit::GrazingOrbit;
+
+use crate::support::foale::Foale;
+use crate::support::scenes::grazing;
 
 /// A scene of the catalogue with its grazing orbit and its simulator.
 struct Subject {
@@ -26,13 +28,11 @@ struct Subject {
 
 impl Subject {
     fn new(name: &str) -> Self {
-        let scene = catalogue::text(name).expect("in the catalogue");
-        let scene = Scene::parse(scene, name).expect("a good scene");
-        let location = locate(&scene).expect("no wrong input");
+        let (scene, orbit) = grazing(name);
         Self {
-            orbit: location.into_result().expect("it grazes"),
             system: HybridSystem::new(&scene.model),
             scene,
+            orbit,
         }
     }
 

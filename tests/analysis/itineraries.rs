@@ -1,18 +1,20 @@
 //! Periodic orbits by itinerary, their folds and flips: against closed forms that know neither map nor simulator, and the map
 //! against direct simulation.
 
-use crate::support::foale::Foale;
 use grazemap::analysis::NoProgress;
 use grazemap::analysis::orbits::{
     FoundOrbit, LociRequest, Orbits, OrbitsRequest, SteppedParameter, orbits,
 };
 use grazemap::analysis::periodic::{BifurcationKind, ContactItinerary};
 use grazemap::expansion::{Expander, LocalMap, MapOrders};
-use grazemap::model::{Scene, catalogue};
+use grazemap::model::Scene;
 use grazemap::numeric::{Dd, Scalar};
-use grazemap::orbit::{GrazingOrbit, locate};
+use grazemap::orbit::GrazingOrbit;
 use nalgebra::Complex;
-use serde_json::Value;
+
+use crate::support::foale::Foale;
+use crate::support::reference::{exact, number, read};
+use crate::support::scenes::{orbit, scene_with};
 
 /// A scene with its grazing orbit and its map.
 struct Subject {
@@ -31,10 +33,8 @@ impl Subject {
         (smooth_order, contact_weight): (u32, u32),
         set: &[(String, String)],
     ) -> Self {
-        let text = catalogue::text(name).expect("in the catalogue");
-        let scene = Scene::parse_with(text, name, set).expect("a good scene");
-        let location = locate(&scene).expect("no wrong input");
-        let orbit = location.into_result().expect("it grazes");
+        let scene = scene_with(name, set);
+        let orbit = orbit(&scene);
         let expander = Expander::new(&scene, &orbit).expect("an analytic law");
         let orders = MapOrders {
             smooth_order,
@@ -99,15 +99,6 @@ impl Subject {
     }
 }
 
-fn number(value: &Value) -> f64 {
-    let text = value.as_str().expect("a decimal string");
-    text.parse().expect("a number")
-}
-
-fn exact(value: &Value) -> Dd {
-    Dd::from_decimal(value.as_str().expect("a decimal string")).expect("a number")
-}
-
 fn trace(orbit: &FoundOrbit) -> f64 {
     orbit
         .multipliers
@@ -136,8 +127,7 @@ fn slowest(orbits: &[FoundOrbit]) -> &FoundOrbit {
 #[test]
 fn one_impact_orbits_of_periods_one_to_four_are_foales_and_physical_where_the_reference_has_them() {
     // Each row of the reference: impact speed, amplitude, trace, determinant, and whether the stop is passed in between.
-    let text = include_str!("../data/rigid/linear_abc.json");
-    let reference: Value = serde_json::from_str(text).expect("JSON");
+    let reference = read("rigid/linear_abc.json");
     for (name, place) in [("foale", "omega_1.8"), ("foale_omega_2_2", "omega_2.2")] {
         let subject = Subject::new(name, (6, 10));
         let reference = &reference["foale"][place];
@@ -187,8 +177,7 @@ fn virtual_orbits_are_the_closed_form_at_negative_speeds() {
 
 #[test]
 fn orbits_of_soft_stops_have_the_exact_speeds_traces_and_determinants() {
-    let text = include_str!("../data/soft/jacobian_trace_det.json");
-    let reference: Value = serde_json::from_str(text).expect("JSON");
+    let reference = read("soft/jacobian_trace_det.json");
     let cases = reference["cases"].as_array().expect("cases");
     for system in ["A", "B", "C", "D"] {
         let case = cases

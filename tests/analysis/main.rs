@@ -13,3 +13,12 @@ mod dynamics;
 mod itineraries;
 mod orbit_search;
 mod two_sided;
+
+use grazemap::numeric::Dd;
+
+/// Number in the sequence of the first point of the checks: beyond all that anything is chosen or measured by.
+const UNUSED: usize = 100_000;
+
+fn exact(values: &[f64]) -> Vec<Dd> {
+    values.iter().map(|&value| Dd::from(value)).collect()
+}

@@ -1,24 +1,21 @@
 //! The search by itinerary misses nothing that a plain search of the map finds: Newton's method on the map as it is, root and all, from random
 //! points, with no contact prescribed.
 
-use crate::support::synthetic::Numbers;
 use grazemap::analysis::MapEvaluation;
 use grazemap::analysis::periodic::{
     ContactItinerary, Guess, Held, ItinerarySearch, PeriodicOrbit, PeriodicProblem, periodic_orbit,
     window_scales,
 };
 use grazemap::expansion::{Expander, LocalMap, MapOrders};
-use grazemap::model::{Scene, catalogue};
-use grazemap::orbit::locate;
+
+use crate::support::scenes::grazing;
+use crate::support::synthetic::Numbers;
 
 /// Random starts of each period.
 const STARTS: usize = 300;
 
 fn map(name: &str, (smooth_order, contact_weight): (u32, u32)) -> LocalMap {
-    let text = catalogue::text(name).expect("in the catalogue");
-    let scene = Scene::parse(text, name).expect("a good scene");
-    let location = locate(&scene).expect("no wrong input");
-    let orbit = location.into_result().expect("it grazes");
+    let (scene, orbit) = grazing(name);
     let expander = Expander::new(&scene, &orbit).expect("an analytic law");
     let orders = MapOrders {
         smooth_order,

@@ -14,7 +14,9 @@ use grazemap::hybrid::HybridSystem;
 use grazemap::iteration::{DiscreteMap, OrbitRequest, Period};
 use grazemap::model::{Observable, Scene, SweepDirection};
 use grazemap::numeric::Dd;
-use grazemap::orbit::{GrazingOrbit, locate};
+use grazemap::orbit::GrazingOrbit;
+
+use crate::support::scenes::orbit;
 
 const OMEGA: f64 = 0.7;
 
@@ -68,8 +70,7 @@ fn graze_phase() -> f64 {
 
 /// The orbit that touches the right stop, without the left one.
 fn one_sided(scene: &Scene) -> GrazingOrbit {
-    let found = locate(scene).expect("no wrong input");
-    let orbit = found.into_result().expect("it grazes");
+    let orbit = orbit(scene);
     let phase = orbit.grazing_point().state[2].to_f64();
     assert!((phase - graze_phase()).abs() < 1e-14);
     orbit

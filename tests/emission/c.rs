@@ -3,20 +3,19 @@
 //! CUDA's words stand for nothing on a processor: a program that defines them and walks through the threads in turn runs the
 //! same text. Where a compiler of CUDA is installed, it compiles that text as well.
 
-use crate::support::synthetic;
 use std::fmt::Write as _;
 use std::fs;
 use std::path::Path;
 use std::process::Command;
 
-use crate::support::synthetic::Numbers;
 use grazemap::emission::{
     EmitOptions, EmittedCrate, EmittedModule, EmittedShape, Target, emitted_module,
 };
 use grazemap::expansion::{ComposedMap, Expander, LocalMap, MapOrders, SectionKind};
 use grazemap::iteration::{DiscreteMap, HornerMap, MapOrbit, OrbitRequest, Period};
-use grazemap::model::{Scene, catalogue};
-use grazemap::orbit::locate;
+
+use crate::support::scenes::grazing;
+use crate::support::synthetic::{self, Numbers};
 
 /// CUDA's words for a processor: threads of two blocks, one after another.
 const SHIM: &str = "
@@ -199,10 +198,7 @@ fn cuda_sources_run_as_c_and_equal_the_interpreted_map() {
 
 #[test]
 fn a_chart_finds_the_periods_that_orbits_of_the_interpreted_map_have() {
-    let text = catalogue::text("cantilever_3_5_soft").expect("in the catalogue");
-    let scene = Scene::parse(text, "cantilever_3_5_soft").expect("a good scene");
-    let orbit = locate(&scene).expect("no wrong input").into_result();
-    let orbit = orbit.expect("it grazes");
+    let (scene, orbit) = grazing("cantilever_3_5_soft");
     let orders = MapOrders {
         smooth_order: 3,
         contact_weight: 4,

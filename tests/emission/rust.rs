@@ -1,20 +1,19 @@
 //! Emitted code is compiled, run, and compared with the map evaluated from its jets.
 
-use crate::support::synthetic;
 use std::fs;
 use std::path::Path;
 
-use crate::support::driver::{run, rustc};
-use crate::support::synthetic::Numbers;
 use grazemap::emission::{
     Difference, EmissionError, EmitOptions, EmittedCrate, EmittedModule, EmittedShape,
     emitted_module,
 };
 use grazemap::expansion::{Expander, LocalMap, MapOrders, SectionKind};
 use grazemap::iteration::{DiscreteMap, HornerMap, InterpretedMap};
-use grazemap::model::{Scene, catalogue};
-use grazemap::orbit::locate;
 use grazemap::report::OutputFolder;
+
+use crate::support::driver::{run, rustc};
+use crate::support::scenes::grazing;
+use crate::support::synthetic::{self, Numbers};
 
 /// Writes the files of a crate.
 fn write(emitted: &EmittedCrate, folder: &Path) {
@@ -153,12 +152,7 @@ fn standalone_crates_compile_with_and_without_the_standard_library() {
 
 #[test]
 fn maps_of_thousands_of_operations_compile_with_debug_information() {
-    let text = catalogue::text("two_stops_t1").expect("in the catalogue");
-    let scene = Scene::parse(text, "two_stops_t1").expect("a good scene");
-    let orbit = locate(&scene)
-        .expect("no wrong input")
-        .into_result()
-        .expect("it grazes");
+    let (scene, orbit) = grazing("two_stops_t1");
     let orders = MapOrders {
         smooth_order: 4,
         contact_weight: 8,

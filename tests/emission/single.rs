@@ -1,17 +1,17 @@
 //! Maps emitted in single precision, in Rust and in C, are compiled, run, and compared with the interpreted ones to the bit.
 
-use crate::support::driver;
-use crate::support::synthetic;
 use std::fs;
 use std::process::Command;
 
-use crate::support::synthetic::Numbers;
 use grazemap::emission::{
     EmissionError, EmitOptions, EmittedCrate, EmittedModule, EmittedShape, Target, emitted_module,
 };
 use grazemap::expansion::{LocalMap, SectionKind, Stage};
 use grazemap::iteration::{DiscreteMap, HornerMap, SingleMap};
 use grazemap::numeric::FloatFormat;
+
+use crate::support::driver;
+use crate::support::synthetic::{self, Numbers};
 
 /// State and parameters.
 type Point = ([f32; 2], [f32; 2]);

@@ -1,7 +1,5 @@
 //! The one contract test that every [`DiscreteMap`] passes.
 
-use crate::support::synthetic;
-use crate::support::synthetic::Numbers;
 use grazemap::analysis::DirectMap;
 use grazemap::expansion::{LocalMap, SectionKind, Stage};
 use grazemap::hybrid::HybridSystem;
@@ -9,8 +7,9 @@ use grazemap::iteration::{
     DiscreteMap, HornerMap, InterpretedMap, MapOrbit, OrbitEnd, OrbitRequest, PassageSet, StepInfo,
     largest_lyapunov_exponent,
 };
-use grazemap::model::{Scene, catalogue};
-use grazemap::orbit::locate;
+
+use crate::support::scenes::grazing;
+use crate::support::synthetic::{self, Numbers};
 
 /// Where a map is tested: states and parameters of its window.
 type Points = Vec<(Vec<f64>, Vec<f64>)>;
@@ -372,12 +371,7 @@ fn compiled_maps_keep_the_contract() {
 /// The linear oscillator, with and without contact, clear of `y = 0` by more than the steps of differences.
 #[test]
 fn direct_simulation_keeps_the_contract() {
-    let text = catalogue::text("linear").expect("in the catalogue");
-    let scene = Scene::parse(text, "linear").expect("a good scene");
-    let orbit = locate(&scene)
-        .expect("no wrong input")
-        .into_result()
-        .expect("it grazes");
+    let (scene, orbit) = grazing("linear");
     let system = HybridSystem::new(&scene.model);
     let map = DirectMap::new(&system, &scene, &orbit).expect("a section of the scene");
     let states = [-4e-4, -1e-4, 2e-4, 8e-4].map(|x| [vec![x, -1e-2], vec![x, 5e-3]]);

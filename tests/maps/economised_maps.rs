@@ -7,9 +7,11 @@ use grazemap::convergence::{MapFamily, SamplePoint, WindowSample};
 use grazemap::expansion::{LocalMap, MapOrders, Stage};
 use grazemap::hybrid::HybridSystem;
 use grazemap::jet::Jet;
-use grazemap::model::{Scene, catalogue};
+use grazemap::model::Scene;
 use grazemap::numeric::Dd;
-use grazemap::orbit::{GrazingOrbit, locate};
+use grazemap::orbit::GrazingOrbit;
+
+use crate::support::scenes::grazing;
 
 struct Case {
     scene: Scene,
@@ -18,13 +20,8 @@ struct Case {
 
 impl Case {
     fn new(name: &str) -> Self {
-        let text = catalogue::text(name).expect("in the catalogue");
-        let scene = Scene::parse(text, name).expect("a good scene");
-        let location = locate(&scene).expect("no wrong input");
-        Self {
-            orbit: location.into_result().expect("it grazes"),
-            scene,
-        }
+        let (scene, orbit) = grazing(name);
+        Self { scene, orbit }
     }
 
     /// The Taylor map and the economised one, and points of the window that neither was fitted on.

@@ -2,31 +2,16 @@
 
 use std::collections::HashSet;
 
-use crate::support::stages::{fly, image};
 use grazemap::analysis::MapEvaluation;
 use grazemap::expansion::{Expander, ExpansionError, LocalMap, MapOrders, Stage};
-use grazemap::model::{Scene, catalogue};
+use grazemap::model::Scene;
 use grazemap::numeric::Dd;
-use grazemap::orbit::{GrazingOrbit, locate};
 
-fn scene_with(name: &str, overrides: &[(&str, &str)]) -> Scene {
-    let overrides: Vec<_> = overrides
-        .iter()
-        .map(|(key, value)| ((*key).to_owned(), (*value).to_owned()))
-        .collect();
-    let text = catalogue::text(name).expect("in the catalogue");
-    Scene::parse_with(text, name, &overrides).expect("a good scene")
-}
-
-fn orbit_of(scene: &Scene) -> GrazingOrbit {
-    locate(scene)
-        .expect("no wrong input")
-        .into_result()
-        .expect("it grazes")
-}
+use crate::support::scenes::{NONE, grazing, orbit, parsed, scene_with, text};
+use crate::support::stages::{fly, image};
 
 fn expand(scene: &Scene, smooth_order: u32, contact_weight: u32) -> LocalMap {
-    let orbit = orbit_of(scene);
+    let orbit = orbit(scene);
     let orders = MapOrders {
         smooth_order,
         contact_weight,
@@ -64,8 +49,7 @@ fn maps_on_two_stroboscopic_sections_are_conjugate() {
 
 #[test]
 fn composed_form_agrees_with_the_stages_to_its_order() {
-    let scene = scene_with("mems", &[]);
-    let orbit = orbit_of(&scene);
+    let (scene, orbit) = grazing("mems");
     let expander = Expander::new(&scene, &orbit).expect("rigid");
     let map = expander
         .expand(MapOrders {
@@ -90,8 +74,7 @@ fn composed_form_agrees_with_the_stages_to_its_order() {
 
 #[test]
 fn composed_form_of_two_passages_agrees_with_the_stages_to_its_order() {
-    let scene = scene_with("two_stops_t1", &[]);
-    let orbit = orbit_of(&scene);
+    let (scene, orbit) = grazing("two_stops_t1");
     let expander = Expander::new(&scene, &orbit).expect("an analytic law");
     let orders = MapOrders {
         smooth_order: 6,
@@ -126,8 +109,7 @@ fn composed_form_of_two_passages_agrees_with_the_stages_to_its_order() {
 #[test]
 fn few_digits_are_lost_in_the_catalogue() {
     for name in ["linear", "mems", "mems_scenario3", "cantilever_1_7"] {
-        let scene = scene_with(name, &[]);
-        let orbit = orbit_of(&scene);
+        let (scene, orbit) = grazing(name);
         let orders = MapOrders {
             smooth_order: 3,
             contact_weight: 6,
@@ -144,10 +126,9 @@ fn few_digits_are_lost_in_the_catalogue() {
 
 #[test]
 fn a_reset_that_moves_a_touching_state_is_refused() {
-    let text = catalogue::text("linear").expect("in the catalogue");
-    let text = text.replace("v = \"-r*v\"", "v = \"0.01 - r*v\"");
-    let scene = Scene::parse(&text, "linear.toml").expect("a good scene");
-    let orbit = orbit_of(&scene);
+    let text = text("linear").replace("v = \"-r*v\"", "v = \"0.01 - r*v\"");
+    let scene = parsed(&text, "linear", &NONE);
+    let orbit = orbit(&scene);
     let error = Expander::new(&scene, &orbit)
         .expect("rigid")
         .contact(0, 3)
@@ -160,8 +141,7 @@ fn a_reset_that_moves_a_touching_state_is_refused() {
 
 #[test]
 fn orders_too_large_for_memory_are_refused_before_allocating() {
-    let scene = scene_with("mems", &[]);
-    let orbit = orbit_of(&scene);
+    let (scene, orbit) = grazing("mems");
     let expander = Expander::new(&scene, &orbit).expect("rigid");
     let error = expander.legs(60).expect_err("too large");
     assert!(

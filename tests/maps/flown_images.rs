@@ -3,7 +3,6 @@
 //!
 //! `cargo test --test maps -- flown_images:: --nocapture` prints the errors.
 
-use crate::support::soft::{Law, STIFF, guide_scene, orbit, scene};
 use grazemap::expansion::{
     Expander, FlightWindow, FlownContact, Numbers, Passage, SectionChart, Variables, flown_contact,
 };
@@ -12,31 +11,13 @@ use grazemap::numeric::{Dd, Scalar};
 use grazemap::orbit::{PoincareSection, PoincareSectionKind};
 use serde_json::Value;
 
+use crate::support::reference::{exact, exact_list, read, text};
+use crate::support::scenes::orbit;
+use crate::support::soft::{Law, STIFF, guide_scene, scene};
+use crate::support::systems::two_masses;
+
 /// Weight of the passages where nothing else is said: at y = 0.03 what is cut off is below 1e-13.
 const WEIGHT: u32 = 8;
-
-fn read(name: &str) -> Value {
-    let path = format!("{}/tests/data/soft/{name}.json", env!("CARGO_MANIFEST_DIR"));
-    let text = std::fs::read_to_string(path).expect("the reference file");
-    serde_json::from_str(&text).expect("JSON")
-}
-
-fn text(value: &Value) -> String {
-    value.as_str().expect("a decimal string").to_owned()
-}
-
-fn number(value: &Value) -> Dd {
-    Dd::from_decimal(value.as_str().expect("a decimal string")).expect("a decimal number")
-}
-
-fn numbers(value: &Value) -> Vec<Dd> {
-    value
-        .as_array()
-        .expect("a list")
-        .iter()
-        .map(number)
-        .collect()
-}
 
 fn flown(scene: &Scene, weight: u32) -> FlownContact {
     let orbit = orbit(scene);
@@ -60,38 +41,35 @@ fn kick(contact: &FlownContact, start: &[f64]) -> Vec<f64> {
 /// A law of the grid of zero-time images: on a section at the phase of the graze, without parameters.
 fn grid_scene(row: &Value, kind: &str) -> Scene {
     let omega = format!("2*sqrt(1 - 0.015^2)/{}", text(&row["m"]));
-    let (amplitude, phase) = (text(&row["A_g"]), row["phase_g"].as_str().unwrap_or("0"));
     let mut overrides = vec![
-        ("section.kind", kind.to_owned()),
-        ("window.depth", "1.1e-3".to_owned()),
-        ("expansion.active", "[]".to_owned()),
-        ("omega", omega),
-        ("A", amplitude),
-        ("grazing.guess.theta", phase.to_owned()),
+        ("section.kind", kind),
+        ("window.depth", "1.1e-3"),
+        ("expansion.active", "[]"),
+        ("omega", &omega),
+        ("A", text(&row["A_g"])),
+        (
+            "grazing.guess.theta",
+            row["phase_g"].as_str().unwrap_or("0"),
+        ),
     ];
     for key in ["k2", "R2", "d"] {
         if !row[key].is_null() {
             overrides.push((key, text(&row[key])));
         }
     }
-    let system = row["system"].as_str().unwrap_or("A");
-    let overrides: Vec<_> = overrides
-        .iter()
-        .map(|(key, value)| (*key, value.as_str()))
-        .collect();
-    scene(system, &overrides)
+    scene(row["system"].as_str().unwrap_or("A"), &overrides)
 }
 
 #[test]
 fn zero_time_images_of_the_grid_of_laws_are_exact_on_every_depth_of_the_window() {
-    let file = read("zdm_images");
+    let file = read("soft/zdm_images.json");
     let cases = file["cases"].as_array().expect("cases");
     let (mut absolute, mut relative) = (0.0_f64, 0.0_f64);
     // Every seventh law: all four systems, frequencies and stiffnesses occur.
     for row in cases.iter().step_by(7) {
         let contact = flown(&grid_scene(row, "stroboscopic"), WEIGHT);
         for image in row["images"].as_array().expect("images") {
-            let [y, du, dv] = [0, 1, 2].map(|column| number(&image[column]));
+            let [y, du, dv] = [0, 1, 2].map(|column| exact(&image[column]));
             if y.hi > 0.0332 {
                 continue;
             }
@@ -109,10 +87,10 @@ fn zero_time_images_of_the_grid_of_laws_are_exact_on_every_depth_of_the_window()
 
 #[test]
 fn images_stay_exact_from_soft_to_rigid() {
-    let file = read("soft_to_rigid");
+    let file = read("soft/soft_to_rigid.json");
     let mut worst = [0.0_f64; 2];
     for case in file["system_A"].as_array().expect("cases") {
-        let y = number(&case["y"]);
+        let y = exact(&case["y"]);
         if y.hi > 0.0332 {
             continue;
         }
@@ -123,7 +101,7 @@ fn images_stay_exact_from_soft_to_rigid() {
             let zero_time = kick(&flown(&grid_scene(&row, "stroboscopic"), WEIGHT), &start);
             let section = kick(&flown(&grid_scene(&row, "tangency"), WEIGHT), &start);
             let columns = ["zdm_du", "zdm_dv", "pdm_H_over_minus_y2", "pdm_dphase"];
-            let [du, dv, gap, phase] = columns.map(|column| number(&image[column]));
+            let [du, dv, gap, phase] = columns.map(|column| exact(&image[column]));
             let du_section = y * y * (gap - Dd::ONE);
             let errors = [zero_time[0] - du.hi, zero_time[1] - dv.hi];
             worst[0] = errors.iter().fold(worst[0], |worst, e| worst.max(e.abs()));
@@ -263,73 +241,6 @@ fn the_identity_holds_exactly_without_contact() {
     }
 }
 
-const TWO_MASSES: &str = r#"
-[model]
-name = "two masses, an elastic stop on either side of the first"
-states = ["x1", "v1", "x2", "v2"]
-parameters = { k11 = 1.0, k12 = -1.0, k22 = 3.0, m2 = 1.0, zeta = 0.02, f1 = 1.0, f2 = 0.5, k0 = 20.0, e = 0.0, w = 1.1, d = 1.66 }
-[model.let]
-g1 = "x1 + 2*zeta*v1"
-g2 = "x2 + 2*zeta*v2"
-[model.phase]
-name = "theta"
-rate = "w"
-period = "2*pi"
-[model.flow]
-x1 = "v1"
-v1 = "f1*cos(theta) - k11*g1 - k12*g2"
-x2 = "v2"
-v2 = "(f2*cos(theta) - k12*g1 - k22*g2)/m2"
-[[model.surface]]
-name = "right"
-event = "d - x1"
-contact = { v1 = "free - k0*(x1 - d + e)" }
-[[model.surface]]
-name = "left"
-event = "d + x1"
-contact = { v1 = "free - k0*(x1 + d - e)" }
-[grazing]
-surface = "right"
-solve_for = "d"
-guess = { x1 = 1.66, v1 = 0.0, x2 = 0.65, v2 = 0.0, theta = 3.1 }
-[section]
-kind = "tangency"
-[expansion]
-active = ["d"]
-"#;
-
-/// The scene of a set: masses 1 and m2, springs 1 between them and mu_k to the ground.
-fn two_masses(file: &Value) -> Scene {
-    let of = |key: &str| text(&file["params"][key]);
-    let mut overrides = vec![("k22".to_owned(), format!("1 + {}", of("mu_k")))];
-    let names = [
-        ("m2", "mu_m"),
-        ("zeta", "zeta"),
-        ("k0", "mu_k0"),
-        ("e", "e"),
-        ("w", "w"),
-    ];
-    overrides.extend(
-        names
-            .iter()
-            .map(|(name, key)| ((*name).to_owned(), of(key))),
-    );
-    for number in [0, 1] {
-        let force = text(&file["params"]["f"][number]);
-        overrides.push((format!("f{}", number + 1), force));
-    }
-    overrides.push(("d".to_owned(), text(&file["d_grazing"])));
-    for (name, value) in ["x1", "v1", "x2", "v2"]
-        .iter()
-        .zip(numbers(&file["grazing_state_R"]))
-    {
-        overrides.push((format!("grazing.guess.{name}"), format!("{:e}", value.hi)));
-    }
-    overrides.push(("grazing.guess.theta".to_owned(), text(&file["phase_R"])));
-    Scene::parse_with(TWO_MASSES, "two masses", &overrides)
-        .unwrap_or_else(|error| panic!("{error}"))
-}
-
 /// A stop of the two masses: its surface, and what the file calls its images. The orbit is symmetric.
 struct Side {
     surface: usize,
@@ -358,15 +269,15 @@ const SIDES: [Side; 2] = [
 
 /// Largest error of the images of one stop at zero net time.
 fn worst_zero_time_error(file: &Value, graze: &[Dd], contact: &FlownContact, side: &Side) -> f64 {
-    let exact = contact.map_scalars(Dd::from);
+    let contact = contact.map_scalars(Dd::from);
     let mut worst = 0.0_f64;
     for row in file["images"].as_array().expect("images") {
-        let mut point = numbers(&row[side.start]);
-        point.push(number(&row[side.phase]));
+        let mut point = exact_list(&row[side.start]);
+        point.push(exact(&row[side.phase]));
         let offset = point.iter().zip(graze).map(|(&a, &b)| a - b);
-        let offset: Vec<_> = offset.chain([number(&row["d_offset"])]).collect();
-        let (found, _) = exact.act(&mut Numbers::new(), &offset);
-        let truth = numbers(&row[side.image]);
+        let offset: Vec<_> = offset.chain([exact(&row["d_offset"])]).collect();
+        let (found, _) = contact.act(&mut Numbers::new(), &offset);
+        let truth = exact_list(&row[side.image]);
         let errors = truth.iter().zip(graze).zip(found);
         let errors = errors.map(|((t, &graze), found)| (graze + found - *t).magnitude());
         worst = errors.fold(worst, f64::max);
@@ -380,7 +291,7 @@ fn zero_time_images_of_two_masses_fall_with_every_order_at_every_depth() {
         .into_iter()
         .flat_map(|set| SIDES.iter().map(move |s| (set, s)))
     {
-        let file = read(&format!("public_two_{set}_soft"));
+        let file = read(&format!("soft/public_two_{set}_soft.json"));
         let scene = two_masses(&file);
         let orbit = orbit(&scene);
         let mut graze = orbit.grazing_point().state.clone();

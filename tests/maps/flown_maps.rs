@@ -3,15 +3,17 @@
 //!
 //! `cargo test --test maps -- flown_maps:: --nocapture` prints the errors.
 
-use crate::support::driver::run;
-use crate::support::soft::{STIFF, guide_scene, orbit, scene};
 use grazemap::analysis::{DirectImage, MapEvaluation};
 use grazemap::emission::{EmitOptions, emitted_module};
 use grazemap::expansion::{Expander, ExpansionError, FlightError, LocalMap, MapOrders};
 use grazemap::hybrid::HybridSystem;
 use grazemap::iteration::{DiscreteMap, HornerMap, InterpretedMap};
-use grazemap::model::{Scene, catalogue};
+use grazemap::model::Scene;
 use grazemap::numeric::{Dd, Scalar};
+
+use crate::support::driver::run;
+use crate::support::scenes::{self, orbit};
+use crate::support::soft::{STIFF, guide_scene, scene};
 
 /// Largest error of whole maps against direct simulation in double-double.
 fn worst_error(scene: &Scene, orders: MapOrders, points: &[(Vec<f64>, Vec<f64>)]) -> f64 {
@@ -380,8 +382,7 @@ fn a_contact_that_outlasts_its_own_times_is_refused() {
 
 #[test]
 fn a_scene_of_rigid_stops_has_nothing_to_fly() {
-    let source = catalogue::text("linear").expect("in the catalogue");
-    let scene = Scene::parse(source, "linear").expect("a good scene");
+    let scene = scenes::scene("linear");
     let orbit = orbit(&scene);
     let expander = Expander::new(&scene, &orbit).expect("an analytic law");
     let orders = MapOrders {

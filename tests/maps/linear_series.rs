@@ -5,43 +5,25 @@ use std::collections::BTreeMap;
 
 use grazemap::expansion::{Contact, Expander};
 use grazemap::jet::Jet;
-use grazemap::model::{Scene, catalogue};
-use grazemap::orbit::{GrazingOrbit, locate};
+use grazemap::model::Scene;
 use serde_json::Value;
+
+use crate::support::reference::{number, read, text};
+use crate::support::scenes::{orbit, scene_with};
 
 type Powers = Vec<u8>;
 type Coefficients = BTreeMap<Powers, f64>;
 
-fn reference() -> Vec<Value> {
-    let path = concat!(
-        env!("CARGO_MANIFEST_DIR"),
-        "/tests/data/rigid/linear_series.json"
-    );
-    serde_json::from_str(&std::fs::read_to_string(path).expect("the reference file")).expect("JSON")
+fn sets() -> Vec<Value> {
+    let sets = read("rigid/linear_series.json");
+    sets.as_array().expect("a list").clone()
 }
 
 fn scene(set: &Value, active: &str) -> Scene {
-    let value = |name: &str| {
-        (
-            name.to_owned(),
-            set[name].as_str().expect("a decimal string").to_owned(),
-        )
-    };
+    let value = |name: &'static str| (name, text(&set[name]));
     let mut overrides: Vec<_> = ["omega", "zeta", "r", "delta", "alpha"].map(value).to_vec();
-    overrides.push(("expansion.active".to_owned(), active.to_owned()));
-    Scene::parse_with(
-        catalogue::text("linear").expect("in the catalogue"),
-        "linear.toml",
-        &overrides,
-    )
-    .expect("a good scene")
-}
-
-fn orbit(scene: &Scene) -> GrazingOrbit {
-    locate(scene)
-        .expect("no wrong input")
-        .into_result()
-        .expect("the linear oscillator grazes")
+    overrides.push(("expansion.active", active));
+    scene_with("linear", &overrides)
 }
 
 /// A coordinate's image `x_i + y B + y² C` as a polynomial in (y; the variables after x), using `x = y²`.
@@ -82,14 +64,6 @@ fn worst_error(ours: &Coefficients, truth: &Coefficients, degree: u32) -> f64 {
         .fold(0.0, f64::max)
 }
 
-fn number(value: &Value) -> f64 {
-    value
-        .as_str()
-        .expect("a decimal string")
-        .parse()
-        .expect("a number")
-}
-
 fn listed(list: &Value) -> Coefficients {
     let term = |entry: &Value| {
         let powers = entry[0]
@@ -104,7 +78,7 @@ fn listed(list: &Value) -> Coefficients {
 
 #[test]
 fn discontinuity_mapping_in_depth_and_phase_to_degree_six() {
-    for set in reference() {
+    for set in sets() {
         let scene = scene(&set, "[]");
         let orbit = orbit(&scene);
         let contact = Expander::new(&scene, &orbit)
@@ -137,7 +111,7 @@ fn discontinuity_mapping_in_depth_and_phase_to_degree_six() {
 
 #[test]
 fn discontinuity_mapping_with_parameters_to_degree_four() {
-    for set in reference() {
+    for set in sets() {
         let scene = scene(&set, "[\"alpha\", \"omega\"]");
         let orbit = orbit(&scene);
         let contact = Expander::new(&scene, &orbit)
@@ -157,7 +131,7 @@ fn discontinuity_mapping_with_parameters_to_degree_four() {
 
 #[test]
 fn smooth_map_with_parameters_to_degree_four() {
-    for set in reference() {
+    for set in sets() {
         let scene = scene(&set, "[\"alpha\", \"omega\"]");
         let orbit = orbit(&scene);
         let leg = Expander::new(&scene, &orbit)

@@ -7,9 +7,9 @@ use grazemap::analysis::{DirectEnd, DirectImage, MapEvaluation};
 use grazemap::convergence::MapFamily;
 use grazemap::expansion::MapOrders;
 use grazemap::hybrid::HybridSystem;
-use grazemap::model::{Scene, catalogue};
 use grazemap::numeric::Dd;
-use grazemap::orbit::{GrazingOrbit, locate};
+
+use crate::support::scenes::grazing;
 
 /// Orders tabulated.
 const ORDERS: [(u32, u32); 6] = [(1, 1), (1, 3), (2, 1), (2, 2), (2, 3), (3, 5)];
@@ -31,10 +31,7 @@ fn slope(y: f64, next: impl Fn(Dd) -> Dd) -> f64 {
 }
 
 fn slopes(name: &str) -> Slopes {
-    let text = catalogue::text(name).expect("in the catalogue");
-    let scene = Scene::parse(text, name).expect("a good scene");
-    let location = locate(&scene).expect("no wrong input");
-    let orbit: GrazingOrbit = location.into_result().expect("it grazes");
+    let (scene, orbit) = grazing(name);
     let system = HybridSystem::new(&scene.model);
     let direct = DirectImage::<Dd>::new(&system, &scene, &orbit).expect("a map");
     let zero = vec![Dd::from(0.0); scene.expansion.active.len()];

@@ -3,11 +3,12 @@
 //!
 //! `cargo test --release --test maps -- public_images:: --nocapture` prints the table of errors against orders.
 
-use crate::support::stages;
 use grazemap::expansion::{Expander, LocalMap, MapOrders};
-use grazemap::model::{Scene, catalogue};
-use grazemap::orbit::locate;
 use serde_json::Value;
+
+use crate::support::reference::{number, read};
+use crate::support::scenes::grazing;
+use crate::support::stages;
 
 /// Reference file, scene of the catalogue.
 const CASES: [(&str, &str); 7] = [
@@ -48,24 +49,11 @@ struct Row {
     impact_speed: f64,
 }
 
-fn number(value: &Value) -> f64 {
-    value
-        .as_str()
-        .expect("a decimal string")
-        .parse()
-        .expect("a number")
-}
-
 /// Rows in the scene's own coordinates: the files measure x from the wall, for the beam with `x = −q`.
 fn rows(file: &str) -> Vec<Row> {
-    let path = format!(
-        "{}/tests/data/rigid/public_{file}.json",
-        env!("CARGO_MANIFEST_DIR")
-    );
-    let data = std::fs::read_to_string(path).expect("the reference file");
-    let data: Value = serde_json::from_str(&data).expect("JSON");
+    let data = read(&format!("rigid/public_{file}.json"));
     let beam = file.starts_with("cantilever");
-    let read = |row: &Value| {
+    let row = |row: &Value| {
         let offsets = row["param_offsets"].as_array().expect("offsets");
         let parameters: Vec<f64> = offsets.iter().map(number).collect();
         let state = |point: &Value| {
@@ -92,7 +80,7 @@ fn rows(file: &str) -> Vec<Row> {
         .as_array()
         .expect("rows")
         .iter()
-        .map(read)
+        .map(row)
         .collect()
 }
 
@@ -145,12 +133,7 @@ fn worst(map: &LocalMap, rows: &[Row]) -> [f64; 3] {
 #[test]
 fn images_reach_rounding_as_the_orders_grow() {
     for (file, name) in CASES {
-        let text = catalogue::text(name).expect("in the catalogue");
-        let scene = Scene::parse(text, name).expect("a good scene");
-        let orbit = locate(&scene)
-            .expect("no wrong input")
-            .into_result()
-            .expect("it grazes");
+        let (scene, orbit) = grazing(name);
         let expander = Expander::new(&scene, &orbit).expect("rigid");
         let rows = rows(file);
         println!("\n{file}: largest error (y² ≤ 1e-5 | any | iterations 2, 3 with y² ≤ 1e-5)");
@@ -186,12 +169,7 @@ fn images_reach_rounding_as_the_orders_grow() {
 #[test]
 fn impact_speeds_are_those_of_the_exact_images() {
     for (file, name) in CASES {
-        let text = catalogue::text(name).expect("in the catalogue");
-        let scene = Scene::parse(text, name).expect("a good scene");
-        let orbit = locate(&scene)
-            .expect("no wrong input")
-            .into_result()
-            .expect("it grazes");
+        let (scene, orbit) = grazing(name);
         let expander = Expander::new(&scene, &orbit).expect("rigid");
         let depth = expander.contact(0, 12).expect("a contact").depth;
         let speed = expander.impact_speed(0, 12).expect("a speed");

@@ -7,8 +7,11 @@ use grazemap::analysis::MapEvaluation;
 use grazemap::expansion::{Expander, LocalMap, MapOrders};
 use grazemap::model::Scene;
 use grazemap::numeric::Dd;
-use grazemap::orbit::{GrazingOrbit, locate};
+use grazemap::orbit::GrazingOrbit;
 use serde_json::Value;
+
+use crate::support::reference::{exact, exact_list, read};
+use crate::support::scenes::{orbit, scene_with};
 
 /// Weights `W` of the tables, and the degrees `N` of their legs up to the highest.
 const WEIGHTS: [u32; 5] = [4, 6, 8, 10, 12];
@@ -20,36 +23,15 @@ struct Set {
     orbit: GrazingOrbit,
 }
 
-fn number(value: &Value) -> Dd {
-    Dd::from_decimal(value.as_str().expect("a decimal string")).expect("a decimal number")
-}
-
-fn list(value: &Value) -> Vec<Dd> {
-    value
-        .as_array()
-        .expect("a list")
-        .iter()
-        .map(number)
-        .collect()
-}
-
 /// The catalogue's scene of a set, `overrides` applied.
 fn set(name: &str, overrides: &[(&str, &str)]) -> Set {
-    let root = env!("CARGO_MANIFEST_DIR");
-    let read = |path: String| std::fs::read_to_string(path).expect("a file");
-    let file = read(format!("{root}/tests/data/soft/public_two_{name}.json"));
-    let stem = format!("two_stops_{}", name.to_lowercase().replace("_soft", ""));
-    let text = read(format!("{root}/scenes/{stem}.toml"));
-    let overrides: Vec<_> = overrides
-        .iter()
-        .map(|(key, value)| ((*key).to_owned(), (*value).to_owned()))
-        .collect();
-    let scene = Scene::parse_with(&text, &stem, &overrides).unwrap_or_else(|e| panic!("{e}"));
-    let location = locate(&scene).expect("no wrong input");
+    let name_of_scene = format!("two_stops_{}", name.to_lowercase().replace("_soft", ""));
+    let scene = scene_with(&name_of_scene, overrides);
+    let orbit = orbit(&scene);
     Set {
-        file: serde_json::from_str(&file).expect("JSON"),
-        orbit: location.into_result().expect("it grazes"),
+        file: read(&format!("soft/public_two_{name}.json")),
         scene,
+        orbit,
     }
 }
 
@@ -70,8 +52,8 @@ impl Set {
 
     fn image(&self, row: &Value, section: Section) -> Image {
         let join = |state: &Value, phase: &Value| {
-            let mut full = list(state);
-            full.push(number(phase));
+            let mut full = exact_list(state);
+            full.push(exact(phase));
             full
         };
         let strobe = &self.file["strobe_phase"];
@@ -92,12 +74,10 @@ impl Set {
         };
         let made = ["right_contact", "left_contact"].map(|key| &row[key]);
         let made = made.into_iter().filter(|contact| !contact.is_null());
-        let depths: Vec<f64> = made
-            .map(|contact| number(&contact["y2"]).to_f64())
-            .collect();
+        let depths: Vec<f64> = made.map(|contact| exact(&contact["y2"]).to_f64()).collect();
         Image {
             start: offsets(start),
-            gap: number(&row["d"]) - number(&self.file["d_grazing"]),
+            gap: exact(&row["d"]) - exact(&self.file["d_grazing"]),
             end: offsets(end),
             contacts: depths.len(),
             deepest: depths.into_iter().fold(0.0, f64::max),
@@ -180,7 +160,7 @@ fn maps_of_two_passages_approach_the_exact_composition_order_by_order() {
         for section in [Section::Tangency, Section::Stroboscopic] {
             let set = on_section(name, section);
             let gap = *set.orbit.parameters().last().expect("the gap");
-            let missed = (gap - number(&set.file["d_grazing"])).to_f64().abs();
+            let missed = (gap - exact(&set.file["d_grazing"])).to_f64().abs();
             assert!(missed < 1e-30, "{name}: the orbit grazes {missed:e} off");
             let errors = errors(&set, &set.images(section), deepest);
             println!(

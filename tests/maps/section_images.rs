@@ -6,10 +6,13 @@ use grazemap::analysis::{
 };
 use grazemap::expansion::{Expander, LocalMap, MapOrders};
 use grazemap::iteration::{DiscreteMap, InterpretedMap};
-use grazemap::model::{Scene, catalogue};
+use grazemap::model::Scene;
 use grazemap::numeric::Dd;
-use grazemap::orbit::{GrazingOrbit, locate};
+use grazemap::orbit::GrazingOrbit;
 use serde_json::Value;
+
+use crate::support::reference::{exact, read};
+use crate::support::scenes::{grazing, orbit, scene_with};
 
 struct Case {
     scene: Scene,
@@ -18,26 +21,12 @@ struct Case {
 }
 
 fn case(scene: &str, file: &str) -> Case {
-    let path = format!(
-        "{}/tests/data/rigid/public_{file}.json",
-        env!("CARGO_MANIFEST_DIR")
-    );
-    let text = std::fs::read_to_string(path).expect("the reference file");
-    let scene = Scene::parse(catalogue::text(scene).expect("in the catalogue"), scene)
-        .expect("a good scene");
-    let orbit = locate(&scene)
-        .expect("no wrong input")
-        .into_result()
-        .expect("it grazes");
+    let (scene, orbit) = grazing(scene);
     Case {
         scene,
         orbit,
-        file: serde_json::from_str(&text).expect("JSON"),
+        file: read(&format!("rigid/public_{file}.json")),
     }
-}
-
-fn number(value: &Value) -> Dd {
-    Dd::from_decimal(value.as_str().expect("a decimal string")).expect("a decimal number")
 }
 
 impl Case {
@@ -47,12 +36,12 @@ impl Case {
 
     fn request(&self, using: Using, precision: Precision) -> ImageRequest {
         let row = |row: &Value| ImageRow {
-            state: vec![number(&row["x_minus_delta"]), number(&row["dtheta"])],
+            state: vec![exact(&row["x_minus_delta"]), exact(&row["dtheta"])],
             parameters: row["param_offsets"]
                 .as_array()
                 .expect("offsets")
                 .iter()
-                .map(number)
+                .map(exact)
                 .collect(),
         };
         ImageRequest {
@@ -78,7 +67,7 @@ impl Case {
     fn worst(&self, records: &[ImageRecord], deepest: f64) -> f64 {
         let error = |record: &ImageRecord| {
             let image = &self.rows()[record.row]["images"][record.iteration - 1];
-            let truth = [number(&image["x_minus_delta"]), number(&image["dtheta"])];
+            let truth = [exact(&image["x_minus_delta"]), exact(&image["dtheta"])];
             let difference = |(&ours, truth): (&Dd, Dd)| (ours - truth).to_f64().abs();
             record
                 .offsets
@@ -88,7 +77,7 @@ impl Case {
                 .fold(0.0, f64::max)
         };
         let shallow = |record: &&ImageRecord| {
-            number(&self.rows()[record.row]["x_minus_delta"]).to_f64() <= deepest
+            exact(&self.rows()[record.row]["x_minus_delta"]).to_f64() <= deepest
         };
         let errors: Vec<f64> = records.iter().filter(shallow).map(error).collect();
         assert!(errors.len() >= 5, "only {} rows", errors.len());
@@ -121,13 +110,8 @@ fn map_of_order_eight_and_weight_ten_is_good_to_eleven_digits_for_shallow_contac
 /// for rounding: map and simulation agree there as elsewhere.
 #[test]
 fn a_section_point_at_its_own_minimum_has_the_image_of_the_map() {
-    let text = catalogue::text("linear").expect("in the catalogue");
-    let section = [("section.kind".to_owned(), "stroboscopic".to_owned())];
-    let scene = Scene::parse_with(text, "linear", &section).expect("a good scene");
-    let orbit = locate(&scene)
-        .expect("no wrong input")
-        .into_result()
-        .expect("it grazes");
+    let scene = scene_with("linear", &[("section.kind", "stroboscopic")]);
+    let orbit = orbit(&scene);
     let orders = MapOrders {
         smooth_order: 10,
         contact_weight: 14,

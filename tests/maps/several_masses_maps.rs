@@ -1,13 +1,15 @@
 //! Maps of systems that are not one mass against a wall at rest, against direct simulation in double-double.
 
-use crate::support::synthetic::Numbers;
-use crate::support::systems::{STROBOSCOPIC, TANGENCY, located, scene};
 use grazemap::analysis::{DirectEnd, DirectImage, MapEvaluation};
 use grazemap::expansion::{Expander, LocalMap, MapOrders};
 use grazemap::hybrid::HybridSystem;
 use grazemap::model::Scene;
 use grazemap::numeric::{Dd, Scalar};
 use grazemap::orbit::GrazingOrbit;
+
+use crate::support::scenes::orbit;
+use crate::support::synthetic::Numbers;
+use crate::support::systems::{STROBOSCOPIC, TANGENCY, scene};
 
 /// Section points that make their one contact in the grazing passage: offsets of states and parameters, which
 /// keep making it when scaled down, with their exact images.
@@ -71,7 +73,7 @@ impl Truth {
 /// The error of a map at each order, at one size and at its half; the rate is the logarithm of their ratio.
 fn check_against_simulation(name: &str, section: &str) {
     let scene = scene(name, section);
-    let orbit = located(&scene);
+    let orbit = orbit(&scene);
     let expander = Expander::new(&scene, &orbit).expect("one passage");
     let map = |order: u32| {
         let orders = MapOrders {

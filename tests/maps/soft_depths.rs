@@ -4,10 +4,11 @@
 //! `cargo test --release --test maps -- soft_depths:: --nocapture` prints the table.
 
 use grazemap::expansion::{DepthSeries, Expander};
-use grazemap::model::{Scene, catalogue};
 use grazemap::numeric::{Dd, Scalar};
-use grazemap::orbit::locate;
 use serde_json::Value;
+
+use crate::support::reference::{read, text};
+use crate::support::scenes::{orbit, scene_with};
 
 /// Highest power of y expanded.
 const ORDER: usize = 16;
@@ -29,10 +30,6 @@ struct Case {
     images: Vec<[f64; 3]>,
 }
 
-fn text(value: &Value) -> String {
-    value.as_str().expect("a decimal string").to_owned()
-}
-
 fn number(value: &Value) -> f64 {
     value
         .as_str()
@@ -40,27 +37,22 @@ fn number(value: &Value) -> f64 {
 }
 
 fn case(row: &Value) -> Case {
+    let omega = format!("2*sqrt(1 - 0.015^2)/{}", text(&row["m"]));
     let mut overrides = vec![
-        ("section.kind".to_owned(), "stroboscopic".to_owned()),
-        ("expansion.active".to_owned(), "[]".to_owned()),
-        (
-            "omega".to_owned(),
-            format!("2*sqrt(1 - 0.015^2)/{}", text(&row["m"])),
-        ),
-        ("A".to_owned(), text(&row["A_g"])),
-        ("grazing.guess.theta".to_owned(), text(&row["phase_g"])),
+        ("section.kind", "stroboscopic"),
+        ("expansion.active", "[]"),
+        ("omega", &omega),
+        ("A", text(&row["A_g"])),
+        ("grazing.guess.theta", text(&row["phase_g"])),
     ];
-    for key in ["k2", "R2", "d"].iter().filter(|key| !row[**key].is_null()) {
-        overrides.push(((*key).to_owned(), text(&row[*key])));
-    }
-    let system = text(&row["system"]);
+    let given = ["k2", "R2", "d"]
+        .into_iter()
+        .filter(|&key| !row[key].is_null());
+    overrides.extend(given.map(|key| (key, text(&row[key]))));
+    let system = text(&row["system"]).to_owned();
     let name = format!("soft_{}", system.to_lowercase());
-    let source = catalogue::text(&name).expect("in the catalogue");
-    let scene = Scene::parse_with(source, &name, &overrides).unwrap_or_else(|e| panic!("{e}"));
-    let orbit = locate(&scene)
-        .expect("no wrong input")
-        .into_result()
-        .expect("it grazes");
+    let scene = scene_with(&name, &overrides);
+    let orbit = orbit(&scene);
     let expander = Expander::new(&scene, &orbit).expect("an analytic law");
     let images = row["images"].as_array().expect("images").iter();
     Case {
@@ -78,12 +70,7 @@ fn case(row: &Value) -> Case {
 
 /// The cases of one system.
 fn cases(system: &str) -> Vec<Case> {
-    let path = concat!(
-        env!("CARGO_MANIFEST_DIR"),
-        "/tests/data/soft/zdm_images.json"
-    );
-    let file = std::fs::read_to_string(path).expect("the reference file");
-    let file: Value = serde_json::from_str(&file).expect("JSON");
+    let file = read("soft/zdm_images.json");
     let rows = file["cases"].as_array().expect("cases").iter();
     rows.filter(|row| row["system"] == system)
         .map(case)

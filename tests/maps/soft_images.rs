@@ -3,13 +3,15 @@
 //!
 //! `cargo test --release --test maps -- soft_images:: --nocapture` prints the tables of errors against orders.
 
-use crate::support::stages;
 use grazemap::expansion::{Expander, LocalMap, MapOrders};
 use grazemap::hybrid::{DirectReturn, HybridSystem, NominalPassage, ReturnOutcome, ReturnSection};
-use grazemap::model::{Scene, catalogue};
+use grazemap::model::Scene;
 use grazemap::numeric::{Dd, Scalar};
-use grazemap::orbit::locate;
 use serde_json::Value;
+
+use crate::support::reference::{exact, read, text};
+use crate::support::scenes::{orbit, scene_with};
+use crate::support::stages;
 
 const SETS: [&str; 8] = ["A1", "A2", "B1", "B2", "C1", "C2", "D1", "D2"];
 
@@ -30,50 +32,33 @@ struct Image {
     contacts: u64,
 }
 
-fn number(value: &Value) -> Dd {
-    Dd::from_decimal(value.as_str().expect("a decimal string")).expect("a decimal number")
-}
-
 fn set(name: &str) -> Set {
-    let path = format!(
-        "{}/tests/data/soft/public_strobe_{name}.json",
-        env!("CARGO_MANIFEST_DIR")
-    );
-    let text = std::fs::read_to_string(path).expect("the reference file");
-    let file: Value = serde_json::from_str(&text).expect("JSON");
+    let file = read(&format!("soft/public_strobe_{name}.json"));
     let parameters = file["params"].as_object().expect("parameters");
     let given = parameters
         .iter()
         .filter(|(name, _)| ["k2", "R2", "d"].contains(&name.as_str()));
-    let text = |value: &Value| value.as_str().expect("a decimal string").to_owned();
-    let mut overrides: Vec<_> = given
-        .map(|(name, value)| (name.clone(), text(value)))
-        .collect();
-    let m = text(&file["params"]["m"]);
-    for (key, value) in [
-        ("omega", format!("2*sqrt(1 - 0.015^2)/{m}")),
+    let omega = format!("2*sqrt(1 - 0.015^2)/{}", text(&file["params"]["m"]));
+    let guess = format!("{} + pi", text(&file["phase_start"]));
+    let mut overrides = vec![
+        ("omega", &omega[..]),
         ("A", text(&file["A_g"])),
-        ("section.kind", "stroboscopic".to_owned()),
+        ("section.kind", "stroboscopic"),
         ("section.phase", text(&file["phase_start"])),
-        ("expansion.active", "[\"A\"]".to_owned()),
-        (
-            "grazing.guess.theta",
-            format!("{} + pi", text(&file["phase_start"])),
-        ),
-    ] {
-        overrides.push((key.to_owned(), value));
-    }
+        ("expansion.active", "[\"A\"]"),
+        ("grazing.guess.theta", &guess),
+    ];
+    overrides.extend(given.map(|(name, value)| (&name[..], text(value))));
     let scene = format!("soft_{}", name[..1].to_lowercase());
-    let source = catalogue::text(&scene).expect("in the catalogue");
-    let scene = Scene::parse_with(source, &scene, &overrides).unwrap_or_else(|e| panic!("{e}"));
+    let scene = scene_with(&scene, &overrides);
     let image = |row: &Value| Image {
-        start: ["du", "dv", "dA"].map(|key| number(&row[key])),
-        end: [number(&row["u1"]) + Dd::ONE, number(&row["v1"])],
+        start: ["du", "dv", "dA"].map(|key| exact(&row[key])),
+        end: [exact(&row["u1"]) + Dd::ONE, exact(&row["v1"])],
         contacts: row["n_contacts"].as_u64().expect("a count"),
     };
     Set {
-        phase: number(&file["phase_start"]),
-        amplitude: number(&file["A_g"]),
+        phase: exact(&file["phase_start"]),
+        amplitude: exact(&file["A_g"]),
         images: file["images"]
             .as_array()
             .expect("images")
@@ -139,10 +124,7 @@ fn error_of(map: &LocalMap, image: &Image) -> (f64, f64) {
 fn images_inside_the_radius_reach_rounding_as_the_orders_grow() {
     for name in SETS {
         let set = set(name);
-        let orbit = locate(&set.scene)
-            .expect("no wrong input")
-            .into_result()
-            .expect("it grazes");
+        let orbit = orbit(&set.scene);
         let expander = Expander::new(&set.scene, &orbit).expect("an analytic law");
         let radius = expander
             .depth_radius(0)

@@ -6,9 +6,10 @@
 
 use grazemap::expansion::{Contact, Expander, Leg, LocalMap, MapOrders, Stage};
 use grazemap::jet::Jet;
-use grazemap::model::{Scene, catalogue};
-use grazemap::orbit::locate;
 use serde_json::Value;
+
+use crate::support::reference::{number, read, text};
+use crate::support::scenes::{orbit, scene_with};
 
 const ORDERS: MapOrders = MapOrders {
     smooth_order: 6,
@@ -37,34 +38,23 @@ struct Case {
     rows: Vec<[f64; 6]>,
 }
 
-fn number(value: &Value) -> f64 {
-    let text = value.as_str().expect("a decimal string");
-    text.parse().expect("a number")
-}
-
-fn text(value: &Value) -> String {
-    value.as_str().expect("a decimal string").to_owned()
-}
-
 fn case(row: &Value) -> Case {
     let m = text(&row["m"]);
+    let omega = format!("2*sqrt(1 - 0.015^2)/{m}");
     let mut overrides = vec![
-        ("omega".to_owned(), format!("2*sqrt(1 - 0.015^2)/{m}")),
-        ("A".to_owned(), text(&row["A_g"])),
-        ("expansion.active".to_owned(), "[\"A\"]".to_owned()),
+        ("omega", &omega[..]),
+        ("A", text(&row["A_g"])),
+        ("expansion.active", "[\"A\"]"),
         // The shallowest orbit enters next to the graze.
-        ("grazing.guess.theta".to_owned(), text(&row["rows"][0][2])),
+        ("grazing.guess.theta", text(&row["rows"][0][2])),
     ];
-    for key in ["k2", "R2", "d"].iter().filter(|key| !row[**key].is_null()) {
-        overrides.push(((*key).to_owned(), text(&row[*key])));
-    }
+    let given = ["k2", "R2", "d"]
+        .into_iter()
+        .filter(|&key| !row[key].is_null());
+    overrides.extend(given.map(|key| (key, text(&row[key]))));
     let name = format!("soft_{}", text(&row["system"]).to_lowercase());
-    let source = catalogue::text(&name).expect("in the catalogue");
-    let scene = Scene::parse_with(source, &name, &overrides).unwrap_or_else(|e| panic!("{e}"));
-    let orbit = locate(&scene)
-        .expect("no wrong input")
-        .into_result()
-        .expect("it grazes");
+    let scene = scene_with(&name, &overrides);
+    let orbit = orbit(&scene);
     let expander = Expander::new(&scene, &orbit).expect("an analytic law");
     let map = expander.expand(ORDERS).expect("an expansion");
     let composed = expander.compose(&map).expect("a small space");
@@ -187,12 +177,7 @@ fn errors(case: &Case) -> ([f64; 3], usize) {
 
 #[test]
 fn traces_and_determinants_of_one_contact_orbits_agree_with_the_exact_ones() {
-    let path = concat!(
-        env!("CARGO_MANIFEST_DIR"),
-        "/tests/data/soft/jacobian_trace_det.json"
-    );
-    let file = std::fs::read_to_string(path).expect("the reference file");
-    let file: Value = serde_json::from_str(&file).expect("JSON");
+    let file = read("soft/jacobian_trace_det.json");
     let (mut largest, mut count) = ([0.0_f64; 3], 0);
     for case in file["cases"].as_array().expect("cases").iter().map(case) {
         let (errors, orbits) = errors(&case);

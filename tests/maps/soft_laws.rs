@@ -1,23 +1,18 @@
 //! Leading laws of soft impacts, their radius in y, and laws that have no expansion.
 
 use grazemap::expansion::{Contact, ContactLawError, Expander, ExpansionError, LeadingLaw};
-use grazemap::model::{Scene, catalogue};
-use grazemap::orbit::{GrazingOrbit, locate};
+use grazemap::model::Scene;
+
+use crate::support::scenes::{orbit, parsed, text};
 
 fn scene_of(name: &str, edits: &[(&str, &str)], overrides: &[(&str, &str)]) -> Scene {
-    let text = catalogue::text(name).expect("in the catalogue");
-    let text = edits.iter().fold(text.to_owned(), |text, (from, to)| {
-        assert!(text.contains(from), "nothing to edit: {from}");
-        text.replace(from, to)
-    });
-    let owned = |&(key, value): &(&str, &str)| (key.to_owned(), value.to_owned());
-    let overrides: Vec<_> = overrides.iter().map(owned).collect();
-    Scene::parse_with(&text, name, &overrides).unwrap_or_else(|error| panic!("{error}"))
-}
-
-fn orbit(scene: &Scene) -> GrazingOrbit {
-    let found = locate(scene).expect("no wrong input");
-    found.into_result().expect("the linear oscillator grazes")
+    let text = edits
+        .iter()
+        .fold(text(name).to_owned(), |text, (from, to)| {
+            assert!(text.contains(from), "nothing to edit: {from}");
+            text.replace(from, to)
+        });
+    parsed(&text, name, overrides)
 }
 
 const ZERO_TIME: [(&str, &str); 1] = [("section.kind", "stroboscopic")];
@@ -187,9 +182,7 @@ kind = "stroboscopic"
 #[test]
 fn xi_follows_the_leading_coefficients_of_a_contact_that_pushes_two_masses() {
     for e in ["0", "0.1"] {
-        let overrides = [("e".to_owned(), e.to_owned())];
-        let scene = Scene::parse_with(CARRIED_STOP, "carried", &overrides)
-            .unwrap_or_else(|error| panic!("{error}"));
+        let scene = parsed(CARRIED_STOP, "carried", &[("e", e)]);
         let orbit = orbit(&scene);
         let expander = Expander::new(&scene, &orbit).expect("an analytic law");
         let laws = expander.leading_laws(0).expect("a simple release");

@@ -5,10 +5,13 @@ use std::collections::BTreeMap;
 
 use grazemap::expansion::{Contact, Expander, Passage, SectionChart, Variables, discontinuity};
 use grazemap::jet::{Jet, JetSpace, substitute_all};
-use grazemap::model::{Scene, catalogue};
+use grazemap::model::Scene;
 use grazemap::numeric::{Dd, Scalar};
-use grazemap::orbit::{GrazingOrbit, PoincareSection, PoincareSectionKind, locate};
+use grazemap::orbit::{GrazingOrbit, PoincareSection, PoincareSectionKind};
 use serde_json::Value;
+
+use crate::support::reference::{number, read, text};
+use crate::support::scenes::{orbit, scene_with};
 
 /// Total degree of the coefficients in `taylor_2var.json`.
 const DEGREE: u32 = 8;
@@ -18,44 +21,22 @@ const THREE_VARIABLES_DEGREE: u32 = 8;
 /// What two roundings leave of coefficients that are expanded in double-double.
 const ROUNDING: f64 = 1e-15;
 
-fn read(file: &str) -> Value {
-    let path = format!("{}/tests/data/soft/{file}", env!("CARGO_MANIFEST_DIR"));
-    let text = std::fs::read_to_string(path).expect("the reference file");
-    serde_json::from_str(&text).expect("JSON")
-}
-
-fn number(value: &Value) -> f64 {
-    let text = value.as_str().expect("a decimal string");
-    text.parse().expect("a number")
-}
-
 /// The scene of a reference set; `active` as in `[expansion]`.
 fn scene(set: &Value, active: &str) -> Scene {
     let parameters = set["params"].as_object().expect("parameters");
     let system = parameters["typ"].as_str().expect("a letter").to_lowercase();
-    let mut overrides: Vec<_> = parameters
+    let mut overrides = vec![
+        ("omega", text(&set["w"])),
+        ("A", text(&set["A_g"])),
+        ("grazing.guess.theta", text(&set["phase_g"])),
+        ("expansion.active", active),
+    ];
+    let given = parameters
         .iter()
-        .filter(|(name, _)| ["k2", "R2", "d"].contains(&name.as_str()))
-        .map(|(name, value)| {
-            (
-                name.clone(),
-                value.as_str().expect("a decimal string").to_owned(),
-            )
-        })
-        .collect();
-    let text = |key: &str| set[key].as_str().expect("a decimal string").to_owned();
-    overrides.push(("omega".to_owned(), text("w")));
-    overrides.push(("A".to_owned(), text("A_g")));
-    overrides.push(("grazing.guess.theta".to_owned(), text("phase_g")));
-    overrides.push(("expansion.active".to_owned(), active.to_owned()));
+        .filter(|(name, _)| ["k2", "R2", "d"].contains(&name.as_str()));
+    overrides.extend(given.map(|(name, value)| (&name[..], text(value))));
     let name = format!("soft_{system}");
-    let source = catalogue::text(&name).expect("in the catalogue");
-    Scene::parse_with(source, &name, &overrides).unwrap_or_else(|error| panic!("{error}"))
-}
-
-fn orbit(scene: &Scene) -> GrazingOrbit {
-    let found = locate(scene).expect("no wrong input");
-    found.into_result().expect("the linear oscillator grazes")
+    scene_with(&name, &overrides)
 }
 
 /// Variables of the reference, `(y, phase, …)`, all of weight 1.
@@ -135,7 +116,7 @@ fn full_state(scene: &Scene, orbit: &GrazingOrbit) -> (Passage, SectionChart, Va
 
 #[test]
 fn zero_time_mapping_in_depth_and_phase_to_degree_eight() {
-    for (name, set) in read("taylor_2var.json").as_object().expect("sets") {
+    for (name, set) in read("soft/taylor_2var.json").as_object().expect("sets") {
         let scene = scene(set, "[]");
         let orbit = orbit(&scene);
         let (passage, chart, variables) = full_state(&scene, &orbit);
@@ -157,7 +138,7 @@ fn zero_time_mapping_in_depth_and_phase_to_degree_eight() {
 
 #[test]
 fn section_mapping_in_depth_and_phase_to_degree_eight() {
-    for (name, set) in read("taylor_2var.json").as_object().expect("sets") {
+    for (name, set) in read("soft/taylor_2var.json").as_object().expect("sets") {
         let scene = scene(set, "[]");
         let orbit = orbit(&scene);
         let expander = Expander::new(&scene, &orbit).expect("an analytic law");
@@ -178,7 +159,7 @@ fn section_mapping_in_depth_and_phase_to_degree_eight() {
 
 #[test]
 fn mappings_in_depth_phase_and_amplitude() {
-    let set = read("taylor_3var_A1.json");
+    let set = read("soft/taylor_3var_A1.json");
     let scene = scene(&set, "[\"A\"]");
     let orbit = orbit(&scene);
     let (passage, chart, variables) = full_state(&scene, &orbit);

@@ -3,88 +3,13 @@
 //! Truth: the images D_R at zero net time in tests/data/soft/public_two_*_soft.json (32 digits; README there).
 
 use grazemap::expansion::{Contact, DepthSeries, Passage, SectionChart, Variables, discontinuity};
-use grazemap::model::Scene;
 use grazemap::numeric::{Dd, Scalar};
-use grazemap::orbit::{PoincareSection, PoincareSectionKind, locate};
+use grazemap::orbit::{PoincareSection, PoincareSectionKind};
 use serde_json::Value;
 
-const SCENE: &str = r#"
-[model]
-name = "two masses, an elastic stop on the right of the first"
-states = ["x1", "v1", "x2", "v2"]
-parameters = { k11 = 1.0, k12 = -1.0, k22 = 3.0, m2 = 1.0, zeta = 0.02, f1 = 1.0, f2 = 0.5, k0 = 20.0, e = 0.0, w = 1.1, d = 1.66 }
-[model.let]
-g1 = "x1 + 2*zeta*v1"
-g2 = "x2 + 2*zeta*v2"
-[model.phase]
-name = "theta"
-rate = "w"
-period = "2*pi"
-[model.flow]
-x1 = "v1"
-v1 = "f1*cos(theta) - k11*g1 - k12*g2"
-x2 = "v2"
-v2 = "(f2*cos(theta) - k12*g1 - k22*g2)/m2"
-[[model.surface]]
-name = "right"
-event = "d - x1"
-contact = { v1 = "free - k0*(x1 - d + e)" }
-[grazing]
-surface = "right"
-solve_for = "d"
-guess = { x1 = 1.66, v1 = 0.0, x2 = 0.65, v2 = 0.0, theta = 3.1 }
-[section]
-kind = "tangency"
-[expansion]
-active = ["d"]
-"#;
-
-fn read(set: &str) -> Value {
-    let path = format!(
-        "{}/tests/data/soft/public_two_{set}_soft.json",
-        env!("CARGO_MANIFEST_DIR")
-    );
-    let text = std::fs::read_to_string(path).expect("the reference file");
-    serde_json::from_str(&text).expect("JSON")
-}
-
-fn number(value: &Value) -> Dd {
-    Dd::from_decimal(value.as_str().expect("a decimal string")).expect("a decimal number")
-}
-
-fn list(value: &Value) -> Vec<Dd> {
-    value
-        .as_array()
-        .expect("a list")
-        .iter()
-        .map(number)
-        .collect()
-}
-
-/// The scene of a set: masses 1 and m2, springs 1 between them and mu_k to the ground.
-fn scene(file: &Value) -> Scene {
-    let text = |value: &Value| value.as_str().expect("a decimal string").to_owned();
-    let of = |key: &str| text(&file["params"][key]);
-    let mut overrides = vec![("k22".to_owned(), format!("1 + {}", of("mu_k")))];
-    for (name, key) in [
-        ("m2", "mu_m"),
-        ("zeta", "zeta"),
-        ("k0", "mu_k0"),
-        ("e", "e"),
-        ("w", "w"),
-    ] {
-        overrides.push((name.to_owned(), of(key)));
-    }
-    overrides.push(("f1".to_owned(), text(&file["params"]["f"][0])));
-    overrides.push(("f2".to_owned(), text(&file["params"]["f"][1])));
-    overrides.push(("d".to_owned(), text(&file["d_grazing"])));
-    let graze = list(&file["grazing_state_R"]);
-    for (name, value) in ["x1", "v1", "x2", "v2"].iter().zip(graze) {
-        overrides.push((format!("grazing.guess.{name}"), format!("{:e}", value.hi)));
-    }
-    overrides.push(("grazing.guess.theta".to_owned(), text(&file["phase_R"])));
-    Scene::parse_with(SCENE, "two masses", &overrides).unwrap_or_else(|error| panic!("{error}"))
-}
+use crate::support::reference::{exact, exact_list, read};
+use crate::support::scenes::orbit;
+use crate::support::systems::two_masses;
 
 /// The image of an offset of the full state and the parameter, and its depth variable.
 fn image(contact: &Contact<Dd>, offset: &[Dd]) -> (Vec<Dd>, Dd) {
@@ -103,12 +28,12 @@ const SHALLOW: f64 = 0.125;
 fn worst_errors(file: &Value, graze: &[Dd], contact: &Contact<Dd>, radius: f64) -> [f64; 2] {
     let mut worst = [0.0_f64; 2];
     for row in file["images"].as_array().expect("images") {
-        let mut point = list(&row["x_i"]);
-        point.push(number(&row["phase_i"]));
+        let mut point = exact_list(&row["x_i"]);
+        point.push(exact(&row["phase_i"]));
         let offset = point.iter().zip(graze).map(|(&a, &b)| a - b);
-        let offset: Vec<_> = offset.chain([number(&row["d_offset"])]).collect();
+        let offset: Vec<_> = offset.chain([exact(&row["d_offset"])]).collect();
         let (found, y) = image(contact, &offset);
-        let errors = list(&row["D_R"]).into_iter().zip(graze).zip(found);
+        let errors = exact_list(&row["D_R"]).into_iter().zip(graze).zip(found);
         let error = errors.map(|((truth, &graze), found)| (graze + found - truth).magnitude());
         let error = error.fold(0.0, f64::max);
         worst[1] = worst[1].max(error);
@@ -122,16 +47,13 @@ fn worst_errors(file: &Value, graze: &[Dd], contact: &Contact<Dd>, radius: f64) 
 #[test]
 fn zero_time_images_of_two_masses_fall_with_every_order() {
     for set in ["T1", "T2"] {
-        let file = read(set);
-        let scene = scene(&file);
-        let orbit = locate(&scene)
-            .expect("no wrong input")
-            .into_result()
-            .expect("it grazes");
+        let file = read(&format!("soft/public_two_{set}_soft.json"));
+        let scene = two_masses(&file);
+        let orbit = orbit(&scene);
         let graze = orbit.grazing_point();
         let position = |name: &str| scene.model.parameters.iter().position(|p| p.name == name);
         let d = position("d").expect("the gap");
-        let gap = graze.parameters[d] - number(&file["d_grazing"]);
+        let gap = graze.parameters[d] - exact(&file["d_grazing"]);
         assert!(gap.magnitude() < 1e-28, "{set}");
         let passage = Passage::new(&scene.model, 0, &graze.state, &graze.parameters, &[d])
             .expect("an analytic law");

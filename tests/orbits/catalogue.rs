@@ -2,6 +2,9 @@
 
 use grazemap::model::{Scene, catalogue};
 
+use crate::support::reference::{number, read};
+use crate::support::scenes::scene;
+
 #[test]
 fn every_scene_of_the_catalogue_is_read_without_fault() {
     for name in catalogue::names() {
@@ -20,23 +23,6 @@ struct Reference {
     parameters: Vec<(&'static str, f64)>,
     state: Vec<f64>,
     normal_acceleration: f64,
-}
-
-fn read(file: &str) -> serde_json::Value {
-    let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR"))
-        .join("tests/data")
-        .join(file);
-    let text =
-        std::fs::read_to_string(path).expect("the reference numbers are part of the repository");
-    serde_json::from_str(&text).expect("the reference numbers are JSON")
-}
-
-/// A number that the reference keeps as decimal text.
-fn number(value: &serde_json::Value) -> f64 {
-    value
-        .as_str()
-        .and_then(|text| text.parse().ok())
-        .expect("a decimal number as text")
 }
 
 /// The grazing points of `beam_tables.json` that have a scene; of two branches the larger is the scene's.
@@ -140,8 +126,7 @@ fn scenes_graze_where_the_reference_numbers_say() {
         normal_acceleration,
     } in references
     {
-        let text = catalogue::text(&name).unwrap_or_else(|| panic!("no scene `{name}`"));
-        let scene = Scene::parse(text, &name).unwrap_or_else(|error| panic!("{error}"));
+        let scene = scene(&name);
         let model = &scene.model;
         let value = |parameter: &grazemap::model::Parameter| {
             let given = parameters.iter().find(|(name, _)| *name == parameter.name);

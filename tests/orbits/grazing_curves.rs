@@ -6,7 +6,6 @@
 )]
 
 use std::ops::Range;
-use std::path::Path;
 
 use grazemap::model::Scene;
 use grazemap::numeric::Dd;
@@ -15,6 +14,9 @@ use grazemap::orbit::{
 };
 use serde_json::Value;
 
+use crate::support::reference::{exact, read};
+use crate::support::scenes::{index, scene, scene_with};
+
 /// `xi_1 = 0`, of the one passage.
 const FIRST: SpecialKind = SpecialKind::Codimension2 {
     n: 1,
@@ -22,30 +24,8 @@ const FIRST: SpecialKind = SpecialKind::Codimension2 {
     to: 0,
 };
 
-fn reference(file: &str) -> Vec<Value> {
-    let path = format!("{}/tests/data/rigid/{file}", env!("CARGO_MANIFEST_DIR"));
-    serde_json::from_str(&std::fs::read_to_string(path).unwrap()).unwrap()
-}
-
-fn dd(value: &Value) -> Dd {
-    value.as_str().unwrap().parse().unwrap()
-}
-
-fn scene(name: &str) -> Scene {
-    Scene::load(Path::new(&format!(
-        "{}/scenes/{name}.toml",
-        env!("CARGO_MANIFEST_DIR")
-    )))
-    .unwrap()
-}
-
-fn index(scene: &Scene, name: &str) -> usize {
-    scene
-        .model
-        .parameters
-        .iter()
-        .position(|parameter| parameter.name == name)
-        .unwrap()
+fn points(file: &str) -> Vec<Value> {
+    read(&format!("rigid/{file}")).as_array().unwrap().clone()
 }
 
 fn traced(scene: &Scene, from: f64, to: f64, options: &CurveOptions) -> GrazingCurve {
@@ -59,7 +39,7 @@ fn traced(scene: &Scene, from: f64, to: f64, options: &CurveOptions) -> GrazingC
 fn distance(scene: &Scene, curve: &GrazingCurve, kind: SpecialKind, point: &Value) -> f64 {
     let (omega, v) = (index(scene, "omega"), index(scene, "V"));
     let special = curve.special.iter().filter(|special| special.kind == kind);
-    let apart = |a: Dd, key: &str| (a - dd(&point[key])).to_f64().abs();
+    let apart = |a: Dd, key: &str| (a - exact(&point[key])).to_f64().abs();
     special
         .map(|at| apart(at.parameters[omega], "omega").max(apart(at.parameters[v], "V")))
         .fold(1.0, f64::min)
@@ -68,13 +48,13 @@ fn distance(scene: &Scene, curve: &GrazingCurve, kind: SpecialKind, point: &Valu
 /// Number of reference points on a stretch of omega where xi_1 vanishes or multipliers meet, each met to 1e-12.
 fn met(scene: &Scene, curve: &GrazingCurve, stretch: Range<f64>) -> usize {
     let mut met = 0;
-    for point in reference("mems_points.json") {
+    for point in points("mems_points.json") {
         let kind = match point["type"].as_str().unwrap() {
             "xi1" => FIRST,
             "disc" => SpecialKind::MultiplierSwitch,
             _ => continue,
         };
-        if stretch.contains(&dd(&point["omega"]).to_f64()) {
+        if stretch.contains(&exact(&point["omega"]).to_f64()) {
             // The functions refined to 1e-14 have slopes of order 0.1 and more along the curve.
             let distance = distance(scene, curve, kind, &point);
             assert!(
@@ -105,17 +85,17 @@ fn electrostatic_curve_meets_the_reference_points_where_xi_vanishes_and_multipli
 fn points_of_the_curve_are_grazing_orbits_of_the_reference() {
     let scene = scene("mems");
     let (omega, v) = (index(&scene, "omega"), index(&scene, "V"));
-    let points = reference("mems_curve.json");
+    let points = points("mems_curve.json");
     let within = |point: &&Value| {
-        point["branch"] == 0 && (0.47..0.56).contains(&dd(&point["omega"]).to_f64())
+        point["branch"] == 0 && (0.47..0.56).contains(&exact(&point["omega"]).to_f64())
     };
     for point in points.iter().filter(within).step_by(4) {
-        let value = dd(&point["omega"]).to_f64();
+        let value = exact(&point["omega"]).to_f64();
         let curve = traced(&scene, 0.46, value, &CurveOptions::default());
         let last = curve.points.last().unwrap();
         assert_eq!(last.parameters[omega], value);
         assert!(
-            (last.parameters[v] - dd(&point["V"]).to_f64()).abs() < 1e-12,
+            (last.parameters[v] - exact(&point["V"]).to_f64()).abs() < 1e-12,
             "omega = {value}"
         );
     }
@@ -140,7 +120,7 @@ fn curve_is_followed_round_two_folds_to_the_next_sheet() {
     assert!(0.1397 < *high && *high < 0.14 && 0.1297 < *low && *low < 0.13);
     assert_eq!(met(&scene, &curve, 0.13925..*high), 1);
     assert_eq!(met(&scene, &curve, 0.138..0.139), 1);
-    let points = reference("mems_points.json");
+    let points = points("mems_points.json");
     let next = points
         .iter()
         .find(|point| point["omega"].as_str().unwrap().starts_with("0.1301129273"))
@@ -159,11 +139,8 @@ fn second_parameter_must_not_be_the_adjusted_one() {
 #[test]
 fn a_curve_ends_where_a_function_along_its_orbits_comes_to_its_corner() {
     // x'' + 2 zeta x' + x = alpha cos(omega t) grazes x = 1 with a largest speed of omega.
-    let text =
-        std::fs::read_to_string(format!("{}/scenes/linear.toml", env!("CARGO_MANIFEST_DIR")));
-    let limited = "alpha*cos(theta) - 2*zeta*min(v, 2) - x".to_owned();
-    let change = ("model.flow.v".to_owned(), limited);
-    let limited = Scene::parse_with(&text.unwrap(), "linear.toml", &[change]).unwrap();
+    let limited = "alpha*cos(theta) - 2*zeta*min(v, 2) - x";
+    let limited = scene_with("linear", &[("model.flow.v", limited)]);
     let options = CurveOptions::default();
     let curve = traced(&limited, 1.8, 2.2, &options);
     let CurveEnd::Corner { function, key, at } = &curve.end else {
@@ -183,9 +160,6 @@ fn a_curve_ends_where_a_function_along_its_orbits_comes_to_its_corner() {
 
 #[test]
 fn a_curve_ends_where_a_function_comes_to_its_corner_in_the_parameter_followed() {
-    let text =
-        std::fs::read_to_string(format!("{}/scenes/linear.toml", env!("CARGO_MANIFEST_DIR")));
-    let text = text.unwrap();
     let places = [
         (
             "model.surface.0.event",
@@ -206,8 +180,7 @@ fn a_curve_ends_where_a_function_comes_to_its_corner_in_the_parameter_followed()
         ..CurveOptions::default()
     };
     for (place, expression) in places {
-        let change = (place.to_owned(), expression.to_owned());
-        let scene = Scene::parse_with(&text, "linear.toml", &[change]).unwrap();
+        let scene = scene_with("linear", &[(place, expression)]);
         let zeta = index(&scene, "zeta");
         // The corner is at the end of the range, or between two points.
         for to in [0.06, 0.07] {

@@ -5,37 +5,13 @@
     reason = "a test may stop at the first thing that is not there"
 )]
 
-use std::path::Path;
-
 use grazemap::model::Scene;
 use grazemap::numeric::{Dd, Scalar};
 use grazemap::orbit::{GrazingOrbit, Location, NotLocated, locate};
 use serde_json::Value;
 
-fn reference(file: &str) -> Value {
-    let path = format!("{}/tests/data/rigid/{file}", env!("CARGO_MANIFEST_DIR"));
-    serde_json::from_str(&std::fs::read_to_string(path).unwrap()).unwrap()
-}
-
-fn dd(value: &Value) -> Dd {
-    value.as_str().unwrap().parse().unwrap()
-}
-
-fn scene(name: &str, overrides: &[(&str, String)]) -> Scene {
-    let overrides: Vec<_> = overrides
-        .iter()
-        .map(|(key, value)| ((*key).to_owned(), value.clone()))
-        .collect();
-    let path = format!("{}/scenes/{name}.toml", env!("CARGO_MANIFEST_DIR"));
-    Scene::load_with(Path::new(&path), &overrides).unwrap()
-}
-
-fn located(scene: &Scene) -> GrazingOrbit {
-    match locate(scene).unwrap() {
-        Location::Located(orbit) => *orbit,
-        Location::NotLocated(reason) => panic!("{}: {reason}", scene.identifier),
-    }
-}
+use crate::support::reference::{exact, read, text};
+use crate::support::scenes::{self, NONE, orbit, parameter, parsed, scene, scene_with};
 
 fn relative(found: Dd, expected: Dd) -> f64 {
     ((found - expected) / expected).magnitude()
@@ -87,27 +63,16 @@ fn phase_period(scene: &Scene) -> Dd {
     scene.model.phase.as_ref().unwrap().period
 }
 
-fn parameter(scene: &Scene, orbit: &GrazingOrbit, name: &str) -> Dd {
-    let index = scene
-        .model
-        .parameters
-        .iter()
-        .position(|parameter| parameter.name == name)
-        .unwrap();
-    orbit.parameters()[index]
-}
-
-fn strings(pairs: &[(&'static str, &str)]) -> Vec<(&'static str, String)> {
-    pairs
-        .iter()
-        .map(|&(key, value)| (key, value.to_owned()))
-        .collect()
-}
-
 /// Largest error of the monodromy's entries against rows of strings, relative to its largest entry.
 fn monodromy_error(orbit: &GrazingOrbit, expected: &Value) -> f64 {
     let rows = expected.as_array().unwrap();
-    let entries = |row: &Value| row.as_array().unwrap().iter().map(dd).collect::<Vec<_>>();
+    let entries = |row: &Value| {
+        row.as_array()
+            .unwrap()
+            .iter()
+            .map(exact)
+            .collect::<Vec<_>>()
+    };
     let expected: Vec<Dd> = rows.iter().flat_map(entries).collect();
     let found: Vec<Dd> = orbit.monodromy.iter().flatten().copied().collect();
     let size = expected
@@ -157,7 +122,10 @@ fn xi_error(orbit: &GrazingOrbit, expected: &[Dd]) -> f64 {
 
 /// The larger multiplier of a reference orbit, in modulus.
 fn orbit_multiplier(point: &Value) -> f64 {
-    let (trace, determinant) = (dd(&point["trace"]).to_f64(), dd(&point["det"]).to_f64());
+    let (trace, determinant) = (
+        exact(&point["trace"]).to_f64(),
+        exact(&point["det"]).to_f64(),
+    );
     let discriminant = 0.25 * trace * trace - determinant;
     if discriminant < 0.0 {
         determinant.sqrt()
@@ -169,31 +137,31 @@ fn orbit_multiplier(point: &Value) -> f64 {
 #[test]
 fn linear_oscillator_grazes_at_its_closed_form() {
     let mut worst = Errors::default();
-    for case in reference("linear_abc.json")["a_b_grazing_and_xi"]
+    for case in read("rigid/linear_abc.json")["a_b_grazing_and_xi"]
         .as_array()
         .unwrap()
     {
-        let value = |key: &str| case[key].as_str().unwrap().to_owned();
-        let start = format!("{}", dd(&case["alpha_g"]).to_f64() * 0.9);
-        let keys = ["omega", "zeta", "r", "delta"];
-        let section = strings(&[
+        let start = format!("{}", exact(&case["alpha_g"]).to_f64() * 0.9);
+        let mut overrides = vec![
             ("section.kind", "stroboscopic"),
             ("section.phase", "grazing"),
-        ]);
-        let overrides: Vec<_> = keys
-            .iter()
-            .map(|&key| (key, value(key)))
-            .chain([("alpha", start)])
-            .collect();
-        let scene = scene("linear", &[overrides, section].concat());
-        let orbit = located(&scene);
+            ("alpha", &start),
+        ];
+        let keys = ["omega", "zeta", "r", "delta"];
+        overrides.extend(keys.map(|key| (key, text(&case[key]))));
+        let scene = scene_with("linear", &overrides);
+        let orbit = orbit(&scene);
         let graze = orbit.grazing_point();
         let codim2 = case["xi"][0].as_str().unwrap().contains("e-");
-        let xi: Vec<Dd> = case["xi"].as_array().unwrap().iter().map(dd).collect();
+        let xi: Vec<Dd> = case["xi"].as_array().unwrap().iter().map(exact).collect();
         worst = worst.largest(Errors {
-            parameter: relative(parameter(&scene, &orbit, "alpha"), dd(&case["alpha_g"])),
-            phase: phase_distance(graze.state[2], dd(&case["theta_g"]), phase_period(&scene)),
-            acceleration: relative(-graze.normal_acceleration, dd(&case["a_star"])),
+            parameter: relative(parameter(&scene, &orbit, "alpha"), exact(&case["alpha_g"])),
+            phase: phase_distance(
+                graze.state[2],
+                exact(&case["theta_g"]),
+                phase_period(&scene),
+            ),
+            acceleration: relative(-graze.normal_acceleration, exact(&case["a_star"])),
             multipliers: 0.0,
             monodromy: monodromy_error(&orbit, &case["M"]),
             xi: if codim2 {
@@ -213,17 +181,17 @@ fn electrostatic_oscillator_grazes_at_the_reference_orbits() {
         ("mems_codim2", "public_mems_w0.4878_codim2.json"),
         ("mems_scenario3", "public_mems_scenario3_codim2.json"),
     ] {
-        let base = &reference(file)["base"];
-        let scene = scene(
+        let base = &read(&format!("rigid/{file}"))["base"];
+        let scene = scene_with(
             name,
             &[("omega", base["omega_star"].as_str().unwrap().to_owned())],
         );
-        let orbit = located(&scene);
+        let orbit = orbit(&scene);
         let graze = orbit.grazing_point();
-        let parameter = relative(parameter(&scene, &orbit, "V"), dd(&base["V_star"]));
+        let parameter = relative(parameter(&scene, &orbit, "V"), exact(&base["V_star"]));
         let phase = phase_distance(
             graze.state[2],
-            dd(&base["theta_star"]),
+            exact(&base["theta_star"]),
             phase_period(&scene),
         );
         Errors {
@@ -244,7 +212,7 @@ fn electrostatic_oscillator_grazes_at_the_reference_orbits() {
 
 #[test]
 fn electrostatic_grazing_curve_is_met_on_every_sheet() {
-    let points = reference("mems_curve.json");
+    let points = read("rigid/mems_curve.json");
     let mut worst = Errors::default();
     for point in points.as_array().unwrap().iter().step_by(6) {
         // NOTE: near its folds and where a multiplier is of the order of 100, sheets are closer than 1e-3 or the flow
@@ -255,8 +223,8 @@ fn electrostatic_grazing_curve_is_met_on_every_sheet() {
         } else {
             1e-3
         };
-        let near = |key: &str| format!("{:?}", dd(&point[key]).to_f64() + off);
-        let scene = scene(
+        let near = |key: &str| format!("{:?}", exact(&point[key]).to_f64() + off);
+        let scene = scene_with(
             "mems",
             &[
                 ("omega", point["omega"].as_str().unwrap().to_owned()),
@@ -268,24 +236,24 @@ fn electrostatic_grazing_curve_is_met_on_every_sheet() {
                 ("section.phase", "grazing".to_owned()),
             ],
         );
-        let orbit = located(&scene);
+        let orbit = orbit(&scene);
         let graze = orbit.grazing_point();
         let factor: Dd = "1.8".parse().unwrap();
         let xi: Vec<Dd> = point["xi_over_1plusr"]
             .as_array()
             .unwrap()
             .iter()
-            .map(|xi| dd(xi) * factor)
+            .map(|xi| exact(xi) * factor)
             .collect();
         let errors = Errors {
-            parameter: relative(parameter(&scene, &orbit, "V"), dd(&point["V"])),
+            parameter: relative(parameter(&scene, &orbit, "V"), exact(&point["V"])),
             phase: phase_distance(
                 graze.state[2],
-                dd(&point["theta_star"]),
+                exact(&point["theta_star"]),
                 phase_period(&scene),
             ),
-            acceleration: relative(-graze.normal_acceleration, dd(&point["a_star"])),
-            multipliers: multiplier_error(&orbit, dd(&point["trace"]), dd(&point["det"])),
+            acceleration: relative(-graze.normal_acceleration, exact(&point["a_star"])),
+            multipliers: multiplier_error(&orbit, exact(&point["trace"]), exact(&point["det"])),
             monodromy: monodromy_error(&orbit, &point["M"]),
             xi: xi_error(&orbit, &xi),
         };
@@ -296,12 +264,12 @@ fn electrostatic_grazing_curve_is_met_on_every_sheet() {
 
 #[test]
 fn cantilever_grazes_at_every_row_of_the_tables() {
-    let rows = reference("beam_tables.json");
+    let rows = read("rigid/beam_tables.json");
     let mut worst = Errors::default();
     for row in rows.as_array().unwrap() {
         let value = |key: &str| row[key].as_str().unwrap().to_owned();
-        let near = |key: &str, by: f64| format!("{:?}", dd(&row[key]).to_f64() + by);
-        let scene = scene(
+        let near = |key: &str, by: f64| format!("{:?}", exact(&row[key]).to_f64() + by);
+        let scene = scene_with(
             "cantilever_1_7",
             &[
                 ("zeta", value("zeta")),
@@ -314,13 +282,13 @@ fn cantilever_grazes_at_every_row_of_the_tables() {
                 ("section.phase", "grazing".to_owned()),
             ],
         );
-        let orbit = located(&scene);
+        let orbit = orbit(&scene);
         let graze = orbit.grazing_point();
         let errors = Errors {
-            parameter: relative(parameter(&scene, &orbit, "Q"), dd(&row["Q_G_qmin"])),
-            phase: phase_distance(graze.state[2], dd(&row["t_G"]), phase_period(&scene)),
-            acceleration: relative(graze.normal_acceleration, dd(&row["a_G"])),
-            multipliers: multiplier_error(&orbit, dd(&row["trace"]), dd(&row["det"])),
+            parameter: relative(parameter(&scene, &orbit, "Q"), exact(&row["Q_G_qmin"])),
+            phase: phase_distance(graze.state[2], exact(&row["t_G"]), phase_period(&scene)),
+            acceleration: relative(graze.normal_acceleration, exact(&row["a_G"])),
+            multipliers: multiplier_error(&orbit, exact(&row["trace"]), exact(&row["det"])),
             monodromy: monodromy_error(&orbit, &row["A"]),
             xi: 0.0,
         };
@@ -331,17 +299,11 @@ fn cantilever_grazes_at_every_row_of_the_tables() {
 
 /// A scene's text without its guess.
 fn without_guess(name: &str, overrides: &[(&str, &str)]) -> Scene {
-    let path = format!("{}/scenes/{name}.toml", env!("CARGO_MANIFEST_DIR"));
-    let text = std::fs::read_to_string(path).unwrap();
-    let kept: Vec<&str> = text
+    let kept: Vec<&str> = scenes::text(name)
         .lines()
         .filter(|line| !line.starts_with("guess"))
         .collect();
-    let overrides: Vec<_> = overrides
-        .iter()
-        .map(|&(key, value)| (key.to_owned(), value.to_owned()))
-        .collect();
-    Scene::parse_with(&kept.join("\n"), "scene.toml", &overrides).unwrap()
+    parsed(&kept.join("\n"), "scene", overrides)
 }
 
 fn reason(scene: &Scene) -> NotLocated {
@@ -358,10 +320,10 @@ fn steady_state_leads_to_the_graze_where_there_is_no_guess() {
         ("cantilever_0_107", "Q"),
         ("mems", "V"),
     ] {
-        let guessed = scene(name, &[]);
+        let guessed = scene(name);
         let searched = without_guess(name, &[]);
-        let expected = parameter(&guessed, &located(&guessed), adjusted);
-        let found = parameter(&searched, &located(&searched), adjusted);
+        let expected = parameter(&guessed, &orbit(&guessed), adjusted);
+        let found = parameter(&searched, &orbit(&searched), adjusted);
         assert!(
             relative(found, expected) < 1e-28,
             "{name}: {found} for {expected}"
@@ -376,7 +338,7 @@ fn guess_a_tenth_off_still_leads_to_the_graze() {
         ("cantilever_0_12", "Q", "q"),
         ("mems", "V", "x"),
     ] {
-        let near = scene(name, &[]);
+        let near = scene(name);
         let guess = near.grazing.guess.clone().unwrap();
         let second = near.model.states[1].clone();
         let keys = [
@@ -391,9 +353,9 @@ fn guess_a_tenth_off_still_leads_to_the_graze() {
             .map(|(value, offset)| format!("{:?}", value + offset))
             .collect();
         let overrides: Vec<_> = keys.iter().map(String::as_str).zip(values).collect();
-        let far = scene(name, &overrides);
-        let expected = parameter(&near, &located(&near), adjusted);
-        let orbit = located(&far);
+        let far = scene_with(name, &overrides);
+        let expected = parameter(&near, &orbit(&near), adjusted);
+        let orbit = orbit(&far);
         assert!(
             relative(parameter(&far, &orbit, adjusted), expected) < 1e-28,
             "{name}"
@@ -418,13 +380,7 @@ fn multipliers_and_xi_do_not_depend_on_the_section() {
     ];
     let orbits: Vec<_> = kinds
         .iter()
-        .map(|kind| {
-            let overrides: Vec<_> = kind
-                .iter()
-                .map(|&(key, value)| (key, value.to_owned()))
-                .collect();
-            located(&scene("mems", &overrides))
-        })
+        .map(|kind| orbit(&scene_with("mems", kind)))
         .collect();
     assert_eq!(orbits[0].section.coordinates, [0, 2]);
     assert_eq!(orbits[1].section.coordinates, [0, 1]);
@@ -471,7 +427,7 @@ fn van_der_pol_cycle_grazes_at_its_amplitude() {
         [window]
         depth = 1e-3
     "#;
-    let orbit = located(&Scene::parse(text, "van_der_pol.toml").unwrap());
+    let orbit = orbit(&parsed(text, "van_der_pol", &NONE));
     assert!((orbit.parameters()[0].to_f64() - 2.008_619_860_874_843).abs() < 1e-14);
     assert!((orbit.period.to_f64() - 6.663_286_859_323_13).abs() < 1e-13);
     assert_eq!(orbit.multipliers.len(), 1);
@@ -502,23 +458,18 @@ fn forcing_too_weak_for_any_damping_never_touches() {
 #[test]
 fn flat_top_is_a_degenerate_graze() {
     // The forcing makes x = cos(theta) − cos(2 theta)/4, whose second derivative vanishes at its maximum 3/4.
-    let path = format!("{}/scenes/linear.toml", env!("CARGO_MANIFEST_DIR"));
-    let text = std::fs::read_to_string(path).unwrap().replace(
+    let text = scenes::text("linear").replace(
         "alpha*cos(theta) - 2*zeta*v - x",
         "0.75*cos(2*theta) + 2*zeta*(0.5*sin(2*theta) - sin(theta)) - 2*zeta*v - x",
     );
-    let overrides = strings(&[
+    let overrides = [
         ("omega", "1.0"),
         ("delta", "0.74"),
         ("grazing.solve_for", "delta"),
         ("grazing.guess.x", "0.74"),
         ("grazing.guess.theta", "0.02"),
-    ]);
-    let overrides: Vec<_> = overrides
-        .into_iter()
-        .map(|(key, value)| (key.to_owned(), value))
-        .collect();
-    let reason = reason(&Scene::parse_with(&text, "flat.toml", &overrides).unwrap());
+    ];
+    let reason = reason(&parsed(&text, "flat", &overrides));
     assert!(
         matches!(reason, NotLocated::DegenerateGraze { .. }),
         "{reason}"
@@ -528,13 +479,13 @@ fn flat_top_is_a_degenerate_graze() {
 #[test]
 fn resonance_without_damping_is_singular() {
     // At zeta = 0, omega = 1/2 the monodromy is the identity: every start closes.
-    let overrides = strings(&[
+    let overrides = [
         ("zeta", "0.0"),
         ("omega", "0.5"),
         ("alpha", "0.7"),
         ("grazing.guess.theta", "0.1"),
-    ]);
-    let reason = reason(&scene("linear", &overrides));
+    ];
+    let reason = reason(&scene_with("linear", &overrides));
     let NotLocated::Singular { re, im, .. } = reason else {
         panic!("{reason}")
     };
@@ -551,9 +502,9 @@ fn functions_away_from_their_corners_leave_the_orbit_as_it_is() {
         ("model.flow.v", flow("max(x, -30)")),
         ("model.flow.v", flow("x*abs(x + 5)/(x + 5)")),
     ];
-    let plain = located(&scene("linear", &[]));
+    let plain = orbit(&scene("linear"));
     for change in same {
-        let orbit = located(&scene("linear", std::slice::from_ref(&change)));
+        let orbit = orbit(&scene_with("linear", std::slice::from_ref(&change)));
         let pairs = orbit.parameters().iter().zip(plain.parameters());
         let moved = pairs.map(|(a, b)| (*a - *b).magnitude());
         let moved = moved.fold(0.0, f64::max);
@@ -577,7 +528,7 @@ fn a_corner_at_the_graze_or_along_the_orbit_is_named_with_its_expression() {
         ("model.surface.0.impact.v", "-r*abs(v)".to_owned(), "abs"),
     ];
     for (place, expression, name) in corners {
-        let scene = scene("linear", &[(place, expression)]);
+        let scene = scene_with("linear", &[(place, expression)]);
         let reason = locate(&scene).unwrap().into_result().unwrap_err();
         assert!(
             matches!(&reason, NotLocated::Corner { function, key, .. } if *function == name && key == place),

@@ -8,9 +8,12 @@
 use grazemap::model::Scene;
 use grazemap::numeric::{Dd, Scalar};
 use grazemap::orbit::{
-    CurveEnd, CurveOptions, CurveOutcome, GrazingCurve, GrazingOrbit, Location, NotLocated,
-    OrbitError, PoincareSectionKind, curve, locate,
+    CurveEnd, CurveOptions, CurveOutcome, GrazingCurve, GrazingOrbit, NotLocated, OrbitError,
+    PoincareSectionKind, curve, locate,
 };
+
+use crate::support::reference::{exact, read};
+use crate::support::scenes::{self, orbit, parameter, parsed, scene};
 
 /// A damped oscillator forced in two harmonics between two stops.
 const OSCILLATOR: &str = r#"
@@ -50,26 +53,11 @@ fn edited(edits: &[(&str, &str)]) -> String {
 }
 
 fn parse(text: &str, overrides: &[(&str, &str)]) -> Scene {
-    let owned = |&(key, value): &(&str, &str)| (key.to_owned(), value.to_owned());
-    let overrides: Vec<_> = overrides.iter().map(owned).collect();
-    Scene::parse_with(text, "scene.toml", &overrides).unwrap_or_else(|error| panic!("{error}"))
-}
-
-fn located(scene: &Scene) -> GrazingOrbit {
-    match locate(scene).unwrap() {
-        Location::Located(orbit) => *orbit,
-        Location::NotLocated(reason) => panic!("{reason}"),
-    }
+    parsed(text, "scene", overrides)
 }
 
 fn reason(scene: &Scene) -> NotLocated {
     locate(scene).unwrap().into_result().unwrap_err()
-}
-
-fn parameter(scene: &Scene, orbit: &GrazingOrbit, name: &str) -> Dd {
-    let mut parameters = scene.model.parameters.iter();
-    let index = parameters.position(|parameter| parameter.name == name);
-    orbit.parameters()[index.unwrap()]
 }
 
 fn number(text: &str) -> Dd {
@@ -109,7 +97,7 @@ fn extremum(b: Dd, mut theta: Dd) -> Dd {
 #[test]
 fn independent_stops_of_a_harmonic_motion_stand_at_its_amplitude() {
     let scene = parse(OSCILLATOR, &[]);
-    let orbit = located(&scene);
+    let orbit = orbit(&scene);
     let (amplitude, lag) = response(1);
     for name in ["right", "left"] {
         let error = parameter(&scene, &orbit, name) - amplitude;
@@ -129,7 +117,7 @@ fn independent_stops_of_a_harmonic_motion_stand_at_its_amplitude() {
 #[test]
 fn independent_stops_of_a_motion_of_two_harmonics_stand_at_its_extrema() {
     let scene = parse(OSCILLATOR, &[("b", "0.4")]);
-    let orbit = located(&scene);
+    let orbit = orbit(&scene);
     let b = number("0.4");
     for (passage, name, sign) in [(0, "right", 1.0), (1, "left", -1.0)] {
         let phase = orbit.passages[passage].state[2];
@@ -171,7 +159,7 @@ fn equal_maxima() -> (Dd, Dd) {
 #[test]
 fn one_surface_is_grazed_twice_where_two_maxima_are_equal() {
     let scene = parse(&edited(&TWICE), &[]);
-    let orbit = located(&scene);
+    let orbit = orbit(&scene);
     let (height, chi) = equal_maxima();
     assert!((parameter(&scene, &orbit, "right") - height).magnitude() < 1e-27);
     let turn = Dd::PI * Dd::from(2.0);
@@ -187,7 +175,7 @@ fn second_graze_is_found_where_it_touches_of_itself_and_its_gap_is_told_where_no
     let (height, chi) = equal_maxima();
     let exact = chi.to_decimal(32);
     let scene = parse(&text, &[("chi", &exact)]);
-    let orbit = located(&scene);
+    let orbit = orbit(&scene);
     assert_eq!(orbit.passages.len(), 2);
     assert!((parameter(&scene, &orbit, "right") - height).magnitude() < 1e-27);
     let near = (chi + number("1e-15")).to_decimal(32);
@@ -236,7 +224,7 @@ fn limit_cycle_grazes_both_stops_at_its_amplitude() {
         ("[section]", "guess = { x = 1.9, v = 0.0 }\n[section]"),
     ]);
     let scene = parse(&text, &[]);
-    let orbit = located(&scene);
+    let orbit = orbit(&scene);
     for name in ["right", "left"] {
         let amplitude = parameter(&scene, &orbit, name).hi;
         assert!((amplitude - 2.008_619_860_874_843).abs() < 1e-14, "{name}");
@@ -258,7 +246,7 @@ const MIRRORED: [(&str, &str); 3] = [
 #[test]
 fn symmetric_stops_graze_half_a_period_apart() {
     let scene = parse(&edited(&MIRRORED), &[]);
-    let orbit = located(&scene);
+    let orbit = orbit(&scene);
     let (amplitude, _) = response(1);
     assert!((parameter(&scene, &orbit, "right") - amplitude).magnitude() < 1e-28);
     let [right, left] = orbit.passages.as_slice() else {
@@ -269,7 +257,7 @@ fn symmetric_stops_graze_half_a_period_apart() {
     assert!(orbit.multipliers.len() == 2 && orbit.is_physical() && orbit.residual < 1e-28);
     let mut unaware = scene.clone();
     unaware.grazing.symmetry = grazemap::model::Symmetry::None;
-    let same = located(&unaware);
+    let same = scenes::orbit(&unaware);
     assert!((parameter(&unaware, &same, "right") - amplitude).magnitude() < 1e-28);
     for (a, b) in orbit.passages.iter().zip(&same.passages) {
         assert!((a.time - b.time).magnitude() < 1e-27);
@@ -334,9 +322,9 @@ fn grazes_that_contradict_the_symmetry_are_wrong_input() {
 #[test]
 fn section_moves_neither_the_passages_nor_the_multipliers() {
     let text = edited(&MIRRORED);
-    let tangency = located(&parse(&text, &[]));
+    let tangency = orbit(&parse(&text, &[]));
     let fixed = [("section.kind", "stroboscopic"), ("section.phase", "1")];
-    let stroboscopic = located(&parse(&text, &fixed));
+    let stroboscopic = orbit(&parse(&text, &fixed));
     assert_eq!(stroboscopic.section_point[2], Dd::ONE);
     let charts = |orbit: &GrazingOrbit| {
         let charts = orbit.passages.iter();
@@ -379,7 +367,7 @@ fn curve_of_independent_grazes_ends_at_the_orbit_located_there() {
         .map(|&at| scene.model.parameters[at].name.as_str());
     assert_eq!(names.collect::<Vec<_>>(), ["right", "left", "b"]);
     let last = curve.points.last().unwrap();
-    let there = located(&parse(OSCILLATOR, &[("b", "0.4")]));
+    let there = orbit(&parse(OSCILLATOR, &[("b", "0.4")]));
     for (found, expected) in last.parameters.iter().zip(there.parameters()) {
         assert!(
             (found - expected.hi).abs() < 1e-12,
@@ -402,28 +390,17 @@ fn curve_ends_where_a_passage_that_nothing_adjusts_ceases_to_graze() {
     assert_eq!(curve.end, CurveEnd::PassageLost { passage: 2 });
 }
 
-fn two_stops(set: &str) -> Scene {
-    let path = format!("{}/scenes/two_stops_{set}.toml", env!("CARGO_MANIFEST_DIR"));
-    Scene::load(std::path::Path::new(&path)).unwrap()
-}
-
 #[test]
 fn two_masses_graze_both_stops_at_the_reference_orbits() {
     for (set, file) in [("t1", "T1"), ("t2", "T2")] {
-        let path = format!(
-            "{}/tests/data/soft/public_two_{file}_soft.json",
-            env!("CARGO_MANIFEST_DIR")
-        );
-        let text = std::fs::read_to_string(path).unwrap();
-        let truth: serde_json::Value = serde_json::from_str(&text).unwrap();
-        let scene = two_stops(set);
-        let orbit = located(&scene);
+        let truth = read(&format!("soft/public_two_{file}_soft.json"));
+        let scene = scene(&format!("two_stops_{set}"));
+        let orbit = orbit(&scene);
         let graze = orbit.grazing_point();
-        let of = |value: &serde_json::Value| number(value.as_str().unwrap());
-        let gap = parameter(&scene, &orbit, "d") - of(&truth["d_grazing"]);
+        let gap = parameter(&scene, &orbit, "d") - exact(&truth["d_grazing"]);
         assert!(gap.magnitude() < 1e-28, "{set}: {gap}");
         assert!(
-            (graze.state[4] - of(&truth["phase_R"])).magnitude() < 1e-28,
+            (graze.state[4] - exact(&truth["phase_R"])).magnitude() < 1e-28,
             "{set}"
         );
         for (found, expected) in graze
@@ -431,7 +408,7 @@ fn two_masses_graze_both_stops_at_the_reference_orbits() {
             .iter()
             .zip(truth["grazing_state_R"].as_array().unwrap())
         {
-            assert!((*found - of(expected)).magnitude() < 1e-28, "{set}");
+            assert!((*found - exact(expected)).magnitude() < 1e-28, "{set}");
         }
         assert_eq!(orbit.passages.len(), 2);
         assert!(orbit.is_physical() && orbit.residual < 1e-28);

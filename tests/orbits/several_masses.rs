@@ -3,18 +3,14 @@
 //!
 //! Oracles: complex amplitudes of the linear systems, and kicks derived by hand.
 
-use crate::support::complex::{Complex, solve};
-use crate::support::systems::{STROBOSCOPIC, TANGENCY, located, scene};
 use grazemap::expansion::Expander;
 use grazemap::model::Scene;
 use grazemap::numeric::{Dd, Scalar};
 use grazemap::orbit::{GrazingOrbit, OrbitError, locate};
 
-/// A parameter of the model where the orbit grazes.
-fn parameter(scene: &Scene, orbit: &GrazingOrbit, name: &str) -> Dd {
-    let index = scene.model.parameters.iter().position(|p| p.name == name);
-    orbit.parameters()[index.expect("a parameter of the scene")]
-}
+use crate::support::complex::{Complex, solve};
+use crate::support::scenes::{orbit, parameter};
+use crate::support::systems::{STROBOSCOPIC, TANGENCY, scene};
 
 fn dd(value: f64) -> Dd {
     Dd::from(value)
@@ -68,7 +64,7 @@ impl Magnitude for Dd {
 #[test]
 fn moving_stop_grazes_where_the_relative_amplitude_is_the_gap() {
     let scene = scene("moving_stop", TANGENCY);
-    let orbit = located(&scene);
+    let orbit = orbit(&scene);
     let value = |name| parameter(&scene, &orbit, name);
     let unit = response(dd(1.0), value("zeta"), value("omega"));
     let (sine, cosine) = value("psi").sin_cos();
@@ -88,7 +84,7 @@ fn moving_stop_grazes_where_the_relative_amplitude_is_the_gap() {
 #[test]
 fn two_masses_graze_where_their_relative_amplitude_is_the_gap() {
     let scene = scene("impact_pair", STROBOSCOPIC);
-    let orbit = located(&scene);
+    let orbit = orbit(&scene);
     let value = |name| parameter(&scene, &orbit, name);
     let first = response(dd(1.0), value("zeta"), value("omega"));
     let second = response(value("s"), value("zeta"), value("omega"));
@@ -106,7 +102,7 @@ fn two_masses_graze_where_their_relative_amplitude_is_the_gap() {
 #[test]
 fn an_oblique_stop_is_grazed_where_the_normal_amplitude_is_its_distance() {
     let scene = scene("oblique", TANGENCY);
-    let orbit = located(&scene);
+    let orbit = orbit(&scene);
     let value = |name| parameter(&scene, &orbit, name);
     let first = response(dd(1.0), value("zeta"), value("omega"));
     // The damping 2 zeta is the same for both, so the ratio of the second is zeta/s; sin is −i in the phase of cos.
@@ -127,7 +123,7 @@ fn an_oblique_stop_is_grazed_where_the_normal_amplitude_is_its_distance() {
 #[test]
 fn the_last_of_three_masses_grazes_where_its_amplitude_is_the_gap() {
     let scene = scene("three_masses", STROBOSCOPIC);
-    let orbit = located(&scene);
+    let orbit = orbit(&scene);
     let value = |name| parameter(&scene, &orbit, name);
     let omega = value("omega");
     let stiffness = [[2.0, -1.0, 0.0], [-1.0, 2.0, -1.0], [0.0, -1.0, 1.0]];
@@ -174,7 +170,7 @@ fn assert_kicks(found: &[(String, Dd)], expected: &[(&str, Dd)]) {
 fn a_moving_stop_kicks_by_the_relative_velocity() {
     for section in [STROBOSCOPIC, TANGENCY] {
         let scene = scene("moving_stop", section);
-        let orbit = located(&scene);
+        let orbit = orbit(&scene);
         let value = |name| parameter(&scene, &orbit, name);
         let graze = orbit.grazing_point();
         let kick = (dd(1.0) + value("r")) * (dd(2.0) * graze.normal_acceleration).sqrt();
@@ -195,7 +191,7 @@ fn a_moving_stop_kicks_by_the_relative_velocity() {
 fn a_collision_kicks_both_masses_and_keeps_their_momentum() {
     for section in [STROBOSCOPIC, TANGENCY] {
         let scene = scene("impact_pair", section);
-        let orbit = located(&scene);
+        let orbit = orbit(&scene);
         let value = |name| parameter(&scene, &orbit, name);
         let graze = orbit.grazing_point();
         let kick = (dd(1.0) + value("r")) * (dd(2.0) * graze.normal_acceleration).sqrt();
@@ -228,7 +224,7 @@ fn a_collision_kicks_both_masses_and_keeps_their_momentum() {
 #[test]
 fn an_oblique_stop_kicks_along_its_normal() {
     let scene = scene("oblique", STROBOSCOPIC);
-    let orbit = located(&scene);
+    let orbit = orbit(&scene);
     let value = |name| parameter(&scene, &orbit, name);
     let graze = orbit.grazing_point();
     let kick = (dd(1.0) + value("r")) * (dd(2.0) * graze.normal_acceleration).sqrt();
@@ -245,7 +241,7 @@ fn an_oblique_stop_kicks_along_its_normal() {
 #[test]
 fn a_prestressed_stop_kicks_the_last_of_three_masses_only() {
     let scene = scene("three_masses", STROBOSCOPIC);
-    let orbit = located(&scene);
+    let orbit = orbit(&scene);
     let value = |name| parameter(&scene, &orbit, name);
     let acceleration = orbit.grazing_point().normal_acceleration;
     let prestress = value("k0") * value("e");
@@ -268,7 +264,7 @@ fn an_orbit_without_forcing_is_found_from_a_guess_only() {
 #[test]
 fn a_planar_oscillator_without_forcing_has_no_square_root() {
     let scene = scene("planar", TANGENCY);
-    let orbit = located(&scene);
+    let orbit = orbit(&scene);
     assert!(orbit.xi.iter().all(|xi| xi.magnitude() < 1e-28));
     let expander = Expander::new(&scene, &orbit).expect("one passage");
     let contact = expander.contact_in::<Dd>(0, 4).expect("a simple graze");

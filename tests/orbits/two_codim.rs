@@ -2,70 +2,29 @@
 //!
 //! Truth: tests/data/soft/two_codim_*.json (32 digits; README there).
 
-use std::path::Path;
-
 use grazemap::model::Scene;
 use grazemap::numeric::{Dd, Scalar};
-use grazemap::orbit::{
-    CurveEnd, CurveOptions, CurveOutcome, GrazingCurve, GrazingOrbit, curve, locate,
-};
+use grazemap::orbit::{CurveEnd, CurveOptions, CurveOutcome, GrazingCurve, GrazingOrbit, curve};
 use serde_json::Value;
 
-const SETS: [(&str, &str); 2] = [("t1", "T1"), ("t2", "T2")];
+use crate::support::reference::{exact, read, text};
+use crate::support::scenes::{index, orbit, scene, scene_with};
+
+const SETS: [(&str, &str); 2] = [("two_stops_t1", "T1"), ("two_stops_t2", "T2")];
 
 /// Passages in the scenes' order: right, left.
 const LETTERS: [char; 2] = ['R', 'L'];
 
-fn read(set: &str) -> Value {
-    let path = format!(
-        "{}/tests/data/soft/two_codim_{set}.json",
-        env!("CARGO_MANIFEST_DIR")
-    );
-    let text = std::fs::read_to_string(path).expect("the reference file");
-    serde_json::from_str(&text).expect("JSON")
-}
-
-fn text(value: &Value) -> &str {
-    value.as_str().expect("a decimal string")
-}
-
-fn number(value: &Value) -> Dd {
-    text(value).parse().expect("a decimal number")
-}
-
-fn scene(name: &str, overrides: &[(&str, &str)]) -> Scene {
-    let path = format!(
-        "{}/scenes/two_stops_{name}.toml",
-        env!("CARGO_MANIFEST_DIR")
-    );
-    let owned = |&(key, value): &(&str, &str)| (key.to_owned(), value.to_owned());
-    let overrides: Vec<_> = overrides.iter().map(owned).collect();
-    Scene::load_with(Path::new(&path), &overrides).unwrap_or_else(|error| panic!("{error}"))
-}
-
-fn located(scene: &Scene) -> GrazingOrbit {
-    let found = locate(scene).expect("no wrong input");
-    found
-        .into_result()
-        .unwrap_or_else(|reason| panic!("{reason}"))
-}
-
-fn index(scene: &Scene, name: &str) -> usize {
-    let mut parameters = scene.model.parameters.iter();
-    let index = parameters.position(|parameter| parameter.name == name);
-    index.expect("a parameter of the scene")
-}
-
 /// Error of the gap, relative, and of the conditions, relative to the largest of their `n`.
 fn errors(scene: &Scene, orbit: &GrazingOrbit, row: &Value) -> [f64; 2] {
-    let d = number(&row["d"]);
+    let d = exact(&row["d"]);
     let gap = (orbit.parameters()[index(scene, "d")] / d - Dd::ONE).magnitude();
     let mut worst = 0.0_f64;
     for conditions in &orbit.conditions {
         // NOTE: left to left and left to right are not in the table; they equal their mirror images.
         let to = LETTERS[usize::from(conditions.from != conditions.to)];
         for n in 1..=4 {
-            let expected = number(&row[format!("R{to}{n}")]);
+            let expected = exact(&row[format!("R{to}{n}")]);
             let scale = orbit.passages[conditions.from].normal_acceleration;
             let error = conditions.values[n - 1] / scale - expected;
             worst = worst.max(error.magnitude());
@@ -78,12 +37,12 @@ fn errors(scene: &Scene, orbit: &GrazingOrbit, row: &Value) -> [f64; 2] {
 #[test]
 fn gap_and_conditions_of_every_kind_are_those_of_the_reference_along_the_curve() {
     for (name, set) in SETS {
-        let table = read(set);
+        let table = read(&format!("soft/two_codim_{set}.json"));
         let rows = table["grazing_curve"].as_array().expect("rows");
         let mut worst = [0.0_f64; 2];
         for row in rows.iter().step_by(4) {
-            let scene = scene(name, &[("omega", text(&row["w"]))]);
-            let orbit = located(&scene);
+            let scene = scene_with(name, &[("omega", text(&row["w"]))]);
+            let orbit = orbit(&scene);
             assert_eq!(orbit.conditions.len(), 4);
             assert!(orbit.conditions.iter().all(|kind| kind.values.len() == 6));
             let found = errors(&scene, &orbit, row);
@@ -107,19 +66,19 @@ fn traced(scene: &Scene) -> GrazingCurve {
 
 /// Distance of a point found from one of the reference, in omega and relative in d.
 fn distance(scene: &Scene, parameters: &[Dd], point: &Value) -> f64 {
-    let omega = parameters[index(scene, "omega")] - number(&point["w"]);
-    let d = parameters[index(scene, "d")] / number(&point["d"]) - Dd::ONE;
+    let omega = parameters[index(scene, "omega")] - exact(&point["w"]);
+    let d = parameters[index(scene, "d")] / exact(&point["d"]) - Dd::ONE;
     omega.magnitude().max(d.magnitude())
 }
 
 #[test]
 fn curve_meets_every_point_of_codimension_two_and_no_other() {
     for (name, set) in SETS {
-        let table = read(set);
+        let table = read(&format!("soft/two_codim_{set}.json"));
         let points = table["codim2_points_w_in_[0.2,4]"]
             .as_array()
             .expect("points");
-        let scene = scene(name, &[]);
+        let scene = scene(name);
         let start = std::time::Instant::now();
         let curve = traced(&scene);
         println!(

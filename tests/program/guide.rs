@@ -2,9 +2,10 @@
 
 use std::fs;
 use std::path::Path;
-use std::process::Command;
 
 use grazemap::model::Scene;
+
+use crate::cli::{grazemap, scratch};
 
 /// Blocks of a page: language and text.
 fn blocks(page: &str) -> Vec<(String, String)> {
@@ -37,7 +38,7 @@ fn every_scene_of_the_guide_is_a_good_one_without_warnings() {
 
 #[test]
 fn the_commands_of_getting_started_work_in_an_empty_folder() {
-    let folder = tempfile::tempdir().expect("a temporary folder can be made");
+    let folder = scratch();
     let mut commands = 0;
     for (language, body) in blocks("getting-started.md") {
         match language.as_str() {
@@ -46,11 +47,7 @@ fn the_commands_of_getting_started_work_in_an_empty_folder() {
                 for line in body.lines() {
                     let mut words = line.split_whitespace();
                     assert_eq!(words.next(), Some("grazemap"), "{line}");
-                    let output = Command::new(env!("CARGO_BIN_EXE_grazemap"))
-                        .args(words)
-                        .current_dir(folder.path())
-                        .output();
-                    let output = output.expect("the program can be started");
+                    let output = grazemap(folder.path(), &words.collect::<Vec<_>>());
                     assert!(
                         output.status.success(),
                         "{line}: {}",

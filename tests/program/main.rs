@@ -1,5 +1,8 @@
 //! The program as its users meet it, the pages of the guide, and the floors of the house.
 
+#[path = "../support/mod.rs"]
+mod support;
+
 mod architecture;
 mod bad_input;
 mod cli;

@@ -1,20 +1,15 @@
 //! What is said of a window that is deeper than its map, against direct simulation and at the command line.
 
-use std::process::{Command, Output};
+use std::process::Output;
 
 use grazemap::analysis::direct_image;
 use grazemap::expansion::{Expander, MapOrders, WindowEdge};
 use grazemap::iteration::{DiscreteMap, HornerMap};
-use grazemap::model::{Scene, catalogue};
+use grazemap::model::catalogue;
 use grazemap::numeric::Dd;
-use grazemap::orbit::locate;
 
-fn grazemap(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_grazemap"))
-        .args(arguments)
-        .output()
-        .expect("the program can be started")
-}
+use crate::cli::{grazemap, scratch};
+use crate::support::scenes::{orbit, scene_with};
 
 fn said(output: &Output) -> String {
     assert!(output.status.success(), "{output:?}");
@@ -39,16 +34,8 @@ fn at_the_usable_depth_a_map_has_two_digits_of_what_the_contact_does() {
         contact_weight: 6,
     };
     for (name, overrides, sign) in cases {
-        let overrides: Vec<_> = overrides
-            .iter()
-            .map(|(key, value)| ((*key).to_owned(), (*value).to_owned()))
-            .collect();
-        let text = catalogue::text(name).expect("in the catalogue");
-        let scene = Scene::parse_with(text, name, &overrides).expect("a good scene");
-        let orbit = locate(&scene)
-            .expect("no wrong input")
-            .into_result()
-            .expect("it grazes");
+        let scene = scene_with(name, overrides);
+        let orbit = orbit(&scene);
         let expander = Expander::new(&scene, &orbit).expect("an analytic law");
         let edge = expander
             .window_edge(0, orders.contact_weight)
@@ -79,7 +66,7 @@ fn at_the_usable_depth_a_map_has_two_digits_of_what_the_contact_does() {
 
 #[test]
 fn a_stop_too_stiff_for_its_window_is_said_by_every_command_that_maps() {
-    let folder = tempfile::tempdir().expect("a temporary folder");
+    let folder = scratch();
     let states = folder.path().join("states.csv");
     std::fs::write(&states, "u\n-1e-6\n").expect("a writable folder");
     let (states, out) = (states.to_string_lossy(), folder.path().to_string_lossy());
@@ -92,14 +79,20 @@ fn a_stop_too_stiff_for_its_window_is_said_by_every_command_that_maps() {
     ];
     for command in commands {
         let arguments = [command, &stiff].concat();
-        let warned = said(&grazemap(&arguments));
+        let warned = said(&grazemap(folder.path(), &arguments));
         let warnings: Vec<_> = warned
             .lines()
             .filter(|line| line.contains("diverge"))
             .collect();
         assert_eq!(warnings.len(), 1, "{command:?}: {warned}");
         assert!(warnings[0].starts_with("warning: `soft_b`: at the edge of the window"));
-        assert_eq!(said(&grazemap(&[&arguments[..], &["-q"]].concat())), "");
+        assert_eq!(
+            said(&grazemap(
+                folder.path(),
+                &[&arguments[..], &["-q"]].concat()
+            )),
+            ""
+        );
     }
     let places = [
         "/depth/window_edge",
@@ -108,7 +101,7 @@ fn a_stop_too_stiff_for_its_window_is_said_by_every_command_that_maps() {
         "/0/window_edge",
     ];
     for (command, place) in commands.into_iter().zip(places) {
-        let output = grazemap(&[command, &stiff, &["--json", "-"]].concat());
+        let output = grazemap(folder.path(), &[command, &stiff, &["--json", "-"]].concat());
         let json: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
         let edge = json.pointer(place).expect("an edge");
         assert!(
@@ -120,8 +113,9 @@ fn a_stop_too_stiff_for_its_window_is_said_by_every_command_that_maps() {
 
 #[test]
 fn no_scene_of_the_catalogue_has_a_window_deeper_than_its_map() {
+    let folder = scratch();
     for name in catalogue::names() {
-        let warned = said(&grazemap(&["expand", name]));
+        let warned = said(&grazemap(folder.path(), &["expand", name]));
         assert!(!warned.contains("warning"), "{name}: {warned}");
     }
 }

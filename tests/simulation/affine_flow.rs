@@ -8,6 +8,8 @@ use grazemap::hybrid::{
 use grazemap::model::{Model, Scene};
 use grazemap::numeric::{Dd, Real};
 
+use crate::support::scenes::{scene, scene_with};
+
 /// Beginnings of the names of the catalogue's scenes whose force is not linear in the states.
 const NOT_AFFINE: [&str; 3] = ["mems", "cantilever", "self_excited"];
 
@@ -16,20 +18,10 @@ fn is_affine(name: &str) -> bool {
 }
 
 fn catalogue() -> Vec<(String, Model)> {
-    let folder = format!("{}/scenes", env!("CARGO_MANIFEST_DIR"));
-    let mut scenes: Vec<_> = std::fs::read_dir(folder)
-        .expect("the catalogue")
-        .map(|entry| entry.expect("a file").path())
-        .map(|path| {
-            let name = path.file_stem().and_then(|stem| stem.to_str());
-            let name = name.expect("a name").to_owned();
-            let source = std::fs::read_to_string(&path).expect("a scene");
-            let scene = Scene::parse(&source, &name).expect("a scene of the catalogue");
-            (name, scene.model)
-        })
-        .collect();
-    scenes.sort_by(|a, b| a.0.cmp(&b.0));
-    scenes
+    let names = grazemap::model::catalogue::names();
+    names
+        .map(|name| (name.to_owned(), scene(name).model))
+        .collect()
 }
 
 /// A quarter more than a period; `near` is the largest gap of the near misses that are asked for.
@@ -304,13 +296,10 @@ fn compare_returns<S: Real>(model: &Model, gaps: &[f64]) -> usize {
 
 #[test]
 fn returns_from_both_sides_of_a_stop_agree_with_those_by_taylors_method() {
-    let path = format!("{}/scenes/linear.toml", env!("CARGO_MANIFEST_DIR"));
-    let source = std::fs::read_to_string(path).expect("a scene");
     let depths = (2..24).map(|step| 10f64.powf(-0.5 * f64::from(step)));
     let gaps: Vec<f64> = depths.flat_map(|depth| [depth, -depth]).collect();
     for alpha in ["2.2", "2.247220505424423", "2.3"] {
-        let overrides = [("alpha".to_owned(), alpha.to_owned())];
-        let scene = Scene::parse_with(&source, "linear", &overrides).expect("a scene");
+        let scene = scene_with("linear", &[("alpha", alpha)]);
         let met = compare_returns::<f64>(&scene.model, &gaps);
         assert_eq!(met, compare_returns::<Dd>(&scene.model, &gaps));
         assert!(met >= gaps.len() / 2, "{met}");

@@ -6,9 +6,13 @@ use grazemap::hybrid::{
     DirectReturn, HybridSystem, LaneReturns, NominalPassage, ReturnOutcome, ReturnSection,
 };
 use grazemap::iteration::{DiscreteMap, StepInfo};
-use grazemap::model::{Model, Scene, catalogue};
-use grazemap::numeric::{Lanes, is_wide};
-use grazemap::orbit::{GrazingOrbit, locate};
+use grazemap::model::{Model, Scene};
+use grazemap::numeric::Lanes;
+use grazemap::orbit::GrazingOrbit;
+
+use crate::scattered;
+use crate::support::needs_wide_registers;
+use crate::support::scenes::{grazing_by, scene_with, text};
 
 const LANES: usize = 8;
 
@@ -65,25 +69,13 @@ const AT_GRAZE: Section = &[("section.kind", "stroboscopic")];
 /// Another forcing phase.
 const ELSEWHERE: Section = &[("section.kind", "stroboscopic"), ("section.phase", "1")];
 
-/// A number from −1 to 1 for every pair of numbers.
-fn scattered(number: usize, component: usize) -> f64 {
-    let step = [0.754_877, 0.569_840, 0.430_160, 0.324_718, 0.245_122][component % 5];
-    2.0 * (0.31 + (number + 1) as f64 * step).fract() - 1.0
-}
-
 /// A scene on a section, and its grazing orbit.
 fn grazing(name: &str, section: Section) -> (Scene, GrazingOrbit) {
     let text = match name {
         "slot" => SLOT,
-        _ => catalogue::text(name).expect("in the catalogue"),
+        _ => text(name),
     };
-    let overrides = section
-        .iter()
-        .map(|&(key, value)| (key.into(), value.into()));
-    let overrides: Vec<(String, String)> = overrides.collect();
-    let scene = Scene::parse_with(text, name, &overrides).expect("a good scene");
-    let orbit = locate(&scene).expect("no wrong input").into_result();
-    (scene, orbit.expect("it grazes"))
+    grazing_by(text, name, section)
 }
 
 /// Steps of states about the graze, and the number of contacts.
@@ -140,7 +132,7 @@ fn agree(
 
 #[test]
 fn lanes_are_single_orbits_to_the_last_bit() {
-    if !is_wide() {
+    if !needs_wide_registers() {
         return;
     }
     for name in EXACT {
@@ -153,7 +145,7 @@ fn lanes_are_single_orbits_to_the_last_bit() {
 
 #[test]
 fn lanes_of_taylor_steps_are_single_orbits_to_the_last_bit() {
-    if !is_wide() {
+    if !needs_wide_registers() {
         return;
     }
     for name in BY_TAYLOR {
@@ -179,7 +171,7 @@ fn stroboscopic_lanes_of_taylor_steps_are_single_orbits_to_the_last_bit() {
 }
 
 fn stroboscopic_lanes_agree(name: &str, lowered: fn(&Model) -> HybridSystem) {
-    if !is_wide() {
+    if !needs_wide_registers() {
         return;
     }
     for section in [AT_GRAZE, ELSEWHERE] {
@@ -192,7 +184,7 @@ fn stroboscopic_lanes_agree(name: &str, lowered: fn(&Model) -> HybridSystem) {
 
 #[test]
 fn passages_of_one_surface_are_numbered_alike_in_lanes() {
-    if !is_wide() {
+    if !needs_wide_registers() {
         return;
     }
     for section in [OWN, AT_GRAZE, ELSEWHERE] {
@@ -306,7 +298,7 @@ const WAYS: [Way; 2] = [
 
 #[test]
 fn most_stroboscopic_returns_are_flown_together() {
-    if !is_wide() {
+    if !needs_wide_registers() {
         return;
     }
     for (lowered, scenes) in WAYS {
@@ -327,7 +319,7 @@ fn most_stroboscopic_returns_are_flown_together() {
 /// Deep passages are not found in lanes, or stick.
 #[test]
 fn returns_from_far_away_are_those_of_an_orbit_alone() {
-    if !is_wide() {
+    if !needs_wide_registers() {
         return;
     }
     for (lowered, scenes) in WAYS {
@@ -346,7 +338,7 @@ fn returns_from_far_away_are_those_of_an_orbit_alone() {
 
 #[test]
 fn every_passage_of_a_return_is_known_in_lanes() {
-    if !is_wide() {
+    if !needs_wide_registers() {
         return;
     }
     for (lowered, _) in WAYS {
@@ -364,10 +356,8 @@ fn every_passage_of_a_return_is_known_in_lanes() {
 
 /// The linear oscillator with a stop that takes most of the speed, under a slow force: it chatters and sticks.
 fn slow_and_soft(lowered: fn(&Model) -> HybridSystem, force: &str) -> (HybridSystem, Vec<f64>) {
-    let text = catalogue::text("linear").expect("in the catalogue");
     let overrides = [("r", "0.2"), ("omega", "0.6"), ("alpha", force)];
-    let overrides = overrides.map(|(name, value)| (name.to_owned(), value.to_owned()));
-    let scene = Scene::parse_with(text, "linear", &overrides).expect("a good scene");
+    let scene = scene_with("linear", &overrides);
     let parameters = scene.model.parameter_values();
     let parameters = parameters.into_iter().map(|value| value.hi).collect();
     (lowered(&scene.model), parameters)
@@ -384,7 +374,7 @@ fn taylor_returns_that_leave_the_lanes_are_those_of_an_orbit_alone() {
 }
 
 fn agree_where_orbits_leave(lowered: fn(&Model) -> HybridSystem, force: &str) {
-    if !is_wide() {
+    if !needs_wide_registers() {
         return;
     }
     let (system, parameters) = slow_and_soft(lowered, force);

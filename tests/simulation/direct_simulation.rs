@@ -3,9 +3,12 @@
 
 use grazemap::flow::{Field, Integrator};
 use grazemap::hybrid::{DirectReturn, HybridSystem, NominalPassage, ReturnOutcome, ReturnSection};
-use grazemap::model::{Model, Scene};
+use grazemap::model::Model;
 use grazemap::numeric::{Dd, Real};
 use serde_json::Value;
+
+use crate::support::reference::{exact, read};
+use crate::support::scenes::{self, index};
 
 /// One file of reference images and how its conventions map to a scene's.
 struct Case {
@@ -19,39 +22,26 @@ struct Case {
     file: Value,
 }
 
-fn read(
+fn case(
     name: &str,
     scene: &str,
     names: &[(&str, &'static str, Option<usize>)],
     wall: &str,
 ) -> Case {
-    let root = env!("CARGO_MANIFEST_DIR");
-    let text = std::fs::read_to_string(format!("{root}/tests/data/rigid/public_{name}.json"))
-        .expect("the data file");
-    let source = std::fs::read_to_string(format!("{root}/scenes/{scene}.toml")).expect("the scene");
-    let model = Scene::parse(&source, scene)
-        .expect("a scene of the catalogue")
-        .model;
-    let index = |name: &str| {
-        model
-            .parameters
-            .iter()
-            .position(|p| p.name == name)
-            .expect("a parameter of the scene")
-    };
+    let scene = scenes::scene(scene);
+    let index = |name: &str| index(&scene, name);
     let parameters = names
         .iter()
         .map(|&(scene, file, offset)| (index(scene), file, offset))
         .collect();
     let mirrored = wall == "Q_star";
     let wall = index(if wall == "Q_star" { "Q" } else { "delta" });
-    let file = serde_json::from_str(&text).expect("valid JSON");
     Case {
         mirrored,
         parameters,
         wall,
-        file,
-        model,
+        file: read(&format!("rigid/public_{name}.json")),
+        model: scene.model,
     }
 }
 
@@ -78,18 +68,14 @@ fn cases() -> Vec<Case> {
         ("beta", "beta_star", Some(1)),
     ];
     vec![
-        read("linear_w1.8", "linear", &linear, "delta"),
-        read("linear_codim2", "linear_codim2", &linear, "delta"),
-        read("mems_w0.46", "mems", &mems, "delta"),
-        read("mems_w0.4878_codim2", "mems_codim2", &mems, "delta"),
-        read("mems_scenario3_codim2", "mems_scenario3", &mems, "delta"),
-        read("cantilever_zeta1.7", "cantilever_1_7", &beam, "Q_star"),
-        read("cantilever_zeta0.107", "cantilever_0_107", &beam, "Q_star"),
+        case("linear_w1.8", "linear", &linear, "delta"),
+        case("linear_codim2", "linear_codim2", &linear, "delta"),
+        case("mems_w0.46", "mems", &mems, "delta"),
+        case("mems_w0.4878_codim2", "mems_codim2", &mems, "delta"),
+        case("mems_scenario3_codim2", "mems_scenario3", &mems, "delta"),
+        case("cantilever_zeta1.7", "cantilever_1_7", &beam, "Q_star"),
+        case("cantilever_zeta0.107", "cantilever_0_107", &beam, "Q_star"),
     ]
-}
-
-fn number(value: &Value) -> Dd {
-    Dd::from_decimal(value.as_str().expect("a decimal string")).expect("a decimal number")
 }
 
 impl Case {
@@ -104,17 +90,17 @@ impl Case {
     fn parameters<S: Real>(&self, row: &Value) -> Vec<S> {
         let mut values = self.model.parameter_values();
         for &(index, key, offset) in &self.parameters {
-            let offset = offset.map_or(Dd::ZERO, |column| number(&row["param_offsets"][column]));
-            values[index] = number(&self.file["base"][key]) + offset;
+            let offset = offset.map_or(Dd::ZERO, |column| exact(&row["param_offsets"][column]));
+            values[index] = exact(&self.file["base"][key]) + offset;
         }
         values.into_iter().map(S::from_dd).collect()
     }
 
     /// The full state of a section point: `x = delta + offset` in the file's convention.
     fn state<S: Real>(&self, point: &Value, parameters: &[S]) -> Vec<S> {
-        let offset = S::from_dd(number(&point["x_minus_delta"]));
+        let offset = S::from_dd(exact(&point["x_minus_delta"]));
         let wall = parameters[self.wall];
-        let phase = number(&self.file["base"]["theta_star"]) + number(&point["dtheta"]);
+        let phase = exact(&self.file["base"]["theta_star"]) + exact(&point["dtheta"]);
         vec![
             if self.mirrored {
                 wall - offset
@@ -129,7 +115,7 @@ impl Case {
     /// `(x − delta, theta − theta*)` of a full state, in double-double.
     fn offsets<S: Real>(&self, state: &[S], parameters: &[S]) -> [Dd; 2] {
         let gap = state[0].to_dd() - parameters[self.wall].to_dd();
-        let phase = state[2].to_dd() - number(&self.file["base"]["theta_star"]);
+        let phase = state[2].to_dd() - exact(&self.file["base"]["theta_star"]);
         [if self.mirrored { -gap } else { gap }, phase]
     }
 }
@@ -155,7 +141,7 @@ fn errors_in_double_double(case: &Case) -> Errors {
             DirectReturn::over_periods(&system, &parameters, section, 1).expect("a phase");
         let mut state = case.state(row, &parameters);
         for image in row["images"].as_array().expect("images") {
-            if number(&image["x_minus_delta"]).abs().to_f64() > 0.05 {
+            if exact(&image["x_minus_delta"]).abs().to_f64() > 0.05 {
                 break;
             }
             let found = map.image(&state).expect("a finite state");
@@ -168,13 +154,13 @@ fn errors_in_double_double(case: &Case) -> Errors {
             );
             assert_eq!(found.extra_contacts, 0, "{place}");
             let [x, theta] = case.offsets(&found.state, &parameters);
-            let expected = [number(&image["x_minus_delta"]), number(&image["dtheta"])];
+            let expected = [exact(&image["x_minus_delta"]), exact(&image["dtheta"])];
             errors.offset = errors.offset.max((x - expected[0]).abs().to_f64());
             errors.offset = errors.offset.max((theta - expected[1]).abs().to_f64());
             let speed = found.impact_speeds.first().copied().unwrap_or(Dd::ZERO);
             errors.speed = errors
                 .speed
-                .max((speed - number(&image["v_impact"])).abs().to_f64());
+                .max((speed - exact(&image["v_impact"])).abs().to_f64());
             errors.images += 1;
             state = found.state;
         }
@@ -228,9 +214,9 @@ fn worst_error_in_double(case: &Case) -> (f64, f64) {
             row["id"]
         );
         let [x, theta] = case.offsets(&found.state, &parameters);
-        let error = (x - number(&image["x_minus_delta"])).abs().to_f64();
-        let error = error.max((theta - number(&image["dtheta"])).abs().to_f64());
-        let depth = number(&row["x_minus_delta"]).to_f64();
+        let error = (x - exact(&image["x_minus_delta"])).abs().to_f64();
+        let error = error.max((theta - exact(&image["dtheta"])).abs().to_f64());
+        let depth = exact(&row["x_minus_delta"]).to_f64();
         let unit = f64::EPSILON
             * if depth > 0.0 {
                 1.0 + 1.0 / depth.sqrt()
@@ -258,7 +244,7 @@ fn images_in_double_obey_the_rounding_law_of_the_square_root() {
 /// The state a tangency point `(x − delta, theta − theta*)` flows freely to at a phase offset from `theta*`.
 fn at_phase(case: &Case, free: &Field, point: &[Dd; 2], phase: Dd, parameters: &[Dd]) -> Vec<Dd> {
     let wall = parameters[case.wall];
-    let start = number(&case.file["base"]["theta_star"]) + point[1];
+    let start = exact(&case.file["base"]["theta_star"]) + point[1];
     let state = [
         if case.mirrored {
             wall - point[0]
@@ -272,7 +258,7 @@ fn at_phase(case: &Case, free: &Field, point: &[Dd; 2], phase: Dd, parameters: &
     let mut end = Integrator::new(free)
         .flow(&state, parameters, duration)
         .expect("smooth");
-    end[2] = number(&case.file["base"]["theta_star"]) + phase;
+    end[2] = exact(&case.file["base"]["theta_star"]) + phase;
     end
 }
 
@@ -286,7 +272,7 @@ fn graze_time(free: &Field, advance: Dd, parameters: &[Dd]) -> Dd {
 }
 
 fn pair(image: &Value, keys: [&str; 2]) -> [Dd; 2] {
-    keys.map(|key| number(&image[key]))
+    keys.map(|key| exact(&image[key]))
 }
 
 fn distance(a: &[Dd], b: &[Dd]) -> f64 {

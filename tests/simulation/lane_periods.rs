@@ -2,19 +2,19 @@
 //! chatter, stick and come free again, by exact leaps and by Taylor's method. Machines without wide registers have no lanes.
 
 use grazemap::hybrid::{Event, EventKind, HybridSystem, LanePeriods, Outcome, Simulator};
-use grazemap::model::{Model, Scene, catalogue};
-use grazemap::numeric::is_wide;
+use grazemap::model::Model;
+
+use crate::support::needs_wide_registers;
+use crate::support::scenes::scene_with;
 
 const LANES: usize = 8;
 
 fn model(name: &str, overrides: &[(&str, f64)]) -> Model {
-    let text = catalogue::text(name).expect("in the catalogue");
+    let overrides = overrides.iter();
     let overrides: Vec<_> = overrides
-        .iter()
-        .map(|&(parameter, value)| (parameter.to_owned(), value.to_string()))
+        .map(|&(key, value)| (key, value.to_string()))
         .collect();
-    let scene = Scene::parse_with(text, name, &overrides).expect("a good scene");
-    scene.model
+    scene_with(name, &overrides).model
 }
 
 /// Simulators of one system, each with one parameter scaled a little more than the one before, from states of their own before
@@ -123,7 +123,7 @@ fn systems(model: &Model) -> [HybridSystem; 2] {
 
 #[test]
 fn periods_in_lanes_are_those_of_single_orbits_to_the_last_bit() {
-    if !is_wide() {
+    if !needs_wide_registers() {
         return;
     }
     for (name, scaled, by, least) in [
@@ -140,7 +140,7 @@ fn periods_in_lanes_are_those_of_single_orbits_to_the_last_bit() {
 
 #[test]
 fn periods_of_taylor_steps_in_lanes_are_those_of_single_orbits_to_the_last_bit() {
-    if !is_wide() {
+    if !needs_wide_registers() {
         return;
     }
     for (name, overrides, scaled, by, least) in [
@@ -158,7 +158,7 @@ fn periods_of_taylor_steps_in_lanes_are_those_of_single_orbits_to_the_last_bit()
 
 #[test]
 fn orbits_that_chatter_and_stick_leave_the_lanes_and_come_back() {
-    if !is_wide() {
+    if !needs_wide_registers() {
         return;
     }
     let model = model("linear", &[("delta", -1.0), ("r", 0.3), ("omega", 1.8)]);
@@ -177,7 +177,7 @@ fn orbits_that_chatter_and_stick_leave_the_lanes_and_come_back() {
 
 #[test]
 fn a_period_after_one_that_failed_says_how_it_ended_itself() {
-    if !is_wide() {
+    if !needs_wide_registers() {
         return;
     }
     let model = model("linear", &[("delta", -1.0), ("r", 0.3), ("omega", 1.8)]);
@@ -196,7 +196,7 @@ fn a_period_after_one_that_failed_says_how_it_ended_itself() {
 
 #[test]
 fn a_state_beyond_the_stop_is_refused_as_it_is_alone() {
-    if !is_wide() {
+    if !needs_wide_registers() {
         return;
     }
     let model = model("linear", &[]);

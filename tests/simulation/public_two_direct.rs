@@ -9,31 +9,14 @@ use grazemap::model::Scene;
 use grazemap::numeric::{Dd, Real};
 use serde_json::Value;
 
+use crate::support::reference::{exact, exact_list, read, text};
+use crate::support::scenes::{NONE, parsed};
+
 const SETS: [&str; 4] = ["T1_soft", "T1_rigid", "T2_soft", "T2_rigid"];
 
 /// Surfaces, in the order in which the scene declares them.
 const LEFT: usize = 0;
 const RIGHT: usize = 1;
-
-fn read(set: &str) -> Value {
-    let root = env!("CARGO_MANIFEST_DIR");
-    let path = format!("{root}/tests/data/soft/public_two_{set}.json");
-    let text = std::fs::read_to_string(path).expect("the reference file");
-    serde_json::from_str(&text).expect("JSON")
-}
-
-fn text(value: &Value) -> &str {
-    value.as_str().expect("a decimal string")
-}
-
-fn number(value: &Value) -> Dd {
-    Dd::from_decimal(text(value)).expect("a decimal number")
-}
-
-fn list(value: &Value) -> Vec<Dd> {
-    let values = value.as_array().expect("a list").iter();
-    values.map(number).collect()
-}
 
 /// Masses 1 and m2, springs 1 between them and mu_k to the ground, stops at `|x1| = d`.
 fn scene(set: &str, file: &Value) -> Scene {
@@ -96,7 +79,7 @@ solve_for = "d"
         w = of("w"),
         d = text(&file["d_grazing"]),
     );
-    Scene::parse(&text, set).unwrap_or_else(|error| panic!("{error}"))
+    parsed(&text, set, &NONE)
 }
 
 /// One section: where it starts and ends, what is on the way.
@@ -128,7 +111,7 @@ fn image<S: Real>(scene: &Scene, row: &Value, section: &Section, start: &[Dd]) -
     let system = HybridSystem::new(&scene.model);
     let mut parameters = scene.model.parameter_values();
     let gap = parameters.last_mut().expect("parameters");
-    *gap = number(&row["d"]);
+    *gap = exact(&row["d"]);
     let parameters: Vec<S> = parameters.into_iter().map(S::from_dd).collect();
     let start: Vec<S> = start.iter().map(|&value| S::from_dd(value)).collect();
     DirectReturn::over_periods(&system, &parameters, section.section, 1)
@@ -148,10 +131,10 @@ fn distance<S: Real>(found: &[S], truth: &[Dd]) -> f64 {
 
 /// The image on the tangency section and on the stroboscopic one, with their errors.
 fn both<S: Real>(scene: &Scene, file: &Value, row: &Value) -> [(Return<S>, f64); 2] {
-    let period = number(&file["T"]).to_f64();
+    let period = exact(&file["T"]).to_f64();
     let join = |state: &Value, phase: &Value| {
-        let mut full = list(state);
-        full.push(number(phase));
+        let mut full = exact_list(state);
+        full.push(exact(phase));
         full
     };
     let start = join(&row["x_i"], &row["phase_i"]);
@@ -186,7 +169,7 @@ fn check_contacts(found: &Return<Dd>, row: &Value, place: &str) {
     );
     assert_eq!(found.hits, hits, "{place}");
     for (speed, contact) in found.passages.iter().zip([right, left]) {
-        let truth = contact.map(|contact| number(&contact["v_in"]).abs());
+        let truth = contact.map(|contact| exact(&contact["v_in"]).abs());
         assert_eq!(speed.is_some(), truth.is_some(), "{place}");
         let error = speed.unwrap_or(Dd::ZERO) - truth.unwrap_or(Dd::ZERO);
         assert!(error.abs().to_f64() < 1e-27, "{place}: {error:?}");
@@ -196,7 +179,7 @@ fn check_contacts(found: &Return<Dd>, row: &Value, place: &str) {
 #[test]
 fn images_in_double_double_agree_with_the_composition_of_exact_maps_to_1e_minus_27() {
     for set in SETS {
-        let file = read(set);
+        let file = read(&format!("soft/public_two_{set}.json"));
         let scene = scene(set, &file);
         let mut worst = [0.0_f64; 2];
         let rows = file["images"].as_array().expect("images");
@@ -219,12 +202,12 @@ fn images_in_double_double_agree_with_the_composition_of_exact_maps_to_1e_minus_
 #[test]
 fn images_in_double_obey_the_rounding_law_of_the_square_root() {
     for set in SETS {
-        let file = read(set);
+        let file = read(&format!("soft/public_two_{set}.json"));
         let scene = scene(set, &file);
         let (mut worst, mut largest) = (0.0_f64, 0.0_f64);
         for row in file["images"].as_array().expect("images") {
             let made = contacts(row).into_iter().flatten();
-            let depths = made.map(|contact| number(&contact["y2"]).to_f64());
+            let depths = made.map(|contact| exact(&contact["y2"]).to_f64());
             let unit = f64::EPSILON * (1.0 + 1.0 / depths.fold(1.0, f64::min).sqrt());
             let count = contacts(row).into_iter().flatten().count();
             for (found, error) in both::<f64>(&scene, &file, row) {

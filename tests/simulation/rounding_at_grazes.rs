@@ -4,9 +4,13 @@
 use grazemap::analysis::{DirectEnd, DirectImage, DirectMap};
 use grazemap::hybrid::HybridSystem;
 use grazemap::iteration::{DiscreteMap, StepInfo};
-use grazemap::model::{Model, Scene, catalogue};
-use grazemap::numeric::{Dd, is_wide};
-use grazemap::orbit::{GrazingOrbit, locate};
+use grazemap::model::{Model, Scene};
+use grazemap::numeric::Dd;
+use grazemap::orbit::GrazingOrbit;
+
+use crate::scattered;
+use crate::support::needs_wide_registers;
+use crate::support::scenes::{grazing_by, text};
 
 /// A cart between two buffers, which it grazes on both sides in each period.
 const CART: &str = r#"
@@ -65,21 +69,6 @@ active = ["A"]
 
 const LANES: usize = 8;
 
-/// Numbers from −1 to 1.
-fn scattered(number: usize, component: usize) -> f64 {
-    let step = [0.754_877, 0.569_840, 0.430_160, 0.324_718][component % 4];
-    2.0 * (0.31 + (number + 1) as f64 * step).fract() - 1.0
-}
-
-/// A scene on a section, and its grazing orbit.
-fn grazing(text: &str, overrides: &[(&str, &str)]) -> (Scene, GrazingOrbit) {
-    let overrides = overrides.iter().map(|&(k, value)| (k.into(), value.into()));
-    let overrides: Vec<(String, String)> = overrides.collect();
-    let scene = Scene::parse_with(text, "graze", &overrides).expect("a good scene");
-    let orbit = locate(&scene).expect("no wrong input").into_result();
-    (scene, orbit.expect("it grazes"))
-}
-
 /// A section point, by direct simulation and by the same in double-double.
 struct Images<'s> {
     rounded: DirectImage<'s, f64>,
@@ -131,7 +120,7 @@ fn check(
     points: &[[f64; 2]],
     most: f64,
 ) {
-    let (scene, orbit) = grazing(text, overrides);
+    let (scene, orbit) = grazing_by(text, "graze", overrides);
     let system = lowered(&scene.model);
     let mut images = Images::new(&system, &scene, &orbit);
     let name = &scene.model.name;
@@ -182,7 +171,7 @@ const SECTIONS: [&[(&str, &str)]; 3] = [
 #[test]
 fn a_rigid_contact_of_a_depth_within_rounding_has_a_speed_within_its_root() {
     for name in ["linear", "moving_stop", "mems"] {
-        let text = catalogue::text(name).expect("in the catalogue");
+        let text = text(name);
         for section in SECTIONS {
             check(text, section, HybridSystem::new, &[], 1e-6);
             if name == "linear" {
@@ -194,7 +183,7 @@ fn a_rigid_contact_of_a_depth_within_rounding_has_a_speed_within_its_root() {
 
 /// Images of points about the graze in lanes and of each alone: the same to the last bit.
 fn agree(text: &str, section: &[(&str, &str)], lowered: fn(&Model) -> HybridSystem, size: f64) {
-    let (scene, orbit) = grazing(text, section);
+    let (scene, orbit) = grazing_by(text, "graze", section);
     let system = lowered(&scene.model);
     let map = DirectMap::new(&system, &scene, &orbit).expect("finite parameters");
     let (dimension, active) = (map.dimension(), DiscreteMap::parameters(&map));
@@ -221,11 +210,11 @@ fn agree(text: &str, section: &[(&str, &str)], lowered: fn(&Model) -> HybridSyst
 
 #[test]
 fn grazes_within_rounding_are_those_of_single_orbits_in_lanes() {
-    if !is_wide() {
+    if !needs_wide_registers() {
         return;
     }
     for name in ["linear", "moving_stop", "impact_pair", "mems"] {
-        let text = catalogue::text(name).expect("in the catalogue");
+        let text = text(name);
         for section in SECTIONS {
             for size in [1e-16, 1e-15, 3e-15, 1e-14] {
                 agree(text, section, HybridSystem::without_exact_flow, size);

@@ -15,33 +15,23 @@ use grazemap::numeric::{Dd, Scalar};
 use law::approach_law;
 use serde_json::Value;
 
+use crate::support::reference::{exact, read, text};
+
 /// Allowed error, relative to the size of a jump or to the state it is a difference of (below 1).
 const EXACT: f64 = 1e-26;
 /// Stiffnesses above this: a contact shorter than 1e-5 of the fall, of which the simulation has fewer digits.
 const STIFFEST: f64 = 1e12;
 
-fn number(value: &Value) -> Dd {
-    let text = value.as_str().expect("a decimal string");
-    Dd::from_decimal(text).expect("a number")
-}
-
-fn text(value: &Value) -> &str {
-    value.as_str().expect("a decimal string")
-}
-
 fn cases() -> Vec<Value> {
-    let path = concat!(
-        env!("CARGO_MANIFEST_DIR"),
-        "/tests/data/soft/soft_to_rigid.json"
-    );
-    let file = std::fs::read_to_string(path).expect("the reference file");
-    let file: Value = serde_json::from_str(&file).expect("JSON");
-    file["system_A"].as_array().expect("cases").clone()
+    read("soft/soft_to_rigid.json")["system_A"]
+        .as_array()
+        .expect("cases")
+        .clone()
 }
 
 fn check(change: [Dd; 2], row: &Value, named: &str) {
     for (found, key) in change.into_iter().zip(["zdm_du", "zdm_dv"]) {
-        let error = (found - number(&row[key])).magnitude();
+        let error = (found - exact(&row[key])).magnitude();
         assert!(error < EXACT, "{named} {key}: {error:e}");
     }
 }
@@ -49,11 +39,11 @@ fn check(change: [Dd; 2], row: &Value, named: &str) {
 #[test]
 fn jumps_of_stiffening_stops_and_of_the_rigid_one_are_those_of_closed_forms() {
     for case in cases() {
-        let (m, y) = (text(&case["m"]), number(&case["y"]));
+        let (m, y) = (text(&case["m"]), exact(&case["y"]));
         let rigid = Stop::rigid(m).direct().at(y);
         check(rigid.change, &case["rigid_r1"], "rigid");
         for row in case["rows"].as_array().expect("rows") {
-            if number(&row["k2"]).hi > STIFFEST {
+            if exact(&row["k2"]).hi > STIFFEST {
                 continue;
             }
             let stop = Family::A.stop(text(&row["k2"]), m);
@@ -61,7 +51,7 @@ fn jumps_of_stiffening_stops_and_of_the_rigid_one_are_those_of_closed_forms() {
             let named = format!("m {m} y {} k2 {}", case["y"], row["k2"]);
             check(jump.change, row, &named);
             let time =
-                (jump.contact_time / number(&row["contact_time"]) - Dd::from(1.0)).magnitude();
+                (jump.contact_time / exact(&row["contact_time"]) - Dd::from(1.0)).magnitude();
             assert!(time < 1e-20, "{named}: contact time {time:e}");
         }
     }

@@ -22,9 +22,7 @@ impl Numbers {
         self.0 ^= self.0 << 17;
         (self.0 >> 11) as f64 / (1u64 << 52) as f64 - 1.0
     }
-}
 
-impl Numbers {
     /// A jet in four variables without constant term.
     fn jet(&mut self, weights: &[u32], order: usize, constant: f64) -> Jet<f64> {
         let space = JetSpace::new(weights, order).expect("a small space");

@@ -24,7 +24,7 @@ const QUICK: [&str; 10] = [
     "diagram.0.keep=20",
 ];
 
-fn grazemap(folder: &Path, arguments: &[&str]) -> Output {
+pub(crate) fn grazemap(folder: &Path, arguments: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_grazemap"))
         .args(arguments)
         .current_dir(folder)
@@ -32,7 +32,7 @@ fn grazemap(folder: &Path, arguments: &[&str]) -> Output {
         .expect("the program can be started")
 }
 
-fn scratch() -> tempfile::TempDir {
+pub(crate) fn scratch() -> tempfile::TempDir {
     tempfile::tempdir().expect("a temporary folder can be made")
 }
 
