@@ -7,8 +7,8 @@ use grazemap::convergence::{
     measure_extreme,
 };
 use grazemap::expansion::{Expander, MapOrders};
-use grazemap::model::{Scene, catalogue};
-use grazemap::orbit::locate;
+
+use crate::support::scenes::{orbit, scene_with};
 
 fn cases(axis: ExtremeAxis, scene: &str) -> impl Iterator<Item = ExtremeCase> {
     let cases = extreme_cases().into_iter();
@@ -120,24 +120,29 @@ fn orders_of_thirty_lose_nothing_that_is_not_said() {
     }
 }
 
+/// The estimate is cut off at the sixteen digits of a double: only bounds within them can fail. Next to an elastic stop the
+/// section's coordinate changes by a share of `1 - r`, of which rounding leaves four digits.
 #[test]
 fn lost_digits_stay_between_none_and_all_of_a_double() {
-    for restitution in ["0", "1e-12", "0.999999999999", "1"] {
-        let overrides = [("r".to_owned(), restitution.to_owned())];
-        let text = catalogue::text("linear").expect("in the catalogue");
-        let scene = Scene::parse_with(text, "linear.toml", &overrides).expect("a sound scene");
-        let orbit = locate(&scene)
-            .expect("sound")
-            .into_result()
-            .expect("an orbit");
+    for (restitution, [least, most]) in [
+        ("0", [0.5, 2.0]),
+        ("1e-12", [0.5, 2.0]),
+        ("0.999999999999", [10.0, 12.0]),
+        ("1", [0.5, 2.0]),
+    ] {
+        let scene = scene_with("linear", &[("r", restitution)]);
+        let orbit = orbit(&scene);
         let expander = Expander::new(&scene, &orbit).expect("a simple graze");
         let orders = MapOrders {
             smooth_order: 3,
             contact_weight: 8,
         };
         let lost = expander.lost_digits(orders).expect("expanded");
-        for digits in lost.smooth.iter().chain(&lost.discontinuity) {
-            assert!((0.0..=16.0).contains(digits), "r = {restitution}: {lost:?}");
-        }
+        let digits = lost.smooth.iter().chain(&lost.discontinuity);
+        let worst = digits.copied().fold(0.0, f64::max);
+        assert!(
+            (least..most).contains(&worst),
+            "r = {restitution}: {lost:?}"
+        );
     }
 }
