@@ -8,7 +8,7 @@
 //! # A first application
 //!
 //! ```rust,test_harness
-#![doc = include_str!("../tests/quickstart.rs")]
+#![doc = include_str!("../tests/program/quickstart.rs")]
 //! ```
 
 pub use grazemap_sim::{flow, hybrid, jet, model, numeric};

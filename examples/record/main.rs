@@ -7,10 +7,11 @@
 //! cargo run --release --example record -- --update            # writes the record anew
 //! ```
 //!
-//! A line is a hash of all bits of results: of grazing orbits, returns and forcing periods by direct simulation, of one orbit and in
-//! lanes, of coefficients, images by map, diagrams, charts, and emitted text. The record is the same for every instruction set and
-//! every profile, as far as the platform's exponential, logarithm, powers, inverse and hyperbolic functions have the same bits. Exit
-//! code 1 where a line differs, 2 for wrong arguments.
+//! A line is a hash of all bits of results: of grazing orbits, returns and forcing periods by
+//! direct simulation, of one orbit and in lanes, of coefficients, images by map, diagrams, charts,
+//! and emitted text. The record is the same for every instruction set and every profile, as far as
+//! the platform's exponential, logarithm, powers, inverse and hyperbolic functions have the same
+//! bits. Exit code 1 where a line differs, 2 for wrong arguments.
 
 mod recorder;
 

@@ -10,9 +10,10 @@ use pulp::{Arch, Simd, WithSimd};
 
 /// Name of the environment variable that limits the instruction set, read once by a process.
 ///
-/// `sse2`, `avx2` and `avx512` name the widest registers that an x86-64 machine may use; a machine that lacks
-/// them uses the widest it has. Every other value is no limit, and [`unknown_instruction_limit`] says so. Results
-/// do not depend on it: it is there so that this can be seen.
+/// `sse2`, `avx2` and `avx512` name the widest registers that an x86-64 machine may use; a machine
+/// that lacks them uses the widest it has. Every other value is no limit, and
+/// [`unknown_instruction_limit`] says so. Results do not depend on it: it is there so that this can
+/// be seen.
 pub const INSTRUCTION_LIMIT: &str = "GRAZEMAP_SIMD";
 
 /// The widest registers that may be used.
