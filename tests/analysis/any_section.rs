@@ -1,4 +1,5 @@
-//! A scene that takes any section gets the one whose map for the tolerance costs least, and the map keeps its promise there.
+//! A scene that takes any section gets the one whose map for the tolerance costs least, and the map
+//! keeps its promise there.
 
 use grazemap::analysis::{DirectEnd, DirectImage, SectionChange};
 use grazemap::convergence::{
@@ -34,8 +35,8 @@ fn unused(scene: &Scene, orbit: &GrazingOrbit, count: usize) -> Vec<SamplePoint>
     chooser.points(UNUSED, count)
 }
 
-/// Largest difference of a coordinate between a map's image and that of direct simulation in double-double; `None` where the
-/// latter does not return or makes other contacts.
+/// Largest difference of a coordinate between a map's image and that of direct simulation in
+/// double-double; `None` where the latter does not return or makes other contacts.
 fn error(direct: &mut DirectImage<'_, Dd>, map: &HornerMap, point: &SamplePoint) -> Option<f64> {
     let truth = direct
         .image(&exact(&point.state), &exact(&point.parameters))
@@ -82,7 +83,8 @@ fn the_map_of_the_section_taken_agrees_with_direct_simulation_on_it_step_by_step
     let mut compared = 0;
     for point in &points {
         let error = error(&mut direct, &map, point).expect("a return");
-        // A choice is judged on a thousand points; on others it exceeds its tolerance by some per cent at most.
+        // A choice is judged on a thousand points; on others it exceeds its tolerance by some per
+        // cent at most.
         assert!(error < 1.1e-6, "{point:?}: {error:e}");
         compared += 1;
         // The image, iterated, is a point of the window again or not.
@@ -142,8 +144,8 @@ fn the_window_taken_holds_the_orbits_of_the_window_on_the_tangency_section() {
             largest[place] = largest[place].max(share);
         }
     }
-    // Half-widths are the largest of some thousand points, rounded up to three digits: others exceed them by little, and no
-    // box is much larger than what it holds.
+    // Half-widths are the largest of some thousand points, rounded up to three digits: others
+    // exceed them by little, and no box is much larger than what it holds.
     for share in largest {
         assert!(share > 0.9 && share < 1.02, "{largest:?}");
     }

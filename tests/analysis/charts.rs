@@ -1,5 +1,5 @@
-//! Two-parameter charts: where contact begins against the closed form, periods against the literature and against
-//! direct simulation, and the same cells whatever the number of cores.
+//! Two-parameter charts: where contact begins against the closed form, periods against the
+//! literature and against direct simulation, and the same cells whatever the number of cores.
 
 use grazemap::analysis::chart::{Chart, ChartCell, chart};
 use grazemap::analysis::diagram::diagram;
@@ -57,8 +57,8 @@ impl Case {
     }
 }
 
-/// The steady state of `x'' + 2 ζ x' + x = α cos ωt` without a stop has the amplitude `α/√((1 − ω²)² + (2ζω)²)`, so that it reaches
-/// the stop at `δ = 1` from `α = √((1 − ω²)² + (2ζω)²)` on.
+/// The steady state of `x'' + 2 ζ x' + x = α cos ωt` without a stop has the amplitude `α/√((1 −
+/// ω²)² + (2ζω)²)`, so that it reaches the stop at `δ = 1` from `α = √((1 − ω²)² + (2ζω)²)` on.
 #[test]
 fn contact_begins_where_the_amplitude_of_the_linear_oscillator_reaches_the_stop() {
     let case = Case::new("linear");
@@ -69,7 +69,8 @@ fn contact_begins_where_the_amplitude_of_the_linear_oscillator_reaches_the_stop(
     for ([omega, alpha], cell) in chart.located() {
         let (omega, alpha) = (1.8 + omega, chart.axes[1].grazing_value + alpha);
         let grazes_at = (1.0 - omega * omega).hypot(2.0 * 0.05 * omega);
-        // The map is within 1e-11 of the flow on this window; no cell is that near to the curve but that of the graze itself.
+        // The map is within 1e-11 of the flow on this window; no cell is that near to the curve but
+        // that of the graze itself.
         if (alpha - grazes_at).abs() < 1e-9 {
             continue;
         }
@@ -88,7 +89,8 @@ fn contact_begins_where_the_amplitude_of_the_linear_oscillator_reaches_the_stop(
     assert!(below > 200 && above > 200, "{below}, {above}");
 }
 
-/// The cantilever beam (docs/literature.md): with `zeta = 0.09` the orbit beyond grazing has one impact in five periods.
+/// The cantilever beam (docs/literature.md): with `zeta = 0.09` the orbit beyond grazing has one
+/// impact in five periods.
 #[test]
 fn the_orbit_beyond_grazing_is_that_of_the_literature_and_of_direct_simulation() {
     let case = Case::new("cantilever_0_09");

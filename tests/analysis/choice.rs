@@ -1,4 +1,5 @@
-//! The map chosen for a tolerance, how far it holds, and where it beats direct simulation in double precision.
+//! The map chosen for a tolerance, how far it holds, and where it beats direct simulation in double
+//! precision.
 
 use std::collections::BTreeMap;
 
@@ -17,8 +18,8 @@ use grazemap::orbit::GrazingOrbit;
 use crate::support::scenes::{grazing, orbit, scene, scene_with};
 use crate::{UNUSED, exact};
 
-/// Largest error of a map over points that make no contact but those of grazing passages, by direct simulation in
-/// double-double; infinite where one does.
+/// Largest error of a map over points that make no contact but those of grazing passages, by direct
+/// simulation in double-double; infinite where one does.
 fn error(scene: &Scene, orbit: &GrazingOrbit, map: &HornerMap, points: &[SamplePoint]) -> f64 {
     let system = HybridSystem::new(&scene.model);
     let mut direct = DirectImage::<Dd>::new(&system, scene, orbit).expect("good input");
@@ -118,7 +119,8 @@ fn contacts_are_flown_where_no_series_serves_and_the_shape_is_left_open() {
 
 #[test]
 fn where_the_highest_orders_of_a_first_search_do_not_serve_higher_ones_are_expanded() {
-    // Terms of the contact fall by a factor of 1.5 a weight on this window: weight 20 leaves out 4e-12.
+    // Terms of the contact fall by a factor of 1.5 a weight on this window: weight 20 leaves out
+    // 4e-12.
     let choice = assert_holds("cantilever_2_5", 1e-12);
     assert!(choice.contact_weight > 20, "{choice:?}");
     assert_eq!(choice.shape, Shape::Composed);
@@ -126,7 +128,8 @@ fn where_the_highest_orders_of_a_first_search_do_not_serve_higher_ones_are_expan
 
 #[test]
 fn a_composed_map_keeps_its_digits_where_a_parameter_moves_the_stop_by_ten_depths() {
-    // Q reaches over ten times the window's depth: (Q − q)^k in powers of q and Q loses thirteen digits by k = 10.
+    // Q reaches over ten times the window's depth: (Q − q)^k in powers of q and Q loses thirteen
+    // digits by k = 10.
     let (scene, orbit) = grazing("cantilever_4_5");
     let choice = choose_orders(&scene, &orbit, 1e-12).expect("a choice");
     assert!(choice.met && choice.shape == Shape::Composed, "{choice:?}");
@@ -149,10 +152,12 @@ fn a_tolerance_out_of_reach_is_said_to_be_and_how_close_maps_came() {
     assert_eq!(choice.limit, Some(Limit::Rounding));
 }
 
-/// A heavier parameter is a coarser cut of the same series: the expansion of a scene that names the weight.
+/// A heavier parameter is a coarser cut of the same series: the expansion of a scene that names the
+/// weight.
 #[test]
 fn where_coefficients_overflow_a_search_ends_with_what_was_found_before() {
-    // A unit of 1e60 volts: the coefficient of the sixth power of the voltage is no number in double precision.
+    // A unit of 1e60 volts: the coefficient of the sixth power of the voltage is no number in
+    // double precision.
     let changes = [
         ("V", "0.212e-60"),
         (
@@ -232,7 +237,8 @@ fn the_largest_window_holds_and_one_a_third_larger_does_not() {
             let points = [window.corners(), window.points(UNUSED, 200)].concat();
             error(&scene, &orbit, &map, &points)
         };
-        // The trial's own points are fewer: the largest error of more of them may be a little larger.
+        // The trial's own points are fewer: the largest error of more of them may be a little
+        // larger.
         assert!(at(0.9) <= 1.1 * tolerance, "{tolerance:e}: {found:?}");
         assert!(at(1.35) > tolerance, "{tolerance:e}: {found:?}");
         let names: Vec<_> = found.parameter.keys().cloned().collect();
@@ -258,7 +264,8 @@ fn the_measured_error_of_a_map_bounds_its_error_at_other_points_to_a_tenth() {
     let sample = WindowSample::new(&local);
     let found = error(&scene, &orbit, &map, &sample.points(UNUSED, 1000));
     assert!(found <= 1.1 * stated, "{found:e}, {stated:e}");
-    // Where the corners are the worst points the statement is about them; rounded up by a tenth at most.
+    // Where the corners are the worst points the statement is about them; rounded up by a tenth at
+    // most.
     let worst = found.max(error(&scene, &orbit, &map, &sample.corners()));
     assert!(stated <= 1.2 * worst, "{worst:e}, {stated:e}");
 }

@@ -1,4 +1,5 @@
-//! What a choice has to have beside a small error at most points: two contacts in one return, and the sign of the next depth.
+//! What a choice has to have beside a small error at most points: two contacts in one return, and
+//! the sign of the next depth.
 
 use grazemap::analysis::{DirectEnd, DirectImage, FreeFlight, SectionChange};
 use grazemap::convergence::{
@@ -42,7 +43,8 @@ fn errors(
     points.iter().filter_map(of).collect()
 }
 
-/// Of an even sample hardly a point makes both contacts, and where both are made the second depth is known worst.
+/// Of an even sample hardly a point makes both contacts, and where both are made the second depth
+/// is known worst.
 #[test]
 fn a_choice_holds_where_two_passages_make_contact() {
     let scene = grazing("two_stops_t2_prestressed");
@@ -178,7 +180,8 @@ fn single_precision_is_refused_where_rounding_prevents_it_and_says_how_near_it_c
     );
 }
 
-/// Both windows hold the same orbits: what the free flow makes of a point does not depend on the section it is seen at.
+/// Both windows hold the same orbits: what the free flow makes of a point does not depend on the
+/// section it is seen at.
 #[test]
 fn a_point_carried_to_another_section_has_the_image_carried_along() {
     let (scene, orbit) = grazing("linear");

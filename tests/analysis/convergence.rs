@@ -29,7 +29,8 @@ fn study(name: &str, smooth_order: u32, contact_weight: u32) -> ConvergenceStudy
 fn assert_rates(what: &str, rates: &[FactorRate]) {
     for FactorRate { order, rate, .. } in rates {
         let measured = rate.measured.expect("a range above rounding");
-        // The next term of the series bends the line: 0.1 is what the issue of orders needs to know.
+        // The next term of the series bends the line: 0.1 is what the issue of orders needs to
+        // know.
         assert!(
             (measured - rate.expected).abs() < 0.1,
             "{what} at {order}: {rate:?}"
@@ -52,8 +53,8 @@ fn errors_of_the_map_fall_with_the_lower_of_both_exponents() {
     }
 }
 
-/// Six states, a stroboscopic section and a compliant stop: directions that only the quadratic terms of the depth
-/// take into contact are left out, or no rate would be that of the orders.
+/// Six states, a stroboscopic section and a compliant stop: directions that only the quadratic
+/// terms of the depth take into contact are left out, or no rate would be that of the orders.
 #[test]
 fn errors_fall_with_the_expected_exponents_for_three_masses_and_a_compliant_stop() {
     let study = study("three_masses", 3, 4);

@@ -1,5 +1,5 @@
-//! Bifurcation diagrams of a map known from the literature, and of the linear oscillator by the map and by
-//! direct simulation.
+//! Bifurcation diagrams of a map known from the literature, and of the linear oscillator by the map
+//! and by direct simulation.
 
 use grazemap::analysis::NoProgress;
 use grazemap::analysis::diagram::{
@@ -14,9 +14,9 @@ use grazemap::report::diagram_table;
 
 use crate::support::scenes::grazing;
 
-/// The one-dimensional square-root map `x ↦ ν x + μ − √max(0, x)` of Nordmark (1991) and Chin, Ott, Nusse
-/// and Grebogi (1994), at `ν = 0.2`: below `ν = 1/4` the attractors for `μ > 0` are orbits with one contact
-/// in `m` iterates, and `m` grows by one at a time as `μ` falls to 0.
+/// The one-dimensional square-root map `x ↦ ν x + μ − √max(0, x)` of Nordmark (1991) and Chin, Ott,
+/// Nusse and Grebogi (1994), at `ν = 0.2`: below `ν = 1/4` the attractors for `μ > 0` are orbits
+/// with one contact in `m` iterates, and `m` grows by one at a time as `μ` falls to 0.
 struct SquareRootMap;
 
 impl DiscreteMap for SquareRootMap {
@@ -201,7 +201,8 @@ fn map_and_simulation_agree_before_grazing() {
     assert!(diagram.speed_ratio.is_some());
 }
 
-/// The cantilever beam (docs/literature.md): with `zeta = 0.09` the orbit beyond grazing has one impact in five periods.
+/// The cantilever beam (docs/literature.md): with `zeta = 0.09` the orbit beyond grazing has one
+/// impact in five periods.
 #[test]
 fn map_and_simulation_name_the_orbit_beyond_grazing_as_the_literature_does() {
     let range = [-4e-4, 8e-4];

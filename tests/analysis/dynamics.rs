@@ -1,7 +1,8 @@
-//! What one step's truncation means for orbits: closed forms against direct simulation, and maps against both.
+//! What one step's truncation means for orbits: closed forms against direct simulation, and maps
+//! against both.
 //!
-//! The oracle is Foale's closed form of one-impact orbits of the linear oscillator (1994; tests/data/rigid/README.md), which knows
-//! neither the simulator nor the expansion.
+//! The oracle is Foale's closed form of one-impact orbits of the linear oscillator (1994;
+//! tests/data/rigid/README.md), which knows neither the simulator nor the expansion.
 
 use grazemap::analysis::periodic::{
     Bifurcation, BifurcationKind, Guess, PeriodicOrbit, PeriodicProblem, SectionMap, Stepped,
@@ -109,8 +110,8 @@ fn depths(deepest: f64, decades: i32) -> Vec<f64> {
     (-4 * decades..=0).map(depth).collect()
 }
 
-/// Largest relative difference allowed between direct simulation in double-double and a closed form: differences of
-/// fourth order keep 23 digits of a derivative, and the flight 28 of a state.
+/// Largest relative difference allowed between direct simulation in double-double and a closed
+/// form: differences of fourth order keep 23 digits of a derivative, and the flight 28 of a state.
 const CLOSED: f64 = 1e-17;
 
 fn assert_close(found: Dd, expected: Dd, what: &str) {
@@ -263,7 +264,8 @@ fn direct_jacobians_in_double_precision_hold_near_the_graze() {
         .iter()
         .fold(0.0, |max: f64, entry| max.max(entry.magnitude()));
     for (place, entry) in jacobian.iter().enumerate() {
-        // Double precision leaves ten digits of a kick at this depth, and differences take three more.
+        // Double precision leaves ten digits of a kick at this depth, and differences take three
+        // more.
         let difference = truth[(place / 2, place % 2)].to_f64() - entry;
         assert!(
             difference.abs() < 1e-6 * largest,
@@ -294,7 +296,8 @@ fn slope(
 
 #[test]
 fn the_error_of_the_orbit_born_falls_as_its_orders_say() {
-    // Docs: docs/mathematics/dynamics.md. Generic: min(N + 1, 1 + ⌈W/2⌉); where ξ₁ = 0: min(N + 1, 2 + ⌈W/2⌉).
+    // Docs: docs/mathematics/dynamics.md. Generic: min(N + 1, 1 + ⌈W/2⌉); where ξ₁ = 0: min(N + 1,
+    // 2 + ⌈W/2⌉).
     let cases = [
         (
             "linear",
@@ -409,13 +412,15 @@ fn the_map_of_a_tolerance_is_right_about_orbits_folds_and_stability() {
     let direct = orbits(&mut subject.direct(), &problem, 0.0, &along);
     assert_eq!(chosen.len(), direct.len());
     for (chosen, direct) in chosen.iter().zip(&direct) {
-        // A step's error of ε moves the parameter by about ε, p being 0.09 y²: 1e-2 of the depth is a ninth of p, at the edge.
+        // A step's error of ε moves the parameter by about ε, p being 0.09 y²: 1e-2 of the depth is
+        // a ninth of p, at the edge.
         let error = chosen.parameters[0] / direct.parameters[0].to_f64() - 1.0;
         assert!(error.abs() < 0.12, "{error:e}");
         assert!((chosen.trace() - direct.trace().to_f64()).abs() < 1e-2);
         assert!(chosen.is_stable().expect("finite"));
     }
-    // The fold lies at y² = 1e-5. An economised map is as good at the edge as there, so that the tolerance is to be a hundredth of that.
+    // The fold lies at y² = 1e-5. An economised map is as good at the edge as there, so that the
+    // tolerance is to be a hundredth of that.
     let nearer = ChoiceOptions {
         tolerance: 1e-4 * depth,
         fresh: 100,
@@ -443,8 +448,9 @@ fn the_map_of_a_tolerance_is_right_about_orbits_folds_and_stability() {
 
 #[test]
 fn the_lowest_order_has_the_period_adding_of_the_one_dimensional_law() {
-    // The multipliers of this beam are 0.69 and 1e-9: at (1, 1) its map is the one-dimensional square-root map, whose 1/6 orbit
-    // flips at mu_PD = 2.3011829e-4 (tests/data/rigid/beam_cascade.json).
+    // The multipliers of this beam are 0.69 and 1e-9: at (1, 1) its map is the one-dimensional
+    // square-root map, whose 1/6 orbit flips at mu_PD = 2.3011829e-4
+    // (tests/data/rigid/beam_cascade.json).
     // NOTE: the file has `Infinity`, which JSON has not.
     let text = include_str!("../data/rigid/beam_cascade.json").replace("Infinity", "null");
     let reference: serde_json::Value = serde_json::from_str(&text).expect("JSON");

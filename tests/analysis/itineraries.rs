@@ -1,5 +1,5 @@
-//! Periodic orbits by itinerary, their folds and flips: against closed forms that know neither map nor simulator, and the map
-//! against direct simulation.
+//! Periodic orbits by itinerary, their folds and flips: against closed forms that know neither map
+//! nor simulator, and the map against direct simulation.
 
 use grazemap::analysis::NoProgress;
 use grazemap::analysis::orbits::{
@@ -126,7 +126,8 @@ fn slowest(orbits: &[FoundOrbit]) -> &FoundOrbit {
 
 #[test]
 fn one_impact_orbits_of_periods_one_to_four_are_foales_and_physical_where_the_reference_has_them() {
-    // Each row of the reference: impact speed, amplitude, trace, determinant, and whether the stop is passed in between.
+    // Each row of the reference: impact speed, amplitude, trace, determinant, and whether the stop
+    // is passed in between.
     let reference = read("rigid/linear_abc.json");
     for (name, place) in [("foale", "omega_1.8"), ("foale_omega_2_2", "omega_2.2")] {
         let subject = Subject::new(name, (6, 10));
@@ -149,7 +150,8 @@ fn one_impact_orbits_of_periods_one_to_four_are_foales_and_physical_where_the_re
                 }
                 let found = subject.orbits(digits, offset.to_f64(), true);
                 let orbit = slowest(&found);
-                // The offset is rounded to a double: 1e-16 of amplitudes of 1 beside speeds of 1e-3.
+                // The offset is rounded to a double: 1e-16 of amplitudes of 1 beside speeds of
+                // 1e-3.
                 assert_near(orbit.contacts[0].speed, speed, 1e-12, &what);
                 assert_near(trace(orbit), number(&row["tr"]), 1e-12, &what);
                 assert_near(determinant(orbit), number(&row["det"]), 1e-12, &what);

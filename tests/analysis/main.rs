@@ -1,4 +1,5 @@
-//! What is computed with maps: diagrams, charts, orbits by itinerary, convergence, the choice of a map.
+//! What is computed with maps: diagrams, charts, orbits by itinerary, convergence, the choice of a
+//! map.
 
 #[path = "../support/mod.rs"]
 mod support;
@@ -16,7 +17,8 @@ mod two_sided;
 
 use grazemap::numeric::Dd;
 
-/// Number in the sequence of the first point of the checks: beyond all that anything is chosen or measured by.
+/// Number in the sequence of the first point of the checks: beyond all that anything is chosen or
+/// measured by.
 const UNUSED: usize = 100_000;
 
 fn exact(values: &[f64]) -> Vec<Dd> {

@@ -1,5 +1,5 @@
-//! The search by itinerary misses nothing that a plain search of the map finds: Newton's method on the map as it is, root and all, from random
-//! points, with no contact prescribed.
+//! The search by itinerary misses nothing that a plain search of the map finds: Newton's method on
+//! the map as it is, root and all, from random points, with no contact prescribed.
 
 use grazemap::analysis::MapEvaluation;
 use grazemap::analysis::periodic::{

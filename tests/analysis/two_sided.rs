@@ -1,7 +1,8 @@
-//! An oscillator between two stops whose grazing orbit touches both: who hits what, by direct simulation.
+//! An oscillator between two stops whose grazing orbit touches both: who hits what, by direct
+//! simulation.
 //!
-//! `x'' = α cos θ − 2ζ v − x` between `x = ±δ`: the free orbit is `x = A cos(θ − φ)`, so that at `α*` it grazes the
-//! right stop at `θ = φ` and the left one half a period later.
+//! `x'' = α cos θ − 2ζ v − x` between `x = ±δ`: the free orbit is `x = A cos(θ − φ)`, so that at
+//! `α*` it grazes the right stop at `θ = φ` and the left one half a period later.
 
 use std::f64::consts::PI;
 
@@ -76,7 +77,8 @@ fn one_sided(scene: &Scene) -> GrazingOrbit {
     orbit
 }
 
-/// The orbit with every touch of one of its periods: right, left, right, ... half a forcing period apart.
+/// The orbit with every touch of one of its periods: right, left, right, ... half a forcing period
+/// apart.
 fn two_sided(scene: &Scene) -> GrazingOrbit {
     let mut orbit = one_sided(scene);
     let right = orbit.passages[0].clone();

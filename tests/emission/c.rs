@@ -1,7 +1,9 @@
-//! Maps emitted in C and CUDA are compiled as C, run, and compared with the map evaluated from its jets.
+//! Maps emitted in C and CUDA are compiled as C, run, and compared with the map evaluated from its
+//! jets.
 //!
-//! CUDA's words stand for nothing on a processor: a program that defines them and walks through the threads in turn runs the
-//! same text. Where a compiler of CUDA is installed, it compiles that text as well.
+//! CUDA's words stand for nothing on a processor: a program that defines them and walks through the
+//! threads in turn runs the same text. Where a compiler of CUDA is installed, it compiles that text
+//! as well.
 
 use std::fmt::Write as _;
 use std::fs;
@@ -101,7 +103,8 @@ fn named(name: &str, mut map: LocalMap) -> LocalMap {
     map
 }
 
-/// Prints image, depth, contacts and Jacobian at every point, and fails where forms or kernels differ in a bit.
+/// Prints image, depth, contacts and Jacobian at every point, and fails where forms or kernels
+/// differ in a bit.
 fn stepping_program(name: &str, file: &str, points: &[([f64; 2], [f64; 2])]) -> String {
     let points = rows(
         points

@@ -163,7 +163,8 @@ fn maps_of_thousands_of_operations_compile_with_debug_information() {
     let folder = tempfile::tempdir().expect("the test can be set up");
     let standalone = EmittedCrate::standalone(&module).expect("the test can be set up");
     write(&standalone, folder.path());
-    // As Cargo's development profile with optimisation: one scope for each of 7000 statements overflows its stack.
+    // As Cargo's development profile with optimisation: one scope for each of 7000 statements
+    // overflows its stack.
     let profile = ["-C", "opt-level=2", "-C", "debuginfo=1"];
     let library = [
         "--crate-type",

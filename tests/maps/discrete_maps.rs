@@ -14,21 +14,23 @@ use crate::support::synthetic::{self, Numbers};
 /// Where a map is tested: states and parameters of its window.
 type Points = Vec<(Vec<f64>, Vec<f64>)>;
 
-/// Step of the central differences that a Jacobian is compared with, and by what part of the largest entry they may be off.
+/// Step of the central differences that a Jacobian is compared with, and by what part of the
+/// largest entry they may be off.
 #[derive(Clone, Copy)]
 struct Differences {
     step: f64,
     tolerance: f64,
 }
 
-/// Small against the depths of the windows, 1e-5 and more, below which a root of the depth bends within a step;
-/// rounding of images of order 1 is then 1e-8 of an entry.
+/// Small against the depths of the windows, 1e-5 and more, below which a root of the depth bends
+/// within a step; rounding of images of order 1 is then 1e-8 of an entry.
 const DOUBLE: Differences = Differences {
     step: 1e-8,
     tolerance: 1e-6,
 };
 
-/// Rounding of images of order 1 is 1e-4 of an entry, the bend of a root of the depth 0.01 a few 1e-3.
+/// Rounding of images of order 1 is 1e-4 of an entry, the bend of a root of the depth 0.01 a few
+/// 1e-3.
 const SINGLE: Differences = Differences {
     step: 5e-4,
     tolerance: 1e-2,
@@ -41,8 +43,9 @@ fn check(map: &dyn DiscreteMap, points: &Points) {
 
 /// Checks the contract at these points.
 ///
-/// The Jacobian is compared with central differences where both sides of the difference made the same
-/// contacts, away from `depth = 0`, where the slope of `y` varies on the scale of the depth itself.
+/// The Jacobian is compared with central differences where both sides of the difference made the
+/// same contacts, away from `depth = 0`, where the slope of `y` varies on the scale of the depth
+/// itself.
 fn check_by(differences: Differences, map: &dyn DiscreteMap, points: &Points) {
     let mut contacts = [0usize; 2];
     for (state, parameters) in points {
@@ -253,7 +256,8 @@ fn a_tangent_vector_is_carried_as_the_jacobian_carries_it() {
 #[test]
 fn orbits_in_lanes_are_those_of_the_frozen_map_to_the_last_bit() {
     let map = HornerMap::new(&synthetic::map(3, 4, SectionKind::Stroboscopic));
-    // Large parameters drive some orbits out of the window, at different iterates; the last block fills five lanes of eight.
+    // Large parameters drive some orbits out of the window, at different iterates; the last block
+    // fills five lanes of eight.
     let points: Points = points(29)
         .into_iter()
         .map(|(state, parameters)| (state, parameters.iter().map(|p| 4.0 * p).collect()))
@@ -306,7 +310,8 @@ fn the_contact_is_the_identity_above_the_surface() {
     assert!(seen > 10, "{seen} points above the surface");
 }
 
-/// The passages of a map whose depth is positive, each depth evaluated at the image of all stages before it.
+/// The passages of a map whose depth is positive, each depth evaluated at the image of all stages
+/// before it.
 fn passages_by_depth(map: &LocalMap, state: &[f64], parameters: &[f64]) -> PassageSet {
     let contacts = map.stages.iter().enumerate();
     let contacts = contacts.filter_map(|(place, stage)| match stage {
@@ -368,7 +373,8 @@ fn compiled_maps_keep_the_contract() {
     }
 }
 
-/// The linear oscillator, with and without contact, clear of `y = 0` by more than the steps of differences.
+/// The linear oscillator, with and without contact, clear of `y = 0` by more than the steps of
+/// differences.
 #[test]
 fn direct_simulation_keeps_the_contract() {
     let (scene, orbit) = grazing("linear");

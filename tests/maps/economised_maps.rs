@@ -1,4 +1,5 @@
-//! Economised maps: the same monomials, fitted to the window, against direct simulation in double-double.
+//! Economised maps: the same monomials, fitted to the window, against direct simulation in
+//! double-double.
 //!
 //! `cargo test --test maps -- economised_maps:: --nocapture` prints the errors on fresh points.
 
@@ -73,7 +74,8 @@ fn economised_maps_err_several_times_less_at_the_same_monomials() {
     let scenes = [
         ("linear", 4),
         ("mems", 4),
-        // Its window ends near the radius of its contact: the higher orders fitted to are not exact there either.
+        // Its window ends near the radius of its contact: the higher orders fitted to are not exact
+        // there either.
         ("cantilever_3_5_soft", 4),
         ("soft_b", 5),
         ("soft_c", 5),

@@ -22,8 +22,8 @@ fn expand(scene: &Scene, smooth_order: u32, contact_weight: u32) -> LocalMap {
         .expect("an expansion")
 }
 
-/// The section a quarter period from the graze sees the same dynamics as the one at the graze: flying to
-/// the other section and mapping there commutes with mapping here and flying after.
+/// The section a quarter period from the graze sees the same dynamics as the one at the graze:
+/// flying to the other section and mapping there commutes with mapping here and flying after.
 #[test]
 fn maps_on_two_stroboscopic_sections_are_conjugate() {
     let phases = [("section.kind", "stroboscopic")];

@@ -1,6 +1,7 @@
 //! Maps at the ends of what can be asked: what the study claims, on a few of its rows.
 //!
-//! Truth is a closed form of the linear oscillator, or direct simulation in double-double; the estimates are the expansion's own.
+//! Truth is a closed form of the linear oscillator, or direct simulation in double-double; the
+//! estimates are the expansion's own.
 
 use grazemap::convergence::{
     Coefficients, ExtremeAxis, ExtremeCase, ExtremeOutcome, Measured, extreme_cases,
@@ -120,8 +121,9 @@ fn orders_of_thirty_lose_nothing_that_is_not_said() {
     }
 }
 
-/// The estimate is cut off at the sixteen digits of a double: only bounds within them can fail. Next to an elastic stop the
-/// section's coordinate changes by a share of `1 - r`, of which rounding leaves four digits.
+/// The estimate is cut off at the sixteen digits of a double: only bounds within them can fail.
+/// Next to an elastic stop the section's coordinate changes by a share of `1 - r`, of which
+/// rounding leaves four digits.
 #[test]
 fn lost_digits_stay_between_none_and_all_of_a_double() {
     for (restitution, [least, most]) in [

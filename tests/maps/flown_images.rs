@@ -1,5 +1,5 @@
-//! Contacts flown exactly, against exact images (tests/data/soft; README there), on depths that series in y do not
-//! reach.
+//! Contacts flown exactly, against exact images (tests/data/soft; README there), on depths that
+//! series in y do not reach.
 //!
 //! `cargo test --test maps -- flown_images:: --nocapture` prints the errors.
 
@@ -28,7 +28,8 @@ fn flown(scene: &Scene, weight: u32) -> FlownContact {
         .expect("a compliant stop")
 }
 
-/// What a flown passage adds to each coordinate; the identity is not subtracted, so nothing is lost.
+/// What a flown passage adds to each coordinate; the identity is not subtracted, so nothing is
+/// lost.
 fn kick(contact: &FlownContact, start: &[f64]) -> Vec<f64> {
     let shift = |value: f64| Dd::from(value);
     let start: Vec<Dd> = start.iter().copied().map(shift).collect();
@@ -38,7 +39,8 @@ fn kick(contact: &FlownContact, start: &[f64]) -> Vec<f64> {
     pairs.map(|(image, start)| (*image - *start).hi).collect()
 }
 
-/// A law of the grid of zero-time images: on a section at the phase of the graze, without parameters.
+/// A law of the grid of zero-time images: on a section at the phase of the graze, without
+/// parameters.
 fn grid_scene(row: &Value, kind: &str) -> Scene {
     let omega = format!("2*sqrt(1 - 0.015^2)/{}", text(&row["m"]));
     let mut overrides = vec![
@@ -113,7 +115,8 @@ fn images_stay_exact_from_soft_to_rigid() {
         "k2 = 1e2 to 1e20: zero-time mapping {:.1e}, section mapping {:.1e}",
         worst[0], worst[1]
     );
-    // At k2 = 1e20 the image is that of a rigid stop, and so is what is cut off: weight 9 at y = 0.01.
+    // At k2 = 1e20 the image is that of a rigid stop, and so is what is cut off: weight 9 at y =
+    // 0.01.
     assert!(worst[0] < 1e-15, "{worst:?}");
     assert!(worst[1] < 1e-14, "{worst:?}");
 }
@@ -140,7 +143,8 @@ fn kicks_at_a_depth_of_1e_minus_30_keep_their_leading_law() {
     for (scene, law) in [(a, law), (b, -0.05 * y * y)] {
         let contact = flown(&scene, WEIGHT);
         let found = kick(&contact, &[y * y, 0.0, 0.0, 0.0]);
-        // The next term is smaller by y over the radius of the series, 3e-4 and 6e-4, or its square.
+        // The next term is smaller by y over the radius of the series, 3e-4 and 6e-4, or its
+        // square.
         assert!(
             (found[1] / law - 1.0).abs() < 1e-9,
             "{} against {law}",
@@ -158,8 +162,9 @@ fn a_damper_left_at_the_surface_kicks_by_the_cube_of_the_depth_variable() {
         let acceleration = orbit(&scene).grazing_point().normal_acceleration.hi;
         let contact = flown(&scene, WEIGHT);
         for y in [1e-15, 1e-12, 1e-9] {
-            // The forces along the free flow, -k2 (x - delta) - R2 v, and what the free field makes of the damper's
-            // R2 (x - delta) on the way: x' = v and v' = -2 zeta v. The gap's integral is -4/3 y^3 sqrt(2/a).
+            // The forces along the free flow, -k2 (x - delta) - R2 v, and what the free field makes
+            // of the damper's R2 (x - delta) on the way: x' = v and v' = -2 zeta v. The gap's
+            // integral is -4/3 y^3 sqrt(2/a).
             let integral = -4.0 / 3.0 * (2.0 / acceleration).sqrt() * y * y * y;
             let law = [r2 * integral, (k2 - 2.0 * zeta * r2) * integral];
             let found = kick(&contact, &[y * y, 0.0, 0.0, 0.0]);
@@ -241,7 +246,8 @@ fn the_identity_holds_exactly_without_contact() {
     }
 }
 
-/// A stop of the two masses: its surface, and what the file calls its images. The orbit is symmetric.
+/// A stop of the two masses: its surface, and what the file calls its images. The orbit is
+/// symmetric.
 struct Side {
     surface: usize,
     sign: f64,
@@ -337,7 +343,8 @@ fn zero_time_images_of_two_masses_fall_with_every_order_at_every_depth() {
             );
             last = worst;
         }
-        // What is cut off is of weight 9; the stops are met up to y = 0.18 on the right and 0.38 on the left.
+        // What is cut off is of weight 9; the stops are met up to y = 0.18 on the right and 0.38 on
+        // the left.
         assert!(last < 1e-6, "{set}: {last:e}");
     }
 }

@@ -1,5 +1,5 @@
-//! Maps with flown contacts: against direct simulation in double-double, their forms against each other, and what is
-//! refused.
+//! Maps with flown contacts: against direct simulation in double-double, their forms against each
+//! other, and what is refused.
 //!
 //! `cargo test --test maps -- flown_maps:: --nocapture` prints the errors.
 
@@ -73,7 +73,8 @@ fn errors_fall_with_the_weight_whatever_the_stiffness() {
     }
 }
 
-/// Depths from 1e-3 to 1e-30: the upper decades, where laws take over from each other, closely, none at a round place.
+/// Depths from 1e-3 to 1e-30: the upper decades, where laws take over from each other, closely,
+/// none at a round place.
 fn depths() -> impl Iterator<Item = f64> {
     let upper = (0..40).map(|number| 1e-3 * 0.1_f64.powf(0.103 * f64::from(number)));
     upper.chain((4..=27).map(|number| 1e-3 * 0.1_f64.powi(number)))
@@ -98,7 +99,8 @@ fn stroboscopic_maps_of_stiff_stops_are_exact_on_depths_from_1e_minus_30_to_1e_m
                 ]
             })
             .collect();
-        // The legs are linear in state and amplitude. What is cut off is of weight 9 in y = 0.03 and v = 3 y².
+        // The legs are linear in state and amplitude. What is cut off is of weight 9 in y = 0.03
+        // and v = 3 y².
         let orders = MapOrders {
             smooth_order: 2,
             contact_weight: 8,
@@ -155,8 +157,8 @@ fn section_maps_of_stiff_stops_are_exact_to_1e_minus_9_on_the_same_depths() {
                 ]
             })
             .collect();
-        // A kick turns the phase by up to 0.1, and the legs are series in that turn: C, which is thrown back
-        // hardest, has 2e-8 at degree 8.
+        // A kick turns the phase by up to 0.1, and the legs are series in that turn: C, which is
+        // thrown back hardest, has 2e-8 at degree 8.
         let orders = MapOrders {
             smooth_order: 11,
             contact_weight: 10,
@@ -279,7 +281,8 @@ fn interpreted_lowered_frozen_and_compiled_maps_agree() {
         let (mut image, mut jacobian) = ([0.0; 2], [0.0; 4]);
         let info = interpreted.step_jacobian(state, parameters, &mut image, &mut jacobian);
         assert!(info.valid && info.contacts() == 1, "{point:?}");
-        // A stiff contact multiplies rounding by up to √k2 y/√a = 40 in the kick and as much again in its slope.
+        // A stiff contact multiplies rounding by up to √k2 y/√a = 40 in the kick and as much again
+        // in its slope.
         agree("compiled image", &answer[..2], &image, 1e-13);
         agree("compiled Jacobian", &answer[3..], &jacobian, 1e-11);
         let frozen = horner.freeze(parameters);
@@ -312,7 +315,8 @@ fn check_slopes(name: &str, map: &LocalMap, points: &[[f64; 4]]) {
             .iter()
             .fold(0.0_f64, |size, slope| size.max(slope.abs()));
         for column in 0..2 {
-            // Central differences in double-double err by the square of the step's share of the depth.
+            // Central differences in double-double err by the square of the step's share of the
+            // depth.
             let step = 1e-7 * point[0];
             let image = |sign: f64| {
                 let mut moved: Vec<Dd> = state.iter().copied().map(Dd::from).collect();

@@ -1,5 +1,5 @@
-//! Expansions of the linear oscillator against Taylor coefficients obtained by contour integration of the
-//! exact flow (tests/data/rigid/linear_series.json; forty digits, see the README there).
+//! Expansions of the linear oscillator against Taylor coefficients obtained by contour integration
+//! of the exact flow (tests/data/rigid/linear_series.json; forty digits, see the README there).
 
 use std::collections::BTreeMap;
 
@@ -26,7 +26,8 @@ fn scene(set: &Value, active: &str) -> Scene {
     scene_with("linear", &overrides)
 }
 
-/// A coordinate's image `x_i + y B + y² C` as a polynomial in (y; the variables after x), using `x = y²`.
+/// A coordinate's image `x_i + y B + y² C` as a polynomial in (y; the variables after x), using `x
+/// = y²`.
 fn in_depth_variable(contact: &Contact, coordinate: usize) -> Coefficients {
     let mut sum = Coefficients::new();
     let mut add = |jet: &Jet<f64>, power: u8| {

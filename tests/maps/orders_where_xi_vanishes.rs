@@ -1,7 +1,9 @@
-//! The orders that tell how the next depth depends on this one, at a generic graze and where `xi_1` vanishes.
+//! The orders that tell how the next depth depends on this one, at a generic graze and where `xi_1`
+//! vanishes.
 //!
-//! `cargo test --test maps -- orders_where_xi_vanishes:: --nocapture` prints the table of docs/mathematics/orders.md. The truth is direct
-//! simulation in double-double; on these sections the depth of a point is its first offset, `h = delta − x`.
+//! `cargo test --test maps -- orders_where_xi_vanishes:: --nocapture` prints the table of
+//! docs/mathematics/orders.md. The truth is direct simulation in double-double; on these sections
+//! the depth of a point is its first offset, `h = delta − x`.
 
 use grazemap::analysis::{DirectEnd, DirectImage, MapEvaluation};
 use grazemap::convergence::MapFamily;

@@ -1,7 +1,9 @@
 //! The local map against exact images of random points under one, two and three iterations
-//! (tests/data/rigid/public_*.json: 38 digits, obtained by multiple-precision simulation; README there).
+//! (tests/data/rigid/public_*.json: 38 digits, obtained by multiple-precision simulation; README
+//! there).
 //!
-//! `cargo test --release --test maps -- public_images:: --nocapture` prints the table of errors against orders.
+//! `cargo test --release --test maps -- public_images:: --nocapture` prints the table of errors
+//! against orders.
 
 use grazemap::expansion::{Expander, LocalMap, MapOrders};
 use serde_json::Value;
@@ -49,7 +51,8 @@ struct Row {
     impact_speed: f64,
 }
 
-/// Rows in the scene's own coordinates: the files measure x from the wall, for the beam with `x = −q`.
+/// Rows in the scene's own coordinates: the files measure x from the wall, for the beam with `x =
+/// −q`.
 fn rows(file: &str) -> Vec<Row> {
     let data = read(&format!("rigid/public_{file}.json"));
     let beam = file.starts_with("cantilever");
@@ -104,7 +107,8 @@ fn errors(map: &LocalMap, row: &Row) -> Vec<(f64, f64)> {
     errors
 }
 
-/// Largest error over shallow single steps, over all single steps, and over later shallow iterations.
+/// Largest error over shallow single steps, over all single steps, and over later shallow
+/// iterations.
 fn worst(map: &LocalMap, rows: &[Row]) -> [f64; 3] {
     let (mut shallow, mut single, mut later) = (0.0_f64, 0.0_f64, 0.0_f64);
     for row in rows {
@@ -161,7 +165,8 @@ fn images_reach_rounding_as_the_orders_grow() {
             "{file}: iterations only to {:e}",
             best[2]
         );
-        // At N = 10, W = 16 every single image of the files is exact to rounding of offsets below 0.1.
+        // At N = 10, W = 16 every single image of the files is exact to rounding of offsets below
+        // 0.1.
         assert!(best[1] <= 1e-15, "{file}: images only to {:e}", best[1]);
     }
 }

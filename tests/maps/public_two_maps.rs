@@ -1,7 +1,9 @@
-//! Two masses between two stops: the local map `P = P2 ∘ D_L ∘ P1 ∘ D_R` against images of exact maps.
+//! Two masses between two stops: the local map `P = P2 ∘ D_L ∘ P1 ∘ D_R` against images of exact
+//! maps.
 //!
 //! Truth: tests/data/soft/public_two_*.json (32 digits; README there).
-//! `cargo test --test maps -- public_two_maps:: --nocapture` prints the tables of errors against orders.
+//! `cargo test --test maps -- public_two_maps:: --nocapture` prints the tables of errors against
+//! orders.
 
 use grazemap::analysis::MapEvaluation;
 use grazemap::expansion::{Expander, LocalMap, MapOrders};
@@ -149,8 +151,9 @@ fn shown(errors: &[f64]) -> String {
 
 #[test]
 fn maps_of_two_passages_approach_the_exact_composition_order_by_order() {
-    // Deeper images are beyond a table that ends here: y over the springs' radius, 0.32 and 0.09, is no longer small.
-    // The shallowest contacts of T2_rigid have y = 0.1; on its curved tangency sections degree 12 leaves y^13.
+    // Deeper images are beyond a table that ends here: y over the springs' radius, 0.32 and 0.09,
+    // is no longer small. The shallowest contacts of T2_rigid have y = 0.1; on its curved tangency
+    // sections degree 12 leaves y^13.
     for (name, deepest, bound) in [
         ("T1_soft", 1e-3, 1e-10),
         ("T2_soft", 3e-4, 1e-10),

@@ -1,5 +1,5 @@
-//! Images of section points, by direct simulation and by the map, against images computed elsewhere to at
-//! least 30 digits (tests/data/rigid/README.md).
+//! Images of section points, by direct simulation and by the map, against images computed elsewhere
+//! to at least 30 digits (tests/data/rigid/README.md).
 
 use grazemap::analysis::{
     ImageRecord, ImageRequest, ImageRow, Precision, Using, direct_image, images,
@@ -106,8 +106,8 @@ fn map_of_order_eight_and_weight_ten_is_good_to_eleven_digits_for_shallow_contac
     assert!(worst < 1e-11, "{worst:e}");
 }
 
-/// A stroboscopic section point with the velocity of the graze itself stands at the minimum of its gap but
-/// for rounding: map and simulation agree there as elsewhere.
+/// A stroboscopic section point with the velocity of the graze itself stands at the minimum of its
+/// gap but for rounding: map and simulation agree there as elsewhere.
 #[test]
 fn a_section_point_at_its_own_minimum_has_the_image_of_the_map() {
     let scene = scene_with("linear", &[("section.kind", "stroboscopic")]);

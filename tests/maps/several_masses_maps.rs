@@ -1,4 +1,5 @@
-//! Maps of systems that are not one mass against a wall at rest, against direct simulation in double-double.
+//! Maps of systems that are not one mass against a wall at rest, against direct simulation in
+//! double-double.
 
 use grazemap::analysis::{DirectEnd, DirectImage, MapEvaluation};
 use grazemap::expansion::{Expander, LocalMap, MapOrders};
@@ -11,8 +12,8 @@ use crate::support::scenes::orbit;
 use crate::support::synthetic::Numbers;
 use crate::support::systems::{STROBOSCOPIC, TANGENCY, scene};
 
-/// Section points that make their one contact in the grazing passage: offsets of states and parameters, which
-/// keep making it when scaled down, with their exact images.
+/// Section points that make their one contact in the grazing passage: offsets of states and
+/// parameters, which keep making it when scaled down, with their exact images.
 struct Truth {
     points: Vec<[Vec<Dd>; 3]>,
 }
@@ -70,7 +71,8 @@ impl Truth {
     }
 }
 
-/// The error of a map at each order, at one size and at its half; the rate is the logarithm of their ratio.
+/// The error of a map at each order, at one size and at its half; the rate is the logarithm of
+/// their ratio.
 fn check_against_simulation(name: &str, section: &str) {
     let scene = scene(name, section);
     let orbit = orbit(&scene);
@@ -92,8 +94,9 @@ fn check_against_simulation(name: &str, section: &str) {
             "{name}, {section}, order {order}: {:.1e} and {:.1e}, rate {rate:.2}",
             errors[0], errors[1]
         );
-        // The next term of the error bends the rate, measured at a sixteenth and a sixty-fourth of the window; a
-        // missing term would lower it by one. Rounding of the coefficients, 1e-16 of images of 1e-3, hides it below 1e-14.
+        // The next term of the error bends the rate, measured at a sixteenth and a sixty-fourth of
+        // the window; a missing term would lower it by one. Rounding of the coefficients, 1e-16 of
+        // images of 1e-3, hides it below 1e-14.
         assert!(
             rate > f64::from(order) + 0.9 || errors[1] < 1e-14,
             "order {order}: rate {rate}"

@@ -1,5 +1,6 @@
 //! Soft impacts over a grid of 360 laws and nine depths against exact images at zero net time
-//! (tests/data/soft/zdm_images.json; README there): exponents, leading coefficients, error against order.
+//! (tests/data/soft/zdm_images.json; README there): exponents, leading coefficients, error against
+//! order.
 //!
 //! `cargo test --release --test maps -- soft_depths:: --nocapture` prints the table.
 

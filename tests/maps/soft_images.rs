@@ -1,7 +1,9 @@
-//! The stroboscopic map of soft impacts half a period before the graze, leg by leg and by direct simulation,
-//! against exact images (tests/data/soft/public_strobe_*.json: 36 digits; README there).
+//! The stroboscopic map of soft impacts half a period before the graze, leg by leg and by direct
+//! simulation, against exact images (tests/data/soft/public_strobe_*.json: 36 digits; README
+//! there).
 //!
-//! `cargo test --release --test maps -- soft_images:: --nocapture` prints the tables of errors against orders.
+//! `cargo test --release --test maps -- soft_images:: --nocapture` prints the tables of errors
+//! against orders.
 
 use grazemap::expansion::{Expander, LocalMap, MapOrders};
 use grazemap::hybrid::{DirectReturn, HybridSystem, NominalPassage, ReturnOutcome, ReturnSection};

@@ -1,8 +1,8 @@
-//! Jacobians of period-1 orbits of soft impacts with one contact, from the map alone, against exact traces and
-//! determinants (tests/data/soft/jacobian_trace_det.json; README there).
+//! Jacobians of period-1 orbits of soft impacts with one contact, from the map alone, against exact
+//! traces and determinants (tests/data/soft/jacobian_trace_det.json; README there).
 //!
-//! The trace is singular at grazing (`1/y` for C and D), the determinant is not, and where `xi_1 = 0` (m whole)
-//! the singular part is absent.
+//! The trace is singular at grazing (`1/y` for C and D), the determinant is not, and where `xi_1 =
+//! 0` (m whole) the singular part is absent.
 
 use grazemap::expansion::{Contact, Expander, Leg, LocalMap, MapOrders, Stage};
 use grazemap::jet::Jet;
@@ -149,7 +149,8 @@ fn fixed_point(map: &LocalMap, start: [f64; 2], amplitude: f64) -> ([f64; 2], Ma
     (state, step(map, state, amplitude).1)
 }
 
-/// Largest relative error of y, the trace and the determinant over the orbits well inside the radius.
+/// Largest relative error of y, the trace and the determinant over the orbits well inside the
+/// radius.
 fn errors(case: &Case) -> ([f64; 3], usize) {
     let (mut largest, mut count) = ([0.0_f64; 3], 0);
     let inside = |y: f64| y > TOO_SHALLOW && y < case.radius / 12.0;
@@ -185,7 +186,8 @@ fn traces_and_determinants_of_one_contact_orbits_agree_with_the_exact_ones() {
             "{:32} {orbits} orbits: y {:.1e}, trace {:.1e}, det {:.1e}; singular {:.1e}",
             case.name, errors[0], errors[1], errors[2], case.singular
         );
-        // D stretches like y only where the contact accelerates at once, and along xi_1 unless that is 0.
+        // D stretches like y only where the contact accelerates at once, and along xi_1 unless that
+        // is 0.
         let square_root = case.name.starts_with("soft_c") || case.name.starts_with("soft_d");
         if square_root && !case.whole_m {
             assert!(
@@ -209,6 +211,7 @@ fn traces_and_determinants_of_one_contact_orbits_agree_with_the_exact_ones() {
     }
     println!("{count} orbits: {largest:?}");
     assert!(count > 500, "{count}");
-    // Truncation at phase offsets of 0.02, magnified by derivatives of the fixed point of up to 1e3.
+    // Truncation at phase offsets of 0.02, magnified by derivatives of the fixed point of up to
+    // 1e3.
     assert!(largest.iter().all(|&error| error < 1e-8), "{largest:?}");
 }

@@ -44,7 +44,8 @@ fn check(name: &str, laws: &[LeadingLaw], expected: [(u32, f64); 2]) {
     }
 }
 
-/// Closed forms: tests/data/soft/symbolic_leading_terms.json, with a = h'' and the forcing's rate J.
+/// Closed forms: tests/data/soft/symbolic_leading_terms.json, with a = h'' and the forcing's rate
+/// J.
 #[test]
 fn leading_laws_of_the_four_systems_have_the_exponents_and_coefficients_of_the_closed_forms() {
     let r1 = 0.03;
@@ -136,7 +137,8 @@ fn xi_of_a_prestressed_stop_is_that_of_its_leading_law() {
     }
 }
 
-/// Where D begins with y² or y³, β is the direction of that law with ∇h'·β = h'': `xi_n = h'' [Mⁿ]_12`.
+/// Where D begins with y² or y³, β is the direction of that law with ∇h'·β = h'': `xi_n = h''
+/// [Mⁿ]_12`.
 #[test]
 fn xi_of_softer_stops_follows_the_direction_of_their_leading_law() {
     let natural = (1.0_f64 - 0.015 * 0.015).sqrt();
@@ -152,7 +154,8 @@ fn xi_of_softer_stops_follows_the_direction_of_their_leading_law() {
     }
 }
 
-/// Two masses whose stop is carried by the second, of a third of the first one's: the contact pushes both.
+/// Two masses whose stop is carried by the second, of a third of the first one's: the contact
+/// pushes both.
 const CARRIED_STOP: &str = r#"
 [model]
 name = "a stop carried by the second mass"
@@ -227,7 +230,8 @@ type RadiusCase = (
     f64,
 );
 
-/// The radii are those of the uniform laws in the stiffness, where their square roots or arc tangents end.
+/// The radii are those of the uniform laws in the stiffness, where their square roots or arc
+/// tangents end.
 #[test]
 fn radius_in_depth_follows_the_stiffness() {
     let cases: [RadiusCase; 4] = [
@@ -327,8 +331,8 @@ fn whole_powers_of_the_depth_are_expanded() {
     assert_eq!(laws[1].map(|law| law.exponent), Some(7));
 }
 
-/// The release function `(sigma − u) v` vanishes first where `v` does, but with two powers of y to divide by
-/// and a trivial root: the same contact, found with other balances.
+/// The release function `(sigma − u) v` vanishes first where `v` does, but with two powers of y to
+/// divide by and a trivial root: the same contact, found with other balances.
 #[test]
 fn equal_releases_give_equal_mappings_whatever_is_divided_out() {
     let contact = |release: &str| {

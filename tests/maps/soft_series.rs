@@ -1,5 +1,5 @@
-//! Expansions of soft impacts against Taylor coefficients obtained by contour integration of the exact
-//! piecewise-linear flow (tests/data/soft/taylor_*.json; forty digits, see the README there).
+//! Expansions of soft impacts against Taylor coefficients obtained by contour integration of the
+//! exact piecewise-linear flow (tests/data/soft/taylor_*.json; forty digits, see the README there).
 
 use std::collections::BTreeMap;
 

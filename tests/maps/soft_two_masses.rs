@@ -1,6 +1,8 @@
-//! One grazing passage of a two-mass oscillator with an elastic or prestressed stop: four states and a phase.
+//! One grazing passage of a two-mass oscillator with an elastic or prestressed stop: four states
+//! and a phase.
 //!
-//! Truth: the images D_R at zero net time in tests/data/soft/public_two_*_soft.json (32 digits; README there).
+//! Truth: the images D_R at zero net time in tests/data/soft/public_two_*_soft.json (32 digits;
+//! README there).
 
 use grazemap::expansion::{Contact, DepthSeries, Passage, SectionChart, Variables, discontinuity};
 use grazemap::numeric::{Dd, Scalar};

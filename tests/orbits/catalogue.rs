@@ -25,7 +25,8 @@ struct Reference {
     normal_acceleration: f64,
 }
 
-/// The grazing points of `beam_tables.json` that have a scene; of two branches the larger is the scene's.
+/// The grazing points of `beam_tables.json` that have a scene; of two branches the larger is the
+/// scene's.
 fn cantilevers() -> Vec<Reference> {
     let table = read("rigid/beam_tables.json");
     let rows = table
@@ -108,9 +109,9 @@ fn soft_impacts() -> Vec<Reference> {
     sets_of_scenes.map(reference).to_vec()
 }
 
-/// At the reference's grazing point `h = h' = 0` and `h''` is the reference's: the scene's equations are the
-/// literature's. The tolerance is the rounding of about ten operations on numbers of order one. The guess must
-/// lie near that point, or the orbit found would be another branch's.
+/// At the reference's grazing point `h = h' = 0` and `h''` is the reference's: the scene's
+/// equations are the literature's. The tolerance is the rounding of about ten operations on numbers
+/// of order one. The guess must lie near that point, or the orbit found would be another branch's.
 #[test]
 fn scenes_graze_where_the_reference_numbers_say() {
     let references: Vec<Reference> = cantilevers()

@@ -45,7 +45,8 @@ fn distance(scene: &Scene, curve: &GrazingCurve, kind: SpecialKind, point: &Valu
         .fold(1.0, f64::min)
 }
 
-/// Number of reference points on a stretch of omega where xi_1 vanishes or multipliers meet, each met to 1e-12.
+/// Number of reference points on a stretch of omega where xi_1 vanishes or multipliers meet, each
+/// met to 1e-12.
 fn met(scene: &Scene, curve: &GrazingCurve, stretch: Range<f64>) -> usize {
     let mut met = 0;
     for point in points("mems_points.json") {
@@ -116,7 +117,8 @@ fn curve_is_followed_round_two_folds_to_the_next_sheet() {
     let [high, low] = folds.as_slice() else {
         panic!("{folds:?}")
     };
-    // The start has xi_1 = 0 itself; multipliers meet once before the first fold and once between the folds.
+    // The start has xi_1 = 0 itself; multipliers meet once before the first fold and once between
+    // the folds.
     assert!(0.1397 < *high && *high < 0.14 && 0.1297 < *low && *low < 0.13);
     assert_eq!(met(&scene, &curve, 0.13925..*high), 1);
     assert_eq!(met(&scene, &curve, 0.138..0.139), 1);

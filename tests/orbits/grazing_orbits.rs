@@ -35,7 +35,8 @@ struct Errors {
 }
 
 impl Errors {
-    /// Rounding of double-double (1.2e-32) grown by conditions of up to 1e4; references have 30 digits, `xi/(1 + r)` 24.
+    /// Rounding of double-double (1.2e-32) grown by conditions of up to 1e4; references have 30
+    /// digits, `xi/(1 + r)` 24.
     fn check(&self) {
         assert!(
             self.parameter < 1e-28 && self.phase < 1e-28 && self.acceleration < 1e-26,
@@ -215,8 +216,8 @@ fn electrostatic_grazing_curve_is_met_on_every_sheet() {
     let points = read("rigid/mems_curve.json");
     let mut worst = Errors::default();
     for point in points.as_array().unwrap().iter().step_by(6) {
-        // NOTE: near its folds and where a multiplier is of the order of 100, sheets are closer than 1e-3 or the flow
-        // from a guess 1e-3 away is drawn to x = 1 within a period.
+        // NOTE: near its folds and where a multiplier is of the order of 100, sheets are closer
+        // than 1e-3 or the flow from a guess 1e-3 away is drawn to x = 1 within a period.
         let multiplier = orbit_multiplier(point);
         let off = if multiplier > 50.0 || point["branch"] == 2 {
             1e-5
@@ -400,7 +401,8 @@ fn multipliers_and_xi_do_not_depend_on_the_section() {
 
 #[test]
 fn van_der_pol_cycle_grazes_at_its_amplitude() {
-    // Amplitude and period at mu = 1 from high-precision integrations in the literature of the van der Pol equation.
+    // Amplitude and period at mu = 1 from high-precision integrations in the literature of the van
+    // der Pol equation.
     let text = r#"
         [model]
         name = "van der Pol"
@@ -457,7 +459,8 @@ fn forcing_too_weak_for_any_damping_never_touches() {
 
 #[test]
 fn flat_top_is_a_degenerate_graze() {
-    // The forcing makes x = cos(theta) − cos(2 theta)/4, whose second derivative vanishes at its maximum 3/4.
+    // The forcing makes x = cos(theta) − cos(2 theta)/4, whose second derivative vanishes at its
+    // maximum 3/4.
     let text = scenes::text("linear").replace(
         "alpha*cos(theta) - 2*zeta*v - x",
         "0.75*cos(2*theta) + 2*zeta*(0.5*sin(2*theta) - sin(theta)) - 2*zeta*v - x",
@@ -495,7 +498,8 @@ fn resonance_without_damping_is_singular() {
 #[test]
 fn functions_away_from_their_corners_leave_the_orbit_as_it_is() {
     let flow = |rest: &str| format!("alpha*cos(theta) - 2*zeta*v - {rest}");
-    // The orbit stays between -1.01 and 1; an event function and a reset may have their corners away from the grazes.
+    // The orbit stays between -1.01 and 1; an event function and a reset may have their corners
+    // away from the grazes.
     let same = [
         ("model.surface.0.event", "delta - abs(x)".to_owned()),
         ("model.surface.0.impact.v", "-r*v*sign(x)".to_owned()),

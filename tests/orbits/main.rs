@@ -1,4 +1,5 @@
-//! Scenes and their grazing orbits: what scenes mean, where they graze, the curves along which they do.
+//! Scenes and their grazing orbits: what scenes mean, where they graze, the curves along which they
+//! do.
 
 #[path = "../support/mod.rs"]
 mod support;

@@ -304,7 +304,8 @@ fn digests_are_fnv_1a_of_the_text() {
     assert_eq!(scene.digest, by_hand);
 }
 
-/// A moving, curved stop: the restitution is that of the normal velocity, whatever the event function.
+/// A moving, curved stop: the restitution is that of the normal velocity, whatever the event
+/// function.
 #[test]
 fn restitution_is_checked_on_the_normal_velocity_where_it_is_one_number() {
     let accepted = |event: &str, impact: &str| {

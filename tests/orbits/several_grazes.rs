@@ -1,4 +1,5 @@
-//! Orbits that graze several times a period: symmetric ones, independent grazes, grazes that touch of themselves.
+//! Orbits that graze several times a period: symmetric ones, independent grazes, grazes that touch
+//! of themselves.
 
 #![allow(
     clippy::unwrap_used,
@@ -71,7 +72,8 @@ fn response(harmonic: i32) -> (Dd, Dd) {
     (Dd::ONE / (re * re + im * im).sqrt(), im.atan2(re))
 }
 
-/// `x = A cos(θ - ψ₁) + b B cos(2θ + χ - ψ₂)` with its first two derivatives in θ, at b and χ = 0.3.
+/// `x = A cos(θ - ψ₁) + b B cos(2θ + χ - ψ₂)` with its first two derivatives in θ, at b and χ =
+/// 0.3.
 fn motion(b: Dd, theta: Dd) -> [Dd; 3] {
     let ((a, lag), (second, second_lag)) = (response(1), response(2));
     let (two, four) = (Dd::from(2.0), Dd::from(4.0));
@@ -207,7 +209,8 @@ fn surface_without_a_minimum_where_it_is_named_is_not_grazed() {
 
 #[test]
 fn limit_cycle_grazes_both_stops_at_its_amplitude() {
-    // Amplitude and period at mu = 1 from high-precision integrations in the literature of the van der Pol equation.
+    // Amplitude and period at mu = 1 from high-precision integrations in the literature of the van
+    // der Pol equation.
     let text = edited(&[
         (
             "cos(theta) + b*cos(2*theta + chi) - 2*zeta*v - x",

@@ -1,5 +1,5 @@
-//! A moving stop, two masses that hit each other, an oblique surface, a chain of three masses, and an
-//! oscillator without forcing: where they graze and how `D` begins.
+//! A moving stop, two masses that hit each other, an oblique surface, a chain of three masses, and
+//! an oscillator without forcing: where they graze and how `D` begins.
 //!
 //! Oracles: complex amplitudes of the linear systems, and kicks derived by hand.
 
@@ -22,8 +22,8 @@ fn response(frequency: Dd, damping: Dd, omega: Dd) -> Complex {
     Complex::new(frequency * frequency - omega * omega, imaginary).inverse()
 }
 
-/// Largest distance of the located graze from a closed form: complex amplitudes of the positions and of the
-/// distance travelled towards the stop, and the exact value of the adjusted parameter.
+/// Largest distance of the located graze from a closed form: complex amplitudes of the positions
+/// and of the distance travelled towards the stop, and the exact value of the adjusted parameter.
 fn distance_from_closed_form(
     scene: &Scene,
     orbit: &GrazingOrbit,
@@ -105,7 +105,8 @@ fn an_oblique_stop_is_grazed_where_the_normal_amplitude_is_its_distance() {
     let orbit = orbit(&scene);
     let value = |name| parameter(&scene, &orbit, name);
     let first = response(dd(1.0), value("zeta"), value("omega"));
-    // The damping 2 zeta is the same for both, so the ratio of the second is zeta/s; sin is −i in the phase of cos.
+    // The damping 2 zeta is the same for both, so the ratio of the second is zeta/s; sin is −i in
+    // the phase of cos.
     let second = response(value("s"), value("zeta") / value("s"), value("omega"))
         * Complex::new(dd(0.0), dd(-1.0));
     let normal = first * value("a") + second * value("b");
@@ -164,8 +165,8 @@ fn assert_kicks(found: &[(String, Dd)], expected: &[(&str, Dd)]) {
     }
 }
 
-/// On a tangency section a kick that changes the normal velocity by `w = (1 + r) sqrt(2 h'') y` is followed by
-/// the free flow for the time `−w/h''`.
+/// On a tangency section a kick that changes the normal velocity by `w = (1 + r) sqrt(2 h'') y` is
+/// followed by the free flow for the time `−w/h''`.
 #[test]
 fn a_moving_stop_kicks_by_the_relative_velocity() {
     for section in [STROBOSCOPIC, TANGENCY] {
@@ -237,7 +238,8 @@ fn an_oblique_stop_kicks_along_its_normal() {
     assert_kicks(&kicks(&scene, &orbit), &expected);
 }
 
-/// A prestressed stop reverses the normal velocity `w = sqrt(2 h'') y` in the time `2 w/a`, `a = h'' + k0 e`.
+/// A prestressed stop reverses the normal velocity `w = sqrt(2 h'') y` in the time `2 w/a`, `a =
+/// h'' + k0 e`.
 #[test]
 fn a_prestressed_stop_kicks_the_last_of_three_masses_only() {
     let scene = scene("three_masses", STROBOSCOPIC);
@@ -259,8 +261,8 @@ fn an_orbit_without_forcing_is_found_from_a_guess_only() {
     assert_eq!(locate(&scene), Err(OrbitError::AutonomousWithoutGuess));
 }
 
-/// Without forcing and with two states, a grazing impact only moves the state along the orbit: `D` begins with
-/// `y²`, where the kick `−(1 + r) v` leaves `x` lower by `(1 − r²)` of the depth.
+/// Without forcing and with two states, a grazing impact only moves the state along the orbit: `D`
+/// begins with `y²`, where the kick `−(1 + r) v` leaves `x` lower by `(1 − r²)` of the depth.
 #[test]
 fn a_planar_oscillator_without_forcing_has_no_square_root() {
     let scene = scene("planar", TANGENCY);

@@ -1,4 +1,5 @@
-//! Two masses between two stops: the grazing curve and every condition and codimension-two point along it.
+//! Two masses between two stops: the grazing curve and every condition and codimension-two point
+//! along it.
 //!
 //! Truth: tests/data/soft/two_codim_*.json (32 digits; README there).
 
@@ -21,7 +22,8 @@ fn errors(scene: &Scene, orbit: &GrazingOrbit, row: &Value) -> [f64; 2] {
     let gap = (orbit.parameters()[index(scene, "d")] / d - Dd::ONE).magnitude();
     let mut worst = 0.0_f64;
     for conditions in &orbit.conditions {
-        // NOTE: left to left and left to right are not in the table; they equal their mirror images.
+        // NOTE: left to left and left to right are not in the table; they equal their mirror
+        // images.
         let to = LETTERS[usize::from(conditions.from != conditions.to)];
         for n in 1..=4 {
             let expected = exact(&row[format!("R{to}{n}")]);

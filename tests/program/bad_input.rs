@@ -1,7 +1,7 @@
 //! Wrong scenes are refused with a message that says what is wrong and where.
 //!
-//! Each `tests/program/bad_input/*.toml` stands beside the message it must give, in an `.expected` file;
-//! `UPDATE_EXPECTED=1 cargo test --test program bad_input::` writes those anew.
+//! Each `tests/program/bad_input/*.toml` stands beside the message it must give, in an `.expected`
+//! file; `UPDATE_EXPECTED=1 cargo test --test program bad_input::` writes those anew.
 
 use std::fs;
 use std::path::{Path, PathBuf};

@@ -1,4 +1,5 @@
-//! What is said of a window that is deeper than its map, against direct simulation and at the command line.
+//! What is said of a window that is deeper than its map, against direct simulation and at the
+//! command line.
 
 use std::process::Output;
 
@@ -19,8 +20,9 @@ fn said(output: &Output) -> String {
 /// A scene, its overrides, and the offset of the first coordinate that makes a depth of 1.
 type Case = (&'static str, &'static [(&'static str, &'static str)], f64);
 
-/// The error at the usable depth, of what the contact does: below the share it was computed from, which sums absolute
-/// values and so is an upper estimate, and not so far below that the warning would be idle.
+/// The error at the usable depth, of what the contact does: below the share it was computed from,
+/// which sums absolute values and so is an upper estimate, and not so far below that the warning
+/// would be idle.
 #[test]
 fn at_the_usable_depth_a_map_has_two_digits_of_what_the_contact_does() {
     let cases: [Case; 4] = [

@@ -1,5 +1,5 @@
-//! The exact flow of affine fields against Taylor's method, an independent integrator of the same scenes: every affine
-//! scene of the catalogue, impacts and contacts included.
+//! The exact flow of affine fields against Taylor's method, an independent integrator of the same
+//! scenes: every affine scene of the catalogue, impacts and contacts included.
 
 use grazemap::hybrid::{
     DirectReturn, Event, EventKind, FlowMethod, HybridSystem, Return, ReturnSection, Simulator,
@@ -118,7 +118,8 @@ fn worst<S: Real>(name: &str, model: &Model, count: usize) -> (f64, usize) {
     (worst, contacts)
 }
 
-/// The state after 5 units of time, in double-double, of `x'' = force` with a wall that is never met.
+/// The state after 5 units of time, in double-double, of `x'' = force` with a wall that is never
+/// met.
 fn flown(force: &str, state: [f64; 3]) -> [Dd; 2] {
     let text = format!(
         "[model]\nname = \"test\"\nstates = [\"x\", \"v\"]\nparameters = {{ p = 1.0 }}\n\
@@ -267,7 +268,8 @@ fn images<S: Real>(system: &HybridSystem, model: &Model, gaps: &[f64]) -> Vec<Re
     gaps.iter().map(image).collect()
 }
 
-/// Largest difference of two returns with the same contacts and near misses, and the number of those.
+/// Largest difference of two returns with the same contacts and near misses, and the number of
+/// those.
 fn compare_returns<S: Real>(model: &Model, gaps: &[f64]) -> usize {
     let exact = images::<S>(&HybridSystem::new(model), model, gaps);
     let general = images::<S>(&HybridSystem::without_exact_flow(model), model, gaps);
@@ -280,7 +282,8 @@ fn compare_returns<S: Real>(model: &Model, gaps: &[f64]) -> usize {
         let pairs = a.state.iter().zip(&b.state);
         let speeds = a.impact_speeds.iter().zip(&b.impact_speeds);
         let misses = a.near_misses.iter().zip(&b.near_misses);
-        // A speed is the root of a gap, so that rounding is multiplied by its inverse; the flow multiplies it by tens.
+        // A speed is the root of a gap, so that rounding is multiplied by its inverse; the flow
+        // multiplies it by tens.
         let limit = 1e3 * S::ROUNDOFF * (1.0 + 1.0 / gap.abs().sqrt());
         for (&a, &b) in pairs
             .chain(speeds)

@@ -1,5 +1,6 @@
-//! Direct simulation in lanes against direct simulation of each orbit alone: the same to the last bit, on the scenes of the
-//! catalogue with one rigid stop, by exact leaps and by Taylor's method. Machines without wide registers have no lanes.
+//! Direct simulation in lanes against direct simulation of each orbit alone: the same to the last
+//! bit, on the scenes of the catalogue with one rigid stop, by exact leaps and by Taylor's method.
+//! Machines without wide registers have no lanes.
 
 use grazemap::analysis::{DirectMap, SectionFrame};
 use grazemap::hybrid::{
@@ -29,7 +30,8 @@ const EXACT: [&str; 6] = [
 /// Scenes that are flown by Taylor's method.
 const BY_TAYLOR: [&str; 4] = ["linear", "moving_stop", "impact_pair", "mems"];
 
-/// An oscillator in a slot, which it grazes on both sides in each period: one surface, two passages.
+/// An oscillator in a slot, which it grazes on both sides in each period: one surface, two
+/// passages.
 const SLOT: &str = r#"
 [model]
 name = "oscillator in a slot"
@@ -200,7 +202,8 @@ struct Flown {
     together: usize,
     apart: usize,
     unreturned: usize,
-    /// How often each passage met the surface, and how often not, in returns that were flown together.
+    /// How often each passage met the surface, and how often not, in returns that were flown
+    /// together.
     hits: [usize; 2],
     misses: [usize; 2],
 }
@@ -245,7 +248,8 @@ impl Flown {
     }
 }
 
-/// Returns over some periods from states about the section point of a scene, with a passage in each.
+/// Returns over some periods from states about the section point of a scene, with a passage in
+/// each.
 fn flown(
     name: &str,
     section: Section,
@@ -354,7 +358,8 @@ fn every_passage_of_a_return_is_known_in_lanes() {
     }
 }
 
-/// The linear oscillator with a stop that takes most of the speed, under a slow force: it chatters and sticks.
+/// The linear oscillator with a stop that takes most of the speed, under a slow force: it chatters
+/// and sticks.
 fn slow_and_soft(lowered: fn(&Model) -> HybridSystem, force: &str) -> (HybridSystem, Vec<f64>) {
     let overrides = [("r", "0.2"), ("omega", "0.6"), ("alpha", force)];
     let scene = scene_with("linear", &overrides);

@@ -1,5 +1,6 @@
-//! Direct simulation against reference numbers of the literature's rigid-stop oscillators: images of the
-//! tangency section's return map, computed elsewhere to at least 30 digits (tests/data/rigid/README.md).
+//! Direct simulation against reference numbers of the literature's rigid-stop oscillators: images
+//! of the tangency section's return map, computed elsewhere to at least 30 digits
+//! (tests/data/rigid/README.md).
 
 use grazemap::flow::{Field, Integrator};
 use grazemap::hybrid::{DirectReturn, HybridSystem, NominalPassage, ReturnOutcome, ReturnSection};
@@ -15,7 +16,8 @@ struct Case {
     model: Model,
     /// The scene's states are minus those of the file (a stop below in place of above).
     mirrored: bool,
-    /// Parameters and what their value is called in the file, with the offset's column and its sign.
+    /// Parameters and what their value is called in the file, with the offset's column and its
+    /// sign.
     parameters: Vec<(usize, &'static str, Option<usize>)>,
     /// The parameter that is the wall's position.
     wall: usize,
@@ -120,7 +122,8 @@ impl Case {
     }
 }
 
-/// Largest error of the offsets, of the impact speed, over rows and iterations whose images stay small.
+/// Largest error of the offsets, of the impact speed, over rows and iterations whose images stay
+/// small.
 struct Errors {
     offset: f64,
     speed: f64,
@@ -181,7 +184,8 @@ fn images_in_double_double_agree_with_the_reference_to_1e_minus_27() {
             errors.speed,
             start.elapsed().as_secs_f64() * 1e6 / errors.images as f64
         );
-        // The roundoff of double-double, 1e-32, times the expansion of up to three images (up to 2e3).
+        // The roundoff of double-double, 1e-32, times the expansion of up to three images (up to
+        // 2e3).
         assert!(
             errors.offset < 1e-27,
             "{}: {:e}",
@@ -236,12 +240,14 @@ fn images_in_double_obey_the_rounding_law_of_the_square_root() {
             "{:24} f64: at most {worst:.1} eps (1 + 1/y), {largest:.1e}",
             case.name()
         );
-        // Rounding of x − delta by eps moves y by eps/(2 y); the leg then expands by at most about 30.
+        // Rounding of x − delta by eps moves y by eps/(2 y); the leg then expands by at most about
+        // 30.
         assert!(worst < 100.0, "{}: {worst}", case.name());
     }
 }
 
-/// The state a tangency point `(x − delta, theta − theta*)` flows freely to at a phase offset from `theta*`.
+/// The state a tangency point `(x − delta, theta − theta*)` flows freely to at a phase offset from
+/// `theta*`.
 fn at_phase(case: &Case, free: &Field, point: &[Dd; 2], phase: Dd, parameters: &[Dd]) -> Vec<Dd> {
     let wall = parameters[case.wall];
     let start = exact(&case.file["base"]["theta_star"]) + point[1];

@@ -1,9 +1,11 @@
-//! A contact force that is a power of the depth which is not whole (Hertz), integrated on its own: the leading law in
-//! closed form of docs/mathematics/contact-laws.md.
+//! A contact force that is a power of the depth which is not whole (Hertz), integrated on its own:
+//! the leading law in closed form of docs/mathematics/contact-laws.md.
 //!
-//! Neither the expansions nor the direct simulator take such a force; this is the evidence for the law they would have to meet.
+//! Neither the expansions nor the direct simulator take such a force; this is the evidence for the
+//! law they would have to meet.
 
-/// The linear oscillator of `scenes/soft_a.toml`: damping, frequency of the forcing, stiffness of the stop.
+/// The linear oscillator of `scenes/soft_a.toml`: damping, frequency of the forcing, stiffness of
+/// the stop.
 const DAMPING: f64 = 0.03;
 const STIFFNESS: f64 = 33.0;
 /// Steps of the integration over one contact: its own error is 1e-9.
@@ -102,7 +104,8 @@ fn beta_half(power: f64) -> f64 {
     value
 }
 
-/// `Δv = −k √(2/a) B(1/2, β + 1) y^{2β+1}`; what is left out begins two powers of `y` later (a quarter at half `y`).
+/// `Δv = −k √(2/a) B(1/2, β + 1) y^{2β+1}`; what is left out begins two powers of `y` later (a
+/// quarter at half `y`).
 #[test]
 fn jump_of_a_power_of_the_depth_tends_to_its_beta_function() {
     let oscillator = Oscillator::grazing();

@@ -1,5 +1,6 @@
-//! Forcing periods in lanes against those of each orbit alone: the same states and events to the last bit, where orbits impact,
-//! chatter, stick and come free again, by exact leaps and by Taylor's method. Machines without wide registers have no lanes.
+//! Forcing periods in lanes against those of each orbit alone: the same states and events to the
+//! last bit, where orbits impact, chatter, stick and come free again, by exact leaps and by
+//! Taylor's method. Machines without wide registers have no lanes.
 
 use grazemap::hybrid::{Event, EventKind, HybridSystem, LanePeriods, Outcome, Simulator};
 use grazemap::model::Model;
@@ -17,8 +18,8 @@ fn model(name: &str, overrides: &[(&str, f64)]) -> Model {
     scene_with(name, &overrides).model
 }
 
-/// Simulators of one system, each with one parameter scaled a little more than the one before, from states of their own before
-/// the stop.
+/// Simulators of one system, each with one parameter scaled a little more than the one before, from
+/// states of their own before the stop.
 fn orbits<'s>(
     system: &'s HybridSystem,
     model: &Model,
@@ -93,8 +94,8 @@ fn agree(mut alone: Vec<Simulator<'_, f64>>, periods: usize) -> Flown {
     flown
 }
 
-/// Flies eight orbits and three both ways, each with one parameter scaled a little more than the one before; more than a share of all
-/// periods is flown in lanes to its end.
+/// Flies eight orbits and three both ways, each with one parameter scaled a little more than the
+/// one before; more than a share of all periods is flown in lanes to its end.
 fn agree_and_stay(
     system: &HybridSystem,
     model: &Model,

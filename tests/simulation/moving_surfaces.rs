@@ -1,14 +1,17 @@
 //! Resets of several components, moving and oblique surfaces, against closed forms.
 //!
-//! Each system splits into a normal motion that a stop makes bounce and motions that no impact touches.
+//! Each system splits into a normal motion that a stop makes bounce and motions that no impact
+//! touches.
 
 use grazemap::hybrid::{EventKind, HybridSystem, Outcome, Simulator, Trajectory};
 use grazemap::model::Scene;
 use grazemap::numeric::{Dd, Real};
 
-/// Two masses 1 and 2 whose springs have one frequency, the first behind the second; `force` acts on the first.
+/// Two masses 1 and 2 whose springs have one frequency, the first behind the second; `force` acts
+/// on the first.
 ///
-/// The centre of mass moves as if there were no impacts, the distance `x2 − x1` as a single mass does at a stop.
+/// The centre of mass moves as if there were no impacts, the distance `x2 − x1` as a single mass
+/// does at a stop.
 fn pair(spring: f64, force: &str) -> String {
     format!(
         r#"
@@ -37,7 +40,8 @@ solve_for = "p"
     )
 }
 
-/// A mass pushed with `p` against a stop at `delta + b cos θ`, met with its velocity relative to the stop.
+/// A mass pushed with `p` against a stop at `delta + b cos θ`, met with its velocity relative to
+/// the stop.
 const MOVING_STOP: &str = r#"
 [model]
 name = "a moving stop"
@@ -60,7 +64,8 @@ impact = { v = "-r*v + (1 + r)*w" }
 solve_for = "p"
 "#;
 
-/// A mass in the plane before a straight wall with the normal (3, 4)/5; `slide` of its tangential velocity is kept.
+/// A mass in the plane before a straight wall with the normal (3, 4)/5; `slide` of its tangential
+/// velocity is kept.
 fn incline(spring: f64, slide: &str) -> String {
     format!(
         r#"
@@ -174,7 +179,8 @@ fn a_pushed_mass_chatters_against_another_and_they_go_on_as_one() {
     assert_eq!(found.outcome, Outcome::Completed);
     // The fall takes 1; the flights 2 r, 2 r², ... sum to 8.
     close(time_of(&found, EventKind::Stick), dd(9.0), 1e-21, "rest");
-    // The centre of mass starts at −1/6 with the velocity 1/4, and the force 1 accelerates the mass 3.
+    // The centre of mass starts at −1/6 with the velocity 1/4, and the force 1 accelerates the mass
+    // 3.
     let sixth = dd(1.0) / dd(6.0);
     let centre = -sixth + dd(0.25) * duration + sixth * duration * duration;
     let velocity = dd(0.25) + duration / dd(3.0);
@@ -197,7 +203,8 @@ fn masses_stuck_together_part_where_the_push_changes_sign() {
         1e-28,
         "release",
     );
-    // Momentum: 3/4 + 2/4 + sin t; at π/2 all of it is shared by the mass 3, then the second keeps its velocity.
+    // Momentum: 3/4 + 2/4 + sin t; at π/2 all of it is shared by the mass 3, then the second keeps
+    // its velocity.
     let together = (dd(1.25) + dd(1.0)) / dd(3.0);
     close(found.state[3], together, 1e-28, "the second mass");
     let (sine, _) = duration.sin_cos();
@@ -209,9 +216,11 @@ fn masses_stuck_together_part_where_the_push_changes_sign() {
     );
 }
 
-/// `(φ, V)` of the motion that meets the moving stop once a period at its phase φ with the speed V = p π.
+/// `(φ, V)` of the motion that meets the moving stop once a period at its phase φ with the speed V
+/// = p π.
 ///
-/// The flight from −V to V takes 2V/p = 2π; the impact demands −V = −r V + (1 + r) w, `w = −b sin φ`.
+/// The flight from −V to V takes 2V/p = 2π; the impact demands −V = −r V + (1 + r) w, `w = −b sin
+/// φ`.
 fn locked(p: Dd, b: Dd) -> (Dd, Dd) {
     let (r, one) = (restitution(), dd(1.0));
     let speed = p * Dd::PI;
@@ -268,7 +277,8 @@ fn a_mass_rests_on_a_moving_stop_until_the_stop_falls_back_faster() {
 
 #[test]
 fn an_oblique_wall_reverses_the_normal_velocity_alone() {
-    // (3x + 4z)/5 = −sin t at first, and every half period a bounce; (4x − 3z)/5 = cos t + sin t/2 throughout.
+    // (3x + 4z)/5 = −sin t at first, and every half period a bounce; (4x − 3z)/5 = cos t + sin t/2
+    // throughout.
     let duration = dd(20.0);
     let parameters = [restitution(), dd(0.0), dd(0.0), dd(1.0), dd(1.0)];
     let rotate = |normal: f64, along: f64| {

@@ -1,6 +1,7 @@
 //! Two masses between two stops: images of `P = P2 ∘ D_L ∘ P1 ∘ D_R` by direct simulation.
 //!
-//! Truth: tests/data/soft/public_two_*.json (32 digits; README there), the composition of exact maps.
+//! Truth: tests/data/soft/public_two_*.json (32 digits; README there), the composition of exact
+//! maps.
 
 use grazemap::hybrid::{
     DirectReturn, HybridSystem, NominalPassage, Return, ReturnOutcome, ReturnSection,
@@ -157,7 +158,8 @@ fn contacts(row: &Value) -> [Option<&Value>; 2] {
         .map(|key| Some(&row[key]).filter(|contact| !contact.is_null()))
 }
 
-/// Asserts that the passages made contact where those of the reference do, once each, at its speeds.
+/// Asserts that the passages made contact where those of the reference do, once each, at its
+/// speeds.
 fn check_contacts(found: &Return<Dd>, row: &Value, place: &str) {
     let [right, left] = contacts(row);
     let hits = [left, right].map(|contact| usize::from(contact.is_some()));
@@ -194,7 +196,8 @@ fn images_in_double_double_agree_with_the_composition_of_exact_maps_to_1e_minus_
             "{set}: tangency {:.1e}, stroboscopic {:.1e}",
             worst[0], worst[1]
         );
-        // Rounding, 1e-32, times the factor 1/y of a square root, y > 5e-3, times the expansion of a period, below 1e2.
+        // Rounding, 1e-32, times the factor 1/y of a square root, y > 5e-3, times the expansion of
+        // a period, below 1e2.
         assert!(worst.iter().all(|&error| error < 1e-27), "{set}: {worst:?}");
     }
 }

@@ -1,5 +1,5 @@
-//! Direct simulation of orbits that graze to within rounding: what is nearly no contact does nearly nothing. The oracle is the same
-//! simulation in double-double, in which these contacts are deep.
+//! Direct simulation of orbits that graze to within rounding: what is nearly no contact does nearly
+//! nothing. The oracle is the same simulation in double-double, in which these contacts are deep.
 
 use grazemap::analysis::{DirectEnd, DirectImage, DirectMap};
 use grazemap::hybrid::HybridSystem;

@@ -1,4 +1,5 @@
-//! Impacts, near misses, chattering, sticking and compliant contact of systems solved in closed form.
+//! Impacts, near misses, chattering, sticking and compliant contact of systems solved in closed
+//! form.
 
 use grazemap::hybrid::{
     Event, EventKind, HybridError, HybridSystem, Outcome, Regime, Simulator, Trajectory,
@@ -126,7 +127,8 @@ fn a_near_miss_is_reported_with_its_gap_and_is_no_contact() {
     assert!((gap - 1e-12).abs() < 2e-15 && (time - std::f64::consts::FRAC_PI_2).abs() < 1e-15);
 }
 
-/// Flies `sin` from many starting times into a stop at `1 - y²`; the impact speed is `y sqrt(2 - y²)`.
+/// Flies `sin` from many starting times into a stop at `1 - y²`; the impact speed is `y sqrt(2 -
+/// y²)`.
 fn sweep<S: Real>(y: f64, tolerance: f64) {
     let system = HybridSystem::new(&pendulum());
     let wall = S::one() - S::from_f64(y) * S::from_f64(y);
@@ -230,7 +232,8 @@ fn a_spring_returns_the_mass_after_half_its_period() {
     assert!((found.state[1] + Dd::ONE).abs().to_f64() < 1e-29);
 }
 
-/// A free mass that meets a stiff spring `k` at `x = p`, far from the origin: the gap there is rounding.
+/// A free mass that meets a stiff spring `k` at `x = p`, far from the origin: the gap there is
+/// rounding.
 fn stiff() -> Model {
     model(&format!(
         "parameters = {{ p = 1.0, k = 1e4 }}\n[model.flow]\nx = \"v\"\nv = \"0*x\"\n\
@@ -255,7 +258,8 @@ fn stiff_contacts<S: Real>(system: &HybridSystem, stiffness: f64) {
         });
         let kinds: Vec<_> = kinds.collect();
         assert_eq!(kinds, ["begin", "end"], "k = {stiffness:e}, start {start}");
-        // The spring turns the velocity round; rounding of the position, of size 0.7 speed, moves it by ε √k of that.
+        // The spring turns the velocity round; rounding of the position, of size 0.7 speed, moves
+        // it by ε √k of that.
         let error = ((found.state[1] + speed) / speed.max(S::one()))
             .abs()
             .to_f64();
@@ -303,8 +307,8 @@ fn energy_error<S: Real>(system: &HybridSystem, speed: f64) -> f64 {
     (1..100).map(change).fold(0.0, f64::max)
 }
 
-/// The work `k h` of the contact on the distance `h` beside the stop would be 1e-2 of the energy in `f64`, 1e-13 in
-/// double-double; what is left is a few roundings of the speed.
+/// The work `k h` of the contact on the distance `h` beside the stop would be 1e-2 of the energy in
+/// `f64`, 1e-13 in double-double; what is left is a few roundings of the speed.
 #[test]
 fn a_stiff_contact_begins_and_ends_on_its_surface() {
     for system in [
@@ -321,7 +325,8 @@ fn a_stiff_contact_begins_and_ends_on_its_surface() {
     }
 }
 
-/// Minima of the gap that are reported where one lies, to rounding, on the end of a flight that goes on.
+/// Minima of the gap that are reported where one lies, to rounding, on the end of a flight that
+/// goes on.
 fn minima_at_seams<S: Real>(system: &HybridSystem, seam: f64) -> usize {
     let mut simulator =
         Simulator::new(system, &[1.0, 0.8].map(S::from_f64)).expect("finite parameters");

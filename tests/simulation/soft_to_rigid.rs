@@ -1,5 +1,6 @@
-//! A stop that hardens: the discontinuity mapping by direct simulation in double-double against numbers of its own
-//! (tests/data/soft/soft_to_rigid.json; README there), and the law by which it tends to that of the rigid stop.
+//! A stop that hardens: the discontinuity mapping by direct simulation in double-double against
+//! numbers of its own (tests/data/soft/soft_to_rigid.json; README there), and the law by which it
+//! tends to that of the rigid stop.
 //!
 //! The simulation is that of `examples/soft_to_rigid`, whose study rests on it.
 
@@ -19,7 +20,8 @@ use crate::support::reference::{exact, read, text};
 
 /// Allowed error, relative to the size of a jump or to the state it is a difference of (below 1).
 const EXACT: f64 = 1e-26;
-/// Stiffnesses above this: a contact shorter than 1e-5 of the fall, of which the simulation has fewer digits.
+/// Stiffnesses above this: a contact shorter than 1e-5 of the fall, of which the simulation has
+/// fewer digits.
 const STIFFEST: f64 = 1e12;
 
 fn cases() -> Vec<Value> {
@@ -57,7 +59,8 @@ fn jumps_of_stiffening_stops_and_of_the_rigid_one_are_those_of_closed_forms() {
     }
 }
 
-/// The next term of the law is `1/√k2` of the first one, times `√(a/2) /y` (the contact time's next term) or 1.
+/// The next term of the law is `1/√k2` of the first one, times `√(a/2) /y` (the contact time's next
+/// term) or 1.
 #[test]
 fn difference_to_the_rigid_stop_over_its_law_tends_to_one_as_the_root_of_the_stiffness() {
     for y in [1e-2, 1e-1] {

@@ -63,7 +63,8 @@ impl Mul<Dd> for Complex {
     }
 }
 
-/// The solution of a small linear system by elimination, the largest entry of a column as its pivot.
+/// The solution of a small linear system by elimination, the largest entry of a column as its
+/// pivot.
 pub(crate) fn solve(mut rows: Vec<Vec<Complex>>, mut right: Vec<Complex>) -> Vec<Complex> {
     let size = right.len();
     let magnitude = |value: Complex| value.magnitude().hi;

@@ -23,8 +23,8 @@ pub(crate) fn rustc(arguments: &[&str], folder: &Path) {
     );
 }
 
-/// A program that reads `module x0 x1 p0 p1` (bits of their numbers) and prints image, depth and Jacobian (bits), after
-/// checking that frozen and lane forms agree with the step bit for bit.
+/// A program that reads `module x0 x1 p0 p1` (bits of their numbers) and prints image, depth and
+/// Jacobian (bits), after checking that frozen and lane forms agree with the step bit for bit.
 fn driver(modules: &[&EmittedModule]) -> String {
     let mut text = String::new();
     for module in modules {

@@ -1,8 +1,10 @@
-//! Foale's closed form of one-impact orbits of the linear oscillator (1994; tests/data/rigid/README.md).
+//! Foale's closed form of one-impact orbits of the linear oscillator (1994;
+//! tests/data/rigid/README.md).
 
 use grazemap::numeric::Dd;
 
-/// Foale's closed form: `x'' + 2ζ x' + x = α cos ωt`, stop at 1, one impact in `returns` periods of the forcing.
+/// Foale's closed form: `x'' + 2ζ x' + x = α cos ωt`, stop at 1, one impact in `returns` periods of
+/// the forcing.
 pub(crate) struct Foale {
     omega: Dd,
     zeta: Dd,

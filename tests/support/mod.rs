@@ -13,9 +13,11 @@ pub(crate) mod systems;
 
 use std::io::Write as _;
 
-/// Whether this machine has registers of four doubles or more, without which nothing is simulated in lanes.
+/// Whether this machine has registers of four doubles or more, without which nothing is simulated
+/// in lanes.
 ///
-/// Where it has none the test is to return, and this line, which is written past the harness, says that it did.
+/// Where it has none the test is to return, and this line, which is written past the harness, says
+/// that it did.
 pub(crate) fn needs_wide_registers() -> bool {
     let is_wide = grazemap::numeric::is_wide();
     if !is_wide {

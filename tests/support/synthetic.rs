@@ -1,4 +1,5 @@
-//! Random numbers that are the same in every run, and maps with such coefficients, for tests and benches.
+//! Random numbers that are the same in every run, and maps with such coefficients, for tests and
+//! benches.
 #![allow(dead_code, reason = "each test or bench uses a part of it")]
 
 use grazemap::expansion::{
@@ -35,8 +36,8 @@ impl Numbers {
 /// Half-widths of the window of a synthetic map.
 pub(crate) const WINDOW: f64 = 0.2;
 
-/// Two coordinates, two parameters, a contact of this weight, and a leg of this order; the leg comes first
-/// as well where `stroboscopic`.
+/// Two coordinates, two parameters, a contact of this weight, and a leg of this order; the leg
+/// comes first as well where `stroboscopic`.
 pub(crate) fn map(smooth_order: u32, contact_weight: u32, kind: SectionKind) -> LocalMap {
     let mut numbers = Numbers::new(7);
     let leg = |numbers: &mut Numbers| {
@@ -78,8 +79,8 @@ pub(crate) fn map(smooth_order: u32, contact_weight: u32, kind: SectionKind) -> 
     )
 }
 
-/// Two full polynomials of this order in three variables, one of them a parameter, without a contact: the step of a map on which other
-/// programs were measured.
+/// Two full polynomials of this order in three variables, one of them a parameter, without a
+/// contact: the step of a map on which other programs were measured.
 pub(crate) fn two_polynomials(order: u32) -> LocalMap {
     let mut numbers = Numbers::new(3);
     let mut polynomial = || {

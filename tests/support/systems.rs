@@ -6,7 +6,8 @@ use serde_json::Value;
 use super::reference;
 use super::scenes::{parsed, text};
 
-/// A mass in the plane and a stop across both axes: an oblique surface, restitution along its normal.
+/// A mass in the plane and a stop across both axes: an oblique surface, restitution along its
+/// normal.
 const OBLIQUE: &str = r#"
 [model]
 name = "a mass in the plane and an oblique stop"
@@ -130,7 +131,8 @@ fn three_rigid_masses() -> String {
     text.replace(contact, "impact = { v3 = \"-0.8*v3\" }")
 }
 
-/// The two masses of a file of reference images: masses 1 and m2, springs 1 between them and mu_k to the ground.
+/// The two masses of a file of reference images: masses 1 and m2, springs 1 between them and mu_k
+/// to the ground.
 pub(crate) fn two_masses(file: &Value) -> Scene {
     let of = |key: &str| reference::text(&file["params"][key]);
     let force = |number: usize| reference::text(&file["params"]["f"][number]);

@@ -1,4 +1,5 @@
-//! Products against sums over exponents, in exact integers; lanes against single numbers, bit for bit.
+//! Products against sums over exponents, in exact integers; lanes against single numbers, bit for
+//! bit.
 
 use std::sync::Arc;
 

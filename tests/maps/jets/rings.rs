@@ -49,7 +49,8 @@ fn jets_at_half<S: Scalar>(algebra: &JetSeries, series: &[S]) -> Vec<S> {
     sum
 }
 
-/// Derivatives by `x_0` at 1/4, over factorials, of `x(1/2) = x_0 e^t / (1 − x_0 + x_0 e^t)` (mpmath).
+/// Derivatives by `x_0` at 1/4, over factorials, of `x(1/2) = x_0 e^t / (1 − x_0 + x_0 e^t)`
+/// (mpmath).
 const LOGISTIC: [&str; 7] = [
     "0.3546612443924433927296167951131276",
     "1.220675445965050308509184438505416",

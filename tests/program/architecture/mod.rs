@@ -1,7 +1,8 @@
-//! The floors of the house, checked against what every source file names: `crate::floor`, paths by `super` that lead out of a
-//! floor, other packages of the workspace, and what they hand on.
+//! The floors of the house, checked against what every source file names: `crate::floor`, paths by
+//! `super` that lead out of a floor, other packages of the workspace, and what they hand on.
 //!
-//! Change the table on purpose, in the same commit as docs/architecture.md, when a better house is found.
+//! Change the table on purpose, in the same commit as docs/architecture.md, when a better house is
+//! found.
 
 mod source;
 
@@ -78,7 +79,8 @@ const FLOORS: [(&str, &[&str]); 13] = [
     ),
 ];
 
-/// Files of the largest circle of a floor, where it has one of more than two: what is left to untangle. An entry may only shrink.
+/// Files of the largest circle of a floor, where it has one of more than two: what is left to
+/// untangle. An entry may only shrink.
 const CIRCLES: [(&str, usize); 9] = [
     ("numeric", 3),
     ("flow", 4),
@@ -247,21 +249,20 @@ fn largest_circle(house: &House, name: &str) -> Vec<Place> {
     let mut places = house.places();
     places.retain(|place| floor(place) == Some(name));
     let number: BTreeMap<_, _> = places.iter().zip(0..).collect();
-    let used = |place: &Place| house.used(place);
     let mut leads: Vec<Vec<bool>> = Vec::new();
     for place in &places {
         let mut row = vec![false; places.len()];
-        for other in used(place).iter().filter_map(|other| number.get(other)) {
+        let used = house.used(place);
+        for other in used.iter().filter_map(|other| number.get(other)) {
             row[*other] = true;
         }
         leads.push(row);
     }
     for by in 0..places.len() {
-        for from in 0..places.len() {
-            if leads[from][by] {
-                for to in 0..places.len() {
-                    leads[from][to] |= leads[by][to];
-                }
+        let ahead = leads[by].clone();
+        for row in leads.iter_mut().filter(|row| row[by]) {
+            for (leads, ahead) in row.iter_mut().zip(&ahead) {
+                *leads |= ahead;
             }
         }
     }

@@ -1,5 +1,5 @@
-//! Source files, read as far as the rules of the house need it: code without comments, texts and unit tests; the modules that
-//! it declares, what it defines and imports, the paths that it names.
+//! Source files, read as far as the rules of the house need it: code without comments, texts and
+//! unit tests; the modules that it declares, what it defines and imports, the paths that it names.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;

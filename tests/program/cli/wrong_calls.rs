@@ -1,5 +1,6 @@
-//! Each wrong call of [`wrong_calls`] must end with the exit code and the message recorded in `tests/program/cli/NAME.expected`;
-//! `UPDATE_EXPECTED=1 cargo test --test program wrong_calls::` writes those anew.
+//! Each wrong call of [`wrong_calls`] must end with the exit code and the message recorded in
+//! `tests/program/cli/NAME.expected`; `UPDATE_EXPECTED=1 cargo test --test program wrong_calls::`
+//! writes those anew.
 
 use std::fs;
 use std::path::{Path, PathBuf};
