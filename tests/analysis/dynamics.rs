@@ -450,7 +450,8 @@ fn the_map_of_a_tolerance_is_right_about_orbits_folds_and_stability() {
 fn the_lowest_order_has_the_period_adding_of_the_one_dimensional_law() {
     // The multipliers of this beam are 0.69 and 1e-9: at (1, 1) its map is the one-dimensional
     // square-root map, whose 1/6 orbit flips at mu_PD = 2.3011829e-4
-    // (tests/data/rigid/beam_cascade.json). NOTE: the file has `Infinity`, which JSON has not.
+    // (tests/data/rigid/beam_cascade.json).
+    // NOTE: the file has `Infinity`, which JSON has not.
     let text = include_str!("../data/rigid/beam_cascade.json").replace("Infinity", "null");
     let reference: serde_json::Value = serde_json::from_str(&text).expect("JSON");
     let row = &reference["prediction_leading_with_y2"][5];

@@ -74,8 +74,8 @@ fn economised_maps_err_several_times_less_at_the_same_monomials() {
     let scenes = [
         ("linear", 4),
         ("mems", 4),
-        // Its window ends near the radius of its contact: the higher orders fitted to are not
-        // exact there either.
+        // Its window ends near the radius of its contact: the higher orders fitted to are not exact
+        // there either.
         ("cantilever_3_5_soft", 4),
         ("soft_b", 5),
         ("soft_c", 5),

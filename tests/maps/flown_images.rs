@@ -163,8 +163,8 @@ fn a_damper_left_at_the_surface_kicks_by_the_cube_of_the_depth_variable() {
         let contact = flown(&scene, WEIGHT);
         for y in [1e-15, 1e-12, 1e-9] {
             // The forces along the free flow, -k2 (x - delta) - R2 v, and what the free field makes
-            // of the damper's R2 (x - delta) on the way: x' = v and v' = -2 zeta v. The
-            // gap's integral is -4/3 y^3 sqrt(2/a).
+            // of the damper's R2 (x - delta) on the way: x' = v and v' = -2 zeta v. The gap's
+            // integral is -4/3 y^3 sqrt(2/a).
             let integral = -4.0 / 3.0 * (2.0 / acceleration).sqrt() * y * y * y;
             let law = [r2 * integral, (k2 - 2.0 * zeta * r2) * integral];
             let found = kick(&contact, &[y * y, 0.0, 0.0, 0.0]);

@@ -152,8 +152,8 @@ fn shown(errors: &[f64]) -> String {
 #[test]
 fn maps_of_two_passages_approach_the_exact_composition_order_by_order() {
     // Deeper images are beyond a table that ends here: y over the springs' radius, 0.32 and 0.09,
-    // is no longer small. The shallowest contacts of T2_rigid have y = 0.1; on its curved
-    // tangency sections degree 12 leaves y^13.
+    // is no longer small. The shallowest contacts of T2_rigid have y = 0.1; on its curved tangency
+    // sections degree 12 leaves y^13.
     for (name, deepest, bound) in [
         ("T1_soft", 1e-3, 1e-10),
         ("T2_soft", 3e-4, 1e-10),

@@ -95,8 +95,8 @@ fn check_against_simulation(name: &str, section: &str) {
             errors[0], errors[1]
         );
         // The next term of the error bends the rate, measured at a sixteenth and a sixty-fourth of
-        // the window; a missing term would lower it by one. Rounding of the coefficients,
-        // 1e-16 of images of 1e-3, hides it below 1e-14.
+        // the window; a missing term would lower it by one. Rounding of the coefficients, 1e-16 of
+        // images of 1e-3, hides it below 1e-14.
         assert!(
             rate > f64::from(order) + 0.9 || errors[1] < 1e-14,
             "order {order}: rate {rate}"

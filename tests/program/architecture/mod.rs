@@ -10,7 +10,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::Path;
 
-use source::{Found, House, Module, Place};
+use source::{Found, House, Module, Package, Place};
 
 /// Floors, lowest first, each with the floors it may name.
 const FLOORS: [(&str, &[&str]); 13] = [
@@ -104,6 +104,13 @@ fn floor(place: &Place) -> Option<&'static str> {
     floors.find(|floor| floor == first)
 }
 
+/// The floors that a package holds, in the order in which it declares them.
+fn floors_of(package: &Package) -> Vec<&String> {
+    let root = &package.modules[&Vec::new()];
+    let is_floor = |name: &&String| FLOORS.iter().any(|(floor, _)| floor == name);
+    root.children.iter().filter(is_floor).collect()
+}
+
 fn level(floor: &str) -> usize {
     let mut floors = FLOORS.iter();
     let level = floors.position(|(name, _)| *name == floor);
@@ -138,9 +145,11 @@ fn a_floor_names_only_the_floors_it_may() {
         let (_, allowed) = FLOORS[level(own)];
         let file = house.module(&place).file.display();
         for (path, found) in house.named(&place) {
-            // What stands beside the floors knows them all, and is for the highest alone.
+            // What stands beside the floors of a package knows them all, and is for the highest
+            // floor alone; a package without floors is as any other library.
+            let package = &house.packages[found.place.package];
             assert!(
-                own == "cli" || !floors_on(&found).is_empty(),
+                own == "cli" || !floors_on(&found).is_empty() || floors_of(package).is_empty(),
                 "{file} names `{path}`, which is on no floor"
             );
             for named in floors_on(&found) {
@@ -211,12 +220,14 @@ fn packages_list_their_floors_in_order_and_every_folder_is_a_floor() {
     let house = house();
     let mut listed = Vec::new();
     for package in &house.packages {
+        let floors = floors_of(package);
+        if floors.is_empty() {
+            continue;
+        }
         let root = &package.modules[&Vec::new()];
-        let is_floor = |name: &&String| FLOORS.iter().any(|(floor, _)| floor == name);
-        let floors: Vec<_> = root.children.iter().filter(is_floor).collect();
         let levels = floors.iter().map(|name| level(name));
         assert!(levels.is_sorted(), "{}: {floors:?}", root.file.display());
-        for module in root.children.iter().filter(|name| !is_floor(name)) {
+        for module in root.children.iter().filter(|name| !floors.contains(name)) {
             let parts = package
                 .modules
                 .keys()
@@ -249,21 +260,20 @@ fn largest_circle(house: &House, name: &str) -> Vec<Place> {
     let mut places = house.places();
     places.retain(|place| floor(place) == Some(name));
     let number: BTreeMap<_, _> = places.iter().zip(0..).collect();
-    let used = |place: &Place| house.used(place);
     let mut leads: Vec<Vec<bool>> = Vec::new();
     for place in &places {
         let mut row = vec![false; places.len()];
-        for other in used(place).iter().filter_map(|other| number.get(other)) {
+        let used = house.used(place);
+        for other in used.iter().filter_map(|other| number.get(other)) {
             row[*other] = true;
         }
         leads.push(row);
     }
     for by in 0..places.len() {
-        for from in 0..places.len() {
-            if leads[from][by] {
-                for to in 0..places.len() {
-                    leads[from][to] |= leads[by][to];
-                }
+        let ahead = leads[by].clone();
+        for row in leads.iter_mut().filter(|row| row[by]) {
+            for (leads, ahead) in row.iter_mut().zip(&ahead) {
+                *leads |= ahead;
             }
         }
     }
