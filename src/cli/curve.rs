@@ -3,8 +3,8 @@
 use super::arguments::CurveArguments;
 use super::error::CliError;
 use super::output::{Results, counted};
-use super::prepare::{nearest_of, prepare};
-use grazemap::model::Model;
+use super::prepare::prepare;
+use grazemap::model::{Model, nearest};
 use grazemap::numeric::Shown;
 use grazemap::orbit::{CurveEnd, CurveOptions, CurveOutcome, GrazingCurve, curve};
 use grazemap::report::{CurveDocument, to_dense_json};
@@ -70,7 +70,7 @@ fn parameter(model: &Model, name: &str) -> Result<usize, CliError> {
         .position(|known| known == name)
         .ok_or_else(|| CliError::NoSuchParameter {
             name: name.to_owned(),
-            nearest: nearest_of(name, names()),
+            nearest: nearest(name, names()),
         })
 }
 

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use super::arguments::NewOptions;
 use super::error::CliError;
 use super::output::{note, print};
-use super::prepare::nearest;
+use super::prepare::nearest_scene;
 use grazemap::model::catalogue;
 use grazemap::report::write_atomically;
 
@@ -30,7 +30,7 @@ fn list() -> String {
 fn write(name: &str, options: &NewOptions) -> Result<(), CliError> {
     let text = catalogue::text(name).ok_or_else(|| CliError::NotInCatalogue {
         name: name.to_owned(),
-        nearest: nearest(name),
+        nearest: nearest_scene(name),
     })?;
     let path = options
         .output

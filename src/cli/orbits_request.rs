@@ -2,11 +2,10 @@
 
 use super::error::CliError;
 use super::orbits_arguments::{OrbitsArguments, OrbitsUsing, ParameterOffsets};
-use super::prepare::nearest_of;
 use grazemap::analysis::orbits::{LociRequest, OrbitsRequest, SteppedParameter};
 use grazemap::analysis::periodic::{BifurcationKind, ContactItinerary, ItineraryError};
 use grazemap::expansion::LocalMap;
-use grazemap::model::Scene;
+use grazemap::model::{Scene, nearest};
 
 /// Share of the window's half-width at which orbits are looked for where no parameters are named.
 const DEFAULT_SHARE: f64 = 0.1;
@@ -63,7 +62,7 @@ impl Parameters<'_> {
             .ok_or_else(|| CliError::NotActive {
                 flag,
                 name: name.to_owned(),
-                nearest: nearest_of(name, self.names()),
+                nearest: nearest(name, self.names()),
                 known: self.names().collect::<Vec<_>>().join(", "),
             })
     }

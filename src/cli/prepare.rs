@@ -8,13 +8,10 @@ use super::output::note;
 use grazemap::analysis::AnalysisError;
 use grazemap::convergence::{Choice, SettledScene, choose_orders, settle_section};
 use grazemap::expansion::{Expander, LocalMap, MapOrders};
-use grazemap::model::{Orders, Scene, Shape, catalogue};
+use grazemap::model::{Orders, Scene, Shape, catalogue, nearest};
 use grazemap::numeric::FloatFormat;
 use grazemap::orbit::{GrazingOrbit, locate};
 use grazemap::report::{SectionDecision, SectionDocument};
-
-/// Longer names are not compared with known ones.
-const LONGEST_NAME: usize = 200;
 
 /// A scene and the text it was read from.
 #[derive(Debug)]
@@ -60,24 +57,14 @@ pub(super) fn load(path: &Path, overrides: &[(String, String)]) -> Result<Loaded
         }
         None => Err(CliError::NoSuchScene {
             path: path.to_owned(),
-            nearest: nearest(&name),
+            nearest: nearest_scene(&name),
         }),
     }
 }
 
 /// The name of the catalogue nearest to a mistyped one.
-pub(super) fn nearest(name: &str) -> Option<String> {
-    nearest_of(name, catalogue::names())
-}
-
-/// The known name nearest to a mistyped one, if one is near enough to be what was meant.
-pub(super) fn nearest_of<'a>(name: &str, known: impl Iterator<Item = &'a str>) -> Option<String> {
-    if name.len() > LONGEST_NAME {
-        return None;
-    }
-    let distance = |known: &&str| strsim::damerau_levenshtein(name, known);
-    let near = known.min_by_key(distance)?;
-    (distance(&near) <= 1 + name.chars().count() / 4).then(|| near.to_owned())
+pub(super) fn nearest_scene(name: &str) -> Option<String> {
+    nearest(name, catalogue::names())
 }
 
 /// Refuses diagrams and charts of parameters that the map does not keep, before anything is

@@ -11,8 +11,8 @@ use crate::numeric::polynomial::{CrossingDirection, crossings, evaluate};
 const STEPS_PER_TIME: f64 = 4.0;
 /// Powers of time in a step: `(1/4)^25/25!` is below the rounding of double-double.
 const ORDER: usize = 24;
-/// Share of the first step at which the release function has its sign.
-const EARLY: f64 = 0.125;
+/// Part of the first step after which the sign of the release function is not rounding.
+const SETTLED: f64 = 0.125;
 /// Steps after which a contact counts as one without release.
 pub(super) const MOST_STEPS: usize = 4096;
 
@@ -75,27 +75,24 @@ impl Reference<'_> {
     }
 }
 
-/// Where a polynomial on `[0, 1]` first loses its sign, which is that of an early place of the first
-/// step: there it may begin at zero.
+/// Where a polynomial on `[0, 1]` first has another sign than `sign`, which its value at
+/// [`SETTLED`] decides if none is known.
 fn first_change(release: &[Dd], sign: &mut Option<f64>) -> Option<Dd> {
-    let Some(sign) = *sign else {
-        let early = evaluate(release, Dd::from(EARLY)).0.to_f64();
-        *sign = Some(early.signum());
-        return crossing_from(release, early);
+    let (sign, from) = match *sign {
+        Some(sign) if release[0].to_f64() * sign < 0.0 => return Some(Dd::ZERO),
+        Some(sign) => (sign, Dd::ZERO),
+        None => {
+            let settled = Dd::from(SETTLED);
+            let value = evaluate(release, settled).0.to_f64();
+            (*sign.insert(value.signum()), settled)
+        }
     };
-    if release[0].to_f64() * sign < 0.0 {
-        return Some(Dd::ZERO);
-    }
-    crossing_from(release, sign)
-}
-
-/// The first place at which a polynomial on `[0, 1]` leaves a sign.
-fn crossing_from(release: &[Dd], sign: f64) -> Option<Dd> {
-    let direction = if sign > 0.0 {
-        CrossingDirection::Entering
-    } else {
-        CrossingDirection::Leaving
+    let out = match sign > 0.0 {
+        true => CrossingDirection::Entering,
+        false => CrossingDirection::Leaving,
     };
-    let mut found = crossings(release, Dd::ONE).into_iter();
-    Some(found.find(|crossing| crossing.direction == direction)?.time)
+    let crossings = crossings(release, Dd::ONE).into_iter();
+    let mut changes = crossings.filter(|crossing| crossing.direction == out);
+    let first = changes.find(|change| change.time > from);
+    first.map(|change| change.time)
 }
