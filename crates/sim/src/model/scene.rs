@@ -134,10 +134,11 @@ pub enum Section {
 }
 
 /// Which sections a map may be taken on.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum SectionRule {
     /// The one that the scene names.
+    #[default]
     Named,
     /// The one whose map for the tolerance costs least; until that is known, the scene is on its
     /// tangency section.
