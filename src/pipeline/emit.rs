@@ -39,7 +39,8 @@ impl Map {
             target: Target::Rust,
             measure: false,
         };
-        write_crate(&EmittedCrate::standalone(&self.module(request)?)?, folder.as_ref())
+        let emitted = EmittedCrate::standalone(&self.module(request)?)?;
+        Ok(OutputFolder::create(folder.as_ref())?.write_all(&emitted.files)?)
     }
 
     /// The emitted module of the map.
@@ -115,13 +116,4 @@ impl Map {
             }
         })
     }
-}
-
-/// Writes the files of an emission, each whole or not at all.
-pub(crate) fn write_crate(emitted: &EmittedCrate, folder: &Path) -> Result<(), Error> {
-    let folder = OutputFolder::create(folder)?;
-    for (path, text) in &emitted.files {
-        folder.write(path, text)?;
-    }
-    Ok(())
 }

@@ -92,8 +92,12 @@ impl Graze {
     }
 }
 
-/// The number of a parameter of a scene.
-pub(crate) fn parameter_number(scene: &Scene, name: &str) -> Result<usize, Error> {
+/// The number of a parameter of a scene, by its name.
+///
+/// # Errors
+///
+/// [`Error::NoSuchParameter`] for a name that is no parameter.
+pub fn parameter_number(scene: &Scene, name: &str) -> Result<usize, Error> {
     let names = scene.model.parameters.iter();
     let mut names = names.map(|parameter| parameter.name.as_str());
     let found = names.clone().position(|known| known == name);
@@ -119,6 +123,11 @@ pub struct StudyRequest {
     pub sections: bool,
     /// The map chosen for the scene's tolerance with so many fresh points, where it is known.
     pub chosen: Option<Choice>,
+}
+
+impl StudyRequest {
+    /// Fresh points where nothing else is asked.
+    pub const FRESH: usize = 1000;
 }
 
 impl Settled {

@@ -21,9 +21,6 @@ use crate::numeric::FloatFormat;
 use crate::orbit::GrazingOrbit;
 use crate::report::{ExpansionParts, MapListing, PassageParts, SectionDocument, depth_variables};
 
-/// Fresh points of a study where nothing else is asked.
-const FRESH: usize = 1000;
-
 /// What of a scene is expanded: orders, weights and shape.
 #[derive(Clone, Debug)]
 pub struct Plan {
@@ -252,7 +249,12 @@ impl Map {
     /// [`Error::Analysis`] if the simulator refuses the offsets.
     pub fn simulate(&self, state: &[f64], parameters: &[f64]) -> Result<SectionImage<f64>, Error> {
         let settled = self.settled();
-        Ok(direct_image(settled.scene(), settled.orbit(), state, parameters)?)
+        Ok(direct_image(
+            settled.scene(),
+            settled.orbit(),
+            state,
+            parameters,
+        )?)
     }
 
     /// Images of many points, by the map, its parts or direct simulation.
@@ -262,7 +264,12 @@ impl Map {
     /// [`Error::Analysis`] for offsets of another length and precisions that are not there.
     pub fn images(&self, request: &ImageRequest) -> Result<Vec<ImageRecord>, Error> {
         let settled = self.settled();
-        Ok(images(settled.scene(), settled.orbit(), self.local(), request)?)
+        Ok(images(
+            settled.scene(),
+            settled.orbit(),
+            self.local(),
+            request,
+        )?)
     }
 
     /// A bifurcation diagram.
@@ -290,7 +297,9 @@ impl Map {
     /// As [`diagram`](Self::diagram).
     pub fn diagrams(&self, progress: &dyn Progress) -> Result<Vec<Diagram>, Error> {
         let requests = self.scene().diagrams.iter();
-        requests.map(|request| self.diagram_with(request, progress)).collect()
+        requests
+            .map(|request| self.diagram_with(request, progress))
+            .collect()
     }
 
     /// A two-parameter chart.
@@ -314,7 +323,9 @@ impl Map {
     /// As [`chart`](Self::chart).
     pub fn charts(&self, progress: &dyn Progress) -> Result<Vec<Chart>, Error> {
         let requests = self.scene().charts.iter();
-        requests.map(|request| self.chart_with(request, progress)).collect()
+        requests
+            .map(|request| self.chart_with(request, progress))
+            .collect()
     }
 
     /// Periodic orbits by itinerary, their folds and flips.
@@ -339,7 +350,7 @@ impl Map {
     /// As [`Settled::study`].
     pub fn study(&self) -> Result<ConvergenceStudy, Error> {
         let request = StudyRequest {
-            fresh: FRESH,
+            fresh: StudyRequest::FRESH,
             sections: false,
             chosen: self.choice().cloned(),
         };

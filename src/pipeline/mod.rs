@@ -14,6 +14,6 @@ mod saved;
 
 pub use emit::EmitRequest;
 pub use error::Error;
-pub use graze::{FindGraze, Graze, Settled, StudyRequest};
+pub use graze::{FindGraze, Graze, Settled, StudyRequest, parameter_number};
 pub use map::{Image, Map, Plan};
 pub use saved::Source;

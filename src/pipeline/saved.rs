@@ -160,13 +160,8 @@ struct SavedMap<O, V, C, E, M> {
     map: M,
 }
 
-type ReadMap = SavedMap<
-    GrazingOrbit,
-    Option<SectionVerdict>,
-    Option<Choice>,
-    Vec<WindowEdge>,
-    LocalMap,
->;
+type ReadMap =
+    SavedMap<GrazingOrbit, Option<SectionVerdict>, Option<Choice>, Vec<WindowEdge>, LocalMap>;
 
 /// What is listed for people, and what is read back.
 #[derive(Serialize)]
@@ -331,7 +326,9 @@ fn of_kind<T>(
 ) -> Result<T, String> {
     match kind_of(text)? {
         found if found == expected => of(text),
-        found => Err(format!("expected a document of kind {expected:?}, found {found:?}")),
+        found => Err(format!(
+            "expected a document of kind {expected:?}, found {found:?}"
+        )),
     }
 }
 
@@ -355,7 +352,13 @@ fn map_from(text: &str) -> Result<Map, String> {
         verdict: saved.verdict.map(Arc::new),
     };
     let plan = Plan::new(settled, saved.map.orders, saved.choice);
-    Ok(Map::new(plan, saved.map, Some(listing), Vec::new(), saved.window_edges))
+    Ok(Map::new(
+        plan,
+        saved.map,
+        Some(listing),
+        Vec::new(),
+        saved.window_edges,
+    ))
 }
 
 fn expect(holds: bool, what: &str) -> Result<(), String> {
@@ -378,14 +381,26 @@ fn check_orbit(scene: &Scene, orbit: &GrazingOrbit) -> Result<(), String> {
     for graze in &orbit.passages {
         expect(graze.surface < model.surfaces.len(), "surfaces")?;
         expect(graze.state.len() == dimension, "states")?;
-        expect(graze.parameters.len() == model.parameters.len(), "parameters")?;
+        expect(
+            graze.parameters.len() == model.parameters.len(),
+            "parameters",
+        )?;
         expect(fits(&graze.section), "sections")?;
     }
     let rows = orbit.monodromy.iter().all(|row| row.len() + 1 == dimension);
-    expect(rows && orbit.monodromy.len() + 1 == dimension, "multipliers")?;
+    expect(
+        rows && orbit.monodromy.len() + 1 == dimension,
+        "multipliers",
+    )?;
     let mut pairs = orbit.conditions.iter();
-    expect(pairs.all(|pair| pair.from.max(pair.to) < passages), "conditions")?;
-    expect(fits(&orbit.section) && orbit.section_point.len() == dimension, "sections")
+    expect(
+        pairs.all(|pair| pair.from.max(pair.to) < passages),
+        "conditions",
+    )?;
+    expect(
+        fits(&orbit.section) && orbit.section_point.len() == dimension,
+        "sections",
+    )
 }
 
 /// Whether a map has the sizes of its scene.
@@ -399,12 +414,19 @@ fn check_map(scene: &Scene, map: &LocalMap) -> Result<(), String> {
     };
     expect(map.digest == scene.digest, "digests")?;
     let section = &map.section;
-    let lengths = [section.coordinates.len(), section.point.len(), map.window.state.len()];
+    let lengths = [
+        section.coordinates.len(),
+        section.point.len(),
+        map.window.state.len(),
+    ];
     expect(lengths == [coordinates; 3], "coordinates")?;
     let lengths = [map.parameters.len(), map.window.parameter.len()];
     expect(lengths == [parameters; 2], "parameters")?;
     let passages = scene.grazing.passages.len();
-    expect([map.surfaces.len(), map.passages()] == [passages; 2], "passages")?;
+    expect(
+        [map.surfaces.len(), map.passages()] == [passages; 2],
+        "passages",
+    )?;
     for stage in &map.stages {
         let fits = match stage {
             Stage::Leg(leg) => all(&leg.image, coordinates, variables),
