@@ -27,6 +27,13 @@ pub mod convergence;
 
 pub mod report;
 
+pub mod pipeline;
+
+/// The nouns and verbs of a first application.
+pub mod prelude {
+    pub use crate::{DiscreteMap, Error, FindGraze, Graze, Map, Scene};
+}
+
 pub use analysis::diagram::Diagram;
 pub use convergence::ConvergenceStudy;
 pub use emission::EmittedCrate;
@@ -34,3 +41,4 @@ pub use expansion::{Expander, LocalMap, MapOrders};
 pub use iteration::{DiscreteMap, HornerMap};
 pub use model::{Model, Scene};
 pub use orbit::GrazingOrbit;
+pub use pipeline::{Error, FindGraze, Graze, Map};

@@ -45,6 +45,8 @@ pub struct ConvergenceOptions {
     pub fresh: usize,
     /// Whether maps of other sections are chosen too.
     pub sections: bool,
+    /// The map chosen for the tolerance on so many fresh points, where it is known already.
+    pub chosen: Option<Choice>,
     /// Highest weight of `D` whose rate is measured (its coefficients in double-double).
     pub discontinuity_rates: u32,
     /// Highest degree of `P_smooth` whose rate is measured (its coefficients in double-double, by
@@ -70,6 +72,7 @@ impl ConvergenceOptions {
             tolerance,
             fresh: ChoiceOptions::new(tolerance).fresh,
             sections: false,
+            chosen: None,
             discontinuity_rates: RATES.contact_weight,
             smooth_rates: RATES.smooth_order,
         }
@@ -96,7 +99,10 @@ pub fn converge(
         tolerance: options.tolerance,
         fresh: options.fresh,
     };
-    let chosen = choose(scene, orbit, &choice)?;
+    let chosen = match &options.chosen {
+        Some(chosen) => chosen.clone(),
+        None => choose(scene, orbit, &choice)?,
+    };
     let highest = options.highest.unwrap_or_else(|| beyond(chosen.orders));
     let sweep = Sweep::new(scene, orbit, options, highest, progress)?;
     let mut orders = sweep.errors(progress)?;

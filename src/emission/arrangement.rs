@@ -64,7 +64,7 @@ pub(super) fn arrange(
         lanes: options.lanes,
         orders: map.orders,
         scene: language.string(&map.scene),
-        digest: format!("0x{:016x}", map.digest),
+        digest: format!("0x{}", map.digest),
         section: language.string(section_word(map.section.kind)),
         coordinate_names: map
             .section

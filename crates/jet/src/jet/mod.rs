@@ -16,6 +16,7 @@ mod monomials;
 mod operators;
 mod power_series;
 mod product;
+mod saved;
 mod selection;
 mod series;
 mod space;
