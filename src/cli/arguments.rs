@@ -70,7 +70,7 @@ impl Arguments {
             Some(Command::Expand(options)) => ("expand", &options.common, true),
             Some(Command::Emit(options)) => ("emit", &options.common, false),
             Some(Command::Image(options)) => ("image", &options.scene.common, true),
-            Some(Command::Converge(options)) => ("converge", &options.common, true),
+            Some(Command::Converge(options)) => ("converge", &options.scene.common, true),
             Some(Command::Diagram(options)) => ("diagram", &options.common, true),
             Some(Command::Chart(options)) => ("chart", &options.common, true),
             Some(Command::Orbits(options)) => ("orbits", &options.scene.common, true),
@@ -129,18 +129,11 @@ pub(super) struct SceneOptions {
 /// Options of `converge`.
 #[derive(Clone, Debug, Args)]
 pub(super) struct ConvergeOptions {
-    /// A scene file, or the name of a scene of the catalogue
-    #[arg(value_name = "SCENE", required_unless_present = "extremes")]
-    pub(super) scene: Option<PathBuf>,
-    /// Instead of a scene: the study of what is accurate and what is refused at the ends of every
-    /// scale
-    #[arg(long, conflicts_with_all = ["scene", "set"])]
-    pub(super) extremes: bool,
+    #[command(flatten)]
+    pub(super) scene: SceneOptions,
     /// Fresh points at which the chosen map is compared with direct simulation
     #[arg(long, value_name = "N", allow_negative_numbers = true, default_value_t = 1000, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     pub(super) fresh: u32,
-    #[command(flatten)]
-    pub(super) common: Common,
 }
 
 /// Options of `curve`.

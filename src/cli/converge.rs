@@ -2,61 +2,21 @@
 
 use serde::Serialize;
 
-use super::arguments::{Common, ConvergeOptions, SceneOptions};
+use super::arguments::ConvergeOptions;
 use super::error::CliError;
 use super::output::Results;
-use super::prepare::{grazing_orbit, prepare, settle, start_threads};
+use super::prepare::{grazing_orbit, prepare, settle};
 use super::progress::Bar;
 use super::window_edge::{warn_of_edges, window_edges};
-use grazemap::convergence::{
-    ConvergenceOptions, ConvergenceStudy, converge, extreme_cases, extremes,
-};
+use grazemap::convergence::{ConvergenceOptions, ConvergenceStudy, converge};
 use grazemap::expansion::Expander;
 use grazemap::report::{
     ReportError, SectionDocument, accuracy_words, chosen_words, convergence_figures,
-    convergence_table, extremes_figures, extremes_table, extremes_words, sections_words,
-    to_dense_json, validity_words, without_times,
+    convergence_table, sections_words, to_dense_json, validity_words, without_times,
 };
 
 pub(super) fn run(options: &ConvergeOptions) -> Result<(), CliError> {
-    match &options.scene {
-        Some(scene) => {
-            let scene = SceneOptions {
-                scene: scene.clone(),
-                common: options.common.clone(),
-            };
-            of_scene(&scene, options.fresh as usize)
-        }
-        None => of_extremes(&options.common),
-    }
-}
-
-/// The study of extremes.
-fn of_extremes(common: &Common) -> Result<(), CliError> {
-    start_threads(common)?;
-    let bar = Bar::new("extremes", common);
-    let study = extremes(&extreme_cases(), &bar);
-    drop(bar);
-    let table = extremes_table(&study)?;
-    let (csv, json) = (table.to_csv()?, to_dense_json(&study)?);
-    let mut files = vec![
-        ("extremes.json".to_owned(), json.clone().into_bytes()),
-        ("table.csv".to_owned(), csv.clone().into_bytes()),
-        ("table.md".to_owned(), table.to_markdown().into_bytes()),
-    ];
-    for (stem, figure) in extremes_figures(&study) {
-        files.push((format!("{stem}.svg"), figure.to_svg()?.into_bytes()));
-    }
-    let results = Results {
-        text: format!("{}\n{}\n", table.to_text(), extremes_words(&study)),
-        json,
-        csv: Some(csv),
-        files,
-    };
-    results.deliver("converge", common)
-}
-
-fn of_scene(options: &SceneOptions, fresh: usize) -> Result<(), CliError> {
+    let (options, fresh) = (&options.scene, options.fresh as usize);
     let scene = prepare(options)?.scene;
     let settled = settle(&scene, &grazing_orbit(&scene)?, options.common.quiet)?;
     let (scene, orbit) = (&settled.scene, &settled.orbit);
