@@ -301,7 +301,7 @@ fn digests_are_fnv_1a_of_the_text() {
         .fold(0xcbf2_9ce4_8422_2325_u64, |hash, byte| {
             (hash ^ u64::from(byte)).wrapping_mul(1_099_511_628_211)
         });
-    assert_eq!(scene.digest, by_hand);
+    assert_eq!(scene.digest.0, by_hand);
 }
 
 /// A moving, curved stop: the restitution is that of the normal velocity, whatever the event

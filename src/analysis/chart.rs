@@ -16,7 +16,7 @@ use super::diagram::{
 use super::{AnalysisError, Progress, itinerary};
 use crate::expansion::{LocalMap, MapWindow};
 use crate::iteration::{HornerMap, OrbitEnd, OrbitName, OrbitRequest, Period};
-use crate::model::{ChartRequest, Observable, Scene};
+use crate::model::{ChartRequest, Digest, Observable, Scene};
 use crate::orbit::GrazingOrbit;
 
 /// A two-parameter chart.
@@ -25,7 +25,7 @@ pub struct Chart {
     /// Identifier of the scene.
     pub scene: String,
     /// Digest of the scene's text.
-    pub digest: u64,
+    pub digest: Digest,
     /// The two parameters, the horizontal one first.
     pub axes: [ChartAxis; 2],
     /// Names of the surfaces that graze, in the model's order: that of the hits in the names of

@@ -40,7 +40,7 @@ impl<'a> Summary<'a> {
         let parameter = |&index: &usize| model.parameters[index].name.as_str();
         Self {
             scene: &scene.identifier,
-            digest: format!("{:016x}", scene.digest),
+            digest: scene.digest.to_string(),
             model: &model.name,
             states: &model.states,
             phase: model.phase.as_ref().map(|phase| phase.name.as_str()),

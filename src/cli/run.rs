@@ -171,7 +171,7 @@ pub(super) fn run(options: &SceneOptions) -> Result<(), CliError> {
     folder.write("report.html", page.to_html()?)?;
     let timings = Timings {
         scene: &scene.identifier,
-        digest: format!("{:016x}", scene.digest),
+        digest: scene.digest.to_string(),
         stages: &clock.stages,
         diagrams: diagrams.iter().map(DiagramTimes::of).collect(),
         charts: charts.iter().map(ChartTimes::of).collect(),

@@ -10,7 +10,7 @@ use super::pareto::ParetoPoint;
 use super::sections::SectionChoice;
 use super::validity::Validity;
 use crate::expansion::{MapOrders, WindowEdge};
-use crate::model::Shape;
+use crate::model::{Digest, Shape};
 use crate::numeric::FloatFormat;
 
 /// How far maps of every order are from direct simulation, and how fast they are.
@@ -21,7 +21,7 @@ pub struct ConvergenceStudy {
     /// Identifier of the scene.
     pub scene: String,
     /// Digest of the scene's text.
-    pub digest: u64,
+    pub digest: Digest,
     /// The sample of the window.
     pub sample: SampleSummary,
     /// One entry per pair of orders and shape.

@@ -65,7 +65,7 @@ pub(super) fn arrange(
         smooth_order: map.orders.smooth_order,
         contact_weight: map.orders.contact_weight,
         scene: language.string(&map.scene),
-        digest: format!("0x{:016x}", map.digest),
+        digest: format!("0x{}", map.digest),
         section: language.string(section_word(map.section.kind)),
         coordinate_names: map
             .section

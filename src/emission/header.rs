@@ -33,7 +33,7 @@ pub(super) fn header(
     };
     let (all, frozen) = (lowered.kernel.count(), step.count());
     let mut lines = vec![
-        format!("Scene {}, digest {:016x}.", comment(&map.scene), map.digest),
+        format!("Scene {}, digest {}.", comment(&map.scene), map.digest),
         format!(
             "Section: {}{}.",
             section_word(map.section.kind),

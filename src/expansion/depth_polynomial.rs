@@ -15,14 +15,14 @@ use crate::numeric::{Real, Scalar};
 
 /// A polynomial in `(y_1 … y_K; coordinates; parameters)`, with several passages at most quadratic
 /// in each `y_k`.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
 pub struct DepthPolynomial<S: Scalar = f64> {
     /// Its terms by increasing powers of the depth variables; the first has none of them.
     pub terms: Vec<DepthTerm<S>>,
 }
 
 /// The part of a polynomial with given powers of the depth variables.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
 pub struct DepthTerm<S: Scalar = f64> {
     /// Power of each depth variable.
     pub powers: Vec<u8>,

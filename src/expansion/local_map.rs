@@ -2,9 +2,12 @@
 
 use std::sync::Arc;
 
+use serde::{Deserialize, Serialize};
+
 use super::{DepthPolynomial, FlownContact};
 use crate::jet::Jet;
-use crate::numeric::{Dd, Real, Scalar};
+use crate::model::Digest;
+use crate::numeric::{Dd, Real, Scalar, unbounded, unbounded_number};
 
 /// A local map `P` near a grazing orbit, as the sequence of its stages.
 ///
@@ -12,12 +15,12 @@ use crate::numeric::{Dd, Real, Scalar};
 /// section, parameters from their grazing values. Every stage maps the same number of coordinates
 /// ([`dimension`](LocalMap::dimension)); after the last stage the nominal advance of the phase has
 /// been removed, so that the map can be iterated.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct LocalMap {
     /// Identifier of the scene.
     pub scene: String,
     /// Digest of the scene's text.
-    pub digest: u64,
+    pub digest: Digest,
     /// The section and its coordinates.
     pub section: MapSection,
     /// Active parameters, in order.
@@ -36,7 +39,7 @@ pub struct LocalMap {
 }
 
 /// Section of a map.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct MapSection {
     /// `tangency` or `stroboscopic`.
     pub kind: SectionKind,
@@ -49,7 +52,7 @@ pub struct MapSection {
 }
 
 /// Kind of a section.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum SectionKind {
     /// `h' = 0` at the graze.
@@ -59,7 +62,7 @@ pub enum SectionKind {
 }
 
 /// A parameter kept as a variable.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ActiveParameter {
     /// Name.
     pub name: String,
@@ -68,7 +71,7 @@ pub struct ActiveParameter {
 }
 
 /// Truncation orders of a map.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct MapOrders {
     /// Degree of the smooth legs.
     pub smooth_order: u32,
@@ -77,13 +80,16 @@ pub struct MapOrders {
 }
 
 /// Half-widths of the trusted window, in offsets; infinite where nothing was asked.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct MapWindow {
     /// Largest `y²`.
+    #[serde(with = "unbounded_number")]
     pub depth: f64,
     /// One half-width per coordinate.
+    #[serde(with = "unbounded")]
     pub state: Vec<f64>,
     /// One half-width per active parameter.
+    #[serde(with = "unbounded")]
     pub parameter: Vec<f64>,
 }
 
@@ -102,7 +108,8 @@ impl MapWindow {
 }
 
 /// One stage of a local map.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
 pub enum Stage {
     /// A piece of free flow.
     Leg(Leg),
@@ -133,7 +140,7 @@ impl Stage {
 
 /// A leg: each image coordinate as a polynomial in (coordinates; parameters), without constant
 /// term.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Leg<S: Scalar = f64> {
     /// One polynomial per coordinate.
     pub image: Vec<Jet<S>>,
@@ -144,7 +151,7 @@ pub struct Leg<S: Scalar = f64> {
 /// ```text
 /// x_i ↦ x_i + y linear_i(x, p) + y² quadratic_i(x, p)
 /// ```
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Contact<S: Scalar = f64> {
     /// `−h_min`, a polynomial in (coordinates; parameters) without constant term.
     pub depth: Jet<S>,
@@ -162,7 +169,7 @@ pub struct Contact<S: Scalar = f64> {
 ///
 /// What [`Contact`] has for each power of the depth is here that power of `y` alone, so that
 /// nothing is lost where coordinates and parameters are larger than what they leave of the depth.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct DepthForm<S: Scalar = f64> {
     /// Number of the coordinate that is replaced.
     pub replaced: usize,
@@ -176,7 +183,7 @@ pub struct DepthForm<S: Scalar = f64> {
 /// With one passage, `P_i = smooth_i(x, p) + y linear_i(x, p) + y² quadratic_i(x, p)`; where the
 /// passage is what a return begins with, `P_i = smooth_i(x, p) + Σ_k y^k P_{i,k}(x', p)`, `x'`
 /// without the coordinate along which the depth is steepest.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct ComposedMap<S: Scalar = f64> {
     /// `−h_min` of each passage seen from the section, which depends on the passages before it.
     pub depths: Vec<DepthPolynomial<S>>,

@@ -24,6 +24,7 @@ pub struct WindowEdge {
     /// Share of the correction that the truncation leaves out at the edge, at most:
     /// `Σ_{k>W} |c_k| y^k / |c_n| y^n`, the powers beyond those known estimated from the radius; 1
     /// where the correction begins above the weight.
+    #[serde(with = "crate::numeric::unbounded_number")]
     pub omitted_share: f64,
     /// The depth at which the share is [`LARGEST_SHARE`](Self::LARGEST_SHARE), within the radius;
     /// 0 where the correction begins above the weight.

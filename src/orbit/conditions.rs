@@ -19,7 +19,7 @@ use super::system::ExtendedSystem;
 /// there. From a graze to itself that is after `n` periods, to another after `n − 1` periods and
 /// the way between. Positive: the gap opens; negative: the surface is met again; zero: a point of
 /// codimension two.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct GrazingConditions<S> {
     /// The passage that stretches (index into the orbit's passages).
     pub from: usize,

@@ -1,13 +1,15 @@
 //! The grazing orbit, as plain data.
 
-use crate::model::Scene;
+use serde::{Deserialize, Serialize};
+
+use crate::model::{Digest, Scene};
 use crate::numeric::Dd;
 
 use super::conditions::GrazingConditions;
 use super::section::PoincareSection;
 
 /// A point where an orbit of the free flow touches a surface: `h = 0`, `h' = 0`.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct GrazingPoint {
     /// The surface (index into [`Model::surfaces`](crate::model::Model::surfaces)).
     pub surface: usize,
@@ -24,12 +26,12 @@ pub struct GrazingPoint {
 }
 
 /// A periodic orbit of the free flow that grazes.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct GrazingOrbit {
     /// Identifier of the scene.
     pub scene: String,
     /// Digest of the scene's text.
-    pub digest: u64,
+    pub digest: Digest,
     /// Grazing passages of one period, in order; the first starts the orbit.
     pub passages: Vec<GrazingPoint>,
     /// Duration of one period of the orbit: `periods · period/rate`, in units of time.

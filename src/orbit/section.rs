@@ -1,5 +1,7 @@
 //! Poincaré sections through a grazing orbit, and which state components are their coordinates.
 
+use serde::{Deserialize, Serialize};
+
 use crate::model::{Model, Scene, Section, StroboscopicPhase};
 use crate::numeric::{Dd, Scalar};
 
@@ -11,7 +13,7 @@ use super::geometry::Geometry;
 /// On the tangency section `h' = 0` the eliminated component is the one with the largest
 /// `|∂h'/∂x_i|` at the grazing point (the normal velocity; the coordinates of one degree of freedom
 /// are `x, theta`). On a stroboscopic section it is the phase.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PoincareSection {
     /// Which section.
     pub kind: PoincareSectionKind,
@@ -22,7 +24,8 @@ pub struct PoincareSection {
 }
 
 /// Which Poincaré section.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
 pub enum PoincareSectionKind {
     /// `h' = 0` near the grazing point.
     Tangency,

@@ -91,7 +91,7 @@ impl CurveDocument {
         };
         Self {
             scene: scene.identifier.clone(),
-            digest: format!("{:016x}", scene.digest),
+            digest: scene.digest.to_string(),
             version: env!("CARGO_PKG_VERSION"),
             free: curve.free.iter().copied().map(name).collect(),
             points: curve

@@ -182,7 +182,7 @@ impl MapDocument {
         });
         Self {
             scene: scene.identifier.clone(),
-            digest: format!("{:016x}", scene.digest),
+            digest: scene.digest.to_string(),
             version: env!("CARGO_PKG_VERSION"),
             section: parts.section.clone(),
             parameters: Named::new(active),

@@ -110,7 +110,7 @@ impl OrbitDocument {
         };
         Self {
             scene: scene.identifier.clone(),
-            digest: format!("{:016x}", scene.digest),
+            digest: scene.digest.to_string(),
             version: env!("CARGO_PKG_VERSION"),
             surface: scene.model.surfaces[graze.surface].name.clone(),
             parameters: parameters(scene, graze, |value| value.to_f64()),

@@ -130,7 +130,7 @@ impl OrbitsDocument {
         let loci = found.loci.as_ref();
         Self {
             scene: settled.scene.identifier.clone(),
-            digest: format!("{:016x}", settled.scene.digest),
+            digest: settled.scene.digest.to_string(),
             version: env!("CARGO_PKG_VERSION"),
             using: if direct { "direct" } else { "map" },
             section: SectionDocument::settled(settled),

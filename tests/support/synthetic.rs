@@ -103,7 +103,7 @@ pub(crate) fn of_stages(stages: Vec<Stage>, orders: MapOrders, kind: SectionKind
     let surfaces = contacts.map(|_| "stop".to_owned()).collect();
     LocalMap {
         scene: "synthetic".into(),
-        digest: 0x0123_4567_89ab_cdef,
+        digest: grazemap::model::Digest(0x0123_4567_89ab_cdef),
         section: MapSection {
             kind,
             coordinates: vec!["x".into(), "theta".into()],

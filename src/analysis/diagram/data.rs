@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::iteration::{ContactsPerPeriod, OrbitEnd, OrbitName, Period};
-use crate::model::Method;
+use crate::model::{Digest, Method};
 
 /// A bifurcation diagram: every sweep that was asked for, by every method.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -11,7 +11,7 @@ pub struct Diagram {
     /// Identifier of the scene.
     pub scene: String,
     /// Digest of the scene's text.
-    pub digest: u64,
+    pub digest: Digest,
     /// Name of the swept parameter.
     pub parameter: String,
     /// Its grazing value, from which the offsets count.

@@ -1,5 +1,7 @@
 //! A flown contact as numbers: the polynomials of the free flow about it, and its linear law.
 
+use serde::{Deserialize, Serialize};
+
 use super::arithmetic::Arithmetic;
 use crate::jet::Jet;
 use crate::numeric::{Real, Scalar};
@@ -14,7 +16,7 @@ use crate::numeric::{Real, Scalar};
 ///
 /// with the free flow's gap, force `g` and release function `ρ` as series in the time `s` from the
 /// minimum. It is the identity, exactly, where `y = 0`.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct FlownContact<S: Scalar = f64> {
     /// `−h_min`, a polynomial in (coordinates; parameters) without constant term.
     pub depth: Jet<S>,
@@ -38,7 +40,7 @@ pub struct FlownContact<S: Scalar = f64> {
 }
 
 /// `z' = A z + g`, released where `ρ + r·z = 0`, with `ρ + r·z` rising there.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub(super) struct LinearLaw<S: Scalar> {
     pub(super) matrix: Vec<Vec<S>>,
     /// The components with a force, and the forces along the free flow.
@@ -50,7 +52,7 @@ pub(super) struct LinearLaw<S: Scalar> {
 
 /// A function along the free flow: a combination of 1, the gap and its rate, and a series for the
 /// rest.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub(super) struct Drive<S: Scalar> {
     pub(super) constant: S,
     pub(super) gap: S,
@@ -61,14 +63,14 @@ pub(super) struct Drive<S: Scalar> {
 }
 
 /// `κ(y) = P(y)/Q(y)`, positive; lowest power first.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub(super) struct ContactTime<S> {
     pub(super) numerator: Vec<S>,
     pub(super) denominator: Vec<S>,
 }
 
 /// The fixed numbers of steps with which every contact is flown.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct FlightPlan {
     /// Newton steps for the entry.
     pub entry: usize,

@@ -18,6 +18,7 @@ mod operators;
 mod power_series;
 mod product;
 mod product_table;
+mod saved;
 mod selection;
 mod series;
 mod small_space;

@@ -18,6 +18,7 @@ pub mod linear;
 pub mod polynomial;
 #[cfg(test)]
 mod sampling;
+mod saved;
 mod scalar;
 mod shown;
 mod sine;
@@ -32,5 +33,6 @@ pub use error::NumericError;
 pub use float::FloatFormat;
 pub use lanes::Lanes;
 pub use lanes::one_by_one;
+pub use saved::{unbounded, unbounded_number};
 pub use scalar::{Real, Scalar};
 pub use shown::Shown;

@@ -17,9 +17,14 @@ mod usage;
 mod values;
 mod window;
 
+use std::fmt;
+use std::sync::Arc;
+
+use serde::{Deserialize, Serialize};
+
 use super::graph::NodeId;
 use super::oscillator::Model;
-use crate::numeric::{Dd, FloatFormat};
+use crate::numeric::{Dd, FloatFormat, unbounded, unbounded_number};
 
 /// One task: the model, which passage grazes, which parameters are active, where and how
 /// accurately.
@@ -27,8 +32,10 @@ use crate::numeric::{Dd, FloatFormat};
 pub struct Scene {
     /// Identifier for file and module names: the file's stem, checked (`[a-z][a-z0-9_]*`).
     pub identifier: String,
-    /// FNV-1a digest (64 bits) of the scene's text after overrides, as it stands in every output.
-    pub digest: u64,
+    /// The scene's text after overrides: what the scene is read from again.
+    pub text: Arc<str>,
+    /// Digest of that text, as it stands in every output.
+    pub digest: Digest,
     /// The oscillator.
     pub model: Model,
     /// Which orbit grazes and what is adjusted so that it does.
@@ -50,6 +57,45 @@ pub struct Scene {
     pub charts: Vec<ChartRequest>,
     /// What looks like an oversight but is no fault, one line each.
     pub warnings: Vec<String>,
+}
+
+/// FNV-1a digest (64 bits) of a text; as text it is 16 hexadecimal digits.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(into = "String", try_from = "String")]
+pub struct Digest(pub u64);
+
+impl Digest {
+    /// Of a text.
+    pub fn of(text: &str) -> Self {
+        let step =
+            |hash: u64, byte: u8| (hash ^ u64::from(byte)).wrapping_mul(0x0000_0100_0000_01b3);
+        Self(text.bytes().fold(0xcbf2_9ce4_8422_2325, step))
+    }
+}
+
+impl fmt::Display for Digest {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(formatter, "{:016x}", self.0)
+    }
+}
+
+impl From<Digest> for String {
+    fn from(digest: Digest) -> Self {
+        digest.to_string()
+    }
+}
+
+impl TryFrom<String> for Digest {
+    type Error = String;
+
+    fn try_from(text: String) -> Result<Self, String> {
+        let digits = u64::from_str_radix(&text, 16)
+            .ok()
+            .filter(|_| text.len() == 16);
+        digits
+            .map(Self)
+            .ok_or_else(|| format!("expected 16 hexadecimal digits, found `{text}`"))
+    }
 }
 
 /// `[grazing]`.
@@ -78,7 +124,8 @@ pub enum Symmetry {
 }
 
 /// `[section]`.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
 pub enum Section {
     /// `h' = 0` near the grazing point.
     Tangency,
@@ -87,7 +134,7 @@ pub enum Section {
 }
 
 /// Which sections a map may be taken on.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum SectionRule {
     /// The one that the scene names.
@@ -98,7 +145,8 @@ pub enum SectionRule {
 }
 
 /// The phase of a stroboscopic section.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
 pub enum StroboscopicPhase {
     /// The phase of the (first) grazing point.
     Grazing,
@@ -133,13 +181,16 @@ pub enum Orders {
 }
 
 /// `[window]`: half-widths about the grazing point, in offsets.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Window {
     /// Largest `y²`.
+    #[serde(with = "unbounded_number")]
     pub depth: f64,
     /// Half-width per full-state component (infinite where the scene names none).
+    #[serde(with = "unbounded")]
     pub state: Vec<f64>,
     /// Half-width per parameter (infinite where the scene names none).
+    #[serde(with = "unbounded")]
     pub parameter: Vec<f64>,
 }
 
@@ -185,7 +236,7 @@ impl EmitPrecision {
 }
 
 /// Shape of an emitted step.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Shape {
     /// Decided by the number of coefficients.
@@ -247,7 +298,7 @@ pub enum SweepDirection {
 }
 
 /// How an image is computed.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Method {
     /// The local map.

@@ -6,7 +6,7 @@ use toml_edit::Document;
 
 use super::document::Table;
 use super::{
-    Scene, diagram, emit, expansion, grazing, oscillator, overrides, section, usage, window,
+    Digest, Scene, diagram, emit, expansion, grazing, oscillator, overrides, section, usage, window,
 };
 use crate::model::error::{Checked, Fault, SceneError};
 use crate::model::names;
@@ -84,8 +84,8 @@ impl Scene {
     ///
     /// [`SceneProblem::Unreadable`] if the file cannot be read as UTF-8 text; otherwise as
     /// [`parse`](Scene::parse).
-    pub fn load(path: &Path) -> Result<Self, SceneError> {
-        Self::load_with(path, &[])
+    pub fn load(path: impl AsRef<Path>) -> Result<Self, SceneError> {
+        Self::load_with(path.as_ref(), &[])
     }
 
     /// As [`load`](Scene::load), with overrides as in [`parse_with`](Scene::parse_with).
@@ -165,10 +165,10 @@ fn read(text: &str, file_name: &str) -> Checked<Scene> {
     for table in tables("chart")? {
         charts.push(diagram::read_chart(&table, &model)?);
     }
-    let digest = fnv1a(text.as_bytes());
     Ok(Scene {
         identifier,
-        digest,
+        text: text.into(),
+        digest: Digest::of(text),
         model,
         grazing,
         section,
@@ -180,10 +180,4 @@ fn read(text: &str, file_name: &str) -> Checked<Scene> {
         charts,
         warnings,
     })
-}
-
-/// FNV-1a, 64 bits.
-fn fnv1a(bytes: &[u8]) -> u64 {
-    let step = |hash: u64, byte: &u8| (hash ^ u64::from(*byte)).wrapping_mul(0x0000_0100_0000_01b3);
-    bytes.iter().fold(0xcbf2_9ce4_8422_2325, step)
 }
