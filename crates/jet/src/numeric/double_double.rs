@@ -12,7 +12,6 @@ mod arithmetic;
 mod decimal;
 mod elementary;
 mod exact;
-mod natural;
 #[cfg(test)]
 mod reference;
 mod scalar;
