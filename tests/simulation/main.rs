@@ -7,7 +7,6 @@ mod affine_flow;
 mod direct_lanes;
 mod direct_simulation;
 mod hertz_law;
-mod lane_periods;
 mod moving_surfaces;
 mod public_two_direct;
 mod rounding_at_grazes;

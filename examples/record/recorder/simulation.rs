@@ -1,8 +1,8 @@
 //! Direct simulation: returns and forcing periods, of one orbit and in lanes.
 
 use grazemap::hybrid::{
-    DirectReturn, Event, FlowMethod, HybridSystem, LanePeriods, LaneReturns, NominalPassage,
-    Outcome, Return, ReturnOutcome, ReturnSection, Simulator,
+    DirectReturn, Event, FlowMethod, HybridSystem, LaneReturns, NominalPassage, Outcome, Return,
+    ReturnOutcome, ReturnSection, Simulator,
 };
 use grazemap::model::Model;
 use grazemap::numeric::{Dd, Lanes, Real};
@@ -240,7 +240,7 @@ fn flown_in_lanes(started: &[Started<'_, f64>]) -> Hash {
     hash
 }
 
-/// Forcing periods with all events, of one orbit and in lanes.
+/// Forcing periods with all events.
 pub(super) fn periods(subjects: &Subjects, page: &mut Page) {
     let Some(subject) = subjects.on(On::Tangency) else {
         return page.refuse("tangency", "no-section");
@@ -253,10 +253,6 @@ pub(super) fn periods(subjects: &Subjects, page: &mut Page) {
         page.put(&format!("{way} f64"), hash);
         let hash = alone::<Dd>(orbits(subject, system), DOUBLE_DOUBLE_PERIODS);
         page.put(&format!("{way} dd"), hash);
-        if subject.is_for_lanes() {
-            let hash = side_by_side(orbits(subject, system));
-            page.put(&format!("{way} lanes"), hash);
-        }
     }
     for (way, model) in sticking(subjects.name) {
         for (system_way, system) in &ways(&model) {
@@ -265,8 +261,6 @@ pub(super) fn periods(subjects: &Subjects, page: &mut Page) {
             page.put(&format!("{variant} f64"), hash);
             let hash = alone::<Dd>(sticking_orbits(&model, system), DOUBLE_DOUBLE_PERIODS);
             page.put(&format!("{variant} dd"), hash);
-            let hash = side_by_side(sticking_orbits(&model, system));
-            page.put(&format!("{variant} lanes"), hash);
         }
     }
 }
@@ -348,24 +342,4 @@ fn add_period<S: Real>(
         None => hash.text("refused"),
     }
     hash.numbers(state);
-}
-
-/// Periods in lanes; of each orbit by itself where there are none, with the same bits.
-fn side_by_side(orbits: Vec<Simulator<'_, f64>>) -> Hash {
-    let count = orbits.len();
-    let Some(mut lanes) = LanePeriods::<LANES>::new(orbits.clone()) else {
-        return alone(orbits, PERIODS);
-    };
-    let mut hash = Hash::new();
-    let mut events: Vec<Vec<Event<f64>>> = vec![Vec::new(); count];
-    for _ in 0..PERIODS {
-        events.iter_mut().for_each(Vec::clear);
-        let outcomes = lanes.advance(&mut |orbit, event| events[orbit].push(event));
-        let outcomes = outcomes.to_vec();
-        for orbit in 0..count {
-            let outcome = Some(&outcomes[orbit]);
-            add_period(&mut hash, &events[orbit], outcome, &lanes.state(orbit));
-        }
-    }
-    hash
 }

@@ -47,15 +47,6 @@ impl<const N: usize> LaneLog<N> {
         }
     }
 
-    /// Of orbits whose passages are of no interest.
-    pub(super) fn none() -> Self {
-        Self {
-            duration: Lanes::splat(f64::INFINITY),
-            passages: Vec::new(),
-            has_own: false,
-        }
-    }
-
     /// To be called where returns start.
     #[inline(always)]
     pub(super) fn forget(&mut self) {

@@ -1,7 +1,6 @@
 //! Orbits that are flown side by side: each at its own state and time.
 
-use super::motion::{Left, SAME_MINIMUM};
-use super::trajectory::Event;
+use super::motion::SAME_MINIMUM;
 use crate::numeric::{Branched, LaneMask, Lanes, Mask};
 
 /// States of free flight of `N` orbits at one surface: [`Motion`](super::motion::Motion) in lanes.
@@ -34,12 +33,6 @@ pub(super) struct LaneStart<const N: usize> {
     pub(super) leaving: LaneMask<N>,
     pub(super) rounding: Lanes<N>,
 }
-
-/// Takes the events of a lane.
-pub(super) type EventRecord<'r> = &'r mut dyn FnMut(usize, Event<f64>);
-
-/// How flights ended that did not reach the horizon.
-pub(super) type LaneLeft<const N: usize> = Left<Lanes<N>>;
 
 impl<const N: usize> LaneMotion<N> {
     pub(super) fn new(dimension: usize) -> Self {

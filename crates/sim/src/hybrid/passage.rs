@@ -52,16 +52,6 @@ pub(crate) enum Goal<S> {
 }
 
 impl<S: Real> Start<S> {
-    /// Whether the gap is zero, to rounding, where the step starts.
-    pub(crate) fn is_on_zero(&self) -> bool {
-        matches!(self, Start::Leaving { .. })
-    }
-
-    /// Whether the gap rose before, from a minimum that is known.
-    pub(crate) fn rose(&self) -> bool {
-        matches!(self, Start::Inside { before, .. } if *before == Heading::Rising)
-    }
-
     /// Whether the gap fell before.
     pub(crate) fn fell(&self) -> bool {
         matches!(self, Start::Inside { before, .. } if *before == Heading::Falling)

@@ -111,22 +111,6 @@ impl<S: Real> Simulator<'_, S> {
         (leap.end != LeapEnd::Open).then_some(stop)
     }
 
-    /// Flies freely from impact to impact where that is all that happens; `None` where the next
-    /// stop is to be found otherwise.
-    pub(super) fn fly_through_impacts(
-        &mut self,
-        horizon: S,
-        record: &mut dyn FnMut(Event<S>),
-    ) -> Option<Stop<S>> {
-        let (tools, phase) = (self.affine.as_mut()?, self.system.phase.as_ref()?);
-        let contacts_alone = self.near_miss <= S::zero();
-        if self.motion.regime != Regime::Free || !contacts_alone {
-            return None;
-        }
-        let period = S::from_dd(phase.period);
-        tools.fly_through_impacts(&mut self.motion, horizon, period, record)
-    }
-
     /// Updates what is remembered after a step: surfaces left behind, but for one that is met, and
     /// the phase.
     fn tidy(&mut self, stop: Option<Stop<S>>) {

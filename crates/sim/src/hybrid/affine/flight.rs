@@ -3,7 +3,7 @@
 use super::extended::Extended;
 use super::polygon::{Polygon, ROUNDING};
 use super::tools::Buffers;
-use crate::flow::AffineFlow;
+use crate::flow::{AffineFlow, Single};
 use crate::hybrid::flight::{Flight, Outlook};
 use crate::hybrid::passage::Goal;
 use crate::numeric::Real;
@@ -12,7 +12,7 @@ use crate::numeric::Real;
 /// for.
 pub(in crate::hybrid) struct AffineFlight<'t, S: Real> {
     flow: &'t AffineFlow<S>,
-    extended: &'t mut Extended<S>,
+    extended: &'t mut Extended<Single<S>>,
     buffers: &'t mut Buffers<S>,
     theta: Option<S>,
 }
@@ -20,7 +20,7 @@ pub(in crate::hybrid) struct AffineFlight<'t, S: Real> {
 impl<'t, S: Real> AffineFlight<'t, S> {
     pub(super) fn new(
         flow: &'t AffineFlow<S>,
-        extended: &'t mut Extended<S>,
+        extended: &'t mut Extended<Single<S>>,
         buffers: &'t mut Buffers<S>,
         theta: Option<S>,
     ) -> Self {
