@@ -1,5 +1,5 @@
-//! A part of the record of what a change of the code must not change; `cargo run --release --example record` compares all
-//! of it.
+//! A part of the record of what a change of the code must not change; all of it is compared by
+//! `cargo run --release --example record`.
 
 #[path = "../examples/record/recorder/mod.rs"]
 mod recorder;

@@ -9,9 +9,10 @@ use pulp::{Arch, Simd, WithSimd};
 
 /// Name of the environment variable that limits the instruction set, read once by a process.
 ///
-/// `sse2`, `avx2` and `avx512` name the widest registers that an x86-64 machine may use; a machine that lacks
-/// them uses the widest it has. Every other value is no limit, and [`unknown_instruction_limit`] says so. Results
-/// do not depend on it: it is there so that this can be seen.
+/// `sse2`, `avx2` and `avx512` name the widest registers that an x86-64 machine may use; a machine
+/// that lacks them uses the widest it has. Every other value is no limit in the library, and
+/// [`unknown_instruction_limit`] says so; the program refuses it. Results do not depend on the
+/// limit: it is there so that this can be seen.
 pub const INSTRUCTION_LIMIT: &str = "GRAZEMAP_SIMD";
 
 /// The widest registers that may be used.
@@ -77,8 +78,8 @@ pub trait Kernel {
     fn run(self) -> Self::Output;
 }
 
-/// Runs a kernel with the widest registers of this machine: SSE2, AVX2 or AVX-512 on x86-64, NEON on aarch64; at most
-/// those that [`INSTRUCTION_LIMIT`] names.
+/// Runs a kernel with the widest registers of this machine: SSE2, AVX2 or AVX-512 on x86-64, NEON
+/// on aarch64; at most those that [`INSTRUCTION_LIMIT`] names.
 ///
 /// The results are the same to the last bit on each: products and sums are rounded separately.
 ///

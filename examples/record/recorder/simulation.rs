@@ -89,8 +89,8 @@ fn about_the_graze<'a, S: Real>(
         .collect()
 }
 
-/// The linear oscillator with a stop that takes most of the speed, where orbits chatter, stick and come free; none for
-/// other scenes.
+/// The linear oscillator with a stop that takes most of the speed, where orbits chatter, stick and
+/// come free; none for other scenes.
 fn sticking(name: &str) -> Vec<(&'static str, Model)> {
     let all: [(_, &[(&str, &str)]); 2] = [
         ("slow", &[("r", "0.2"), ("omega", "0.6"), ("alpha", "0.9")]),
@@ -182,7 +182,8 @@ fn add_event<S: Real>(hash: &mut Hash, event: &Event<S>) {
     hash.text(&format!("{:?}", event.kind));
 }
 
-/// Returns in lanes, other parameters in every lane; one by one on machines without wide registers, with the same bits.
+/// Returns in lanes, other parameters in every lane; one by one on machines without wide registers,
+/// with the same bits.
 pub(super) fn lanes(subjects: &Subjects, page: &mut Page) {
     for section in SECTIONS {
         let Some(subject) = subjects.on(section).filter(|one| one.is_for_lanes()) else {
