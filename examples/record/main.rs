@@ -1,14 +1,15 @@
 //! Records what a change of the code must not change, and says what differs.
 //!
 //! ```text
-//! cargo run --release --example record                        # compares everything with tests/data/record
-//! cargo run --release --example record -- returns linear mems # compares groups, scenes
-//! cargo run --release --example record -- --all-sets          # the same with SSE2, AVX2 and AVX-512
-//! cargo run --release --example record -- --update            # writes the record anew
+//! cargo run --release --example record                     # compares all with tests/data/record
+//! cargo run --release --example record -- returns linear   # compares groups and scenes
+//! cargo run --release --example record -- --all-sets       # with SSE2, AVX2 and AVX-512
+//! cargo run --release --example record -- --update         # writes the record anew
+//! cargo run --release --example record -- --times          # prints what each part takes
 //! ```
 //!
-//! A line is a hash of all bits of results: of grazing orbits, returns and forcing periods by
-//! direct simulation, of one orbit and in lanes, of coefficients, images by map, diagrams, charts,
+//! A line is a hash of all bits of results: of grazing orbits, of returns and forcing periods by
+//! direct simulation (of one orbit and in lanes), of coefficients, images by map, diagrams, charts
 //! and emitted text. The record is the same for every instruction set and every profile, as far as
 //! the platform's exponential, logarithm, powers, inverse and hyperbolic functions have the same
 //! bits. Exit code 1 where a line differs, 2 for wrong arguments.

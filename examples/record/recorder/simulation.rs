@@ -125,7 +125,11 @@ fn about_the_stop<'a, S: Real>(
         let map = map.with_passages(&passages).ok()?;
         let [off, rate, phase] = [0.3, 0.1, 3.0].map(|size| size * scatter.next());
         // Every eighth one is on the surface.
-        let off = if number % LANES == 0 { 0.0 } else { off };
+        let off = if number.is_multiple_of(LANES) {
+            0.0
+        } else {
+            off
+        };
         Some((map, [stop + off, rate, phase].map(S::from_f64).to_vec()))
     };
     (0..states).map(&mut start).collect()
