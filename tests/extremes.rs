@@ -1,15 +1,17 @@
 //! Maps at the ends of what can be asked: what the study claims, on a few of its rows.
 //!
 //! Truth is a closed form of the linear oscillator, or direct simulation in double-double; the
-//! estimates are the expansion's own.
+//! estimates are the expansion's own. Cases and measurement are those of `examples/extremes`.
 
-use grazemap::convergence::{
-    Coefficients, ExtremeAxis, ExtremeCase, ExtremeOutcome, Measured, extreme_cases,
-    measure_extreme,
-};
+#[path = "../examples/extremes/study/mod.rs"]
+mod study;
+
 use grazemap::expansion::{Expander, MapOrders};
 use grazemap::model::{Scene, catalogue};
 use grazemap::orbit::locate;
+use study::cases::{ExtremeCase, extreme_cases};
+use study::data::{Coefficients, ExtremeAxis, ExtremeOutcome, Measured};
+use study::measure::measure_extreme;
 
 fn cases(axis: ExtremeAxis, scene: &str) -> impl Iterator<Item = ExtremeCase> {
     let cases = extreme_cases().into_iter();

@@ -158,8 +158,12 @@ impl<'a> MapFamily<'a> {
     }
 }
 
-/// Legs cut at a degree.
-pub(super) fn cut_legs<S: Real>(
+/// Legs cut at a degree no higher than their own.
+///
+/// # Errors
+///
+/// [`ExpansionError::Jet`] if a space is too large.
+pub fn cut_legs<S: Real>(
     expander: &Expander<'_>,
     legs: &Legs<S>,
     smooth_order: u32,

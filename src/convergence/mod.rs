@@ -14,7 +14,6 @@ mod economise;
 mod engine;
 mod error;
 mod errors;
-mod extremes;
 mod family;
 mod fit;
 mod forecast;
@@ -42,11 +41,7 @@ pub use data::{
 };
 pub use engine::{ConvergenceOptions, converge};
 pub use error::ConvergenceError;
-pub use extremes::{
-    Coefficients, ExtremeAxis, ExtremeCase, ExtremeOutcome, ExtremeRow, ExtremesStudy, Measured,
-    extreme_cases, extremes, measure_extreme,
-};
-pub use family::MapFamily;
+pub use family::{MapFamily, cut_legs};
 pub use fit::{SlopeFit, fit_slope};
 pub use measured::{ExactImages, MeasuredError, measured_error};
 pub use next_depth::LeastOrders;

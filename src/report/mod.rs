@@ -13,7 +13,6 @@ mod convergence_page;
 mod curve_listing;
 mod diagram_figure;
 mod error;
-mod extremes_page;
 pub mod figure;
 mod files;
 mod json;
@@ -42,7 +41,6 @@ pub use curve_listing::{
 };
 pub use diagram_figure::{diagram_array, diagram_figures, diagram_table, diagram_timing_table};
 pub use error::ReportError;
-pub use extremes_page::{extremes_figures, extremes_table, extremes_words};
 pub use figure::Figure;
 pub use files::{OutputFolder, write_atomically};
 pub use json::{Document, DocumentKind, Named, to_json};

@@ -6,9 +6,9 @@
 //! the kick of the impact is carried back by the homogeneous equation; nothing large is subtracted,
 //! so that every digit holds at any depth.
 
-use crate::model::Scene;
-use crate::numeric::Dd;
-use crate::orbit::GrazingOrbit;
+use grazemap::model::Scene;
+use grazemap::numeric::Dd;
+use grazemap::orbit::GrazingOrbit;
 
 /// Derivatives of the free flight: `t^60/60!` is below the roundoff of double-double for `t ≤ 4`.
 const DERIVATIVES: usize = 60;

@@ -1,7 +1,7 @@
 //! The cases: scenes of the catalogue, one number of them taken to its end.
 
 use super::data::{Coefficients, ExtremeAxis};
-use crate::expansion::MapOrders;
+use grazemap::expansion::MapOrders;
 
 /// Orders where the axis is another.
 const ORDERS: MapOrders = MapOrders {
@@ -17,21 +17,21 @@ pub(super) const FLAT_TOP: &str = "flat_top";
 
 /// A scene with overrides, a point and the orders of a map.
 #[derive(Clone, Debug, PartialEq)]
-pub struct ExtremeCase {
+pub(crate) struct ExtremeCase {
     /// What is taken to its end.
-    pub axis: ExtremeAxis,
+    pub(crate) axis: ExtremeAxis,
     /// How far.
-    pub value: f64,
+    pub(crate) value: f64,
     /// The scene's name: one of the catalogue's, or `flat_top`.
-    pub scene: &'static str,
+    pub(crate) scene: &'static str,
     /// Overrides of the scene.
-    pub overrides: Vec<(String, String)>,
+    pub(crate) overrides: Vec<(String, String)>,
     /// Truncation orders.
-    pub orders: MapOrders,
+    pub(crate) orders: MapOrders,
     /// Depth `y²` of the point measured at, every other offset being zero.
-    pub depth: f64,
+    pub(crate) depth: f64,
     /// Numbers of the coefficients.
-    pub coefficients: Coefficients,
+    pub(crate) coefficients: Coefficients,
 }
 
 impl ExtremeCase {
@@ -83,7 +83,7 @@ impl ExtremeCase {
 }
 
 /// All cases of the study.
-pub fn extreme_cases() -> Vec<ExtremeCase> {
+pub(crate) fn extreme_cases() -> Vec<ExtremeCase> {
     let axes = [
         depths(),
         restitutions(),

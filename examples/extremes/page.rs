@@ -1,11 +1,24 @@
 //! The study of extremes as a table and pictures.
 
-use super::figure::{Axis, Figure, Marker, Series, Stroke};
-use super::number::significant;
-use super::{Cell, Column, ReportError, Table};
-use crate::convergence::{
-    Coefficients, ExtremeAxis, ExtremeOutcome, ExtremeRow, ExtremesStudy, Measured,
-};
+use grazemap::report::figure::{Axis, Figure, Marker, Series, Stroke};
+use grazemap::report::{Cell, Column, ReportError, Table};
+
+use super::study::data::{Coefficients, ExtremeAxis, ExtremeOutcome, ExtremeRow, Measured};
+
+/// All axes, in the order of the study.
+const AXES: [ExtremeAxis; 11] = [
+    ExtremeAxis::Depth,
+    ExtremeAxis::Restitution,
+    ExtremeAxis::Damping,
+    ExtremeAxis::Resonance,
+    ExtremeAxis::NormalAcceleration,
+    ExtremeAxis::Multiplier,
+    ExtremeAxis::Frequency,
+    ExtremeAxis::Stiffness,
+    ExtremeAxis::Orders,
+    ExtremeAxis::Scale,
+    ExtremeAxis::Coefficients,
+];
 
 /// Fewer promised digits than this are said as a window too deep.
 const FEW_DIGITS: f64 = 2.0;
@@ -15,7 +28,7 @@ const FEW_DIGITS: f64 = 2.0;
 /// # Errors
 ///
 /// Never in practice: every row has one cell for every column.
-pub fn extremes_table(study: &ExtremesStudy) -> Result<Table, ReportError> {
+pub(crate) fn table(rows: &[ExtremeRow]) -> Result<Table, ReportError> {
     let mut table = Table::new(vec![
         Column::text("axis"),
         Column::number("value"),
@@ -31,7 +44,7 @@ pub fn extremes_table(study: &ExtremesStudy) -> Result<Table, ReportError> {
         Column::number("promised of map"),
         Column::text("said"),
     ]);
-    for row in &study.rows {
+    for row in rows {
         table.push(cells(row))?;
     }
     Ok(table)
@@ -39,7 +52,7 @@ pub fn extremes_table(study: &ExtremesStudy) -> Result<Table, ReportError> {
 
 fn cells(row: &ExtremeRow) -> Vec<Cell> {
     let mut cells = vec![
-        Cell::text(row.axis.words()),
+        Cell::text(words(row.axis)),
         Cell::number(row.value, 2),
         Cell::text(&row.scene),
         Cell::Integer(row.orders.smooth_order.into()),
@@ -96,28 +109,66 @@ fn coefficients_word(coefficients: Coefficients) -> &'static str {
 }
 
 /// How many cases were measured, refused, and lost in silence.
-pub fn extremes_words(study: &ExtremesStudy) -> String {
+pub(crate) fn summary(rows: &[ExtremeRow]) -> String {
     let is_refused = |row: &&ExtremeRow| matches!(row.outcome, ExtremeOutcome::Refused { .. });
-    let refused = study.rows.iter().filter(is_refused).count();
-    let measured = study.rows.len() - refused;
-    let silent = study.silent_losses().count();
+    let is_silent = |row: &&ExtremeRow| match &row.outcome {
+        ExtremeOutcome::Measured(measured) => measured.is_silent_loss(),
+        ExtremeOutcome::Refused { .. } => false,
+    };
+    let refused = rows.iter().filter(is_refused).count();
+    let measured = rows.len() - refused;
+    let silent = rows.iter().filter(is_silent).count();
     format!("{measured} cases measured, {refused} refused, {silent} silent losses")
+}
+
+/// What is varied, in words.
+fn words(axis: ExtremeAxis) -> &'static str {
+    match axis {
+        ExtremeAxis::Depth => "depth y²",
+        ExtremeAxis::Restitution => "restitution r",
+        ExtremeAxis::Damping => "damping zeta",
+        ExtremeAxis::Resonance => "resonance, omega - 1",
+        ExtremeAxis::NormalAcceleration => "h'' over its usual size",
+        ExtremeAxis::Multiplier => "double multiplier 1, omega - 1/2",
+        ExtremeAxis::Frequency => "frequency omega",
+        ExtremeAxis::Stiffness => "stiffness ratio k2/k1",
+        ExtremeAxis::Orders => "orders N = W",
+        ExtremeAxis::Scale => "scale of lengths",
+        ExtremeAxis::Coefficients => "bits of the coefficients",
+    }
+}
+
+/// A name for files.
+fn stem(axis: ExtremeAxis) -> &'static str {
+    match axis {
+        ExtremeAxis::Depth => "depth",
+        ExtremeAxis::Restitution => "restitution",
+        ExtremeAxis::Damping => "damping",
+        ExtremeAxis::Resonance => "resonance",
+        ExtremeAxis::NormalAcceleration => "normal-acceleration",
+        ExtremeAxis::Multiplier => "multiplier",
+        ExtremeAxis::Frequency => "frequency",
+        ExtremeAxis::Stiffness => "stiffness",
+        ExtremeAxis::Orders => "orders",
+        ExtremeAxis::Scale => "scale",
+        ExtremeAxis::Coefficients => "coefficients",
+    }
 }
 
 /// One picture per axis, with the stem of its file's name: digits of the contact, measured and
 /// promised.
-pub fn extremes_figures(study: &ExtremesStudy) -> Vec<(&'static str, Figure)> {
+pub(crate) fn figures(rows: &[ExtremeRow]) -> Vec<(&'static str, Figure)> {
     let figure = |axis: ExtremeAxis| {
-        let rows: Vec<_> = study.rows.iter().filter(|row| row.axis == axis).collect();
-        (!rows.is_empty()).then(|| (axis.stem(), axis_figure(axis, &rows)))
+        let rows: Vec<_> = rows.iter().filter(|row| row.axis == axis).collect();
+        (!rows.is_empty()).then(|| (stem(axis), axis_figure(axis, &rows)))
     };
-    ExtremeAxis::ALL.into_iter().filter_map(figure).collect()
+    AXES.into_iter().filter_map(figure).collect()
 }
 
 fn axis_figure(axis: ExtremeAxis, rows: &[&ExtremeRow]) -> Figure {
     let horizontal = match axis {
-        ExtremeAxis::Orders | ExtremeAxis::Coefficients => Axis::linear(axis.words()),
-        _ => Axis::log10(axis.words()),
+        ExtremeAxis::Orders | ExtremeAxis::Coefficients => Axis::linear(words(axis)),
+        _ => Axis::log10(words(axis)),
     };
     let mut figure = Figure::new(
         horizontal,
@@ -148,7 +199,7 @@ fn by_curve<'a>(axis: ExtremeAxis, rows: &[&'a ExtremeRow]) -> Vec<(String, Vec<
     for &row in rows {
         let name = match axis {
             ExtremeAxis::Stiffness | ExtremeAxis::NormalAcceleration => {
-                format!("{}, y² = {}", row.scene, significant(row.depth, 1))
+                format!("{}, y² = {}", row.scene, format_args!("{:e}", row.depth))
             }
             _ => row.scene.clone(),
         };

@@ -3,15 +3,14 @@
 use super::cases::{ExtremeCase, FLAT_TOP};
 use super::closed_form::{LinearOscillator, grazing_force};
 use super::data::{Coefficients, ExtremeOutcome, ExtremeRow, Measured};
-use crate::analysis::{AnalysisError, DirectImage, FreeFlight, MapEvaluation};
-use crate::convergence::family::cut_legs;
-use crate::convergence::truth::{distance, tells_order};
-use crate::expansion::{Contact, Expander, ExpansionError, Leg, Legs, RADIUS_ORDER, WindowEdge};
-use crate::hybrid::HybridSystem;
-use crate::jet::Jet;
-use crate::model::{Scene, catalogue};
-use crate::numeric::{Dd, Real, Scalar};
-use crate::orbit::{GrazingOrbit, locate};
+use grazemap::analysis::{AnalysisError, DirectEnd, DirectImage, FreeFlight, MapEvaluation};
+use grazemap::convergence::cut_legs;
+use grazemap::expansion::{Contact, Expander, ExpansionError, Leg, Legs, RADIUS_ORDER, WindowEdge};
+use grazemap::hybrid::HybridSystem;
+use grazemap::jet::Jet;
+use grazemap::model::{Scene, catalogue};
+use grazemap::numeric::{Dd, Real, Scalar};
+use grazemap::orbit::{GrazingOrbit, locate};
 
 /// The scene with two harmonics, whose graze can be made flat.
 const FLAT_TOP_SCENE: &str = include_str!("flat_top.toml");
@@ -45,7 +44,7 @@ fn refusal(stage: &'static str, message: impl ToString) -> Refusal {
 }
 
 /// Measures one case.
-pub fn measure_extreme(case: &ExtremeCase) -> ExtremeRow {
+pub(crate) fn measure_extreme(case: &ExtremeCase) -> ExtremeRow {
     let outcome = match measured(case) {
         Ok(measured) => ExtremeOutcome::Measured(measured),
         Err(Refusal { stage, message }) => ExtremeOutcome::Refused {
@@ -273,7 +272,9 @@ impl LocatedCase<'_> {
         let (state, parameters) = self.point::<Dd>();
         let free = flight.smooth(&state, &parameters)?;
         let exact = direct.image(&state, &parameters)?;
-        let (Some(free), true) = (free, tells_order(&exact)) else {
+        let tells_order =
+            exact.end == DirectEnd::Returned && exact.contacts > 0 && exact.extra_contacts == 0;
+        let (Some(free), true) = (free, tells_order) else {
             return Ok(WholeMap::default());
         };
         let kick = distance(&exact.offsets, &free);
@@ -324,6 +325,18 @@ fn digits_of(error: f64, size: f64) -> f64 {
     } else {
         (-share.log10()).min(MOST_DIGITS)
     }
+}
+
+/// Largest difference of a coordinate; NaN where one of them is none.
+fn distance(a: &[Dd], b: &[Dd]) -> f64 {
+    let differences = a.iter().zip(b).map(|(&a, &b)| (a - b).to_f64().abs());
+    differences.fold(0.0, |max, value| {
+        if max.is_nan() || value <= max {
+            max
+        } else {
+            value
+        }
+    })
 }
 
 /// The smaller of two, NaN winning.

@@ -1,0 +1,41 @@
+//! The study docs/studies/extremes.md: one number at a time taken to its end, and what an expansion
+//! promises beside what it gives.
+//!
+//! `cargo run --release --example extremes` measures everything anew (a second or two) and writes
+//! the table, the data and the figures of the page.
+
+mod page;
+mod study;
+
+use std::error::Error;
+use std::fs;
+use std::path::Path;
+
+use grazemap::report::to_dense_json;
+use rayon::prelude::*;
+use serde::Serialize;
+
+use study::cases::extreme_cases;
+use study::data::ExtremeRow;
+use study::measure::measure_extreme;
+
+/// The rows as they are written to JSON.
+#[derive(Serialize)]
+struct Rows {
+    rows: Vec<ExtremeRow>,
+}
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/studies/extremes");
+    let rows = extreme_cases().par_iter().map(measure_extreme).collect();
+    let study = Rows { rows };
+    let table = page::table(&study.rows)?;
+    fs::write(folder.join("extremes.json"), to_dense_json(&study)?)?;
+    fs::write(folder.join("table.csv"), table.to_csv()?)?;
+    fs::write(folder.join("table.md"), table.to_markdown())?;
+    for (stem, figure) in page::figures(&study.rows) {
+        fs::write(folder.join(format!("{stem}.svg")), figure.to_svg()?)?;
+    }
+    println!("{}", page::summary(&study.rows));
+    Ok(())
+}
