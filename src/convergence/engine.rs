@@ -27,10 +27,7 @@ use crate::orbit::GrazingOrbit;
 const TOLERANCE: f64 = 1e-8;
 
 /// Highest degree and weight of the factors whose rates are measured.
-const RATES: MapOrders = MapOrders {
-    smooth_order: 6,
-    contact_weight: 8,
-};
+const RATES: MapOrders = MapOrders::new(6, 8);
 
 /// What a study measures.
 #[derive(Clone, Debug, PartialEq)]
@@ -62,16 +59,7 @@ impl ConvergenceOptions {
     /// flown one where the scene asks for it.
     pub fn of(scene: &Scene) -> Self {
         let (highest, tolerance) = match scene.expansion.orders {
-            Orders::Fixed {
-                smooth_order,
-                contact_weight,
-            } => {
-                let orders = MapOrders {
-                    smooth_order,
-                    contact_weight,
-                };
-                (Some(beyond(orders)), TOLERANCE)
-            }
+            Orders::Fixed(orders) => (Some(beyond(orders)), TOLERANCE),
             Orders::Tolerance(tolerance) => (None, tolerance),
         };
         Self {
@@ -93,10 +81,7 @@ impl ConvergenceOptions {
 
 /// A degree and two weights more: where the next orders of both factors lead.
 fn beyond(orders: MapOrders) -> MapOrders {
-    MapOrders {
-        smooth_order: orders.smooth_order + 1,
-        contact_weight: orders.contact_weight + 2,
-    }
+    orders.plus(MapOrders::new(1, 2))
 }
 
 /// Measures maps of every pair of orders against direct simulation in double-double.
@@ -118,13 +103,11 @@ pub fn converge(
         Some(chosen) => chosen.clone(),
         None => choose(scene, orbit, &choice)?,
     };
-    let highest = options.highest.unwrap_or_else(|| beyond(chosen.orders()));
+    let highest = options.highest.unwrap_or_else(|| beyond(chosen.orders));
     let sweep = Sweep::new(scene, orbit, options, highest, progress)?;
     let mut orders = sweep.errors(progress)?;
-    let rate_orders = MapOrders {
-        smooth_order: options.smooth_rates.min(highest.smooth_order),
-        contact_weight: options.discontinuity_rates.min(highest.contact_weight),
-    };
+    let rate_orders = MapOrders::new(options.smooth_rates, options.discontinuity_rates);
+    let rate_orders = rate_orders.min(highest);
     let factors = ExactFactors::new(sweep.family.expander(), rate_orders)?;
     sweep.add_rates(&factors, &mut orders)?;
     let multiply_add_ns = timing::multiply_add_ns();
@@ -175,7 +158,7 @@ fn window_edges(
         Shape::Flown => 0..0,
         _ => 0..expander.passages(),
     };
-    let edges = passages.map(|passage| expander.window_edge(passage, chosen.contact_weight));
+    let edges = passages.map(|passage| expander.window_edge(passage, chosen.orders.contact_weight));
     let edges = edges.collect::<Result<Vec<_>, _>>()?;
     Ok(edges.into_iter().flatten().collect())
 }
@@ -229,15 +212,16 @@ impl<'a> Sweep<'a> {
         progress: &dyn Progress,
     ) -> Result<Vec<OrderResult>, ConvergenceError> {
         let highest = self.highest;
-        let tasks: Vec<_> = (1..=highest.smooth_order)
-            .flat_map(|n| (1..=highest.contact_weight).map(move |w| (n, w)))
-            .flat_map(|pair| self.options.shapes.iter().map(move |&shape| (pair, shape)))
+        let tasks: Vec<_> = highest
+            .pairs()
+            .flat_map(|orders| {
+                self.options
+                    .shapes
+                    .iter()
+                    .map(move |&shape| (orders, shape))
+            })
             .collect();
-        let measure = |((smooth_order, contact_weight), shape)| {
-            let orders = MapOrders {
-                smooth_order,
-                contact_weight,
-            };
+        let measure = |(orders, shape)| {
             let result = self.measure(orders, shape);
             progress.advance(1);
             result
@@ -248,8 +232,7 @@ impl<'a> Sweep<'a> {
     fn measure(&self, orders: MapOrders, shape: Shape) -> Result<OrderResult, ConvergenceError> {
         let lowered = self.lowered(orders, shape)?;
         Ok(OrderResult {
-            smooth_order: orders.smooth_order,
-            contact_weight: orders.contact_weight,
+            orders,
             shape,
             error: summarize(&lowered, &self.truth),
             rate: Rate {
@@ -303,7 +286,7 @@ impl<'a> Sweep<'a> {
         let rates = MapRates::new(expander, &self.sample, &self.system, self.scene, self.orbit)?;
         orders.par_iter_mut().try_for_each(|result| {
             let (map, rounding) = self.evaluation(factors, result)?;
-            result.rate = rates.rate(&map, rounding, result.smooth_order, result.contact_weight);
+            result.rate = rates.rate(&map, rounding, result.orders);
             Ok(())
         })
     }
@@ -314,7 +297,7 @@ impl<'a> Sweep<'a> {
         factors: &ExactFactors<'_, '_>,
         result: &OrderResult,
     ) -> Result<(MapEvaluation<Dd>, f64), ConvergenceError> {
-        let orders = result.orders();
+        let orders = result.orders;
         match result.shape {
             Shape::Composed => {
                 let composed = self.family.compose(&self.family.map(orders)?)?;
@@ -339,7 +322,7 @@ impl<'a> Sweep<'a> {
         multiply_add_ns: f64,
     ) -> Result<(), ConvergenceError> {
         for result in orders {
-            let map = self.lowered(result.orders(), result.shape)?;
+            let map = self.lowered(result.orders, result.shape)?;
             result.step_ns = timing::step_ns(&map, &self.truth.points[0]);
             result.floor_ns = multiply_add_ns * result.operations as f64;
         }
@@ -371,16 +354,6 @@ impl<'a> Sweep<'a> {
         }
         let system = HybridSystem::without_exact_flow(&self.scene.model);
         self.direct(&system).map(Some)
-    }
-}
-
-impl OrderResult {
-    /// The orders as the expansion names them.
-    pub fn orders(&self) -> MapOrders {
-        MapOrders {
-            smooth_order: self.smooth_order,
-            contact_weight: self.contact_weight,
-        }
     }
 }
 

@@ -7,7 +7,7 @@ use crate::analysis::AnalysisError;
 use crate::convergence::{ConvergenceError, Limit};
 use crate::emission::EmissionError;
 use crate::expansion::ExpansionError;
-use crate::model::SceneError;
+use crate::model::{MapOrders, SceneError};
 use crate::numeric::FloatFormat;
 use crate::orbit::{NotLocated, OrbitError};
 use crate::report::{ReportError, limit_words};
@@ -80,14 +80,12 @@ pub enum Error {
         kind: &'static str,
     },
     /// No orders of the sweep meet the tolerance of the scene.
-    #[error("no orders up to those tried stay within the tolerance {tolerance:e} on the window; the best, N = {smooth_order}, W = {contact_weight}, reach {}{}", .error.map_or("no finite error".to_owned(), |error| format!("{error:.1e}")), .limit.map_or(String::new(), |limit| format!(": {}", limit_words(limit, *.precision))))]
+    #[error("no orders up to those tried stay within the tolerance {tolerance:e} on the window; the best, N = {}, W = {}, reach {}{}", .orders.smooth_order, .orders.contact_weight, .error.map_or("no finite error".to_owned(), |error| format!("{error:.1e}")), .limit.map_or(String::new(), |limit| format!(": {}", limit_words(limit, *.precision))))]
     ToleranceNotMet {
         /// The tolerance of the scene.
         tolerance: f64,
-        /// Degree of the best map.
-        smooth_order: u32,
-        /// Weight of the best map.
-        contact_weight: u32,
+        /// Orders of the best map.
+        orders: MapOrders,
         /// Its error.
         error: Option<f64>,
         /// The numbers that it is run in.

@@ -8,7 +8,7 @@ use crate::convergence::{
     Choice, ConvergenceOptions, ConvergenceStudy, SectionVerdict, choose_orders, converge,
     settle_section,
 };
-use crate::expansion::{Expander, MapOrders, WindowEdge};
+use crate::expansion::{Expander, WindowEdge};
 use crate::model::{Orders, Scene, nearest};
 use crate::orbit::{GrazingOrbit, locate};
 use crate::report::SectionDocument;
@@ -159,16 +159,7 @@ impl Settled {
     /// [`Error::ToleranceNotMet`]; [`Error::Convergence`] if the scene cannot be expanded.
     pub fn plan(self) -> Result<Plan, Error> {
         let tolerance = match self.scene().expansion.orders {
-            Orders::Fixed {
-                smooth_order,
-                contact_weight,
-            } => {
-                let orders = MapOrders {
-                    smooth_order,
-                    contact_weight,
-                };
-                return Ok(Plan::new(self, orders, None));
-            }
+            Orders::Fixed(orders) => return Ok(Plan::new(self, orders, None)),
             Orders::Tolerance(tolerance) => tolerance,
         };
         let taken = self.verdict.as_ref();
@@ -179,14 +170,13 @@ impl Settled {
         if !choice.met {
             return Err(Error::ToleranceNotMet {
                 tolerance,
-                smooth_order: choice.smooth_order,
-                contact_weight: choice.contact_weight,
+                orders: choice.orders,
                 error: choice.fresh_error.or(choice.error),
                 precision: choice.precision,
                 limit: choice.limit,
             });
         }
-        Ok(Plan::new(self, choice.orders(), Some(choice)))
+        Ok(Plan::new(self, choice.orders, Some(choice)))
     }
 
     /// Maps of every pair of orders against direct simulation.

@@ -74,10 +74,9 @@ impl ChosenCoefficients {
     /// The same in words.
     pub fn words(&self) -> String {
         let run = match (self.run, self.fitted_to) {
-            (Polynomials::Economised, Some(orders)) => format!(
-                ", fitted on the window to the map at ({}, {})",
-                orders.smooth_order, orders.contact_weight
-            ),
+            (Polynomials::Economised, Some(orders)) => {
+                format!(", fitted on the window to the map at {orders}")
+            }
             _ => " of them".to_owned(),
         };
         format!(

@@ -158,7 +158,7 @@ impl SectionCost {
         Self {
             ahead: section.ahead,
             phase: section.phase,
-            orders: choice.map(|choice| [choice.smooth_order, choice.contact_weight]),
+            orders: choice.map(|choice| [choice.orders.smooth_order, choice.orders.contact_weight]),
             operations: section.operations(),
             error: choice.and_then(|choice| choice.fresh_error.or(choice.error)),
             problem: section.problem.clone(),
