@@ -23,7 +23,10 @@ pub(in crate::cli) fn run(options: &ConvergeOptions) -> Result<(), CliError> {
     };
     let study = settled.study(&request, &Bar::new("convergence", outlets.quiet))?;
     let section = settled.section();
-    let weights = study.orders.iter().map(|result| result.orders.contact_weight);
+    let weights = study
+        .orders
+        .iter()
+        .map(|result| result.orders.contact_weight);
     let edges = settled.window_edges(weights.max().unwrap_or(1))?;
     warn_of_edges(settled.scene(), &edges, outlets.quiet);
     let table = convergence_table(&study)?;
