@@ -12,11 +12,10 @@ use crate::analysis::{
 };
 use crate::convergence::{Choice, ConvergenceStudy};
 use crate::expansion::{
-    ComposedMap, Contact, DepthSeries, Expander, LocalMap, MapOrders, RADIUS_ORDER, Stage,
-    WindowEdge,
+    ComposedMap, Contact, DepthSeries, Expander, LocalMap, RADIUS_ORDER, Stage, WindowEdge,
 };
 use crate::iteration::{DiscreteMap, HornerMap, StepInfo};
-use crate::model::{ChartRequest, DiagramRequest, Scene, Shape};
+use crate::model::{ChartRequest, DiagramRequest, MapOrders, Scene, Shape};
 use crate::numeric::FloatFormat;
 use crate::orbit::GrazingOrbit;
 use crate::report::{ExpansionParts, MapListing, PassageParts, SectionDocument, depth_variables};
