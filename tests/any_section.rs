@@ -7,7 +7,9 @@ use grazemap::convergence::{
 };
 use grazemap::hybrid::HybridSystem;
 use grazemap::iteration::{DiscreteMap, HornerMap};
-use grazemap::model::{Orders, Scene, Section, SectionRule, StroboscopicPhase, catalogue};
+use grazemap::model::{
+    MapOrders, Orders, Scene, Section, SectionRule, StroboscopicPhase, catalogue,
+};
 use grazemap::numeric::Dd;
 use grazemap::orbit::{GrazingOrbit, locate};
 
@@ -221,9 +223,6 @@ fn a_tolerance_set_takes_the_place_of_orders_and_orders_that_of_a_tolerance() {
     let back = [("expansion.smooth_order".to_owned(), "4".to_owned())];
     let back = Scene::parse_with(&text, "linear", &back).expect("good overrides");
     // The weight that is not named is the default.
-    let orders = Orders::Fixed {
-        smooth_order: 4,
-        contact_weight: 6,
-    };
+    let orders = Orders::Fixed(MapOrders::new(4, 6));
     assert_eq!(back.expansion.orders, orders);
 }

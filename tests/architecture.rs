@@ -8,7 +8,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Floors, lowest first, each with the floors it may name.
-const FLOORS: [(&str, &[&str]); 13] = [
+const FLOORS: [(&str, &[&str]); 14] = [
     ("numeric", &[]),
     ("jet", &["numeric"]),
     ("model", &["numeric"]),
@@ -61,6 +61,23 @@ const FLOORS: [(&str, &[&str]); 13] = [
         ],
     ),
     (
+        "pipeline",
+        &[
+            "numeric",
+            "jet",
+            "model",
+            "flow",
+            "hybrid",
+            "orbit",
+            "expansion",
+            "emission",
+            "iteration",
+            "analysis",
+            "convergence",
+            "report",
+        ],
+    ),
+    (
         "cli",
         &[
             "numeric",
@@ -75,6 +92,7 @@ const FLOORS: [(&str, &[&str]); 13] = [
             "analysis",
             "convergence",
             "report",
+            "pipeline",
         ],
     ),
 ];

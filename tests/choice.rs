@@ -96,8 +96,8 @@ fn a_choice_is_cheaper_than_the_best_pair_with_every_monomial() {
     let tolerance = 1e-6;
     let choice = choose_orders(&scene, &orbit, tolerance).expect("a choice");
     assert_eq!(choice.monomials, Monomials::Needed);
-    let family = MapFamily::new(&scene, &orbit, choice.orders()).expect("a simple graze");
-    let all = family.map(choice.orders()).expect("smaller spaces");
+    let family = MapFamily::new(&scene, &orbit, choice.orders).expect("a simple graze");
+    let all = family.map(choice.orders).expect("smaller spaces");
     let full = all.coefficients();
     assert!(
         choice.coefficients < full,
@@ -143,7 +143,7 @@ fn where_the_highest_orders_of_a_first_search_do_not_serve_higher_ones_are_expan
     // Terms of the contact fall by a factor of 1.5 a weight on this window: weight 20 leaves out
     // 4e-12.
     let choice = assert_holds("cantilever_2_5", 1e-12);
-    assert!(choice.contact_weight > 20, "{choice:?}");
+    assert!(choice.orders.contact_weight > 20, "{choice:?}");
     assert_eq!(choice.shape, Shape::Composed);
 }
 
@@ -192,7 +192,7 @@ fn where_coefficients_overflow_a_search_ends_with_what_was_found_before() {
     let text = catalogue::text("mems").expect("in the catalogue");
     let scene = Scene::parse_with(text, "mems.toml", &changes).expect("a good scene");
     let choice = choose_orders(&scene, &orbit(&scene), 1e-10).expect("a choice");
-    assert!(!choice.met && choice.smooth_order < 6, "{choice:?}");
+    assert!(!choice.met && choice.orders.smooth_order < 6, "{choice:?}");
     assert_eq!(choice.limit, Some(Limit::Orders));
 }
 

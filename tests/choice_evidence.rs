@@ -98,7 +98,7 @@ fn near_a_codimension_two_point_a_coarse_choice_has_the_slope_of_the_next_depth(
         let scene = grazing(name);
         let (choice, map) = coarse(&scene);
         let least = choice.least_orders.expect("xi_1 is 0 at the graze");
-        assert!(choice.met && choice.smooth_order >= 2 && choice.contact_weight >= 3);
+        assert!(choice.met && choice.orders.smooth_order >= 2 && choice.orders.contact_weight >= 3);
         assert!(
             least.linear.abs() < 1e-3 * least.quadratic.abs(),
             "{least:?}"

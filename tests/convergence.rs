@@ -86,7 +86,7 @@ fn the_cheapest_orders_meet_the_tolerance_on_fresh_points() {
         "{choice:?}"
     );
     assert!(
-        choice.smooth_order >= 2 && choice.contact_weight <= 8,
+        choice.orders.smooth_order >= 2 && choice.orders.contact_weight <= 8,
         "{choice:?}"
     );
     let hopeless = choose_orders(&scene, &orbit(&scene), 1e-30).expect("a choice");

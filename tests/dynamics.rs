@@ -405,7 +405,7 @@ fn the_map_of_a_tolerance_is_right_about_orbits_folds_and_stability() {
     };
     let choice = choose(&subject.scene, &subject.orbit, &options).expect("a window");
     assert!(
-        choice.met && choice.smooth_order >= 2 && choice.contact_weight >= 2,
+        choice.met && choice.orders.smooth_order >= 2 && choice.orders.contact_weight >= 2,
         "{choice:?}"
     );
     let (_, run) = chosen_map(&choice, &subject.scene, &subject.orbit).expect("an expansion");

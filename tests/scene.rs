@@ -1,8 +1,8 @@
 //! Scenes mean what they say: a model with everything the scene language has.
 
 use grazemap::model::{
-    EmitPrecision, Method, Model, NodeId, Observable, Orders, Response, Scene, Section, Shape,
-    StroboscopicPhase, SweepDirection, Symmetry, catalogue,
+    EmitPrecision, MapOrders, Method, Model, NodeId, Observable, Orders, Response, Scene, Section,
+    Shape, StroboscopicPhase, SweepDirection, Symmetry, catalogue,
 };
 use grazemap::numeric::{Dd, FloatFormat};
 
@@ -224,13 +224,7 @@ fn overrides_set_parameters_and_keys_and_change_the_digest() {
     let scene = scene.unwrap_or_else(|error| panic!("{error}"));
     assert_eq!(scene.model.parameters[0].value, dd("0.07"));
     assert!((scene.model.parameters[4].value.hi - 1.997_498_435_543_818).abs() < 1e-15);
-    assert_eq!(
-        scene.expansion.orders,
-        Orders::Fixed {
-            smooth_order: 7,
-            contact_weight: 6
-        }
-    );
+    assert_eq!(scene.expansion.orders, Orders::Fixed(MapOrders::new(7, 6)));
     assert_eq!(scene.expansion.weights, [("omega".to_owned(), 4)]);
     assert_eq!(scene.diagrams[0].points, 50);
     assert_eq!(

@@ -2,7 +2,7 @@
 
 use std::error::Error;
 
-use grazemap::expansion::{Expander, MapOrders};
+use grazemap::expansion::Expander;
 use grazemap::iteration::compiled;
 use grazemap::model::{Orders, Scene, catalogue};
 use grazemap::orbit::locate;
@@ -38,28 +38,18 @@ pub(crate) fn table(rate: f64) -> Result<Table, Box<dyn Error>> {
 fn row(name: &str, rate: f64) -> Result<Option<Vec<Cell>>, Box<dyn Error>> {
     let source = catalogue::text(name).ok_or("a name of the catalogue")?;
     let scene = Scene::parse(source, name)?;
-    let Orders::Fixed {
-        smooth_order,
-        contact_weight,
-    } = scene.expansion.orders
-    else {
+    let Orders::Fixed(orders) = scene.expansion.orders else {
         return Ok(None);
     };
     let orbit = locate(&scene)?.into_result()?;
     let expander = Expander::new(&scene, &orbit)?;
-    let cost = cost(
-        &expander,
-        MapOrders {
-            smooth_order,
-            contact_weight,
-        },
-    )?;
+    let cost = cost(&expander, orders)?;
     let [operations, _, frozen, _] = cost.operations;
     let compiled = compiled(name).map_or(f64::NAN, |map| step_ns(&map, operations));
     let mut row = vec![
         Cell::text(name),
-        Cell::Integer(smooth_order.into()),
-        Cell::Integer(contact_weight.into()),
+        Cell::Integer(orders.smooth_order.into()),
+        Cell::Integer(orders.contact_weight.into()),
         Cell::number(1e3 * cost.seconds[0], 3),
         Cell::number(1e3 * cost.seconds[1], 3),
         Cell::Integer(operations as i64),

@@ -137,8 +137,8 @@ fn row(
     vec![
         Cell::text(subject.name),
         Cell::number(share, 1),
-        Cell::Integer(choice.smooth_order.into()),
-        Cell::Integer(choice.contact_weight.into()),
+        Cell::Integer(choice.orders.smooth_order.into()),
+        Cell::Integer(choice.orders.contact_weight.into()),
         Cell::text(format!("{:?}", choice.shape).to_lowercase()),
         cell(
             choice

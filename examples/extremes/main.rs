@@ -11,7 +11,7 @@ use std::error::Error;
 use std::fs;
 use std::path::Path;
 
-use grazemap::report::to_dense_json;
+use grazemap::report::to_json;
 use rayon::prelude::*;
 use serde::Serialize;
 
@@ -30,7 +30,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let rows = extreme_cases().par_iter().map(measure_extreme).collect();
     let study = Rows { rows };
     let table = page::table(&study.rows)?;
-    fs::write(folder.join("extremes.json"), to_dense_json(&study)?)?;
+    fs::write(folder.join("extremes.json"), to_json(&study)?)?;
     fs::write(folder.join("table.csv"), table.to_csv()?)?;
     fs::write(folder.join("table.md"), table.to_markdown())?;
     for (stem, figure) in page::figures(&study.rows) {

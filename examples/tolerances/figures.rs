@@ -69,8 +69,8 @@ pub(crate) fn orders(rows: &[Row]) -> Figure {
     let mut figure = Figure::new(Axis::log10("tolerance"), Axis::linear("order"));
     figure.title = "Orders of the chosen maps over the scenes, contacts as series".to_owned();
     let kinds: [(&str, Order); 2] = [
-        ("N", |row| row.choice.smooth_order),
-        ("W", |row| row.choice.contact_weight),
+        ("N", |row| row.choice.orders.smooth_order),
+        ("W", |row| row.choice.orders.contact_weight),
     ];
     for (color, (name, order)) in kinds.into_iter().enumerate() {
         let at = |tolerance: f64| {
@@ -101,7 +101,12 @@ pub(crate) fn orders(rows: &[Row]) -> Figure {
 
 /// The degree that the rule predicts against the one chosen.
 pub(crate) fn predicted_degrees(rows: &[Row]) -> Figure {
-    let pair = |row: &Row| [row.choice.predicted.smooth_order, row.choice.smooth_order];
+    let pair = |row: &Row| {
+        [
+            row.choice.predicted.smooth_order,
+            row.choice.orders.smooth_order,
+        ]
+    };
     predicted("degree N of the legs", rows, pair)
 }
 
@@ -110,7 +115,7 @@ pub(crate) fn predicted_weights(rows: &[Row]) -> Figure {
     let pair = |row: &Row| {
         [
             row.choice.predicted.contact_weight,
-            row.choice.contact_weight,
+            row.choice.orders.contact_weight,
         ]
     };
     predicted("weight W of the contacts", rows, pair)

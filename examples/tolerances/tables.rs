@@ -54,7 +54,10 @@ fn line(row: &Row) -> Vec<Cell> {
     let mut line = vec![Cell::text(&row.scene), Cell::number(choice.tolerance, 1)];
     line.extend([
         Cell::text(if choice.met { "yes" } else { "no" }),
-        Cell::text(pair(choice.smooth_order, choice.contact_weight)),
+        Cell::text(pair(
+            choice.orders.smooth_order,
+            choice.orders.contact_weight,
+        )),
         match choice.shape {
             Shape::Flown => Cell::Missing,
             _ => Cell::text(pair(predicted.smooth_order, predicted.contact_weight)),
@@ -184,7 +187,10 @@ pub(crate) fn refusals(rows: &[Row]) -> Result<Table, ReportError> {
         table.push(vec![
             Cell::text(&row.scene),
             Cell::number(choice.tolerance, 1),
-            Cell::text(pair(choice.smooth_order, choice.contact_weight)),
+            Cell::text(pair(
+                choice.orders.smooth_order,
+                choice.orders.contact_weight,
+            )),
             number(row.error, 2),
             choice.limit.map_or(Cell::Missing, |limit| {
                 Cell::text(limit_words(limit, choice.precision))
@@ -257,8 +263,8 @@ pub(crate) fn rule(rows: &[Row]) -> Result<Table, ReportError> {
         let (choice, predicted) = (&row.choice, row.choice.predicted);
         let gap = |a: u32, b: u32| f64::from(a) - f64::from(b);
         [
-            gap(predicted.smooth_order, choice.smooth_order),
-            gap(predicted.contact_weight, choice.contact_weight),
+            gap(predicted.smooth_order, choice.orders.smooth_order),
+            gap(predicted.contact_weight, choice.orders.contact_weight),
         ]
     };
     for tolerance in TOLERANCES.map(Some).into_iter().chain([None]) {

@@ -2,11 +2,9 @@
 
 use std::path::PathBuf;
 
-use clap::{Args, Parser, Subcommand, ValueEnum};
+use clap::{ArgGroup, Args, Parser, Subcommand, ValueEnum};
 
-use super::error::CliError;
-use super::orbits_arguments::OrbitsArguments;
-use super::output::Destination;
+use super::output::{CliError, Outlets};
 use grazemap::analysis::{Precision, Using};
 use grazemap::emission::Target;
 
@@ -83,7 +81,7 @@ impl Arguments {
         let Some((command, common, has_table)) = self.outputs() else {
             return Ok(());
         };
-        match (&common.json, &common.csv) {
+        match (&common.outlets.json, &common.outlets.csv) {
             (_, Some(_)) if !has_table => Err(CliError::NoTable { command }),
             (Some(json), Some(csv)) if json == csv => Err(CliError::OnePlace {
                 place: json.clone(),
@@ -99,27 +97,17 @@ pub(super) struct Common {
     /// Override a parameter (`omega=1.9`) or a key (`expansion.smooth_order=7`); may be repeated
     #[arg(long = "set", value_name = "NAME=VALUE", value_parser = assignment)]
     pub(super) set: Vec<(String, String)>,
-    /// Write the results as JSON to a file, or to standard output (`-`)
-    #[arg(long, value_name = "FILE|-", value_parser = Destination::parse)]
-    pub(super) json: Option<Destination>,
-    /// Write the results' table as CSV to a file, or to standard output (`-`)
-    #[arg(long, value_name = "FILE|-", value_parser = Destination::parse)]
-    pub(super) csv: Option<Destination>,
-    /// Write the results' files into this folder
-    #[arg(short = 'o', long = "output", value_name = "DIR")]
-    pub(super) output: Option<PathBuf>,
+    #[command(flatten)]
+    pub(super) outlets: Outlets,
     /// Threads to compute with; default: all cores
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub(super) threads: Option<u16>,
-    /// Say nothing but errors
-    #[arg(short = 'q', long = "quiet")]
-    pub(super) quiet: bool,
 }
 
 /// A scene and the common options.
 #[derive(Clone, Debug, Args)]
 pub(super) struct SceneOptions {
-    /// A scene file, or the name of a scene of the catalogue
+    /// A scene file, the name of a scene of the catalogue, or a saved orbit.json or map.json
     #[arg(value_name = "SCENE")]
     pub(super) scene: PathBuf,
     #[command(flatten)]
@@ -158,7 +146,7 @@ pub(super) struct CurveArguments {
 /// Options of `emit`.
 #[derive(Clone, Debug, Args)]
 pub(super) struct EmitArguments {
-    /// A scene file, or the name of a scene of the catalogue
+    /// A scene file, the name of a scene of the catalogue, or a saved orbit.json or map.json
     #[arg(value_name = "SCENE", required_unless_present = "catalogue")]
     pub(super) scene: Option<PathBuf>,
     /// Emit the catalogue's crate of maps instead
@@ -283,6 +271,91 @@ pub(super) struct NewOptions {
     /// Say nothing but errors
     #[arg(short = 'q', long = "quiet")]
     pub(super) quiet: bool,
+}
+
+/// Options of `orbits`.
+#[derive(Clone, Debug, Args)]
+#[command(group = ArgGroup::new("kinds").args(["fold", "flip"]).multiple(true))]
+pub(super) struct OrbitsArguments {
+    #[command(flatten)]
+    pub(super) scene: SceneOptions,
+    /// Offsets of active parameters from the graze, others 0; may be repeated. Default: a tenth of
+    /// the window on both sides of the graze
+    #[arg(long, value_name = "NAME=OFFSET,...", value_parser = ParameterOffsets::parse)]
+    pub(super) at: Vec<ParameterOffsets>,
+    /// Look for all itineraries of periods up to N returns. Default: 4, with several passages 4
+    /// passages
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = clap::value_parser!(u8).range(1..=12))]
+    pub(super) period: Option<u8>,
+    /// Look for this itinerary: 1 for contact, 0 for none, passage by passage and return by return
+    /// (`100`); may be repeated
+    #[arg(long, value_name = "DIGITS", conflicts_with = "period")]
+    pub(super) itinerary: Vec<String>,
+    /// Whose orbits: the map's, or those of direct simulation next to them
+    #[arg(long, value_enum, default_value_t = OrbitsUsing::Map)]
+    pub(super) using: OrbitsUsing,
+    /// Look for folds (saddle-nodes) too
+    #[arg(long)]
+    pub(super) fold: bool,
+    /// Look for flips (period-doublings) too
+    #[arg(long)]
+    pub(super) flip: bool,
+    /// The parameter that folds and flips are solved for; of two the first is stepped through.
+    /// Default: the first active one
+    #[arg(
+        long = "in",
+        value_name = "[P,]Q",
+        value_delimiter = ',',
+        requires = "kinds"
+    )]
+    pub(super) plane: Vec<String>,
+    /// First offset of the parameter stepped through. Default: the window's
+    #[arg(
+        long,
+        value_name = "A",
+        allow_negative_numbers = true,
+        requires = "plane"
+    )]
+    pub(super) from: Option<f64>,
+    /// Its last offset
+    #[arg(
+        long,
+        value_name = "B",
+        allow_negative_numbers = true,
+        requires = "plane"
+    )]
+    pub(super) to: Option<f64>,
+    /// How many offsets
+    #[arg(long, value_name = "N", allow_negative_numbers = true, default_value_t = 21, requires = "plane", value_parser = clap::value_parser!(u16).range(2..=10_000))]
+    pub(super) points: u16,
+}
+
+/// Whose orbits.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(super) enum OrbitsUsing {
+    /// The local map
+    Map,
+    /// Direct simulation
+    Direct,
+}
+
+/// Offsets of parameters by name.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct ParameterOffsets(pub(super) Vec<(String, f64)>);
+
+impl ParameterOffsets {
+    /// `name=offset,name=offset`.
+    fn parse(text: &str) -> Result<Self, String> {
+        let pair = |pair: &str| {
+            let (name, value) = pair.split_once('=').ok_or("expected NAME=OFFSET")?;
+            let value = value.trim();
+            let offset = value.parse().ok().filter(|offset: &f64| offset.is_finite());
+            let offset = offset.ok_or(format!("`{value}` is no finite number"))?;
+            Ok((name.trim().to_owned(), offset))
+        };
+        let pairs = text.split(',').map(pair).collect::<Result<_, String>>();
+        Ok(Self(pairs?))
+    }
 }
 
 /// `name=value`, split at the first `=`.

@@ -1,31 +1,14 @@
-//! The command line: arguments, progress, exit codes, one file per command.
+//! The command line in three groups, each naming the ones before it alone: output, arguments,
+//! commands.
 //!
-//! Exit codes: 0 done; 1 the mathematics ended otherwise, and what was found is said; 2 wrong
-//! input.
+//! A command is: its arguments, one call of the library, its results handed to `report`. Exit codes:
+//! 0 done; 1 the mathematics ended otherwise, and what was found is said; 2 wrong input.
 //!
 //! Deliberately absent: numerics.
 
 mod arguments;
-mod chart;
-mod check;
-mod converge;
-mod curve;
-mod diagram;
-mod emit;
-mod error;
-mod expand;
-mod image;
-mod locate;
-mod new;
-mod offsets;
-mod orbits;
-mod orbits_arguments;
-mod orbits_request;
+mod commands;
 mod output;
-mod prepare;
-mod progress;
-mod run;
-mod window_edge;
 
 use std::ffi::OsString;
 use std::process::ExitCode;
@@ -33,7 +16,8 @@ use std::process::ExitCode;
 use clap::Parser;
 
 use arguments::{Arguments, Command};
-use error::CliError;
+use commands::{converge, emit, expand, grazes, image, orbits, run, scenes, sweeps};
+use output::CliError;
 
 /// Runs the program on the arguments of the process.
 ///
@@ -65,15 +49,15 @@ fn run_with(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
 fn dispatch(arguments: Arguments) -> Result<(), CliError> {
     arguments.refuse_lost_output()?;
     match arguments.command {
-        Some(Command::New(options)) => new::run(&options),
-        Some(Command::Check(options)) => check::run(&options),
-        Some(Command::Locate(options)) => locate::run(&options),
+        Some(Command::New(options)) => scenes::new(&options),
+        Some(Command::Check(options)) => scenes::check(&options),
+        Some(Command::Locate(options)) => grazes::locate(&options),
         Some(Command::Expand(options)) => expand::run(&options),
-        Some(Command::Curve(options)) => curve::run(&options),
+        Some(Command::Curve(options)) => grazes::curve(&options),
         Some(Command::Image(options)) => image::run(&options),
         Some(Command::Converge(options)) => converge::run(&options),
-        Some(Command::Diagram(options)) => diagram::run(&options),
-        Some(Command::Chart(options)) => chart::run(&options),
+        Some(Command::Diagram(options)) => sweeps::diagram(&options),
+        Some(Command::Chart(options)) => sweeps::chart(&options),
         Some(Command::Orbits(options)) => orbits::run(&options),
         Some(Command::Emit(options)) => emit::run(&options),
         Some(Command::Run(options)) => run::run(&options),

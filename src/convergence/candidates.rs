@@ -56,20 +56,12 @@ pub(super) fn candidates(family: &MapFamily<'_>, forecaster: &Forecaster) -> Vec
             .zip(base)
             .filter(|((_, weight), base)| weight != *base);
         let changed: BTreeMap<String, u32> = changed.map(|(named, _)| named).collect();
-        let pairs = (1..=highest.smooth_order)
-            .flat_map(|n| (1..=highest.contact_weight).map(move |w| (n, w)));
-        found.extend(pairs.map(|(smooth_order, contact_weight)| {
-            let orders = MapOrders {
-                smooth_order,
-                contact_weight,
-            };
-            Candidate {
-                orders,
-                weights: changed.clone(),
-                parameters: parameters.clone(),
-                cost: costs.at(orders),
-                forecast: forecast.error(orders),
-            }
+        found.extend(highest.pairs().map(|orders| Candidate {
+            orders,
+            weights: changed.clone(),
+            parameters: parameters.clone(),
+            cost: costs.at(orders),
+            forecast: forecast.error(orders),
         }));
     }
     found.sort_by_key(|candidate| candidate.cost);

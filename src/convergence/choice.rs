@@ -13,7 +13,7 @@ use super::economise::Economiser;
 use super::family::MapFamily;
 use super::form::Form;
 use crate::emission::prune;
-use crate::expansion::{Expander, LocalMap, MapOrders};
+use crate::expansion::{Expander, LocalMap};
 use crate::iteration::HornerMap;
 use crate::model::{Scene, Shape};
 use crate::orbit::GrazingOrbit;
@@ -84,15 +84,7 @@ pub fn chosen_map(
 }
 
 impl Choice {
-    /// The orders as the expansion names them.
-    pub fn orders(&self) -> MapOrders {
-        MapOrders {
-            smooth_order: self.smooth_order,
-            contact_weight: self.contact_weight,
-        }
-    }
-
-    /// The scene with the weights chosen: what is expanded at [`orders`](Self::orders).
+    /// The scene with the weights chosen: what is expanded at the [`orders`](Self::orders).
     pub fn weighted(&self, scene: &Scene) -> Scene {
         weighted(scene, &self.weights)
     }
@@ -110,7 +102,7 @@ impl Choice {
         scene: &Scene,
         orbit: &GrazingOrbit,
     ) -> Result<LocalMap, ConvergenceError> {
-        let orders = self.orders();
+        let orders = self.orders;
         if self.shape == Shape::Flown {
             return Ok(MapFamily::new(scene, orbit, orders)?.flown_map(orders)?);
         }

@@ -18,16 +18,10 @@ use crate::orbit::GrazingOrbit;
 
 /// Degrees and weights that an expansion has beyond the predicted ones: orders can be exchanged for
 /// one another, and forecasts and fits need terms beyond what they cut.
-const MARGIN: MapOrders = MapOrders {
-    smooth_order: 1,
-    contact_weight: 2,
-};
+const MARGIN: MapOrders = MapOrders::new(1, 2);
 
 /// By how much an expansion grows that was not high enough.
-const STEP: MapOrders = MapOrders {
-    smooth_order: 2,
-    contact_weight: 3,
-};
+const STEP: MapOrders = MapOrders::new(2, 3);
 
 /// An error that falls by less from one expansion to the next has come to its end.
 const FALLS: f64 = 0.5;
@@ -124,10 +118,7 @@ impl<'a> Chooser<'a> {
 
     /// The same with no orders beyond some, and contacts flown only where the scene asks for it.
     pub(super) fn within(mut self, orders: MapOrders) -> Self {
-        self.limit = MapOrders {
-            smooth_order: self.limit.smooth_order.min(orders.smooth_order),
-            contact_weight: self.limit.contact_weight.min(orders.contact_weight),
-        };
+        self.limit = self.limit.min(orders);
         self.deepest = self.limit;
         self.flies = false;
         self
@@ -309,18 +300,12 @@ impl<'a> Chooser<'a> {
     }
 
     fn beyond(&self, orders: MapOrders) -> MapOrders {
-        self.clamped(MapOrders {
-            smooth_order: orders.smooth_order + MARGIN.smooth_order,
-            contact_weight: orders.contact_weight + MARGIN.contact_weight,
-        })
+        self.clamped(orders.plus(MARGIN))
     }
 
     /// Within the highest orders; at least 2, so that terms can be seen to fall.
     fn clamped(&self, orders: MapOrders) -> MapOrders {
-        MapOrders {
-            smooth_order: orders.smooth_order.min(self.limit.smooth_order).max(2),
-            contact_weight: orders.contact_weight.min(self.limit.contact_weight).max(4),
-        }
+        orders.min(self.limit).max(MapOrders::new(2, 4))
     }
 
     /// The expansion to some orders; `None` where its coefficients overflow, which ends a search.
@@ -348,10 +333,7 @@ impl<'a> Chooser<'a> {
     /// weight that serves with a degree as high, by bisection, then the least degree.
     fn choose_flown(&mut self, trial: &mut Trial) -> Result<(), ConvergenceError> {
         let top = self.limit.smooth_order.min(self.limit.contact_weight);
-        let orders = |smooth_order: u32, contact_weight: u32| MapOrders {
-            smooth_order,
-            contact_weight,
-        };
+        let orders = MapOrders::new;
         let asked = self.scene.emit.shape == Shape::Flown;
         let at = match self.level(orders(top, top)) {
             Err(error) if !asked && error.is_overflow() => return Ok(()),

@@ -66,10 +66,9 @@ pub struct SampleSummary {
 /// One map of the sweep.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct OrderResult {
-    /// Degree `N` of `P_smooth`.
-    pub smooth_order: u32,
-    /// Weighted degree `W` of `D`.
-    pub contact_weight: u32,
+    /// Its truncation orders.
+    #[serde(flatten)]
+    pub orders: MapOrders,
     /// Shape of the map.
     pub shape: Shape,
     /// Error over the sample.
@@ -131,10 +130,9 @@ pub struct Choice {
     /// numbers.
     #[serde(default)]
     pub precision: FloatFormat,
-    /// Degree of `P_smooth`.
-    pub smooth_order: u32,
-    /// Weighted degree of `D`.
-    pub contact_weight: u32,
+    /// Its truncation orders.
+    #[serde(flatten)]
+    pub orders: MapOrders,
     /// Shape.
     pub shape: Shape,
     /// Weights of parameters, by name, where they are heavier than the scene's.

@@ -27,10 +27,7 @@ use crate::orbit::GrazingOrbit;
 const TOLERANCE: f64 = 1e-8;
 
 /// Highest degree and weight of the factors whose rates are measured.
-const RATES: MapOrders = MapOrders {
-    smooth_order: 6,
-    contact_weight: 8,
-};
+const RATES: MapOrders = MapOrders::new(6, 8);
 
 /// What a study measures.
 #[derive(Clone, Debug, PartialEq)]
@@ -48,6 +45,8 @@ pub struct ConvergenceOptions {
     pub fresh: usize,
     /// Whether maps of other sections are chosen too.
     pub sections: bool,
+    /// The map chosen for the tolerance on so many fresh points, where it is known already.
+    pub chosen: Option<Choice>,
     /// Highest weight of `D` whose rate is measured (its coefficients in double-double).
     pub discontinuity_rates: u32,
     /// Highest degree of `P_smooth` whose rate is measured (its coefficients in double-double, by
@@ -60,16 +59,7 @@ impl ConvergenceOptions {
     /// flown one where the scene asks for it.
     pub fn of(scene: &Scene) -> Self {
         let (highest, tolerance) = match scene.expansion.orders {
-            Orders::Fixed {
-                smooth_order,
-                contact_weight,
-            } => {
-                let orders = MapOrders {
-                    smooth_order,
-                    contact_weight,
-                };
-                (Some(beyond(orders)), TOLERANCE)
-            }
+            Orders::Fixed(orders) => (Some(beyond(orders)), TOLERANCE),
             Orders::Tolerance(tolerance) => (None, tolerance),
         };
         Self {
@@ -82,6 +72,7 @@ impl ConvergenceOptions {
             tolerance,
             fresh: ChoiceOptions::new(tolerance).fresh,
             sections: false,
+            chosen: None,
             discontinuity_rates: RATES.contact_weight,
             smooth_rates: RATES.smooth_order,
         }
@@ -90,10 +81,7 @@ impl ConvergenceOptions {
 
 /// A degree and two weights more: where the next orders of both factors lead.
 fn beyond(orders: MapOrders) -> MapOrders {
-    MapOrders {
-        smooth_order: orders.smooth_order + 1,
-        contact_weight: orders.contact_weight + 2,
-    }
+    orders.plus(MapOrders::new(1, 2))
 }
 
 /// Measures maps of every pair of orders against direct simulation in double-double.
@@ -111,14 +99,15 @@ pub fn converge(
         tolerance: options.tolerance,
         fresh: options.fresh,
     };
-    let chosen = choose(scene, orbit, &choice)?;
-    let highest = options.highest.unwrap_or_else(|| beyond(chosen.orders()));
+    let chosen = match &options.chosen {
+        Some(chosen) => chosen.clone(),
+        None => choose(scene, orbit, &choice)?,
+    };
+    let highest = options.highest.unwrap_or_else(|| beyond(chosen.orders));
     let sweep = Sweep::new(scene, orbit, options, highest, progress)?;
     let mut orders = sweep.errors(progress)?;
-    let rate_orders = MapOrders {
-        smooth_order: options.smooth_rates.min(highest.smooth_order),
-        contact_weight: options.discontinuity_rates.min(highest.contact_weight),
-    };
+    let rate_orders = MapOrders::new(options.smooth_rates, options.discontinuity_rates);
+    let rate_orders = rate_orders.min(highest);
     let factors = ExactFactors::new(sweep.family.expander(), rate_orders)?;
     sweep.add_rates(&factors, &mut orders)?;
     let multiply_add_ns = timing::multiply_add_ns();
@@ -169,7 +158,7 @@ fn window_edges(
         Shape::Flown => 0..0,
         _ => 0..expander.passages(),
     };
-    let edges = passages.map(|passage| expander.window_edge(passage, chosen.contact_weight));
+    let edges = passages.map(|passage| expander.window_edge(passage, chosen.orders.contact_weight));
     let edges = edges.collect::<Result<Vec<_>, _>>()?;
     Ok(edges.into_iter().flatten().collect())
 }
@@ -223,15 +212,16 @@ impl<'a> Sweep<'a> {
         progress: &dyn Progress,
     ) -> Result<Vec<OrderResult>, ConvergenceError> {
         let highest = self.highest;
-        let tasks: Vec<_> = (1..=highest.smooth_order)
-            .flat_map(|n| (1..=highest.contact_weight).map(move |w| (n, w)))
-            .flat_map(|pair| self.options.shapes.iter().map(move |&shape| (pair, shape)))
+        let tasks: Vec<_> = highest
+            .pairs()
+            .flat_map(|orders| {
+                self.options
+                    .shapes
+                    .iter()
+                    .map(move |&shape| (orders, shape))
+            })
             .collect();
-        let measure = |((smooth_order, contact_weight), shape)| {
-            let orders = MapOrders {
-                smooth_order,
-                contact_weight,
-            };
+        let measure = |(orders, shape)| {
             let result = self.measure(orders, shape);
             progress.advance(1);
             result
@@ -242,8 +232,7 @@ impl<'a> Sweep<'a> {
     fn measure(&self, orders: MapOrders, shape: Shape) -> Result<OrderResult, ConvergenceError> {
         let lowered = self.lowered(orders, shape)?;
         Ok(OrderResult {
-            smooth_order: orders.smooth_order,
-            contact_weight: orders.contact_weight,
+            orders,
             shape,
             error: summarize(&lowered, &self.truth),
             rate: Rate {
@@ -297,7 +286,7 @@ impl<'a> Sweep<'a> {
         let rates = MapRates::new(expander, &self.sample, &self.system, self.scene, self.orbit)?;
         orders.par_iter_mut().try_for_each(|result| {
             let (map, rounding) = self.evaluation(factors, result)?;
-            result.rate = rates.rate(&map, rounding, result.smooth_order, result.contact_weight);
+            result.rate = rates.rate(&map, rounding, result.orders);
             Ok(())
         })
     }
@@ -308,7 +297,7 @@ impl<'a> Sweep<'a> {
         factors: &ExactFactors<'_, '_>,
         result: &OrderResult,
     ) -> Result<(MapEvaluation<Dd>, f64), ConvergenceError> {
-        let orders = result.orders();
+        let orders = result.orders;
         match result.shape {
             Shape::Composed => {
                 let composed = self.family.compose(&self.family.map(orders)?)?;
@@ -333,7 +322,7 @@ impl<'a> Sweep<'a> {
         multiply_add_ns: f64,
     ) -> Result<(), ConvergenceError> {
         for result in orders {
-            let map = self.lowered(result.orders(), result.shape)?;
+            let map = self.lowered(result.orders, result.shape)?;
             result.step_ns = timing::step_ns(&map, &self.truth.points[0]);
             result.floor_ns = multiply_add_ns * result.operations as f64;
         }
@@ -365,16 +354,6 @@ impl<'a> Sweep<'a> {
         }
         let system = HybridSystem::without_exact_flow(&self.scene.model);
         self.direct(&system).map(Some)
-    }
-}
-
-impl OrderResult {
-    /// The orders as the expansion names them.
-    pub fn orders(&self) -> MapOrders {
-        MapOrders {
-            smooth_order: self.smooth_order,
-            contact_weight: self.contact_weight,
-        }
     }
 }
 

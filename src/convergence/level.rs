@@ -17,16 +17,10 @@ use crate::jet::JetSpace;
 const MONOMIALS: u128 = 20_000;
 
 /// Highest orders of a first search, however few the variables.
-const HIGHEST: MapOrders = MapOrders {
-    smooth_order: 14,
-    contact_weight: 20,
-};
+const HIGHEST: MapOrders = MapOrders::new(14, 20);
 
 /// Highest orders of all: where no lower ones serve and terms do fall.
-const DEEPEST: MapOrders = MapOrders {
-    smooth_order: 14,
-    contact_weight: 40,
-};
+const DEEPEST: MapOrders = MapOrders::new(14, 40);
 
 /// Most monomials of a fit.
 const FITTED: usize = 800;

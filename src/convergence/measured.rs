@@ -9,7 +9,7 @@ use super::sample::{SamplePoint, WindowSample};
 use super::timing;
 use super::truth::{Truth, truth};
 use crate::analysis::DirectImage;
-use crate::expansion::{LocalMap, MapOrders};
+use crate::expansion::LocalMap;
 use crate::hybrid::HybridSystem;
 use crate::iteration::DiscreteMap;
 use crate::model::Scene;
@@ -71,16 +71,10 @@ pub(super) fn window_sample(
     local: &LocalMap,
 ) -> Result<WindowSample, ConvergenceError> {
     let orders = local.orders;
-    let known = orders.smooth_order >= PROBE.smooth_order
-        && orders.contact_weight >= PROBE.contact_weight
-        && local.fitted_to.is_none();
-    if known {
+    if orders.reaches(PROBE) && local.fitted_to.is_none() {
         return Ok(WindowSample::new(local));
     }
-    let orders = MapOrders {
-        smooth_order: orders.smooth_order.max(PROBE.smooth_order),
-        contact_weight: orders.contact_weight.max(PROBE.contact_weight),
-    };
+    let orders = orders.max(PROBE);
     let map = MapFamily::new(scene, orbit, orders)?.map(orders)?;
     Ok(WindowSample::new(&map))
 }

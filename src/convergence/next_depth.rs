@@ -14,10 +14,7 @@ use crate::iteration::DiscreteMap;
 use crate::numeric::Scalar;
 
 /// Lowest orders that have the terms of second order in `y` of the next depth.
-const LEAST: MapOrders = MapOrders {
-    smooth_order: 2,
-    contact_weight: 3,
-};
+const LEAST: MapOrders = MapOrders::new(2, 3);
 
 /// Depth variables at which the effect of a contact is compared, over the window's largest.
 const SHARES: [f64; 5] = [1.0, 0.3, 0.1, 0.03, 0.01];
@@ -41,10 +38,9 @@ const NO_STRETCH: f64 = 1e-10;
 /// than twice the second somewhere.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LeastOrders {
-    /// Degree of `P_smooth`.
-    pub smooth_order: u32,
-    /// Weighted degree of `D`.
-    pub contact_weight: u32,
+    /// The orders.
+    #[serde(flatten)]
+    pub orders: MapOrders,
     /// Coefficient of `y` at `p*`, proportional to `xi_1`.
     pub linear: f64,
     /// By how much it changes over the half-widths of the parameters.
@@ -58,15 +54,12 @@ pub struct LeastOrders {
 impl LeastOrders {
     /// Whether orders are as high.
     pub(super) fn allow(&self, orders: MapOrders) -> bool {
-        orders.smooth_order >= self.smooth_order && orders.contact_weight >= self.contact_weight
+        orders.reaches(self.orders)
     }
 
     /// Orders raised to these.
     pub(super) fn raised(&self, orders: MapOrders) -> MapOrders {
-        MapOrders {
-            smooth_order: orders.smooth_order.max(self.smooth_order),
-            contact_weight: orders.contact_weight.max(self.contact_weight),
-        }
+        orders.max(self.orders)
     }
 }
 
@@ -141,8 +134,7 @@ impl NextDepth {
         });
         Some(Self {
             least: LeastOrders {
-                smooth_order: LEAST.smooth_order,
-                contact_weight: LEAST.contact_weight,
+                orders: LEAST,
                 linear,
                 spread,
                 quadratic,

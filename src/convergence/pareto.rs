@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::data::{DirectSummary, OrderResult};
+use crate::expansion::MapOrders;
 use crate::model::Shape;
 
 /// One method on the front.
@@ -22,10 +23,9 @@ pub struct ParetoPoint {
 /// Which map a point of the front is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct ParetoMap {
-    /// Degree of `P_smooth`.
-    pub smooth_order: u32,
-    /// Weighted degree of `D`.
-    pub contact_weight: u32,
+    /// Its truncation orders.
+    #[serde(flatten)]
+    pub orders: MapOrders,
     /// Shape.
     pub shape: Shape,
 }
@@ -38,8 +38,7 @@ pub(super) fn pareto<'d>(
     let point = |result: &OrderResult| {
         Some(ParetoPoint {
             map: Some(ParetoMap {
-                smooth_order: result.smooth_order,
-                contact_weight: result.contact_weight,
+                orders: result.orders,
                 shape: result.shape,
             }),
             direct: None,

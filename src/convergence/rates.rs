@@ -223,14 +223,8 @@ impl MapRates {
 
     /// The rate of a map at these orders: after a contact the state is `O(y)`, so that a leg cut at
     /// degree `N` errs by `y^(N+1)`, and a contact cut at weight `W` by `y^(W+1)`.
-    pub(super) fn rate(
-        &self,
-        map: &MapEvaluation<Dd>,
-        rounding: f64,
-        smooth_order: u32,
-        contact_weight: u32,
-    ) -> Rate {
-        let expected = f64::from(smooth_order.min(contact_weight) + 1);
+    pub(super) fn rate(&self, map: &MapEvaluation<Dd>, rounding: f64, orders: MapOrders) -> Rate {
+        let expected = f64::from(orders.smooth_order.min(orders.contact_weight) + 1);
         self.ladder.rate(map, rounding, expected)
     }
 }
@@ -265,9 +259,7 @@ impl<'f, 'a> ExactFactors<'f, 'a> {
         orders: MapOrders,
     ) -> Result<Option<MapEvaluation<Dd>>, ConvergenceError> {
         let highest = self.highest;
-        if orders.smooth_order > highest.smooth_order
-            || orders.contact_weight > highest.contact_weight
-        {
+        if !highest.reaches(orders) {
             return Ok(None);
         }
         let legs = cut_legs(self.expander, &self.legs, orders.smooth_order)?;

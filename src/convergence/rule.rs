@@ -8,10 +8,7 @@ use super::forecast::Forecast;
 use crate::expansion::MapOrders;
 
 /// Orders that predictions are made from.
-pub(super) const PROBE: MapOrders = MapOrders {
-    smooth_order: 4,
-    contact_weight: 8,
-};
+pub(super) const PROBE: MapOrders = MapOrders::new(4, 8);
 
 /// Orders of a block of the legs, and of the contacts.
 const LEG_PERIOD: usize = 1;

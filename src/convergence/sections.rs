@@ -29,10 +29,7 @@ const AHEAD: [f64; 4] = [0.0, 0.125, 0.25, 0.5];
 
 /// By how much the orders of a map of another section may exceed those of the scene's own: it would
 /// not be cheaper.
-const BEYOND: MapOrders = MapOrders {
-    smooth_order: 2,
-    contact_weight: 4,
-};
+const BEYOND: MapOrders = MapOrders::new(2, 4);
 
 /// Sections nearer than this share of a period are the same.
 const SAME: f64 = 1e-6;
@@ -191,10 +188,7 @@ fn try_others(
     options: &ChoiceOptions,
     own: &Choice,
 ) -> Result<Vec<TriedSection>, ConvergenceError> {
-    let limit = MapOrders {
-        smooth_order: own.smooth_order + BEYOND.smooth_order,
-        contact_weight: own.contact_weight + BEYOND.contact_weight,
-    };
+    let limit = own.orders.plus(BEYOND);
     let map = MapFamily::new(scene, orbit, PROBE)?.map(PROBE)?;
     let points = WindowSample::new(&map).judging(0, CARRIED);
     let tried = |(ahead, section)| {

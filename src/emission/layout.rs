@@ -2,6 +2,7 @@
 
 use super::EmissionError;
 use super::target::Target;
+use crate::expansion::MapOrders;
 
 /// What templates/map.rs.tera and templates/map.c.tera lay out.
 #[derive(Clone, Debug, serde::Serialize)]
@@ -24,8 +25,8 @@ pub(super) struct MapLayout {
     pub(super) passages: usize,
     pub(super) coefficients: usize,
     pub(super) lanes: usize,
-    pub(super) smooth_order: u32,
-    pub(super) contact_weight: u32,
+    #[serde(flatten)]
+    pub(super) orders: MapOrders,
     pub(super) scene: String,
     pub(super) digest: String,
     pub(super) section: String,

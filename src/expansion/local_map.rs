@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{DepthPolynomial, FlownContact};
 use crate::jet::Jet;
-use crate::model::Digest;
+use crate::model::{Digest, MapOrders};
 use crate::numeric::{Dd, Real, Scalar, unbounded, unbounded_number};
 
 /// A local map `P` near a grazing orbit, as the sequence of its stages.
@@ -68,15 +68,6 @@ pub struct ActiveParameter {
     pub name: String,
     /// Grazing value.
     pub value: Dd,
-}
-
-/// Truncation orders of a map.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct MapOrders {
-    /// Degree of the smooth legs.
-    pub smooth_order: u32,
-    /// Weighted degree of the contacts.
-    pub contact_weight: u32,
 }
 
 /// Half-widths of the trusted window, in offsets; infinite where nothing was asked.

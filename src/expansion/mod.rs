@@ -44,8 +44,8 @@ pub use flown::{
 pub use impact_speed::{ImpactSpeed, impact_speed};
 pub use leg::LegExpansion;
 pub use local_map::{
-    ActiveParameter, ComposedMap, Contact, DepthForm, Leg, LocalMap, MapOrders, MapSection,
-    MapWindow, SectionKind, Stage,
+    ActiveParameter, ComposedMap, Contact, DepthForm, Leg, LocalMap, MapSection, MapWindow,
+    SectionKind, Stage,
 };
 pub use lost_digits::LostDigits;
 pub use lowering::MapKernel;
@@ -54,3 +54,5 @@ pub use routes::{Route, RouteEnd, Routes};
 pub use section_chart::SectionChart;
 pub use variables::{DEVIATION_WEIGHT, Variables};
 pub use window_edge::WindowEdge;
+
+pub use crate::model::MapOrders;

@@ -5,10 +5,7 @@
 //! is compared with direct simulation.
 
 use super::{DepthSeries, ExpansionError};
-use crate::numeric::Scalar;
-
-/// Halvings of the bracket of the usable depth variable: all bits of a double.
-const HALVINGS: usize = 60;
+use crate::numeric::{Bracket, Scalar};
 
 /// What a discontinuity mapping of some weight leaves out at the largest depth of a window.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
@@ -64,7 +61,11 @@ impl WindowEdge {
             (1.0, 0.0)
         } else {
             let share = |y: f64| omitted_share(series, leading_exponent, contact_weight, y, radius);
-            let usable = largest_within(radius, |y| share(y) <= Self::LARGEST_SHARE);
+            let excess = |y: f64| share(y) - Self::LARGEST_SHARE;
+            let ends = (excess(0.0), excess(radius));
+            let bracket = Bracket::new(0.0, radius, ends.0, ends.1).ok();
+            let root = bracket.and_then(|bracket| bracket.itp(ends, 0.0, excess).root());
+            let usable = root.unwrap_or(if ends.1 <= 0.0 { radius } else { 0.0 });
             (share(depth.sqrt()), usable * usable)
         };
         Some(Self {
@@ -120,23 +121,6 @@ fn tail_factor(q: f64, order: usize) -> f64 {
     } else {
         on_the_circle
     }
-}
-
-/// The largest number up to `end` that meets a condition which holds near 0 and ends once.
-fn largest_within(end: f64, holds: impl Fn(f64) -> bool) -> f64 {
-    if holds(end) {
-        return end;
-    }
-    let (mut good, mut bad) = (0.0, end);
-    for _ in 0..HALVINGS {
-        let middle = 0.5 * (good + bad);
-        if holds(middle) {
-            good = middle;
-        } else {
-            bad = middle;
-        }
-    }
-    good
 }
 
 impl super::Expander<'_> {

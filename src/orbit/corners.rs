@@ -3,16 +3,12 @@
 
 use crate::flow::{Field, Integrator, bound_but, horner};
 use crate::model::{NodeId, Response, Scene, Surface};
+use crate::numeric::polynomial::{CrossingDirection, crossings};
 
 use super::OrbitError;
+use super::minima::each_step;
 use super::outcome::{NamedValues, NotLocated};
 
-/// Pieces of a step on which an argument is taken to change sign at most once.
-const PIECES: usize = 16;
-/// Halvings of the piece in which it does.
-const HALVINGS: usize = 40;
-/// Most steps along which corners are looked for.
-const MOST_STEPS: usize = 100_000;
 /// Arguments nearer to a corner than this, relative to how much they vary, lie on it.
 const ON_THE_CORNER: f64 = 1e-12;
 /// Decimals of the state at a corner that are said.
@@ -181,32 +177,26 @@ impl<'a> Corners<'a> {
         parameters: &[f64],
         duration: f64,
     ) -> Result<Option<NotLocated>, OrbitError> {
-        let mut integrator = Integrator::<f64>::new(&self.field);
         let mut signs = vec![0.0; self.operations.len()];
-        let (mut state, mut rest) = (start.to_vec(), duration);
-        for _ in 0..MOST_STEPS {
-            let step = integrator.step(&state, parameters)?;
-            let length = step.length.min(rest);
-            let arguments = signs.iter_mut().enumerate();
-            let of_rates =
-                arguments.filter(|&(number, _)| self.operations[number].place.surface().is_none());
-            let crossings = of_rates.filter_map(|(number, sign)| {
-                Some((
-                    crossing(step.watched_coefficients(number), length, sign)?,
-                    number,
-                ))
-            });
-            if let Some((time, number)) = crossings.min_by(|a, b| a.0.total_cmp(&b.0)) {
-                step.state_at(time, &mut state);
-                return Ok(Some(self.met(number, &state)));
-            }
-            step.state_at(length, &mut state);
-            rest -= length;
-            if rest <= 0.0 {
-                break;
-            }
-        }
-        Ok(None)
+        each_step(
+            &self.field,
+            start,
+            parameters,
+            duration,
+            |_, length, state, step| {
+                let arguments = signs.iter_mut().enumerate();
+                let of_rates = arguments
+                    .filter(|&(number, _)| self.operations[number].place.surface().is_none());
+                let changes = of_rates.filter_map(|(number, sign)| {
+                    let argument = step.watched_coefficients(number);
+                    Some((first_sign_change(argument, length, sign)?, number))
+                });
+                let (time, number) = changes.min_by(|a, b| a.0.total_cmp(&b.0))?;
+                let mut there = state.to_vec();
+                step.state_at(time, &mut there);
+                Some(self.met(number, &there))
+            },
+        )
     }
 
     fn met(&self, number: usize, state: &[f64]) -> NotLocated {
@@ -269,30 +259,18 @@ fn begins_at_zero(coefficients: &[f64], length: f64) -> bool {
 
 /// When a polynomial on `[0, length]` first has another sign than before; `sign` is 0 before any is
 /// known.
-fn crossing(argument: &[f64], length: f64, sign: &mut f64) -> Option<f64> {
-    let mut before = 0.0;
-    for piece in 0..=PIECES {
-        let time = length * piece as f64 / PIECES as f64;
-        let value = horner(argument, time);
-        if *sign == 0.0 && value != 0.0 {
-            *sign = value.signum();
-        }
-        if value * *sign < 0.0 {
-            return Some(root_between(argument, *sign, before, time));
-        }
-        before = time;
+fn first_sign_change(argument: &[f64], length: f64, sign: &mut f64) -> Option<f64> {
+    let first = crossings(argument, length).into_iter().next();
+    let here = match first.map(|crossing| crossing.direction) {
+        Some(CrossingDirection::Entering) => 1.0,
+        Some(CrossingDirection::Leaving) => -1.0,
+        None => horner(argument, length),
+    };
+    if *sign == 0.0 && here != 0.0 {
+        *sign = here.signum();
     }
-    None
-}
-
-fn root_between(argument: &[f64], sign: f64, mut before: f64, mut after: f64) -> f64 {
-    for _ in 0..HALVINGS {
-        let middle = 0.5 * (before + after);
-        if horner(argument, middle) * sign > 0.0 {
-            before = middle;
-        } else {
-            after = middle;
-        }
+    if here * *sign < 0.0 {
+        return Some(0.0);
     }
-    after
+    first.map(|crossing| crossing.time)
 }

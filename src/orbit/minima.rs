@@ -2,8 +2,9 @@
 
 use std::ops::Range;
 
-use crate::flow::{Field, Integrator, horner};
+use crate::flow::{Field, FlowError, Integrator, Step, horner};
 use crate::model::Model;
+use crate::numeric::polynomial::{ExtremumKind, extrema};
 
 use super::OrbitError;
 
@@ -25,10 +26,8 @@ pub(super) struct Minimum {
 pub(super) struct Gaps {
     /// Minima of all surfaces, by time.
     pub(super) minima: Vec<Minimum>,
-    /// Largest value of each event function seen.
+    /// Largest value of each event function at the start of a step.
     pub(super) largest: Vec<f64>,
-    /// The state at the end.
-    pub(super) end: Vec<f64>,
 }
 
 impl Gaps {
@@ -40,96 +39,127 @@ impl Gaps {
     }
 }
 
-/// Pieces of a step on which `h'` is taken to change sign at most once.
-const PIECES: usize = 16;
+/// Most steps of a stretch.
 const MAX_STEPS: usize = 1_000_000;
 
-/// A field that watches `h` and `h'` of every surface.
+/// A field that watches the event function of every surface.
 pub(super) fn watching_field(model: &Model) -> Field {
-    let watched: Vec<_> = model
-        .surfaces
-        .iter()
-        .flat_map(|surface| [surface.event, surface.normal_velocity])
-        .collect();
+    let watched: Vec<_> = model.surfaces.iter().map(|surface| surface.event).collect();
     Field::free(model, &watched)
 }
 
 /// Minima of every event function on `(0, duration]` along the free flow, `field` being a
 /// [`watching_field`].
+///
+/// The event function along a step is a polynomial in time, and every zero of its derivative is
+/// isolated, however many there are in a step.
 pub(super) fn gaps(
     field: &Field,
     start: &[f64],
     parameters: &[f64],
     duration: f64,
 ) -> Result<Gaps, OrbitError> {
-    let surfaces = field.watched() / 2;
-    let mut integrator = Integrator::<f64>::new(field);
     let mut found = Gaps {
         minima: Vec::new(),
-        largest: vec![f64::NEG_INFINITY; surfaces],
-        end: start.to_vec(),
+        largest: vec![f64::NEG_INFINITY; field.watched()],
     };
-    let mut elapsed = 0.0;
+    each_step(
+        field,
+        start,
+        parameters,
+        duration,
+        |elapsed, length, state, step| -> Option<()> {
+            for surface in 0..field.watched() {
+                let event = step.watched_coefficients(surface);
+                found.largest[surface] = found.largest[surface].max(horner(event, 0.0));
+                let turns = extrema(event, length).into_iter();
+                for turn in turns.filter(|turn| turn.kind == ExtremumKind::Minimum) {
+                    let mut there = state.to_vec();
+                    step.state_at(turn.time, &mut there);
+                    found.minima.push(Minimum {
+                        surface,
+                        time: elapsed + turn.time,
+                        state: there,
+                        event: turn.value,
+                    });
+                }
+            }
+            None
+        },
+    )?;
+    found.minima.sort_by(|a, b| a.time.total_cmp(&b.time));
+    Ok(found)
+}
+
+/// Steps along the free flow for a duration, until `look` returns something: it is given the time
+/// since the start, the length of the step, the state at its start and the step.
+pub(super) fn each_step<T>(
+    field: &Field,
+    start: &[f64],
+    parameters: &[f64],
+    duration: f64,
+    mut look: impl FnMut(f64, f64, &[f64], &Step<'_, f64>) -> Option<T>,
+) -> Result<Option<T>, OrbitError> {
+    let mut integrator = Integrator::<f64>::new(field);
+    let (mut state, mut elapsed) = (start.to_vec(), 0.0);
     for _ in 0..MAX_STEPS {
         if elapsed >= duration {
-            found.minima.sort_by(|a, b| a.time.total_cmp(&b.time));
-            return Ok(found);
+            return Ok(None);
         }
-        let step = integrator.step(&found.end, parameters)?;
+        let step = integrator.step(&state, parameters)?;
         let rest = duration - elapsed;
         let length = step.length.min(rest);
-        for surface in 0..surfaces {
-            let event = step.watched_coefficients(2 * surface);
-            let velocity = step.watched_coefficients(2 * surface + 1);
-            found.largest[surface] = found.largest[surface].max(horner(event, 0.0));
-            for time in rising_roots(velocity, length) {
-                let mut state = found.end.clone();
-                step.state_at(time, &mut state);
-                found.minima.push(Minimum {
-                    surface,
-                    time: elapsed + time,
-                    state,
-                    event: horner(event, time),
-                });
-            }
+        if let Some(found) = look(elapsed, length, &state, &step) {
+            return Ok(Some(found));
         }
-        step.state_at(length, &mut found.end);
+        step.state_at(length, &mut state);
         elapsed = if length == rest {
             duration
         } else {
             elapsed + length
         };
     }
-    let remaining = duration - elapsed;
-    Err(crate::flow::FlowError::TooManySteps {
+    Err(OrbitError::Flow(FlowError::TooManySteps {
         limit: MAX_STEPS,
-        remaining,
-    }
-    .into())
+        remaining: duration - elapsed,
+    }))
 }
 
-/// Roots in `(0, length]` where a polynomial passes from negative to positive.
-fn rising_roots(coefficients: &[f64], length: f64) -> Vec<f64> {
-    let at = |piece: usize| length * piece as f64 / PIECES as f64;
-    (0..PIECES)
-        .filter(|&piece| {
-            horner(coefficients, at(piece)) < 0.0 && horner(coefficients, at(piece + 1)) >= 0.0
-        })
-        .map(|piece| bisect(coefficients, at(piece), at(piece + 1)))
-        .collect()
-}
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::Scene;
 
-fn bisect(coefficients: &[f64], mut low: f64, mut high: f64) -> f64 {
-    while high - low > 1e-15 * high.abs() {
-        let middle = 0.5 * (low + high);
-        if middle <= low || middle >= high {
-            break;
-        }
-        if horner(coefficients, middle) < 0.0 {
-            low = middle
-        } else {
-            high = middle
+    /// A harmonic oscillator `x = sin t` whose gap has two minima, at `x = -0.01` and `x = 0.01`.
+    const DOUBLE_WELL: &str = r#"
+[model]
+states = ["x", "v"]
+parameters = { half = 0.01, floor = 0.1 }
+[model.flow]
+x = "v"
+v = "-x"
+[[model.surface]]
+name = "stop"
+event = "floor + 1000*(x^2 - half^2)^2"
+impact = { v = "-v" }
+[grazing]
+surface = "stop"
+solve_for = "floor"
+guess = { x = 0.01, v = 1.0 }
+"#;
+
+    #[test]
+    fn minima_nearer_to_each_other_than_a_part_of_a_step_are_all_found() {
+        let scene = Scene::parse(DOUBLE_WELL, "double_well.toml").expect("a scene");
+        let field = watching_field(&scene.model);
+        let start = [-0.2_f64.sin(), 0.2_f64.cos()];
+        let found = gaps(&field, &start, &[0.01, 0.1], 0.4).expect("a smooth flow");
+        let expected = [0.2 - 0.01_f64.asin(), 0.2 + 0.01_f64.asin()];
+        assert_eq!(found.minima.len(), 2, "{found:?}");
+        for (minimum, expected) in found.minima.iter().zip(expected) {
+            // h'' = 0.8 and h is about 0.25 in sum of terms: 1e-16 of it moves a minimum by 1e-15.
+            assert!((minimum.time - expected).abs() < 1e-12, "{minimum:?}");
+            assert!((minimum.event - 0.1).abs() < 1e-15);
         }
     }
-    high
 }

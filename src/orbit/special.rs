@@ -2,7 +2,7 @@
 
 use nalgebra::DMatrix;
 
-use crate::numeric::{Dd, Real};
+use crate::numeric::{Bracket, Dd, Real};
 
 use super::OrbitError;
 use super::continuation::{bordered, correct, correct_dd};
@@ -10,11 +10,9 @@ use super::curve::{CurveEnd, SpecialKind, SpecialPoint};
 use super::newton::{Equations, Solve, refine};
 use super::station::{Station, Stations};
 
-/// Trials of a false position.
-const TRIALS: usize = 60;
 /// An argument of this size, relative to those it lies between, has passed 0.
 const VANISHED: f64 = 1e-6;
-/// Part of the chord, and value of the function, at which a false position ends.
+/// Length along the chord, and value of the function, at which the search for a zero ends.
 const ENOUGH: f64 = 1e-14;
 /// Step of a difference quotient, relative to the unknown.
 const DIFFERENCE: f64 = 1e-7;
@@ -93,38 +91,45 @@ impl<'a> Chord<'a> {
         ends.map(|(a, b)| a + share * (b - a)).collect()
     }
 
-    /// The zero of one function of which the values at the ends are given: Illinois' false position
-    /// in the share of the chord, every trial corrected onto the curve.
+    /// The zero of one function of which the values at the ends are given, in the share of the
+    /// chord, every trial corrected onto the curve: the trial nearest to it.
     fn zero(
         &self,
         stations: &Stations<'_>,
         ends: [f64; 2],
         value: impl Fn(&[f64]) -> Result<Option<f64>, OrbitError>,
     ) -> Result<Option<(f64, Vec<f64>)>, OrbitError> {
-        let mut low = (0.0, ends[0]);
-        let mut high = (1.0, ends[1]);
-        let mut best = None;
-        for _ in 0..TRIALS {
-            let share = (low.0 * high.1 - high.0 * low.1) / (high.1 - low.1);
+        let Ok(bracket) = Bracket::new(0.0, 1.0, ends[0], ends[1]) else {
+            return Ok(None);
+        };
+        let trial = |share: f64| -> Result<Option<(f64, Vec<f64>)>, OrbitError> {
             let origin = self.origin(share);
             let Some(found) = correct(&stations.system, &origin, &self.normal)? else {
-                break;
+                return Ok(None);
             };
-            let Some(value) = value(&found)? else {
-                break;
+            Ok(value(&found)?.map(|value| (value, found)))
+        };
+        let mut best: Option<(f64, f64, Vec<f64>)> = None;
+        let mut failure = None;
+        let tolerance = 0.5 * ENOUGH / self.length;
+        bracket.itp((ends[0], ends[1]), tolerance, |share| {
+            let (value, unknowns) = match trial(share) {
+                Ok(Some(found)) => found,
+                Ok(None) => return f64::NAN,
+                Err(error) => {
+                    failure = Some(error);
+                    return f64::NAN;
+                }
             };
-            best = Some((share, found));
-            if (high.0 - low.0).abs() * self.length < ENOUGH || value.abs() < ENOUGH {
-                break;
+            if best.as_ref().is_none_or(|(least, ..)| value.abs() < *least) {
+                best = Some((value.abs(), share, unknowns));
             }
-            if value * high.1 < 0.0 {
-                low = high;
-            } else {
-                low.1 *= 0.5;
-            }
-            high = (share, value);
+            if value.abs() < ENOUGH { 0.0 } else { value }
+        });
+        match failure {
+            Some(error) => Err(error),
+            None => Ok(best.map(|(_, share, unknowns)| (share, unknowns))),
         }
-        Ok(best)
     }
 }
 

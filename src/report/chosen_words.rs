@@ -12,12 +12,7 @@ use crate::numeric::FloatFormat;
 /// Which map was chosen, in words.
 pub fn chosen_words(study: &ConvergenceStudy) -> String {
     let chosen = &study.chosen;
-    let orders = format!(
-        "({}, {}), {}",
-        chosen.smooth_order,
-        chosen.contact_weight,
-        shape_word(chosen.shape)
-    );
+    let orders = format!("{}, {}", chosen.orders, shape_word(chosen.shape));
     let weights = chosen.weights.iter();
     let weights: String = weights
         .map(|(name, weight)| format!(", weight {weight} of {name}"))
@@ -90,13 +85,8 @@ pub fn sections_words(study: &ConvergenceStudy) -> String {
 pub fn least_orders_words(chosen: &Choice) -> String {
     let because = |least: LeastOrders| {
         format!(
-            " The least orders are ({}, {}) because xi_1 is near 0 on the window: a contact of depth y^2 moves the next depth by {:.1e} y (to within {:.1e} over the parameters) and {:.1e} y^2, y being at most {:.1e}; a choice has that to a hundredth near the graze, to a tenth at the window's edge.",
-            least.smooth_order,
-            least.contact_weight,
-            least.linear,
-            least.spread,
-            least.quadratic,
-            least.largest
+            " The least orders are {} because xi_1 is near 0 on the window: a contact of depth y^2 moves the next depth by {:.1e} y (to within {:.1e} over the parameters) and {:.1e} y^2, y being at most {:.1e}; a choice has that to a hundredth near the graze, to a tenth at the window's edge.",
+            least.orders, least.linear, least.spread, least.quadratic, least.largest
         )
     };
     chosen.least_orders.map_or(String::new(), because)

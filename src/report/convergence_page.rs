@@ -119,7 +119,8 @@ pub fn convergence_section(study: &ConvergenceStudy) -> Result<Section, ReportEr
 /// Maps stage by stage whose orders grow together.
 fn diagonal(study: &ConvergenceStudy) -> Vec<&OrderResult> {
     let with = |order: &&OrderResult| {
-        order.shape != Shape::Composed && order.contact_weight == order.smooth_order + 1
+        order.shape != Shape::Composed
+            && order.orders.contact_weight == order.orders.smooth_order + 1
     };
     study.orders.iter().filter(with).collect()
 }
@@ -152,8 +153,8 @@ fn order_table(orders: &[&OrderResult]) -> Result<Table, ReportError> {
             ..
         } = order.rate;
         table.push(vec![
-            Cell::Integer(order.smooth_order.into()),
-            Cell::Integer(order.contact_weight.into()),
+            Cell::Integer(order.orders.smooth_order.into()),
+            Cell::Integer(order.orders.contact_weight.into()),
             Cell::text(shape_word(order.shape)),
             number(order.error.max, 3),
             number(order.error.median, 3),
@@ -185,8 +186,8 @@ fn page_table(orders: &[&OrderResult]) -> Result<Table, ReportError> {
     let mut table = Table::new(columns);
     for order in orders {
         table.push(vec![
-            Cell::Integer(order.smooth_order.into()),
-            Cell::Integer(order.contact_weight.into()),
+            Cell::Integer(order.orders.smooth_order.into()),
+            Cell::Integer(order.orders.contact_weight.into()),
             number(order.error.max, 3),
             number(order.error.median, 3),
             number(order.rate.measured, 4),

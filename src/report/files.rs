@@ -145,6 +145,20 @@ impl OutputFolder {
         write_atomically(&path, bytes.as_ref())?;
         Ok(path)
     }
+
+    /// Writes files by name, in order.
+    ///
+    /// # Errors
+    ///
+    /// As [`write`](Self::write).
+    pub fn write_all<'a, B: AsRef<[u8]> + ?Sized + 'a>(
+        &self,
+        files: impl IntoIterator<Item = (&'a String, &'a B)>,
+    ) -> Result<(), ReportError> {
+        files
+            .into_iter()
+            .try_for_each(|(name, bytes)| self.write(name, bytes).map(drop))
+    }
 }
 
 fn create_folder(path: &Path) -> Result<(), ReportError> {

@@ -10,21 +10,17 @@ mod base64;
 mod chart_figure;
 mod chosen_words;
 mod convergence_page;
-mod curve_document;
-mod depth_document;
+mod curve_listing;
 mod diagram_figure;
 mod error;
-mod exact_json;
 pub mod figure;
 mod files;
 mod json;
-mod map_document;
-mod named;
+mod map_listing;
 mod npy;
 mod number;
-mod one_or_many;
-mod orbit_document;
-mod orbits_document;
+mod orbit_listing;
+mod orbits_listing;
 mod orbits_table;
 mod page;
 mod run_page;
@@ -40,25 +36,21 @@ pub use chosen_words::{
 pub use convergence_page::{
     convergence_figures, convergence_section, convergence_table, without_times,
 };
-pub use curve_document::{
-    Codimension2, CurveDocument, FoldDocument, PointDocument, SwitchDocument,
+pub use curve_listing::{
+    Codimension2, CurveListing, CurvePointListing, FoldListing, SwitchListing,
 };
-pub use depth_document::{DepthDocument, LeadingTerm, edge_words};
 pub use diagram_figure::{diagram_array, diagram_figures, diagram_table, diagram_timing_table};
 pub use error::ReportError;
-pub use exact_json::{to_dense_json, to_exact_json};
 pub use figure::Figure;
 pub use files::{OutputFolder, write_atomically};
-pub use json::to_json;
-pub use map_document::{
-    ChosenCoefficients, ExpansionParts, MapDocument, PassageParts, PolynomialMap, Term,
-    depth_variables,
+pub use json::{Document, DocumentKind, Named, to_json};
+pub use map_listing::{
+    ChosenCoefficients, DepthListing, ExpansionParts, LeadingTerm, MapListing, PassageParts,
+    PolynomialMap, Term, depth_variables, edge_words,
 };
-pub use named::Named;
 pub use npy::npy_bytes;
-pub use one_or_many::OneOrMany;
-pub use orbit_document::{ExactPoint, OrbitDocument};
-pub use orbits_document::{ContactRecord, LocusRecord, LostRecord, OrbitRecord, OrbitsDocument};
+pub use orbit_listing::{ConditionsListing, OrbitListing, PassageListing};
+pub use orbits_listing::{ContactRecord, LocusRecord, LostRecord, OrbitRecord, OrbitsListing};
 pub use page::{Page, PageFigure, Provenance, Section};
 pub use run_page::{CrateSummary, RunPage, StageTime, run_page};
 pub use section_document::{SectionCost, SectionDecision, SectionDocument};

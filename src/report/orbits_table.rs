@@ -1,6 +1,6 @@
 //! Periodic orbits as tables: in words for people, a column for each number for programs.
 
-use super::{Cell, Column, OrbitRecord, OrbitsDocument, ReportError, Table};
+use super::{Cell, Column, OrbitRecord, OrbitsListing, ReportError, Table};
 use crate::analysis::periodic::BifurcationKind;
 
 /// What a table lists.
@@ -17,7 +17,7 @@ enum List {
 /// An orbit of the list, or one of a locus.
 type Row<'a> = (Option<BifurcationKind>, &'a OrbitRecord);
 
-impl OrbitsDocument {
+impl OrbitsListing {
     /// The orbits as a person reads them: one row each, physical ones alone where there are any.
     ///
     /// # Errors

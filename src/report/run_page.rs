@@ -4,7 +4,7 @@
 use serde::Serialize;
 
 use super::{
-    Cell, Column, MapDocument, OrbitDocument, Page, Provenance, ReportError, Section, Table,
+    Cell, Column, MapListing, OrbitListing, Page, Provenance, ReportError, Section, Table,
     chart_figure, chart_timing_table, convergence_section, diagram_figures, diagram_timing_table,
     edge_words,
 };
@@ -42,9 +42,9 @@ pub struct RunPage<'a> {
     /// The scene.
     pub scene: &'a Scene,
     /// Its grazing orbit.
-    pub orbit: &'a OrbitDocument,
+    pub orbit: &'a OrbitListing,
     /// Its expansion.
-    pub map: &'a MapDocument,
+    pub map: &'a MapListing,
     /// The emitted code.
     pub emitted: CrateSummary,
     /// Maps of every order against direct simulation.
@@ -83,15 +83,15 @@ fn provenance(run: &RunPage<'_>) -> Provenance {
     Provenance {
         scene: run.scene.identifier.clone(),
         source: run.scene.model.source.clone().unwrap_or_default(),
-        digest: run.map.digest.clone(),
-        version: format!("grazemap {}", run.map.version),
+        digest: run.scene.digest.to_string(),
+        version: format!("grazemap {}", env!("CARGO_PKG_VERSION")),
         section: run.map.section.words(),
         orders: orders_words(run.map),
         more: vec![("Window".to_owned(), window_words(run.scene))],
     }
 }
 
-fn orders_words(map: &MapDocument) -> String {
+fn orders_words(map: &MapListing) -> String {
     let (n, w) = (map.orders.smooth_order, map.orders.contact_weight);
     let weights: Vec<String> = map
         .weights
@@ -201,7 +201,7 @@ fn model_section(scene: &Scene) -> Result<Section, ReportError> {
         .table(table, "Parameters of the scene."))
 }
 
-fn orbit_section(orbit: &OrbitDocument) -> Result<Section, ReportError> {
+fn orbit_section(orbit: &OrbitListing) -> Result<Section, ReportError> {
     let [re, im] = orbit.multipliers.first().copied().unwrap_or([f64::NAN; 2]);
     let stable = if re.hypot(im) < 1.0 {
         "attracts"
@@ -238,7 +238,7 @@ fn orbit_section(orbit: &OrbitDocument) -> Result<Section, ReportError> {
 }
 
 /// What the signs of the conditions say.
-fn conditions_prose(orbit: &OrbitDocument) -> String {
+fn conditions_prose(orbit: &OrbitListing) -> String {
     let closing = orbit.conditions.iter().find_map(|pair| {
         let n = pair.values.iter().position(|&xi| xi < 0.0)? + 1;
         let [from, to] = &pair.surfaces;
@@ -273,7 +273,7 @@ fn expansion_section(run: &RunPage<'_>) -> Result<Section, ReportError> {
         "The emitted crate evaluates a step in {} multiply-adds, {} with the parameters folded in, {} with its Jacobian too.",
         run.emitted.step, run.emitted.frozen, run.emitted.jacobian
     );
-    let laws = run.map.depth.as_slice().iter();
+    let laws = run.map.depth.iter();
     let mut edges: Vec<_> = laws
         .filter_map(|laws| laws.window_edge)
         .map(edge_sentence)

@@ -1,17 +1,18 @@
 //! The section of a map as data, and what decided it where any section would do.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::Named;
-use crate::convergence::{SectionChoice, SettledScene};
+use crate::convergence::{SectionChoice, SectionVerdict};
+use crate::expansion::SectionKind;
 use crate::model::{Scene, SectionRule};
 use crate::orbit::{GrazingOrbit, PoincareSectionKind};
 
 /// A section, its coordinates, and where the orbit meets it.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct SectionDocument {
     /// `tangency` or `stroboscopic`.
-    pub kind: &'static str,
+    pub kind: SectionKind,
     /// Phase of a stroboscopic section.
     pub phase: Option<f64>,
     /// Names of the coordinates.
@@ -19,7 +20,7 @@ pub struct SectionDocument {
     /// Where the orbit meets the section, one value per coordinate.
     pub point: Vec<f64>,
     /// Whether it is the scene's own or, until one is taken, any.
-    #[serde(skip_serializing_if = "is_named")]
+    #[serde(default, skip_serializing_if = "is_named")]
     pub rule: SectionRule,
     /// What decided it, where the scene takes any section.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -27,7 +28,7 @@ pub struct SectionDocument {
 }
 
 /// What decided a section where any would do.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SectionDecision {
     /// The tolerance that maps were chosen for.
     pub tolerance: f64,
@@ -41,7 +42,7 @@ pub struct SectionDecision {
 }
 
 /// What the cheapest map of a section costs.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SectionCost {
     /// How long before the first passage a stroboscopic section is, over the period; `None` for
     /// the tangency section.
@@ -59,11 +60,13 @@ pub struct SectionCost {
 }
 
 impl SectionDocument {
-    /// The section of an orbit.
-    pub fn new(scene: &Scene, orbit: &GrazingOrbit) -> Self {
+    /// The section of an orbit, with what decided it.
+    pub fn new(scene: &Scene, orbit: &GrazingOrbit, verdict: Option<&SectionVerdict>) -> Self {
         let (kind, phase) = match orbit.section.kind {
-            PoincareSectionKind::Tangency => ("tangency", None),
-            PoincareSectionKind::Stroboscopic { phase } => ("stroboscopic", Some(phase.to_f64())),
+            PoincareSectionKind::Tangency => (SectionKind::Tangency, None),
+            PoincareSectionKind::Stroboscopic { phase } => {
+                (SectionKind::Stroboscopic, Some(phase.to_f64()))
+            }
         };
         let (coordinates, point) = orbit
             .section_coordinates(scene)
@@ -76,15 +79,7 @@ impl SectionDocument {
             coordinates,
             point,
             rule: scene.section_rule,
-            decided: None,
-        }
-    }
-
-    /// The section that a scene is settled on, with what decided it.
-    pub fn settled(settled: &SettledScene) -> Self {
-        Self {
-            decided: SectionDecision::of(settled),
-            ..Self::new(&settled.scene, &settled.orbit)
+            decided: verdict.and_then(|verdict| SectionDecision::of(scene, orbit, verdict)),
         }
     }
 
@@ -120,10 +115,9 @@ fn is_named(rule: &SectionRule) -> bool {
 
 impl SectionDecision {
     /// Of a scene that takes any section.
-    pub fn of(settled: &SettledScene) -> Option<Self> {
-        let verdict = settled.verdict.as_ref()?;
+    fn of(scene: &Scene, orbit: &GrazingOrbit, verdict: &SectionVerdict) -> Option<Self> {
         let tolerance = verdict.taken.choice.as_ref()?.tolerance;
-        let (scene, section) = (&settled.scene, &settled.orbit.section);
+        let section = &orbit.section;
         let names = section.coordinate_names(&scene.model).into_iter();
         let widths = section.coordinates.iter();
         let widths = widths.map(|&component| scene.window.state[component]);
@@ -164,7 +158,7 @@ impl SectionCost {
         Self {
             ahead: section.ahead,
             phase: section.phase,
-            orders: choice.map(|choice| [choice.smooth_order, choice.contact_weight]),
+            orders: choice.map(|choice| [choice.orders.smooth_order, choice.orders.contact_weight]),
             operations: section.operations(),
             error: choice.and_then(|choice| choice.fresh_error.or(choice.error)),
             problem: section.problem.clone(),

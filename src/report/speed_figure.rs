@@ -37,7 +37,7 @@ pub(super) fn speed_figure(study: &ConvergenceStudy) -> Figure {
         ));
     }
     for order in frontier(study) {
-        let text = format!("({}, {})", order.smooth_order, order.contact_weight);
+        let text = order.orders.to_string();
         figure.annotations.extend(place(order).map(|at| Annotation {
             at,
             text,
@@ -92,7 +92,8 @@ pub(super) fn pareto_table(study: &ConvergenceStudy) -> Result<Table, ReportErro
         let (method, orders) = match &point.map {
             Some(map) => (
                 shape_word(map.shape).to_owned(),
-                [map.smooth_order, map.contact_weight].map(|order| Cell::Integer(order.into())),
+                [map.orders.smooth_order, map.orders.contact_weight]
+                    .map(|order| Cell::Integer(order.into())),
             ),
             None => (
                 direct_words(point.direct.as_deref().unwrap_or_default()),

@@ -4,10 +4,7 @@ use super::data::{Coefficients, ExtremeAxis};
 use grazemap::expansion::MapOrders;
 
 /// Orders where the axis is another.
-const ORDERS: MapOrders = MapOrders {
-    smooth_order: 5,
-    contact_weight: 8,
-};
+const ORDERS: MapOrders = MapOrders::new(5, 8);
 
 /// Depth `y²` where the axis is another.
 const DEPTH: f64 = 1e-6;
@@ -57,10 +54,7 @@ impl ExtremeCase {
     }
 
     fn cut_at(self, smooth_order: u32, contact_weight: u32) -> Self {
-        let orders = MapOrders {
-            smooth_order,
-            contact_weight,
-        };
+        let orders = MapOrders::new(smooth_order, contact_weight);
         Self { orders, ..self }
     }
 

@@ -124,6 +124,31 @@ impl<S: Scalar> FlownContact<S> {
     }
 }
 
+impl FlownContact {
+    /// Whether its parts have the sizes of a map in so many coordinates and parameters.
+    pub fn fits(&self, coordinates: usize, parameters: usize) -> bool {
+        let (plain, moved) = (coordinates + parameters, self.law.matrix.len());
+        let in_space = |jets: &[Jet<f64>], allowed: &[usize]| {
+            let mut spaces = jets.iter().map(|jet| jet.space().variables());
+            spaces.all(|found| allowed.contains(&found))
+        };
+        let drives = self.law.forces.iter().map(|(_, force)| force);
+        let mut drives = drives.chain([&self.law.release]);
+        let one = std::slice::from_ref;
+        in_space(one(&self.depth), &[plain])
+            && in_space(one(&self.entry), &[plain + 1])
+            && in_space(&self.gap, &[plain])
+            && in_space(&self.back, &[1 + moved, 1 + moved + plain])
+            && in_space(&self.section, &[self.back.len() + plain])
+            && drives.all(|drive| in_space(&drive.rest, &[plain]))
+            && self.law.matrix.iter().all(|row| row.len() == moved)
+            && self.law.forces.iter().all(|&(place, _)| place < moved)
+            && self.law.release_row.len() == moved
+            && [self.section.len(), self.largest.len()] == [coordinates; 2]
+            && !(self.contact_time.numerator.is_empty() || self.contact_time.denominator.is_empty())
+    }
+}
+
 impl<S: Scalar> LinearLaw<S> {
     /// The same law with its release function turned over.
     pub(super) fn turned(self) -> Self {

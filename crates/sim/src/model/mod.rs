@@ -14,6 +14,7 @@ mod scene;
 pub use error::{SceneError, SceneHeadline};
 pub use expression::ExpressionError;
 pub use graph::{Binary, CornerOperation, ExpressionGraph, Node, NodeId, Unary};
+pub use names::nearest;
 pub use oscillator::{Model, Parameter, Phase, Response, Surface};
 pub use problem::{OverrideReason, SceneProblem};
 pub use scene::*;

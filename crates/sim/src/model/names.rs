@@ -83,7 +83,7 @@ pub(super) fn is_name(text: &str) -> bool {
 }
 
 /// The known name nearest to `name`, if one is near enough to be what was meant.
-pub(super) fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Option<String> {
+pub fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Option<String> {
     if name.len() > LONGEST_NAME {
         return None;
     }

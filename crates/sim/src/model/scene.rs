@@ -134,10 +134,11 @@ pub enum Section {
 }
 
 /// Which sections a map may be taken on.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum SectionRule {
     /// The one that the scene names.
+    #[default]
     Named,
     /// The one whose map for the tolerance costs least; until that is known, the scene is on its
     /// tangency section.
@@ -166,18 +167,76 @@ pub struct Expansion {
     pub weights: Vec<(String, u32)>,
 }
 
-/// Truncation orders of a map.
+/// How a scene names the truncation orders of its map.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Orders {
     /// Given orders.
-    Fixed {
-        /// Degree `N` of `P_smooth`.
-        smooth_order: u32,
-        /// Weighted degree `W` of `D`.
-        contact_weight: u32,
-    },
+    Fixed(MapOrders),
     /// The cheapest orders whose error on the window is at most this.
     Tolerance(f64),
+}
+
+/// Truncation orders `(N, W)` of a map.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+pub struct MapOrders {
+    /// Truncation order `N` of `P_smooth`: the highest degree of its monomials.
+    pub smooth_order: u32,
+    /// Truncation order `W` of `D`: the highest weight of its monomials.
+    pub contact_weight: u32,
+}
+
+impl MapOrders {
+    /// The orders `(smooth_order, contact_weight)`.
+    pub const fn new(smooth_order: u32, contact_weight: u32) -> Self {
+        Self {
+            smooth_order,
+            contact_weight,
+        }
+    }
+
+    /// The larger of each order.
+    pub fn max(self, other: Self) -> Self {
+        self.zip(other, u32::max)
+    }
+
+    /// The smaller of each order.
+    pub fn min(self, other: Self) -> Self {
+        self.zip(other, u32::min)
+    }
+
+    /// The sum of each order.
+    pub fn plus(self, other: Self) -> Self {
+        self.zip(other, u32::saturating_add)
+    }
+
+    /// Whether neither order is below the other's.
+    pub fn reaches(self, other: Self) -> bool {
+        self.max(other) == self
+    }
+
+    /// Every pair of orders from `(1, 1)` up to this one.
+    pub fn pairs(self) -> impl Iterator<Item = Self> {
+        (1..=self.smooth_order)
+            .flat_map(move |n| (1..=self.contact_weight).map(move |w| Self::new(n, w)))
+    }
+
+    fn zip(self, other: Self, pick: impl Fn(u32, u32) -> u32) -> Self {
+        Self::new(
+            pick(self.smooth_order, other.smooth_order),
+            pick(self.contact_weight, other.contact_weight),
+        )
+    }
+}
+
+impl std::fmt::Display for MapOrders {
+    /// `(N, W)`.
+    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(
+            formatter,
+            "({}, {})",
+            self.smooth_order, self.contact_weight
+        )
+    }
 }
 
 /// `[window]`: half-widths about the grazing point, in offsets.

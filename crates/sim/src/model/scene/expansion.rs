@@ -2,7 +2,7 @@
 
 use super::document::Table;
 use super::lookup::{distinct, parameter, unknown};
-use super::{Expansion, Grazing, Orders};
+use super::{Expansion, Grazing, MapOrders, Orders};
 use crate::model::error::{Checked, Fault};
 use crate::model::names;
 use crate::model::oscillator::Model;
@@ -20,11 +20,8 @@ const KEYS: [&str; 5] = [
 /// Highest order or weight.
 const HIGHEST: u64 = 64;
 
-/// Degree of `P_smooth` where the scene names none.
-const SMOOTH_ORDER: u64 = 5;
-
-/// Weighted degree of `D` where the scene names none.
-const CONTACT_WEIGHT: u64 = 6;
+/// Orders where the scene names none.
+const DEFAULT: MapOrders = MapOrders::new(5, 6);
 
 /// Reads `[expansion]`; without it, the parameters solved for are active and the orders are 5 and
 /// 6.
@@ -34,14 +31,9 @@ pub(super) fn read(
     grazing: &Grazing,
 ) -> Checked<Expansion> {
     let Some(table) = table else {
-        let (smooth_order, contact_weight) = (SMOOTH_ORDER as u32, CONTACT_WEIGHT as u32);
-        let orders = Orders::Fixed {
-            smooth_order,
-            contact_weight,
-        };
         return Ok(Expansion {
             active: grazing.solve_for.clone(),
-            orders,
+            orders: Orders::Fixed(DEFAULT),
             weights: Vec::new(),
         });
     };
@@ -66,30 +58,23 @@ pub(super) fn read(
 
 fn orders(table: &Table<'_>) -> Checked<Orders> {
     if let Some(tolerance) = table.field("tolerance") {
-        for (key, first) in [
-            ("smooth_order", "smooth_order"),
-            ("contact_weight", "contact_weight"),
-        ] {
-            if table.field(key).is_some() {
-                let problem = SceneProblem::Exclusive {
-                    first,
-                    second: "tolerance",
-                };
+        for first in ["smooth_order", "contact_weight"] {
+            if table.field(first).is_some() {
+                let second = "tolerance";
+                let problem = SceneProblem::Exclusive { first, second };
                 return Err(Fault::at(tolerance.key_span, problem));
             }
         }
         return Ok(Orders::Tolerance(tolerance.positive()?.hi));
     }
-    let order = |key: &str, default: u64| -> Checked<u32> {
-        let order = table
-            .field(key)
-            .map_or(Ok(default), |field| field.count(1, HIGHEST))?;
-        Ok(order as u32)
+    let order = |key: &str, default: u32| -> Checked<u32> {
+        let given = table.field(key).map(|field| field.count(1, HIGHEST));
+        Ok(given.transpose()?.map_or(default, |order| order as u32))
     };
-    Ok(Orders::Fixed {
-        smooth_order: order("smooth_order", SMOOTH_ORDER)?,
-        contact_weight: order("contact_weight", CONTACT_WEIGHT)?,
-    })
+    Ok(Orders::Fixed(MapOrders::new(
+        order("smooth_order", DEFAULT.smooth_order)?,
+        order("contact_weight", DEFAULT.contact_weight)?,
+    )))
 }
 
 /// Weights by the name of a full-state component or a parameter.

@@ -35,7 +35,7 @@ pub(super) fn read(
         Kind::Tangency => Ok((Section::Tangency, SectionRule::Named)),
         Kind::Any => match orders {
             Orders::Tolerance(_) => Ok((Section::Tangency, SectionRule::Any)),
-            Orders::Fixed { .. } => fault(SceneProblem::AnySectionWithoutTolerance),
+            Orders::Fixed(_) => fault(SceneProblem::AnySectionWithoutTolerance),
         },
         Kind::Stroboscopic if model.phase.is_none() => fault(SceneProblem::NeedsPhase {
             what: "a stroboscopic section",

@@ -1,17 +1,58 @@
-//! `grazemap curve`: the grazing curve in two parameters.
+//! `grazemap locate` and `grazemap curve`: the grazing orbit, and its curve in two parameters.
 
-use super::arguments::CurveArguments;
-use super::error::CliError;
-use super::output::{Results, counted};
-use super::prepare::{nearest_of, prepare};
-use grazemap::model::Model;
+use super::open;
+use crate::cli::arguments::{CurveArguments, SceneOptions};
+use crate::cli::output::{CliError, Results, counted};
+use grazemap::Error;
+use grazemap::model::Scene;
 use grazemap::numeric::Shown;
-use grazemap::orbit::{CurveEnd, CurveOptions, CurveOutcome, GrazingCurve, curve};
-use grazemap::report::{CurveDocument, to_dense_json};
+use grazemap::orbit::{self, CurveEnd, CurveOptions, CurveOutcome, GrazingCurve};
+use grazemap::pipeline::parameter_number;
+use grazemap::report::{CurveListing, Document, DocumentKind, OrbitListing, ReportError, to_json};
 
-pub(super) fn run(options: &CurveArguments) -> Result<(), CliError> {
-    let scene = prepare(&options.scene)?.scene;
-    let with = parameter(&scene.model, &options.with)?;
+/// The grazing orbit.
+pub(in crate::cli) fn locate(options: &SceneOptions) -> Result<(), CliError> {
+    let graze = open(options)?.graze()?;
+    let listing = OrbitListing::new(graze.scene(), graze.orbit());
+    let text = orbit_text(graze.scene(), &listing)?;
+    let results = Results::named("orbit", text, graze.to_json()?, None);
+    results.deliver("locate", &options.common.outlets)
+}
+
+/// The orbit as a person reads it.
+fn orbit_text(scene: &Scene, document: &OrbitListing) -> Result<String, ReportError> {
+    let table = document.point_table()?.to_text();
+    let surfaces: Vec<String> = document
+        .surfaces()
+        .iter()
+        .map(|surface| format!("`{surface}`"))
+        .collect();
+    let mut text = format!(
+        "grazing orbit of `{}` at {}\nsection: {}\n\n{table}",
+        scene.identifier,
+        surfaces.join(", then "),
+        document.section.words()
+    );
+    if document.passages.len() > 1 {
+        let passages = document.passages_table()?.to_text();
+        let conditions = document.conditions_table()?.to_text();
+        text.push_str(&format!(
+            "\npassages of a period\n\n{passages}\nxi_n from passage to passage\n\n{conditions}"
+        ));
+    }
+    if let Some(clearance) = document.clearance.filter(|clearance| *clearance < 0.0) {
+        text.push_str(&format!(
+            "\nwarning: the orbit penetrates a surface elsewhere: h = {clearance:.6e}\n"
+        ));
+    }
+    Ok(text)
+}
+
+/// The grazing curve in two parameters.
+pub(in crate::cli) fn curve(options: &CurveArguments) -> Result<(), CliError> {
+    let source = open(&options.scene)?;
+    let scene = source.scene();
+    let with = parameter_number(scene, &options.with)?;
     if scene.grazing.solve_for.contains(&with) {
         return Err(CliError::AlreadyAdjusted {
             name: options.with.clone(),
@@ -27,20 +68,18 @@ pub(super) fn run(options: &CurveArguments) -> Result<(), CliError> {
         xi_count: options.xi as usize,
         ..step_options(range)
     };
-    let (curve, reached) = match curve(&scene, with, options.from, options.to, &settings)? {
+    let outcome = orbit::curve(scene, with, options.from, options.to, &settings);
+    let (curve, reached) = match outcome.map_err(Error::from)? {
         CurveOutcome::Traced(curve) => (curve, true),
         CurveOutcome::StartNotReached(curve) => (curve, false),
-        CurveOutcome::NotLocated(reason) => return Err(reason.into()),
+        CurveOutcome::NotLocated(reason) => return Err(Error::from(reason).into()),
     };
-    let document = CurveDocument::new(&scene, &curve);
-    let csv = document.table()?.to_csv()?;
-    let results = Results::named(
-        "curve",
-        text(&document, &curve),
-        to_dense_json(&document)?,
-        Some(csv),
-    );
-    results.deliver("curve", &options.scene.common)?;
+    let listing = CurveListing::new(scene, &curve);
+    let text = curve_text(&listing, &curve);
+    let csv = listing.table()?.to_csv()?;
+    let json = to_json(&Document::new(DocumentKind::Curve, scene, listing))?;
+    let results = Results::named("curve", text, json, Some(csv));
+    results.deliver("curve", &options.scene.common.outlets)?;
     judge(&curve, reached, options, with)
 }
 
@@ -58,24 +97,8 @@ fn step_options(range: f64) -> CurveOptions {
     }
 }
 
-/// The index of a parameter.
-fn parameter(model: &Model, name: &str) -> Result<usize, CliError> {
-    let names = || {
-        model
-            .parameters
-            .iter()
-            .map(|parameter| parameter.name.as_str())
-    };
-    names()
-        .position(|known| known == name)
-        .ok_or_else(|| CliError::NoSuchParameter {
-            name: name.to_owned(),
-            nearest: nearest_of(name, names()),
-        })
-}
-
 /// How the curve went, as a person reads it.
-fn text(document: &CurveDocument, curve: &GrazingCurve) -> String {
+fn curve_text(document: &CurveListing, curve: &GrazingCurve) -> String {
     let mut text = format!(
         "{}; {}\n",
         counted(curve.points.len(), "point"),

@@ -5,16 +5,14 @@ use std::path::PathBuf;
 
 use miette::{GraphicalReportHandler, GraphicalTheme};
 
-use super::output::{Destination, note};
+use super::{Destination, note};
+use grazemap::Error;
+use grazemap::analysis::DirectEnd;
 use grazemap::analysis::periodic::ItineraryError;
-use grazemap::analysis::{AnalysisError, DirectEnd};
-use grazemap::convergence::{ConvergenceError, Limit};
-use grazemap::emission::EmissionError;
-use grazemap::expansion::ExpansionError;
-use grazemap::model::{SceneError, SceneHeadline};
-use grazemap::numeric::{FloatFormat, Shown};
-use grazemap::orbit::{CurveEnd, NotLocated, OrbitError};
-use grazemap::report::{ReportError, limit_words};
+use grazemap::model::SceneHeadline;
+use grazemap::numeric::Shown;
+use grazemap::orbit::CurveEnd;
+use grazemap::report::ReportError;
 
 /// Exit code of mathematics that ended otherwise.
 const ENDED_OTHERWISE: u8 = 1;
@@ -23,19 +21,10 @@ const WRONG_INPUT: u8 = 2;
 
 /// Why a command ended without doing what it was asked.
 #[derive(Debug, thiserror::Error)]
-pub(super) enum CliError {
-    /// A scene with a fault.
+pub(in crate::cli) enum CliError {
+    /// The library refused its input, or the mathematics ended otherwise.
     #[error(transparent)]
-    Scene(Box<SceneHeadline>),
-    /// Neither a file nor a scene of the catalogue.
-    #[error("no scene file `{}`, and no scene of that name in the catalogue{}", .path.display(), meant(.nearest))]
-    NoSuchScene {
-        path: PathBuf,
-        nearest: Option<String>,
-    },
-    /// A scene file that was there a moment ago.
-    #[error("cannot read {}: {source}", .path.display())]
-    UnreadableScene { path: PathBuf, source: io::Error },
+    Library(#[from] Error),
     /// No such scene in the catalogue.
     #[error("no scene `{name}` in the catalogue{}; `grazemap new --list` shows it", meant(.nearest))]
     NotInCatalogue {
@@ -51,50 +40,11 @@ pub(super) enum CliError {
     /// JSON and table in one place, where one would be lost.
     #[error("--json and --csv both write to {place}; name another place for one of them")]
     OnePlace { place: Destination },
-    /// A name that the output already uses.
-    #[error(
-        "`{name}` names a {kind} of the scene and the depth variable of the expansion; rename the {kind}"
-    )]
-    DepthVariableName { name: String, kind: &'static str },
-    /// Wrong input to the location of the orbit, or a flow that failed.
-    #[error("cannot locate the grazing orbit: {0}")]
-    Orbit(#[from] OrbitError),
-    /// No grazing orbit.
-    #[error("no grazing orbit: {0}")]
-    NotLocated(#[from] NotLocated),
-    /// An expansion that could not be made.
-    #[error("no expansion: {0}")]
-    Expansion(#[from] ExpansionError),
-    /// An analysis that refused its input, or a floor below it.
-    #[error(transparent)]
-    Analysis(#[from] AnalysisError),
-    /// An emission that refused the map.
-    #[error(transparent)]
-    Emission(#[from] EmissionError),
     /// A folder that does not hold what would be emitted now.
     #[error("{} is not what would be emitted now:{differences}", .folder.display())]
     NotCurrent {
         folder: PathBuf,
         differences: String,
-    },
-    /// A study of convergence that could not be made.
-    #[error(transparent)]
-    Convergence(#[from] ConvergenceError),
-    /// No orders of the sweep meet the tolerance of the scene.
-    #[error("no orders up to those tried stay within the tolerance {tolerance:e} on the window; the best, N = {smooth_order}, W = {contact_weight}, reach {}{}", .error.map_or("no finite error".to_owned(), |error| format!("{error:.1e}")), .limit.map_or(String::new(), |limit| format!(": {}", limit_words(limit, *.precision))))]
-    ToleranceNotMet {
-        tolerance: f64,
-        smooth_order: u32,
-        contact_weight: u32,
-        error: Option<f64>,
-        precision: FloatFormat,
-        limit: Option<Limit>,
-    },
-    /// A name that is no parameter.
-    #[error("no parameter `{name}` in the scene{}", meant(.nearest))]
-    NoSuchParameter {
-        name: String,
-        nearest: Option<String>,
     },
     /// A second parameter that is the first one.
     #[error("`{name}` is already adjusted so that the orbit grazes; continue in another parameter")]
@@ -202,58 +152,24 @@ pub(super) enum CliError {
 
 impl CliError {
     /// 1: the mathematics ended otherwise; 2: wrong input.
-    pub(super) fn exit_code(&self) -> u8 {
+    pub(in crate::cli) fn exit_code(&self) -> u8 {
         match self {
-            Self::NotLocated(_)
-            | Self::Orbit(OrbitError::Flow(_))
-            | Self::CurveEnded { .. }
+            Self::Library(error) if error.ended_otherwise() => ENDED_OTHERWISE,
+            Self::CurveEnded { .. }
             | Self::NoImage { .. }
             | Self::NoOrbits { .. }
             | Self::NoLoci { .. }
             | Self::NotCurrent { .. } => ENDED_OTHERWISE,
-            Self::Analysis(error) => analysis_code(error),
-            Self::Expansion(error) => expansion_code(error),
-            Self::ToleranceNotMet { .. } => ENDED_OTHERWISE,
-            Self::Convergence(error) => convergence_code(error),
             _ => WRONG_INPUT,
         }
     }
 
     /// Says the error on standard error, a scene's fault drawn in its text.
-    pub(super) fn show(&self) {
+    pub(in crate::cli) fn show(&self) {
         match self {
-            Self::Scene(headline) => note(drawn(headline).trim_end()),
+            Self::Library(Error::Scene(error)) => note(drawn(&error.clone().headline()).trim_end()),
             other => note(&format!("error: {}", chain(other))),
         }
-    }
-}
-
-impl From<SceneError> for CliError {
-    fn from(error: SceneError) -> Self {
-        Self::Scene(Box::new(error.headline()))
-    }
-}
-
-fn convergence_code(error: &ConvergenceError) -> u8 {
-    match error {
-        ConvergenceError::NoTruth { .. } => ENDED_OTHERWISE,
-        ConvergenceError::Analysis(error) => analysis_code(error),
-        ConvergenceError::Expansion(error) => expansion_code(error),
-    }
-}
-
-fn analysis_code(error: &AnalysisError) -> u8 {
-    match error {
-        AnalysisError::Flow(_) => ENDED_OTHERWISE,
-        AnalysisError::Expansion(error) => expansion_code(error),
-        _ => WRONG_INPUT,
-    }
-}
-
-fn expansion_code(error: &ExpansionError) -> u8 {
-    match error {
-        ExpansionError::Jet(_) => WRONG_INPUT,
-        _ => ENDED_OTHERWISE,
     }
 }
 

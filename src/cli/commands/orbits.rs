@@ -1,20 +1,150 @@
-//! From the options of `grazemap orbits` to itineraries and offsets of parameters.
+//! `grazemap orbits`: periodic orbits by itinerary, their stability, folds and flips.
 
-use super::error::CliError;
-use super::orbits_arguments::{OrbitsArguments, OrbitsUsing, ParameterOffsets};
-use super::prepare::nearest_of;
+use super::{map, open};
+use crate::cli::arguments::{OrbitsArguments, OrbitsUsing, ParameterOffsets};
+use crate::cli::output::{Bar, CliError, Results, note};
+use grazemap::Map;
+use grazemap::analysis::itinerary;
 use grazemap::analysis::orbits::{LociRequest, OrbitsRequest, SteppedParameter};
 use grazemap::analysis::periodic::{BifurcationKind, ContactItinerary, ItineraryError};
 use grazemap::expansion::LocalMap;
-use grazemap::model::Scene;
+use grazemap::model::{Scene, nearest};
+use grazemap::report::{Document, DocumentKind, OrbitsListing, to_json};
 
 /// Share of the window's half-width at which orbits are looked for where no parameters are named.
 const DEFAULT_SHARE: f64 = 0.1;
 /// Passages of the longest period that is looked for where none is named.
 const DEFAULT_PASSAGES: usize = 4;
 
+pub(in crate::cli) fn run(options: &OrbitsArguments) -> Result<(), CliError> {
+    let outlets = &options.scene.common.outlets;
+    let map = map(open(&options.scene)?, outlets.quiet)?;
+    let request = request(options, map.scene(), map.local())?;
+    let found = map.orbits(&request, &Bar::new("orbits", outlets.quiet))?;
+    let names = itinerary(map.scene(), map.orbit());
+    let polynomials = (map.local(), map.window_edges());
+    let listing = OrbitsListing::new(map.section(), polynomials, &names, &found, request.direct);
+    results(&map, &listing)?.deliver("orbits", outlets)?;
+    if !outlets.quiet {
+        warn(&listing);
+    }
+    judge(&request, &listing)
+}
+
+/// The orbits, and the loci where asked for; the table is that of the loci then.
+fn results(map: &Map, document: &OrbitsListing) -> Result<Results, CliError> {
+    let json = to_json(&Document::new(DocumentKind::Orbits, map.scene(), document))?;
+    let orbits = document.data_table()?.to_csv()?;
+    let mut files = vec![
+        ("orbits.json".to_owned(), json.clone().into_bytes()),
+        ("orbits.csv".to_owned(), orbits.clone().into_bytes()),
+    ];
+    let mut csv = orbits;
+    if document.loci.is_some() {
+        csv = document.loci_data_table()?.to_csv()?;
+        files.push(("loci.csv".to_owned(), csv.clone().into_bytes()));
+    }
+    Ok(Results {
+        text: text(map.scene(), document)?,
+        json,
+        csv: Some(csv),
+        files,
+    })
+}
+
+/// The orbits as a person reads them.
+fn text(scene: &Scene, document: &OrbitsListing) -> Result<String, CliError> {
+    let using = match document.using {
+        "direct" => "direct simulation",
+        _ => "the map",
+    };
+    let passages: Vec<String> = document
+        .passages
+        .iter()
+        .map(|name| format!("`{name}`"))
+        .collect();
+    let mut text = format!(
+        "periodic orbits of `{}` by {using}; offsets on the {}\nitinerary: return by return, 1 where the passage of {} makes contact, 0 where not\n\n{}",
+        scene.identifier,
+        document.section.words(),
+        passages.join(", then of "),
+        document.table()?.to_text()
+    );
+    text.push_str(&virtual_words(document));
+    if document.loci.is_some() {
+        text.push_str(&format!(
+            "\nfolds and flips\n\n{}",
+            document.loci_table()?.to_text()
+        ));
+    }
+    Ok(text)
+}
+
+/// What is said of orbits that the map does not go.
+fn virtual_words(document: &OrbitsListing) -> String {
+    let count = document.orbits.iter().filter(|orbit| !orbit.physical);
+    match (count.count(), document.any_physical()) {
+        _ if document.using == "direct" => String::new(),
+        (0, _) => String::new(),
+        (_, false) => {
+            "\nvirtual: on a branch of the root that the map does not take; no orbit is physical\n"
+                .to_owned()
+        }
+        (count, true) => format!(
+            "\nvirtual orbits, on a branch of the root that the map does not take: {count}; JSON and CSV have them\n"
+        ),
+    }
+}
+
+/// Says which orbits were outside the window, and which direct simulation has not.
+fn warn(document: &OrbitsListing) {
+    let points = document
+        .loci
+        .iter()
+        .flatten()
+        .flat_map(|locus| &locus.points);
+    let physical = document.orbits.iter().chain(points);
+    let physical: Vec<_> = physical.filter(|orbit| orbit.physical).collect();
+    let outside = physical.iter().filter(|orbit| !orbit.inside).count();
+    if outside > 0 && document.using == "map" {
+        note(&format!(
+            "warning: {outside} of {} orbits are outside the window, where the map has not been measured; --using direct asks direct simulation for them",
+            physical.len()
+        ));
+    }
+    for lost in &document.lost {
+        let parameters = lost.parameters.0.iter();
+        let parameters: Vec<String> = parameters
+            .map(|(name, value)| format!("{name} = {value:e}"))
+            .collect();
+        note(&format!(
+            "warning: direct simulation has no orbit next to the map's of itinerary {} at {}: {}",
+            lost.itinerary,
+            parameters.join(", "),
+            lost.reason
+        ));
+    }
+}
+
+/// Nothing found is mathematics that ended otherwise.
+fn judge(request: &OrbitsRequest, document: &OrbitsListing) -> Result<(), CliError> {
+    let itineraries = request.itineraries.len();
+    match (&document.loci, &request.loci) {
+        (Some(loci), Some(asked)) if loci.is_empty() => {
+            let kinds: Vec<_> = asked.kinds.iter().map(|kind| kind.word()).collect();
+            let kinds = kinds.join(" or ");
+            Err(CliError::NoLoci { kinds, itineraries })
+        }
+        (None, _) if document.orbits.is_empty() => Err(CliError::NoOrbits {
+            itineraries,
+            at: request.at.len(),
+        }),
+        _ => Ok(()),
+    }
+}
+
 /// What the options ask for, in numbers.
-pub(super) fn request(
+fn request(
     options: &OrbitsArguments,
     scene: &Scene,
     map: &LocalMap,
@@ -63,7 +193,7 @@ impl Parameters<'_> {
             .ok_or_else(|| CliError::NotActive {
                 flag,
                 name: name.to_owned(),
-                nearest: nearest_of(name, self.names()),
+                nearest: nearest(name, self.names()),
                 known: self.names().collect::<Vec<_>>().join(", "),
             })
     }

@@ -5,19 +5,12 @@ use serde::Serialize;
 use super::{Named, SectionDocument};
 use crate::analysis::orbits::{FoundOrbit, Locus, LostOrbit, LostReason, Orbits};
 use crate::analysis::periodic::BifurcationKind;
-use crate::convergence::SettledScene;
 use crate::expansion::{LocalMap, WindowEdge};
 use crate::iteration::Itinerary;
 
 /// Periodic orbits, ready to be written as JSON; everything in offsets.
 #[derive(Clone, Debug, Serialize)]
-pub struct OrbitsDocument {
-    /// Identifier of the scene.
-    pub scene: String,
-    /// Digest of the scene's text.
-    pub digest: String,
-    /// Version of the program.
-    pub version: &'static str,
+pub struct OrbitsListing {
     /// `map` or `direct`.
     pub using: &'static str,
     /// The section.
@@ -112,10 +105,10 @@ struct Names<'a> {
     direct: bool,
 }
 
-impl OrbitsDocument {
+impl OrbitsListing {
     /// The orbits of a map, or of direct simulation beside it.
     pub fn new(
-        settled: &SettledScene,
+        section: SectionDocument,
         (map, edges): (&LocalMap, &[WindowEdge]),
         itinerary: &Itinerary,
         found: &Orbits,
@@ -129,11 +122,8 @@ impl OrbitsDocument {
         let values = map.parameters.iter();
         let loci = found.loci.as_ref();
         Self {
-            scene: settled.scene.identifier.clone(),
-            digest: settled.scene.digest.to_string(),
-            version: env!("CARGO_PKG_VERSION"),
             using: if direct { "direct" } else { "map" },
-            section: SectionDocument::settled(settled),
+            section,
             grazing_parameters: Named::new(
                 values.map(|parameter| (parameter.name.clone(), parameter.value.to_f64())),
             ),

@@ -1,12 +1,13 @@
-//! An expansion as data: the fields of `expand --json`.
+//! An expansion by name: the fields of `expand --json` that people and other programs read.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
-use super::{Cell, Column, DepthDocument, Named, OneOrMany, ReportError, SectionDocument, Table};
+use super::number::significant;
+use super::{Cell, Column, Named, ReportError, SectionDocument, Table};
 use crate::convergence::{Choice, Polynomials};
 use crate::expansion::{
-    ComposedMap, Contact, DepthPolynomial, DepthSeries, Leg, LostDigits, MapOrders, Variables,
-    WindowEdge,
+    ComposedMap, Contact, DepthPolynomial, DepthSeries, LeadingLaw, Leg, LostDigits, MapOrders,
+    Variables, WindowEdge,
 };
 use crate::jet::Jet;
 use crate::model::Scene;
@@ -20,15 +21,9 @@ pub fn depth_variables(passages: usize) -> Vec<String> {
     }
 }
 
-/// `P_smooth`, `D` and their composition, ready to be written as JSON; everything in offsets.
-#[derive(Clone, Debug, Serialize)]
-pub struct MapDocument {
-    /// Identifier of the scene.
-    pub scene: String,
-    /// Digest of the scene's text.
-    pub digest: String,
-    /// Version of the program.
-    pub version: &'static str,
+/// `P_smooth`, `D` and their composition by the names of their variables; everything in offsets.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct MapListing {
     /// The section.
     pub section: SectionDocument,
     /// Active parameters at `p*`.
@@ -39,21 +34,21 @@ pub struct MapDocument {
     pub weights: Named<u32>,
     /// `P_smooth`.
     pub smooth: PolynomialMap,
-    /// `D`, with `y² = -h_min`; with several passages a list, in the order in which they are met.
-    pub discontinuity: OneOrMany<PolynomialMap>,
+    /// `D`, with `y² = -h_min`, of each passage in the order in which they are met.
+    pub discontinuity: Vec<PolynomialMap>,
     /// The whole map, with `y² = -h_min` of each passage.
     pub composed: PolynomialMap,
-    /// Leading laws of `D` and where its series in `y` end; with several passages a list.
-    pub depth: OneOrMany<DepthDocument>,
+    /// Leading laws of each `D` and where its series in `y` end.
+    pub depth: Vec<DepthListing>,
     /// Decimal digits lost to cancellation, an estimate per output.
     pub lost_digits: Named<f64>,
     /// How the map that is run differs from what is listed, where a choice was made.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub chosen: Option<ChosenCoefficients>,
 }
 
 /// How the map that was chosen for a tolerance differs from the coefficients listed.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ChosenCoefficients {
     /// Whose coefficients are listed: those of the Taylor series, all of them.
     pub listed: Polynomials,
@@ -79,10 +74,9 @@ impl ChosenCoefficients {
     /// The same in words.
     pub fn words(&self) -> String {
         let run = match (self.run, self.fitted_to) {
-            (Polynomials::Economised, Some(orders)) => format!(
-                ", fitted on the window to the map at ({}, {})",
-                orders.smooth_order, orders.contact_weight
-            ),
+            (Polynomials::Economised, Some(orders)) => {
+                format!(", fitted on the window to the map at {orders}")
+            }
             _ => " of them".to_owned(),
         };
         format!(
@@ -93,23 +87,22 @@ impl ChosenCoefficients {
 }
 
 /// Polynomials of named variables, one per coordinate of the section.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PolynomialMap {
     /// Surface of the passage, for the `D` of one of several.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub surface: Option<String>,
     /// Names of the variables.
     pub variables: Vec<String>,
     /// Terms of each coordinate's image.
     pub outputs: Named<Vec<Term>>,
-    /// Terms of `y² = -h_min` in the same variables, where `y` is one of them; with several depth
-    /// variables a list.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub depth: Option<OneOrMany<Vec<Term>>>,
+    /// Terms of `y² = -h_min` in the same variables, for each depth variable among them.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub depth: Vec<Vec<Term>>,
 }
 
 /// One term of a polynomial.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Term {
     /// Exponents of the variables.
     pub powers: Vec<u8>,
@@ -153,7 +146,7 @@ pub struct PassageParts<'a> {
     pub window_edge: Option<WindowEdge>,
 }
 
-impl MapDocument {
+impl MapListing {
     /// The expansion of a scene.
     pub fn new(scene: &Scene, orbit: &GrazingOrbit, parts: ExpansionParts<'_>) -> Self {
         let variables = parts.variables;
@@ -174,24 +167,21 @@ impl MapDocument {
         });
         let laws = parts.passages.iter();
         let laws = laws.map(|passage| {
-            DepthDocument::new(
+            DepthListing::new(
                 passage.variables,
                 &passage.depth_series,
                 passage.window_edge,
             )
         });
         Self {
-            scene: scene.identifier.clone(),
-            digest: scene.digest.to_string(),
-            version: env!("CARGO_PKG_VERSION"),
             section: parts.section.clone(),
             parameters: Named::new(active),
             orders: parts.orders,
             weights: Named::new(depths.iter().map(|name| (name.clone(), 1)).chain(weights)),
             smooth: smooth_map(variables, parts.smooth),
-            discontinuity: OneOrMany::of(discontinuities),
+            discontinuity: discontinuities.collect(),
             composed: composed_map(variables, &depths, parts.composed),
-            depth: OneOrMany::of(laws),
+            depth: laws.collect(),
             lost_digits: Named::new(coordinates(variables).zip(worst_digits(parts.lost_digits))),
             chosen: parts.choice.map(ChosenCoefficients::of),
         }
@@ -260,7 +250,7 @@ impl MapDocument {
 
     /// The parts with their names.
     fn parts(&self) -> Vec<Part<'_>> {
-        let contacts = self.discontinuity.as_slice();
+        let contacts = &self.discontinuity;
         let number = |passage: usize| match contacts.len() {
             1 => String::new(),
             _ => (passage + 1).to_string(),
@@ -306,7 +296,7 @@ fn smooth_map(variables: &Variables, leg: &Leg) -> PolynomialMap {
         surface: None,
         variables: variables.names.clone(),
         outputs: Named::new(outputs),
-        depth: None,
+        depth: Vec::new(),
     }
 }
 
@@ -334,7 +324,7 @@ fn discontinuity_map(variables: &Variables, depth: &str, contact: &Contact) -> P
         surface: None,
         variables: after(&[depth.to_owned()], variables),
         outputs: Named::new(outputs),
-        depth: Some(OneOrMany::One(terms(&[0], &contact.depth))),
+        depth: vec![terms(&[0], &contact.depth)],
     }
 }
 
@@ -349,7 +339,7 @@ fn composed_map(variables: &Variables, depths: &[String], map: &ComposedMap) -> 
         surface: None,
         variables: after(depths, variables),
         outputs: Named::new(coordinates(variables).zip(map.image.iter().map(all))),
-        depth: Some(OneOrMany::of(map.depths.iter().map(all))),
+        depth: map.depths.iter().map(all).collect(),
     }
 }
 
@@ -373,4 +363,124 @@ fn terms(depths: &[u8], jet: &Jet<f64>) -> Vec<Term> {
             value,
         })
         .collect()
+}
+
+/// The leading laws of `D` and the radius of its series in `y`.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct DepthListing {
+    /// Leading term of each coordinate's correction; `null` where none was found.
+    pub leading: Named<Option<LeadingTerm>>,
+    /// Estimated radius of convergence in `y`; `null` where the series ends.
+    pub radius: Option<f64>,
+    /// What the truncation leaves out at the edge of the window; `null` where the series ends.
+    pub window_edge: Option<WindowEdge>,
+}
+
+/// The leading term `coefficient · y^exponent`.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct LeadingTerm {
+    /// Power of `y`.
+    pub exponent: u32,
+    /// Its coefficient.
+    pub coefficient: f64,
+}
+
+impl From<LeadingLaw> for LeadingTerm {
+    fn from(law: LeadingLaw) -> Self {
+        Self {
+            exponent: law.exponent,
+            coefficient: law.coefficient.hi,
+        }
+    }
+}
+
+impl DepthListing {
+    /// The laws of a series, by the names of its coordinates, and the window's edge for a map of
+    /// some orders.
+    pub fn new(
+        variables: &Variables,
+        series: &DepthSeries,
+        window_edge: Option<WindowEdge>,
+    ) -> Self {
+        let names = variables.names[..variables.coordinates].iter().enumerate();
+        let leading = names.map(|(coordinate, name)| {
+            let law = series.leading_law(coordinate);
+            (name.as_str(), law.map(LeadingTerm::from))
+        });
+        Self {
+            leading: Named::new(leading),
+            radius: series.radius(),
+            window_edge,
+        }
+    }
+
+    /// One line per coordinate, and one for the radius.
+    pub fn words(&self) -> String {
+        let mut text = String::new();
+        for (name, law) in &self.leading.0 {
+            let law = law.map_or("none found".to_owned(), |law| {
+                let coefficient = significant(law.coefficient, 7);
+                format!("{coefficient} y^{}", law.exponent)
+            });
+            text += &format!("leading correction of {name}: {law}\n");
+        }
+        if let Some(radius) = self.radius {
+            text += &format!("series in y converge to about y = {radius:.2e}\n");
+        }
+        if let Some(edge) = &self.window_edge {
+            text += &format!("at the edge of the window {}\n", edge_words(edge));
+        }
+        text
+    }
+}
+
+/// What a truncation leaves out at the edge of a window, as the end of a sentence that begins
+/// there.
+///
+/// ```
+/// use grazemap::expansion::WindowEdge;
+/// use grazemap::report::edge_words;
+///
+/// let edge = WindowEdge {
+///     depth: 1e-4,
+///     radius: 3.1e-7,
+///     contact_weight: 8,
+///     leading_exponent: 2,
+///     omitted_share: 3.6e31,
+///     usable_depth: 2.6e-14,
+/// };
+/// assert_eq!(
+///     edge_words(&edge),
+///     "(y = 1.0e-2) the series in y of the contact, whose radius is about 3.1e-7, diverge: \
+///      weight 8 holds to two digits for y^2 <= 2.6e-14",
+/// );
+/// ```
+pub fn edge_words(edge: &WindowEdge) -> String {
+    let (depth_variable, weight) = (edge.depth.sqrt(), edge.contact_weight);
+    let WindowEdge {
+        radius,
+        leading_exponent,
+        omitted_share,
+        usable_depth,
+        ..
+    } = edge;
+    let holds = format!("weight {weight} holds to two digits for y^2 <= {usable_depth:.1e}");
+    if *usable_depth == 0.0 {
+        format!(
+            "(y = {depth_variable:.1e}) weight {weight} leaves out the whole correction of the contact, which begins with y^{leading_exponent}"
+        )
+    } else if depth_variable >= *radius {
+        format!(
+            "(y = {depth_variable:.1e}) the series in y of the contact, whose radius is about {radius:.1e}, diverge: {holds}"
+        )
+    } else if edge.is_within() {
+        format!(
+            "(y = {depth_variable:.1e}) weight {weight} leaves out about {omitted_share:.0e} of the contact's correction"
+        )
+    } else {
+        format!(
+            "(y = {depth_variable:.1e}) weight {weight} leaves out about {:.0} % of the contact's correction (radius in y about {radius:.1e}): {holds}",
+            100.0 * omitted_share
+        )
+    }
 }

@@ -1,4 +1,4 @@
-//! The grazing orbit as data: the fields of `locate --json`.
+//! The grazing orbit by name: the fields of `locate --json` that people and other programs read.
 
 use serde::Serialize;
 
@@ -7,18 +7,9 @@ use crate::model::Scene;
 use crate::numeric::Dd;
 use crate::orbit::{GrazingConditions, GrazingOrbit, GrazingPoint};
 
-/// The digits of a double-double.
-const ALL_DIGITS: usize = 32;
-
-/// A grazing orbit, ready to be written as JSON.
+/// A grazing orbit by the names of its parameters and states, rounded to doubles.
 #[derive(Clone, Debug, Serialize)]
-pub struct OrbitDocument {
-    /// Identifier of the scene.
-    pub scene: String,
-    /// Digest of the scene's text.
-    pub digest: String,
-    /// Version of the program.
-    pub version: &'static str,
+pub struct OrbitListing {
     /// The surface that is grazed first.
     pub surface: String,
     /// All parameters at which the orbit grazes.
@@ -38,21 +29,19 @@ pub struct OrbitDocument {
     /// `xi_1, xi_2, ...` from the first passage to itself.
     pub xi: Vec<f64>,
     /// Grazing passages of a period, in order.
-    pub passages: Vec<PassageDocument>,
+    pub passages: Vec<PassageListing>,
     /// `xi_n` from every passage to every passage.
-    pub conditions: Vec<ConditionsDocument>,
+    pub conditions: Vec<ConditionsListing>,
     /// Largest residual of the equations of the orbit.
     pub residual: f64,
     /// Lowest minimum of any event function elsewhere on the orbit; negative where it penetrates a
     /// surface.
     pub clearance: Option<f64>,
-    /// Parameters and state to 32 digits.
-    pub digits32: ExactPoint,
 }
 
 /// A grazing passage.
 #[derive(Clone, Debug, Serialize)]
-pub struct PassageDocument {
+pub struct PassageListing {
     /// Name of the surface.
     pub surface: String,
     /// Time since the first passage.
@@ -65,7 +54,7 @@ pub struct PassageDocument {
 
 /// The conditions from one passage to another.
 #[derive(Clone, Debug, Serialize)]
-pub struct ConditionsDocument {
+pub struct ConditionsListing {
     /// The passage that stretches, from 0.
     pub from: usize,
     /// The passage whose gap is looked at, from 0.
@@ -76,7 +65,7 @@ pub struct ConditionsDocument {
     pub values: Vec<f64>,
 }
 
-impl ConditionsDocument {
+impl ConditionsListing {
     /// Conditions of an orbit of a scene.
     pub(super) fn new(scene: &Scene, from: usize, to: usize, values: Vec<f64>) -> Self {
         let surfaces = [from, to].map(|passage| surface_of(scene, passage));
@@ -89,16 +78,7 @@ impl ConditionsDocument {
     }
 }
 
-/// A grazing point to 32 digits.
-#[derive(Clone, Debug, Serialize)]
-pub struct ExactPoint {
-    /// All parameters.
-    pub parameters: Named<String>,
-    /// Full state.
-    pub state: Named<String>,
-}
-
-impl OrbitDocument {
+impl OrbitListing {
     /// The orbit of a scene.
     pub fn new(scene: &Scene, orbit: &GrazingOrbit) -> Self {
         let graze = orbit.grazing_point();
@@ -109,25 +89,22 @@ impl OrbitDocument {
                 .collect::<Vec<f64>>()
         };
         Self {
-            scene: scene.identifier.clone(),
-            digest: scene.digest.to_string(),
-            version: env!("CARGO_PKG_VERSION"),
             surface: scene.model.surfaces[graze.surface].name.clone(),
-            parameters: parameters(scene, graze, |value| value.to_f64()),
-            state: state(scene, graze, |value| value.to_f64()),
+            parameters: parameters(scene, graze),
+            state: state(scene, graze),
             period: orbit.period.to_f64(),
             normal_acceleration: graze.normal_acceleration.to_f64(),
-            section: SectionDocument::new(scene, orbit),
+            section: SectionDocument::new(scene, orbit, None),
             monodromy: orbit.monodromy.iter().map(|row| round(row)).collect(),
             multipliers: orbit.multipliers.clone(),
             xi: round(&orbit.xi),
             passages: orbit
                 .passages
                 .iter()
-                .map(|graze| PassageDocument {
+                .map(|graze| PassageListing {
                     surface: scene.model.surfaces[graze.surface].name.clone(),
                     time: graze.time.to_f64(),
-                    state: state(scene, graze, |value| value.to_f64()),
+                    state: state(scene, graze),
                     normal_acceleration: graze.normal_acceleration.to_f64(),
                 })
                 .collect(),
@@ -135,15 +112,11 @@ impl OrbitDocument {
                 .conditions
                 .iter()
                 .map(|GrazingConditions { from, to, values }| {
-                    ConditionsDocument::new(scene, *from, *to, round(values))
+                    ConditionsListing::new(scene, *from, *to, round(values))
                 })
                 .collect(),
             residual: orbit.residual,
             clearance: orbit.clearance,
-            digits32: ExactPoint {
-                parameters: parameters(scene, graze, |value| value.to_decimal(ALL_DIGITS)),
-                state: state(scene, graze, |value| value.to_decimal(ALL_DIGITS)),
-            },
         }
     }
 
@@ -241,20 +214,13 @@ pub(super) fn surface_of(scene: &Scene, passage: usize) -> String {
     scene.model.surfaces[surface].name.clone()
 }
 
-fn parameters<T>(scene: &Scene, graze: &GrazingPoint, form: impl Fn(Dd) -> T) -> Named<T> {
-    let names = scene
-        .model
-        .parameters
-        .iter()
-        .map(|parameter| parameter.name.as_str());
-    Named::new(names.zip(graze.parameters.iter().map(|&value| form(value))))
+fn parameters(scene: &Scene, graze: &GrazingPoint) -> Named<f64> {
+    let names = scene.model.parameters.iter();
+    let names = names.map(|parameter| parameter.name.as_str());
+    Named::new(names.zip(graze.parameters.iter().map(|value| value.to_f64())))
 }
 
-fn state<T>(scene: &Scene, graze: &GrazingPoint, form: impl Fn(Dd) -> T) -> Named<T> {
-    let names = scene.model.full_state_names();
-    Named::new(
-        names
-            .into_iter()
-            .zip(graze.state.iter().map(|&value| form(value))),
-    )
+fn state(scene: &Scene, graze: &GrazingPoint) -> Named<f64> {
+    let names = scene.model.full_state_names().into_iter();
+    Named::new(names.zip(graze.state.iter().map(|value| value.to_f64())))
 }

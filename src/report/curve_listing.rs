@@ -2,37 +2,31 @@
 
 use serde::Serialize;
 
-use super::orbit_document::{ConditionsDocument, surface_of};
+use super::orbit_listing::{ConditionsListing, surface_of};
 use super::{Cell, Column, Named, ReportError, Table};
 use crate::model::Scene;
 use crate::orbit::{CurvePoint, GrazingCurve, SpecialPoint};
 
 /// A grazing curve in two parameters, ready to be written as JSON.
 #[derive(Clone, Debug, Serialize)]
-pub struct CurveDocument {
-    /// Identifier of the scene.
-    pub scene: String,
-    /// Digest of the scene's text.
-    pub digest: String,
-    /// Version of the program.
-    pub version: &'static str,
+pub struct CurveListing {
     /// The adjusted parameters, then the one continued in.
     pub free: Vec<String>,
     /// Points in order.
-    pub points: Vec<PointDocument>,
+    pub points: Vec<CurvePointListing>,
     /// Points where a `xi_n` vanishes.
     pub codim2: Vec<Codimension2>,
     /// Points where a parameter turns back.
-    pub folds: Vec<FoldDocument>,
+    pub folds: Vec<FoldListing>,
     /// Points where multipliers change between real and complex.
-    pub multiplier_switches: Vec<SwitchDocument>,
+    pub multiplier_switches: Vec<SwitchListing>,
     /// How the curve ended, in words.
     pub end: String,
 }
 
 /// One grazing orbit of a curve.
 #[derive(Clone, Debug, Serialize)]
-pub struct PointDocument {
+pub struct CurvePointListing {
     /// All parameters.
     pub parameters: Named<f64>,
     /// Full state at the graze.
@@ -44,7 +38,7 @@ pub struct PointDocument {
     /// `xi_1, xi_2, ...` from the first passage to itself.
     pub xi: Vec<f64>,
     /// `xi_n` from every passage to every passage.
-    pub conditions: Vec<ConditionsDocument>,
+    pub conditions: Vec<ConditionsListing>,
     /// Whether the orbit stays on the free side of every surface.
     pub physical: bool,
 }
@@ -66,7 +60,7 @@ pub struct Codimension2 {
 
 /// A point where the curve turns back in a parameter.
 #[derive(Clone, Debug, Serialize)]
-pub struct FoldDocument {
+pub struct FoldListing {
     /// The parameter that turns.
     pub parameter: String,
     /// All parameters.
@@ -75,14 +69,14 @@ pub struct FoldDocument {
 
 /// A point where multipliers change between real and complex.
 #[derive(Clone, Debug, Serialize)]
-pub struct SwitchDocument {
+pub struct SwitchListing {
     /// All parameters.
     pub parameters: Named<f64>,
     /// Multipliers there.
     pub multipliers: Vec<[f64; 2]>,
 }
 
-impl CurveDocument {
+impl CurveListing {
     /// The curve of a scene.
     pub fn new(scene: &Scene, curve: &GrazingCurve) -> Self {
         let name = |parameter: usize| scene.model.parameters[parameter].name.clone();
@@ -90,14 +84,11 @@ impl CurveDocument {
             named(scene, point.parameters.iter().map(|value| value.to_f64()))
         };
         Self {
-            scene: scene.identifier.clone(),
-            digest: scene.digest.to_string(),
-            version: env!("CARGO_PKG_VERSION"),
             free: curve.free.iter().copied().map(name).collect(),
             points: curve
                 .points
                 .iter()
-                .map(|point| PointDocument::new(scene, point))
+                .map(|point| CurvePointListing::new(scene, point))
                 .collect(),
             codim2: curve
                 .codim2()
@@ -111,14 +102,14 @@ impl CurveDocument {
                 .collect(),
             folds: curve
                 .folds()
-                .map(|(parameter, point)| FoldDocument {
+                .map(|(parameter, point)| FoldListing {
                     parameter: name(parameter),
                     parameters: special(point),
                 })
                 .collect(),
             multiplier_switches: curve
                 .multiplier_switches()
-                .map(|point| SwitchDocument {
+                .map(|point| SwitchListing {
                     parameters: special(point),
                     multipliers: point.point.multipliers.clone(),
                 })
@@ -180,7 +171,7 @@ impl CurveDocument {
     }
 }
 
-impl PointDocument {
+impl CurvePointListing {
     fn new(scene: &Scene, point: &CurvePoint) -> Self {
         Self {
             parameters: named(scene, point.parameters.iter().copied()),
@@ -197,14 +188,14 @@ impl PointDocument {
             conditions: point
                 .conditions
                 .iter()
-                .map(|pair| ConditionsDocument::new(scene, pair.from, pair.to, pair.values.clone()))
+                .map(|pair| ConditionsListing::new(scene, pair.from, pair.to, pair.values.clone()))
                 .collect(),
             physical: point.is_physical(),
         }
     }
 
     /// The conditions but those from the first passage to itself.
-    fn other_conditions(&self) -> impl Iterator<Item = &ConditionsDocument> {
+    fn other_conditions(&self) -> impl Iterator<Item = &ConditionsListing> {
         self.conditions.iter().skip(1)
     }
 }

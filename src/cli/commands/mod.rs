@@ -1,0 +1,95 @@
+//! One file per command, or per few of one kind; here what they begin with: the scene, orbit or map
+//! named, and what is said of it on the way.
+
+pub(super) mod converge;
+pub(super) mod emit;
+pub(super) mod expand;
+pub(super) mod grazes;
+pub(super) mod image;
+pub(super) mod orbits;
+pub(super) mod run;
+pub(super) mod scenes;
+pub(super) mod sweeps;
+
+use super::arguments::SceneOptions;
+use super::output::{CliError, note};
+use grazemap::Map;
+use grazemap::analysis::AnalysisError;
+use grazemap::expansion::WindowEdge;
+use grazemap::model::{Scene, Shape};
+use grazemap::pipeline::{Settled, Source};
+use grazemap::report::edge_words;
+
+/// Opens what is named in the place of a scene, shows its warnings and starts the threads asked
+/// for.
+fn open(options: &SceneOptions) -> Result<Source, CliError> {
+    if let Some(threads) = options.common.threads {
+        let threads = rayon::ThreadPoolBuilder::new().num_threads(threads.into());
+        threads.build_global()?;
+    }
+    let source = Source::open(&options.scene, &options.common.set)?;
+    if !options.common.outlets.quiet {
+        for warning in &source.scene().warnings {
+            note(&format!("warning: {warning}"));
+        }
+    }
+    Ok(source)
+}
+
+/// The scene on the section that its map is taken on; says, unless `quiet`, what decided it where
+/// the scene takes any.
+fn settle(source: Source, quiet: bool) -> Result<Settled, CliError> {
+    let settled = source.settle()?;
+    if let Some(decision) = settled.section().decided.filter(|_| !quiet) {
+        note(&decision.words());
+    }
+    Ok(settled)
+}
+
+/// The map of what is named; warns, unless `quiet`, of a window deeper than its series.
+fn map(source: Source, quiet: bool) -> Result<Map, CliError> {
+    let saved = match &source {
+        Source::Map(map) => Some(map.clone()),
+        Source::Scene(_) | Source::Graze(_) => None,
+    };
+    let settled = settle(source, quiet)?;
+    let map = match saved {
+        Some(map) => map,
+        None => settled.plan()?.expand()?,
+    };
+    warn_of_edges(map.scene(), map.window_edges(), quiet);
+    Ok(map)
+}
+
+/// Says on standard error where a truncation leaves out too much at the edge of the scene's window,
+/// of the passage whose contact loses most. Contacts that are flown are not truncated.
+fn warn_of_edges(scene: &Scene, edges: &[WindowEdge], quiet: bool) {
+    let series = scene.emit.shape != Shape::Flown;
+    if let Some(edge) = beyond(edges).filter(|_| series && !quiet) {
+        let (identifier, words) = (&scene.identifier, edge_words(&edge));
+        note(&format!(
+            "warning: `{identifier}`: at the edge of the window {words}"
+        ));
+    }
+}
+
+/// The edge of the passage whose contact loses most, where that is too much.
+fn beyond(edges: &[WindowEdge]) -> Option<WindowEdge> {
+    let share = |edge: &WindowEdge| edge.omitted_share;
+    let beyond = edges.iter().filter(|edge| !edge.is_within()).copied();
+    beyond.max_by(|a, b| share(a).total_cmp(&share(b)))
+}
+
+/// Refuses diagrams and charts of parameters that the map does not keep, before anything is
+/// computed for them.
+fn refuse_frozen_sweeps(scene: &Scene) -> Result<(), CliError> {
+    let diagrams = scene.diagrams.iter().map(|diagram| diagram.parameter);
+    let charts = scene.charts.iter().flat_map(|chart| chart.parameters);
+    let frozen = diagrams
+        .chain(charts)
+        .find(|swept| !scene.expansion.active.contains(swept));
+    frozen.map_or(Ok(()), |swept| {
+        let parameter = scene.model.parameters[swept].name.clone();
+        Err(grazemap::Error::from(AnalysisError::NotActive { parameter }).into())
+    })
+}

@@ -1,0 +1,225 @@
+//! `grazemap run`: everything a scene asks for, with a report page.
+
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use serde::Serialize;
+
+use super::converge::convergence_files;
+use super::sweeps::{chart_files, diagram_files, warn_of_values};
+use super::{open, refuse_frozen_sweeps, settle, warn_of_edges};
+use crate::cli::arguments::{Common, SceneOptions};
+use crate::cli::output::{Bar, CliError, Outlets, Results, note, pairs};
+use grazemap::analysis::chart::Chart;
+use grazemap::analysis::diagram::{Diagram, Sweep, SweepHeading};
+use grazemap::emission::{EmittedCrate, Target};
+use grazemap::model::{Digest, Method};
+use grazemap::pipeline::{EmitRequest, Source, StudyRequest};
+use grazemap::report::{
+    CrateSummary, OrbitListing, OutputFolder, RunPage, StageTime, run_page, to_json,
+};
+
+/// Where results go when no folder is named.
+const FOLDER: &str = "out";
+/// The scene of a run without a scene.
+const BUILT_IN: &str = "cantilever_3_5_soft";
+
+/// What was measured in a run: times alone, so that every other file is the same from run to run.
+#[derive(Debug, Serialize)]
+struct Timings<'a> {
+    scene: &'a str,
+    digest: Digest,
+    stages: &'a [StageTime],
+    diagrams: Vec<DiagramTimes<'a>>,
+    charts: Vec<ChartTimes<'a>>,
+}
+
+/// What a chart took.
+#[derive(Debug, Serialize)]
+struct ChartTimes<'a> {
+    parameters: [&'a str; 2],
+    iterates: u64,
+    seconds: f64,
+    nanoseconds_per_iterate: f64,
+}
+
+/// What the sweeps of a diagram took.
+#[derive(Debug, Serialize)]
+struct DiagramTimes<'a> {
+    parameter: &'a str,
+    observable: &'a str,
+    /// Time of one iterate by direct simulation over that by the map.
+    speed_ratio: Option<f64>,
+    sweeps: Vec<SweepTimes>,
+}
+
+#[derive(Debug, Serialize)]
+struct SweepTimes {
+    method: Method,
+    heading: SweepHeading,
+    iterates: u64,
+    seconds: f64,
+    nanoseconds_per_iterate: f64,
+}
+
+/// The built-in scene, start to finish.
+pub(in crate::cli) fn built_in(common: &Common) -> Result<(), CliError> {
+    run(&SceneOptions {
+        scene: PathBuf::from(BUILT_IN),
+        common: common.clone(),
+    })
+}
+
+/// A scene, start to finish.
+pub(in crate::cli) fn run(options: &SceneOptions) -> Result<(), CliError> {
+    let mut outlets = options.common.outlets.clone();
+    let quiet = outlets.quiet;
+    let mut clock = Clock::new(quiet);
+    let source = open(options)?;
+    refuse_frozen_sweeps(source.scene())?;
+    let folder = outlets
+        .output
+        .take()
+        .unwrap_or_else(|| PathBuf::from(FOLDER));
+    let folder = OutputFolder::create(folder)?;
+    folder.write("scene.toml", &*source.scene().text)?;
+
+    let graze = clock.time("grazing orbit", || Ok(source.graze()?))?;
+    let settled = clock.time("section", || settle(Source::Graze(graze), quiet))?;
+    let (scene, orbit) = (settled.scene().clone(), settled.orbit().clone());
+    folder.write("orbit.json", settled.graze().to_json()?)?;
+
+    let plan = clock.time("orders", || Ok(settled.plan()?))?;
+    let map = clock.time("expansion", || {
+        let map = plan.expand()?;
+        map.listing()?;
+        Ok(map)
+    })?;
+    warn_of_edges(map.scene(), map.window_edges(), quiet);
+    folder.write("map.json", map.to_json()?)?;
+    folder.write("map.csv", map.listing()?.coefficient_table()?.to_csv()?)?;
+
+    let request = EmitRequest {
+        target: Target::Rust,
+        measure: false,
+    };
+    let module = clock.time("emission", || Ok(map.module(request)?))?;
+    let emitted = EmittedCrate::standalone(&module).map_err(grazemap::Error::from)?;
+    OutputFolder::create(folder.path().join("crate"))?.write_all(&emitted.files)?;
+
+    let request = StudyRequest {
+        fresh: StudyRequest::FRESH,
+        sections: false,
+        chosen: map.choice().cloned(),
+    };
+    let bar = Bar::new("convergence", quiet);
+    let study = clock.time("convergence", || Ok(map.settled().study(&request, &bar)?))?;
+    drop(bar);
+    folder.write_all(pairs(&convergence_files(&study, &map.section())?))?;
+
+    let bar = Bar::new("diagram", quiet);
+    let diagrams = clock.time("diagrams", || Ok(map.diagrams(&bar)?))?;
+    drop(bar);
+    warn_of_values(&diagrams, quiet);
+    folder.write_all(pairs(&diagram_files(&diagrams, &map)?))?;
+
+    let mut charts = Vec::new();
+    if !scene.charts.is_empty() {
+        let bar = Bar::new("chart", quiet);
+        charts = clock.time("charts", || Ok(map.charts(&bar)?))?;
+        drop(bar);
+        folder.write_all(pairs(&chart_files(&charts, &map)?))?;
+    }
+
+    let page = run_page(&RunPage {
+        scene: &scene,
+        orbit: &OrbitListing::new(&scene, &orbit),
+        map: map.listing()?,
+        emitted: CrateSummary {
+            step: module.step_operations.multiply_adds,
+            frozen: module.frozen_operations.multiply_adds,
+            jacobian: module.jacobian_operations.multiply_adds,
+        },
+        study: &study,
+        diagrams: &diagrams,
+        charts: &charts,
+        times: &clock.stages,
+    })?;
+    folder.write("report.html", page.to_html()?)?;
+    let timings = to_json(&Timings {
+        scene: &scene.identifier,
+        digest: scene.digest,
+        stages: &clock.stages,
+        diagrams: diagrams.iter().map(DiagramTimes::of).collect(),
+        charts: charts.iter().map(ChartTimes::of).collect(),
+    })?;
+    folder.write("timings.json", &timings)?;
+    finish(&options.scene, folder.path(), timings, &outlets)
+}
+
+fn finish(scene: &Path, folder: &Path, timings: String, outlets: &Outlets) -> Result<(), CliError> {
+    let (scene, page) = (scene.display(), folder.join("report.html"));
+    let text = format!("{scene}: done; open {}\n", page.display());
+    Results::named("run", text, timings, None).deliver("run", outlets)
+}
+
+impl<'a> ChartTimes<'a> {
+    fn of(chart: &'a Chart) -> Self {
+        let [first, second] = &chart.axes;
+        Self {
+            parameters: [&first.parameter, &second.parameter],
+            iterates: chart.timing.iterates,
+            seconds: chart.timing.seconds,
+            nanoseconds_per_iterate: chart.timing.nanoseconds_per_iterate(),
+        }
+    }
+}
+
+impl<'a> DiagramTimes<'a> {
+    fn of(diagram: &'a Diagram) -> Self {
+        let times = |sweep: &Sweep| SweepTimes {
+            method: sweep.method,
+            heading: sweep.heading,
+            iterates: sweep.timing.iterates,
+            seconds: sweep.timing.seconds,
+            nanoseconds_per_iterate: sweep.timing.nanoseconds_per_iterate(),
+        };
+        Self {
+            parameter: &diagram.parameter,
+            observable: &diagram.observable,
+            speed_ratio: diagram.speed_ratio,
+            sweeps: diagram.sweeps.iter().map(times).collect(),
+        }
+    }
+}
+
+/// Times the stages of a run, and says each as it ends.
+#[derive(Debug)]
+struct Clock {
+    quiet: bool,
+    stages: Vec<StageTime>,
+}
+
+impl Clock {
+    fn new(quiet: bool) -> Self {
+        Self {
+            quiet,
+            stages: Vec::new(),
+        }
+    }
+
+    fn time<T>(
+        &mut self,
+        stage: &'static str,
+        work: impl FnOnce() -> Result<T, CliError>,
+    ) -> Result<T, CliError> {
+        let start = Instant::now();
+        let done = work()?;
+        let seconds = start.elapsed().as_secs_f64();
+        self.stages.push(StageTime { stage, seconds });
+        if !self.quiet {
+            note(&format!("{stage:<16} {seconds:8.3} s"));
+        }
+        Ok(done)
+    }
+}

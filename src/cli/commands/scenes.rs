@@ -1,0 +1,120 @@
+//! `grazemap check` and `grazemap new`: scenes, no computing.
+
+use std::fmt::Write as _;
+use std::path::PathBuf;
+
+use serde::Serialize;
+
+use super::{open, refuse_frozen_sweeps};
+use crate::cli::arguments::{NewOptions, SceneOptions};
+use crate::cli::output::{CliError, Results, note, print};
+use grazemap::model::{Digest, Scene, catalogue, nearest};
+use grazemap::report::{to_json, write_atomically};
+
+/// What a checked scene holds.
+#[derive(Debug, Serialize)]
+struct Summary<'a> {
+    scene: &'a str,
+    digest: Digest,
+    model: &'a str,
+    states: &'a [String],
+    phase: Option<&'a str>,
+    parameters: Vec<&'a str>,
+    surfaces: Vec<&'a str>,
+    active: Vec<&'a str>,
+    diagrams: usize,
+    charts: usize,
+    warnings: &'a [String],
+}
+
+/// Parses and checks.
+pub(in crate::cli) fn check(options: &SceneOptions) -> Result<(), CliError> {
+    let source = open(options)?;
+    refuse_frozen_sweeps(source.scene())?;
+    let (name, summary) = (options.scene.display(), Summary::new(source.scene()));
+    let text = format!("{name}: no fault found\n{}\n", summary.words());
+    let results = Results::named("check", text, to_json(&summary)?, None);
+    results.deliver("check", &options.common.outlets)
+}
+
+impl<'a> Summary<'a> {
+    fn new(scene: &'a Scene) -> Self {
+        let model = &scene.model;
+        let parameter = |&index: &usize| model.parameters[index].name.as_str();
+        Self {
+            scene: &scene.identifier,
+            digest: scene.digest,
+            model: &model.name,
+            states: &model.states,
+            phase: model.phase.as_ref().map(|phase| phase.name.as_str()),
+            parameters: model
+                .parameters
+                .iter()
+                .map(|parameter| parameter.name.as_str())
+                .collect(),
+            surfaces: model
+                .surfaces
+                .iter()
+                .map(|surface| surface.name.as_str())
+                .collect(),
+            active: scene.expansion.active.iter().map(parameter).collect(),
+            diagrams: scene.diagrams.len(),
+            charts: scene.charts.len(),
+            warnings: &scene.warnings,
+        }
+    }
+
+    fn words(&self) -> String {
+        let phase = self.phase.map_or("none".to_owned(), str::to_owned);
+        format!(
+            "  model       {}\n  states      {}\n  phase       {phase}\n  parameters  {}\n  surfaces    {}\n  active      {}\n  diagrams    {}\n  charts      {}",
+            self.model,
+            self.states.join(", "),
+            self.parameters.join(", "),
+            self.surfaces.join(", "),
+            self.active.join(", "),
+            self.diagrams,
+            self.charts,
+        )
+    }
+}
+
+/// A scene from the catalogue to start from.
+pub(in crate::cli) fn new(options: &NewOptions) -> Result<(), CliError> {
+    match &options.name {
+        Some(name) if !options.list => write(name, options),
+        _ => print(&list()),
+    }
+}
+
+/// The catalogue, one scene a line.
+fn list() -> String {
+    let width = catalogue::names().map(str::len).max().unwrap_or(0);
+    catalogue::names().fold(String::new(), |mut text, name| {
+        let summary = catalogue::summary(name).unwrap_or_default();
+        let _infallible = writeln!(text, "{name:width$}  {summary}");
+        text
+    })
+}
+
+fn write(name: &str, options: &NewOptions) -> Result<(), CliError> {
+    let text = catalogue::text(name).ok_or_else(|| CliError::NotInCatalogue {
+        name: name.to_owned(),
+        nearest: nearest(name, catalogue::names()),
+    })?;
+    let path = options
+        .output
+        .clone()
+        .unwrap_or_else(|| PathBuf::from(format!("{name}.toml")));
+    if path.symlink_metadata().is_ok() {
+        return Err(CliError::Exists { path });
+    }
+    write_atomically(&path, text.as_bytes())?;
+    if !options.quiet {
+        let path = path.display();
+        note(&format!(
+            "wrote {path}; edit it, then: grazemap check {path}"
+        ));
+    }
+    Ok(())
+}

@@ -1,0 +1,119 @@
+//! The map as code: in the shape, the numbers and with the monomials that it was chosen with.
+
+use std::path::Path;
+
+use super::map::refuse_depth_variables;
+use super::{Error, Map};
+use crate::convergence::{Choice, measured_error};
+use crate::emission::{
+    EmitOptions, EmittedCrate, EmittedModule, EmittedShape, Target, emitted_module, prune,
+    prune_composed,
+};
+use crate::expansion::Expander;
+use crate::iteration::HornerMap;
+use crate::model::Shape;
+use crate::report::OutputFolder;
+
+/// What is asked of an emission.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct EmitRequest {
+    /// Language of the code.
+    pub target: Target,
+    /// Whether the error on the window is measured where the scene names no tolerance.
+    pub measure: bool,
+}
+
+impl EmitRequest {
+    /// Fresh points at which the error of an emitted map is measured.
+    pub const POINTS: usize = 1000;
+}
+
+impl Map {
+    /// Writes the map as a crate of Rust without dependencies into a folder.
+    ///
+    /// # Errors
+    ///
+    /// As [`module`](Self::module); [`Error::Report`] if a file cannot be written.
+    pub fn emit(&self, folder: impl AsRef<Path>) -> Result<(), Error> {
+        let request = EmitRequest {
+            target: Target::Rust,
+            measure: false,
+        };
+        let emitted = EmittedCrate::standalone(&self.module(request)?)?;
+        Ok(OutputFolder::create(folder.as_ref())?.write_all(&emitted.files)?)
+    }
+
+    /// The emitted module of the map.
+    ///
+    /// The error on the window is measured against direct simulation, and stated in the header,
+    /// where it is asked for or the scene names a tolerance.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Emission`] for a map that cannot be emitted, [`Error::Convergence`] if the window
+    /// has no point to compare at.
+    pub fn module(&self, request: EmitRequest) -> Result<EmittedModule, Error> {
+        refuse_depth_variables(&Expander::new(self.scene(), self.orbit())?)?;
+        let (choice, precision) = (self.choice(), self.precision());
+        let mut options = EmitOptions {
+            target: request.target,
+            shape: EmittedShape::Factored,
+            precision,
+            lanes: self.scene().emit.lanes(precision),
+            tolerance: choice.map(|choice| choice.tolerance),
+            drop_within: choice.and_then(Choice::drop_after),
+            measured_error: None,
+        };
+        options.shape = self.emitted_shape(&options)?;
+        if choice.is_some() || request.measure {
+            let run = self.as_emitted(&options)?.in_format(precision);
+            let (orbit, points) = (self.orbit(), EmitRequest::POINTS);
+            let measured = measured_error(self.scene(), orbit, self.local(), &*run, points)?;
+            options.measured_error = measured.rounded_up();
+        }
+        self.in_shape(&options)
+    }
+
+    /// The shape chosen with the orders, the one a scene names, or the one with fewer operations.
+    fn emitted_shape(&self, options: &EmitOptions) -> Result<EmittedShape, Error> {
+        match self.scene().emit.shape {
+            Shape::Factored | Shape::Flown => return Ok(EmittedShape::Factored),
+            Shape::Composed => return Ok(EmittedShape::Composed),
+            Shape::Auto => {}
+        }
+        let operations = |shape| {
+            let options = EmitOptions {
+                shape,
+                ..options.clone()
+            };
+            Ok::<_, Error>(self.in_shape(&options)?.frozen_operations.total())
+        };
+        let composed = operations(EmittedShape::Composed)?;
+        Ok(match composed < operations(EmittedShape::Factored)? {
+            true => EmittedShape::Composed,
+            false => EmittedShape::Factored,
+        })
+    }
+
+    fn in_shape(&self, options: &EmitOptions) -> Result<EmittedModule, Error> {
+        let composed = match options.shape {
+            EmittedShape::Composed => Some(self.composed()?),
+            EmittedShape::Factored => None,
+        };
+        Ok(emitted_module(self.local(), composed, options)?)
+    }
+
+    /// The map that the emitted code computes, interpreted.
+    fn as_emitted(&self, options: &EmitOptions) -> Result<HornerMap, Error> {
+        let map = self.local();
+        Ok(match (options.shape, options.drop_within) {
+            (EmittedShape::Factored, None) => self.discrete().clone(),
+            (EmittedShape::Factored, Some(tolerance)) => HornerMap::new(&prune(map, tolerance).0),
+            (EmittedShape::Composed, None) => HornerMap::composed(map, self.composed()?),
+            (EmittedShape::Composed, Some(tolerance)) => {
+                let composed = prune_composed(map, self.composed()?, tolerance).0;
+                HornerMap::composed(map, &composed)
+            }
+        })
+    }
+}

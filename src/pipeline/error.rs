@@ -1,0 +1,152 @@
+//! Why a step of the pipeline gave no value.
+
+use std::io;
+use std::path::PathBuf;
+
+use crate::analysis::AnalysisError;
+use crate::convergence::{ConvergenceError, Limit};
+use crate::emission::EmissionError;
+use crate::expansion::ExpansionError;
+use crate::model::{MapOrders, SceneError};
+use crate::numeric::FloatFormat;
+use crate::orbit::{NotLocated, OrbitError};
+use crate::report::{ReportError, limit_words};
+
+/// Why a step gave no value: wrong input, or mathematics that [ended
+/// otherwise](Error::ended_otherwise).
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// A scene with a fault.
+    #[error(transparent)]
+    Scene(#[from] SceneError),
+    /// Neither a file nor a scene of the catalogue.
+    #[error("no scene file `{}`, and no scene of that name in the catalogue{}", .path.display(), meant(.nearest))]
+    NoSuchScene {
+        /// What was named.
+        path: PathBuf,
+        /// The nearest name of the catalogue.
+        nearest: Option<String>,
+    },
+    /// A file that cannot be read.
+    #[error("cannot read {}: {source}", .path.display())]
+    Unreadable {
+        /// The file.
+        path: PathBuf,
+        /// What the operating system answered.
+        source: io::Error,
+    },
+    /// A file that holds no orbit and no map of this format.
+    #[error("{} holds no saved orbit or map: {reason}", .path.display())]
+    NotSaved {
+        /// The file.
+        path: PathBuf,
+        /// What was expected and found.
+        reason: String,
+    },
+    /// Overrides of what is saved.
+    #[error("{} holds results at values that are fixed; `{key}` can be set in a scene alone", .path.display())]
+    FixedValues {
+        /// The file.
+        path: PathBuf,
+        /// The key that was to be set.
+        key: String,
+    },
+    /// Wrong input to the location of the orbit, or a flow that failed.
+    #[error("cannot locate the grazing orbit: {0}")]
+    Orbit(#[from] OrbitError),
+    /// No grazing orbit.
+    #[error("no grazing orbit: {0}")]
+    NotLocated(#[from] NotLocated),
+    /// A name that is no parameter.
+    #[error("no parameter `{name}` in the scene{}", meant(.nearest))]
+    NoSuchParameter {
+        /// The name.
+        name: String,
+        /// The nearest name of a parameter.
+        nearest: Option<String>,
+    },
+    /// An expansion that could not be made.
+    #[error("no expansion: {0}")]
+    Expansion(#[from] ExpansionError),
+    /// A name that listed coefficients use already.
+    #[error(
+        "`{name}` names a {kind} of the scene and the depth variable of the expansion; rename the {kind}"
+    )]
+    DepthVariableName {
+        /// The name.
+        name: String,
+        /// `state` or `parameter`.
+        kind: &'static str,
+    },
+    /// No orders of the sweep meet the tolerance of the scene.
+    #[error("no orders up to those tried stay within the tolerance {tolerance:e} on the window; the best, N = {}, W = {}, reach {}{}", .orders.smooth_order, .orders.contact_weight, .error.map_or("no finite error".to_owned(), |error| format!("{error:.1e}")), .limit.map_or(String::new(), |limit| format!(": {}", limit_words(limit, *.precision))))]
+    ToleranceNotMet {
+        /// The tolerance of the scene.
+        tolerance: f64,
+        /// Orders of the best map.
+        orders: MapOrders,
+        /// Its error.
+        error: Option<f64>,
+        /// The numbers that it is run in.
+        precision: FloatFormat,
+        /// What keeps maps from the tolerance.
+        limit: Option<Limit>,
+    },
+    /// Offsets that are not as many as the map's coordinates or parameters.
+    #[error("the map has {expected} {what}, found {found}")]
+    Length {
+        /// `coordinates` or `parameters`.
+        what: &'static str,
+        /// How many the map has.
+        expected: usize,
+        /// How many were given.
+        found: usize,
+    },
+    /// An analysis that refused its input, or a floor below it.
+    #[error(transparent)]
+    Analysis(#[from] AnalysisError),
+    /// A study of convergence that could not be made.
+    #[error(transparent)]
+    Convergence(#[from] ConvergenceError),
+    /// An emission that refused the map.
+    #[error(transparent)]
+    Emission(#[from] EmissionError),
+    /// A result that could not be laid out or written.
+    #[error(transparent)]
+    Report(#[from] ReportError),
+}
+
+impl Error {
+    /// Whether the input was right and the mathematics ended without what was asked for.
+    pub fn ended_otherwise(&self) -> bool {
+        match self {
+            Self::NotLocated(_) | Self::Orbit(OrbitError::Flow(_)) => true,
+            Self::ToleranceNotMet { .. } => true,
+            Self::Analysis(error) => of_analysis(error),
+            Self::Expansion(error) => of_expansion(error),
+            Self::Convergence(ConvergenceError::NoTruth { .. }) => true,
+            Self::Convergence(ConvergenceError::Analysis(error)) => of_analysis(error),
+            Self::Convergence(ConvergenceError::Expansion(error)) => of_expansion(error),
+            _ => false,
+        }
+    }
+}
+
+fn of_analysis(error: &AnalysisError) -> bool {
+    match error {
+        AnalysisError::Flow(_) => true,
+        AnalysisError::Expansion(error) => of_expansion(error),
+        _ => false,
+    }
+}
+
+fn of_expansion(error: &ExpansionError) -> bool {
+    !matches!(error, ExpansionError::Jet(_))
+}
+
+/// ` (did you mean ...?)`, or nothing.
+fn meant(nearest: &Option<String>) -> String {
+    let words = |name| format!(" (did you mean `{name}`?)");
+    nearest.as_ref().map_or_else(String::new, words)
+}

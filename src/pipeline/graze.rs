@@ -1,0 +1,219 @@
+//! A scene with its grazing orbit, and the section that its map is taken on.
+
+use std::sync::Arc;
+
+use super::{Error, Map, Plan};
+use crate::analysis::Progress;
+use crate::convergence::{
+    Choice, ConvergenceOptions, ConvergenceStudy, SectionVerdict, choose_orders, converge,
+    settle_section,
+};
+use crate::expansion::{Expander, WindowEdge};
+use crate::model::{Orders, Scene, nearest};
+use crate::orbit::{GrazingOrbit, locate};
+use crate::report::SectionDocument;
+
+/// The first step of the pipeline.
+pub trait FindGraze {
+    /// The grazing orbit of a scene.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Orbit`] for a scene that contradicts itself, [`Error::NotLocated`] where the search
+    /// ends without an orbit.
+    fn graze(self) -> Result<Graze, Error>;
+}
+
+impl FindGraze for Scene {
+    fn graze(self) -> Result<Graze, Error> {
+        let orbit = locate(&self)?.into_result()?;
+        Ok(Graze::new(self, orbit))
+    }
+}
+
+/// A scene with its grazing orbit.
+#[derive(Clone, Debug)]
+pub struct Graze {
+    scene: Arc<Scene>,
+    orbit: Arc<GrazingOrbit>,
+}
+
+impl Graze {
+    /// A scene and the orbit located for it.
+    pub(super) fn new(scene: Scene, orbit: GrazingOrbit) -> Self {
+        Self {
+            scene: Arc::new(scene),
+            orbit: Arc::new(orbit),
+        }
+    }
+
+    /// The scene.
+    pub fn scene(&self) -> &Scene {
+        &self.scene
+    }
+
+    /// Its grazing orbit.
+    pub fn orbit(&self) -> &GrazingOrbit {
+        &self.orbit
+    }
+
+    /// Value of a parameter at which the orbit grazes.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::NoSuchParameter`] for a name that is no parameter.
+    pub fn parameter(&self, name: &str) -> Result<f64, Error> {
+        let number = parameter_number(&self.scene, name)?;
+        Ok(self.orbit.parameters()[number].to_f64())
+    }
+
+    /// The section that the map is taken on: the one that the scene names or, where any will do,
+    /// the one whose map for the tolerance costs least.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Convergence`] if the scene cannot be expanded, or its window has no points.
+    pub fn settle(&self) -> Result<Settled, Error> {
+        let settled = settle_section(&self.scene, &self.orbit)?;
+        Ok(Settled {
+            graze: Graze::new(settled.scene, settled.orbit),
+            verdict: settled.verdict.map(Arc::new),
+        })
+    }
+
+    /// The local map, its section, orders and shape as the scene names them, or the cheapest for
+    /// its tolerance.
+    ///
+    /// # Errors
+    ///
+    /// As [`settle`](Self::settle), [`Settled::plan`] and [`Plan::expand`].
+    pub fn map(&self) -> Result<Map, Error> {
+        self.settle()?.plan()?.expand()
+    }
+}
+
+/// The number of a parameter of a scene, by its name.
+///
+/// # Errors
+///
+/// [`Error::NoSuchParameter`] for a name that is no parameter.
+pub fn parameter_number(scene: &Scene, name: &str) -> Result<usize, Error> {
+    let names = scene.model.parameters.iter();
+    let mut names = names.map(|parameter| parameter.name.as_str());
+    let found = names.clone().position(|known| known == name);
+    found.ok_or_else(|| Error::NoSuchParameter {
+        name: name.to_owned(),
+        nearest: nearest(name, &mut names),
+    })
+}
+
+/// A scene with its grazing orbit, on the section that its map is taken on.
+#[derive(Clone, Debug)]
+pub struct Settled {
+    pub(super) graze: Graze,
+    pub(super) verdict: Option<Arc<SectionVerdict>>,
+}
+
+/// What is asked of a study of convergence.
+#[derive(Clone, Debug, PartialEq)]
+pub struct StudyRequest {
+    /// Fresh points at which the chosen map is compared with direct simulation.
+    pub fresh: usize,
+    /// Whether maps of other sections are chosen too.
+    pub sections: bool,
+    /// The map chosen for the scene's tolerance with so many fresh points, where it is known.
+    pub chosen: Option<Choice>,
+}
+
+impl StudyRequest {
+    /// Fresh points where nothing else is asked.
+    pub const FRESH: usize = 1000;
+}
+
+impl Settled {
+    /// The scene, its section named, its window stated on that section.
+    pub fn scene(&self) -> &Scene {
+        self.graze.scene()
+    }
+
+    /// Its orbit, on that section.
+    pub fn orbit(&self) -> &GrazingOrbit {
+        self.graze.orbit()
+    }
+
+    /// The scene with its orbit.
+    pub fn graze(&self) -> &Graze {
+        &self.graze
+    }
+
+    /// The section, with what decided it.
+    pub fn section(&self) -> SectionDocument {
+        let verdict = self.verdict.as_deref();
+        SectionDocument::new(self.scene(), self.orbit(), verdict)
+    }
+
+    /// The orders that the scene names, or the cheapest map that meets its tolerance.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::ToleranceNotMet`]; [`Error::Convergence`] if the scene cannot be expanded.
+    pub fn plan(self) -> Result<Plan, Error> {
+        let tolerance = match self.scene().expansion.orders {
+            Orders::Fixed(orders) => return Ok(Plan::new(self, orders, None)),
+            Orders::Tolerance(tolerance) => tolerance,
+        };
+        let taken = self.verdict.as_ref();
+        let choice = match taken.and_then(|verdict| verdict.taken.choice.as_ref()) {
+            Some(choice) => choice.clone(),
+            None => choose_orders(self.scene(), self.orbit(), tolerance)?,
+        };
+        if !choice.met {
+            return Err(Error::ToleranceNotMet {
+                tolerance,
+                orders: choice.orders,
+                error: choice.fresh_error.or(choice.error),
+                precision: choice.precision,
+                limit: choice.limit,
+            });
+        }
+        Ok(Plan::new(self, choice.orders, Some(choice)))
+    }
+
+    /// Maps of every pair of orders against direct simulation.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Convergence`] if the scene cannot be expanded, or its window has no point to
+    /// compare at.
+    pub fn study(
+        &self,
+        request: &StudyRequest,
+        progress: &dyn Progress,
+    ) -> Result<ConvergenceStudy, Error> {
+        let options = ConvergenceOptions {
+            fresh: request.fresh,
+            sections: request.sections && self.verdict.is_none(),
+            chosen: request.chosen.clone(),
+            ..ConvergenceOptions::of(self.scene())
+        };
+        let mut study = converge(self.scene(), self.orbit(), &options, progress)?;
+        if let Some(verdict) = self.verdict.as_ref().filter(|_| request.sections) {
+            study.sections = verdict.others.clone();
+        }
+        Ok(study)
+    }
+
+    /// What contacts cut at a weight leave out at the edge of the window, by passage; none where
+    /// their series end.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Expansion`] if a contact cannot be expanded.
+    pub fn window_edges(&self, contact_weight: u32) -> Result<Vec<WindowEdge>, Error> {
+        let expander = Expander::new(self.scene(), self.orbit())?;
+        let edges = (0..expander.passages())
+            .map(|passage| expander.window_edge(passage, contact_weight))
+            .collect::<Result<Vec<_>, _>>()?;
+        Ok(edges.into_iter().flatten().collect())
+    }
+}

@@ -1,0 +1,468 @@
+//! The local map of a scene, and what it is used for.
+
+use std::sync::{Arc, OnceLock};
+
+use super::graze::parameter_number;
+use super::{Error, Settled, StudyRequest};
+use crate::analysis::chart::{Chart, chart};
+use crate::analysis::diagram::{Diagram, diagram};
+use crate::analysis::orbits::{Orbits, OrbitsRequest, orbits};
+use crate::analysis::{
+    ImageRecord, ImageRequest, NoProgress, Progress, SectionImage, direct_image, images,
+};
+use crate::convergence::{Choice, ConvergenceStudy};
+use crate::expansion::{
+    ComposedMap, Contact, DepthSeries, Expander, LocalMap, RADIUS_ORDER, Stage, WindowEdge,
+};
+use crate::iteration::{DiscreteMap, HornerMap, StepInfo};
+use crate::model::{ChartRequest, DiagramRequest, MapOrders, Scene, Shape};
+use crate::numeric::FloatFormat;
+use crate::orbit::GrazingOrbit;
+use crate::report::{ExpansionParts, MapListing, PassageParts, SectionDocument, depth_variables};
+
+/// What of a scene is expanded: orders, weights and shape.
+#[derive(Clone, Debug)]
+pub struct Plan {
+    pub(super) settled: Settled,
+    /// The scene, with the weights and the shape chosen where it names a tolerance.
+    pub(super) scene: Arc<Scene>,
+    pub(super) orders: MapOrders,
+    pub(super) choice: Option<Choice>,
+}
+
+impl Plan {
+    pub(super) fn new(settled: Settled, orders: MapOrders, choice: Option<Choice>) -> Self {
+        let scene = match &choice {
+            None => Arc::new(settled.scene().clone()),
+            Some(choice) => {
+                let mut scene = choice.weighted(settled.scene());
+                scene.emit.shape = choice.shape;
+                Arc::new(scene)
+            }
+        };
+        Self {
+            settled,
+            scene,
+            orders,
+            choice,
+        }
+    }
+
+    /// How the map was chosen, where the scene names a tolerance.
+    pub fn choice(&self) -> Option<&Choice> {
+        self.choice.as_ref()
+    }
+
+    /// The map of the plan.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Expansion`], [`Error::Convergence`] if the scene cannot be expanded.
+    pub fn expand(self) -> Result<Map, Error> {
+        let (scene, orbit, orders) = (&*self.scene, self.settled.orbit(), self.orders);
+        let expander = Expander::new(scene, orbit)?;
+        if scene.emit.shape == Shape::Flown {
+            let local = expander.flown(orders)?;
+            return Ok(Map::new(self, local, None, Vec::new(), Vec::new()));
+        }
+        let series = (0..expander.passages())
+            .map(|passage| expander.depth_series(passage, RADIUS_ORDER))
+            .collect::<Result<Vec<_>, _>>()?;
+        let edge = |series| WindowEdge::new(series, scene.window.depth, orders.contact_weight);
+        let edges = series.iter().filter_map(edge).collect();
+        let fitted = self.choice.as_ref();
+        let local = match fitted.filter(|choice| choice.fitted_to.is_some()) {
+            Some(choice) => choice.local_map(scene, orbit)?,
+            None => expander.expand(orders)?,
+        };
+        Ok(Map::new(self, local, None, series, edges))
+    }
+}
+
+/// The local map of a scene near its grazing orbit.
+///
+/// Owned and shared: a copy is a count of references. States and parameters are offsets from the
+/// grazing orbit.
+///
+/// ```
+/// use grazemap::prelude::*;
+///
+/// let map = Scene::load("scenes/linear.toml")?.graze()?.map()?;
+/// let text = map.to_json()?;
+/// let read = Map::from_json(&text)?;
+/// assert_eq!(map.step(&[1e-6, 0.0], &[0.0; 2])?, read.step(&[1e-6, 0.0], &[0.0; 2])?);
+/// # Ok::<(), grazemap::Error>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct Map(pub(super) Arc<Parts>);
+
+/// What the copies of a map share.
+#[derive(Debug)]
+pub(super) struct Parts {
+    pub(super) plan: Plan,
+    pub(super) local: LocalMap,
+    pub(super) window_edges: Vec<WindowEdge>,
+    /// Of each passage; none where the map is flown or was read from a file.
+    depth_series: Vec<DepthSeries>,
+    composed: OnceLock<ComposedMap>,
+    listing: OnceLock<MapListing>,
+    run: OnceLock<HornerMap>,
+}
+
+/// One image of a map.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Image {
+    /// Offsets of the image.
+    pub offsets: Vec<f64>,
+    /// What happened on the way.
+    pub step: StepInfo,
+}
+
+impl Map {
+    pub(super) fn new(
+        plan: Plan,
+        local: LocalMap,
+        listing: Option<MapListing>,
+        depth_series: Vec<DepthSeries>,
+        window_edges: Vec<WindowEdge>,
+    ) -> Self {
+        Self(Arc::new(Parts {
+            plan,
+            local,
+            window_edges,
+            depth_series,
+            composed: OnceLock::new(),
+            listing: listing.map_or_else(OnceLock::new, OnceLock::from),
+            run: OnceLock::new(),
+        }))
+    }
+
+    /// The scene, with the weights and the shape chosen where it names a tolerance.
+    pub fn scene(&self) -> &Scene {
+        &self.0.plan.scene
+    }
+
+    /// The grazing orbit.
+    pub fn orbit(&self) -> &GrazingOrbit {
+        self.settled().orbit()
+    }
+
+    /// The scene on the section of the map.
+    pub fn settled(&self) -> &Settled {
+        &self.0.plan.settled
+    }
+
+    /// The section, with what decided it.
+    pub fn section(&self) -> SectionDocument {
+        self.settled().section()
+    }
+
+    /// How the map was chosen, where the scene names a tolerance.
+    pub fn choice(&self) -> Option<&Choice> {
+        self.0.plan.choice()
+    }
+
+    /// Truncation orders.
+    pub fn orders(&self) -> MapOrders {
+        self.0.plan.orders
+    }
+
+    /// The polynomials that are run, stage by stage.
+    pub fn local(&self) -> &LocalMap {
+        &self.0.local
+    }
+
+    /// What its contacts leave out at the edge of the window, by passage; none where their series
+    /// end or are flown.
+    pub fn window_edges(&self) -> &[WindowEdge] {
+        &self.0.window_edges
+    }
+
+    /// What the map is run in: as chosen, or as the scene says.
+    pub fn precision(&self) -> FloatFormat {
+        let named = self.scene().emit.precision.first();
+        self.choice().map_or(named, |choice| choice.precision)
+    }
+
+    /// Grazing value of a parameter.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::NoSuchParameter`] for a name that is no parameter.
+    pub fn parameter(&self, name: &str) -> Result<f64, Error> {
+        let number = parameter_number(self.scene(), name)?;
+        Ok(self.orbit().parameters()[number].to_f64())
+    }
+
+    /// The map as a [`DiscreteMap`], in double precision.
+    pub fn discrete(&self) -> &HornerMap {
+        self.0.run.get_or_init(|| HornerMap::new(self.local()))
+    }
+
+    /// The image of a state at parameters, in offsets.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Length`] if there is not one offset per coordinate and active parameter.
+    pub fn step(&self, state: &[f64], parameters: &[f64]) -> Result<Image, Error> {
+        let mut images = self.iterate(state, parameters, 1)?;
+        images.pop().ok_or(Error::Length {
+            what: "coordinates",
+            expected: self.local().dimension(),
+            found: state.len(),
+        })
+    }
+
+    /// So many images, each of the one before; the last one that is not
+    /// [valid](StepInfo::valid) ends them.
+    ///
+    /// # Errors
+    ///
+    /// As [`step`](Self::step).
+    pub fn iterate(
+        &self,
+        state: &[f64],
+        parameters: &[f64],
+        count: usize,
+    ) -> Result<Vec<Image>, Error> {
+        let map = self.discrete();
+        check_length("coordinates", map.dimension(), state.len())?;
+        check_length("parameters", map.parameters(), parameters.len())?;
+        let (mut images, mut state) = (Vec::with_capacity(count), state.to_vec());
+        for _ in 0..count {
+            let mut offsets = vec![0.0; state.len()];
+            let step = map.step(&state, parameters, &mut offsets);
+            state.copy_from_slice(&offsets);
+            images.push(Image { offsets, step });
+            if !step.valid {
+                break;
+            }
+        }
+        Ok(images)
+    }
+
+    /// The image of a state by event-driven simulation, which knows nothing of the expansion.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Analysis`] if the simulator refuses the offsets.
+    pub fn simulate(&self, state: &[f64], parameters: &[f64]) -> Result<SectionImage<f64>, Error> {
+        let settled = self.settled();
+        Ok(direct_image(
+            settled.scene(),
+            settled.orbit(),
+            state,
+            parameters,
+        )?)
+    }
+
+    /// Images of many points, by the map, its parts or direct simulation.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Analysis`] for offsets of another length and precisions that are not there.
+    pub fn images(&self, request: &ImageRequest) -> Result<Vec<ImageRecord>, Error> {
+        let settled = self.settled();
+        Ok(images(
+            settled.scene(),
+            settled.orbit(),
+            self.local(),
+            request,
+        )?)
+    }
+
+    /// A bifurcation diagram.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Analysis`] if the parameter is no variable of the map.
+    pub fn diagram(&self, request: &DiagramRequest) -> Result<Diagram, Error> {
+        self.diagram_with(request, &NoProgress)
+    }
+
+    fn diagram_with(
+        &self,
+        request: &DiagramRequest,
+        progress: &dyn Progress,
+    ) -> Result<Diagram, Error> {
+        let (scene, orbit) = (self.settled().scene(), self.orbit());
+        Ok(diagram(scene, orbit, self.local(), request, progress)?)
+    }
+
+    /// Every diagram that the scene asks for.
+    ///
+    /// # Errors
+    ///
+    /// As [`diagram`](Self::diagram).
+    pub fn diagrams(&self, progress: &dyn Progress) -> Result<Vec<Diagram>, Error> {
+        let requests = self.scene().diagrams.iter();
+        requests
+            .map(|request| self.diagram_with(request, progress))
+            .collect()
+    }
+
+    /// A two-parameter chart.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Analysis`] if a parameter is no variable of the map.
+    pub fn chart(&self, request: &ChartRequest) -> Result<Chart, Error> {
+        self.chart_with(request, &NoProgress)
+    }
+
+    fn chart_with(&self, request: &ChartRequest, progress: &dyn Progress) -> Result<Chart, Error> {
+        let (scene, orbit) = (self.settled().scene(), self.orbit());
+        Ok(chart(scene, orbit, self.local(), request, progress)?)
+    }
+
+    /// Every chart that the scene asks for.
+    ///
+    /// # Errors
+    ///
+    /// As [`chart`](Self::chart).
+    pub fn charts(&self, progress: &dyn Progress) -> Result<Vec<Chart>, Error> {
+        let requests = self.scene().charts.iter();
+        requests
+            .map(|request| self.chart_with(request, progress))
+            .collect()
+    }
+
+    /// Periodic orbits by itinerary, their folds and flips.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Analysis`] if an impact speed cannot be expanded, or the simulator refuses the
+    /// parameters.
+    pub fn orbits(
+        &self,
+        request: &OrbitsRequest,
+        progress: &dyn Progress,
+    ) -> Result<Orbits, Error> {
+        let (scene, orbit) = (self.settled().scene(), self.orbit());
+        Ok(orbits(scene, orbit, self.local(), request, progress)?)
+    }
+
+    /// Maps of every pair of orders against direct simulation.
+    ///
+    /// # Errors
+    ///
+    /// As [`Settled::study`].
+    pub fn study(&self) -> Result<ConvergenceStudy, Error> {
+        let request = StudyRequest {
+            fresh: StudyRequest::FRESH,
+            sections: false,
+            chosen: self.choice().cloned(),
+        };
+        self.settled().study(&request, &NoProgress)
+    }
+
+    /// The map in one polynomial pass.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Expansion`] for a map with flown contacts, or where its space is too large.
+    pub fn composed(&self) -> Result<&ComposedMap, Error> {
+        if let Some(composed) = self.0.composed.get() {
+            return Ok(composed);
+        }
+        let composed = Expander::new(self.scene(), self.orbit())?.compose(self.local())?;
+        Ok(self.0.composed.get_or_init(|| composed))
+    }
+
+    /// Coefficients of the Taylor series by name, to the orders of the map.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::DepthVariableName`], [`Error::Expansion`] if the scene cannot be expanded.
+    pub fn listing(&self) -> Result<&MapListing, Error> {
+        if let Some(listing) = self.0.listing.get() {
+            return Ok(listing);
+        }
+        let listing = self.list()?;
+        Ok(self.0.listing.get_or_init(|| listing))
+    }
+
+    fn list(&self) -> Result<MapListing, Error> {
+        let (scene, orders) = (self.scene(), self.orders());
+        let expander = Expander::new(scene, self.orbit())?;
+        refuse_depth_variables(&expander)?;
+        // Economised coefficients and flown contacts are not those of the series.
+        let is_series = self.local().fitted_to.is_none() && !self.local().is_flown();
+        let made = match is_series {
+            true => None,
+            false => Some(expander.expand(orders)?),
+        };
+        let series = made.as_ref().unwrap_or(self.local());
+        let made = made.as_ref().map(|series| expander.compose(series));
+        let made = made.transpose()?;
+        let composed = match &made {
+            Some(composed) => composed,
+            None => self.composed()?,
+        };
+        let contacts = series.stages.iter().filter_map(|stage| match stage {
+            Stage::Contact(contact) => Some(contact),
+            Stage::Leg(_) | Stage::Flown(_) => None,
+        });
+        let passages = contacts.enumerate();
+        let passages = passages.map(|(passage, contact)| self.passage(&expander, passage, contact));
+        let parts = ExpansionParts {
+            variables: expander.variables(),
+            orders,
+            smooth: &expander.smooth(orders.smooth_order)?,
+            passages: &passages.collect::<Result<Vec<_>, _>>()?,
+            composed,
+            lost_digits: &expander.lost_digits(orders)?,
+            choice: self.choice(),
+            section: &self.section(),
+        };
+        Ok(MapListing::new(scene, self.orbit(), parts))
+    }
+
+    fn passage<'a>(
+        &'a self,
+        expander: &'a Expander<'_>,
+        passage: usize,
+        contact: &'a Contact,
+    ) -> Result<PassageParts<'a>, Error> {
+        let depth_series = match self.0.depth_series.get(passage) {
+            Some(series) => series.clone(),
+            None => expander.depth_series(passage, RADIUS_ORDER)?,
+        };
+        let (depth, weight) = (self.scene().window.depth, self.orders().contact_weight);
+        Ok(PassageParts {
+            surface: &self.local().surfaces[passage],
+            variables: expander.variables_at(passage),
+            contact,
+            window_edge: WindowEdge::new(&depth_series, depth, weight),
+            depth_series,
+        })
+    }
+}
+
+fn check_length(what: &'static str, expected: usize, found: usize) -> Result<(), Error> {
+    match expected == found {
+        true => Ok(()),
+        false => Err(Error::Length {
+            what,
+            expected,
+            found,
+        }),
+    }
+}
+
+/// A variable of the scene named as a depth variable could not be told from it.
+pub(super) fn refuse_depth_variables(expander: &Expander<'_>) -> Result<(), Error> {
+    let depths = depth_variables(expander.passages());
+    for passage in 0..expander.passages() {
+        let variables = expander.variables_at(passage);
+        let mut named = variables.names.iter().enumerate();
+        if let Some((place, name)) = named.find(|(_, name)| depths.contains(name)) {
+            let is_state = place < variables.coordinates;
+            return Err(Error::DepthVariableName {
+                name: name.clone(),
+                kind: if is_state { "state" } else { "parameter" },
+            });
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,448 @@
+//! Orbits and maps in files, and what a command takes in the place of a scene.
+//!
+//! A saved value carries the text of its scene, so that direct simulation and the page need nothing
+//! else. What is listed for people is written beside the numbers that are read back.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use serde::{Deserialize, Serialize};
+
+use super::{Error, FindGraze, Graze, Map, Plan, Settled};
+use crate::convergence::{Choice, SectionVerdict};
+use crate::expansion::{LocalMap, Stage, WindowEdge};
+use crate::jet::Jet;
+use crate::model::{Scene, Section, SectionRule, Window, catalogue, nearest};
+use crate::orbit::{GrazingOrbit, PoincareSection};
+use crate::report::{Document, DocumentKind, MapListing, OrbitListing, to_json, write_atomically};
+
+/// What a command begins with: a scene, or what was saved on the way from one.
+#[derive(Clone, Debug)]
+pub enum Source {
+    /// A scene.
+    Scene(Box<Scene>),
+    /// Its grazing orbit.
+    Graze(Graze),
+    /// Its map.
+    Map(Map),
+}
+
+impl Source {
+    /// The scene file, saved orbit or saved map at a path; a scene of the catalogue where there is
+    /// no such file.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Scene`] for a scene with a fault, [`Error::NotSaved`] for a JSON document that is
+    /// no orbit and no map, [`Error::FixedValues`] for overrides of what is saved.
+    pub fn open(path: &Path, overrides: &[(String, String)]) -> Result<Self, Error> {
+        let extension = path.extension();
+        if path.exists() && extension.is_some_and(|extension| extension == "json") {
+            return match overrides.first() {
+                None => Self::from_json(&read(path)?, path),
+                Some((key, _)) => Err(Error::FixedValues {
+                    path: path.to_owned(),
+                    key: key.clone(),
+                }),
+            };
+        }
+        let name = path.display().to_string();
+        let scene = match path.to_str().and_then(catalogue::text) {
+            _ if path.exists() => Scene::load_with(path, overrides)?,
+            Some(text) => Scene::parse_with(text, &format!("{name}.toml"), overrides)?,
+            None => {
+                return Err(Error::NoSuchScene {
+                    path: path.to_owned(),
+                    nearest: nearest(&name, catalogue::names()),
+                });
+            }
+        };
+        Ok(Self::Scene(Box::new(scene)))
+    }
+
+    /// A saved orbit or map; `path` names it in messages.
+    fn from_json(text: &str, path: &Path) -> Result<Self, Error> {
+        let refused = |reason: String| Error::NotSaved {
+            path: path.to_owned(),
+            reason,
+        };
+        let kind = kind_of(text).map_err(refused)?;
+        match kind {
+            DocumentKind::Orbit => graze_from(text).map(Self::Graze).map_err(refused),
+            DocumentKind::Map => map_from(text).map(Self::Map).map_err(refused),
+            other => Err(refused(format!("it is a document of kind {other:?}"))),
+        }
+    }
+
+    /// The scene.
+    pub fn scene(&self) -> &Scene {
+        match self {
+            Self::Scene(scene) => scene,
+            Self::Graze(graze) => graze.scene(),
+            Self::Map(map) => map.settled().scene(),
+        }
+    }
+
+    /// The scene with its grazing orbit.
+    ///
+    /// # Errors
+    ///
+    /// As [`FindGraze::graze`].
+    pub fn graze(self) -> Result<Graze, Error> {
+        match self {
+            Self::Scene(scene) => scene.graze(),
+            Self::Graze(graze) => Ok(graze),
+            Self::Map(map) => Ok(map.settled().graze().clone()),
+        }
+    }
+
+    /// The scene with its orbit, on the section that its map is taken on.
+    ///
+    /// # Errors
+    ///
+    /// As [`graze`](Self::graze) and [`Graze::settle`].
+    pub fn settle(self) -> Result<Settled, Error> {
+        match self {
+            Self::Map(map) => Ok(map.settled().clone()),
+            other => other.graze()?.settle(),
+        }
+    }
+}
+
+/// What of a scene differs from its text once it is settled.
+#[derive(Serialize, Deserialize)]
+struct SavedScene {
+    identifier: String,
+    text: String,
+    section: Section,
+    section_rule: SectionRule,
+    window: Window,
+}
+
+impl SavedScene {
+    fn of(scene: &Scene) -> Self {
+        Self {
+            identifier: scene.identifier.clone(),
+            text: scene.text.to_string(),
+            section: scene.section,
+            section_rule: scene.section_rule,
+            window: scene.window.clone(),
+        }
+    }
+
+    fn read(self) -> Result<Scene, String> {
+        let file = format!("{}.toml", self.identifier);
+        let mut scene = Scene::parse(&self.text, &file).map_err(|error| error.to_string())?;
+        let lengths = [&scene.window, &self.window].map(|w| (w.state.len(), w.parameter.len()));
+        expect(lengths[0] == lengths[1], "half-widths")?;
+        scene.identifier = self.identifier;
+        (scene.section, scene.section_rule) = (self.section, self.section_rule);
+        scene.window = self.window;
+        Ok(scene)
+    }
+}
+
+/// A saved orbit, without what is listed for people.
+#[derive(Serialize, Deserialize)]
+struct SavedOrbit<O> {
+    source: SavedScene,
+    orbit: O,
+}
+
+/// A saved map, without what is listed for people.
+#[derive(Serialize, Deserialize)]
+struct SavedMap<O, V, C, E, M> {
+    source: SavedScene,
+    orbit: O,
+    verdict: V,
+    choice: C,
+    window_edges: E,
+    map: M,
+}
+
+type ReadMap =
+    SavedMap<GrazingOrbit, Option<SectionVerdict>, Option<Choice>, Vec<WindowEdge>, LocalMap>;
+
+/// What is listed for people, and what is read back.
+#[derive(Serialize)]
+struct Both<L, S> {
+    #[serde(flatten)]
+    listing: L,
+    #[serde(flatten)]
+    saved: S,
+}
+
+impl Graze {
+    /// The orbit as a JSON document, to be read by people, by programs and by
+    /// [`from_json`](Self::from_json).
+    ///
+    /// # Errors
+    ///
+    /// Never in practice: all keys are text.
+    pub fn to_json(&self) -> Result<String, Error> {
+        let (scene, orbit) = (self.scene(), self.orbit());
+        let saved = SavedOrbit {
+            source: SavedScene::of(scene),
+            orbit,
+        };
+        let listing = OrbitListing::new(scene, orbit);
+        let both = Both { listing, saved };
+        Ok(to_json(&Document::new(DocumentKind::Orbit, scene, both))?)
+    }
+
+    /// An orbit from its JSON document, with the bits that it had.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::NotSaved`] for any other text.
+    pub fn from_json(text: &str) -> Result<Self, Error> {
+        of_kind(text, DocumentKind::Orbit, graze_from).map_err(in_text)
+    }
+
+    /// Writes the JSON document of the orbit, whole or not at all.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Report`] if the file cannot be written.
+    pub fn save(&self, path: impl AsRef<Path>) -> Result<(), Error> {
+        Ok(write_atomically(path.as_ref(), self.to_json()?.as_bytes())?)
+    }
+
+    /// Reads a saved orbit.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Unreadable`], [`Error::NotSaved`].
+    pub fn load(path: impl AsRef<Path>) -> Result<Self, Error> {
+        let path = path.as_ref();
+        let orbit = of_kind(&read(path)?, DocumentKind::Orbit, graze_from);
+        orbit.map_err(|reason| Error::NotSaved {
+            path: path.to_owned(),
+            reason,
+        })
+    }
+}
+
+impl Map {
+    /// The map as a JSON document: its coefficients by name, for people and programs, and all that
+    /// [`from_json`](Self::from_json) needs.
+    ///
+    /// # Errors
+    ///
+    /// As [`listing`](Self::listing).
+    pub fn to_json(&self) -> Result<String, Error> {
+        let (settled, scene) = (self.settled(), self.settled().scene());
+        let untimed = |choice: &Choice| Choice {
+            seconds: 0.0,
+            ..choice.clone()
+        };
+        let verdict = settled.verdict.as_deref().map(|verdict| {
+            let mut verdict = verdict.clone();
+            let others = verdict.others.iter_mut();
+            for section in others.chain([&mut verdict.taken]) {
+                section.choice = section.choice.as_ref().map(untimed);
+            }
+            verdict
+        });
+        let saved = SavedMap {
+            source: SavedScene::of(scene),
+            orbit: self.orbit(),
+            verdict,
+            choice: self.choice().map(untimed),
+            window_edges: self.window_edges(),
+            map: self.local(),
+        };
+        let listing = self.listing()?;
+        let both = Both { listing, saved };
+        Ok(to_json(&Document::new(DocumentKind::Map, scene, both))?)
+    }
+
+    /// A map from its JSON document, with the bits that it had.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::NotSaved`] for any other text.
+    pub fn from_json(text: &str) -> Result<Self, Error> {
+        of_kind(text, DocumentKind::Map, map_from).map_err(in_text)
+    }
+
+    /// Writes the JSON document of the map, whole or not at all.
+    ///
+    /// # Errors
+    ///
+    /// As [`to_json`](Self::to_json); [`Error::Report`] if the file cannot be written.
+    pub fn save(&self, path: impl AsRef<Path>) -> Result<(), Error> {
+        Ok(write_atomically(path.as_ref(), self.to_json()?.as_bytes())?)
+    }
+
+    /// Reads a saved map.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Unreadable`], [`Error::NotSaved`].
+    pub fn load(path: impl AsRef<Path>) -> Result<Self, Error> {
+        let path = path.as_ref();
+        let map = of_kind(&read(path)?, DocumentKind::Map, map_from);
+        map.map_err(|reason| Error::NotSaved {
+            path: path.to_owned(),
+            reason,
+        })
+    }
+}
+
+fn in_text(reason: String) -> Error {
+    Error::NotSaved {
+        path: "the text".into(),
+        reason,
+    }
+}
+
+fn read(path: &Path) -> Result<String, Error> {
+    std::fs::read_to_string(path).map_err(|source| Error::Unreadable {
+        path: path.to_owned(),
+        source,
+    })
+}
+
+/// What a document holds.
+fn kind_of(text: &str) -> Result<DocumentKind, String> {
+    #[derive(Deserialize)]
+    struct Heading {
+        document: DocumentKind,
+        format: u32,
+    }
+    let heading: Heading = serde_json::from_str(text).map_err(|error| error.to_string())?;
+    let (expected, found) = (DocumentKind::FORMAT, heading.format);
+    if expected != found {
+        return Err(format!("expected format {expected}, found format {found}"));
+    }
+    Ok(heading.document)
+}
+
+fn of_kind<T>(
+    text: &str,
+    expected: DocumentKind,
+    of: impl Fn(&str) -> Result<T, String>,
+) -> Result<T, String> {
+    match kind_of(text)? {
+        found if found == expected => of(text),
+        found => Err(format!(
+            "expected a document of kind {expected:?}, found {found:?}"
+        )),
+    }
+}
+
+fn graze_from(text: &str) -> Result<Graze, String> {
+    let saved: SavedOrbit<GrazingOrbit> =
+        serde_json::from_str(text).map_err(|error| error.to_string())?;
+    let scene = saved.source.read()?;
+    check_orbit(&scene, &saved.orbit)?;
+    Ok(Graze::new(scene, saved.orbit))
+}
+
+fn map_from(text: &str) -> Result<Map, String> {
+    let wrong = |error: serde_json::Error| error.to_string();
+    let saved: ReadMap = serde_json::from_str(text).map_err(wrong)?;
+    let listing: MapListing = serde_json::from_str(text).map_err(wrong)?;
+    let scene = saved.source.read()?;
+    check_orbit(&scene, &saved.orbit)?;
+    check_map(&scene, &saved.map)?;
+    let settled = Settled {
+        graze: Graze::new(scene, saved.orbit),
+        verdict: saved.verdict.map(Arc::new),
+    };
+    let plan = Plan::new(settled, saved.map.orders, saved.choice);
+    Ok(Map::new(
+        plan,
+        saved.map,
+        Some(listing),
+        Vec::new(),
+        saved.window_edges,
+    ))
+}
+
+fn expect(holds: bool, what: &str) -> Result<(), String> {
+    match holds {
+        true => Ok(()),
+        false => Err(format!("its {what} are not those of its scene")),
+    }
+}
+
+/// Whether an orbit has the sizes of its scene: what is read may have been written by anyone.
+fn check_orbit(scene: &Scene, orbit: &GrazingOrbit) -> Result<(), String> {
+    let (model, passages) = (&scene.model, scene.grazing.passages.len());
+    let dimension = model.dimension();
+    let fits = |section: &PoincareSection| {
+        let coordinates = (0..dimension).filter(|&component| component != section.eliminated);
+        section.eliminated < dimension && coordinates.eq(section.coordinates.iter().copied())
+    };
+    expect(orbit.digest == scene.digest, "digests")?;
+    expect(orbit.passages.len() == passages, "passages")?;
+    for graze in &orbit.passages {
+        expect(graze.surface < model.surfaces.len(), "surfaces")?;
+        expect(graze.state.len() == dimension, "states")?;
+        expect(
+            graze.parameters.len() == model.parameters.len(),
+            "parameters",
+        )?;
+        expect(fits(&graze.section), "sections")?;
+    }
+    let rows = orbit.monodromy.iter().all(|row| row.len() + 1 == dimension);
+    expect(
+        rows && orbit.monodromy.len() + 1 == dimension,
+        "multipliers",
+    )?;
+    let mut pairs = orbit.conditions.iter();
+    expect(
+        pairs.all(|pair| pair.from.max(pair.to) < passages),
+        "conditions",
+    )?;
+    expect(
+        fits(&orbit.section) && orbit.section_point.len() == dimension,
+        "sections",
+    )
+}
+
+/// Whether a map has the sizes of its scene.
+fn check_map(scene: &Scene, map: &LocalMap) -> Result<(), String> {
+    let coordinates = scene.model.dimension() - 1;
+    let parameters = scene.expansion.active.len();
+    let variables = coordinates + parameters;
+    let all = |jets: &[Jet<f64>], count: usize, variables: usize| {
+        let mut spaces = jets.iter().map(|jet| jet.space().variables());
+        jets.len() == count && spaces.all(|found| found == variables)
+    };
+    expect(map.digest == scene.digest, "digests")?;
+    let section = &map.section;
+    let lengths = [
+        section.coordinates.len(),
+        section.point.len(),
+        map.window.state.len(),
+    ];
+    expect(lengths == [coordinates; 3], "coordinates")?;
+    let lengths = [map.parameters.len(), map.window.parameter.len()];
+    expect(lengths == [parameters; 2], "parameters")?;
+    let passages = scene.grazing.passages.len();
+    expect(
+        [map.surfaces.len(), map.passages()] == [passages; 2],
+        "passages",
+    )?;
+    for stage in &map.stages {
+        let fits = match stage {
+            Stage::Leg(leg) => all(&leg.image, coordinates, variables),
+            Stage::Contact(contact) => {
+                let form = contact.depth_form.as_ref();
+                all(&contact.linear, coordinates, variables)
+                    && all(&contact.quadratic, coordinates, variables)
+                    && contact.depth.space().variables() == variables
+                    && form.is_none_or(|form| {
+                        form.replaced < coordinates
+                            && all(&form.corrections, coordinates, variables + 1)
+                    })
+            }
+            Stage::Flown(flown) => flown.fits(coordinates, parameters),
+        };
+        expect(fits, "polynomials")?;
+    }
+    Ok(())
+}

@@ -1,0 +1,175 @@
+//! Saved orbits and maps in the place of a scene: the same bits as from the scene.
+
+use std::fs;
+use std::path::Path;
+
+use super::{QUICK, grazemap, scratch, text};
+
+/// What commands make of a scene, and of its saved map and orbit: the same but for times.
+const COMMANDS: [&[&str]; 5] = [
+    &["expand"],
+    &["image", "--states", "states.csv", "--iterations", "3"],
+    &["emit", "-o", "crate", "--measure"],
+    &["diagram"],
+    &["orbits"],
+];
+
+/// Standard output of a command, as JSON without times.
+fn result(folder: &Path, command: &[&str], source: &str, set: &[&str]) -> serde_json::Value {
+    let ([name], options) = command.split_at(1) else {
+        unreachable!("a command has a name")
+    };
+    let arguments = [&[name, source], options, &["-q", "--json", "-"], set].concat();
+    let output = grazemap(folder, &arguments);
+    assert!(
+        output.status.success(),
+        "{arguments:?}: {}",
+        text(&output.stderr)
+    );
+    let mut json = serde_json::from_slice(&output.stdout).expect("standard output is JSON alone");
+    drop_times(&mut json);
+    json
+}
+
+fn drop_times(json: &mut serde_json::Value) {
+    match json {
+        serde_json::Value::Array(values) => values.iter_mut().for_each(drop_times),
+        serde_json::Value::Object(members) => {
+            members.retain(|key, _| key != "timing" && key != "speed_ratio");
+            members.values_mut().for_each(drop_times);
+        }
+        _ => {}
+    }
+}
+
+/// Saves map and orbit of a scene, and compares what commands make of each of the three.
+fn agree(scene: &str, set: &[&str], states: &str, commands: &[&[&str]]) {
+    let folder = scratch();
+    fs::write(folder.path().join("states.csv"), states).expect("writable");
+    for (command, file) in [("expand", "map.json"), ("locate", "orbit.json")] {
+        let save = [&[command, scene, "-q", "--json", file], set].concat();
+        let output = grazemap(folder.path(), &save);
+        assert!(output.status.success(), "{}", text(&output.stderr));
+    }
+    for command in commands {
+        let expected = result(folder.path(), command, scene, set);
+        let from = |file| result(folder.path(), command, file, &[]);
+        assert!(
+            from("map.json") == expected,
+            "{scene}: {command:?} of the map"
+        );
+        assert!(
+            from("orbit.json") == expected,
+            "{scene}: {command:?} of the orbit"
+        );
+    }
+}
+
+#[test]
+fn a_saved_orbit_and_a_saved_map_give_the_bits_of_their_scene() {
+    agree(
+        "linear",
+        &QUICK,
+        "x,theta,alpha\n1e-6,2e-5,1e-6\n-1e-5,1e-4,0\n",
+        &COMMANDS,
+    );
+}
+
+#[test]
+fn a_saved_map_is_the_one_that_was_chosen_on_the_section_that_was_taken() {
+    let set = [
+        "--set",
+        "expansion.tolerance=1e-6",
+        "--set",
+        "section.kind=any",
+        "--set",
+        "diagram.0.points=3",
+    ];
+    agree(
+        "moving_stop",
+        &set,
+        "x,v,alpha\n-1e-4,0.01,1e-4\n",
+        &COMMANDS,
+    );
+}
+
+#[test]
+fn a_saved_flown_map_and_one_of_several_passages_give_the_bits_of_their_scenes() {
+    let flown = ["--set", "emit.shape=flown"];
+    agree("soft_a", &flown, "x\n1e-6\n-2e-6\n", &COMMANDS[..2]);
+    agree("two_stops_t1", &[], "x\n1e-6\n-2e-6\n", &COMMANDS[..2]);
+}
+
+#[test]
+fn images_in_double_double_and_by_simulation_are_those_of_the_scene() {
+    let exact = ["image", "--states", "states.csv", "--precision", "dd"];
+    let direct = [&exact[..], &["--using", "direct"]].concat();
+    agree(
+        "linear",
+        &QUICK,
+        "x,theta,alpha\n1e-6,2e-5,1e-6\n",
+        &[&exact, &direct],
+    );
+}
+
+#[test]
+fn a_changed_coefficient_changes_the_image_and_a_wrong_document_is_refused() {
+    let folder = scratch();
+    let place = |name: &str| folder.path().join(name);
+    fs::write(place("states.csv"), "x\n1e-6\n").expect("writable");
+    let save = [
+        &["expand", "linear", "-q", "--json", "map.json"],
+        &QUICK[..],
+    ]
+    .concat();
+    assert!(grazemap(folder.path(), &save).status.success());
+    let saved = fs::read_to_string(place("map.json")).expect("there");
+    let image = |text: &str| {
+        fs::write(place("map.json"), text).expect("writable");
+        let image = ["image", "map.json", "--states", "states.csv"];
+        let output = grazemap(folder.path(), &image);
+        (
+            output.status.code(),
+            [output.stdout, output.stderr].map(|said| super::text(&said)),
+        )
+    };
+    let (code, [before, _]) = image(&saved);
+    assert_eq!(code, Some(0));
+
+    let json = || serde_json::from_str::<serde_json::Value>(&saved).expect("JSON");
+    let mut changed = json();
+    let stages = changed["map"]["stages"].as_array_mut().expect("a list");
+    let leg = stages.iter_mut().find(|stage| !stage["leg"].is_null());
+    let coefficient = &mut leg.expect("a leg")["leg"]["image"][0]["coefficients"][1];
+    *coefficient = (coefficient.as_f64().expect("a number") * (1.0 + 1e-9)).into();
+    let (code, [after, _]) = image(&changed.to_string());
+    assert!(code == Some(0) && after != before, "{after}");
+
+    let spoil = |change: &dyn Fn(&mut serde_json::Value)| {
+        let mut spoilt = json();
+        change(&mut spoilt);
+        image(&spoilt.to_string())
+    };
+    let (code, [_, said]) = spoil(&|map| map["format"] = 2.into());
+    let expected = "error: map.json holds no saved orbit or map: expected format 1, found format 2";
+    assert_eq!((code, said.trim()), (Some(2), expected));
+    let (code, [_, said]) = spoil(&|map| map["document"] = "chart".into());
+    assert!(code == Some(2) && said.contains("kind Chart"), "{said}");
+    let (code, [_, said]) = spoil(&|map| map["map"]["section"]["point"] = serde_json::json!([]));
+    assert!(
+        code == Some(2) && said.contains("its coordinates are not those of its scene"),
+        "{said}"
+    );
+    let (code, [_, said]) = spoil(&|map| map["orbit"]["passages"] = serde_json::json!([]));
+    assert!(
+        code == Some(2) && said.contains("its passages are not those"),
+        "{said}"
+    );
+    let (code, _) = image("{}");
+    assert_eq!(code, Some(2));
+    let output = grazemap(folder.path(), &["expand", "map.json", "--set", "omega=2"]);
+    let said = text(&output.stderr);
+    assert!(
+        output.status.code() == Some(2) && said.contains("`omega` can be set in a scene alone")
+    );
+}
