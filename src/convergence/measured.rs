@@ -23,7 +23,7 @@ const FIRST: usize = 128;
 const ROUNDS: usize = 5;
 
 /// The largest error of a map on its window.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct MeasuredError {
     /// Largest error of a coordinate, in the units of the offsets; `None` where an image is not
     /// finite.

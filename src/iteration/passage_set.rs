@@ -2,7 +2,7 @@
 
 /// A set of passages, by their numbers in one return, from 0.
 ///
-/// It holds [`CAPACITY`](Self::CAPACITY) passages, as many as a scene may name; higher numbers are
+/// In files it is the list of their numbers. It holds [`CAPACITY`](Self::CAPACITY) passages, as many as a scene may name; higher numbers are
 /// not kept.
 ///
 /// ```
@@ -14,7 +14,7 @@
 #[derive(
     Clone, Copy, Debug, Default, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize,
 )]
-#[serde(transparent)]
+#[serde(into = "Vec<usize>", from = "Vec<usize>")]
 pub struct PassageSet {
     mask: u64,
 }
@@ -62,6 +62,18 @@ impl FromIterator<usize> for PassageSet {
         let mut set = Self::default();
         passages.into_iter().for_each(|passage| set.insert(passage));
         set
+    }
+}
+
+impl From<PassageSet> for Vec<usize> {
+    fn from(set: PassageSet) -> Self {
+        set.iter().collect()
+    }
+}
+
+impl From<Vec<usize>> for PassageSet {
+    fn from(passages: Vec<usize>) -> Self {
+        passages.into_iter().collect()
     }
 }
 

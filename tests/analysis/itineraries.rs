@@ -100,15 +100,13 @@ impl Subject {
 }
 
 fn trace(orbit: &FoundOrbit) -> f64 {
-    orbit
-        .multipliers
-        .iter()
-        .map(|multiplier| multiplier.re)
-        .sum()
+    orbit.multipliers.iter().map(|[re, _]| re).sum()
 }
 
 fn determinant(orbit: &FoundOrbit) -> f64 {
-    orbit.multipliers.iter().product::<Complex<f64>>().re
+    let multipliers = orbit.multipliers.iter();
+    let multipliers = multipliers.map(|&[re, im]| Complex::new(re, im));
+    multipliers.product::<Complex<f64>>().re
 }
 
 /// Asserts a number to this share of itself.
@@ -255,7 +253,7 @@ fn loci_of_folds_and_flips_leave_the_codimension_two_point_as_foales_do() {
                 let nearest = point
                     .multipliers
                     .iter()
-                    .map(|value| (value - kind.multiplier()).norm());
+                    .map(|[re, im]| (re - kind.multiplier()).hypot(*im));
                 assert!(nearest.fold(f64::INFINITY, f64::min) < 1e-6);
             }
         }
@@ -277,7 +275,7 @@ fn neither_a_pole_nor_a_step_to_another_branch_is_taken_for_a_bifurcation() {
         for kind in [BifurcationKind::Fold, BifurcationKind::Flip] {
             for point in subject.locus(digits, kind, &[-1e-3, 1e-3], false) {
                 let apart = point.multipliers.iter();
-                let apart = apart.map(|value| (value - kind.multiplier()).norm());
+                let apart = apart.map(|[re, im]| (re - kind.multiplier()).hypot(*im));
                 let nearest = apart.fold(f64::INFINITY, f64::min);
                 assert!(nearest < 1e-4, "{digits} {kind:?}: {:?}", point.multipliers);
             }

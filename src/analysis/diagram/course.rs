@@ -230,7 +230,7 @@ impl<'a> Course<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::analysis::diagram::{Settled, Start};
+    use crate::analysis::diagram::{DiagramPoint, Settled, Start};
     use crate::expansion::MapWindow;
     use crate::iteration::{DiscreteMap, Itinerary, StepInfo};
     use crate::model::Method;
@@ -363,8 +363,8 @@ mod tests {
         let sweep = sweep(&map, &request, heading, &NoProgress);
         let points = &sweep.points;
         let pairs = points.windows(2);
-        let jump =
-            |pair: &&[super::super::DiagramPoint]| pair[0].values[3] * pair[1].values[3] < 0.0;
+        let value = |point: &DiagramPoint| point.kept_values().last().unwrap_or(f64::NAN);
+        let jump = |pair: &&[DiagramPoint]| value(&pair[0]) * value(&pair[1]) < 0.0;
         pairs.filter(jump).map(|pair| pair[1].offset).collect()
     }
 

@@ -3,7 +3,7 @@
 use std::time::{Duration, Instant};
 
 use super::attractor::Attractor;
-use super::data::{DiagramPoint, SweepHeading};
+use super::data::{DiagramPoint, SweepHeading, one_period};
 use super::{Settled, Start, SweptMap};
 use crate::expansion::MapWindow;
 use crate::iteration::{MapOrbit, OrbitEnd, OrbitName, OrbitRequest, Period, StepInfo};
@@ -111,7 +111,8 @@ fn point(
     let orbit = &settled.orbit;
     DiagramPoint {
         offset,
-        values: map.observe_all(orbit, parameters),
+        values: one_period(map.observe_all(orbit, parameters)),
+        kept: orbit.steps.len(),
         period: orbit.period,
         contacts: orbit.contacts_per_period(),
         orbit: name(map, orbit, parameters),

@@ -44,7 +44,7 @@ impl<'a> Direct<'a> {
         near: &ItineraryOrbit<S>,
     ) -> Result<FoundOrbit, LostReason> {
         let problem = self.problem(itinerary, 0);
-        let orbit = self.solved(&problem, Held::Parameter, &exact(near))?;
+        let orbit = self.solved(itinerary, &problem, Held::Parameter, &exact(near))?;
         self.found(itinerary, &orbit)
     }
 
@@ -59,8 +59,8 @@ impl<'a> Direct<'a> {
         let [before, after] = &near.beside;
         let coordinate = self.steepest(before, after);
         let held = Held::Coordinate(coordinate);
-        let before = self.solved(&problem, held, &exact(before))?;
-        let after = self.solved(&problem, held, &exact(after))?;
+        let before = self.solved(itinerary, &problem, held, &exact(before))?;
+        let after = self.solved(itinerary, &problem, held, &exact(after))?;
         let kind: BifurcationKind = near.kind;
         let ends = [&before, &after];
         let found = bifurcation(&mut self.image, &problem, kind, coordinate, ends);
@@ -78,6 +78,7 @@ impl<'a> Direct<'a> {
 
     fn solved(
         &mut self,
+        itinerary: &ContactItinerary,
         problem: &PeriodicProblem,
         held: Held,
         guess: &Guess<Dd>,
@@ -85,7 +86,9 @@ impl<'a> Direct<'a> {
         match periodic_orbit(&mut self.image, problem, held, guess) {
             PeriodicOutcome::Found(orbit) => Ok(orbit),
             PeriodicOutcome::OtherItinerary(orbit) => {
-                Err(LostReason::OtherItinerary(orbit.itinerary))
+                let passages = itinerary.passages();
+                let other = ContactItinerary::new(passages, orbit.itinerary);
+                Err(LostReason::OtherItinerary(other))
             }
             _ => Err(LostReason::NotConverged),
         }
