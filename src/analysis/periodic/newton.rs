@@ -8,12 +8,12 @@ use super::problem::{Guess, Held, PeriodicOutcome, PeriodicProblem};
 use super::section_map::SectionMap;
 use crate::iteration::PassageSet;
 use crate::numeric::linear::solve;
-use crate::numeric::{NumericError, Real};
+use crate::numeric::{NewtonOutcome, NumericError, Real, damped_newton};
 
 /// Newton steps made at most.
 const STEPS: usize = 60;
 /// Halvings of a step that leads nowhere nearer.
-const HALVINGS: usize = 20;
+const HALVINGS: usize = 19;
 
 /// The periodic orbit of a map near a guess, one variable held.
 ///
@@ -37,29 +37,38 @@ pub fn periodic_orbit<S: Real>(
         "lengths of the guess and the scales"
     );
     let mut search = Search { map, problem };
-    let Some(mut period) = search.period(guess) else {
+    let Some(period) = search.period(guess) else {
         return PeriodicOutcome::NoImage { steps: 0 };
     };
     let mut last_step = f64::INFINITY;
-    for steps in 0..STEPS {
-        let step = match period.newton_step(problem, held) {
-            Ok(step) => step,
-            Err(NumericError::Singular { .. }) => return PeriodicOutcome::Singular { steps },
-            Err(_) => return PeriodicOutcome::NoImage { steps },
-        };
-        let length = problem.length(&step);
-        let Some(next) = search.damped(&period, &step, length) else {
-            return PeriodicOutcome::NotConverged { last_step: length };
-        };
-        period = next;
-        // At the resolution of the numbers steps no longer shrink.
-        let rounding = length >= last_step && length <= S::ROUNDOFF.sqrt();
-        if length <= S::ROUNDOFF.powf(0.75) || rounding {
-            return period.outcome(problem);
-        }
-        last_step = length;
+    let outcome = damped_newton(
+        period,
+        [STEPS, HALVINGS],
+        |period: &Period<S>| {
+            let step = period.newton_step(problem, held)?;
+            let length = problem.length(&step);
+            Ok((step, length))
+        },
+        |period, (step, length), share| search.nearer(period, step, *length, share),
+        |_, &(_, length)| {
+            // At the resolution of the numbers steps no longer shrink.
+            let rounding = length >= last_step && length <= S::ROUNDOFF.sqrt();
+            last_step = length;
+            length <= S::ROUNDOFF.powf(0.75) || rounding
+        },
+    );
+    match outcome {
+        NewtonOutcome::Root(period) => period.outcome(problem),
+        NewtonOutcome::NotNearer {
+            step: (_, last_step),
+            ..
+        } => PeriodicOutcome::NotConverged { last_step },
+        NewtonOutcome::StepLimit(_) => PeriodicOutcome::NotConverged { last_step },
+        NewtonOutcome::NoStep { reason, steps, .. } => match reason {
+            NumericError::Singular { .. } => PeriodicOutcome::Singular { steps },
+            _ => PeriodicOutcome::NoImage { steps },
+        },
     }
-    PeriodicOutcome::NotConverged { last_step }
 }
 
 impl PeriodicProblem {
@@ -115,34 +124,25 @@ impl<M: ?Sized> Search<'_, M> {
         })
     }
 
-    /// The period a step away, or less where that has none, loses the contacts asked for or misses
-    /// its start by more.
-    fn damped<S: Real>(
+    /// The period a share of a step away, unless it does not exist, loses the contacts asked for or
+    /// misses its start by more.
+    fn nearer<S: Real>(
         &mut self,
         from: &Period<S>,
         step: &DVector<S>,
         length: f64,
+        share: f64,
     ) -> Option<Period<S>>
     where
         M: SectionMap<S>,
     {
+        let next = self.period(&from.moved(step, S::from_f64(share), self.problem.free))?;
         let asked = self.problem.itinerary.as_ref();
         let keeps = asked.is_some_and(|asked| *asked == from.itinerary);
-        let missed = from.residual(self.problem);
         // Residuals of steps this short are rounding.
-        let nearer =
-            |next: &Period<S>| length <= S::ROUNDOFF.sqrt() || next.residual(self.problem) < missed;
-        let mut share = S::one();
-        for _ in 0..HALVINGS {
-            let next = self.period(&from.moved(step, share, self.problem.free));
-            let accepted =
-                next.filter(|next| (!keeps || next.itinerary == from.itinerary) && nearer(next));
-            if accepted.is_some() {
-                return accepted;
-            }
-            share *= S::from_f64(0.5);
-        }
-        None
+        let nearer = length <= S::ROUNDOFF.sqrt()
+            || next.residual(self.problem) < from.residual(self.problem);
+        ((!keeps || next.itinerary == from.itinerary) && nearer).then_some(next)
     }
 }
 

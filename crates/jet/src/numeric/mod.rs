@@ -15,6 +15,7 @@ mod error;
 mod float;
 mod lanes;
 pub mod linear;
+mod newton;
 pub mod polynomial;
 #[cfg(test)]
 mod sampling;
@@ -33,6 +34,7 @@ pub use error::NumericError;
 pub use float::FloatFormat;
 pub use lanes::Lanes;
 pub use lanes::one_by_one;
+pub use newton::{NewtonOutcome, damped_newton};
 pub use saved::{unbounded, unbounded_number};
 pub use scalar::{Real, Scalar};
 pub use shown::Shown;

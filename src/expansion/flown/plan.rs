@@ -1,21 +1,23 @@
-//! From a passage to its flown contact: the pieces, the plan, and the check that the plan is
-//! enough.
+//! From a passage to its flown contact: the pieces, the plan, and the check that the plan is enough.
+//!
+//! The plan is checked against contacts of single points that are flown step by step to their first
+//! release. Newton's steps for the release begin at the contact time as a rational function of `y`:
+//! the contact time over `y` falls from one power law to the next where a force takes over from
+//! another, on scales of `y` that may lie decades apart, and a sum of `c_j/(1 + y/y_j)` follows it.
+//! The scales `y_j` are picked one by one.
 
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, DVector};
 
-use super::arithmetic::Numbers;
-use super::contact::{ContactTime, FlightPlan, FlownContact};
-use super::reference::{FlownReference, MOST_STEPS, Reference};
+use super::contact::{ContactTime, FlightPlan, FlownContact, Numbers, scaled, scaled_all, shift};
+use super::law::AffineLaw;
 use super::smooth::{SmoothExpansion, SmoothPieces};
-use super::start::fit;
-use super::{AffineLaw, FlightError};
-use crate::expansion::ExpansionError;
-use crate::expansion::contact_law::ContactLaw;
-use crate::expansion::passage::Passage;
+use crate::expansion::error::{ExpansionError, FlightError};
+use crate::expansion::passage::{ContactLaw, Passage};
 use crate::expansion::release::ReleaseBalance;
-use crate::expansion::section_chart::SectionChart;
+use crate::expansion::routes::SectionChart;
 use crate::expansion::variables::Variables;
 use crate::numeric::linear::eigenvalues;
+use crate::numeric::polynomial::{CrossingDirection, crossings, evaluate};
 use crate::numeric::{Dd, Real, Scalar};
 
 /// Smallest depth variable at which contacts are checked: a depth of 1e-32.
@@ -375,4 +377,192 @@ fn largest_corrections(contact: &FlownContact<Dd>, checked: &[Checked]) -> Vec<f
             .fold(0.0, f64::max)
     };
     coordinates.map(of).collect()
+}
+
+/// Steps within the shorter of the contact time at small depths and the law's own time.
+const STEPS_PER_TIME: f64 = 4.0;
+/// Powers of time in a step: `(1/4)^25/25!` is below the rounding of double-double.
+const ORDER: usize = 24;
+/// Part of the first step after which the sign of the release function is not rounding.
+const SETTLED: f64 = 0.125;
+/// Steps after which a contact counts as one without release.
+pub(super) const MOST_STEPS: usize = 4096;
+
+/// Flies contacts of one law, slowly and surely.
+pub(super) struct Reference<'a> {
+    pub(super) contact: &'a FlownContact<Dd>,
+    /// Contact time over `y` at small depths.
+    pub(super) factor: f64,
+    /// Largest magnitude of an eigenvalue of the contact's matrix.
+    pub(super) rate: f64,
+}
+
+/// One contact.
+pub(super) struct FlownReference {
+    /// Contact time.
+    pub(super) time: Dd,
+    /// Sign of the release function before the release.
+    pub(super) sign: f64,
+    /// Corrections of the coordinates.
+    pub(super) corrections: Vec<Dd>,
+}
+
+impl Reference<'_> {
+    /// The contact of depth variable `y > 0` at a point; `None` if it has no release.
+    pub(super) fn fly(&self, y: Dd, point: &[Dd]) -> Option<FlownReference> {
+        let numbers = &mut Numbers::default();
+        let entry = self.contact.entry(numbers, &y, point);
+        let time = (self.factor * y.to_f64()).min(1.0 / self.rate);
+        let length = Dd::from(time / STEPS_PER_TIME);
+        let mut forces = scaled_all(numbers, &entry.forces, &length);
+        let mut release = scaled(numbers, &entry.release, &length);
+        let law = &self.contact.law;
+        let mut state = vec![Dd::ZERO; law.matrix.len()];
+        let mut sign = None;
+        for number in 0..MOST_STEPS {
+            let step = law.step(numbers, &forces, &release, state, &length, ORDER);
+            let part = first_change(&step.release, &mut sign);
+            let at = part.unwrap_or(Dd::ONE);
+            let added = step.states.iter().map(|series| evaluate(series, at).0);
+            let added: Vec<_> = added.collect();
+            if part.is_some() {
+                let time = (Dd::from(number as f64) + at) * length;
+                let since_minimum = entry.time + time;
+                let corrections = self
+                    .contact
+                    .on_section(numbers, &since_minimum, &added, point);
+                return Some(FlownReference {
+                    time,
+                    sign: sign?,
+                    corrections,
+                });
+            }
+            state = added;
+            forces
+                .iter_mut()
+                .for_each(|series| shift(numbers, series, None));
+            shift(numbers, &mut release, None);
+        }
+        None
+    }
+}
+
+/// Where a polynomial on `[0, 1]` first has another sign than `sign`, which its value at
+/// [`SETTLED`] decides if none is known.
+fn first_change(release: &[Dd], sign: &mut Option<f64>) -> Option<Dd> {
+    let (sign, from) = match *sign {
+        Some(sign) if release[0].to_f64() * sign < 0.0 => return Some(Dd::ZERO),
+        Some(sign) => (sign, Dd::ZERO),
+        None => {
+            let settled = Dd::from(SETTLED);
+            let value = evaluate(release, settled).0.to_f64();
+            (*sign.insert(value.signum()), settled)
+        }
+    };
+    let out = match sign > 0.0 {
+        true => CrossingDirection::Entering,
+        false => CrossingDirection::Leaving,
+    };
+    let crossings = crossings(release, Dd::ONE).into_iter();
+    let mut changes = crossings.filter(|crossing| crossing.direction == out);
+    let first = changes.find(|change| change.time > from);
+    first.map(|change| change.time)
+}
+
+/// Scales to choose from, per decade of `y`.
+const SCALES_PER_DECADE: f64 = 4.0;
+/// Scales are looked for this far beyond the depths sampled.
+const BEYOND: f64 = 100.0;
+/// Most scales picked.
+const MOST_SCALES: usize = 10;
+/// Relative error at which no further scale is picked.
+const CLOSE: f64 = 3e-3;
+
+/// Fits `κ` to pairs `(y, κ)`, in relative error.
+pub(super) fn fit(samples: &[(f64, f64)]) -> ContactTime<f64> {
+    let candidates = candidates(samples);
+    let mut scales: Vec<f64> = Vec::new();
+    let mut best = solve(samples, &scales);
+    while best.error > CLOSE && scales.len() < MOST_SCALES {
+        let tried = candidates.iter().filter(|scale| !scales.contains(scale));
+        let fits = tried.map(|&scale| solve(samples, &[&scales[..], &[scale]].concat()));
+        match fits.min_by(|a, b| a.error.total_cmp(&b.error)) {
+            Some(next) if next.error < best.error => best = next,
+            _ => break,
+        }
+        scales.clone_from(&best.scales);
+    }
+    best.rational()
+}
+
+fn candidates(samples: &[(f64, f64)]) -> Vec<f64> {
+    let depths = || samples.iter().map(|&(y, _)| y);
+    let lowest = depths().fold(f64::INFINITY, f64::min) / BEYOND;
+    let highest = depths().fold(0.0, f64::max) * BEYOND;
+    let count = ((highest / lowest).log10() * SCALES_PER_DECADE).ceil();
+    let place = |number: u32| lowest * (highest / lowest).powf(f64::from(number) / count);
+    (0..=count as u32).map(place).collect()
+}
+
+/// `κ ≈ c_0 + Σ c_j/(1 + y/y_j)`.
+struct Fit {
+    scales: Vec<f64>,
+    factors: Vec<f64>,
+    error: f64,
+}
+
+/// Least squares of the relative error.
+fn solve(samples: &[(f64, f64)], scales: &[f64]) -> Fit {
+    let term = |y: f64, column: usize| match column {
+        0 => 1.0,
+        _ => 1.0 / (1.0 + y / scales[column - 1]),
+    };
+    let matrix = DMatrix::from_fn(samples.len(), scales.len() + 1, |row, column| {
+        let (y, factor) = samples[row];
+        term(y, column) / factor
+    });
+    let ones = DVector::from_element(samples.len(), 1.0);
+    let svd = matrix.clone().svd(true, true);
+    let factors = svd.solve(&ones, 1e-12);
+    let factors = factors.unwrap_or_else(|_| DVector::zeros(scales.len() + 1));
+    let error = (&matrix * &factors - ones).amax();
+    Fit {
+        scales: scales.to_vec(),
+        factors: factors.iter().copied().collect(),
+        error: if error.is_nan() { f64::INFINITY } else { error },
+    }
+}
+
+impl Fit {
+    /// The sum over one denominator `Π (1 + y/y_j)`.
+    fn rational(&self) -> ContactTime<f64> {
+        let denominator = product(&self.scales);
+        let mut numerator = denominator
+            .iter()
+            .map(|d| self.factors[0] * d)
+            .collect::<Vec<_>>();
+        for (number, factor) in self.factors[1..].iter().enumerate() {
+            let mut others = self.scales.clone();
+            others.remove(number);
+            for (sum, term) in numerator.iter_mut().zip(product(&others)) {
+                *sum += factor * term;
+            }
+        }
+        ContactTime {
+            numerator,
+            denominator,
+        }
+    }
+}
+
+/// `Π (1 + y/y_j)`, lowest power first.
+fn product(scales: &[f64]) -> Vec<f64> {
+    scales.iter().fold(vec![1.0], |product, scale| {
+        let mut next = product.clone();
+        next.push(0.0);
+        for (power, value) in product.iter().enumerate() {
+            next[power + 1] += value / scale;
+        }
+        next
+    })
 }

@@ -1,6 +1,6 @@
-//! Whether a contact law is affine, and its matrix.
+//! Whether a contact law is affine, its matrix, and why a contact cannot be flown.
 
-use super::FlightError;
+use crate::expansion::error::FlightError;
 use crate::flow::{Field, bound_but};
 use crate::model::{ExpressionGraph, Model, NodeId};
 use crate::numeric::Dd;

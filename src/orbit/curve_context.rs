@@ -1,41 +1,38 @@
-//! Points of a grazing curve, with the functions whose zeros are its special points.
+//! Points of a grazing curve, by pseudo-arclength continuation of the extended system, with the
+//! functions whose zeros are its special points.
 
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, DVector};
 
+use super::corners::Corners;
+use super::grazes::{Grazes, Touch};
+use super::grazing_curve::{CurveEnd, CurvePoint, SpecialKind};
+use super::grazing_orbit::{GrazingConditions, GrazingOrbit};
+use super::monodromy::{conditions, legs, multipliers, on_section, round};
+use super::newton::{Equations, Root, Solve, refine, solve};
+use super::outcome::{NotLocated, OrbitError};
+use super::passages::{clearance, passages, points, stretches};
+use super::section::PoincareSection;
+use super::stretch::Stretch;
+use super::system::{ExtendedSystem, Matching};
 use crate::model::Scene;
 use crate::numeric::{Dd, Real};
 
-use super::OrbitError;
-use super::conditions::{GrazingConditions, conditions, legs, round};
-use super::continuation::tangent;
-use super::corners::Corners;
-use super::curve::{CurveEnd, CurvePoint, SpecialKind};
-use super::describe::{clearance, kicks, points};
-use super::grazes::Grazes;
-use super::kick::Kick;
-use super::monodromy::{multipliers, on_section};
-use super::outcome::NotLocated;
-use super::passages::{Touch, passages};
-use super::point::GrazingOrbit;
-use super::section::PoincareSection;
-use super::system::ExtendedSystem;
-
-/// What is the same at every point of a curve.
-pub(super) struct Stations<'a> {
+/// What every point of a curve shares: the scene, its equations, and how grazes are stretched.
+pub(super) struct CurveContext<'a> {
     pub(super) scene: &'a Scene,
     pub(super) system: ExtendedSystem,
     /// How many conditions are followed from every passage to every other.
     count: usize,
-    kicks: Vec<Kick>,
+    stretches: Vec<Stretch>,
     corners: Option<Corners<'a>>,
 }
 
-/// A point on the way, with the functions whose zeros are special points.
+/// A point of the curve with its test functions, whose zeros are special points.
 #[derive(Clone, Debug)]
-pub(super) struct Station {
+pub(super) struct TestedPoint {
     pub(super) unknowns: Vec<f64>,
     pub(super) tangent: Vec<f64>,
-    pub(super) signs: Vec<(SpecialKind, f64)>,
+    pub(super) tests: Vec<(SpecialKind, f64)>,
     /// Arguments of functions with a corner, at the grazes.
     pub(super) corners: Vec<f64>,
     pub(super) point: CurvePoint,
@@ -61,7 +58,7 @@ struct Passed<S> {
 /// an `f64` root.
 const TOUCHING: f64 = 1e-8;
 
-impl<'a> Stations<'a> {
+impl<'a> CurveContext<'a> {
     /// The curve through an orbit, in the parameters it was adjusted in and `with`.
     pub(super) fn new(
         scene: &'a Scene,
@@ -72,12 +69,12 @@ impl<'a> Stations<'a> {
         let adjusted = scene.grazing.solve_for.iter().copied();
         let free: Vec<usize> = adjusted.chain([with]).collect();
         let system = ExtendedSystem::new(scene, Grazes::of(scene)?, orbit.parameters(), &free);
-        let kicks = kicks(scene, &system, &orbit.passages)?;
+        let stretches = stretches(scene, &system, &orbit.passages)?;
         Ok(Self {
             scene,
             system,
             count,
-            kicks,
+            stretches,
             corners: Corners::of(scene, &[with]),
         })
     }
@@ -98,7 +95,7 @@ impl<'a> Stations<'a> {
         &self,
         unknowns: Vec<f64>,
         along: &[f64],
-    ) -> Result<Result<Station, CurveEnd>, OrbitError> {
+    ) -> Result<Result<TestedPoint, CurveEnd>, OrbitError> {
         let Some(tangent) = tangent(&self.system, &unknowns, along)? else {
             return Ok(Err(CurveEnd::StepTooSmall { ds: 0.0 }));
         };
@@ -118,9 +115,9 @@ impl<'a> Stations<'a> {
             .zip(turning)
             .map(|(&parameter, &component)| (SpecialKind::Fold { parameter }, component));
         let switch = discriminant.map(|value| (SpecialKind::MultiplierSwitch, value));
-        let signs = self.codimension2(&point.conditions).chain(folds);
-        Ok(Ok(Station {
-            signs: signs.chain(switch).collect(),
+        let tests = self.codimension2(&point.conditions).chain(folds);
+        Ok(Ok(TestedPoint {
+            tests: tests.chain(switch).collect(),
             unknowns,
             tangent,
             corners,
@@ -168,7 +165,7 @@ impl<'a> Stations<'a> {
     ) -> Result<Vec<GrazingConditions<S>>, OrbitError> {
         conditions(
             &self.system,
-            &self.kicks,
+            &self.stretches,
             &passed.touches,
             &passed.legs,
             &passed.parameters,
@@ -291,4 +288,124 @@ fn lost(reason: &NotLocated) -> CurveEnd {
         },
         _ => CurveEnd::StepTooSmall { ds: 0.0 },
     }
+}
+
+/// Largest residual a corrector may stall at.
+const TOLERANCE: f64 = 1e-9;
+
+/// The extended system in two parameters, on the plane through `origin` across `normal`.
+#[derive(Clone, Debug)]
+struct Bordered {
+    system: ExtendedSystem,
+    origin: Vec<f64>,
+    normal: Vec<f64>,
+}
+
+impl Equations for Bordered {
+    fn linearised(&self, unknowns: &[f64]) -> Result<(Vec<f64>, DMatrix<f64>), OrbitError> {
+        let (mut residual, jacobian) = self.system.differentiate(unknowns)?;
+        residual.push(self.offset(unknowns));
+        Ok((residual, bordered(&jacobian, &self.normal)))
+    }
+
+    fn residual(&self, unknowns: &[f64]) -> Result<Vec<f64>, OrbitError> {
+        let mut residual = self.system.evaluate(unknowns)?;
+        residual.push(self.offset(unknowns));
+        Ok(residual)
+    }
+
+    fn residual_dd(&self, unknowns: &[Dd]) -> Result<Vec<Dd>, OrbitError> {
+        let mut residual = self.system.evaluate(unknowns)?;
+        let terms = unknowns.iter().zip(&self.origin).zip(&self.normal);
+        residual.push(
+            terms
+                .map(|((&value, &origin), &normal)| (value - Dd::from(origin)) * Dd::from(normal))
+                .sum(),
+        );
+        Ok(residual)
+    }
+}
+
+impl Bordered {
+    fn offset(&self, unknowns: &[f64]) -> f64 {
+        unknowns
+            .iter()
+            .zip(&self.origin)
+            .zip(&self.normal)
+            .map(|((value, origin), normal)| (value - origin) * normal)
+            .sum()
+    }
+}
+
+/// The point of the curve on the plane through `origin` across `normal`, or `None` where Newton's
+/// method finds none.
+pub(super) fn correct(
+    system: &ExtendedSystem,
+    origin: &[f64],
+    normal: &[f64],
+) -> Result<Option<Vec<f64>>, OrbitError> {
+    for matching in [Matching::AtEnd, Matching::AtMiddle] {
+        let equations = Bordered {
+            system: system.matched(matching),
+            origin: origin.to_vec(),
+            normal: normal.to_vec(),
+        };
+        match solve(&equations, origin, TOLERANCE) {
+            Ok(Solve::Root(root)) => return Ok(Some(root)),
+            Ok(Solve::Failed(_)) | Err(OrbitError::Flow(_)) => {}
+            Err(error) => return Err(error),
+        }
+    }
+    Ok(None)
+}
+
+/// A point found by [`correct`], to the roundoff of double-double.
+pub(super) fn correct_dd(
+    system: &ExtendedSystem,
+    point: &[f64],
+    origin: &[f64],
+    normal: &[f64],
+) -> Result<Solve<Root>, OrbitError> {
+    let equations = |matching| Bordered {
+        system: system.matched(matching),
+        origin: origin.to_vec(),
+        normal: normal.to_vec(),
+    };
+    match refine(&equations(Matching::AtEnd), point, 1e-22) {
+        Ok(Solve::Root(root)) => Ok(Solve::Root(root)),
+        _ => refine(&equations(Matching::AtMiddle), point, 1e-22),
+    }
+}
+
+/// The unit tangent of the curve at a point, on the side of `along`; `None` where it is not
+/// determined.
+pub(super) fn tangent(
+    system: &ExtendedSystem,
+    point: &[f64],
+    along: &[f64],
+) -> Result<Option<Vec<f64>>, OrbitError> {
+    for matching in [Matching::AtEnd, Matching::AtMiddle] {
+        let Ok((_, jacobian)) = system.matched(matching).differentiate(point) else {
+            continue;
+        };
+        let mut right = DVector::zeros(point.len());
+        right[point.len() - 1] = 1.0;
+        if let Some(direction) = bordered(&jacobian, along).lu().solve(&right)
+            && direction.iter().all(|value| value.is_finite())
+        {
+            let length = direction.norm();
+            return Ok(Some(direction.iter().map(|value| value / length).collect()));
+        }
+    }
+    Ok(None)
+}
+
+/// A Jacobian with one more row.
+pub(super) fn bordered(jacobian: &DMatrix<f64>, normal: &[f64]) -> DMatrix<f64> {
+    let rows = jacobian.nrows();
+    let mut matrix = jacobian.clone().insert_row(rows, 0.0);
+    for (column, &value) in normal.iter().enumerate() {
+        matrix[(rows, column)] = value;
+    }
+    matrix
 }

@@ -1,19 +1,17 @@
 //! The direction `β` in which the discontinuity mapping of a graze stretches.
 
+use super::outcome::OrbitError;
+use super::section::{LocalGeometry, dot};
 use crate::flow::{Field, Integrator};
 use crate::model::{Model, Response};
 use crate::numeric::{Dd, Real, Scalar};
-
-use super::OrbitError;
-use super::geometry::LocalGeometry;
-use super::monodromy::dot;
 
 /// A difference of contact and free field below this share of either is none.
 const NO_JUMP: f64 = 1e-13;
 
 /// What `β` is made of at a graze; decided once per orbit, in double-double.
 #[derive(Clone, Debug)]
-pub(super) enum Kick {
+pub(super) enum Stretch {
     /// The reset of a rigid surface.
     Reset,
     /// The jump of a contact field that ends at the surface: `D` begins with `y`.
@@ -29,8 +27,8 @@ pub(super) enum Kick {
     None,
 }
 
-impl Kick {
-    /// The kick of a surface at a grazing point.
+impl Stretch {
+    /// The stretch of a surface at a grazing point.
     pub(super) fn of(
         model: &Model,
         surface: usize,
@@ -64,7 +62,7 @@ impl Kick {
         let per_speed = match self {
             Self::Reset => local
                 .reset()
-                .map(|(_, jacobian)| reset_kick(local, &jacobian)),
+                .map(|(_, jacobian)| reset_stretch(local, &jacobian)),
             Self::Jump => jump(local).map(|(jump, time)| scaled(&jump, time)),
             Self::Difference { watching, power } => {
                 let mut integrator = Integrator::<S>::new(watching);
@@ -78,7 +76,7 @@ impl Kick {
             }
             Self::None => None,
         };
-        Ok(per_speed.map(|kick| scaled(&kick, local.acceleration())))
+        Ok(per_speed.map(|stretch| scaled(&stretch, local.acceleration())))
     }
 }
 
@@ -121,7 +119,7 @@ fn first_difference(
 }
 
 /// Of a reset with Jacobian `G`: `e − G e` with `∇h·e = 0`, `∇h'·e = 1`.
-fn reset_kick<S: Real>(local: &LocalGeometry<'_, S>, jacobian: &[Vec<S>]) -> Vec<S> {
+fn reset_stretch<S: Real>(local: &LocalGeometry<'_, S>, jacobian: &[Vec<S>]) -> Vec<S> {
     let dimension = local.dimension();
     let (event, velocity) = (local.event_gradient(), local.velocity_gradient());
     let (event, velocity) = (&event[..dimension], &velocity[..dimension]);
@@ -147,7 +145,7 @@ fn jump<S: Real>(local: &LocalGeometry<'_, S>) -> Option<(Vec<S>, S)> {
     Some((jump, S::from_f64(2.0) / acceleration))
 }
 
-/// The jump's kick per unit of approach speed; nothing where the fields agree at the graze, or the
+/// The jump's stretch per unit of approach speed; nothing where the fields agree at the graze, or the
 /// contact does not push.
 fn jump_per_speed(local: &LocalGeometry<'_, Dd>) -> Option<Vec<Dd>> {
     let (jump, time) = jump(local)?;
