@@ -136,7 +136,7 @@ pub trait Graded<S: Scalar> {
 }
 
 /// Applies a head function to one scalar.
-#[inline]
+#[inline(never)]
 pub fn scalar_head<S: Scalar>(function: HeadFunction, a: S) -> S {
     match function {
         HeadFunction::Sqrt => a.sqrt(),

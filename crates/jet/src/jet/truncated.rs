@@ -5,7 +5,7 @@ use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
 use std::sync::Arc;
 
 use super::JetSpace;
-use super::elementary::quotient;
+use super::elementary::{quotient_part, scale};
 use crate::numeric::{Dd, Real, Scalar};
 
 /// A truncated power series: one coefficient per monomial of its space.
@@ -321,7 +321,7 @@ impl<S: Scalar> Jet<S> {
 
     /// `self *= factor`, without allocating.
     pub fn scale_in_place(&mut self, factor: S) {
-        super::elementary::scale(self.coefficients_mut(), factor);
+        scale(self.coefficients_mut(), factor);
     }
 }
 
@@ -383,7 +383,7 @@ impl<S: Scalar> Div for &Jet<S> {
     fn div(self, other: Self) -> Jet<S> {
         self.assert_same_space(other);
         Jet::build(self.space(), |k, u, out| {
-            quotient::part(
+            quotient_part(
                 &**self.space(),
                 k,
                 self.coefficients(),
