@@ -4,16 +4,13 @@
 use std::ops::Range;
 
 mod convolution;
-mod full;
 pub(super) mod small;
 pub(super) mod table;
 
-use convolution::{Convolution, Factor, Finish};
-use full::FullProduct;
+use convolution::{Convolution, Factor, Finish, FullProduct};
 use small::SmallProduct;
 
-use super::selection::Selection;
-use super::{JetSpace, Span};
+use super::{JetSpace, Selection, Span};
 use crate::numeric::{Dd, Scalar};
 
 /// A part of one degree: neighbouring runs by their numbers, and their coefficients.

@@ -10,7 +10,7 @@
 
 use std::ops::Range;
 
-use crate::jet::monomials::{RankTable, next_divisor};
+use crate::jet::space::{RankTable, next_divisor};
 
 /// The products of a space, run by run of the result.
 #[derive(Debug)]

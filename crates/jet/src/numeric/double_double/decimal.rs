@@ -12,8 +12,7 @@ use num_traits::{ToPrimitive, Zero};
 use serde::de::Error as _;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-use super::Dd;
-use super::exact::power_of_two;
+use super::{Dd, power_of_two};
 
 /// Decimal exponents beyond this have no double-double (and would cost a long computation).
 const LARGEST_EXPONENT: i64 = 400;
@@ -381,7 +380,7 @@ fn integer_mantissa(value: f64) -> (u64, i64) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::numeric::sampling::fixed_samples;
+    use crate::numeric::fixed_samples;
     use proptest::prelude::*;
 
     fn read(text: &str) -> Dd {
