@@ -10,8 +10,8 @@
 use num_traits::Zero as _;
 
 use super::enclosure::{EnclosureTest, Found, WatchedGap};
-use super::newton::{GapCourse, NodeVisit, is_convex};
 use super::polygon::{Polygon, ROUNDING};
+use super::zeros::{GapCourse, NodeVisit, is_convex};
 use crate::flow::{Backend, NumberMask, RoundedNumber, SpanTables};
 use crate::hybrid::backward::Back;
 use crate::hybrid::motion::SAME_MINIMUM;
@@ -166,8 +166,8 @@ impl<B: Backend, L: MinimumLog<B::Number>> Stepper<'_, B, L> {
             first.undecided |= found.undecided;
             let stops = (found.contact | (found.minimum & gap.stops)) & !found.undecided;
             let has_none = !(first.contact | first.minimum);
-            let is_first = found.time.is_below(first.time)
-                | (has_none & found.time.is_equal(first.time));
+            let is_first =
+                found.time.is_below(first.time) | (has_none & found.time.is_equal(first.time));
             let event = ExactStep {
                 time: found.time,
                 contact: found.contact,

@@ -2,9 +2,9 @@
 
 use super::exact_step::{BackwardStep, ExactStep, MinimumLog, StepBuffers, Stepper};
 use super::extended::Extended;
-use super::flight::AffineFlight;
+use super::flight::{AffineFlight, FlightBuffers};
 use super::surface::SurfaceTables;
-use super::{AffineSurface, AffineSystem};
+use super::system::{AffineSurface, AffineSystem};
 use crate::flow::{AffineFieldRows, AffineFlow, AffineRows, Single, SpanTables};
 use crate::hybrid::backward::Back;
 use crate::hybrid::landing::Landing;
@@ -20,19 +20,9 @@ use crate::numeric::{Kernel, Real, Scalar, widest};
 pub(in crate::hybrid) struct AffineTools<'a, S: Real> {
     system: &'a AffineSystem,
     extended: Extended<Single<S>>,
-    buffers: Buffers<S>,
+    buffers: FlightBuffers<S>,
     /// Computed when first needed after a change of parameters.
     tables: Option<Tables<S>>,
-}
-
-/// Polynomials of one watched function, and the extended state after a step.
-#[derive(Clone, Debug)]
-pub(super) struct Buffers<S> {
-    pub(super) value: Vec<S>,
-    pub(super) slope: Vec<S>,
-    pub(super) next: Vec<S>,
-    pub(super) control: Vec<f64>,
-    pub(super) rounded: Vec<f64>,
 }
 
 #[derive(Clone, Debug)]
@@ -78,13 +68,7 @@ impl<'a, S: Real> AffineTools<'a, S> {
         Self {
             system,
             extended: Extended::new(states, phase, expressions.harmonics()),
-            buffers: Buffers {
-                value: Vec::new(),
-                slope: Vec::new(),
-                next: vec![S::zero(); expressions.columns()],
-                control: Vec::new(),
-                rounded: vec![0.0; expressions.columns()],
-            },
+            buffers: FlightBuffers::new(expressions.columns()),
             tables: None,
         }
     }
