@@ -4,7 +4,7 @@ mod newton;
 
 pub use newton::{NewtonStep, NewtonSteps};
 
-use super::{NumericError, Real};
+use super::{NumericError, Real, Scalar};
 
 /// Enough for bisection alone to resolve any bracket of [`Dd`](super::Dd), twice over.
 const ITERATION_LIMIT: usize = 400;
@@ -172,12 +172,14 @@ enum End {
     Upper,
 }
 
-fn middle<S: Real>(lower: S, upper: S) -> S {
+#[inline(always)]
+fn middle<S: Scalar>(lower: S, upper: S) -> S {
     lower + (upper - lower) * S::from_f64(0.5)
 }
 
 /// Four units of rounding of a number: steps below it are noise.
-fn resolution<S: Real>(x: S) -> S {
+#[inline(always)]
+fn resolution<S: Scalar>(x: S) -> S {
     x.abs() * S::from_f64(4.0 * S::ROUNDOFF)
 }
 

@@ -1,6 +1,7 @@
 //! Orbits that are flown side by side: each at its own state and time.
 
 use super::motion::{Left, SAME_MINIMUM};
+use super::search::SearchStart;
 use super::trajectory::Event;
 use crate::numeric::{Branched, LaneMask, Lanes, Mask};
 
@@ -20,19 +21,6 @@ pub(super) struct LaneMotion<const N: usize> {
     pub(super) falls: LaneMask<N>,
     /// The times in which the motions changed on their last steps.
     pub(super) last_step: Lanes<N>,
-}
-
-/// Where steps start: [`Start`](super::passage::Start) in lanes.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct LaneStart<const N: usize> {
-    /// Where the gap rose before, or fell.
-    pub(super) rose: LaneMask<N>,
-    pub(super) fell: LaneMask<N>,
-    /// Times within which a minimum is the one that the step before ended with.
-    pub(super) within: Lanes<N>,
-    /// Where the surface has just been left, and the rounding of its gap there.
-    pub(super) leaving: LaneMask<N>,
-    pub(super) rounding: Lanes<N>,
 }
 
 /// Takes the events of a lane.
@@ -83,8 +71,8 @@ impl<const N: usize> LaneMotion<N> {
 
     /// How searches of the gaps start here.
     #[inline(always)]
-    pub(super) fn start(&self) -> LaneStart<N> {
-        LaneStart {
+    pub(super) fn start(&self) -> SearchStart<Lanes<N>> {
+        SearchStart {
             rose: self.rises & !self.leaving,
             fell: self.falls & !self.leaving,
             within: self.last_step * Lanes::splat(SAME_MINIMUM),

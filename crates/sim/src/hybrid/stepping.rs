@@ -6,8 +6,8 @@ use super::affine::LeapEnd;
 use super::flight::{Flight, Outlook, TaylorFlight};
 use super::landing::Landing;
 use super::motion::Motion;
-use super::passage::{Goal, Heading, Passage, Start};
-use super::search::Gap;
+use super::passage::{Goal, Heading, Start};
+use super::search::{Gap, Misses, SearchEnd, search_alone};
 use super::simulator::{Approach, Simulator, Stop, SurfaceTools, Work};
 use super::system::{HybridSystem, Law, Regime, RegimeField, Watch};
 use super::trajectory::{Event, EventKind, Outcome};
@@ -199,20 +199,24 @@ impl<S: Real> Leg<'_, S> {
                     (motion.release_sign, start, goal, Outlook::Open)
                 }
             };
-            work.found.clear();
-            let end = match outlook {
-                Outlook::Quiet => Heading::Unknown,
-                Outlook::Open => {
-                    let (value, slope) = flight.polynomials(index);
-                    let gap = Gap { value, slope, sign };
-                    let (length, found) = (first.length, &mut work.found);
-                    work.search.search(&gap, length, start, goal, found)
-                }
-            };
-            if let Watch::Gap { surface } = watch {
-                motion.headings[surface] = end;
+            let mut heading = Heading::Unknown;
+            if outlook == Outlook::Open {
+                let (value, slope) = flight.polynomials(index);
+                let gap = Gap { value, slope, sign };
+                let stops = match (watch, self.approach.stop_at) {
+                    (Watch::Gap { surface }, Some(stop_at)) => surface == stop_at,
+                    _ => false,
+                };
+                let misses = &mut work.misses;
+                let mut misses = WatchMisses { watch, misses };
+                let (points, length) = (&mut work.points, first.length);
+                let end = search_alone(points, gap, length, start, goal, stops, &mut misses);
+                heading = Heading::falling(end.falls);
+                first.take(watch, &end);
             }
-            first.take(watch, &work.found, self.approach, &mut work.misses);
+            if let Watch::Gap { surface } = watch {
+                motion.headings[surface] = heading;
+            }
         }
         let First { length, mut stop } = first;
         match &mut stop {
@@ -291,36 +295,34 @@ struct First<S> {
 }
 
 impl<S: Real> First<S> {
-    /// Takes over the passages of one watch, all before `length`; minima that do not stop are put
-    /// to `misses`.
-    fn take(
-        &mut self,
-        watch: Watch,
-        found: &[Passage<S>],
-        approach: Approach,
-        misses: &mut Vec<(S, usize, S)>,
-    ) {
-        for &passage in found {
-            let stop = match (passage, watch) {
-                (Passage::Crossing { .. }, Watch::Gap { surface }) => Stop::Contact { surface },
-                (Passage::Crossing { .. }, Watch::Release) => Stop::Release,
-                (Passage::Minimum { gap, .. }, Watch::Gap { surface })
-                    if approach.stop_at == Some(surface) =>
-                {
-                    let rises_for = S::zero();
-                    Stop::Minimum { gap, rises_for }
-                }
-                (Passage::Minimum { time, gap }, Watch::Gap { surface }) => {
-                    misses.push((time, surface, gap));
-                    continue;
-                }
-                (Passage::Minimum { .. }, Watch::Release) => continue,
-            };
-            *self = Self {
-                length: passage.time(),
-                stop: Some(stop),
-            };
-            return;
+    /// Takes over the event of one watch, if it has one, before `length`.
+    fn take(&mut self, watch: Watch, end: &SearchEnd<S>) {
+        let stop = match watch {
+            Watch::Gap { surface } if end.crossing => Stop::Contact { surface },
+            Watch::Gap { .. } if end.minimum => Stop::Minimum {
+                gap: end.gap,
+                rises_for: S::zero(),
+            },
+            Watch::Release if end.crossing => Stop::Release,
+            _ => return,
+        };
+        self.length = end.time;
+        self.stop = Some(stop);
+    }
+}
+
+/// Takes the minima without contact of one watch: time in the step, surface, gap.
+struct WatchMisses<'m, S> {
+    watch: Watch,
+    misses: &'m mut Vec<(S, usize, S)>,
+}
+
+impl<S: Real> Misses<S> for WatchMisses<'_, S> {
+    fn miss(&mut self, wanted: bool, time: S, gap: S) {
+        if let Watch::Gap { surface } = self.watch
+            && wanted
+        {
+            self.misses.push((time, surface, gap));
         }
     }
 }
