@@ -120,11 +120,16 @@ impl<R: Branched<Rounded = R>> StationaryPoints<R> {
         let (zero, square) = (R::zero(), length * length);
         let mut powers = [R::one(), length, square, square * length];
         self.scaled.resize(slope.len(), zero);
-        for (chunk, out) in slope.chunks(4).zip(self.scaled.chunks_mut(4)) {
-            for ((&coefficient, power), out) in chunk.iter().zip(&mut powers).zip(out) {
-                *out = coefficient.rounded() * *power;
-                *power *= square * square;
+        let (blocks, rest) = slope.as_chunks::<4>();
+        let (scaled, last) = self.scaled.as_chunks_mut::<4>();
+        for (block, out) in blocks.iter().zip(scaled) {
+            for place in 0..4 {
+                out[place] = block[place].rounded() * powers[place];
+                powers[place] *= square * square;
             }
+        }
+        for ((coefficient, power), out) in rest.iter().zip(&powers).zip(last) {
+            *out = coefficient.rounded() * *power;
         }
         let (mut beyond, mut count, mut kept) = (!R::Mask::NONE, R::from_f64(2.0), 2);
         for (degree, coefficient) in self.scaled.iter_mut().enumerate().skip(2).rev() {
@@ -246,10 +251,12 @@ impl<R: Branched<Rounded = R>> StationaryPoints<R> {
     /// Fills the coefficients of the second derivatives.
     #[inline(always)]
     fn bend(&mut self) {
-        self.bends.clear();
-        for (degree, &coefficient) in self.scaled.iter().enumerate().skip(2) {
-            let factor = R::from_f64((degree * (degree - 1)) as f64);
-            self.bends.push(factor * coefficient);
+        let coefficients = self.scaled.get(2..).unwrap_or_default();
+        self.bends.resize(coefficients.len(), R::zero());
+        let terms = self.bends.iter_mut().zip(coefficients).enumerate();
+        for (degree, (out, &coefficient)) in terms {
+            let factor = R::from_f64(((degree + 2) * (degree + 1)) as f64);
+            *out = factor * coefficient;
         }
     }
 

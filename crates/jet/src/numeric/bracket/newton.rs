@@ -125,38 +125,33 @@ impl<S: Branched> NewtonSteps<S> {
         self.upper = S::select(is_lower, self.upper, at);
         let next = S::select(is_zero, at, at - value / derivative);
         let step = (next - at).abs();
-        let (low, high) = (self.lower.min(self.upper), self.lower.max(self.upper));
-        let stays = low.is_at_most(next) & next.is_at_most(high);
         let least = self.tolerance + resolution(at);
         let settled = step.is_at_most(least);
-        let serves = stays & (step * S::from_f64(2.0)).is_at_most(self.steps[0]);
+        let halves = (step * S::from_f64(2.0)).is_at_most(self.steps[0]);
+        let stays = self.lower.is_at_most(next) & next.is_at_most(self.upper);
         let mut moved = NewtonStep {
             next,
             settled,
-            newton: serves & !settled,
+            newton: halves & !settled,
         };
         self.steps = [self.steps[1], step];
-        if (!stays | !(settled | serves)).any() {
-            self.replace([low, high], stays, least, at, &mut moved);
+        if (!stays | !(settled | halves)).any() {
+            self.replace(at, least, &mut moved);
         }
         self.at = moved.next;
         moved
     }
 
-    /// Replaces the steps that do not serve, or lead out of their brackets.
+    /// Replaces the steps from a point that do not serve, or lead out of their brackets.
     #[inline(always)]
-    fn replace(
-        &mut self,
-        [low, high]: [S; 2],
-        stays: S::Mask,
-        least: S,
-        at: S,
-        moved: &mut NewtonStep<S>,
-    ) {
+    fn replace(&mut self, at: S, least: S, moved: &mut NewtonStep<S>) {
         let (next, middle) = (moved.next, middle(self.lower, self.upper));
+        let (low, high) = (self.lower.min(self.upper), self.lower.max(self.upper));
         let (below, above) = (next.is_below(low), high.is_below(next));
+        let stays = low.is_at_most(next) & next.is_at_most(high);
         let nearest = S::select(above, high, S::select(stays, next, middle));
         let nearest = S::select(below, low, nearest);
+        moved.newton &= stays;
         let leaves = !stays & !moved.settled;
         let to_end = leaves & !self.has_left & !nearest.is_equal(at);
         self.has_left |= leaves;
