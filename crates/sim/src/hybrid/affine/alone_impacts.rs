@@ -11,7 +11,7 @@ use crate::hybrid::motion::{Left, Motion};
 use crate::hybrid::passage::Heading;
 use crate::hybrid::simulator::Stop;
 use crate::hybrid::trajectory::{Event, EventKind};
-use crate::numeric::{Real, widest};
+use crate::numeric::Real;
 
 /// The harmonics of one orbit, and who takes its events.
 pub(super) struct Alone<'t, S: Real> {
@@ -51,8 +51,8 @@ impl<S: Real> Alone<'_, S> {
             wanted: true,
         };
         let left = match states {
-            2 => widest(Impacts::<_, _, 2, 5, 1>(&mut run)),
-            4 => widest(Impacts::<_, _, 4, 7, 2>(&mut run)),
+            2 => S::dispatch_loops(Impacts::<_, _, 2, 5, 1>(&mut run)),
+            4 => S::dispatch_loops(Impacts::<_, _, 4, 7, 2>(&mut run)),
             _ => return None,
         };
         let progress = run.progress;

@@ -16,7 +16,7 @@ use crate::hybrid::sensing::{Clearance, Sense};
 use crate::hybrid::simulator::Stop;
 use crate::hybrid::system::Regime;
 use crate::hybrid::trajectory::Event;
-use crate::numeric::{Real, widest};
+use crate::numeric::Real;
 
 /// The affine side of a simulator.
 #[derive(Clone, Debug)]
@@ -151,7 +151,7 @@ impl<'a, S: Real> AffineTools<'a, S> {
         }
         misses.clear();
         let states = extended.states();
-        let leap = widest(Leaper {
+        let leap = S::dispatch_loops(Leaper {
             leaps,
             extended: &extended.values,
             buffers,
@@ -202,7 +202,7 @@ impl<'a, S: Real> AffineTools<'a, S> {
     ) -> Option<S> {
         let (leaps, extended, buffers) = self.leaps(motion, parameters)?;
         let states = extended.states();
-        let (time, known) = widest(Retreat {
+        let (time, known) = S::dispatch_loops(Retreat {
             leaps,
             extended: &extended.values,
             visit: &mut buffers.visit,
