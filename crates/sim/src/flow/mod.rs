@@ -19,13 +19,8 @@ mod time_expansion;
 mod values;
 mod variational;
 
-pub use affine::{
-    AffineExpressions, AffineFieldRows, AffineFlow, AffineLeaps, AffineRows, RowTable,
-};
-pub(crate) use affine::{
-    FixedLeaps, FixedRows, FixedVisit, LaneLeaps, LeapTables, NumberMask, RoundedNumber, SERIES,
-    ShapedLeaps,
-};
+pub use affine::{AffineExpressions, AffineFieldRows, AffineFlow, AffineRows, RowTable};
+pub(crate) use affine::{Backend, Batch, NumberMask, RoundedNumber, Single, SpanTables};
 pub use error::FlowError;
 pub use evaluation::evaluate;
 pub use field::{Field, bound_but};

@@ -64,58 +64,21 @@ impl<S: Real> Simulator<'_, S> {
             .component;
         self.motion.reference_phase = self.motion.state[component];
         (self.motion.time, self.motion.turns) = (S::zero(), 0);
-        let penetrates = self.check_penetration(None);
-        Ok(match penetrates {
-            Ok(()) => self.finish_period(None, period, record)?,
-            Err(outcome) => outcome,
-        })
-    }
-
-    /// Simulates the rest of a forcing period from a stop, if it is at one, on; the phase is then
-    /// the one it is kept about.
-    ///
-    /// # Errors
-    ///
-    /// [`HybridError::NoPhase`] for an autonomous system.
-    pub(super) fn finish_period(
-        &mut self,
-        stop: Option<Stop<S>>,
-        period: S,
-        record: &mut dyn FnMut(Event<S>),
-    ) -> Result<Outcome<S>, HybridError> {
-        let phase = self.system.phase.as_ref().ok_or(HybridError::NoPhase)?;
-        if let Err(outcome) = self.fly_on(stop, period, record) {
+        if let Err(outcome) = self.advance_to(period, record) {
             return Ok(outcome);
         }
-        self.motion.state[phase.component] = self.motion.reference_phase;
+        self.motion.state[component] = self.motion.reference_phase;
         Ok(Outcome::Completed)
     }
 
-    pub(super) fn advance_to(
+    fn advance_to(
         &mut self,
         horizon: S,
         record: &mut dyn FnMut(Event<S>),
     ) -> Result<(), Outcome<S>> {
         self.check_penetration(None)?;
-        self.fly_on(None, horizon, record)
-    }
-
-    /// From a stop, if it is at one, on to a time.
-    fn fly_on(
-        &mut self,
-        mut stop: Option<Stop<S>>,
-        horizon: S,
-        record: &mut dyn FnMut(Event<S>),
-    ) -> Result<(), Outcome<S>> {
         loop {
-            let next = match stop.take() {
-                Some(stop) => stop,
-                None => match self.fly_through_impacts(horizon, record) {
-                    Some(stop) => stop,
-                    None => self.next_stop(horizon, Approach::default(), record)?,
-                },
-            };
-            match next {
+            match self.next_stop(horizon, Approach::default(), record)? {
                 Stop::Horizon => return Ok(()),
                 Stop::Contact { surface } => self.respond(surface, record)?,
                 Stop::Minimum { .. } | Stop::Release => {}

@@ -1,40 +1,29 @@
 //! A model whose free flight is affine, taken apart for its exact flow.
 //!
 //! One idea: with all expressions as rows over one extended state (`flow::AffineExpressions`),
-//! flows, gaps, their derivatives and resets are products with it. Free flight leaps from event to
-//! event (`leap`, one look at a gap `look`, what its control points say `polygon`, zeros and minima
-//! `newton` and `parabolas`, the way back `retreat`), several orbits in lanes (`lane_leap` and its
-//! parts), from impact to impact in one kernel (`impacts`, for one orbit `alone_impacts`, in lanes
-//! `lane_impacts`); steps (`flight`) are for contacts and for what leaps leave open. What is not
-//! affine (a contact's field, a reset) keeps the general way.
+//! flows, gaps, their derivatives and resets are products with it. Free flight goes by exact steps
+//! from event to event (`exact_step`): a test of each gap on each piece of a span (`enclosure`) by
+//! what its control points say (`polygon`), zeros and minima (`newton`, `parabolas`). Taylor-like
+//! steps (`flight`) are for contacts and for what exact steps leave undecided. What is not affine
+//! (a contact's field, a reset) keeps the general way. One text serves one orbit (`tools`) and
+//! several in lanes (`lane_tools`).
 
-mod alone_impacts;
-mod contacts;
+mod enclosure;
+mod exact_step;
 mod extended;
 mod flight;
-mod impacts;
-mod lane_extended;
-mod lane_harmonics;
-mod lane_impacts;
-mod lane_leap;
-mod lane_look;
 mod lane_tools;
-mod leap;
-mod look;
 mod newton;
 mod parabolas;
 mod polygon;
-mod retreat;
 mod surface;
 mod tools;
 
 use crate::flow::AffineExpressions;
 use crate::model::{Model, NodeId, Response};
 
-pub(super) use lane_impacts::LaneImpacts;
-pub(super) use lane_tools::{LaneTools, OrbitTables};
-pub(super) use leap::LeapEnd;
-pub(super) use tools::AffineTools;
+pub(super) use lane_tools::LaneTools;
+pub(super) use tools::{AffineTools, LeapEnd, OrbitTables};
 
 /// The affine expressions of a model. Numbers are places in their list.
 #[derive(Clone, Debug)]

@@ -3,8 +3,8 @@
 use super::flight::{Flight, TaylorFlight};
 use super::landing::Landing;
 use super::motion::Motion;
-use super::passage::{Goal, Heading};
-use super::search::{Gap, NoMisses, search_alone};
+use super::passage::{Goal, Heading, NoLog};
+use super::search::{Gap, search_alone};
 use super::simulator::{Simulator, Work};
 use super::system::Regime;
 use super::trajectory::Outcome;
@@ -129,14 +129,14 @@ impl<S: Real> BackwardLeg<'_, S> {
         let length = flight.length().min(self.remaining);
         // In s = −t the gap is Σ g_k (−s)^k, its slope −g'(−s); the surface is where −gap falls
         // through 0.
-        let (value_sign, goal) = match self.goal {
-            Back::ToMinimum => (S::one(), Goal::Minima),
-            Back::ToSurface => (
-                -S::one(),
-                Goal::Crossing {
-                    near: S::from_f64(-1.0),
-                },
-            ),
+        let value_sign = match self.goal {
+            Back::ToMinimum => S::one(),
+            Back::ToSurface => -S::one(),
+        };
+        let goal = Goal {
+            minima: self.goal == Back::ToMinimum,
+            stopping: true,
+            near: S::from_f64(-1.0),
         };
         let (value, slope) = flight.polynomials(self.surface);
         alternate(value, value_sign, &mut self.reversed.0);
@@ -145,10 +145,11 @@ impl<S: Real> BackwardLeg<'_, S> {
             value: &self.reversed.0,
             slope: &self.reversed.1,
             sign: S::one(),
+            surface: self.surface,
         };
         let Work { points, next, .. } = &mut *self.work;
         let start = self.motion.start_after(self.surface, *self.heading);
-        let end = search_alone(points, gap, length, start, goal, true, &mut NoMisses);
+        let end = search_alone(points, gap, length, start, goal, NoLog);
         *self.heading = Heading::falling(end.falls);
         if !flight.land(-end.time, next) {
             return Err(Outcome::Diverged {

@@ -1,8 +1,7 @@
 //! Orbits that are flown side by side: each at its own state and time.
 
-use super::motion::{Left, SAME_MINIMUM};
-use super::search::SearchStart;
-use super::trajectory::Event;
+use super::motion::SAME_MINIMUM;
+use super::passage::Start;
 use crate::numeric::{Branched, LaneMask, Lanes, Mask};
 
 /// States of free flight of `N` orbits at one surface: [`Motion`](super::motion::Motion) in lanes.
@@ -22,12 +21,6 @@ pub(super) struct LaneMotion<const N: usize> {
     /// The times in which the motions changed on their last steps.
     pub(super) last_step: Lanes<N>,
 }
-
-/// Takes the events of a lane.
-pub(super) type EventRecord<'r> = &'r mut dyn FnMut(usize, Event<f64>);
-
-/// How flights ended that did not reach the horizon.
-pub(super) type LaneLeft<const N: usize> = Left<Lanes<N>>;
 
 impl<const N: usize> LaneMotion<N> {
     pub(super) fn new(dimension: usize) -> Self {
@@ -71,8 +64,8 @@ impl<const N: usize> LaneMotion<N> {
 
     /// How searches of the gaps start here.
     #[inline(always)]
-    pub(super) fn start(&self) -> SearchStart<Lanes<N>> {
-        SearchStart {
+    pub(super) fn start(&self) -> Start<Lanes<N>> {
+        Start {
             rose: self.rises & !self.leaving,
             fell: self.falls & !self.leaving,
             within: self.last_step * Lanes::splat(SAME_MINIMUM),

@@ -9,7 +9,7 @@ use super::chatter::Rebound;
 use super::lane_flow::{LaneAsked, LaneFlow, LaneLeap};
 use super::lane_log::LaneLog;
 use super::lane_motion::LaneMotion;
-use super::response::{PASSES, PENETRATES};
+use super::response::PASSES;
 use super::sensing::Sense;
 use super::system::HybridSystem;
 use crate::numeric::{Branched, LaneMask, Lanes, Mask, Scalar};
@@ -53,20 +53,6 @@ impl<F: LaneFlow<N>, const N: usize> LaneOrbits<F, N> {
         if let Some((component, _)) = self.phase {
             self.reference = motion.state[component];
         }
-    }
-
-    /// Sets out on a period from the present motions: times and turns are counted from here. Those
-    /// beyond the surface leave the lanes.
-    #[inline(always)]
-    pub(super) fn start_period(&mut self) {
-        let zero = Lanes::splat(0.0);
-        (self.motion.time, self.motion.turns) = (zero, zero);
-        if let Some((component, _)) = self.phase {
-            self.reference = self.motion.state[component];
-        }
-        let Sense { gap, rounding, .. } = self.sense(self.alive);
-        let beyond = gap.is_below(-rounding * Lanes::splat(PENETRATES));
-        self.alive &= self.motion.leaving | !beyond;
     }
 
     /// The states may be at the surface, which they then leave. Those beyond it leave the lanes.
@@ -144,9 +130,8 @@ impl<F: LaneFlow<N>, const N: usize> LaneOrbits<F, N> {
 
     /// Applies the reset; `own` says where this is the section's own passage. Those that penetrate,
     /// chatter or move away already leave the lanes.
-    /// The speeds at which the surface was met and is left.
     #[inline(always)]
-    pub(super) fn respond(&mut self, wanted: LaneMask<N>, own: LaneMask<N>) -> [Lanes<N>; 2] {
+    pub(super) fn respond(&mut self, wanted: LaneMask<N>, own: LaneMask<N>) {
         let (flow, motion) = (&mut self.flow, &mut self.motion);
         let before = flow.sense(motion, wanted);
         let (speed, zero) = (-before.velocity, Lanes::splat(0.0));
@@ -163,7 +148,6 @@ impl<F: LaneFlow<N>, const N: usize> LaneOrbits<F, N> {
         motion.rounding = Lanes::select(wanted, after.rounding.max(residual), motion.rounding);
         let rebound = Rebound::new(speed, &after);
         self.alive &= !wanted | rebound.flies_on(wanted, flow.time_scale(motion));
-        [speed, after.velocity]
     }
 
     /// The states with a number of whole periods taken off their phases.

@@ -6,9 +6,10 @@
 use super::backward::{Back, alternate};
 use super::landing::{REDUCED, ends_before_turn};
 use super::lane_flow::{LaneAsked, LaneFlow, LaneLeap};
-use super::lane_log::LaneLog;
+use super::lane_log::{LaneLog, LoggedFrom};
 use super::lane_motion::LaneMotion;
-use super::search::{Gap, Misses, NoMisses, SearchEnd, SearchGoal, SearchStart, search};
+use super::passage::{Goal, NoLog, Start};
+use super::search::{Gap, SearchEnd, search};
 use super::sensing::{Evaluator, Sense, Sensor};
 use super::stationary::StationaryPoints;
 use super::system::{HybridSystem, Law};
@@ -81,8 +82,9 @@ impl<const N: usize> LaneFlow<N> for LaneTaylor<'_, N> {
             value: step.watched_coefficients(2 * SURFACE),
             slope: step.watched_coefficients(2 * SURFACE + 1),
             sign: Lanes::splat(1.0),
+            surface: SURFACE,
         };
-        let goal = SearchGoal {
+        let goal = Goal {
             minima: asked.ignoring,
             stopping: asked.stopping,
             near: Lanes::splat(asked.near),
@@ -93,8 +95,8 @@ impl<const N: usize> LaneFlow<N> for LaneTaylor<'_, N> {
         let mut passage = SearchEnd::none(length);
         if watched.any() {
             let from = motion.time;
-            let (points, mut misses) = (&mut self.points, LoggedMisses { log, from });
-            passage = search(points, gap, length, start, goal, watched, &mut misses);
+            let log = LoggedFrom { start: from, log };
+            passage = search(&mut self.points, gap, length, start, goal, watched, log);
         }
         let quiet = flown & !passage.minimum & !passage.crossing;
         motion.lose_headings(wanted);
@@ -143,13 +145,13 @@ impl<const N: usize> LaneFlow<N> for LaneTaylor<'_, N> {
         let (value, slope) = &mut self.reversed;
         alternate(step.watched_coefficients(2 * SURFACE), sign, value);
         alternate(step.watched_coefficients(2 * SURFACE + 1), -sign, slope);
-        let start = SearchStart {
+        let start = Start {
             rose: LaneMask::NONE,
             fell: LaneMask::NONE,
             leaving: LaneMask::NONE,
             ..motion.start()
         };
-        let goal = SearchGoal {
+        let goal = Goal {
             minima,
             stopping: wanted,
             near: Lanes::splat(-1.0),
@@ -159,9 +161,10 @@ impl<const N: usize> LaneFlow<N> for LaneTaylor<'_, N> {
             value,
             slope,
             sign: Lanes::splat(1.0),
+            surface: SURFACE,
         };
         let points = &mut self.points;
-        let passage = search(points, gap, length, start, goal, flown, &mut NoMisses);
+        let passage = search(points, gap, length, start, goal, flown, NoLog);
         let known = flown & (passage.crossing | passage.minimum);
         step.states_at(-passage.time, known, &mut motion.state);
         motion.time = Lanes::select(known, motion.time - passage.time, motion.time);
@@ -233,18 +236,4 @@ fn quiet<const N: usize>(
     }
     let bound = step.watched_lower_bounds(2 * SURFACE, lengths);
     Lanes::splat(asked.near.max(0.0)).is_below(bound) & !asked.ignoring
-}
-
-/// Takes the minima of several gaps that do not end the search.
-struct LoggedMisses<'l, const N: usize> {
-    log: &'l mut LaneLog<N>,
-    /// The times at the start of the steps.
-    from: Lanes<N>,
-}
-
-impl<const N: usize> Misses<Lanes<N>> for LoggedMisses<'_, N> {
-    #[inline(always)]
-    fn miss(&mut self, wanted: LaneMask<N>, time: Lanes<N>, _: Lanes<N>) {
-        self.log.miss(wanted, self.from + time);
-    }
 }

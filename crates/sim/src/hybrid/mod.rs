@@ -22,9 +22,7 @@ mod lane_flow;
 mod lane_log;
 mod lane_motion;
 mod lane_orbits;
-mod lane_periods;
 mod lane_returns;
-mod lane_stepping;
 mod lane_taylor;
 mod motion;
 mod passage;
@@ -42,7 +40,6 @@ mod trajectory;
 
 pub use error::HybridError;
 pub use itinerary::NominalPassage;
-pub use lane_periods::LanePeriods;
 pub use lane_returns::{LaneImages, LaneReturns};
 pub use return_map::DirectReturn;
 pub use returned::{Return, ReturnOutcome, ReturnSection};

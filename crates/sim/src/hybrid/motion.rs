@@ -2,7 +2,7 @@
 
 use super::passage::{Heading, Start};
 use super::system::Regime;
-use crate::numeric::{Branched, Mask, Real};
+use crate::numeric::Real;
 
 /// Share of the time in which the motion changes within which a minimum is the one reported last.
 pub(super) const SAME_MINIMUM: f64 = 1e-7;
@@ -33,29 +33,6 @@ pub(super) struct Motion<S> {
     pub(super) headings: Vec<Heading>,
     /// The time in which the motion changed on the last step.
     pub(super) last_step: S,
-}
-
-/// How a flight ended that did not reach the horizon.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Left<S: Branched> {
-    /// Before a leap that is another matter.
-    pub(super) open: S::Mask,
-    /// At an impact that is.
-    pub(super) contact: S::Mask,
-    /// Where a leap was flown.
-    pub(super) flown: S::Mask,
-}
-
-impl<S: Branched> Left<S> {
-    /// Before the first leap.
-    pub(super) fn at_start(open: S::Mask) -> Self {
-        let (contact, flown) = (S::Mask::NONE, S::Mask::NONE);
-        Self {
-            open,
-            contact,
-            flown,
-        }
-    }
 }
 
 impl<S: Real> Motion<S> {
@@ -100,17 +77,14 @@ impl<S: Real> Motion<S> {
     /// The same where the gap went this way before.
     pub(super) fn start_after(&self, surface: usize, before: Heading) -> Start<S> {
         match self.leaving[surface] {
-            Some(rounding) => Start::Leaving { rounding },
+            Some(rounding) => Start::leaving(rounding),
             None => self.inside(before),
         }
     }
 
     /// A search that starts anywhere, the gap having gone this way before.
     pub(super) fn inside(&self, before: Heading) -> Start<S> {
-        Start::Inside {
-            before,
-            within: self.last_step * S::from_f64(SAME_MINIMUM),
-        }
+        Start::inside(before, self.last_step * S::from_f64(SAME_MINIMUM))
     }
 
     /// Forgets which way the gaps go: the state or the field is another one.

@@ -9,7 +9,7 @@
 
 use num_traits::Zero as _;
 
-use super::passage::{Goal, Heading, Start};
+use super::passage::{Goal, Heading, MinimumLog, Start};
 use super::stationary::StationaryPoints;
 use crate::numeric::{Branched, Mask, NewtonSteps, Real, Scalar, polynomial};
 
@@ -22,30 +22,8 @@ pub(super) struct Gap<'p, S> {
     pub(super) slope: &'p [S],
     /// Factor of both, 1 or −1, that makes the gap positive.
     pub(super) sign: S,
-}
-
-/// Where steps start: [`Start`] as masks.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct SearchStart<S: Branched> {
-    /// Where the gap rose before, or fell.
-    pub(super) rose: S::Mask,
-    pub(super) fell: S::Mask,
-    /// Times within which a minimum is the one that the step before ended with.
-    pub(super) within: S,
-    /// Where the surface has just been left, and the rounding of its gap there.
-    pub(super) leaving: S::Mask,
-    pub(super) rounding: S,
-}
-
-/// What is looked for: [`Goal`] as masks.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct SearchGoal<S: Branched> {
-    /// Where minima of any depth are, and crossings are flown through.
-    pub(super) minima: S::Mask,
-    /// Where minima end the search.
-    pub(super) stopping: S::Mask,
-    /// The largest gap of a minimum elsewhere.
-    pub(super) near: S,
+    /// The surface whose gap it is.
+    pub(super) surface: usize,
 }
 
 /// The first events of steps that end the search.
@@ -60,20 +38,6 @@ pub(super) struct SearchEnd<S: Branched> {
     pub(super) crossing: S::Mask,
     /// Where the gap falls at the end of a step without an event.
     pub(super) falls: S::Mask,
-}
-
-/// Takes the minima that do not end the search.
-pub(super) trait Misses<S: Branched> {
-    /// Minima at times since the start of the step.
-    fn miss(&mut self, wanted: S::Mask, time: S, gap: S);
-}
-
-/// Searches that all minima end.
-pub(super) struct NoMisses;
-
-impl<S: Branched> Misses<S> for NoMisses {
-    #[inline(always)]
-    fn miss(&mut self, _: S::Mask, _: S, _: S) {}
 }
 
 impl<S: Branched> Gap<'_, S> {
@@ -150,30 +114,20 @@ impl<S: Real> Gap<'_, S> {
     }
 }
 
-/// The search of one gap. `stopping`: whether minima end it.
+/// The search of one gap.
 pub(super) fn search_alone<S: Real>(
     points: &mut StationaryPoints<f64>,
     gap: Gap<'_, S>,
     length: S,
     start: Start<S>,
     goal: Goal<S>,
-    stopping: bool,
-    misses: &mut impl Misses<S>,
+    log: impl MinimumLog<S>,
 ) -> SearchEnd<S> {
-    let (minima, near) = match goal {
-        Goal::Minima => (true, S::zero()),
-        Goal::Crossing { near } => (false, near),
-    };
-    let goal = SearchGoal {
-        minima,
-        stopping,
-        near,
-    };
-    search(points, gap, length, start.into(), goal, true, misses)
+    search(points, gap, length, start, goal, true, log)
 }
 
 /// Looks for the first event on `[0, length]` that ends the search; minima before it that do not
-/// are put to `misses`, in order of time.
+/// are put to `log`, in order of time.
 ///
 /// A gap that fell before the step and does not fall at its start has its minimum there, between
 /// two steps and inside neither.
@@ -182,22 +136,18 @@ pub(super) fn search<S: Branched>(
     points: &mut StationaryPoints<S::Rounded>,
     gap: Gap<'_, S>,
     length: S,
-    start: SearchStart<S>,
-    goal: SearchGoal<S>,
+    start: Start<S>,
+    goal: Goal<S>,
     wanted: S::Mask,
-    misses: &mut impl Misses<S>,
+    mut log: impl MinimumLog<S>,
 ) -> SearchEnd<S> {
     let zero = S::zero();
     points.isolate(gap.slope, length.rounded(), wanted);
     let mut falls = (gap.sign * gap.slope[0]).is_below(zero);
     let mut left = (zero, gap.sign * gap.value[0]);
     let mut end = SearchEnd::none(length);
-    end.meet_minima(
-        wanted & start.fell & !falls & goal.admits(left.1),
-        left,
-        &goal,
-        misses,
-    );
+    let turned = wanted & start.fell & !falls & goal.admits(left.1);
+    end.meet_minima(turned, left, gap.surface, &goal, &mut log);
     let mut falling = Piece { left, right: left };
     let mut exists = wanted;
     for index in 0..=points.turns.len() {
@@ -216,7 +166,7 @@ pub(super) fn search<S: Branched>(
         let going = going & !piece.is_rounding(turns, &start);
         let crosses = going & piece.crosses() & !goal.minima;
         let lowest = going & !crosses & falls & turns & goal.admits(right.1);
-        end.meet_minima(lowest, right, &goal, misses);
+        end.meet_minima(lowest, right, gap.surface, &goal, &mut log);
         end.crossing |= crosses;
         falling = piece.or(crosses, &falling);
         left = right;
@@ -245,47 +195,24 @@ impl<S: Branched> SearchEnd<S> {
         }
     }
 
-    /// Ends the search at minima, given as time and gap, or puts them to `misses`.
+    /// Ends the search at minima, given as time and gap, or puts them to `log`.
     #[inline(always)]
     fn meet_minima(
         &mut self,
         minima: S::Mask,
         (time, gap): (S, S),
-        goal: &SearchGoal<S>,
-        misses: &mut impl Misses<S>,
+        surface: usize,
+        goal: &Goal<S>,
+        log: &mut impl MinimumLog<S>,
     ) {
         if minima.is_over() {
             return;
         }
         let stops = minima & goal.stopping;
-        misses.miss(minima & !stops, time, gap);
+        log.miss(minima & !stops, surface, time, gap);
         self.minimum |= stops;
         self.time = S::select(stops, time, self.time);
         self.gap = S::select(stops, gap, self.gap);
-    }
-}
-
-impl<S: Real> From<Start<S>> for SearchStart<S> {
-    fn from(start: Start<S>) -> Self {
-        let (within, rounding) = match start {
-            Start::Inside { within, .. } => (within, S::zero()),
-            Start::Leaving { rounding } => (S::zero(), rounding),
-        };
-        Self {
-            rose: start.rose(),
-            fell: start.fell(),
-            within,
-            leaving: start.is_on_zero(),
-            rounding,
-        }
-    }
-}
-
-impl<S: Branched> SearchGoal<S> {
-    /// Where minima with these gaps are looked for.
-    #[inline(always)]
-    fn admits(&self, gap: S) -> S::Mask {
-        self.minima | (S::zero().is_at_most(gap) & gap.is_at_most(self.near))
     }
 }
 
@@ -322,7 +249,7 @@ impl<S: Branched> Piece<S> {
     /// Where the fall is no event: rounding on the zero just left, or the minimum that the step
     /// before ended with. `turns`: where the piece ends at a stationary point.
     #[inline(always)]
-    fn is_rounding(&self, turns: S::Mask, start: &SearchStart<S>) -> S::Mask {
+    fn is_rounding(&self, turns: S::Mask, start: &Start<S>) -> S::Mask {
         let (left, right) = (self.left.1, self.right.1);
         let on_zero = left.is_at_most(start.rounding) & (-start.rounding).is_at_most(right);
         let same = start.rose & turns & self.right.0.is_below(start.within);
@@ -402,7 +329,6 @@ const SETTLED: usize = 5;
 
 #[cfg(test)]
 mod tests {
-    use super::super::passage::Passage;
     use super::*;
     use crate::numeric::Dd;
 
@@ -413,6 +339,13 @@ mod tests {
             .collect()
     }
 
+    /// An event of one gap within a step.
+    #[derive(Clone, Copy, Debug)]
+    enum Passage<S> {
+        Minimum { time: S, gap: S },
+        Crossing { time: S },
+    }
+
     fn passages<S: Real>(value: &[f64], start: Start<S>, goal: Goal<S>) -> Vec<Passage<S>> {
         let slope: Vec<S> = derivative(value).into_iter().map(S::from_f64).collect();
         let value: Vec<S> = value.iter().copied().map(S::from_f64).collect();
@@ -420,21 +353,14 @@ mod tests {
             value: &value,
             slope: &slope,
             sign: S::one(),
+            surface: 0,
         };
-        let (mut found, mut points) = (Found(Vec::new()), StationaryPoints::new());
-        let end = search_alone(&mut points, gap, S::one(), start, goal, false, &mut found);
+        let (mut missed, mut points) = (Vec::new(), StationaryPoints::new());
+        let end = search_alone(&mut points, gap, S::one(), start, goal, &mut missed);
         let time = end.time;
+        let minimum = |(time, _, gap)| Passage::Minimum { time, gap };
         let crossing = end.crossing.then_some(Passage::Crossing { time });
-        found.0.into_iter().chain(crossing).collect()
-    }
-
-    struct Found<S>(Vec<Passage<S>>);
-
-    impl<S: Real> Misses<S> for Found<S> {
-        fn miss(&mut self, wanted: bool, time: S, gap: S) {
-            self.0
-                .extend(wanted.then_some(Passage::Minimum { time, gap }));
-        }
+        missed.into_iter().map(minimum).chain(crossing).collect()
     }
 
     fn inside<S: Real>() -> Start<S> {
@@ -442,15 +368,20 @@ mod tests {
     }
 
     fn after<S: Real>(before: Heading) -> Start<S> {
-        Start::Inside {
-            before,
-            within: S::from_f64(1e-7),
+        Start::inside(before, S::from_f64(1e-7))
+    }
+
+    fn crossing<S: Real>(near: S) -> Goal<S> {
+        Goal {
+            minima: false,
+            stopping: false,
+            near,
         }
     }
 
     #[test]
     fn a_minimum_between_two_steps_is_found_once() {
-        let goal = Goal::Crossing { near: 1.0 };
+        let goal = crossing(1.0);
         let rising = [0.25, 0.0, 1.0];
         let found = passages::<f64>(&rising, after(Heading::Falling), goal);
         assert!(matches!(
@@ -475,7 +406,7 @@ mod tests {
             let y = 10f64.powi(-exponent / 2 - exponent % 2);
             // (t - 0.37)² - y²
             let value = [0.37 * 0.37 - y * y, -0.74, 1.0];
-            let found = passages::<Dd>(&value, inside(), Goal::Crossing { near: Dd::INFINITY });
+            let found = passages::<Dd>(&value, inside(), crossing(Dd::INFINITY));
             let [Passage::Crossing { time }] = found[..] else {
                 panic!("{found:?}")
             };
@@ -487,12 +418,12 @@ mod tests {
     #[test]
     fn a_near_miss_is_a_minimum_and_not_a_crossing() {
         let value = [0.25 + 1e-12, -1.0, 1.0];
-        let found = passages::<f64>(&value, inside(), Goal::Crossing { near: 1.0 });
+        let found = passages::<f64>(&value, inside(), crossing(1.0));
         let [Passage::Minimum { time, gap }] = found[..] else {
             panic!("{found:?}")
         };
         assert!((time - 0.5).abs() < 1e-15 && (gap - 1e-12).abs() < 1e-16);
-        assert!(passages::<f64>(&value, inside(), Goal::Crossing { near: 1e-13 }).is_empty());
+        assert!(passages::<f64>(&value, inside(), crossing(1e-13)).is_empty());
     }
 
     #[test]
@@ -505,18 +436,24 @@ mod tests {
             term *= 9.0 / (k + 1) as f64;
         }
         value[0] += 2.0;
-        let found = passages::<f64>(&value, inside(), Goal::Minima);
-        assert_eq!(found.len(), 1, "{found:?}");
-        assert!((found[0].time() - std::f64::consts::PI / 9.0).abs() < 1e-13);
+        let minima = Goal {
+            minima: true,
+            ..crossing(1.0)
+        };
+        let found = passages::<f64>(&value, inside(), minima);
+        let [Passage::Minimum { time, .. }] = found[..] else {
+            panic!("{found:?}")
+        };
+        assert!((time - std::f64::consts::PI / 9.0).abs() < 1e-13);
     }
 
     #[test]
     fn rounding_on_the_surface_just_left_is_no_event() {
         let value = [-1e-17, -1e-17, 1.0];
-        let leaving = Start::Leaving { rounding: 1e-15 };
-        assert!(passages::<f64>(&value, leaving, Goal::Crossing { near: 1.0 }).is_empty());
+        let leaving = Start::leaving(1e-15);
+        assert!(passages::<f64>(&value, leaving, crossing(1.0)).is_empty());
         let falling = [1e-17, -1e-17, -1.0];
-        let found = passages::<f64>(&falling, leaving, Goal::Crossing { near: 1.0 });
+        let found = passages::<f64>(&falling, leaving, crossing(1.0));
         assert!(matches!(found[..], [Passage::Crossing { .. }]));
     }
 }

@@ -7,7 +7,7 @@ use super::flight::{Flight, Outlook, TaylorFlight};
 use super::landing::Landing;
 use super::motion::Motion;
 use super::passage::{Goal, Heading, Start};
-use super::search::{Gap, Misses, SearchEnd, search_alone};
+use super::search::{Gap, SearchEnd, search_alone};
 use super::simulator::{Approach, Simulator, Stop, SurfaceTools, Work};
 use super::system::{HybridSystem, Law, Regime, RegimeField, Watch};
 use super::trajectory::{Event, EventKind, Outcome};
@@ -77,12 +77,7 @@ impl<S: Real> Simulator<'_, S> {
         }
         let longest = horizon - self.motion.time;
         let near_miss = self.near_miss;
-        let asked = |surface| {
-            (
-                goal(surface, approach, near_miss),
-                approach.stop_at == Some(surface),
-            )
-        };
+        let asked = |surface| goal(surface, approach, near_miss);
         let work = &mut self.work;
         let leap = tools.leap(
             &mut self.motion,
@@ -109,22 +104,6 @@ impl<S: Real> Simulator<'_, S> {
             self.tidy(stop);
         }
         (leap.end != LeapEnd::Open).then_some(stop)
-    }
-
-    /// Flies freely from impact to impact where that is all that happens; `None` where the next
-    /// stop is to be found otherwise.
-    pub(super) fn fly_through_impacts(
-        &mut self,
-        horizon: S,
-        record: &mut dyn FnMut(Event<S>),
-    ) -> Option<Stop<S>> {
-        let (tools, phase) = (self.affine.as_mut()?, self.system.phase.as_ref()?);
-        let contacts_alone = self.near_miss <= S::zero();
-        if self.motion.regime != Regime::Free || !contacts_alone {
-            return None;
-        }
-        let period = S::from_dd(phase.period);
-        tools.fly_through_impacts(&mut self.motion, horizon, period, record)
     }
 
     /// Updates what is remembered after a step: surfaces left behind, but for one that is met, and
@@ -178,14 +157,14 @@ impl<S: Real> Leg<'_, S> {
         };
         work.misses.clear();
         for (index, &watch) in self.watches.iter().enumerate() {
-            let (sign, start, goal, outlook) = match watch {
+            let (sign, surface, start, goal, outlook) = match watch {
                 Watch::Gap { surface } => {
                     let Some(goal) = goal(surface, self.approach, self.near_miss) else {
                         motion.headings[surface] = Heading::Unknown;
                         continue;
                     };
                     let outlook = flight.outlook(index, first.length, &goal);
-                    (S::one(), motion.start(surface), goal, outlook)
+                    (S::one(), surface, motion.start(surface), goal, outlook)
                 }
                 Watch::Release => {
                     let (value, slope) = flight.polynomials(index);
@@ -193,24 +172,25 @@ impl<S: Real> Leg<'_, S> {
                         motion.lose_headings();
                         return Ok(Some(Stop::Release));
                     };
-                    let goal = Goal::Crossing {
+                    let goal = Goal {
+                        minima: false,
+                        stopping: false,
                         near: S::from_f64(-1.0),
                     };
-                    (motion.release_sign, start, goal, Outlook::Open)
+                    (motion.release_sign, 0, start, goal, Outlook::Open)
                 }
             };
             let mut heading = Heading::Unknown;
             if outlook == Outlook::Open {
                 let (value, slope) = flight.polynomials(index);
-                let gap = Gap { value, slope, sign };
-                let stops = match (watch, self.approach.stop_at) {
-                    (Watch::Gap { surface }, Some(stop_at)) => surface == stop_at,
-                    _ => false,
+                let gap = Gap {
+                    value,
+                    slope,
+                    sign,
+                    surface,
                 };
-                let misses = &mut work.misses;
-                let mut misses = WatchMisses { watch, misses };
-                let (points, length) = (&mut work.points, first.length);
-                let end = search_alone(points, gap, length, start, goal, stops, &mut misses);
+                let Work { points, misses, .. } = &mut *work;
+                let end = search_alone(points, gap, first.length, start, goal, misses);
                 heading = Heading::falling(end.falls);
                 first.take(watch, &end);
             }
@@ -244,7 +224,7 @@ impl<S: Real> Leg<'_, S> {
     /// were searched; for how long the gap that has the minimum is known to rise, where no
     /// other event can come between.
     fn turn_at<F: Flight<S>>(&mut self, flight: &mut F, time: S) -> S {
-        let (sign, length) = (S::one(), flight.length());
+        let length = flight.length();
         let mut rises_for = S::zero();
         for (index, &watch) in self.watches.iter().enumerate() {
             let Watch::Gap { surface } = watch else {
@@ -254,12 +234,10 @@ impl<S: Real> Leg<'_, S> {
             if self.approach.stop_at == Some(surface) {
                 *heading = Heading::Rising;
                 if self.watches.len() == 1 {
-                    let (value, slope) = flight.polynomials(index);
-                    rises_for = Gap { value, slope, sign }.rises_for(time, length);
+                    rises_for = gap(flight, index, surface).rises_for(time, length);
                 }
             } else if *heading != Heading::Unknown {
-                let (value, slope) = flight.polynomials(index);
-                *heading = Gap { value, slope, sign }.heading(time);
+                *heading = gap(flight, index, surface).heading(time);
             }
         }
         rises_for
@@ -311,22 +289,6 @@ impl<S: Real> First<S> {
     }
 }
 
-/// Takes the minima without contact of one watch: time in the step, surface, gap.
-struct WatchMisses<'m, S> {
-    watch: Watch,
-    misses: &'m mut Vec<(S, usize, S)>,
-}
-
-impl<S: Real> Misses<S> for WatchMisses<'_, S> {
-    fn miss(&mut self, wanted: bool, time: S, gap: S) {
-        if let Watch::Gap { surface } = self.watch
-            && wanted
-        {
-            self.misses.push((time, surface, gap));
-        }
-    }
-}
-
 /// The present integrator and what is watched along it.
 fn present<'s, 'a, S: Real>(
     system: &'a HybridSystem,
@@ -347,18 +309,31 @@ fn present<'s, 'a, S: Real>(
     }
 }
 
-fn goal<S: Real>(surface: usize, approach: Approach, near_miss: S) -> Option<Goal<S>> {
-    let stops = approach.stop_at == Some(surface);
-    if approach.ignored == Some(surface) {
-        return stops.then_some(Goal::Minima);
+/// The gap of a surface along a flight.
+fn gap<S: Real, F: Flight<S>>(flight: &mut F, watch: usize, surface: usize) -> Gap<'_, S> {
+    let (value, slope) = flight.polynomials(watch);
+    Gap {
+        value,
+        slope,
+        sign: S::one(),
+        surface,
     }
-    Some(Goal::Crossing {
-        near: if stops {
+}
+
+/// What is looked for at a surface; `None` where that is nothing.
+fn goal<S: Real>(surface: usize, approach: Approach, near_miss: S) -> Option<Goal<S>> {
+    let stopping = approach.stop_at == Some(surface);
+    let minima = approach.ignored == Some(surface);
+    let goal = Goal {
+        minima,
+        stopping,
+        near: if stopping {
             S::from_f64(f64::INFINITY)
         } else {
             near_miss
         },
-    })
+    };
+    (stopping || !minima).then_some(goal)
 }
 
 /// How the search of a release function starts; its sign is found on the regime's first step.
@@ -399,5 +374,5 @@ fn release_start<S: Real>(
         }
     }
     motion.release_sign = slope[0].signum();
-    Some(Start::Leaving { rounding })
+    Some(Start::leaving(rounding))
 }

@@ -3,7 +3,7 @@
 use super::extended::Extended;
 use super::polygon::{Polygon, ROUNDING};
 use super::tools::Buffers;
-use crate::flow::AffineFlow;
+use crate::flow::{AffineFlow, Single};
 use crate::hybrid::flight::{Flight, Outlook};
 use crate::hybrid::passage::Goal;
 use crate::numeric::Real;
@@ -12,7 +12,7 @@ use crate::numeric::Real;
 /// for.
 pub(in crate::hybrid) struct AffineFlight<'t, S: Real> {
     flow: &'t AffineFlow<S>,
-    extended: &'t mut Extended<S>,
+    extended: &'t mut Extended<Single<S>>,
     buffers: &'t mut Buffers<S>,
     theta: Option<S>,
 }
@@ -20,7 +20,7 @@ pub(in crate::hybrid) struct AffineFlight<'t, S: Real> {
 impl<'t, S: Real> AffineFlight<'t, S> {
     pub(super) fn new(
         flow: &'t AffineFlow<S>,
-        extended: &'t mut Extended<S>,
+        extended: &'t mut Extended<Single<S>>,
         buffers: &'t mut Buffers<S>,
         theta: Option<S>,
     ) -> Self {
@@ -50,9 +50,9 @@ impl<S: Real> Flight<S> for AffineFlight<'_, S> {
     }
 
     fn outlook(&mut self, watch: usize, _length: S, goal: &Goal<S>) -> Outlook {
-        let Goal::Crossing { near } = *goal else {
+        if goal.minima {
             return Outlook::Open;
-        };
+        }
         let Buffers {
             control, rounded, ..
         } = &mut *self.buffers;
@@ -62,7 +62,7 @@ impl<S: Real> Flight<S> for AffineFlight<'_, S> {
             points: control,
             rounding,
         };
-        match polygon.is_above(near.to_f64().max(0.0), false) {
+        match polygon.is_above(goal.near.to_f64().max(0.0), false) {
             true => Outlook::Quiet,
             false => Outlook::Open,
         }

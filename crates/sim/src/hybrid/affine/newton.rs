@@ -6,7 +6,7 @@
 use num_traits::Zero as _;
 
 use super::parabolas::falling_zero;
-use crate::flow::{AffineLeaps, LeapTables, NumberMask, RoundedNumber};
+use crate::flow::{Backend, NumberMask, RoundedNumber, SpanTables};
 use crate::numeric::{Branched, Mask, Scalar, polynomial};
 
 /// Where a gap turns.
@@ -37,80 +37,82 @@ pub(super) struct Zero<S: Branched> {
 
 /// The motion about the node visited last.
 #[derive(Clone, Debug)]
-pub(super) struct NodeVisit<T: LeapTables> {
-    node: T::Node,
+pub(super) struct NodeVisit<B: Backend> {
+    /// Its number; NaN before the first.
+    node: RoundedNumber<B>,
     /// The extended state there, padded.
-    values: Vec<T::Number>,
-    pub(super) series: Vec<T::Number>,
-    slopes: Vec<T::Number>,
+    values: Vec<B::Number>,
+    pub(super) series: Vec<B::Number>,
+    slopes: Vec<B::Number>,
     /// Room for the series in `f64`.
-    rounded: Vec<RoundedNumber<T>>,
+    rounded: Vec<RoundedNumber<B>>,
 }
 
-impl<T: LeapTables> NodeVisit<T> {
-    pub(super) fn new(leaps: &T, columns: usize) -> Self {
+impl<B: Backend> NodeVisit<B> {
+    pub(super) fn new(tables: &SpanTables<B>) -> Self {
+        let zero = B::Number::zero();
         Self {
-            node: T::NOWHERE,
-            values: vec![T::Number::zero(); AffineLeaps::<f64>::padded_columns(columns)],
-            series: vec![T::Number::zero(); leaps.terms()],
-            slopes: vec![T::Number::zero(); leaps.terms()],
-            rounded: vec![RoundedNumber::<T>::zero(); leaps.terms()],
+            node: RoundedNumber::<B>::from_f64(f64::NAN),
+            values: vec![zero; tables.padded_columns()],
+            series: vec![zero; tables.terms()],
+            slopes: vec![zero; tables.terms()],
+            rounded: vec![RoundedNumber::<B>::zero(); tables.terms()],
         }
     }
 
     /// To be called where a span starts.
     #[inline(always)]
     pub(super) fn forget(&mut self) {
-        self.node = T::NOWHERE;
+        self.node = RoundedNumber::<B>::from_f64(f64::NAN);
     }
 
     /// The states at a time of the span.
     #[inline(always)]
     pub(super) fn states_at(
         &mut self,
-        time: T::Number,
-        wanted: NumberMask<T>,
-        leaps: &T,
-        extended: &[T::Number],
-        states: &mut [T::Number],
+        time: B::Number,
+        wanted: NumberMask<B>,
+        tables: &SpanTables<B>,
+        extended: &[B::Number],
+        states: &mut [B::Number],
     ) {
-        let (node, start) = leaps.node(time.rounded());
-        leaps.go_to(node, wanted, &mut self.node, extended, &mut self.values);
-        leaps.states_at(time - start, &self.values, &mut self.series, states);
+        let (node, start) = tables.node(time.rounded());
+        tables.go_to(node, wanted, &mut self.node, extended, &mut self.values);
+        tables.states_at(time - start, &self.values, &mut self.series, states);
     }
 }
 
 /// The gap of one surface along a span.
-pub(super) struct GapCourse<'t, T: LeapTables> {
-    pub(super) leaps: &'t T,
-    pub(super) extended: &'t [T::Number],
+pub(super) struct GapCourse<'t, B: Backend> {
+    pub(super) tables: &'t SpanTables<B>,
+    pub(super) extended: &'t [B::Number],
     pub(super) surface: usize,
-    pub(super) visit: &'t mut NodeVisit<T>,
+    pub(super) visit: &'t mut NodeVisit<B>,
 }
 
 /// Most steps of Newton's method, and most changes of the node.
 pub(super) const MAX_NEWTON: usize = 8;
 
-impl<T: LeapTables> GapCourse<'_, T> {
+impl<B: Backend> GapCourse<'_, B> {
     /// The zero near a time at which the gap falls, from that of the parabola about the node.
     #[inline(always)]
     pub(super) fn fall(
         &mut self,
-        near: RoundedNumber<T>,
-        wanted: NumberMask<T>,
-    ) -> (T::Number, NumberMask<T>) {
-        let mut time = T::Number::from_rounded(near);
-        let (mut going, mut found) = (wanted, NumberMask::<T>::NONE);
+        near: RoundedNumber<B>,
+        wanted: NumberMask<B>,
+    ) -> (B::Number, NumberMask<B>) {
+        let mut time = B::Number::from_rounded(near);
+        let (mut going, mut found) = (wanted, NumberMask::<B>::NONE);
         for _ in 0..MAX_NEWTON {
-            let (node, start) = self.leaps.node(time.rounded());
+            let (node, start) = self.tables.node(time.rounded());
             let zero = self.fall_about(node, time - start, going);
-            time = T::Number::select(going, start + zero.time, time);
+            time = B::Number::select(going, start + zero.time, time);
             found |= going & zero.found;
             going &= !zero.found & self.is_within(time);
             if !going.any() {
                 break;
             }
-            T::Number::carried(&mut time);
+            B::Number::carried(&mut time);
         }
         (time, found)
     }
@@ -119,15 +121,15 @@ impl<T: LeapTables> GapCourse<'_, T> {
     #[inline(always)]
     pub(super) fn fall_about(
         &mut self,
-        node: T::Node,
-        guess: T::Number,
-        wanted: NumberMask<T>,
-    ) -> Zero<T::Number> {
-        let reach = self.leaps.reach().rounded();
+        node: RoundedNumber<B>,
+        guess: B::Number,
+        wanted: NumberMask<B>,
+    ) -> Zero<B::Number> {
+        let reach = self.tables.reach().rounded();
         let NodeVisit {
             series, rounded, ..
         } = self.series_about(node, wanted);
-        let rounded = T::Number::all_rounded(series, rounded);
+        let rounded = B::Number::all_rounded(series, rounded);
         let near = falling_zero(rounded, guess.rounded(), reach, wanted);
         near.polished(series, reach)
     }
@@ -136,22 +138,22 @@ impl<T: LeapTables> GapCourse<'_, T> {
     #[inline(always)]
     pub(super) fn turn(
         &mut self,
-        near: RoundedNumber<T>,
-        wanted: NumberMask<T>,
-    ) -> Turn<T::Number> {
-        let time = T::Number::from_rounded(near);
+        near: RoundedNumber<B>,
+        wanted: NumberMask<B>,
+    ) -> Turn<B::Number> {
+        let time = B::Number::from_rounded(near);
         let mut turn = Turn {
             time,
             gap: time,
             curvature: time,
             rises_for: time,
-            found: NumberMask::<T>::NONE,
+            found: NumberMask::<B>::NONE,
         };
         let mut going = wanted;
         for _ in 0..MAX_NEWTON {
-            let (node, start) = self.leaps.node(turn.time.rounded());
+            let (node, start) = self.tables.node(turn.time.rounded());
             let next = self.turn_about(node, turn.time - start, going);
-            let select = |one, other| T::Number::select(going, one, other);
+            let select = |one, other| B::Number::select(going, one, other);
             turn = Turn {
                 time: select(start + next.time, turn.time),
                 gap: select(next.gap, turn.gap),
@@ -163,7 +165,7 @@ impl<T: LeapTables> GapCourse<'_, T> {
             if !going.any() {
                 break;
             }
-            T::Number::carried(&mut turn);
+            B::Number::carried(&mut turn);
         }
         turn
     }
@@ -172,42 +174,42 @@ impl<T: LeapTables> GapCourse<'_, T> {
     #[inline(always)]
     pub(super) fn turn_about(
         &mut self,
-        node: T::Node,
-        guess: T::Number,
-        wanted: NumberMask<T>,
-    ) -> Turn<T::Number> {
-        let reach = self.leaps.reach();
+        node: RoundedNumber<B>,
+        guess: B::Number,
+        wanted: NumberMask<B>,
+    ) -> Turn<B::Number> {
+        let reach = self.tables.reach();
         let NodeVisit { series, slopes, .. } = self.series_about(node, wanted);
         turn(series, slopes, guess, reach, wanted)
     }
 
     /// The gap at a time.
     #[inline(always)]
-    pub(super) fn value(&mut self, time: T::Number, wanted: NumberMask<T>) -> T::Number {
-        let (node, start) = self.leaps.node(time.rounded());
+    pub(super) fn value(&mut self, time: B::Number, wanted: NumberMask<B>) -> B::Number {
+        let (node, start) = self.tables.node(time.rounded());
         polynomial::value(&self.series_about(node, wanted).series, time - start)
     }
 
     /// The slope at a time.
     #[inline(always)]
-    pub(super) fn slope(&mut self, time: T::Number, wanted: NumberMask<T>) -> T::Number {
-        let (node, start) = self.leaps.node(time.rounded());
+    pub(super) fn slope(&mut self, time: B::Number, wanted: NumberMask<B>) -> B::Number {
+        let (node, start) = self.tables.node(time.rounded());
         polynomial::value_and_slope(&self.series_about(node, wanted).series, time - start).1
     }
 
     #[inline(always)]
-    fn series_about(&mut self, node: T::Node, wanted: NumberMask<T>) -> &mut NodeVisit<T> {
-        let (leaps, visit) = (self.leaps, &mut *self.visit);
+    fn series_about(&mut self, node: RoundedNumber<B>, wanted: NumberMask<B>) -> &mut NodeVisit<B> {
+        let (tables, visit) = (self.tables, &mut *self.visit);
         let values = &mut visit.values;
-        leaps.go_to(node, wanted, &mut visit.node, self.extended, values);
-        leaps.watched_series(self.surface, &visit.values, &mut visit.series);
+        tables.go_to(node, wanted, &mut visit.node, self.extended, values);
+        tables.watched_series(self.surface, &visit.values, &mut visit.series);
         visit
     }
 
     #[inline(always)]
-    fn is_within(&self, time: T::Number) -> NumberMask<T> {
-        let reach = self.leaps.reach();
-        (-reach).is_below(time) & time.is_below(self.leaps.span() + reach)
+    fn is_within(&self, time: B::Number) -> NumberMask<B> {
+        let reach = self.tables.reach();
+        (-reach).is_below(time) & time.is_below(self.tables.span() + reach)
     }
 }
 
