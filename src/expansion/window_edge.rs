@@ -5,7 +5,7 @@
 //! is compared with direct simulation.
 
 use super::{DepthSeries, ExpansionError};
-use crate::numeric::Scalar;
+use crate::numeric::{Scalar, last_that_holds};
 
 /// Halvings of the bracket of the usable depth variable: all bits of a double.
 const HALVINGS: usize = 60;
@@ -126,16 +126,7 @@ fn largest_within(end: f64, holds: impl Fn(f64) -> bool) -> f64 {
     if holds(end) {
         return end;
     }
-    let (mut good, mut bad) = (0.0, end);
-    for _ in 0..HALVINGS {
-        let middle = 0.5 * (good + bad);
-        if holds(middle) {
-            good = middle;
-        } else {
-            bad = middle;
-        }
-    }
-    good
+    last_that_holds(0.0, end, HALVINGS, holds)
 }
 
 impl super::Expander<'_> {

@@ -5,17 +5,14 @@ use super::arithmetic::Numbers;
 use super::contact::FlownContact;
 use super::flight::{scaled, scaled_all, shift};
 use crate::numeric::Dd;
-use crate::numeric::polynomial::evaluate;
+use crate::numeric::polynomial::{CrossingDirection, crossings, evaluate};
 
 /// Steps within the shorter of the contact time at small depths and the law's own time.
 const STEPS_PER_TIME: f64 = 4.0;
 /// Powers of time in a step: `(1/4)^25/25!` is below the rounding of double-double.
 const ORDER: usize = 24;
-/// Places of a step at which the sign of the release function is looked at.
-const PLACES: u32 = 8;
-/// Halvings of the place of a release, and Newton's steps after them.
-const HALVINGS: usize = 30;
-const NEWTON: usize = 3;
+/// Share of the first step at which the release function has its sign.
+const EARLY: f64 = 0.125;
 /// Steps after which a contact counts as one without release.
 pub(super) const MOST_STEPS: usize = 4096;
 
@@ -78,34 +75,27 @@ impl Reference<'_> {
     }
 }
 
-/// Where a polynomial on `[0, 1]` first differs in sign from `sign`, which its first place decides.
+/// Where a polynomial on `[0, 1]` first loses its sign, which is that of an early place of the first
+/// step: there it may begin at zero.
 fn first_change(release: &[Dd], sign: &mut Option<f64>) -> Option<Dd> {
-    let mut before = Dd::ZERO;
-    for place in 1..=PLACES {
-        let here = Dd::from(f64::from(place) / f64::from(PLACES));
-        let value = evaluate(release, here).0.to_f64();
-        let sign = *sign.get_or_insert(value.signum());
-        if value * sign <= 0.0 {
-            return Some(root_between(release, sign, before, here));
-        }
-        before = here;
+    let Some(sign) = *sign else {
+        let early = evaluate(release, Dd::from(EARLY)).0.to_f64();
+        *sign = Some(early.signum());
+        return crossing_from(release, early);
+    };
+    if release[0].to_f64() * sign < 0.0 {
+        return Some(Dd::ZERO);
     }
-    None
+    crossing_from(release, sign)
 }
 
-fn root_between(release: &[Dd], sign: f64, mut before: Dd, mut after: Dd) -> Dd {
-    let half = Dd::from(0.5);
-    for _ in 0..HALVINGS {
-        let middle = (before + after) * half;
-        if evaluate(release, middle).0.to_f64() * sign > 0.0 {
-            before = middle;
-        } else {
-            after = middle;
-        }
-    }
-    (0..NEWTON).fold((before + after) * half, |root, _| {
-        let (value, slope) = evaluate(release, root);
-        let next = root - value / slope;
-        if next.is_finite() { next } else { root }
-    })
+/// The first place at which a polynomial on `[0, 1]` leaves a sign.
+fn crossing_from(release: &[Dd], sign: f64) -> Option<Dd> {
+    let direction = if sign > 0.0 {
+        CrossingDirection::Entering
+    } else {
+        CrossingDirection::Leaving
+    };
+    let mut found = crossings(release, Dd::ONE).into_iter();
+    Some(found.find(|crossing| crossing.direction == direction)?.time)
 }

@@ -3,7 +3,6 @@
 //! Deliberately absent: differential equations, impacts.
 
 mod calculus;
-mod convolution;
 pub mod elementary;
 mod error;
 mod evaluation;
@@ -17,10 +16,8 @@ mod monomials;
 mod operators;
 mod power_series;
 mod product;
-mod product_table;
 mod selection;
 mod series;
-mod small_space;
 mod space;
 mod substitution;
 mod truncated;

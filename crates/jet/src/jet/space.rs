@@ -8,8 +8,8 @@ use std::sync::{Arc, OnceLock};
 
 use super::JetError;
 use super::monomials::{RankTable, count_monomials, list_monomials, list_parents};
-use super::product_table::{Monomials, ProductTable};
-use super::small_space::SmallSpace;
+use super::product::small::SmallSpace;
+use super::product::table::{Monomials, ProductTable};
 
 /// Largest number of coefficient products a space may need: at most 0.8 GB of product table, 8
 /// bytes of which stand for one product or several.

@@ -6,20 +6,27 @@
 
 use pulp::{Arch, Simd, WithSimd};
 
-/// Work on lanes that is worth a choice of instructions.
+/// Work in loops over numbers, compiled once per instruction set.
 ///
 /// `run` and everything it calls in its loops must be `#[inline(always)]`: what is not inlined is
-/// compiled for the least machine.
-pub trait Kernel {
+/// compiled for SSE2.
+pub trait Kernel: Sized {
     /// What the work returns.
     type Output;
 
     /// Does the work.
     fn run(self) -> Self::Output;
+
+    /// Does the same work, to the last bit, with little code: for double-double, and for lanes in
+    /// SSE2, which gain little by unrolled loops.
+    #[inline(always)]
+    fn run_compact(self) -> Self::Output {
+        self.run()
+    }
 }
 
-/// Runs a kernel with the widest registers of this machine: SSE2, AVX2 or AVX-512 on x86-64, NEON
-/// on aarch64.
+/// Runs a kernel with the widest registers of this machine: AVX2 or AVX-512 on x86-64 (with SSE2
+/// alone its compact form), NEON on aarch64.
 ///
 /// The results are the same to the last bit on each: products and sums are rounded separately.
 ///
@@ -39,7 +46,10 @@ pub trait Kernel {
 /// ```
 #[inline(always)]
 pub fn widest<K: Kernel>(kernel: K) -> K::Output {
-    Arch::new().dispatch(Inlined(kernel))
+    match in_wide_registers(kernel) {
+        Ok(output) => output,
+        Err(kernel) => kernel.run_compact(),
+    }
 }
 
 /// Runs a kernel where registers are wider than SSE2, as they are on any aarch64; `None` where they
@@ -49,30 +59,32 @@ pub fn widest<K: Kernel>(kernel: K) -> K::Output {
 /// kernel is spared that code, and its compilation.
 #[inline(always)]
 pub fn wide<K: Kernel>(kernel: K) -> Option<K::Output> {
-    #[cfg(target_arch = "x86_64")]
-    let output = match Arch::new() {
-        Arch::V4(simd) => Some(Simd::vectorize(simd, Inlined(kernel))),
-        Arch::V3(simd) => Some(Simd::vectorize(simd, Inlined(kernel))),
-        _ => None,
-    };
-    #[cfg(not(target_arch = "x86_64"))]
-    let output = Some(widest(kernel));
-    output
+    in_wide_registers(kernel).ok()
 }
 
 /// Whether registers are wider than SSE2 here, as they are on any aarch64: whether flights are
 /// flown in lanes.
 pub fn is_wide() -> bool {
-    wide(Nothing).is_some()
+    #[cfg(target_arch = "x86_64")]
+    let is_wide = matches!(Arch::new(), Arch::V3(_) | Arch::V4(_));
+    #[cfg(not(target_arch = "x86_64"))]
+    let is_wide = true;
+    is_wide
 }
 
-struct Nothing;
-
-impl Kernel for Nothing {
-    type Output = ();
-
-    #[inline(always)]
-    fn run(self) {}
+/// Runs a kernel in registers wider than SSE2, or gives it back.
+#[inline(always)]
+fn in_wide_registers<K: Kernel>(kernel: K) -> Result<K::Output, K> {
+    match Arch::new() {
+        #[cfg(target_arch = "x86_64")]
+        Arch::V4(simd) => Ok(Simd::vectorize(simd, Inlined(kernel))),
+        #[cfg(target_arch = "x86_64")]
+        Arch::V3(simd) => Ok(Simd::vectorize(simd, Inlined(kernel))),
+        #[cfg(target_arch = "x86_64")]
+        _ => Err(kernel),
+        #[cfg(not(target_arch = "x86_64"))]
+        arch => Ok(arch.dispatch(Inlined(kernel))),
+    }
 }
 
 struct Inlined<K>(K);

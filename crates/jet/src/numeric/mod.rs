@@ -22,7 +22,7 @@ mod scalar;
 mod shown;
 mod sine;
 
-pub use bracket::{Bracket, BracketOutcome, NewtonStep, NewtonSteps};
+pub use bracket::{Bracket, BracketOutcome, NewtonStep, NewtonSteps, last_that_holds};
 pub use branched::{Branched, LaneMask, Mask};
 pub use decimals::decimal_above;
 pub use dispatch::wide;

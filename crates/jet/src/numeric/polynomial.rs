@@ -151,25 +151,11 @@ pub fn crossings<S: Real>(coefficients: &[S], end: S) -> Vec<Crossing<S>> {
         return Vec::new();
     }
     let scaled = scaled_to_unit(coefficients, end);
-    let extrema = extrema_on_unit(&scaled);
-    in_time(crossings_on_unit(&scaled, &extrema), end)
-}
-
-/// All extrema and all crossings at once: [`extrema`] and [`crossings`] for the price of one.
-pub fn extrema_and_crossings<S: Real>(
-    coefficients: &[S],
-    end: S,
-) -> (Vec<Extremum<S>>, Vec<Crossing<S>>) {
-    if has_one_sign(coefficients, end) {
-        return (extrema(coefficients, end), Vec::new());
+    let mut crossings = crossings_on_unit(&scaled, &extrema_on_unit(&scaled));
+    for crossing in &mut crossings {
+        crossing.time *= end;
     }
-    let scaled = scaled_to_unit(coefficients, end);
-    let mut extrema = extrema_on_unit(&scaled);
-    let crossings = in_time(crossings_on_unit(&scaled, &extrema), end);
-    for extremum in &mut extrema {
-        extremum.time *= end;
-    }
-    (extrema, crossings)
+    crossings
 }
 
 /// All real roots in `[0, end]`, in order: crossings, tangencies, and the start if it is an exact
@@ -354,13 +340,6 @@ fn tangencies<S: Real>(
             kind: RootKind::Tangency(extremum.kind),
         })
         .collect()
-}
-
-fn in_time<S: Real>(mut crossings: Vec<Crossing<S>>, end: S) -> Vec<Crossing<S>> {
-    for crossing in &mut crossings {
-        crossing.time *= end;
-    }
-    crossings
 }
 
 #[cfg(test)]

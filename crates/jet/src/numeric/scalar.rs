@@ -6,7 +6,7 @@ use std::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Sub, SubAssi
 
 use num_traits::{One, Zero};
 
-use super::{Dd, Kernel};
+use super::{Dd, Kernel, widest};
 
 /// A field of numbers with the elementary functions: `f64`, `f32`, [`Dd`], or
 /// [`Lanes`](super::Lanes) of `f64`.
@@ -82,11 +82,18 @@ pub trait Scalar:
     #[inline(always)]
     fn carried<V>(_: &mut V) {}
 
-    /// Runs a kernel on this type with the registers that suit it: the widest of the machine for
-    /// lanes, with the same bits.
+    /// Runs a kernel that treats one element of this type after another: in the widest registers
+    /// for lanes, in its compact form for double-double. The bits are the same.
     #[inline(always)]
     fn dispatch<K: Kernel>(kernel: K) -> K::Output {
         kernel.run()
+    }
+
+    /// Runs a kernel that treats many neighbouring elements of this type alike: in the widest
+    /// registers, but for double-double, which gains nothing by them. The bits are the same.
+    #[inline(always)]
+    fn dispatch_loops<K: Kernel>(kernel: K) -> K::Output {
+        widest(kernel)
     }
 }
 

@@ -3,6 +3,7 @@
 //! One idea: the event nearest to a passage tells of it, so the nearest one so far is all that is
 //! kept of the events, and nothing grows on the way.
 
+use super::passage::MinimumLog;
 use super::return_map::DirectReturn;
 use super::sensing::Sense;
 use crate::numeric::{Branched, LaneMask, Lanes, Mask, Scalar};
@@ -139,5 +140,18 @@ impl<const N: usize> LaneRecord<N> {
         self.distance = Lanes::select(wanted, distance, self.distance);
         self.speed = Lanes::select(wanted, speed, self.speed);
         self.met = (self.met & !wanted) | (contact & wanted);
+    }
+}
+
+/// Puts down the minima of a step that starts at a time.
+pub(super) struct LoggedFrom<'t, const N: usize> {
+    pub(super) start: Lanes<N>,
+    pub(super) log: &'t mut LaneLog<N>,
+}
+
+impl<const N: usize> MinimumLog<Lanes<N>> for LoggedFrom<'_, N> {
+    #[inline(always)]
+    fn miss(&mut self, wanted: LaneMask<N>, _: usize, time: Lanes<N>, _: Lanes<N>) {
+        self.log.miss(wanted, self.start + time);
     }
 }

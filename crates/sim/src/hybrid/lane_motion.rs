@@ -1,6 +1,7 @@
 //! Orbits that are flown side by side: each at its own state and time.
 
 use super::motion::SAME_MINIMUM;
+use super::passage::Start;
 use crate::numeric::{Branched, LaneMask, Lanes, Mask};
 
 /// States of free flight of `N` orbits at one surface: [`Motion`](super::motion::Motion) in lanes.
@@ -19,19 +20,6 @@ pub(super) struct LaneMotion<const N: usize> {
     pub(super) falls: LaneMask<N>,
     /// The times in which the motions changed on their last steps.
     pub(super) last_step: Lanes<N>,
-}
-
-/// Where steps start: [`Start`](super::passage::Start) in lanes.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct LaneStart<const N: usize> {
-    /// Where the gap rose before, or fell.
-    pub(super) rose: LaneMask<N>,
-    pub(super) fell: LaneMask<N>,
-    /// Times within which a minimum is the one that the step before ended with.
-    pub(super) within: Lanes<N>,
-    /// Where the surface has just been left, and the rounding of its gap there.
-    pub(super) leaving: LaneMask<N>,
-    pub(super) rounding: Lanes<N>,
 }
 
 impl<const N: usize> LaneMotion<N> {
@@ -76,8 +64,8 @@ impl<const N: usize> LaneMotion<N> {
 
     /// How searches of the gaps start here.
     #[inline(always)]
-    pub(super) fn start(&self) -> LaneStart<N> {
-        LaneStart {
+    pub(super) fn start(&self) -> Start<Lanes<N>> {
+        Start {
             rose: self.rises & !self.leaving,
             fell: self.falls & !self.leaving,
             within: self.last_step * Lanes::splat(SAME_MINIMUM),

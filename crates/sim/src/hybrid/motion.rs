@@ -77,17 +77,14 @@ impl<S: Real> Motion<S> {
     /// The same where the gap went this way before.
     pub(super) fn start_after(&self, surface: usize, before: Heading) -> Start<S> {
         match self.leaving[surface] {
-            Some(rounding) => Start::Leaving { rounding },
+            Some(rounding) => Start::leaving(rounding),
             None => self.inside(before),
         }
     }
 
     /// A search that starts anywhere, the gap having gone this way before.
     pub(super) fn inside(&self, before: Heading) -> Start<S> {
-        Start::Inside {
-            before,
-            within: self.last_step * S::from_f64(SAME_MINIMUM),
-        }
+        Start::inside(before, self.last_step * S::from_f64(SAME_MINIMUM))
     }
 
     /// Forgets which way the gaps go: the state or the field is another one.

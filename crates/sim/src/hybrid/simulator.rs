@@ -7,9 +7,8 @@
 use super::HybridError;
 use super::affine::AffineTools;
 use super::motion::Motion;
-use super::passage::Passage;
-use super::search::PassageSearch;
 use super::sensing::{Evaluator, Sensor, rounding_of};
+use super::stationary::StationaryPoints;
 use super::system::{HybridSystem, Law, Regime, SurfaceLaw};
 use crate::flow::Integrator;
 use crate::numeric::Real;
@@ -36,8 +35,7 @@ pub struct Simulator<'a, S: Real> {
 /// Working memory of a step.
 #[derive(Clone, Debug)]
 pub(super) struct Work<S> {
-    pub(super) search: PassageSearch,
-    pub(super) found: Vec<Passage<S>>,
+    pub(super) points: StationaryPoints<f64>,
     /// The state after a step, or before an impact.
     pub(super) next: Vec<S>,
     /// Value and slope of what is zero where a flight lands, and the rates of the free flow there.
@@ -100,8 +98,7 @@ impl<'a, S: Real> Simulator<'a, S> {
             free: Integrator::new(&system.free.field),
             affine: system.affine.as_ref().map(AffineTools::new),
             work: Work {
-                search: PassageSearch::default(),
-                found: Vec::new(),
+                points: StationaryPoints::new(),
                 next: vec![S::zero(); system.dimension],
                 landing: vec![S::zero(); 2 + system.dimension],
                 misses: Vec::new(),

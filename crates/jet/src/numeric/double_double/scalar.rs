@@ -1,7 +1,7 @@
 //! [`Dd`] as a [`Scalar`] and a [`Real`].
 
 use super::Dd;
-use crate::numeric::{Real, Scalar};
+use crate::numeric::{Kernel, Real, Scalar};
 
 impl Scalar for Dd {
     const ROUNDOFF: f64 = f64::EPSILON * f64::EPSILON / 4.0;
@@ -89,6 +89,16 @@ impl Scalar for Dd {
 
     fn is_finite(self) -> bool {
         Dd::is_finite(self)
+    }
+
+    #[inline(always)]
+    fn dispatch<K: Kernel>(kernel: K) -> K::Output {
+        kernel.run_compact()
+    }
+
+    #[inline(always)]
+    fn dispatch_loops<K: Kernel>(kernel: K) -> K::Output {
+        kernel.run_compact()
     }
 }
 

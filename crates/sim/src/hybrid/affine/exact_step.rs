@@ -15,6 +15,7 @@ use super::zeros::{GapCourse, NodeVisit, is_convex};
 use crate::flow::{Backend, NumberMask, RoundedNumber, SpanTables};
 use crate::hybrid::backward::Back;
 use crate::hybrid::motion::SAME_MINIMUM;
+use crate::hybrid::passage::MinimumLog;
 use crate::numeric::{Branched, Kernel, Mask, Scalar};
 
 /// Where an exact step ends: after the longest time asked for, or the whole span where that is
@@ -59,12 +60,6 @@ impl<S: Branched> ExactStep<S> {
         self.gap = S::select(wanted, other.gap, self.gap);
         self.rises_for = S::select(wanted, other.rises_for, self.rises_for);
     }
-}
-
-/// Where minima at which the flight does not stop are put down.
-pub(super) trait MinimumLog<S: Branched> {
-    /// Takes a minimum of the gap of a surface, at a time of the step.
-    fn miss(&mut self, wanted: S::Mask, surface: usize, time: S, gap: S);
 }
 
 /// What exact steps work on.

@@ -72,9 +72,9 @@ impl<S: Real> Flight<S> for AffineFlight<'_, S> {
     }
 
     fn outlook(&mut self, watch: usize, _length: S, goal: &Goal<S>) -> Outlook {
-        let Goal::Crossing { near } = *goal else {
+        if goal.minima {
             return Outlook::Open;
-        };
+        }
         let FlightBuffers {
             control, rounded, ..
         } = &mut *self.buffers;
@@ -84,7 +84,7 @@ impl<S: Real> Flight<S> for AffineFlight<'_, S> {
             points: control,
             rounding,
         };
-        match polygon.is_above(near.to_f64().max(0.0), false) {
+        match polygon.is_above(goal.near.to_f64().max(0.0), false) {
             true => Outlook::Quiet,
             false => Outlook::Open,
         }

@@ -1,6 +1,6 @@
 //! Tables of a system's affine flows at one parameter vector, and what they work on.
 
-use super::exact_step::{BackwardStep, ExactStep, MinimumLog, StepBuffers, Stepper};
+use super::exact_step::{BackwardStep, ExactStep, StepBuffers, Stepper};
 use super::extended::Extended;
 use super::flight::{AffineFlight, FlightBuffers};
 use super::surface::SurfaceTables;
@@ -13,7 +13,7 @@ use crate::hybrid::passage::{Goal, Heading};
 use crate::hybrid::sensing::{Clearance, Sense};
 use crate::hybrid::simulator::Stop;
 use crate::hybrid::system::Regime;
-use crate::numeric::{Kernel, Real, Scalar, widest};
+use crate::numeric::{Kernel, Real};
 
 /// The affine side of a simulator.
 #[derive(Clone, Debug)]
@@ -136,25 +136,24 @@ impl<'a, S: Real> AffineTools<'a, S> {
     /// Flies freely to the first event, for a time at most, and writes the state where that ends;
     /// `None` where the field has no tables for it.
     ///
-    /// `asked` says of each surface what is looked for, and whether the flight stops at its minima;
-    /// others are put to `misses`.
+    /// `asked` says of each surface what is looked for; minima at which the flight does not stop are
+    /// put to `misses`.
     pub(in crate::hybrid) fn leap(
         &mut self,
         motion: &mut Motion<S>,
         parameters: &[S],
         longest: S,
-        asked: impl Fn(usize) -> (Option<Goal<S>>, bool),
+        asked: impl Fn(usize) -> Option<Goal<S>>,
         misses: &mut Vec<(S, usize, S)>,
     ) -> Option<Leap<S>> {
         let ((tables, buffers), extended) = self.span(motion, parameters)?;
         for (surface, gap) in buffers.gaps.iter_mut().enumerate() {
-            let (goal, stops) = asked(surface);
+            let goal = asked(surface);
             let heading = motion.headings[surface];
-            (gap.wanted, gap.stops) = (goal.is_some(), stops);
-            (gap.ignoring, gap.near) = match goal {
-                Some(Goal::Crossing { near }) => (false, near),
-                _ => (true, S::from_f64(f64::INFINITY)),
-            };
+            gap.wanted = goal.is_some();
+            if let Some(goal) = goal {
+                (gap.ignoring, gap.stops, gap.near) = (goal.minima, goal.stopping, goal.near);
+            }
             gap.leaving = motion.leaving[surface].is_some();
             gap.left_within = motion.leaving[surface].unwrap_or(S::zero());
             gap.rises = gap.wanted && heading == Heading::Rising;
@@ -162,7 +161,7 @@ impl<'a, S: Real> AffineTools<'a, S> {
         }
         misses.clear();
         let states = extended.states();
-        let step = dispatched::<S, _>(LandedStep {
+        let step = S::dispatch_loops(LandedStep {
             stepper: Stepper {
                 tables,
                 extended: &extended.values,
@@ -209,7 +208,7 @@ impl<'a, S: Real> AffineTools<'a, S> {
     ) -> Option<S> {
         let ((tables, buffers), extended) = self.span(motion, parameters)?;
         let states = extended.states();
-        let (time, known) = dispatched::<S, _>(BackwardStep {
+        let (time, known) = S::dispatch_loops(BackwardStep {
             tables,
             extended: &extended.values,
             visit: &mut buffers.visit,
@@ -371,26 +370,6 @@ impl<S: Real> Kernel for LandedStep<'_, S> {
         let visit = &mut buffers.visit;
         visit.states_at(step.time, true, tables, extended, self.states);
         step
-    }
-}
-
-impl<S: Real> MinimumLog<S> for &mut Vec<(S, usize, S)> {
-    #[inline(always)]
-    fn miss(&mut self, wanted: bool, surface: usize, time: S, gap: S) {
-        if wanted {
-            self.push((time, surface, gap));
-        }
-    }
-}
-
-/// Runs a kernel of one orbit: in `f64` with the widest registers of the machine. Double-double
-/// gains nothing by them.
-#[inline(always)]
-fn dispatched<S: Real, K: Kernel>(kernel: K) -> K::Output {
-    if S::ROUNDOFF < <f64 as Scalar>::ROUNDOFF {
-        kernel.run()
-    } else {
-        widest(kernel)
     }
 }
 

@@ -12,7 +12,7 @@ const MOST_VARIABLES: usize = 6;
 
 /// A space whose products are written down.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum SmallSpace {
+pub(in crate::jet) enum SmallSpace {
     /// One variable: so many powers.
     OneVariable(usize),
     /// Constants and linear terms.
@@ -23,7 +23,7 @@ pub(super) enum SmallSpace {
 
 impl SmallSpace {
     /// What space it is, by weights and order; `None` for all others.
-    pub(super) fn of(weights: &[u32], order: usize) -> Option<Self> {
+    pub(in crate::jet) fn of(weights: &[u32], order: usize) -> Option<Self> {
         if weights.iter().any(|&weight| weight != 1) {
             return None;
         }
@@ -37,11 +37,11 @@ impl SmallSpace {
 }
 
 /// The product of two elements, which an element becomes (`SET`) or to which it is added.
-pub(super) struct SmallProduct<'a, S, const SET: bool> {
-    pub(super) space: SmallSpace,
-    pub(super) a: &'a [S],
-    pub(super) b: &'a [S],
-    pub(super) out: &'a mut [S],
+pub(in crate::jet) struct SmallProduct<'a, S, const SET: bool> {
+    pub(in crate::jet) space: SmallSpace,
+    pub(in crate::jet) a: &'a [S],
+    pub(in crate::jet) b: &'a [S],
+    pub(in crate::jet) out: &'a mut [S],
 }
 
 impl<S: Scalar, const SET: bool> Kernel for SmallProduct<'_, S, SET> {
@@ -56,12 +56,21 @@ impl<S: Scalar, const SET: bool> Kernel for SmallProduct<'_, S, SET> {
             SmallSpace::Quadratic(4) => self.quadratic(4),
             SmallSpace::Quadratic(5) => self.quadratic(5),
             SmallSpace::Quadratic(_) => self.quadratic(MOST_VARIABLES),
-            SmallSpace::OneVariable(3) => self.one_variable::<3>(),
-            SmallSpace::OneVariable(4) => self.one_variable::<4>(),
-            SmallSpace::OneVariable(5) => self.one_variable::<5>(),
-            SmallSpace::OneVariable(6) => self.one_variable::<6>(),
-            SmallSpace::OneVariable(7) => self.one_variable::<7>(),
-            SmallSpace::OneVariable(_) => self.one_variable::<LONGEST>(),
+            SmallSpace::OneVariable(3) => self.one_variable(3),
+            SmallSpace::OneVariable(4) => self.one_variable(4),
+            SmallSpace::OneVariable(5) => self.one_variable(5),
+            SmallSpace::OneVariable(6) => self.one_variable(6),
+            SmallSpace::OneVariable(7) => self.one_variable(7),
+            SmallSpace::OneVariable(_) => self.one_variable(LONGEST),
+        }
+    }
+
+    #[inline(always)]
+    fn run_compact(self) {
+        match self.space {
+            SmallSpace::Linear => self.linear(),
+            SmallSpace::Quadratic(variables) => self.quadratic(variables),
+            SmallSpace::OneVariable(len) => self.one_variable(len),
         }
     }
 }
@@ -113,16 +122,11 @@ impl<S: Scalar, const SET: bool> SmallProduct<'_, S, SET> {
     }
 
     #[inline(always)]
-    fn one_variable<const LEN: usize>(self) {
-        let (Some(a), Some(b)) = (self.a.first_chunk::<LEN>(), self.b.first_chunk::<LEN>()) else {
-            return;
-        };
-        let Some(out) = self.out.first_chunk_mut::<LEN>() else {
-            return;
-        };
-        for power in 0..LEN {
+    fn one_variable(self, len: usize) {
+        let (a, b, out) = (&self.a[..len], &self.b[..len], &mut self.out[..len]);
+        for power in 0..len {
             let mut sum = a[0] * b[power];
-            for left in 1..=power {
+            for left in 1..power + 1 {
                 sum = a[left].mul_add(b[power - left], sum);
             }
             Self::put(&mut out[power], sum);

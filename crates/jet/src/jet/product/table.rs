@@ -10,11 +10,11 @@
 
 use std::ops::Range;
 
-use super::monomials::{RankTable, next_divisor};
+use crate::jet::monomials::{RankTable, next_divisor};
 
 /// The products of a space, run by run of the result.
 #[derive(Debug)]
-pub(super) struct ProductTable {
+pub(in crate::jet) struct ProductTable {
     runs: Vec<Run>,
     /// First run of every degree, and the number of runs.
     degree_starts: Vec<usize>,
@@ -26,15 +26,15 @@ pub(super) struct ProductTable {
 
 /// Neighbouring monomials of one degree with the same exponents in all variables but the last two.
 #[derive(Clone, Debug)]
-pub(super) struct Run {
+pub(in crate::jet) struct Run {
     /// The monomials.
-    pub(super) monomials: Range<usize>,
+    pub(in crate::jet) monomials: Range<usize>,
     family: Family,
 }
 
 /// All runs with the same exponents in all variables but the last two.
 #[derive(Clone, Debug)]
-pub(super) struct Family {
+pub(in crate::jet) struct Family {
     runs: usize,
     pairs: Range<usize>,
 }
@@ -42,7 +42,7 @@ pub(super) struct Family {
 impl Family {
     /// Number of runs, which is the length of the longest.
     #[inline(always)]
-    pub(super) fn runs(&self) -> usize {
+    pub(in crate::jet) fn runs(&self) -> usize {
         self.runs
     }
 }
@@ -50,7 +50,7 @@ impl Family {
 /// The pairs of families that multiply to one family, by ascending left ones; the first begins with
 /// the constant, the last ends with it.
 #[derive(Clone, Copy)]
-pub(super) struct Pairs<'a> {
+pub(in crate::jet) struct Pairs<'a> {
     firsts: &'a [u32],
     /// Runs of the product.
     runs: usize,
@@ -59,22 +59,22 @@ pub(super) struct Pairs<'a> {
 /// The first monomials of the runs of two families, by ascending length, as many of each as their
 /// product has.
 #[derive(Clone, Copy)]
-pub(super) struct Pair<'a> {
-    pub(super) left: &'a [u32],
-    pub(super) right: &'a [u32],
+pub(in crate::jet) struct Pair<'a> {
+    pub(in crate::jet) left: &'a [u32],
+    pub(in crate::jet) right: &'a [u32],
 }
 
 impl<'a> Pair<'a> {
     /// The shortest runs of both, as many as asked for; `None` if there are fewer.
     #[inline(always)]
-    pub(super) fn shortest<const RUNS: usize>(self) -> Option<[&'a [u32; RUNS]; 2]> {
+    pub(in crate::jet) fn shortest<const RUNS: usize>(self) -> Option<[&'a [u32; RUNS]; 2]> {
         Some([self.left.first_chunk()?, self.right.first_chunk()?])
     }
 }
 
 impl<'a> Pairs<'a> {
     #[inline(always)]
-    pub(super) fn iter(self) -> impl Iterator<Item = Pair<'a>> {
+    pub(in crate::jet) fn iter(self) -> impl Iterator<Item = Pair<'a>> {
         let pair = move |firsts: &'a [u32]| {
             let (left, right) = firsts.split_at(self.runs);
             Pair { left, right }
@@ -84,7 +84,7 @@ impl<'a> Pairs<'a> {
 
     /// The first half of the pairs, and the one in the middle if their number is odd.
     #[inline(always)]
-    pub(super) fn half(self) -> (Self, Option<Pair<'a>>) {
+    pub(in crate::jet) fn half(self) -> (Self, Option<Pair<'a>>) {
         let entry = 2 * self.runs;
         let count = self.firsts.len() / entry;
         let (half, rest) = self.firsts.split_at(count / 2 * entry);
@@ -101,7 +101,7 @@ impl<'a> Pairs<'a> {
 
     /// The first pair, and the others.
     #[inline(always)]
-    pub(super) fn split_first(self) -> (Option<Pair<'a>>, Self) {
+    pub(in crate::jet) fn split_first(self) -> (Option<Pair<'a>>, Self) {
         let entry = (2 * self.runs).min(self.firsts.len());
         let firsts = &self.firsts[entry..];
         (self.iter().next(), Self { firsts, ..self })
@@ -109,11 +109,11 @@ impl<'a> Pairs<'a> {
 }
 
 /// Exponents and weights, as a table is built from them.
-pub(super) struct Monomials<'a> {
-    pub(super) weights: &'a [u32],
-    pub(super) exponents: &'a [u8],
-    pub(super) degree_starts: &'a [usize],
-    pub(super) ranks: &'a RankTable,
+pub(in crate::jet) struct Monomials<'a> {
+    pub(in crate::jet) weights: &'a [u32],
+    pub(in crate::jet) exponents: &'a [u8],
+    pub(in crate::jet) degree_starts: &'a [usize],
+    pub(in crate::jet) ranks: &'a RankTable,
 }
 
 impl Monomials<'_> {
@@ -170,7 +170,7 @@ impl Monomials<'_> {
 
 impl ProductTable {
     /// The table of a space.
-    pub(super) fn new(monomials: &Monomials<'_>) -> Self {
+    pub(in crate::jet) fn new(monomials: &Monomials<'_>) -> Self {
         let count = monomials.degree_starts.last().copied().unwrap_or(0);
         let mut table = Self {
             runs: Vec::new(),
@@ -220,25 +220,25 @@ impl ProductTable {
 
     /// The numbers of the runs of a range of degrees.
     #[inline(always)]
-    pub(super) fn run_numbers(&self, degrees: Range<usize>) -> Range<usize> {
+    pub(in crate::jet) fn run_numbers(&self, degrees: Range<usize>) -> Range<usize> {
         self.degree_starts[degrees.start]..self.degree_starts[degrees.end]
     }
 
     /// All runs, by ascending monomials.
     #[inline(always)]
-    pub(super) fn all_runs(&self) -> &[Run] {
+    pub(in crate::jet) fn all_runs(&self) -> &[Run] {
         &self.runs
     }
 
     /// All families.
     #[inline(always)]
-    pub(super) fn families(&self) -> &[Family] {
+    pub(in crate::jet) fn families(&self) -> &[Family] {
         &self.families
     }
 
     /// The pairs of families that multiply to a family.
     #[inline(always)]
-    pub(super) fn pairs_of(&self, family: &Family) -> Pairs<'_> {
+    pub(in crate::jet) fn pairs_of(&self, family: &Family) -> Pairs<'_> {
         Pairs {
             firsts: &self.pairs[family.pairs.clone()],
             runs: family.runs,
@@ -247,12 +247,12 @@ impl ProductTable {
 
     /// The pairs of families that multiply to that of a run.
     #[inline(always)]
-    pub(super) fn pairs_of_run(&self, run: &Run) -> Pairs<'_> {
+    pub(in crate::jet) fn pairs_of_run(&self, run: &Run) -> Pairs<'_> {
         self.pairs_of(&run.family)
     }
 
     /// The pairs of monomials whose product is a given one, in the order of the sums.
-    pub(super) fn pairs(&self, monomial: usize) -> Vec<(usize, usize)> {
+    pub(in crate::jet) fn pairs(&self, monomial: usize) -> Vec<(usize, usize)> {
         let after = self
             .runs
             .partition_point(|run| run.monomials.start <= monomial);

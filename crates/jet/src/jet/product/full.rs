@@ -5,10 +5,9 @@
 //! code for each number of runs, its sums in registers. The terms of a sum are in the order of the
 //! table, so that the bits are those of products run by run.
 
-use super::terms::Terms;
-use super::{Addition, All, Convolution, Factor, Finish};
+use super::convolution::{Convolution, Factor, Finish, RunSums, Terms};
+use super::table::{Family, Pair, ProductTable, Run};
 use crate::jet::Span;
-use crate::jet::product_table::{Family, Pair, ProductTable, Run};
 use crate::numeric::{Kernel, Scalar, one_by_one};
 
 /// Most runs of a family that are summed at once: fifteen sums.
@@ -18,11 +17,11 @@ use crate::numeric::{Kernel, Scalar, one_by_one};
 const MOST_RUNS: usize = 5;
 
 /// All of the product of two elements, which an element becomes (`SET`) or to which it is added.
-pub(in crate::jet) struct FullProduct<'a, S, const SET: bool> {
-    pub(in crate::jet) table: &'a ProductTable,
-    pub(in crate::jet) a: &'a [S],
-    pub(in crate::jet) b: &'a [S],
-    pub(in crate::jet) out: &'a mut [S],
+pub(super) struct FullProduct<'a, S, const SET: bool> {
+    pub(super) table: &'a ProductTable,
+    pub(super) a: &'a [S],
+    pub(super) b: &'a [S],
+    pub(super) out: &'a mut [S],
 }
 
 impl<S: Scalar, const SET: bool> Kernel for FullProduct<'_, S, SET> {
@@ -45,7 +44,7 @@ impl<S: Scalar, const SET: bool> Kernel for FullProduct<'_, S, SET> {
         }
         let long = |run: &&Run| run.monomials.len() > MOST_RUNS;
         for run in self.table.all_runs().iter().filter(long) {
-            let terms = Terms {
+            let sums = RunSums {
                 table: self.table,
                 run,
                 a: Factor::full(self.a),
@@ -53,8 +52,13 @@ impl<S: Scalar, const SET: bool> Kernel for FullProduct<'_, S, SET> {
                 finish: Self::FINISH,
             };
             let out = &mut self.out[run.monomials.clone()];
-            All::<false, false>.add(&terms, out);
+            sums.add::<true>(Terms::ALL, out);
         }
+    }
+
+    #[inline(always)]
+    fn run_compact(self) {
+        self.run_by_run().form();
     }
 }
 
