@@ -126,7 +126,8 @@ impl<const N: usize> SpanTables<Batch<N>> {
             RowTable::interleaved(tables.each_ref(), terms)
         };
         let watches = 0..first.watched.len();
-        let control = |watch: usize| ControlTables::interleaved(alone.map(|own| &own.control[watch]));
+        let control =
+            |watch: usize| ControlTables::interleaved(alone.map(|own| &own.control[watch]));
         Some(Self {
             span: each(|own| own.span),
             spacing: each(|own| own.spacing),
@@ -321,10 +322,7 @@ impl ControlTables<f64> {
     }
 
     /// From the points of the first piece and the flows to the starts of all.
-    fn new(
-        first: RowTable<f64, CONTROL_BLOCK>,
-        flows: &[Option<RowTable<f64>>; PIECES],
-    ) -> Self {
+    fn new(first: RowTable<f64, CONTROL_BLOCK>, flows: &[Option<RowTable<f64>>; PIECES]) -> Self {
         let pieces = flows.each_ref().map(|flow| match flow {
             Some(flow) => first.after(flow),
             None => first.clone(),

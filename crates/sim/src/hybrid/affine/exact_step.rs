@@ -13,9 +13,8 @@ use super::enclosure::{EnclosureTest, Found, WatchedGap};
 use super::newton::{GapCourse, NodeVisit, is_convex};
 use super::polygon::{Polygon, ROUNDING};
 use crate::flow::{Backend, NumberMask, RoundedNumber, SpanTables};
-use crate::hybrid::backward::Back;
 use crate::hybrid::motion::SAME_MINIMUM;
-use crate::hybrid::passage::MinimumLog;
+use crate::hybrid::passage::{Back, MinimumLog};
 use crate::numeric::{Branched, Kernel, Mask, Scalar};
 
 /// Where an exact step ends: after the longest time asked for, or the whole span where that is
@@ -161,8 +160,8 @@ impl<B: Backend, L: MinimumLog<B::Number>> Stepper<'_, B, L> {
             first.undecided |= found.undecided;
             let stops = (found.contact | (found.minimum & gap.stops)) & !found.undecided;
             let has_none = !(first.contact | first.minimum);
-            let is_first = found.time.is_below(first.time)
-                | (has_none & found.time.is_equal(first.time));
+            let is_first =
+                found.time.is_below(first.time) | (has_none & found.time.is_equal(first.time));
             let event = ExactStep {
                 time: found.time,
                 contact: found.contact,
