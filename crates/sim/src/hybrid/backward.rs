@@ -1,23 +1,12 @@
 //! Free flight backward in time, to the minimum of a gap or to the surface itself.
 
 use super::flight::{Flight, TaylorFlight};
-use super::landing::Landing;
-use super::motion::Motion;
-use super::passage::{Goal, Heading, NoLog};
+use super::motion::{Motion, Regime};
+use super::passage::{Back, Goal, Heading, Landing, NoLog};
 use super::search::{Gap, search_alone};
 use super::simulator::{Simulator, Work};
-use super::system::Regime;
 use super::trajectory::Outcome;
 use crate::numeric::{Real, Scalar};
-
-/// Where a backward flight ends.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Back {
-    /// At the first local minimum of the gap, whatever its depth.
-    ToMinimum,
-    /// Where the gap, negative at the start, rises through zero.
-    ToSurface,
-}
 
 /// Most backward steps.
 const MAX_STEPS: usize = 10_000;

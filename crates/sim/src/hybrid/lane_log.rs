@@ -4,7 +4,6 @@
 //! kept of the events, and nothing grows on the way.
 
 use super::passage::MinimumLog;
-use super::return_map::DirectReturn;
 use super::sensing::Sense;
 use crate::numeric::{Branched, LaneMask, Lanes, Mask, Scalar};
 
@@ -31,20 +30,20 @@ struct LaneRecord<const N: usize> {
 }
 
 impl<const N: usize> LaneLog<N> {
-    /// Of return maps with as many passages each.
-    pub(super) fn new(alone: [&DirectReturn<'_, f64>; N]) -> Self {
-        let share = |number| Lanes::from_fn(|lane| alone[lane].itinerary.share(number));
+    /// Of returns that take these times, with passages expected at these shares of them; `has_own`
+    /// where the first passage is that of the section.
+    pub(super) fn new(duration: Lanes<N>, shares: &[Lanes<N>], has_own: bool) -> Self {
         let zero = Lanes::splat(0.0);
-        let record = |number| LaneRecord {
-            share: share(number),
+        let record = |&share| LaneRecord {
+            share,
             distance: zero,
             met: LaneMask::NONE,
             speed: zero,
         };
         Self {
-            duration: Lanes::from_fn(|lane| alone[lane].duration),
-            passages: (0..alone[0].itinerary.len()).map(record).collect(),
-            has_own: alone[0].section.surface().is_some(),
+            duration,
+            passages: shares.iter().map(record).collect(),
+            has_own,
         }
     }
 

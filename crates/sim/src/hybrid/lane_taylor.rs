@@ -3,12 +3,11 @@
 //! One idea: a step forms the series of all orbits together; each has its own length, its own
 //! event, and lands at its own time.
 
-use super::backward::{Back, alternate};
-use super::landing::{REDUCED, ends_before_turn};
+use super::backward::alternate;
 use super::lane_flow::{LaneAsked, LaneFlow, LaneLeap};
 use super::lane_log::{LaneLog, LoggedFrom};
-use super::lane_motion::LaneMotion;
-use super::passage::{Goal, NoLog, Start};
+use super::motion::LaneMotion;
+use super::passage::{Back, Goal, NoLog, REDUCED, Start, ends_before_turn};
 use super::search::{Gap, SearchEnd, search};
 use super::sensing::{Evaluator, Sense, Sensor};
 use super::stationary::StationaryPoints;

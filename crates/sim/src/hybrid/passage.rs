@@ -1,5 +1,6 @@
-//! What the search of gaps is asked: where it starts, what is looked for, and who takes the minima
-//! at which no flight stops. For one gap or for one in every lane.
+//! What flights and the search of gaps are asked, and why flights stop: where a step starts, what is
+//! looked for, who takes the minima at which no flight stops, where a flight lands. For one gap or
+//! for one in every lane.
 
 use crate::numeric::{Branched, Real};
 
@@ -38,6 +39,65 @@ pub(super) struct Goal<S: Branched> {
     pub(super) stopping: S::Mask,
     /// Largest gap of a minimum that is looked for.
     pub(super) near: S,
+}
+
+/// Which surface is flown through, and at which surface's minima the flight stops.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) struct Approach {
+    pub(super) ignored: Option<usize>,
+    pub(super) stop_at: Option<usize>,
+}
+
+/// Why a flight stopped.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Stop<S> {
+    /// The time asked for.
+    Horizon,
+    /// A surface is met; its response is not yet applied.
+    Contact { surface: usize },
+    /// A minimum of the gap of [`Approach::stop_at`], which is known to rise for a time from there
+    /// on.
+    Minimum { gap: S, rises_for: S },
+    /// The present contact or sticking ends; not yet applied.
+    Release,
+}
+
+/// Where a backward flight ends.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Back {
+    /// At the first local minimum of the gap, whatever its depth.
+    ToMinimum,
+    /// Where the gap, negative at the start, rises through zero.
+    ToSurface,
+}
+
+/// The function that is zero where a flight has landed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Landing {
+    /// The gap of a surface.
+    Contact {
+        /// The surface.
+        surface: usize,
+    },
+    /// The release function of a compliant surface.
+    Release {
+        /// The surface.
+        surface: usize,
+    },
+}
+
+/// Share of itself to which a step of Newton's method must reduce a distance that is more than
+/// rounding.
+pub(super) const REDUCED: f64 = 0.5;
+
+/// Where a step of Newton's method ends short of where the function turns, by its second
+/// derivative: `|g g''| < g'²`.
+///
+/// NOTE: of a distance that is rounding itself the step may leave nothing, however far it leads;
+/// then only this tells.
+#[inline(always)]
+pub(super) fn ends_before_turn<S: Branched>(value: S, slope: S, curvature: S) -> S::Mask {
+    (value * curvature).abs().is_below(slope * slope)
 }
 
 /// Where minima at which the flight does not stop are put down.

@@ -6,10 +6,10 @@
 
 use super::HybridError;
 use super::affine::AffineTools;
-use super::motion::Motion;
+use super::motion::{Motion, Regime};
 use super::sensing::{Evaluator, Sensor, rounding_of};
 use super::stationary::StationaryPoints;
-use super::system::{HybridSystem, Law, Regime, SurfaceLaw};
+use super::system::{HybridSystem, Law, SurfaceLaw};
 use crate::flow::Integrator;
 use crate::numeric::Real;
 
@@ -56,27 +56,6 @@ pub(super) struct SurfaceTools<'a, S: Real> {
     pub(super) release: Option<Evaluator<'a, S>>,
     /// Integrator of the contact field or the stick field.
     pub(super) held: Option<Integrator<'a, S>>,
-}
-
-/// Which surface is flown through, and at which surface's minima the flight stops.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(super) struct Approach {
-    pub(super) ignored: Option<usize>,
-    pub(super) stop_at: Option<usize>,
-}
-
-/// Why a flight stopped.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Stop<S> {
-    /// The time asked for.
-    Horizon,
-    /// A surface is met; its response is not yet applied.
-    Contact { surface: usize },
-    /// A minimum of the gap of [`Approach::stop_at`], which is known to rise for a time from there
-    /// on.
-    Minimum { gap: S, rises_for: S },
-    /// The present contact or sticking ends; not yet applied.
-    Release,
 }
 
 /// Default limit on steps per call.

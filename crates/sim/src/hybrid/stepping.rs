@@ -4,12 +4,11 @@ use std::cmp::Ordering;
 
 use super::affine::LeapEnd;
 use super::flight::{Flight, Outlook, TaylorFlight};
-use super::landing::Landing;
-use super::motion::Motion;
-use super::passage::{Goal, Heading, Start};
+use super::motion::{Motion, Regime};
+use super::passage::{Approach, Goal, Heading, Landing, Start, Stop};
 use super::search::{Gap, SearchEnd, search_alone};
-use super::simulator::{Approach, Simulator, Stop, SurfaceTools, Work};
-use super::system::{HybridSystem, Law, Regime, RegimeField, Watch};
+use super::simulator::{Simulator, SurfaceTools, Work};
+use super::system::{HybridSystem, Law, RegimeField, Watch};
 use super::trajectory::{Event, EventKind, Outcome};
 use crate::flow::Integrator;
 use crate::numeric::Real;

@@ -13,9 +13,8 @@ use super::enclosure::{EnclosureTest, Found, WatchedGap};
 use super::polygon::{Polygon, ROUNDING};
 use super::zeros::{GapCourse, NodeVisit, is_convex};
 use crate::flow::{Backend, NumberMask, RoundedNumber, SpanTables};
-use crate::hybrid::backward::Back;
 use crate::hybrid::motion::SAME_MINIMUM;
-use crate::hybrid::passage::MinimumLog;
+use crate::hybrid::passage::{Back, MinimumLog};
 use crate::numeric::{Branched, Kernel, Mask, Scalar};
 
 /// Where an exact step ends: after the longest time asked for, or the whole span where that is

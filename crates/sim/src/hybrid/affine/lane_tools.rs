@@ -6,11 +6,10 @@ use super::extended::Extended;
 use super::surface::SurfaceTables;
 use super::tools::OrbitTables;
 use crate::flow::{Batch, SpanTables};
-use crate::hybrid::backward::Back;
-use crate::hybrid::landing::{REDUCED, ends_before_turn};
 use crate::hybrid::lane_flow::{LaneAsked, LaneFlow, LaneLeap};
 use crate::hybrid::lane_log::{LaneLog, LoggedFrom};
-use crate::hybrid::lane_motion::LaneMotion;
+use crate::hybrid::motion::LaneMotion;
+use crate::hybrid::passage::{Back, REDUCED, ends_before_turn};
 use crate::hybrid::sensing::Sense;
 use crate::numeric::{Branched, Kernel, LaneMask, Lanes, Mask, Scalar};
 

@@ -3,7 +3,7 @@
 
 use super::system::AffineSurface;
 use crate::flow::{AffineFieldRows, AffineRows, RowTable};
-use crate::hybrid::landing::Landing;
+use crate::hybrid::passage::Landing;
 use crate::hybrid::sensing::{Clearance, Sense};
 use crate::numeric::{Branched, Lanes, Real};
 

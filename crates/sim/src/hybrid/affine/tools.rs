@@ -6,13 +6,9 @@ use super::flight::{AffineFlight, FlightBuffers};
 use super::surface::SurfaceTables;
 use super::system::{AffineSurface, AffineSystem};
 use crate::flow::{AffineFieldRows, AffineFlow, AffineRows, Single, SpanTables};
-use crate::hybrid::backward::Back;
-use crate::hybrid::landing::Landing;
-use crate::hybrid::motion::Motion;
-use crate::hybrid::passage::{Goal, Heading};
+use crate::hybrid::motion::{Motion, Regime};
+use crate::hybrid::passage::{Back, Goal, Heading, Landing, Stop};
 use crate::hybrid::sensing::{Clearance, Sense};
-use crate::hybrid::simulator::Stop;
-use crate::hybrid::system::Regime;
 use crate::numeric::{Kernel, Real};
 
 /// The affine side of a simulator.
