@@ -21,4 +21,4 @@ mod zeros;
 
 pub(super) use lane_tools::LaneTools;
 pub(super) use system::AffineSystem;
-pub(super) use tools::{AffineTools, LeapEnd, OrbitTables};
+pub(super) use tools::{AffineTools, OrbitTables};

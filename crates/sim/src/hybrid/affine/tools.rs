@@ -7,7 +7,7 @@ use super::surface::SurfaceTables;
 use super::system::{AffineSurface, AffineSystem};
 use crate::flow::{AffineFieldRows, AffineFlow, AffineRows, Single, SpanTables};
 use crate::hybrid::motion::{Motion, Regime};
-use crate::hybrid::passage::{Back, Goal, Heading, Landing, Stop};
+use crate::hybrid::passage::{Back, Goal, Heading, Landing};
 use crate::hybrid::sensing::{Clearance, Sense};
 use crate::numeric::{Kernel, Real};
 
@@ -37,25 +37,6 @@ struct Tables<S: Real> {
 
 /// Tables of exact steps, and what these work on.
 type Span<S> = (SpanTables<Single<S>>, StepBuffers<Single<S>>);
-
-/// Where a leap ends.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(in crate::hybrid) struct Leap<S> {
-    /// Time flown.
-    pub(in crate::hybrid) time: S,
-    pub(in crate::hybrid) end: LeapEnd<S>,
-}
-
-/// Why a leap ends.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(in crate::hybrid) enum LeapEnd<S> {
-    /// The time asked for, or the whole span where that is longer.
-    Quiet,
-    /// An event.
-    Stop(Stop<S>),
-    /// Nothing happened so far; what follows must be searched.
-    Open,
-}
 
 impl<'a, S: Real> AffineTools<'a, S> {
     pub(in crate::hybrid) fn new(system: &'a AffineSystem) -> Self {
@@ -134,14 +115,14 @@ impl<'a, S: Real> AffineTools<'a, S> {
     ///
     /// `asked` says of each surface what is looked for; minima at which the flight does not stop are
     /// put to `misses`.
-    pub(in crate::hybrid) fn leap(
+    pub(in crate::hybrid) fn exact_step(
         &mut self,
         motion: &mut Motion<S>,
         parameters: &[S],
         longest: S,
         asked: impl Fn(usize) -> Option<Goal<S>>,
         misses: &mut Vec<(S, usize, S)>,
-    ) -> Option<Leap<S>> {
+    ) -> Option<ExactStep<S>> {
         let ((tables, buffers), extended) = self.span(motion, parameters)?;
         for (surface, gap) in buffers.gaps.iter_mut().enumerate() {
             let goal = asked(surface);
@@ -178,18 +159,7 @@ impl<'a, S: Real> AffineTools<'a, S> {
         if let Some(phase) = motion.state.get_mut(states) {
             *phase = tables.phase_rate().mul_add(step.time, *phase);
         }
-        let ExactStep { gap, rises_for, .. } = step;
-        let surface = step.surface as usize;
-        let end = match step {
-            ExactStep { contact: true, .. } => LeapEnd::Stop(Stop::Contact { surface }),
-            ExactStep { minimum: true, .. } => LeapEnd::Stop(Stop::Minimum { gap, rises_for }),
-            ExactStep {
-                undecided: true, ..
-            } => LeapEnd::Open,
-            _ => LeapEnd::Quiet,
-        };
-        let time = step.time;
-        Some(Leap { time, end })
+        Some(step)
     }
 
     /// Takes the state back along the free flow to where the gap was zero, or least; the time that
