@@ -5,7 +5,7 @@
 //! roots of a polynomial are isolated, and polished here, by
 //! [`polynomial`](super::polynomial).
 
-use super::{NumericError, Real};
+use super::{Branched, Mask, NumericError, Real, Scalar};
 
 /// Enough for bisection alone to resolve any bracket of [`Dd`](super::Dd), twice over.
 const ITERATION_LIMIT: usize = 400;
@@ -167,41 +167,44 @@ impl<S: Real> Bracket<S> {
     }
 }
 
-/// Newton's method in a [`Bracket`], a step at a time: for searches that know of their own when to
-/// end.
+/// Newton's method in brackets, a step at a time, for one function or for one in every lane: for
+/// searches that know of their own when to end.
 ///
 /// ```
-/// use grazemap_jet::numeric::{Bracket, NewtonStep};
-/// let bracket = Bracket::new(0.0, 2.0, -2.0, 2.0)?;
-/// let mut search = bracket.newton_steps(1.0, 1e-8);
+/// use grazemap_jet::numeric::NewtonSteps;
+/// let mut search = NewtonSteps::new([0.0, 2.0], false, 1.0, 1e-8);
 /// let root = loop {
 ///     let x: f64 = search.at();
-///     if let NewtonStep::Settled(root) = search.advance(x * x - 2.0, 2.0 * x) {
-///         break root;
+///     let step = search.advance(x * x - 2.0, 2.0 * x);
+///     if step.settled {
+///         break step.next;
 ///     }
 /// };
 /// assert!((root - 2f64.sqrt()).abs() < 1e-15);
-/// # Ok::<(), grazemap_jet::numeric::NumericError>(())
 /// ```
 #[derive(Clone, Copy, Debug)]
-pub struct NewtonSteps<S> {
-    bracket: Bracket<S>,
+pub struct NewtonSteps<S: Branched> {
+    lower: S,
+    upper: S,
+    /// Where the functions are positive at the lower ends.
+    falling: S::Mask,
     at: S,
     tolerance: S,
     /// The lengths of the step before the last and of the last.
     steps: [S; 2],
-    has_left: bool,
+    has_left: S::Mask,
 }
 
-/// Where a step of [`NewtonSteps`] leads.
+/// Where a step of [`NewtonSteps`] leads. Where it is neither the root nor Newton's step, that does
+/// not serve: it leads to an end of the bracket, or to its middle.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum NewtonStep<S> {
-    /// Newton's step is below the tolerance, or the value is 0: this is the root.
-    Settled(S),
-    /// Newton's step.
-    Newton(S),
-    /// Newton's step does not serve: an end of the bracket, or its middle.
-    Kept(S),
+pub struct NewtonStep<S: Branched> {
+    /// The next point.
+    pub next: S,
+    /// Where that is the root: Newton's step is below the tolerance, or the value is 0.
+    pub settled: S::Mask,
+    /// Where that is Newton's step, and not the last.
+    pub newton: S::Mask,
 }
 
 impl<S: Real> Bracket<S> {
@@ -224,102 +227,104 @@ impl<S: Real> Bracket<S> {
         tolerance: S,
         mut function: impl FnMut(S) -> (S, S),
     ) -> BracketOutcome<S> {
-        let mut search = self.newton_steps(start, tolerance);
+        let falling = self.sign_lower > S::zero();
+        let mut search = NewtonSteps::new([self.lower, self.upper], falling, start, tolerance);
         for evaluations in 1..=ITERATION_LIMIT {
             let at = search.at();
             let (value, derivative) = function(at);
             if !value.is_finite() {
                 return BracketOutcome::NotFinite { at, evaluations };
             }
-            if let NewtonStep::Settled(root) = search.advance(value, derivative) {
+            let step = search.advance(value, derivative);
+            if step.settled {
+                let root = step.next;
                 return BracketOutcome::Converged { root, evaluations };
             }
         }
-        search.bracket.left_over()
-    }
-
-    /// Newton's method from a point inside, a step at a time; steps below `tolerance` plus four
-    /// units of rounding end it.
-    #[inline]
-    pub fn newton_steps(self, start: S, tolerance: S) -> NewtonSteps<S> {
-        NewtonSteps {
-            bracket: self,
-            at: start,
-            tolerance,
-            steps: [(self.upper - self.lower).abs(); 2],
-            has_left: false,
-        }
-    }
-
-    /// The nearest point of the bracket; its middle if there is none, for NaN.
-    #[inline]
-    fn nearest(&self, x: S) -> S {
-        let (low, high) = if self.lower < self.upper {
-            (self.lower, self.upper)
-        } else {
-            (self.upper, self.lower)
-        };
-        if low <= x && x <= high {
-            x
-        } else if x < low {
-            low
-        } else if x > high {
-            high
-        } else {
-            self.middle()
+        BracketOutcome::IterationLimit {
+            lower: search.lower,
+            upper: search.upper,
         }
     }
 }
 
-impl<S: Real> NewtonSteps<S> {
-    /// Where the function is asked for next.
-    #[inline]
+impl<S: Branched> NewtonSteps<S> {
+    /// From points inside brackets with these lower and upper ends, in either order.
+    ///
+    /// `falling`: where the functions are positive at the lower ends. Steps below `tolerance` plus
+    /// four units of rounding settle a search.
+    #[inline(always)]
+    pub fn new([lower, upper]: [S; 2], falling: S::Mask, start: S, tolerance: S) -> Self {
+        Self {
+            lower,
+            upper,
+            falling,
+            at: start,
+            tolerance,
+            steps: [(upper - lower).abs(); 2],
+            has_left: S::Mask::NONE,
+        }
+    }
+
+    /// Where the functions are asked for next.
+    #[inline(always)]
     pub fn at(&self) -> S {
         self.at
     }
 
-    /// Moves on with the value, which is not NaN, and the derivative of the function at
+    /// Moves on with the values, which are not NaN, and the derivatives of the functions at
     /// [`at`](Self::at).
     ///
     /// A step out of the bracket goes to its end the first time, where the root may well be:
     /// brackets are often halves of what is searched. After that, and where a step is not half
     /// as long as the one before the last, what is left is halved (Press et al., *Numerical
     /// Recipes*, `rtsafe`).
-    #[inline]
+    #[inline(always)]
     pub fn advance(&mut self, value: S, derivative: S) -> NewtonStep<S> {
-        let x = self.at;
-        self.bracket.shrink(x, value);
-        let newton = if value == S::zero() {
-            x
-        } else {
-            x - value / derivative
+        let (zero, at) = (S::zero(), self.at);
+        let is_zero = value.is_equal(zero);
+        let is_lower =
+            (zero.is_below(value) & self.falling) | (value.is_below(zero) & !self.falling);
+        self.lower = S::select(is_lower, at, self.lower);
+        self.upper = S::select(is_lower, self.upper, at);
+        let next = S::select(is_zero, at, at - value / derivative);
+        let step = (next - at).abs();
+        let least = self.tolerance + resolution(at);
+        let settled = step.is_at_most(least);
+        let halves = (step * S::from_f64(2.0)).is_at_most(self.steps[0]);
+        let stays = self.lower.is_at_most(next) & next.is_at_most(self.upper);
+        let mut moved = NewtonStep {
+            next,
+            settled,
+            newton: halves & !settled,
         };
-        let inside = self.bracket.nearest(newton);
-        let least = self.tolerance + resolution(x);
-        if (newton - x).abs() <= least {
-            // NOTE: what is left may be rounding, and lead out of the bracket.
-            return NewtonStep::Settled(inside);
-        }
-        let stays = newton == inside;
-        let serves = if stays {
-            (newton - x).abs() * S::from_f64(2.0) <= self.steps[0]
-        } else {
-            !self.has_left && inside != x
-        };
-        self.has_left |= !stays;
-        let next = if serves {
-            inside
-        } else {
-            self.bracket.middle()
-        };
-        let step = (next - x).abs();
         self.steps = [self.steps[1], step];
-        self.at = next;
-        match stays && serves {
-            true => NewtonStep::Newton(next),
-            false if step <= least => NewtonStep::Settled(next),
-            false => NewtonStep::Kept(next),
+        if (!stays | !(settled | halves)).any() {
+            self.replace(at, least, &mut moved);
         }
+        self.at = moved.next;
+        moved
+    }
+
+    /// Replaces the steps from a point that do not serve, or lead out of their brackets.
+    #[inline(always)]
+    fn replace(&mut self, at: S, least: S, moved: &mut NewtonStep<S>) {
+        let (next, middle) = (moved.next, middle(self.lower, self.upper));
+        let (low, high) = (self.lower.min(self.upper), self.lower.max(self.upper));
+        let (below, above) = (next.is_below(low), high.is_below(next));
+        let stays = low.is_at_most(next) & next.is_at_most(high);
+        let nearest = S::select(above, high, S::select(stays, next, middle));
+        let nearest = S::select(below, low, nearest);
+        moved.newton &= stays;
+        let leaves = !stays & !moved.settled;
+        let to_end = leaves & !self.has_left & !nearest.is_equal(at);
+        self.has_left |= leaves;
+        // NOTE: what is left of a settled search may be rounding, and lead out of the bracket.
+        moved.next = S::select(moved.settled | moved.newton | to_end, nearest, middle);
+        let kept = !moved.settled & !moved.newton;
+        let step = (moved.next - at).abs();
+        self.steps[1] = S::select(kept, step, self.steps[1]);
+        moved.settled |= kept & step.is_at_most(least);
     }
 }
 
@@ -357,12 +362,14 @@ enum End {
     Upper,
 }
 
-fn middle<S: Real>(lower: S, upper: S) -> S {
+#[inline(always)]
+fn middle<S: Scalar>(lower: S, upper: S) -> S {
     lower + (upper - lower) * S::from_f64(0.5)
 }
 
 /// Four units of rounding of a number: steps below it are noise.
-fn resolution<S: Real>(x: S) -> S {
+#[inline(always)]
+fn resolution<S: Scalar>(x: S) -> S {
     x.abs() * S::from_f64(4.0 * S::ROUNDOFF)
 }
 

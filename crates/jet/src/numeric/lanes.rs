@@ -276,9 +276,15 @@ pub trait Mask:
     /// Whether any lane is true.
     fn any(self) -> bool;
 
-    /// Whether a run that goes on where it is true is known to be over: to be asked for one number,
-    /// and not for lanes, where asking takes longer than going on.
+    /// Early-exit hint: whether it is false everywhere, for one number; always false for lanes,
+    /// where asking takes longer than going on.
     fn is_over(self) -> bool;
+
+    /// The numbers of the lanes that are true.
+    fn lanes(self) -> impl Iterator<Item = usize>;
+
+    /// True in one lane alone.
+    fn only(lane: usize) -> Self;
 }
 
 /// A [`Scalar`] that is compared lane by lane.
@@ -302,6 +308,8 @@ pub trait Branched: Scalar {
     fn is_equal(self, other: Self) -> Self::Mask;
     /// One where a mask is true, the other where it is false.
     fn select(mask: Self::Mask, one: Self, other: Self) -> Self;
+    /// The nearest double of one lane.
+    fn lane(self, lane: usize) -> f64;
     /// The numbers before a place, at it and after it, the outermost ones beyond.
     fn around(numbers: &[Self], place: Self) -> [Self; 3];
 }
@@ -317,6 +325,16 @@ impl Mask for bool {
     #[inline(always)]
     fn is_over(self) -> bool {
         !self
+    }
+
+    #[inline(always)]
+    fn lanes(self) -> impl Iterator<Item = usize> {
+        self.then_some(0).into_iter()
+    }
+
+    #[inline(always)]
+    fn only(_: usize) -> Self {
+        true
     }
 }
 
@@ -366,6 +384,11 @@ impl<S: Real> Branched for S {
     }
 
     #[inline(always)]
+    fn lane(self, _: usize) -> f64 {
+        self.to_f64()
+    }
+
+    #[inline(always)]
     fn around(numbers: &[Self], place: Self) -> [Self; 3] {
         let last = numbers.len() - 1;
         let place = (place.to_f64() as usize).min(last);
@@ -396,16 +419,16 @@ impl<const N: usize> LaneMask<N> {
         self.0[lane] != 0
     }
 
+    /// The numbers of the lanes that are true.
+    #[inline(always)]
+    pub fn lanes(self) -> impl Iterator<Item = usize> {
+        (0..N).filter(move |&lane| self.holds(lane))
+    }
+
     /// Puts one lane to a truth value.
     #[inline(always)]
     pub fn set(&mut self, lane: usize, value: bool) {
         self.0[lane] = if value { u64::MAX } else { 0 };
-    }
-
-    /// The lanes that are true.
-    #[inline(always)]
-    pub fn lanes(self) -> impl Iterator<Item = usize> {
-        (0..N).filter(move |&lane| self.holds(lane))
     }
 }
 
@@ -439,6 +462,16 @@ impl<const N: usize> Mask for LaneMask<N> {
     #[inline(always)]
     fn is_over(self) -> bool {
         false
+    }
+
+    #[inline(always)]
+    fn lanes(self) -> impl Iterator<Item = usize> {
+        LaneMask::lanes(self)
+    }
+
+    #[inline(always)]
+    fn only(lane: usize) -> Self {
+        Self::from_fn(|other| other == lane)
     }
 }
 
@@ -485,6 +518,11 @@ impl<const N: usize> Branched for Lanes<N> {
                 other[lane]
             }
         })
+    }
+
+    #[inline(always)]
+    fn lane(self, lane: usize) -> f64 {
+        self[lane]
     }
 
     #[inline(always)]

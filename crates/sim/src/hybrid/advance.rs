@@ -4,7 +4,9 @@
 //! are applied.
 
 use super::HybridError;
-use super::simulator::{Approach, Simulator, Stop, check_finite};
+use super::motion::Regime;
+use super::passage::{Approach, Stop};
+use super::simulator::{Simulator, check_finite};
 use super::trajectory::{Event, Outcome, Trajectory};
 use crate::numeric::Real;
 
@@ -97,7 +99,7 @@ impl<S: Real> Simulator<'_, S> {
             if self.motion.time >= horizon {
                 return Ok(Stop::Horizon);
             }
-            let flown = match self.leap(horizon, approach, record) {
+            let flown = match self.exact_step(horizon, approach, record) {
                 Some(flown) => flown,
                 None => self.step(horizon, approach, record)?,
             };
@@ -111,5 +113,49 @@ impl<S: Real> Simulator<'_, S> {
             limit: self.step_limit,
             time: self.motion.time,
         })
+    }
+
+    /// Flies the contact with a compliant surface from a full state on it: the state at the release
+    /// and the time since. A rigid surface applies its reset, in no time.
+    ///
+    /// `None` where the contact has not ended after `longest`, where another surface is met before,
+    /// or where the simulation ends otherwise.
+    ///
+    /// # Errors
+    ///
+    /// [`HybridError::NoSuchSurface`], [`HybridError::StateLength`], [`HybridError::NotFinite`].
+    pub fn contact_phase(
+        &mut self,
+        surface: usize,
+        state: &[S],
+        longest: S,
+    ) -> Result<Option<(Vec<S>, S)>, HybridError> {
+        let surfaces = self.surfaces.len();
+        if surface >= surfaces {
+            return Err(HybridError::NoSuchSurface { surface, surfaces });
+        }
+        check_finite(&[longest], 0)?;
+        self.set_state(state)?;
+        let released = self.fly_to_release(surface, longest).unwrap_or(false);
+        Ok(released.then(|| (self.motion.state.clone(), self.motion.time)))
+    }
+
+    /// Applies the response and flies on until it is over; whether it was before `horizon`.
+    fn fly_to_release(&mut self, surface: usize, horizon: S) -> Result<bool, Outcome<S>> {
+        self.respond(surface, &mut |_| {})?;
+        for _ in 0..self.step_limit {
+            if self.regime() == Regime::Free {
+                return Ok(true);
+            }
+            if self.motion.time >= horizon {
+                return Ok(false);
+            }
+            match self.step(horizon, Approach::default(), &mut |_| {})? {
+                None => {}
+                Some(Stop::Release) => self.release(&mut |_| {}),
+                Some(_) => return Ok(false),
+            }
+        }
+        Ok(false)
     }
 }

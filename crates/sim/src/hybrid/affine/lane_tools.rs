@@ -1,16 +1,15 @@
 //! The affine side of simulators in lanes: [`AffineTools`](super::AffineTools) of several orbits at
 //! one rigid surface.
 
-use super::exact_step::{BackwardStep, MinimumLog, StepBuffers, Stepper};
+use super::exact_step::{BackwardStep, StepBuffers, Stepper};
 use super::extended::Extended;
 use super::surface::SurfaceTables;
 use super::tools::OrbitTables;
 use crate::flow::{Batch, SpanTables};
-use crate::hybrid::backward::Back;
-use crate::hybrid::landing::{REDUCED, ends_before_turn};
 use crate::hybrid::lane_flow::{LaneAsked, LaneFlow, LaneLeap};
-use crate::hybrid::lane_log::LaneLog;
-use crate::hybrid::lane_motion::LaneMotion;
+use crate::hybrid::lane_log::{LaneLog, LoggedFrom};
+use crate::hybrid::motion::LaneMotion;
+use crate::hybrid::passage::{Back, REDUCED, ends_before_turn};
 use crate::hybrid::sensing::Sense;
 use crate::numeric::{Branched, Kernel, LaneMask, Lanes, Mask, Scalar};
 
@@ -69,19 +68,6 @@ impl<const N: usize> LaneTools<N> {
             let there = self.tables.phase_rate().mul_add(time, *phase);
             *phase = Lanes::select(wanted, there, *phase);
         }
-    }
-}
-
-/// Puts down minima by their times since the start of the returns.
-struct LoggedFrom<'t, const N: usize> {
-    start: Lanes<N>,
-    log: &'t mut LaneLog<N>,
-}
-
-impl<const N: usize> MinimumLog<Lanes<N>> for LoggedFrom<'_, N> {
-    #[inline(always)]
-    fn miss(&mut self, wanted: LaneMask<N>, _: usize, time: Lanes<N>, _: Lanes<N>) {
-        self.log.miss(wanted, self.start + time);
     }
 }
 

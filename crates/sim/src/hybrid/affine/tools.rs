@@ -1,18 +1,14 @@
 //! Tables of a system's affine flows at one parameter vector, and what they work on.
 
-use super::exact_step::{BackwardStep, ExactStep, MinimumLog, StepBuffers, Stepper};
+use super::exact_step::{BackwardStep, ExactStep, StepBuffers, Stepper};
 use super::extended::Extended;
-use super::flight::AffineFlight;
+use super::flight::{AffineFlight, FlightBuffers};
 use super::surface::SurfaceTables;
-use super::{AffineSurface, AffineSystem};
+use super::system::{AffineSurface, AffineSystem};
 use crate::flow::{AffineFieldRows, AffineFlow, AffineRows, Single, SpanTables};
-use crate::hybrid::backward::Back;
-use crate::hybrid::landing::Landing;
-use crate::hybrid::motion::Motion;
-use crate::hybrid::passage::{Goal, Heading};
+use crate::hybrid::motion::{Motion, Regime};
+use crate::hybrid::passage::{Back, Goal, Heading, Landing};
 use crate::hybrid::sensing::{Clearance, Sense};
-use crate::hybrid::simulator::Stop;
-use crate::hybrid::system::Regime;
 use crate::numeric::{Kernel, Real};
 
 /// The affine side of a simulator.
@@ -20,19 +16,9 @@ use crate::numeric::{Kernel, Real};
 pub(in crate::hybrid) struct AffineTools<'a, S: Real> {
     system: &'a AffineSystem,
     extended: Extended<Single<S>>,
-    buffers: Buffers<S>,
+    buffers: FlightBuffers<S>,
     /// Computed when first needed after a change of parameters.
     tables: Option<Tables<S>>,
-}
-
-/// Polynomials of one watched function, and the extended state after a step.
-#[derive(Clone, Debug)]
-pub(super) struct Buffers<S> {
-    pub(super) value: Vec<S>,
-    pub(super) slope: Vec<S>,
-    pub(super) next: Vec<S>,
-    pub(super) control: Vec<f64>,
-    pub(super) rounded: Vec<f64>,
 }
 
 #[derive(Clone, Debug)]
@@ -52,25 +38,6 @@ struct Tables<S: Real> {
 /// Tables of exact steps, and what these work on.
 type Span<S> = (SpanTables<Single<S>>, StepBuffers<Single<S>>);
 
-/// Where a leap ends.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(in crate::hybrid) struct Leap<S> {
-    /// Time flown.
-    pub(in crate::hybrid) time: S,
-    pub(in crate::hybrid) end: LeapEnd<S>,
-}
-
-/// Why a leap ends.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(in crate::hybrid) enum LeapEnd<S> {
-    /// The time asked for, or the whole span where that is longer.
-    Quiet,
-    /// An event.
-    Stop(Stop<S>),
-    /// Nothing happened so far; what follows must be searched.
-    Open,
-}
-
 impl<'a, S: Real> AffineTools<'a, S> {
     pub(in crate::hybrid) fn new(system: &'a AffineSystem) -> Self {
         let expressions = &system.expressions;
@@ -78,13 +45,7 @@ impl<'a, S: Real> AffineTools<'a, S> {
         Self {
             system,
             extended: Extended::new(states, phase, expressions.harmonics()),
-            buffers: Buffers {
-                value: Vec::new(),
-                slope: Vec::new(),
-                next: vec![S::zero(); expressions.columns()],
-                control: Vec::new(),
-                rounded: vec![0.0; expressions.columns()],
-            },
+            buffers: FlightBuffers::new(expressions.columns()),
             tables: None,
         }
     }
@@ -152,25 +113,24 @@ impl<'a, S: Real> AffineTools<'a, S> {
     /// Flies freely to the first event, for a time at most, and writes the state where that ends;
     /// `None` where the field has no tables for it.
     ///
-    /// `asked` says of each surface what is looked for, and whether the flight stops at its minima;
-    /// others are put to `misses`.
-    pub(in crate::hybrid) fn leap(
+    /// `asked` says of each surface what is looked for; minima at which the flight does not stop are
+    /// put to `misses`.
+    pub(in crate::hybrid) fn exact_step(
         &mut self,
         motion: &mut Motion<S>,
         parameters: &[S],
         longest: S,
-        asked: impl Fn(usize) -> (Option<Goal<S>>, bool),
+        asked: impl Fn(usize) -> Option<Goal<S>>,
         misses: &mut Vec<(S, usize, S)>,
-    ) -> Option<Leap<S>> {
+    ) -> Option<ExactStep<S>> {
         let ((tables, buffers), extended) = self.span(motion, parameters)?;
         for (surface, gap) in buffers.gaps.iter_mut().enumerate() {
-            let (goal, stops) = asked(surface);
+            let goal = asked(surface);
             let heading = motion.headings[surface];
-            (gap.wanted, gap.stops) = (goal.is_some(), stops);
-            (gap.ignoring, gap.near) = match goal {
-                Some(Goal::Crossing { near }) => (false, near),
-                _ => (true, S::from_f64(f64::INFINITY)),
-            };
+            gap.wanted = goal.is_some();
+            if let Some(goal) = goal {
+                (gap.ignoring, gap.stops, gap.near) = (goal.minima, goal.stopping, goal.near);
+            }
             gap.leaving = motion.leaving[surface].is_some();
             gap.left_within = motion.leaving[surface].unwrap_or(S::zero());
             gap.rises = gap.wanted && heading == Heading::Rising;
@@ -199,18 +159,7 @@ impl<'a, S: Real> AffineTools<'a, S> {
         if let Some(phase) = motion.state.get_mut(states) {
             *phase = tables.phase_rate().mul_add(step.time, *phase);
         }
-        let ExactStep { gap, rises_for, .. } = step;
-        let surface = step.surface as usize;
-        let end = match step {
-            ExactStep { contact: true, .. } => LeapEnd::Stop(Stop::Contact { surface }),
-            ExactStep { minimum: true, .. } => LeapEnd::Stop(Stop::Minimum { gap, rises_for }),
-            ExactStep {
-                undecided: true, ..
-            } => LeapEnd::Open,
-            _ => LeapEnd::Quiet,
-        };
-        let time = step.time;
-        Some(Leap { time, end })
+        Some(step)
     }
 
     /// Takes the state back along the free flow to where the gap was zero, or least; the time that
@@ -387,15 +336,6 @@ impl<S: Real> Kernel for LandedStep<'_, S> {
         let visit = &mut buffers.visit;
         visit.states_at(step.time, true, tables, extended, self.states);
         step
-    }
-}
-
-impl<S: Real> MinimumLog<S> for &mut Vec<(S, usize, S)> {
-    #[inline(always)]
-    fn miss(&mut self, wanted: bool, surface: usize, time: S, gap: S) {
-        if wanted {
-            self.push((time, surface, gap));
-        }
     }
 }
 
