@@ -310,6 +310,8 @@ pub trait Branched: Scalar {
     fn select(mask: Self::Mask, one: Self, other: Self) -> Self;
     /// The nearest double of one lane.
     fn lane(self, lane: usize) -> f64;
+    /// A function of the nearest double of every lane.
+    fn mapped(self, function: impl Fn(f64) -> f64) -> Self::Rounded;
     /// The numbers before a place, at it and after it, the outermost ones beyond.
     fn around(numbers: &[Self], place: Self) -> [Self; 3];
 }
@@ -386,6 +388,11 @@ impl<S: Real> Branched for S {
     #[inline(always)]
     fn lane(self, _: usize) -> f64 {
         self.to_f64()
+    }
+
+    #[inline(always)]
+    fn mapped(self, function: impl Fn(f64) -> f64) -> f64 {
+        function(self.to_f64())
     }
 
     #[inline(always)]
@@ -523,6 +530,11 @@ impl<const N: usize> Branched for Lanes<N> {
     #[inline(always)]
     fn lane(self, lane: usize) -> f64 {
         self[lane]
+    }
+
+    #[inline(always)]
+    fn mapped(self, function: impl Fn(f64) -> f64) -> Self {
+        self.map(function)
     }
 
     #[inline(always)]

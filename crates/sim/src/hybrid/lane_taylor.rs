@@ -72,7 +72,7 @@ impl<const N: usize> LaneFlow<N> for LaneTaylor<'_, N> {
         log: &mut LaneLog<N>,
     ) -> LaneLeap<N> {
         let (wanted, remaining) = (asked.wanted, asked.longest);
-        let step = self.integrator.step(&motion.state, &self.parameters);
+        let step = self.integrator.expand(&motion.state, &self.parameters);
         let (admissible, mut open) = admissible(&step, motion, wanted);
         let slack = Lanes::splat(8.0 * <f64 as Scalar>::ROUNDOFF) * admissible;
         let is_last = remaining.is_at_most(admissible + slack);
@@ -134,7 +134,7 @@ impl<const N: usize> LaneFlow<N> for LaneTaylor<'_, N> {
         wanted: LaneMask<N>,
         longest: Lanes<N>,
     ) -> LaneMask<N> {
-        let step = self.integrator.step(&motion.state, &self.parameters);
+        let step = self.integrator.expand(&motion.state, &self.parameters);
         let (admissible, open) = admissible(&step, motion, wanted);
         let length = admissible.min(longest);
         let (sign, minima) = match goal {
@@ -218,9 +218,9 @@ fn admissible<const N: usize>(
     motion: &mut LaneMotion<N>,
     wanted: LaneMask<N>,
 ) -> (Lanes<N>, LaneMask<N>) {
-    let lengths = step.lengths.min(step.watched_lengths(2 * SURFACE));
+    let lengths = step.length.min(step.watched_length(2 * SURFACE));
     motion.last_step = Lanes::select(wanted, lengths, motion.last_step);
-    (lengths, wanted & !Lanes::splat(0.0).is_below(step.lengths))
+    (lengths, wanted & !Lanes::splat(0.0).is_below(step.length))
 }
 
 /// Where there is known beforehand to be no event, and no value of interest.
@@ -233,6 +233,6 @@ fn quiet<const N: usize>(
     if asked.near == f64::INFINITY {
         return LaneMask::NONE;
     }
-    let bound = step.watched_lower_bounds(2 * SURFACE, lengths);
+    let bound = step.watched_lower_bound(2 * SURFACE, lengths);
     Lanes::splat(asked.near.max(0.0)).is_below(bound) & !asked.ignoring
 }
