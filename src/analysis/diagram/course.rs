@@ -229,8 +229,8 @@ impl<'a> Course<'a> {
 
 #[cfg(test)]
 mod tests {
-    use super::data::DiagramPoint;
-    use super::swept_map::{Settled, Start};
+    use super::super::data::DiagramPoint;
+    use super::super::swept_map::{Settled, Start};
     use super::*;
     use crate::expansion::MapWindow;
     use crate::iteration::{DiscreteMap, Itinerary, StepInfo};
