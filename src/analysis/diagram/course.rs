@@ -13,10 +13,10 @@ use std::time::{Duration, Instant};
 
 use rayon::prelude::*;
 
-use super::SweptMap;
 use super::data::{Sweep, SweepHeading, Timing};
 use super::sweep::{SweepRequest, Visit, visit};
-use crate::analysis::{NoProgress, Progress};
+use super::swept_map::SweptMap;
+use crate::analysis::progress::{NoProgress, Progress};
 use crate::iteration::{MapOrbit, OrbitEnd, OrbitRequest};
 
 /// Fewest values of a segment.
@@ -229,8 +229,9 @@ impl<'a> Course<'a> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::data::DiagramPoint;
+    use super::super::swept_map::{Settled, Start};
     use super::*;
-    use crate::analysis::diagram::{DiagramPoint, Settled, Start};
     use crate::expansion::MapWindow;
     use crate::iteration::{DiscreteMap, Itinerary, StepInfo};
     use crate::model::Method;

@@ -1,17 +1,13 @@
-//! Maps on trial for a tolerance: measured on a sample and, where they hold there, on fresh points.
+//! Candidates for a tolerance: measured on a sample and, where they hold there, on fresh points.
 
 use std::collections::BTreeMap;
 
-use super::ConvergenceError;
-use super::candidates::Candidate;
-use super::choice::weighted;
-use super::data::{Choice, Monomials, Polynomials};
-use super::errors::summarize;
-use super::form::Form;
-use super::level::Level;
+use super::candidates::{Candidate, Level};
+use super::data::{Choice, Form, Monomials, Polynomials, weighted};
 use super::next_depth::{LeastOrders, NextDepth};
-use super::sample::{SamplePoint, WindowSample};
-use super::truth::{Truth, truth};
+use crate::convergence::error::ConvergenceError;
+use crate::convergence::sample::{SamplePoint, WindowSample};
+use crate::convergence::truth::{Truth, summarize, truth};
 use crate::emission::prune;
 use crate::expansion::LocalMap;
 use crate::hybrid::HybridSystem;

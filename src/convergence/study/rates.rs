@@ -2,19 +2,43 @@
 //! alone.
 
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 
-use super::ConvergenceError;
-use super::data::{FactorRate, Rate};
-use super::family::{cut_contact, cut_contacts, cut_legs};
-use super::fit::fit_slope;
-use super::sample::{WindowSample, low_discrepancy};
-use super::truth::{distance, tells_order};
 use crate::analysis::{DirectImage, FreeFlight, MapEvaluation};
+use crate::convergence::error::ConvergenceError;
+use crate::convergence::family::{cut_contact, cut_contacts, cut_legs};
+use crate::convergence::sample::{WindowSample, low_discrepancy};
+use crate::convergence::truth::{distance, tells_order};
 use crate::expansion::{Contact, Expander, Legs, MapOrders};
 use crate::hybrid::HybridSystem;
 use crate::model::Scene;
 use crate::numeric::{Dd, Real, Scalar};
 use crate::orbit::GrazingOrbit;
+
+/// A measured exponent beside the expected one.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Rate {
+    /// Slope of the error in logarithms; `None` where rounding leaves too short a range.
+    pub measured: Option<f64>,
+    /// Standard error of the slope.
+    pub uncertainty: Option<f64>,
+    /// What truncation alone would give.
+    pub expected: f64,
+    /// Range of the small variable used, in units of the window's edge.
+    pub range: Option<[f64; 2]>,
+}
+
+/// The rate of one factor of the map.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct FactorRate {
+    /// Its truncation order: a weight of `D`, a degree of `P_smooth`.
+    pub order: u32,
+    /// Its rate.
+    pub rate: Rate,
+    /// What it was measured from: sizes in units of the window's edge, and root-mean-square
+    /// errors.
+    pub errors: Vec<[f64; 2]>,
+}
 
 /// Directions in which deviations are scaled.
 const DIRECTIONS: usize = 4;
@@ -332,4 +356,97 @@ pub(super) fn smooth_rates(
         .into_par_iter()
         .map(rate)
         .collect()
+}
+
+/// A straight line through the logarithms of a size and of an error.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SlopeFit {
+    /// Exponent of the error.
+    pub slope: f64,
+    /// Standard error of the slope.
+    pub uncertainty: f64,
+    /// Smallest and largest size used.
+    pub range: [f64; 2],
+}
+
+/// Fewest points a slope is measured on.
+const FEWEST: usize = 4;
+
+/// Most points a slope is measured on: larger sizes are further from the asymptotic law.
+const MOST: usize = 8;
+
+/// Fits `error ≈ c size^slope` by least squares in logarithms.
+///
+/// `points`: size, error, and the floor that rounding sets to the error, by descending size. Used
+/// are the smallest sizes at which, from the largest size down, the error still exceeds the floor:
+/// at most eight. `None` if these are fewer than four.
+pub fn fit_slope(points: &[(f64, f64, f64)]) -> Option<SlopeFit> {
+    let clear = |&&(_, error, floor): &&(f64, f64, f64)| error.is_finite() && error > floor;
+    let usable: Vec<_> = points
+        .iter()
+        .skip_while(|point| !clear(point))
+        .take_while(clear)
+        .collect();
+    let used = &usable[usable.len().saturating_sub(MOST)..];
+    if used.len() < FEWEST {
+        return None;
+    }
+    let logs: Vec<_> = used
+        .iter()
+        .map(|(size, error, _)| (size.ln(), error.ln()))
+        .collect();
+    let (slope, uncertainty) = least_squares(&logs);
+    Some(SlopeFit {
+        slope,
+        uncertainty,
+        range: [used[used.len() - 1].0, used[0].0],
+    })
+}
+
+/// Slope of a line and its standard error.
+fn least_squares(points: &[(f64, f64)]) -> (f64, f64) {
+    let count = points.len() as f64;
+    let mean_x = points.iter().map(|point| point.0).sum::<f64>() / count;
+    let mean_y = points.iter().map(|point| point.1).sum::<f64>() / count;
+    let spread: f64 = points.iter().map(|point| (point.0 - mean_x).powi(2)).sum();
+    let slope = points
+        .iter()
+        .map(|point| (point.0 - mean_x) * (point.1 - mean_y))
+        .sum::<f64>()
+        / spread;
+    let residual = |point: &(f64, f64)| point.1 - mean_y - slope * (point.0 - mean_x);
+    let variance = points
+        .iter()
+        .map(|point| residual(point).powi(2))
+        .sum::<f64>()
+        / (count - 2.0);
+    (slope, (variance / spread).sqrt())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_power_law_over_a_floor_keeps_its_exponent() {
+        let size = |k: i32| 2.0f64.powf(-0.5 * f64::from(k));
+        let points: Vec<_> = (0..60)
+            .map(|k| (size(k), 3.0 * size(k).powi(5) + 1e-18, 1e-15))
+            .collect();
+        let fit = fit_slope(&points).expect("many points");
+        // The floor adds at most a share of 1e-3 at the smallest of eight sizes.
+        assert!(
+            (fit.slope - 5.0).abs() < 1e-3 && fit.uncertainty < 1e-3,
+            "{fit:?}"
+        );
+        assert!(fit.range[0] < fit.range[1]);
+    }
+
+    #[test]
+    fn too_short_a_range_has_no_slope() {
+        let points: Vec<_> = (0..20)
+            .map(|k| (2.0f64.powi(-k), 2.0f64.powi(-9 * k), 1e-7))
+            .collect();
+        assert_eq!(fit_slope(&points), None);
+    }
 }

@@ -10,14 +10,12 @@ use std::mem;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::ConvergenceError;
-use super::choice::{ChoiceOptions, choose};
-use super::chooser::Chooser;
+use super::chooser::{ChoiceOptions, Chooser, choose};
 use super::data::Choice;
-use super::family::MapFamily;
-use super::rule::PROBE;
-use super::sample::{SamplePoint, WindowSample};
 use crate::analysis::SectionChange;
+use crate::convergence::error::ConvergenceError;
+use crate::convergence::family::{MapFamily, PROBE};
+use crate::convergence::sample::{SamplePoint, WindowSample};
 use crate::expansion::MapOrders;
 use crate::hybrid::HybridSystem;
 use crate::model::{Orders, Scene, Section, SectionRule, StroboscopicPhase};

@@ -1,27 +1,107 @@
-//! The study: one expansion, one sample, one truth, and every pair of orders measured on it.
+//! Truncation orders against direct simulation: one expansion, one sample, one truth, and every pair
+//! of orders measured on it.
+
+mod rates;
+mod reach;
+
+pub use rates::{FactorRate, Rate, SlopeFit, fit_slope};
+pub use reach::{DepthAccuracy, Validity, WindowAccuracy, validity};
 
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 
-use super::accuracy::{DepthAccuracy, depth_accuracy};
-use super::choice::{ChoiceOptions, choose, chosen_map};
-use super::data::{
-    Choice, ConvergenceStudy, DirectSummary, ErrorSummary, OrderResult, Rate, SampleSummary,
-};
-use super::errors::summarize;
-use super::pareto::pareto;
-use super::rates::{ExactFactors, MapRates, discontinuity_rates, smooth_rates};
+use super::choice::{Choice, chosen_map};
+use super::choice::{ChoiceOptions, choose};
+use super::choice::{SectionChoice, choose_sections};
+use super::error::ConvergenceError;
+use super::family::MapFamily;
 use super::sample::WindowSample;
-use super::sections::choose_sections;
-use super::truth::{Truth, truth};
-use super::validity::validity;
-use super::{ConvergenceError, MapFamily, timing};
+use super::timing;
+use super::truth::{ErrorSummary, SampleSummary, Truth, summarize, timed_returns, truth};
 use crate::analysis::{DirectImage, MapEvaluation, Progress};
 use crate::expansion::{LocalMap, MapOrders, WindowEdge};
 use crate::hybrid::{FlowMethod, HybridSystem};
 use crate::iteration::{DiscreteMap, HornerMap};
-use crate::model::{Orders, Scene, Shape};
+use crate::model::{Digest, Orders, Scene, Shape};
 use crate::numeric::{Dd, Scalar};
 use crate::orbit::GrazingOrbit;
+use rates::{ExactFactors, MapRates, discontinuity_rates, smooth_rates};
+use reach::depth_accuracy;
+
+/// How far maps of every order are from direct simulation, and how fast they are.
+///
+/// Errors are largest errors of a coordinate of one image, in the units of the offsets.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ConvergenceStudy {
+    /// Identifier of the scene.
+    pub scene: String,
+    /// Digest of the scene's text.
+    pub digest: Digest,
+    /// The sample of the window.
+    pub sample: SampleSummary,
+    /// One entry per pair of orders and shape.
+    pub orders: Vec<OrderResult>,
+    /// `D` alone, cut at each weight: its error against `y`.
+    pub discontinuity_rates: Vec<FactorRate>,
+    /// `P_smooth` alone, cut at each degree: its error against the distance.
+    pub smooth_rates: Vec<FactorRate>,
+    /// The cheapest map for the tolerance, or the most accurate one tried.
+    pub chosen: Choice,
+    /// The cheapest maps of other sections for the same tolerance; none where they were not asked
+    /// for.
+    #[serde(default)]
+    pub sections: Vec<SectionChoice>,
+    /// What its contacts leave out at the largest depth of the window, by passage; none where
+    /// their series end or are flown.
+    pub window_edges: Vec<WindowEdge>,
+    /// The largest window on which the chosen map meets the tolerance.
+    pub validity: Validity,
+    /// The chosen map and direct simulation in double precision as the window shrinks.
+    pub accuracy: DepthAccuracy,
+    /// Maps of the sweep that no other one beats in both time and error, and direct simulation.
+    pub pareto: Vec<ParetoPoint>,
+    /// Direct simulation.
+    pub direct: DirectSummary,
+    /// The same by Taylor's method, where `direct` is by the exact flow of affine fields.
+    #[serde(default)]
+    pub direct_by_taylor: Option<DirectSummary>,
+    /// Nanoseconds of one multiply-add, measured in the same run.
+    pub multiply_add_ns: f64,
+}
+
+/// One map of the sweep.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct OrderResult {
+    /// Its truncation orders.
+    #[serde(flatten)]
+    pub orders: MapOrders,
+    /// Shape of the map.
+    pub shape: Shape,
+    /// Error over the sample.
+    pub error: ErrorSummary,
+    /// Exponent with which the error falls when deviations are scaled as `y²`.
+    pub rate: Rate,
+    /// Nanoseconds of one step, parameters frozen, interpreted.
+    pub step_ns: f64,
+    /// Nanoseconds that the step's multiply-adds alone would take.
+    pub floor_ns: f64,
+    /// Operations of one step, parameters frozen.
+    pub operations: usize,
+    /// Coefficients other than zero, parameters not frozen.
+    pub coefficients: usize,
+}
+
+/// What direct simulation costs and how accurate it is.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct DirectSummary {
+    /// The method: `exact affine flow` or `Taylor`.
+    pub method: String,
+    /// Nanoseconds of one return to the section, in double precision, the parameters being those
+    /// of the one before.
+    pub period_ns: f64,
+    /// Largest error of double precision against double-double, over the sample.
+    pub error_estimate: f64,
+}
 
 /// Tolerance where the scene names none.
 const TOLERANCE: f64 = 1e-8;
@@ -335,7 +415,7 @@ impl<'a> Sweep<'a> {
 
     fn direct(&self, system: &HybridSystem) -> Result<DirectSummary, ConvergenceError> {
         let mut direct = DirectImage::<f64>::new(system, self.scene, self.orbit)?;
-        let (period_ns, error_estimate) = timing::direct(&mut direct, &self.truth)?;
+        let (period_ns, error_estimate) = timed_returns(&mut direct, &self.truth)?;
         Ok(DirectSummary {
             method: match system.method() {
                 FlowMethod::ExactAffine => "exact affine flow",
@@ -357,9 +437,63 @@ impl<'a> Sweep<'a> {
     }
 }
 
-impl ErrorSummary {
-    /// Whether every image was finite and no error above this.
-    pub fn is_within(&self, tolerance: f64) -> bool {
-        self.max.is_some_and(|error| error <= tolerance)
-    }
+/// One method on the front.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ParetoPoint {
+    /// The map; `None` for direct simulation in double precision.
+    pub map: Option<ParetoMap>,
+    /// The method of direct simulation; `None` for a map.
+    #[serde(default)]
+    pub direct: Option<String>,
+    /// Nanoseconds of one step, or of one return.
+    pub step_ns: f64,
+    /// Largest error on the window, against double-double.
+    pub error: f64,
+}
+
+/// Which map a point of the front is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct ParetoMap {
+    /// Its truncation orders.
+    #[serde(flatten)]
+    pub orders: MapOrders,
+    /// Shape.
+    pub shape: Shape,
+}
+
+/// The front, fastest first, direct simulation last by every method whether beaten or not.
+pub(super) fn pareto<'d>(
+    orders: &[OrderResult],
+    direct: impl IntoIterator<Item = &'d DirectSummary>,
+) -> Vec<ParetoPoint> {
+    let point = |result: &OrderResult| {
+        Some(ParetoPoint {
+            map: Some(ParetoMap {
+                orders: result.orders,
+                shape: result.shape,
+            }),
+            direct: None,
+            step_ns: result.step_ns,
+            error: result.error.max?,
+        })
+    };
+    let mut points: Vec<ParetoPoint> = orders.iter().filter_map(point).collect();
+    let speed = |point: &ParetoPoint| (point.step_ns, point.error);
+    points.sort_by(|a, b| {
+        let ((a_ns, a_error), (b_ns, b_error)) = (speed(a), speed(b));
+        a_ns.total_cmp(&b_ns).then(a_error.total_cmp(&b_error))
+    });
+    let mut best = f64::INFINITY;
+    points.retain(|point| {
+        let better = point.error < best;
+        best = best.min(point.error);
+        better
+    });
+    points.extend(direct.into_iter().map(|direct| ParetoPoint {
+        map: None,
+        direct: Some(direct.method.clone()),
+        step_ns: direct.period_ns,
+        error: direct.error_estimate,
+    }));
+    points
 }

@@ -7,8 +7,8 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::sample::WindowSample;
 use crate::analysis::MapEvaluation;
+use crate::convergence::sample::WindowSample;
 use crate::expansion::{LocalMap, MapOrders, Stage};
 use crate::iteration::DiscreteMap;
 use crate::numeric::Scalar;

@@ -10,8 +10,9 @@
 
 use nalgebra::{Cholesky, DMatrix, DVector};
 
-use super::sample::{WindowSample, low_discrepancy};
-use super::{ConvergenceError, MapFamily};
+use crate::convergence::error::ConvergenceError;
+use crate::convergence::family::MapFamily;
+use crate::convergence::sample::{WindowSample, low_discrepancy};
 use crate::expansion::{Contact, Leg, LocalMap, MapOrders, Stage};
 use crate::jet::{Jet, JetSpace};
 use crate::numeric::Scalar;
