@@ -276,8 +276,8 @@ pub trait Mask:
     /// Whether any lane is true.
     fn any(self) -> bool;
 
-    /// Whether a run that goes on where it is true is known to be over: to be asked for one number,
-    /// and not for lanes, where asking takes longer than going on.
+    /// Early-exit hint: whether no work is left for a loop that goes on where the mask is true;
+    /// always false for lanes, where asking takes longer than going on.
     fn is_over(self) -> bool;
 }
 
@@ -292,7 +292,7 @@ pub trait Branched: Scalar {
     fn rounded(self) -> Self::Rounded;
     /// The same numbers.
     fn from_rounded(rounded: Self::Rounded) -> Self;
-    /// The nearest doubles of several, which may need room.
+    /// The nearest doubles of several numbers, written to `room` unless the numbers are doubles.
     fn all_rounded<'r>(numbers: &'r [Self], room: &'r mut [Self::Rounded]) -> &'r [Self::Rounded];
     /// `self < other`.
     fn is_below(self, other: Self) -> Self::Mask;
@@ -302,7 +302,7 @@ pub trait Branched: Scalar {
     fn is_equal(self, other: Self) -> Self::Mask;
     /// One where a mask is true, the other where it is false.
     fn select(mask: Self::Mask, one: Self, other: Self) -> Self;
-    /// The numbers before a place, at it and after it, the outermost ones beyond.
+    /// The numbers before, at and after a place; beyond an end, the number at that end.
     fn around(numbers: &[Self], place: Self) -> [Self; 3];
 }
 
