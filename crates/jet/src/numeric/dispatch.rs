@@ -11,7 +11,7 @@ use pulp::{Arch, Simd, WithSimd};
 /// `run` and everything it calls in its loops must be `#[inline(always)]`: what is not inlined is
 /// compiled for SSE2.
 pub trait Kernel: Sized {
-    /// What the work returns.
+    /// The result of the work.
     type Output;
 
     /// Does the work.

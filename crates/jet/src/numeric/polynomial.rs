@@ -66,7 +66,7 @@ pub struct Root<S> {
     pub kind: RootKind,
 }
 
-/// What a polynomial does at a root.
+/// How a polynomial behaves at a root.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum RootKind {
     /// It changes its sign.

@@ -75,7 +75,7 @@ pub trait Scalar:
     /// Whether every lane is finite.
     fn is_finite(self) -> bool;
 
-    /// Keeps what a loop carries from one turn to the next in whole registers.
+    /// Keeps a value that a loop carries from one turn to the next in whole registers.
     ///
     /// NOTE: left to itself, the compiler carries lanes one by one, and puts them together in any
     /// order at every turn.
