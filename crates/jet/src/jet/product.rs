@@ -10,7 +10,7 @@ pub(super) mod table;
 use convolution::{Convolution, Factor, Finish, FullProduct};
 use small::SmallProduct;
 
-use super::{HeadFunction, JetSpace, Selection, Span, scalar_head};
+use super::{JetSpace, Selection, Span};
 use crate::numeric::{Dd, Scalar};
 
 /// A part of one degree: neighbouring runs by their numbers, and their coefficients.
@@ -200,11 +200,9 @@ macro_rules! compile_for {
         static $instances: (
             [fn(&JetSpace, &[$scalar], &[$scalar], &mut [$scalar]); 2],
             fn(Convolution<'static, $scalar>),
-            fn(HeadFunction, $scalar) -> $scalar,
         ) = (
             [JetSpace::product::<$scalar, true>, JetSpace::product::<$scalar, false>],
             Convolution::<$scalar>::form,
-            scalar_head::<$scalar>,
         );
     )*};
 }
