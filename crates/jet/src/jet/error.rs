@@ -1,4 +1,4 @@
-//! What can go wrong with jets.
+//! Errors of operations on jets.
 
 /// Error of an operation on jets.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -43,9 +43,9 @@ pub enum JetError {
     /// Numbers of components, variables or equations that do not fit.
     #[error("expected {expected} components, found {found}")]
     DimensionMismatch {
-        /// What fits.
+        /// The number needed.
         expected: usize,
-        /// What was given.
+        /// The number given.
         found: usize,
     },
     /// A component of a map to be inverted begins below its variable's weight.

@@ -125,18 +125,25 @@ pub trait Graded<S: Scalar> {
     /// Divides a part of any degree by the head of the element `b`.
     fn divide_by_head(&self, b: &[S], part: &mut [S]);
 
-    /// Head of `f(a)` from the head of `a`, both of the head's length.
-    fn head(&self, function: HeadFunction, a: &[S], out: &mut [S]);
+    /// Head of `f(a)` from the head of `a`, both of the head's length: unless overridden, one
+    /// scalar.
+    fn head(&self, function: HeadFunction, a: &[S], out: &mut [S]) {
+        out[0] = scalar_head(function, a[0]);
+    }
 
-    /// Head of `a^exponent`.
-    fn head_power(&self, a: &[S], exponent: S, out: &mut [S]);
+    /// Head of `a^exponent`, likewise.
+    fn head_power(&self, a: &[S], exponent: S, out: &mut [S]) {
+        out[0] = a[0].powf(exponent);
+    }
 
-    /// Head of `atan2(y, x)`.
-    fn head_atan2(&self, y: &[S], x: &[S], out: &mut [S]);
+    /// Head of `atan2(y, x)`, likewise.
+    fn head_atan2(&self, y: &[S], x: &[S], out: &mut [S]) {
+        out[0] = y[0].atan2(x[0]);
+    }
 }
 
 /// Applies a head function to one scalar.
-#[inline(never)]
+#[inline]
 pub fn scalar_head<S: Scalar>(function: HeadFunction, a: S) -> S {
     match function {
         HeadFunction::Sqrt => a.sqrt(),
@@ -199,18 +206,6 @@ impl<S: Scalar> Graded<S> for JetSpace {
             *value *= inverse;
         }
     }
-
-    fn head(&self, function: HeadFunction, a: &[S], out: &mut [S]) {
-        out[0] = scalar_head(function, a[0]);
-    }
-
-    fn head_power(&self, a: &[S], exponent: S, out: &mut [S]) {
-        out[0] = a[0].powf(exponent);
-    }
-
-    fn head_atan2(&self, y: &[S], x: &[S], out: &mut [S]) {
-        out[0] = y[0].atan2(x[0]);
-    }
 }
 
 /// Taylor series in time with number coefficients, cut at an order.
@@ -259,18 +254,6 @@ impl<S: Scalar> Graded<S> for TimeSeries {
 
     fn divide_by_head(&self, b: &[S], part: &mut [S]) {
         part[0] /= b[0];
-    }
-
-    fn head(&self, function: HeadFunction, a: &[S], out: &mut [S]) {
-        out[0] = scalar_head(function, a[0]);
-    }
-
-    fn head_power(&self, a: &[S], exponent: S, out: &mut [S]) {
-        out[0] = a[0].powf(exponent);
-    }
-
-    fn head_atan2(&self, y: &[S], x: &[S], out: &mut [S]) {
-        out[0] = y[0].atan2(x[0]);
     }
 }
 

@@ -1,4 +1,4 @@
-//! Straight-line kernels: what a map does to its inputs, one multiply-add after another.
+//! Straight-line kernels: a map as a list of operations on its inputs.
 //!
 //! One idea: a map is lowered once to a list of elementary operations; an interpreter runs the
 //! list, the emitter prints it, differentiation and freezing rewrite it. All of them therefore
@@ -82,7 +82,7 @@ pub struct Kernel {
     pub constants: Vec<f64>,
     /// Operations in the order in which they run.
     pub operations: Vec<Operation>,
-    /// What the kernel hands back.
+    /// The values that the kernel returns.
     pub outputs: Vec<Value>,
 }
 
@@ -91,9 +91,9 @@ pub struct Kernel {
 pub struct OperationCount {
     /// Multiply-adds.
     pub multiply_adds: usize,
-    /// Products alone.
+    /// Products without a sum.
     pub products: usize,
-    /// Sums alone.
+    /// Sums without a product.
     pub sums: usize,
     /// Square roots and reciprocals.
     pub roots: usize,

@@ -61,7 +61,7 @@ pub fn power_series_with_slope_at<S: Scalar>(
     (value.jet, slope.jet)
 }
 
-/// What a sum is multiplied by.
+/// The factor by which Horner's rule multiplies a sum.
 struct Factor<'a, S: Scalar> {
     jet: &'a Jet<S>,
     low: usize,

@@ -190,12 +190,14 @@ impl JetSpace {
     }
 }
 
-/// Products compiled here, once, for the scalars of the packages above: they are not compiled again
-/// there, for what is generic and never inlined is shared.
-macro_rules! compile_products {
-    ($($products:ident: $scalar:ty),*) => {$(
+/// Compiles the large generic functions here, once, for the scalars of the packages above.
+///
+/// NOTE: instances of generic functions that are never inlined are shared with dependants, which
+/// would else compile them again.
+macro_rules! compile_for {
+    ($($instances:ident: $scalar:ty),*) => {$(
         #[used]
-        static $products: (
+        static $instances: (
             [fn(&JetSpace, &[$scalar], &[$scalar], &mut [$scalar]); 2],
             fn(Convolution<'static, $scalar>),
         ) = (
@@ -205,4 +207,4 @@ macro_rules! compile_products {
     )*};
 }
 
-compile_products!(OF_F64: f64, OF_DOUBLE_DOUBLE: Dd);
+compile_for!(IN_F64: f64, IN_DOUBLE_DOUBLE: Dd);

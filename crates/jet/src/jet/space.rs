@@ -213,7 +213,7 @@ impl JetSpace {
         self.table().pairs(monomial)
     }
 
-    /// What products in this space are written down as, if they are.
+    /// The kind of the space if its products need no table.
     #[inline(always)]
     pub(super) fn small(&self) -> Option<SmallSpace> {
         self.small

@@ -1,4 +1,4 @@
-//! Composition: jets put into the variables of jets.
+//! Composition: jets substituted for the variables of jets.
 //!
 //! One idea: the monomials of the outer space form a tree (each is its parent times one variable).
 //! A depth-first walk needs one product of inner jets per monomial and one jet of storage per
@@ -62,7 +62,7 @@ impl<S: Scalar> Default for Substitution<S> {
     }
 }
 
-/// What a walk does not change.
+/// The operands of a walk.
 struct Walk<'a, S: Scalar> {
     outer_space: &'a JetSpace,
     inner_space: &'a JetSpace,

@@ -138,20 +138,12 @@ impl<S: Scalar> Jet<S> {
         if degree > self.space.order() {
             return 0.0;
         }
-        let larger = |max: f64, value: f64| if value <= max { max } else { value };
-        self.part(degree)
-            .iter()
-            .map(|value| value.magnitude())
-            .fold(0.0, larger)
+        largest(self.part(degree))
     }
 
     /// Largest absolute coefficient (over all lanes); NaN if one is NaN.
     pub fn max_abs(&self) -> f64 {
-        let larger = |max: f64, value: f64| if value <= max { max } else { value };
-        self.coefficients
-            .iter()
-            .map(|value| value.magnitude())
-            .fold(0.0, larger)
+        largest(&self.coefficients)
     }
 
     /// The jet with every term above a degree set to zero, in the same space.
@@ -255,6 +247,15 @@ impl<S: Scalar> PartialEq for Jet<S> {
     fn eq(&self, other: &Self) -> bool {
         self.space.keeps_the_same(&other.space) && self.coefficients == other.coefficients
     }
+}
+
+/// The largest magnitude; NaN if one is NaN.
+fn largest<S: Scalar>(values: &[S]) -> f64 {
+    let larger = |max: f64, value: f64| if value <= max { max } else { value };
+    values
+        .iter()
+        .map(|value| value.magnitude())
+        .fold(0.0, larger)
 }
 
 /// Exponents under renamed variables; `false` if the monomial vanishes or has an exponent above

@@ -37,15 +37,15 @@ pub enum BracketOutcome<S> {
     },
     /// The tolerance was not reached; the root lies between the two points.
     IterationLimit {
-        /// Lower end of what is left.
+        /// Lower end of the last bracket.
         lower: S,
-        /// Upper end of what is left.
+        /// Upper end of the last bracket.
         upper: S,
     },
 }
 
 impl<S: Real> BracketOutcome<S> {
-    /// The best root known: that found, or the middle of what is left; `None` if the function was
+    /// The best root known: that found, or the middle of the last bracket; `None` if the function was
     /// not finite.
     pub fn root(&self) -> Option<S> {
         match *self {
@@ -167,8 +167,8 @@ impl<S: Real> Bracket<S> {
     }
 }
 
-/// Newton's method in brackets, a step at a time, for one function or for one in every lane: for
-/// searches that know of their own when to end.
+/// Newton's method in brackets, a step at a time, for one function or one in every lane: for
+/// searches with their own rule to stop.
 ///
 /// ```
 /// use grazemap_jet::numeric::NewtonSteps;
@@ -277,7 +277,7 @@ impl<S: Branched> NewtonSteps<S> {
     ///
     /// A step out of the bracket goes to its end the first time, where the root may well be:
     /// brackets are often halves of what is searched. After that, and where a step is not half
-    /// as long as the one before the last, what is left is halved (Press et al., *Numerical
+    /// as long as the one before the last, the bracket is halved (Press et al., *Numerical
     /// Recipes*, `rtsafe`).
     #[inline(always)]
     pub fn advance(&mut self, value: S, derivative: S) -> NewtonStep<S> {

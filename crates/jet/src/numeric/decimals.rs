@@ -5,8 +5,8 @@ use std::fmt;
 /// The least number of so many decimal digits (1 to 15) that is not below a positive finite number;
 /// 0 for one that is not positive.
 ///
-/// What is rounded up so is the same on machines whose arithmetic differs in the last place, and as
-/// short as it says when it is printed.
+/// Numbers rounded up in this way are the same on machines whose arithmetic differs in the last
+/// place, and print with so many digits.
 ///
 /// ```
 /// use grazemap_jet::numeric::decimal_above;

@@ -72,7 +72,7 @@ fn chosen(_: Option<Limit>) -> Arch {
 /// `run` and everything it calls in its loops must be `#[inline(always)]`: what is not inlined is
 /// compiled for SSE2.
 pub trait Kernel: Sized {
-    /// What the work returns.
+    /// The result of the work.
     type Output;
 
     /// Does the work.

@@ -18,6 +18,7 @@ use std::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Sub, SubAssi
 
 use num_traits::{One, Zero};
 
+use super::scalar::inherent;
 use super::{Kernel, Real, Scalar};
 
 pub use decimal::ParseDdError;
@@ -380,48 +381,14 @@ impl Scalar for Dd {
         self * a + b
     }
 
-    fn sqrt(self) -> Self {
-        Dd::sqrt(self)
-    }
-
-    fn exp(self) -> Self {
-        Dd::exp(self)
-    }
-
-    fn ln(self) -> Self {
-        Dd::ln(self)
-    }
+    inherent!(Dd: sqrt(), exp(), ln(), asin(), acos(), atan(), atan2(x), powf(exponent), abs());
 
     fn sin_cos(self) -> (Self, Self) {
         Dd::sin_cos(self)
     }
 
-    fn asin(self) -> Self {
-        Dd::asin(self)
-    }
-
-    fn acos(self) -> Self {
-        Dd::acos(self)
-    }
-
-    fn atan(self) -> Self {
-        Dd::atan(self)
-    }
-
-    fn atan2(self, x: Self) -> Self {
-        Dd::atan2(self, x)
-    }
-
     fn sinh_cosh(self) -> (Self, Self) {
         Dd::sinh_cosh(self)
-    }
-
-    fn powf(self, exponent: Self) -> Self {
-        Dd::powf(self, exponent)
-    }
-
-    fn abs(self) -> Self {
-        Dd::abs(self)
     }
 
     fn signum(self) -> Self {

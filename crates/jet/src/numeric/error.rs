@@ -1,4 +1,4 @@
-//! What the algorithms of this floor refuse.
+//! Errors of the algorithms of this floor.
 
 /// A broken promise to a numerical algorithm.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]

@@ -276,8 +276,8 @@ pub trait Mask:
     /// Whether any lane is true.
     fn any(self) -> bool;
 
-    /// Early-exit hint: whether it is false everywhere, for one number; always false for lanes,
-    /// where asking takes longer than going on.
+    /// Early-exit hint: whether no work is left for a loop that goes on where the mask is true;
+    /// always false for lanes, where asking takes longer than going on.
     fn is_over(self) -> bool;
 
     /// The numbers of the lanes that are true.
@@ -298,7 +298,7 @@ pub trait Branched: Scalar {
     fn rounded(self) -> Self::Rounded;
     /// The same numbers.
     fn from_rounded(rounded: Self::Rounded) -> Self;
-    /// The nearest doubles of several, which may need room.
+    /// The nearest doubles of several numbers, written to `room` unless the numbers are doubles.
     fn all_rounded<'r>(numbers: &'r [Self], room: &'r mut [Self::Rounded]) -> &'r [Self::Rounded];
     /// `self < other`.
     fn is_below(self, other: Self) -> Self::Mask;
@@ -312,7 +312,7 @@ pub trait Branched: Scalar {
     fn lane(self, lane: usize) -> f64;
     /// A function of the nearest double of every lane.
     fn mapped(self, function: impl Fn(f64) -> f64) -> Self::Rounded;
-    /// The numbers before a place, at it and after it, the outermost ones beyond.
+    /// The numbers before, at and after a place; beyond an end, the number at that end.
     fn around(numbers: &[Self], place: Self) -> [Self; 3];
 }
 

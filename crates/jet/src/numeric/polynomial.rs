@@ -66,7 +66,7 @@ pub struct Root<S> {
     pub kind: RootKind,
 }
 
-/// What a polynomial does at a root.
+/// How a polynomial behaves at a root.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum RootKind {
     /// It changes its sign.
@@ -114,7 +114,7 @@ pub fn evaluate<S: Real>(coefficients: &[S], time: S) -> (S, S) {
 /// assert_eq!((found[0].time, found[0].value, found[0].kind), (1.0, 1.0, ExtremumKind::Minimum));
 /// ```
 pub fn extrema<S: Real>(coefficients: &[S], end: S) -> Vec<Extremum<S>> {
-    if derivative_has_one_sign(coefficients, end) {
+    if has_one_sign(&derivative(coefficients), end) {
         return Vec::new();
     }
     let scaled = scaled_to_unit(coefficients, end);
@@ -197,20 +197,6 @@ fn has_one_sign<S: Real>(coefficients: &[S], end: S) -> bool {
         (bound + coefficient.abs()) * end
     });
     !(first.is_finite() && bound.is_finite()) || first.abs() > bound
-}
-
-/// The same for the derivative.
-fn derivative_has_one_sign<S: Real>(coefficients: &[S], end: S) -> bool {
-    if coefficients.len() < 3 {
-        return true;
-    }
-    let end = end.abs();
-    let bound = (2..coefficients.len())
-        .rev()
-        .fold(S::zero(), |bound, power| {
-            (bound + coefficients[power].abs() * S::from_f64(power as f64)) * end
-        });
-    !(coefficients[1].is_finite() && bound.is_finite()) || coefficients[1].abs() > bound
 }
 
 /// `c_k end^k`: the polynomial in `t / end` on `[0, 1]`.

@@ -75,7 +75,7 @@ pub trait Scalar:
     /// Whether every lane is finite.
     fn is_finite(self) -> bool;
 
-    /// Keeps what a loop carries from one turn to the next in whole registers.
+    /// Keeps a value that a loop carries from one turn to the next in whole registers.
     ///
     /// NOTE: left to itself, the compiler carries lanes one by one, and puts them together in any
     /// order at every turn.
@@ -107,6 +107,18 @@ pub trait Real: Scalar + PartialOrd {
     fn floor(self) -> Self;
 }
 
+/// Methods of [`Scalar`] by the type's own functions of the same names.
+macro_rules! inherent {
+    ($type:ident: $($function:ident($($argument:ident),*)),*) => {$(
+        #[inline(always)]
+        fn $function(self $(, $argument: Self)*) -> Self {
+            $type::$function(self $(, $argument)*)
+        }
+    )*};
+}
+
+pub(super) use inherent;
+
 macro_rules! float {
     ($float:ident) => {
         impl Scalar for $float {
@@ -131,51 +143,16 @@ macro_rules! float {
                 }
             }
 
-            #[inline(always)]
-            fn sqrt(self) -> Self {
-                $float::sqrt(self)
-            }
-
-            fn exp(self) -> Self {
-                $float::exp(self)
-            }
-
-            fn ln(self) -> Self {
-                $float::ln(self)
-            }
+            inherent!($float: sqrt(), exp(), ln(), asin(), acos(), atan(), atan2(x));
+            inherent!($float: powf(exponent), abs(), min(other), max(other));
 
             fn sin_cos(self) -> (Self, Self) {
                 let (sine, cosine) = sine::sin_cos(f64::from(self));
                 (sine as $float, cosine as $float)
             }
 
-            fn asin(self) -> Self {
-                $float::asin(self)
-            }
-
-            fn acos(self) -> Self {
-                $float::acos(self)
-            }
-
-            fn atan(self) -> Self {
-                $float::atan(self)
-            }
-
-            fn atan2(self, x: Self) -> Self {
-                $float::atan2(self, x)
-            }
-
             fn sinh_cosh(self) -> (Self, Self) {
                 (self.sinh(), self.cosh())
-            }
-
-            fn powf(self, exponent: Self) -> Self {
-                $float::powf(self, exponent)
-            }
-
-            #[inline(always)]
-            fn abs(self) -> Self {
-                $float::abs(self)
             }
 
             /// `0` at zero, unlike the inherent function; NaN stays NaN.
@@ -186,16 +163,6 @@ macro_rules! float {
                 } else {
                     $float::signum(self)
                 }
-            }
-
-            #[inline(always)]
-            fn min(self, other: Self) -> Self {
-                $float::min(self, other)
-            }
-
-            #[inline(always)]
-            fn max(self, other: Self) -> Self {
-                $float::max(self, other)
             }
 
             #[inline(always)]

@@ -18,7 +18,7 @@ const HALF_PI: [f64; 3] = [
     f64::from_bits(0x3BA3_198A_2E03_7073),
 ];
 
-/// What added to a number rounds it to an integer, and leaves that in the last bits.
+/// Added to a number, rounds it to an integer and leaves that in the last bits.
 const ROUNDING: f64 = 1.5 / f64::EPSILON;
 
 /// `(sin x − x)/x³` in powers of `x²`.
@@ -41,7 +41,7 @@ const COSINE: [f64; 6] = [
     -1.135_964_755_778_819_5e-11,
 ];
 
-/// Doubles whose bits are at hand.
+/// Doubles, one or in lanes, whose bits can be changed.
 pub(super) trait Quartered: Branched {
     /// Sine and cosine after as many quarter turns as the last bits of the first number say.
     fn turned(quarters: Self, sine: Self, cosine: Self) -> (Self, Self);

@@ -1,9 +1,9 @@
 //! A kernel prepared for running: operands are places in one memory, and Horner schemes are single
 //! instructions.
 //!
-//! The one idea: what is known before a run and only added in schemes, the coefficients of
-//! polynomials, is not looked up in memory but read one after another, in the order in which it is
-//! needed.
+//! The one idea: values known before a run that are only added in schemes, the coefficients of
+//! polynomials, are not looked up in memory but read one after another, in the order in which they
+//! are needed.
 
 use std::collections::HashMap;
 
@@ -29,7 +29,7 @@ pub(super) struct Code {
     outputs: Vec<u32>,
 }
 
-/// What gives the next result, or the next two.
+/// The instruction that computes the next result, or the next two.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Instruction {
     Add(u32, u32),
@@ -61,7 +61,7 @@ enum Instruction {
     RootOfPositivePart(u32),
     HalfReciprocal(u32),
     Hold(u32),
-    /// An input that is an output: in a place of its own, so that an output may become an input.
+    /// An input that is also an output: copied, so that an output may become an input.
     Copy(u32),
 }
 
@@ -338,14 +338,14 @@ fn two_rows<T: Number>(factor: T, len: u32, read: &mut &[T::Known]) -> [T; 2] {
 /// A value that is known before a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) enum Known {
-    /// An input that is set for good, by its number among those.
+    /// An input with a fixed value, by its number among the fixed inputs.
     Input(u32),
     /// A constant of the kernel.
     Constant(u32),
 }
 
 impl Known {
-    /// It, from the values of all inputs that are set for good and all constants.
+    /// Its value, from the values of all fixed inputs and all constants.
     pub(super) fn of<T: Copy>(self, set: &[T], constants: &[T]) -> T {
         match self {
             Self::Input(number) => set[number as usize],
@@ -422,7 +422,7 @@ impl Places {
         }
     }
 
-    /// What a value is if it is known.
+    /// The known value that stands behind an operand, if it is known.
     pub(super) fn known(&self, value: Value) -> Option<Known> {
         match value {
             Value::Input(number) => number.checked_sub(self.free as u32).map(Known::Input),

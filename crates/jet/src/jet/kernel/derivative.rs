@@ -6,7 +6,7 @@ use super::{Kernel, KernelBuilder, Operation, Value};
 type Seed<'a> = &'a dyn Fn(&mut KernelBuilder, u32) -> Vec<Value>;
 
 impl Kernel {
-    /// The kernel that hands back this kernel's outputs, and then the derivative of each of the
+    /// The kernel that returns this kernel's outputs, and then the derivative of each of the
     /// first `rows` outputs by each of the first `columns` inputs, row by row.
     ///
     /// The rules, with `a'` the derivative of `a`:

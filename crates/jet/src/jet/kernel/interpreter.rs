@@ -31,7 +31,7 @@ interpreted!(f64, f32, Dual<f64>);
 
 /// A kernel prepared for running.
 ///
-/// What a run writes belongs to the thread, so that an interpreter can be shared by threads and a
+/// The memory of a run belongs to the thread, so that threads can share an interpreter and a
 /// run allocates nothing.
 #[derive(Clone, Debug)]
 pub struct Interpreter<T = f64> {
@@ -69,7 +69,7 @@ impl<T: Real> Interpreter<T> {
         self.code.outputs()
     }
 
-    /// Runs the kernel and hands output after output to `receive` with its number.
+    /// Runs the kernel and passes every output to `receive` with its number.
     ///
     /// # Panics
     ///
@@ -161,7 +161,7 @@ impl Unset {
 /// A kernel prepared for running on several points in step, each with known inputs of its own, on
 /// [`Lanes`](crate::numeric::Lanes) or [`Dual`](super::Dual) numbers of lanes.
 ///
-/// One instruction is read for all of them, which is what an interpreter costs most for; the
+/// One instruction is read for all of them, since reading takes most of the time; the
 /// operations of a lane are those of [`Interpreter`](super::Interpreter), to the last bit.
 #[derive(Clone, Debug)]
 pub struct LaneInterpreter<T: Number> {
@@ -208,7 +208,7 @@ impl<T: Number> LaneInterpreter<T> {
         }
     }
 
-    /// Runs the kernel; [`output`](Self::output) then hands out its results.
+    /// Runs the kernel; [`output`](Self::output) then returns its results.
     ///
     /// It is inlined so that a [`numeric::Kernel`](crate::numeric::Kernel) that calls it runs with
     /// the widest registers.

@@ -1,4 +1,4 @@
-//! What kernels are run on.
+//! The numbers on which kernels run.
 
 use crate::numeric::{Lanes, Scalar};
 

@@ -1,9 +1,10 @@
 //! Horner schemes in a kernel, and the order in which they run.
 //!
-//! The one idea: a multiply-add whose result goes nowhere but into the next one needs no place in
+//! The one idea: a multiply-add whose result is used only by the next one needs no place in
 //! memory. Multiply-adds with one factor make a chain; a chain whose addends are chains in another
 //! factor, all of known values, is a polynomial in two variables. Its values are read one after
-//! another, in the order in which they are needed. What most of a kernel waits for runs first, and
+//! another, in the order in which they are needed. The longest chain of dependent operations runs
+//! first, and
 //! of that one shape after another: two schemes of one shape run at once, and a processor guesses
 //! rightly what comes next.
 
@@ -18,7 +19,7 @@ pub(super) struct Scheme {
     pub(super) rows: Rows,
 }
 
-/// What the multiply-adds of a scheme add.
+/// The addends of the multiply-adds of a scheme.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Rows {
     /// Any values.
@@ -27,7 +28,7 @@ pub(super) enum Rows {
     Known(Value, Vec<Vec<Value>>),
 }
 
-/// What runs at once.
+/// Operations that run at once.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Step {
     /// An operation that is no multiply-add, and its number.
@@ -82,7 +83,7 @@ impl Step {
     }
 }
 
-/// What gives a result.
+/// The operation or scheme that computes a result.
 #[derive(Clone, Debug)]
 enum Part {
     Operation(Operation),
@@ -167,7 +168,7 @@ impl Scheme {
     }
 }
 
-/// What two schemes that run at once have in common.
+/// The factors and lengths that two schemes must share to run at once.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 struct Shape {
     /// The number of values, or the lengths of rows.
@@ -177,7 +178,7 @@ struct Shape {
     inner: Option<Value>,
 }
 
-/// What gives each result of a kernel; `None` where that is part of a scheme.
+/// The part that computes each result of a kernel; `None` where that is inside a scheme.
 struct Parts(Vec<Option<Part>>);
 
 impl Parts {
@@ -240,7 +241,7 @@ impl Parts {
         Some(Rows::Known(inner.unwrap_or(factor), rows))
     }
 
-    /// How long what follows on each result takes at least, and the result itself.
+    /// The least time that each result and the operations that wait for it take.
     fn heights(&self) -> Vec<usize> {
         let mut heights = vec![0; self.0.len()];
         for (number, part) in self.0.iter().enumerate().rev() {

@@ -1,8 +1,9 @@
-//! Splitting a kernel by what is known first: freezing.
+//! Freezing: splitting a kernel by which of its inputs are known first.
 
 use super::{Kernel, KernelBuilder, Value};
 
-/// A kernel in two steps: what depends on the late inputs only is computed once and then reused.
+/// A kernel in two steps: results that depend on the frozen inputs only are computed once and
+/// reused.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SplitKernel {
     /// From the frozen inputs to the coefficients.
@@ -14,7 +15,8 @@ pub struct SplitKernel {
 }
 
 impl Kernel {
-    /// Splits into what depends on the inputs from number `free` on alone (*frozen*), and the rest.
+    /// Splits into the operations that depend only on the inputs from number `free` on (*frozen*),
+    /// and the others.
     ///
     /// Running the two kernels one after the other does the very same operations as the kernel
     /// itself.

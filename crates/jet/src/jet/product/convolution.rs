@@ -39,7 +39,7 @@ impl<'a, S> Factor<'a, S> {
     }
 }
 
-/// What becomes of a sum of products.
+/// How a sum of products is stored.
 #[derive(Clone, Copy)]
 pub(super) enum Finish<'a, S> {
     /// It is the coefficient.
@@ -85,7 +85,7 @@ impl<S: Scalar> Finish<'_, S> {
     }
 }
 
-/// A product, or part of one: what is added to the coefficients of some runs.
+/// A product, or its part in some runs.
 pub(super) struct Convolution<'a, S> {
     pub(super) table: &'a ProductTable,
     /// Neighbouring runs, whose coefficients `out` holds.

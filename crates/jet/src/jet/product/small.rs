@@ -22,7 +22,7 @@ pub(in crate::jet) enum SmallSpace {
 }
 
 impl SmallSpace {
-    /// What space it is, by weights and order; `None` for all others.
+    /// The kind of a space with these weights and this order; `None` if its products need a table.
     pub(in crate::jet) fn of(weights: &[u32], order: usize) -> Option<Self> {
         if weights.iter().any(|&weight| weight != 1) {
             return None;

@@ -26,7 +26,7 @@ pub enum ParseDdError {
     /// The text has no digit.
     #[error("expected a decimal number, found no digit in `{text}`")]
     NoDigits {
-        /// What was given.
+        /// The text.
         text: String,
     },
     /// The text holds a character that no decimal literal has there.
@@ -36,13 +36,13 @@ pub enum ParseDdError {
         found: char,
         /// Its place, counted in characters from 1.
         position: usize,
-        /// What was given.
+        /// The text.
         text: String,
     },
     /// The number is too large for the exponent range of `f64`.
     #[error("expected a number below 1.8e308 in magnitude, found `{text}`")]
     TooLarge {
-        /// What was given.
+        /// The text.
         text: String,
     },
 }

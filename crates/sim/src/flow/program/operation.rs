@@ -106,10 +106,6 @@ pub(in crate::flow) fn run<S: Scalar, A: Graded<S>>(
     let range = algebra.part(k);
     let element = |slot: Slot| &tape[slot * len..((slot + 1) * len).min(tape.len())];
     let part = |slot: Slot| &tape[slot * len + range.start..slot * len + range.end];
-    let exponential = |function, a, euler_a, partner, out: &mut [S]| {
-        let (a, euler_a, partner) = (element(a), element(euler_a), element(partner));
-        exponential_part(algebra, function, k, a, euler_a, partner, out);
-    };
     match *operation {
         Operation::Input => out.copy_from_slice(part(slot)),
         Operation::Constant(value) => constant_part(k, S::from_dd(value), out),
@@ -136,12 +132,38 @@ pub(in crate::flow) fn run<S: Scalar, A: Graded<S>>(
             quotient_part(algebra, k, element(a), element(b), element(slot), out)
         }
         Operation::Sqrt(a) => sqrt_part(algebra, k, element(a), element(slot), out),
-        Operation::Exp { a, euler_a } => exponential(HeadFunction::Exp, a, euler_a, slot, out),
+        Operation::Exp { a, euler_a } => {
+            exponential_part(
+                algebra,
+                HeadFunction::Exp,
+                k,
+                element(a),
+                element(euler_a),
+                element(slot),
+                out,
+            );
+        }
         Operation::Sine { a, euler_a, cosine } => {
-            exponential(HeadFunction::Sin, a, euler_a, cosine, out);
+            exponential_part(
+                algebra,
+                HeadFunction::Sin,
+                k,
+                element(a),
+                element(euler_a),
+                element(cosine),
+                out,
+            );
         }
         Operation::Cosine { a, euler_a, sine } => {
-            exponential(HeadFunction::Cos, a, euler_a, sine, out);
+            exponential_part(
+                algebra,
+                HeadFunction::Cos,
+                k,
+                element(a),
+                element(euler_a),
+                element(sine),
+                out,
+            );
         }
         Operation::OfPhase {
             function,
@@ -151,10 +173,26 @@ pub(in crate::flow) fn run<S: Scalar, A: Graded<S>>(
             phase_part(algebra, function, k, element(a), element(partner), out);
         }
         Operation::Sinh { a, euler_a, cosh } => {
-            exponential(HeadFunction::Sinh, a, euler_a, cosh, out);
+            exponential_part(
+                algebra,
+                HeadFunction::Sinh,
+                k,
+                element(a),
+                element(euler_a),
+                element(cosh),
+                out,
+            );
         }
         Operation::Cosh { a, euler_a, sinh } => {
-            exponential(HeadFunction::Cosh, a, euler_a, sinh, out);
+            exponential_part(
+                algebra,
+                HeadFunction::Cosh,
+                k,
+                element(a),
+                element(euler_a),
+                element(sinh),
+                out,
+            );
         }
         Operation::Primitive {
             function,
