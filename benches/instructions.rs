@@ -21,7 +21,7 @@ use grazemap::numeric::{Lanes, Scalar};
 /// A name, and what does the work a number of times.
 type Work = (&'static str, fn(usize));
 
-const WORK: [Work; 7] = [
+const WORK: [Work; 6] = [
     ("product_5_6", product::<f64>),
     ("product_5_6_lanes", product::<Lanes<8>>),
     ("flow_1", flow::<1>),
