@@ -3,7 +3,8 @@
 //! One idea: a step forms the series of all orbits together; each has its own length, its own
 //! event, and lands at its own time.
 
-use super::backward::alternate;
+use super::backward::reversed_gap;
+use super::flight::has_no_event;
 use super::lane_flow::{LaneAsked, LaneFlow, LaneLeap};
 use super::lane_log::{LaneLog, LoggedFrom};
 use super::motion::LaneMotion;
@@ -89,7 +90,7 @@ impl<const N: usize> LaneFlow<N> for LaneTaylor<'_, N> {
             near: Lanes::splat(asked.near),
         };
         let flown = wanted & !open;
-        let watched = flown & !asked.blind & !quiet(&step, length, &asked);
+        let watched = flown & !asked.blind & !has_no_event(&step, SURFACE, length, &goal);
         let start = motion.start();
         let mut passage = SearchEnd::none(length);
         if watched.any() {
@@ -137,31 +138,16 @@ impl<const N: usize> LaneFlow<N> for LaneTaylor<'_, N> {
         let step = self.integrator.expand(&motion.state, &self.parameters);
         let (admissible, open) = admissible(&step, motion, wanted);
         let length = admissible.min(longest);
-        let (sign, minima) = match goal {
-            Back::ToMinimum => (Lanes::splat(1.0), wanted),
-            Back::ToSurface => (Lanes::splat(-1.0), LaneMask::NONE),
-        };
-        let (value, slope) = &mut self.reversed;
-        alternate(step.watched_coefficients(2 * SURFACE), sign, value);
-        alternate(step.watched_coefficients(2 * SURFACE + 1), -sign, slope);
+        let value = step.watched_coefficients(2 * SURFACE);
+        let slope = step.watched_coefficients(2 * SURFACE + 1);
+        let (gap, goal) = reversed_gap(value, slope, goal, &mut self.reversed);
         let start = Start {
             rose: LaneMask::NONE,
             fell: LaneMask::NONE,
             leaving: LaneMask::NONE,
             ..motion.start()
         };
-        let goal = Goal {
-            minima,
-            stopping: wanted,
-            near: Lanes::splat(-1.0),
-        };
         let flown = wanted & !open;
-        let gap = Gap {
-            value,
-            slope,
-            sign: Lanes::splat(1.0),
-            surface: SURFACE,
-        };
         let points = &mut self.points;
         let passage = search(points, gap, length, start, goal, flown, NoLog);
         let known = flown & (passage.crossing | passage.minimum);
@@ -221,18 +207,4 @@ fn admissible<const N: usize>(
     let lengths = step.length.min(step.watched_length(2 * SURFACE));
     motion.last_step = Lanes::select(wanted, lengths, motion.last_step);
     (lengths, wanted & !Lanes::splat(0.0).is_below(step.length))
-}
-
-/// Where there is known beforehand to be no event, and no value of interest.
-#[inline(always)]
-fn quiet<const N: usize>(
-    step: &LaneStep<'_, N>,
-    lengths: Lanes<N>,
-    asked: &LaneAsked<N>,
-) -> LaneMask<N> {
-    if asked.near == f64::INFINITY {
-        return LaneMask::NONE;
-    }
-    let bound = step.watched_lower_bound(2 * SURFACE, lengths);
-    Lanes::splat(asked.near.max(0.0)).is_below(bound) & !asked.ignoring
 }

@@ -559,7 +559,7 @@ mod tests {
         }
         for chunk in slopes.as_chunks::<8>().0 {
             let slope: Vec<_> = (0..chunk[0].0.len())
-                .map(|k| Lanes::from_fn(|lane| chunk[lane].0[k]))
+                .map(|k| Lanes::<8>::from_fn(|lane| chunk[lane].0[k]))
                 .collect();
             let mut points = StationaryPoints::new();
             points.isolate(&slope, Lanes::splat(1.0), !LaneMask::NONE);

@@ -176,11 +176,11 @@ impl<S: Real> Leg<'_, S> {
                         stopping: false,
                         near: S::from_f64(-1.0),
                     };
-                    (motion.release_sign, 0, start, goal, Outlook::Open)
+                    (motion.release_sign, 0, start, goal, Outlook::Undecided)
                 }
             };
             let mut heading = Heading::Unknown;
-            if outlook == Outlook::Open {
+            if outlook == Outlook::Undecided {
                 let (value, slope) = flight.polynomials(index);
                 let gap = Gap {
                     value,
