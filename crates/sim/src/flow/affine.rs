@@ -10,7 +10,8 @@ mod rows;
 mod span;
 
 pub use expressions::{AffineExpressions, AffineRows};
-pub use flow::{AffineFieldRows, AffineFlow};
+pub use flow::AffineFlow;
+pub use matrix::AffineFieldRows;
 pub(crate) use nodes::{Backend, Batch, NumberMask, RoundedNumber, Single};
 pub use rows::RowTable;
 pub(crate) use span::SpanTables;

@@ -99,7 +99,7 @@ impl<S: Real> Simulator<'_, S> {
             if self.motion.time >= horizon {
                 return Ok(Stop::Horizon);
             }
-            let flown = match self.leap(horizon, approach, record) {
+            let flown = match self.exact_step(horizon, approach, record) {
                 Some(flown) => flown,
                 None => self.step(horizon, approach, record)?,
             };

@@ -1,6 +1,6 @@
 //! Direct event-driven simulation: impacts, contact phases, chattering, sticking.
 //!
-//! The ground truth every expansion is measured against, and a competitor in earnest: exact leaps
+//! The ground truth every expansion is measured against, and a competitor in earnest: exact steps
 //! where free flight is affine, Taylor steps elsewhere, whose polynomials of the gap are searched
 //! for *every* crossing and *every* local minimum, so that no low-velocity impact is missed, in
 //! `f64` and in double-double.

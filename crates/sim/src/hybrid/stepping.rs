@@ -2,7 +2,6 @@
 
 use std::cmp::Ordering;
 
-use super::affine::LeapEnd;
 use super::flight::{Flight, Outlook, TaylorFlight};
 use super::motion::{Motion, Regime};
 use super::passage::{Approach, Goal, Heading, Landing, Start, Stop};
@@ -64,7 +63,7 @@ impl<S: Real> Simulator<'_, S> {
 
     /// Flies freely over many steps, up to the first event, where free flight is affine; `None`
     /// where a step is needed, to which the flight has come.
-    pub(super) fn leap(
+    pub(super) fn exact_step(
         &mut self,
         horizon: S,
         approach: Approach,
@@ -78,31 +77,28 @@ impl<S: Real> Simulator<'_, S> {
         let near_miss = self.near_miss;
         let asked = |surface| goal(surface, approach, near_miss);
         let work = &mut self.work;
-        let leap = tools.leap(
+        let step = tools.exact_step(
             &mut self.motion,
             &self.parameters,
             longest,
             asked,
             &mut work.misses,
         )?;
-        report(&mut work.misses, leap.time, self.motion.time, record);
-        self.motion.time = if leap.time == longest {
+        report(&mut work.misses, step.time, self.motion.time, record);
+        self.motion.time = if step.time == longest {
             horizon
         } else {
-            self.motion.time + leap.time
+            self.motion.time + step.time
         };
-        let stop = match leap.end {
-            LeapEnd::Stop(stop) => Some(stop),
-            LeapEnd::Quiet | LeapEnd::Open => None,
-        };
+        let stop = step.stop();
         if let Some(Stop::Contact { surface }) = stop {
             self.motion.set_at_contact(surface);
             self.settle_on(Landing::Contact { surface });
         }
-        if leap.time > S::zero() {
+        if step.time > S::zero() {
             self.tidy(stop);
         }
-        (leap.end != LeapEnd::Open).then_some(stop)
+        (!step.undecided).then_some(stop)
     }
 
     /// Updates what is remembered after a step: surfaces left behind, but for one that is met, and

@@ -8,8 +8,7 @@ use std::fmt::Debug;
 use std::marker::PhantomData;
 use std::sync::OnceLock;
 
-use super::flow::AffineFieldRows;
-use super::matrix::{sum_at, unit};
+use super::matrix::{AffineFieldRows, sum_at, unit};
 use super::rows::{BLOCK, RowTable, Rows, product};
 use crate::numeric::{Branched, Kernel, Lanes, Real};
 

@@ -10,8 +10,7 @@
 use num_traits::{One as _, Zero as _};
 
 use super::economy::{CONTROL_BLOCK, ChebyshevSeries, MAX_POINTS};
-use super::flow::{AffineFieldRows, leading_states};
-use super::matrix::{Matrix, largest, terms_within, unit};
+use super::matrix::{AffineFieldRows, Matrix, largest, leading_states, terms_within, unit};
 use super::nodes::{
     Backend, Batch, LaneNodes, NODES, Nodes, NumberMask, PIECES, RoundedNumber, Single,
 };

@@ -7,8 +7,8 @@
 
 use num_traits::Zero as _;
 
-use super::newton::GapCourse;
 use super::polygon::{Piece, Polygon};
+use super::zeros::GapCourse;
 use crate::flow::{Backend, NumberMask, RoundedNumber};
 use crate::numeric::{Branched, Mask, Scalar};
 

@@ -10,19 +10,19 @@
 use num_traits::Zero as _;
 
 use super::enclosure::{EnclosureTest, Found, WatchedGap};
-use super::newton::{GapCourse, NodeVisit, is_convex};
 use super::polygon::{Polygon, ROUNDING};
+use super::zeros::{GapCourse, NodeVisit, is_convex};
 use crate::flow::{Backend, NumberMask, RoundedNumber, SpanTables};
 use crate::hybrid::motion::SAME_MINIMUM;
-use crate::hybrid::passage::{Back, MinimumLog};
-use crate::numeric::{Branched, Kernel, Mask, Scalar};
+use crate::hybrid::passage::{Back, MinimumLog, Stop};
+use crate::numeric::{Branched, Kernel, Mask, Real, Scalar};
 
 /// Where an exact step ends: after the longest time asked for, or the whole span where that is
 /// shorter, unless there is an event before.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct ExactStep<S: Branched> {
+pub(in crate::hybrid) struct ExactStep<S: Branched> {
     /// Time flown.
-    pub(super) time: S,
+    pub(in crate::hybrid) time: S,
     /// Where it ends with a contact, or at a minimum.
     pub(super) contact: S::Mask,
     pub(super) minimum: S::Mask,
@@ -32,7 +32,19 @@ pub(super) struct ExactStep<S: Branched> {
     pub(super) gap: S,
     pub(super) rises_for: S,
     /// Where nothing happened so far and what follows must be searched.
-    pub(super) undecided: S::Mask,
+    pub(in crate::hybrid) undecided: S::Mask,
+}
+
+impl<S: Real> ExactStep<S> {
+    /// The event it ends with.
+    pub(in crate::hybrid) fn stop(&self) -> Option<Stop<S>> {
+        let (surface, gap, rises_for) = (self.surface as usize, self.gap, self.rises_for);
+        match (self.contact, self.minimum) {
+            (true, _) => Some(Stop::Contact { surface }),
+            (_, true) => Some(Stop::Minimum { gap, rises_for }),
+            _ => None,
+        }
+    }
 }
 
 impl<S: Branched> ExactStep<S> {

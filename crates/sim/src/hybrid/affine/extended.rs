@@ -133,3 +133,43 @@ impl<B: Backend> Kernel for NewPhase<'_, B> {
         extended.anchor = select(first, theta, extended.anchor);
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::flow::{Batch, Single};
+    use crate::numeric::{LaneMask, Lanes};
+
+    /// Harmonics at phases one after another: formed, turned, formed anew, at home, the last.
+    const PHASES: [[f64; 5]; 3] = [
+        [0.3, 0.3 + 1e-10, 2.0, 0.3, 0.3],
+        [-1.0, 0.5, 0.5 + 1e-9, -1.0, 4.0],
+        [0.0, 0.0, 1e-11, 3.0, 0.0],
+    ];
+
+    fn extended<B: Backend>(multiples: &[B::Number]) -> Extended<B> {
+        let mut extended = Extended::new(1, Some(1), multiples.len());
+        extended.set_multiples(multiples);
+        extended
+    }
+
+    #[test]
+    fn harmonics_in_lanes_are_those_of_each_orbit_and_follow_the_phase() {
+        let mut lanes = extended::<Batch<3>>(&[1.0, 2.0].map(Lanes::splat));
+        let mut alone = [(); 3].map(|()| extended::<Single<f64>>(&[1.0, 2.0]));
+        let none = LaneMask::from_fn(|_| false);
+        for step in 0..PHASES[0].len() {
+            let phase = Lanes(PHASES.map(|phases| phases[step]));
+            lanes.take(&[Lanes::splat(7.0), Lanes::splat(9.0)], none);
+            lanes.take(&[Lanes::splat(7.0), phase], !none);
+            for (lane, own) in alone.iter_mut().enumerate() {
+                own.take(&[7.0, phase[lane]], true);
+                let found: Vec<f64> = lanes.values.iter().map(|value| value[lane]).collect();
+                assert_eq!(found, own.values, "{step} {lane}");
+                let (sine, cosine) = (2.0 * phase[lane]).sin_cos();
+                assert!((own.values[3] - cosine).abs() < 1e-15, "{step} {lane}");
+                assert!((own.values[4] - sine).abs() < 1e-15, "{step} {lane}");
+            }
+        }
+    }
+}

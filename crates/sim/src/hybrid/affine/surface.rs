@@ -1,7 +1,7 @@
 //! What the rows of one surface tell of a state: its gap, the normal motion, what is zero where a
 //! flight lands.
 
-use super::AffineSurface;
+use super::system::AffineSurface;
 use crate::flow::{AffineFieldRows, AffineRows, RowTable};
 use crate::hybrid::passage::Landing;
 use crate::hybrid::sensing::{Clearance, Sense};

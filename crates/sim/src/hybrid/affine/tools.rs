@@ -2,12 +2,12 @@
 
 use super::exact_step::{BackwardStep, ExactStep, StepBuffers, Stepper};
 use super::extended::Extended;
-use super::flight::AffineFlight;
+use super::flight::{AffineFlight, FlightBuffers};
 use super::surface::SurfaceTables;
-use super::{AffineSurface, AffineSystem};
+use super::system::{AffineSurface, AffineSystem};
 use crate::flow::{AffineFieldRows, AffineFlow, AffineRows, Single, SpanTables};
 use crate::hybrid::motion::{Motion, Regime};
-use crate::hybrid::passage::{Back, Goal, Heading, Landing, Stop};
+use crate::hybrid::passage::{Back, Goal, Heading, Landing};
 use crate::hybrid::sensing::{Clearance, Sense};
 use crate::numeric::{Kernel, Real};
 
@@ -16,19 +16,9 @@ use crate::numeric::{Kernel, Real};
 pub(in crate::hybrid) struct AffineTools<'a, S: Real> {
     system: &'a AffineSystem,
     extended: Extended<Single<S>>,
-    buffers: Buffers<S>,
+    buffers: FlightBuffers<S>,
     /// Computed when first needed after a change of parameters.
     tables: Option<Tables<S>>,
-}
-
-/// Polynomials of one watched function, and the extended state after a step.
-#[derive(Clone, Debug)]
-pub(super) struct Buffers<S> {
-    pub(super) value: Vec<S>,
-    pub(super) slope: Vec<S>,
-    pub(super) next: Vec<S>,
-    pub(super) control: Vec<f64>,
-    pub(super) rounded: Vec<f64>,
 }
 
 #[derive(Clone, Debug)]
@@ -48,25 +38,6 @@ struct Tables<S: Real> {
 /// Tables of exact steps, and what these work on.
 type Span<S> = (SpanTables<Single<S>>, StepBuffers<Single<S>>);
 
-/// Where a leap ends.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(in crate::hybrid) struct Leap<S> {
-    /// Time flown.
-    pub(in crate::hybrid) time: S,
-    pub(in crate::hybrid) end: LeapEnd<S>,
-}
-
-/// Why a leap ends.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(in crate::hybrid) enum LeapEnd<S> {
-    /// The time asked for, or the whole span where that is longer.
-    Quiet,
-    /// An event.
-    Stop(Stop<S>),
-    /// Nothing happened so far; what follows must be searched.
-    Open,
-}
-
 impl<'a, S: Real> AffineTools<'a, S> {
     pub(in crate::hybrid) fn new(system: &'a AffineSystem) -> Self {
         let expressions = &system.expressions;
@@ -74,13 +45,7 @@ impl<'a, S: Real> AffineTools<'a, S> {
         Self {
             system,
             extended: Extended::new(states, phase, expressions.harmonics()),
-            buffers: Buffers {
-                value: Vec::new(),
-                slope: Vec::new(),
-                next: vec![S::zero(); expressions.columns()],
-                control: Vec::new(),
-                rounded: vec![0.0; expressions.columns()],
-            },
+            buffers: FlightBuffers::new(expressions.columns()),
             tables: None,
         }
     }
@@ -150,14 +115,14 @@ impl<'a, S: Real> AffineTools<'a, S> {
     ///
     /// `asked` says of each surface what is looked for; minima at which the flight does not stop are
     /// put to `misses`.
-    pub(in crate::hybrid) fn leap(
+    pub(in crate::hybrid) fn exact_step(
         &mut self,
         motion: &mut Motion<S>,
         parameters: &[S],
         longest: S,
         asked: impl Fn(usize) -> Option<Goal<S>>,
         misses: &mut Vec<(S, usize, S)>,
-    ) -> Option<Leap<S>> {
+    ) -> Option<ExactStep<S>> {
         let ((tables, buffers), extended) = self.span(motion, parameters)?;
         for (surface, gap) in buffers.gaps.iter_mut().enumerate() {
             let goal = asked(surface);
@@ -194,18 +159,7 @@ impl<'a, S: Real> AffineTools<'a, S> {
         if let Some(phase) = motion.state.get_mut(states) {
             *phase = tables.phase_rate().mul_add(step.time, *phase);
         }
-        let ExactStep { gap, rises_for, .. } = step;
-        let surface = step.surface as usize;
-        let end = match step {
-            ExactStep { contact: true, .. } => LeapEnd::Stop(Stop::Contact { surface }),
-            ExactStep { minimum: true, .. } => LeapEnd::Stop(Stop::Minimum { gap, rises_for }),
-            ExactStep {
-                undecided: true, ..
-            } => LeapEnd::Open,
-            _ => LeapEnd::Quiet,
-        };
-        let time = step.time;
-        Some(Leap { time, end })
+        Some(step)
     }
 
     /// Takes the state back along the free flow to where the gap was zero, or least; the time that
