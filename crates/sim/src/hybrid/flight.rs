@@ -1,10 +1,8 @@
 //! One step along a field, however it is computed: what the search of events needs of it.
 
-use num_traits::Zero as _;
-
 use super::passage::Goal;
 use crate::flow::Step;
-use crate::numeric::{Branched, Mask, Real, Scalar};
+use crate::numeric::Real;
 
 /// One step of a smooth flight.
 pub(super) trait Flight<S: Real> {
@@ -63,7 +61,9 @@ impl<S: Real> Flight<S> for TaylorFlight<'_, S> {
     }
 
     fn outlook(&mut self, watch: usize, length: S, goal: &Goal<S>) -> Outlook {
-        match has_no_event(&self.step, watch, length, goal) {
+        let near = goal.near.to_f64().max(0.0);
+        let bound = || self.step.watched_lower_bound(2 * watch, length.to_f64());
+        match !goal.minima && near < f64::INFINITY && bound() > near {
             true => Outlook::NoEvent,
             false => Outlook::Undecided,
         }
@@ -80,21 +80,4 @@ impl<S: Real> Flight<S> for TaylorFlight<'_, S> {
         self.step.state_at(time, state);
         true
     }
-}
-
-/// Where a watched function is known beforehand to have no event on `[0, length]`, and no minimum
-/// that is looked for.
-#[inline(always)]
-pub(super) fn has_no_event<S: Branched>(
-    step: &Step<'_, S>,
-    watch: usize,
-    length: S,
-    goal: &Goal<S>,
-) -> S::Mask {
-    let near = goal.near.rounded().max(S::Rounded::zero());
-    let asked = !goal.minima & near.is_below(S::Rounded::from_f64(f64::INFINITY));
-    if !asked.any() {
-        return S::Mask::NONE;
-    }
-    asked & near.is_below(step.watched_lower_bound(2 * watch, length.rounded()))
 }

@@ -4,8 +4,7 @@
 //! event, and lands at its own time.
 
 use super::backward::reversed_gap;
-use super::flight::has_no_event;
-use super::lane_flow::{LaneAsked, LaneFlow, LaneLeap};
+use super::lane_flow::{LaneAsked, LaneFlow, LaneStepEnd};
 use super::lane_log::{LaneLog, LoggedFrom};
 use super::motion::LaneMotion;
 use super::passage::{Back, Goal, NoLog, REDUCED, Start, ends_before_turn};
@@ -65,16 +64,16 @@ impl<const N: usize> LaneFlow<N> for LaneTaylor<'_, N> {
     }
 
     #[inline(always)]
-    fn leap(
+    fn step(
         &mut self,
         motion: &mut LaneMotion<N>,
         horizon: Lanes<N>,
         asked: LaneAsked<N>,
         log: &mut LaneLog<N>,
-    ) -> LaneLeap<N> {
+    ) -> LaneStepEnd<N> {
         let (wanted, remaining) = (asked.wanted, asked.longest);
         let step = self.integrator.expand(&motion.state, &self.parameters);
-        let (admissible, mut open) = admissible(&step, motion, wanted);
+        let (admissible, mut undecided) = admissible(&step, motion, wanted);
         let slack = Lanes::splat(8.0 * <f64 as Scalar>::ROUNDOFF) * admissible;
         let is_last = remaining.is_at_most(admissible + slack);
         let length = Lanes::select(is_last, remaining, admissible);
@@ -87,10 +86,10 @@ impl<const N: usize> LaneFlow<N> for LaneTaylor<'_, N> {
         let goal = Goal {
             minima: asked.ignoring,
             stopping: asked.stopping,
-            near: Lanes::splat(asked.near),
+            near: Lanes::splat(f64::INFINITY),
         };
-        let flown = wanted & !open;
-        let watched = flown & !asked.blind & !has_no_event(&step, SURFACE, length, &goal);
+        let flown = wanted & !undecided;
+        let watched = flown & !asked.blind;
         let start = motion.start();
         let mut passage = SearchEnd::none(length);
         if watched.any() {
@@ -98,35 +97,35 @@ impl<const N: usize> LaneFlow<N> for LaneTaylor<'_, N> {
             let log = LoggedFrom { start: from, log };
             passage = search(&mut self.points, gap, length, start, goal, watched, log);
         }
-        let quiet = flown & !passage.minimum & !passage.crossing;
+        let goes_on = flown & !passage.minimum & !passage.crossing;
         motion.lose_headings(wanted);
-        motion.rises |= (quiet & watched & !passage.falls) | (flown & passage.minimum);
-        motion.falls |= quiet & watched & passage.falls;
+        motion.rises |= (goes_on & watched & !passage.falls) | (flown & passage.minimum);
+        motion.falls |= goes_on & watched & passage.falls;
         let there = motion.time + passage.time;
         let is_over = passage.time.is_equal(remaining);
-        let is_stuck = quiet & passage.time.is_below(remaining) & there.is_equal(motion.time);
-        open |= is_stuck;
+        let is_stuck = goes_on & passage.time.is_below(remaining) & there.is_equal(motion.time);
+        undecided |= is_stuck;
         let mut rises_for = Lanes::splat(0.0);
         if (passage.minimum & !asked.passing).any() {
             rises_for = gap.rises_for(passage.time, admissible);
         }
-        let of_use = !(quiet & is_over) | asked.landing;
+        let of_use = !(goes_on & is_over) | asked.landing;
         let useful = flown & of_use & !(passage.minimum & asked.passing);
         if useful.any() {
             step.states_at(passage.time, useful, &mut motion.state);
         }
         let time = Lanes::select(is_over, horizon, there);
         motion.time = Lanes::select(flown, time, motion.time);
-        LaneLeap {
+        LaneStepEnd {
             time: passage.time,
             contact: flown & passage.crossing,
             minimum: flown & passage.minimum,
             rises_for,
-            open,
+            undecided,
         }
     }
 
-    /// NOTE: by one step; who does not come there in it is left to the orbit alone.
+    /// NOTE: by one step; who does not come there in it is left to the scalar simulator.
     #[inline(always)]
     fn retreat(
         &mut self,
@@ -136,7 +135,7 @@ impl<const N: usize> LaneFlow<N> for LaneTaylor<'_, N> {
         longest: Lanes<N>,
     ) -> LaneMask<N> {
         let step = self.integrator.expand(&motion.state, &self.parameters);
-        let (admissible, open) = admissible(&step, motion, wanted);
+        let (admissible, undecided) = admissible(&step, motion, wanted);
         let length = admissible.min(longest);
         let value = step.watched_coefficients(2 * SURFACE);
         let slope = step.watched_coefficients(2 * SURFACE + 1);
@@ -147,7 +146,7 @@ impl<const N: usize> LaneFlow<N> for LaneTaylor<'_, N> {
             leaving: LaneMask::NONE,
             ..motion.start()
         };
-        let flown = wanted & !open;
+        let flown = wanted & !undecided;
         let points = &mut self.points;
         let passage = search(points, gap, length, start, goal, flown, NoLog);
         let known = flown & (passage.crossing | passage.minimum);
