@@ -1,6 +1,6 @@
 //! The simulator's way through time: by durations, by forcing periods, from stop to stop.
 //!
-//! One idea: whoever asks for a time gets what happens up to it; responses and releases on the way
+//! One idea: a caller asks for a time and gets what happens up to it; responses and releases on the way
 //! are applied.
 
 use super::HybridError;

@@ -1,11 +1,12 @@
 //! Flights of several orbits from one section point to the next:
 //! [`DirectReturn`](super::DirectReturn) in lanes.
 //!
-//! One idea: every orbit does one of a few things, and all take steps together. It flies to the section's
-//! own passage; it goes on to its next minimum or contact; it flies on behind a contact, to the
-//! minimum that the approach would have had; it looks whether a minimum nearer to the nominal
-//! return follows; or it flies through the surface to the section. Sections differ in
-//! which of these come to pass, and where a return ends. What does none of these leaves the lanes.
+//! One idea: a return is a state machine with few states, and all lanes step at the same time. An
+//! orbit flies to the section's own passage; to its next minimum or contact; behind a contact, to
+//! the minimum that the approach would have had; from a minimum, to see whether another one is
+//! nearer to the nominal return; or through the surface to the section. Sections differ in which
+//! of these states occur, and where a return ends. An orbit that does anything else leaves the
+//! lanes and is flown by the scalar simulator.
 
 use super::chatter::Rebound;
 use super::lane_flow::{LaneAsked, LaneFlow, LaneStepEnd};
@@ -35,36 +36,36 @@ pub(super) struct LaneFlight<F, const N: usize> {
     entry: LaneMotion<N>,
     /// The minimum reached last, and at the end the next section point.
     passage: LaneMotion<N>,
-    /// Those that come to the section's own passage, and of them those that fly forward to it.
+    /// Lanes before the section's own passage, and of them those that fly forward to it.
     first: LaneMask<N>,
     seeking: LaneMask<N>,
-    /// Those that stand at the surface, before the reset.
+    /// Lanes at the surface, before the reset.
     met: LaneMask<N>,
-    /// Those that fly behind a contact, or look from a minimum behind it.
+    /// Lanes that fly behind a contact, or search on from a minimum behind it.
     behind: LaneMask<N>,
-    /// Those that look for a nearer minimum, and the times that are left.
+    /// Lanes that search for a nearer minimum, and the times that are left.
     looking: LaneMask<N>,
     early: Lanes<N>,
-    /// Those that fly through the surface to the section.
+    /// Lanes that fly through the surface to the section.
     last: LaneMask<N>,
-    /// At the next section point.
+    /// Lanes at the next section point.
     done: LaneMask<N>,
 }
 
 impl<F: LaneFlow<N>, const N: usize> LaneFlight<F, N> {
     /// Of return maps of one kind.
-    pub(super) fn new(flow: F, alone: [&DirectReturn<'_, f64>; N]) -> Self {
-        let system = alone[0].simulator.system();
-        let (section, itinerary) = (alone[0].section, &alone[0].itinerary);
-        let duration = Lanes::from_fn(|lane| alone[lane].duration);
-        let share = |number| Lanes::from_fn(|lane| alone[lane].itinerary.share(number));
+    pub(super) fn new(flow: F, scalar: [&DirectReturn<'_, f64>; N]) -> Self {
+        let system = scalar[0].simulator.system();
+        let (section, itinerary) = (scalar[0].section, &scalar[0].itinerary);
+        let duration = Lanes::from_fn(|lane| scalar[lane].duration);
+        let share = |number| Lanes::from_fn(|lane| scalar[lane].itinerary.share(number));
         let shares: Vec<_> = (0..itinerary.len()).map(share).collect();
         let log = LaneLog::new(duration, &shares, section.surface().is_some());
         let orbits = LaneOrbits::new(flow, system, log);
         Self {
             section,
             duration,
-            periods: Lanes::splat(alone[0].periods as f64),
+            periods: Lanes::splat(scalar[0].periods as f64),
             entry: orbits.motion.clone(),
             passage: orbits.motion.clone(),
             orbits,
@@ -248,7 +249,7 @@ impl<F: LaneFlow<N>, const N: usize> LaneFlight<F, N> {
     }
 
     /// From minima: those past the nominal return, and those after which the gap rises for long,
-    /// are the nearest to it; the others look for a nearer one.
+    /// are the nearest to it; the others search for a nearer one.
     #[inline(always)]
     fn look_on(&mut self, minimum: LaneMask<N>, rises_for: Lanes<N>) {
         let motion = &self.orbits.motion;

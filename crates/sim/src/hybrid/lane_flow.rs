@@ -1,7 +1,7 @@
 //! What several orbits fly by in lanes, each at its own parameters.
 //!
-//! One idea: how a free flight is computed, by exact steps or by steps of Taylor's method,
-//! is no concern of who asks for its events.
+//! One idea: the caller asks for events, and does not depend on how a free flight is computed, by
+//! exact steps or by steps of Taylor's method.
 
 use super::lane_log::LaneLog;
 use super::motion::LaneMotion;
@@ -16,7 +16,7 @@ pub(super) struct LaneAsked<const N: usize> {
     pub(super) wanted: LaneMask<N>,
     /// Where contacts are flown through.
     pub(super) ignoring: LaneMask<N>,
-    /// Where flights end at minima, which elsewhere are put down and flown through.
+    /// Where flights end at minima, which elsewhere are logged and flown through.
     pub(super) stopping: LaneMask<N>,
     /// Where nothing is looked for.
     pub(super) blind: LaneMask<N>,

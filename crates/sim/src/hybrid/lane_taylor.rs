@@ -1,6 +1,6 @@
 //! Steps of Taylor's method of several orbits at one rigid surface, in lanes.
 //!
-//! One idea: a step forms the series of all orbits together; each has its own length, its own
+//! One idea: a step forms the series of all orbits at once; each has its own length, its own
 //! event, and lands at its own time.
 
 use super::backward::reversed_gap;
@@ -125,7 +125,7 @@ impl<const N: usize> LaneFlow<N> for LaneTaylor<'_, N> {
         }
     }
 
-    /// NOTE: by one step; who does not come there in it is left to the scalar simulator.
+    /// NOTE: by one step; an orbit that needs more is left to the scalar simulator.
     #[inline(always)]
     fn retreat(
         &mut self,

@@ -204,7 +204,7 @@ impl<R: Branched<Rounded = R>> StationaryPoints<R> {
         wanted & !known
     }
 
-    /// Puts further zeros, larger ones.
+    /// Adds further zeros, larger ones.
     #[inline(always)]
     fn put(&mut self, wanted: R::Mask, place: R) {
         let mut left = wanted;
