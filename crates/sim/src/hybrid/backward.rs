@@ -3,7 +3,7 @@
 use super::flight::{Flight, TaylorFlight};
 use super::motion::{Motion, Regime};
 use super::passage::{Back, Goal, Heading, Landing, NoLog};
-use super::search::{Gap, search_alone};
+use super::search::{Gap, search_scalar};
 use super::simulator::{Simulator, Work};
 use super::trajectory::Outcome;
 use crate::numeric::{Branched, Mask, Real, Scalar};
@@ -120,7 +120,7 @@ impl<S: Real> BackwardLeg<'_, S> {
         let (gap, goal) = reversed_gap(value, slope, self.goal, self.reversed);
         let Work { points, next, .. } = &mut *self.work;
         let start = self.motion.start_after(self.surface, *self.heading);
-        let end = search_alone(points, gap, length, start, goal, NoLog);
+        let end = search_scalar(points, gap, length, start, goal, NoLog);
         *self.heading = Heading::falling(end.falls);
         if !flight.land(-end.time, next) {
             return Err(Outcome::Diverged {

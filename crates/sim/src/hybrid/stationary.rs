@@ -1,5 +1,5 @@
-//! Isolation of every stationary point of a gap in a step: all zeros of its slope, in `f64`, for one
-//! gap or for one in every lane.
+//! Isolation of every stationary point of a gap in a step: all zeros of its slope, in `f64`, for
+//! one gap or for one in every lane.
 //!
 //! First the control points of its first sixteen terms `q` are asked, where all are larger than
 //! `r`, a bound of the terms left out: without a change of sign there is no zero; with one, `q`
