@@ -9,7 +9,6 @@
 mod block;
 mod expansion;
 mod instruction;
-mod limits;
 mod lowering;
 
 use super::program::{Operation, Slot, run};

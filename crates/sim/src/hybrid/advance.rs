@@ -1,7 +1,7 @@
 //! The simulator's way through time: by durations, by forcing periods, from stop to stop.
 //!
-//! One idea: whoever asks for a time gets what happens up to it; responses and releases on the way
-//! are applied.
+//! One idea: a caller asks for a time and gets what happens up to it; responses and releases on the
+//! way are applied.
 
 use super::HybridError;
 use super::motion::Regime;

@@ -3,10 +3,10 @@
 use super::flight::{Flight, TaylorFlight};
 use super::motion::{Motion, Regime};
 use super::passage::{Back, Goal, Heading, Landing, NoLog};
-use super::search::{Gap, search_alone};
+use super::search::{Gap, search_scalar};
 use super::simulator::{Simulator, Work};
 use super::trajectory::Outcome;
-use crate::numeric::{Real, Scalar};
+use crate::numeric::{Branched, Mask, Real, Scalar};
 
 /// Most backward steps.
 const MAX_STEPS: usize = 10_000;
@@ -116,29 +116,11 @@ impl<S: Real> BackwardLeg<'_, S> {
     fn fly<F: Flight<S>>(&mut self, flight: &mut F) -> Result<bool, Outcome<S>> {
         self.motion.last_step = flight.time_scale();
         let length = flight.length().min(self.remaining);
-        // In s = −t the gap is Σ g_k (−s)^k, its slope −g'(−s); the surface is where −gap falls
-        // through 0.
-        let value_sign = match self.goal {
-            Back::ToMinimum => S::one(),
-            Back::ToSurface => -S::one(),
-        };
-        let goal = Goal {
-            minima: self.goal == Back::ToMinimum,
-            stopping: true,
-            near: S::from_f64(-1.0),
-        };
         let (value, slope) = flight.polynomials(self.surface);
-        alternate(value, value_sign, &mut self.reversed.0);
-        alternate(slope, -value_sign, &mut self.reversed.1);
-        let gap = Gap {
-            value: &self.reversed.0,
-            slope: &self.reversed.1,
-            sign: S::one(),
-            surface: self.surface,
-        };
+        let (gap, goal) = reversed_gap(value, slope, self.goal, self.reversed);
         let Work { points, next, .. } = &mut *self.work;
         let start = self.motion.start_after(self.surface, *self.heading);
-        let end = search_alone(points, gap, length, start, goal, NoLog);
+        let end = search_scalar(points, gap, length, start, goal, NoLog);
         *self.heading = Heading::falling(end.falls);
         if !flight.land(-end.time, next) {
             return Err(Outcome::Diverged {
@@ -151,9 +133,41 @@ impl<S: Real> BackwardLeg<'_, S> {
     }
 }
 
+/// A gap in reversed time, and what is looked for.
+///
+/// In `s = −t` the gap is `Σ g_k (−s)^k`, its slope `−g'(−s)`; the surface is where `−gap` falls
+/// through 0.
+#[inline(always)]
+pub(super) fn reversed_gap<'r, S: Branched>(
+    value: &[S],
+    slope: &[S],
+    goal: Back,
+    reversed: &'r mut (Vec<S>, Vec<S>),
+) -> (Gap<'r, S>, Goal<S>) {
+    let (none, one) = (S::Mask::NONE, S::one());
+    let (minima, sign) = match goal {
+        Back::ToMinimum => (!none, one),
+        Back::ToSurface => (none, -one),
+    };
+    alternate(value, sign, &mut reversed.0);
+    alternate(slope, -sign, &mut reversed.1);
+    let gap = Gap {
+        value: &reversed.0,
+        slope: &reversed.1,
+        sign: one,
+        surface: 0,
+    };
+    let goal = Goal {
+        minima,
+        stopping: !none,
+        near: -one,
+    };
+    (gap, goal)
+}
+
 /// Coefficients of `sign · p(−s)`.
 #[inline(always)]
-pub(super) fn alternate<S: Scalar>(coefficients: &[S], sign: S, out: &mut Vec<S>) {
+fn alternate<S: Scalar>(coefficients: &[S], sign: S, out: &mut Vec<S>) {
     out.clear();
     let mut sign = sign;
     for &coefficient in coefficients {

@@ -25,10 +25,10 @@ pub(super) trait Flight<S: Real> {
 /// What is known of a watched function before its events are searched.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Outlook {
-    /// No event, and no value of interest.
-    Quiet,
+    /// No event, and no minimum that is looked for.
+    NoEvent,
     /// Nothing.
-    Open,
+    Undecided,
 }
 
 /// A Taylor step of any field.
@@ -61,10 +61,11 @@ impl<S: Real> Flight<S> for TaylorFlight<'_, S> {
     }
 
     fn outlook(&mut self, watch: usize, length: S, goal: &Goal<S>) -> Outlook {
+        let near = goal.near.to_f64().max(0.0);
         let bound = || self.step.watched_lower_bound(2 * watch, length.to_f64());
-        match !goal.minima && bound() > goal.near.to_f64().max(0.0) {
-            true => Outlook::Quiet,
-            false => Outlook::Open,
+        match !goal.minima && near < f64::INFINITY && bound() > near {
+            true => Outlook::NoEvent,
+            false => Outlook::Undecided,
         }
     }
 

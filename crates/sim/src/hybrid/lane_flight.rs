@@ -1,14 +1,15 @@
 //! Flights of several orbits from one section point to the next:
 //! [`DirectReturn`](super::DirectReturn) in lanes.
 //!
-//! One idea: every orbit does one of a few things, and all leap together. It flies to the section's
-//! own passage; it goes on to its next minimum or contact; it flies on behind a contact, to the
-//! minimum that the approach would have had; it looks whether a minimum nearer to the nominal
-//! return follows; or it flies through the surface to the section. Sections differ in
-//! which of these come to pass, and where a return ends. What does none of these leaves the lanes.
+//! One idea: a return is a state machine with few states, and all lanes step at the same time. An
+//! orbit flies to the section's own passage; to its next minimum or contact; behind a contact, to
+//! the minimum that the approach would have had; from a minimum, to see whether another one is
+//! nearer to the nominal return; or through the surface to the section. Sections differ in which
+//! of these states occur, and where a return ends. An orbit that does anything else leaves the
+//! lanes and is flown by the scalar simulator.
 
 use super::chatter::Rebound;
-use super::lane_flow::{LaneAsked, LaneFlow, LaneLeap};
+use super::lane_flow::{LaneAsked, LaneFlow, LaneStepEnd};
 use super::lane_log::LaneLog;
 use super::motion::LaneMotion;
 use super::passage::Back;
@@ -19,8 +20,8 @@ use super::sensing::Sense;
 use super::system::HybridSystem;
 use crate::numeric::{Branched, Kernel, LaneMask, Lanes, Mask, Scalar, wide};
 
-/// Most leaps, or steps, of a return in lanes.
-const MAX_LEAPS: usize = 1000;
+/// Most steps of a return in lanes.
+const MAX_STEPS: usize = 1000;
 
 /// Returns under way.
 #[derive(Clone, Debug)]
@@ -35,36 +36,36 @@ pub(super) struct LaneFlight<F, const N: usize> {
     entry: LaneMotion<N>,
     /// The minimum reached last, and at the end the next section point.
     passage: LaneMotion<N>,
-    /// Those that come to the section's own passage, and of them those that fly forward to it.
+    /// Lanes before the section's own passage, and of them those that fly forward to it.
     first: LaneMask<N>,
     seeking: LaneMask<N>,
-    /// Those that stand at the surface, before the reset.
+    /// Lanes at the surface, before the reset.
     met: LaneMask<N>,
-    /// Those that fly behind a contact, or look from a minimum behind it.
+    /// Lanes that fly behind a contact, or search on from a minimum behind it.
     behind: LaneMask<N>,
-    /// Those that look for a nearer minimum, and the times that are left.
+    /// Lanes that search for a nearer minimum, and the times that are left.
     looking: LaneMask<N>,
     early: Lanes<N>,
-    /// Those that fly through the surface to the section.
+    /// Lanes that fly through the surface to the section.
     last: LaneMask<N>,
-    /// At the next section point.
+    /// Lanes at the next section point.
     done: LaneMask<N>,
 }
 
 impl<F: LaneFlow<N>, const N: usize> LaneFlight<F, N> {
     /// Of return maps of one kind.
-    pub(super) fn new(flow: F, alone: [&DirectReturn<'_, f64>; N]) -> Self {
-        let system = alone[0].simulator.system();
-        let (section, itinerary) = (alone[0].section, &alone[0].itinerary);
-        let duration = Lanes::from_fn(|lane| alone[lane].duration);
-        let share = |number| Lanes::from_fn(|lane| alone[lane].itinerary.share(number));
+    pub(super) fn new(flow: F, scalar: [&DirectReturn<'_, f64>; N]) -> Self {
+        let system = scalar[0].simulator.system();
+        let (section, itinerary) = (scalar[0].section, &scalar[0].itinerary);
+        let duration = Lanes::from_fn(|lane| scalar[lane].duration);
+        let share = |number| Lanes::from_fn(|lane| scalar[lane].itinerary.share(number));
         let shares: Vec<_> = (0..itinerary.len()).map(share).collect();
         let log = LaneLog::new(duration, &shares, section.surface().is_some());
         let orbits = LaneOrbits::new(flow, system, log);
         Self {
             section,
             duration,
-            periods: Lanes::splat(alone[0].periods as f64),
+            periods: Lanes::splat(scalar[0].periods as f64),
             entry: orbits.motion.clone(),
             passage: orbits.motion.clone(),
             orbits,
@@ -109,11 +110,11 @@ impl<F: LaneFlow<N>, const N: usize> Kernel for Returning<'_, F, N> {
     fn run(self) {
         let flight = self.0;
         flight.start();
-        for _ in 0..MAX_LEAPS {
+        for _ in 0..MAX_STEPS {
             if !flight.orbits.alive.any() {
                 break;
             }
-            flight.leap();
+            flight.step();
         }
         flight.orbits.advance(&mut flight.passage, flight.periods);
     }
@@ -171,9 +172,9 @@ impl<F: LaneFlow<N>, const N: usize> LaneFlight<F, N> {
         beyond
     }
 
-    /// Leaps to the next events, and goes on from each.
+    /// Flies to the next events, and goes on from each.
     #[inline(always)]
-    fn leap(&mut self) {
+    fn step(&mut self) {
         let first = self.first & !self.seeking & self.orbits.alive;
         self.first &= self.seeking;
         let mut own = LaneMask::NONE;
@@ -187,17 +188,17 @@ impl<F: LaneFlow<N>, const N: usize> LaneFlight<F, N> {
         }
         let horizon = self.horizon();
         let wanted = self.orbits.alive & self.orbits.motion.time.is_below(horizon);
-        let leap = self.orbits.leap(horizon, self.asked(wanted, horizon));
+        let end = self.orbits.step(horizon, self.asked(wanted, horizon));
         let flies_on = wanted & self.orbits.motion.time.is_below(horizon);
-        let over = self.orbits.alive & !leap.contact & !leap.minimum & !flies_on;
-        self.meet(leap.contact);
+        let over = self.orbits.alive & !end.contact & !end.minimum & !flies_on;
+        self.meet(end.contact);
         let (sought, looked) = (self.seeking, self.looking);
         self.orbits.motion.take(over & sought, &self.entry);
-        self.seeking &= !(over | leap.minimum);
-        self.look_on(leap.minimum & !sought & !looked, leap.rises_for);
+        self.seeking &= !(over | end.minimum);
+        self.look_on(end.minimum & !sought & !looked, end.rises_for);
         self.accept(over & looked);
         self.end(over & !sought & !looked);
-        self.reject(leap.minimum & looked);
+        self.reject(end.minimum & looked);
     }
 
     /// Until when the present flights go.
@@ -229,7 +230,6 @@ impl<F: LaneFlow<N>, const N: usize> LaneFlight<F, N> {
             ignoring,
             stopping,
             blind: self.last,
-            near: f64::INFINITY,
             passing: self.looking,
             landing,
             longest: horizon - self.orbits.motion.time,
@@ -249,7 +249,7 @@ impl<F: LaneFlow<N>, const N: usize> LaneFlight<F, N> {
     }
 
     /// From minima: those past the nominal return, and those after which the gap rises for long,
-    /// are the nearest to it; the others look for a nearer one.
+    /// are the nearest to it; the others search for a nearer one.
     #[inline(always)]
     fn look_on(&mut self, minimum: LaneMask<N>, rises_for: Lanes<N>) {
         let motion = &self.orbits.motion;
@@ -312,20 +312,20 @@ impl<F: LaneFlow<N>, const N: usize> LaneFlight<F, N> {
 
 /// Orbits on their way, and what they fly by.
 #[derive(Clone, Debug)]
-pub(super) struct LaneOrbits<F, const N: usize> {
+struct LaneOrbits<F, const N: usize> {
     flow: F,
     /// The phase: its place in a state, its period.
     phase: Option<(usize, f64)>,
     /// Phases at the start.
     reference: Lanes<N>,
-    pub(super) motion: LaneMotion<N>,
-    pub(super) log: LaneLog<N>,
+    motion: LaneMotion<N>,
+    log: LaneLog<N>,
     /// Under way: neither at the next section point nor out of the lanes.
-    pub(super) alive: LaneMask<N>,
+    alive: LaneMask<N>,
 }
 
 impl<F: LaneFlow<N>, const N: usize> LaneOrbits<F, N> {
-    pub(super) fn new(flow: F, system: &HybridSystem, log: LaneLog<N>) -> Self {
+    fn new(flow: F, system: &HybridSystem, log: LaneLog<N>) -> Self {
         let phase = system.phase.as_ref();
         Self {
             flow,
@@ -339,7 +339,7 @@ impl<F: LaneFlow<N>, const N: usize> LaneOrbits<F, N> {
 
     /// Sets out from the states placed in the motions, in free flight.
     #[inline(always)]
-    pub(super) fn start(&mut self) {
+    fn start(&mut self) {
         self.flow.forget();
         self.log.forget();
         let (zero, motion) = (Lanes::splat(0.0), &mut self.motion);
@@ -353,7 +353,7 @@ impl<F: LaneFlow<N>, const N: usize> LaneOrbits<F, N> {
 
     /// The states may be at the surface, which they then leave. Those beyond it leave the lanes.
     #[inline(always)]
-    pub(super) fn start_anywhere(&mut self) {
+    fn start_anywhere(&mut self) {
         let Sense { gap, rounding, .. } = self.sense(self.alive);
         self.alive &= !gap.is_below(-rounding);
         self.motion.leaving = self.alive & gap.is_at_most(rounding);
@@ -362,30 +362,30 @@ impl<F: LaneFlow<N>, const N: usize> LaneOrbits<F, N> {
 
     /// The normal motion.
     #[inline(always)]
-    pub(super) fn sense(&mut self, wanted: LaneMask<N>) -> Sense<Lanes<N>> {
+    fn sense(&mut self, wanted: LaneMask<N>) -> Sense<Lanes<N>> {
         self.flow.sense(&self.motion, wanted)
     }
 
     /// Where the state is beyond the surface.
     #[inline(always)]
-    pub(super) fn beyond(&mut self, wanted: LaneMask<N>) -> LaneMask<N> {
+    fn beyond(&mut self, wanted: LaneMask<N>) -> LaneMask<N> {
         let [gap, _] = self.flow.approach(&self.motion, wanted);
         wanted & gap.is_below(Lanes::splat(0.0))
     }
 
-    /// Leaps to the next events. Those of which nothing is known leave the lanes, and take no part
+    /// Flies to the next events. Those of which nothing is known leave the lanes, and take no part
     /// in the answer.
     #[inline(always)]
-    pub(super) fn leap(&mut self, horizon: Lanes<N>, asked: LaneAsked<N>) -> LaneLeap<N> {
-        let mut leap = self
+    fn step(&mut self, horizon: Lanes<N>, asked: LaneAsked<N>) -> LaneStepEnd<N> {
+        let mut end = self
             .flow
-            .leap(&mut self.motion, horizon, asked, &mut self.log);
-        self.alive &= !leap.open;
-        leap.contact &= self.alive;
-        self.arrive(asked.wanted & self.alive, leap.contact);
-        leap.contact &= self.alive;
-        leap.minimum &= self.alive;
-        leap
+            .step(&mut self.motion, horizon, asked, &mut self.log);
+        self.alive &= !end.undecided;
+        end.contact &= self.alive;
+        self.arrive(asked.wanted & self.alive, end.contact);
+        end.contact &= self.alive;
+        end.minimum &= self.alive;
+        end
     }
 
     /// Settles those that have flown: on the surface at a contact, away from it otherwise.
@@ -406,7 +406,7 @@ impl<F: LaneFlow<N>, const N: usize> LaneOrbits<F, N> {
     /// Goes back along the free flow to where the gaps were least, a time at most. Where that is
     /// not known they leave the lanes.
     #[inline(always)]
-    pub(super) fn back_to_minimum(&mut self, wanted: LaneMask<N>, longest: Lanes<N>) {
+    fn back_to_minimum(&mut self, wanted: LaneMask<N>, longest: Lanes<N>) {
         let (flow, motion) = (&mut self.flow, &mut self.motion);
         self.alive &= !wanted | flow.retreat(motion, Back::ToMinimum, wanted, longest);
     }
@@ -414,7 +414,7 @@ impl<F: LaneFlow<N>, const N: usize> LaneOrbits<F, N> {
     /// Goes back along the free flow to the surface, a return time at most. Where that is not known
     /// they leave the lanes.
     #[inline(always)]
-    pub(super) fn back_to_surface(&mut self, wanted: LaneMask<N>, duration: Lanes<N>) {
+    fn back_to_surface(&mut self, wanted: LaneMask<N>, duration: Lanes<N>) {
         let (flow, motion) = (&mut self.flow, &mut self.motion);
         motion.lose_headings(wanted);
         let earliest = motion.time - duration;
@@ -427,7 +427,7 @@ impl<F: LaneFlow<N>, const N: usize> LaneOrbits<F, N> {
     /// Applies the reset; `own` says where this is the section's own passage. Those that penetrate,
     /// chatter or move away already leave the lanes.
     #[inline(always)]
-    pub(super) fn respond(&mut self, wanted: LaneMask<N>, own: LaneMask<N>) {
+    fn respond(&mut self, wanted: LaneMask<N>, own: LaneMask<N>) {
         let (flow, motion) = (&mut self.flow, &mut self.motion);
         let before = flow.sense(motion, wanted);
         let (speed, zero) = (-before.velocity, Lanes::splat(0.0));
@@ -448,7 +448,7 @@ impl<F: LaneFlow<N>, const N: usize> LaneOrbits<F, N> {
 
     /// The states with a number of whole periods taken off their phases.
     #[inline(always)]
-    pub(super) fn advance(&self, motion: &mut LaneMotion<N>, periods: Lanes<N>) {
+    fn advance(&self, motion: &mut LaneMotion<N>, periods: Lanes<N>) {
         if let Some((component, period)) = self.phase {
             let turns = motion.turns - periods;
             motion.state[component] += turns * Lanes::splat(period);

@@ -1,7 +1,7 @@
 //! What several orbits fly by in lanes, each at its own parameters.
 //!
-//! One idea: how a free flight is computed, by leaps of the exact flow or by steps of Taylor's
-//! method, is no concern of who asks for its events.
+//! One idea: the caller asks for events, and does not depend on how a free flight is computed, by
+//! exact steps or by steps of Taylor's method.
 
 use super::lane_log::LaneLog;
 use super::motion::LaneMotion;
@@ -9,21 +9,17 @@ use super::passage::Back;
 use super::sensing::Sense;
 use crate::numeric::{Branched, LaneMask, Lanes, Mask, Scalar};
 
-/// What is asked of a leap.
+/// What is asked of a step.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct LaneAsked<const N: usize> {
     /// The lanes that fly.
     pub(super) wanted: LaneMask<N>,
     /// Where contacts are flown through.
     pub(super) ignoring: LaneMask<N>,
-    /// Where flights end at minima, which elsewhere are put down and flown through.
+    /// Where flights end at minima, which elsewhere are logged and flown through.
     pub(super) stopping: LaneMask<N>,
     /// Where nothing is looked for.
     pub(super) blind: LaneMask<N>,
-    /// The largest gap of minima that are put down, the same in all lanes.
-    ///
-    /// NOTE: the exact flow puts down all.
-    pub(super) near: f64,
     /// Where it is of interest only whether there is a minimum.
     pub(super) passing: LaneMask<N>,
     /// Where the motions at the ends of the longest flights are of use.
@@ -32,9 +28,9 @@ pub(super) struct LaneAsked<const N: usize> {
     pub(super) longest: Lanes<N>,
 }
 
-/// Where leaps end.
+/// Where steps end.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct LaneLeap<const N: usize> {
+pub(super) struct LaneStepEnd<const N: usize> {
     /// Times flown.
     pub(super) time: Lanes<N>,
     /// At a contact.
@@ -42,8 +38,8 @@ pub(super) struct LaneLeap<const N: usize> {
     /// At a minimum that ends the flight, from which the gap is known to rise for a time.
     pub(super) minimum: LaneMask<N>,
     pub(super) rises_for: Lanes<N>,
-    /// Where nothing is known: to be flown alone.
-    pub(super) open: LaneMask<N>,
+    /// Where nothing is known: to be flown by the scalar simulator.
+    pub(super) undecided: LaneMask<N>,
 }
 
 /// Free flight, events and reset of `N` orbits at one rigid surface.
@@ -58,13 +54,13 @@ pub(super) trait LaneFlow<const N: usize> {
 
     /// Flies freely towards the first events, to a time at most, and takes the motions there where
     /// that is of use.
-    fn leap(
+    fn step(
         &mut self,
         motion: &mut LaneMotion<N>,
         horizon: Lanes<N>,
         asked: LaneAsked<N>,
         log: &mut LaneLog<N>,
-    ) -> LaneLeap<N>;
+    ) -> LaneStepEnd<N>;
 
     /// Takes motions back along the free flow to where their gaps were zero or least, a time at
     /// most; where that is known.

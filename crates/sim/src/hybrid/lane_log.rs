@@ -142,7 +142,7 @@ impl<const N: usize> LaneRecord<N> {
     }
 }
 
-/// Puts down the minima of a step that starts at a time.
+/// Logs the minima of a step that starts at a time.
 pub(super) struct LoggedFrom<'t, const N: usize> {
     pub(super) start: Lanes<N>,
     pub(super) log: &'t mut LaneLog<N>,

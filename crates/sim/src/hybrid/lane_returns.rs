@@ -1,7 +1,7 @@
 //! Returns of several orbits in lanes, each at its own parameters.
 //!
-//! One idea: lanes hold what returns have in common, and what one of them has alone is left to its
-//! own simulator from the start. So an image is, to the last bit, that of [`DirectReturn`],
+//! One idea: lanes fly what returns have in common; a return that does anything else is flown by a
+//! scalar simulator, from its start. So an image is, to the last bit, that of [`DirectReturn`],
 //! whatever its neighbours do.
 
 use super::affine::{LaneTools, OrbitTables};
@@ -18,15 +18,16 @@ use crate::numeric::{LaneMask, Lanes, Real, is_wide};
 ///
 /// It is for systems with one rigid surface, on every section and with any number of grazing
 /// passages. Impacts and near misses are flown in lanes. A return that sticks, chatters or does not
-/// come back, or whose events are not found in lanes, is simulated alone, from its start.
+/// come back, or whose events are not found in lanes, is flown by a scalar simulator, from its
+/// start.
 #[derive(Clone, Debug)]
 pub struct LaneReturns<'a, const N: usize> {
-    alone: Vec<DirectReturn<'a, f64>>,
+    scalar: Vec<DirectReturn<'a, f64>>,
     flight: Flight<'a, N>,
     images: LaneImages<N>,
 }
 
-/// How lanes are flown: as each orbit alone is.
+/// The method by which lanes are flown, that of each scalar simulator.
 #[derive(Clone, Debug)]
 enum Flight<'a, const N: usize> {
     Exact(Box<LaneFlight<LaneTools<N>, N>>),
@@ -56,23 +57,23 @@ impl<'a, const N: usize> LaneReturns<'a, N> {
     /// # Panics
     ///
     /// If there are none, or more than lanes.
-    pub fn new(mut alone: Vec<DirectReturn<'a, f64>>) -> Option<Self> {
-        let lanes = alone.len();
+    pub fn new(mut scalar: Vec<DirectReturn<'a, f64>>) -> Option<Self> {
+        let lanes = scalar.len();
         assert!((1..=N).contains(&lanes), "{lanes} lanes of {N}");
-        let fits = |map: &DirectReturn<'a, f64>| map.fits_lanes() && map.is_like(&alone[0]);
-        if !alone.iter().all(fits) {
+        let fits = |map: &DirectReturn<'a, f64>| map.fits_lanes() && map.is_like(&scalar[0]);
+        if !scalar.iter().all(fits) {
             return None;
         }
-        let flight = Flight::new(&mut alone)?;
+        let flight = Flight::new(&mut scalar)?;
         let zero = Lanes::splat(0.0);
         let images = LaneImages {
-            state: vec![zero; alone[0].simulator.system().dimension()],
-            speeds: vec![[None; N]; alone[0].itinerary.len()],
+            state: vec![zero; scalar[0].simulator.system().dimension()],
+            speeds: vec![[None; N]; scalar[0].itinerary.len()],
             returned: [false; N],
             together: [false; N],
         };
         Some(Self {
-            alone,
+            scalar,
             flight,
             images,
         })
@@ -80,24 +81,24 @@ impl<'a, const N: usize> LaneReturns<'a, N> {
 
     /// The next section points from full states at the section, of the lanes that are wanted.
     pub fn images(&mut self, states: &[Lanes<N>], wanted: [bool; N]) -> &LaneImages<N> {
-        let used = self.alone.len();
+        let used = self.scalar.len();
         let wanted = LaneMask::from_fn(|lane| wanted[lane] && lane < used);
         let done = match &mut self.flight {
             Flight::Exact(flight) => self.images.fly(flight, states, wanted),
             Flight::Taylor(flight) => self.images.fly(flight, states, wanted),
         };
         for lane in (wanted & !done).lanes() {
-            self.fly_alone(lane, states);
+            self.fly_scalar(lane, states);
         }
         &self.images
     }
 
     /// The image of one lane by its own simulator.
     #[cold]
-    fn fly_alone(&mut self, lane: usize, states: &[Lanes<N>]) {
+    fn fly_scalar(&mut self, lane: usize, states: &[Lanes<N>]) {
         let images = &mut self.images;
         let state: Vec<f64> = states.iter().map(|value| value[lane]).collect();
-        let image = self.alone[lane].image(&state);
+        let image = self.scalar[lane].image(&state);
         let image = image
             .ok()
             .filter(|image| image.outcome == ReturnOutcome::Returned);
@@ -136,23 +137,23 @@ impl<const N: usize> LaneImages<N> {
 
 impl<'a, const N: usize> Flight<'a, N> {
     /// From the return maps of lanes; lanes without one take the first.
-    fn new(alone: &mut [DirectReturn<'a, f64>]) -> Option<Self> {
-        let lanes = alone.len();
+    fn new(scalar: &mut [DirectReturn<'a, f64>]) -> Option<Self> {
+        let lanes = scalar.len();
         let own = |lane: usize| if lane < lanes { lane } else { 0 };
-        let system = alone[0].simulator.system();
+        let system = scalar[0].simulator.system();
         if system.method() == FlowMethod::Taylor {
-            let maps = std::array::from_fn(|lane| &alone[own(lane)]);
+            let maps = std::array::from_fn(|lane| &scalar[own(lane)]);
             let parameters = maps.map(|map| &map.simulator.parameters[..]);
             let flow = LaneTaylor::new(system, parameters)?;
             return Some(Self::Taylor(Box::new(LaneFlight::new(flow, maps))));
         }
-        let tables: Option<Vec<OrbitTables>> = alone
+        let tables: Option<Vec<OrbitTables>> = scalar
             .iter_mut()
             .map(|own| own.simulator.orbit_tables())
             .collect();
         let tables = tables?;
         let flow = LaneTools::new(std::array::from_fn(|lane| tables[own(lane)].clone()))?;
-        let maps = std::array::from_fn(|lane| &alone[own(lane)]);
+        let maps = std::array::from_fn(|lane| &scalar[own(lane)]);
         Some(Self::Exact(Box::new(LaneFlight::new(flow, maps))))
     }
 }

@@ -1,10 +1,10 @@
 //! Steps of Taylor's method of several orbits at one rigid surface, in lanes.
 //!
-//! One idea: a step forms the series of all orbits together; each has its own length, its own
+//! One idea: a step forms the series of all orbits at once; each has its own length, its own
 //! event, and lands at its own time.
 
-use super::backward::alternate;
-use super::lane_flow::{LaneAsked, LaneFlow, LaneLeap};
+use super::backward::reversed_gap;
+use super::lane_flow::{LaneAsked, LaneFlow, LaneStepEnd};
 use super::lane_log::{LaneLog, LoggedFrom};
 use super::motion::LaneMotion;
 use super::passage::{Back, Goal, NoLog, REDUCED, Start, ends_before_turn};
@@ -64,16 +64,16 @@ impl<const N: usize> LaneFlow<N> for LaneTaylor<'_, N> {
     }
 
     #[inline(always)]
-    fn leap(
+    fn step(
         &mut self,
         motion: &mut LaneMotion<N>,
         horizon: Lanes<N>,
         asked: LaneAsked<N>,
         log: &mut LaneLog<N>,
-    ) -> LaneLeap<N> {
+    ) -> LaneStepEnd<N> {
         let (wanted, remaining) = (asked.wanted, asked.longest);
         let step = self.integrator.expand(&motion.state, &self.parameters);
-        let (admissible, mut open) = admissible(&step, motion, wanted);
+        let (admissible, mut undecided) = admissible(&step, motion, wanted);
         let slack = Lanes::splat(8.0 * <f64 as Scalar>::ROUNDOFF) * admissible;
         let is_last = remaining.is_at_most(admissible + slack);
         let length = Lanes::select(is_last, remaining, admissible);
@@ -86,10 +86,10 @@ impl<const N: usize> LaneFlow<N> for LaneTaylor<'_, N> {
         let goal = Goal {
             minima: asked.ignoring,
             stopping: asked.stopping,
-            near: Lanes::splat(asked.near),
+            near: Lanes::splat(f64::INFINITY),
         };
-        let flown = wanted & !open;
-        let watched = flown & !asked.blind & !quiet(&step, length, &asked);
+        let flown = wanted & !undecided;
+        let watched = flown & !asked.blind;
         let start = motion.start();
         let mut passage = SearchEnd::none(length);
         if watched.any() {
@@ -97,35 +97,35 @@ impl<const N: usize> LaneFlow<N> for LaneTaylor<'_, N> {
             let log = LoggedFrom { start: from, log };
             passage = search(&mut self.points, gap, length, start, goal, watched, log);
         }
-        let quiet = flown & !passage.minimum & !passage.crossing;
+        let goes_on = flown & !passage.minimum & !passage.crossing;
         motion.lose_headings(wanted);
-        motion.rises |= (quiet & watched & !passage.falls) | (flown & passage.minimum);
-        motion.falls |= quiet & watched & passage.falls;
+        motion.rises |= (goes_on & watched & !passage.falls) | (flown & passage.minimum);
+        motion.falls |= goes_on & watched & passage.falls;
         let there = motion.time + passage.time;
         let is_over = passage.time.is_equal(remaining);
-        let is_stuck = quiet & passage.time.is_below(remaining) & there.is_equal(motion.time);
-        open |= is_stuck;
+        let is_stuck = goes_on & passage.time.is_below(remaining) & there.is_equal(motion.time);
+        undecided |= is_stuck;
         let mut rises_for = Lanes::splat(0.0);
         if (passage.minimum & !asked.passing).any() {
             rises_for = gap.rises_for(passage.time, admissible);
         }
-        let of_use = !(quiet & is_over) | asked.landing;
+        let of_use = !(goes_on & is_over) | asked.landing;
         let useful = flown & of_use & !(passage.minimum & asked.passing);
         if useful.any() {
             step.states_at(passage.time, useful, &mut motion.state);
         }
         let time = Lanes::select(is_over, horizon, there);
         motion.time = Lanes::select(flown, time, motion.time);
-        LaneLeap {
+        LaneStepEnd {
             time: passage.time,
             contact: flown & passage.crossing,
             minimum: flown & passage.minimum,
             rises_for,
-            open,
+            undecided,
         }
     }
 
-    /// NOTE: by one step; who does not come there in it is left to the orbit alone.
+    /// NOTE: by one step; an orbit that needs more is left to the scalar simulator.
     #[inline(always)]
     fn retreat(
         &mut self,
@@ -135,33 +135,18 @@ impl<const N: usize> LaneFlow<N> for LaneTaylor<'_, N> {
         longest: Lanes<N>,
     ) -> LaneMask<N> {
         let step = self.integrator.expand(&motion.state, &self.parameters);
-        let (admissible, open) = admissible(&step, motion, wanted);
+        let (admissible, undecided) = admissible(&step, motion, wanted);
         let length = admissible.min(longest);
-        let (sign, minima) = match goal {
-            Back::ToMinimum => (Lanes::splat(1.0), wanted),
-            Back::ToSurface => (Lanes::splat(-1.0), LaneMask::NONE),
-        };
-        let (value, slope) = &mut self.reversed;
-        alternate(step.watched_coefficients(2 * SURFACE), sign, value);
-        alternate(step.watched_coefficients(2 * SURFACE + 1), -sign, slope);
+        let value = step.watched_coefficients(2 * SURFACE);
+        let slope = step.watched_coefficients(2 * SURFACE + 1);
+        let (gap, goal) = reversed_gap(value, slope, goal, &mut self.reversed);
         let start = Start {
             rose: LaneMask::NONE,
             fell: LaneMask::NONE,
             leaving: LaneMask::NONE,
             ..motion.start()
         };
-        let goal = Goal {
-            minima,
-            stopping: wanted,
-            near: Lanes::splat(-1.0),
-        };
-        let flown = wanted & !open;
-        let gap = Gap {
-            value,
-            slope,
-            sign: Lanes::splat(1.0),
-            surface: SURFACE,
-        };
+        let flown = wanted & !undecided;
         let points = &mut self.points;
         let passage = search(points, gap, length, start, goal, flown, NoLog);
         let known = flown & (passage.crossing | passage.minimum);
@@ -221,18 +206,4 @@ fn admissible<const N: usize>(
     let lengths = step.length.min(step.watched_length(2 * SURFACE));
     motion.last_step = Lanes::select(wanted, lengths, motion.last_step);
     (lengths, wanted & !Lanes::splat(0.0).is_below(step.length))
-}
-
-/// Where there is known beforehand to be no event, and no value of interest.
-#[inline(always)]
-fn quiet<const N: usize>(
-    step: &LaneStep<'_, N>,
-    lengths: Lanes<N>,
-    asked: &LaneAsked<N>,
-) -> LaneMask<N> {
-    if asked.near == f64::INFINITY {
-        return LaneMask::NONE;
-    }
-    let bound = step.watched_lower_bound(2 * SURFACE, lengths);
-    Lanes::splat(asked.near.max(0.0)).is_below(bound) & !asked.ignoring
 }

@@ -1,6 +1,6 @@
-//! What flights and the search of gaps are asked, and why flights stop: where a step starts, what is
-//! looked for, who takes the minima at which no flight stops, where a flight lands. For one gap or
-//! for one in every lane.
+//! What flights and searches of gaps are asked, and why flights stop: where a step starts, what is
+//! looked for, where minima at which no flight stops are logged, where a flight lands. For one gap
+//! or for one in every lane.
 
 use crate::numeric::{Branched, Real};
 
@@ -100,7 +100,7 @@ pub(super) fn ends_before_turn<S: Branched>(value: S, slope: S, curvature: S) ->
     (value * curvature).abs().is_below(slope * slope)
 }
 
-/// Where minima at which the flight does not stop are put down.
+/// Log of the minima at which the flight does not stop.
 pub(super) trait MinimumLog<S: Branched> {
     /// Takes a minimum of the gap of a surface, at a time of the step.
     fn miss(&mut self, wanted: S::Mask, surface: usize, time: S, gap: S);

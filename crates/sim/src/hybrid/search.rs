@@ -115,7 +115,7 @@ impl<S: Real> Gap<'_, S> {
 }
 
 /// The search of one gap.
-pub(super) fn search_alone<S: Real>(
+pub(super) fn search_scalar<S: Real>(
     points: &mut StationaryPoints<f64>,
     gap: Gap<'_, S>,
     length: S,
@@ -356,7 +356,7 @@ mod tests {
             surface: 0,
         };
         let (mut missed, mut points) = (Vec::new(), StationaryPoints::new());
-        let end = search_alone(&mut points, gap, S::one(), start, goal, &mut missed);
+        let end = search_scalar(&mut points, gap, S::one(), start, goal, &mut missed);
         let time = end.time;
         let minimum = |(time, _, gap)| Passage::Minimum { time, gap };
         let crossing = end.crossing.then_some(Passage::Crossing { time });

@@ -1,5 +1,5 @@
-//! Isolation of every stationary point of a gap in a step: all zeros of its slope, in `f64`, for one
-//! gap or for one in every lane.
+//! Isolation of every stationary point of a gap in a step: all zeros of its slope, in `f64`, for
+//! one gap or for one in every lane.
 //!
 //! First the control points of its first sixteen terms `q` are asked, where all are larger than
 //! `r`, a bound of the terms left out: without a change of sign there is no zero; with one, `q`
@@ -204,7 +204,7 @@ impl<R: Branched<Rounded = R>> StationaryPoints<R> {
         wanted & !known
     }
 
-    /// Puts further zeros, larger ones.
+    /// Adds further zeros, larger ones.
     #[inline(always)]
     fn put(&mut self, wanted: R::Mask, place: R) {
         let mut left = wanted;

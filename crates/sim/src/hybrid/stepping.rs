@@ -5,7 +5,7 @@ use std::cmp::Ordering;
 use super::flight::{Flight, Outlook, TaylorFlight};
 use super::motion::{Motion, Regime};
 use super::passage::{Approach, Goal, Heading, Landing, Start, Stop};
-use super::search::{Gap, SearchEnd, search_alone};
+use super::search::{Gap, SearchEnd, search_scalar};
 use super::simulator::{Simulator, SurfaceTools, Work};
 use super::system::{HybridSystem, Law, RegimeField, Watch};
 use super::trajectory::{Event, EventKind, Outcome};
@@ -172,11 +172,11 @@ impl<S: Real> Leg<'_, S> {
                         stopping: false,
                         near: S::from_f64(-1.0),
                     };
-                    (motion.release_sign, 0, start, goal, Outlook::Open)
+                    (motion.release_sign, 0, start, goal, Outlook::Undecided)
                 }
             };
             let mut heading = Heading::Unknown;
-            if outlook == Outlook::Open {
+            if outlook == Outlook::Undecided {
                 let (value, slope) = flight.polynomials(index);
                 let gap = Gap {
                     value,
@@ -185,7 +185,7 @@ impl<S: Real> Leg<'_, S> {
                     surface,
                 };
                 let Work { points, misses, .. } = &mut *work;
-                let end = search_alone(points, gap, first.length, start, goal, misses);
+                let end = search_scalar(points, gap, first.length, start, goal, misses);
                 heading = Heading::falling(end.falls);
                 first.take(watch, &end);
             }

@@ -73,7 +73,7 @@ impl<S: Real> Flight<S> for AffineFlight<'_, S> {
 
     fn outlook(&mut self, watch: usize, _length: S, goal: &Goal<S>) -> Outlook {
         if goal.minima {
-            return Outlook::Open;
+            return Outlook::Undecided;
         }
         let FlightBuffers {
             control, rounded, ..
@@ -85,8 +85,8 @@ impl<S: Real> Flight<S> for AffineFlight<'_, S> {
             rounding,
         };
         match polygon.is_above(goal.near.to_f64().max(0.0), false) {
-            true => Outlook::Quiet,
-            false => Outlook::Open,
+            true => Outlook::NoEvent,
+            false => Outlook::Undecided,
         }
     }
 

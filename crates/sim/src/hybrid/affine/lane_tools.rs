@@ -6,7 +6,7 @@ use super::extended::Extended;
 use super::surface::SurfaceTables;
 use super::tools::OrbitTables;
 use crate::flow::{Batch, SpanTables};
-use crate::hybrid::lane_flow::{LaneAsked, LaneFlow, LaneLeap};
+use crate::hybrid::lane_flow::{LaneAsked, LaneFlow, LaneStepEnd};
 use crate::hybrid::lane_log::{LaneLog, LoggedFrom};
 use crate::hybrid::motion::LaneMotion;
 use crate::hybrid::passage::{Back, REDUCED, ends_before_turn};
@@ -83,13 +83,13 @@ impl<const N: usize> LaneFlow<N> for LaneTools<N> {
     }
 
     #[inline(always)]
-    fn leap(
+    fn step(
         &mut self,
         motion: &mut LaneMotion<N>,
         horizon: Lanes<N>,
         asked: LaneAsked<N>,
         log: &mut LaneLog<N>,
-    ) -> LaneLeap<N> {
+    ) -> LaneStepEnd<N> {
         self.extended.take(&motion.state, asked.wanted);
         let gap = &mut self.buffers.gaps[SURFACE];
         gap.wanted = asked.wanted & !asked.blind;
@@ -113,30 +113,30 @@ impl<const N: usize> LaneFlow<N> for LaneTools<N> {
         .fly();
         let gap = &self.buffers.gaps[SURFACE];
         (motion.rises, motion.falls) = (gap.rises, gap.falls);
-        let leap = LaneLeap {
+        let end = LaneStepEnd {
             time: step.time,
             contact: step.contact,
             minimum: step.minimum,
             rises_for: step.rises_for,
-            open: step.undecided,
+            undecided: step.undecided,
         };
-        let flown = asked.wanted & !leap.open;
-        let at_end = leap.time.is_equal(asked.longest) & !leap.contact & !leap.minimum;
+        let flown = asked.wanted & !end.undecided;
+        let at_end = end.time.is_equal(asked.longest) & !end.contact & !end.minimum;
         let of_use = !at_end | asked.landing;
-        let useful = flown & of_use & !(leap.minimum & asked.passing);
+        let useful = flown & of_use & !(end.minimum & asked.passing);
         if useful.any() {
             let visit = &mut self.buffers.visit;
             let (tables, extended) = (&self.tables, &self.extended.values);
-            visit.states_at(leap.time, useful, tables, extended, &mut self.there);
-            self.take_there(motion, useful, leap.time);
+            visit.states_at(end.time, useful, tables, extended, &mut self.there);
+            self.take_there(motion, useful, end.time);
         }
         let time = Lanes::select(
-            leap.time.is_equal(asked.longest),
+            end.time.is_equal(asked.longest),
             horizon,
-            motion.time + leap.time,
+            motion.time + end.time,
         );
         motion.time = Lanes::select(flown, time, motion.time);
-        leap
+        end
     }
 
     #[inline(always)]
