@@ -21,10 +21,10 @@ use crate::flow::{Field, LocalSeries, at_series_time, local_series_kept_to};
 use crate::jet::{Jet, JetSpace, implicit_root, power_series_at, power_series_with_slope_at};
 use crate::numeric::Real;
 
-/// How `y` stands beside the other variables.
+/// The variables of an expansion with the depth variable `y`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum DepthVariable {
-    /// One more variable, beside all others: what needs no relation between them.
+    /// `y` is one more variable: for expansions that do not use its relation to the others.
     Added,
     /// In the place of a coordinate, which is the jet that makes `−h_min` equal to `y²`: variables
     /// are fewer and independent, so that a contact time can be found by dividing by `y`.
@@ -265,7 +265,7 @@ impl<S: Real> DepthChart<S> {
     }
 }
 
-/// What multiplies each power of a variable of a jet in (coordinates; parameters), in a space of
+/// The coefficient of each power of a variable of a jet in (coordinates; parameters), in a space of
 /// `(y; coordinates; parameters)`.
 fn powers_of<S: Real>(variable: usize, jet: &Jet<S>, space: &Arc<JetSpace>) -> Vec<Jet<S>> {
     let mut powers = vec![Jet::zero(space)];

@@ -76,7 +76,7 @@ fn only_legs(stages: &[Stage]) -> Option<Vec<&Leg>> {
     legs.collect()
 }
 
-/// Of a map that begins with its one contact: in `(y; c', p)`, the depth variable in the place of a
+/// Composes a map that begins with its one contact: in `(y; c', p)`, the depth variable in the place of a
 /// coordinate, the contact is one substitution for that coordinate, and what it corrects is left in
 /// these variables.
 ///
@@ -120,7 +120,7 @@ fn after_contact(
     })
 }
 
-/// What a contact adds to each coordinate, in the variables of a chart and up to a weight: as it
+/// The correction of each coordinate by a contact, in the variables of a chart and up to a weight: as it
 /// was found, or from the canonical form.
 fn corrections(contact: &Contact, chart: &DepthChart<f64>, weight: u32) -> Vec<Jet<f64>> {
     let found = contact.depth_form.as_ref();
@@ -139,7 +139,7 @@ fn corrections(contact: &Contact, chart: &DepthChart<f64>, weight: u32) -> Vec<J
         .collect()
 }
 
-/// Of any map: in `(y_1 … y_K; coordinates; parameters)`, the depth variables beside the others.
+/// Composes any map, in `(y_1 … y_K; coordinates; parameters)`.
 fn of_any(
     map: &LocalMap,
     variables: &Variables,
@@ -233,7 +233,7 @@ pub struct DepthPolynomial<S: Scalar = f64> {
 pub struct DepthTerm<S: Scalar = f64> {
     /// Power of each depth variable.
     pub powers: Vec<u8>,
-    /// What they multiply, in (coordinates; parameters).
+    /// The coefficient of these powers, in (coordinates; parameters).
     pub coefficient: Jet<S>,
 }
 
@@ -341,7 +341,7 @@ impl<'a> DepthSpace<'a> {
         &self.without_power(jet, passage, 0) + &(&y * &corrections)
     }
 
-    /// What multiplies `y_k^power`.
+    /// The coefficient of `y_k^power`.
     fn without_power(&self, jet: &Jet<f64>, passage: usize, power: u8) -> Jet<f64> {
         let mut result = Jet::zero(&self.space);
         let mut lowered = vec![0; self.space.variables()];

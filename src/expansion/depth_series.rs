@@ -194,7 +194,8 @@ fn without_rounding(jet: &Jet<Dd>, power: usize, scale: f64) -> Dd {
     }
 }
 
-/// What a discontinuity mapping of some weight leaves out at the largest depth of a window.
+/// The part of a discontinuity mapping that truncation at a weight leaves out at the largest depth
+/// of a window.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct WindowEdge {
     /// Largest `y²` of the window.
@@ -293,7 +294,7 @@ fn omitted_share(series: &DepthSeries, leading: u32, weight: u32, y: f64, radius
 /// How many of the last powers tell how large the next ones are: some vanish by symmetry.
 const ENVELOPE: usize = 4;
 
-/// What is left of a power after so many further ones, `(y/R)^j`.
+/// Ratio `(y/R)^j` of terms that lie `j` powers apart.
 fn share_of(y: f64, radius: f64, powers: usize) -> f64 {
     (y / radius).powi(powers as i32)
 }

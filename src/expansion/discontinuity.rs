@@ -2,13 +2,11 @@
 //!
 //! One idea: with the depth variable `y² = −h_min` every step of a grazing passage is analytic. The
 //! passage is followed as it happens, each step a jet: down to the minimum of the gap, back by `y
-//! σ` to the surface, through the reset or the contact, and on to the section. No formula of a
-//! paper is coded. Derivation: docs/mathematics/discontinuity.md and
+//! σ` to the surface, through the reset or the contact, and along the free flow to the section. No
+//! formula of a paper is coded. Derivation: docs/mathematics/discontinuity.md and
 //! docs/mathematics/contact-laws.md (after Nordmark 1991 and di Bernardo et al. 2008).
 //!
-//! What follows a contact: the free flow from the surface to the section.
-//!
-//! The speed at which a surface is met.
+//! The speed at which the surface is met follows from the same series.
 
 use std::sync::Arc;
 
@@ -157,11 +155,11 @@ pub(super) struct Departure<S: Real> {
     pub(super) time: Jet<S>,
 }
 
-/// How a passage goes through its surface.
+/// Contact of a passage with its surface.
 pub(super) enum Through<'a> {
-    /// By a reset.
+    /// A reset.
     Reset(&'a Program),
-    /// Along the contact field, until the release.
+    /// The contact field, until the release.
     Contact {
         field: &'a Field,
         release: ReleaseBalance,

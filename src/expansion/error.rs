@@ -150,7 +150,7 @@ pub enum ContactLawError {
         /// Denominator of the power.
         denominator: usize,
     },
-    /// The balance at the grazing point does not hold beside it.
+    /// The balance at the grazing point does not hold near it.
     #[error(
         "the release of surface `{surface}` changes its leading balance beside the grazing point: a coefficient {coefficient:e} of y^{power} in time power {time_power} vanishes only there"
     )]

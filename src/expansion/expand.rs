@@ -8,7 +8,8 @@ use super::composition::{ComposedMap, compose};
 use super::depth_series::{DepthSeries, LeadingLaw, WindowEdge};
 use super::discontinuity::{ImpactSpeed, discontinuity, impact_speed};
 use super::error::ExpansionError;
-use super::flown::{FlightWindow, FlownContact, flown_contact};
+use super::flown::contact::FlownContact;
+use super::flown::plan::{FlightWindow, flown_contact};
 use super::local_map::{Contact, Leg, LocalMap, Stage, active_parameters, map_section, map_window};
 use super::passage::ContactLaw;
 use super::rounding::{Sizes, without_rounding};
@@ -422,8 +423,8 @@ impl<'a> Expander<'a> {
         })
     }
 
-    /// What the contact of a passage, cut at a weight, leaves out at the edge of the scene's
-    /// window; see [`WindowEdge::new`].
+    /// The part of the contact of a passage that truncation at a weight leaves out at the edge of
+    /// the scene's window; see [`WindowEdge::new`].
     ///
     /// # Errors
     ///
@@ -451,7 +452,7 @@ impl<'a> Expander<'a> {
 struct LegFlight<'a> {
     expander: &'a Expander<'a>,
     route: &'a Route,
-    /// Of the (coordinates; parameters) at the near end.
+    /// Space of the (coordinates; parameters) at the near end.
     space: Arc<JetSpace>,
 }
 
@@ -493,8 +494,8 @@ impl LegFlight<'_> {
         })
     }
 
-    /// What a defect of each coordinate is small against: the states at the far end where they
-    /// exceed 1, otherwise 1.
+    /// The size that a defect of each coordinate is compared with: that of the states at the far end
+    /// where it exceeds 1, otherwise 1.
     fn sizes(&self, origin: &[Dd]) -> Vec<f64> {
         let states = self.expander.scene.model.states.len();
         let length = origin[..states].iter().map(|value| value.magnitude());

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::flown::FlownContact;
+use super::flown::contact::FlownContact;
 use crate::jet::Jet;
 use crate::model::{MapOrders, Scene};
 use crate::numeric::{Dd, Real, Scalar};

@@ -1,4 +1,4 @@
-//! How many digits rounding took from the coefficients.
+//! Digits of the coefficients lost to rounding.
 //!
 //! One idea: expand again in double-double, by the independent route (Taylor's method instead of
 //! collocation), at a low order where that is cheap, and compare degree by degree.
@@ -27,9 +27,9 @@ const ALL: f64 = 15.95;
 /// a length of `1e-15` beside a frequency of 1 hides nothing.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct LostDigits {
-    /// Of `P_smooth` (the worst of the legs).
+    /// Digits lost in `P_smooth` (the worst of the legs).
     pub smooth: Vec<f64>,
-    /// Of `D` (the worst of the passages).
+    /// Digits lost in `D` (the worst of the passages).
     pub discontinuity: Vec<f64>,
 }
 
@@ -113,7 +113,7 @@ fn worst(losses: &[Vec<f64>]) -> Vec<f64> {
     coordinates.map(worst).collect()
 }
 
-/// A jet beside what it should be, every variable in its unit.
+/// A jet and its exact value, every variable in its unit.
 struct Compared<'a> {
     jet: &'a Jet<f64>,
     exact: Vec<f64>,

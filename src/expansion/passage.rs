@@ -9,7 +9,7 @@
 use std::sync::Arc;
 
 use super::error::{ContactLawError, ExpansionError, FlightError};
-use super::flown::AffineLaw;
+use super::flown::law::AffineLaw;
 use crate::flow::{Field, InputKind, Program, bound_but};
 use crate::jet::{Jet, JetSpace};
 use crate::model::{Binary, ExpressionGraph, Model, Node, NodeId, Response, Surface, Unary};

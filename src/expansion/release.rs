@@ -272,7 +272,7 @@ impl<'a> Polygon<'a> {
         })
     }
 
-    /// What the equation is divided by must divide every term, beside the grazing point too.
+    /// Checks that the divisor of the equation divides every term, near the grazing point too.
     fn check_division(&self, balance: &ReleaseBalance) -> Result<(), ContactLawError> {
         for time_power in balance.trivial..self.release.len() {
             let kept = -balance.shift(time_power);

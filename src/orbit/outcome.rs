@@ -1,4 +1,4 @@
-//! What a search for a grazing orbit refuses, and how it ends.
+//! Errors of the search for a grazing orbit, and why it ends without one.
 
 use std::fmt;
 
@@ -22,7 +22,7 @@ pub enum NotLocated {
         value: f64,
         /// Periods flown to settle.
         periods: usize,
-        /// What a period still changes; NaN where the flow left the finite numbers.
+        /// Change of the state over the last period; NaN where the flow left the finite numbers.
         change: f64,
     },
     /// The periodic orbit does not come to touch the surface.
@@ -160,7 +160,41 @@ pub enum NotLocated {
     },
 }
 
-/// What the free flow still did when its periods were over.
+/// Why a computation returns no value: it ended in an outcome, or it failed.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum Stop<E> {
+    /// An outcome.
+    Ended(E),
+    /// An error.
+    Failed(OrbitError),
+}
+
+impl<E, F: Into<OrbitError>> From<F> for Stop<E> {
+    fn from(error: F) -> Self {
+        Self::Failed(error.into())
+    }
+}
+
+impl<E> Stop<E> {
+    /// The same with another outcome.
+    pub(super) fn map<T>(self, convert: impl FnOnce(E) -> T) -> Stop<T> {
+        match self {
+            Self::Ended(outcome) => Stop::Ended(convert(outcome)),
+            Self::Failed(error) => Stop::Failed(error),
+        }
+    }
+}
+
+/// The value of a computation, or the outcome that it ended in.
+pub(super) fn settled<T, E>(result: Result<T, Stop<E>>) -> Result<Result<T, E>, OrbitError> {
+    match result {
+        Ok(value) => Ok(Ok(value)),
+        Err(Stop::Ended(outcome)) => Ok(Err(outcome)),
+        Err(Stop::Failed(error)) => Err(error),
+    }
+}
+
+/// The state of the free flow after the last period, in words.
 fn unsettled(periods: usize, change: f64) -> String {
     if change.is_finite() {
         format!("after {periods} periods a period still moves the state by {change:.3e}")

@@ -47,7 +47,7 @@ const ROUNDING: f64 = 1e-14;
 /// Most Newton steps.
 const MOST_NEWTON: usize = 8;
 
-/// Where contacts are to be flown.
+/// The window in which contacts are to be flown.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FlightWindow {
     /// Largest `y²`.
@@ -447,8 +447,8 @@ impl Reference<'_> {
     }
 }
 
-/// Where a polynomial on `[0, 1]` first has another sign than `sign`, which its value at
-/// [`SETTLED`] decides if none is known.
+/// The first point of `[0, 1]` at which a polynomial has another sign than `sign`; an unknown `sign`
+/// is that of the value at [`SETTLED`].
 fn first_change(release: &[Dd], sign: &mut Option<f64>) -> Option<Dd> {
     let (sign, from) = match *sign {
         Some(sign) if release[0].to_f64() * sign < 0.0 => return Some(Dd::ZERO),

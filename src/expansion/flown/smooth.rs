@@ -4,7 +4,7 @@
 //!
 //! A force `b h'` adds `O(y²)` on the way in and takes it back on the way out: nothing of it is
 //! left where the contact ends on the surface, and a spring's `O(y³)` is all there is. As a
-//! difference of its own terms that kick has lost a share `1/y` of its digits, and an error in the
+//! difference of its own terms that impulse has lost a share `1/y` of its digits, and an error in the
 //! time of the release counts as much again.
 //!
 //! With `ρ` the release function, a multiple `c` of the gap along the free flow, let
@@ -41,7 +41,8 @@ const ENTRY_WEIGHT: u32 = 3;
 /// Coefficients below this share of the largest of their series are zero: expansions are in
 /// double-double.
 pub(super) const VANISHING: f64 = 1e-22;
-/// What a combination of the gap and its rate leaves of a force is rounding below this share of it.
+/// The rest of a force beside a combination of the gap and its rate is rounding below this share of
+/// the force.
 const SAME: f64 = 1e-20;
 
 /// The series of the free flow that a flown passage is made of.
@@ -94,7 +95,7 @@ impl<'a> SmoothExpansion<'a> {
         })
     }
 
-    /// All pieces.
+    /// Expands all pieces.
     pub(super) fn pieces(&self) -> Result<SmoothPieces, ExpansionError> {
         let gap = self.series.watched(0);
         let mut depth = -&gap[0];
@@ -196,7 +197,7 @@ impl<'a> SmoothExpansion<'a> {
             .collect())
     }
 
-    /// From what was added at the minimum to the corrections of the coordinates.
+    /// The corrections of the coordinates, as jets in the state added at the minimum.
     fn section(&self) -> Result<Vec<Jet<Dd>>, ExpansionError> {
         let moved = self.affine.components.len();
         let weights: Vec<u32> = self
@@ -361,7 +362,7 @@ impl LinearLaw<Dd> {
         (by_gap && apart && damped).then_some(share)
     }
 
-    /// Puts a spring on the gap in the place of a component's damper.
+    /// Replaces the damper of a component by a spring on the gap.
     fn press(&mut self, component: usize, stiffness: Dd) {
         let mut forces = self.forces.iter();
         if let Some(own) = forces.position(|&(forced, _)| forced == component) {

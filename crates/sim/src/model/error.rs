@@ -1,4 +1,4 @@
-//! What can be wrong with a scene, and where in its file.
+//! Faults of a scene, and their places in its file.
 
 use std::fmt;
 use std::ops::Range;

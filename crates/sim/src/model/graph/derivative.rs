@@ -6,7 +6,7 @@ use crate::numeric::{Dd, Scalar};
 impl ExpressionGraph {
     /// `∂node/∂input`.
     ///
-    /// The corners of `abs`, `sign`, `min` and `max` are passed over: `abs' = sign`, `sign' = 0`,
+    /// The corners of `abs`, `sign`, `min` and `max` are ignored: `abs' = sign`, `sign' = 0`,
     /// and `min`, `max` take the derivative of the chosen argument (the mean of both where they
     /// are equal).
     pub fn derivative(&mut self, node: NodeId, input: usize) -> NodeId {
