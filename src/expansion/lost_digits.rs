@@ -10,7 +10,7 @@ use crate::jet::Jet;
 use crate::model::MapOrders;
 use crate::numeric::{Dd, Real};
 
-/// Highest degree of `P_smooth` that is expanded again.
+/// Highest order of `P_smooth` that is expanded again.
 const SMOOTH_ORDER: u32 = 2;
 /// Weight to which `D` is always expanded again, and beyond it as far as the space has no more
 /// monomials than this.
@@ -41,8 +41,8 @@ impl Expander<'_> {
     ///
     /// [`ExpansionError`] as the expansions themselves.
     pub fn lost_digits(&self, orders: MapOrders) -> Result<LostDigits, ExpansionError> {
-        let degree = orders.smooth_order.min(SMOOTH_ORDER);
-        let (legs, exact) = (self.legs(degree)?, self.legs_by_taylor::<Dd>(degree)?);
+        let order = orders.smooth_order.min(SMOOTH_ORDER);
+        let (legs, exact) = (self.legs(order)?, self.legs_by_taylor::<Dd>(order)?);
         let units = self.units(self.section_passage());
         let legs = all(&legs).zip(all(&exact));
         let legs: Vec<_> = legs.map(|pair| lost_by_leg(pair, &units)).collect();

@@ -200,10 +200,13 @@ fn solve_tangency<S: Real>(
 
 /// A passage with the chart in which its contact acts and the variables of that chart.
 #[derive(Clone, Debug)]
-pub(super) struct Graze {
-    pub(super) passage: Passage,
-    pub(super) chart: SectionChart,
-    pub(super) variables: Variables,
+pub struct Graze {
+    /// The surface, its contact law and the free field.
+    pub passage: Passage,
+    /// The chart in which the contact acts.
+    pub chart: SectionChart,
+    /// The variables of that chart.
+    pub variables: Variables,
 }
 
 impl Graze {

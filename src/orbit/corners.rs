@@ -256,8 +256,8 @@ fn begins_at_zero(coefficients: &[f64], length: f64) -> bool {
     sizes[0] <= ON_THE_CORNER * horner(&sizes, length)
 }
 
-/// The first time in `[0, length]` at which a polynomial has another sign than `sign`; a `sign` of 0
-/// is unknown and set.
+/// The first time in `[0, length]` at which a polynomial has another sign than `sign`; a `sign` of
+/// 0 is unknown and set.
 fn first_sign_change(argument: &[f64], length: f64, sign: &mut f64) -> Option<f64> {
     let first = crossings(argument, length).into_iter().next();
     let here = match first.map(|crossing| crossing.direction) {

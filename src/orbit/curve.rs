@@ -1,4 +1,4 @@
-//! Continuation of a grazing orbit in a second parameter: steps, points, and the special points
+//! PseudoArclength of a grazing orbit in a second parameter: steps, points, and the special points
 //! between them.
 
 use super::curve_context::{CurveContext, TestedPoint, correct};
@@ -34,27 +34,27 @@ pub fn curve(
         Location::Located(orbit) => orbit,
         Location::NotLocated(reason) => return Ok(CurveOutcome::NotLocated(reason)),
     };
-    let continuation = |count| -> Result<Continuation<'_>, OrbitError> {
+    let pass = |count| -> Result<PseudoArclength<'_>, OrbitError> {
         let context = CurveContext::new(scene, &orbit, with, count)?;
-        Ok(Continuation { context, options })
+        Ok(PseudoArclength { context, options })
     };
     let here = scene.model.parameters[with].value.to_f64();
     let mut start = CurveContext::new(scene, &orbit, with, 0)?.start(&orbit);
     if here != from {
         // On the way to the start no condition is followed.
-        let (lead, last) = continuation(0)?.trace(&start, from)?;
+        let (lead, last) = pass(0)?.trace(&start, from)?;
         if lead.end != CurveEnd::Reached {
             return Ok(CurveOutcome::StartNotReached(lead));
         }
         start = last;
     }
     Ok(CurveOutcome::Traced(
-        continuation(options.xi_count)?.trace(&start, to)?.0,
+        pass(options.xi_count)?.trace(&start, to)?.0,
     ))
 }
 
 /// One pass along a curve, with its options.
-struct Continuation<'a> {
+struct PseudoArclength<'a> {
     context: CurveContext<'a>,
     options: &'a CurveOptions,
 }
@@ -73,7 +73,7 @@ const FAINT: f64 = 1e-9;
 /// Steps are not made smaller than this share of the largest step for the sake of the conditions.
 const FINEST: f64 = 1e-3;
 
-impl Continuation<'_> {
+impl PseudoArclength<'_> {
     /// Follows the curve until the second parameter is `to`; also the last unknowns.
     fn trace(&self, start: &[f64], to: f64) -> Result<(GrazingCurve, Vec<f64>), OrbitError> {
         let mut curve = GrazingCurve {

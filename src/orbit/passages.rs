@@ -1,5 +1,5 @@
-//! All grazing passages of an orbit (those of its equations, those that touch of themselves, and the
-//! mirror images), and the orbit that they describe.
+//! All grazing passages of an orbit (those of its equations, those that touch of themselves, and
+//! the mirror images), and the orbit that they describe.
 
 use nalgebra::DMatrix;
 

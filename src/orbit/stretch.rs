@@ -145,8 +145,8 @@ fn jump<S: Real>(local: &LocalGeometry<'_, S>) -> Option<(Vec<S>, S)> {
     Some((jump, S::from_f64(2.0) / acceleration))
 }
 
-/// The jump's stretch per unit of approach speed; nothing where the fields agree at the graze, or the
-/// contact does not push.
+/// The jump's stretch per unit of approach speed; nothing where the fields agree at the graze, or
+/// the contact does not push.
 fn jump_per_speed(local: &LocalGeometry<'_, Dd>) -> Option<Vec<Dd>> {
     let (jump, time) = jump(local)?;
     let largest = |vector: &[Dd]| vector.iter().fold(0.0_f64, |m, v| m.max(v.magnitude()));

@@ -1,5 +1,5 @@
-//! A flown contact: the polynomials of the free flow about it, its linear law, and the operations by
-//! which it acts, on any [`Arithmetic`].
+//! A flown contact: the polynomials of the free flow about it, its linear law, and the operations
+//! by which it acts, on any [`Arithmetic`].
 
 use std::marker::PhantomData;
 

@@ -13,7 +13,7 @@ impl ExpressionGraph {
         if let Some(&known) = self.derivatives.get(&(node, input)) {
             return known;
         }
-        let needed = self.needed(node);
+        let needed = self.needed_by(&[node]);
         let zero = self.number(0.0);
         let mut slopes = vec![zero; needed.len()];
         for index in (0..needed.len()).filter(|&index| needed[index]) {

@@ -1,5 +1,5 @@
-//! The tables beside the model: `[grazing]`, `[section]`, `[expansion]`, `[window]` and `[emit]`, with
-//! the parameters and components of the full state that they name.
+//! The tables beside the model: `[grazing]`, `[section]`, `[expansion]`, `[window]` and `[emit]`,
+//! with the parameters and components of the full state that they name.
 
 use std::collections::BTreeSet;
 
