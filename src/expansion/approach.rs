@@ -14,17 +14,16 @@
 use std::sync::Arc;
 
 use super::error::ExpansionError;
-use super::passage::Passage;
-use super::routes::SectionChart;
+use super::routes::Graze;
 use super::variables::{Variables, lift};
 use crate::flow::{Field, LocalSeries, at_series_time, local_series_kept_to};
 use crate::jet::{Jet, JetSpace, implicit_root, power_series_at, power_series_with_slope_at};
 use crate::numeric::Real;
 
-/// How `y` stands beside the other variables.
+/// The variables of an expansion with the depth variable `y`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum DepthVariable {
-    /// One more variable, beside all others: what needs no relation between them.
+    /// `y` is one more variable: for expansions that do not use its relation to the others.
     Added,
     /// In the place of a coordinate, which is the jet that makes `−h_min` equal to `y²`: variables
     /// are fewer and independent, so that a contact time can be found by dividing by `y`.
@@ -61,12 +60,15 @@ pub(super) struct Entry<S: Real> {
 
 impl<S: Real> Approach<S> {
     pub(super) fn new(
-        passage: &Passage,
-        chart: &SectionChart,
-        variables: &Variables,
+        graze: &Graze,
         weight: u32,
         kind: DepthVariable,
     ) -> Result<Self, ExpansionError> {
+        let Graze {
+            passage,
+            chart,
+            variables,
+        } = graze;
         variables.check_contact_space(weight)?;
         let base = variables.smooth_space(weight + 1)?;
         let parameters = passage.parameter_jets(&base, variables.coordinates);
@@ -146,18 +148,18 @@ impl<S: Real> Approach<S> {
     }
 }
 
-/// The degree, in units of the weights' divisor, to which the coefficient of each power of the time
+/// The order, in units of the weights' divisor, to which the coefficient of each power of the time
 /// from the minimum is needed.
 ///
 /// That time is of weight 1, and the gap is divided by its square: its coefficient of power `k`
 /// acts from the weight `k − 2` on, the power `weight + 1` still at the weight.
 fn kept_about_minimum(weight: u32, divisor: u32, order: usize) -> Vec<usize> {
     let powers = 0..=(weight + 1).max(2);
-    let degree = |power: u32| ((weight + 2).saturating_sub(power) / divisor) as usize;
-    powers.map(|power| degree(power).min(order)).collect()
+    let needed = |power: u32| ((weight + 2).saturating_sub(power) / divisor) as usize;
+    powers.map(|power| needed(power).min(order)).collect()
 }
 
-/// The degree to which the coefficients of a series are needed of which a root of the derivative is
+/// The order to which the coefficients of a series are needed of which a root of the derivative is
 /// sought, and which is summed there.
 pub(super) fn kept_to_minimum(order: usize) -> Vec<usize> {
     let powers = 0..=(order + 1).max(2);
@@ -167,7 +169,7 @@ pub(super) fn kept_to_minimum(order: usize) -> Vec<usize> {
 }
 
 /// Time from a state to its minimum of the gap, and the series of the free flow about that minimum,
-/// its coefficients to given degrees; the gap is the first function watched.
+/// its coefficients to given orders; the gap is the first function watched.
 pub(super) fn series_about_minimum<S: Real>(
     field: &Field,
     start: &[Jet<S>],
@@ -218,7 +220,7 @@ pub(super) struct DepthChart<S: Real> {
 }
 
 impl<S: Real> DepthChart<S> {
-    /// Solves `u = y²` for a coordinate, to a weighted degree; `depth` is `u` in (coordinates;
+    /// Solves `u = y²` for a coordinate, to a weight; `depth` is `u` in (coordinates;
     /// parameters).
     ///
     /// # Errors
@@ -265,7 +267,7 @@ impl<S: Real> DepthChart<S> {
     }
 }
 
-/// What multiplies each power of a variable of a jet in (coordinates; parameters), in a space of
+/// The coefficient of each power of a variable of a jet in (coordinates; parameters), in a space of
 /// `(y; coordinates; parameters)`.
 fn powers_of<S: Real>(variable: usize, jet: &Jet<S>, space: &Arc<JetSpace>) -> Vec<Jet<S>> {
     let mut powers = vec![Jet::zero(space)];

@@ -44,8 +44,8 @@ impl ComposedMap {
 /// With one passage and `P = L₂ ∘ D ∘ L₁` the result is `P_smooth + y B̂ + y² Ĉ`, `P_smooth = L₂ ∘
 /// L₁`; where the contact is what a return begins with, `P = L ∘ D`, it is `P_smooth + Σ_k y^k
 /// P_k`, the `P_k` free of the coordinate along which the depth is steepest. In general what has no
-/// depth variable is kept to the legs' degree, what has any to the larger of the contacts' weight
-/// and the legs' degree (after a contact a state deviation is `O(y)`, so degree `N` of a leg acts
+/// depth variable is kept to the legs' order, what has any to the larger of the contacts' weight
+/// and the legs' order (after a contact a state deviation is `O(y)`, so order `N` of a leg acts
 /// at weight `N`).
 ///
 /// # Errors
@@ -76,9 +76,9 @@ fn only_legs(stages: &[Stage]) -> Option<Vec<&Leg>> {
     legs.collect()
 }
 
-/// Of a map that begins with its one contact: in `(y; c', p)`, the depth variable in the place of a
-/// coordinate, the contact is one substitution for that coordinate, and what it corrects is left in
-/// these variables.
+/// Composes a map that begins with its one contact: in `(y; c', p)`, the depth variable in the
+/// place of a coordinate, the contact is one substitution for that coordinate, and what it corrects
+/// is left in these variables.
 ///
 /// NOTE: written in all coordinates instead, by `y² = −h_min`, the correction would be a sum of
 /// large terms that cancel where coordinates and parameters are larger than what they leave of the
@@ -120,8 +120,8 @@ fn after_contact(
     })
 }
 
-/// What a contact adds to each coordinate, in the variables of a chart and up to a weight: as it
-/// was found, or from the canonical form.
+/// The correction of each coordinate by a contact, in the variables of a chart and up to a weight:
+/// as it was found, or from the canonical form.
 fn corrections(contact: &Contact, chart: &DepthChart<f64>, weight: u32) -> Vec<Jet<f64>> {
     let found = contact.depth_form.as_ref();
     if let Some(form) = found.filter(|form| form.replaced == chart.replaced) {
@@ -139,7 +139,7 @@ fn corrections(contact: &Contact, chart: &DepthChart<f64>, weight: u32) -> Vec<J
         .collect()
 }
 
-/// Of any map: in `(y_1 … y_K; coordinates; parameters)`, the depth variables beside the others.
+/// Composes any map, in `(y_1 … y_K; coordinates; parameters)`.
 fn of_any(
     map: &LocalMap,
     variables: &Variables,
@@ -233,7 +233,7 @@ pub struct DepthPolynomial<S: Scalar = f64> {
 pub struct DepthTerm<S: Scalar = f64> {
     /// Power of each depth variable.
     pub powers: Vec<u8>,
-    /// What they multiply, in (coordinates; parameters).
+    /// The coefficient of these powers, in (coordinates; parameters).
     pub coefficient: Jet<S>,
 }
 
@@ -282,7 +282,7 @@ impl DepthPolynomial {
     }
 }
 
-/// The space of `(y_1 … y_K; coordinates; parameters)` up to a weighted degree, every `y_k` of
+/// The space of `(y_1 … y_K; coordinates; parameters)` up to a weight, every `y_k` of
 /// weight 1.
 pub(super) struct DepthSpace<'a> {
     pub(super) space: Arc<JetSpace>,
@@ -341,7 +341,7 @@ impl<'a> DepthSpace<'a> {
         &self.without_power(jet, passage, 0) + &(&y * &corrections)
     }
 
-    /// What multiplies `y_k^power`.
+    /// The coefficient of `y_k^power`.
     fn without_power(&self, jet: &Jet<f64>, passage: usize, power: u8) -> Jet<f64> {
         let mut result = Jet::zero(&self.space);
         let mut lowered = vec![0; self.space.variables()];
@@ -366,12 +366,12 @@ impl<'a> DepthSpace<'a> {
         let mut terms = BTreeMap::from([(vec![0; self.passages], smooth)]);
         for (exponents, value) in jet.terms().filter(|(_, value)| *value != 0.0) {
             let (powers, rest) = exponents.split_at(self.passages);
-            let degree: u32 = powers.iter().map(|&power| u32::from(power)).sum();
-            if degree == 0 {
+            let weight: u32 = powers.iter().map(|&power| u32::from(power)).sum();
+            if weight == 0 {
                 continue;
             }
             if !terms.contains_key(powers) {
-                let space = self.variables.smooth_space(self.weight - degree)?;
+                let space = self.variables.smooth_space(self.weight - weight)?;
                 terms.insert(powers.to_vec(), Jet::zero(&space));
             }
             if let Some(coefficient) = terms.get_mut(powers)

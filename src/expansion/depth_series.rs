@@ -1,5 +1,5 @@
-//! The discontinuity mapping along the depth alone: its leading law, where its series ends, and what
-//! a truncation leaves out at the edge of a window.
+//! The discontinuity mapping along the depth alone: its leading law, where its series ends, and
+//! what a truncation leaves out at the edge of a window.
 //!
 //! One idea: with every other deviation at zero the correction is an ordinary power series in `y`.
 //! Its first coefficient that does not vanish is the law of the contact (`y` for a rigid or
@@ -12,9 +12,8 @@ use std::ops::Range;
 use super::approach::{Approach, DepthVariable, steepest_coordinate};
 use super::discontinuity::Through;
 use super::error::ExpansionError;
-use super::passage::Passage;
-use super::routes::SectionChart;
-use super::variables::{DEVIATION_WEIGHT, Variables};
+use super::routes::Graze;
+use super::variables::DEVIATION_WEIGHT;
 use crate::jet::Jet;
 use crate::numeric::{Bracket, Dd, Scalar};
 
@@ -50,18 +49,12 @@ impl DepthSeries {
     /// # Errors
     ///
     /// As [`discontinuity`](super::discontinuity()).
-    pub fn new(
-        passage: &Passage,
-        chart: &SectionChart,
-        variables: &Variables,
-        order: u32,
-    ) -> Result<Self, ExpansionError> {
-        let through = Through::of(passage, chart, variables)?;
+    pub fn new(graze: &Graze, order: u32) -> Result<Self, ExpansionError> {
+        let through = Through::of(graze)?;
         let kept = order + through.lost_weights();
-        let alone = depth_alone(passage, chart, variables, kept)?;
         let kind = DepthVariable::Replacing;
-        let approach = Approach::<Dd>::new(passage, chart, &alone, kept, kind)?;
-        let image = approach.image(passage, chart, &through)?;
+        let approach = Approach::<Dd>::new(&depth_alone(graze, kept)?, kept, kind)?;
+        let image = approach.image(graze, &through)?;
         let scales = scales(&image, order);
         let correction = |&component: &usize| {
             let correction = &image[component] - &approach.start[component];
@@ -69,8 +62,9 @@ impl DepthSeries {
                 .map(|power| without_rounding(&correction, power, scales[power]))
                 .collect()
         };
+        let coordinates = graze.chart.section.coordinates.iter();
         Ok(Self {
-            coefficients: chart.section.coordinates.iter().map(correction).collect(),
+            coefficients: coordinates.map(correction).collect(),
         })
     }
 
@@ -126,23 +120,15 @@ fn radius_of(series: &[Dd]) -> Option<f64> {
     radius.is_finite().then_some(radius)
 }
 
-/// The variables with weights that leave the powers of `y` alone, and of the coordinate that makes
-/// the depth.
-fn depth_alone(
-    passage: &Passage,
-    chart: &SectionChart,
-    variables: &Variables,
-    order: u32,
-) -> Result<Variables, ExpansionError> {
-    let kind = DepthVariable::Added;
-    let lowest = Approach::<f64>::new(passage, chart, variables, 2, kind)?;
-    let steepest = steepest_coordinate(&lowest.depth, variables)?;
-    let mut weights = vec![order + 2; variables.len()];
-    weights[steepest] = DEVIATION_WEIGHT;
-    Ok(Variables {
-        weights,
-        ..variables.clone()
-    })
+/// The graze with weights of its variables that leave nothing but powers of `y`, and of the
+/// coordinate that makes the depth.
+fn depth_alone(graze: &Graze, order: u32) -> Result<Graze, ExpansionError> {
+    let lowest = Approach::<f64>::new(graze, 2, DepthVariable::Added)?;
+    let steepest = steepest_coordinate(&lowest.depth, &graze.variables)?;
+    let mut alone = graze.clone();
+    alone.variables.weights.fill(order + 2);
+    alone.variables.weights[steepest] = DEVIATION_WEIGHT;
+    Ok(alone)
 }
 
 /// The largest coefficient of each power over the components of the image, or of a lower one where
@@ -194,7 +180,8 @@ fn without_rounding(jet: &Jet<Dd>, power: usize, scale: f64) -> Dd {
     }
 }
 
-/// What a discontinuity mapping of some weight leaves out at the largest depth of a window.
+/// The part of a discontinuity mapping that truncation at a weight leaves out at the largest depth
+/// of a window.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct WindowEdge {
     /// Largest `y²` of the window.
@@ -294,7 +281,7 @@ fn omitted_share(series: &DepthSeries, leading: u32, weight: u32, y: f64, radius
 /// How many of the last powers tell how large the next ones are: some vanish by symmetry.
 const ENVELOPE: usize = 4;
 
-/// What is left of a power after so many further ones, `(y/R)^j`.
+/// Ratio `(y/R)^j` of terms that lie `j` powers apart.
 fn share_of(y: f64, radius: f64, powers: usize) -> f64 {
     (y / radius).powi(powers as i32)
 }

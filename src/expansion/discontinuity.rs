@@ -2,13 +2,11 @@
 //!
 //! One idea: with the depth variable `y² = −h_min` every step of a grazing passage is analytic. The
 //! passage is followed as it happens, each step a jet: down to the minimum of the gap, back by `y
-//! σ` to the surface, through the reset or the contact, and on to the section. No formula of a
-//! paper is coded. Derivation: docs/mathematics/discontinuity.md and
+//! σ` to the surface, through the reset or the contact, and along the free flow to the section. No
+//! formula of a paper is coded. Derivation: docs/mathematics/discontinuity.md and
 //! docs/mathematics/contact-laws.md (after Nordmark 1991 and di Bernardo et al. 2008).
 //!
-//! What follows a contact: the free flow from the surface to the section.
-//!
-//! The speed at which a surface is met.
+//! The speed at which the surface is met follows from the same series.
 
 use std::sync::Arc;
 
@@ -17,14 +15,14 @@ use super::error::ExpansionError;
 use super::local_map::{Contact, DepthForm};
 use super::passage::{ContactLaw, Passage};
 use super::release::ReleaseBalance;
-use super::routes::SectionChart;
+use super::routes::Graze;
 use super::variables::{Variables, coefficient_of_depth_power, fold_depth_powers, respace};
 use crate::flow::{Field, LocalSeries, Program, at_series_time, evaluate, local_series_kept_to};
 use crate::jet::{Jet, JetSpace};
 use crate::numeric::Real;
 use crate::orbit::PoincareSectionKind;
 
-/// Expands the discontinuity mapping on a section to the weighted degree `weight`.
+/// Expands the discontinuity mapping on a section to the weight `weight`.
 ///
 /// The result is canonical: image = coordinates + `y · linear` + `y² · quadratic`, with `linear` to
 /// weight `weight − 1`, `quadratic` to `weight − 2` and `depth = −h_min` to `weight + 1`, so that
@@ -33,30 +31,24 @@ use crate::orbit::PoincareSectionKind;
 /// # Errors
 ///
 /// [`ExpansionError`] if the graze is not simple, the reset is no identity at zero normal velocity,
-/// the contact law has no expansion in powers of `y` ([`ContactLawError`](super::passage::ContactLawError)),
+/// the contact law has no expansion in powers of `y` ([`ContactLawError`](super::ContactLawError)),
 /// or a jet space would be too large.
-pub fn discontinuity<S: Real>(
-    passage: &Passage,
-    chart: &SectionChart,
-    variables: &Variables,
-    weight: u32,
-) -> Result<Contact<S>, ExpansionError> {
-    let through = Through::of(passage, chart, variables)?;
+pub fn discontinuity<S: Real>(graze: &Graze, weight: u32) -> Result<Contact<S>, ExpansionError> {
+    let through = Through::of(graze)?;
     let kept = weight + through.lost_weights();
-    let kind = DepthVariable::Replacing;
-    let approach = Approach::<S>::new(passage, chart, variables, kept, kind)?;
-    let image = approach.image(passage, chart, &through)?;
-    approach.canonical(passage, chart, variables, weight, &image)
+    let approach = Approach::<S>::new(graze, kept, DepthVariable::Replacing)?;
+    let image = approach.image(graze, &through)?;
+    approach.canonical(graze, weight, &image)
 }
 
 impl<S: Real> Approach<S> {
     /// The image of the section point: at zero net time, or on the tangency section.
     pub(super) fn image(
         &self,
-        passage: &Passage,
-        chart: &SectionChart,
+        graze: &Graze,
         through: &Through<'_>,
     ) -> Result<Vec<Jet<S>>, ExpansionError> {
+        let Graze { passage, chart, .. } = graze;
         let departure = self.departure(passage, through)?;
         match chart.section.kind {
             PoincareSectionKind::Tangency => departure.project_to_tangency(passage),
@@ -68,33 +60,23 @@ impl<S: Real> Approach<S> {
     /// depth.
     fn canonical(
         &self,
-        passage: &Passage,
-        chart: &SectionChart,
-        variables: &Variables,
+        graze: &Graze,
         weight: u32,
         image: &[Jet<S>],
     ) -> Result<Contact<S>, ExpansionError> {
+        let variables = &graze.variables;
         let linear_space = variables.smooth_space(weight.saturating_sub(1))?;
         let quadratic_space = variables.smooth_space(weight.saturating_sub(2))?;
         let (mut linear, mut quadratic) = (Vec::new(), Vec::new());
         let mut corrections = Vec::new();
-        for &component in &chart.section.coordinates {
+        for &component in &graze.chart.section.coordinates {
             let correction = &image[component] - &self.start[component];
-            self.check_identity_at_zero_depth(passage, &image[component], &correction)?;
-            linear.push(fold_depth_powers(
-                &correction,
-                1,
-                weight,
-                &self.depth,
-                &linear_space,
-            ));
-            quadratic.push(fold_depth_powers(
-                &correction,
-                2,
-                weight,
-                &self.depth,
-                &quadratic_space,
-            ));
+            self.check_identity_at_zero_depth(&graze.passage, &image[component], &correction)?;
+            let fold = |first: u8, space: &Arc<JetSpace>| {
+                fold_depth_powers(&correction, first, weight, &self.depth, space)
+            };
+            linear.push(fold(1, &linear_space));
+            quadratic.push(fold(2, &quadratic_space));
             corrections.push(correction.truncate(weight as usize));
         }
         let form = |replaced| {
@@ -157,11 +139,11 @@ pub(super) struct Departure<S: Real> {
     pub(super) time: Jet<S>,
 }
 
-/// How a passage goes through its surface.
+/// Contact of a passage with its surface.
 pub(super) enum Through<'a> {
-    /// By a reset.
+    /// A reset.
     Reset(&'a Program),
-    /// Along the contact field, until the release.
+    /// The contact field, until the release.
     Contact {
         field: &'a Field,
         release: ReleaseBalance,
@@ -173,17 +155,13 @@ impl<'a> Through<'a> {
     ///
     /// # Errors
     ///
-    /// [`ContactLawError`](super::passage::ContactLawError) where a contact has no release near the graze.
-    pub(super) fn of(
-        passage: &'a Passage,
-        chart: &SectionChart,
-        variables: &Variables,
-    ) -> Result<Self, ExpansionError> {
-        Ok(match &passage.law {
+    /// [`ContactLawError`](super::ContactLawError) where a contact has no release near the graze.
+    pub(super) fn of(graze: &'a Graze) -> Result<Self, ExpansionError> {
+        Ok(match &graze.passage.law {
             ContactLaw::Rigid { reset } => Self::Reset(reset),
             ContactLaw::Compliant { field, .. } => Self::Contact {
                 field,
-                release: ReleaseBalance::new(passage, field, chart, variables)?,
+                release: ReleaseBalance::new(graze, field)?,
             },
         })
     }
@@ -274,7 +252,7 @@ impl ImpactSpeed {
     }
 }
 
-/// Expands the speed at which the surface is met to the weighted degree `weight`:
+/// Expands the speed at which the surface is met to the weight `weight`:
 ///
 /// ```text
 /// −h'(t_e) = −Σ_{k≥2} k H_k (−yσ)^{k−1} = √(2h'') y + …
@@ -283,14 +261,8 @@ impl ImpactSpeed {
 /// # Errors
 ///
 /// As [`discontinuity`](discontinuity()).
-pub fn impact_speed(
-    passage: &Passage,
-    chart: &SectionChart,
-    variables: &Variables,
-    weight: u32,
-) -> Result<ImpactSpeed, ExpansionError> {
-    let kind = DepthVariable::Replacing;
-    let approach = Approach::<f64>::new(passage, chart, variables, weight, kind)?;
+pub fn impact_speed(graze: &Graze, weight: u32) -> Result<ImpactSpeed, ExpansionError> {
+    let approach = Approach::<f64>::new(graze, weight, DepthVariable::Replacing)?;
     let y = approach.depth_variable();
     let since_minimum = -&(&y * &approach.entry_time_over_depth(&y)?);
     let falling = approach.gap.iter().enumerate().skip(1).rev();
@@ -298,7 +270,7 @@ pub fn impact_speed(
         &(&sum * &since_minimum) - &coefficient.scale(power as f64)
     });
     let fold = |first: u8, weight_left: u32| {
-        let space = variables.smooth_space(weight_left)?;
+        let space = graze.variables.smooth_space(weight_left)?;
         Ok::<_, ExpansionError>(fold_depth_powers(
             &speed,
             first,

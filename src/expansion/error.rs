@@ -41,7 +41,8 @@ pub enum ExpansionError {
     },
     /// The reset moves a state that only touches.
     #[error(
-        "the reset of surface `{surface}` moves a state that touches with zero normal velocity (by {displacement:e}): its discontinuity mapping is not the identity at y = 0"
+        "the reset of surface `{surface}` moves a state that touches with zero normal velocity (by \
+         {displacement:e}): its discontinuity mapping is not the identity at y = 0"
     )]
     ResetNotIdentityAtTangency {
         /// Name of the surface.
@@ -51,7 +52,8 @@ pub enum ExpansionError {
     },
     /// The orbit handed over does not close on the section.
     #[error(
-        "the orbit misses its own section point by {defect:e}: it is not periodic to the accuracy of an expansion"
+        "the orbit misses its own section point by {defect:e}: it is not periodic to the accuracy \
+         of an expansion"
     )]
     NotPeriodic {
         /// Largest constant term of `P_smooth` in offsets.
@@ -92,7 +94,9 @@ impl ExpansionError {
 pub enum ContactLawError {
     /// A function at its corner or singularity on the surface.
     #[error(
-        "the contact law of surface `{surface}` is not analytic at the graze: {function} of {argument:e} there; it has no Taylor series on the surface (a power of the depth that is not whole, as Hertz's, would need integrals over the contact in its place)"
+        "the contact law of surface `{surface}` is not analytic at the graze: {function} of \
+         {argument:e} there; it has no Taylor series on the surface (a power of the depth that is \
+         not whole, as Hertz's, would need integrals over the contact in its place)"
     )]
     NotAnalytic {
         /// Name of the surface.
@@ -104,7 +108,9 @@ pub enum ContactLawError {
     },
     /// The contact field presses the state further in.
     #[error(
-        "h'' = {contact_acceleration:e} along the contact field of surface `{surface}` at the graze (free: {free_acceleration:e}): the contact does not push back, and there is no release near the graze"
+        "h'' = {contact_acceleration:e} along the contact field of surface `{surface}` at the \
+         graze (free: {free_acceleration:e}): the contact does not push back, and there is no \
+         release near the graze"
     )]
     Acceleration {
         /// Name of the surface.
@@ -116,7 +122,9 @@ pub enum ContactLawError {
     },
     /// The release function has no positive root that vanishes with `y`.
     #[error(
-        "the contact of surface `{surface}` has no release near the graze: the release function is {release:e} at the grazing point (h'' in contact {contact_acceleration:e}), and its leading balance has no positive root"
+        "the contact of surface `{surface}` has no release near the graze: the release function is \
+         {release:e} at the grazing point (h'' in contact {contact_acceleration:e}), and its \
+         leading balance has no positive root"
     )]
     NoRelease {
         /// Name of the surface.
@@ -128,7 +136,8 @@ pub enum ContactLawError {
     },
     /// The first positive root of the leading balance is not simple.
     #[error(
-        "the release of surface `{surface}` is not decided at leading order: its balance only touches zero, at contact time {factor:e} y^{power}"
+        "the release of surface `{surface}` is not decided at leading order: its balance only \
+         touches zero, at contact time {factor:e} y^{power}"
     )]
     NotSimple {
         /// Name of the surface.
@@ -140,7 +149,8 @@ pub enum ContactLawError {
     },
     /// The contact time goes with a fractional power of `y`.
     #[error(
-        "the contact time of surface `{surface}` goes with y^({numerator}/{denominator}) at the graze: its expansion is not in whole powers of y"
+        "the contact time of surface `{surface}` goes with y^({numerator}/{denominator}) at the \
+         graze: its expansion is not in whole powers of y"
     )]
     FractionalPower {
         /// Name of the surface.
@@ -150,9 +160,10 @@ pub enum ContactLawError {
         /// Denominator of the power.
         denominator: usize,
     },
-    /// The balance at the grazing point does not hold beside it.
+    /// The balance at the grazing point does not hold near it.
     #[error(
-        "the release of surface `{surface}` changes its leading balance beside the grazing point: a coefficient {coefficient:e} of y^{power} in time power {time_power} vanishes only there"
+        "the release of surface `{surface}` changes its leading balance beside the grazing point: \
+         a coefficient {coefficient:e} of y^{power} in time power {time_power} vanishes only there"
     )]
     NotUniform {
         /// Name of the surface.
@@ -171,7 +182,9 @@ pub enum ContactLawError {
 pub enum FlightError {
     /// The contact field is not affine with constant coefficients.
     #[error(
-        "the contact of surface `{surface}` cannot be flown: the rate of `{component}` is not affine in `{state}` with a coefficient that no active parameter moves; use the shape `factored`"
+        "the contact of surface `{surface}` cannot be flown: the rate of `{component}` is not \
+         affine in `{state}` with a coefficient that no active parameter moves; use the shape \
+         `factored`"
     )]
     Field {
         /// Name of the surface.
@@ -183,7 +196,8 @@ pub enum FlightError {
     },
     /// The release function is not affine with constant coefficients.
     #[error(
-        "the contact of surface `{surface}` cannot be flown: its release function is not affine in `{state}` with a coefficient that no active parameter moves; use the shape `factored`"
+        "the contact of surface `{surface}` cannot be flown: its release function is not affine in \
+         `{state}` with a coefficient that no active parameter moves; use the shape `factored`"
     )]
     Release {
         /// Name of the surface.
@@ -193,7 +207,8 @@ pub enum FlightError {
     },
     /// The contact time is not proportional to the depth variable.
     #[error(
-        "the contact of surface `{surface}` cannot be flown: its contact time begins with y^{power}, expected y^1"
+        "the contact of surface `{surface}` cannot be flown: its contact time begins with \
+         y^{power}, expected y^1"
     )]
     ContactTime {
         /// Name of the surface.
@@ -203,7 +218,8 @@ pub enum FlightError {
     },
     /// The largest depth is none.
     #[error(
-        "the contact of surface `{surface}` cannot be flown up to depth {depth:e}: expected a positive, finite one"
+        "the contact of surface `{surface}` cannot be flown up to depth {depth:e}: expected a \
+         positive, finite one"
     )]
     Depth {
         /// Name of the surface.
@@ -213,7 +229,8 @@ pub enum FlightError {
     },
     /// A contact of the window does not end.
     #[error(
-        "the contact of surface `{surface}` cannot be flown: at depth {depth:e} it has no release within {steps} steps"
+        "the contact of surface `{surface}` cannot be flown: at depth {depth:e} it has no release \
+         within {steps} steps"
     )]
     NoRelease {
         /// Name of the surface.
@@ -225,7 +242,8 @@ pub enum FlightError {
     },
     /// A contact lasts for many of its own times.
     #[error(
-        "the contact of surface `{surface}` cannot be flown: its longest contact takes {steps} steps, at most {most} are emitted; the law is too strongly damped"
+        "the contact of surface `{surface}` cannot be flown: its longest contact takes {steps} \
+         steps, at most {most} are emitted; the law is too strongly damped"
     )]
     TooLong {
         /// Name of the surface.
@@ -237,7 +255,8 @@ pub enum FlightError {
     },
     /// A fixed number of steps does not fly every contact of the window.
     #[error(
-        "the contact of surface `{surface}` cannot be flown in a fixed number of steps: at depth {depth:e} the image errs by {error:e} of the kick"
+        "the contact of surface `{surface}` cannot be flown in a fixed number of steps: at depth \
+         {depth:e} the image errs by {error:e} of the kick"
     )]
     Inexact {
         /// Name of the surface.

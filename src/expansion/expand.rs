@@ -8,7 +8,8 @@ use super::composition::{ComposedMap, compose};
 use super::depth_series::{DepthSeries, LeadingLaw, WindowEdge};
 use super::discontinuity::{ImpactSpeed, discontinuity, impact_speed};
 use super::error::ExpansionError;
-use super::flown::{FlightWindow, FlownContact, flown_contact};
+use super::flown::contact::FlownContact;
+use super::flown::plan::{FlightWindow, flown_contact};
 use super::local_map::{Contact, Leg, LocalMap, Stage, active_parameters, map_section, map_window};
 use super::passage::ContactLaw;
 use super::rounding::{Sizes, without_rounding};
@@ -206,13 +207,7 @@ impl<'a> Expander<'a> {
         passage: usize,
         weight: u32,
     ) -> Result<Option<FlownContact>, ExpansionError> {
-        let Graze {
-            passage: graze,
-            chart,
-            variables,
-        } = &self.grazes[passage];
-        let window = self.flight_window(passage);
-        flown_contact(graze, chart, variables, weight, &window)
+        flown_contact(&self.grazes[passage], weight, &self.flight_window(passage))
     }
 
     /// The window as a passage sees it: of coordinates that are not the section's own it is not
@@ -262,7 +257,7 @@ impl<'a> Expander<'a> {
         names.cloned().collect()
     }
 
-    /// The discontinuity mappings of all passages to a weighted degree, in double precision.
+    /// The discontinuity mappings of all passages to a weight, in double precision.
     ///
     /// # Errors
     ///
@@ -273,7 +268,7 @@ impl<'a> Expander<'a> {
             .collect()
     }
 
-    /// The discontinuity mapping of a passage to a weighted degree, in double precision.
+    /// The discontinuity mapping of a passage to a weight, in double precision.
     ///
     /// That of a compliant stop is expanded in double-double and rounded: its coefficients are
     /// differences of terms that grow with the stiffness, and lose up to eight digits at weight
@@ -309,8 +304,7 @@ impl<'a> Expander<'a> {
         passage: usize,
         weight: u32,
     ) -> Result<Contact<S>, ExpansionError> {
-        let graze = &self.grazes[passage];
-        let contact = discontinuity::<S>(&graze.passage, &graze.chart, &graze.variables, weight)?;
+        let contact = discontinuity::<S>(&self.grazes[passage], weight)?;
         if !contact.is_finite() {
             return Err(ExpansionError::NotFinite { part: "D" });
         }
@@ -324,8 +318,7 @@ impl<'a> Expander<'a> {
     ///
     /// See [`discontinuity`].
     pub fn depth_series(&self, passage: usize, order: u32) -> Result<DepthSeries, ExpansionError> {
-        let graze = &self.grazes[passage];
-        DepthSeries::new(&graze.passage, &graze.chart, &graze.variables, order)
+        DepthSeries::new(&self.grazes[passage], order)
     }
 
     /// The leading law of each coordinate's correction in a passage; `None` where it begins above
@@ -352,14 +345,13 @@ impl<'a> Expander<'a> {
         Ok(self.depth_series(passage, RADIUS_ORDER)?.radius())
     }
 
-    /// The speed at which the surface of a passage is met, to a weighted degree.
+    /// The speed at which the surface of a passage is met, to a weight.
     ///
     /// # Errors
     ///
     /// See [`impact_speed`].
     pub fn impact_speed(&self, passage: usize, weight: u32) -> Result<ImpactSpeed, ExpansionError> {
-        let graze = &self.grazes[passage];
-        impact_speed(&graze.passage, &graze.chart, &graze.variables, weight)
+        impact_speed(&self.grazes[passage], weight)
     }
 
     /// The legs to an order; the jets of the flow come from collocation, order by order.
@@ -422,8 +414,8 @@ impl<'a> Expander<'a> {
         })
     }
 
-    /// What the contact of a passage, cut at a weight, leaves out at the edge of the scene's
-    /// window; see [`WindowEdge::new`].
+    /// The part of the contact of a passage that truncation at a weight leaves out at the edge of
+    /// the scene's window; see [`WindowEdge::new`].
     ///
     /// # Errors
     ///
@@ -451,7 +443,7 @@ impl<'a> Expander<'a> {
 struct LegFlight<'a> {
     expander: &'a Expander<'a>,
     route: &'a Route,
-    /// Of the (coordinates; parameters) at the near end.
+    /// Space of the (coordinates; parameters) at the near end.
     space: Arc<JetSpace>,
 }
 
@@ -493,8 +485,8 @@ impl LegFlight<'_> {
         })
     }
 
-    /// What a defect of each coordinate is small against: the states at the far end where they
-    /// exceed 1, otherwise 1.
+    /// The size that a defect of each coordinate is compared with: that of the states at the far
+    /// end where it exceeds 1, otherwise 1.
     fn sizes(&self, origin: &[Dd]) -> Vec<f64> {
         let states = self.expander.scene.model.states.len();
         let length = origin[..states].iter().map(|value| value.magnitude());

@@ -1,4 +1,4 @@
-//! How many digits rounding took from the coefficients.
+//! Digits of the coefficients lost to rounding.
 //!
 //! One idea: expand again in double-double, by the independent route (Taylor's method instead of
 //! collocation), at a low order where that is cheap, and compare degree by degree.
@@ -10,7 +10,7 @@ use crate::jet::Jet;
 use crate::model::MapOrders;
 use crate::numeric::{Dd, Real};
 
-/// Highest degree of `P_smooth` that is expanded again.
+/// Highest order of `P_smooth` that is expanded again.
 const SMOOTH_ORDER: u32 = 2;
 /// Weight to which `D` is always expanded again, and beyond it as far as the space has no more
 /// monomials than this.
@@ -27,9 +27,9 @@ const ALL: f64 = 15.95;
 /// a length of `1e-15` beside a frequency of 1 hides nothing.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct LostDigits {
-    /// Of `P_smooth` (the worst of the legs).
+    /// Digits lost in `P_smooth` (the worst of the legs).
     pub smooth: Vec<f64>,
-    /// Of `D` (the worst of the passages).
+    /// Digits lost in `D` (the worst of the passages).
     pub discontinuity: Vec<f64>,
 }
 
@@ -41,8 +41,8 @@ impl Expander<'_> {
     ///
     /// [`ExpansionError`] as the expansions themselves.
     pub fn lost_digits(&self, orders: MapOrders) -> Result<LostDigits, ExpansionError> {
-        let degree = orders.smooth_order.min(SMOOTH_ORDER);
-        let (legs, exact) = (self.legs(degree)?, self.legs_by_taylor::<Dd>(degree)?);
+        let order = orders.smooth_order.min(SMOOTH_ORDER);
+        let (legs, exact) = (self.legs(order)?, self.legs_by_taylor::<Dd>(order)?);
         let units = self.units(self.section_passage());
         let legs = all(&legs).zip(all(&exact));
         let legs: Vec<_> = legs.map(|pair| lost_by_leg(pair, &units)).collect();
@@ -113,7 +113,7 @@ fn worst(losses: &[Vec<f64>]) -> Vec<f64> {
     coordinates.map(worst).collect()
 }
 
-/// A jet beside what it should be, every variable in its unit.
+/// A jet and its exact value, every variable in its unit.
 struct Compared<'a> {
     jet: &'a Jet<f64>,
     exact: Vec<f64>,

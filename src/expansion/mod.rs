@@ -33,7 +33,7 @@ pub use local_map::{
 pub use lost_digits::LostDigits;
 pub use lowering::MapKernel;
 pub use passage::{ContactLaw, Passage};
-pub use routes::{Route, RouteEnd, Routes, SectionChart};
+pub use routes::{Graze, Route, RouteEnd, Routes, SectionChart};
 pub use variables::{DEVIATION_WEIGHT, Variables};
 
 pub use crate::model::MapOrders;

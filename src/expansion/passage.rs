@@ -9,7 +9,7 @@
 use std::sync::Arc;
 
 use super::error::{ContactLawError, ExpansionError, FlightError};
-use super::flown::AffineLaw;
+use super::flown::law::AffineLaw;
 use crate::flow::{Field, InputKind, Program, bound_but};
 use crate::jet::{Jet, JetSpace};
 use crate::model::{Binary, ExpressionGraph, Model, Node, NodeId, Response, Surface, Unary};
@@ -200,27 +200,11 @@ pub(super) fn corner_under(
     let mut values = Vec::new();
     graph.evaluate(inputs, &mut values);
     let scale = inputs.iter().fold(1.0_f64, |m, v| m.max(v.to_f64().abs()));
-    let needed = needed_by(graph, outputs);
+    let needed = graph.needed_by(outputs);
     let operations = graph.nodes().iter().zip(needed);
     operations
         .filter(|(_, needed)| *needed)
         .find_map(|(node, _)| corner_of(node, &values, scale * ON_THE_CORNER))
-}
-
-/// Which nodes the outputs are computed from.
-fn needed_by(graph: &ExpressionGraph, outputs: &[NodeId]) -> Vec<bool> {
-    let mut needed = vec![false; graph.nodes().len()];
-    for output in outputs {
-        needed[output.index()] = true;
-    }
-    for index in (0..needed.len()).rev() {
-        if needed[index] {
-            for operand in graph.nodes()[index].operands() {
-                needed[operand.index()] = true;
-            }
-        }
-    }
-    needed
 }
 
 /// The operation as a corner, if its argument lies on one within `near`, or beyond its domain.

@@ -9,8 +9,8 @@
 use super::approach::{Approach, DepthVariable};
 use super::error::{ContactLawError, ExpansionError};
 use super::passage::Passage;
-use super::routes::SectionChart;
-use super::variables::{Variables, shift_depth_power};
+use super::routes::Graze;
+use super::variables::shift_depth_power;
 use crate::flow::{Field, LocalSeries, at_series_time, local_series, local_series_kept_to};
 use crate::jet::{Jet, implicit_root, power_series_with_slope_at};
 use crate::numeric::polynomial::{evaluate, roots_on_interval};
@@ -51,15 +51,10 @@ impl ReleaseBalance {
     /// # Errors
     ///
     /// [`ExpansionError::ContactLaw`] if there is no simple release near the graze.
-    pub(super) fn new(
-        passage: &Passage,
-        field: &Field,
-        chart: &SectionChart,
-        variables: &Variables,
-    ) -> Result<Self, ExpansionError> {
+    pub(super) fn new(graze: &Graze, field: &Field) -> Result<Self, ExpansionError> {
         let kind = DepthVariable::Replacing;
-        let approach = Approach::<Dd>::new(passage, chart, variables, BALANCE_WEIGHT, kind)?;
-        let entry = approach.entry()?;
+        let approach = Approach::<Dd>::new(graze, BALANCE_WEIGHT, kind)?;
+        let (entry, passage) = (approach.entry()?, &graze.passage);
         let parameters = passage.parameter_jets(&approach.space, approach.first_parameter);
         let series = local_series(field, &entry.state, &parameters, BALANCE_WEIGHT as usize);
         let polygon = Polygon::new(passage, &approach, &series);
@@ -89,15 +84,15 @@ impl ReleaseBalance {
         (self.power * (time_power - self.trivial)) as i32 - self.divided as i32
     }
 
-    /// The degree to which the coefficient of each power of time is needed along the contact, of
+    /// The order to which the coefficient of each power of time is needed along the contact, of
     /// states and of the release function.
     fn kept(&self, order: usize) -> Vec<usize> {
         let powers = 0..=order + self.trivial;
-        let degree = |power: usize| match power.checked_sub(self.trivial) {
+        let needed = |power: usize| match power.checked_sub(self.trivial) {
             Some(beyond) => (order + self.divided).saturating_sub(self.power * beyond),
             None => order,
         };
-        powers.map(|power| degree(power).min(order)).collect()
+        powers.map(|power| needed(power).min(order)).collect()
     }
 
     /// From the entry along the contact field to the release: solves, for `κ = t/y^q`,
@@ -272,7 +267,7 @@ impl<'a> Polygon<'a> {
         })
     }
 
-    /// What the equation is divided by must divide every term, beside the grazing point too.
+    /// Checks that the divisor of the equation divides every term, near the grazing point too.
     fn check_division(&self, balance: &ReleaseBalance) -> Result<(), ContactLawError> {
         for time_power in balance.trivial..self.release.len() {
             let kept = -balance.shift(time_power);

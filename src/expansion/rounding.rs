@@ -1,6 +1,6 @@
 //! Coefficients of a contact that are nothing but rounding.
 //!
-//! One idea: what vanishes in exact arithmetic stands in a double-double expansion as some 1e-32 of
+//! One idea: a coefficient that is zero in exact arithmetic is in double-double some 1e-32 of
 //! the terms it is a difference of, and those are seen at the same monomial in the other
 //! corrections, or where it has one more factor. Such a coefficient comes and goes with every
 //! change of the arithmetic, changes no image, and costs an operation in every step.
@@ -17,17 +17,17 @@ use crate::numeric::{Dd, Scalar};
 /// above.
 const SHARE: f64 = 1e-28;
 
-/// What variables deviate from: sizes in which coefficients can be compared.
+/// Sizes of the variables, in which coefficients can be compared.
 #[derive(Clone, Debug)]
 pub(super) struct Sizes {
-    /// Of the depth variable.
+    /// Size of the depth variable.
     pub(super) depth: f64,
-    /// Of the coordinates, then of the parameters.
+    /// Sizes of the coordinates, then of the parameters.
     pub(super) variables: Vec<f64>,
 }
 
 impl Sizes {
-    /// Those of the depth variable, the coordinates and the parameters, all in a row.
+    /// The sizes with that of the depth variable as the first variable's.
     fn with_depth(&self) -> Self {
         let variables = iter::once(&self.depth).chain(&self.variables);
         Self {

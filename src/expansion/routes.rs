@@ -21,7 +21,7 @@ pub struct RouteEnd {
     pub passage: usize,
 }
 
-/// Where a leg begins and ends on the grazing orbit.
+/// The ends of a leg on the grazing orbit.
 #[derive(Clone, Debug)]
 pub struct Route {
     /// The section it leaves.
@@ -30,7 +30,7 @@ pub struct Route {
     pub to: RouteEnd,
     /// Time it takes on the grazing orbit.
     pub duration: Dd,
-    /// What is added to the far chart's phase: whole forcing periods.
+    /// Whole forcing periods, added to the phase of the far chart.
     pub phase_advance: Dd,
 }
 
@@ -200,10 +200,13 @@ fn solve_tangency<S: Real>(
 
 /// A passage with the chart in which its contact acts and the variables of that chart.
 #[derive(Clone, Debug)]
-pub(super) struct Graze {
-    pub(super) passage: Passage,
-    pub(super) chart: SectionChart,
-    pub(super) variables: Variables,
+pub struct Graze {
+    /// The surface, its contact law and the free field.
+    pub passage: Passage,
+    /// The chart in which the contact acts.
+    pub chart: SectionChart,
+    /// The variables of that chart.
+    pub variables: Variables,
 }
 
 impl Graze {

@@ -33,39 +33,33 @@ impl Variables {
         self.weights.is_empty()
     }
 
-    /// Monomials in (coordinates; parameters) up to a weighted degree.
+    /// Monomials in (coordinates; parameters) up to a weight.
     ///
-    /// Weights and degree are divided by their common divisor: with every weight 2 and degree `2N`
-    /// it is the space of total degree `N`.
+    /// All weights are divided by their common divisor: with every variable of weight 2, the space
+    /// up to the weight `2N` is that of total degree `N`.
     ///
     /// # Errors
     ///
     /// [`ExpansionError::Jet`] if the space would be too large.
-    pub fn smooth_space(&self, weighted_degree: u32) -> Result<Arc<JetSpace>, ExpansionError> {
+    pub fn smooth_space(&self, weight: u32) -> Result<Arc<JetSpace>, ExpansionError> {
         let divisor = self.divisor();
-        let weights: Vec<u32> = self.weights.iter().map(|weight| weight / divisor).collect();
-        Ok(JetSpace::new(
-            &weights,
-            (weighted_degree / divisor) as usize,
-        )?)
+        let weights: Vec<u32> = self.weights.iter().map(|own| own / divisor).collect();
+        Ok(JetSpace::new(&weights, (weight / divisor) as usize)?)
     }
 
-    /// The common divisor of the weights: the unit of degrees in a
+    /// The common divisor of the weights: the unit of weights in a
     /// [`smooth_space`](Self::smooth_space).
     pub(super) fn divisor(&self) -> u32 {
         self.weights.iter().fold(0, |a, &b| gcd(a, b)).max(1)
     }
 
-    /// Monomials in `(y; coordinates; parameters)` up to a weighted degree.
+    /// Monomials in `(y; coordinates; parameters)` up to a weight.
     ///
     /// # Errors
     ///
     /// [`ExpansionError::Jet`] if the space would be too large.
-    pub fn contact_space(&self, weighted_degree: u32) -> Result<Arc<JetSpace>, ExpansionError> {
-        Ok(JetSpace::new(
-            &self.contact_weights(),
-            weighted_degree as usize,
-        )?)
+    pub fn contact_space(&self, weight: u32) -> Result<Arc<JetSpace>, ExpansionError> {
+        Ok(JetSpace::new(&self.contact_weights(), weight as usize)?)
     }
 
     /// Whether [`contact_space`](Self::contact_space) would be built; nothing is allocated.
@@ -73,8 +67,8 @@ impl Variables {
     /// # Errors
     ///
     /// As [`contact_space`](Self::contact_space).
-    pub fn check_contact_space(&self, weighted_degree: u32) -> Result<(), ExpansionError> {
-        JetSpace::check(&self.contact_weights(), weighted_degree as usize)?;
+    pub fn check_contact_space(&self, weight: u32) -> Result<(), ExpansionError> {
+        JetSpace::check(&self.contact_weights(), weight as usize)?;
         Ok(())
     }
 

@@ -43,7 +43,7 @@ enum Place {
 }
 
 impl Place {
-    /// The surface whose grazes alone matter.
+    /// The only surface at whose grazes the operation matters; `None`: it matters everywhere.
     fn surface(self) -> Option<usize> {
         match self {
             Place::Rate(_) => None,
@@ -53,7 +53,8 @@ impl Place {
 }
 
 impl<'a> Corners<'a> {
-    /// Those that a state, a parameter that is adjusted or active, or one of some others moves;
+    /// The operations whose arguments depend on a state, an adjusted or active parameter, or one of
+    /// `others`;
     /// `None` without any.
     pub(super) fn of(scene: &'a Scene, others: &[usize]) -> Option<Self> {
         let mut graph = scene.model.graph.clone();
@@ -255,8 +256,8 @@ fn begins_at_zero(coefficients: &[f64], length: f64) -> bool {
     sizes[0] <= ON_THE_CORNER * horner(&sizes, length)
 }
 
-/// When a polynomial on `[0, length]` first has another sign than before; `sign` is 0 before any is
-/// known.
+/// The first time in `[0, length]` at which a polynomial has another sign than `sign`; a `sign` of
+/// 0 is unknown and set.
 fn first_sign_change(argument: &[f64], length: f64, sign: &mut f64) -> Option<f64> {
     let first = crossings(argument, length).into_iter().next();
     let here = match first.map(|crossing| crossing.direction) {

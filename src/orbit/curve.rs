@@ -1,11 +1,11 @@
-//! Continuation of a grazing orbit in a second parameter: steps, points, and the special points
+//! PseudoArclength of a grazing orbit in a second parameter: steps, points, and the special points
 //! between them.
 
 use super::curve_context::{CurveContext, TestedPoint, correct};
 use super::grazing_curve::{CurveEnd, CurveOptions, CurveOutcome, GrazingCurve, SpecialKind};
 use super::grazing_orbit::Location;
 use super::locate::locate;
-use super::outcome::OrbitError;
+use super::outcome::{OrbitError, Stop, settled};
 use super::special::{corner_between, special_between};
 use crate::model::Scene;
 
@@ -34,27 +34,27 @@ pub fn curve(
         Location::Located(orbit) => orbit,
         Location::NotLocated(reason) => return Ok(CurveOutcome::NotLocated(reason)),
     };
-    let continuation = |count| -> Result<Continuation<'_>, OrbitError> {
+    let pass = |count| -> Result<PseudoArclength<'_>, OrbitError> {
         let context = CurveContext::new(scene, &orbit, with, count)?;
-        Ok(Continuation { context, options })
+        Ok(PseudoArclength { context, options })
     };
     let here = scene.model.parameters[with].value.to_f64();
     let mut start = CurveContext::new(scene, &orbit, with, 0)?.start(&orbit);
     if here != from {
         // On the way to the start no condition is followed.
-        let (lead, last) = continuation(0)?.trace(&start, from)?;
+        let (lead, last) = pass(0)?.trace(&start, from)?;
         if lead.end != CurveEnd::Reached {
             return Ok(CurveOutcome::StartNotReached(lead));
         }
         start = last;
     }
     Ok(CurveOutcome::Traced(
-        continuation(options.xi_count)?.trace(&start, to)?.0,
+        pass(options.xi_count)?.trace(&start, to)?.0,
     ))
 }
 
 /// One pass along a curve, with its options.
-struct Continuation<'a> {
+struct PseudoArclength<'a> {
     context: CurveContext<'a>,
     options: &'a CurveOptions,
 }
@@ -73,81 +73,74 @@ const FAINT: f64 = 1e-9;
 /// Steps are not made smaller than this share of the largest step for the sake of the conditions.
 const FINEST: f64 = 1e-3;
 
-impl Continuation<'_> {
+impl PseudoArclength<'_> {
     /// Follows the curve until the second parameter is `to`; also the last unknowns.
     fn trace(&self, start: &[f64], to: f64) -> Result<(GrazingCurve, Vec<f64>), OrbitError> {
-        let last = start.len() - 1;
-        let from = start[last];
-        let mut along = vec![0.0; start.len()];
-        along[last] = if to < from { -1.0 } else { 1.0 };
         let mut curve = GrazingCurve {
             free: self.context.system.free().to_vec(),
             points: Vec::new(),
             special: Vec::new(),
             end: CurveEnd::StepLimit,
         };
-        let mut here = match self.context.at(start.to_vec(), &along)? {
-            Ok(here) => here,
-            Err(end) => {
-                curve.end = end;
-                return Ok((curve, start.to_vec()));
-            }
-        };
+        let mut unknowns = start.to_vec();
+        if let Err(end) = settled(self.follow(&mut curve, &mut unknowns, to))? {
+            curve.end = end;
+        }
+        Ok((curve, unknowns))
+    }
+
+    /// Adds points to a curve until it ends; nothing stops it after the most steps.
+    fn follow(
+        &self,
+        curve: &mut GrazingCurve,
+        unknowns: &mut Vec<f64>,
+        to: f64,
+    ) -> Result<(), Stop<CurveEnd>> {
+        let last = unknowns.len() - 1;
+        let from = unknowns[last];
+        let mut along = vec![0.0; unknowns.len()];
+        along[last] = if to < from { -1.0 } else { 1.0 };
+        let mut here = self.context.at(unknowns.clone(), &along)?;
         curve.points.push(here.point.clone());
+        if from == to {
+            return Err(Stop::Ended(CurveEnd::Reached));
+        }
         let mut before: Option<TestedPoint> = None;
         let mut ds = self.options.ds;
         for _ in 0..self.options.max_steps {
-            if here.unknowns[last] == to {
-                curve.end = CurveEnd::Reached;
-                break;
-            }
-            let (mut next, taken) = match self.step(before.as_ref(), &here, ds)? {
-                Ok(step) => step,
-                Err(end) => {
-                    curve.end = end;
-                    break;
-                }
-            };
+            let (mut next, taken) = self.step(before.as_ref(), &here, ds)?;
             ds = (taken * 1.3).min(self.options.ds_max);
             if (here.unknowns[last] - to) * (next.unknowns[last] - to) <= 0.0 {
-                match self.at_value(&here, &next, to)? {
-                    Ok(there) => next = there.unwrap_or(next),
-                    Err(end) => {
-                        curve.end = end;
-                        break;
-                    }
-                }
+                next = self.at_value(&here, &next, to)?.unwrap_or(next);
             }
-            curve
-                .special
-                .extend(special_between(&self.context, &here, &next)?);
+            let special = special_between(&self.context, &here, &next)?;
+            curve.special.extend(special);
             curve.points.push(next.point.clone());
+            unknowns.clone_from(&next.unknowns);
+            let (value, normal_acceleration) = (unknowns[last], next.point.normal_acceleration);
+            if normal_acceleration <= 0.0 {
+                return Err(Stop::Ended(CurveEnd::DegenerateGraze {
+                    normal_acceleration,
+                }));
+            }
+            if ((value - from) * 2.0 - (to - from)).abs() > 3.0 * (to - from).abs() {
+                return Err(Stop::Ended(CurveEnd::LeftRange));
+            }
+            if value == to {
+                return Err(Stop::Ended(CurveEnd::Reached));
+            }
             before = Some(std::mem::replace(&mut here, next));
-            if here.point.normal_acceleration <= 0.0 {
-                curve.end = CurveEnd::DegenerateGraze {
-                    normal_acceleration: here.point.normal_acceleration,
-                };
-                break;
-            }
-            if ((here.unknowns[last] - from) * 2.0 - (to - from)).abs() > 3.0 * (to - from).abs() {
-                curve.end = CurveEnd::LeftRange;
-                break;
-            }
-            if here.unknowns[last] == to {
-                curve.end = CurveEnd::Reached;
-                break;
-            }
         }
-        Ok((curve, here.unknowns))
+        Ok(())
     }
 
-    /// The next tested and the step that led there, or how the curve ends.
+    /// The next point and the step that led there.
     fn step(
         &self,
         before: Option<&TestedPoint>,
         here: &TestedPoint,
         mut ds: f64,
-    ) -> Result<Result<(TestedPoint, f64), CurveEnd>, OrbitError> {
+    ) -> Result<(TestedPoint, f64), Stop<CurveEnd>> {
         let mut end = CurveEnd::StepTooSmall {
             ds: self.options.ds_min,
         };
@@ -161,14 +154,14 @@ impl Continuation<'_> {
             if let Some(found) = correct(&self.context.system, &predicted, &here.tangent)?
                 && distance(&found, &predicted) < 0.3 * ds
             {
-                match self.context.at(found, &here.tangent)? {
+                match settled(self.context.at(found, &here.tangent))? {
                     Ok(next)
                         if dot(&next.tangent, &here.tangent) > STRAIGHT
                             && (ds <= FINEST * self.options.ds_max
                                 || before.is_none_or(|before| resolved(before, here, &next))) =>
                     {
                         match corner_between(&self.context, here, &next)? {
-                            None => return Ok(Ok((next, ds))),
+                            None => return Ok((next, ds)),
                             Some(corner) => end = corner,
                         }
                     }
@@ -178,17 +171,17 @@ impl Continuation<'_> {
             }
             ds *= 0.5;
         }
-        Ok(Err(end))
+        Err(Stop::Ended(end))
     }
 
-    /// The tested between two where the second parameter has a value; none where there is no orbit
-    /// to be found, the end of the curve where its orbit has a corner.
+    /// The point between two where the second parameter has a value; none where no orbit is found.
+    /// The curve ends where its orbit has a corner.
     fn at_value(
         &self,
         here: &TestedPoint,
         next: &TestedPoint,
         to: f64,
-    ) -> Result<Result<Option<TestedPoint>, CurveEnd>, OrbitError> {
+    ) -> Result<Option<TestedPoint>, Stop<CurveEnd>> {
         let last = here.unknowns.len() - 1;
         let (a, b) = (here.unknowns[last], next.unknowns[last]);
         let share = if a == b { 1.0 } else { (to - a) / (b - a) };
@@ -198,13 +191,13 @@ impl Continuation<'_> {
         let mut normal = vec![0.0; last + 1];
         normal[last] = 1.0;
         let Some(mut found) = correct(&self.context.system, &origin, &normal)? else {
-            return Ok(Ok(None));
+            return Ok(None);
         };
         found[last] = to;
-        Ok(match self.context.at(found, &here.tangent)? {
-            Err(end @ CurveEnd::Corner { .. }) => Err(end),
-            tested => Ok(tested.ok()),
-        })
+        match self.context.at(found, &here.tangent) {
+            Err(Stop::Ended(end)) if !matches!(end, CurveEnd::Corner { .. }) => Ok(None),
+            there => there.map(Some),
+        }
     }
 }
 
@@ -213,8 +206,8 @@ impl Continuation<'_> {
 fn resolved(before: &TestedPoint, here: &TestedPoint, next: &TestedPoint) -> bool {
     let grown =
         distance(&next.unknowns, &here.unknowns) / distance(&here.unknowns, &before.unknowns);
-    let values = |tested: &TestedPoint| {
-        let conditions = tested.tests.iter();
+    let values = |point: &TestedPoint| {
+        let conditions = point.tests.iter();
         let of = |(kind, value): &(SpecialKind, f64)| match kind {
             SpecialKind::Codimension2 { .. } => Some(*value),
             _ => None,

@@ -9,7 +9,7 @@ use super::grazing_curve::{CurveEnd, CurvePoint, SpecialKind};
 use super::grazing_orbit::{GrazingConditions, GrazingOrbit};
 use super::monodromy::{conditions, legs, multipliers, on_section, round};
 use super::newton::{Equations, Root, Solve, refine, solve};
-use super::outcome::{NotLocated, OrbitError};
+use super::outcome::{NotLocated, OrbitError, Stop, settled};
 use super::passages::{clearance, passages, points, stretches};
 use super::section::PoincareSection;
 use super::stretch::Stretch;
@@ -41,7 +41,7 @@ pub(super) struct TestedPoint {
 /// The orbit at a point.
 pub(super) struct Described {
     pub(super) point: CurvePoint,
-    /// Of its two multipliers, where there are two.
+    /// Discriminant of the two multipliers, where there are two.
     discriminant: Option<f64>,
     corners: Vec<f64>,
 }
@@ -95,18 +95,15 @@ impl<'a> CurveContext<'a> {
         &self,
         unknowns: Vec<f64>,
         along: &[f64],
-    ) -> Result<Result<TestedPoint, CurveEnd>, OrbitError> {
+    ) -> Result<TestedPoint, Stop<CurveEnd>> {
         let Some(tangent) = tangent(&self.system, &unknowns, along)? else {
-            return Ok(Err(CurveEnd::StepTooSmall { ds: 0.0 }));
+            return Err(Stop::Ended(CurveEnd::StepTooSmall { ds: 0.0 }));
         };
         let Described {
             point,
             discriminant,
             corners,
-        } = match self.describe(&unknowns)? {
-            Ok(described) => described,
-            Err(end) => return Ok(Err(end)),
-        };
+        } = self.describe(&unknowns)?;
         let turning = tangent[self.system.first_parameter()..].iter();
         let folds = self
             .system
@@ -116,13 +113,13 @@ impl<'a> CurveContext<'a> {
             .map(|(&parameter, &component)| (SpecialKind::Fold { parameter }, component));
         let switch = discriminant.map(|value| (SpecialKind::MultiplierSwitch, value));
         let tests = self.codimension2(&point.conditions).chain(folds);
-        Ok(Ok(TestedPoint {
+        Ok(TestedPoint {
             tests: tests.chain(switch).collect(),
             unknowns,
             tangent,
             corners,
             point,
-        }))
+        })
     }
 
     /// The conditions as functions along the curve. Those from mirror images repeat the others and
@@ -149,7 +146,7 @@ impl<'a> CurveContext<'a> {
         n: usize,
     ) -> Result<S, OrbitError> {
         let nowhere = S::from_f64(f64::NAN);
-        let Ok(passed) = self.passed(unknowns, f64::INFINITY)? else {
+        let Ok(passed) = settled(self.passed(unknowns, f64::INFINITY))? else {
             return Ok(nowhere);
         };
         let all = self.conditions(&passed, n)?;
@@ -173,36 +170,26 @@ impl<'a> CurveContext<'a> {
         )
     }
 
-    fn passed<S: Real>(
-        &self,
-        unknowns: &[S],
-        tolerance: f64,
-    ) -> Result<Result<Passed<S>, CurveEnd>, OrbitError> {
-        let touches = match passages(self.scene, &self.system, unknowns, tolerance)? {
-            Ok(found) => found.touches,
-            Err(reason) => return Ok(Err(lost(&reason))),
-        };
+    fn passed<S: Real>(&self, unknowns: &[S], tolerance: f64) -> Result<Passed<S>, Stop<CurveEnd>> {
+        let found = passages(self.scene, &self.system, unknowns, tolerance);
+        let touches = found
+            .map_err(|stop| stop.map(|reason| lost(&reason)))?
+            .touches;
         let parameters = self.system.parameters(unknowns);
         let period = self.system.period(unknowns);
-        Ok(Ok(Passed {
+        Ok(Passed {
             legs: legs(&self.system.field, &touches, &parameters, period)?,
             parameters,
             period,
             touches,
-        }))
+        })
     }
 
     /// The orbit at a point.
-    pub(super) fn describe(
-        &self,
-        unknowns: &[f64],
-    ) -> Result<Result<Described, CurveEnd>, OrbitError> {
-        let passed = match self.passed(unknowns, TOUCHING)? {
-            Ok(passed) => passed,
-            Err(end) => return Ok(Err(end)),
-        };
+    pub(super) fn describe(&self, unknowns: &[f64]) -> Result<Described, Stop<CurveEnd>> {
+        let passed = self.passed(unknowns, TOUCHING)?;
         if let Some(end) = self.corner(&passed)? {
-            return Ok(Err(end));
+            return Err(Stop::Ended(end));
         }
         let corners = self.corner_arguments(&passed)?;
         let conditions = self.conditions(&passed, self.count)?;
@@ -227,11 +214,11 @@ impl<'a> CurveContext<'a> {
             parameters: passed.parameters,
             state,
         };
-        Ok(Ok(Described {
+        Ok(Described {
             point,
             discriminant,
             corners,
-        }))
+        })
     }
 
     /// The end of the curve at an orbit along which the free flow has a corner.
@@ -257,7 +244,8 @@ impl<'a> CurveContext<'a> {
         unknowns: &[f64],
         index: usize,
     ) -> Result<Option<(f64, CurveEnd)>, OrbitError> {
-        let (Some(corners), Ok(passed)) = (&self.corners, self.passed(unknowns, TOUCHING)?) else {
+        let passed = settled(self.passed(unknowns, TOUCHING))?;
+        let (Some(corners), Ok(passed)) = (&self.corners, passed) else {
             return Ok(None);
         };
         let arguments = self.corner_arguments(&passed)?;
@@ -308,31 +296,18 @@ impl Equations for Bordered {
         Ok((residual, bordered(&jacobian, &self.normal)))
     }
 
-    fn residual(&self, unknowns: &[f64]) -> Result<Vec<f64>, OrbitError> {
+    fn residual<S: Real>(&self, unknowns: &[S]) -> Result<Vec<S>, OrbitError> {
         let mut residual = self.system.evaluate(unknowns)?;
         residual.push(self.offset(unknowns));
-        Ok(residual)
-    }
-
-    fn residual_dd(&self, unknowns: &[Dd]) -> Result<Vec<Dd>, OrbitError> {
-        let mut residual = self.system.evaluate(unknowns)?;
-        let terms = unknowns.iter().zip(&self.origin).zip(&self.normal);
-        residual.push(
-            terms
-                .map(|((&value, &origin), &normal)| (value - Dd::from(origin)) * Dd::from(normal))
-                .sum(),
-        );
         Ok(residual)
     }
 }
 
 impl Bordered {
-    fn offset(&self, unknowns: &[f64]) -> f64 {
-        unknowns
-            .iter()
-            .zip(&self.origin)
-            .zip(&self.normal)
-            .map(|((value, origin), normal)| (value - origin) * normal)
+    fn offset<S: Real>(&self, unknowns: &[S]) -> S {
+        let terms = unknowns.iter().zip(&self.origin).zip(&self.normal);
+        terms
+            .map(|((&value, &origin), &normal)| (value - S::from_f64(origin)) * S::from_f64(normal))
             .sum()
     }
 }

@@ -154,7 +154,8 @@ impl std::fmt::Display for CurveEnd {
             CurveEnd::Corner { function, key, at } => {
                 write!(
                     formatter,
-                    "`{function}` in `{key}` comes to its corner at {at}, where there is no Taylor series"
+                    "`{function}` in `{key}` comes to its corner at {at}, where there is no Taylor \
+                     series"
                 )
             }
             CurveEnd::LeftRange => {

@@ -69,7 +69,7 @@ pub struct GrazingOrbit {
 pub struct GrazingConditions<S> {
     /// The passage that stretches (index into the orbit's passages).
     pub from: usize,
-    /// The passage at which the gap is looked at.
+    /// The passage whose gap opens or closes.
     pub to: usize,
     /// `xi_1, xi_2, …`; empty where the contact at `from` is not felt.
     pub values: Vec<S>,

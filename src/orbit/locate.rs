@@ -6,7 +6,7 @@ use super::grazing_orbit::{GrazingOrbit, Location};
 use super::minima::{Minimum, gaps, watching_field};
 use super::monodromy::{full_monodromy, multipliers};
 use super::newton::{NewtonFailure, Solve};
-use super::outcome::{NamedValues, NotLocated, OrbitError};
+use super::outcome::{NamedValues, NotLocated, OrbitError, settled};
 use super::passages::{SAME, describe, disorder, in_order};
 use super::search::Search;
 use super::system::{ExtendedSystem, refine_either, solve_either};
@@ -51,7 +51,7 @@ pub fn locate(scene: &Scene) -> Result<Location, OrbitError> {
     locator.without_corners(location)
 }
 
-/// What the stages of a location share.
+/// The scene and its equations, shared by the stages of the search.
 struct Locator<'a> {
     scene: &'a Scene,
     system: ExtendedSystem,
@@ -132,7 +132,7 @@ impl<'a> Locator<'a> {
         }
         let (start, values) = (self.start(), self.start_parameters());
         let searched = self.one_by_one(|alone, parameter| {
-            Search::new(self.scene, alone, parameter).run(&start, values[parameter])
+            settled(Search::new(self.scene, alone, parameter).run(&start, values[parameter]))
         })?;
         Ok(self.better(direct, searched))
     }
@@ -279,7 +279,7 @@ impl<'a> Locator<'a> {
         Ok(1.0)
     }
 
-    /// Of a root of Newton's method and the outcome of a search, the one to go on with.
+    /// The better of a root of Newton's method and the outcome of a search.
     fn better(&self, direct: Option<Found>, searched: Found) -> Found {
         match (direct, searched) {
             (Some(Ok(a)), Ok(b)) => Ok(
@@ -300,7 +300,7 @@ impl<'a> Locator<'a> {
         }
     }
 
-    /// What was found, unless the free flow has a corner: at a graze or along the orbit, or where
+    /// The location, unless the free flow has a corner: at a graze or along the orbit, or where
     /// none was found, in a period from where the search began.
     fn without_corners(&self, location: Location) -> Result<Location, OrbitError> {
         let Some(corners) = Corners::of(self.scene, &[]) else {
@@ -377,7 +377,7 @@ impl<'a> Locator<'a> {
                 return Ok(Location::NotLocated(diagnosis.failed(&failure)));
             }
         };
-        let mut orbit = match describe(self.scene, &self.system, &root)? {
+        let mut orbit = match settled(describe(self.scene, &self.system, &root))? {
             Ok(orbit) => orbit,
             Err(reason) => return Ok(Location::NotLocated(reason)),
         };

@@ -90,8 +90,8 @@ pub(super) fn gaps(
     Ok(found)
 }
 
-/// Steps along the free flow for a duration, until `look` returns something: it is given the time
-/// since the start, the length of the step, the state at its start and the step.
+/// Steps along the free flow for a duration, until `look` returns a value. Its arguments are the
+/// time since the start, the length of the step, the state at its start and the step.
 pub(super) fn each_step<T>(
     field: &Field,
     start: &[f64],

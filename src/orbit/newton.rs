@@ -12,16 +12,14 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::outcome::OrbitError;
-use crate::numeric::{Dd, NewtonOutcome, Scalar, damped_newton};
+use crate::numeric::{Dd, NewtonOutcome, Real, damped_newton};
 
 /// A square system of equations.
 pub(super) trait Equations {
     /// Residuals and Jacobian.
     fn linearised(&self, unknowns: &[f64]) -> Result<(Vec<f64>, DMatrix<f64>), OrbitError>;
-    /// Residuals.
-    fn residual(&self, unknowns: &[f64]) -> Result<Vec<f64>, OrbitError>;
-    /// Residuals in double-double.
-    fn residual_dd(&self, unknowns: &[Dd]) -> Result<Vec<Dd>, OrbitError>;
+    /// Residuals, in `f64` or double-double.
+    fn residual<S: Real>(&self, unknowns: &[S]) -> Result<Vec<S>, OrbitError>;
 }
 
 /// How a Newton iteration ended.
@@ -162,8 +160,8 @@ pub(super) fn refine(
         }
     };
     let mut unknowns: Vec<Dd> = start.iter().map(|&value| Dd::from(value)).collect();
-    let mut residual = system.residual_dd(&unknowns)?;
-    let mut history = vec![norm_dd(&residual)];
+    let mut residual = system.residual(&unknowns)?;
+    let mut history = vec![norm(&residual)];
     let mut best = Root {
         unknowns: unknowns.clone(),
         residual: history[0],
@@ -175,8 +173,8 @@ pub(super) fn refine(
         for (value, &step) in unknowns.iter_mut().zip(step.iter()) {
             *value -= Dd::from(step);
         }
-        residual = system.residual_dd(&unknowns)?;
-        let size = norm_dd(&residual);
+        residual = system.residual(&unknowns)?;
+        let size = norm(&residual);
         history.push(size);
         let stalled = size.is_nan() || size > 0.5 * best.residual;
         if size < best.residual {
@@ -249,23 +247,15 @@ fn inverse(jacobian: &DMatrix<f64>) -> Result<DMatrix<f64>, f64> {
 }
 
 /// Largest absolute value; NaN where one is.
-pub(super) fn norm(values: &[f64]) -> f64 {
-    values.iter().fold(0.0, |largest: f64, value| {
-        if value.is_nan() {
+fn norm<S: Real>(values: &[S]) -> f64 {
+    let sizes = values.iter().map(|value| value.magnitude());
+    sizes.fold(0.0, |largest: f64, size| {
+        if size.is_nan() {
             f64::NAN
         } else {
-            largest.max(value.abs())
+            largest.max(size)
         }
     })
-}
-
-fn norm_dd(values: &[Dd]) -> f64 {
-    norm(
-        &values
-            .iter()
-            .map(|value| value.magnitude())
-            .collect::<Vec<_>>(),
-    )
 }
 
 /// Units are powers of `2^COARSENESS`.
@@ -286,9 +276,9 @@ pub(super) fn unit_of(size: f64) -> f64 {
 #[derive(Clone, Debug)]
 pub(super) struct Scaled<'a, E> {
     pub(super) equations: &'a E,
-    /// One per unknown.
+    /// Unit of each unknown.
     pub(super) units: Vec<f64>,
-    /// Of all residuals.
+    /// Unit of all residuals.
     pub(super) residual_unit: f64,
 }
 
@@ -314,7 +304,7 @@ impl<E: Equations> Scaled<'_, E> {
     ) -> Result<Solve<Root>, OrbitError> {
         Ok(match refine(self, &self.in_units(start))? {
             Solve::Root(root) => Solve::Root(Root {
-                unknowns: self.without_units_dd(&root.unknowns),
+                unknowns: self.without_units(&root.unknowns),
                 residual: root.residual * self.residual_unit,
             }),
             Solve::Failed(failure) => Solve::Failed(self.failure_back(failure)),
@@ -327,15 +317,10 @@ impl<E: Equations> Scaled<'_, E> {
         pairs.map(|(value, unit)| value / unit).collect()
     }
 
-    fn without_units(&self, unknowns: &[f64]) -> Vec<f64> {
-        let pairs = unknowns.iter().zip(&self.units);
-        pairs.map(|(value, unit)| value * unit).collect()
-    }
-
-    fn without_units_dd(&self, unknowns: &[Dd]) -> Vec<Dd> {
+    fn without_units<S: Real>(&self, unknowns: &[S]) -> Vec<S> {
         let pairs = unknowns.iter().zip(&self.units);
         pairs
-            .map(|(&value, &unit)| value * Dd::from(unit))
+            .map(|(&value, &unit)| value * S::from_f64(unit))
             .collect()
     }
 
@@ -347,9 +332,9 @@ impl<E: Equations> Scaled<'_, E> {
         failure
     }
 
-    fn residuals_in_units(&self, residual: Vec<f64>) -> Vec<f64> {
-        let values = residual.into_iter();
-        values.map(|value| value / self.residual_unit).collect()
+    fn residuals_in_units<S: Real>(&self, residual: Vec<S>) -> Vec<S> {
+        let unit = S::from_f64(1.0 / self.residual_unit);
+        residual.into_iter().map(|value| value * unit).collect()
     }
 }
 
@@ -362,17 +347,9 @@ impl<E: Equations> Equations for Scaled<'_, E> {
         Ok((self.residuals_in_units(residual), jacobian))
     }
 
-    fn residual(&self, unknowns: &[f64]) -> Result<Vec<f64>, OrbitError> {
+    fn residual<S: Real>(&self, unknowns: &[S]) -> Result<Vec<S>, OrbitError> {
         let residual = self.equations.residual(&self.without_units(unknowns))?;
         Ok(self.residuals_in_units(residual))
-    }
-
-    fn residual_dd(&self, unknowns: &[Dd]) -> Result<Vec<Dd>, OrbitError> {
-        let residual = self
-            .equations
-            .residual_dd(&self.without_units_dd(unknowns))?;
-        let unit = Dd::from(1.0 / self.residual_unit);
-        Ok(residual.into_iter().map(|value| value * unit).collect())
     }
 }
 

@@ -1,4 +1,4 @@
-//! What a search for a grazing orbit refuses, and how it ends.
+//! Errors of the search for a grazing orbit, and why it ends without one.
 
 use std::fmt;
 
@@ -22,12 +22,14 @@ pub enum NotLocated {
         value: f64,
         /// Periods flown to settle.
         periods: usize,
-        /// What a period still changes; NaN where the flow left the finite numbers.
+        /// Change of the state over the last period; NaN where the flow left the finite numbers.
         change: f64,
     },
     /// The periodic orbit does not come to touch the surface.
     #[error(
-        "the periodic orbit never touches `{surface}`: over {tried} values of {parameter} its closest approach was h = {clearance:.6e}, at {parameter} = {}; where several orbits coexist, another value of {parameter} in the scene or a `guess` starts from another one",
+        "the periodic orbit never touches `{surface}`: over {tried} values of {parameter} its \
+         closest approach was h = {clearance:.6e}, at {parameter} = {}; where several orbits \
+         coexist, another value of {parameter} in the scene or a `guess` starts from another one",
         Shown(*value)
     )]
     NeverTouches {
@@ -44,7 +46,9 @@ pub enum NotLocated {
     },
     /// The free flow or an event function has no Taylor series where a function changes branch.
     #[error(
-        "`{function}` in `{key}` is at its corner at {at}: there is no Taylor series there, and no map; write the branch that holds along the orbit in its place, or a smooth function (`sqrt(a^2 + e^2)` for `abs(a)`, `tanh(a/e)` for `sign(a)`)"
+        "`{function}` in `{key}` is at its corner at {at}: there is no Taylor series there, and no \
+         map; write the branch that holds along the orbit in its place, or a smooth function \
+         (`sqrt(a^2 + e^2)` for `abs(a)`, `tanh(a/e)` for `sign(a)`)"
     )]
     Corner {
         /// `abs`, `sign`, `min` or `max`.
@@ -56,7 +60,8 @@ pub enum NotLocated {
     },
     /// The orbit touches the surface without a simple minimum of the event function.
     #[error(
-        "degenerate graze of `{surface}` at {at}: h'' = {normal_acceleration:.6e} (h'' T²/max h = {relative:.3e}); a simple graze has h'' > 0"
+        "degenerate graze of `{surface}` at {at}: h'' = {normal_acceleration:.6e} (h'' T²/max h = \
+         {relative:.3e}); a simple graze has h'' > 0"
     )]
     DegenerateGraze {
         /// Name of the surface.
@@ -70,7 +75,8 @@ pub enum NotLocated {
     },
     /// The orbit cannot be adjusted with these parameters here.
     #[error(
-        "the equations of the grazing orbit are singular in {} at {at} (reciprocal condition {condition:.3e}); the multiplier nearest 1 is {re:.12} {} {:.12}i",
+        "the equations of the grazing orbit are singular in {} at {at} (reciprocal condition \
+         {condition:.3e}); the multiplier nearest 1 is {re:.12} {} {:.12}i",
         .at.names(),
         if *im < 0.0 { '-' } else { '+' },
         im.abs()
@@ -87,7 +93,8 @@ pub enum NotLocated {
     },
     /// Newton's method did not end at a root.
     #[error(
-        "Newton's method did not converge: residual {first:.3e} at the start, {last:.3e} after {} iterations, at {at}",
+        "Newton's method did not converge: residual {first:.3e} at the start, {last:.3e} after {} \
+         iterations, at {at}",
         .history.len()
     )]
     NotConverged {
@@ -102,7 +109,8 @@ pub enum NotLocated {
     },
     /// The grazes found do not follow each other as the scene names them.
     #[error(
-        "passage {passage} grazes `{surface}` {time:.6} after the first, where the order named wants it between {after:.6} and {before:.6}"
+        "passage {passage} grazes `{surface}` {time:.6} after the first, where the order named \
+         wants it between {after:.6} and {before:.6}"
     )]
     OutOfOrder {
         /// Number of the passage, from 1.
@@ -128,7 +136,9 @@ pub enum NotLocated {
     },
     /// A passage that nothing adjusts does not touch.
     #[error(
-        "passage {passage} does not touch `{surface}`: h = {event:.6e} at its minimum, {time:.6} after the first graze; {adjusted} of the grazes are adjusted for, this one needs a further parameter in `solve_for` or a symmetry"
+        "passage {passage} does not touch `{surface}`: h = {event:.6e} at its minimum, {time:.6} \
+         after the first graze; {adjusted} of the grazes are adjusted for, this one needs a \
+         further parameter in `solve_for` or a symmetry"
     )]
     DoesNotTouch {
         /// Number of the passage, from 1.
@@ -144,7 +154,8 @@ pub enum NotLocated {
     },
     /// The mirror image of a graze is not one.
     #[error(
-        "passage {passage} is to mirror passage {of}, and at the mirrored state `{surface}` has h = {event:.6e}, h' = {velocity:.6e}"
+        "passage {passage} is to mirror passage {of}, and at the mirrored state `{surface}` has h \
+         = {event:.6e}, h' = {velocity:.6e}"
     )]
     NotMirrored {
         /// Number of the passage, from 1.
@@ -160,7 +171,41 @@ pub enum NotLocated {
     },
 }
 
-/// What the free flow still did when its periods were over.
+/// Why a computation returns no value: it ended in an outcome, or it failed.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum Stop<E> {
+    /// An outcome.
+    Ended(E),
+    /// An error.
+    Failed(OrbitError),
+}
+
+impl<E, F: Into<OrbitError>> From<F> for Stop<E> {
+    fn from(error: F) -> Self {
+        Self::Failed(error.into())
+    }
+}
+
+impl<E> Stop<E> {
+    /// The same with another outcome.
+    pub(super) fn map<T>(self, convert: impl FnOnce(E) -> T) -> Stop<T> {
+        match self {
+            Self::Ended(outcome) => Stop::Ended(convert(outcome)),
+            Self::Failed(error) => Stop::Failed(error),
+        }
+    }
+}
+
+/// The value of a computation, or the outcome that it ended in.
+pub(super) fn settled<T, E>(result: Result<T, Stop<E>>) -> Result<Result<T, E>, OrbitError> {
+    match result {
+        Ok(value) => Ok(Ok(value)),
+        Err(Stop::Ended(outcome)) => Ok(Err(outcome)),
+        Err(Stop::Failed(error)) => Err(error),
+    }
+}
+
+/// The state of the free flow after the last period, in words.
 fn unsettled(periods: usize, change: f64) -> String {
     if change.is_finite() {
         format!("after {periods} periods a period still moves the state by {change:.3e}")
@@ -196,7 +241,8 @@ impl fmt::Display for NamedValues {
 pub enum OrbitError {
     /// Not one adjusted parameter per independent graze.
     #[error(
-        "one parameter is adjusted for every independent graze: `solve_for` names {named}, and {most} at most are independent"
+        "one parameter is adjusted for every independent graze: `solve_for` names {named}, and \
+         {most} at most are independent"
     )]
     AdjustedParameters {
         /// Number of parameters named.
@@ -206,7 +252,8 @@ pub enum OrbitError {
     },
     /// A symmetric orbit with a passage that has no mirror image.
     #[error(
-        "with `symmetry = \"half-period\"` the second half of the passages mirrors the first; {passages} cannot be halved"
+        "with `symmetry = \"half-period\"` the second half of the passages mirrors the first; \
+         {passages} cannot be halved"
     )]
     UnpairedPassages {
         /// Number of passages named.
@@ -214,7 +261,8 @@ pub enum OrbitError {
     },
     /// A symmetric orbit of an even number of forcing periods.
     #[error(
-        "no orbit of {periods} forcing periods is its own image under (x, theta) -> (-x, theta + period/2): its half lasts whole periods"
+        "no orbit of {periods} forcing periods is its own image under (x, theta) -> (-x, theta + \
+         period/2): its half lasts whole periods"
     )]
     EvenPeriods {
         /// Forcing periods of the orbit.
@@ -222,7 +270,8 @@ pub enum OrbitError {
     },
     /// A model that lacks the symmetry asked for.
     #[error(
-        "the model lacks the half-period symmetry: at the phase {phase} the rate of `{component}` is {rate:.6e}, at the mirrored state {mirrored:.6e} and not its negative"
+        "the model lacks the half-period symmetry: at the phase {phase} the rate of `{component}` \
+         is {rate:.6e}, at the mirrored state {mirrored:.6e} and not its negative"
     )]
     NotSymmetric {
         /// The state component.
@@ -239,7 +288,8 @@ pub enum OrbitError {
     StroboscopicWithoutPhase,
     /// An autonomous system whose limit cycle nothing points to.
     #[error(
-        "without a forcing phase the orbit is found from a `guess` of its grazing point; [grazing] gives none"
+        "without a forcing phase the orbit is found from a `guess` of its grazing point; [grazing] \
+         gives none"
     )]
     AutonomousWithoutGuess,
     /// The forcing does not advance.

@@ -1,5 +1,5 @@
-//! All grazing passages of an orbit (those of its equations, those that touch of themselves, and the
-//! mirror images), and the orbit that they describe.
+//! All grazing passages of an orbit (those of its equations, those that touch of themselves, and
+//! the mirror images), and the orbit that they describe.
 
 use nalgebra::DMatrix;
 
@@ -10,7 +10,7 @@ use super::monodromy::{
     conditions, full_monodromy, legs, multipliers, on_section, round, section_point,
 };
 use super::newton::Root;
-use super::outcome::{NotLocated, OrbitError};
+use super::outcome::{NotLocated, OrbitError, Stop};
 use super::section::{PoincareSection, reduced};
 use super::stretch::Stretch;
 use super::system::ExtendedSystem;
@@ -39,22 +39,19 @@ pub(super) fn passages<S: Real>(
     system: &ExtendedSystem,
     unknowns: &[S],
     tolerance: f64,
-) -> Result<Result<Touches<S>, NotLocated>, OrbitError> {
+) -> Result<Touches<S>, Stop<NotLocated>> {
     let orbit = Orbit::new(scene, system, unknowns);
-    let mut touches = match orbit.independent()? {
-        Ok(touches) => touches,
-        Err(reason) => return Ok(Err(reason)),
-    };
+    let mut touches = orbit.independent()?;
     if touches.len() == system.grazes.surfaces.len() {
         let residual = 0.0;
-        return Ok(Ok(Touches { touches, residual }));
+        return Ok(Touches { touches, residual });
     }
     let gaps = orbit.gaps()?;
-    if let Err(reason) = orbit.extend_by_minima(&mut touches, &gaps)? {
-        return Ok(Err(reason));
-    }
+    orbit.extend_by_minima(&mut touches, &gaps)?;
     orbit.extend_by_mirror(&mut touches);
-    Ok(orbit.checked(touches, &gaps, tolerance))
+    orbit
+        .checked(touches, &gaps, tolerance)
+        .map_err(Stop::Ended)
 }
 
 /// Why the grazes of a root do not follow each other as named.
@@ -132,16 +129,14 @@ impl<'a, S: Real> Orbit<'a, S> {
     }
 
     /// The passages that are equations, in the order named.
-    fn independent(&self) -> Result<Result<Vec<Touch<S>>, NotLocated>, OrbitError> {
+    fn independent(&self) -> Result<Vec<Touch<S>>, Stop<NotLocated>> {
         if let Some(reason) = self.disorder() {
-            return Ok(Err(reason));
+            return Err(Stop::Ended(reason));
         }
         let surfaces = &self.system.grazes.surfaces;
         let named = self.times.iter().zip(surfaces);
-        let touches: Result<Vec<_>, _> = named
-            .map(|(&time, &surface)| self.touch(surface, time))
-            .collect();
-        Ok(Ok(touches?))
+        let touches = named.map(|(&time, &surface)| Ok(self.touch(surface, time)?));
+        touches.collect()
     }
 
     /// Minima over a whole period.
@@ -161,7 +156,7 @@ impl<'a, S: Real> Orbit<'a, S> {
         &self,
         touches: &mut Vec<Touch<S>>,
         gaps: &Gaps,
-    ) -> Result<Result<(), NotLocated>, OrbitError> {
+    ) -> Result<(), Stop<NotLocated>> {
         let grazes = &self.system.grazes;
         let wanted = &grazes.surfaces[touches.len()..grazes.unmirrored()];
         let apart = SAME * self.period.to_f64();
@@ -169,15 +164,13 @@ impl<'a, S: Real> Orbit<'a, S> {
         let within = from..self.span().to_f64() - apart;
         let candidates: Vec<&Minimum> = gaps.between(within).collect();
         let cost = |minimum: &Minimum| minimum.event.abs() / gaps.largest[minimum.surface].abs();
-        let chosen = match in_order(wanted, &candidates, cost) {
-            Ok(chosen) => chosen,
-            Err(missing) => return Ok(Err(self.missing(touches.len() + missing))),
-        };
+        let chosen = in_order(wanted, &candidates, cost)
+            .map_err(|missing| Stop::Ended(self.missing(touches.len() + missing)))?;
         for minimum in chosen {
             let time = self.settled(touches.len(), minimum)?;
             touches.push(self.touch(minimum.surface, time)?);
         }
-        Ok(Ok(()))
+        Ok(())
     }
 
     /// The time of a minimum: Newton's method on `h'` along the orbit.
@@ -332,11 +325,8 @@ pub(super) fn describe(
     scene: &Scene,
     system: &ExtendedSystem,
     root: &Root,
-) -> Result<Result<GrazingOrbit, NotLocated>, OrbitError> {
-    let found = match passages(scene, system, &root.unknowns, TOUCHING)? {
-        Ok(found) => found,
-        Err(reason) => return Ok(Err(reason)),
-    };
+) -> Result<GrazingOrbit, Stop<NotLocated>> {
+    let found = passages(scene, system, &root.unknowns, TOUCHING)?;
     let parameters = system.parameters(&root.unknowns);
     let period = system.period(&root.unknowns);
     let touches = &found.touches;
@@ -354,7 +344,7 @@ pub(super) fn describe(
         let there = full_monodromy(&system.field, &point, &parameters, period)?;
         on_section(&there, &section, &geometry.at(&point, &parameters))
     };
-    Ok(Ok(GrazingOrbit {
+    Ok(GrazingOrbit {
         scene: scene.identifier.clone(),
         digest: scene.digest,
         period,
@@ -368,7 +358,7 @@ pub(super) fn describe(
         clearance: clearance(scene, &passages, period)?,
         guess_distance: None,
         passages,
-    }))
+    })
 }
 
 fn rows(matrix: &DMatrix<Dd>) -> Vec<Vec<Dd>> {

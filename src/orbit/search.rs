@@ -2,7 +2,7 @@
 
 use super::minima::{Minimum, gaps, watching_field};
 use super::newton::{Scaled, Solve, solve};
-use super::outcome::{NotLocated, OrbitError};
+use super::outcome::{NotLocated, OrbitError, Stop};
 use super::system::{ExtendedSystem, Shooting, solve_either};
 use crate::flow::{Field, Integrator};
 use crate::model::Scene;
@@ -48,18 +48,14 @@ impl<'a> Search<'a> {
 
     /// Unknowns of the extended system at a graze with `h'' > 0`, from a full state and the
     /// parameter's first value.
-    pub(super) fn run(
-        &self,
-        start: &[f64],
-        value: f64,
-    ) -> Result<Result<Vec<f64>, NotLocated>, OrbitError> {
+    pub(super) fn run(&self, start: &[f64], value: f64) -> Result<Vec<f64>, Stop<NotLocated>> {
         let mut orbit = match self.periodic(value, start) {
             Some(orbit) => orbit,
             None => {
                 let (settled, change) = self.settle(start, value);
                 match self.periodic(value, &settled) {
                     Some(orbit) => orbit,
-                    None => return Ok(Err(self.no_orbit(value, change))),
+                    None => return Err(Stop::Ended(self.no_orbit(value, change))),
                 }
             }
         };
@@ -67,7 +63,7 @@ impl<'a> Search<'a> {
         let mut previous: Option<Periodic> = None;
         for _ in 0..TRIALS {
             if let Some(unknowns) = self.touch(&orbit)? {
-                return Ok(Ok(unknowns));
+                return Ok(unknowns);
             }
             let Some(next) = self.advance(&orbit, previous.as_ref()) else {
                 break;
@@ -77,7 +73,7 @@ impl<'a> Search<'a> {
                 closest = orbit.clone();
             }
         }
-        Ok(Err(self.never_touches(&closest)))
+        Err(Stop::Ended(self.never_touches(&closest)))
     }
 
     /// The free flow's state after many periods, and how much the last one changed it.

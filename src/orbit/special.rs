@@ -1,11 +1,11 @@
-//! Special points between two context of a grazing curve: zeros of functions along it.
+//! Special points between two points of a grazing curve: zeros of functions along it.
 
 use nalgebra::DMatrix;
 
 use super::curve_context::{CurveContext, TestedPoint, bordered, correct, correct_dd};
 use super::grazing_curve::{CurveEnd, SpecialKind, SpecialPoint};
 use super::newton::{Equations, Solve, refine};
-use super::outcome::OrbitError;
+use super::outcome::{OrbitError, settled};
 use crate::numeric::{Bracket, Dd, Real};
 
 /// An argument of this size, relative to those it lies between, has passed 0.
@@ -17,7 +17,7 @@ const DIFFERENCE: f64 = 1e-7;
 /// Largest residual of a point refined in double-double.
 const REFINED: f64 = 1e-22;
 
-/// Special points between two context, in order along the curve.
+/// Special points between two points, in order along the curve.
 pub(super) fn special_between(
     context: &CurveContext<'_>,
     here: &TestedPoint,
@@ -26,8 +26,8 @@ pub(super) fn special_between(
     let mut found = Vec::new();
     for (index, (&(kind, a), &(_, b))) in here.tests.iter().zip(&next.tests).enumerate() {
         let value = |unknowns: &[f64]| {
-            let tested = context.at(unknowns.to_vec(), &here.tangent)?;
-            Ok(tested.ok().map(|tested| tested.tests[index].1))
+            let point = settled(context.at(unknowns.to_vec(), &here.tangent))?;
+            Ok(point.ok().map(|point| point.tests[index].1))
         };
         if a * b < 0.0
             && let Some((share, unknowns)) = Chord::new(here, next).zero(context, [a, b], value)?
@@ -40,7 +40,7 @@ pub(super) fn special_between(
     Ok(found.into_iter().map(|(_, special)| special).collect())
 }
 
-/// The end of a curve at the first corner that an argument at a graze passes between two context.
+/// The end of a curve at the first corner that an argument at a graze passes between two points.
 pub(super) fn corner_between(
     context: &CurveContext<'_>,
     here: &TestedPoint,
@@ -63,7 +63,7 @@ pub(super) fn corner_between(
     Ok(first.map(|(_, end)| end))
 }
 
-/// The chord between two context, with planes across it.
+/// The chord between two points, with planes across it.
 struct Chord<'a> {
     here: &'a TestedPoint,
     next: &'a TestedPoint,
@@ -141,7 +141,7 @@ fn refined(
     share: f64,
     unknowns: &[f64],
 ) -> Result<Option<SpecialPoint>, OrbitError> {
-    let Ok(described) = context.describe(unknowns)? else {
+    let Ok(described) = settled(context.describe(unknowns))? else {
         return Ok(None);
     };
     let point = described.point;
@@ -184,12 +184,6 @@ impl Zero<'_> {
     fn condition<S: Real>(&self, unknowns: &[S]) -> Result<S, OrbitError> {
         self.context.condition(unknowns, self.from, self.to, self.n)
     }
-
-    fn all<S: Real>(&self, unknowns: &[S]) -> Result<Vec<S>, OrbitError> {
-        let mut residual = self.context.system.evaluate(unknowns)?;
-        residual.push(self.condition(unknowns)?);
-        Ok(residual)
-    }
 }
 
 impl Equations for Zero<'_> {
@@ -208,11 +202,9 @@ impl Equations for Zero<'_> {
         Ok((residual, bordered(&jacobian, &row?)))
     }
 
-    fn residual(&self, unknowns: &[f64]) -> Result<Vec<f64>, OrbitError> {
-        self.all(unknowns)
-    }
-
-    fn residual_dd(&self, unknowns: &[Dd]) -> Result<Vec<Dd>, OrbitError> {
-        self.all(unknowns)
+    fn residual<S: Real>(&self, unknowns: &[S]) -> Result<Vec<S>, OrbitError> {
+        let mut residual = self.context.system.evaluate(unknowns)?;
+        residual.push(self.condition(unknowns)?);
+        Ok(residual)
     }
 }

@@ -9,7 +9,7 @@ use crate::numeric::{Dd, Real, Scalar};
 /// A difference of contact and free field below this share of either is none.
 const NO_JUMP: f64 = 1e-13;
 
-/// What `β` is made of at a graze; decided once per orbit, in double-double.
+/// The cause of `β` at a graze; decided once per orbit, in double-double.
 #[derive(Clone, Debug)]
 pub(super) enum Stretch {
     /// The reset of a rigid surface.
@@ -118,7 +118,7 @@ fn first_difference(
     Ok(None)
 }
 
-/// Of a reset with Jacobian `G`: `e − G e` with `∇h·e = 0`, `∇h'·e = 1`.
+/// `β` of a reset with Jacobian `G`: `e − G e` with `∇h·e = 0`, `∇h'·e = 1`.
 fn reset_stretch<S: Real>(local: &LocalGeometry<'_, S>, jacobian: &[Vec<S>]) -> Vec<S> {
     let dimension = local.dimension();
     let (event, velocity) = (local.event_gradient(), local.velocity_gradient());
@@ -145,8 +145,8 @@ fn jump<S: Real>(local: &LocalGeometry<'_, S>) -> Option<(Vec<S>, S)> {
     Some((jump, S::from_f64(2.0) / acceleration))
 }
 
-/// The jump's stretch per unit of approach speed; nothing where the fields agree at the graze, or the
-/// contact does not push.
+/// The jump's stretch per unit of approach speed; nothing where the fields agree at the graze, or
+/// the contact does not push.
 fn jump_per_speed(local: &LocalGeometry<'_, Dd>) -> Option<Vec<Dd>> {
     let (jump, time) = jump(local)?;
     let largest = |vector: &[Dd]| vector.iter().fold(0.0_f64, |m, v| m.max(v.magnitude()));

@@ -6,10 +6,7 @@
 //! symmetric orbit closes after half its period on its mirror image, `φ_{T/2}(X) + X = 0`. Closure
 //! may be asked for at the end or, from both sides, in the middle. See docs/mathematics/orbit.md.
 //!
-//! Closure alone, from a fixed phase and at fixed parameters: what finds a periodic orbit.
-//!
-//! Newton's method on the extended system, in units, the period matched at its end or at its
-//! middle.
+//! [`Shooting`] is closure without the grazes, from a fixed phase and at fixed parameters.
 
 use std::f64::consts::TAU;
 
@@ -103,8 +100,7 @@ impl ExtendedSystem {
         }
     }
 
-    /// Expressions at the surface of a passage; of the first they serve for the flow and the clock
-    /// too.
+    /// Expressions at the surface of a passage; those of the first give the flow and the clock too.
     pub(super) fn geometry(&self, passage: usize) -> &Geometry {
         &self.geometries[passage]
     }
@@ -370,11 +366,7 @@ impl Equations for ExtendedSystem {
         self.differentiate(unknowns)
     }
 
-    fn residual(&self, unknowns: &[f64]) -> Result<Vec<f64>, OrbitError> {
-        self.evaluate(unknowns)
-    }
-
-    fn residual_dd(&self, unknowns: &[Dd]) -> Result<Vec<Dd>, OrbitError> {
+    fn residual<S: Real>(&self, unknowns: &[S]) -> Result<Vec<S>, OrbitError> {
         self.evaluate(unknowns)
     }
 }
@@ -395,17 +387,6 @@ impl Shooting {
             phase,
         }
     }
-
-    fn closure<S: Real>(&self, states: &[S]) -> Result<Vec<S>, OrbitError> {
-        let start: Vec<S> = states
-            .iter()
-            .copied()
-            .chain([S::from_f64(self.phase)])
-            .collect();
-        let mut residual = self.fixed.evaluate(&start)?;
-        residual.truncate(states.len());
-        Ok(residual)
-    }
 }
 
 impl Equations for Shooting {
@@ -419,12 +400,15 @@ impl Equations for Shooting {
         ))
     }
 
-    fn residual(&self, states: &[f64]) -> Result<Vec<f64>, OrbitError> {
-        self.closure(states)
-    }
-
-    fn residual_dd(&self, states: &[Dd]) -> Result<Vec<Dd>, OrbitError> {
-        self.closure(states)
+    fn residual<S: Real>(&self, states: &[S]) -> Result<Vec<S>, OrbitError> {
+        let start: Vec<S> = states
+            .iter()
+            .copied()
+            .chain([S::from_f64(self.phase)])
+            .collect();
+        let mut residual = self.fixed.evaluate(&start)?;
+        residual.truncate(states.len());
+        Ok(residual)
     }
 }
 

@@ -4,7 +4,8 @@
 //! `cargo test --test maps -- flown_images:: --nocapture` prints the errors.
 
 use grazemap::expansion::{
-    Expander, FlightWindow, FlownContact, Numbers, Passage, SectionChart, Variables, flown_contact,
+    Expander, FlightWindow, FlownContact, Graze, Numbers, Passage, SectionChart, Variables,
+    flown_contact,
 };
 use grazemap::model::Scene;
 use grazemap::numeric::{Dd, Scalar};
@@ -300,15 +301,15 @@ fn zero_time_images_of_two_masses_fall_with_every_order_at_every_depth() {
         let file = read(&format!("soft/public_two_{set}_soft.json"));
         let scene = two_masses(&file);
         let orbit = orbit(&scene);
-        let mut graze = orbit.grazing_point().state.clone();
+        let mut state = orbit.grazing_point().state.clone();
         if side.sign < 0.0 {
-            graze[..4].iter_mut().for_each(|value| *value = -*value);
-            graze[4] += Dd::PI;
+            state[..4].iter_mut().for_each(|value| *value = -*value);
+            state[4] += Dd::PI;
         }
         let position = |name: &str| scene.model.parameters.iter().position(|p| p.name == name);
         let d = position("d").expect("the gap");
         let parameters = &orbit.grazing_point().parameters;
-        let passage = Passage::new(&scene.model, side.surface, &graze, parameters, &[d])
+        let passage = Passage::new(&scene.model, side.surface, &state, parameters, &[d])
             .expect("an analytic law");
         let chart = SectionChart {
             section: PoincareSection {
@@ -316,7 +317,7 @@ fn zero_time_images_of_two_masses_fall_with_every_order_at_every_depth() {
                 coordinates: (0..5).collect(),
                 eliminated: 4,
             },
-            point: graze.clone(),
+            point: state.clone(),
         };
         let variables = Variables {
             names: ["x1", "v1", "x2", "v2", "theta", "d"]
@@ -325,17 +326,22 @@ fn zero_time_images_of_two_masses_fall_with_every_order_at_every_depth() {
             weights: vec![2; 6],
             coordinates: 5,
         };
+        let graze = Graze {
+            passage,
+            chart,
+            variables,
+        };
         let window = FlightWindow {
             depth: 0.05,
             half_widths: vec![0.05; 6],
         };
         let mut last = f64::INFINITY;
         for weight in [2, 4, 6, 8] {
-            let contact = flown_contact(&passage, &chart, &variables, weight, &window);
+            let contact = flown_contact(&graze, weight, &window);
             let contact = contact
                 .unwrap_or_else(|e| panic!("{e}"))
                 .expect("a compliant stop");
-            let worst = worst_zero_time_error(&file, &graze, &contact, side);
+            let worst = worst_zero_time_error(&file, &state, &contact, side);
             println!("{set}, {}, W = {weight}: {worst:.1e}", side.image);
             assert!(
                 worst < 0.05 * last,

@@ -3,7 +3,9 @@
 
 use std::collections::BTreeMap;
 
-use grazemap::expansion::{Contact, Expander, Passage, SectionChart, Variables, discontinuity};
+use grazemap::expansion::{
+    Contact, Expander, Graze, Passage, SectionChart, Variables, discontinuity,
+};
 use grazemap::jet::{Jet, JetSpace, substitute_all};
 use grazemap::model::Scene;
 use grazemap::numeric::{Dd, Scalar};
@@ -93,7 +95,7 @@ fn worst_error(ours: &Jet<f64>, truth: &BTreeMap<Vec<u8>, f64>) -> f64 {
 }
 
 /// All state components as coordinates, at zero net time: the ZDM on the full state.
-fn full_state(scene: &Scene, orbit: &GrazingOrbit) -> (Passage, SectionChart, Variables) {
+fn full_state(scene: &Scene, orbit: &GrazingOrbit) -> Graze {
     let graze = orbit.grazing_point();
     let active = &scene.expansion.active;
     let passage = Passage::new(&scene.model, 0, &graze.state, orbit.parameters(), active)
@@ -111,7 +113,11 @@ fn full_state(scene: &Scene, orbit: &GrazingOrbit) -> (Passage, SectionChart, Va
         weights: vec![2; 3 + active.len()],
         coordinates: 3,
     };
-    (passage, chart, variables)
+    Graze {
+        passage,
+        chart,
+        variables,
+    }
 }
 
 #[test]
@@ -119,8 +125,8 @@ fn zero_time_mapping_in_depth_and_phase_to_degree_eight() {
     for (name, set) in read("soft/taylor_2var.json").as_object().expect("sets") {
         let scene = scene(set, "[]");
         let orbit = orbit(&scene);
-        let (passage, chart, variables) = full_state(&scene, &orbit);
-        let contact = discontinuity::<Dd>(&passage, &chart, &variables, 2 * DEGREE)
+        let graze = full_state(&scene, &orbit);
+        let contact = discontinuity::<Dd>(&graze, 2 * DEGREE)
             .unwrap_or_else(|error| panic!("{name}: {error}"))
             .to_f64();
         let space = reference_space(2, DEGREE);
@@ -162,9 +168,9 @@ fn mappings_in_depth_phase_and_amplitude() {
     let set = read("soft/taylor_3var_A1.json");
     let scene = scene(&set, "[\"A\"]");
     let orbit = orbit(&scene);
-    let (passage, chart, variables) = full_state(&scene, &orbit);
+    let graze = full_state(&scene, &orbit);
     let weight = 2 * THREE_VARIABLES_DEGREE;
-    let zero_time = discontinuity::<Dd>(&passage, &chart, &variables, weight)
+    let zero_time = discontinuity::<Dd>(&graze, weight)
         .expect("an analytic law")
         .to_f64();
     let section = Expander::new(&scene, &orbit)

@@ -4,7 +4,9 @@
 //! Truth: the images D_R at zero net time in tests/data/soft/public_two_*_soft.json (32 digits;
 //! README there).
 
-use grazemap::expansion::{Contact, DepthSeries, Passage, SectionChart, Variables, discontinuity};
+use grazemap::expansion::{
+    Contact, DepthSeries, Graze, Passage, SectionChart, Variables, discontinuity,
+};
 use grazemap::numeric::{Dd, Scalar};
 use grazemap::orbit::{PoincareSection, PoincareSectionKind};
 use serde_json::Value;
@@ -74,13 +76,18 @@ fn zero_time_images_of_two_masses_fall_with_every_order() {
             weights: vec![2; 6],
             coordinates: 5,
         };
-        let series = DepthSeries::new(&passage, &chart, &variables, 24).expect("a release");
+        let point = &graze.state;
+        let graze = Graze {
+            passage,
+            chart,
+            variables,
+        };
+        let series = DepthSeries::new(&graze, 24).expect("a release");
         let radius = series.radius().expect("an infinite series");
         let mut last = [f64::INFINITY; 2];
         for weight in [2, 4, 6, 8] {
-            let contact =
-                discontinuity::<Dd>(&passage, &chart, &variables, weight).expect("a release");
-            let worst = worst_errors(&file, &graze.state, &contact, radius);
+            let contact = discontinuity::<Dd>(&graze, weight).expect("a release");
+            let worst = worst_errors(&file, point, &contact, radius);
             println!(
                 "{set}, R = {radius:.3}, W = {weight}: {:.1e} shallow, {:.1e} all",
                 worst[0], worst[1]

@@ -1,5 +1,5 @@
-//! A flown contact: the polynomials of the free flow about it, its linear law, and the operations by
-//! which it acts, on any [`Arithmetic`].
+//! A flown contact: the polynomials of the free flow about it, its linear law, and the operations
+//! by which it acts, on any [`Arithmetic`].
 
 use std::marker::PhantomData;
 
@@ -37,7 +37,7 @@ pub struct FlownContact<S: Scalar = f64> {
     pub(super) section: Vec<Jet<S>>,
     /// The contact time over `y`, nearly.
     pub(super) contact_time: ContactTime<S>,
-    /// How many steps are flown.
+    /// Numbers of steps.
     pub(super) plan: FlightPlan,
     /// Largest correction of each coordinate over the window, for bounds.
     pub(super) largest: Vec<f64>,
@@ -217,7 +217,7 @@ impl<S: Real> FlownContact<S> {
     }
 }
 
-/// What a flown contact is computed with: numbers, values with tangents, or the operations of a
+/// The arithmetic of a flown contact: numbers, values with tangents, or the operations of a
 /// kernel.
 ///
 /// One sequence of operations is written once and run on all of them, so that the map read off its
@@ -316,9 +316,9 @@ pub(super) struct Entry<V> {
 
 /// One Taylor step: coefficients in the time over the length of the step.
 pub(super) struct Step<V> {
-    /// Of each moved component.
+    /// Series of each moved component.
     pub(super) states: Vec<Vec<V>>,
-    /// Of the release function.
+    /// Series of the release function.
     pub(super) release: Vec<V>,
 }
 
@@ -334,7 +334,7 @@ impl<S: Scalar> FlownContact<S> {
         (self.act_at(arithmetic, &y, point), depth)
     }
 
-    /// What a contact of depth variable `y` adds to each coordinate.
+    /// The correction of each coordinate by a contact of depth variable `y`.
     pub(super) fn corrections<A: Arithmetic<Scalar = S>>(
         &self,
         arithmetic: &mut A,

@@ -6,9 +6,9 @@
 //! only truncated series left are those of the free flow. Derivation:
 //! docs/mathematics/flown-contacts.md.
 
-mod contact;
-mod law;
-mod plan;
+pub(super) mod contact;
+pub(super) mod law;
+pub(super) mod plan;
 mod smooth;
 
 pub use contact::{Arithmetic, FlightPlan, FlownContact, Numbers};

@@ -1,4 +1,5 @@
-//! From a passage to its flown contact: the pieces, the plan, and the check that the plan is enough.
+//! From a passage to its flown contact: the pieces, the plan, and the check that the plan is
+//! enough.
 //!
 //! The plan is checked against contacts of single points that are flown step by step to their first
 //! release. Newton's steps for the release begin at the contact time as a rational function of `y`:
@@ -12,10 +13,9 @@ use super::contact::{ContactTime, FlightPlan, FlownContact, Numbers, scaled, sca
 use super::law::AffineLaw;
 use super::smooth::{SmoothExpansion, SmoothPieces};
 use crate::expansion::error::{ExpansionError, FlightError};
-use crate::expansion::passage::{ContactLaw, Passage};
+use crate::expansion::passage::ContactLaw;
 use crate::expansion::release::ReleaseBalance;
-use crate::expansion::routes::SectionChart;
-use crate::expansion::variables::Variables;
+use crate::expansion::routes::Graze;
 use crate::numeric::linear::eigenvalues;
 use crate::numeric::polynomial::{CrossingDirection, crossings, evaluate};
 use crate::numeric::{Dd, Real, Scalar};
@@ -47,7 +47,7 @@ const ROUNDING: f64 = 1e-14;
 /// Most Newton steps.
 const MOST_NEWTON: usize = 8;
 
-/// Where contacts are to be flown.
+/// The window in which contacts are to be flown.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FlightWindow {
     /// Largest `y²`.
@@ -68,17 +68,16 @@ pub struct FlightWindow {
 /// [`FlightError`] if the law is not affine or a contact of the window is not flown to rounding;
 /// [`ExpansionError`] as for a discontinuity mapping.
 pub fn flown_contact(
-    passage: &Passage,
-    chart: &SectionChart,
-    variables: &Variables,
+    graze: &Graze,
     weight: u32,
     window: &FlightWindow,
 ) -> Result<Option<FlownContact>, ExpansionError> {
+    let passage = &graze.passage;
     let ContactLaw::Compliant { field, flight } = &passage.law else {
         return Ok(None);
     };
     let affine = flight.as_ref().as_ref().map_err(Clone::clone)?;
-    let balance = ReleaseBalance::new(passage, field, chart, variables)?;
+    let balance = ReleaseBalance::new(graze, field)?;
     if balance.power() != 1 {
         return Err(FlightError::ContactTime {
             surface: passage.surface.clone(),
@@ -93,7 +92,7 @@ pub fn flown_contact(
         }
         .into());
     }
-    let pieces = SmoothExpansion::new(passage, affine, chart, variables, weight)?.pieces()?;
+    let pieces = SmoothExpansion::new(graze, affine, weight)?.pieces()?;
     let planner = Planner {
         surface: &passage.surface,
         factor: balance.factor().to_f64(),
@@ -447,8 +446,8 @@ impl Reference<'_> {
     }
 }
 
-/// Where a polynomial on `[0, 1]` first has another sign than `sign`, which its value at
-/// [`SETTLED`] decides if none is known.
+/// The first point of `[0, 1]` at which a polynomial has another sign than `sign`; an unknown
+/// `sign` is that of the value at [`SETTLED`].
 fn first_change(release: &[Dd], sign: &mut Option<f64>) -> Option<Dd> {
     let (sign, from) = match *sign {
         Some(sign) if release[0].to_f64() * sign < 0.0 => return Some(Dd::ZERO),

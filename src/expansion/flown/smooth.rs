@@ -4,8 +4,8 @@
 //!
 //! A force `b h'` adds `O(y²)` on the way in and takes it back on the way out: nothing of it is
 //! left where the contact ends on the surface, and a spring's `O(y³)` is all there is. As a
-//! difference of its own terms that kick has lost a share `1/y` of its digits, and an error in the
-//! time of the release counts as much again.
+//! difference of its own terms that impulse has lost a share `1/y` of its digits, and an error in
+//! the time of the release counts as much again.
 //!
 //! With `ρ` the release function, a multiple `c` of the gap along the free flow, let
 //!
@@ -17,7 +17,8 @@
 //! the same form without `b h'`: with `r·β = 0`,
 //!
 //! ```text
-//! u' = (I − β rᵀ) A (I + β rᵀ) u + (I − β rᵀ) A β c h + c_0 + a h,   release where ρ(x_f) + r·u = 0.
+//! u' = (I − β rᵀ) A (I + β rᵀ) u + (I − β rᵀ) A β c h + c_0 + a h,   release where ρ(x_f) + r·u =
+//! 0.
 //! ```
 
 use std::sync::Arc;
@@ -28,9 +29,8 @@ use super::contact::{Drive, LinearLaw};
 use super::law::AffineLaw;
 use crate::expansion::approach::{Approach, DepthVariable, series_about_minimum, time_of_minimum};
 use crate::expansion::error::ExpansionError;
-use crate::expansion::passage::Passage;
-use crate::expansion::routes::SectionChart;
-use crate::expansion::variables::{Variables, respace};
+use crate::expansion::routes::Graze;
+use crate::expansion::variables::respace;
 use crate::flow::{LocalSeries, at_series_time, local_series};
 use crate::jet::{Jet, JetSpace};
 use crate::numeric::{Dd, Scalar};
@@ -41,7 +41,8 @@ const ENTRY_WEIGHT: u32 = 3;
 /// Coefficients below this share of the largest of their series are zero: expansions are in
 /// double-double.
 pub(super) const VANISHING: f64 = 1e-22;
-/// What a combination of the gap and its rate leaves of a force is rounding below this share of it.
+/// The rest of a force beside a combination of the gap and its rate is rounding below this share of
+/// the force.
 const SAME: f64 = 1e-20;
 
 /// The series of the free flow that a flown passage is made of.
@@ -56,10 +57,8 @@ pub(super) struct SmoothPieces {
 
 /// One passage under expansion.
 pub(super) struct SmoothExpansion<'a> {
-    passage: &'a Passage,
+    graze: &'a Graze,
     affine: &'a AffineLaw,
-    chart: &'a SectionChart,
-    variables: &'a Variables,
     weight: u32,
     /// Time from the section point to the minimum.
     minimum_time: Jet<Dd>,
@@ -71,12 +70,15 @@ impl<'a> SmoothExpansion<'a> {
     /// Expands the free flow about its minimum of the gap; the image then errs by weight `weight +
     /// 1`.
     pub(super) fn new(
-        passage: &'a Passage,
+        graze: &'a Graze,
         affine: &'a AffineLaw,
-        chart: &'a SectionChart,
-        variables: &'a Variables,
         weight: u32,
     ) -> Result<Self, ExpansionError> {
+        let Graze {
+            passage,
+            chart,
+            variables,
+        } = graze;
         let space = variables.smooth_space(weight + 1)?;
         let parameters = passage.parameter_jets(&space, variables.coordinates);
         let start = chart.embed(passage, &space, 0)?;
@@ -84,17 +86,15 @@ impl<'a> SmoothExpansion<'a> {
         let (minimum_time, series) =
             series_about_minimum(&affine.field, &start, &parameters, kept)?;
         Ok(Self {
-            passage,
+            graze,
             affine,
-            chart,
-            variables,
             weight,
             minimum_time,
             series,
         })
     }
 
-    /// All pieces.
+    /// Expands all pieces.
     pub(super) fn pieces(&self) -> Result<SmoothPieces, ExpansionError> {
         let gap = self.series.watched(0);
         let mut depth = -&gap[0];
@@ -115,17 +115,11 @@ impl<'a> SmoothExpansion<'a> {
     /// A coefficient of the time's `power`, cut at what is left of the weight.
     fn cut(&self, jet: &Jet<Dd>, power: usize) -> Result<Jet<Dd>, ExpansionError> {
         let weight = (self.weight + 1).saturating_sub(power as u32);
-        Ok(respace(jet, &self.variables.smooth_space(weight)?))
+        Ok(respace(jet, &self.graze.variables.smooth_space(weight)?))
     }
 
     fn entry(&self) -> Result<Jet<Dd>, ExpansionError> {
-        let approach = Approach::new(
-            self.passage,
-            self.chart,
-            self.variables,
-            ENTRY_WEIGHT,
-            DepthVariable::Added,
-        )?;
+        let approach = Approach::new(self.graze, ENTRY_WEIGHT, DepthVariable::Added)?;
         approach.entry_time_over_depth(&approach.depth_variable())
     }
 
@@ -164,16 +158,16 @@ impl<'a> SmoothExpansion<'a> {
         let carried = if self.affine.free_is_affine {
             0
         } else {
-            self.variables.len()
+            self.graze.variables.len()
         };
         let weights: Vec<u32> = std::iter::once(1)
             .chain(self.added_weights())
-            .chain(self.variables.weights[..carried].iter().copied())
+            .chain(self.graze.variables.weights[..carried].iter().copied())
             .collect();
         let space = JetSpace::new(&weights, self.weight as usize)?;
         let time = Jet::variable(&space, 0, Dd::ZERO);
         let first = 1 + moved;
-        let mut state: Vec<_> = (0..self.passage.dimension())
+        let mut state: Vec<_> = (0..self.graze.passage.dimension())
             .map(|component| {
                 let series = self.series.state(component).iter();
                 let lifted: Vec<_> = series
@@ -185,7 +179,7 @@ impl<'a> SmoothExpansion<'a> {
         self.add_variables(&mut state, &space, 1);
         let parameters = self.parameters(&space, first, carried);
         let order = self.weight as usize + 1;
-        let series = local_series(&self.passage.field, &state, &parameters, order);
+        let series = local_series(&self.graze.passage.field, &state, &parameters, order);
         let back = -&time;
         let components = self.affine.components.iter();
         Ok(components
@@ -196,16 +190,16 @@ impl<'a> SmoothExpansion<'a> {
             .collect())
     }
 
-    /// From what was added at the minimum to the corrections of the coordinates.
+    /// The corrections of the coordinates, as jets in the state added at the minimum.
     fn section(&self) -> Result<Vec<Jet<Dd>>, ExpansionError> {
         let moved = self.affine.components.len();
         let weights: Vec<u32> = self
             .added_weights()
-            .chain(self.variables.weights.iter().copied())
+            .chain(self.graze.variables.weights.iter().copied())
             .collect();
         let space = JetSpace::new(&weights, self.weight as usize)?;
-        let carried = self.variables.len();
-        let mut state: Vec<_> = (0..self.passage.dimension())
+        let carried = self.graze.variables.len();
+        let mut state: Vec<_> = (0..self.graze.passage.dimension())
             .map(|component| {
                 let jet = &self.series.state(component)[0];
                 self.lift(jet, &space, moved, carried)
@@ -214,8 +208,8 @@ impl<'a> SmoothExpansion<'a> {
         self.add_variables(&mut state, &space, 0);
         let parameters = self.parameters(&space, moved, carried);
         let order = (self.weight as usize + 1).max(2);
-        let series = local_series(&self.passage.field, &state, &parameters, order);
-        let time = match self.chart.section.kind {
+        let series = local_series(&self.graze.passage.field, &state, &parameters, order);
+        let time = match self.graze.chart.section.kind {
             PoincareSectionKind::Tangency => {
                 time_of_minimum(series.watched(0), &Jet::zero(&space))?
             }
@@ -223,7 +217,7 @@ impl<'a> SmoothExpansion<'a> {
                 -&self.lift(&self.minimum_time, &space, moved, carried)
             }
         };
-        let coordinates = self.chart.section.coordinates.iter();
+        let coordinates = self.graze.chart.section.coordinates.iter();
         Ok(coordinates
             .map(|&component| {
                 let image = at_series_time(series.state(component), &time);
@@ -249,10 +243,10 @@ impl<'a> SmoothExpansion<'a> {
 
     fn parameters(&self, space: &Arc<JetSpace>, first: usize, carried: usize) -> Vec<Jet<Dd>> {
         if carried > 0 {
-            let first = first + self.variables.coordinates;
-            return self.passage.parameter_jets(space, first);
+            let first = first + self.graze.variables.coordinates;
+            return self.graze.passage.parameter_jets(space, first);
         }
-        let values = self.passage.parameter_values().iter();
+        let values = self.graze.passage.parameter_values().iter();
         values.map(|&value| Jet::constant(space, value)).collect()
     }
 
@@ -361,7 +355,7 @@ impl LinearLaw<Dd> {
         (by_gap && apart && damped).then_some(share)
     }
 
-    /// Puts a spring on the gap in the place of a component's damper.
+    /// Replaces the damper of a component by a spring on the gap.
     fn press(&mut self, component: usize, stiffness: Dd) {
         let mut forces = self.forces.iter();
         if let Some(own) = forces.position(|&(forced, _)| forced == component) {

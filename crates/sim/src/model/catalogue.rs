@@ -149,7 +149,7 @@ pub fn text(name: &str) -> Option<&'static str> {
     find(name).map(|entry| entry.text)
 }
 
-/// What a scene of the catalogue is, in one line.
+/// One line on a scene of the catalogue.
 pub fn summary(name: &str) -> Option<&'static str> {
     find(name).map(|entry| entry.summary)
 }

@@ -1,4 +1,4 @@
-//! What can be wrong with a scene, and where in its file.
+//! Faults of a scene, and their places in its file.
 
 use std::fmt;
 use std::ops::Range;
@@ -164,7 +164,7 @@ pub enum SceneProblem {
         reason: String,
     },
     /// An override that names no place of the scene.
-    #[error("cannot set `{key}`: `{part}` {reason}{}", .nearest.as_ref().map_or(String::new(), |name| format!(" (did you mean `{name}`?)")))]
+    #[error("cannot set `{key}`: `{part}` {reason}{}", in_brackets(.nearest))]
     Override {
         /// The whole key.
         key: String,
@@ -432,7 +432,8 @@ pub enum SceneProblem {
     },
     /// A precision that is chosen by a tolerance, and none named.
     #[error(
-        "`emit.precision` can be \"any\" only where `expansion.tolerance` decides between \"f32\" and \"f64\""
+        "`emit.precision` can be \"any\" only where `expansion.tolerance` decides between \"f32\" \
+         and \"f64\""
     )]
     NeedsTolerance,
     /// A guess that leaves a component out.
@@ -457,7 +458,8 @@ pub enum SceneProblem {
     },
     /// The cheapest section of no tolerance.
     #[error(
-        "`kind = \"any\"` is the section with the cheapest map for a tolerance: expected `tolerance` in [expansion], found orders"
+        "`kind = \"any\"` is the section with the cheapest map for a tolerance: expected \
+         `tolerance` in [expansion], found orders"
     )]
     AnySectionWithoutTolerance,
     /// Something that needs a forcing phase.
@@ -466,6 +468,12 @@ pub enum SceneProblem {
         /// What needs it.
         what: &'static str,
     },
+}
+
+/// The nearest known name, in brackets.
+fn in_brackets(nearest: &Option<String>) -> String {
+    let meant = nearest.as_ref();
+    meant.map_or(String::new(), |name| format!(" (did you mean `{name}`?)"))
 }
 
 /// Why an override cannot be applied.

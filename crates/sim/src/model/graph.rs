@@ -158,7 +158,7 @@ impl ExpressionGraph {
 
     /// Numbers of the inputs a node depends on, increasing.
     pub fn dependencies(&self, node: NodeId) -> Vec<usize> {
-        let needed = self.needed(node);
+        let needed = self.needed_by(&[node]);
         let mut inputs: Vec<usize> = (self.nodes.iter().zip(&needed))
             .filter_map(|(operation, needed)| match operation {
                 Node::Input(input) if *needed => Some(*input),
@@ -169,11 +169,14 @@ impl ExpressionGraph {
         inputs
     }
 
-    /// Which of the nodes up to `node` it is computed from (itself included).
-    fn needed(&self, node: NodeId) -> Vec<bool> {
-        let mut needed = vec![false; node.index() + 1];
-        needed[node.index()] = true;
-        for index in (0..=node.index()).rev() {
+    /// Which nodes, up to the last of some outputs, these are computed from (themselves included).
+    pub fn needed_by(&self, outputs: &[NodeId]) -> Vec<bool> {
+        let last = outputs.iter().map(|output| output.index() + 1).max();
+        let mut needed = vec![false; last.unwrap_or(0)];
+        for output in outputs {
+            needed[output.index()] = true;
+        }
+        for index in (0..needed.len()).rev() {
             if needed[index] {
                 for operand in self.nodes[index].operands() {
                     needed[operand.index()] = true;
@@ -208,7 +211,7 @@ impl ExpressionGraph {
     /// assert_eq!((corners[0].function, corners[0].argument), ("abs", x));
     /// ```
     pub fn corner_operations(&mut self, node: NodeId) -> Vec<CornerOperation> {
-        let needed = self.needed(node);
+        let needed = self.needed_by(&[node]);
         let operations: Vec<Node> = (self.nodes.iter().zip(needed))
             .filter_map(|(&operation, needed)| needed.then_some(operation))
             .collect();

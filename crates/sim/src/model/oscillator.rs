@@ -99,11 +99,17 @@ impl Model {
             .collect()
     }
 
+    /// Names of all parameters.
+    pub fn parameter_names(&self) -> Vec<&str> {
+        let parameters = self.parameters.iter();
+        parameters
+            .map(|parameter| parameter.name.as_str())
+            .collect()
+    }
+
     /// Values of all parameters in the scene.
     pub fn parameter_values(&self) -> Vec<Dd> {
-        self.parameters
-            .iter()
-            .map(|parameter| parameter.value)
-            .collect()
+        let parameters = self.parameters.iter();
+        parameters.map(|parameter| parameter.value).collect()
     }
 }

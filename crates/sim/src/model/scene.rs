@@ -45,7 +45,7 @@ pub struct Scene {
     pub diagrams: Vec<DiagramRequest>,
     /// Two-parameter charts asked for.
     pub charts: Vec<ChartRequest>,
-    /// What looks like an oversight but is no fault, one line each.
+    /// Warnings, one line each.
     pub warnings: Vec<String>,
 }
 
@@ -248,7 +248,7 @@ pub struct Window {
 pub struct Emit {
     /// Shape of the step.
     pub shape: Shape,
-    /// What it is run in.
+    /// Numbers that it is run in.
     pub precision: EmitPrecision,
     /// Points per call of the lane kernel, where the scene names them.
     pub lanes: Option<usize>,
@@ -265,7 +265,7 @@ impl Emit {
     }
 }
 
-/// What an emitted map is run in.
+/// Numbers that an emitted map is run in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum EmitPrecision {
     /// These numbers.
@@ -311,7 +311,7 @@ pub struct DiagramRequest {
     pub transient: usize,
     /// Iterates kept at each value.
     pub keep: usize,
-    /// What is drawn.
+    /// Observable that is drawn.
     pub observe: Observable,
     /// Direction of the sweep.
     pub direction: SweepDirection,
@@ -319,7 +319,7 @@ pub struct DiagramRequest {
     pub with: Vec<Method>,
 }
 
-/// What a diagram draws.
+/// Observable of a diagram.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Observable {
     /// The event function of the first passage's surface at the section.
@@ -346,7 +346,7 @@ pub enum SweepDirection {
     Both,
 }
 
-/// How an image is computed.
+/// Method by which an image is computed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Method {

@@ -6,14 +6,14 @@ use crate::numeric::{Dd, Scalar};
 impl ExpressionGraph {
     /// `∂node/∂input`.
     ///
-    /// The corners of `abs`, `sign`, `min` and `max` are passed over: `abs' = sign`, `sign' = 0`,
+    /// The corners of `abs`, `sign`, `min` and `max` are ignored: `abs' = sign`, `sign' = 0`,
     /// and `min`, `max` take the derivative of the chosen argument (the mean of both where they
     /// are equal).
     pub fn derivative(&mut self, node: NodeId, input: usize) -> NodeId {
         if let Some(&known) = self.derivatives.get(&(node, input)) {
             return known;
         }
-        let needed = self.needed(node);
+        let needed = self.needed_by(&[node]);
         let zero = self.number(0.0);
         let mut slopes = vec![zero; needed.len()];
         for index in (0..needed.len()).filter(|&index| needed[index]) {

@@ -149,12 +149,7 @@ fn methods(field: Option<Field<'_>>) -> Checked<Vec<Method>> {
         return Ok(vec![Method::Map]);
     };
     let entries = field.one_or_list("a list of \"map\", \"direct\"")?;
-    if entries.is_empty() {
-        return Err(Fault::at(
-            field.span(),
-            SceneProblem::Empty { key: field.path },
-        ));
-    }
+    field.check_length(entries.len(), usize::MAX)?;
     let options = [("map", Method::Map), ("direct", Method::Direct)];
     distinct(&entries, |entry| {
         entry.choice(&options, "\"map\", \"direct\"")
@@ -177,7 +172,7 @@ fn chart_points(field: &Field<'_>) -> Checked<[usize; 2]> {
                 expected: 2,
                 found: points.len(),
             };
-            return Err(Fault::at(field.span(), problem));
+            return Err(field.fault(problem));
         }
     };
     let cells = axes[0] * axes[1];
@@ -187,7 +182,7 @@ fn chart_points(field: &Field<'_>) -> Checked<[usize; 2]> {
             found: cells,
             most: MOST_CELLS,
         };
-        return Err(Fault::at(field.span(), problem));
+        return Err(field.fault(problem));
     }
     Ok(axes.map(|points| points as usize))
 }

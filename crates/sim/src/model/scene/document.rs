@@ -66,9 +66,9 @@ impl<'a> Table<'a> {
         }
     }
 
-    /// Bytes to point at for the table as a whole.
-    pub(super) fn span(&self) -> Range<usize> {
-        self.span.clone()
+    /// A fault of the table as a whole.
+    pub(super) fn fault(&self, problem: SceneProblem) -> Fault {
+        Fault::at(self.span.clone(), problem)
     }
 
     /// Refuses keys that are not among `known`.
@@ -131,6 +131,26 @@ impl<'a> Field<'a> {
     /// Bytes of the value, or of the key where it has none of its own.
     pub(super) fn span(&self) -> Range<usize> {
         self.item.span().unwrap_or_else(|| self.key_span.clone())
+    }
+
+    /// A fault at the value.
+    pub(super) fn fault(&self, problem: SceneProblem) -> Fault {
+        Fault::at(self.span(), problem)
+    }
+
+    /// A fault at the key.
+    pub(super) fn key_fault(&self, problem: SceneProblem) -> Fault {
+        Fault::at(self.key_span.clone(), problem)
+    }
+
+    /// Refuses a list or table that is empty or has more than `most` entries.
+    pub(super) fn check_length(&self, found: usize, most: usize) -> Checked<()> {
+        let key = self.path.clone();
+        match found {
+            0 => Err(self.fault(SceneProblem::Empty { key })),
+            _ if found > most => Err(self.fault(SceneProblem::TooMany { key, most, found })),
+            _ => Ok(()),
+        }
     }
 
     /// The value as a table.
@@ -303,7 +323,7 @@ pub(super) fn shown(text: &str) -> String {
     short.escape_debug().to_string()
 }
 
-/// What a number may be written as.
+/// The expected value, in messages.
 const NUMBER: &str = "a number";
 
 impl Entry<'_> {
@@ -385,7 +405,7 @@ impl Field<'_> {
                 key: self.path.clone(),
                 value: value.hi,
             };
-            Err(Fault::at(self.span(), problem))
+            Err(self.fault(problem))
         }
     }
 

@@ -6,6 +6,7 @@ use std::ops::Range;
 use super::document::{Field, Table, shown};
 use super::scope;
 use super::scope::{Kind, Scope};
+use super::tables::key_position;
 use crate::model::error::{Checked, Fault, SceneProblem};
 use crate::model::graph::{ExpressionGraph, NodeId};
 use crate::model::names;
@@ -95,7 +96,7 @@ fn declare(table: &Table<'_>, phase: Option<&Table<'_>>) -> Checked<Draft> {
 fn declare_states(table: &Table<'_>, scope: &mut Scope) -> Checked<Vec<String>> {
     let field = table.require("states")?;
     let entries = field.list("a list of names")?;
-    check_length(&field, entries.len(), 1)?;
+    field.check_length(entries.len(), MOST_NAMES)?;
     let mut states = Vec::new();
     for entry in entries {
         let name = entry.text("a list of names")?;
@@ -131,28 +132,10 @@ fn named_fields<'a>(table: &Table<'a>, key: &str) -> Checked<Vec<Field<'a>>> {
         return Ok(Vec::new());
     };
     let fields = field.table()?.fields();
-    check_length(&field, fields.len(), 0)?;
+    if !fields.is_empty() {
+        field.check_length(fields.len(), MOST_NAMES)?;
+    }
     Ok(fields)
-}
-
-fn check_length(field: &Field<'_>, found: usize, least: usize) -> Checked<()> {
-    if found < least {
-        return Err(Fault::at(
-            field.span(),
-            SceneProblem::Empty {
-                key: field.path.clone(),
-            },
-        ));
-    }
-    if found > MOST_NAMES {
-        let problem = SceneProblem::TooMany {
-            key: field.path.clone(),
-            most: MOST_NAMES,
-            found,
-        };
-        return Err(Fault::at(field.span(), problem));
-    }
-    Ok(())
 }
 
 /// `[model.phase]`, its name already declared.
@@ -185,12 +168,9 @@ fn read_flow(table: &Table<'_>, phase: Option<&Phase>, draft: &mut Draft) -> Che
         .zip(&draft.states)
     {
         let missing = || {
-            Fault::at(
-                table.span(),
-                SceneProblem::MissingFlow {
-                    state: state.clone(),
-                },
-            )
+            table.fault(SceneProblem::MissingFlow {
+                state: state.clone(),
+            })
         };
         flow.push(component.ok_or_else(missing)?);
     }
@@ -223,23 +203,14 @@ impl Draft {
 
     /// The state a key names.
     fn state_of(&self, field: &Field<'_>, table: &Table<'_>) -> Checked<usize> {
-        if let Some(state) = self.states.iter().position(|state| state == field.key) {
-            return Ok(state);
-        }
-        let problem = if self.phase.as_deref() == Some(field.key) {
-            SceneProblem::PhaseInLaw {
+        if self.phase.as_deref() == Some(field.key) {
+            return Err(field.key_fault(SceneProblem::PhaseInLaw {
                 name: field.key.to_owned(),
                 table: table.title(),
-            }
-        } else {
-            let nearest = names::nearest(field.key, self.states.iter().map(String::as_str));
-            SceneProblem::UnknownName {
-                name: shown(field.key),
-                kind: "state",
-                nearest,
-            }
-        };
-        Err(Fault::at(field.key_span.clone(), problem))
+            }));
+        }
+        let states: Vec<&str> = self.states.iter().map(String::as_str).collect();
+        key_position("state", field, &states)
     }
 }
 
@@ -257,22 +228,7 @@ pub(super) fn read_surfaces(
 ) -> Checked<Vec<Surface>> {
     let field = model.require("surface")?;
     let tables = field.tables()?;
-    if tables.is_empty() {
-        return Err(Fault::at(
-            field.span(),
-            SceneProblem::Empty {
-                key: field.path.clone(),
-            },
-        ));
-    }
-    if tables.len() > MOST_SURFACES {
-        let problem = SceneProblem::TooMany {
-            key: field.path.clone(),
-            most: MOST_SURFACES,
-            found: tables.len(),
-        };
-        return Err(Fault::at(field.key_span.clone(), problem));
-    }
+    field.check_length(tables.len(), MOST_SURFACES)?;
     let mut surfaces: Vec<Surface> = Vec::new();
     for table in &tables {
         table.only(&SURFACE_KEYS)?;
@@ -320,10 +276,9 @@ fn surface(
     let response = match (table.field("impact"), table.field("contact")) {
         (Some(impact), None) => {
             if let Some(release) = table.field("release") {
-                return Err(Fault::at(
-                    release.key_span,
-                    SceneProblem::ReleaseWithoutContact { surface: name },
-                ));
+                return Err(
+                    release.key_fault(SceneProblem::ReleaseWithoutContact { surface: name })
+                );
             }
             let reset = impact_law(&impact.table()?, draft)?;
             let span = impact.span();
@@ -332,10 +287,7 @@ fn surface(
         }
         (None, Some(contact)) => contact_law(table, &contact.table()?, event, flow, draft)?,
         _ => {
-            return Err(Fault::at(
-                table.span(),
-                SceneProblem::Response { surface: name },
-            ));
+            return Err(table.fault(SceneProblem::Response { surface: name }));
         }
     };
     Ok(Surface {
@@ -347,17 +299,24 @@ fn surface(
     })
 }
 
+/// The expressions of a law, of which there is at least one.
+fn named_components(
+    law: &str,
+    table: &Table<'_>,
+    free: Option<&[NodeId]>,
+    draft: &mut Draft,
+) -> Checked<Vec<Option<NodeId>>> {
+    let named = draft.components(table, free)?;
+    if named.iter().all(Option::is_none) {
+        let key = law.to_owned();
+        return Err(table.fault(SceneProblem::Empty { key }));
+    }
+    Ok(named)
+}
+
 /// The state after an impact; components without a key are unchanged.
 fn impact_law(table: &Table<'_>, draft: &mut Draft) -> Checked<Vec<NodeId>> {
-    let named = draft.components(table, None)?;
-    if named.iter().all(Option::is_none) {
-        return Err(Fault::at(
-            table.span(),
-            SceneProblem::Empty {
-                key: "impact".to_owned(),
-            },
-        ));
-    }
+    let named = named_components("impact", table, None, draft)?;
     let dimension = draft.states.len() + usize::from(draft.phase.is_some());
     let reset = (0..dimension).map(|component| {
         let unchanged = draft.graph.input(component);
@@ -374,15 +333,7 @@ fn contact_law(
     flow: &[NodeId],
     draft: &mut Draft,
 ) -> Checked<Response> {
-    let named = draft.components(contact, Some(flow))?;
-    if named.iter().all(Option::is_none) {
-        return Err(Fault::at(
-            contact.span(),
-            SceneProblem::Empty {
-                key: "contact".to_owned(),
-            },
-        ));
-    }
+    let named = named_components("contact", contact, Some(flow), draft)?;
     let field = flow
         .iter()
         .enumerate()

@@ -9,7 +9,7 @@ use crate::model::expression::Resolved;
 use crate::model::graph::{ExpressionGraph, NodeId};
 use crate::model::{expression, names};
 
-/// What a name stands for.
+/// Kind of a name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Kind {
     /// A state.

@@ -1,5 +1,5 @@
-//! The tables beside the model: `[grazing]`, `[section]`, `[expansion]`, `[window]` and `[emit]`, with
-//! the parameters and components of the full state that they name.
+//! The tables beside the model: `[grazing]`, `[section]`, `[expansion]`, `[window]` and `[emit]`,
+//! with the parameters and components of the full state that they name.
 
 use std::collections::BTreeSet;
 
@@ -8,7 +8,7 @@ use super::{
     Emit, EmitPrecision, Expansion, Grazing, MapOrders, Orders, Section, SectionRule, Shape,
     StroboscopicPhase, Symmetry, Window,
 };
-use crate::model::error::{Checked, Fault, SceneProblem};
+use crate::model::error::{Checked, SceneProblem};
 use crate::model::names;
 use crate::model::oscillator::{Model, Response};
 use crate::numeric::FloatFormat;
@@ -59,25 +59,12 @@ fn passages(table: &Table<'_>, model: &Model) -> Checked<Vec<usize>> {
                 first: "surface",
                 second: "passages",
             };
-            return Err(Fault::at(passages.key_span, problem));
+            return Err(passages.key_fault(problem));
         }
         (Some(surface), None) => vec![surface.entry("a surface's name")?],
         (None, Some(passages)) => {
             let list = passages.list("a list of surfaces")?;
-            if list.is_empty() {
-                return Err(Fault::at(
-                    passages.span(),
-                    SceneProblem::Empty { key: passages.path },
-                ));
-            }
-            if list.len() > MOST_PASSAGES {
-                let problem = SceneProblem::TooMany {
-                    key: passages.path.clone(),
-                    most: MOST_PASSAGES,
-                    found: list.len(),
-                };
-                return Err(Fault::at(passages.span(), problem));
-            }
+            passages.check_length(list.len(), MOST_PASSAGES)?;
             list
         }
         (None, None) if model.surfaces.len() == 1 => return Ok(vec![0]),
@@ -89,32 +76,22 @@ fn passages(table: &Table<'_>, model: &Model) -> Checked<Vec<usize>> {
 /// The surface an entry names.
 fn surface(entry: &Entry<'_>, model: &Model) -> Checked<usize> {
     let name = entry.text("a surface's name")?;
-    let known = || model.surfaces.iter().map(|surface| surface.name.as_str());
-    known().position(|known| known == name).ok_or_else(|| {
-        entry.fault(SceneProblem::UnknownName {
-            name: super::document::shown(name),
-            kind: "surface",
-            nearest: names::nearest(name, known()),
-        })
-    })
+    let known = model.surfaces.iter().map(|surface| surface.name.as_str());
+    let known: Vec<&str> = known.collect();
+    position("surface", name, &known).map_err(|problem| entry.fault(problem))
 }
 
 fn solve_for(table: &Table<'_>, model: &Model, passages: usize) -> Checked<Vec<usize>> {
     let field = table.require("solve_for")?;
     let entries = field.one_or_list("a parameter's name")?;
-    if entries.is_empty() {
-        return Err(Fault::at(
-            field.span(),
-            SceneProblem::Empty { key: field.path },
-        ));
-    }
+    field.check_length(entries.len(), usize::MAX)?;
     let parameters = distinct(&entries, |entry| parameter(entry, model))?;
     if parameters.len() > passages {
         let problem = SceneProblem::TooManyUnknowns {
             parameters: parameters.len(),
             passages,
         };
-        return Err(Fault::at(field.span(), problem));
+        return Err(field.fault(problem));
     }
     Ok(parameters)
 }
@@ -124,13 +101,13 @@ fn guess(table: &Table<'_>, model: &Model) -> Checked<Vec<f64>> {
     let names = model.full_state_names();
     let mut guess = vec![None; names.len()];
     for field in table.fields() {
-        guess[component(&field, model)?] = Some(field.double()?);
+        guess[key_position("state", &field, &names)?] = Some(field.double()?);
     }
     let values = guess.into_iter().zip(&names).map(|(value, name)| {
         let missing = || SceneProblem::IncompleteGuess {
             component: (*name).to_owned(),
         };
-        value.ok_or_else(|| Fault::at(table.span(), missing()))
+        value.ok_or_else(|| table.fault(missing()))
     });
     values.collect()
 }
@@ -145,12 +122,9 @@ fn symmetry(table: &Table<'_>, model: &Model) -> Checked<Symmetry> {
     ];
     let symmetry = field.choice(&options, "\"none\", \"half-period\"")?;
     if symmetry == Symmetry::HalfPeriod && model.phase.is_none() {
-        return Err(Fault::at(
-            field.span(),
-            SceneProblem::NeedsPhase {
-                what: "a half-period symmetry",
-            },
-        ));
+        return Err(field.fault(SceneProblem::NeedsPhase {
+            what: "a half-period symmetry",
+        }));
     }
     Ok(symmetry)
 }
@@ -179,7 +153,7 @@ pub(super) fn read_section(
         ("any", Kind::Any),
     ];
     let kind = table.require("kind")?;
-    let fault = |problem| Err(Fault::at(kind.span(), problem));
+    let fault = |problem| Err(kind.fault(problem));
     match kind.choice(&options, "\"tangency\", \"stroboscopic\", \"any\"")? {
         Kind::Tangency => Ok((Section::Tangency, SectionRule::Named)),
         Kind::Any => match orders {
@@ -259,7 +233,7 @@ fn orders(table: &Table<'_>) -> Checked<Orders> {
             if table.field(first).is_some() {
                 let second = "tolerance";
                 let problem = SceneProblem::Exclusive { first, second };
-                return Err(Fault::at(tolerance.key_span, problem));
+                return Err(tolerance.key_fault(problem));
             }
         }
         return Ok(Orders::Tolerance(tolerance.positive()?.hi));
@@ -276,25 +250,12 @@ fn orders(table: &Table<'_>) -> Checked<Orders> {
 
 /// Weights by the name of a full-state component or a parameter.
 fn weights(table: &Table<'_>, model: &Model) -> Checked<Vec<(String, u32)>> {
-    let mut known = model.full_state_names();
-    known.extend(
-        model
-            .parameters
-            .iter()
-            .map(|parameter| parameter.name.as_str()),
-    );
-    let mut weights = Vec::new();
-    for field in table.fields() {
-        if !known.contains(&field.key) {
-            let nearest = names::nearest(field.key, known.iter().copied());
-            return Err(Fault::at(
-                field.key_span,
-                unknown("state or parameter", field.key, nearest),
-            ));
-        }
-        weights.push((field.key.to_owned(), field.count(1, HIGHEST)? as u32));
-    }
-    Ok(weights)
+    let known = [model.full_state_names(), model.parameter_names()].concat();
+    let weight = |field: &Field<'_>| {
+        key_position("state or parameter", field, &known)?;
+        Ok((field.key.to_owned(), field.count(1, HIGHEST)? as u32))
+    };
+    table.fields().iter().map(weight).collect()
 }
 
 /// Largest `y²` where the scene names none.
@@ -314,14 +275,16 @@ pub(super) fn read_window(table: Option<&Table<'_>>, model: &Model) -> Checked<W
     if let Some(depth) = table.field("depth") {
         window.depth = depth.positive()?.hi;
     }
-    if let Some(states) = table.field("state") {
-        for field in states.table()?.fields() {
-            window.state[component(&field, model)?] = field.positive()?.hi;
-        }
-    }
-    if let Some(parameters) = table.field("parameter") {
-        for field in parameters.table()?.fields() {
-            window.parameter[parameter_key(&field, model)?] = field.positive()?.hi;
+    let widths = [
+        ("state", model.full_state_names(), &mut window.state),
+        ("parameter", model.parameter_names(), &mut window.parameter),
+    ];
+    for (kind, known, widths) in widths {
+        let Some(field) = table.field(kind) else {
+            continue;
+        };
+        for field in field.table()?.fields() {
+            widths[key_position(kind, &field, &known)?] = field.positive()?.hi;
         }
     }
     Ok(window)
@@ -359,7 +322,7 @@ pub(super) fn read_emit(table: Option<&Table<'_>>, orders: Orders) -> Checked<Em
         ];
         emit.precision = precision.choice(&options, "\"f64\", \"f32\", \"any\"")?;
         if emit.precision == EmitPrecision::Any && !matches!(orders, Orders::Tolerance(_)) {
-            return Err(Fault::at(precision.span(), SceneProblem::NeedsTolerance));
+            return Err(precision.fault(SceneProblem::NeedsTolerance));
         }
     }
     if let Some(lanes) = table.field("lanes") {
@@ -379,10 +342,9 @@ pub(super) fn idle_parameters(
     let idle = |parameter: usize| !used.contains(&model.parameter_input(parameter));
     if let Some(&parameter) = grazing.solve_for.iter().find(|&&parameter| idle(parameter)) {
         let name = model.parameters[parameter].name.clone();
-        return Err(Fault::at(
-            table.require("solve_for")?.span(),
-            SceneProblem::IdleUnknown { name },
-        ));
+        return Err(table
+            .require("solve_for")?
+            .fault(SceneProblem::IdleUnknown { name }));
     }
     let names = model
         .parameters
@@ -416,44 +378,26 @@ fn used_inputs(model: &Model) -> BTreeSet<usize> {
 /// The parameter an entry names.
 pub(super) fn parameter(entry: &Entry<'_>, model: &Model) -> Checked<usize> {
     let name = entry.text("a parameter's name")?;
-    parameter_named(name, model).map_err(|problem| entry.fault(problem))
+    position("parameter", name, &model.parameter_names()).map_err(|problem| entry.fault(problem))
 }
 
-/// The parameter a key names.
-pub(super) fn parameter_key(field: &Field<'_>, model: &Model) -> Checked<usize> {
-    parameter_named(field.key, model).map_err(|problem| Fault::at(field.key_span.clone(), problem))
+/// The place of a key among names of a kind.
+pub(super) fn key_position(
+    kind: &'static str,
+    field: &Field<'_>,
+    known: &[&str],
+) -> Checked<usize> {
+    position(kind, field.key, known).map_err(|problem| field.key_fault(problem))
 }
 
-fn parameter_named(name: &str, model: &Model) -> Result<usize, SceneProblem> {
-    let known = || {
-        model
-            .parameters
-            .iter()
-            .map(|parameter| parameter.name.as_str())
-    };
-    let unknown = || unknown("parameter", name, names::nearest(name, known()));
-    known().position(|known| known == name).ok_or_else(unknown)
-}
-
-/// The component of the full state a key names.
-pub(super) fn component(field: &Field<'_>, model: &Model) -> Checked<usize> {
-    let known = model.full_state_names();
-    known
-        .iter()
-        .position(|known| *known == field.key)
-        .ok_or_else(|| {
-            let nearest = names::nearest(field.key, known.iter().copied());
-            Fault::at(field.key_span.clone(), unknown("state", field.key, nearest))
-        })
-}
-
-/// The fault of a name that is not known.
-pub(super) fn unknown(kind: &'static str, name: &str, nearest: Option<String>) -> SceneProblem {
-    SceneProblem::UnknownName {
+/// The place of a name among those known of a kind.
+fn position(kind: &'static str, name: &str, known: &[&str]) -> Result<usize, SceneProblem> {
+    let found = known.iter().position(|known| *known == name);
+    found.ok_or_else(|| SceneProblem::UnknownName {
         name: shown(name),
         kind,
-        nearest,
-    }
+        nearest: names::nearest(name, known.iter().copied()),
+    })
 }
 
 /// The values of a list, none of which may stand twice.
