@@ -53,8 +53,8 @@ pub trait SweptMap: Sync {
 
     /// What the map settles on from some states, at most as many as it has lanes.
     fn settle(&self, starts: &[Start], request: &OrbitRequest) -> Vec<Settled> {
-        let alone = |start: &Start| settle_alone(self, start, request);
-        starts.iter().map(alone).collect()
+        let single = |start: &Start| settle_single(self, start, request);
+        starts.iter().map(single).collect()
     }
 
     /// The map at fixed parameters, a map without parameters: prepared once per parameter value.
@@ -108,7 +108,7 @@ fn observe_each<M: SweptMap + ?Sized>(map: &M, orbit: &MapOrbit, parameters: &[f
     states.map(|state| map.observe(state, parameters)).collect()
 }
 
-fn settle_alone<M: SweptMap + ?Sized>(map: &M, start: &Start, request: &OrbitRequest) -> Settled {
+fn settle_single<M: SweptMap + ?Sized>(map: &M, start: &Start, request: &OrbitRequest) -> Settled {
     let fixed = map.at(&start.parameters);
     let orbit = MapOrbit::of(&*fixed, &start.state, &[], request);
     let complete = map.has_jacobian() && orbit.end == OrbitEnd::Completed;
@@ -327,8 +327,8 @@ impl SweptMap for DirectSweep<'_> {
         let parameters: Vec<&[f64]> = starts.iter().map(|start| &start.parameters[..]).collect();
         let lanes = || self.map.in_lanes::<DIRECT_LANES>(&parameters);
         let Some(mut lanes) = (starts.len() >= FEWEST_LANES).then(lanes).flatten() else {
-            let alone = |start: &Start| settle_alone(self, start, request);
-            return starts.iter().map(alone).collect();
+            let single = |start: &Start| settle_single(self, start, request);
+            return starts.iter().map(single).collect();
         };
         let states: Vec<&[f64]> = starts.iter().map(|start| &start.state[..]).collect();
         let orbits = lanes.orbits(&states, request).into_iter();

@@ -281,7 +281,7 @@ impl<'a> Direct<'a> {
         free: usize,
     ) -> Result<FoundOrbit, LostReason> {
         let problem = self.problem(itinerary, free);
-        let [before, after] = &near.beside;
+        let [before, after] = &near.neighbours;
         let coordinate = self.steepest(before, after);
         let held = Held::Coordinate(coordinate);
         let before = self.solved(itinerary, &problem, held, &exact(before))?;

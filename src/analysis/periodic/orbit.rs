@@ -150,18 +150,6 @@ impl<S: Real> PeriodicOrbit<S> {
         determinant(&shifted)
     }
 
-    /// Largest multiplier's logarithm over the returns of a period: the Lyapunov exponent of the
-    /// orbit.
-    ///
-    /// # Errors
-    ///
-    /// As [`eigenvalues`].
-    pub fn lyapunov_exponent(&self) -> Result<f64, NumericError> {
-        let multipliers = self.multipliers()?;
-        let largest = multipliers.first().map_or(f64::NAN, |first| first.norm());
-        Ok(largest.ln() / self.states.len() as f64)
-    }
-
     /// Where a neighbouring orbit is looked for: here.
     pub fn guess(&self) -> Guess<S> {
         Guess {

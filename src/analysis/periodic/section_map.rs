@@ -188,7 +188,7 @@ impl<S: Real> Point<S> {
                 }
                 // A step of half the change allowed is safely within it.
                 Ok((_, change)) => length *= (share / change).max(1e-12),
-                Err(NotBeside) => length *= OTHER_CONTACTS,
+                Err(OtherBranch) => length *= OTHER_CONTACTS,
             }
         }
         None
@@ -201,7 +201,7 @@ impl<S: Real> Point<S> {
         centre: &SectionStep<S>,
         variable: usize,
         length: f64,
-    ) -> Result<(DVector<S>, f64), NotBeside> {
+    ) -> Result<(DVector<S>, f64), OtherBranch> {
         let mut side = |sign: f64| {
             let kept = self.variables[variable];
             self.variables[variable] += S::from_f64(sign * length);
@@ -210,7 +210,7 @@ impl<S: Real> Point<S> {
             self.variables[variable] = kept;
             image
                 .filter(|image| image.contacts == centre.contacts)
-                .ok_or(NotBeside)
+                .ok_or(OtherBranch)
         };
         let (up, down) = (side(1.0)?, side(-1.0)?);
         let change = if centre.contacts.is_empty() {
@@ -225,7 +225,7 @@ impl<S: Real> Point<S> {
 }
 
 /// A step that met no image, or other contacts than its centre.
-struct NotBeside;
+struct OtherBranch;
 
 /// `(8 Δ(h) − Δ(2h)) / 12h`.
 fn fourth_order<S: Real>(inner: &DVector<S>, outer: &DVector<S>, length: f64) -> DVector<S> {

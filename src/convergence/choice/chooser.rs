@@ -12,7 +12,7 @@ use super::forecast::OrderRule;
 use super::judge::{Bench, Trial};
 use crate::convergence::error::ConvergenceError;
 use crate::convergence::family::{MapFamily, PROBE};
-use crate::convergence::sample::SamplePoint;
+use crate::convergence::sample::{SamplePoint, WindowSample};
 use crate::expansion::MapOrders;
 use crate::model::{EmitPrecision, Scene, Shape};
 use crate::numeric::FloatFormat;
@@ -179,16 +179,21 @@ impl<'a> Chooser<'a> {
         self.levels[0].rule.clone()
     }
 
+    /// The window.
+    pub(super) fn window(&self) -> &WindowSample {
+        self.bench.sample()
+    }
+
     /// Points of the window, from a number of the sequence on: nothing is chosen by those beyond
     /// the first 128 and as many fresh ones as were asked for.
     pub fn points(&self, first: usize, count: usize) -> Vec<SamplePoint> {
-        self.bench.sample().points(first, count)
+        self.window().points(first, count)
     }
 
     /// Points at which two passages in a row make contact; see
     /// [`WindowSample::joint_points`](super::WindowSample::joint_points).
     pub fn joint_points(&self, first: usize, count: usize) -> Vec<SamplePoint> {
-        self.bench.sample().joint_points(first, count)
+        self.window().joint_points(first, count)
     }
 
     /// The cheapest map for a tolerance: see [`choose_orders`](super::choose_orders). It is judged

@@ -15,7 +15,7 @@ use crate::model::{Scene, Shape};
 use crate::numeric::FloatFormat;
 use crate::orbit::GrazingOrbit;
 
-/// Points by which maps are chosen, beside the corners.
+/// Points by which maps are chosen, in addition to the corners.
 const POINTS: usize = 128;
 
 /// Points that forecasts are made at, of the sample and of those with two contacts.
