@@ -169,8 +169,8 @@ impl<S: Real> MapEvaluation<S> {
         })
     }
 
-    /// The image of a point where `root` says the depth variable of every passage, whatever its
-    /// depth; `None` is no contact.
+    /// The image of a point where `root` gives the depth variable of every passage, independent of
+    /// its depth; `None` is no contact.
     ///
     /// The depth variable may be negative, which is the other branch of the root: with it given the
     /// map is a polynomial (of contacts that are flown an analytic function, for `y ≥ 0`).

@@ -1,5 +1,5 @@
-//! What a sweep asks of a map: to be fixed at a parameter value, to settle there, to be observed, and
-//! where to start: at the periodic orbit without contact.
+//! What a sweep asks of a map: to be fixed at a parameter value, to settle there, to be observed,
+//! and where to start: at the periodic orbit without contact.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -26,10 +26,10 @@ const MAP_SEGMENTS: usize = 64;
 const DIRECT_LANES: usize = 8;
 
 /// Fewest orbits that are worth lanes of direct simulation: all lanes together take as long as two
-/// alone.
+/// single orbits.
 const FEWEST_LANES: usize = 3;
 
-/// Segments of a sweep by direct simulation, where mending a seam costs more.
+/// Segments of a sweep by direct simulation, where correcting a start costs more.
 const DIRECT_SEGMENTS: usize = 16;
 
 /// A map that can be swept along a parameter.

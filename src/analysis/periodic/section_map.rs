@@ -1,5 +1,5 @@
-//! A section map over any number, whatever evaluates it, and its derivatives by differences that never
-//! leave a branch of its root.
+//! A section map over any number type and implementation, and its derivatives by differences that
+//! never leave a branch of its root.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -21,11 +21,11 @@ pub struct SectionStep<S> {
     pub offsets: Vec<S>,
     /// Passages that made contact, in the order in which they follow the section.
     pub contacts: PassageSet,
-    /// Smallest of their depths ([`Stepped`] maps say the largest), in units in which it goes with
+    /// Smallest of their depths (the largest for [`Stepped`] maps), in units in which it goes with
     /// `y²`; 0 without contact.
     ///
-    /// How near the point is to where the map has no derivative. A local map says `y²`, direct
-    /// simulation the square of the impact speed.
+    /// How near the point is to where the map has no derivative. It is `y²` for a local map, the
+    /// square of the impact speed for direct simulation.
     pub depth: S,
     /// Contacts that no passage accounts for; 0 of a local map, which knows none.
     pub extra_contacts: usize,

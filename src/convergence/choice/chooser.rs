@@ -1,8 +1,8 @@
 //! The cheapest map for a tolerance.
 //!
 //! The cost of a map is known from its coefficients and its error is forecast from one expansion of
-//! higher order, so that only maps that may be the answer are measured. What is expanded and simulated
-//! once serves all tolerances. See docs/mathematics/convergence.md.
+//! higher order, so that only maps that may be the answer are measured. What is expanded and
+//! simulated once serves all tolerances. See docs/mathematics/convergence.md.
 
 use std::time::Instant;
 
@@ -166,7 +166,7 @@ impl<'a> Chooser<'a> {
         })
     }
 
-    /// The same with no orders beyond some, and contacts flown only where the scene asks for it.
+    /// The same with orders limited, and contacts flown only if the scene asks for it.
     pub(super) fn within(mut self, orders: MapOrders) -> Self {
         self.limit = self.limit.min(orders);
         self.deepest = self.limit;
@@ -395,8 +395,8 @@ impl<'a> Chooser<'a> {
             at => at?,
         };
         let family = &self.levels[at].family;
-        // A law that cannot be flown has no flown map to offer; a scene that asks for one is told
-        // why.
+        // A law that cannot be flown has no flown map to offer; a scene that asks for one gets
+        // the error.
         match family.flown_map(orders(1, 2)) {
             Err(error) if !asked && error.is_not_flown() => return Ok(()),
             map => map?,

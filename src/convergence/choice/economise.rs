@@ -111,13 +111,12 @@ impl Economiser {
         Ok(Self { exact, fits })
     }
 
-    /// Monomials of the largest fit that a map asks for: the time goes with their square.
+    /// Monomials of the largest fit of a map; its time grows as their square.
     pub(super) fn size(exact: &LocalMap) -> usize {
         exact.stages.iter().map(stage_size).max().unwrap_or(0)
     }
 
-    /// A truncation of the map, without whatever monomials, with the coefficients that it has
-    /// moved.
+    /// A truncation of the map with its remaining coefficients fitted.
     pub(super) fn economise(&self, mut map: LocalMap) -> LocalMap {
         let stages = map.stages.iter_mut().zip(&self.exact.stages);
         for ((stage, exact), fit) in stages.zip(&self.fits) {

@@ -2,11 +2,11 @@
 //! tolerance needs, predicted from it.
 //!
 //! At a point of the sample the stages act one after another. Where a monomial `m` of a stage lies
-//! beyond a cut, `c m(x)` at the stage's own input is what the cut leaves out there, and the Jacobian
-//! of the stages that follow carries it to the image. Monomials are summed by weighted degree, so that
-//! one pass forecasts every cut. On the window the terms of each degree of the legs, and of each weight
-//! of the contacts, fall as a power; where the tails of both reach half a tolerance is what to expand
-//! to. See docs/mathematics/orders.md.
+//! beyond a cut, `c m(x)` at the stage's own input is what the cut leaves out there, and the
+//! Jacobian of the stages that follow carries it to the image. Monomials are summed by weighted
+//! degree, so that one pass forecasts every cut. On the window the terms of each degree of the
+//! legs, and of each weight of the contacts, fall as a power; where the tails of both reach half a
+//! tolerance is what to expand to. See docs/mathematics/orders.md.
 
 use crate::analysis::MapEvaluation;
 use crate::convergence::sample::SamplePoint;
@@ -17,8 +17,8 @@ use crate::jet::Jet;
 /// its verge leaves.
 const STEP: f64 = 1e-9;
 
-/// A map followed stage by stage from sample points: what forecasts are made from, whatever the
-/// weights.
+/// A map followed stage by stage from sample points: forecasts for any weights are made from
+/// it.
 #[derive(Clone, Debug)]
 pub(super) struct Forecaster {
     map: LocalMap,

@@ -22,7 +22,7 @@ const POINTS: usize = 128;
 const FORECAST_POINTS: usize = 24;
 
 /// Multiples of the tolerance whose tenth monomials may be dropped within, by their bound on the
-/// window; the bound is seldom reached, and the verdict is measured.
+/// window; the bound is rarely reached, and the error is measured.
 const DROPS: [f64; 6] = [300.0, 100.0, 30.0, 10.0, 3.0, 1.0];
 
 /// What every candidate is measured on.
@@ -79,7 +79,7 @@ impl Trial {
         }
     }
 
-    /// Takes note of one that may not be chosen whatever its error.
+    /// Records a candidate that may not be chosen at any error.
     fn refuse(&mut self, choice: Choice) {
         self.last_met = false;
         self.misleading = Some(choice);

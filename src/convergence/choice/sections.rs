@@ -32,8 +32,8 @@ const BEYOND: MapOrders = MapOrders::new(2, 4);
 /// Sections nearer than this share of a period are the same.
 const SAME: f64 = 1e-6;
 
-/// Points of a window that are carried, in addition to its corners: half-widths are then found to about a
-/// hundredth.
+/// Points of a window that are carried, in addition to its corners: half-widths are then found to
+/// about a hundredth.
 const CARRIED: usize = 1000;
 
 /// Digits of a carried half-width, rounded up.

@@ -71,7 +71,8 @@ struct ScaledPoint {
     image: Vec<Dd>,
 }
 
-/// Something measured on scaled points: its exact images, `None` where there is none to compare with.
+/// Something measured on scaled points: its exact images, `None` where there is none to compare
+/// with.
 type Exact<'f> = dyn FnMut(&[Dd], &[Dd]) -> Result<Option<Vec<Dd>>, ConvergenceError> + 'f;
 
 impl ScaledPoints {

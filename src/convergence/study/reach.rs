@@ -1,5 +1,5 @@
-//! How far a map holds: the largest window on which its error stays within a tolerance, and the depth
-//! below which it is more accurate than direct simulation in double precision.
+//! How far a map holds: the largest window on which its error stays within a tolerance, and the
+//! depth below which it is more accurate than direct simulation in double precision.
 //!
 //! The sample of the scene's window is scaled until a point of it fails. As the window shrinks, a
 //! map's error falls until only rounding is left, while a root of the gap's minimum taken in double
@@ -60,7 +60,7 @@ pub struct Validity {
 
 /// The largest window on which a map, as it is run, meets a tolerance.
 ///
-/// `local` names the variables and the window of the scene; `map` is what is run, in whatever
+/// `local` names the variables and the window of the scene; `map` is what is run, in any
 /// shape.
 ///
 /// # Errors
