@@ -304,9 +304,6 @@ mod tests {
         fn method(&self) -> Method {
             Method::Map
         }
-        fn dimension(&self) -> usize {
-            1
-        }
         fn parameters(&self) -> usize {
             1
         }

@@ -37,9 +37,6 @@ pub trait SweptMap: Sync {
     /// What it is.
     fn method(&self) -> Method;
 
-    /// Number of coordinates of a state.
-    fn dimension(&self) -> usize;
-
     /// Number of parameters.
     fn parameters(&self) -> usize;
 
@@ -81,7 +78,9 @@ pub trait SweptMap: Sync {
     }
 
     /// Whether the map's Jacobian is cheap and exact, so that Lyapunov exponents are computed.
-    fn has_jacobian(&self) -> bool;
+    fn has_jacobian(&self) -> bool {
+        true
+    }
 }
 
 /// Where an orbit starts.
@@ -175,10 +174,6 @@ impl<M: DiscreteMap> SweptMap for UnobservedSweep<M> {
         Method::Map
     }
 
-    fn dimension(&self) -> usize {
-        self.map.dimension()
-    }
-
     fn parameters(&self) -> usize {
         self.map.parameters()
     }
@@ -202,10 +197,6 @@ impl<M: DiscreteMap> SweptMap for UnobservedSweep<M> {
     fn itinerary(&self) -> &Itinerary {
         &self.itinerary
     }
-
-    fn has_jacobian(&self) -> bool {
-        true
-    }
 }
 
 /// The local map, frozen at each parameter value.
@@ -224,10 +215,6 @@ pub struct FrozenSweep {
 impl SweptMap for FrozenSweep {
     fn method(&self) -> Method {
         Method::Map
-    }
-
-    fn dimension(&self) -> usize {
-        self.map.dimension()
     }
 
     fn parameters(&self) -> usize {
@@ -283,10 +270,6 @@ impl SweptMap for FrozenSweep {
     fn itinerary(&self) -> &Itinerary {
         &self.itinerary
     }
-
-    fn has_jacobian(&self) -> bool {
-        true
-    }
 }
 
 /// Direct simulation.
@@ -305,10 +288,6 @@ pub struct DirectSweep<'a> {
 impl SweptMap for DirectSweep<'_> {
     fn method(&self) -> Method {
         Method::Direct
-    }
-
-    fn dimension(&self) -> usize {
-        self.map.dimension()
     }
 
     fn parameters(&self) -> usize {
