@@ -84,7 +84,7 @@ impl Chart {
         grid.zip(&self.cells)
     }
 
-    /// The chart without its times: equal for equal requests, whatever the machine.
+    /// The chart without its times: equal for equal requests on every machine.
     pub fn without_timing(&self) -> Self {
         Self {
             timing: Timing::default(),

@@ -1,5 +1,5 @@
-//! Direct simulation under the contract of every map, for one orbit and for several in lanes, each at
-//! its own parameters.
+//! Direct simulation under the contract of every map, for one orbit and for several in lanes, each
+//! at its own parameters.
 
 use std::collections::BTreeSet;
 use std::sync::{Mutex, PoisonError};

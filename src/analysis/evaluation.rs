@@ -1,6 +1,8 @@
 //! A local map evaluated over any number: what its coefficients say, without the rounding of a
 //! step.
 
+use std::ops::Range;
+
 use crate::expansion::{
     ComposedMap, Contact, DepthPolynomial, FlownContact, Legs, LocalMap, Numbers, Stage,
 };
@@ -72,6 +74,11 @@ impl<S: Real> MapEvaluation<S> {
     /// All stages of a map.
     pub fn new(map: &LocalMap) -> Self {
         Self::of(map, &map.stages)
+    }
+
+    /// Some stages of a map that follow each other.
+    pub fn stages(map: &LocalMap, numbers: Range<usize>) -> Self {
+        Self::of(map, &map.stages[numbers])
     }
 
     /// The legs alone: `P_smooth`.
@@ -162,8 +169,8 @@ impl<S: Real> MapEvaluation<S> {
         })
     }
 
-    /// The image of a point where `root` says the depth variable of every passage, whatever its
-    /// depth; `None` is no contact.
+    /// The image of a point where `root` gives the depth variable of every passage, independent of
+    /// its depth; `None` is no contact.
     ///
     /// The depth variable may be negative, which is the other branch of the root: with it given the
     /// map is a polynomial (of contacts that are flown an analytic function, for `y ≥ 0`).

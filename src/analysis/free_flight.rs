@@ -4,11 +4,11 @@
 //! free flow with the surface ignored; back to the surface, through the reset or the contact, and
 //! on to the section.
 //!
-//! The free flight also carries section points to another section of the same grazing orbit: one window
-//! on both, so that maps of different sections can be compared.
+//! The free flight also carries section points to another section of the same grazing orbit: one
+//! window on both, so that maps of different sections can be compared.
 
 use super::error::AnalysisError;
-use super::section_frame::{SectionFrame, Values};
+use super::section_frame::{SectionFrame, Values, newton_to_rounding};
 use crate::flow::{Field, Integrator};
 use crate::hybrid::{HybridSystem, Simulator};
 use crate::model::{Response, Scene};
@@ -176,21 +176,17 @@ impl<'a, S: Real> FreeFlight<'a, S> {
     /// The nearby minimum of the gap along the free flow, `h' = 0` with `h'' > 0`, and the time to
     /// it.
     fn minimum_near(&mut self, state: &[S], parameters: &[S]) -> Option<(Vec<S>, S)> {
-        let (mut time, mut last) = (S::zero(), f64::INFINITY);
         let mut at = state.to_vec();
-        for _ in 0..NEWTON_STEPS {
+        let time = newton_to_rounding(S::zero(), NEWTON_STEPS, |time| {
+            if time != S::zero() {
+                at = self.fly(state, parameters, time)?;
+            }
             let normal = self.normal.evaluate(&at, parameters);
             if normal.get(2) <= S::zero() {
                 return None;
             }
-            let step = -(normal.get(1) / normal.get(2));
-            let size = step.magnitude();
-            if size == 0.0 || !size.is_finite() || size >= last {
-                break;
-            }
-            (time, last) = (time + step, size);
-            at = self.fly(state, parameters, time)?;
-        }
+            Some(normal.get(1) / normal.get(2))
+        })?;
         Some((at, time))
     }
 
@@ -199,19 +195,13 @@ impl<'a, S: Real> FreeFlight<'a, S> {
     fn entry(&mut self, minimum: &[S], parameters: &[S]) -> Option<(Vec<S>, S)> {
         let normal = self.normal.evaluate(minimum, parameters);
         let (depth, acceleration) = (-normal.get(0), normal.get(2));
-        let mut time = -(S::from_f64(2.0) * depth / acceleration).sqrt();
-        let mut last = f64::INFINITY;
-        let mut at = self.fly(minimum, parameters, time)?;
-        for _ in 0..NEWTON_STEPS {
-            let normal = self.normal.evaluate(&at, parameters);
-            let step = normal.get(0) / normal.get(1);
-            let size = step.magnitude();
-            if size == 0.0 || !size.is_finite() || size >= last {
-                break;
-            }
-            (time, last) = (time - step, size);
+        let start = -(S::from_f64(2.0) * depth / acceleration).sqrt();
+        let mut at = Vec::new();
+        let time = newton_to_rounding(start, NEWTON_STEPS, |time| {
             at = self.fly(minimum, parameters, time)?;
-        }
+            let normal = self.normal.evaluate(&at, parameters);
+            Some(normal.get(0) / normal.get(1))
+        })?;
         Some((at, time))
     }
 

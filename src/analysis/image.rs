@@ -175,7 +175,7 @@ fn inside<S: Real>(map: &LocalMap) -> impl Fn(&[S], &[S]) -> bool {
     }
 }
 
-/// One image, whatever computed it.
+/// One image by any method.
 struct Image<S> {
     offsets: Vec<S>,
     contacts: usize,

@@ -1,6 +1,6 @@
-//! How far a long computation has come, told to whoever listens.
+//! Progress reports of long computations.
 
-/// Listens to the progress of a computation; called from any thread.
+/// Receives the progress of a computation; called from any thread.
 pub trait Progress: Sync {
     /// `total` more units of work are to come.
     fn expect(&self, total: u64);
@@ -9,7 +9,7 @@ pub trait Progress: Sync {
     fn advance(&self, units: u64);
 }
 
-/// Nobody listens.
+/// Ignores all progress.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct NoProgress;
 

@@ -16,7 +16,7 @@ const NEWTON_STEPS: usize = 40;
 /// The section of a scene through its grazing orbit: offsets in, full states out, and back.
 ///
 /// State offsets are relative to the point where the grazing orbit at `p*` meets the section,
-/// whatever the parameters; parameter offsets are relative to `p*`. On a tangency section the
+/// at all parameters; parameter offsets are relative to `p*`. On a tangency section the
 /// component that is no coordinate solves `h'(x, p) = 0`.
 #[derive(Clone, Debug)]
 pub struct SectionFrame<S: Real> {
@@ -218,23 +218,34 @@ impl<S: Real> SectionFrame<S> {
     /// Newton's method for `h' = 0` in the eliminated component.
     fn solve_tangency(&mut self) {
         let eliminated = self.section.eliminated;
-        let mut last = f64::INFINITY;
-        for _ in 0..NEWTON_STEPS {
+        newton_to_rounding(self.state[eliminated], NEWTON_STEPS, |value| {
+            self.state[eliminated] = value;
             let values = self.tangency.evaluate(&self.state, &self.parameters);
-            let (value, slope) = (values.get(0), values.get(1));
-            if value == S::zero() {
-                return;
-            }
-            let step = value / slope;
-            let size = step.magnitude();
-            // Rounding is reached where the steps no longer shrink.
-            if !size.is_finite() || size >= last {
-                return;
-            }
-            self.state[eliminated] -= step;
-            last = size;
-        }
+            Some(values.get(0) / values.get(1))
+        });
     }
+}
+
+/// Newton's method from a start until its steps no longer shrink, where rounding is reached, or for
+/// so many steps; the last point at which `step` was asked for the step to subtract there.
+///
+/// `None` if `step` is.
+pub(super) fn newton_to_rounding<S: Real>(
+    start: S,
+    most: usize,
+    mut step: impl FnMut(S) -> Option<S>,
+) -> Option<S> {
+    let (mut at, mut last) = (start, f64::INFINITY);
+    let mut next = step(at)?;
+    for _ in 0..most {
+        let size = next.magnitude();
+        if size == 0.0 || !size.is_finite() || size >= last {
+            break;
+        }
+        (at, last) = (at - next, size);
+        next = step(at)?;
+    }
+    Some(at)
 }
 
 /// `h'` and its derivative by the eliminated component.

@@ -43,7 +43,7 @@ impl<'a> MapFamily<'a> {
         Self::sharing(scene, orbit, highest, &[])
     }
 
-    /// [`new`](Self::new) with whatever other families of the scene have expanded already.
+    /// [`new`](Self::new), reusing what other families of the scene have expanded already.
     pub(super) fn sharing(
         scene: &'a Scene,
         orbit: &'a GrazingOrbit,

@@ -1,9 +1,9 @@
 //! Maps against direct simulation: errors, rates and times of every pair of truncation orders, and
 //! the map and the section chosen for a tolerance.
 //!
-//! The one place where expansion and simulation meet, so that their agreement is evidence. What both
-//! parts measure with (points of a window, their exact images, truncations of one expansion) is
-//! here; [`study`] uses [`choice`], never the reverse. Deliberately absent: plotting. See
+//! The one place where expansion and simulation meet, so that their agreement is evidence. What
+//! both parts measure with (points of a window, their exact images, truncations of one expansion)
+//! is here; [`study`] uses [`choice`], never the reverse. Deliberately absent: plotting. See
 //! docs/mathematics/convergence.md.
 
 pub mod choice;

@@ -2,8 +2,8 @@
 //! the same in every run.
 //!
 //! A contact of depth `y²` moves the next passage by `O(y)`, far beyond the window's depth, so that
-//! hardly a point of an even sample makes two contacts. Where both are made the second depth is known
-//! worst, and its error moves the image by `δ/2y`: such points are looked for. See
+//! hardly a point of an even sample makes two contacts. Where both are made the second depth is
+//! known worst, and its error moves the image by `δ/2y`: such points are looked for. See
 //! docs/mathematics/orders.md.
 
 use crate::analysis::{DepthEvaluation, MapEvaluation};
@@ -38,8 +38,8 @@ pub struct SamplePoint {
 /// Depths are spread evenly in their logarithm over four decades up to the window's, everything
 /// else evenly over the half-widths. The coordinate along which the depth is steepest is solved
 /// for. Where a half-width is infinite it counts as the window's depth, the size of a deviation of
-/// weight 2. With several passages each has its turn to be at the depth, the others being wherever
-/// that puts them within the window; where two of them make contact is sampled
+/// weight 2. With several passages each is placed at the depth in turn, which
+/// decides the depths of the others within the window; where two of them make contact is sampled
 /// [apart](Self::joint_points).
 #[derive(Clone, Debug)]
 pub struct WindowSample {
@@ -138,7 +138,7 @@ impl WindowSample {
     }
 
     /// Points at the window's depth with everything else at its half-width, each sign in turn:
-    /// where errors are largest, and where a sequence that fills the window seldom comes. At
+    /// where errors are largest, and which a sequence that fills the window rarely reaches. At
     /// most 32 per passage.
     pub fn corners(&self) -> Vec<SamplePoint> {
         let ends = self.ends();

@@ -78,7 +78,8 @@ pub(super) fn image<S: Real>(
     Ok(comparable.then_some(image.offsets))
 }
 
-/// Whether an image tells the order of a map: it has contacts, and none but those of its passages.
+/// Whether the order of a map can be measured at an image: it has contacts, all of them at
+/// passages.
 pub(super) fn tells_order<S>(image: &SectionImage<S>) -> bool {
     image.end == DirectEnd::Returned && image.contacts > 0 && image.extra_contacts == 0
 }
@@ -194,8 +195,8 @@ impl MeasuredError {
 /// Compares a map with direct simulation in double-double at the corners of the window and at fresh
 /// points.
 ///
-/// `local` has the window; `map` is what is run, in whatever shape and numbers, with whatever was
-/// dropped.
+/// `local` has the window; `map` is what is run: any shape and precision, with or without dropped
+/// monomials.
 ///
 /// # Errors
 ///

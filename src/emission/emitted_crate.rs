@@ -1,7 +1,8 @@
 //! The files of an emission, and whether a folder holds them but for rounding.
 //!
-//! The same program on the same machine emits the same bytes. Another mathematical library or processor
-//! may round a coefficient differently, so numbers may differ in their last digits; nothing else may.
+//! The same program on the same machine emits the same bytes. Another mathematical library or
+//! processor may round a coefficient differently, so numbers may differ in their last digits;
+//! nothing else may.
 
 use std::collections::BTreeMap;
 use std::io;

@@ -4,9 +4,9 @@
 //! such number to the one in double precision, in the shortest digits that read back to it; so is
 //! every constant that states and parameters are compared with.
 //!
-//! Kernels are printed as one short statement a line. In Rust every `let` opens a scope within the last
-//! one, and the compiler walks them recursively: thousands of them end in its stack. A long kernel is
-//! printed in blocks, each handing on the results that are used after it.
+//! Kernels are printed as one short statement a line. In Rust every `let` opens a scope within the
+//! last one, and the compiler walks them recursively: thousands of them end in its stack. A long
+//! kernel is printed in blocks, each handing on the results that are used after it.
 
 use super::error::EmissionError;
 use super::names::{c_string_literal, number_literal, single_literal, string_literal};
@@ -122,8 +122,8 @@ impl Language {
         }
     }
 
-    /// An error that may be absent, in double precision always; C, which has no such thing, says so
-    /// by a negative one.
+    /// An error that may be absent, always in double precision; C has no optional numbers, there a
+    /// negative one stands for none.
     pub(super) fn optional(
         self,
         what: &'static str,

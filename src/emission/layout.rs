@@ -1,5 +1,5 @@
-//! From a map and its kernels to the text of a module: what the templates lay out, the provenance that
-//! heads it, and the templates, which hold layout only.
+//! From a map and its kernels to the text of a module: what the templates lay out, the provenance
+//! that heads it, and the templates, which hold layout only.
 
 use super::error::EmissionError;
 use super::language::{Language, PrintedKernel, print};

@@ -1,4 +1,4 @@
-//! The contract of every map that can be iterated, and what a step says of its contacts.
+//! The contract of every map that can be iterated, and the contacts of a step.
 
 /// A map `(x, p) ↦ x⁺` in offsets: interpreted, frozen, compiled, or evaluated by direct
 /// simulation.
@@ -112,8 +112,8 @@ impl<M: DiscreteMap + ?Sized> DiscreteMap for &M {
 
 /// A set of passages, by their numbers in one return, from 0.
 ///
-/// In files it is the list of their numbers. It holds [`CAPACITY`](Self::CAPACITY) passages, as many as a scene may name; higher numbers are
-/// not kept.
+/// In files it is the list of their numbers. It holds [`CAPACITY`](Self::CAPACITY) passages, as
+/// many as a scene may name; higher numbers are not kept.
 ///
 /// ```
 /// use grazemap::iteration::PassageSet;

@@ -1,7 +1,7 @@
 //! Maps that can be iterated, and what their orbits do: periods, contacts, Lyapunov exponents.
 //!
-//! One contract, [`DiscreteMap`], whatever evaluates the map. Deliberately absent: where a map came
-//! from.
+//! One contract, [`DiscreteMap`], for every way to evaluate a map. Deliberately absent: where a map
+//! came from.
 
 #[cfg(feature = "compiled-maps")]
 mod compiled;

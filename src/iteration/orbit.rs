@@ -1,4 +1,5 @@
-//! Orbits of maps: transient, kept states, contacts, escape, periods and the largest Lyapunov exponent.
+//! Orbits of maps: transient, kept states, contacts, escape, periods and the largest Lyapunov
+//! exponent.
 
 use std::ops::Range;
 
@@ -107,8 +108,8 @@ impl MapOrbit {
 
     /// Iterates several maps in step, each from its own state.
     ///
-    /// `step` is told which orbits go on and all states, one after another; it writes the images of
-    /// those that do, and what happened on the way.
+    /// `step` gets the flags of the orbits that continue and all states, one after another; it
+    /// writes the images of those orbits and the information on each step.
     pub fn in_step(
         initial: &[&[f64]],
         request: &OrbitRequest,

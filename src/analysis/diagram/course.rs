@@ -1,12 +1,12 @@
 //! One sweep: parameter values in order, the last state carried along.
 //!
 //! A state that is carried from value to value leaves nothing to do side by side. A sweep is
-//! therefore cut into segments, which run in step: a scout that stops at few values, and iterates
-//! little at each, guesses the state that is carried into every segment. Then the seams are mended:
-//! from the true last state of the segment before, the values of a segment are visited again until
-//! the map settles on what was found there already. What changes up to a segment's end is carried
-//! into the next. The cuts depend on the number of values alone, so that no result depends on the
-//! number of cores.
+//! therefore cut into segments, which run side by side: a coarse run, with few values and few
+//! iterates at each, guesses the state that is carried into every segment. Then the starts are
+//! corrected: from the true last state of the segment before, the values of a segment are visited
+//! again until the map settles on what was found there already. What changes up to a segment's end
+//! is carried into the next. The cuts depend on the number of values alone, so that no result
+//! depends on the number of cores.
 
 use std::ops::Range;
 use std::time::{Duration, Instant};
@@ -21,10 +21,10 @@ use crate::iteration::{MapOrbit, OrbitEnd, OrbitRequest};
 
 /// Fewest values of a segment.
 const SHORTEST: usize = 8;
-/// Values of each segment at which the scout stops.
-const STOPS: usize = 4;
-/// Iterates of the scout at each.
-const SCOUTED: usize = 16;
+/// Values of each segment that the coarse run visits.
+const COARSE_VALUES: usize = 4;
+/// Iterates of the coarse run at each.
+const COARSE_ITERATES: usize = 16;
 
 /// Runs one sweep, from the map's start at its first parameter value.
 pub(super) fn sweep(
@@ -36,7 +36,7 @@ pub(super) fn sweep(
     let clock = Instant::now();
     let mut course = Course::new(map, request, heading);
     course.run(progress);
-    course.mend();
+    course.correct();
     let timing = Timing {
         total_seconds: clock.elapsed().as_secs_f64(),
         ..course.timing
@@ -98,10 +98,10 @@ impl<'a> Course<'a> {
         }
     }
 
-    /// All segments side by side, from where the scout comes by.
+    /// All segments side by side, from the states of the coarse run.
     fn run(&mut self, progress: &dyn Progress) {
         let clock = Instant::now();
-        let starts = self.scout();
+        let starts = self.coarse_run();
         self.timing.seconds += clock.elapsed().as_secs_f64();
         let fronts = starts.into_iter().zip(&self.segments).enumerate();
         let fronts = fronts.map(|(segment, (carried, values))| Front {
@@ -113,18 +113,18 @@ impl<'a> Course<'a> {
     }
 
     /// Carries the last state of every segment into the next until nothing changes.
-    fn mend(&mut self) {
+    fn correct(&mut self) {
         let mut changed: Vec<usize> = (1..self.segments.len()).collect();
         while !changed.is_empty() {
-            let seams = changed.iter().map(|&segment| self.seam(segment));
-            changed = self.advance(&seams.collect::<Vec<_>>(), &NoProgress);
+            let corrected = changed.iter().map(|&segment| self.corrected(segment));
+            changed = self.advance(&corrected.collect::<Vec<_>>(), &NoProgress);
             changed.iter_mut().for_each(|segment| *segment += 1);
             changed.retain(|&segment| segment < self.segments.len());
         }
     }
 
     /// A segment entered from the end of the one before.
-    fn seam(&self, segment: usize) -> Front {
+    fn corrected(&self, segment: usize) -> Front {
         let value = self.segments[segment].start;
         let before = self.visits[value - 1].as_ref();
         Front {
@@ -165,14 +165,14 @@ impl<'a> Course<'a> {
             let mut visits = visits.into_iter();
             fronts.retain_mut(|front| {
                 let visit = visits.next();
-                visit.is_some_and(|visit| self.takes_on(front, visit, &mut found))
+                visit.is_some_and(|visit| self.keep(front, visit, &mut found))
             });
         }
         found
     }
 
-    /// Keeps a visit, if it changes anything; whether the front goes on.
-    fn takes_on(&self, front: &mut Front, visit: Visit, found: &mut Found) -> bool {
+    /// Keeps a visit if it changes anything; whether the front continues.
+    fn keep(&self, front: &mut Front, visit: Visit, found: &mut Found) -> bool {
         found.iterates += visit.iterates;
         found.time += visit.time;
         let known = self.visits[front.value].as_ref();
@@ -182,22 +182,22 @@ impl<'a> Course<'a> {
         front.carried.clone_from(&visit.carried);
         found.visits.push((front.value, visit));
         front.value += 1;
-        let goes_on = front.value < self.segments[front.segment].end;
-        if !goes_on {
+        let continues = front.value < self.segments[front.segment].end;
+        if !continues {
             found.changed.push(front.segment);
         }
-        goes_on
+        continues
     }
 
     /// The states that are carried into the segments, roughly.
-    fn scout(&self) -> Vec<Option<Vec<f64>>> {
+    fn coarse_run(&self) -> Vec<Option<Vec<f64>>> {
         let request = OrbitRequest {
-            transient: SCOUTED,
+            transient: COARSE_ITERATES,
             keep: 0,
             ..self.request.orbit.clone()
         };
-        let stops = self.stops();
-        // What follows from a value alone is prepared on all cores.
+        let stops = self.coarse_values();
+        // What depends on a value only is prepared on all cores.
         let prepare = |&stop: &usize| {
             let parameters = self.request.parameters(self.map, self.offsets[stop]);
             (self.map.at(&parameters), parameters)
@@ -205,7 +205,7 @@ impl<'a> Course<'a> {
         let prepared: Vec<_> = stops.par_iter().map(prepare).collect();
         let mut carried: Option<Vec<f64>> = None;
         let mut starts = vec![None];
-        for segment in prepared.chunks(STOPS) {
+        for segment in prepared.chunks(COARSE_VALUES) {
             for (fixed, parameters) in segment {
                 let state = carried.unwrap_or_else(|| self.map.start(parameters));
                 let orbit = MapOrbit::of(&**fixed, &state, &[], &request);
@@ -216,12 +216,12 @@ impl<'a> Course<'a> {
         starts
     }
 
-    /// The values at which the scout stops: in every segment but the last.
-    fn stops(&self) -> Vec<usize> {
+    /// The values that the coarse run visits: in every segment but the last.
+    fn coarse_values(&self) -> Vec<usize> {
         let segments = self.segments.split_last().map_or(&[][..], |(_, rest)| rest);
         let stops = |segment: &Range<usize>| {
             let (start, len) = (segment.start, segment.len());
-            (0..STOPS).map(move |stop| start + stop * len / STOPS)
+            (0..COARSE_VALUES).map(move |stop| start + stop * len / COARSE_VALUES)
         };
         segments.iter().flat_map(stops).collect()
     }
@@ -263,7 +263,7 @@ mod tests {
         }
     }
 
-    /// Sweeps it, with a scout that is told the truth or always carried to the wrong side.
+    /// Sweeps it, with a coarse run that is right or always ends on the wrong side.
     struct Swept {
         misled: bool,
         itinerary: Itinerary,
@@ -303,9 +303,6 @@ mod tests {
     impl SweptMap for Swept {
         fn method(&self) -> Method {
             Method::Map
-        }
-        fn dimension(&self) -> usize {
-            1
         }
         fn parameters(&self) -> usize {
             1

@@ -127,7 +127,7 @@ pub(super) fn one_period(mut values: Vec<f64>) -> Vec<f64> {
 }
 
 impl Diagram {
-    /// The diagram without its times: equal for equal requests, whatever the machine.
+    /// The diagram without its times: equal for equal requests on every machine.
     pub fn without_timing(&self) -> Self {
         let mut diagram = self.clone();
         diagram.speed_ratio = None;

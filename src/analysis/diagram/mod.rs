@@ -48,8 +48,8 @@ pub struct DiagramPlan<'a> {
 ///
 /// Every sweep starts at the fixed point of `P_smooth` at its first parameter value and carries its
 /// last state from value to value; after an escape it starts again at the fixed point. Sweeps (one
-/// per method and heading) run side by side, and so do segments of each, whose seams are mended: no
-/// result depends on the number of cores.
+/// per method and heading) run side by side, and so do segments of each, whose starts are
+/// corrected: no result depends on the number of cores.
 ///
 /// # Errors
 ///

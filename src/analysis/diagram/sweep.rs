@@ -1,5 +1,5 @@
-//! What a sweep asks for, what it finds at one parameter value, and whether two runs have settled on
-//! the same thing.
+//! What a sweep asks for, what it finds at one parameter value, and whether two runs have settled
+//! on the same thing.
 
 use std::time::{Duration, Instant};
 

@@ -1,5 +1,5 @@
-//! What a sweep asks of a map: to be fixed at a parameter value, to settle there, to be observed, and
-//! where to start: at the periodic orbit without contact.
+//! What a sweep asks of a map: to be fixed at a parameter value, to settle there, to be observed,
+//! and where to start: at the periodic orbit without contact.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -26,19 +26,16 @@ const MAP_SEGMENTS: usize = 64;
 const DIRECT_LANES: usize = 8;
 
 /// Fewest orbits that are worth lanes of direct simulation: all lanes together take as long as two
-/// alone.
+/// single orbits.
 const FEWEST_LANES: usize = 3;
 
-/// Segments of a sweep by direct simulation, where mending a seam costs more.
+/// Segments of a sweep by direct simulation, where correcting a start costs more.
 const DIRECT_SEGMENTS: usize = 16;
 
 /// A map that can be swept along a parameter.
 pub trait SweptMap: Sync {
     /// What it is.
     fn method(&self) -> Method;
-
-    /// Number of coordinates of a state.
-    fn dimension(&self) -> usize;
 
     /// Number of parameters.
     fn parameters(&self) -> usize;
@@ -53,8 +50,8 @@ pub trait SweptMap: Sync {
 
     /// What the map settles on from some states, at most as many as it has lanes.
     fn settle(&self, starts: &[Start], request: &OrbitRequest) -> Vec<Settled> {
-        let alone = |start: &Start| settle_alone(self, start, request);
-        starts.iter().map(alone).collect()
+        let single = |start: &Start| settle_single(self, start, request);
+        starts.iter().map(single).collect()
     }
 
     /// The map at fixed parameters, a map without parameters: prepared once per parameter value.
@@ -81,7 +78,9 @@ pub trait SweptMap: Sync {
     }
 
     /// Whether the map's Jacobian is cheap and exact, so that Lyapunov exponents are computed.
-    fn has_jacobian(&self) -> bool;
+    fn has_jacobian(&self) -> bool {
+        true
+    }
 }
 
 /// Where an orbit starts.
@@ -108,7 +107,7 @@ fn observe_each<M: SweptMap + ?Sized>(map: &M, orbit: &MapOrbit, parameters: &[f
     states.map(|state| map.observe(state, parameters)).collect()
 }
 
-fn settle_alone<M: SweptMap + ?Sized>(map: &M, start: &Start, request: &OrbitRequest) -> Settled {
+fn settle_single<M: SweptMap + ?Sized>(map: &M, start: &Start, request: &OrbitRequest) -> Settled {
     let fixed = map.at(&start.parameters);
     let orbit = MapOrbit::of(&*fixed, &start.state, &[], request);
     let complete = map.has_jacobian() && orbit.end == OrbitEnd::Completed;
@@ -175,10 +174,6 @@ impl<M: DiscreteMap> SweptMap for UnobservedSweep<M> {
         Method::Map
     }
 
-    fn dimension(&self) -> usize {
-        self.map.dimension()
-    }
-
     fn parameters(&self) -> usize {
         self.map.parameters()
     }
@@ -202,10 +197,6 @@ impl<M: DiscreteMap> SweptMap for UnobservedSweep<M> {
     fn itinerary(&self) -> &Itinerary {
         &self.itinerary
     }
-
-    fn has_jacobian(&self) -> bool {
-        true
-    }
 }
 
 /// The local map, frozen at each parameter value.
@@ -224,10 +215,6 @@ pub struct FrozenSweep {
 impl SweptMap for FrozenSweep {
     fn method(&self) -> Method {
         Method::Map
-    }
-
-    fn dimension(&self) -> usize {
-        self.map.dimension()
     }
 
     fn parameters(&self) -> usize {
@@ -283,10 +270,6 @@ impl SweptMap for FrozenSweep {
     fn itinerary(&self) -> &Itinerary {
         &self.itinerary
     }
-
-    fn has_jacobian(&self) -> bool {
-        true
-    }
 }
 
 /// Direct simulation.
@@ -307,10 +290,6 @@ impl SweptMap for DirectSweep<'_> {
         Method::Direct
     }
 
-    fn dimension(&self) -> usize {
-        self.map.dimension()
-    }
-
     fn parameters(&self) -> usize {
         self.map.parameters()
     }
@@ -327,8 +306,8 @@ impl SweptMap for DirectSweep<'_> {
         let parameters: Vec<&[f64]> = starts.iter().map(|start| &start.parameters[..]).collect();
         let lanes = || self.map.in_lanes::<DIRECT_LANES>(&parameters);
         let Some(mut lanes) = (starts.len() >= FEWEST_LANES).then(lanes).flatten() else {
-            let alone = |start: &Start| settle_alone(self, start, request);
-            return starts.iter().map(alone).collect();
+            let single = |start: &Start| settle_single(self, start, request);
+            return starts.iter().map(single).collect();
         };
         let states: Vec<&[f64]> = starts.iter().map(|start| &start.state[..]).collect();
         let orbits = lanes.orbits(&states, request).into_iter();

@@ -55,7 +55,7 @@ pub struct FoundOrbit {
     pub stable: bool,
     /// Its contacts, in order.
     pub contacts: Vec<OrbitContact>,
-    /// Whether map or simulation go the way of the itinerary, with no contact beside it.
+    /// Whether map or simulation make the contacts of the itinerary and no other.
     pub physical: bool,
     /// Whether its points, depths and parameters lie in the window.
     pub inside: bool,

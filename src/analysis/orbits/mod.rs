@@ -2,7 +2,7 @@
 //! what was found.
 //!
 //! One idea: a local map is searched, for with the contacts prescribed it is a polynomial; direct
-//! simulation, which goes its own way, is asked for the orbit next to each one found.
+//! simulation, whose contacts cannot be prescribed, is solved for the orbit next to each one found.
 
 mod data;
 
@@ -32,7 +32,7 @@ use crate::orbit::GrazingOrbit;
 ///
 /// Looked for in the map ([`ItinerarySearch`]), physical and virtual ones. With
 /// [`OrbitsRequest::direct`] every physical one is solved for again by direct simulation in
-/// double-double from there, and that orbit given; what has none is lost, and said.
+/// double-double from there, and that orbit is returned; those without one are listed as lost.
 /// No result depends on the number of cores.
 ///
 /// # Errors
@@ -193,7 +193,7 @@ fn parted(outcomes: Vec<Outcome>) -> (Vec<FoundOrbit>, Vec<LostOrbit>) {
     (orbits, lost)
 }
 
-/// What tells the speeds of a map's contacts.
+/// Impact speeds of a map's contacts.
 #[derive(Debug)]
 pub(super) struct ByMap<'a> {
     speeds: Vec<ImpactSpeed>,
@@ -281,7 +281,7 @@ impl<'a> Direct<'a> {
         free: usize,
     ) -> Result<FoundOrbit, LostReason> {
         let problem = self.problem(itinerary, free);
-        let [before, after] = &near.beside;
+        let [before, after] = &near.neighbours;
         let coordinate = self.steepest(before, after);
         let held = Held::Coordinate(coordinate);
         let before = self.solved(itinerary, &problem, held, &exact(before))?;

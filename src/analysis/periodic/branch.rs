@@ -1,5 +1,5 @@
-//! A branch of periodic orbits, followed in a coordinate of its first point, and its folds and flips:
-//! zeros of `det(J − I)` and `det(J + I)` between two of its orbits.
+//! A branch of periodic orbits, followed in a coordinate of its first point, and its folds and
+//! flips: zeros of `det(J − I)` and `det(J + I)` between two of its orbits.
 
 use super::orbit::{Guess, Held, PeriodicOrbit, PeriodicProblem, periodic_orbit};
 use super::section_map::SectionMap;
@@ -10,8 +10,10 @@ use crate::numeric::{Bracket, Real};
 /// at which there is no orbit of the itinerary.
 ///
 /// ```text
-/// P^n(x, p) = x,   x_c = value:   p along the branch is a smooth function of the value, through folds too
+/// P^n(x, p) = x,   x_c = value
 /// ```
+///
+/// Along the branch `p` is a smooth function of the value, through folds too.
 pub fn branch<S: Real>(
     map: &mut (impl SectionMap<S> + ?Sized),
     problem: &PeriodicProblem,

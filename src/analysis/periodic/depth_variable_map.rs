@@ -2,8 +2,8 @@
 //!
 //! One idea: with the contacts of a period prescribed and their depth variables as further
 //! coordinates, a local map is a polynomial, `y² = depth` one more equation for each contact, and
-//! Newton's method meets neither the root nor the graze. Whether the map itself goes that way is
-//! asked of the orbit found. See docs/mathematics/dynamics.md.
+//! Newton's method meets neither the root nor the graze. Whether the map itself makes these
+//! contacts is checked on the orbit found. See docs/mathematics/dynamics.md.
 
 use nalgebra::DMatrix;
 
@@ -130,8 +130,8 @@ impl<'a, S: Real> DepthVariableMap<'a, S> {
             .then_some(jacobian)
     }
 
-    /// The end of a period and what each depth lacks of its `y²`; told are every arrival, with its
-    /// depth variable, and every image.
+    /// The end of a period and the difference of each depth and its `y²`; `arrive` is called at
+    /// every passage with its depth variable, `returned` with every image.
     fn period(
         &self,
         state: &[S],
@@ -189,9 +189,9 @@ pub struct ItineraryOrbit<S> {
 }
 
 impl<S: Real> ItineraryOrbit<S> {
-    /// Whether the map goes the way prescribed: contact at positive `y`, none where no depth is
-    /// positive. Other orbits are *virtual*: what the branches of the root continue to where
-    /// the map takes another.
+    /// Whether the map makes the contacts prescribed: contact at positive `y`, none where no depth
+    /// is positive. Other orbits are *virtual*: what the branches of the root continue to where the
+    /// map takes another.
     pub fn is_physical(&self) -> bool {
         let contact = self.depth_variables.iter().all(|&y| y > S::zero());
         contact && self.free_depth.is_none_or(|depth| depth <= S::zero())

@@ -15,8 +15,8 @@ const DECADES: usize = 4;
 const PER_DECADE: usize = 6;
 /// Values of the list at which branches are looked for, as shares of it.
 const LOOKED_AT: [f64; 3] = [0.3, 0.7, 1.0];
-/// How far beside a bifurcation its neighbours on the branch are.
-const BESIDE: f64 = 0.02;
+/// Relative distance of the neighbours of a bifurcation on its branch.
+const APART: f64 = 0.02;
 
 /// How near to the multiplier of a bifurcation one of its orbit's is; of another branch, onto which
 /// a search may step, it is not.
@@ -30,7 +30,7 @@ pub struct ItineraryBifurcation {
     /// The orbit.
     pub orbit: ItineraryOrbit<f64>,
     /// Orbits of the branch before and after it.
-    pub beside: [ItineraryOrbit<f64>; 2],
+    pub neighbours: [ItineraryOrbit<f64>; 2],
 }
 
 /// Branches of one itinerary, the parameter `free` solved for.
@@ -178,7 +178,7 @@ impl Branches<'_> {
         let fixed = zero_between(&mut self.map, &self.problem, self.coordinate, ends, test)?;
         let orbit = map.orbit(&fixed).filter(|orbit| is_at(kind, orbit))?;
         let value = fixed.states[0][self.coordinate];
-        let mut beside = |share: f64| {
+        let mut neighbour = |share: f64| {
             let value = [value * (1.0 + share)];
             let guess = fixed.guess();
             let orbits = branch(
@@ -190,11 +190,11 @@ impl Branches<'_> {
             );
             map.orbit(orbits.first()?)
         };
-        let beside = [beside(-BESIDE)?, beside(BESIDE)?];
+        let neighbours = [neighbour(-APART)?, neighbour(APART)?];
         Some(ItineraryBifurcation {
             kind,
             orbit,
-            beside,
+            neighbours,
         })
     }
 }

@@ -1,4 +1,4 @@
-//! A periodic orbit: what is asked of it, what its Jacobian says, and Newton's method for it.
+//! A periodic orbit: the problem to solve, its multipliers, and Newton's method for it.
 
 use nalgebra::{Complex, DMatrix, DVector};
 
@@ -150,18 +150,6 @@ impl<S: Real> PeriodicOrbit<S> {
         determinant(&shifted)
     }
 
-    /// Largest multiplier's logarithm over the returns of a period: the Lyapunov exponent of the
-    /// orbit.
-    ///
-    /// # Errors
-    ///
-    /// As [`eigenvalues`].
-    pub fn lyapunov_exponent(&self) -> Result<f64, NumericError> {
-        let multipliers = self.multipliers()?;
-        let largest = multipliers.first().map_or(f64::NAN, |first| first.norm());
-        Ok(largest.ln() / self.states.len() as f64)
-    }
-
     /// Where a neighbouring orbit is looked for: here.
     pub fn guess(&self) -> Guess<S> {
         Guess {
@@ -173,7 +161,7 @@ impl<S: Real> PeriodicOrbit<S> {
 
 /// Newton steps made at most.
 const STEPS: usize = 60;
-/// Halvings of a step that leads nowhere nearer.
+/// Most halvings of a step that does not reduce the residual.
 const HALVINGS: usize = 19;
 
 /// The periodic orbit of a map near a guess, one variable held.

@@ -1,5 +1,5 @@
-//! A section map over any number, whatever evaluates it, and its derivatives by differences that never
-//! leave a branch of its root.
+//! A section map over any number type and implementation, and its derivatives by differences that
+//! never leave a branch of its root.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -21,11 +21,11 @@ pub struct SectionStep<S> {
     pub offsets: Vec<S>,
     /// Passages that made contact, in the order in which they follow the section.
     pub contacts: PassageSet,
-    /// Smallest of their depths ([`Stepped`] maps say the largest), in units in which it goes with
+    /// Smallest of their depths (the largest for [`Stepped`] maps), in units in which it goes with
     /// `y²`; 0 without contact.
     ///
-    /// How near the point is to where the map has no derivative. A local map says `y²`, direct
-    /// simulation the square of the impact speed.
+    /// How near the point is to where the map has no derivative. It is `y²` for a local map, the
+    /// square of the impact speed for direct simulation.
     pub depth: S,
     /// Contacts that no passage accounts for; 0 of a local map, which knows none.
     pub extra_contacts: usize,
@@ -188,7 +188,7 @@ impl<S: Real> Point<S> {
                 }
                 // A step of half the change allowed is safely within it.
                 Ok((_, change)) => length *= (share / change).max(1e-12),
-                Err(NotBeside) => length *= OTHER_CONTACTS,
+                Err(OtherBranch) => length *= OTHER_CONTACTS,
             }
         }
         None
@@ -201,7 +201,7 @@ impl<S: Real> Point<S> {
         centre: &SectionStep<S>,
         variable: usize,
         length: f64,
-    ) -> Result<(DVector<S>, f64), NotBeside> {
+    ) -> Result<(DVector<S>, f64), OtherBranch> {
         let mut side = |sign: f64| {
             let kept = self.variables[variable];
             self.variables[variable] += S::from_f64(sign * length);
@@ -210,7 +210,7 @@ impl<S: Real> Point<S> {
             self.variables[variable] = kept;
             image
                 .filter(|image| image.contacts == centre.contacts)
-                .ok_or(NotBeside)
+                .ok_or(OtherBranch)
         };
         let (up, down) = (side(1.0)?, side(-1.0)?);
         let change = if centre.contacts.is_empty() {
@@ -225,7 +225,7 @@ impl<S: Real> Point<S> {
 }
 
 /// A step that met no image, or other contacts than its centre.
-struct NotBeside;
+struct OtherBranch;
 
 /// `(8 Δ(h) − Δ(2h)) / 12h`.
 fn fourth_order<S: Real>(inner: &DVector<S>, outer: &DVector<S>, length: f64) -> DVector<S> {

@@ -1,8 +1,8 @@
 //! The cheapest map for a tolerance.
 //!
 //! The cost of a map is known from its coefficients and its error is forecast from one expansion of
-//! higher order, so that only maps that may be the answer are measured. What is expanded and simulated
-//! once serves all tolerances. See docs/mathematics/convergence.md.
+//! higher order, so that only maps that may be the answer are measured. What is expanded and
+//! simulated once serves all tolerances. See docs/mathematics/convergence.md.
 
 use std::time::Instant;
 
@@ -12,7 +12,7 @@ use super::forecast::OrderRule;
 use super::judge::{Bench, Trial};
 use crate::convergence::error::ConvergenceError;
 use crate::convergence::family::{MapFamily, PROBE};
-use crate::convergence::sample::SamplePoint;
+use crate::convergence::sample::{SamplePoint, WindowSample};
 use crate::expansion::MapOrders;
 use crate::model::{EmitPrecision, Scene, Shape};
 use crate::numeric::FloatFormat;
@@ -166,7 +166,7 @@ impl<'a> Chooser<'a> {
         })
     }
 
-    /// The same with no orders beyond some, and contacts flown only where the scene asks for it.
+    /// The same with orders limited, and contacts flown only if the scene asks for it.
     pub(super) fn within(mut self, orders: MapOrders) -> Self {
         self.limit = self.limit.min(orders);
         self.deepest = self.limit;
@@ -179,16 +179,21 @@ impl<'a> Chooser<'a> {
         self.levels[0].rule.clone()
     }
 
+    /// The window.
+    pub(super) fn window(&self) -> &WindowSample {
+        self.bench.sample()
+    }
+
     /// Points of the window, from a number of the sequence on: nothing is chosen by those beyond
     /// the first 128 and as many fresh ones as were asked for.
     pub fn points(&self, first: usize, count: usize) -> Vec<SamplePoint> {
-        self.bench.sample().points(first, count)
+        self.window().points(first, count)
     }
 
     /// Points at which two passages in a row make contact; see
-    /// [`WindowSample::joint_points`](super::WindowSample::joint_points).
+    /// [`WindowSample::joint_points`].
     pub fn joint_points(&self, first: usize, count: usize) -> Vec<SamplePoint> {
-        self.bench.sample().joint_points(first, count)
+        self.window().joint_points(first, count)
     }
 
     /// The cheapest map for a tolerance: see [`choose_orders`](super::choose_orders). It is judged
@@ -390,8 +395,8 @@ impl<'a> Chooser<'a> {
             at => at?,
         };
         let family = &self.levels[at].family;
-        // A law that cannot be flown has no flown map to offer; a scene that asks for one is told
-        // why.
+        // A law that cannot be flown has no flown map to offer; a scene that asks for one gets
+        // the error.
         match family.flown_map(orders(1, 2)) {
             Err(error) if !asked && error.is_not_flown() => return Ok(()),
             map => map?,

@@ -10,6 +10,7 @@
 
 use nalgebra::{Cholesky, DMatrix, DVector};
 
+use crate::analysis::MapEvaluation;
 use crate::convergence::error::ConvergenceError;
 use crate::convergence::family::MapFamily;
 use crate::convergence::sample::{WindowSample, low_discrepancy};
@@ -94,28 +95,28 @@ impl Economiser {
         let mut points = window_points(&exact, wanted(&exact))?;
         let deepest = exact.window.depth;
         let mut fits = Vec::new();
-        for stage in &exact.stages {
-            let (fit, images) = match stage {
+        for (number, stage) in exact.stages.iter().enumerate() {
+            fits.push(match stage {
                 Stage::Leg(leg) => leg_fit(leg, &points),
                 Stage::Contact(contact) => contact_fit(contact, &points, deepest),
                 // A family's maps are series.
-                Stage::Flown(_) => (StageFit::None, Vec::new()),
-            };
-            fits.push(fit);
-            for (point, image) in points.iter_mut().zip(images) {
-                point[..image.len()].copy_from_slice(&image);
+                Stage::Flown(_) => StageFit::None,
+            });
+            let stage = MapEvaluation::stages(&exact, number..number + 1);
+            for point in &mut points {
+                let (state, parameters) = point.split_at_mut(exact.dimension());
+                state.copy_from_slice(&stage.image(state, parameters).offsets);
             }
         }
         Ok(Self { exact, fits })
     }
 
-    /// Monomials of the largest fit that a map asks for: the time goes with their square.
+    /// Monomials of the largest fit of a map; its time grows as their square.
     pub(super) fn size(exact: &LocalMap) -> usize {
         exact.stages.iter().map(stage_size).max().unwrap_or(0)
     }
 
-    /// A truncation of the map, without whatever monomials, with the coefficients that it has
-    /// moved.
+    /// A truncation of the map with its remaining coefficients fitted.
     pub(super) fn economise(&self, mut map: LocalMap) -> LocalMap {
         let stages = map.stages.iter_mut().zip(&self.exact.stages);
         for ((stage, exact), fit) in stages.zip(&self.fits) {
@@ -165,21 +166,19 @@ fn stage_size(stage: &Stage) -> usize {
     }
 }
 
-/// The fit of a leg, and its images.
-fn leg_fit(leg: &Leg, points: &[Vec<f64>]) -> (StageFit, Vec<Vec<f64>>) {
-    let value = |point: &Vec<f64>| leg.image.iter().map(|jet| jet.evaluate(point)).collect();
-    let images = points.iter().map(value).collect();
+/// The fit of a leg.
+fn leg_fit(leg: &Leg, points: &[Vec<f64>]) -> StageFit {
     let space = leg.image.first().map(Jet::space);
     let rows = space.map_or(Vec::new(), |space| {
         let row = |point: &Vec<f64>| monomials(space, point, 1.0);
         points.iter().map(row).collect()
     });
-    (StageFit::Leg(Fit::new(rows)), images)
+    StageFit::Leg(Fit::new(rows))
 }
 
-/// The fits of a contact, and its images: of the depth such that the depth variable `y` errs
+/// The fits of a contact: of the depth such that the depth variable `y` errs
 /// little, `δy = δ(y²)/2y`; of the correction on the points that touch.
-fn contact_fit(contact: &Contact, points: &[Vec<f64>], deepest: f64) -> (StageFit, Vec<Vec<f64>>) {
+fn contact_fit(contact: &Contact, points: &[Vec<f64>], deepest: f64) -> StageFit {
     let depth = |point: &Vec<f64>| contact.depth.evaluate(point);
     let depths: Vec<f64> = points.iter().map(depth).collect();
     let least = LEAST_DEPTH_VARIABLE * deepest.sqrt();
@@ -201,17 +200,7 @@ fn contact_fit(contact: &Contact, points: &[Vec<f64>], deepest: f64) -> (StageFi
         ]
         .concat()
     });
-    let correction_fit = Fit::new(correction.collect());
-    let image = |(point, depth): (&Vec<f64>, &f64)| {
-        let y = depth.max(0.0).sqrt();
-        let parts = contact.linear.iter().zip(&contact.quadratic).zip(point);
-        let moved = |((linear, quadratic), x): ((&Jet<f64>, &Jet<f64>), &f64)| {
-            x + y * (linear.evaluate(point) + y * quadratic.evaluate(point))
-        };
-        parts.map(moved).collect()
-    };
-    let images = pairs().map(image).collect();
-    (StageFit::Contact(depth_fit, correction_fit), images)
+    StageFit::Contact(depth_fit, Fit::new(correction.collect()))
 }
 
 /// The monomials of a space at a point, times a factor.

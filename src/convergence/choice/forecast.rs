@@ -2,11 +2,11 @@
 //! tolerance needs, predicted from it.
 //!
 //! At a point of the sample the stages act one after another. Where a monomial `m` of a stage lies
-//! beyond a cut, `c m(x)` at the stage's own input is what the cut leaves out there, and the Jacobian
-//! of the stages that follow carries it to the image. Monomials are summed by weighted degree, so that
-//! one pass forecasts every cut. On the window the terms of each degree of the legs, and of each weight
-//! of the contacts, fall as a power; where the tails of both reach half a tolerance is what to expand
-//! to. See docs/mathematics/orders.md.
+//! beyond a cut, `c m(x)` at the stage's own input is what the cut leaves out there, and the
+//! Jacobian of the stages that follow carries it to the image. Monomials are summed by weighted
+//! degree, so that one pass forecasts every cut. On the window the terms of each degree of the
+//! legs, and of each weight of the contacts, fall as a power; where the tails of both reach half a
+//! tolerance is what to expand to. See docs/mathematics/orders.md.
 
 use crate::analysis::MapEvaluation;
 use crate::convergence::sample::SamplePoint;
@@ -17,18 +17,18 @@ use crate::jet::Jet;
 /// its verge leaves.
 const STEP: f64 = 1e-9;
 
-/// A map followed stage by stage from sample points: what forecasts are made from, whatever the
-/// weights.
+/// A map followed stage by stage from sample points: forecasts for any weights are made from
+/// it.
 #[derive(Clone, Debug)]
 pub(super) struct Forecaster {
     map: LocalMap,
     /// By point, then by stage.
-    routes: Vec<Vec<Station>>,
+    routes: Vec<Vec<StageInput>>,
 }
 
 /// A stage on the way of a point.
 #[derive(Clone, Debug)]
-struct Station {
+struct StageInput {
     /// Input: coordinates and parameters.
     here: Vec<f64>,
     /// Jacobian of the stages that follow, row by row.
@@ -50,13 +50,11 @@ type Effects = Vec<Vec<f64>>;
 impl Forecaster {
     /// Follows sample points through a map.
     pub(super) fn new(map: LocalMap, points: &[SamplePoint]) -> Self {
-        let rests: Vec<_> = (1..=map.stages.len())
-            .map(|from| rest(&map, from))
-            .collect();
-        let routes = points
-            .iter()
-            .map(|point| route(&map, point, &rests))
-            .collect();
+        let count = map.stages.len();
+        let part = |numbers| MapEvaluation::stages(&map, numbers);
+        let parts = (0..count).map(|number| [part(number..number + 1), part(number + 1..count)]);
+        let parts: Vec<_> = parts.collect();
+        let routes = points.iter().map(|point| route(point, &parts)).collect();
         Self { map, routes }
     }
 
@@ -73,7 +71,7 @@ impl Forecaster {
             .iter()
             .map(|s| degrees(s, weights))
             .collect();
-        let of = |route: &Vec<Station>| at_point(&self.map, route, &degrees);
+        let of = |route: &Vec<StageInput>| at_point(&self.map, route, &degrees);
         let (smooth, contact) = self.routes.iter().map(of).unzip();
         Forecast { smooth, contact }
     }
@@ -121,43 +119,19 @@ fn sizes(effects: &[Effects]) -> Vec<f64> {
     (1..cuts).map(size).collect()
 }
 
-/// The stages from one on.
-fn rest(map: &LocalMap, from: usize) -> MapEvaluation<f64> {
-    let mut rest = map.clone();
-    rest.stages.drain(..from);
-    MapEvaluation::new(&rest)
-}
-
-fn route(map: &LocalMap, point: &SamplePoint, rests: &[MapEvaluation<f64>]) -> Vec<Station> {
-    let dimension = map.dimension();
+/// The inputs of all stages on the way of a point; `parts` are each stage and those that follow it.
+fn route(point: &SamplePoint, parts: &[[MapEvaluation<f64>; 2]]) -> Vec<StageInput> {
     let mut here = [point.state.as_slice(), &point.parameters].concat();
-    let mut stations = Vec::with_capacity(rests.len());
-    for (stage, rest) in map.stages.iter().zip(rests) {
-        let image = image(stage, &here, dimension);
-        stations.push(Station {
-            jacobian: jacobian(rest, &image, &point.parameters),
+    let mut inputs = Vec::with_capacity(parts.len());
+    for [stage, rest] in parts {
+        let image = stage.image(&here[..point.state.len()], &point.parameters);
+        inputs.push(StageInput {
+            jacobian: jacobian(rest, &image.offsets, &point.parameters),
             here: here.clone(),
         });
-        here[..dimension].copy_from_slice(&image);
+        here[..point.state.len()].copy_from_slice(&image.offsets);
     }
-    stations
-}
-
-/// The image under one stage.
-fn image(stage: &Stage, here: &[f64], dimension: usize) -> Vec<f64> {
-    match stage {
-        Stage::Leg(leg) => leg.image.iter().map(|jet| jet.evaluate(here)).collect(),
-        Stage::Contact(law) => {
-            let y = law.depth.evaluate(here).max(0.0).sqrt();
-            let parts = law.linear.iter().zip(&law.quadratic).zip(here);
-            let moved = |((b, c), x): ((&Jet<f64>, &Jet<f64>), &f64)| {
-                x + y * (b.evaluate(here) + y * c.evaluate(here))
-            };
-            parts.map(moved).collect()
-        }
-        // A family's maps are series.
-        Stage::Flown(_) => here[..dimension].to_vec(),
-    }
+    inputs
 }
 
 /// Weighted degrees of the monomials of a stage's spaces: of a leg, or of a depth and the two parts
@@ -186,14 +160,18 @@ pub(super) fn weighted_degrees(jet: &Jet<f64>, weights: &[u32]) -> Vec<usize> {
     jet.terms().map(degree).collect()
 }
 
-fn at_point(map: &LocalMap, route: &[Station], degrees: &[Vec<Vec<usize>>]) -> (Effects, Effects) {
+fn at_point(
+    map: &LocalMap,
+    route: &[StageInput],
+    degrees: &[Vec<Vec<usize>>],
+) -> (Effects, Effects) {
     let dimension = map.dimension();
     let mut smooth = vec![vec![0.0; dimension]; map.orders.smooth_order as usize];
     let mut contact = vec![vec![0.0; dimension]; map.orders.contact_weight as usize];
-    for ((stage, station), degrees) in map.stages.iter().zip(route).zip(degrees) {
+    for ((stage, input), degrees) in map.stages.iter().zip(route).zip(degrees) {
         let (cuts, effects) = match stage {
             Stage::Leg(leg) => {
-                let sums = all_sums(&leg.image, &degrees[0], &station.here);
+                let sums = all_sums(&leg.image, &degrees[0], &input.here);
                 let left = |cut: usize| {
                     let degree = DEVIATION_WEIGHT as usize * cut;
                     sums.iter().map(|sums| sums.beyond(degree)).collect()
@@ -202,13 +180,13 @@ fn at_point(map: &LocalMap, route: &[Station], degrees: &[Vec<Vec<usize>>]) -> (
                 (cuts, &mut smooth)
             }
             Stage::Contact(law) => {
-                let cuts = contact_cuts(law, degrees, &station.here, contact.len());
+                let cuts = contact_cuts(law, degrees, &input.here, contact.len());
                 (cuts, &mut contact)
             }
             Stage::Flown(_) => continue,
         };
         for (effect, cut) in effects.iter_mut().zip(&cuts) {
-            for (row, sum) in station.jacobian.iter().zip(effect.iter_mut()) {
+            for (row, sum) in input.jacobian.iter().zip(effect.iter_mut()) {
                 *sum += row.iter().zip(cut).map(|(a, b)| a * b).sum::<f64>();
             }
         }

@@ -15,14 +15,14 @@ use crate::model::{Scene, Shape};
 use crate::numeric::FloatFormat;
 use crate::orbit::GrazingOrbit;
 
-/// Points by which maps are chosen, beside the corners.
+/// Points by which maps are chosen, in addition to the corners.
 const POINTS: usize = 128;
 
 /// Points that forecasts are made at, of the sample and of those with two contacts.
 const FORECAST_POINTS: usize = 24;
 
 /// Multiples of the tolerance whose tenth monomials may be dropped within, by their bound on the
-/// window; the bound is seldom reached, and the verdict is measured.
+/// window; the bound is rarely reached, and the error is measured.
 const DROPS: [f64; 6] = [300.0, 100.0, 30.0, 10.0, 3.0, 1.0];
 
 /// What every candidate is measured on.
@@ -79,7 +79,7 @@ impl Trial {
         }
     }
 
-    /// Takes note of one that may not be chosen whatever its error.
+    /// Records a candidate that may not be chosen at any error.
     fn refuse(&mut self, choice: Choice) {
         self.last_met = false;
         self.misleading = Some(choice);

@@ -32,8 +32,8 @@ const BEYOND: MapOrders = MapOrders::new(2, 4);
 /// Sections nearer than this share of a period are the same.
 const SAME: f64 = 1e-6;
 
-/// Points of a window that are carried, beside its corners: half-widths are then found to about a
-/// hundredth.
+/// Points of a window that are carried, in addition to its corners: half-widths are then found to
+/// about a hundredth.
 const CARRIED: usize = 1000;
 
 /// Digits of a carried half-width, rounded up.
@@ -107,8 +107,9 @@ pub fn settle_section(
         });
     };
     let options = ChoiceOptions::new(tolerance);
-    let own = choose(&scene, &orbit, &options)?;
-    let trials = try_others(&scene, &orbit, &options, &own)?;
+    let mut chooser = Chooser::new(&scene, &orbit, options.fresh)?;
+    let own = chooser.choose(tolerance)?;
+    let trials = try_others(&scene, &orbit, &options, &own, chooser.window())?;
     let tangency = SectionChoice {
         ahead: None,
         phase: None,
@@ -168,7 +169,9 @@ pub fn choose_sections(
     options: &ChoiceOptions,
     own: &Choice,
 ) -> Result<Vec<SectionChoice>, ConvergenceError> {
-    let trials = try_others(scene, orbit, options, own)?.into_iter();
+    let map = MapFamily::new(scene, orbit, PROBE)?.map(PROBE)?;
+    let window = WindowSample::new(&map);
+    let trials = try_others(scene, orbit, options, own, &window)?.into_iter();
     Ok(trials.map(|trial| trial.choice).collect())
 }
 
@@ -179,16 +182,16 @@ struct TriedSection {
     place: Option<(Scene, GrazingOrbit)>,
 }
 
-/// Every section but the scene's own.
+/// Every section but the scene's own, on which the window is that of the same orbits.
 fn try_others(
     scene: &Scene,
     orbit: &GrazingOrbit,
     options: &ChoiceOptions,
     own: &Choice,
+    window: &WindowSample,
 ) -> Result<Vec<TriedSection>, ConvergenceError> {
     let limit = own.orders.plus(BEYOND);
-    let map = MapFamily::new(scene, orbit, PROBE)?.map(PROBE)?;
-    let points = WindowSample::new(&map).judging(0, CARRIED);
+    let points = window.judging(0, CARRIED);
     let tried = |(ahead, section)| {
         let moved = moved(scene, orbit, section, &points);
         let chosen = moved.and_then(|(scene, orbit)| {

@@ -1,5 +1,5 @@
-//! Truncation orders against direct simulation: one expansion, one sample, one truth, and every pair
-//! of orders measured on it.
+//! Truncation orders against direct simulation: one expansion, one sample, one truth, and every
+//! pair of orders measured on it.
 
 mod rates;
 mod reach;

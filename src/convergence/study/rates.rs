@@ -15,7 +15,7 @@ use crate::model::Scene;
 use crate::numeric::{Dd, Real, Scalar};
 use crate::orbit::GrazingOrbit;
 
-/// A measured exponent beside the expected one.
+/// A measured exponent and the expected one.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Rate {
     /// Slope of the error in logarithms; `None` where rounding leaves too short a range.
@@ -59,22 +59,23 @@ const DEEP: f64 = 0.1;
 const CLEAR: f64 = 1e3;
 
 /// Deviations of one size in several directions, with their exact images.
-struct Ladder {
+struct ScaledPoints {
     /// Size, in units of the window's edge, and the points of that size.
-    rungs: Vec<(f64, Vec<Rung>)>,
+    sizes: Vec<(f64, Vec<ScaledPoint>)>,
 }
 
-/// One scaled point.
-struct Rung {
+/// A point of one size.
+struct ScaledPoint {
     state: Vec<Dd>,
     parameters: Vec<Dd>,
     image: Vec<Dd>,
 }
 
-/// Something measured on a ladder: its exact images, `None` where there is none to compare with.
+/// Something measured on scaled points: its exact images, `None` where there is none to compare
+/// with.
 type Exact<'f> = dyn FnMut(&[Dd], &[Dd]) -> Result<Option<Vec<Dd>>, ConvergenceError> + 'f;
 
-impl Ladder {
+impl ScaledPoints {
     /// Points whose variable `i` is `scale(size, i)` times its share of a direction.
     fn new(
         directions: &[Vec<f64>],
@@ -82,7 +83,7 @@ impl Ladder {
         scale: impl Fn(f64, usize) -> f64,
         exact: &mut Exact<'_>,
     ) -> Result<Self, ConvergenceError> {
-        let mut rungs = Vec::new();
+        let mut sizes = Vec::new();
         for step in 0..SIZES {
             let size = size(step);
             let mut points = Vec::new();
@@ -92,7 +93,7 @@ impl Ladder {
                 let offsets: Vec<Dd> = direction.iter().enumerate().map(offset).collect();
                 let (state, parameters) = offsets.split_at(coordinates);
                 if let Some(image) = exact(state, parameters)? {
-                    points.push(Rung {
+                    points.push(ScaledPoint {
                         state: state.to_vec(),
                         parameters: parameters.to_vec(),
                         image,
@@ -100,20 +101,20 @@ impl Ladder {
                 }
             }
             if points.len() == directions.len() {
-                rungs.push((size, points));
+                sizes.push((size, points));
             }
         }
-        Ok(Self { rungs })
+        Ok(Self { sizes })
     }
 
-    /// The rate of a map on the ladder; `rounding` is that of its coefficients, relative to the
+    /// The rate of a map on these points; `rounding` is that of its coefficients, relative to the
     /// image. The truth itself errs by the rounding of the depth, `1/y` of which is that of the
     /// kick.
     fn rate<S: Real>(&self, map: &MapEvaluation<S>, rounding: f64, expected: f64) -> Rate {
         self.rate_and_errors(map, rounding, expected).0
     }
 
-    /// The rate of a map on the ladder, and the errors it was measured from: size and error.
+    /// The rate of a map on these points, and the errors it was measured from: size and error.
     fn rate_and_errors<S: Real>(
         &self,
         map: &MapEvaluation<S>,
@@ -121,11 +122,11 @@ impl Ladder {
         expected: f64,
     ) -> (Rate, Vec<[f64; 2]>) {
         let points: Vec<_> = self
-            .rungs
+            .sizes
             .iter()
             .map(|(size, points)| {
                 let error = root_mean_square(points.iter().map(|point| point.error(map)));
-                let image = root_mean_square(points.iter().map(Rung::size));
+                let image = root_mean_square(points.iter().map(ScaledPoint::size));
                 (
                     *size,
                     error,
@@ -146,9 +147,27 @@ impl Ladder {
             .collect();
         (rate, errors)
     }
+
+    /// The rates of a factor cut at every order up to the highest.
+    fn factor_rates(
+        &self,
+        highest: u32,
+        cut: impl Fn(u32) -> Result<MapEvaluation<Dd>, ConvergenceError> + Sync,
+    ) -> Result<Vec<FactorRate>, ConvergenceError> {
+        let rate = |order: u32| {
+            let expected = f64::from(order + 1);
+            let (rate, errors) = self.rate_and_errors(&cut(order)?, Dd::ROUNDOFF, expected);
+            Ok(FactorRate {
+                order,
+                rate,
+                errors,
+            })
+        };
+        (1..=highest).into_par_iter().map(rate).collect()
+    }
 }
 
-impl Rung {
+impl ScaledPoint {
     fn error<S: Real>(&self, map: &MapEvaluation<S>) -> f64 {
         let convert = |values: &[Dd]| {
             values
@@ -194,7 +213,7 @@ fn contact_directions(sample: &WindowSample, expander: &Expander<'_>) -> Vec<Vec
         .collect()
 }
 
-/// Size of a step of the ladder, in units of the window's edge.
+/// Size of a step, in units of the window's edge.
 fn size(step: usize) -> f64 {
     LARGEST * 0.5f64.powf(0.5 * step as f64)
 }
@@ -222,7 +241,7 @@ fn smooth_directions(sample: &WindowSample) -> Vec<Vec<f64>> {
 /// Measures the rate of whole maps: deviations of weight `w` scaled as `size^w`, so that `y` is
 /// proportional to the size.
 pub(super) struct MapRates {
-    ladder: Ladder,
+    scaled: ScaledPoints,
 }
 
 impl MapRates {
@@ -241,15 +260,15 @@ impl MapRates {
         };
         let scale = |size: f64, variable: usize| size.powi(variables.weights[variable] as i32);
         let directions = contact_directions(sample, expander);
-        let ladder = Ladder::new(&directions, variables.coordinates, scale, &mut exact)?;
-        Ok(Self { ladder })
+        let scaled = ScaledPoints::new(&directions, variables.coordinates, scale, &mut exact)?;
+        Ok(Self { scaled })
     }
 
     /// The rate of a map at these orders: after a contact the state is `O(y)`, so that a leg cut at
     /// degree `N` errs by `y^(N+1)`, and a contact cut at weight `W` by `y^(W+1)`.
     pub(super) fn rate(&self, map: &MapEvaluation<Dd>, rounding: f64, orders: MapOrders) -> Rate {
         let expected = f64::from(orders.smooth_order.min(orders.contact_weight) + 1);
-        self.ladder.rate(map, rounding, expected)
+        self.scaled.rate(map, rounding, expected)
     }
 }
 
@@ -310,20 +329,11 @@ pub(super) fn discontinuity_rates(
     };
     let scale = |size: f64, variable: usize| size.powi(variables.weights[variable] as i32);
     let directions = contact_directions(sample, expander);
-    let ladder = Ladder::new(&directions, variables.coordinates, scale, &mut exact)?;
-    let rate = |order: u32| {
-        let map = MapEvaluation::contact(cut_contact(variables, contact, order)?);
-        let (rate, errors) = ladder.rate_and_errors(&map, Dd::ROUNDOFF, f64::from(order + 1));
-        Ok(FactorRate {
-            order,
-            rate,
-            errors,
-        })
-    };
-    (1..=factors.highest.contact_weight)
-        .into_par_iter()
-        .map(rate)
-        .collect()
+    let scaled = ScaledPoints::new(&directions, variables.coordinates, scale, &mut exact)?;
+    scaled.factor_rates(factors.highest.contact_weight, |weight| {
+        let contact = cut_contact(variables, contact, weight)?;
+        Ok(MapEvaluation::contact(contact))
+    })
 }
 
 /// Rates of `P_smooth` alone, cut at each degree, in double-double.
@@ -342,20 +352,10 @@ pub(super) fn smooth_rates(
     let scale =
         |size: f64, variable: usize| size.powf(0.5 * f64::from(variables.weights[variable]));
     let directions = smooth_directions(sample);
-    let ladder = Ladder::new(&directions, variables.coordinates, scale, &mut exact)?;
-    let rate = |order: u32| {
-        let map = MapEvaluation::legs(cut_legs(expander, legs, order)?);
-        let (rate, errors) = ladder.rate_and_errors(&map, Dd::ROUNDOFF, f64::from(order + 1));
-        Ok(FactorRate {
-            order,
-            rate,
-            errors,
-        })
-    };
-    (1..=factors.highest.smooth_order)
-        .into_par_iter()
-        .map(rate)
-        .collect()
+    let scaled = ScaledPoints::new(&directions, variables.coordinates, scale, &mut exact)?;
+    scaled.factor_rates(factors.highest.smooth_order, |degree| {
+        Ok(MapEvaluation::legs(cut_legs(expander, legs, degree)?))
+    })
 }
 
 /// A straight line through the logarithms of a size and of an error.

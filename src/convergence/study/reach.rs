@@ -1,5 +1,5 @@
-//! How far a map holds: the largest window on which its error stays within a tolerance, and the depth
-//! below which it is more accurate than direct simulation in double precision.
+//! How far a map holds: the largest window on which its error stays within a tolerance, and the
+//! depth below which it is more accurate than direct simulation in double precision.
 //!
 //! The sample of the scene's window is scaled until a point of it fails. As the window shrinks, a
 //! map's error falls until only rounding is left, while a root of the gap's minimum taken in double
@@ -18,10 +18,10 @@ use crate::expansion::LocalMap;
 use crate::hybrid::HybridSystem;
 use crate::iteration::DiscreteMap;
 use crate::model::Scene;
-use crate::numeric::Dd;
+use crate::numeric::{Dd, last_that_holds};
 use crate::orbit::GrazingOrbit;
 
-/// Points at which a window is tried, beside its corners.
+/// Points at which a window is tried, in addition to its corners.
 const TRIED: usize = 48;
 
 /// Number in the sequence of the first of them: none of those that orders are chosen by.
@@ -60,7 +60,7 @@ pub struct Validity {
 
 /// The largest window on which a map, as it is run, meets a tolerance.
 ///
-/// `local` names the variables and the window of the scene; `map` is what is run, in whatever
+/// `local` names the variables and the window of the scene; `map` is what is run, in any
 /// shape.
 ///
 /// # Errors
@@ -148,16 +148,9 @@ fn largest(down: i32, mut holds: impl FnMut(f64) -> bool) -> Option<f64> {
             .map(|octave| -octave)
             .find(|&octave| holds(2f64.powi(octave)))?;
     }
-    let (mut low, mut high) = (f64::from(low), f64::from(low + 1));
-    for _ in 0..HALVINGS {
-        let middle = 0.5 * (low + high);
-        if holds(middle.exp2()) {
-            low = middle;
-        } else {
-            high = middle;
-        }
-    }
-    Some(low.exp2())
+    let (low, high) = (f64::from(low), f64::from(low + 1));
+    let octave = last_that_holds(low, high, HALVINGS, |octave| holds(octave.exp2()));
+    Some(octave.exp2())
 }
 
 /// Points in each window.
