@@ -39,7 +39,8 @@ pub enum ReportError {
         scale: &'static str,
     },
     /// A grid of categories whose cells do not fill it, or that has no extent.
-    #[error("a chart of {columns} x {rows} cells takes {expected} values, found {found}", expected = columns.saturating_mul(*rows))]
+    #[error("a chart of {columns} x {rows} cells takes {expected} values, found \
+        {found}", expected = columns.saturating_mul(*rows))]
     ChartShape {
         /// Number of columns.
         columns: usize,
@@ -50,7 +51,8 @@ pub enum ReportError {
     },
     /// A picture too small or too large to be drawn.
     #[error(
-        "a figure of {width} x {height} pixels cannot be drawn; each side must be between {smallest} and {largest}"
+        "a figure of {width} x {height} pixels cannot be drawn; each side must be between \
+            {smallest} and {largest}"
     )]
     FigureSize {
         /// Width asked for.

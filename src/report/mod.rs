@@ -21,13 +21,10 @@ mod npy;
 mod number;
 mod orbit_listing;
 mod orbits_listing;
-mod orbits_table;
 mod page;
 mod run_page;
 mod section_document;
-mod speed_figure;
 mod table;
-mod table_text;
 
 pub use chart_figure::{chart_array, chart_figure, chart_table, chart_timing_table};
 pub use chosen_words::{
