@@ -100,7 +100,12 @@ pub(super) struct Common {
     #[command(flatten)]
     pub(super) outlets: Outlets,
     /// Threads to compute with; default: all cores
-    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = clap::value_parser!(u16).range(1..=1024))]
+    #[arg(
+        long,
+        value_name = "N",
+        allow_negative_numbers = true,
+        value_parser = clap::value_parser!(u16).range(1..=1024)
+    )]
     pub(super) threads: Option<u16>,
 }
 
@@ -120,7 +125,13 @@ pub(super) struct ConvergeOptions {
     #[command(flatten)]
     pub(super) scene: SceneOptions,
     /// Fresh points at which the chosen map is compared with direct simulation
-    #[arg(long, value_name = "N", allow_negative_numbers = true, default_value_t = 1000, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    #[arg(
+        long,
+        value_name = "N",
+        allow_negative_numbers = true,
+        default_value_t = 1000,
+        value_parser = clap::value_parser!(u32).range(1..=1_000_000)
+    )]
     pub(super) fresh: u32,
 }
 
@@ -139,7 +150,13 @@ pub(super) struct CurveArguments {
     #[arg(long, value_name = "B", allow_negative_numbers = true)]
     pub(super) to: f64,
     /// Follow xi_1 to xi_N
-    #[arg(long, value_name = "N", allow_negative_numbers = true, default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=64))]
+    #[arg(
+        long,
+        value_name = "N",
+        allow_negative_numbers = true,
+        default_value_t = 1,
+        value_parser = clap::value_parser!(u16).range(1..=64)
+    )]
     pub(super) xi: u16,
 }
 
@@ -199,7 +216,13 @@ pub(super) struct ImageOptions {
     #[arg(long, value_enum, default_value_t = UsingArgument::Map)]
     pub(super) using: UsingArgument,
     /// Images per row
-    #[arg(long, value_name = "K", allow_negative_numbers = true, default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=10_000_000))]
+    #[arg(
+        long,
+        value_name = "K",
+        allow_negative_numbers = true,
+        default_value_t = 1,
+        value_parser = clap::value_parser!(u32).range(1..=10_000_000)
+    )]
     pub(super) iterations: u32,
     /// The numbers to compute with
     #[arg(long, value_enum, default_value_t = PrecisionArgument::F64)]
@@ -285,7 +308,12 @@ pub(super) struct OrbitsArguments {
     pub(super) at: Vec<ParameterOffsets>,
     /// Look for all itineraries of periods up to N returns. Default: 4, with several passages 4
     /// passages
-    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = clap::value_parser!(u8).range(1..=12))]
+    #[arg(
+        long,
+        value_name = "N",
+        allow_negative_numbers = true,
+        value_parser = clap::value_parser!(u8).range(1..=12)
+    )]
     pub(super) period: Option<u8>,
     /// Look for this itinerary: 1 for contact, 0 for none, passage by passage and return by return
     /// (`100`); may be repeated
@@ -326,7 +354,14 @@ pub(super) struct OrbitsArguments {
     )]
     pub(super) to: Option<f64>,
     /// How many offsets
-    #[arg(long, value_name = "N", allow_negative_numbers = true, default_value_t = 21, requires = "plane", value_parser = clap::value_parser!(u16).range(2..=10_000))]
+    #[arg(
+        long,
+        value_name = "N",
+        allow_negative_numbers = true,
+        default_value_t = 21,
+        requires = "plane",
+        value_parser = clap::value_parser!(u16).range(2..=10_000)
+    )]
     pub(super) points: u16,
 }
 

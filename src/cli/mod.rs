@@ -1,8 +1,10 @@
 //! The command line in three groups, each naming the ones before it alone: output, arguments,
 //! commands.
 //!
-//! A command is: its arguments, one call of the library, its results handed to `report`. Exit codes:
-//! 0 done; 1 the mathematics ended otherwise, and what was found is said; 2 wrong input.
+//! A command is: its arguments, one call of the library, its results handed to `report`.
+//!
+//! Exit codes: 0 done; 1 the mathematics ended otherwise, and what was found is said; 2 wrong
+//! input.
 //!
 //! Deliberately absent: numerics.
 

@@ -21,7 +21,10 @@ pub enum Error {
     #[error(transparent)]
     Scene(#[from] SceneError),
     /// Neither a file nor a scene of the catalogue.
-    #[error("no scene file `{}`, and no scene of that name in the catalogue{}", .path.display(), meant(.nearest))]
+    #[error(
+        "no scene file `{}`, and no scene of that name in the catalogue{}",
+        .path.display(), meant(.nearest)
+    )]
     NoSuchScene {
         /// What was named.
         path: PathBuf,
@@ -45,7 +48,10 @@ pub enum Error {
         reason: String,
     },
     /// Overrides of what is saved.
-    #[error("{} holds results at values that are fixed; `{key}` can be set in a scene alone", .path.display())]
+    #[error(
+        "{} holds results at values that are fixed; `{key}` can be set in a scene alone",
+        .path.display()
+    )]
     FixedValues {
         /// The file.
         path: PathBuf,
@@ -71,7 +77,8 @@ pub enum Error {
     Expansion(#[from] ExpansionError),
     /// A name that listed coefficients use already.
     #[error(
-        "`{name}` names a {kind} of the scene and the depth variable of the expansion; rename the {kind}"
+        "`{name}` names a {kind} of the scene and the depth variable of the expansion; rename the \
+         {kind}"
     )]
     DepthVariableName {
         /// The name.
@@ -80,7 +87,14 @@ pub enum Error {
         kind: &'static str,
     },
     /// No orders of the sweep meet the tolerance of the scene.
-    #[error("no orders up to those tried stay within the tolerance {tolerance:e} on the window; the best, N = {}, W = {}, reach {}{}", .orders.smooth_order, .orders.contact_weight, .error.map_or("no finite error".to_owned(), |error| format!("{error:.1e}")), .limit.map_or(String::new(), |limit| format!(": {}", limit_words(limit, *.precision))))]
+    #[error(
+        "no orders up to those tried stay within the tolerance {tolerance:e} on the window; the \
+         best, N = {}, W = {}, reach {}{}",
+        .orders.smooth_order,
+        .orders.contact_weight,
+        .error.map_or("no finite error".to_owned(), |error| format!("{error:.1e}")),
+        .limit.map_or(String::new(), |limit| format!(": {}", limit_words(limit, *.precision)))
+    )]
     ToleranceNotMet {
         /// The tolerance of the scene.
         tolerance: f64,

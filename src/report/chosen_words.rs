@@ -44,13 +44,15 @@ pub fn chosen_words(study: &ConvergenceStudy) -> String {
     let tolerance = chosen.tolerance;
     if chosen.met {
         format!(
-            "The cheapest map within {tolerance:.0e} has the orders {map}: largest error {sample} on the sample{fresh}.{}{}",
+            "The cheapest map within {tolerance:.0e} has the orders {map}: largest error {sample} \
+                on the sample{fresh}.{}{}",
             least_orders_words(chosen),
             single_precision_words(chosen)
         )
     } else {
         format!(
-            "No map tried stays within {tolerance:.0e} of direct simulation on the window{}; the most accurate has the orders {map}: largest error {sample} on the sample{fresh}.",
+            "No map tried stays within {tolerance:.0e} of direct simulation on the window{}; the \
+                most accurate has the orders {map}: largest error {sample} on the sample{fresh}.",
             chosen.limit.map_or(String::new(), |limit| format!(
                 " ({})",
                 limit_words(limit, chosen.precision)
@@ -75,7 +77,8 @@ pub fn sections_words(study: &ConvergenceStudy) -> String {
         _ => "no other section is cheaper",
     };
     format!(
-        "Operations of a step on other sections for the same tolerance on the same orbits, beside {}: {}; {verdict}.",
+        "Operations of a step on other sections for the same tolerance on the same orbits, beside \
+            {}: {}; {verdict}.",
         study.chosen.operations,
         others.join("; ")
     )
@@ -85,7 +88,10 @@ pub fn sections_words(study: &ConvergenceStudy) -> String {
 pub fn least_orders_words(chosen: &Choice) -> String {
     let because = |least: LeastOrders| {
         format!(
-            " The least orders are {} because xi_1 is near 0 on the window: a contact of depth y^2 moves the next depth by {:.1e} y (to within {:.1e} over the parameters) and {:.1e} y^2, y being at most {:.1e}; a choice has that to a hundredth near the graze, to a tenth at the window's edge.",
+            " The least orders are {} because xi_1 is near 0 on the window: a contact of depth \
+                y^2 moves the next depth by {:.1e} y (to within {:.1e} over the parameters) and \
+                {:.1e} y^2, y being at most {:.1e}; a choice has that to a hundredth near the \
+                graze, to a tenth at the window's edge.",
             least.orders, least.linear, least.spread, least.quadratic, least.largest
         )
     };
@@ -120,7 +126,8 @@ pub fn validity_words(validity: &Validity) -> String {
     let tolerance = validity.tolerance;
     match (validity.scale, validity.depth) {
         (Some(scale), Some(depth)) => format!(
-            "It stays within {tolerance:.0e} on {} times the scene's window; with the half-widths of that, to the depth {depth:.2e}.",
+            "It stays within {tolerance:.0e} on {} times the scene's window; with the half-widths \
+                of that, to the depth {depth:.2e}.",
             significant(scale, 3)
         ),
         _ => format!("It stays within {tolerance:.0e} on no window, however small."),
@@ -131,7 +138,8 @@ pub fn validity_words(validity: &Validity) -> String {
 pub fn accuracy_words(accuracy: &DepthAccuracy) -> String {
     match accuracy.crossing {
         Some(depth) => format!(
-            "In windows of a depth below {depth:.1e} it is more accurate than direct simulation in double precision."
+            "In windows of a depth below {depth:.1e} it is more accurate than direct simulation \
+                in double precision."
         ),
         None => {
             "In no window measured is it more accurate than direct simulation in double precision."

@@ -1,10 +1,11 @@
 //! A study of convergence as tables, pictures and sections of a page.
 
 use super::chosen_words::{accuracy_words, chosen_words, validity_words};
-use super::figure::{Axis, Figure, Guide, Marker, Palette, Series};
-use super::speed_figure::{accuracy_figure, pareto_table, speed_figure, validity_table};
+use super::figure::{Annotation, Axis, Figure, Guide, Marker, Palette, Series};
 use super::{Cell, Column, ReportError, Section, Table};
-use crate::convergence::{ConvergenceStudy, FactorRate, OrderResult, Rate};
+use crate::convergence::{
+    ConvergenceStudy, DepthAccuracy, FactorRate, OrderResult, Rate, Validity,
+};
 use crate::model::Shape;
 
 /// Place of an expected slope below the errors it is compared with.
@@ -48,7 +49,14 @@ pub fn convergence_figures(study: &ConvergenceStudy) -> Vec<(&'static str, Figur
             "y / y at the edge of the window",
             "W",
         );
-        figures.push(("-contact", figure, "Error of the discontinuity mapping alone, cut at weight W, against double-double flights through the contact; dashed, a little below the range measured on: the expected slope W + 1.".to_owned()));
+        figures.push((
+            "-contact",
+            figure,
+            "Error of the discontinuity mapping alone, cut at \
+            weight W, against double-double flights through the contact; dashed, a little below \
+            the range measured on: the expected slope W + 1."
+                .to_owned(),
+        ));
     }
     if is_measured(&study.smooth_rates) {
         let figure = rate_figure(
@@ -56,11 +64,32 @@ pub fn convergence_figures(study: &ConvergenceStudy) -> Vec<(&'static str, Figur
             "distance / distance to the edge of the window",
             "N",
         );
-        figures.push(("-smooth", figure, "Error of P_smooth alone, cut at degree N, against double-double flights with the surface ignored; dashed, a little below the range measured on: the expected slope N + 1.".to_owned()));
+        figures.push((
+            "-smooth",
+            figure,
+            "Error of P_smooth alone, cut at degree N, against \
+            double-double flights with the surface ignored; dashed, a little below the range \
+            measured on: the expected slope N + 1."
+                .to_owned(),
+        ));
     }
-    figures.push(("-speed", speed_figure(study), "Largest error on the window against the time of one step, parameters frozen, interpreted in process; the points nearest to the lower left corner are worth having, labelled (N, W).".to_owned()));
+    figures.push((
+        "-speed",
+        speed_figure(study),
+        "Largest error on the window against the time of \
+        one step, parameters frozen, interpreted in process; the points nearest to the lower left \
+        corner are worth having, labelled (N, W)."
+            .to_owned(),
+    ));
     if let Some(figure) = accuracy_figure(&study.accuracy) {
-        figures.push(("-depth", figure, "Largest error of the chosen map and of direct simulation in double precision, both against double-double, in windows that shrink with their depth.".to_owned()));
+        figures.push((
+            "-depth",
+            figure,
+            "Largest error of the chosen map and of direct simulation \
+            in double precision, both against double-double, in windows that shrink with their \
+            depth."
+                .to_owned(),
+        ));
     }
     figures
 }
@@ -79,16 +108,23 @@ pub fn convergence_section(study: &ConvergenceStudy) -> Result<Section, ReportEr
     let excluded = match study.sample.excluded {
         0 => String::new(),
         count => format!(
-            " {count} further points were left out: about contacts other than those of the grazing passages a local map has nothing to say."
+            " {count} further points were left out: about contacts other than those of the \
+                grazing passages a local map has nothing to say."
         ),
     };
     let mut section = Section::new("Distance from direct simulation").prose(format!(
-        "Maps of {} pairs of orders were compared with direct simulation in double-double at {} points that fill the window.{excluded} {}",
+        "Maps of {} pairs of orders were compared with direct simulation in double-double at {} \
+            points that fill the window.{excluded} {}",
         study.orders.len(),
         study.sample.points,
         chosen_words(study)
     ));
-    section = section.table(page_table(&diagonal(study))?, "Factored maps whose orders grow together: error of one image over the window, its rate in y measured beside the one expected, time of a step with the parameters frozen, interpreted in process.");
+    section = section.table(
+        page_table(&diagonal(study))?,
+        "Factored maps whose orders grow \
+        together: error of one image over the window, its rate in y measured beside the one \
+        expected, time of a step with the parameters frozen, interpreted in process.",
+    );
     for (_, figure, caption) in convergence_figures(study) {
         section = section.figure(figure, caption);
     }
@@ -99,11 +135,13 @@ pub fn convergence_section(study: &ConvergenceStudy) -> Result<Section, ReportEr
     section = section
         .table(
             pareto_table(study)?,
-            "Speed against accuracy: the maps that no other one beats in both, and direct simulation.",
+            "Speed against accuracy: the maps that no other one beats in both, and direct \
+                simulation.",
         )
         .table(
             validity_table(&study.validity)?,
-            "The largest window on which the chosen map stays within the tolerance; below the first row each width alone, all else being that of the scaled window.",
+            "The largest window on which the chosen map stays within the tolerance; below the \
+                first row each width alone, all else being that of the scaled window.",
         )
         .prose(format!(
             "{} {}",
@@ -111,7 +149,8 @@ pub fn convergence_section(study: &ConvergenceStudy) -> Result<Section, ReportEr
             accuracy_words(&study.accuracy)
         ));
     Ok(section.prose(format!(
-        "Direct simulation ({}) takes {:.0} ns a return and differs from double-double by up to {:.1e} on the same points.",
+        "Direct simulation ({}) takes {:.0} ns a return and differs from double-double by up to \
+            {:.1e} on the same points.",
         study.direct.method, study.direct.period_ns, study.direct.error_estimate
     )))
 }
@@ -274,4 +313,151 @@ pub(super) fn shape_word(shape: Shape) -> &'static str {
         Shape::Composed => "composed",
         Shape::Flown => "flown",
     }
+}
+
+/// Error against time, the cheapest map of each accuracy labelled.
+fn speed_figure(study: &ConvergenceStudy) -> Figure {
+    let mut figure = Figure::new(
+        Axis::log10("time of one step (ns)"),
+        Axis::log10("largest error on the window"),
+    );
+    for (shape, marker) in [
+        (Shape::Factored, Marker::Circle),
+        (Shape::Composed, Marker::Square),
+        (Shape::Flown, Marker::Triangle),
+    ] {
+        let points: Vec<[f64; 2]> = study
+            .orders
+            .iter()
+            .filter(|order| order.shape == shape)
+            .filter_map(place)
+            .collect();
+        if !points.is_empty() {
+            figure
+                .series
+                .push(Series::markers(shape_word(shape), marker, points));
+        }
+    }
+    for direct in study.direct_by_taylor.iter().chain([&study.direct]) {
+        figure.series.push(Series::markers(
+            direct_words(&direct.method),
+            Marker::Diamond,
+            vec![[direct.period_ns, direct.error_estimate]],
+        ));
+    }
+    for order in frontier(study) {
+        let text = order.orders.to_string();
+        figure.annotations.extend(place(order).map(|at| Annotation {
+            at,
+            text,
+            marker: None,
+        }));
+    }
+    figure.guides.push(Guide::Horizontal {
+        at: study.chosen.tolerance,
+        label: "tolerance".to_owned(),
+    });
+    figure
+}
+
+fn direct_words(method: &str) -> String {
+    format!("direct, f64, {method}")
+}
+
+fn place(order: &OrderResult) -> Option<[f64; 2]> {
+    order.error.max.map(|error| [order.step_ns, error])
+}
+
+/// Maps that no other one beats in both time and error, a decade of error apart.
+fn frontier(study: &ConvergenceStudy) -> Vec<&OrderResult> {
+    let mut orders: Vec<&OrderResult> = study
+        .orders
+        .iter()
+        .filter(|order| order.error.max.is_some())
+        .collect();
+    orders.sort_by(|a, b| a.step_ns.total_cmp(&b.step_ns));
+    let mut best = f64::INFINITY;
+    orders.retain(|order| {
+        let error = order.error.max.unwrap_or(f64::INFINITY);
+        let better = error < 0.2 * best;
+        if better {
+            best = error;
+        }
+        better
+    });
+    orders
+}
+
+/// The front: fastest first, direct simulation last.
+fn pareto_table(study: &ConvergenceStudy) -> Result<Table, ReportError> {
+    let mut table = Table::new(vec![
+        Column::text("method"),
+        Column::number("N"),
+        Column::number("W"),
+        Column::number("step").with_unit("ns"),
+        Column::number("largest error"),
+    ]);
+    for point in &study.pareto {
+        let (method, orders) = match &point.map {
+            Some(map) => (
+                shape_word(map.shape).to_owned(),
+                [map.orders.smooth_order, map.orders.contact_weight]
+                    .map(|order| Cell::Integer(order.into())),
+            ),
+            None => (
+                direct_words(point.direct.as_deref().unwrap_or_default()),
+                [Cell::Missing, Cell::Missing],
+            ),
+        };
+        let [n, w] = orders;
+        table.push(vec![
+            Cell::text(method),
+            n,
+            w,
+            number(Some(point.step_ns), 3),
+            number(Some(point.error), 3),
+        ])?;
+    }
+    Ok(table)
+}
+
+/// The window's factor, then every width alone.
+fn validity_table(validity: &Validity) -> Result<Table, ReportError> {
+    let mut table = Table::new(vec![Column::text("window"), Column::number("largest")]);
+    table.push(vec![
+        Cell::text("factor of the scene's window"),
+        number(validity.scale, 3),
+    ])?;
+    table.push(vec![Cell::text("depth y²"), number(validity.depth, 3)])?;
+    for (name, width) in validity.state.iter().chain(&validity.parameter) {
+        table.push(vec![Cell::text(name.clone()), number(*width, 3)])?;
+    }
+    Ok(table)
+}
+
+/// Errors of the map and of direct simulation against the depth; `None` without windows.
+fn accuracy_figure(accuracy: &DepthAccuracy) -> Option<Figure> {
+    let windows = || accuracy.windows.iter();
+    windows().next()?;
+    let mut figure = Figure::new(
+        Axis::log10("depth of the window"),
+        Axis::log10("largest error of one image"),
+    );
+    for (name, marker, points) in [
+        (
+            "map",
+            Marker::Circle,
+            windows().map(|w| [w.depth, w.map]).collect::<Vec<_>>(),
+        ),
+        (
+            "direct simulation, f64",
+            Marker::Diamond,
+            windows().map(|w| [w.depth, w.direct]).collect(),
+        ),
+    ] {
+        let positive = points.into_iter().filter(|point| point[1] > 0.0);
+        let series = Series::line_with_markers(name, marker, positive.collect());
+        figure.series.push(series);
+    }
+    Some(figure)
 }

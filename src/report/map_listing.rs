@@ -467,19 +467,23 @@ pub fn edge_words(edge: &WindowEdge) -> String {
     let holds = format!("weight {weight} holds to two digits for y^2 <= {usable_depth:.1e}");
     if *usable_depth == 0.0 {
         format!(
-            "(y = {depth_variable:.1e}) weight {weight} leaves out the whole correction of the contact, which begins with y^{leading_exponent}"
+            "(y = {depth_variable:.1e}) weight {weight} leaves out the whole correction of the \
+                contact, which begins with y^{leading_exponent}"
         )
     } else if depth_variable >= *radius {
         format!(
-            "(y = {depth_variable:.1e}) the series in y of the contact, whose radius is about {radius:.1e}, diverge: {holds}"
+            "(y = {depth_variable:.1e}) the series in y of the contact, whose radius is about \
+                {radius:.1e}, diverge: {holds}"
         )
     } else if edge.is_within() {
         format!(
-            "(y = {depth_variable:.1e}) weight {weight} leaves out about {omitted_share:.0e} of the contact's correction"
+            "(y = {depth_variable:.1e}) weight {weight} leaves out about {omitted_share:.0e} of \
+                the contact's correction"
         )
     } else {
         format!(
-            "(y = {depth_variable:.1e}) weight {weight} leaves out about {:.0} % of the contact's correction (radius in y about {radius:.1e}): {holds}",
+            "(y = {depth_variable:.1e}) weight {weight} leaves out about {:.0} % of the contact's \
+                correction (radius in y about {radius:.1e}): {holds}",
             100.0 * omitted_share
         )
     }

@@ -19,13 +19,10 @@ mod npy;
 mod number;
 mod orbit_listing;
 mod orbits_listing;
-mod orbits_table;
 mod page;
 mod run_page;
 mod section_document;
-mod speed_figure;
 mod table;
-mod table_text;
 
 pub use grazemap_figure as figure;
 

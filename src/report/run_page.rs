@@ -161,7 +161,8 @@ fn summary(run: &RunPage<'_>) -> String {
         several => format!("the surfaces {} in turn", several.join(", ")),
     };
     format!(
-        "The orbit grazes {surfaces} at {}. Near it the Poincaré map is {terms} coefficients, {} multiply-adds a step once the parameters are fixed.",
+        "The orbit grazes {surfaces} at {}. Near it the Poincaré map is {terms} coefficients, {} \
+            multiply-adds a step once the parameters are fixed.",
         solved.join(", "),
         run.emitted.frozen,
     )
@@ -216,13 +217,16 @@ fn orbit_section(orbit: &OrbitListing) -> Result<Section, ReportError> {
         _ => String::new(),
     };
     let prose = format!(
-        "Newton's method on the extended system ended with a residual of {:.1e} in double-double. Without the stop the orbit {stable}: its largest multiplier has modulus {:.6}.{xi}{penetrates}",
+        "Newton's method on the extended system ended with a residual of {:.1e} in double-double. \
+            Without the stop the orbit {stable}: its largest multiplier has modulus \
+            {:.6}.{xi}{penetrates}",
         orbit.residual,
         re.hypot(im)
     );
     let section = Section::new("Grazing orbit").prose(prose).table(
         orbit.point_table()?,
-        "The grazing orbit: parameters p*, the (first) grazing point, multipliers of the period map on the section, and xi_n = h_x · (dP_smooth)^n · β.",
+        "The grazing orbit: parameters p*, the (first) grazing point, multipliers of the period \
+            map on the section, and xi_n = h_x · (dP_smooth)^n · β.",
     );
     if orbit.passages.len() == 1 {
         return Ok(section);
@@ -250,7 +254,9 @@ fn conditions_prose(orbit: &OrbitListing) -> String {
     });
     match closing {
         Some(name) => format!(
-            " {name} is negative: a contact brings the orbit back to the surface then. Where D begins with y, as for rigid and prestressed stops, the grazing bifurcation is discontinuous and orbits leave the neighbourhood of the graze."
+            " {name} is negative: a contact brings the orbit back to the surface then. Where D \
+                begins with y, as for rigid and prestressed stops, the grazing bifurcation is \
+                discontinuous and orbits leave the neighbourhood of the graze."
         ),
         None if orbit.conditions.iter().all(|pair| pair.values.is_empty()) => String::new(),
         None => " All xi_n computed are positive.".to_owned(),
@@ -266,11 +272,14 @@ fn expansion_section(run: &RunPage<'_>) -> Result<Section, ReportError> {
         .map(|(name, digits)| format!("{name} {digits:.1}"))
         .collect();
     let prose = format!(
-        "Everything is a polynomial in offsets from the grazing orbit; y² = −h_min is the depth that the free flow would reach. Cancellation cost an estimated number of decimal digits of: {}.",
+        "Everything is a polynomial in offsets from the grazing orbit; y² = −h_min is the depth \
+            that the free flow would reach. Cancellation cost an estimated number of decimal \
+            digits of: {}.",
         lost.join(", ")
     );
     let cost = format!(
-        "The emitted crate evaluates a step in {} multiply-adds, {} with the parameters folded in, {} with its Jacobian too.",
+        "The emitted crate evaluates a step in {} multiply-adds, {} with the parameters folded \
+            in, {} with its Jacobian too.",
         run.emitted.step, run.emitted.frozen, run.emitted.jacobian
     );
     let laws = run.map.depth.iter();
@@ -326,7 +335,8 @@ fn caption(diagram: &Diagram, ending: &str) -> String {
         _ => ("Bifurcation diagram", graze),
     };
     format!(
-        "{what}: {} of {} iterates after {} dropped ones at each of {} values of {}, the last state carried along.{graze}",
+        "{what}: {} of {} iterates after {} dropped ones at each of {} values of {}, the last \
+            state carried along.{graze}",
         diagram.keep,
         diagram.transient + diagram.keep,
         diagram.transient,
@@ -350,7 +360,9 @@ fn chart_section(charts: &[Chart]) -> Result<Section, ReportError> {
 fn chart_caption(chart: &Chart) -> String {
     let [first, second] = &chart.axes;
     format!(
-        "What the map settles on over {} and {}, from the fixed point of P_smooth in each of {} × {} cells: the period in returns, of the last {} of {} iterates. White: the orbit left the neighbourhood of the graze in which the map holds. G is the grazing point.",
+        "What the map settles on over {} and {}, from the fixed point of P_smooth in each of {} × \
+            {} cells: the period in returns, of the last {} of {} iterates. White: the orbit left \
+            the neighbourhood of the graze in which the map holds. G is the grazing point.",
         first.parameter,
         second.parameter,
         first.offsets.len(),
@@ -372,10 +384,13 @@ fn left_sentence(diagram: &Diagram) -> Option<String> {
     let left = points()
         .filter(|point| point.end != OrbitEnd::Completed)
         .count();
-    (left > 0).then(|| format!(
-        "At {left} of {} parameter values of the sweeps by the map the orbit left the neighbourhood of the graze in which the map holds; nothing is drawn there.",
-        points().count()
-    ))
+    (left > 0).then(|| {
+        format!(
+            "At {left} of {} parameter values of the sweeps by the map the orbit left the \
+            neighbourhood of the graze in which the map holds; nothing is drawn there.",
+            points().count()
+        )
+    })
 }
 
 fn time_section(run: &RunPage<'_>) -> Result<Section, ReportError> {
@@ -391,7 +406,8 @@ fn time_section(run: &RunPage<'_>) -> Result<Section, ReportError> {
     for diagram in run.diagrams {
         if let Some(ratio) = diagram.speed_ratio {
             section = section.prose(format!(
-                "In the diagram of {} over {} an iterate by direct simulation took {ratio:.0} times as long as one by the map.",
+                "In the diagram of {} over {} an iterate by direct simulation took {ratio:.0} \
+                    times as long as one by the map.",
                 diagram.observable, diagram.parameter
             ));
         }

@@ -142,7 +142,8 @@ impl SectionDecision {
         let phase = phase.map_or_else(String::new, |phase| format!(", at the phase {phase:.6}"));
         match self.taken.operations {
             Some(_) => format!(
-                "section with the fewest operations of a step within {tolerance:.0e}: {taken}{phase}; {others}"
+                "section with the fewest operations of a step within {tolerance:.0e}: \
+                    {taken}{phase}; {others}"
             ),
             None => {
                 format!("no section has a map within {tolerance:.0e}: {taken}{phase}; {others}")

@@ -3,8 +3,11 @@
 //! A table is printed four ways: [`Table::to_text`] for a terminal, [`Table::to_markdown`],
 //! [`Table::to_html`], and [`Table::to_csv`], which alone keeps every digit.
 
+use std::fmt::Write as _;
+
 use super::ReportError;
 use super::number::{exact, significant};
+use grazemap_figure::escape_html;
 
 /// To which side a column's text is pushed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -164,6 +167,181 @@ impl Table {
     }
 }
 
+impl Table {
+    /// Aligned columns for a terminal, two spaces between them, a line under the headings.
+    ///
+    /// Control characters in cells are replaced by spaces, so that a cell never breaks its row or
+    /// steers the terminal.
+    pub fn to_text(&self) -> String {
+        let lines = self.lines(|cell| plain(&cell.for_people()), plain);
+        let widths = widths(&lines);
+        let mut text = String::new();
+        for (index, line) in lines.iter().enumerate() {
+            text.push_str(self.aligned(line, &widths, "  ").trim_end());
+            text.push('\n');
+            if index == 0 {
+                let rules: Vec<String> = widths.iter().map(|&width| "─".repeat(width)).collect();
+                text.push_str(&rules.join("  "));
+                text.push('\n');
+            }
+        }
+        text
+    }
+
+    /// A Markdown table, padded so that its source lines up too.
+    pub fn to_markdown(&self) -> String {
+        let escape = |text: &str| plain(text).replace('\\', "\\\\").replace('|', "\\|");
+        let lines = self.lines(|cell| escape(&cell.for_people()), escape);
+        let widths: Vec<usize> = widths(&lines).iter().map(|&width| width.max(3)).collect();
+        let mut text = String::new();
+        for (index, line) in lines.iter().enumerate() {
+            writeln!(text, "| {} |", self.aligned(line, &widths, " | "))
+                .expect("a String takes all");
+            if index == 0 {
+                let rules: Vec<String> = self
+                    .columns()
+                    .iter()
+                    .zip(&widths)
+                    .map(|(column, &width)| match column.alignment {
+                        Alignment::Left => "-".repeat(width),
+                        Alignment::Right => format!("{}:", "-".repeat(width - 1)),
+                    })
+                    .collect();
+                writeln!(text, "| {} |", rules.join(" | ")).expect("a String takes all");
+            }
+        }
+        text
+    }
+
+    /// An HTML `table` element, everything in it escaped; numbers carry the class `number`.
+    pub fn to_html(&self) -> String {
+        let mut html = String::from("<table>\n<thead><tr>");
+        for column in self.columns() {
+            let class = class_of(column.alignment);
+            write!(
+                html,
+                "<th{class} scope=\"col\">{}",
+                escape_html(&column.header)
+            )
+            .expect("a String takes all");
+            if !column.unit.is_empty() {
+                write!(
+                    html,
+                    " <span class=\"unit\">[{}]</span>",
+                    escape_html(&column.unit)
+                )
+                .expect("a String takes all");
+            }
+            html.push_str("</th>");
+        }
+        html.push_str("</tr></thead>\n<tbody>\n");
+        for row in self.rows() {
+            html.push_str("<tr>");
+            for (cell, column) in row.iter().zip(self.columns()) {
+                let class = class_of(column.alignment);
+                write!(html, "<td{class}>{}</td>", cell_html(cell)).expect("a String takes all");
+            }
+            html.push_str("</tr>\n");
+        }
+        html.push_str("</tbody>\n</table>\n");
+        html
+    }
+
+    /// CSV (RFC 4180 quoting, lines ended by a newline): headings, then rows with every digit.
+    ///
+    /// Numbers have 17 significant digits, `nan`, `inf` and `-inf` stand for what is not finite,
+    /// and a missing cell is empty. The heading is the bare column header: no unit, so that a
+    /// program can name the column.
+    ///
+    /// # Errors
+    ///
+    /// [`ReportError::Csv`] if the table has no columns.
+    pub fn to_csv(&self) -> Result<String, ReportError> {
+        let mut writer = csv::Writer::from_writer(Vec::new());
+        writer.write_record(self.columns().iter().map(|column| &column.header))?;
+        for row in self.rows() {
+            writer.write_record(row.iter().map(Cell::for_programs))?;
+        }
+        let bytes = writer
+            .into_inner()
+            .map_err(|refused| csv::Error::from(refused.into_error()))?;
+        Ok(String::from_utf8_lossy(&bytes).into_owned())
+    }
+
+    /// Headings and rows as text, the headings first.
+    fn lines(
+        &self,
+        cell: impl Fn(&Cell) -> String,
+        heading: impl Fn(&str) -> String,
+    ) -> Vec<Vec<String>> {
+        let headings = self
+            .columns()
+            .iter()
+            .map(|column| heading(&column.heading()))
+            .collect();
+        let rows = self
+            .rows()
+            .iter()
+            .map(|row| row.iter().map(&cell).collect());
+        std::iter::once(headings).chain(rows).collect()
+    }
+
+    fn aligned(&self, line: &[String], widths: &[usize], between: &str) -> String {
+        let cells: Vec<String> = line
+            .iter()
+            .zip(widths)
+            .zip(self.columns())
+            .map(|((text, &width), column)| match column.alignment {
+                Alignment::Left => format!("{text:<width$}"),
+                Alignment::Right => format!("{text:>width$}"),
+            })
+            .collect();
+        cells.join(between)
+    }
+}
+
+fn widths(lines: &[Vec<String>]) -> Vec<usize> {
+    let columns = lines.first().map_or(0, Vec::len);
+    let width = |column: usize| lines.iter().map(|line| line[column].chars().count()).max();
+    (0..columns)
+        .map(|column| width(column).unwrap_or(0))
+        .collect()
+}
+
+fn plain(text: &str) -> String {
+    text.chars()
+        .map(|c| if c.is_control() { ' ' } else { c })
+        .collect()
+}
+
+fn class_of(alignment: Alignment) -> &'static str {
+    match alignment {
+        Alignment::Left => "",
+        Alignment::Right => " class=\"number\"",
+    }
+}
+
+/// Scientific notation is set as a power of ten; everything else as it stands.
+fn cell_html(cell: &Cell) -> String {
+    let text = cell.for_people();
+    match (cell, text.split_once('e')) {
+        (Cell::Missing, _) => "<span class=\"missing\">–</span>".to_owned(),
+        (Cell::Number { value, .. }, Some((mantissa, exponent))) if value.is_finite() => {
+            format!(
+                "{}\u{2009}×\u{2009}10<sup>{}</sup>",
+                minus(mantissa),
+                minus(exponent)
+            )
+        }
+        (Cell::Number { .. } | Cell::Integer(_), _) => minus(&text),
+        (Cell::Text(_), _) => escape_html(&text),
+    }
+}
+
+fn minus(text: &str) -> String {
+    text.replace('-', "−")
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -188,5 +366,51 @@ mod tests {
         let column = Column::number("step").with_unit("ns");
         assert_eq!(column.heading(), "step [ns]");
         assert_eq!(Column::text("scene").heading(), "scene");
+    }
+
+    fn table() -> Table {
+        let mut table = Table::new(vec![
+            Column::text("orders <N, W>"),
+            Column::number("step").with_unit("ns"),
+            Column::number("error"),
+        ]);
+        let rows = [
+            vec![
+                Cell::text("5 | 6"),
+                Cell::number(17.25, 3),
+                Cell::number(-1.0 / 3.0e9, 3),
+            ],
+            vec![Cell::text("a\n\"b\","), Cell::Integer(-2), Cell::Missing],
+        ];
+        for row in rows {
+            table.push(row).expect("three cells for three columns");
+        }
+        table
+    }
+
+    #[test]
+    fn terminal_columns_line_up() {
+        insta::assert_snapshot!(table().to_text());
+    }
+
+    #[test]
+    fn markdown_escapes_what_would_end_a_cell() {
+        insta::assert_snapshot!(table().to_markdown());
+    }
+
+    #[test]
+    fn html_is_escaped_and_sets_powers_of_ten() {
+        insta::assert_snapshot!(table().to_html());
+    }
+
+    #[test]
+    fn csv_reads_back_exactly() {
+        let text = table().to_csv().expect("three columns");
+        let mut reader = csv::Reader::from_reader(text.as_bytes());
+        let rows: Vec<csv::StringRecord> =
+            reader.records().map(|row| row.expect("a row")).collect();
+        assert_eq!(rows[0][2].parse::<f64>(), Ok(-1.0 / 3.0e9));
+        assert_eq!(&rows[1][0], "a\n\"b\",");
+        assert_eq!(&rows[1][2], "");
     }
 }

@@ -168,7 +168,8 @@ fn judge(request: &ImageRequest, records: &[ImageRecord], quiet: bool) -> Result
     let outside = records.iter().filter(|record| !record.inside).count();
     if outside > 0 && request.using != Using::Direct && !quiet {
         note(&format!(
-            "warning: {outside} of {} points are outside the window, where the map has not been measured",
+            "warning: {outside} of {} points are outside the window, where the map has not been \
+                measured",
             records.len()
         ));
     }

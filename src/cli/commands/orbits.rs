@@ -64,7 +64,8 @@ fn text(scene: &Scene, document: &OrbitsListing) -> Result<String, CliError> {
         .map(|name| format!("`{name}`"))
         .collect();
     let mut text = format!(
-        "periodic orbits of `{}` by {using}; offsets on the {}\nitinerary: return by return, 1 where the passage of {} makes contact, 0 where not\n\n{}",
+        "periodic orbits of `{}` by {using}; offsets on the {}\nitinerary: return by return, 1 \
+            where the passage of {} makes contact, 0 where not\n\n{}",
         scene.identifier,
         document.section.words(),
         passages.join(", then of "),
@@ -91,7 +92,8 @@ fn virtual_words(document: &OrbitsListing) -> String {
                 .to_owned()
         }
         (count, true) => format!(
-            "\nvirtual orbits, on a branch of the root that the map does not take: {count}; JSON and CSV have them\n"
+            "\nvirtual orbits, on a branch of the root that the map does not take: {count}; JSON \
+                and CSV have them\n"
         ),
     }
 }
@@ -108,7 +110,8 @@ fn warn(document: &OrbitsListing) {
     let outside = physical.iter().filter(|orbit| !orbit.inside).count();
     if outside > 0 && document.using == "map" {
         note(&format!(
-            "warning: {outside} of {} orbits are outside the window, where the map has not been measured; --using direct asks direct simulation for them",
+            "warning: {outside} of {} orbits are outside the window, where the map has not been \
+                measured; --using direct asks direct simulation for them",
             physical.len()
         ));
     }

@@ -67,7 +67,8 @@ impl<'a> Summary<'a> {
     fn words(&self) -> String {
         let phase = self.phase.map_or("none".to_owned(), str::to_owned);
         format!(
-            "  model       {}\n  states      {}\n  phase       {phase}\n  parameters  {}\n  surfaces    {}\n  active      {}\n  diagrams    {}\n  charts      {}",
+            "  model       {}\n  states      {}\n  phase       {phase}\n  parameters  {}\n  \
+                surfaces    {}\n  active      {}\n  diagrams    {}\n  charts      {}",
             self.model,
             self.states.join(", "),
             self.parameters.join(", "),

@@ -58,7 +58,8 @@ pub(super) fn warn_of_values(diagrams: &[Diagram], quiet: bool) {
         let lost = values.clone().filter(|value| !value.is_finite()).count();
         if lost > 0 {
             note(&format!(
-                "warning: `{}` over {} is not finite at {lost} of {} iterates; nothing is drawn there",
+                "warning: `{}` over {} is not finite at {lost} of {} iterates; nothing is drawn \
+                    there",
                 diagram.observable,
                 diagram.parameter,
                 values.count()

@@ -26,7 +26,10 @@ pub(in crate::cli) enum CliError {
     #[error(transparent)]
     Library(#[from] Error),
     /// No such scene in the catalogue.
-    #[error("no scene `{name}` in the catalogue{}; `grazemap new --list` shows it", meant(.nearest))]
+    #[error(
+        "no scene `{name}` in the catalogue{}; `grazemap new --list` shows it",
+        meant(.nearest)
+    )]
     NotInCatalogue {
         name: String,
         nearest: Option<String>,
@@ -54,7 +57,8 @@ pub(in crate::cli) enum CliError {
     NotFinite { flag: &'static str, value: f64 },
     /// A grazing curve that ended before its goal.
     #[error(
-        "the grazing curve did not reach {parameter} = {}: {end}; its last point is at {parameter} = {}",
+        "the grazing curve did not reach {parameter} = {}: {end}; its last point is at \
+         {parameter} = {}",
         Shown(*goal),
         Shown(*last)
     )]
@@ -65,7 +69,10 @@ pub(in crate::cli) enum CliError {
         end: CurveEnd,
     },
     /// A name that the map has no variable for.
-    #[error("{flag}: the map has no variable `{}`{}; active parameters are {known}", .name.escape_default(), meant(.nearest))]
+    #[error(
+        "{flag}: the map has no variable `{}`{}; active parameters are {known}",
+        .name.escape_default(), meant(.nearest)
+    )]
     NotActive {
         flag: &'static str,
         name: String,
@@ -77,7 +84,8 @@ pub(in crate::cli) enum CliError {
     NamedTwice { flag: &'static str, name: String },
     /// More parameters than a locus has.
     #[error(
-        "--in takes the parameter that is solved for, or two, the first stepped through; found {found}"
+        "--in takes the parameter that is solved for, or two, the first stepped through; found \
+         {found}"
     )]
     NotAPlane { found: usize },
     /// Offsets that nothing says the size of.
@@ -91,12 +99,14 @@ pub(in crate::cli) enum CliError {
     Itinerary(#[from] ItineraryError),
     /// No orbit of the itineraries asked for.
     #[error(
-        "no periodic orbit was found; itineraries tried: {itineraries}, parameter values: {at}, depth variables up to twice the window's, offsets up to a hundred half-widths"
+        "no periodic orbit was found; itineraries tried: {itineraries}, parameter values: {at}, \
+         depth variables up to twice the window's, offsets up to a hundred half-widths"
     )]
     NoOrbits { itineraries: usize, at: usize },
     /// No fold or flip of them.
     #[error(
-        "no {kinds} of a physical orbit was found; itineraries tried: {itineraries}, depth variables up to twice the window's, offsets up to a hundred half-widths"
+        "no {kinds} of a physical orbit was found; itineraries tried: {itineraries}, depth \
+         variables up to twice the window's, offsets up to a hundred half-widths"
     )]
     NoLoci { kinds: String, itineraries: usize },
     /// No diagram in the scene.
@@ -109,13 +119,20 @@ pub(in crate::cli) enum CliError {
     #[error("cannot read the starting points {}: {source}", .path.display())]
     UnreadableStates { path: PathBuf, source: csv::Error },
     /// A file of starting points without rows.
-    #[error("no starting points in {}: a header and at least one row are expected", .path.display())]
+    #[error(
+        "no starting points in {}: a header and at least one row are expected",
+        .path.display()
+    )]
     NoStates { path: PathBuf },
     /// Too many starting points.
     #[error("more than {limit} starting points in {}", .path.display())]
     TooManyStates { path: PathBuf, limit: usize },
     /// A column that is nothing of the map.
-    #[error("unknown column `{}` in {}; expected some of {known}: coordinates of {section} and active parameters", .name.escape_default(), .path.display())]
+    #[error(
+        "unknown column `{}` in {}; expected some of {known}: coordinates of {section} and \
+         active parameters",
+        .name.escape_default(), .path.display()
+    )]
     UnknownColumn {
         path: PathBuf,
         name: String,
@@ -126,7 +143,10 @@ pub(in crate::cli) enum CliError {
     #[error("column `{}` stands twice in {}", .name.escape_default(), .path.display())]
     ColumnTwice { path: PathBuf, name: String },
     /// A cell that is no number.
-    #[error("`{}` in line {line} of {} is no finite decimal number", .text.escape_default(), .path.display())]
+    #[error(
+        "`{}` in line {line} of {} is no finite decimal number",
+        .text.escape_default(), .path.display()
+    )]
     NotANumber {
         path: PathBuf,
         line: u64,

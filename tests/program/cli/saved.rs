@@ -101,6 +101,25 @@ fn a_saved_flown_map_and_one_of_several_passages_give_the_bits_of_their_scenes()
 }
 
 #[test]
+fn a_study_of_a_saved_map_is_that_of_its_scene() {
+    let folder = scratch();
+    let study = |source: &str, set: &[&str]| {
+        let converge = ["converge", source, "-q", "--fresh", "5", "-o", "out"];
+        let output = grazemap(folder.path(), &[&converge[..], set].concat());
+        assert!(output.status.success(), "{}", text(&output.stderr));
+        fs::read_to_string(folder.path().join("out/convergence.json")).expect("there")
+    };
+    let expected = study("linear", &QUICK);
+    let save = [
+        &["expand", "linear", "-q", "--json", "map.json"],
+        &QUICK[..],
+    ]
+    .concat();
+    assert!(grazemap(folder.path(), &save).status.success());
+    assert_eq!(study("map.json", &[]), expected);
+}
+
+#[test]
 fn images_in_double_double_and_by_simulation_are_those_of_the_scene() {
     let exact = ["image", "--states", "states.csv", "--precision", "dd"];
     let direct = [&exact[..], &["--using", "direct"]].concat();
