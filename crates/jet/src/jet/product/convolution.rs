@@ -561,3 +561,45 @@ fn add_block<
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::jet::JetSpace;
+
+    #[test]
+    fn the_compact_form_has_the_bits_of_the_unrolled_one() {
+        for (variables, order) in [(2, 20), (3, 7), (5, 4)] {
+            let space = JetSpace::uniform(variables, order).expect("a small space");
+            let filled = |seed: f64| -> Vec<f64> {
+                let value = |m: usize| ((m as f64 + seed) * 0.618).sin();
+                (0..space.len()).map(value).collect()
+            };
+            let (a, b) = (filled(0.3), filled(0.7));
+            let spans = [
+                Span::Full,
+                Span::WithoutFirst,
+                Span::WithoutLast,
+                Span::Interior,
+            ];
+            for (span, right) in spans.into_iter().flat_map(|span| [(span, &a), (span, &b)]) {
+                let formed = |work: fn(Convolution<'_, f64>)| {
+                    let mut out = filled(0.9);
+                    work(Convolution {
+                        table: space.table(),
+                        runs: space.table().all_runs(),
+                        span,
+                        a: Factor::full(&a),
+                        b: Factor::full(right),
+                        finish: Finish::Add,
+                        out: &mut out,
+                        selection: None,
+                    });
+                    out
+                };
+                let unrolled = formed(|convolution| convolution.form());
+                assert_eq!(unrolled, formed(|convolution| convolution.add_compactly()));
+            }
+        }
+    }
+}
