@@ -40,7 +40,7 @@ pub(super) struct WatchedGap<S: Branched> {
 /// What is found of a gap on a piece.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Found<S: Branched> {
-    /// Time of the contact or of the minimum.
+    /// Time of the contact or of the minimum, where there is one.
     pub(super) time: S,
     pub(super) contact: S::Mask,
     pub(super) minimum: S::Mask,
@@ -165,7 +165,7 @@ impl<B: Backend> EnclosureTest<'_, B> {
             let contact = sought.wanted & is_found & inside;
             found.undecided |= sought.wanted & !contact;
             found.contact = contact;
-            found.time = B::Number::select(contact, time, found.time);
+            found.time = B::Number::select(sought.wanted, time, found.time);
         }
         found
     }
@@ -257,7 +257,7 @@ impl<B: Backend> EnclosureTest<'_, B> {
         let below = clear & !ignoring & turn.gap.is_below(zero);
         let is_near = zero.is_at_most(turn.gap) & turn.gap.is_at_most(self.watched.near);
         found.minimum = clear & !below & (ignoring | is_near);
-        found.time = select(found.minimum, turn.time, found.time);
+        found.time = select(valley, turn.time, found.time);
         if below.any() {
             let piece = Piece {
                 from: self.from,
@@ -266,7 +266,7 @@ impl<B: Backend> EnclosureTest<'_, B> {
             };
             let (near, known) = self.polygon.fall_before(&turn, piece, below);
             found.undecided |= below & !known;
-            sought.near = RoundedNumber::<B>::select(known, near, sought.near);
+            sought.near = RoundedNumber::<B>::select(below, near, sought.near);
             sought.earliest = select(known, from, sought.earliest);
             sought.latest = select(known, turn.time, sought.latest);
             sought.wanted |= known;

@@ -127,7 +127,11 @@ impl<B: Backend, L: MinimumLog<B::Number>> Stepper<'_, B, L> {
                 going &= !first.undecided;
             }
             let met = going & (first.contact | first.minimum);
-            step.take_event(met, &first);
+            // NOTE: branches here and below, so that one orbit does not wait for what says that
+            // nothing happens.
+            if met.any() {
+                step.take_event(met, &first);
+            }
             let goes_on = going & !met & (from + length).is_below(quiet.rounded());
             self.turn(going, going & !goes_on, step.time);
             going = goes_on;
@@ -171,6 +175,9 @@ impl<B: Backend, L: MinimumLog<B::Number>> Stepper<'_, B, L> {
             gap.found = found;
             first.undecided |= found.undecided;
             let stops = (found.contact | (found.minimum & gap.stops)) & !found.undecided;
+            if !stops.any() {
+                continue;
+            }
             let has_none = !(first.contact | first.minimum);
             let is_first =
                 found.time.is_below(first.time) | (has_none & found.time.is_equal(first.time));
@@ -192,8 +199,11 @@ impl<B: Backend, L: MinimumLog<B::Number>> Stepper<'_, B, L> {
                 minimum,
                 ..
             } = gap.found;
-            let missed = minimum & !gap.stops & !first.undecided & time.is_at_most(first.time);
-            self.log.miss(missed, surface, time, depth);
+            let passed = minimum & !gap.stops & !first.undecided;
+            if passed.any() {
+                let missed = passed & time.is_at_most(first.time);
+                self.log.miss(missed, surface, time, depth);
+            }
         }
         first
     }
