@@ -78,7 +78,7 @@ fn orbits_in_lanes(c: &mut Criterion, name: &str, field: &Field, point: &[f64], 
     group.bench_function("8", |b| {
         b.iter(|| {
             let mut state = [values[0], values[1], values[2]];
-            integrator.flow(black_box(&mut state), &values[3..], Lanes::splat(duration))
+            integrator.carry(black_box(&mut state), &values[3..], Lanes::splat(duration))
         });
     });
     group.finish();

@@ -21,13 +21,12 @@ use grazemap::numeric::{Lanes, Scalar};
 /// A name, and what does the work a number of times.
 type Work = (&'static str, fn(usize));
 
-const WORK: [Work; 7] = [
+const WORK: [Work; 6] = [
     ("product_5_6", product::<f64>),
     ("product_5_6_lanes", product::<Lanes<8>>),
     ("flow_1", flow::<1>),
     ("flow_6", flow::<6>),
-    ("direct_period", direct_period::<true>),
-    ("direct_period_contacts", direct_period::<false>),
+    ("direct_period", direct_period),
     ("frozen_step", frozen_step),
 ];
 
@@ -57,9 +56,8 @@ fn flow<const ORDER: usize>(rounds: usize) {
     }
 }
 
-/// One forcing period of the scene `linear`, its contacts and where that is asked for all near
-/// misses.
-fn direct_period<const MISSES: bool>(rounds: usize) {
+/// One forcing period of the scene `linear`, its contacts and near misses.
+fn direct_period(rounds: usize) {
     let path = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/linear.toml");
     let source = std::fs::read_to_string(path).expect("a scene of the catalogue");
     let scene = Scene::parse(&source, "linear").expect("a scene of the catalogue");
@@ -71,9 +69,6 @@ fn direct_period<const MISSES: bool>(rounds: usize) {
         .map(f64::from_dd)
         .collect();
     let mut simulator = Simulator::new(&system, &parameters).expect("finite parameters");
-    if !MISSES {
-        simulator.set_near_miss_limit(0.0);
-    }
     simulator
         .set_state(&[0.1, 0.0, 0.0])
         .expect("a finite state");

@@ -4,10 +4,9 @@
 //! 2006), and the electrostatic one at `omega = 0.46`, 5 % beyond grazing, both on their
 //! attractors; the number of impacts is printed. `linear-taylor` is the linear one by the general
 //! integrator; `new-parameters` a return at other parameters than the one before, so that all
-//! tables are formed anew; `in-lanes` periods of eight oscillators side by side, and their returns
-//! to a tangency section, to the forcing phase of the graze (`at-grazing-phase`) and to one a
-//! quarter of a period before it (`at-other-phase`). The floor is a loop of independent
-//! multiply-adds.
+//! tables are formed anew; `in-lanes` returns of eight oscillators side by side to a tangency
+//! section, to the forcing phase of the graze (`at-grazing-phase`) and to one a quarter of a period
+//! before it (`at-other-phase`). The floor is a loop of independent multiply-adds.
 
 #[path = "support/floor.rs"]
 mod floor;
@@ -16,8 +15,7 @@ use std::hint::black_box;
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use grazemap::hybrid::{
-    DirectReturn, Event, HybridSystem, LanePeriods, LaneReturns, NominalPassage, ReturnSection,
-    Simulator,
+    DirectReturn, HybridSystem, LaneReturns, NominalPassage, ReturnSection, Simulator,
 };
 use grazemap::model::{Model, Scene};
 use grazemap::numeric::{Dd, Lanes, Real, is_wide};
@@ -208,72 +206,6 @@ fn returns_in_lanes(criterion: &mut Criterion) {
     }
 }
 
-/// Forcing periods of oscillators in lanes, each at its own force, contacts alone asked for, beside
-/// those of one after another: with an impact, and just before grazing.
-fn periods_in_lanes(criterion: &mut Criterion) {
-    let linear = ("linear", "alpha", 2.247_220_505_424_423);
-    let electrostatic = ("mems", "V", 0.211_927_585_7);
-    let exact = HybridSystem::new as fn(&Model) -> HybridSystem;
-    for (name, scene, system) in [
-        ("linear", linear, exact),
-        (
-            "linear-taylor",
-            linear,
-            HybridSystem::without_exact_flow as _,
-        ),
-        ("electrostatic", electrostatic, exact),
-    ] {
-        for (case, share, apart) in [("with impact", 1.002, 1e-5), ("without", 1.0 - 1e-6, -1e-7)] {
-            let (scene, parameter, grazing) = scene;
-            let at = |lane: usize| grazing * (share + apart * lane as f64);
-            let models = std::array::from_fn(|lane| model(scene, parameter, at(lane)));
-            let system = system(&models[0]);
-            time_periods_in_lanes(
-                criterion,
-                &format!("{name}-in-lanes"),
-                case,
-                &system,
-                &models,
-            );
-        }
-    }
-}
-
-fn time_periods_in_lanes(
-    criterion: &mut Criterion,
-    group: &str,
-    name: &str,
-    system: &HybridSystem,
-    models: &[Model; LANES],
-) {
-    let (mut alone, durations): (Vec<_>, Vec<_>) = models
-        .iter()
-        .map(|model| settled::<f64>(system, model))
-        .unzip();
-    let mut lanes = LanePeriods::<LANES>::new(alone.clone()).expect("one rigid stop");
-    lanes.advance(&mut |_, _| {});
-    assert!((0..LANES).all(|lane| lanes.is_together(lane)));
-    let mut group = criterion.benchmark_group(format!("simulation/period/{group}"));
-    group.throughput(Throughput::Elements(LANES as u64));
-    let mut contacts = 0u64;
-    group.bench_function(format!("{name}/one by one"), |bencher| {
-        bencher.iter(|| {
-            for (simulator, &period) in alone.iter_mut().zip(&durations) {
-                let record =
-                    &mut |event: Event<f64>| contacts += u64::from(event.kind.is_contact());
-                black_box(simulator.advance_period(black_box(period), record)).expect("a phase");
-            }
-        });
-    });
-    group.bench_function(format!("{name}/in lanes"), |bencher| {
-        bencher.iter(|| {
-            let record = &mut |_, event: Event<f64>| contacts += u64::from(event.kind.is_contact());
-            lanes.advance(record).len()
-        });
-    });
-    group.finish();
-}
-
 /// The point of the grazing orbit a quarter of a period before the graze.
 fn a_quarter_before(system: &HybridSystem, model: &Model, graze: [f64; 3]) -> [f64; 3] {
     let mut simulator = Simulator::new(system, &values::<f64>(model)).expect("finite parameters");
@@ -365,7 +297,6 @@ fn simulation(criterion: &mut Criterion) {
     returns_at_new_parameters::<f64>(criterion, "f64");
     returns_at_new_parameters::<Dd>(criterion, "double-double");
     if is_wide() {
-        periods_in_lanes(criterion);
         returns_in_lanes(criterion);
     }
 }

@@ -10,7 +10,7 @@
 //! # A first application
 //!
 //! ```rust,test_harness
-#![doc = include_str!("../tests/quickstart.rs")]
+#![doc = include_str!("../tests/program/quickstart.rs")]
 //! ```
 //!
 //! # The floors

@@ -3,7 +3,7 @@
 //!
 //! `cargo run --release --example dynamics` measures everything anew (a few minutes) and writes the
 //! tables and figures of the page. The truth is direct simulation, in double-double but for
-//! attractors; `tests/dynamics.rs` holds it to closed forms.
+//! attractors; `tests/analysis/dynamics.rs` holds it to closed forms.
 
 mod adding;
 mod attractor;

@@ -7,7 +7,7 @@
 use grazemap::model::Scene;
 use grazemap::orbit::{GrazingOrbit, locate};
 
-use crate::direct::DirectJump;
+use super::direct::DirectJump;
 
 /// `R1` of every family; `k1 = σ = M = 1`.
 pub(crate) const DAMPING: f64 = 0.03;

@@ -10,8 +10,8 @@
 //! with the entry at the time `t1 < 0`, the speed `v` there, `a_e = (k1 σ − G)/M` and the
 //! homogeneous free flow `E`.
 
-use crate::direct::Jump;
-use crate::family::{DAMPING, Stop};
+use super::direct::Jump;
+use super::family::{DAMPING, Stop};
 
 /// The leading difference of the jumps of `w` and `v`, for a stop with a damper.
 pub(crate) fn approach_law(stop: &Stop, jump: &Jump, k2: f64, stop_damping: f64) -> [f64; 2] {

@@ -3,7 +3,7 @@
 //!
 //! `cargo run --release --example soft_to_rigid` measures everything anew (some seconds) and writes
 //! the tables and figures of the page. The truth is direct simulation in double-double, which
-//! `tests/soft_to_rigid.rs` holds against closed forms.
+//! `tests/simulation/soft_to_rigid.rs` holds against closed forms.
 
 mod approach;
 mod direct;

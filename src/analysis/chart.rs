@@ -13,7 +13,9 @@ use super::diagram::{
     FrozenSweep, Observer, Settled, SmoothFixedPoint, Start, SweptMap, Timing, kept_contacts, made,
     name, offsets, outside,
 };
-use super::{AnalysisError, Progress, itinerary};
+use super::error::AnalysisError;
+use super::progress::Progress;
+use super::section_frame::itinerary;
 use crate::expansion::{LocalMap, MapWindow};
 use crate::iteration::{HornerMap, OrbitEnd, OrbitName, OrbitRequest, Period};
 use crate::model::{ChartRequest, Digest, Observable, Scene};

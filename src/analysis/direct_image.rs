@@ -1,6 +1,6 @@
 //! The section map by direct simulation, in offsets.
 
-use super::AnalysisError;
+use super::error::AnalysisError;
 use super::section_frame::SectionFrame;
 use crate::hybrid::{DirectReturn, HybridSystem, Outcome, ReturnOutcome};
 use crate::model::Scene;

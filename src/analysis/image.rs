@@ -2,9 +2,9 @@
 
 use rayon::prelude::*;
 
-use super::error::check_length;
+use super::direct_image::{DirectEnd, DirectImage};
+use super::error::{AnalysisError, check_length};
 use super::evaluation::MapEvaluation;
-use super::{AnalysisError, DirectEnd, DirectImage};
 use crate::expansion::LocalMap;
 use crate::hybrid::HybridSystem;
 use crate::model::Scene;

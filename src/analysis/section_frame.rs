@@ -1,10 +1,13 @@
-//! Offsets on a section and the full state: the frame in which direct simulation speaks to a map.
+//! The section of a scene: offsets and full states, the passages of a return, values of expressions
+//! there. The frame in which direct simulation speaks to a map.
 
 use super::error::{AnalysisError, check_length};
-use super::values::Values;
+use crate::flow::{InputKind, Program};
 use crate::hybrid::{NominalPassage, ReturnSection};
-use crate::model::{Model, Scene};
-use crate::numeric::{Dd, Real};
+use crate::iteration::Itinerary;
+use crate::jet::TimeSeries;
+use crate::model::{ExpressionGraph, Model, NodeId, Scene};
+use crate::numeric::{Dd, Real, Scalar};
 use crate::orbit::{FollowingPassage, GrazingOrbit, PoincareSection, PoincareSectionKind};
 
 /// Newton steps onto the tangency section before giving up: each doubles the digits.
@@ -240,4 +243,57 @@ fn tangency<S: Real>(model: &Model, surface: usize, eliminated: usize) -> Values
     let velocity = model.surfaces[surface].normal_velocity;
     let slope = graph.derivative(velocity, eliminated);
     Values::new(model, &graph, &[velocity, slope])
+}
+
+/// Which surface each passage of one return meets, the passages in the order in which they follow
+/// the section.
+pub fn itinerary(scene: &Scene, orbit: &GrazingOrbit) -> Itinerary {
+    let following = orbit.passages_after_section(scene);
+    let grazes = |&surface: &usize| following.iter().any(|passage| passage.surface == surface);
+    let surfaces: Vec<usize> = (0..scene.model.surfaces.len()).filter(grazes).collect();
+    let name = |&surface: &usize| scene.model.surfaces[surface].name.clone();
+    let position = |passage: &FollowingPassage| {
+        let place = surfaces.iter().position(|&known| known == passage.surface);
+        place.unwrap_or(0)
+    };
+    Itinerary {
+        surfaces: surfaces.iter().map(name).collect(),
+        passages: following.iter().map(position).collect(),
+        periods: scene.grazing.periods,
+    }
+}
+
+/// Expressions of a graph lowered to a program and run at degree 0.
+#[derive(Clone, Debug)]
+pub(super) struct Values<S: Scalar> {
+    program: Program,
+    tape: Vec<S>,
+}
+
+impl<S: Scalar> Values<S> {
+    /// Expressions in the inputs of a model: the full state, then all parameters.
+    pub(super) fn new(model: &Model, graph: &ExpressionGraph, outputs: &[NodeId]) -> Self {
+        let inputs = vec![InputKind::Variable; model.dimension() + model.parameters.len()];
+        let program = Program::new(graph, outputs, &inputs);
+        let tape = vec![S::zero(); program.slots()];
+        Self { program, tape }
+    }
+
+    /// Evaluates all expressions; read them with [`get`](Self::get).
+    pub(super) fn evaluate(&mut self, state: &[S], parameters: &[S]) -> &mut Self {
+        self.tape[..state.len()].copy_from_slice(state);
+        self.tape[state.len()..state.len() + parameters.len()].copy_from_slice(parameters);
+        self.program.advance(
+            &TimeSeries { order: 0 },
+            0,
+            &mut self.tape,
+            &mut [S::zero()],
+        );
+        self
+    }
+
+    /// Value of one expression at the state evaluated last.
+    pub(super) fn get(&self, output: usize) -> S {
+        self.tape[self.program.output(output)]
+    }
 }

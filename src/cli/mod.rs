@@ -21,6 +21,8 @@ use arguments::{Arguments, Command};
 use commands::{converge, emit, expand, grazes, image, orbits, run, scenes, sweeps};
 use output::CliError;
 
+use grazemap::numeric::unknown_instruction_limit;
+
 /// Runs the program on the arguments of the process.
 ///
 /// Wrong arguments are said on standard error and end with exit code 2, as every wrong input does.
@@ -50,6 +52,9 @@ fn run_with(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
 
 fn dispatch(arguments: Arguments) -> Result<(), CliError> {
     arguments.refuse_lost_output()?;
+    if let Some(value) = unknown_instruction_limit() {
+        return Err(CliError::InstructionLimit { value });
+    }
     match arguments.command {
         Some(Command::New(options)) => scenes::new(&options),
         Some(Command::Check(options)) => scenes::check(&options),

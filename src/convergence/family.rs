@@ -11,6 +11,9 @@ use crate::model::Scene;
 use crate::numeric::Real;
 use crate::orbit::GrazingOrbit;
 
+/// Orders of a first expansion: it tells how terms fall, and how deep passages are.
+pub(super) const PROBE: MapOrders = MapOrders::new(4, 8);
+
 /// A scene expanded once to its highest orders; every lower map is a truncation.
 ///
 /// A coefficient of a truncated series does not depend on where the series is cut, so a truncation

@@ -1,53 +1,31 @@
-//! Truncation orders against direct simulation: errors, rates, times, and the choice of a map and
-//! its section.
+//! Maps against direct simulation: errors, rates and times of every pair of truncation orders, and
+//! the map and the section chosen for a tolerance.
 //!
-//! The one place where expansion and simulation meet, so that their agreement is evidence.
-//! Deliberately absent: plotting. See docs/mathematics/convergence.md.
+//! The one place where expansion and simulation meet, so that their agreement is evidence. What both
+//! parts measure with (points of a window, their exact images, truncations of one expansion) is
+//! here; [`study`] uses [`choice`], never the reverse. Deliberately absent: plotting. See
+//! docs/mathematics/convergence.md.
 
-mod accuracy;
-mod attempts;
-mod candidates;
-mod choice;
-mod chooser;
-mod data;
-mod economise;
-mod engine;
+pub mod choice;
 mod error;
-mod errors;
 mod family;
-mod fit;
-mod forecast;
-mod form;
-mod joint;
-mod judge;
-mod level;
-mod measured;
-mod next_depth;
-mod pareto;
-mod rates;
-mod rule;
 mod sample;
-mod sections;
+pub mod study;
 mod timing;
 mod truth;
-mod validity;
 
-pub use accuracy::{DepthAccuracy, WindowAccuracy};
-pub use choice::{ChoiceOptions, choose, choose_orders, chosen_map};
-pub use chooser::Chooser;
-pub use data::{
-    Choice, ConvergenceStudy, DirectSummary, ErrorSummary, FactorRate, Limit, Monomials,
-    OrderResult, Polynomials, Rate, SampleSummary,
+pub use choice::{
+    Choice, ChoiceOptions, Chooser, Decay, LeastOrders, Limit, Monomials, OrderRule, Polynomials,
+    SectionChoice, SectionVerdict, SettledScene, choose, choose_orders, choose_sections,
+    chosen_map, settle_section,
 };
-pub use engine::{ConvergenceOptions, converge};
 pub use error::ConvergenceError;
 pub use family::{MapFamily, cut_legs};
-pub use fit::{SlopeFit, fit_slope};
-pub use measured::{ExactImages, MeasuredError, measured_error};
-pub use next_depth::LeastOrders;
-pub use pareto::{ParetoMap, ParetoPoint};
-pub use rule::{Decay, OrderRule};
 pub use sample::{SamplePoint, WindowSample};
-pub use sections::{SectionChoice, SectionVerdict, SettledScene, choose_sections, settle_section};
+pub use study::{
+    ConvergenceOptions, ConvergenceStudy, DepthAccuracy, DirectSummary, FactorRate, OrderResult,
+    ParetoMap, ParetoPoint, Rate, SlopeFit, Validity, WindowAccuracy, converge, fit_slope,
+    validity,
+};
 pub use timing::{multiply_add_ns, step_ns};
-pub use validity::{Validity, validity};
+pub use truth::{ErrorSummary, ExactImages, MeasuredError, SampleSummary, measured_error};

@@ -4,10 +4,8 @@ use std::hint::black_box;
 use std::time::Instant;
 
 use super::sample::SamplePoint;
-use super::truth::{Truth, distance, image};
-use crate::analysis::{AnalysisError, DirectImage};
 use crate::iteration::{DiscreteMap, HornerMap};
-use crate::numeric::{Dd, Scalar};
+use crate::numeric::Scalar;
 
 /// Runs of which the median counts.
 const RUNS: usize = 5;
@@ -60,28 +58,4 @@ pub fn multiply_add_ns() -> f64 {
         }
         black_box(sums);
     })
-}
-
-/// Nanoseconds of a direct return in double precision, and its largest error, over a sample.
-///
-/// NOTE: what a simulator prepares at new parameters is not part of the time, as for a map with its
-/// parameters frozen.
-pub(super) fn direct(
-    direct: &mut DirectImage<'_, f64>,
-    truth: &Truth,
-) -> Result<(f64, f64), AnalysisError> {
-    let mut worst: f64 = 0.0;
-    let mut seconds = 0.0;
-    for (point, exact) in truth.points.iter().zip(&truth.images) {
-        // An orbit that double precision sends elsewhere is an error as large as the kick.
-        image(direct, point)?;
-        let start = Instant::now();
-        let found = image(direct, point)?;
-        seconds += start.elapsed().as_secs_f64();
-        let found = found.unwrap_or_else(|| vec![0.0; exact.len()]);
-        let found: Vec<Dd> = found.into_iter().map(Dd::from).collect();
-        worst = worst.max(distance(&found, exact));
-    }
-    let period = 1e9 * seconds / truth.points.len().max(1) as f64;
-    Ok((period, worst))
 }

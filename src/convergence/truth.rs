@@ -1,13 +1,19 @@
-//! The truth: images by direct simulation in double-double.
+//! Images by direct simulation in double-double, and the errors of maps against them.
+
+use std::time::Instant;
 
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 
-use super::ConvergenceError;
-use super::sample::SamplePoint;
+use super::error::ConvergenceError;
+use super::family::{MapFamily, PROBE};
+use super::sample::{SamplePoint, WindowSample};
 use crate::analysis::{AnalysisError, DirectEnd, DirectImage, SectionImage};
+use crate::expansion::LocalMap;
 use crate::hybrid::HybridSystem;
+use crate::iteration::DiscreteMap;
 use crate::model::Scene;
-use crate::numeric::{Dd, Real};
+use crate::numeric::{Dd, Real, decimal_above};
 use crate::orbit::GrazingOrbit;
 
 /// Sample points with their images.
@@ -77,6 +83,30 @@ pub(super) fn tells_order<S>(image: &SectionImage<S>) -> bool {
     image.end == DirectEnd::Returned && image.contacts > 0 && image.extra_contacts == 0
 }
 
+/// Nanoseconds of a direct return in double precision, and its largest error, over a sample.
+///
+/// NOTE: what a simulator prepares at new parameters is not part of the time, as for a map with its
+/// parameters frozen.
+pub(super) fn timed_returns(
+    direct: &mut DirectImage<'_, f64>,
+    truth: &Truth,
+) -> Result<(f64, f64), AnalysisError> {
+    let mut worst: f64 = 0.0;
+    let mut seconds = 0.0;
+    for (point, exact) in truth.points.iter().zip(&truth.images) {
+        // An orbit that double precision sends elsewhere is an error as large as the kick.
+        image(direct, point)?;
+        let start = Instant::now();
+        let found = image(direct, point)?;
+        seconds += start.elapsed().as_secs_f64();
+        let found = found.unwrap_or_else(|| vec![0.0; exact.len()]);
+        let found: Vec<Dd> = found.into_iter().map(Dd::from).collect();
+        worst = worst.max(distance(&found, exact));
+    }
+    let period = 1e9 * seconds / truth.points.len().max(1) as f64;
+    Ok((period, worst))
+}
+
 /// Largest difference of a coordinate; NaN where one of them is none.
 pub(super) fn distance(a: &[Dd], b: &[Dd]) -> f64 {
     let difference = |(&a, &b): (&Dd, &Dd)| (a - b).to_f64().abs();
@@ -90,6 +120,191 @@ pub(super) fn distance(a: &[Dd], b: &[Dd]) -> f64 {
     a.iter().zip(b).map(difference).fold(0.0, larger)
 }
 
+/// The points at which errors were measured.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct SampleSummary {
+    /// Points compared.
+    pub points: usize,
+    /// Points left out: no image, or contacts other than those of the grazing passages.
+    pub excluded: usize,
+}
+
+/// Errors over a sample; `null` where a map has no finite image.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ErrorSummary {
+    /// Largest.
+    pub max: Option<f64>,
+    /// Median.
+    pub median: Option<f64>,
+}
+
+impl ErrorSummary {
+    /// Whether every image was finite and no error above this.
+    pub fn is_within(&self, tolerance: f64) -> bool {
+        self.max.is_some_and(|error| error <= tolerance)
+    }
+}
+
+/// Largest and median error of a map; `None` where an image is not finite.
+pub(super) fn summarize(map: &dyn DiscreteMap, truth: &Truth) -> ErrorSummary {
+    let pairs = truth.points.iter().zip(&truth.images);
+    let mut errors: Vec<f64> = pairs
+        .map(|(point, image)| error(map, point, image))
+        .collect();
+    errors.sort_by(f64::total_cmp);
+    let finite = |value: Option<&f64>| value.copied().filter(|value| value.is_finite());
+    ErrorSummary {
+        max: finite(errors.last()),
+        median: finite(errors.get(errors.len() / 2)),
+    }
+}
+
+/// The largest error of a coordinate at one point; not finite where the map has no image.
+pub(super) fn error(map: &dyn DiscreteMap, point: &SamplePoint, truth: &[Dd]) -> f64 {
+    let mut image = vec![0.0; map.dimension()];
+    map.step(&point.state, &point.parameters, &mut image);
+    let image: Vec<Dd> = image.into_iter().map(Dd::from).collect();
+    distance(&image, truth)
+}
+
+/// Number in the sequence of the first point: orders are chosen by the ones before it.
+const FIRST: usize = 128;
+
+/// Rounds of which the fastest counts.
+const ROUNDS: usize = 5;
+
+/// The largest error of a map on its window.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct MeasuredError {
+    /// Largest error of a coordinate, in the units of the offsets; `None` where an image is not
+    /// finite.
+    pub error: Option<f64>,
+    /// What it was measured on.
+    pub sample: SampleSummary,
+}
+
+impl MeasuredError {
+    /// The error rounded up to two digits: the same number on machines whose arithmetic differs in
+    /// the last place.
+    pub fn rounded_up(&self) -> Option<f64> {
+        self.error.map(|error| decimal_above(error, 2))
+    }
+}
+
+/// Compares a map with direct simulation in double-double at the corners of the window and at fresh
+/// points.
+///
+/// `local` has the window; `map` is what is run, in whatever shape and numbers, with whatever was
+/// dropped.
+///
+/// # Errors
+///
+/// [`ConvergenceError`] if the window has no point to compare at, or direct simulation fails.
+pub fn measured_error(
+    scene: &Scene,
+    orbit: &GrazingOrbit,
+    local: &LocalMap,
+    map: &dyn DiscreteMap,
+    points: usize,
+) -> Result<MeasuredError, ConvergenceError> {
+    let sample = window_sample(scene, orbit, local)?;
+    let exact = ExactImages::new(scene, orbit, sample.judging(FIRST, points))?;
+    Ok(MeasuredError {
+        error: summarize(map, &exact.truth).max,
+        sample: exact.summary(),
+    })
+}
+
+/// The window of a map, its depths by one of orders high enough to know them.
+pub(super) fn window_sample(
+    scene: &Scene,
+    orbit: &GrazingOrbit,
+    local: &LocalMap,
+) -> Result<WindowSample, ConvergenceError> {
+    let orders = local.orders;
+    if orders.reaches(PROBE) && local.fitted_to.is_none() {
+        return Ok(WindowSample::new(local));
+    }
+    let orders = orders.max(PROBE);
+    let map = MapFamily::new(scene, orbit, orders)?.map(orders)?;
+    Ok(WindowSample::new(&map))
+}
+
+/// Points of a window with their images by direct simulation in double-double, to compare any
+/// number of maps with.
+#[derive(Clone, Debug)]
+pub struct ExactImages {
+    truth: Truth,
+}
+
+impl ExactImages {
+    /// Simulates points side by side; those that do not return, or with contacts other than those
+    /// of the grazing passages, are left out.
+    ///
+    /// # Errors
+    ///
+    /// [`ConvergenceError`] if no point is left, or direct simulation fails.
+    pub fn new(
+        scene: &Scene,
+        orbit: &GrazingOrbit,
+        points: Vec<SamplePoint>,
+    ) -> Result<Self, ConvergenceError> {
+        let system = HybridSystem::new(&scene.model);
+        let tried = points.len();
+        let truth = truth(&system, scene, orbit, points)?;
+        if truth.points.is_empty() {
+            return Err(ConvergenceError::NoTruth { tried });
+        }
+        Ok(Self { truth })
+    }
+
+    /// How many points there are, and how many were left out.
+    pub fn summary(&self) -> SampleSummary {
+        SampleSummary {
+            points: self.truth.points.len(),
+            excluded: self.truth.excluded,
+        }
+    }
+
+    /// The points that have images.
+    pub fn points(&self) -> &[SamplePoint] {
+        &self.truth.points
+    }
+
+    /// The largest error of a coordinate at each point, of a map; not finite where it has no image.
+    pub fn errors(&self, map: &dyn DiscreteMap) -> Vec<f64> {
+        let pairs = self.truth.points.iter().zip(&self.truth.images);
+        pairs
+            .map(|(point, image)| error(map, point, image))
+            .collect()
+    }
+
+    /// Nanoseconds of a return by direct simulation in double precision, one after another over the
+    /// first points, the fastest of five rounds; and its largest error there.
+    ///
+    /// # Errors
+    ///
+    /// [`ConvergenceError`] if direct simulation fails.
+    pub fn direct(
+        &self,
+        scene: &Scene,
+        orbit: &GrazingOrbit,
+        points: usize,
+    ) -> Result<(f64, f64), ConvergenceError> {
+        let system = HybridSystem::new(&scene.model);
+        let mut direct = DirectImage::<f64>::new(&system, scene, orbit)?;
+        let mut first = self.truth.clone();
+        first.points.truncate(points);
+        first.images.truncate(points);
+        let mut best = timed_returns(&mut direct, &first)?;
+        for _ in 1..ROUNDS {
+            let (period_ns, error) = timed_returns(&mut direct, &first)?;
+            best = (best.0.min(period_ns), error);
+        }
+        Ok(best)
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -100,5 +315,20 @@ mod tests {
         assert_eq!(distance(&at([1.0, 2.0]), &at([1.5, 2.25])), 0.5);
         assert!(distance(&at([f64::NAN, 2.0]), &at([1.5, 2.25])).is_nan());
         assert!(distance(&at([1.0, f64::NAN]), &at([1.5, 2.25])).is_nan());
+    }
+
+    #[test]
+    fn errors_are_rounded_up_to_two_digits() {
+        let rounded = |error| {
+            let sample = SampleSummary {
+                points: 1,
+                excluded: 0,
+            };
+            let error = Some(error);
+            MeasuredError { error, sample }.rounded_up()
+        };
+        assert_eq!(rounded(1.234e-8), Some(1.3e-8));
+        assert_eq!(rounded(9.96e-8), Some(1e-7));
+        assert_eq!(rounded(0.0), Some(0.0));
     }
 }

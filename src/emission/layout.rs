@@ -1,8 +1,259 @@
-//! The templates: layout only. Every expression in them was rendered before.
+//! From a map and its kernels to the text of a module: what the templates lay out, the provenance that
+//! heads it, and the templates, which hold layout only.
 
-use super::EmissionError;
-use super::target::Target;
-use crate::expansion::MapOrders;
+use super::error::EmissionError;
+use super::language::{Language, PrintedKernel, print};
+use super::names::{comment, number_literal};
+use super::options::{EmitOptions, EmittedShape, FORMAT, Target};
+use super::pruning::PruneReport;
+use crate::expansion::{LocalMap, MapKernel, MapOrders, SectionKind};
+use crate::jet::kernel::{Kernel, OperationCount, SplitKernel};
+use crate::numeric::FloatFormat;
+
+/// What the templates lay out: a map, its kernels and its constants, as text of the target's
+/// language.
+pub(super) fn arrange(
+    map: &LocalMap,
+    options: &EmitOptions,
+    lowered: &MapKernel,
+    split: &SplitKernel,
+    step: &Kernel,
+    pruned: Option<PruneReport>,
+) -> Result<MapLayout, EmissionError> {
+    let language = Language {
+        target: options.target,
+        precision: options.precision,
+    };
+    let prepare = print(language, &split.prepare, |number| {
+        format!("parameters[{number}]")
+    })?;
+    let free = lowered.dimension;
+    let input = |number: usize| {
+        if number < free {
+            format!("x{number}")
+        } else {
+            language.coefficient(number - free)
+        }
+    };
+    let (step_text, jacobian) = (
+        print(language, step, input)?,
+        print(language, &split.run, input)?,
+    );
+    let passages = lowered.passages;
+    let (image, depths) = step_text.outputs.split_at(free);
+    let rows = |printed: &PrintedKernel| -> Vec<String> {
+        printed.outputs[free + passages..]
+            .chunks(free.max(1))
+            .map(|row| row.join(", "))
+            .collect()
+    };
+    Ok(MapLayout {
+        header: header(map, options, lowered, step, pruned)?,
+        target: options.target.word(),
+        real: language.real(),
+        suffix: language.suffix(),
+        capital: language.suffix().to_uppercase(),
+        largest: language.largest(),
+        identifier: map.scene.clone(),
+        upper: map.scene.to_ascii_uppercase(),
+        dimension: free,
+        parameters: lowered.parameters,
+        passages,
+        coefficients: split.coefficients,
+        lanes: options.lanes,
+        orders: map.orders,
+        scene: language.string(&map.scene),
+        digest: format!("0x{}", map.digest),
+        section: language.string(section_word(map.section.kind)),
+        coordinate_names: map
+            .section
+            .coordinates
+            .iter()
+            .map(|name| language.string(name))
+            .collect(),
+        parameter_names: map
+            .parameters
+            .iter()
+            .map(|parameter| language.string(&parameter.name))
+            .collect(),
+        point: finite(
+            "a coordinate of the section's point",
+            map.section.point.iter().map(|value| value.to_f64()),
+        )?,
+        grazing: finite(
+            "a grazing parameter",
+            map.parameters
+                .iter()
+                .map(|parameter| parameter.value.to_f64()),
+        )?,
+        window_depth: language.half_width(map.window.depth)?,
+        window_state: half_widths(language, &map.window.state)?,
+        window_parameters: half_widths(language, &map.window.parameter)?,
+        inside_state: inside(language, "state", &map.window.state)?,
+        inside_parameters: inside(language, "parameters", &map.window.parameter)?,
+        tolerance: language.optional("the tolerance", options.tolerance)?,
+        measured_error: language.optional("the measured error", options.measured_error)?,
+        prepare_outputs: prepare.outputs,
+        prepare_statements: prepare.statements,
+        image: image.to_vec(),
+        depths: depths.to_vec(),
+        step_statements: step_text.statements,
+        jacobian_image: jacobian.outputs[..free].to_vec(),
+        jacobian_depths: jacobian.outputs[free..free + passages].to_vec(),
+        jacobian_rows: rows(&jacobian),
+        jacobian_entries: jacobian.outputs[free + passages..].to_vec(),
+        jacobian_statements: jacobian.statements,
+    })
+}
+
+fn finite(
+    what: &'static str,
+    values: impl Iterator<Item = f64>,
+) -> Result<Vec<String>, EmissionError> {
+    values.map(|value| number_literal(what, value)).collect()
+}
+
+fn half_widths(language: Language, values: &[f64]) -> Result<Vec<String>, EmissionError> {
+    values
+        .iter()
+        .map(|&value| language.half_width(value))
+        .collect()
+}
+
+/// Conditions in C that the numbers of an array lie within these half-widths, false for a NaN;
+/// unbounded widths have none but that.
+fn inside(
+    language: Language,
+    array: &str,
+    half_widths: &[f64],
+) -> Result<Vec<String>, EmissionError> {
+    let condition = |(number, &width): (usize, &f64)| {
+        if width == f64::INFINITY {
+            return Ok(format!("{array}[{number}] == {array}[{number}]"));
+        }
+        let literal = language.half_width(width)?;
+        let suffix = language.suffix();
+        Ok(format!("fabs{suffix}({array}[{number}]) <= {literal}"))
+    };
+    half_widths.iter().enumerate().map(condition).collect()
+}
+
+/// The lines of the provenance header, after the first.
+pub(super) fn header(
+    map: &LocalMap,
+    options: &EmitOptions,
+    lowered: &MapKernel,
+    step: &Kernel,
+    pruned: Option<PruneReport>,
+) -> Result<Vec<String>, EmissionError> {
+    let names = |names: Vec<&str>| comment(&names.join(", "));
+    let coordinates = names(map.section.coordinates.iter().map(String::as_str).collect());
+    let parameters = names(
+        map.parameters
+            .iter()
+            .map(|parameter| parameter.name.as_str())
+            .collect(),
+    );
+    let passages = names(map.surfaces.iter().map(String::as_str).collect());
+    let shape = match options.shape {
+        EmittedShape::Factored if map.is_flown() => "flown",
+        EmittedShape::Factored => "factored",
+        EmittedShape::Composed => "composed",
+    };
+    let (all, frozen) = (lowered.kernel.count(), step.count());
+    let mut lines = vec![
+        format!("Scene {}, digest {}.", comment(&map.scene), map.digest),
+        format!(
+            "Section: {}{}.",
+            section_word(map.section.kind),
+            phase(map)?
+        ),
+        format!("Coordinates: {coordinates}."),
+        format!("Parameters: {parameters}."),
+        format!("Passages: {passages}."),
+        format!(
+            "Orders: smooth_order {}, contact_weight {}.",
+            map.orders.smooth_order, map.orders.contact_weight
+        ),
+        match options.target {
+            Target::Rust => format!("Shape: {shape}, {} lanes.", options.lanes),
+            Target::C | Target::Cuda => format!("Shape: {shape}."),
+        },
+        format!("Window: depth {}.", depth(map.window.depth)?),
+        format!(
+            "Tolerance asked {}, error measured {}.",
+            stated(options.tolerance),
+            stated(options.measured_error)
+        ),
+    ];
+    if options.precision == FloatFormat::F32 {
+        lines.push("Precision: f32, coefficients, states, parameters and every operation.".into());
+    }
+    if let Some(orders) = map.fitted_to {
+        lines.push(format!(
+            "Coefficients: economised, fitted on the window to smooth_order {}, contact_weight {}.",
+            orders.smooth_order, orders.contact_weight
+        ));
+    }
+    if let Some(report) = pruned {
+        let bound = number_literal("the bound of the dropped monomials", report.bound)?;
+        lines.push(format!(
+            "Monomials: {} kept, {} dropped, which adds at most {bound}.",
+            report.kept, report.dropped
+        ));
+    }
+    lines.push(format!("A step: {}.", counted(all)));
+    lines.push(format!("A frozen step: {}.", counted(frozen)));
+    Ok(lines.into_iter().flat_map(|line| wrapped(&line)).collect())
+}
+
+/// A line of at most 112 characters, continued on further ones.
+fn wrapped(line: &str) -> Vec<String> {
+    let characters: Vec<char> = line.chars().collect();
+    characters
+        .chunks(112)
+        .map(|part| part.iter().collect())
+        .collect()
+}
+
+/// The phase of a stroboscopic section; nothing on another.
+fn phase(map: &LocalMap) -> Result<String, EmissionError> {
+    let Some(phase) = map.section.phase else {
+        return Ok(String::new());
+    };
+    let phase = number_literal("the phase of the section", phase.to_f64())?;
+    Ok(format!(" at the phase {phase}"))
+}
+
+fn counted(count: OperationCount) -> String {
+    let OperationCount {
+        multiply_adds,
+        products,
+        sums,
+        roots,
+    } = count;
+    format!("{multiply_adds} multiply-adds, {products} products, {sums} sums, {roots} roots")
+}
+
+fn stated(value: Option<f64>) -> String {
+    value.map_or("none".into(), |value| format!("{value:?}"))
+}
+
+/// The depth of the window, which may be unbounded.
+fn depth(value: f64) -> Result<String, EmissionError> {
+    if value == f64::INFINITY {
+        Ok("unbounded".into())
+    } else {
+        number_literal("the depth of the window", value)
+    }
+}
+
+pub(super) fn section_word(kind: SectionKind) -> &'static str {
+    match kind {
+        SectionKind::Tangency => "tangency",
+        SectionKind::Stroboscopic => "stroboscopic",
+    }
+}
 
 /// What templates/map.rs.tera and templates/map.c.tera lay out.
 #[derive(Clone, Debug, serde::Serialize)]
@@ -108,7 +359,7 @@ pub(super) fn catalogue_root(modules: &[&str]) -> Result<String, EmissionError> 
 
 fn render(name: &str, template: &str, mut context: tera::Context) -> Result<String, EmissionError> {
     context.insert("version", env!("CARGO_PKG_VERSION"));
-    context.insert("format", &super::FORMAT);
+    context.insert("format", &FORMAT);
     let mut templates = tera::Tera::default();
     templates.autoescape_on(Vec::<&str>::new());
     templates.add_raw_template(name, template)?;

@@ -3,22 +3,18 @@
 //!
 //! Deliberately absent: dynamics. This floor sees polynomials.
 
-mod arrangement;
-mod comparison;
 mod emitted_crate;
 mod error;
-mod header;
 mod language;
 mod layout;
 mod module;
 mod names;
-mod printing;
+mod options;
 mod pruning;
-mod target;
 
 pub use emitted_crate::{Difference, EmittedCrate};
 pub use error::EmissionError;
-pub use module::{EmitOptions, EmittedModule, EmittedShape, FORMAT, emitted_module};
+pub use module::{EmittedModule, emitted_module};
 pub use names::{checked_identifier, comment, string_literal};
+pub use options::{EmitOptions, EmittedShape, FORMAT, Target};
 pub use pruning::{PruneReport, prune, prune_composed};
-pub use target::Target;

@@ -1,60 +1,14 @@
 //! One emitted module: a map's kernel, its constants and its provenance.
 
-use super::EmissionError;
-use super::arrangement::arrange;
+use super::error::EmissionError;
 use super::layout;
+use super::layout::arrange;
 use super::names::checked_identifier;
+use super::options::{EmitOptions, EmittedShape, Target};
 use super::pruning::{PruneReport, prune, prune_composed};
-use super::target::Target;
 use crate::expansion::{ComposedMap, LocalMap, MapKernel, Stage};
 use crate::jet::kernel::{Kernel, OperationCount, SplitKernel};
 use crate::numeric::FloatFormat;
-
-/// Number of the format of emitted modules; it changes with the templates and with the printing.
-pub const FORMAT: u32 = 1;
-
-/// Shape of an emitted step.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum EmittedShape {
-    /// Stage after stage: `P_smooth ∘ D`; of a map with flown contacts, the flown shape.
-    Factored,
-    /// One polynomial pass.
-    Composed,
-}
-
-/// What is asked of an emission.
-#[derive(Clone, Debug, PartialEq)]
-pub struct EmitOptions {
-    /// Language of the module.
-    pub target: Target,
-    /// Shape of the step.
-    pub shape: EmittedShape,
-    /// Type of states, parameters and coefficients.
-    pub precision: FloatFormat,
-    /// Points per call of the lane kernels, 1 to 64.
-    pub lanes: usize,
-    /// Error that is asked for, absolute and per coordinate, for the header.
-    pub tolerance: Option<f64>,
-    /// Error of which dropped monomials may use a tenth, absolute and per coordinate; `None` keeps
-    /// every monomial.
-    pub drop_within: Option<f64>,
-    /// Error that was measured on the window, for the header.
-    pub measured_error: Option<f64>,
-}
-
-impl Default for EmitOptions {
-    fn default() -> Self {
-        Self {
-            target: Target::Rust,
-            shape: EmittedShape::Factored,
-            precision: FloatFormat::F64,
-            lanes: 8,
-            tolerance: None,
-            drop_within: None,
-            measured_error: None,
-        }
-    }
-}
 
 /// An emitted module: a source text without dependencies.
 #[derive(Clone, Debug, PartialEq)]

@@ -1,6 +1,6 @@
 //! What may stand in emitted text: checked identifiers, escaped literals, harmless comments.
 
-use super::EmissionError;
+use super::error::EmissionError;
 
 /// Keywords of Rust, strict and reserved, in all editions.
 const KEYWORDS: [&str; 54] = [

@@ -5,16 +5,22 @@
 //! σ` to the surface, through the reset or the contact, and on to the section. No formula of a
 //! paper is coded. Derivation: docs/mathematics/discontinuity.md and
 //! docs/mathematics/contact-laws.md (after Nordmark 1991 and di Bernardo et al. 2008).
+//!
+//! What follows a contact: the free flow from the surface to the section.
+//!
+//! The speed at which a surface is met.
 
 use std::sync::Arc;
 
-use super::approach::{Approach, DepthVariable};
-use super::departure::Through;
-use super::passage::Passage;
-use super::section_chart::SectionChart;
+use super::approach::{Approach, DepthVariable, kept_to_minimum, time_of_minimum};
+use super::error::ExpansionError;
+use super::local_map::{Contact, DepthForm};
+use super::passage::{ContactLaw, Passage};
+use super::release::ReleaseBalance;
+use super::routes::SectionChart;
 use super::variables::{Variables, coefficient_of_depth_power, fold_depth_powers, respace};
-use super::{Contact, DepthForm, ExpansionError};
-use crate::jet::Jet;
+use crate::flow::{Field, LocalSeries, Program, at_series_time, evaluate, local_series_kept_to};
+use crate::jet::{Jet, JetSpace};
 use crate::numeric::Real;
 use crate::orbit::PoincareSectionKind;
 
@@ -27,7 +33,7 @@ use crate::orbit::PoincareSectionKind;
 /// # Errors
 ///
 /// [`ExpansionError`] if the graze is not simple, the reset is no identity at zero normal velocity,
-/// the contact law has no expansion in powers of `y` ([`ContactLawError`](super::ContactLawError)),
+/// the contact law has no expansion in powers of `y` ([`ContactLawError`](super::passage::ContactLawError)),
 /// or a jet space would be too large.
 pub fn discontinuity<S: Real>(
     passage: &Passage,
@@ -139,4 +145,170 @@ fn largest<S: Real>(jet: &Jet<S>) -> f64 {
         .iter()
         .map(|value| value.magnitude())
         .fold(0.0, f64::max)
+}
+
+/// The state just after the contact, as jets in `(y; coordinates; parameters)`.
+pub(super) struct Departure<S: Real> {
+    space: Arc<JetSpace>,
+    first_parameter: usize,
+    /// The state.
+    pub(super) state: Vec<Jet<S>>,
+    /// Time from the section point.
+    pub(super) time: Jet<S>,
+}
+
+/// How a passage goes through its surface.
+pub(super) enum Through<'a> {
+    /// By a reset.
+    Reset(&'a Program),
+    /// Along the contact field, until the release.
+    Contact {
+        field: &'a Field,
+        release: ReleaseBalance,
+    },
+}
+
+impl<'a> Through<'a> {
+    /// The way through the surface of a passage.
+    ///
+    /// # Errors
+    ///
+    /// [`ContactLawError`](super::passage::ContactLawError) where a contact has no release near the graze.
+    pub(super) fn of(
+        passage: &'a Passage,
+        chart: &SectionChart,
+        variables: &Variables,
+    ) -> Result<Self, ExpansionError> {
+        Ok(match &passage.law {
+            ContactLaw::Rigid { reset } => Self::Reset(reset),
+            ContactLaw::Compliant { field, .. } => Self::Contact {
+                field,
+                release: ReleaseBalance::new(passage, field, chart, variables)?,
+            },
+        })
+    }
+
+    /// Weights by which the image is less exact than the state on the surface.
+    pub(super) fn lost_weights(&self) -> u32 {
+        match self {
+            Self::Reset(_) => 0,
+            Self::Contact { release, .. } => release.lost_weights(),
+        }
+    }
+}
+
+impl<S: Real> Approach<S> {
+    /// Through the contact: the reset of a rigid stop, or the contact field up to the release.
+    pub(super) fn departure(
+        &self,
+        passage: &Passage,
+        through: &Through<'_>,
+    ) -> Result<Departure<S>, ExpansionError> {
+        let entry = self.entry()?;
+        let parameters = passage.parameter_jets(&self.space, self.first_parameter);
+        let (state, time) = match through {
+            Through::Contact { field, release } => {
+                let exit = release.exit(field, &entry.state, &parameters)?;
+                (exit.state, &entry.time + &exit.contact_time)
+            }
+            Through::Reset(reset) => {
+                let inputs: Vec<_> = entry.state.iter().chain(&parameters).cloned().collect();
+                (evaluate(reset, &self.space, &inputs), entry.time)
+            }
+        };
+        Ok(Departure {
+            space: Arc::clone(&self.space),
+            first_parameter: self.first_parameter,
+            state,
+            time,
+        })
+    }
+}
+
+impl<S: Real> Departure<S> {
+    /// Along the free flow to `h' = 0`: the image on a tangency section.
+    pub(super) fn project_to_tangency(
+        &self,
+        passage: &Passage,
+    ) -> Result<Vec<Jet<S>>, ExpansionError> {
+        let series = self.series(passage);
+        let time = time_of_minimum(series.watched(0), &Jet::zero(&self.space))?;
+        Ok(self.states_at(&series, &time))
+    }
+
+    /// Back along the free flow by the time since the section point: the image at zero net time.
+    pub(super) fn back_to_zero_time(
+        &self,
+        passage: &Passage,
+    ) -> Result<Vec<Jet<S>>, ExpansionError> {
+        Ok(self.states_at(&self.series(passage), &-&self.time))
+    }
+
+    fn series(&self, passage: &Passage) -> LocalSeries<S> {
+        let parameters = passage.parameter_jets(&self.space, self.first_parameter);
+        let kept = kept_to_minimum(self.space.order());
+        local_series_kept_to(&passage.field, &self.state, &parameters, kept)
+    }
+
+    fn states_at(&self, series: &LocalSeries<S>, time: &Jet<S>) -> Vec<Jet<S>> {
+        (0..self.state.len())
+            .map(|component| at_series_time(series.state(component), time))
+            .collect()
+    }
+}
+
+/// Speed at which the surface is met, `−h'` at the entry, as `y · linear + y² · quadratic`.
+#[derive(Clone, Debug)]
+pub struct ImpactSpeed {
+    /// Coefficient of `y`.
+    pub linear: Jet<f64>,
+    /// Coefficient of `y²`.
+    pub quadratic: Jet<f64>,
+}
+
+impl ImpactSpeed {
+    /// The speed of a contact of depth variable `y` that is reached at a point (coordinates;
+    /// parameters).
+    pub fn at(&self, y: f64, point: &[f64]) -> f64 {
+        y * (self.linear.evaluate(point) + y * self.quadratic.evaluate(point))
+    }
+}
+
+/// Expands the speed at which the surface is met to the weighted degree `weight`:
+///
+/// ```text
+/// −h'(t_e) = −Σ_{k≥2} k H_k (−yσ)^{k−1} = √(2h'') y + …
+/// ```
+///
+/// # Errors
+///
+/// As [`discontinuity`](discontinuity()).
+pub fn impact_speed(
+    passage: &Passage,
+    chart: &SectionChart,
+    variables: &Variables,
+    weight: u32,
+) -> Result<ImpactSpeed, ExpansionError> {
+    let kind = DepthVariable::Replacing;
+    let approach = Approach::<f64>::new(passage, chart, variables, weight, kind)?;
+    let y = approach.depth_variable();
+    let since_minimum = -&(&y * &approach.entry_time_over_depth(&y)?);
+    let falling = approach.gap.iter().enumerate().skip(1).rev();
+    let speed = falling.fold(Jet::zero(&approach.space), |sum, (power, coefficient)| {
+        &(&sum * &since_minimum) - &coefficient.scale(power as f64)
+    });
+    let fold = |first: u8, weight_left: u32| {
+        let space = variables.smooth_space(weight_left)?;
+        Ok::<_, ExpansionError>(fold_depth_powers(
+            &speed,
+            first,
+            weight,
+            &approach.depth,
+            &space,
+        ))
+    };
+    Ok(ImpactSpeed {
+        linear: fold(1, weight.saturating_sub(1))?,
+        quadratic: fold(2, weight.saturating_sub(2))?,
+    })
 }

@@ -1,6 +1,5 @@
-//! What can go wrong in an expansion.
+//! What can go wrong in an expansion, in a contact law, and where a contact is flown.
 
-use super::{ContactLawError, FlightError};
 use crate::flow::FlowError;
 use crate::jet::JetError;
 use crate::numeric::NumericError;
@@ -86,4 +85,166 @@ impl ExpansionError {
                 | Self::Numeric(NumericError::NotFinite { .. })
         )
     }
+}
+
+/// A contact law that has no expansion in powers of `y` at this graze.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum ContactLawError {
+    /// A function at its corner or singularity on the surface.
+    #[error(
+        "the contact law of surface `{surface}` is not analytic at the graze: {function} of {argument:e} there; it has no Taylor series on the surface (a power of the depth that is not whole, as Hertz's, would need integrals over the contact in its place)"
+    )]
+    NotAnalytic {
+        /// Name of the surface.
+        surface: String,
+        /// The function, with its exponent for a power.
+        function: String,
+        /// Its argument at the grazing point (for `min` and `max` the difference).
+        argument: f64,
+    },
+    /// The contact field presses the state further in.
+    #[error(
+        "h'' = {contact_acceleration:e} along the contact field of surface `{surface}` at the graze (free: {free_acceleration:e}): the contact does not push back, and there is no release near the graze"
+    )]
+    Acceleration {
+        /// Name of the surface.
+        surface: String,
+        /// `h''` along the contact field.
+        contact_acceleration: f64,
+        /// `h''` along the free field.
+        free_acceleration: f64,
+    },
+    /// The release function has no positive root that vanishes with `y`.
+    #[error(
+        "the contact of surface `{surface}` has no release near the graze: the release function is {release:e} at the grazing point (h'' in contact {contact_acceleration:e}), and its leading balance has no positive root"
+    )]
+    NoRelease {
+        /// Name of the surface.
+        surface: String,
+        /// The release function at the grazing point.
+        release: f64,
+        /// `h''` along the contact field.
+        contact_acceleration: f64,
+    },
+    /// The first positive root of the leading balance is not simple.
+    #[error(
+        "the release of surface `{surface}` is not decided at leading order: its balance only touches zero, at contact time {factor:e} y^{power}"
+    )]
+    NotSimple {
+        /// Name of the surface.
+        surface: String,
+        /// The root.
+        factor: f64,
+        /// Power of `y` of the contact time.
+        power: usize,
+    },
+    /// The contact time goes with a fractional power of `y`.
+    #[error(
+        "the contact time of surface `{surface}` goes with y^({numerator}/{denominator}) at the graze: its expansion is not in whole powers of y"
+    )]
+    FractionalPower {
+        /// Name of the surface.
+        surface: String,
+        /// Numerator of the power.
+        numerator: usize,
+        /// Denominator of the power.
+        denominator: usize,
+    },
+    /// The balance at the grazing point does not hold beside it.
+    #[error(
+        "the release of surface `{surface}` changes its leading balance beside the grazing point: a coefficient {coefficient:e} of y^{power} in time power {time_power} vanishes only there"
+    )]
+    NotUniform {
+        /// Name of the surface.
+        surface: String,
+        /// Power of the contact time.
+        time_power: usize,
+        /// Power of `y`.
+        power: usize,
+        /// The coefficient.
+        coefficient: f64,
+    },
+}
+
+/// What keeps a contact from being flown exactly.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum FlightError {
+    /// The contact field is not affine with constant coefficients.
+    #[error(
+        "the contact of surface `{surface}` cannot be flown: the rate of `{component}` is not affine in `{state}` with a coefficient that no active parameter moves; use the shape `factored`"
+    )]
+    Field {
+        /// Name of the surface.
+        surface: String,
+        /// State whose rate it is.
+        component: String,
+        /// State on which the rate depends otherwise.
+        state: String,
+    },
+    /// The release function is not affine with constant coefficients.
+    #[error(
+        "the contact of surface `{surface}` cannot be flown: its release function is not affine in `{state}` with a coefficient that no active parameter moves; use the shape `factored`"
+    )]
+    Release {
+        /// Name of the surface.
+        surface: String,
+        /// State on which the release function depends otherwise.
+        state: String,
+    },
+    /// The contact time is not proportional to the depth variable.
+    #[error(
+        "the contact of surface `{surface}` cannot be flown: its contact time begins with y^{power}, expected y^1"
+    )]
+    ContactTime {
+        /// Name of the surface.
+        surface: String,
+        /// Power of `y`.
+        power: usize,
+    },
+    /// The largest depth is none.
+    #[error(
+        "the contact of surface `{surface}` cannot be flown up to depth {depth:e}: expected a positive, finite one"
+    )]
+    Depth {
+        /// Name of the surface.
+        surface: String,
+        /// `y²`.
+        depth: f64,
+    },
+    /// A contact of the window does not end.
+    #[error(
+        "the contact of surface `{surface}` cannot be flown: at depth {depth:e} it has no release within {steps} steps"
+    )]
+    NoRelease {
+        /// Name of the surface.
+        surface: String,
+        /// `y²`.
+        depth: f64,
+        /// Steps tried.
+        steps: usize,
+    },
+    /// A contact lasts for many of its own times.
+    #[error(
+        "the contact of surface `{surface}` cannot be flown: its longest contact takes {steps} steps, at most {most} are emitted; the law is too strongly damped"
+    )]
+    TooLong {
+        /// Name of the surface.
+        surface: String,
+        /// Steps it takes.
+        steps: f64,
+        /// Steps emitted at most.
+        most: usize,
+    },
+    /// A fixed number of steps does not fly every contact of the window.
+    #[error(
+        "the contact of surface `{surface}` cannot be flown in a fixed number of steps: at depth {depth:e} the image errs by {error:e} of the kick"
+    )]
+    Inexact {
+        /// Name of the surface.
+        surface: String,
+        /// `y²` of the worst contact.
+        depth: f64,
+        /// Largest error, relative to what the contact adds.
+        error: f64,
+    },
 }

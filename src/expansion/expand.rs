@@ -1,29 +1,37 @@
-//! From a scene and its grazing orbit to the local map.
+//! From a scene and its grazing orbit to the local map, contact by contact and leg by leg.
 
 use std::f64::consts::TAU;
+use std::sync::Arc;
 
-use super::contact_law::ContactLaw;
-use super::description::{active_parameters, map_section, map_window};
-use super::discontinuity::discontinuity;
+use super::approach::time_of_minimum;
+use super::composition::{ComposedMap, compose};
+use super::depth_series::{DepthSeries, LeadingLaw, WindowEdge};
+use super::discontinuity::{ImpactSpeed, discontinuity, impact_speed};
+use super::error::ExpansionError;
 use super::flown::{FlightWindow, FlownContact, flown_contact};
-use super::graze::Graze;
-use super::impact_speed::{ImpactSpeed, impact_speed};
-use super::leg::LegExpansion;
+use super::local_map::{Contact, Leg, LocalMap, Stage, active_parameters, map_section, map_window};
+use super::passage::ContactLaw;
 use super::rounding::{Sizes, without_rounding};
-use super::routes::{Route, Routes};
-use super::variables::Variables;
-use super::{
-    ComposedMap, Contact, DepthSeries, ExpansionError, LeadingLaw, Leg, LocalMap, MapOrders, Stage,
-    compose,
+use super::routes::{Graze, Route, Routes};
+use super::variables::{DEVIATION_WEIGHT, Variables};
+use crate::flow::{
+    Field, FlowError, Program, at_series_time, evaluate, jet_transport, jet_transport_taylor,
+    local_series,
 };
-use crate::model::Scene;
-use crate::numeric::{Dd, Real};
-use crate::orbit::GrazingOrbit;
+use crate::jet::{Jet, JetSpace};
+use crate::model::{MapOrders, Scene};
+use crate::numeric::{Dd, Real, Scalar};
+use crate::orbit::{GrazingOrbit, PoincareSectionKind};
 
 /// Powers of `y` among which leading laws are looked for.
 const LEADING_ORDER: u32 = 8;
 /// Powers of `y` from which [`Expander::depth_radius`] is estimated.
 pub const RADIUS_ORDER: u32 = 24;
+
+/// Relative accuracy asked of the jets of the flow.
+const TOLERANCE: f64 = 1e-15;
+/// Largest offset by which an orbit may miss its own section point.
+const LARGEST_DEFECT: f64 = 1e-9;
 
 /// Expands the map of one scene about one grazing orbit, at any orders.
 ///
@@ -46,6 +54,8 @@ pub struct Expander<'a> {
     orbit: &'a GrazingOrbit,
     grazes: Vec<Graze>,
     routes: Routes,
+    /// The rate of the model's phase over jets.
+    rate: Option<Program>,
 }
 
 /// The legs of one period.
@@ -68,11 +78,16 @@ impl<'a> Expander<'a> {
         let routes = Routes::of(scene, orbit);
         let grazes = routes.passages.iter();
         let grazes = grazes.map(|&number| Graze::new(scene, orbit, number));
+        let grazes: Vec<_> = grazes.collect::<Result<_, _>>()?;
+        let clock = scene.model.phase.as_ref().zip(grazes.first());
+        let rate =
+            clock.map(|(phase, graze)| graze.passage.jet_program(&scene.model, &[phase.rate]));
         Ok(Self {
             scene,
             orbit,
-            grazes: grazes.collect::<Result<_, _>>()?,
+            grazes,
             routes,
+            rate,
         })
     }
 
@@ -138,7 +153,7 @@ impl<'a> Expander<'a> {
     ///
     /// # Errors
     ///
-    /// [`ExpansionError`]: see [`discontinuity`] and [`LegExpansion::expand`].
+    /// [`ExpansionError`]: see [`discontinuity`] and [`legs`](Self::legs).
     pub fn expand(&self, orders: MapOrders) -> Result<LocalMap, ExpansionError> {
         let contacts = self.contacts(orders.contact_weight)?;
         let legs = self.legs(orders.smooth_order)?;
@@ -347,14 +362,14 @@ impl<'a> Expander<'a> {
         impact_speed(&graze.passage, &graze.chart, &graze.variables, weight)
     }
 
-    /// The legs to a degree.
+    /// The legs to an order; the jets of the flow come from collocation, order by order.
     ///
     /// # Errors
     ///
-    /// See [`LegExpansion::expand`].
+    /// [`ExpansionError`] if the flow fails, a space is too large, or the orbit misses the far
+    /// chart.
     pub fn legs(&self, smooth_order: u32) -> Result<Legs, ExpansionError> {
-        let legs = self.leg_expansion();
-        self.each_leg(|route| legs.expand(route, smooth_order))
+        self.each_leg(smooth_order, |leg| leg.by_collocation())
     }
 
     /// The legs over any scalar, their jets from Taylor's method: slower, and independent of
@@ -362,35 +377,64 @@ impl<'a> Expander<'a> {
     ///
     /// # Errors
     ///
-    /// See [`LegExpansion::expand_by_taylor`].
+    /// As [`legs`](Self::legs).
     pub fn legs_by_taylor<S: Real>(&self, smooth_order: u32) -> Result<Legs<S>, ExpansionError> {
-        let legs = self.leg_expansion();
-        self.each_leg(|route| legs.expand_by_taylor(route, smooth_order))
-    }
-
-    fn each_leg<S: Real>(
-        &self,
-        expand: impl Fn(&Route) -> Result<Leg<S>, ExpansionError>,
-    ) -> Result<Legs<S>, ExpansionError> {
-        Ok(Legs {
-            before: self.routes.before.as_ref().map(&expand).transpose()?,
-            after: self
-                .routes
-                .after
-                .iter()
-                .map(&expand)
-                .collect::<Result<_, _>>()?,
-        })
+        self.each_leg(smooth_order, |leg| leg.by_taylor())
     }
 
     /// `P_smooth` of the whole period, from section to section.
     ///
     /// # Errors
     ///
-    /// See [`LegExpansion::expand`].
+    /// As [`legs`](Self::legs).
     pub fn smooth(&self, smooth_order: u32) -> Result<Leg, ExpansionError> {
-        self.leg_expansion()
-            .expand(&self.routes.whole, smooth_order)
+        self.flight(&self.routes.whole, smooth_order)?
+            .by_collocation()
+    }
+
+    fn each_leg<S: Real>(
+        &self,
+        smooth_order: u32,
+        expand: impl Fn(&LegFlight<'_>) -> Result<Leg<S>, ExpansionError>,
+    ) -> Result<Legs<S>, ExpansionError> {
+        let leg = |route| expand(&self.flight(route, smooth_order)?);
+        Ok(Legs {
+            before: self.routes.before.as_ref().map(leg).transpose()?,
+            after: self
+                .routes
+                .after
+                .iter()
+                .map(leg)
+                .collect::<Result<_, _>>()?,
+        })
+    }
+
+    fn flight<'f>(
+        &'f self,
+        route: &'f Route,
+        smooth_order: u32,
+    ) -> Result<LegFlight<'f>, ExpansionError> {
+        let variables = &self.grazes[route.from.passage].variables;
+        Ok(LegFlight {
+            expander: self,
+            route,
+            space: variables.smooth_space(DEVIATION_WEIGHT * smooth_order)?,
+        })
+    }
+
+    /// What the contact of a passage, cut at a weight, leaves out at the edge of the scene's
+    /// window; see [`WindowEdge::new`].
+    ///
+    /// # Errors
+    ///
+    /// As [`depth_series`](Self::depth_series), from which it is estimated.
+    pub fn window_edge(
+        &self,
+        passage: usize,
+        contact_weight: u32,
+    ) -> Result<Option<WindowEdge>, ExpansionError> {
+        let series = self.depth_series(passage, super::expand::RADIUS_ORDER)?;
+        Ok(WindowEdge::new(&series, self.depth_limit(), contact_weight))
     }
 
     /// The composed form of a map.
@@ -401,8 +445,116 @@ impl<'a> Expander<'a> {
     pub fn compose(&self, map: &LocalMap) -> Result<ComposedMap, ExpansionError> {
         compose(map, self.variables())
     }
+}
 
-    fn leg_expansion(&self) -> LegExpansion<'_> {
-        LegExpansion::new(&self.scene.model, &self.grazes)
+/// One leg under expansion.
+struct LegFlight<'a> {
+    expander: &'a Expander<'a>,
+    route: &'a Route,
+    /// Of the (coordinates; parameters) at the near end.
+    space: Arc<JetSpace>,
+}
+
+impl LegFlight<'_> {
+    /// The leg, its jets from collocation, order by order.
+    fn by_collocation(&self) -> Result<Leg, ExpansionError> {
+        let duration = self.route.duration.to_f64();
+        self.expand(|start, parameters| {
+            Ok(jet_transport(self.field(), start, parameters, duration, TOLERANCE)?.image)
+        })
     }
+
+    /// The leg in any scalar, its jets from Taylor's method.
+    fn by_taylor<S: Real>(&self) -> Result<Leg<S>, ExpansionError> {
+        let duration = S::from_dd(self.route.duration);
+        self.expand(|start, parameters| {
+            jet_transport_taylor(self.field(), start, parameters, duration)
+        })
+    }
+
+    fn expand<S: Real>(
+        &self,
+        fly: impl Fn(&[Jet<S>], &[Jet<S>]) -> Result<Vec<Jet<S>>, FlowError>,
+    ) -> Result<Leg<S>, ExpansionError> {
+        let Graze {
+            passage, variables, ..
+        } = &self.expander.grazes[self.route.from.passage];
+        let start = self.route.from.chart.embed(passage, &self.space, 0)?;
+        let parameters = passage.parameter_jets(&self.space, variables.coordinates);
+        let flown = fly(&start, &parameters)?;
+        let origin = self.origin();
+        let state = self.reach(&flown, &parameters, &origin)?;
+        let image = self.route.to.chart.offsets(&state, &origin).into_iter();
+        let image = image.zip(self.sizes(&origin));
+        Ok(Leg {
+            image: image
+                .map(|(jet, size)| without_constant(jet, size))
+                .collect::<Result<_, _>>()?,
+        })
+    }
+
+    /// What a defect of each coordinate is small against: the states at the far end where they
+    /// exceed 1, otherwise 1.
+    fn sizes(&self, origin: &[Dd]) -> Vec<f64> {
+        let states = self.expander.scene.model.states.len();
+        let length = origin[..states].iter().map(|value| value.magnitude());
+        let length = length.fold(1.0, f64::max);
+        let coordinates = self.route.to.chart.section.coordinates.iter();
+        coordinates
+            .map(|&component| if component < states { length } else { 1.0 })
+            .collect()
+    }
+
+    /// The free field, the event function at the far end watched.
+    fn field(&self) -> &Field {
+        &self.expander.grazes[self.route.to.passage].passage.field
+    }
+
+    /// The point of the far chart, its phase advanced.
+    fn origin(&self) -> Vec<Dd> {
+        let mut origin = self.route.to.chart.point.clone();
+        if self.expander.scene.model.phase.is_some()
+            && let Some(phase) = origin.last_mut()
+        {
+            *phase += self.route.phase_advance;
+        }
+        origin
+    }
+
+    /// Flies the last little way to the far section.
+    fn reach<S: Real>(
+        &self,
+        state: &[Jet<S>],
+        parameters: &[Jet<S>],
+        origin: &[Dd],
+    ) -> Result<Vec<Jet<S>>, ExpansionError> {
+        let order = (self.space.order() + 1).max(2);
+        let series = local_series(self.field(), state, parameters, order);
+        let time = match (self.route.to.chart.section.kind, &self.expander.rate) {
+            (PoincareSectionKind::Stroboscopic { .. }, Some(rate)) => {
+                let inputs: Vec<_> = state.iter().chain(parameters).cloned().collect();
+                let rate = &evaluate(rate, &self.space, &inputs)[0];
+                let phase = state.len() - 1;
+                &(-&state[phase].add_constant(-S::from_dd(origin[phase]))) / rate
+            }
+            _ => time_of_minimum(series.watched(0), &Jet::zero(&self.space))?,
+        };
+        let time = time.add_constant(-time.head());
+        Ok((0..state.len())
+            .map(|component| at_series_time(series.state(component), &time))
+            .collect())
+    }
+}
+
+/// Drops the constant term, which is the orbit's defect in rounding.
+fn without_constant<S: Real>(mut jet: Jet<S>, size: f64) -> Result<Jet<S>, ExpansionError> {
+    if !jet.is_finite() {
+        return Err(ExpansionError::NotFinite { part: "P_smooth" });
+    }
+    let defect = jet.head().magnitude();
+    if defect > LARGEST_DEFECT * size {
+        return Err(ExpansionError::NotPeriodic { defect });
+    }
+    jet.coefficients_mut()[0] = S::zero();
+    Ok(jet)
 }

@@ -1,13 +1,14 @@
-//! The local map: polynomials in offsets, stage by stage.
+//! The local map: polynomials in offsets, stage by stage, with its section, parameters and window.
 
 use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
-use super::{DepthPolynomial, FlownContact};
+use super::flown::FlownContact;
 use crate::jet::Jet;
-use crate::model::{Digest, MapOrders};
+use crate::model::{Digest, MapOrders, Scene};
 use crate::numeric::{Dd, Real, Scalar, unbounded, unbounded_number};
+use crate::orbit::{GrazingOrbit, PoincareSectionKind};
 
 /// A local map `P` near a grazing orbit, as the sequence of its stages.
 ///
@@ -168,28 +169,6 @@ pub struct DepthForm<S: Scalar = f64> {
     pub corrections: Vec<Jet<S>>,
 }
 
-/// The composed form of a map with passages `1 … K`: one polynomial pass in the coordinates, the
-/// parameters and the depth variables `y_k = √max(0, depth_k(y_1 … y_{k−1}; x, p))`.
-///
-/// With one passage, `P_i = smooth_i(x, p) + y linear_i(x, p) + y² quadratic_i(x, p)`; where the
-/// passage is what a return begins with, `P_i = smooth_i(x, p) + Σ_k y^k P_{i,k}(x', p)`, `x'`
-/// without the coordinate along which the depth is steepest.
-#[derive(Clone, Debug, Serialize, Deserialize)]
-pub struct ComposedMap<S: Scalar = f64> {
-    /// `−h_min` of each passage seen from the section, which depends on the passages before it.
-    pub depths: Vec<DepthPolynomial<S>>,
-    /// One polynomial per coordinate.
-    pub image: Vec<DepthPolynomial<S>>,
-}
-
-impl ComposedMap {
-    /// Number of coefficients that are not zero.
-    pub fn coefficients(&self) -> usize {
-        let polynomials = self.depths.iter().chain(&self.image);
-        polynomials.map(DepthPolynomial::coefficients).sum()
-    }
-}
-
 impl<S: Real> Contact<S> {
     /// Whether every coefficient is finite.
     pub fn is_finite(&self) -> bool {
@@ -243,5 +222,49 @@ impl LocalMap {
             .iter()
             .filter(|stage| stage.is_passage())
             .count()
+    }
+}
+
+/// The section with its coordinates and their values on the grazing orbit.
+pub(super) fn map_section(scene: &Scene, orbit: &GrazingOrbit) -> MapSection {
+    let (kind, phase) = match orbit.section.kind {
+        PoincareSectionKind::Tangency => (SectionKind::Tangency, None),
+        PoincareSectionKind::Stroboscopic { phase } => (SectionKind::Stroboscopic, Some(phase)),
+    };
+    let (coordinates, point) = orbit
+        .section_coordinates(scene)
+        .into_iter()
+        .map(|(name, value)| (name.to_owned(), value))
+        .unzip();
+    MapSection {
+        kind,
+        coordinates,
+        point,
+        phase,
+    }
+}
+
+/// The active parameters with their grazing values.
+pub(super) fn active_parameters(scene: &Scene, orbit: &GrazingOrbit) -> Vec<ActiveParameter> {
+    let active = |&parameter: &usize| ActiveParameter {
+        name: scene.model.parameters[parameter].name.clone(),
+        value: orbit.parameters()[parameter],
+    };
+    scene.expansion.active.iter().map(active).collect()
+}
+
+/// The scene's window on the section's coordinates and the active parameters.
+pub(super) fn map_window(scene: &Scene, orbit: &GrazingOrbit) -> MapWindow {
+    let window = &scene.window;
+    let coordinates = orbit.section.coordinates.iter();
+    let active = scene.expansion.active.iter();
+    MapWindow {
+        depth: window.depth,
+        state: coordinates
+            .map(|&component| window.state[component])
+            .collect(),
+        parameter: active
+            .map(|&parameter| window.parameter[parameter])
+            .collect(),
     }
 }

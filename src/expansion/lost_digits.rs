@@ -3,8 +3,11 @@
 //! One idea: expand again in double-double, by the independent route (Taylor's method instead of
 //! collocation), at a low order where that is cheap, and compare degree by degree.
 
-use super::{Expander, ExpansionError, Leg, Legs, MapOrders};
+use super::error::ExpansionError;
+use super::expand::{Expander, Legs};
+use super::local_map::Leg;
 use crate::jet::Jet;
+use crate::model::MapOrders;
 use crate::numeric::{Dd, Real};
 
 /// Highest degree of `P_smooth` that is expanded again.

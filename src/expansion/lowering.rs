@@ -1,6 +1,8 @@
 //! A local map lowered to the one straight-line kernel that is run in process and printed as code.
 
-use super::{Arithmetic, ComposedMap, Contact, DepthPolynomial, DepthTerm, Leg, LocalMap, Stage};
+use super::composition::{ComposedMap, DepthPolynomial, DepthTerm};
+use super::flown::Arithmetic;
+use super::local_map::{Contact, Leg, LocalMap, Stage};
 use crate::jet::Jet;
 use crate::jet::kernel::{HornerPlan, Kernel, KernelBuilder, Value};
 

@@ -7,10 +7,10 @@
 //! ring. Derivation: docs/mathematics/contact-laws.md.
 
 use super::approach::{Approach, DepthVariable};
+use super::error::{ContactLawError, ExpansionError};
 use super::passage::Passage;
-use super::section_chart::SectionChart;
+use super::routes::SectionChart;
 use super::variables::{Variables, shift_depth_power};
-use super::{ContactLawError, ExpansionError};
 use crate::flow::{Field, LocalSeries, at_series_time, local_series, local_series_kept_to};
 use crate::jet::{Jet, implicit_root, power_series_with_slope_at};
 use crate::numeric::polynomial::{evaluate, roots_on_interval};

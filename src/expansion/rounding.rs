@@ -8,7 +8,7 @@
 use std::iter;
 use std::sync::Arc;
 
-use super::Contact;
+use super::local_map::Contact;
 use crate::jet::Jet;
 use crate::numeric::{Dd, Scalar};
 

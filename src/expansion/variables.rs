@@ -2,9 +2,11 @@
 
 use std::sync::Arc;
 
-use super::ExpansionError;
+use super::error::ExpansionError;
 use crate::jet::{Jet, JetSpace, power_series_at};
+use crate::model::Scene;
 use crate::numeric::Scalar;
+use crate::orbit::PoincareSection;
 
 /// Weight of a state or parameter deviation where the scene names none; `y` has weight 1.
 pub const DEVIATION_WEIGHT: u32 = 2;
@@ -85,6 +87,32 @@ impl Variables {
 
 fn gcd(a: u32, b: u32) -> u32 {
     if b == 0 { a } else { gcd(b, a % b) }
+}
+
+/// The variables (coordinates of a section; active parameters) with the scene's weights.
+pub(super) fn variables(scene: &Scene, section: &PoincareSection) -> Variables {
+    let coordinates = section.coordinate_names(&scene.model);
+    let active = scene.expansion.active.iter();
+    let parameters = active.map(|&parameter| scene.model.parameters[parameter].name.as_str());
+    let names: Vec<_> = coordinates
+        .iter()
+        .copied()
+        .chain(parameters)
+        .map(str::to_owned)
+        .collect();
+    let weight = |name: &String| {
+        let given = scene
+            .expansion
+            .weights
+            .iter()
+            .find(|(other, _)| other == name);
+        given.map_or(DEVIATION_WEIGHT, |(_, weight)| *weight)
+    };
+    Variables {
+        weights: names.iter().map(weight).collect(),
+        coordinates: coordinates.len(),
+        names,
+    }
 }
 
 /// Lifts a jet in (coordinates; parameters) to a space that has `y` as its first variable.

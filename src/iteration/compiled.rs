@@ -2,7 +2,7 @@
 
 use grazemap_generated::{CatalogueMap, find};
 
-use super::{DiscreteMap, StepInfo};
+use super::discrete_map::{DiscreteMap, StepInfo};
 
 /// An emitted map, compiled into the program.
 #[derive(Clone, Copy, Debug)]

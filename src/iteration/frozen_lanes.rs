@@ -2,8 +2,9 @@
 
 use std::sync::Arc;
 
+use super::discrete_map::StepInfo;
 use super::forms::Forms;
-use super::{MapOrbit, OrbitEnd, OrbitRequest, StepInfo};
+use super::orbit::{MapOrbit, OrbitEnd, OrbitRequest};
 use crate::jet::kernel::{Dual, LaneInterpreter};
 use crate::numeric::{self, Lanes, widest};
 

@@ -1,11 +1,13 @@
-//! The map lowered to nested Horner schemes and run in process.
+//! The map lowered to nested Horner schemes and run in process: in double precision, at fixed
+//! parameters, and in single precision.
 
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
+use super::discrete_map::{DiscreteMap, StepInfo};
 use super::forms::Forms;
-use super::{DiscreteMap, FrozenLanes, FrozenMap, SingleMap, StepInfo};
+use super::frozen_lanes::FrozenLanes;
 use crate::expansion::{ComposedMap, LocalMap, MapKernel};
-use crate::jet::kernel::{Interpreted, Interpreter, LaneInterpreter, OperationCount};
+use crate::jet::kernel::{Dual, Interpreted, Interpreter, LaneInterpreter, OperationCount};
 use crate::numeric::{self, FloatFormat, Lanes, Real, widest};
 
 /// A local map as a straight-line kernel: the operations of the emitted code, interpreted.
@@ -161,4 +163,138 @@ pub(super) fn run<T: Interpreted<Known = T> + Real>(
         number => derivatives[number - first] = value.to_f64(),
     });
     info.checked(image)
+}
+
+/// A local map with its parameters folded in, made by
+/// [`HornerMap::freeze`](super::HornerMap::freeze): a map without parameters that evaluates
+/// polynomials in the coordinates alone.
+///
+/// It does the very operations that the unfrozen map does on the coordinates, so the images agree
+/// bit for bit.
+#[derive(Clone, Debug)]
+pub struct FrozenMap {
+    forms: Arc<Forms>,
+    parameters: Vec<f64>,
+    step: Interpreter,
+    jacobian: OnceLock<Interpreter>,
+}
+
+impl FrozenMap {
+    pub(super) fn new(forms: Arc<Forms>, parameters: &[f64]) -> Self {
+        Self {
+            step: forms.frozen_step.freeze(parameters),
+            parameters: parameters.to_vec(),
+            jacobian: OnceLock::new(),
+            forms,
+        }
+    }
+}
+
+impl DiscreteMap for FrozenMap {
+    fn dimension(&self) -> usize {
+        self.forms.lowered.dimension
+    }
+
+    fn parameters(&self) -> usize {
+        0
+    }
+
+    fn step(&self, state: &[f64], parameters: &[f64], image: &mut [f64]) -> StepInfo {
+        run(&self.step, &[state, parameters], image, &mut [])
+    }
+
+    fn step_jacobian(
+        &self,
+        state: &[f64],
+        parameters: &[f64],
+        image: &mut [f64],
+        jacobian: &mut [f64],
+    ) -> StepInfo {
+        let freeze = || self.forms.frozen_jacobian().freeze(&self.parameters);
+        let kernel = self.jacobian.get_or_init(freeze);
+        run(kernel, &[state, parameters], image, jacobian)
+    }
+
+    fn step_tangent(
+        &self,
+        [state, tangent]: [&[f64]; 2],
+        parameters: &[f64],
+        [image, carried]: [&mut [f64]; 2],
+    ) -> StepInfo {
+        assert!(parameters.is_empty(), "the parameters are folded in");
+        let inputs = state.iter().zip(tangent);
+        let inputs = inputs.map(|(&value, &slope)| Dual { value, slope });
+        let inputs: Vec<Dual<f64>> = inputs.collect();
+        let mut info = StepInfo::default();
+        let dimension = image.len();
+        self.step.run(&[&inputs], |number, dual: Dual<f64>| {
+            if number < dimension {
+                (image[number], carried[number]) = (dual.value, dual.slope);
+            } else {
+                info.add_passage(number - dimension, dual.value);
+            }
+        });
+        info.checked(image)
+    }
+}
+
+/// A local map in single precision, made by [`HornerMap::in_single`]: the operations of the code
+/// that is emitted in `f32`, interpreted.
+///
+/// State and parameters are rounded on the way in, as a caller of that code has to; coefficients
+/// and every operation are in single precision, and the image is handed out as it is.
+#[derive(Clone, Debug)]
+pub struct SingleMap {
+    map: HornerMap,
+    step: Interpreter<f32>,
+    jacobian: OnceLock<Interpreter<f32>>,
+}
+
+impl SingleMap {
+    pub(super) fn new(map: HornerMap) -> Self {
+        Self {
+            step: Interpreter::new(&map.kernel().kernel),
+            jacobian: OnceLock::new(),
+            map,
+        }
+    }
+}
+
+impl DiscreteMap for SingleMap {
+    fn dimension(&self) -> usize {
+        self.map.dimension()
+    }
+
+    fn parameters(&self) -> usize {
+        self.map.parameters()
+    }
+
+    fn step(&self, state: &[f64], parameters: &[f64], image: &mut [f64]) -> StepInfo {
+        rounded_run(&self.step, state, parameters, image, &mut [])
+    }
+
+    fn step_jacobian(
+        &self,
+        state: &[f64],
+        parameters: &[f64],
+        image: &mut [f64],
+        jacobian: &mut [f64],
+    ) -> StepInfo {
+        let make = || Interpreter::new(&self.map.kernel().with_jacobian());
+        let kernel = self.jacobian.get_or_init(make);
+        rounded_run(kernel, state, parameters, image, jacobian)
+    }
+}
+
+/// Runs a map's kernel on rounded inputs.
+fn rounded_run(
+    interpreter: &Interpreter<f32>,
+    state: &[f64],
+    parameters: &[f64],
+    image: &mut [f64],
+    derivatives: &mut [f64],
+) -> StepInfo {
+    let rounded = state.iter().chain(parameters);
+    let inputs: Vec<f32> = rounded.map(|&offset| offset as f32).collect();
+    run(interpreter, &[&inputs], image, derivatives)
 }

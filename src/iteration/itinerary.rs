@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::PassageSet;
+use super::discrete_map::PassageSet;
 
 /// The grazing passages of one return of a map: which surface each meets, and what one return
 /// counts for.

@@ -7,28 +7,19 @@
 mod compiled;
 mod discrete_map;
 mod forms;
-mod frozen;
 mod frozen_lanes;
 mod horner;
 mod interpreted;
 mod itinerary;
-mod lyapunov;
 mod orbit;
-mod passage_set;
-mod period;
-mod single;
-mod tangents;
 
 #[cfg(feature = "compiled-maps")]
 pub use compiled::{CompiledMap, compiled};
-pub use discrete_map::{DiscreteMap, StepInfo};
-pub use frozen::FrozenMap;
+pub use discrete_map::{DiscreteMap, PassageSet, StepInfo};
 pub use frozen_lanes::FrozenLanes;
-pub use horner::HornerMap;
+pub use horner::{FrozenMap, HornerMap, SingleMap};
 pub use interpreted::InterpretedMap;
 pub use itinerary::{Itinerary, OrbitName};
-pub use lyapunov::largest_lyapunov_exponent;
-pub use orbit::{MapOrbit, OrbitEnd, OrbitRequest};
-pub use passage_set::PassageSet;
-pub use period::{ContactsPerPeriod, Period};
-pub use single::SingleMap;
+pub use orbit::{
+    ContactsPerPeriod, MapOrbit, OrbitEnd, OrbitRequest, Period, largest_lyapunov_exponent,
+};

@@ -1,13 +1,11 @@
 //! Corners of the free flow: where `abs`, `sign`, `min` or `max` change branch an orbit has no
 //! Taylor series.
 
+use super::minima::each_step;
+use super::outcome::{NamedValues, NotLocated, OrbitError};
 use crate::flow::{Field, Integrator, bound_but, horner};
 use crate::model::{NodeId, Response, Scene, Surface};
 use crate::numeric::polynomial::{CrossingDirection, crossings};
-
-use super::OrbitError;
-use super::minima::each_step;
-use super::outcome::{NamedValues, NotLocated};
 
 /// Arguments nearer to a corner than this, relative to how much they vary, lie on it.
 const ON_THE_CORNER: f64 = 1e-12;

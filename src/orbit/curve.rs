@@ -1,229 +1,13 @@
-//! Grazing curves: a grazing orbit continued in a second parameter, with its special points.
+//! Continuation of a grazing orbit in a second parameter: steps, points, and the special points
+//! between them.
 
+use super::curve_context::{CurveContext, TestedPoint, correct};
+use super::grazing_curve::{CurveEnd, CurveOptions, CurveOutcome, GrazingCurve, SpecialKind};
+use super::grazing_orbit::Location;
+use super::locate::locate;
+use super::outcome::OrbitError;
+use super::special::{corner_between, special_between};
 use crate::model::Scene;
-use crate::numeric::Dd;
-
-use super::OrbitError;
-use super::conditions::GrazingConditions;
-use super::outcome::{Location, NamedValues, NotLocated};
-use super::station::Stations;
-use super::tracer::Tracer;
-
-/// Steps of a continuation, in arclength over its unknowns: the full state at the first graze, the
-/// period where no clock gives it, the times of further independent grazes, and the free
-/// parameters.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct CurveOptions {
-    /// First step.
-    pub ds: f64,
-    /// Smallest step before the curve is given up.
-    pub ds_min: f64,
-    /// Largest step.
-    pub ds_max: f64,
-    /// Most steps.
-    pub max_steps: usize,
-    /// How many `xi_n` are followed from every passage to every other.
-    pub xi_count: usize,
-}
-
-impl Default for CurveOptions {
-    fn default() -> Self {
-        Self {
-            ds: 0.01,
-            ds_min: 1e-8,
-            ds_max: 0.05,
-            max_steps: 20_000,
-            xi_count: 1,
-        }
-    }
-}
-
-/// A grazing orbit on a curve.
-#[derive(Clone, Debug, PartialEq)]
-pub struct CurvePoint {
-    /// All parameters of the model.
-    pub parameters: Vec<f64>,
-    /// Full state at the graze, the phase in `[0, period)`.
-    pub state: Vec<f64>,
-    /// `h''`.
-    pub normal_acceleration: f64,
-    /// Multipliers, the largest first.
-    pub multipliers: Vec<[f64; 2]>,
-    /// `xi_1, xi_2, …` from the first passage to itself.
-    pub xi: Vec<f64>,
-    /// The same from every passage to every passage, ordered by `from`, then `to`.
-    pub conditions: Vec<GrazingConditions<f64>>,
-    /// Lowest other minimum of any event function.
-    pub clearance: Option<f64>,
-}
-
-impl CurvePoint {
-    /// Whether the orbit stays on the free side of every surface.
-    pub fn is_physical(&self) -> bool {
-        self.clearance.is_none_or(|clearance| clearance >= 0.0)
-    }
-}
-
-/// What happens at a special point of a curve.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum SpecialKind {
-    /// `xi_n = 0` between two passages: codimension two. With the half-period symmetry only
-    /// passages that mirror no other stand as `from`.
-    Codimension2 {
-        /// `n`.
-        n: usize,
-        /// The passage that stretches.
-        from: usize,
-        /// The passage whose gap neither opens nor closes.
-        to: usize,
-    },
-    /// The curve turns back in a parameter.
-    Fold {
-        /// The parameter.
-        parameter: usize,
-    },
-    /// A pair of multipliers changes between real and complex.
-    MultiplierSwitch,
-}
-
-/// A special point of a curve.
-#[derive(Clone, Debug, PartialEq)]
-pub struct SpecialPoint {
-    /// What happens there.
-    pub kind: SpecialKind,
-    /// All parameters, in double-double.
-    pub parameters: Vec<Dd>,
-    /// The orbit there.
-    pub point: CurvePoint,
-}
-
-/// How a curve ended.
-#[derive(Clone, Debug, PartialEq)]
-pub enum CurveEnd {
-    /// At the parameter value asked for.
-    Reached,
-    /// After the most steps allowed.
-    StepLimit,
-    /// Newton's method fails even at the smallest step.
-    StepTooSmall {
-        /// The step.
-        ds: f64,
-    },
-    /// The graze ceases to be simple: `h''` no longer positive.
-    DegenerateGraze {
-        /// `h''` at the first such point.
-        normal_acceleration: f64,
-    },
-    /// A passage that no adjusted parameter is for ceased to graze, or to follow in the order
-    /// named.
-    PassageLost {
-        /// Number of the passage, from 1.
-        passage: usize,
-    },
-    /// A function in the free field, an event function or a reset came to its corner: see
-    /// [`NotLocated::Corner`].
-    Corner {
-        /// `abs`, `sign`, `min` or `max`.
-        function: &'static str,
-        /// Key of the expression in the scene.
-        key: String,
-        /// The full state there.
-        at: NamedValues,
-    },
-    /// The second parameter ran away from the range asked for by more than its width.
-    LeftRange,
-}
-
-impl std::fmt::Display for CurveEnd {
-    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        match self {
-            CurveEnd::Reached => write!(formatter, "the value asked for was reached"),
-            CurveEnd::StepLimit => write!(formatter, "the most steps allowed were made"),
-            CurveEnd::StepTooSmall { ds } => {
-                write!(formatter, "no convergence even at a step of {ds:.1e}")
-            }
-            CurveEnd::DegenerateGraze {
-                normal_acceleration,
-            } => {
-                write!(
-                    formatter,
-                    "the graze ceases to be simple: h'' = {normal_acceleration:.6e}"
-                )
-            }
-            CurveEnd::PassageLost { passage } => {
-                write!(
-                    formatter,
-                    "passage {passage} does not graze beyond this point"
-                )
-            }
-            CurveEnd::Corner { function, key, at } => {
-                write!(
-                    formatter,
-                    "`{function}` in `{key}` comes to its corner at {at}, where there is no Taylor series"
-                )
-            }
-            CurveEnd::LeftRange => {
-                write!(
-                    formatter,
-                    "the curve left the range asked for by more than its width"
-                )
-            }
-        }
-    }
-}
-
-/// A grazing curve.
-#[derive(Clone, Debug, PartialEq)]
-pub struct GrazingCurve {
-    /// The adjusted parameters, then the one continued in.
-    pub free: Vec<usize>,
-    /// Points in order.
-    pub points: Vec<CurvePoint>,
-    /// Special points in order.
-    pub special: Vec<SpecialPoint>,
-    /// How the curve ended.
-    pub end: CurveEnd,
-}
-
-impl GrazingCurve {
-    /// Points where some `xi_n` vanishes, with `n` and the passages from and to which it is.
-    pub fn codim2(&self) -> impl Iterator<Item = (usize, [usize; 2], &SpecialPoint)> {
-        self.special
-            .iter()
-            .filter_map(|special| match special.kind {
-                SpecialKind::Codimension2 { n, from, to } => Some((n, [from, to], special)),
-                _ => None,
-            })
-    }
-
-    /// Points where a parameter turns back, with the parameter.
-    pub fn folds(&self) -> impl Iterator<Item = (usize, &SpecialPoint)> {
-        self.special
-            .iter()
-            .filter_map(|special| match special.kind {
-                SpecialKind::Fold { parameter } => Some((parameter, special)),
-                _ => None,
-            })
-    }
-
-    /// Points where multipliers change between real and complex.
-    pub fn multiplier_switches(&self) -> impl Iterator<Item = &SpecialPoint> {
-        self.special
-            .iter()
-            .filter(|special| special.kind == SpecialKind::MultiplierSwitch)
-    }
-}
-
-/// Outcome of a continuation.
-#[derive(Clone, Debug, PartialEq)]
-pub enum CurveOutcome {
-    /// A curve, perhaps not to its end.
-    Traced(GrazingCurve),
-    /// No grazing orbit to start from.
-    NotLocated(NotLocated),
-    /// From the scene's own parameters the curve did not reach the start asked for.
-    StartNotReached(GrazingCurve),
-}
 
 /// Continues the grazing orbit of a scene in a second parameter, `with`, from one value of it to
 /// another.
@@ -246,25 +30,214 @@ pub fn curve(
     if with >= scene.model.parameters.len() || scene.grazing.solve_for.contains(&with) {
         return Err(OrbitError::SecondParameter { parameter: with });
     }
-    let orbit = match super::locate(scene)? {
+    let orbit = match locate(scene)? {
         Location::Located(orbit) => orbit,
         Location::NotLocated(reason) => return Ok(CurveOutcome::NotLocated(reason)),
     };
-    let tracer = |count| -> Result<Tracer<'_>, OrbitError> {
-        let stations = Stations::new(scene, &orbit, with, count)?;
-        Ok(Tracer { stations, options })
+    let continuation = |count| -> Result<Continuation<'_>, OrbitError> {
+        let context = CurveContext::new(scene, &orbit, with, count)?;
+        Ok(Continuation { context, options })
     };
     let here = scene.model.parameters[with].value.to_f64();
-    let mut start = Stations::new(scene, &orbit, with, 0)?.start(&orbit);
+    let mut start = CurveContext::new(scene, &orbit, with, 0)?.start(&orbit);
     if here != from {
         // On the way to the start no condition is followed.
-        let (lead, last) = tracer(0)?.trace(&start, from)?;
+        let (lead, last) = continuation(0)?.trace(&start, from)?;
         if lead.end != CurveEnd::Reached {
             return Ok(CurveOutcome::StartNotReached(lead));
         }
         start = last;
     }
     Ok(CurveOutcome::Traced(
-        tracer(options.xi_count)?.trace(&start, to)?.0,
+        continuation(options.xi_count)?.trace(&start, to)?.0,
     ))
+}
+
+/// One pass along a curve, with its options.
+struct Continuation<'a> {
+    context: CurveContext<'a>,
+    options: &'a CurveOptions,
+}
+
+/// Cosine of the largest turn of the tangent in one step.
+const STRAIGHT: f64 = 0.98;
+
+/// Largest departure of a condition from its linear extrapolation in one step, as a share of its
+/// size nearby: a sinusoid's phase then advances by a third of a radian at most, and two zeros do
+/// not fit between two points.
+const CURVED: f64 = 0.1;
+
+/// A condition below this share of the largest is not followed in steps of its own.
+const FAINT: f64 = 1e-9;
+
+/// Steps are not made smaller than this share of the largest step for the sake of the conditions.
+const FINEST: f64 = 1e-3;
+
+impl Continuation<'_> {
+    /// Follows the curve until the second parameter is `to`; also the last unknowns.
+    fn trace(&self, start: &[f64], to: f64) -> Result<(GrazingCurve, Vec<f64>), OrbitError> {
+        let last = start.len() - 1;
+        let from = start[last];
+        let mut along = vec![0.0; start.len()];
+        along[last] = if to < from { -1.0 } else { 1.0 };
+        let mut curve = GrazingCurve {
+            free: self.context.system.free().to_vec(),
+            points: Vec::new(),
+            special: Vec::new(),
+            end: CurveEnd::StepLimit,
+        };
+        let mut here = match self.context.at(start.to_vec(), &along)? {
+            Ok(here) => here,
+            Err(end) => {
+                curve.end = end;
+                return Ok((curve, start.to_vec()));
+            }
+        };
+        curve.points.push(here.point.clone());
+        let mut before: Option<TestedPoint> = None;
+        let mut ds = self.options.ds;
+        for _ in 0..self.options.max_steps {
+            if here.unknowns[last] == to {
+                curve.end = CurveEnd::Reached;
+                break;
+            }
+            let (mut next, taken) = match self.step(before.as_ref(), &here, ds)? {
+                Ok(step) => step,
+                Err(end) => {
+                    curve.end = end;
+                    break;
+                }
+            };
+            ds = (taken * 1.3).min(self.options.ds_max);
+            if (here.unknowns[last] - to) * (next.unknowns[last] - to) <= 0.0 {
+                match self.at_value(&here, &next, to)? {
+                    Ok(there) => next = there.unwrap_or(next),
+                    Err(end) => {
+                        curve.end = end;
+                        break;
+                    }
+                }
+            }
+            curve
+                .special
+                .extend(special_between(&self.context, &here, &next)?);
+            curve.points.push(next.point.clone());
+            before = Some(std::mem::replace(&mut here, next));
+            if here.point.normal_acceleration <= 0.0 {
+                curve.end = CurveEnd::DegenerateGraze {
+                    normal_acceleration: here.point.normal_acceleration,
+                };
+                break;
+            }
+            if ((here.unknowns[last] - from) * 2.0 - (to - from)).abs() > 3.0 * (to - from).abs() {
+                curve.end = CurveEnd::LeftRange;
+                break;
+            }
+            if here.unknowns[last] == to {
+                curve.end = CurveEnd::Reached;
+                break;
+            }
+        }
+        Ok((curve, here.unknowns))
+    }
+
+    /// The next tested and the step that led there, or how the curve ends.
+    fn step(
+        &self,
+        before: Option<&TestedPoint>,
+        here: &TestedPoint,
+        mut ds: f64,
+    ) -> Result<Result<(TestedPoint, f64), CurveEnd>, OrbitError> {
+        let mut end = CurveEnd::StepTooSmall {
+            ds: self.options.ds_min,
+        };
+        while ds >= self.options.ds_min {
+            let predicted: Vec<f64> = here
+                .unknowns
+                .iter()
+                .zip(&here.tangent)
+                .map(|(u, t)| u + ds * t)
+                .collect();
+            if let Some(found) = correct(&self.context.system, &predicted, &here.tangent)?
+                && distance(&found, &predicted) < 0.3 * ds
+            {
+                match self.context.at(found, &here.tangent)? {
+                    Ok(next)
+                        if dot(&next.tangent, &here.tangent) > STRAIGHT
+                            && (ds <= FINEST * self.options.ds_max
+                                || before.is_none_or(|before| resolved(before, here, &next))) =>
+                    {
+                        match corner_between(&self.context, here, &next)? {
+                            None => return Ok(Ok((next, ds))),
+                            Some(corner) => end = corner,
+                        }
+                    }
+                    Ok(_) => {}
+                    Err(reason) => end = reason,
+                }
+            }
+            ds *= 0.5;
+        }
+        Ok(Err(end))
+    }
+
+    /// The tested between two where the second parameter has a value; none where there is no orbit
+    /// to be found, the end of the curve where its orbit has a corner.
+    fn at_value(
+        &self,
+        here: &TestedPoint,
+        next: &TestedPoint,
+        to: f64,
+    ) -> Result<Result<Option<TestedPoint>, CurveEnd>, OrbitError> {
+        let last = here.unknowns.len() - 1;
+        let (a, b) = (here.unknowns[last], next.unknowns[last]);
+        let share = if a == b { 1.0 } else { (to - a) / (b - a) };
+        let ends = here.unknowns.iter().zip(&next.unknowns);
+        let mut origin: Vec<f64> = ends.map(|(a, b)| a + share * (b - a)).collect();
+        origin[last] = to;
+        let mut normal = vec![0.0; last + 1];
+        normal[last] = 1.0;
+        let Some(mut found) = correct(&self.context.system, &origin, &normal)? else {
+            return Ok(Ok(None));
+        };
+        found[last] = to;
+        Ok(match self.context.at(found, &here.tangent)? {
+            Err(end @ CurveEnd::Corner { .. }) => Err(end),
+            tested => Ok(tested.ok()),
+        })
+    }
+}
+
+/// Whether the conditions bend little enough over two steps that none of them vanishes twice in the
+/// second.
+fn resolved(before: &TestedPoint, here: &TestedPoint, next: &TestedPoint) -> bool {
+    let grown =
+        distance(&next.unknowns, &here.unknowns) / distance(&here.unknowns, &before.unknowns);
+    let values = |tested: &TestedPoint| {
+        let conditions = tested.tests.iter();
+        let of = |(kind, value): &(SpecialKind, f64)| match kind {
+            SpecialKind::Codimension2 { .. } => Some(*value),
+            _ => None,
+        };
+        conditions.filter_map(of).collect::<Vec<f64>>()
+    };
+    let (a, b, c) = (values(before), values(here), values(next));
+    let largest = b.iter().fold(0.0_f64, |most, value| most.max(value.abs()));
+    a.iter().zip(&b).zip(&c).all(|((a, b), c)| {
+        let size = a.abs().max(b.abs()).max(c.abs());
+        let extrapolated = b + (b - a) * grown;
+        size < FAINT * largest || (c - extrapolated).abs() <= CURVED * size
+    })
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+fn distance(a: &[f64], b: &[f64]) -> f64 {
+    a.iter()
+        .zip(b)
+        .map(|(a, b)| (a - b).powi(2))
+        .sum::<f64>()
+        .sqrt()
 }

@@ -2,11 +2,10 @@
 
 use std::ops::Range;
 
+use super::outcome::OrbitError;
 use crate::flow::{Field, FlowError, Integrator, Step, horner};
 use crate::model::Model;
 use crate::numeric::polynomial::{ExtremumKind, extrema};
-
-use super::OrbitError;
 
 /// A minimum of an event function.
 #[derive(Clone, Debug, PartialEq)]
@@ -157,9 +156,10 @@ guess = { x = 0.01, v = 1.0 }
         let expected = [0.2 - 0.01_f64.asin(), 0.2 + 0.01_f64.asin()];
         assert_eq!(found.minima.len(), 2, "{found:?}");
         for (minimum, expected) in found.minima.iter().zip(expected) {
-            // h'' = 0.8 and h is about 0.25 in sum of terms: 1e-16 of it moves a minimum by 1e-15.
+            // The terms of a step's polynomial reach 1000 x^4 = 2, of which rounding is 4e-16;
+            // h'' = 0.8, and h' loses another digit or two.
             assert!((minimum.time - expected).abs() < 1e-12, "{minimum:?}");
-            assert!((minimum.event - 0.1).abs() < 1e-15);
+            assert!((minimum.event - 0.1).abs() < 1e-13, "{minimum:?}");
         }
     }
 }

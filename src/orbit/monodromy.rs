@@ -1,16 +1,18 @@
-//! Monodromy of the free flow on a section, and its multipliers.
+//! Derivatives of the flow of a period: the monodromy on a section, its multipliers, and the
+//! conditions `xi_n` of a grazing bifurcation.
 
 use nalgebra::{DMatrix, DVector};
 
+use super::grazes::Touch;
+use super::grazing_orbit::{GrazingConditions, GrazingPoint};
+use super::outcome::OrbitError;
+use super::section::{Geometry, LocalGeometry, PoincareSection, PoincareSectionKind, dot, reduced};
+use super::stretch::Stretch;
+use super::system::ExtendedSystem;
 use crate::flow::{Field, Integrator, flow_with_jacobian};
 use crate::model::Model;
 use crate::numeric::linear::eigenvalues;
-use crate::numeric::{Dd, Real, Scalar};
-
-use super::OrbitError;
-use super::geometry::{Geometry, LocalGeometry};
-use super::point::GrazingPoint;
-use super::section::{PoincareSection, PoincareSectionKind};
+use crate::numeric::{Dd, Real};
 
 /// Derivative of the period's flow in the full state.
 pub(super) fn full_monodromy<S: Real>(
@@ -38,7 +40,7 @@ pub(super) fn section_point(
         return Ok(graze.state.clone());
     };
     let last = model.dimension() - 1;
-    let advance = super::section::reduced(phase - graze.state[last], clock.period);
+    let advance = reduced(phase - graze.state[last], clock.period);
     let rate = geometry
         .at(&graze.state, &graze.parameters)
         .clock()
@@ -89,9 +91,63 @@ pub(super) fn multipliers<S: Real>(matrix: &DMatrix<S>) -> Result<Vec<[f64; 2]>,
     Ok(values.iter().map(|value| [value.re, value.im]).collect())
 }
 
-/// The scalar product.
-pub(super) fn dot<S: Scalar>(a: &[S], b: &[S]) -> S {
-    a.iter()
-        .zip(b)
-        .fold(S::zero(), |sum, (&a, &b)| a.mul_add(b, sum))
+/// Derivatives of the free flow from every passage to the next, the last one's to the first of the
+/// next period.
+pub(super) fn legs<S: Real>(
+    field: &Field,
+    touches: &[Touch<S>],
+    parameters: &[S],
+    period: S,
+) -> Result<Vec<DMatrix<S>>, OrbitError> {
+    let arrivals = touches.iter().skip(1).map(|touch| touch.time);
+    let arrivals = arrivals.chain([period]);
+    let leg = |(touch, arrival): (&Touch<S>, S)| {
+        let inputs: Vec<usize> = (0..touch.state.len()).collect();
+        let duration = arrival - touch.time;
+        let (_, jacobian) = flow_with_jacobian(field, &touch.state, parameters, duration, &inputs)?;
+        Ok(jacobian)
+    };
+    touches.iter().zip(arrivals).map(leg).collect()
+}
+
+/// The derivative of a period's flow at the first passage.
+pub(super) fn round<S: Real>(legs: &[DMatrix<S>]) -> DMatrix<S> {
+    let whole = legs.iter().skip(1);
+    whole.fold(legs[0].clone(), |so_far, leg| leg * so_far)
+}
+
+/// The conditions between all passages, `count` each.
+pub(super) fn conditions<S: Real>(
+    system: &ExtendedSystem,
+    stretches: &[Stretch],
+    touches: &[Touch<S>],
+    legs: &[DMatrix<S>],
+    parameters: &[S],
+    count: usize,
+) -> Result<Vec<GrazingConditions<S>>, OrbitError> {
+    let dimension = system.dimension();
+    let local = |passage: usize| {
+        let geometry = system.geometry(passage);
+        geometry.at(&touches[passage].state, parameters)
+    };
+    let passages = touches.len();
+    let slopes: Vec<Vec<S>> = (0..passages)
+        .map(|passage| local(passage).event_gradient()[..dimension].to_vec())
+        .collect();
+    let mut found = Vec::new();
+    for (from, stretch) in stretches.iter().enumerate() {
+        let mut values = vec![Vec::new(); passages];
+        let state = &touches[from].state;
+        if let Some(direction) = stretch.direction(&local(from), state, parameters)? {
+            let mut stretch = DVector::from_vec(direction);
+            for leg in (from..).take(count * passages) {
+                stretch = &legs[leg % passages] * stretch;
+                let to = (leg + 1) % passages;
+                values[to].push(dot(&slopes[to], stretch.as_slice()));
+            }
+        }
+        let from_here = values.into_iter().enumerate();
+        found.extend(from_here.map(|(to, values)| GrazingConditions { from, to, values }));
+    }
+    Ok(found)
 }

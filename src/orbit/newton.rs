@@ -3,12 +3,16 @@
 //! One idea: a correction needs few digits, a residual needs all of them. The `f64` Jacobian
 //! therefore serves both stages; the second is iterative refinement and ends at the roundoff of
 //! double-double.
+//!
+//! Tolerances and conditions mean something for numbers of order one. [`Scaled`] equations measure
+//! states, their closure and the event functions in a length of the orbit, and each adjusted
+//! parameter in its own size. A unit is a coarse power of two, so that numbers near one keep their
+//! unit and all others are computed with exactly as if they were near one.
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::numeric::{Dd, Scalar};
-
-use super::OrbitError;
+use super::outcome::OrbitError;
+use crate::numeric::{Dd, NewtonOutcome, Scalar, damped_newton};
 
 /// A square system of equations.
 pub(super) trait Equations {
@@ -59,54 +63,82 @@ const SINGULAR: f64 = 1e-11;
 /// scaled up.
 const ROUNDOFF: f64 = 1e-11;
 
-/// Damped Newton in `f64`, to a stall below `tolerance`.
+/// Why an iterate has no step.
+enum NoStep {
+    /// It is a root.
+    AtRoot,
+    /// Residuals that are not finite, or a singular Jacobian with its reciprocal condition.
+    Failed(Option<f64>),
+    /// The equations cannot be set up there.
+    Error(OrbitError),
+}
+
+/// Damped Newton in `f64`, to a stall below `tolerance`; a step must lower the residual by a
+/// quarter of what a linear system would lose.
 pub(super) fn solve(
     system: &impl Equations,
     start: &[f64],
     tolerance: f64,
 ) -> Result<Solve<Vec<f64>>, OrbitError> {
-    let mut unknowns = start.to_vec();
     let mut history = Vec::new();
-    for _ in 0..MAX_ITERATIONS {
-        let (residual, jacobian) = match system.linearised(&unknowns) {
+    let step = |unknowns: &Vec<f64>| {
+        let (residual, jacobian) = match system.linearised(unknowns) {
             Ok(linearised) => linearised,
             Err(OrbitError::Flow(_)) if history.is_empty() => {
                 (vec![f64::INFINITY], DMatrix::zeros(0, 0))
             }
-            Err(error) => return Err(error),
+            Err(error) => return Err(NoStep::Error(error)),
         };
         let size = norm(&residual);
         history.push(size);
-        let failure = |singular| NewtonFailure {
-            unknowns: unknowns.clone(),
-            history: history.clone(),
-            singular,
-        };
         if !size.is_finite() {
-            return Ok(Solve::Failed(failure(None)));
+            return Err(NoStep::Failed(None));
         }
-        let step = match newton_step(&jacobian, &residual) {
-            Ok(step) => step,
-            Err(_) if size == 0.0 => return Ok(Solve::Root(unknowns)),
-            Err(condition) => return Ok(Solve::Failed(failure(Some(condition)))),
-        };
-        match damped(system, &unknowns, &step, size) {
-            Some((next, _)) => unknowns = next,
-            None if size <= tolerance => return Ok(Solve::Root(unknowns)),
-            None => return Ok(Solve::Failed(failure(None))),
+        match newton_step(&jacobian, &residual) {
+            Ok(step) => Ok((step, size)),
+            Err(_) if size == 0.0 => Err(NoStep::AtRoot),
+            Err(condition) => Err(NoStep::Failed(Some(condition))),
         }
-        let relative = step
-            .iter()
-            .zip(&unknowns)
-            .map(|(step, value)| step.abs() / value.abs().max(1.0));
-        if size <= tolerance && relative.fold(0.0, f64::max) < 1e-13 {
-            return Ok(Solve::Root(unknowns));
+    };
+    let moved = |unknowns: &Vec<f64>, (step, size): &(Vec<f64>, f64), share: f64| {
+        let pairs = unknowns.iter().zip(step);
+        let next: Vec<f64> = pairs.map(|(value, step)| value - share * step).collect();
+        let trial = system
+            .residual(&next)
+            .map_or(f64::INFINITY, |residual| norm(&residual));
+        (trial <= (1.0 - 0.25 * share) * size).then_some(next)
+    };
+    let is_root = |unknowns: &Vec<f64>, (step, size): &(Vec<f64>, f64)| {
+        let pairs = step.iter().zip(unknowns);
+        let relative = pairs.map(|(step, value)| step.abs() / value.abs().max(1.0));
+        *size <= tolerance && relative.fold(0.0, f64::max) < 1e-13
+    };
+    let outcome = damped_newton(
+        start.to_vec(),
+        [MAX_ITERATIONS, MAX_HALVINGS],
+        step,
+        moved,
+        is_root,
+    );
+    let (unknowns, singular) = match outcome {
+        NewtonOutcome::Root(unknowns) => return Ok(Solve::Root(unknowns)),
+        NewtonOutcome::NotNearer {
+            at,
+            step: (_, size),
+        } if size <= tolerance => {
+            return Ok(Solve::Root(at));
         }
-    }
+        NewtonOutcome::NotNearer { at, .. } | NewtonOutcome::StepLimit(at) => (at, None),
+        NewtonOutcome::NoStep { at, reason, .. } => match reason {
+            NoStep::AtRoot => return Ok(Solve::Root(at)),
+            NoStep::Failed(singular) => (at, singular),
+            NoStep::Error(error) => return Err(error),
+        },
+    };
     Ok(Solve::Failed(NewtonFailure {
         unknowns,
         history,
-        singular: None,
+        singular,
     }))
 }
 
@@ -166,31 +198,6 @@ pub(super) fn refine(
         history,
         singular: None,
     }))
-}
-
-/// The first of the steps `1, 1/2, 1/4, …` that lowers the residual.
-fn damped(
-    system: &impl Equations,
-    unknowns: &[f64],
-    step: &[f64],
-    size: f64,
-) -> Option<(Vec<f64>, f64)> {
-    let mut factor = 1.0;
-    for _ in 0..=MAX_HALVINGS {
-        let next: Vec<f64> = unknowns
-            .iter()
-            .zip(step)
-            .map(|(value, step)| value - factor * step)
-            .collect();
-        let trial = system
-            .residual(&next)
-            .map_or(f64::INFINITY, |residual| norm(&residual));
-        if trial <= (1.0 - 0.25 * factor) * size {
-            return Some((next, trial));
-        }
-        factor *= 0.5;
-    }
-    None
 }
 
 /// `J⁻¹ r`, or the reciprocal condition of `J` where it is singular.
@@ -259,4 +266,126 @@ fn norm_dd(values: &[Dd]) -> f64 {
             .map(|value| value.magnitude())
             .collect::<Vec<_>>(),
     )
+}
+
+/// Units are powers of `2^COARSENESS`.
+const COARSENESS: i32 = 10;
+
+/// The power of `2^10` nearest to a size; 1 for zero and for what is not finite.
+pub(super) fn unit_of(size: f64) -> f64 {
+    if size > 0.0 && size.is_finite() {
+        let steps = (size.log2() / f64::from(COARSENESS)).round();
+        // A unit that is not a normal number would not be exact.
+        2f64.powi(COARSENESS * steps.clamp(-100.0, 100.0) as i32)
+    } else {
+        1.0
+    }
+}
+
+/// A system of equations whose unknowns and residuals are in units of their own.
+#[derive(Clone, Debug)]
+pub(super) struct Scaled<'a, E> {
+    pub(super) equations: &'a E,
+    /// One per unknown.
+    pub(super) units: Vec<f64>,
+    /// Of all residuals.
+    pub(super) residual_unit: f64,
+}
+
+impl<E: Equations> Scaled<'_, E> {
+    /// The outcome of a Newton iteration on the scaled system, from and to the units of the system
+    /// itself.
+    pub(super) fn solve(
+        &self,
+        start: &[f64],
+        solve: impl Fn(&Self, &[f64]) -> Result<Solve<Vec<f64>>, OrbitError>,
+    ) -> Result<Solve<Vec<f64>>, OrbitError> {
+        Ok(match solve(self, &self.in_units(start))? {
+            Solve::Root(root) => Solve::Root(self.without_units(&root)),
+            Solve::Failed(failure) => Solve::Failed(self.failure_back(failure)),
+        })
+    }
+
+    /// As [`solve`](Self::solve), for a refinement.
+    pub(super) fn refine(
+        &self,
+        start: &[f64],
+        refine: impl Fn(&Self, &[f64]) -> Result<Solve<Root>, OrbitError>,
+    ) -> Result<Solve<Root>, OrbitError> {
+        Ok(match refine(self, &self.in_units(start))? {
+            Solve::Root(root) => Solve::Root(Root {
+                unknowns: self.without_units_dd(&root.unknowns),
+                residual: root.residual * self.residual_unit,
+            }),
+            Solve::Failed(failure) => Solve::Failed(self.failure_back(failure)),
+        })
+    }
+
+    /// Unknowns in their units.
+    pub(super) fn in_units(&self, unknowns: &[f64]) -> Vec<f64> {
+        let pairs = unknowns.iter().zip(&self.units);
+        pairs.map(|(value, unit)| value / unit).collect()
+    }
+
+    fn without_units(&self, unknowns: &[f64]) -> Vec<f64> {
+        let pairs = unknowns.iter().zip(&self.units);
+        pairs.map(|(value, unit)| value * unit).collect()
+    }
+
+    fn without_units_dd(&self, unknowns: &[Dd]) -> Vec<Dd> {
+        let pairs = unknowns.iter().zip(&self.units);
+        pairs
+            .map(|(&value, &unit)| value * Dd::from(unit))
+            .collect()
+    }
+
+    fn failure_back(&self, mut failure: NewtonFailure) -> NewtonFailure {
+        failure.unknowns = self.without_units(&failure.unknowns);
+        for residual in &mut failure.history {
+            *residual *= self.residual_unit;
+        }
+        failure
+    }
+
+    fn residuals_in_units(&self, residual: Vec<f64>) -> Vec<f64> {
+        let values = residual.into_iter();
+        values.map(|value| value / self.residual_unit).collect()
+    }
+}
+
+impl<E: Equations> Equations for Scaled<'_, E> {
+    fn linearised(&self, unknowns: &[f64]) -> Result<(Vec<f64>, DMatrix<f64>), OrbitError> {
+        let (residual, mut jacobian) = self.equations.linearised(&self.without_units(unknowns))?;
+        for (mut column, unit) in jacobian.column_iter_mut().zip(&self.units) {
+            column *= unit / self.residual_unit;
+        }
+        Ok((self.residuals_in_units(residual), jacobian))
+    }
+
+    fn residual(&self, unknowns: &[f64]) -> Result<Vec<f64>, OrbitError> {
+        let residual = self.equations.residual(&self.without_units(unknowns))?;
+        Ok(self.residuals_in_units(residual))
+    }
+
+    fn residual_dd(&self, unknowns: &[Dd]) -> Result<Vec<Dd>, OrbitError> {
+        let residual = self
+            .equations
+            .residual_dd(&self.without_units_dd(unknowns))?;
+        let unit = Dd::from(1.0 / self.residual_unit);
+        Ok(residual.into_iter().map(|value| value * unit).collect())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sizes_near_one_have_the_unit_one() {
+        for size in [0.04, 1.0, 31.0, 0.0, f64::NAN] {
+            assert_eq!(unit_of(size), 1.0, "{size}");
+        }
+        assert_eq!(unit_of(1e15), 2f64.powi(50));
+        assert_eq!(unit_of(1e-15), 2f64.powi(-50));
+    }
 }

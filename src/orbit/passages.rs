@@ -1,27 +1,22 @@
-//! All grazing passages of an orbit: those of its equations, those that touch of themselves, and
-//! the mirror images.
+//! All grazing passages of an orbit (those of its equations, those that touch of themselves, and the
+//! mirror images), and the orbit that they describe.
 
+use nalgebra::DMatrix;
+
+use super::grazes::{Touch, mirrored};
+use super::grazing_orbit::{GrazingOrbit, GrazingPoint};
+use super::minima::{Gaps, Minimum, gaps, watching_field};
+use super::monodromy::{
+    conditions, full_monodromy, legs, multipliers, on_section, round, section_point,
+};
+use super::newton::Root;
+use super::outcome::{NotLocated, OrbitError};
+use super::section::{PoincareSection, reduced};
+use super::stretch::Stretch;
+use super::system::ExtendedSystem;
 use crate::flow::Integrator;
 use crate::model::{Scene, Symmetry};
-use crate::numeric::Real;
-
-use super::OrbitError;
-use super::minima::{Gaps, Minimum, gaps, watching_field};
-use super::outcome::NotLocated;
-use super::section::reduced;
-use super::symmetry::mirrored;
-use super::system::ExtendedSystem;
-
-/// A passage that touches its surface.
-#[derive(Clone, Debug, PartialEq)]
-pub(super) struct Touch<S> {
-    /// The surface.
-    pub(super) surface: usize,
-    /// Time since the first graze, in `[0, period of the orbit)`.
-    pub(super) time: S,
-    /// Full state; the phase in `[0, period)`.
-    pub(super) state: Vec<S>,
-}
+use crate::numeric::{Dd, Real};
 
 /// The passages of an orbit, and how far those that no equation holds are from touching.
 #[derive(Clone, Debug, PartialEq)]
@@ -324,4 +319,132 @@ pub(super) fn in_order<'a>(
     Ok(best.map_or_else(Vec::new, |(_, chosen)| {
         chosen.into_iter().map(|at| minima[at]).collect()
     }))
+}
+
+/// How many `xi_n` are computed from every passage to every other.
+const XI_COUNT: usize = 6;
+
+/// Largest `|h|` of a passage that no equation holds, relative to the range of `h`.
+const TOUCHING: f64 = 1e-20;
+
+/// The orbit at a root, without its distance from a guess.
+pub(super) fn describe(
+    scene: &Scene,
+    system: &ExtendedSystem,
+    root: &Root,
+) -> Result<Result<GrazingOrbit, NotLocated>, OrbitError> {
+    let found = match passages(scene, system, &root.unknowns, TOUCHING)? {
+        Ok(found) => found,
+        Err(reason) => return Ok(Err(reason)),
+    };
+    let parameters = system.parameters(&root.unknowns);
+    let period = system.period(&root.unknowns);
+    let touches = &found.touches;
+    let passages = points(scene, system, touches, &parameters)?;
+    let legs = legs(&system.field, touches, &parameters, period)?;
+    let stretches = stretches(scene, system, &passages)?;
+    let conditions = conditions(system, &stretches, touches, &legs, &parameters, XI_COUNT)?;
+    let graze = &passages[0];
+    let geometry = system.geometry(0);
+    let section = graze.section.clone();
+    let point = section_point(&scene.model, &system.field, geometry, &section, graze)?;
+    let monodromy = if point == graze.state {
+        on_section(&round(&legs), &section, &geometry.at(&point, &parameters))
+    } else {
+        let there = full_monodromy(&system.field, &point, &parameters, period)?;
+        on_section(&there, &section, &geometry.at(&point, &parameters))
+    };
+    Ok(Ok(GrazingOrbit {
+        scene: scene.identifier.clone(),
+        digest: scene.digest,
+        period,
+        residual: root.residual.max(found.residual),
+        multipliers: multipliers(&monodromy)?,
+        monodromy: rows(&monodromy),
+        xi: conditions[0].values.clone(),
+        conditions,
+        section,
+        section_point: point,
+        clearance: clearance(scene, &passages, period)?,
+        guess_distance: None,
+        passages,
+    }))
+}
+
+fn rows(matrix: &DMatrix<Dd>) -> Vec<Vec<Dd>> {
+    let rows = matrix.row_iter();
+    rows.map(|row| row.iter().copied().collect()).collect()
+}
+
+/// The stretch of every passage.
+pub(super) fn stretches(
+    scene: &Scene,
+    system: &ExtendedSystem,
+    passages: &[GrazingPoint],
+) -> Result<Vec<Stretch>, OrbitError> {
+    let stretch = |(passage, point): (usize, &GrazingPoint)| {
+        let (state, parameters) = (&point.state, &point.parameters);
+        let local = system.geometry(passage).at(state, parameters);
+        Stretch::of(&scene.model, point.surface, &local, state, parameters)
+    };
+    passages.iter().enumerate().map(stretch).collect()
+}
+
+/// Grazing points from touches.
+pub(super) fn points<S: Real>(
+    scene: &Scene,
+    system: &ExtendedSystem,
+    touches: &[Touch<S>],
+    parameters: &[Dd],
+) -> Result<Vec<GrazingPoint>, OrbitError> {
+    let point = |(passage, touch): (usize, &Touch<S>)| {
+        let state: Vec<Dd> = touch.state.iter().map(|value| value.to_dd()).collect();
+        let local = system.geometry(passage).at(&state, parameters);
+        Ok(GrazingPoint {
+            surface: touch.surface,
+            normal_acceleration: local.acceleration(),
+            time: touch.time.to_dd(),
+            section: PoincareSection::of(scene, touch.surface, &state, parameters)?,
+            state,
+            parameters: parameters.to_vec(),
+        })
+    };
+    touches.iter().enumerate().map(point).collect()
+}
+
+/// Lowest minimum of any event function along an orbit, its grazes excepted; a touch to rounding
+/// counts as 0.
+pub(super) fn clearance(
+    scene: &Scene,
+    passages: &[GrazingPoint],
+    period: Dd,
+) -> Result<Option<f64>, OrbitError> {
+    let Some(graze) = passages.first() else {
+        return Ok(None);
+    };
+    let rounded = |values: &[Dd]| {
+        values
+            .iter()
+            .map(|value| value.to_f64())
+            .collect::<Vec<_>>()
+    };
+    let (state, parameters) = (rounded(&graze.state), rounded(&graze.parameters));
+    let period = period.to_f64();
+    let gaps = gaps(&watching_field(&scene.model), &state, &parameters, period)?;
+    let is_graze = |minimum: &Minimum| {
+        let mine = passages.iter().filter(|at| at.surface == minimum.surface);
+        let apart = |at: &GrazingPoint| (at.time.to_f64() - minimum.time).rem_euclid(period);
+        mine.map(apart)
+            .any(|apart| apart.min(period - apart) < SAME * period)
+    };
+    let others = gaps.minima.iter().filter(|minimum| !is_graze(minimum));
+    let touching = |event: f64, surface: usize| event.abs() <= 1e-10 * gaps.largest[surface].abs();
+    let values = others.map(|m| {
+        if touching(m.event, m.surface) {
+            0.0
+        } else {
+            m.event
+        }
+    });
+    Ok(values.min_by(f64::total_cmp))
 }

@@ -1,16 +1,11 @@
 //! From a steady state to a graze: settle, shoot, and move the parameter until the orbit touches.
 
+use super::minima::{Minimum, gaps, watching_field};
+use super::newton::{Scaled, Solve, solve};
+use super::outcome::{NotLocated, OrbitError};
+use super::system::{ExtendedSystem, Shooting, solve_either};
 use crate::flow::{Field, Integrator};
 use crate::model::Scene;
-
-use super::OrbitError;
-use super::minima::{Minimum, gaps, watching_field};
-use super::newton::{Solve, solve};
-use super::outcome::NotLocated;
-use super::scaled::Scaled;
-use super::shooting::Shooting;
-use super::solving::solve_either;
-use super::system::ExtendedSystem;
 
 /// A search along the periodic orbits of one parameter.
 pub(super) struct Search<'a> {

@@ -1,12 +1,11 @@
-//! Poincaré sections through a grazing orbit, and which state components are their coordinates.
+//! Poincaré sections through a grazing orbit, and the event function, normal velocity, reset and
+//! clock of a scene with their gradients.
 
 use serde::{Deserialize, Serialize};
 
-use crate::model::{Model, Scene, Section, StroboscopicPhase};
+use super::outcome::OrbitError;
+use crate::model::{ExpressionGraph, Model, NodeId, Response, Scene, Section, StroboscopicPhase};
 use crate::numeric::{Dd, Scalar};
-
-use super::OrbitError;
-use super::geometry::Geometry;
 
 /// A section of a scene, in coordinates: the full state without one component.
 ///
@@ -108,4 +107,183 @@ impl PoincareSection {
 pub(super) fn reduced(phase: Dd, period: Dd) -> Dd {
     let rest = phase - (phase / period).floor() * period;
     if rest < period { rest } else { rest - period }
+}
+
+/// The expressions an orbit needs at a point, each with its derivatives in every input (full state,
+/// parameters).
+#[derive(Clone, Debug)]
+pub(super) struct Geometry {
+    graph: ExpressionGraph,
+    dimension: usize,
+    flow: Vec<NodeId>,
+    event: Sloped,
+    velocity: Sloped,
+    acceleration: NodeId,
+    clock: Option<Sloped>,
+    reset: Option<Vec<Sloped>>,
+    /// The contact field of a compliant surface whose contact ends at the surface.
+    contact: Option<Vec<NodeId>>,
+}
+
+/// An expression and its gradient.
+#[derive(Clone, Debug)]
+struct Sloped {
+    node: NodeId,
+    slopes: Vec<NodeId>,
+}
+
+impl Sloped {
+    fn new(graph: &mut ExpressionGraph, node: NodeId, inputs: usize) -> Self {
+        Self {
+            node,
+            slopes: (0..inputs)
+                .map(|input| graph.derivative(node, input))
+                .collect(),
+        }
+    }
+}
+
+impl Geometry {
+    /// The expressions of a model at one of its surfaces.
+    pub(super) fn new(model: &Model, surface: usize) -> Self {
+        let mut graph = model.graph.clone();
+        let (dimension, inputs) = (
+            model.dimension(),
+            model.dimension() + model.parameters.len(),
+        );
+        let surface = &model.surfaces[surface];
+        let reset = match &surface.response {
+            Response::Impact { reset } => Some(
+                reset
+                    .iter()
+                    .map(|&node| Sloped::new(&mut graph, node, dimension))
+                    .collect(),
+            ),
+            Response::Contact { .. } => None,
+        };
+        let contact = match &surface.response {
+            Response::Contact { field, release } if *release == surface.event => {
+                Some(field.clone())
+            }
+            _ => None,
+        };
+        Self {
+            dimension,
+            flow: model.flow.clone(),
+            event: Sloped::new(&mut graph, surface.event, inputs),
+            velocity: Sloped::new(&mut graph, surface.normal_velocity, inputs),
+            acceleration: surface.normal_acceleration,
+            clock: model
+                .phase
+                .as_ref()
+                .map(|phase| Sloped::new(&mut graph, phase.rate, inputs)),
+            reset,
+            contact,
+            graph,
+        }
+    }
+
+    /// Every expression at a point.
+    pub(super) fn at<S: Scalar>(&self, state: &[S], parameters: &[S]) -> LocalGeometry<'_, S> {
+        let inputs: Vec<S> = state.iter().chain(parameters).copied().collect();
+        let mut values = Vec::new();
+        self.graph.evaluate(&inputs, &mut values);
+        LocalGeometry {
+            geometry: self,
+            values,
+        }
+    }
+}
+
+/// The values of a [`Geometry`] at one point.
+#[derive(Clone, Debug)]
+pub(super) struct LocalGeometry<'a, S> {
+    geometry: &'a Geometry,
+    values: Vec<S>,
+}
+
+impl<S: Scalar> LocalGeometry<'_, S> {
+    fn value(&self, node: NodeId) -> S {
+        self.values[node.index()]
+    }
+
+    fn gradient(&self, sloped: &Sloped) -> Vec<S> {
+        sloped.slopes.iter().map(|&node| self.value(node)).collect()
+    }
+
+    /// The free field.
+    pub(super) fn flow(&self) -> Vec<S> {
+        self.geometry
+            .flow
+            .iter()
+            .map(|&node| self.value(node))
+            .collect()
+    }
+
+    /// `h`.
+    pub(super) fn event(&self) -> S {
+        self.value(self.geometry.event.node)
+    }
+
+    /// `h'`.
+    pub(super) fn velocity(&self) -> S {
+        self.value(self.geometry.velocity.node)
+    }
+
+    /// `h''`.
+    pub(super) fn acceleration(&self) -> S {
+        self.value(self.geometry.acceleration)
+    }
+
+    /// Gradient of `h` in the full state, then the parameters.
+    pub(super) fn event_gradient(&self) -> Vec<S> {
+        self.gradient(&self.geometry.event)
+    }
+
+    /// Gradient of `h'` in the full state, then the parameters.
+    pub(super) fn velocity_gradient(&self) -> Vec<S> {
+        self.gradient(&self.geometry.velocity)
+    }
+
+    /// Rate of the phase and its gradient, where there is a phase.
+    pub(super) fn clock(&self) -> Option<(S, Vec<S>)> {
+        self.geometry
+            .clock
+            .as_ref()
+            .map(|clock| (self.value(clock.node), self.gradient(clock)))
+    }
+
+    /// The state after the reset and the reset's Jacobian in the full state, for a rigid surface.
+    pub(super) fn reset(&self) -> Option<(Vec<S>, Vec<Vec<S>>)> {
+        let reset = self.geometry.reset.as_ref()?;
+        let image = reset
+            .iter()
+            .map(|component| self.value(component.node))
+            .collect();
+        Some((
+            image,
+            reset
+                .iter()
+                .map(|component| self.gradient(component))
+                .collect(),
+        ))
+    }
+
+    /// The contact field, for a compliant surface whose contact ends at the surface.
+    pub(super) fn contact(&self) -> Option<Vec<S>> {
+        let field = self.geometry.contact.as_ref()?;
+        Some(field.iter().map(|&node| self.value(node)).collect())
+    }
+
+    /// Length of the full state.
+    pub(super) fn dimension(&self) -> usize {
+        self.geometry.dimension
+    }
+}
+
+/// The scalar product.
+pub(super) fn dot<S: Scalar>(a: &[S], b: &[S]) -> S {
+    a.iter()
+        .zip(b)
+        .fold(S::zero(), |sum, (&a, &b)| a.mul_add(b, sum))
 }

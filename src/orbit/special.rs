@@ -1,14 +1,12 @@
-//! Special points between two stations of a grazing curve: zeros of functions along it.
+//! Special points between two context of a grazing curve: zeros of functions along it.
 
 use nalgebra::DMatrix;
 
-use crate::numeric::{Bracket, Dd, Real};
-
-use super::OrbitError;
-use super::continuation::{bordered, correct, correct_dd};
-use super::curve::{CurveEnd, SpecialKind, SpecialPoint};
+use super::curve_context::{CurveContext, TestedPoint, bordered, correct, correct_dd};
+use super::grazing_curve::{CurveEnd, SpecialKind, SpecialPoint};
 use super::newton::{Equations, Solve, refine};
-use super::station::{Station, Stations};
+use super::outcome::OrbitError;
+use crate::numeric::{Bracket, Dd, Real};
 
 /// An argument of this size, relative to those it lies between, has passed 0.
 const VANISHED: f64 = 1e-6;
@@ -19,21 +17,21 @@ const DIFFERENCE: f64 = 1e-7;
 /// Largest residual of a point refined in double-double.
 const REFINED: f64 = 1e-22;
 
-/// Special points between two stations, in order along the curve.
+/// Special points between two context, in order along the curve.
 pub(super) fn special_between(
-    stations: &Stations<'_>,
-    here: &Station,
-    next: &Station,
+    context: &CurveContext<'_>,
+    here: &TestedPoint,
+    next: &TestedPoint,
 ) -> Result<Vec<SpecialPoint>, OrbitError> {
     let mut found = Vec::new();
-    for (index, (&(kind, a), &(_, b))) in here.signs.iter().zip(&next.signs).enumerate() {
+    for (index, (&(kind, a), &(_, b))) in here.tests.iter().zip(&next.tests).enumerate() {
         let value = |unknowns: &[f64]| {
-            let station = stations.at(unknowns.to_vec(), &here.tangent)?;
-            Ok(station.ok().map(|station| station.signs[index].1))
+            let tested = context.at(unknowns.to_vec(), &here.tangent)?;
+            Ok(tested.ok().map(|tested| tested.tests[index].1))
         };
         if a * b < 0.0
-            && let Some((share, unknowns)) = Chord::new(here, next).zero(stations, [a, b], value)?
-            && let Some(special) = refined(stations, here, next, kind, share, &unknowns)?
+            && let Some((share, unknowns)) = Chord::new(here, next).zero(context, [a, b], value)?
+            && let Some(special) = refined(context, here, next, kind, share, &unknowns)?
         {
             found.push((share, special));
         }
@@ -42,18 +40,18 @@ pub(super) fn special_between(
     Ok(found.into_iter().map(|(_, special)| special).collect())
 }
 
-/// The end of a curve at the first corner that an argument at a graze passes between two stations.
+/// The end of a curve at the first corner that an argument at a graze passes between two context.
 pub(super) fn corner_between(
-    stations: &Stations<'_>,
-    here: &Station,
-    next: &Station,
+    context: &CurveContext<'_>,
+    here: &TestedPoint,
+    next: &TestedPoint,
 ) -> Result<Option<CurveEnd>, OrbitError> {
     let mut first: Option<(f64, CurveEnd)> = None;
     for (index, (&a, &b)) in here.corners.iter().zip(&next.corners).enumerate() {
-        let near = |unknowns: &[f64]| stations.corner_near(unknowns, index);
+        let near = |unknowns: &[f64]| context.corner_near(unknowns, index);
         let value = |unknowns: &[f64]| Ok(near(unknowns)?.map(|(value, _)| value));
         if a * b < 0.0
-            && let Some((share, unknowns)) = Chord::new(here, next).zero(stations, [a, b], value)?
+            && let Some((share, unknowns)) = Chord::new(here, next).zero(context, [a, b], value)?
             && let Some((value, end)) = near(&unknowns)?
             // An argument may change its sign by a jump, where the phase begins anew.
             && value.abs() <= ENOUGH.max(VANISHED * a.abs().max(b.abs()))
@@ -65,16 +63,16 @@ pub(super) fn corner_between(
     Ok(first.map(|(_, end)| end))
 }
 
-/// The chord between two stations, with planes across it.
+/// The chord between two context, with planes across it.
 struct Chord<'a> {
-    here: &'a Station,
-    next: &'a Station,
+    here: &'a TestedPoint,
+    next: &'a TestedPoint,
     length: f64,
     normal: Vec<f64>,
 }
 
 impl<'a> Chord<'a> {
-    fn new(here: &'a Station, next: &'a Station) -> Self {
+    fn new(here: &'a TestedPoint, next: &'a TestedPoint) -> Self {
         let ends = next.unknowns.iter().zip(&here.unknowns);
         let chord: Vec<f64> = ends.map(|(b, a)| b - a).collect();
         let length = chord.iter().map(|value| value * value).sum::<f64>().sqrt();
@@ -95,7 +93,7 @@ impl<'a> Chord<'a> {
     /// chord, every trial corrected onto the curve: the trial nearest to it.
     fn zero(
         &self,
-        stations: &Stations<'_>,
+        context: &CurveContext<'_>,
         ends: [f64; 2],
         value: impl Fn(&[f64]) -> Result<Option<f64>, OrbitError>,
     ) -> Result<Option<(f64, Vec<f64>)>, OrbitError> {
@@ -104,7 +102,7 @@ impl<'a> Chord<'a> {
         };
         let trial = |share: f64| -> Result<Option<(f64, Vec<f64>)>, OrbitError> {
             let origin = self.origin(share);
-            let Some(found) = correct(&stations.system, &origin, &self.normal)? else {
+            let Some(found) = correct(&context.system, &origin, &self.normal)? else {
                 return Ok(None);
             };
             Ok(value(&found)?.map(|value| (value, found)))
@@ -136,21 +134,21 @@ impl<'a> Chord<'a> {
 /// A special point to the roundoff of double-double: a condition's zero itself, of other functions
 /// the point of the curve.
 fn refined(
-    stations: &Stations<'_>,
-    here: &Station,
-    next: &Station,
+    context: &CurveContext<'_>,
+    here: &TestedPoint,
+    next: &TestedPoint,
     kind: SpecialKind,
     share: f64,
     unknowns: &[f64],
 ) -> Result<Option<SpecialPoint>, OrbitError> {
-    let Ok(described) = stations.describe(unknowns)? else {
+    let Ok(described) = context.describe(unknowns)? else {
         return Ok(None);
     };
     let point = described.point;
     let root = match kind {
         SpecialKind::Codimension2 { n, from, to } => {
             let zero = Zero {
-                stations,
+                context,
                 from,
                 to,
                 n,
@@ -160,7 +158,7 @@ fn refined(
         _ => {
             let chord = Chord::new(here, next);
             let origin = chord.origin(share);
-            correct_dd(&stations.system, unknowns, &origin, &chord.normal)?
+            correct_dd(&context.system, unknowns, &origin, &chord.normal)?
         }
     };
     let unknowns = match root {
@@ -169,14 +167,14 @@ fn refined(
     };
     Ok(Some(SpecialPoint {
         kind,
-        parameters: stations.system.parameters(&unknowns),
+        parameters: context.system.parameters(&unknowns),
         point,
     }))
 }
 
 /// The extended system with one condition required to vanish.
 struct Zero<'a> {
-    stations: &'a Stations<'a>,
+    context: &'a CurveContext<'a>,
     from: usize,
     to: usize,
     n: usize,
@@ -184,12 +182,11 @@ struct Zero<'a> {
 
 impl Zero<'_> {
     fn condition<S: Real>(&self, unknowns: &[S]) -> Result<S, OrbitError> {
-        self.stations
-            .condition(unknowns, self.from, self.to, self.n)
+        self.context.condition(unknowns, self.from, self.to, self.n)
     }
 
     fn all<S: Real>(&self, unknowns: &[S]) -> Result<Vec<S>, OrbitError> {
-        let mut residual = self.stations.system.evaluate(unknowns)?;
+        let mut residual = self.context.system.evaluate(unknowns)?;
         residual.push(self.condition(unknowns)?);
         Ok(residual)
     }
@@ -198,7 +195,7 @@ impl Zero<'_> {
 impl Equations for Zero<'_> {
     /// The condition's row by differences: a correction needs few digits.
     fn linearised(&self, unknowns: &[f64]) -> Result<(Vec<f64>, DMatrix<f64>), OrbitError> {
-        let (mut residual, jacobian) = self.stations.system.differentiate(unknowns)?;
+        let (mut residual, jacobian) = self.context.system.differentiate(unknowns)?;
         let value = self.condition(unknowns)?;
         residual.push(value);
         let slope = |position: usize| {

@@ -5,20 +5,23 @@
 //! states (the phase closes by itself) and `h = 0`, `h' = 0` at every independent graze. A
 //! symmetric orbit closes after half its period on its mirror image, `φ_{T/2}(X) + X = 0`. Closure
 //! may be asked for at the end or, from both sides, in the middle. See docs/mathematics/orbit.md.
+//!
+//! Closure alone, from a fixed phase and at fixed parameters: what finds a periodic orbit.
+//!
+//! Newton's method on the extended system, in units, the period matched at its end or at its
+//! middle.
 
 use std::f64::consts::TAU;
 
 use nalgebra::DMatrix;
 
+use super::grazes::Grazes;
+use super::newton::{Equations, Root, Scaled, Solve, refine, solve, unit_of};
+use super::outcome::OrbitError;
+use super::section::Geometry;
 use crate::flow::{Field, Integrator, flow_with_jacobian};
 use crate::model::Scene;
 use crate::numeric::{Dd, Real};
-
-use super::OrbitError;
-use super::geometry::Geometry;
-use super::grazes::Grazes;
-use super::newton::Equations;
-use super::scaled::{Scaled, unit_of};
 
 /// Where the two ends of a period are matched.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -373,5 +376,99 @@ impl Equations for ExtendedSystem {
 
     fn residual_dd(&self, unknowns: &[Dd]) -> Result<Vec<Dd>, OrbitError> {
         self.evaluate(unknowns)
+    }
+}
+
+/// Closure of the period in the states.
+#[derive(Clone, Debug)]
+pub(super) struct Shooting {
+    fixed: ExtendedSystem,
+    phase: f64,
+}
+
+impl Shooting {
+    /// Closure from this phase at these parameters, for a system of one graze.
+    pub(super) fn new(system: &ExtendedSystem, phase: f64, parameters: &[f64]) -> Self {
+        let parameters: Vec<Dd> = parameters.iter().map(|&value| Dd::from(value)).collect();
+        Self {
+            fixed: system.with(&parameters, &[]),
+            phase,
+        }
+    }
+
+    fn closure<S: Real>(&self, states: &[S]) -> Result<Vec<S>, OrbitError> {
+        let start: Vec<S> = states
+            .iter()
+            .copied()
+            .chain([S::from_f64(self.phase)])
+            .collect();
+        let mut residual = self.fixed.evaluate(&start)?;
+        residual.truncate(states.len());
+        Ok(residual)
+    }
+}
+
+impl Equations for Shooting {
+    fn linearised(&self, states: &[f64]) -> Result<(Vec<f64>, DMatrix<f64>), OrbitError> {
+        let count = states.len();
+        let start: Vec<f64> = states.iter().copied().chain([self.phase]).collect();
+        let (residual, jacobian) = self.fixed.differentiate(&start)?;
+        Ok((
+            residual[..count].to_vec(),
+            jacobian.view((0, 0), (count, count)).into_owned(),
+        ))
+    }
+
+    fn residual(&self, states: &[f64]) -> Result<Vec<f64>, OrbitError> {
+        self.closure(states)
+    }
+
+    fn residual_dd(&self, states: &[Dd]) -> Result<Vec<Dd>, OrbitError> {
+        self.closure(states)
+    }
+}
+
+/// Newton's method with the period matched at its end, then at its middle; the end's failure if
+/// both fail. The tolerance is one of residuals in the units of the start.
+pub(super) fn solve_either(
+    system: &ExtendedSystem,
+    start: &[f64],
+    tolerance: f64,
+) -> Result<Solve<Vec<f64>>, OrbitError> {
+    let matched = |matching| {
+        let system = system.matched(matching);
+        let scaled = system.scaled(start);
+        scaled.solve(start, |scaled, start| solve(scaled, start, tolerance))
+    };
+    match matched(Matching::AtEnd)? {
+        Solve::Root(root) => Ok(Solve::Root(root)),
+        Solve::Failed(failure) => Ok(match matched(Matching::AtMiddle)? {
+            Solve::Root(root) => Solve::Root(root),
+            Solve::Failed(_) => Solve::Failed(failure),
+        }),
+    }
+}
+
+/// Refinement with the period matched at its end, then at its middle, to a tolerance relative to
+/// the size of the unknowns in units of their own.
+pub(super) fn refine_either(
+    system: &ExtendedSystem,
+    start: &[f64],
+    tolerance: f64,
+) -> Result<Solve<Root>, OrbitError> {
+    let matched = |matching| {
+        let system = system.matched(matching);
+        let scaled = system.scaled(start);
+        let unknowns = scaled.in_units(start);
+        let size = unknowns
+            .iter()
+            .fold(1.0_f64, |size, value| size.max(value.abs()));
+        scaled.refine(start, |scaled, start| {
+            refine(scaled, start, tolerance * size)
+        })
+    };
+    match matched(Matching::AtEnd) {
+        Ok(Solve::Root(root)) => Ok(Solve::Root(root)),
+        _ => matched(Matching::AtMiddle),
     }
 }

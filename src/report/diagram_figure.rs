@@ -37,7 +37,7 @@ pub fn diagram_table(diagrams: &[Diagram]) -> Result<Table, ReportError> {
     let longest = diagrams
         .iter()
         .flat_map(points)
-        .map(|(_, point)| distinct(point).len())
+        .map(|(_, point)| distinct(point).count())
         .max()
         .unwrap_or(0);
     let surfaces = diagrams
@@ -64,7 +64,7 @@ pub fn diagram_table(diagrams: &[Diagram]) -> Result<Table, ReportError> {
                     .as_ref()
                     .map_or(Cell::Missing, |name| Cell::text(name.to_string())),
             ];
-            row.extend(distinct(point).iter().map(|&value| Cell::number(value, 6)));
+            row.extend(distinct(point).map(|value| Cell::number(value, 6)));
             row.resize(table.columns().len(), Cell::Missing);
             table.push(row)?;
         }
@@ -89,7 +89,7 @@ pub fn diagram_array(diagram: &Diagram) -> Result<Vec<u8>, ReportError> {
     let mut values = Vec::with_capacity(diagram.sweeps.len() * count * width);
     for sweep in &diagram.sweeps {
         for point in &sweep.points {
-            let row = std::iter::once(point.offset).chain(point.values.iter().copied());
+            let row = std::iter::once(point.offset).chain(point.kept_values());
             values.extend(row.chain(std::iter::repeat(f64::NAN)).take(width));
         }
     }
@@ -132,7 +132,7 @@ fn figure(diagram: &Diagram, shown: impl Fn(&Sweep) -> bool) -> Figure {
         let dots = sweep
             .points
             .iter()
-            .flat_map(|point| point.values.iter().map(|&value| [point.offset, value]));
+            .flat_map(|point| point.kept_values().map(|value| [point.offset, value]));
         let name = if alone {
             method_word(sweep.method).to_owned()
         } else {
@@ -240,11 +240,12 @@ fn points(diagram: &Diagram) -> impl Iterator<Item = (&Sweep, &DiagramPoint)> {
 }
 
 /// The values over one period, or all of them.
-fn distinct(point: &DiagramPoint) -> &[f64] {
-    match point.period {
-        Period::Periodic(period) => &point.values[..period.min(point.values.len())],
-        _ => &point.values,
-    }
+fn distinct(point: &DiagramPoint) -> impl Iterator<Item = f64> {
+    let count = match point.period {
+        Period::Periodic(period) => period,
+        Period::NotFound => point.kept,
+    };
+    point.kept_values().take(count)
 }
 
 pub(super) fn period_cell(period: Period) -> Cell {

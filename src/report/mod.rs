@@ -6,14 +6,12 @@
 //! Deliberately absent: computing anything new. Thinning of a drawing and rounding of a printed
 //! number are layout, and both are stated beside what they were done to.
 
-mod base64;
 mod chart_figure;
 mod chosen_words;
 mod convergence_page;
 mod curve_listing;
 mod diagram_figure;
 mod error;
-pub mod figure;
 mod files;
 mod json;
 mod map_listing;
@@ -25,6 +23,8 @@ mod page;
 mod run_page;
 mod section_document;
 mod table;
+
+pub use grazemap_figure as figure;
 
 pub use chart_figure::{chart_array, chart_figure, chart_table, chart_timing_table};
 pub use chosen_words::{

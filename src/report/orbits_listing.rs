@@ -5,7 +5,7 @@ use serde::Serialize;
 
 use super::{Cell, Column, Named, ReportError, SectionDocument, Table};
 use crate::analysis::orbits::{FoundOrbit, Locus, LostOrbit, LostReason, Orbits};
-use crate::analysis::periodic::{BifurcationKind, ContactItinerary};
+use crate::analysis::periodic::BifurcationKind;
 use crate::expansion::{LocalMap, WindowEdge};
 use crate::iteration::Itinerary;
 
@@ -167,11 +167,7 @@ impl Names<'_> {
             parameters: self.parameters(&orbit.parameters),
             state: Named::new(coordinates.zip(first)),
             states: orbit.states.clone(),
-            multipliers: orbit
-                .multipliers
-                .iter()
-                .map(|value| [value.re, value.im])
-                .collect(),
+            multipliers: orbit.multipliers.clone(),
             stable: orbit.stable,
             contacts: contacts.collect(),
             physical: orbit.physical,
@@ -192,8 +188,7 @@ impl Names<'_> {
     fn lost(&self, lost: &LostOrbit) -> LostRecord {
         let reason = match &lost.reason {
             LostReason::OtherItinerary(made) => {
-                let itinerary = ContactItinerary::new(self.map.passages(), made.clone());
-                format!("the orbit there has the itinerary {itinerary}")
+                format!("the orbit there has the itinerary {made}")
             }
             LostReason::NotConverged => "no orbit was found there".to_owned(),
             LostReason::NotBracketed => {

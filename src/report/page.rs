@@ -3,9 +3,11 @@
 //! Everything is inside: style, pictures (SVG, or PNG as a data URI where there are very many
 //! dots). Words come from scenes and are escaped wherever they stand; there is no script.
 
+use base64::Engine as _;
+use base64::prelude::BASE64_STANDARD as BASE64;
+use grazemap_figure::escape_html;
 use serde::Serialize;
 
-use super::base64::base64;
 use super::{Figure, ReportError, Table};
 
 const TEMPLATE: &str = include_str!("../../templates/report.html.tera");
@@ -238,28 +240,8 @@ fn picture(shown: &PageFigure) -> Result<String, ReportError> {
     Ok(format!(
         "<img width=\"{width}\" height=\"{height}\" alt=\"{}\" src=\"data:image/png;base64,{}\">",
         escape_html(&shown.caption),
-        base64(&shown.figure.to_png()?)
+        BASE64.encode(shown.figure.to_png()?)
     ))
-}
-
-/// Text that is safe between tags and inside quoted attributes of HTML and SVG.
-///
-/// Characters that XML forbids (most control characters) become U+FFFD.
-pub(super) fn escape_html(text: &str) -> String {
-    let mut escaped = String::with_capacity(text.len());
-    for c in text.chars() {
-        match c {
-            '&' => escaped.push_str("&amp;"),
-            '<' => escaped.push_str("&lt;"),
-            '>' => escaped.push_str("&gt;"),
-            '"' => escaped.push_str("&quot;"),
-            '\'' => escaped.push_str("&#39;"),
-            '\t' | '\n' => escaped.push(c),
-            c if c.is_control() || matches!(c, '\u{fffe}' | '\u{ffff}') => escaped.push('\u{fffd}'),
-            c => escaped.push(c),
-        }
-    }
-    escaped
 }
 
 #[cfg(test)]

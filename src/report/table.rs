@@ -7,7 +7,7 @@ use std::fmt::Write as _;
 
 use super::ReportError;
 use super::number::{exact, significant};
-use super::page::escape_html;
+use grazemap_figure::escape_html;
 
 /// To which side a column's text is pushed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

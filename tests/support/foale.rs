@@ -1,6 +1,5 @@
 //! Foale's closed form of one-impact orbits of the linear oscillator (1994;
 //! tests/data/rigid/README.md).
-#![allow(dead_code, reason = "each test uses a part of it")]
 
 use grazemap::numeric::Dd;
 

@@ -1,8 +1,6 @@
-//! Maps with random coefficients, for tests and benches.
+//! Random numbers that are the same in every run, and maps with such coefficients, for tests and
+//! benches.
 #![allow(dead_code, reason = "each test or bench uses a part of it")]
-
-#[path = "numbers.rs"]
-mod numbers;
 
 use grazemap::expansion::{
     ActiveParameter, ComposedMap, Contact, DepthPolynomial, DepthTerm, Leg, LocalMap, MapOrders,
@@ -11,9 +9,21 @@ use grazemap::expansion::{
 use grazemap::jet::{Jet, JetSpace};
 use grazemap::numeric::{Dd, Scalar};
 
-pub(crate) use numbers::Numbers;
+/// Numbers in `[-1, 1)` from a fixed seed (xorshift).
+pub(crate) struct Numbers(u64);
 
 impl Numbers {
+    pub(crate) fn new(seed: u64) -> Self {
+        Self(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) | 1)
+    }
+
+    pub(crate) fn next(&mut self) -> f64 {
+        self.0 ^= self.0 << 13;
+        self.0 ^= self.0 >> 7;
+        self.0 ^= self.0 << 17;
+        (self.0 >> 11) as f64 / (1u64 << 52) as f64 - 1.0
+    }
+
     /// A jet in four variables without constant term.
     fn jet(&mut self, weights: &[u32], order: usize, constant: f64) -> Jet<f64> {
         let space = JetSpace::new(weights, order).expect("a small space");

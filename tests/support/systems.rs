@@ -1,7 +1,10 @@
 //! Scenes that are not one mass against a wall at rest.
 
-use grazemap::model::{Scene, catalogue};
-use grazemap::orbit::{GrazingOrbit, locate};
+use grazemap::model::Scene;
+use serde_json::Value;
+
+use super::reference;
+use super::scenes::{parsed, text};
 
 /// A mass in the plane and a stop across both axes: an oblique surface, restitution along its
 /// normal.
@@ -62,33 +65,65 @@ state = { x = 1e-3 }
 parameter = { mu = 1e-3, delta = 1e-3 }
 "#;
 
+/// Two masses between two compliant stops of the first one.
+const TWO_MASSES: &str = r#"
+[model]
+name = "two masses, an elastic stop on either side of the first"
+states = ["x1", "v1", "x2", "v2"]
+parameters = { k11 = 1.0, k12 = -1.0, k22 = 3.0, m2 = 1.0, zeta = 0.02, f1 = 1.0, f2 = 0.5, k0 = 20.0, e = 0.0, w = 1.1, d = 1.66 }
+[model.let]
+g1 = "x1 + 2*zeta*v1"
+g2 = "x2 + 2*zeta*v2"
+[model.phase]
+name = "theta"
+rate = "w"
+period = "2*pi"
+[model.flow]
+x1 = "v1"
+v1 = "f1*cos(theta) - k11*g1 - k12*g2"
+x2 = "v2"
+v2 = "(f2*cos(theta) - k12*g1 - k22*g2)/m2"
+[[model.surface]]
+name = "right"
+event = "d - x1"
+contact = { v1 = "free - k0*(x1 - d + e)" }
+[[model.surface]]
+name = "left"
+event = "d + x1"
+contact = { v1 = "free - k0*(x1 + d - e)" }
+[grazing]
+surface = "right"
+solve_for = "d"
+guess = { x1 = 1.66, v1 = 0.0, x2 = 0.65, v2 = 0.0, theta = 3.1 }
+[section]
+kind = "tangency"
+[expansion]
+active = ["d"]
+"#;
+
 /// `h' = 0` at the graze.
 pub(crate) const TANGENCY: &str = "tangency";
 /// The forcing phase of the graze.
 pub(crate) const STROBOSCOPIC: &str = "stroboscopic";
 
-fn parse(text: &str, name: &str, section: &str) -> Scene {
-    let overrides = [("section.kind".to_owned(), section.to_owned())];
-    Scene::parse_with(text, name, &overrides).unwrap_or_else(|error| panic!("{error}"))
-}
-
 /// A scene of the catalogue by its name, or one of this file.
 pub(crate) fn scene(name: &str, section: &str) -> Scene {
-    match name {
-        "oblique" => parse(OBLIQUE, name, section),
-        "planar" => parse(PLANAR, name, section),
-        "three_masses_rigid" => parse(&three_rigid_masses(), name, section),
-        _ => parse(
-            catalogue::text(name).expect("in the catalogue"),
-            name,
-            section,
-        ),
-    }
+    let rigid;
+    let text = match name {
+        "oblique" => OBLIQUE,
+        "planar" => PLANAR,
+        "three_masses_rigid" => {
+            rigid = three_rigid_masses();
+            &rigid
+        }
+        _ => text(name),
+    };
+    parsed(text, name, &[("section.kind", section)])
 }
 
 /// The chain of the catalogue with a rigid stop.
 fn three_rigid_masses() -> String {
-    let text = catalogue::text("three_masses").expect("in the catalogue");
+    let text = text("three_masses");
     let contact = text
         .lines()
         .find(|line| line.starts_with("contact = "))
@@ -96,10 +131,32 @@ fn three_rigid_masses() -> String {
     text.replace(contact, "impact = { v3 = \"-0.8*v3\" }")
 }
 
-/// The grazing orbit of a scene.
-pub(crate) fn located(scene: &Scene) -> GrazingOrbit {
-    locate(scene)
-        .expect("no wrong input")
-        .into_result()
-        .unwrap_or_else(|reason| panic!("{}: {reason}", scene.identifier))
+/// The two masses of a file of reference images: masses 1 and m2, springs 1 between them and mu_k
+/// to the ground.
+pub(crate) fn two_masses(file: &Value) -> Scene {
+    let of = |key: &str| reference::text(&file["params"][key]);
+    let force = |number: usize| reference::text(&file["params"]["f"][number]);
+    let outer = format!("1 + {}", of("mu_k"));
+    let graze = reference::exact_list(&file["grazing_state_R"]);
+    let graze: Vec<_> = graze
+        .iter()
+        .map(|value| format!("{:e}", value.hi))
+        .collect();
+    let overrides = [
+        ("k22", &outer[..]),
+        ("m2", of("mu_m")),
+        ("zeta", of("zeta")),
+        ("k0", of("mu_k0")),
+        ("e", of("e")),
+        ("w", of("w")),
+        ("f1", force(0)),
+        ("f2", force(1)),
+        ("d", reference::text(&file["d_grazing"])),
+        ("grazing.guess.x1", &graze[0]),
+        ("grazing.guess.v1", &graze[1]),
+        ("grazing.guess.x2", &graze[2]),
+        ("grazing.guess.v2", &graze[3]),
+        ("grazing.guess.theta", reference::text(&file["phase_R"])),
+    ];
+    parsed(TWO_MASSES, "two masses", &overrides)
 }

@@ -13,10 +13,10 @@ use std::time::{Duration, Instant};
 
 use rayon::prelude::*;
 
-use super::SweptMap;
 use super::data::{Sweep, SweepHeading, Timing};
 use super::sweep::{SweepRequest, Visit, visit};
-use crate::analysis::{NoProgress, Progress};
+use super::swept_map::SweptMap;
+use crate::analysis::progress::{NoProgress, Progress};
 use crate::iteration::{MapOrbit, OrbitEnd, OrbitRequest};
 
 /// Fewest values of a segment.
@@ -229,8 +229,9 @@ impl<'a> Course<'a> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::data::DiagramPoint;
+    use super::super::swept_map::{Settled, Start};
     use super::*;
-    use crate::analysis::diagram::{Settled, Start};
     use crate::expansion::MapWindow;
     use crate::iteration::{DiscreteMap, Itinerary, StepInfo};
     use crate::model::Method;
@@ -363,8 +364,8 @@ mod tests {
         let sweep = sweep(&map, &request, heading, &NoProgress);
         let points = &sweep.points;
         let pairs = points.windows(2);
-        let jump =
-            |pair: &&[super::super::DiagramPoint]| pair[0].values[3] * pair[1].values[3] < 0.0;
+        let value = |point: &DiagramPoint| point.kept_values().last().unwrap_or(f64::NAN);
+        let jump = |pair: &&[DiagramPoint]| value(&pair[0]) * value(&pair[1]) < 0.0;
         pairs.filter(jump).map(|pair| pair[1].offset).collect()
     }
 

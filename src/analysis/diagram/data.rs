@@ -59,8 +59,11 @@ pub enum SweepHeading {
 pub struct DiagramPoint {
     /// Offset of the parameter from its grazing value.
     pub offset: f64,
-    /// The observable at each kept iterate; fewer than asked for where the orbit ended early.
+    /// The observable at the kept iterates, in order: all of them, or the first few where these
+    /// repeat bit for bit.
     pub values: Vec<f64>,
+    /// Iterates kept; fewer than asked for where the orbit ended early.
+    pub kept: usize,
     /// Period in iterates.
     pub period: Period,
     /// Contacts per period; `None` without a period.
@@ -103,6 +106,26 @@ impl Timing {
     }
 }
 
+impl DiagramPoint {
+    /// The observable at every kept iterate.
+    pub fn kept_values(&self) -> impl Iterator<Item = f64> + Clone {
+        self.values.iter().copied().cycle().take(self.kept)
+    }
+}
+
+/// The values up to where they begin to repeat, bit for bit and to the end; all of them where they
+/// do not do so twice.
+pub(super) fn one_period(mut values: Vec<f64>) -> Vec<f64> {
+    let repeats = |&period: &usize| {
+        let mut pairs = values.iter().zip(&values[period..]);
+        pairs.all(|(a, b)| a.to_bits() == b.to_bits())
+    };
+    if let Some(period) = (1..=values.len() / 2).find(repeats) {
+        values.truncate(period);
+    }
+    values
+}
+
 impl Diagram {
     /// The diagram without its times: equal for equal requests, whatever the machine.
     pub fn without_timing(&self) -> Self {
@@ -112,5 +135,21 @@ impl Diagram {
             sweep.timing = Timing::default();
         }
         diagram
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn values_that_repeat_are_kept_once() {
+        let values = [1.0, -0.0, 1.0, -0.0, 1.0];
+        assert_eq!(one_period(values.to_vec()), [1.0, 0.0]);
+        let signs = [1.0, -0.0, 1.0, 0.0];
+        assert_eq!(one_period(signs.to_vec()).len(), 4);
+        assert_eq!(one_period(vec![f64::NAN; 7]).len(), 1);
+        assert_eq!(one_period(vec![1.0, 2.0, 1.0]).len(), 3);
+        assert_eq!(one_period(Vec::new()), [0.0; 0]);
     }
 }

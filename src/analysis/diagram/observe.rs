@@ -2,8 +2,10 @@
 
 use std::sync::{Mutex, PoisonError};
 
-use crate::analysis::values::Values;
-use crate::analysis::{AnalysisError, DepthEvaluation, DirectMap, MapEvaluation, SectionFrame};
+use crate::analysis::direct_map::DirectMap;
+use crate::analysis::error::AnalysisError;
+use crate::analysis::evaluation::{DepthEvaluation, MapEvaluation};
+use crate::analysis::section_frame::{SectionFrame, Values};
 use crate::expansion::{Expander, ImpactSpeed, LocalMap};
 use crate::model::{NodeId, Observable, Scene};
 use crate::orbit::{GrazingOrbit, PoincareSectionKind};

@@ -1,13 +1,12 @@
 //! Requests and results of a search for periodic orbits, without their numbers' type.
 
-use nalgebra::Complex;
+use serde::{Deserialize, Serialize};
 
 use crate::analysis::periodic::{BifurcationKind, ContactItinerary, PeriodicOrbit};
-use crate::iteration::PassageSet;
 use crate::numeric::Real;
 
 /// What is asked of [`orbits`](super::orbits).
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct OrbitsRequest {
     /// Itineraries to look for.
     pub itineraries: Vec<ContactItinerary>,
@@ -20,7 +19,7 @@ pub struct OrbitsRequest {
 }
 
 /// Folds and flips that are looked for.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LociRequest {
     /// Which.
     pub kinds: Vec<BifurcationKind>,
@@ -33,7 +32,7 @@ pub struct LociRequest {
 }
 
 /// A parameter that takes one value after another.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SteppedParameter {
     /// Its number among the active ones.
     pub parameter: usize,
@@ -42,7 +41,7 @@ pub struct SteppedParameter {
 }
 
 /// A periodic orbit that was found; everything in offsets.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FoundOrbit {
     /// Its itinerary.
     pub itinerary: ContactItinerary,
@@ -50,8 +49,8 @@ pub struct FoundOrbit {
     pub parameters: Vec<f64>,
     /// Its points, in order.
     pub states: Vec<Vec<f64>>,
-    /// Multipliers, the largest first.
-    pub multipliers: Vec<Complex<f64>>,
+    /// Multipliers, `[re, im]`, the largest first.
+    pub multipliers: Vec<[f64; 2]>,
     /// Whether all of them lie inside the unit circle.
     pub stable: bool,
     /// Its contacts, in order.
@@ -68,9 +67,10 @@ pub struct FoundOrbit {
 }
 
 /// A contact of a periodic orbit.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct OrbitContact {
     /// The return that it belongs to, from 0.
+    #[serde(rename = "return")]
     pub number: usize,
     /// The passage, from 0.
     pub passage: usize,
@@ -79,7 +79,7 @@ pub struct OrbitContact {
 }
 
 /// Orbits of one itinerary at one kind of bifurcation, as a parameter is stepped.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Locus {
     /// Fold or flip.
     pub kind: BifurcationKind,
@@ -90,7 +90,7 @@ pub struct Locus {
 }
 
 /// An orbit of the map for which direct simulation has none.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LostOrbit {
     /// Its itinerary.
     pub itinerary: ContactItinerary,
@@ -101,10 +101,11 @@ pub struct LostOrbit {
 }
 
 /// Why direct simulation has no orbit next to one of the map.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum LostReason {
     /// The orbit there makes other contacts.
-    OtherItinerary(Vec<PassageSet>),
+    OtherItinerary(ContactItinerary),
     /// Newton's method led to none.
     NotConverged,
     /// The bifurcation is not between the neighbours that the map has of it.
@@ -112,7 +113,7 @@ pub enum LostReason {
 }
 
 /// All that was found.
-#[derive(Clone, Debug, PartialEq, Default)]
+#[derive(Clone, Debug, PartialEq, Default, Serialize, Deserialize)]
 pub struct Orbits {
     /// Orbits: by the parameters, then by the itineraries asked for.
     pub orbits: Vec<FoundOrbit>,
@@ -137,7 +138,10 @@ impl FoundOrbit {
             parameters: round(&orbit.parameters),
             states: orbit.states.iter().map(|state| round(state)).collect(),
             stable: orbit.is_stable().ok()?,
-            multipliers,
+            multipliers: multipliers
+                .iter()
+                .map(|value| [value.re, value.im])
+                .collect(),
             contacts,
             physical,
             inside,

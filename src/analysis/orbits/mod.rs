@@ -4,13 +4,367 @@
 //! One idea: a local map is searched, for with the contacts prescribed it is a polynomial; direct
 //! simulation, which goes its own way, is asked for the orbit next to each one found.
 
-mod by_map;
 mod data;
-mod direct;
-mod engine;
 
 pub use data::{
     FoundOrbit, LociRequest, Locus, LostOrbit, LostReason, OrbitContact, Orbits, OrbitsRequest,
     SteppedParameter,
 };
-pub use engine::orbits;
+
+use rayon::prelude::*;
+
+use crate::analysis::direct_image::DirectImage;
+use crate::analysis::error::AnalysisError;
+use crate::analysis::evaluation::{DepthEvaluation, MapEvaluation};
+use crate::analysis::periodic::{
+    BifurcationKind, ContactItinerary, Guess, Held, ItineraryBifurcation, ItineraryOrbit,
+    ItinerarySearch, PeriodicOrbit, PeriodicOutcome, PeriodicProblem, bifurcation, periodic_orbit,
+    window_scales,
+};
+use crate::analysis::progress::Progress;
+use crate::expansion::{Expander, ImpactSpeed, LocalMap, MapWindow};
+use crate::hybrid::HybridSystem;
+use crate::model::Scene;
+use crate::numeric::{Dd, Real};
+use crate::orbit::GrazingOrbit;
+
+/// The periodic orbits of the itineraries asked for, and their folds and flips.
+///
+/// Looked for in the map ([`ItinerarySearch`]), physical and virtual ones. With
+/// [`OrbitsRequest::direct`] every physical one is solved for again by direct simulation in
+/// double-double from there, and that orbit given; what has none is lost, and said.
+/// No result depends on the number of cores.
+///
+/// # Errors
+///
+/// [`AnalysisError::Expansion`] if an impact speed cannot be expanded, [`AnalysisError::Hybrid`] if
+/// the simulator refuses the parameters.
+///
+/// # Panics
+///
+/// If offsets are not as many as the map's parameters, or there are none.
+pub fn orbits(
+    scene: &Scene,
+    orbit: &GrazingOrbit,
+    map: &LocalMap,
+    request: &OrbitsRequest,
+    progress: &dyn Progress,
+) -> Result<Orbits, AnalysisError> {
+    let system = HybridSystem::new(&scene.model);
+    let finder = Finder {
+        search: ItinerarySearch::new(map),
+        by_map: ByMap::new(scene, orbit, map)?,
+        direct: match request.direct {
+            true => Some(Direct::new(&system, scene, orbit, map)?),
+            false => None,
+        },
+    };
+    let itineraries = &request.itineraries;
+    progress.expect((request.at.len() * itineraries.len()) as u64);
+    let cases: Vec<_> = request
+        .at
+        .iter()
+        .flat_map(|at| itineraries.iter().map(move |itinerary| (at, itinerary)))
+        .collect();
+    let cases = cases.into_par_iter().map(|(at, itinerary)| {
+        let found = finder.orbits(itinerary, at);
+        progress.advance(1);
+        found
+    });
+    let (orbits, mut lost) = parted(cases.collect::<Vec<_>>().concat());
+    let loci = request.loci.as_ref().map(|loci| {
+        let (found, missing) = finder.loci(itineraries, loci, progress);
+        lost.extend(missing);
+        found
+    });
+    Ok(Orbits { orbits, loci, lost })
+}
+
+/// An orbit, or what became of it.
+type Outcome = Result<FoundOrbit, LostOrbit>;
+
+/// What finds orbits: the map, and direct simulation where that is asked.
+struct Finder<'a> {
+    search: ItinerarySearch<'a>,
+    by_map: ByMap<'a>,
+    direct: Option<Direct<'a>>,
+}
+
+impl Finder<'_> {
+    fn orbits(&self, itinerary: &ContactItinerary, at: &[f64]) -> Vec<Outcome> {
+        let found = self.search.orbits(itinerary, at);
+        let mut direct = self.direct.clone();
+        let outcome = |orbit: &ItineraryOrbit<Dd>| match &mut direct {
+            Some(_) if !orbit.is_physical() => None,
+            Some(direct) => Some(direct.orbit(itinerary, orbit).map_err(|reason| LostOrbit {
+                itinerary: itinerary.clone(),
+                parameters: at.to_vec(),
+                reason,
+            })),
+            None => self.by_map.found(itinerary, orbit).map(Ok),
+        };
+        found.iter().filter_map(outcome).collect()
+    }
+
+    /// Folds and flips of all itineraries, one locus a kind and itinerary.
+    fn loci(
+        &self,
+        itineraries: &[ContactItinerary],
+        request: &LociRequest,
+        progress: &dyn Progress,
+    ) -> (Vec<Locus>, Vec<LostOrbit>) {
+        let steps = steps(request);
+        progress.expect((steps.len() * itineraries.len()) as u64);
+        let (mut loci, mut lost) = (Vec::new(), Vec::new());
+        for itinerary in itineraries {
+            let at_step = steps.par_iter().map(|at| {
+                let found = self.bifurcations(itinerary, request, at);
+                progress.advance(1);
+                found
+            });
+            let found = at_step.collect::<Vec<_>>().concat();
+            for &kind in &request.kinds {
+                let of_kind = found.iter().filter(|(other, _)| *other == kind);
+                let outcomes = of_kind.map(|(_, outcome)| outcome.clone()).collect();
+                let (points, missing) = parted(outcomes);
+                lost.extend(missing);
+                if !points.is_empty() {
+                    loci.push(Locus {
+                        kind,
+                        itinerary: itinerary.clone(),
+                        points,
+                    });
+                }
+            }
+        }
+        (loci, lost)
+    }
+
+    fn bifurcations(
+        &self,
+        itinerary: &ContactItinerary,
+        request: &LociRequest,
+        at: &[f64],
+    ) -> Vec<(BifurcationKind, Outcome)> {
+        let (kinds, free) = (&request.kinds, request.free);
+        let found = self.search.bifurcations(itinerary, kinds, free, at);
+        let mut direct = self.direct.clone();
+        let outcome = |near: &ItineraryBifurcation| {
+            let outcome = match &mut direct {
+                Some(direct) => {
+                    direct
+                        .bifurcation(itinerary, near, free)
+                        .map_err(|reason| LostOrbit {
+                            itinerary: itinerary.clone(),
+                            parameters: near.orbit.orbit.parameters.clone(),
+                            reason,
+                        })
+                }
+                None => Ok(self.by_map.found(itinerary, &near.orbit)?),
+            };
+            Some((near.kind, outcome))
+        };
+        found.iter().filter_map(outcome).collect()
+    }
+}
+
+/// The parameters of every step.
+fn steps(request: &LociRequest) -> Vec<Vec<f64>> {
+    let Some(stepped) = &request.stepped else {
+        return vec![request.at.clone()];
+    };
+    let at = |&value: &f64| {
+        let mut at = request.at.clone();
+        at[stepped.parameter] = value;
+        at
+    };
+    stepped.values.iter().map(at).collect()
+}
+
+/// Orbits, and those that are lost.
+fn parted(outcomes: Vec<Outcome>) -> (Vec<FoundOrbit>, Vec<LostOrbit>) {
+    let (mut orbits, mut lost) = (Vec::new(), Vec::new());
+    for outcome in outcomes {
+        match outcome {
+            Ok(orbit) => orbits.push(orbit),
+            Err(orbit) => lost.push(orbit),
+        }
+    }
+    (orbits, lost)
+}
+
+/// What tells the speeds of a map's contacts.
+#[derive(Debug)]
+pub(super) struct ByMap<'a> {
+    speeds: Vec<ImpactSpeed>,
+    window: &'a MapWindow,
+}
+
+impl<'a> ByMap<'a> {
+    /// The expansions of all passages, to the weight of the map's contacts.
+    pub(super) fn new(
+        scene: &Scene,
+        orbit: &GrazingOrbit,
+        map: &'a LocalMap,
+    ) -> Result<Self, AnalysisError> {
+        let expander = Expander::new(scene, orbit)?;
+        let speed = |passage| expander.impact_speed(passage, map.orders.contact_weight);
+        let speeds = (0..expander.passages()).map(speed);
+        Ok(Self {
+            speeds: speeds.collect::<Result<_, _>>()?,
+            window: &map.window,
+        })
+    }
+
+    /// An orbit of the map as it is given out.
+    pub(super) fn found<S: Real>(
+        &self,
+        itinerary: &ContactItinerary,
+        orbit: &ItineraryOrbit<S>,
+    ) -> Option<FoundOrbit> {
+        let contacts = orbit.arrivals.iter().zip(&orbit.depth_variables);
+        let contact = |((number, passage, point), y): (&(usize, usize, Vec<S>), &S)| {
+            let point: Vec<f64> = point.iter().map(|value| value.to_f64()).collect();
+            OrbitContact {
+                number: *number,
+                passage: *passage,
+                speed: self.speeds[*passage].at(y.to_f64(), &point),
+            }
+        };
+        let contacts = contacts.map(contact).collect();
+        let kind = (orbit.is_physical(), orbit.is_within(self.window));
+        FoundOrbit::of(itinerary, &orbit.orbit, contacts, kind)
+    }
+}
+
+/// Direct simulation in double-double, with what places its orbits in the window of a map.
+#[derive(Clone, Debug)]
+pub(super) struct Direct<'a> {
+    image: DirectImage<'a, Dd>,
+    window: &'a MapWindow,
+    depths: DepthEvaluation<f64>,
+    scales: Vec<f64>,
+}
+
+impl<'a> Direct<'a> {
+    /// Of a scene about its grazing orbit.
+    pub(super) fn new(
+        system: &'a HybridSystem,
+        scene: &Scene,
+        orbit: &GrazingOrbit,
+        map: &'a LocalMap,
+    ) -> Result<Self, AnalysisError> {
+        Ok(Self {
+            image: DirectImage::new(system, scene, orbit)?,
+            window: &map.window,
+            depths: MapEvaluation::depths(map),
+            scales: window_scales(&map.window),
+        })
+    }
+
+    /// The orbit next to one of the map, at its parameters.
+    pub(super) fn orbit<S: Real>(
+        &mut self,
+        itinerary: &ContactItinerary,
+        near: &ItineraryOrbit<S>,
+    ) -> Result<FoundOrbit, LostReason> {
+        let problem = self.problem(itinerary, 0);
+        let orbit = self.solved(itinerary, &problem, Held::Parameter, &exact(near))?;
+        self.found(itinerary, &orbit)
+    }
+
+    /// The bifurcation between the neighbours that the map has of one.
+    pub(super) fn bifurcation(
+        &mut self,
+        itinerary: &ContactItinerary,
+        near: &ItineraryBifurcation,
+        free: usize,
+    ) -> Result<FoundOrbit, LostReason> {
+        let problem = self.problem(itinerary, free);
+        let [before, after] = &near.beside;
+        let coordinate = self.steepest(before, after);
+        let held = Held::Coordinate(coordinate);
+        let before = self.solved(itinerary, &problem, held, &exact(before))?;
+        let after = self.solved(itinerary, &problem, held, &exact(after))?;
+        let kind: BifurcationKind = near.kind;
+        let ends = [&before, &after];
+        let found = bifurcation(&mut self.image, &problem, kind, coordinate, ends);
+        self.found(itinerary, &found.ok_or(LostReason::NotBracketed)?.orbit)
+    }
+
+    fn problem(&self, itinerary: &ContactItinerary, free: usize) -> PeriodicProblem {
+        PeriodicProblem {
+            returns: itinerary.period(),
+            free,
+            itinerary: Some(itinerary.returns().to_vec()),
+            scales: self.scales.clone(),
+        }
+    }
+
+    fn solved(
+        &mut self,
+        itinerary: &ContactItinerary,
+        problem: &PeriodicProblem,
+        held: Held,
+        guess: &Guess<Dd>,
+    ) -> Result<PeriodicOrbit<Dd>, LostReason> {
+        match periodic_orbit(&mut self.image, problem, held, guess) {
+            PeriodicOutcome::Found(orbit) => Ok(orbit),
+            PeriodicOutcome::OtherItinerary(orbit) => {
+                let passages = itinerary.passages();
+                let other = ContactItinerary::new(passages, orbit.itinerary);
+                Err(LostReason::OtherItinerary(other))
+            }
+            _ => Err(LostReason::NotConverged),
+        }
+    }
+
+    /// The coordinate of the first point that differs most between two orbits.
+    fn steepest(&self, before: &ItineraryOrbit<f64>, after: &ItineraryOrbit<f64>) -> usize {
+        let pairs = before.orbit.states[0].iter().zip(&after.orbit.states[0]);
+        let changes = pairs.zip(&self.scales);
+        let changes = changes.map(|((a, b), scale)| ((a - b) / scale).abs());
+        let largest = changes.enumerate().max_by(|a, b| a.1.total_cmp(&b.1));
+        largest.map_or(0, |(coordinate, _)| coordinate)
+    }
+
+    /// The orbit with its speeds, flown once more.
+    fn found(
+        &mut self,
+        itinerary: &ContactItinerary,
+        orbit: &PeriodicOrbit<Dd>,
+    ) -> Result<FoundOrbit, LostReason> {
+        let (mut contacts, mut inside) = (Vec::new(), true);
+        let parameters: Vec<f64> = orbit
+            .parameters
+            .iter()
+            .map(|value| value.to_f64())
+            .collect();
+        for (number, state) in orbit.states.iter().enumerate() {
+            let image = self.image.image(state, &orbit.parameters);
+            let image = image.map_err(|_| LostReason::NotConverged)?;
+            let speeds = image.passages.iter().enumerate();
+            contacts.extend(speeds.filter_map(|(passage, speed)| {
+                Some(OrbitContact {
+                    number,
+                    passage,
+                    speed: (*speed)?.to_f64(),
+                })
+            }));
+            let state: Vec<f64> = state.iter().map(|value| value.to_f64()).collect();
+            let depths = self.depths.at(&state, &parameters);
+            inside &= self.window.holds(&state, &parameters, &depths);
+        }
+        let kind = (orbit.extra_contacts == 0, inside);
+        FoundOrbit::of(itinerary, orbit, contacts, kind).ok_or(LostReason::NotConverged)
+    }
+}
+
+/// The first point of an orbit, as a guess.
+fn exact<S: Real>(orbit: &ItineraryOrbit<S>) -> Guess<Dd> {
+    let convert = |values: &[S]| values.iter().map(|value| value.to_dd()).collect();
+    Guess {
+        state: convert(&orbit.orbit.states[0]),
+        parameters: convert(&orbit.orbit.parameters),
+    }
+}

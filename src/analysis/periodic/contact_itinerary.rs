@@ -5,6 +5,8 @@
 
 use std::fmt;
 
+use serde::{Deserialize, Serialize};
+
 use crate::iteration::PassageSet;
 
 /// Most passages of a period whose itineraries are listed: 352 of twelve with one passage a return.
@@ -25,7 +27,10 @@ const LONGEST: usize = 64;
 /// assert_eq!(ContactItinerary::parse("10 01", 2)?.to_string(), "10.01");
 /// # Ok::<(), grazemap::analysis::periodic::ItineraryError>(())
 /// ```
-#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+///
+/// In files it is that text, with a point after a return of several passages that stands alone.
+#[derive(Clone, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(into = "String", try_from = "String")]
 pub struct ContactItinerary {
     passages: usize,
     returns: Vec<PassageSet>,
@@ -162,6 +167,11 @@ impl ContactItinerary {
         }
     }
 
+    /// Passages of a return.
+    pub fn passages(&self) -> usize {
+        self.passages
+    }
+
     /// Returns of a period.
     pub fn period(&self) -> usize {
         self.returns.len()
@@ -205,6 +215,21 @@ impl fmt::Display for ContactItinerary {
             }
         }
         Ok(())
+    }
+}
+
+impl From<ContactItinerary> for String {
+    fn from(itinerary: ContactItinerary) -> Self {
+        let alone = itinerary.passages > 1 && itinerary.period() == 1;
+        itinerary.to_string() + if alone { "." } else { "" }
+    }
+}
+
+impl TryFrom<String> for ContactItinerary {
+    type Error = ItineraryError;
+
+    fn try_from(text: String) -> Result<Self, ItineraryError> {
+        Self::parse(&text, text.find('.').unwrap_or(1))
     }
 }
 
@@ -257,5 +282,15 @@ mod tests {
         assert_eq!(of("001").rotation_to(&of("100")), Some(2));
         assert_eq!(of("110").rotation_to(&of("100")), None);
         assert!(of("1010").repeats_after(2) && !of("1010").repeats_after(1));
+    }
+
+    #[test]
+    fn an_itinerary_reads_back_from_its_file() {
+        for (text, passages) in [("100", 1), ("1", 1), ("10 01", 2), ("10", 2)] {
+            let itinerary = ContactItinerary::parse(text, passages).expect("digits");
+            let written = serde_json::to_string(&itinerary).expect("text");
+            let read: ContactItinerary = serde_json::from_str(&written).expect("its text");
+            assert_eq!(read, itinerary, "{written}");
+        }
     }
 }

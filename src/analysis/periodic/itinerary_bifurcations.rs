@@ -3,15 +3,11 @@
 //! One idea: along a branch the first depth variable is held and the parameter solved for, so that
 //! a branch runs from the graze to the edge of the window through every fold on its way.
 
-use super::bifurcation::{BifurcationKind, zero_between};
-use super::branch::branch;
+use super::branch::{BifurcationKind, branch, zero_between};
 use super::contact_itinerary::ContactItinerary;
-use super::depth_variable_map::DepthVariableMap;
-use super::itinerary_orbit::ItineraryOrbit;
+use super::depth_variable_map::{DepthVariableMap, ItineraryOrbit};
 use super::itinerary_search::{ItinerarySearch, SAME};
-use super::newton::periodic_orbit;
-use super::orbit::PeriodicOrbit;
-use super::problem::{Guess, Held, PeriodicProblem};
+use super::orbit::{Guess, Held, PeriodicOrbit, PeriodicProblem, periodic_orbit};
 
 /// Decades of the first depth variable along a branch, down from beyond the window's edge, and
 /// values in each.

@@ -6,12 +6,10 @@
 //! add those that higher orders bring. None of it proves that there is no other.
 
 use super::contact_itinerary::ContactItinerary;
-use super::depth_variable_map::DepthVariableMap;
-use super::itinerary_orbit::ItineraryOrbit;
-use super::newton::periodic_orbit;
-use super::problem::{Guess, Held, finite_or_one};
-use crate::analysis::MapEvaluation;
+use super::depth_variable_map::{DepthVariableMap, ItineraryOrbit};
+use super::orbit::{Guess, Held, finite_or_one, periodic_orbit};
 use crate::analysis::diagram::SmoothFixedPoint;
+use crate::analysis::evaluation::MapEvaluation;
 use crate::expansion::{LocalMap, MapWindow};
 use crate::iteration::{InterpretedMap, MapOrbit, OrbitRequest, PassageSet, Period};
 use crate::numeric::{Dd, Real};

@@ -9,30 +9,22 @@
 //! orbits are fixed points of a map without a root ([`DepthVariableMap`]). See
 //! docs/mathematics/dynamics.md.
 
-mod bifurcation;
 mod branch;
 mod contact_itinerary;
 mod depth_variable_map;
-mod derivative;
 mod itinerary_bifurcations;
-mod itinerary_orbit;
 mod itinerary_search;
-mod newton;
 mod orbit;
-mod problem;
 mod section_map;
 
-pub use bifurcation::{Bifurcation, BifurcationKind, bifurcation};
-pub use branch::branch;
+pub use branch::{Bifurcation, BifurcationKind, bifurcation, branch};
 pub use contact_itinerary::{ContactItinerary, ItineraryError};
-pub use depth_variable_map::DepthVariableMap;
-pub(super) use derivative::state_jacobian;
-pub use derivative::{Linearisation, linearise};
+pub use depth_variable_map::{DepthVariableMap, ItineraryOrbit};
 pub use itinerary_bifurcations::ItineraryBifurcation;
-pub use itinerary_orbit::ItineraryOrbit;
 pub use itinerary_search::ItinerarySearch;
-pub use newton::periodic_orbit;
-pub use orbit::PeriodicOrbit;
-pub(super) use problem::finite_or_one;
-pub use problem::{Guess, Held, PeriodicOutcome, PeriodicProblem, window_scales};
-pub use section_map::{SectionMap, SectionStep, Stepped};
+pub(super) use orbit::finite_or_one;
+pub use orbit::{
+    Guess, Held, PeriodicOrbit, PeriodicOutcome, PeriodicProblem, periodic_orbit, window_scales,
+};
+pub(super) use section_map::state_jacobian;
+pub use section_map::{Linearisation, SectionMap, SectionStep, Stepped, linearise};

@@ -1,6 +1,10 @@
-//! A section map over any number, whatever evaluates it.
+//! A section map over any number, whatever evaluates it, and its derivatives by differences that never
+//! leave a branch of its root.
 
-use crate::analysis::{DirectEnd, DirectImage, MapEvaluation};
+use nalgebra::{DMatrix, DVector};
+
+use crate::analysis::direct_image::{DirectEnd, DirectImage};
+use crate::analysis::evaluation::MapEvaluation;
 use crate::iteration::{DiscreteMap, PassageSet};
 use crate::numeric::Real;
 
@@ -90,4 +94,141 @@ impl<S: Real, M: SectionMap<S> + ?Sized> SectionMap<S> for &mut M {
     fn image(&mut self, state: &[S], parameters: &[S]) -> Option<SectionStep<S>> {
         (**self).image(state, parameters)
     }
+}
+
+/// Times a step is shortened before a derivative is given up.
+const SHORTENINGS: usize = 24;
+/// Factor by which a step is shortened that meets other contacts than its centre.
+const OTHER_CONTACTS: f64 = 1e-2;
+
+/// An image with its derivatives.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Linearisation<S> {
+    /// The image.
+    pub step: SectionStep<S>,
+    /// `∂x⁺/∂x`.
+    pub by_state: DMatrix<S>,
+    /// `∂x⁺/∂p` by the parameter that is free.
+    pub by_parameter: DVector<S>,
+}
+
+/// The image of a point with its derivatives by the state and by one parameter, from central
+/// differences of fourth order.
+///
+/// A depth variable `y` varies on the scale of the depth itself, so every step is shortened until
+/// the depth changes by no more than a share `ρ = ε^(1/5)` of itself and both sides make the
+/// contacts of the centre: truncation and rounding both leave an error of about `ε^(4/5)` of an
+/// entry. `scales` are lengths on which the map varies, of the coordinates and of the parameters.
+///
+/// `None` where the map has no image, or is at a corner.
+pub fn linearise<S: Real>(
+    map: &mut (impl SectionMap<S> + ?Sized),
+    state: &[S],
+    parameters: &[S],
+    free: usize,
+    scales: &[f64],
+) -> Option<Linearisation<S>> {
+    let (step, by_state) = state_jacobian(map, state, parameters, scales)?;
+    let variable = state.len() + free;
+    let mut point = Point::new(state, parameters);
+    let by_parameter = point.slope(map, &step, variable, scales[variable])?;
+    Some(Linearisation {
+        step,
+        by_state,
+        by_parameter,
+    })
+}
+
+/// The Jacobian by the state alone, as [`linearise`] has it.
+pub(in crate::analysis) fn state_jacobian<S: Real>(
+    map: &mut (impl SectionMap<S> + ?Sized),
+    state: &[S],
+    parameters: &[S],
+    scales: &[f64],
+) -> Option<(SectionStep<S>, DMatrix<S>)> {
+    let step = map.image(state, parameters)?;
+    let dimension = state.len();
+    let mut point = Point::new(state, parameters);
+    let mut jacobian = DMatrix::from_element(dimension, dimension, S::zero());
+    for (column, &scale) in scales.iter().enumerate().take(dimension) {
+        jacobian.set_column(column, &point.slope(map, &step, column, scale)?);
+    }
+    Some((step, jacobian))
+}
+
+/// Where derivatives are taken.
+struct Point<S> {
+    variables: Vec<S>,
+    dimension: usize,
+}
+
+impl<S: Real> Point<S> {
+    fn new(state: &[S], parameters: &[S]) -> Self {
+        Self {
+            variables: [state, parameters].concat(),
+            dimension: state.len(),
+        }
+    }
+
+    /// Derivative by one variable.
+    fn slope(
+        &mut self,
+        map: &mut (impl SectionMap<S> + ?Sized),
+        centre: &SectionStep<S>,
+        variable: usize,
+        scale: f64,
+    ) -> Option<DVector<S>> {
+        let share = S::ROUNDOFF.powf(0.2);
+        let mut length = share * scale;
+        for _ in 0..SHORTENINGS {
+            match self.pair(map, centre, variable, 2.0 * length) {
+                Ok((outer, change)) if change <= 4.0 * share => {
+                    let inner = self.pair(map, centre, variable, length).ok()?.0;
+                    return Some(fourth_order(&inner, &outer, length));
+                }
+                // A step of half the change allowed is safely within it.
+                Ok((_, change)) => length *= (share / change).max(1e-12),
+                Err(NotBeside) => length *= OTHER_CONTACTS,
+            }
+        }
+        None
+    }
+
+    /// The difference of the images on both sides, and the change of the depth relative to itself.
+    fn pair(
+        &mut self,
+        map: &mut (impl SectionMap<S> + ?Sized),
+        centre: &SectionStep<S>,
+        variable: usize,
+        length: f64,
+    ) -> Result<(DVector<S>, f64), NotBeside> {
+        let mut side = |sign: f64| {
+            let kept = self.variables[variable];
+            self.variables[variable] += S::from_f64(sign * length);
+            let (state, parameters) = self.variables.split_at(self.dimension);
+            let image = map.image(state, parameters);
+            self.variables[variable] = kept;
+            image
+                .filter(|image| image.contacts == centre.contacts)
+                .ok_or(NotBeside)
+        };
+        let (up, down) = (side(1.0)?, side(-1.0)?);
+        let change = if centre.contacts.is_empty() {
+            0.0
+        } else {
+            ((up.depth - down.depth) / centre.depth).magnitude()
+        };
+        let pairs = up.offsets.iter().zip(&down.offsets);
+        let difference = DVector::from_iterator(self.dimension, pairs.map(|(&a, &b)| a - b));
+        Ok((difference, change))
+    }
+}
+
+/// A step that met no image, or other contacts than its centre.
+struct NotBeside;
+
+/// `(8 Δ(h) − Δ(2h)) / 12h`.
+fn fourth_order<S: Real>(inner: &DVector<S>, outer: &DVector<S>, length: f64) -> DVector<S> {
+    let (eight, step) = (S::from_f64(8.0), S::from_f64(12.0) * S::from_f64(length));
+    inner.zip_map(outer, |inner, outer| (eight * inner - outer) / step)
 }

@@ -54,7 +54,7 @@ pub(in crate::cli) fn chart(options: &SceneOptions) -> Result<(), CliError> {
 pub(super) fn warn_of_values(diagrams: &[Diagram], quiet: bool) {
     for diagram in diagrams.iter().filter(|_| !quiet) {
         let points = diagram.sweeps.iter().flat_map(|sweep| &sweep.points);
-        let values = points.flat_map(|point| &point.values);
+        let values = points.flat_map(|point| point.kept_values());
         let lost = values.clone().filter(|value| !value.is_finite()).count();
         if lost > 0 {
             note(&format!(

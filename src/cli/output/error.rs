@@ -10,7 +10,7 @@ use grazemap::Error;
 use grazemap::analysis::DirectEnd;
 use grazemap::analysis::periodic::ItineraryError;
 use grazemap::model::SceneHeadline;
-use grazemap::numeric::Shown;
+use grazemap::numeric::{INSTRUCTION_LIMIT, Shown};
 use grazemap::orbit::CurveEnd;
 use grazemap::report::ReportError;
 
@@ -162,6 +162,9 @@ pub(in crate::cli) enum CliError {
     /// A result that could not be laid out or written.
     #[error(transparent)]
     Report(#[from] ReportError),
+    /// An environment variable with a value that is not known.
+    #[error("{INSTRUCTION_LIMIT} is `{}`; expected sse2, avx2 or avx512", .value.escape_default())]
+    InstructionLimit { value: String },
     /// Standard output refused.
     #[error("cannot write to standard output: {0}")]
     StandardOutput(io::Error),

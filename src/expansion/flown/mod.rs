@@ -6,19 +6,11 @@
 //! only truncated series left are those of the free flow. Derivation:
 //! docs/mathematics/flown-contacts.md.
 
-mod affine;
-mod arithmetic;
-mod build;
 mod contact;
-mod error;
-mod flight;
-mod impulse;
-mod reference;
+mod law;
+mod plan;
 mod smooth;
-mod start;
 
-pub use affine::AffineLaw;
-pub use arithmetic::{Arithmetic, Numbers};
-pub use build::{FlightWindow, flown_contact};
-pub use contact::{FlightPlan, FlownContact};
-pub use error::FlightError;
+pub use contact::{Arithmetic, FlightPlan, FlownContact, Numbers};
+pub use law::AffineLaw;
+pub use plan::{FlightWindow, flown_contact};

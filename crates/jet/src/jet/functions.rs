@@ -7,7 +7,9 @@
 
 use std::sync::Arc;
 
-use super::elementary::{self, atan2, exp, hyperbolic, power, primitive, sqrt, trigonometric};
+use super::elementary::{
+    atan2_part, exponential_part, power_part, primitive_part, scale, sqrt_part,
+};
 use super::{HeadFunction, Jet, JetSpace};
 use crate::numeric::Scalar;
 
@@ -16,7 +18,7 @@ impl<S: Scalar> Jet<S> {
     fn euler(&self) -> Self {
         let mut euler = self.clone();
         for degree in 0..=self.space.order() {
-            elementary::scale(
+            scale(
                 &mut euler.coefficients[self.space.degree_range(degree)],
                 S::from_f64(degree as f64),
             );
@@ -61,22 +63,15 @@ impl<S: Scalar> Jet<S> {
     /// ```
     pub fn sqrt(&self) -> Self {
         Self::build(&self.space, |k, u, out| {
-            sqrt::part(&*self.space, k, &self.coefficients, u, out)
+            sqrt_part(&*self.space, k, &self.coefficients, u, out)
         })
     }
 
     /// Exponential: `k u_k = Σ_{j=1}^{k} j a_j u_{k−j}`.
     pub fn exp(&self) -> Self {
-        let euler = self.euler();
+        let (space, a, euler) = (&*self.space, &self.coefficients, self.euler());
         Self::build(&self.space, |k, u, out| {
-            exp::part(
-                &*self.space,
-                k,
-                &self.coefficients,
-                &euler.coefficients,
-                u,
-                out,
-            )
+            exponential_part(space, HeadFunction::Exp, k, a, &euler.coefficients, u, out)
         })
     }
 
@@ -88,38 +83,26 @@ impl<S: Scalar> Jet<S> {
     /// Sine and cosine: `k s_k = Σ_{j=1}^{k} j a_j c_{k−j}` and `k c_k = −Σ_{j=1}^{k} j a_j
     /// s_{k−j}`.
     pub fn sin_cos(&self) -> (Self, Self) {
-        let (space, a, euler) = (&*self.space, &self.coefficients, self.euler());
-        self.build_pair(
-            |k, cosine, out| {
-                trigonometric::sine_part(space, k, a, &euler.coefficients, cosine, out)
-            },
-            |k, sine, out| trigonometric::cosine_part(space, k, a, &euler.coefficients, sine, out),
-        )
+        self.pair(HeadFunction::Sin, HeadFunction::Cos)
     }
 
     /// Hyperbolic sine and cosine: `k s_k = Σ_{j=1}^{k} j a_j c_{k−j}` and likewise `c` from `s`.
     pub fn sinh_cosh(&self) -> (Self, Self) {
-        let (space, a, euler) = (&*self.space, &self.coefficients, self.euler());
-        self.build_pair(
-            |k, cosh, out| hyperbolic::sinh_part(space, k, a, &euler.coefficients, cosh, out),
-            |k, sinh, out| hyperbolic::cosh_part(space, k, a, &euler.coefficients, sinh, out),
-        )
+        self.pair(HeadFunction::Sinh, HeadFunction::Cosh)
     }
 
-    /// Builds two jets side by side, each part of one from lower parts of the other.
-    fn build_pair(
-        &self,
-        first: impl Fn(usize, &[S], &mut [S]),
-        second: impl Fn(usize, &[S], &mut [S]),
-    ) -> (Self, Self) {
+    /// Two functions side by side, each part of one from lower parts of the other.
+    fn pair(&self, first: HeadFunction, second: HeadFunction) -> (Self, Self) {
+        let (space, a, euler) = (&*self.space, &self.coefficients, self.euler());
         let (mut u, mut v) = (Self::zero(&self.space), Self::zero(&self.space));
-        let mut scratch = vec![S::zero(); self.space.len()];
-        for degree in 0..=self.space.order() {
-            let range = self.space.degree_range(degree);
-            first(degree, &v.coefficients, &mut scratch[range.clone()]);
-            u.coefficients[range.clone()].copy_from_slice(&scratch[range.clone()]);
-            second(degree, &u.coefficients, &mut scratch[range.clone()]);
-            v.coefficients[range.clone()].copy_from_slice(&scratch[range]);
+        let mut scratch = vec![S::zero(); space.len()];
+        for degree in 0..=space.order() {
+            let (range, euler) = (space.degree_range(degree), &euler.coefficients);
+            let part = &mut scratch[range.clone()];
+            exponential_part(space, first, degree, a, euler, &v.coefficients, part);
+            u.coefficients[range.clone()].copy_from_slice(part);
+            exponential_part(space, second, degree, a, euler, &u.coefficients, part);
+            v.coefficients[range].copy_from_slice(part);
         }
         (u, v)
     }
@@ -169,7 +152,7 @@ impl<S: Scalar> Jet<S> {
     /// `u = f(a)` with `w Eu = Ea`.
     fn primitive(&self, function: HeadFunction, w: &Self) -> Self {
         Self::build_with_euler(&self.space, |k, _, euler_u, out| {
-            primitive::part(
+            primitive_part(
                 &*self.space,
                 function,
                 k,
@@ -193,7 +176,7 @@ impl<S: Scalar> Jet<S> {
         let w = &(self * self) + &(x * x);
         Self::build_with_euler(&self.space, |k, _, euler_u, out| {
             let (y, x, w) = (&self.coefficients, &x.coefficients, &w.coefficients);
-            atan2::part(
+            atan2_part(
                 &*self.space,
                 k,
                 y,
@@ -218,7 +201,7 @@ impl<S: Scalar> Jet<S> {
     pub fn power_real(&self, exponent: S) -> Self {
         let euler = self.euler();
         Self::build_with_euler(&self.space, |k, u, euler_u, out| {
-            power::part(
+            power_part(
                 &*self.space,
                 exponent,
                 k,

@@ -3,11 +3,15 @@
 
 use std::ops::Range;
 
-use super::convolution::{Convolution, Factor, Finish, FullProduct};
-use super::selection::Selection;
-use super::small_space::SmallProduct;
-use super::{JetSpace, Span};
-use crate::numeric::Scalar;
+mod convolution;
+pub(super) mod small;
+pub(super) mod table;
+
+use convolution::{Convolution, Factor, Finish, FullProduct};
+use small::SmallProduct;
+
+use super::{JetSpace, Selection, Span};
+use crate::numeric::{Dd, Scalar};
 
 /// A part of one degree: neighbouring runs by their numbers, and their coefficients.
 pub struct PartOf<'a, S> {
@@ -40,7 +44,7 @@ impl JetSpace {
         self.product::<S, false>(a, b, out);
     }
 
-    #[inline]
+    #[inline(never)]
     fn product<S: Scalar, const SET: bool>(&self, a: &[S], b: &[S], out: &mut [S]) {
         if let Some(space) = self.small() {
             let (a, b, out) = (&a[..self.len()], &b[..self.len()], &mut out[..self.len()]);
@@ -185,3 +189,20 @@ impl JetSpace {
             .form();
     }
 }
+
+/// Products compiled here, once, for the scalars of the packages above: they are not compiled again
+/// there, for what is generic and never inlined is shared.
+macro_rules! compile_products {
+    ($($products:ident: $scalar:ty),*) => {$(
+        #[used]
+        static $products: (
+            [fn(&JetSpace, &[$scalar], &[$scalar], &mut [$scalar]); 2],
+            fn(Convolution<'static, $scalar>),
+        ) = (
+            [JetSpace::product::<$scalar, true>, JetSpace::product::<$scalar, false>],
+            Convolution::<$scalar>::form,
+        );
+    )*};
+}
+
+compile_products!(OF_F64: f64, OF_DOUBLE_DOUBLE: Dd);

@@ -7,9 +7,8 @@ use std::ops::Range;
 use std::sync::{Arc, OnceLock};
 
 use super::JetError;
-use super::monomials::{RankTable, count_monomials, list_monomials, list_parents};
-use super::product_table::{Monomials, ProductTable};
-use super::small_space::SmallSpace;
+use super::product::small::SmallSpace;
+use super::product::table::{Monomials, ProductTable};
 
 /// Largest number of coefficient products a space may need: at most 0.8 GB of product table, 8
 /// bytes of which stand for one product or several.
@@ -233,6 +232,203 @@ impl JetSpace {
             })
         })
     }
+}
+
+/// Set of variables of a jet: bit `min(i, 63)` for variable `i`.
+pub type VariableSet = u64;
+
+/// The runs that some variables can reach.
+#[derive(Clone, Copy, Debug)]
+pub struct Selection<'a> {
+    /// Variables of every monomial of the space.
+    pub monomials: &'a [VariableSet],
+    /// Those that may occur.
+    pub variables: VariableSet,
+}
+
+impl Selection<'_> {
+    /// Whether a run has a monomial of these variables only: its first and last are powers of one
+    /// of its two.
+    #[inline(always)]
+    pub fn reaches(&self, run: &Range<usize>) -> bool {
+        let present = |monomial: usize| self.monomials[monomial] & !self.variables == 0;
+        present(run.start) || present(run.end - 1)
+    }
+}
+
+/// Variables of every monomial of a space.
+pub fn variables_of_monomials(space: &JetSpace) -> Vec<VariableSet> {
+    let set = |monomial| variables_of_monomial(space, monomial);
+    (0..space.len()).map(set).collect()
+}
+
+/// Variables of a monomial.
+pub fn variables_of_monomial(space: &JetSpace, monomial: usize) -> VariableSet {
+    let bit = |(variable, &exponent): (usize, &u8)| u64::from(exponent > 0) << variable.min(63);
+    let bits = space.exponents(monomial).iter().enumerate().map(bit);
+    bits.fold(0, |a, b| a | b)
+}
+
+/// Number of exponent vectors of `copies` jets whose degrees sum to at most `order`.
+pub(super) fn count_monomials(weights: &[u32], order: usize, copies: usize) -> u128 {
+    let mut counts = vec![0u128; order + 1];
+    counts[0] = 1;
+    for _ in 0..copies {
+        for &weight in weights {
+            let weight = weight.max(1) as usize;
+            for degree in weight..=order {
+                counts[degree] = counts[degree].saturating_add(counts[degree - weight]);
+            }
+        }
+    }
+    counts
+        .iter()
+        .fold(0, |sum, &count| sum.saturating_add(count))
+}
+
+/// All exponents by ascending degree, flattened, and the first monomial of each degree.
+pub(super) fn list_monomials(weights: &[u32], order: usize) -> (Vec<u8>, Vec<usize>) {
+    let mut exponents = Vec::new();
+    let mut starts = Vec::with_capacity(order + 2);
+    let mut current = vec![0u8; weights.len()];
+    let mut count = 0;
+    for degree in 0..=order {
+        starts.push(count);
+        push_degree(weights, degree, 0, &mut current, &mut exponents, &mut count);
+    }
+    starts.push(count);
+    (exponents, starts)
+}
+
+/// Appends the exponents with the given remaining degree in the variables from `variable` on.
+fn push_degree(
+    weights: &[u32],
+    remaining: usize,
+    variable: usize,
+    current: &mut [u8],
+    out: &mut Vec<u8>,
+    count: &mut usize,
+) {
+    if variable == weights.len() {
+        if remaining == 0 {
+            out.extend_from_slice(current);
+            *count += 1;
+        }
+        return;
+    }
+    let weight = weights[variable] as usize;
+    for exponent in (0..=remaining / weight).rev() {
+        current[variable] = exponent as u8;
+        push_degree(
+            weights,
+            remaining - exponent * weight,
+            variable + 1,
+            current,
+            out,
+            count,
+        );
+    }
+    current[variable] = 0;
+}
+
+/// For every monomial, its parent and the variable between them.
+pub(super) fn list_parents(
+    variables: usize,
+    exponents: &[u8],
+    ranks: &RankTable,
+) -> Vec<(u32, u32)> {
+    let mut parents = vec![(0, 0)];
+    let mut divisor = vec![0u8; variables];
+    for monomial in exponents.chunks_exact(variables.max(1)).skip(1) {
+        divisor.copy_from_slice(monomial);
+        let last = monomial
+            .iter()
+            .rposition(|&exponent| exponent > 0)
+            .expect("only the constant has no factor");
+        divisor[last] -= 1;
+        let parent = ranks
+            .find(&divisor)
+            .expect("a divisor of a kept monomial is kept");
+        parents.push((parent as u32, last as u32));
+    }
+    parents
+}
+
+/// Steps to the next exponent vector below `bound`; `false` after the last.
+pub(super) fn next_divisor(current: &mut [u8], bound: &[u8]) -> bool {
+    for (exponent, &limit) in current.iter_mut().zip(bound) {
+        if *exponent < limit {
+            *exponent += 1;
+            return true;
+        }
+        *exponent = 0;
+    }
+    false
+}
+
+/// From exponents to the monomial's number.
+#[derive(Debug)]
+pub(super) enum RankTable {
+    /// Mixed-radix table, where it is small.
+    Dense {
+        radices: Vec<usize>,
+        ranks: Vec<u32>,
+    },
+    /// Hash table otherwise.
+    Sparse(std::collections::HashMap<Box<[u8]>, u32>),
+}
+
+/// Largest dense rank table, in entries.
+const DENSE_RANKS: usize = 1 << 20;
+
+impl RankTable {
+    pub(super) fn new(weights: &[u32], order: usize, exponents: &[u8]) -> Self {
+        let radices: Vec<usize> = weights
+            .iter()
+            .map(|&weight| order / weight as usize + 1)
+            .collect();
+        let size = radices
+            .iter()
+            .try_fold(1usize, |product, &radix| product.checked_mul(radix));
+        let monomials = exponents.chunks_exact(weights.len().max(1));
+        match size {
+            Some(size) if size <= DENSE_RANKS => {
+                let mut ranks = vec![u32::MAX; size];
+                ranks[0] = 0;
+                for (number, monomial) in monomials.enumerate() {
+                    ranks[dense_index(&radices, monomial).expect("a kept monomial is in range")] =
+                        number as u32;
+                }
+                Self::Dense { radices, ranks }
+            }
+            _ => Self::Sparse(
+                monomials
+                    .enumerate()
+                    .map(|(number, monomial)| (monomial.into(), number as u32))
+                    .collect(),
+            ),
+        }
+    }
+
+    pub(super) fn find(&self, exponents: &[u8]) -> Option<usize> {
+        match self {
+            Self::Dense { radices, ranks } => {
+                let rank = ranks[dense_index(radices, exponents)?];
+                (rank != u32::MAX).then_some(rank as usize)
+            }
+            Self::Sparse(ranks) => ranks.get(exponents).map(|&rank| rank as usize),
+        }
+    }
+}
+
+/// Position in the mixed-radix table; `None` if an exponent exceeds its radix.
+fn dense_index(radices: &[usize], exponents: &[u8]) -> Option<usize> {
+    radices
+        .iter()
+        .zip(exponents)
+        .try_fold(0, |index, (&radix, &exponent)| {
+            (usize::from(exponent) < radix).then(|| index * radix + usize::from(exponent))
+        })
 }
 
 #[cfg(test)]

@@ -1,8 +1,11 @@
-//! The jet itself: a truncated power series in a [`JetSpace`].
+//! The jet itself, a truncated power series in a [`JetSpace`]: its arithmetic, its derivative and
+//! integral, its values as a polynomial.
 
+use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
 use std::sync::Arc;
 
 use super::JetSpace;
+use super::elementary::{quotient_part, scale};
 use crate::numeric::{Dd, Real, Scalar};
 
 /// A truncated power series: one coefficient per monomial of its space.
@@ -269,6 +272,282 @@ fn rename(exponents: &[u8], variable_map: &[Option<usize>], powers: &mut [u8]) -
             }
             sum.is_some()
         })
+}
+
+impl<S: Scalar> Jet<S> {
+    /// `out = self · other`, without allocating.
+    ///
+    /// # Panics
+    ///
+    /// If the three jets are not of one space.
+    pub fn multiply_into(&self, other: &Self, out: &mut Self) {
+        self.assert_same_space(other);
+        self.assert_same_space(out);
+        let space = self.space();
+        space.multiply(
+            self.coefficients(),
+            other.coefficients(),
+            out.coefficients_mut(),
+        );
+    }
+
+    /// `out += self · other`, without allocating.
+    ///
+    /// # Panics
+    ///
+    /// If the three jets are not of one space.
+    pub fn multiply_add_into(&self, other: &Self, out: &mut Self) {
+        self.assert_same_space(other);
+        self.assert_same_space(out);
+        let space = self.space();
+        space.multiply_add(
+            self.coefficients(),
+            other.coefficients(),
+            out.coefficients_mut(),
+        );
+    }
+
+    /// `self += factor · other`, without allocating.
+    ///
+    /// # Panics
+    ///
+    /// If the jets are not of one space.
+    pub fn add_scaled(&mut self, factor: S, other: &Self) {
+        self.assert_same_space(other);
+        for (value, &term) in self.coefficients_mut().iter_mut().zip(other.coefficients()) {
+            *value = factor.mul_add(term, *value);
+        }
+    }
+
+    /// `self *= factor`, without allocating.
+    pub fn scale_in_place(&mut self, factor: S) {
+        scale(self.coefficients_mut(), factor);
+    }
+}
+
+impl<S: Scalar> AddAssign<&Jet<S>> for Jet<S> {
+    fn add_assign(&mut self, other: &Jet<S>) {
+        self.assert_same_space(other);
+        for (value, &term) in self.coefficients_mut().iter_mut().zip(other.coefficients()) {
+            *value += term;
+        }
+    }
+}
+
+impl<S: Scalar> SubAssign<&Jet<S>> for Jet<S> {
+    fn sub_assign(&mut self, other: &Jet<S>) {
+        self.assert_same_space(other);
+        for (value, &term) in self.coefficients_mut().iter_mut().zip(other.coefficients()) {
+            *value -= term;
+        }
+    }
+}
+
+impl<S: Scalar> Add for &Jet<S> {
+    type Output = Jet<S>;
+    fn add(self, other: Self) -> Jet<S> {
+        let mut sum = self.clone();
+        sum += other;
+        sum
+    }
+}
+
+impl<S: Scalar> Sub for &Jet<S> {
+    type Output = Jet<S>;
+    fn sub(self, other: Self) -> Jet<S> {
+        let mut difference = self.clone();
+        difference -= other;
+        difference
+    }
+}
+
+impl<S: Scalar> Neg for &Jet<S> {
+    type Output = Jet<S>;
+    fn neg(self) -> Jet<S> {
+        self.map(|value| -value)
+    }
+}
+
+impl<S: Scalar> Mul for &Jet<S> {
+    type Output = Jet<S>;
+    fn mul(self, other: Self) -> Jet<S> {
+        self.assert_same_space(other);
+        let mut product = Jet::zero(self.space());
+        self.multiply_add_into(other, &mut product);
+        product
+    }
+}
+
+impl<S: Scalar> Div for &Jet<S> {
+    type Output = Jet<S>;
+    fn div(self, other: Self) -> Jet<S> {
+        self.assert_same_space(other);
+        Jet::build(self.space(), |k, u, out| {
+            quotient_part(
+                &**self.space(),
+                k,
+                self.coefficients(),
+                other.coefficients(),
+                u,
+                out,
+            );
+        })
+    }
+}
+
+impl<S: Scalar> Jet<S> {
+    /// Derivative by a variable, in the same space.
+    ///
+    /// ```text
+    /// (∂a/∂x_v)_e = (e_v + 1) a_{e + 1_v}
+    /// ```
+    ///
+    /// NOTE: the derivative of a series known to the order is known only to the order less the
+    /// variable's weight; the coefficients above are zero, not those of the true derivative.
+    ///
+    /// # Panics
+    ///
+    /// If the space has no such variable.
+    ///
+    /// ```
+    /// use grazemap_jet::jet::{Jet, JetSpace};
+    /// let x = Jet::variable(&JetSpace::uniform(1, 4)?, 0, 0.0);
+    /// assert_eq!(x.power_integer(3).derivative(0), (&x * &x).scale(3.0));
+    /// # Ok::<(), grazemap_jet::jet::JetError>(())
+    /// ```
+    pub fn derivative(&self, variable: usize) -> Self {
+        let mut derivative = Self::zero(&self.space);
+        self.for_each_neighbour(variable, |lower, upper, exponent| {
+            derivative.coefficients[lower] =
+                self.coefficients[upper] * S::from_f64(f64::from(exponent));
+        });
+        derivative
+    }
+
+    /// Integral by a variable from 0, to the order of the space.
+    ///
+    /// ```text
+    /// (∫a dx_v)_{e + 1_v} = a_e / (e_v + 1)
+    /// ```
+    ///
+    /// # Panics
+    ///
+    /// If the space has no such variable.
+    pub fn integral(&self, variable: usize) -> Self {
+        let mut integral = Self::zero(&self.space);
+        self.for_each_neighbour(variable, |lower, upper, exponent| {
+            integral.coefficients[upper] =
+                self.coefficients[lower] / S::from_f64(f64::from(exponent));
+        });
+        integral
+    }
+
+    /// Visits every pair `upper = lower · x_variable` of kept monomials, with the exponent in
+    /// `upper`.
+    fn for_each_neighbour(&self, variable: usize, mut visit: impl FnMut(usize, usize, u8)) {
+        assert!(
+            variable < self.space.variables(),
+            "no variable {variable} in this space"
+        );
+        let mut divisor = vec![0u8; self.space.variables()];
+        for upper in 1..self.space.len() {
+            let exponents = self.space.exponents(upper);
+            if exponents[variable] > 0 {
+                divisor.copy_from_slice(exponents);
+                divisor[variable] -= 1;
+                let lower = self
+                    .space
+                    .monomial(&divisor)
+                    .expect("a divisor of a kept monomial is kept");
+                visit(lower, upper, exponents[variable]);
+            }
+        }
+    }
+}
+
+impl JetSpace {
+    /// Values of all monomials at a point, into `values` (resized to the space's length).
+    ///
+    /// Several jets of one space at one point share them: each value is then
+    /// [`Jet::evaluate_on`] these monomials.
+    ///
+    /// # Panics
+    ///
+    /// If the point has not one coordinate per variable.
+    pub fn monomials_at<S: Scalar>(&self, point: &[S], values: &mut Vec<S>) {
+        assert_eq!(
+            point.len(),
+            self.variables(),
+            "a point has one coordinate per variable"
+        );
+        values.clear();
+        values.push(S::one());
+        for monomial in 1..self.len() {
+            let (parent, variable) = self.parent(monomial);
+            values.push(values[parent] * point[variable]);
+        }
+    }
+}
+
+impl<S: Scalar> Jet<S> {
+    /// Number of coefficients that are not zero.
+    pub fn nonzero(&self) -> usize {
+        let values = self.coefficients.iter();
+        values.filter(|&&value| value != S::zero()).count()
+    }
+
+    /// Value at a point, one coordinate per variable.
+    ///
+    /// # Panics
+    ///
+    /// If the point has not one coordinate per variable.
+    ///
+    /// ```
+    /// use grazemap_jet::jet::{Jet, JetSpace};
+    /// let space = JetSpace::uniform(2, 2)?;
+    /// let (x, y) = (Jet::variable(&space, 0, 1.0), Jet::variable(&space, 1, 0.0));
+    /// assert_eq!((&x * &y).evaluate(&[2.0, 5.0]), 15.0); // (1 + 2) · 5
+    /// # Ok::<(), grazemap_jet::jet::JetError>(())
+    /// ```
+    pub fn evaluate(&self, point: &[S]) -> S {
+        let mut monomials = Vec::with_capacity(self.space.len());
+        self.space.monomials_at(point, &mut monomials);
+        self.evaluate_on(&monomials)
+    }
+
+    /// Value at the point whose monomials [`JetSpace::monomials_at`] gave.
+    ///
+    /// Small terms are added first.
+    pub fn evaluate_on(&self, monomials: &[S]) -> S {
+        let terms = self.coefficients.iter().zip(monomials).rev();
+        terms.fold(S::zero(), |sum, (&coefficient, &monomial)| {
+            coefficient.mul_add(monomial, sum)
+        })
+    }
+
+    /// Value at a point and the derivative by each variable there, into `gradient`.
+    ///
+    /// # Panics
+    ///
+    /// If the point or the gradient has not one entry per variable.
+    pub fn evaluate_with_gradient(&self, point: &[S], gradient: &mut [S]) -> S {
+        assert_eq!(
+            gradient.len(),
+            self.space.variables(),
+            "a gradient has one entry per variable"
+        );
+        let mut monomials = Vec::with_capacity(self.space.len());
+        self.space.monomials_at(point, &mut monomials);
+        gradient.fill(S::zero());
+        let mut adjoints = self.coefficients.clone();
+        for monomial in (1..self.space.len()).rev() {
+            let (parent, variable) = self.space.parent(monomial);
+            let adjoint = adjoints[monomial];
+            gradient[variable] = adjoint.mul_add(monomials[parent], gradient[variable]);
+            adjoints[parent] = adjoint.mul_add(point[variable], adjoints[parent]);
+        }
+        self.evaluate_on(&monomials)
+    }
 }
 
 #[cfg(test)]

@@ -4,22 +4,90 @@
 //! per instruction set. Nothing is fused or reordered, so that every instruction set gives the same
 //! bits.
 
+use std::sync::LazyLock;
+
 use pulp::{Arch, Simd, WithSimd};
 
-/// Work on lanes that is worth a choice of instructions.
+/// Name of the environment variable that limits the instruction set, read once by a process.
+///
+/// `sse2`, `avx2` and `avx512` name the widest registers that an x86-64 machine may use; a machine
+/// that lacks them uses the widest it has. Every other value is no limit, and
+/// [`unknown_instruction_limit`] says so. Results do not depend on it: it is there so that this can
+/// be seen.
+pub const INSTRUCTION_LIMIT: &str = "GRAZEMAP_SIMD";
+
+/// The widest registers that may be used.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Limit {
+    Sse2,
+    Avx2,
+    Avx512,
+}
+
+/// The value of [`INSTRUCTION_LIMIT`], where it names no instruction set.
+pub fn unknown_instruction_limit() -> Option<String> {
+    let value = std::env::var_os(INSTRUCTION_LIMIT)?;
+    let value = value.to_string_lossy();
+    limit(&value).is_none().then(|| value.into_owned())
+}
+
+/// The limit of a name.
+fn limit(name: &str) -> Option<Limit> {
+    match name {
+        "sse2" => Some(Limit::Sse2),
+        "avx2" => Some(Limit::Avx2),
+        "avx512" => Some(Limit::Avx512),
+        _ => None,
+    }
+}
+
+/// The instructions that kernels run with.
+#[inline(always)]
+fn instructions() -> Arch {
+    static CHOSEN: LazyLock<Arch> = LazyLock::new(|| {
+        let value = std::env::var(INSTRUCTION_LIMIT).ok();
+        chosen(value.and_then(|name| limit(&name)))
+    });
+    *CHOSEN
+}
+
+/// The widest instructions of this machine up to a limit.
+#[cfg(target_arch = "x86_64")]
+fn chosen(most: Option<Limit>) -> Arch {
+    match (most, Arch::new()) {
+        (Some(Limit::Sse2), _) => Arch::Scalar,
+        (Some(Limit::Avx2), Arch::V4(_)) => pulp::x86::V3::try_new().map_or(Arch::Scalar, Arch::V3),
+        (_, widest) => widest,
+    }
+}
+
+/// The instructions of this machine, which has one kind of registers.
+#[cfg(not(target_arch = "x86_64"))]
+fn chosen(_: Option<Limit>) -> Arch {
+    Arch::new()
+}
+
+/// Work in loops over numbers, compiled once per instruction set.
 ///
 /// `run` and everything it calls in its loops must be `#[inline(always)]`: what is not inlined is
-/// compiled for the least machine.
-pub trait Kernel {
+/// compiled for SSE2.
+pub trait Kernel: Sized {
     /// What the work returns.
     type Output;
 
     /// Does the work.
     fn run(self) -> Self::Output;
+
+    /// Does the same work, to the last bit, with little code: for double-double, and for lanes in
+    /// SSE2, which gain little by unrolled loops.
+    #[inline(always)]
+    fn run_compact(self) -> Self::Output {
+        self.run()
+    }
 }
 
-/// Runs a kernel with the widest registers of this machine: SSE2, AVX2 or AVX-512 on x86-64, NEON
-/// on aarch64.
+/// Runs a kernel with the widest registers of this machine: AVX2 or AVX-512 on x86-64 (with SSE2
+/// alone its compact form), NEON on aarch64; at most those that [`INSTRUCTION_LIMIT`] names.
 ///
 /// The results are the same to the last bit on each: products and sums are rounded separately.
 ///
@@ -39,7 +107,10 @@ pub trait Kernel {
 /// ```
 #[inline(always)]
 pub fn widest<K: Kernel>(kernel: K) -> K::Output {
-    Arch::new().dispatch(Inlined(kernel))
+    match in_wide_registers(kernel) {
+        Ok(output) => output,
+        Err(kernel) => kernel.run_compact(),
+    }
 }
 
 /// Runs a kernel where registers are wider than SSE2, as they are on any aarch64; `None` where they
@@ -49,30 +120,32 @@ pub fn widest<K: Kernel>(kernel: K) -> K::Output {
 /// kernel is spared that code, and its compilation.
 #[inline(always)]
 pub fn wide<K: Kernel>(kernel: K) -> Option<K::Output> {
-    #[cfg(target_arch = "x86_64")]
-    let output = match Arch::new() {
-        Arch::V4(simd) => Some(Simd::vectorize(simd, Inlined(kernel))),
-        Arch::V3(simd) => Some(Simd::vectorize(simd, Inlined(kernel))),
-        _ => None,
-    };
-    #[cfg(not(target_arch = "x86_64"))]
-    let output = Some(widest(kernel));
-    output
+    in_wide_registers(kernel).ok()
 }
 
 /// Whether registers are wider than SSE2 here, as they are on any aarch64: whether flights are
 /// flown in lanes.
 pub fn is_wide() -> bool {
-    wide(Nothing).is_some()
+    #[cfg(target_arch = "x86_64")]
+    let is_wide = matches!(instructions(), Arch::V3(_) | Arch::V4(_));
+    #[cfg(not(target_arch = "x86_64"))]
+    let is_wide = true;
+    is_wide
 }
 
-struct Nothing;
-
-impl Kernel for Nothing {
-    type Output = ();
-
-    #[inline(always)]
-    fn run(self) {}
+/// Runs a kernel in registers wider than SSE2, or gives it back.
+#[inline(always)]
+fn in_wide_registers<K: Kernel>(kernel: K) -> Result<K::Output, K> {
+    match instructions() {
+        #[cfg(target_arch = "x86_64")]
+        Arch::V4(simd) => Ok(Simd::vectorize(simd, Inlined(kernel))),
+        #[cfg(target_arch = "x86_64")]
+        Arch::V3(simd) => Ok(Simd::vectorize(simd, Inlined(kernel))),
+        #[cfg(target_arch = "x86_64")]
+        _ => Err(kernel),
+        #[cfg(not(target_arch = "x86_64"))]
+        arch => Ok(arch.dispatch(Inlined(kernel))),
+    }
 }
 
 struct Inlined<K>(K);

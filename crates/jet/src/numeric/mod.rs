@@ -7,32 +7,36 @@
 //! Deliberately absent: jets, models, files.
 
 mod bracket;
-mod branched;
 mod decimals;
 mod dispatch;
 mod double_double;
 mod error;
-mod float;
 mod lanes;
 pub mod linear;
+mod newton;
 pub mod polynomial;
-#[cfg(test)]
-mod sampling;
 mod saved;
 mod scalar;
-mod shown;
 mod sine;
 
-pub use bracket::{Bracket, BracketOutcome, NewtonStep, NewtonSteps};
-pub use branched::{Branched, LaneMask, Mask};
-pub use decimals::decimal_above;
-pub use dispatch::wide;
-pub use dispatch::{Kernel, is_wide, widest};
+pub use bracket::{Bracket, BracketOutcome, NewtonStep, NewtonSteps, last_that_holds};
+pub use decimals::{Shown, decimal_above};
+pub use dispatch::{INSTRUCTION_LIMIT, Kernel, is_wide, unknown_instruction_limit, wide, widest};
 pub use double_double::{Dd, ParseDdError};
 pub use error::NumericError;
-pub use float::FloatFormat;
-pub use lanes::Lanes;
-pub use lanes::one_by_one;
+pub use lanes::{Branched, LaneMask, Lanes, Mask, one_by_one};
+pub use newton::{NewtonOutcome, damped_newton};
 pub use saved::{unbounded, unbounded_number};
-pub use scalar::{Real, Scalar};
-pub use shown::Shown;
+pub use scalar::{FloatFormat, Real, Scalar};
+
+/// How the property tests of this floor draw their samples: so many cases, the same ones every
+/// time, and no record of failures on disk.
+#[cfg(test)]
+fn fixed_samples(cases: u32) -> proptest::test_runner::Config {
+    proptest::test_runner::Config {
+        cases,
+        rng_seed: proptest::test_runner::RngSeed::Fixed(2),
+        failure_persistence: None,
+        ..Default::default()
+    }
+}

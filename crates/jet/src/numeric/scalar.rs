@@ -6,7 +6,7 @@ use std::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Sub, SubAssi
 
 use num_traits::{One, Zero};
 
-use super::{Dd, Kernel};
+use super::{Dd, Kernel, sine, widest};
 
 /// A field of numbers with the elementary functions: `f64`, `f32`, [`Dd`], or
 /// [`Lanes`](super::Lanes) of `f64`.
@@ -82,11 +82,18 @@ pub trait Scalar:
     #[inline(always)]
     fn carried<V>(_: &mut V) {}
 
-    /// Runs a kernel on this type with the registers that suit it: the widest of the machine for
-    /// lanes, with the same bits.
+    /// Runs a kernel that treats one element of this type after another: in the widest registers
+    /// for lanes, in its compact form for double-double. The bits are the same.
     #[inline(always)]
     fn dispatch<K: Kernel>(kernel: K) -> K::Output {
         kernel.run()
+    }
+
+    /// Runs a kernel that treats many neighbouring elements of this type alike: in the widest
+    /// registers, but for double-double, which gains nothing by them. The bits are the same.
+    #[inline(always)]
+    fn dispatch_loops<K: Kernel>(kernel: K) -> K::Output {
+        widest(kernel)
     }
 }
 
@@ -98,4 +105,166 @@ pub trait Real: Scalar + PartialOrd {
     fn to_dd(self) -> Dd;
     /// Largest integer not above the number.
     fn floor(self) -> Self;
+}
+
+macro_rules! float {
+    ($float:ident) => {
+        impl Scalar for $float {
+            const ROUNDOFF: f64 = $float::EPSILON as f64 / 2.0;
+
+            #[inline(always)]
+            fn from_f64(value: f64) -> Self {
+                value as $float
+            }
+
+            #[inline(always)]
+            fn from_dd(value: Dd) -> Self {
+                value.hi as $float
+            }
+
+            #[inline(always)]
+            fn mul_add(self, a: Self, b: Self) -> Self {
+                if cfg!(target_feature = "fma") {
+                    $float::mul_add(self, a, b)
+                } else {
+                    self * a + b
+                }
+            }
+
+            #[inline(always)]
+            fn sqrt(self) -> Self {
+                $float::sqrt(self)
+            }
+
+            fn exp(self) -> Self {
+                $float::exp(self)
+            }
+
+            fn ln(self) -> Self {
+                $float::ln(self)
+            }
+
+            fn sin_cos(self) -> (Self, Self) {
+                let (sine, cosine) = sine::sin_cos(f64::from(self));
+                (sine as $float, cosine as $float)
+            }
+
+            fn asin(self) -> Self {
+                $float::asin(self)
+            }
+
+            fn acos(self) -> Self {
+                $float::acos(self)
+            }
+
+            fn atan(self) -> Self {
+                $float::atan(self)
+            }
+
+            fn atan2(self, x: Self) -> Self {
+                $float::atan2(self, x)
+            }
+
+            fn sinh_cosh(self) -> (Self, Self) {
+                (self.sinh(), self.cosh())
+            }
+
+            fn powf(self, exponent: Self) -> Self {
+                $float::powf(self, exponent)
+            }
+
+            #[inline(always)]
+            fn abs(self) -> Self {
+                $float::abs(self)
+            }
+
+            /// `0` at zero, unlike the inherent function; NaN stays NaN.
+            #[inline(always)]
+            fn signum(self) -> Self {
+                if self == 0.0 {
+                    0.0
+                } else {
+                    $float::signum(self)
+                }
+            }
+
+            #[inline(always)]
+            fn min(self, other: Self) -> Self {
+                $float::min(self, other)
+            }
+
+            #[inline(always)]
+            fn max(self, other: Self) -> Self {
+                $float::max(self, other)
+            }
+
+            #[inline(always)]
+            fn magnitude(self) -> f64 {
+                f64::from($float::abs(self))
+            }
+
+            #[inline(always)]
+            fn is_finite(self) -> bool {
+                $float::is_finite(self)
+            }
+        }
+
+        impl Real for $float {
+            #[inline(always)]
+            fn to_f64(self) -> f64 {
+                f64::from(self)
+            }
+
+            #[inline(always)]
+            fn to_dd(self) -> Dd {
+                Dd::from(f64::from(self))
+            }
+
+            #[inline(always)]
+            fn floor(self) -> Self {
+                $float::floor(self)
+            }
+        }
+    };
+}
+
+float!(f64);
+float!(f32);
+
+/// Which of the machine's numbers a map is run in.
+///
+/// ```
+/// use grazemap_jet::numeric::FloatFormat;
+/// assert_eq!(FloatFormat::F32.to_string(), "f32");
+/// assert_eq!(FloatFormat::F32.roundoff(), 2f64.powi(-24));
+/// ```
+#[derive(
+    Clone, Copy, Debug, Default, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize,
+)]
+#[serde(rename_all = "lowercase")]
+pub enum FloatFormat {
+    /// Single precision: 24 bits, half the memory, twice as many lanes.
+    F32,
+    /// Double precision: 53 bits.
+    #[default]
+    F64,
+}
+
+impl FloatFormat {
+    /// Unit roundoff: half the distance from 1 to the next number.
+    pub fn roundoff(self) -> f64 {
+        match self {
+            Self::F32 => f32::ROUNDOFF,
+            Self::F64 => f64::ROUNDOFF,
+        }
+    }
+}
+
+impl std::fmt::Display for FloatFormat {
+    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        formatter.write_str(match self {
+            Self::F32 => "f32",
+            Self::F64 => "f64",
+        })
+    }
 }

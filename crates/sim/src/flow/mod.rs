@@ -8,7 +8,6 @@ mod evaluation;
 mod field;
 mod integrator;
 mod jet_transport;
-mod lane_integrator;
 mod local_series;
 mod program;
 #[cfg(test)]
@@ -19,19 +18,13 @@ mod time_expansion;
 mod values;
 mod variational;
 
-pub use affine::{
-    AffineExpressions, AffineFieldRows, AffineFlow, AffineLeaps, AffineRows, RowTable,
-};
-pub(crate) use affine::{
-    FixedLeaps, FixedRows, FixedVisit, LaneLeaps, LeapTables, NumberMask, RoundedNumber, SERIES,
-    ShapedLeaps,
-};
+pub use affine::{AffineExpressions, AffineFieldRows, AffineFlow, AffineRows, RowTable};
+pub(crate) use affine::{Backend, Batch, NumberMask, RoundedNumber, Single, SpanTables};
 pub use error::FlowError;
 pub use evaluation::evaluate;
 pub use field::{Field, bound_but};
-pub use integrator::{Integrator, Step, horner};
+pub use integrator::{Carried, Integrator, LaneIntegrator, LaneStep, Step, horner};
 pub use jet_transport::{JetFlow, jet_transport, jet_transport_taylor};
-pub use lane_integrator::{LaneIntegrator, LaneStep};
 pub use local_series::{LocalSeries, at_series_time, local_series, local_series_kept_to};
 pub use program::{InputKind, Program};
 pub use variational::flow_with_jacobian;

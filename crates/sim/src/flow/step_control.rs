@@ -14,7 +14,9 @@
 
 use std::ops::RangeInclusive;
 
-use crate::numeric::{Lanes, Real, Scalar};
+use num_traits::Zero as _;
+
+use crate::numeric::{Branched, Mask, Scalar};
 
 /// Order for a relative tolerance.
 pub(crate) fn order_for(tolerance: f64) -> usize {
@@ -27,7 +29,7 @@ pub(crate) fn order_for(tolerance: f64) -> usize {
 /// NOTE: Jorba and Zou's order is best where the products of series are all the cost, which grows
 /// as the square of the order; a series of numbers costs nearly as much for what grows with the
 /// order itself.
-pub(crate) fn order_for_numbers<S: Real>(tolerance: f64) -> usize {
+pub(crate) fn order_for_numbers<S: Scalar>(tolerance: f64) -> usize {
     let order = order_for(tolerance);
     if S::ROUNDOFF >= f64::ROUNDOFF {
         order + 2 * order / 5
@@ -60,70 +62,39 @@ const TAIL: usize = 3;
 
 /// Longest admissible step of one component from the magnitudes of its Taylor coefficients, with a
 /// margin per degree; infinite if the last ones vanish.
-pub(crate) fn component_step(magnitudes: impl Fn(usize) -> f64, order: usize, margin: f64) -> f64 {
-    log2_step(magnitudes, order, margin).exp2()
+pub(crate) fn component_step(magnitudes: &[f64], margin: f64) -> f64 {
+    log2_step(magnitudes, margin).exp2()
 }
 
-/// Binary logarithm of [`component_step`].
-#[inline]
-pub(crate) fn log2_step(magnitudes: impl Fn(usize) -> f64, order: usize, margin: f64) -> f64 {
+/// Binary logarithm of [`component_step`], for one series or for one in every lane.
+#[inline(always)]
+pub(crate) fn log2_step<S: Branched>(coefficients: &[S], margin: f64) -> S::Rounded {
     let margin = margin * std::f64::consts::LOG2_E;
-    let (count, tails) = looked_at(order);
-    if tails.clone().all(|degree| magnitudes(degree) == 0.0) {
-        return f64::INFINITY;
+    let (count, tails) = looked_at(coefficients.len() - 1);
+    let of_zero = S::Rounded::from_f64(OF_ZERO);
+    let (mut heads, mut largest) = ([of_zero; MAX_HEADS], of_zero);
+    for (head, &coefficient) in heads[..count].iter_mut().zip(coefficients) {
+        *head = log2(coefficient);
+        largest = larger(largest, *head);
     }
-    let heads = logarithms(&magnitudes, count);
-    let has_heads = heads.iter().any(|&head| head > OF_ZERO);
-    let mut step = f64::INFINITY;
+    let has_heads = of_zero.is_below(largest);
+    let mut step = S::Rounded::from_f64(f64::INFINITY);
     for degree in tails {
-        let tail = magnitudes(degree);
-        if tail > 0.0 {
-            let tail = log2(tail);
-            step = step.min(if has_heads {
-                longest(&heads, tail + margin * degree as f64, degree)
-            } else {
-                from_upper_half(&magnitudes, tail, (count, degree)) - margin
-            });
+        let tail = coefficients[degree];
+        let limits = S::Rounded::zero().is_below(tail.rounded().abs());
+        if limits.is_over() {
+            continue;
         }
+        let needed = log2(tail) + S::Rounded::from_f64(margin * degree as f64);
+        let mut own = longest(&heads, needed, degree);
+        let alone = limits & !has_heads;
+        if alone.any() {
+            let radius = from_upper_half(coefficients, alone, (count, degree));
+            own = S::Rounded::select(alone, radius - S::Rounded::from_f64(margin), own);
+        }
+        step = S::Rounded::select(limits, step.min(own), step);
     }
     step
-}
-
-/// Binary logarithms of the longest steps of one component in several lanes, each that of
-/// [`log2_step`].
-#[inline(always)]
-pub(crate) fn log2_steps<const N: usize>(coefficients: &[Lanes<N>], margin: f64) -> Lanes<N> {
-    let scaled = margin * std::f64::consts::LOG2_E;
-    let order = coefficients.len() - 1;
-    let (count, tails) = looked_at(order);
-    let larger = |a: f64, b: f64| if a > b { a } else { b };
-    let mut heads = [Lanes::splat(OF_ZERO); MAX_HEADS];
-    let mut largest = Lanes::splat(OF_ZERO);
-    for (head, coefficient) in heads[..count].iter_mut().zip(coefficients) {
-        *head = coefficient.map(|value| log2(value.abs()));
-        largest = largest.zip_map(*head, larger);
-    }
-    let mut steps = Lanes::splat(f64::INFINITY);
-    let mut least = Lanes::splat(f64::INFINITY);
-    for degree in tails {
-        let tail = coefficients[degree].map(|value| log2(value.abs()));
-        let needed = tail + Lanes::splat(scaled * degree as f64);
-        let mut longest = Lanes::splat(f64::NEG_INFINITY);
-        for (head, &inverse) in heads[..count].iter().zip(&INVERSES[degree.min(MAX_ORDER)]) {
-            let room = (*head - needed) * Lanes::splat(inverse);
-            longest = room.zip_map(longest, larger);
-        }
-        steps = steps.zip_map(longest, f64::min);
-        least = least.zip_map(tail, f64::min);
-    }
-    let is_common = |lane: usize| largest[lane] > OF_ZERO && least[lane] > OF_ZERO;
-    for lane in 0..N {
-        if !is_common(lane) {
-            let magnitude = |degree: usize| coefficients[degree][lane].abs();
-            steps[lane] = log2_step(magnitude, order, margin);
-        }
-    }
-    steps
 }
 
 /// How many of the first coefficients of a series are looked at, and which of the last.
@@ -131,16 +102,6 @@ pub(crate) fn log2_steps<const N: usize>(coefficients: &[Lanes<N>], margin: f64)
 fn looked_at(order: usize) -> (usize, RangeInclusive<usize>) {
     let tails = (order + 1).saturating_sub(TAIL).max(1)..=order;
     ((tails.start() / 2 + 1).min(MAX_HEADS), tails)
-}
-
-/// `log2 |x_j|` of the first coefficients, that of zero for all beyond.
-#[inline(always)]
-fn logarithms(magnitudes: impl Fn(usize) -> f64, count: usize) -> [f64; MAX_HEADS] {
-    let mut heads = [OF_ZERO; MAX_HEADS];
-    for (degree, head) in heads[..count].iter_mut().enumerate() {
-        *head = log2(magnitudes(degree));
-    }
-    heads
 }
 
 /// Most of the first coefficients that are looked at.
@@ -167,17 +128,23 @@ static INVERSES: [[f64; MAX_HEADS]; MAX_ORDER + 1] = {
 /// `max_j log2 h_j` with `|x_k| h_j^{k−j} = ε_k |x_j|`; `heads` holds `log2 |x_j|`, and `needed` is
 /// `log2 |x_k|/ε_k`.
 #[inline(always)]
-fn longest(heads: &[f64; MAX_HEADS], needed: f64, degree: usize) -> f64 {
-    let larger = |a: f64, b: f64| if a > b { a } else { b };
+fn longest<R: Branched>(heads: &[R; MAX_HEADS], needed: R, degree: usize) -> R {
     let inverses = &INVERSES[degree.min(MAX_ORDER)];
-    let mut steps = [f64::NEG_INFINITY; 4];
+    let mut steps = [R::from_f64(f64::NEG_INFINITY); 4];
     for chunk in 0..MAX_HEADS / 4 {
         for i in 0..4 {
-            let room = (heads[4 * chunk + i] - needed) * inverses[4 * chunk + i];
+            let inverse = R::from_f64(inverses[4 * chunk + i]);
+            let room = (heads[4 * chunk + i] - needed) * inverse;
             steps[i] = larger(steps[i], room);
         }
     }
-    steps.into_iter().fold(f64::NEG_INFINITY, larger)
+    let [first, second, third, fourth] = steps;
+    larger(larger(first, second), larger(third, fourth))
+}
+
+#[inline(always)]
+fn larger<R: Branched>(one: R, other: R) -> R {
+    R::select(other.is_below(one), one, other)
 }
 
 /// The same by the first term that does not vanish, in the upper half, but for the margin per
@@ -186,15 +153,30 @@ fn longest(heads: &[f64; MAX_HEADS], needed: f64, degree: usize) -> f64 {
 /// NOTE: there the condition would ask for a tiny step though the component is itself tiny; the
 /// radius of convergence alone decides.
 #[cold]
-fn from_upper_half(
-    magnitudes: impl Fn(usize) -> f64,
-    tail: f64,
+#[inline(never)]
+fn from_upper_half<S: Branched>(
+    coefficients: &[S],
+    wanted: S::Mask,
     (count, degree): (usize, usize),
-) -> f64 {
-    let first = (count..degree).find(|&lower| magnitudes(lower) > 0.0);
-    first.map_or(f64::INFINITY, |lower| {
-        (log2(magnitudes(lower)) - tail) / (degree - lower) as f64
-    })
+) -> S::Rounded {
+    let mut steps = S::Rounded::zero();
+    for lane in wanted.lanes() {
+        let magnitude = |degree: usize| coefficients[degree].lane(lane).abs();
+        let first = (count..degree).find(|&lower| magnitude(lower) > 0.0);
+        let step = first.map_or(f64::INFINITY, |lower| {
+            let fall = log2_of(magnitude(lower)) - log2_of(magnitude(degree));
+            fall / (degree - lower) as f64
+        });
+        let step = S::Rounded::from_f64(step);
+        steps = S::Rounded::select(S::Mask::only(lane), step, steps);
+    }
+    steps
+}
+
+/// Binary logarithms of the sizes of numbers, as [`log2_of`].
+#[inline(always)]
+fn log2<S: Branched>(number: S) -> S::Rounded {
+    number.mapped(|value| log2_of(value.abs()))
 }
 
 /// Binary logarithm of a number that is not negative, within 0.09: exponent and mantissa, the
@@ -202,27 +184,32 @@ fn from_upper_half(
 ///
 /// NOTE: in a step length the error is divided by the order, so this is good to half a percent.
 #[inline(always)]
-fn log2(value: f64) -> f64 {
+fn log2_of(value: f64) -> f64 {
     const MANTISSA: f64 = 1_048_576.0;
     let bits = (value.to_bits() >> 32) as i32;
     f64::from(bits) * (1.0 / MANTISSA) + OF_ZERO
 }
 
-/// What [`log2`] says of zero: less than of any normal number.
+/// What [`log2_of`] says of zero: less than of any normal number.
 const OF_ZERO: f64 = -1023.0;
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::numeric::Lanes;
+
+    fn stepped(magnitude: impl Fn(usize) -> f64, order: usize) -> f64 {
+        let magnitudes: Vec<f64> = (0..=order).map(magnitude).collect();
+        let step = component_step(&magnitudes, margin_at(order));
+        let of_lanes: Vec<_> = magnitudes.iter().map(|&m| Lanes([1.0, m, 0.0])).collect();
+        assert_eq!(log2_step(&of_lanes, margin_at(order))[1].exp2(), step);
+        step
+    }
 
     #[test]
     fn geometric_coefficients_give_the_step_of_jorba_and_zou() {
         let (order, radius) = (20, 3.0_f64);
-        let step = component_step(
-            |degree| radius.powi(-(degree as i32)),
-            order,
-            margin_at(order),
-        );
+        let step = stepped(|degree| radius.powi(-(degree as i32)), order);
         let expected = radius * (-2.0 - 0.7 / 19.0_f64).exp();
         assert!((step / expected - 1.0).abs() < 0.01, "{step} {expected}");
     }
@@ -230,11 +217,11 @@ mod tests {
     #[test]
     fn vanishing_tails_do_not_limit_the_step_and_vanishing_heads_do_not_shrink_it() {
         let linear = |degree: usize| if degree < 2 { 1e4 } else { 0.0 };
-        assert_eq!(component_step(linear, 20, margin_at(20)), f64::INFINITY);
+        assert_eq!(stepped(linear, 20), f64::INFINITY);
         let from_rest = |degree: usize| if degree < 2 { 0.0 } else { 1.0 };
-        assert!(component_step(from_rest, 20, margin_at(20)) > 0.08);
+        assert!(stepped(from_rest, 20) > 0.08);
         let even = |degree: usize| f64::from(degree.is_multiple_of(2));
-        assert!(component_step(even, 19, margin_at(19)) < 0.2);
+        assert!(stepped(even, 19) < 0.2);
     }
 
     #[test]

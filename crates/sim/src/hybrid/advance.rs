@@ -4,7 +4,9 @@
 //! are applied.
 
 use super::HybridError;
-use super::simulator::{Approach, Simulator, Stop, check_finite};
+use super::motion::Regime;
+use super::passage::{Approach, Stop};
+use super::simulator::{Simulator, check_finite};
 use super::trajectory::{Event, Outcome, Trajectory};
 use crate::numeric::Real;
 
@@ -64,58 +66,21 @@ impl<S: Real> Simulator<'_, S> {
             .component;
         self.motion.reference_phase = self.motion.state[component];
         (self.motion.time, self.motion.turns) = (S::zero(), 0);
-        let penetrates = self.check_penetration(None);
-        Ok(match penetrates {
-            Ok(()) => self.finish_period(None, period, record)?,
-            Err(outcome) => outcome,
-        })
-    }
-
-    /// Simulates the rest of a forcing period from a stop, if it is at one, on; the phase is then
-    /// the one it is kept about.
-    ///
-    /// # Errors
-    ///
-    /// [`HybridError::NoPhase`] for an autonomous system.
-    pub(super) fn finish_period(
-        &mut self,
-        stop: Option<Stop<S>>,
-        period: S,
-        record: &mut dyn FnMut(Event<S>),
-    ) -> Result<Outcome<S>, HybridError> {
-        let phase = self.system.phase.as_ref().ok_or(HybridError::NoPhase)?;
-        if let Err(outcome) = self.fly_on(stop, period, record) {
+        if let Err(outcome) = self.advance_to(period, record) {
             return Ok(outcome);
         }
-        self.motion.state[phase.component] = self.motion.reference_phase;
+        self.motion.state[component] = self.motion.reference_phase;
         Ok(Outcome::Completed)
     }
 
-    pub(super) fn advance_to(
+    fn advance_to(
         &mut self,
         horizon: S,
         record: &mut dyn FnMut(Event<S>),
     ) -> Result<(), Outcome<S>> {
         self.check_penetration(None)?;
-        self.fly_on(None, horizon, record)
-    }
-
-    /// From a stop, if it is at one, on to a time.
-    fn fly_on(
-        &mut self,
-        mut stop: Option<Stop<S>>,
-        horizon: S,
-        record: &mut dyn FnMut(Event<S>),
-    ) -> Result<(), Outcome<S>> {
         loop {
-            let next = match stop.take() {
-                Some(stop) => stop,
-                None => match self.fly_through_impacts(horizon, record) {
-                    Some(stop) => stop,
-                    None => self.next_stop(horizon, Approach::default(), record)?,
-                },
-            };
-            match next {
+            match self.next_stop(horizon, Approach::default(), record)? {
                 Stop::Horizon => return Ok(()),
                 Stop::Contact { surface } => self.respond(surface, record)?,
                 Stop::Minimum { .. } | Stop::Release => {}
@@ -134,7 +99,7 @@ impl<S: Real> Simulator<'_, S> {
             if self.motion.time >= horizon {
                 return Ok(Stop::Horizon);
             }
-            let flown = match self.leap(horizon, approach, record) {
+            let flown = match self.exact_step(horizon, approach, record) {
                 Some(flown) => flown,
                 None => self.step(horizon, approach, record)?,
             };
@@ -148,5 +113,49 @@ impl<S: Real> Simulator<'_, S> {
             limit: self.step_limit,
             time: self.motion.time,
         })
+    }
+
+    /// Flies the contact with a compliant surface from a full state on it: the state at the release
+    /// and the time since. A rigid surface applies its reset, in no time.
+    ///
+    /// `None` where the contact has not ended after `longest`, where another surface is met before,
+    /// or where the simulation ends otherwise.
+    ///
+    /// # Errors
+    ///
+    /// [`HybridError::NoSuchSurface`], [`HybridError::StateLength`], [`HybridError::NotFinite`].
+    pub fn contact_phase(
+        &mut self,
+        surface: usize,
+        state: &[S],
+        longest: S,
+    ) -> Result<Option<(Vec<S>, S)>, HybridError> {
+        let surfaces = self.surfaces.len();
+        if surface >= surfaces {
+            return Err(HybridError::NoSuchSurface { surface, surfaces });
+        }
+        check_finite(&[longest], 0)?;
+        self.set_state(state)?;
+        let released = self.fly_to_release(surface, longest).unwrap_or(false);
+        Ok(released.then(|| (self.motion.state.clone(), self.motion.time)))
+    }
+
+    /// Applies the response and flies on until it is over; whether it was before `horizon`.
+    fn fly_to_release(&mut self, surface: usize, horizon: S) -> Result<bool, Outcome<S>> {
+        self.respond(surface, &mut |_| {})?;
+        for _ in 0..self.step_limit {
+            if self.regime() == Regime::Free {
+                return Ok(true);
+            }
+            if self.motion.time >= horizon {
+                return Ok(false);
+            }
+            match self.step(horizon, Approach::default(), &mut |_| {})? {
+                None => {}
+                Some(Stop::Release) => self.release(&mut |_| {}),
+                Some(_) => return Ok(false),
+            }
+        }
+        Ok(false)
     }
 }

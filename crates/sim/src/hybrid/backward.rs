@@ -1,23 +1,12 @@
 //! Free flight backward in time, to the minimum of a gap or to the surface itself.
 
 use super::flight::{Flight, TaylorFlight};
-use super::landing::Landing;
-use super::motion::Motion;
-use super::passage::{Goal, Heading, Passage};
-use super::search::Gap;
+use super::motion::{Motion, Regime};
+use super::passage::{Back, Goal, Heading, Landing, NoLog};
+use super::search::{Gap, search_alone};
 use super::simulator::{Simulator, Work};
-use super::system::Regime;
 use super::trajectory::Outcome;
-use crate::numeric::Real;
-
-/// Where a backward flight ends.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Back {
-    /// At the first local minimum of the gap, whatever its depth.
-    ToMinimum,
-    /// Where the gap, negative at the start, rises through zero.
-    ToSurface,
-}
+use crate::numeric::{Real, Scalar};
 
 /// Most backward steps.
 const MAX_STEPS: usize = 10_000;
@@ -129,14 +118,14 @@ impl<S: Real> BackwardLeg<'_, S> {
         let length = flight.length().min(self.remaining);
         // In s = −t the gap is Σ g_k (−s)^k, its slope −g'(−s); the surface is where −gap falls
         // through 0.
-        let (value_sign, goal) = match self.goal {
-            Back::ToMinimum => (S::one(), Goal::Minima),
-            Back::ToSurface => (
-                -S::one(),
-                Goal::Crossing {
-                    near: S::from_f64(-1.0),
-                },
-            ),
+        let value_sign = match self.goal {
+            Back::ToMinimum => S::one(),
+            Back::ToSurface => -S::one(),
+        };
+        let goal = Goal {
+            minima: self.goal == Back::ToMinimum,
+            stopping: true,
+            near: S::from_f64(-1.0),
         };
         let (value, slope) = flight.polynomials(self.surface);
         alternate(value, value_sign, &mut self.reversed.0);
@@ -145,31 +134,26 @@ impl<S: Real> BackwardLeg<'_, S> {
             value: &self.reversed.0,
             slope: &self.reversed.1,
             sign: S::one(),
+            surface: self.surface,
         };
-        let Work {
-            search,
-            found,
-            next,
-            ..
-        } = &mut *self.work;
-        found.clear();
+        let Work { points, next, .. } = &mut *self.work;
         let start = self.motion.start_after(self.surface, *self.heading);
-        *self.heading = search.search(&gap, length, start, goal, found);
-        let found = found.first().map(Passage::time);
-        let time = found.unwrap_or(length);
-        if !flight.land(-time, next) {
+        let end = search_alone(points, gap, length, start, goal, NoLog);
+        *self.heading = Heading::falling(end.falls);
+        if !flight.land(-end.time, next) {
             return Err(Outcome::Diverged {
                 time: self.motion.time,
             });
         }
         std::mem::swap(&mut self.motion.state, next);
-        self.motion.time -= time;
-        Ok(found.is_some())
+        self.motion.time -= end.time;
+        Ok(end.minimum || end.crossing)
     }
 }
 
 /// Coefficients of `sign · p(−s)`.
-fn alternate<S: Real>(coefficients: &[S], sign: S, out: &mut Vec<S>) {
+#[inline(always)]
+pub(super) fn alternate<S: Scalar>(coefficients: &[S], sign: S, out: &mut Vec<S>) {
     out.clear();
     let mut sign = sign;
     for &coefficient in coefficients {

@@ -62,9 +62,9 @@ impl<S: Real> Flight<S> for TaylorFlight<'_, S> {
 
     fn outlook(&mut self, watch: usize, length: S, goal: &Goal<S>) -> Outlook {
         let bound = || self.step.watched_lower_bound(2 * watch, length.to_f64());
-        match *goal {
-            Goal::Crossing { near } if bound() > near.to_f64().max(0.0) => Outlook::Quiet,
-            _ => Outlook::Open,
+        match !goal.minima && bound() > goal.near.to_f64().max(0.0) {
+            true => Outlook::Quiet,
+            false => Outlook::Open,
         }
     }
 

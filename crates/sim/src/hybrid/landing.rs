@@ -11,38 +11,10 @@
 //! leaves the rounding of `g` alone. `g` is the gap where a contact begins, the release function
 //! where one ends; see docs/mathematics/direct-simulation.md for why the free flow serves both.
 
+use super::motion::Regime;
+use super::passage::{Landing, REDUCED, ends_before_turn};
 use super::simulator::Simulator;
-use super::system::Regime;
-use crate::numeric::{Branched, Real};
-
-/// The function that is zero where a flight has landed.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Landing {
-    /// The gap of a surface.
-    Contact {
-        /// The surface.
-        surface: usize,
-    },
-    /// The release function of a compliant surface.
-    Release {
-        /// The surface.
-        surface: usize,
-    },
-}
-
-/// Share of itself to which a step of Newton's method must reduce a distance that is more than
-/// rounding.
-pub(super) const REDUCED: f64 = 0.5;
-
-/// Where a step of Newton's method ends short of where the function turns, by its second
-/// derivative: `|g g''| < g'²`.
-///
-/// NOTE: of a distance that is rounding itself the step may leave nothing, however far it leads;
-/// then only this tells.
-#[inline(always)]
-pub(super) fn ends_before_turn<S: Branched>(value: S, slope: S, curvature: S) -> S::Mask {
-    (value * curvature).abs().is_below(slope * slope)
-}
+use crate::numeric::Real;
 
 impl<S: Real> Simulator<'_, S> {
     /// Brings the state onto the zero it has landed beside, where it meets it transversally.

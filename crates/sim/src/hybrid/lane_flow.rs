@@ -3,9 +3,9 @@
 //! One idea: how a free flight is computed, by leaps of the exact flow or by steps of Taylor's
 //! method, is no concern of who asks for its events.
 
-use super::backward::Back;
 use super::lane_log::LaneLog;
-use super::lane_motion::LaneMotion;
+use super::motion::LaneMotion;
+use super::passage::Back;
 use super::sensing::Sense;
 use crate::numeric::{Branched, LaneMask, Lanes, Mask, Scalar};
 

@@ -3,7 +3,7 @@
 //! One idea: the event nearest to a passage tells of it, so the nearest one so far is all that is
 //! kept of the events, and nothing grows on the way.
 
-use super::return_map::DirectReturn;
+use super::passage::MinimumLog;
 use super::sensing::Sense;
 use crate::numeric::{Branched, LaneMask, Lanes, Mask, Scalar};
 
@@ -30,29 +30,20 @@ struct LaneRecord<const N: usize> {
 }
 
 impl<const N: usize> LaneLog<N> {
-    /// Of return maps with as many passages each.
-    pub(super) fn new(alone: [&DirectReturn<'_, f64>; N]) -> Self {
-        let share = |number| Lanes::from_fn(|lane| alone[lane].itinerary.share(number));
+    /// Of returns that take these times, with passages expected at these shares of them; `has_own`
+    /// where the first passage is that of the section.
+    pub(super) fn new(duration: Lanes<N>, shares: &[Lanes<N>], has_own: bool) -> Self {
         let zero = Lanes::splat(0.0);
-        let record = |number| LaneRecord {
-            share: share(number),
+        let record = |&share| LaneRecord {
+            share,
             distance: zero,
             met: LaneMask::NONE,
             speed: zero,
         };
         Self {
-            duration: Lanes::from_fn(|lane| alone[lane].duration),
-            passages: (0..alone[0].itinerary.len()).map(record).collect(),
-            has_own: alone[0].section.surface().is_some(),
-        }
-    }
-
-    /// Of orbits whose passages are of no interest.
-    pub(super) fn none() -> Self {
-        Self {
-            duration: Lanes::splat(f64::INFINITY),
-            passages: Vec::new(),
-            has_own: false,
+            duration,
+            passages: shares.iter().map(record).collect(),
+            has_own,
         }
     }
 
@@ -148,5 +139,18 @@ impl<const N: usize> LaneRecord<N> {
         self.distance = Lanes::select(wanted, distance, self.distance);
         self.speed = Lanes::select(wanted, speed, self.speed);
         self.met = (self.met & !wanted) | (contact & wanted);
+    }
+}
+
+/// Puts down the minima of a step that starts at a time.
+pub(super) struct LoggedFrom<'t, const N: usize> {
+    pub(super) start: Lanes<N>,
+    pub(super) log: &'t mut LaneLog<N>,
+}
+
+impl<const N: usize> MinimumLog<Lanes<N>> for LoggedFrom<'_, N> {
+    #[inline(always)]
+    fn miss(&mut self, wanted: LaneMask<N>, _: usize, time: Lanes<N>, _: Lanes<N>) {
+        self.log.miss(wanted, self.start + time);
     }
 }

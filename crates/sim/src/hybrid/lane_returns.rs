@@ -10,6 +10,7 @@ use super::lane_flow::LaneFlow;
 use super::lane_taylor::LaneTaylor;
 use super::return_map::DirectReturn;
 use super::returned::ReturnOutcome;
+use super::simulator::Simulator;
 use super::system::{FlowMethod, Law};
 use crate::numeric::{LaneMask, Lanes, Real, is_wide};
 
@@ -153,6 +154,14 @@ impl<'a, const N: usize> Flight<'a, N> {
         let flow = LaneTools::new(std::array::from_fn(|lane| tables[own(lane)].clone()))?;
         let maps = std::array::from_fn(|lane| &alone[own(lane)]);
         Some(Self::Exact(Box::new(LaneFlight::new(flow, maps))))
+    }
+}
+
+impl Simulator<'_, f64> {
+    /// The tables of the orbit's exact steps, where it has them.
+    fn orbit_tables(&mut self) -> Option<OrbitTables> {
+        let tools = self.affine.as_mut()?;
+        tools.orbit_tables(&mut self.motion, &self.parameters)
     }
 }
 

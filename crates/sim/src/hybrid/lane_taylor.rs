@@ -3,14 +3,14 @@
 //! One idea: a step forms the series of all orbits together; each has its own length, its own
 //! event, and lands at its own time.
 
-use super::backward::Back;
-use super::landing::{REDUCED, ends_before_turn};
+use super::backward::alternate;
 use super::lane_flow::{LaneAsked, LaneFlow, LaneLeap};
-use super::lane_log::LaneLog;
-use super::lane_motion::{LaneMotion, LaneStart};
-use super::lane_search::{LaneGap, LaneGoal, LanePassage, LaneSearch};
-use super::search;
+use super::lane_log::{LaneLog, LoggedFrom};
+use super::motion::LaneMotion;
+use super::passage::{Back, Goal, NoLog, REDUCED, Start, ends_before_turn};
+use super::search::{Gap, SearchEnd, search};
 use super::sensing::{Evaluator, Sense, Sensor};
+use super::stationary::StationaryPoints;
 use super::system::{HybridSystem, Law};
 use crate::flow::{LaneIntegrator, LaneStep};
 use crate::numeric::{Branched, LaneMask, Lanes, Mask, Scalar};
@@ -26,7 +26,7 @@ pub(super) struct LaneTaylor<'a, const N: usize> {
     sensor: Sensor<'a, Lanes<N>>,
     contact: Evaluator<'a, Lanes<N>>,
     reset: Evaluator<'a, Lanes<N>>,
-    search: LaneSearch<N>,
+    points: StationaryPoints<Lanes<N>>,
     /// Gaps and their slopes in reversed time.
     reversed: (Vec<Lanes<N>>, Vec<Lanes<N>>),
 }
@@ -48,7 +48,7 @@ impl<'a, const N: usize> LaneTaylor<'a, N> {
             sensor: Sensor::new(&surface.sensor, dimension),
             contact: Evaluator::new(&surface.landing, 2 + dimension),
             reset: Evaluator::new(reset, dimension),
-            search: LaneSearch::default(),
+            points: StationaryPoints::new(),
             reversed: (Vec::new(), Vec::new()),
         })
     }
@@ -72,31 +72,30 @@ impl<const N: usize> LaneFlow<N> for LaneTaylor<'_, N> {
         log: &mut LaneLog<N>,
     ) -> LaneLeap<N> {
         let (wanted, remaining) = (asked.wanted, asked.longest);
-        let step = self.integrator.step(&motion.state, &self.parameters);
+        let step = self.integrator.expand(&motion.state, &self.parameters);
         let (admissible, mut open) = admissible(&step, motion, wanted);
         let slack = Lanes::splat(8.0 * <f64 as Scalar>::ROUNDOFF) * admissible;
         let is_last = remaining.is_at_most(admissible + slack);
         let length = Lanes::select(is_last, remaining, admissible);
-        let gap = LaneGap {
+        let gap = Gap {
             value: step.watched_coefficients(2 * SURFACE),
             slope: step.watched_coefficients(2 * SURFACE + 1),
+            sign: Lanes::splat(1.0),
+            surface: SURFACE,
         };
-        let goal = LaneGoal {
+        let goal = Goal {
             minima: asked.ignoring,
             stopping: asked.stopping,
-            near: asked.near,
+            near: Lanes::splat(asked.near),
         };
         let flown = wanted & !open;
-        let watched = flown & !asked.blind & !quiet(&step, length, &goal);
+        let watched = flown & !asked.blind & !quiet(&step, length, &asked);
         let start = motion.start();
-        let passage = match watched.any() {
-            true => self.search.search(gap, length, start, goal, watched),
-            false => LanePassage::none(length),
-        };
-        log.miss(passage.missed, motion.time + passage.missed_at);
-        for &(lane, time) in self.search.further_misses() {
-            let here = LaneMask::from_fn(|other| other == lane);
-            log.miss(here, motion.time + Lanes::splat(time));
+        let mut passage = SearchEnd::none(length);
+        if watched.any() {
+            let from = motion.time;
+            let log = LoggedFrom { start: from, log };
+            passage = search(&mut self.points, gap, length, start, goal, watched, log);
         }
         let quiet = flown & !passage.minimum & !passage.crossing;
         motion.lose_headings(wanted);
@@ -108,8 +107,7 @@ impl<const N: usize> LaneFlow<N> for LaneTaylor<'_, N> {
         open |= is_stuck;
         let mut rises_for = Lanes::splat(0.0);
         if (passage.minimum & !asked.passing).any() {
-            let one = Lanes::splat(1.0);
-            rises_for = search::rises_for(gap.slope, one, passage.time, admissible);
+            rises_for = gap.rises_for(passage.time, admissible);
         }
         let of_use = !(quiet & is_over) | asked.landing;
         let useful = flown & of_use & !(passage.minimum & asked.passing);
@@ -136,30 +134,36 @@ impl<const N: usize> LaneFlow<N> for LaneTaylor<'_, N> {
         wanted: LaneMask<N>,
         longest: Lanes<N>,
     ) -> LaneMask<N> {
-        let step = self.integrator.step(&motion.state, &self.parameters);
+        let step = self.integrator.expand(&motion.state, &self.parameters);
         let (admissible, open) = admissible(&step, motion, wanted);
         let length = admissible.min(longest);
         let (sign, minima) = match goal {
-            Back::ToMinimum => (1.0, wanted),
-            Back::ToSurface => (-1.0, LaneMask::NONE),
+            Back::ToMinimum => (Lanes::splat(1.0), wanted),
+            Back::ToSurface => (Lanes::splat(-1.0), LaneMask::NONE),
         };
         let (value, slope) = &mut self.reversed;
         alternate(step.watched_coefficients(2 * SURFACE), sign, value);
         alternate(step.watched_coefficients(2 * SURFACE + 1), -sign, slope);
-        let start = LaneStart {
+        let start = Start {
             rose: LaneMask::NONE,
             fell: LaneMask::NONE,
             leaving: LaneMask::NONE,
             ..motion.start()
         };
-        let goal = LaneGoal {
+        let goal = Goal {
             minima,
             stopping: wanted,
-            near: -1.0,
+            near: Lanes::splat(-1.0),
         };
         let flown = wanted & !open;
-        let gap = LaneGap { value, slope };
-        let passage = self.search.search(gap, length, start, goal, flown);
+        let gap = Gap {
+            value,
+            slope,
+            sign: Lanes::splat(1.0),
+            surface: SURFACE,
+        };
+        let points = &mut self.points;
+        let passage = search(points, gap, length, start, goal, flown, NoLog);
         let known = flown & (passage.crossing | passage.minimum);
         step.states_at(-passage.time, known, &mut motion.state);
         motion.time = Lanes::select(known, motion.time - passage.time, motion.time);
@@ -214,9 +218,9 @@ fn admissible<const N: usize>(
     motion: &mut LaneMotion<N>,
     wanted: LaneMask<N>,
 ) -> (Lanes<N>, LaneMask<N>) {
-    let lengths = step.lengths.min(step.watched_lengths(2 * SURFACE));
+    let lengths = step.length.min(step.watched_length(2 * SURFACE));
     motion.last_step = Lanes::select(wanted, lengths, motion.last_step);
-    (lengths, wanted & !Lanes::splat(0.0).is_below(step.lengths))
+    (lengths, wanted & !Lanes::splat(0.0).is_below(step.length))
 }
 
 /// Where there is known beforehand to be no event, and no value of interest.
@@ -224,22 +228,11 @@ fn admissible<const N: usize>(
 fn quiet<const N: usize>(
     step: &LaneStep<'_, N>,
     lengths: Lanes<N>,
-    goal: &LaneGoal<N>,
+    asked: &LaneAsked<N>,
 ) -> LaneMask<N> {
-    if goal.near == f64::INFINITY {
+    if asked.near == f64::INFINITY {
         return LaneMask::NONE;
     }
-    let bound = step.watched_lower_bounds(2 * SURFACE, lengths);
-    Lanes::splat(goal.near.max(0.0)).is_below(bound) & !goal.minima
-}
-
-/// Coefficients of `sign · p(−s)`.
-#[inline(always)]
-fn alternate<const N: usize>(coefficients: &[Lanes<N>], sign: f64, out: &mut Vec<Lanes<N>>) {
-    out.clear();
-    let mut sign = Lanes::splat(sign);
-    for &coefficient in coefficients {
-        out.push(coefficient * sign);
-        sign = -sign;
-    }
+    let bound = step.watched_lower_bound(2 * SURFACE, lengths);
+    Lanes::splat(asked.near.max(0.0)).is_below(bound) & !asked.ignoring
 }

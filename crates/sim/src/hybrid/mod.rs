@@ -1,6 +1,6 @@
 //! Direct event-driven simulation: impacts, contact phases, chattering, sticking.
 //!
-//! The ground truth every expansion is measured against, and a competitor in earnest: exact leaps
+//! The ground truth every expansion is measured against, and a competitor in earnest: exact steps
 //! where free flight is affine, Taylor steps elsewhere, whose polynomials of the gap are searched
 //! for *every* crossing and *every* local minimum, so that no low-velocity impact is missed, in
 //! `f64` and in double-double.
@@ -12,7 +12,6 @@ mod advance;
 mod affine;
 mod backward;
 mod chatter;
-mod contact_phase;
 mod error;
 mod flight;
 mod itinerary;
@@ -20,14 +19,7 @@ mod landing;
 mod lane_flight;
 mod lane_flow;
 mod lane_log;
-mod lane_motion;
-mod lane_newton;
-mod lane_orbits;
-mod lane_periods;
 mod lane_returns;
-mod lane_search;
-mod lane_stationary;
-mod lane_stepping;
 mod lane_taylor;
 mod motion;
 mod passage;
@@ -39,16 +31,15 @@ mod sensing;
 mod simulator;
 mod stationary;
 mod stepping;
-mod sticking;
 mod system;
 mod trajectory;
 
 pub use error::HybridError;
 pub use itinerary::NominalPassage;
-pub use lane_periods::LanePeriods;
 pub use lane_returns::{LaneImages, LaneReturns};
+pub use motion::Regime;
 pub use return_map::DirectReturn;
 pub use returned::{Return, ReturnOutcome, ReturnSection};
 pub use simulator::Simulator;
-pub use system::{FlowMethod, HybridSystem, Regime};
+pub use system::{FlowMethod, HybridSystem};
 pub use trajectory::{Event, EventKind, Outcome, Trajectory};

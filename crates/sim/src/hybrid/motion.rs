@@ -1,11 +1,28 @@
-//! The moving point: full state, time, regime, and what must be remembered between steps.
+//! The moving point: full state, time, regime, and what must be remembered between steps; and the
+//! moving points of several orbits in free flight, in lanes.
 
 use super::passage::{Heading, Start};
-use super::system::Regime;
-use crate::numeric::{Branched, Mask, Real};
+use crate::numeric::{Branched, LaneMask, Lanes, Mask, Real};
 
 /// Share of the time in which the motion changes within which a minimum is the one reported last.
 pub(super) const SAME_MINIMUM: f64 = 1e-7;
+
+/// What governs the motion.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Regime {
+    /// Free flight.
+    Free,
+    /// Compliant contact with a surface.
+    Contact {
+        /// The surface.
+        surface: usize,
+    },
+    /// Lasting contact with a rigid surface.
+    Stick {
+        /// The surface.
+        surface: usize,
+    },
+}
 
 /// State of a simulation between two steps.
 #[derive(Clone, Debug)]
@@ -33,29 +50,6 @@ pub(super) struct Motion<S> {
     pub(super) headings: Vec<Heading>,
     /// The time in which the motion changed on the last step.
     pub(super) last_step: S,
-}
-
-/// How a flight ended that did not reach the horizon.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Left<S: Branched> {
-    /// Before a leap that is another matter.
-    pub(super) open: S::Mask,
-    /// At an impact that is.
-    pub(super) contact: S::Mask,
-    /// Where a leap was flown.
-    pub(super) flown: S::Mask,
-}
-
-impl<S: Branched> Left<S> {
-    /// Before the first leap.
-    pub(super) fn at_start(open: S::Mask) -> Self {
-        let (contact, flown) = (S::Mask::NONE, S::Mask::NONE);
-        Self {
-            open,
-            contact,
-            flown,
-        }
-    }
 }
 
 impl<S: Real> Motion<S> {
@@ -100,17 +94,14 @@ impl<S: Real> Motion<S> {
     /// The same where the gap went this way before.
     pub(super) fn start_after(&self, surface: usize, before: Heading) -> Start<S> {
         match self.leaving[surface] {
-            Some(rounding) => Start::Leaving { rounding },
+            Some(rounding) => Start::leaving(rounding),
             None => self.inside(before),
         }
     }
 
     /// A search that starts anywhere, the gap having gone this way before.
     pub(super) fn inside(&self, before: Heading) -> Start<S> {
-        Start::Inside {
-            before,
-            within: self.last_step * S::from_f64(SAME_MINIMUM),
-        }
+        Start::inside(before, self.last_step * S::from_f64(SAME_MINIMUM))
     }
 
     /// Forgets which way the gaps go: the state or the field is another one.
@@ -139,4 +130,108 @@ impl<S: Real> Motion<S> {
             self.turns += 1;
         }
     }
+}
+
+/// States of free flight of `N` orbits at one surface: [`Motion`] in lanes.
+#[derive(Clone, Debug)]
+pub(super) struct LaneMotion<const N: usize> {
+    pub(super) state: Vec<Lanes<N>>,
+    pub(super) time: Lanes<N>,
+    /// Whole periods removed from the phase.
+    pub(super) turns: Lanes<N>,
+    /// Where the surface has just been left, and the rounding of its gap there.
+    pub(super) leaving: LaneMask<N>,
+    pub(super) rounding: Lanes<N>,
+    /// Where the gap is known to rise.
+    pub(super) rises: LaneMask<N>,
+    /// Where the gap is known to fall.
+    pub(super) falls: LaneMask<N>,
+    /// The times in which the motions changed on their last steps.
+    pub(super) last_step: Lanes<N>,
+}
+
+impl<const N: usize> LaneMotion<N> {
+    pub(super) fn new(dimension: usize) -> Self {
+        let zero = Lanes::splat(0.0);
+        Self {
+            state: vec![zero; dimension],
+            time: zero,
+            turns: zero,
+            leaving: LaneMask::NONE,
+            rounding: zero,
+            rises: LaneMask::NONE,
+            falls: LaneMask::NONE,
+            last_step: Lanes::splat(1.0),
+        }
+    }
+
+    /// Takes over other motions where that is wanted.
+    #[inline(always)]
+    pub(super) fn take(&mut self, wanted: LaneMask<N>, other: &Self) {
+        if !wanted.any() {
+            return;
+        }
+        for (state, &other) in self.state.iter_mut().zip(&other.state) {
+            take(wanted, other, state);
+        }
+        take(wanted, other.time, &mut self.time);
+        take(wanted, other.turns, &mut self.turns);
+        take_mask(wanted, other.leaving, &mut self.leaving);
+        take(wanted, other.rounding, &mut self.rounding);
+        take_mask(wanted, other.rises, &mut self.rises);
+        take_mask(wanted, other.falls, &mut self.falls);
+        take(wanted, other.last_step, &mut self.last_step);
+    }
+
+    /// Forgets which way the gaps go.
+    #[inline(always)]
+    pub(super) fn lose_headings(&mut self, wanted: LaneMask<N>) {
+        self.rises &= !wanted;
+        self.falls &= !wanted;
+    }
+
+    /// How searches of the gaps start here.
+    #[inline(always)]
+    pub(super) fn start(&self) -> Start<Lanes<N>> {
+        Start {
+            rose: self.rises & !self.leaving,
+            fell: self.falls & !self.leaving,
+            within: self.last_step * Lanes::splat(SAME_MINIMUM),
+            leaving: self.leaving,
+            rounding: self.rounding,
+        }
+    }
+
+    /// Keeps phases within half a period of their references.
+    #[inline(always)]
+    pub(super) fn reduce_phase(
+        &mut self,
+        wanted: LaneMask<N>,
+        component: usize,
+        reference: Lanes<N>,
+        period: f64,
+    ) {
+        let (half, one) = (Lanes::splat(0.5 * period), Lanes::splat(1.0));
+        loop {
+            let phase = self.state[component];
+            let beyond = half.is_at_most(phase - reference) & wanted;
+            if !beyond.any() {
+                return;
+            }
+            let reduced = phase - Lanes::splat(period);
+            self.state[component] = Lanes::select(beyond, reduced, phase);
+            self.turns = Lanes::select(beyond, self.turns + one, self.turns);
+        }
+    }
+}
+
+// NOTE: no closures, which the compiler may leave out of a kernel, for the least machine.
+#[inline(always)]
+fn take<const N: usize>(wanted: LaneMask<N>, other: Lanes<N>, own: &mut Lanes<N>) {
+    *own = Lanes::select(wanted, other, *own);
+}
+
+#[inline(always)]
+fn take_mask<const N: usize>(wanted: LaneMask<N>, other: LaneMask<N>, own: &mut LaneMask<N>) {
+    *own = (other & wanted) | (*own & !wanted);
 }

@@ -1,11 +1,12 @@
-//! What the search of a step is asked and what it answers: where the step starts, what is looked
-//! for, what is found.
+//! What flights and the search of gaps are asked, and why flights stop: where a step starts, what is
+//! looked for, who takes the minima at which no flight stops, where a flight lands. For one gap or
+//! for one in every lane.
 
-use crate::numeric::Real;
+use crate::numeric::{Branched, Real};
 
 /// Which way a gap goes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Heading {
+pub(super) enum Heading {
     /// Its slope is negative.
     Falling,
     /// Its slope is not negative.
@@ -14,92 +15,148 @@ pub(crate) enum Heading {
     Unknown,
 }
 
+/// Where steps start.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Start<S: Branched> {
+    /// Where the gap rose before, or fell, as far as its minima were searched.
+    pub(super) rose: S::Mask,
+    pub(super) fell: S::Mask,
+    /// Times within which a minimum is the one that the step before ended with.
+    pub(super) within: S,
+    /// Where the surface has just been left, and the rounding of its gap there: dips within it are
+    /// not events.
+    pub(super) leaving: S::Mask,
+    pub(super) rounding: S,
+}
+
+/// What is looked for.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Goal<S: Branched> {
+    /// Where minima of any depth are, and crossings are flown through; elsewhere minima with a gap
+    /// of at least 0 and at most `near`, and the first crossing.
+    pub(super) minima: S::Mask,
+    /// Where minima end the search.
+    pub(super) stopping: S::Mask,
+    /// Largest gap of a minimum that is looked for.
+    pub(super) near: S,
+}
+
+/// Which surface is flown through, and at which surface's minima the flight stops.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) struct Approach {
+    pub(super) ignored: Option<usize>,
+    pub(super) stop_at: Option<usize>,
+}
+
+/// Why a flight stopped.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Stop<S> {
+    /// The time asked for.
+    Horizon,
+    /// A surface is met; its response is not yet applied.
+    Contact { surface: usize },
+    /// A minimum of the gap of [`Approach::stop_at`], which is known to rise for a time from there
+    /// on.
+    Minimum { gap: S, rises_for: S },
+    /// The present contact or sticking ends; not yet applied.
+    Release,
+}
+
+/// Where a backward flight ends.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Back {
+    /// At the first local minimum of the gap, whatever its depth.
+    ToMinimum,
+    /// Where the gap, negative at the start, rises through zero.
+    ToSurface,
+}
+
+/// The function that is zero where a flight has landed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Landing {
+    /// The gap of a surface.
+    Contact {
+        /// The surface.
+        surface: usize,
+    },
+    /// The release function of a compliant surface.
+    Release {
+        /// The surface.
+        surface: usize,
+    },
+}
+
+/// Share of itself to which a step of Newton's method must reduce a distance that is more than
+/// rounding.
+pub(super) const REDUCED: f64 = 0.5;
+
+/// Where a step of Newton's method ends short of where the function turns, by its second
+/// derivative: `|g g''| < g'²`.
+///
+/// NOTE: of a distance that is rounding itself the step may leave nothing, however far it leads;
+/// then only this tells.
+#[inline(always)]
+pub(super) fn ends_before_turn<S: Branched>(value: S, slope: S, curvature: S) -> S::Mask {
+    (value * curvature).abs().is_below(slope * slope)
+}
+
+/// Where minima at which the flight does not stop are put down.
+pub(super) trait MinimumLog<S: Branched> {
+    /// Takes a minimum of the gap of a surface, at a time of the step.
+    fn miss(&mut self, wanted: S::Mask, surface: usize, time: S, gap: S);
+}
+
+/// For searches that end at every minimum.
+pub(super) struct NoLog;
+
 impl Heading {
     /// Falling or rising.
-    pub(crate) fn falling(falls: bool) -> Self {
+    pub(super) fn falling(falls: bool) -> Self {
         if falls { Self::Falling } else { Self::Rising }
     }
 }
 
-/// Where a step starts.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Start<S> {
-    /// Anywhere.
-    Inside {
-        /// Which way the gap went on the step before, as far as its minima were searched.
-        before: Heading,
-        /// Time within which a minimum is the one that the step before ended with.
-        within: S,
-    },
-    /// On the zero of the gap, just left: dips within the rounding of the gap (given) are not
-    /// events.
-    Leaving {
-        /// Rounding of the gap.
-        rounding: S,
-    },
-}
-
-/// What is looked for.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Goal<S> {
-    /// Minima with a gap of at least 0 and at most this, and the first crossing.
-    Crossing {
-        /// Largest gap of a minimum that is reported.
-        near: S,
-    },
-    /// Minima of any depth; crossings are flown through.
-    Minima,
-}
-
 impl<S: Real> Start<S> {
-    /// Whether the gap is zero, to rounding, where the step starts.
-    pub(crate) fn is_on_zero(&self) -> bool {
-        matches!(self, Start::Leaving { .. })
+    /// Anywhere, the gap having gone this way before.
+    pub(super) fn inside(before: Heading, within: S) -> Self {
+        Self {
+            rose: before == Heading::Rising,
+            fell: before == Heading::Falling,
+            within,
+            leaving: false,
+            rounding: S::zero(),
+        }
     }
 
-    /// Whether the gap rose before, from a minimum that is known.
-    pub(crate) fn rose(&self) -> bool {
-        matches!(self, Start::Inside { before, .. } if *before == Heading::Rising)
-    }
-
-    /// Whether the gap fell before.
-    pub(crate) fn fell(&self) -> bool {
-        matches!(self, Start::Inside { before, .. } if *before == Heading::Falling)
-    }
-}
-
-impl<S: Real> Goal<S> {
-    /// Whether a minimum with this gap is looked for.
-    pub(crate) fn admits(&self, gap: S) -> bool {
-        match *self {
-            Goal::Minima => true,
-            Goal::Crossing { near } => gap >= S::zero() && gap <= near,
+    /// On the zero of the gap, just left.
+    pub(super) fn leaving(rounding: S) -> Self {
+        Self {
+            leaving: true,
+            rounding,
+            ..Self::inside(Heading::Unknown, S::zero())
         }
     }
 }
 
-/// An event of one gap within a step.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Passage<S> {
-    /// A local minimum.
-    Minimum {
-        /// Time since the start of the step.
-        time: S,
-        /// The gap there.
-        gap: S,
-    },
-    /// The gap falls through 0.
-    Crossing {
-        /// Time since the start of the step.
-        time: S,
-    },
+impl<S: Branched> Goal<S> {
+    /// Where minima with these gaps are looked for.
+    #[inline(always)]
+    pub(super) fn admits(&self, gap: S) -> S::Mask {
+        self.minima | (S::zero().is_at_most(gap) & gap.is_at_most(self.near))
+    }
 }
 
-impl<S: Real> Passage<S> {
-    /// Time since the start of the step.
-    pub(crate) fn time(&self) -> S {
-        match *self {
-            Passage::Minimum { time, .. } | Passage::Crossing { time } => time,
+impl<S: Branched> MinimumLog<S> for NoLog {
+    #[inline(always)]
+    fn miss(&mut self, _: S::Mask, _: usize, _: S, _: S) {}
+}
+
+/// Time of the step, surface, gap.
+impl<S: Real> MinimumLog<S> for &mut Vec<(S, usize, S)> {
+    #[inline(always)]
+    fn miss(&mut self, wanted: bool, surface: usize, time: S, gap: S) {
+        if wanted {
+            self.push((time, surface, gap));
         }
     }
 }

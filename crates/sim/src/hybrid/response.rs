@@ -1,9 +1,10 @@
 //! What happens at a surface: reset, completed chatter, sticking, contact, release.
 
 use super::chatter::{AfterImpact, Rebound};
+use super::motion::Regime;
 use super::sensing::{Clearance, Sense};
 use super::simulator::Simulator;
-use super::system::{Law, Regime};
+use super::system::Law;
 use super::trajectory::{Event, EventKind, Outcome};
 use crate::numeric::Real;
 
@@ -11,7 +12,7 @@ use crate::numeric::Real;
 pub(super) const PASSES: f64 = 1e-6;
 
 /// Roundings of a gap by which a state may lie beyond a surface.
-pub(super) const PENETRATES: f64 = 64.0;
+const PENETRATES: f64 = 64.0;
 
 impl<S: Real> Simulator<'_, S> {
     /// Applies a surface's response at the present state, which is on the surface.

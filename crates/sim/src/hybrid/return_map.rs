@@ -7,11 +7,11 @@
 //! alike, with the passage nearest to the section in place of the section point.
 
 use super::HybridError;
-use super::backward::Back;
 use super::itinerary::{Itinerary, Log, NominalPassage};
 use super::motion::Motion;
+use super::passage::{Approach, Back, Stop};
 use super::returned::{Return, ReturnOutcome, ReturnSection};
-use super::simulator::{Approach, Simulator, Stop, check_finite};
+use super::simulator::{Simulator, check_finite};
 use super::system::HybridSystem;
 use super::trajectory::{Event, EventKind, Outcome};
 use crate::numeric::Real;

@@ -1,4 +1,5 @@
-//! Search of one step: every local minimum of a gap and its first crossing.
+//! Search of one step: every local minimum of a gap and its first crossing, for one gap or for one
+//! in every lane.
 //!
 //! A gap `g > 0` is a polynomial on the step `[0, L]`, its slope another. All stationary points are
 //! isolated first (bisection with a bound on the second derivative, in `f64`) and polished in the
@@ -6,256 +7,325 @@
 //! crossings within one step, the quick dip of a near graze, cannot be missed: they have a minimum
 //! between them.
 
-use super::passage::{Goal, Heading, Passage, Start};
+use num_traits::Zero as _;
+
+use super::passage::{Goal, Heading, MinimumLog, Start};
 use super::stationary::StationaryPoints;
-use crate::numeric::polynomial;
-use crate::numeric::{Bracket, Branched, NewtonStep, NewtonSteps, Real, Scalar};
+use crate::numeric::{Branched, Mask, NewtonSteps, Real, Scalar, polynomial};
 
 /// A gap on one step: Taylor coefficients of `sign · value` and of its derivative.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Gap<'p, S> {
+pub(super) struct Gap<'p, S> {
     /// Coefficients of the watched function.
-    pub(crate) value: &'p [S],
+    pub(super) value: &'p [S],
     /// Coefficients of its time derivative.
-    pub(crate) slope: &'p [S],
+    pub(super) slope: &'p [S],
     /// Factor of both, 1 or −1, that makes the gap positive.
-    pub(crate) sign: S,
+    pub(super) sign: S,
+    /// The surface whose gap it is.
+    pub(super) surface: usize,
 }
 
-impl<S: Real> Gap<'_, S> {
+/// The first events of steps that end the search.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct SearchEnd<S: Branched> {
+    /// When; the length of the step where there is none.
+    pub(super) time: S,
+    /// Where that is a minimum, and its gap.
+    pub(super) minimum: S::Mask,
+    pub(super) gap: S,
+    /// Where the gap falls through zero.
+    pub(super) crossing: S::Mask,
+    /// Where the gap falls at the end of a step without an event.
+    pub(super) falls: S::Mask,
+}
+
+impl<S: Branched> Gap<'_, S> {
+    #[inline(always)]
     fn at(&self, time: S) -> S {
         self.sign * polynomial::value(self.value, time)
     }
 
-    /// Which way it goes at a time.
-    pub(crate) fn heading(&self, time: S) -> Heading {
-        Heading::falling(self.sign * polynomial::value(self.slope, time) < S::zero())
-    }
-
-    /// For how long after a minimum it is known to rise, its series being good up to a length.
-    pub(crate) fn rises_for(&self, time: S, length: S) -> S {
-        rises_for(self.slope, self.sign, time, length)
+    /// For how long after a minimum a gap is convex, by its second derivative there and a bound of
+    /// the third, its series being good up to a length.
+    #[inline(always)]
+    pub(super) fn rises_for(&self, time: S, length: S) -> S {
+        let curvature = self.slope_and_curvature(time).1;
+        let mut bound = S::zero();
+        for (degree, coefficient) in self.slope.iter().enumerate().skip(2).rev() {
+            let factor = S::from_f64((degree * (degree - 1)) as f64);
+            bound = bound.mul_add(length, factor * coefficient.abs());
+        }
+        let convex = (curvature / bound).min(length - time);
+        S::select(S::zero().is_below(curvature), convex, S::zero())
     }
 
     /// Value and slope.
+    #[inline(always)]
     fn value_and_slope(&self, time: S) -> (S, S) {
         let (value, slope) = polynomial::value_and_slope(self.value, time);
         (self.sign * value, self.sign * slope)
     }
 
     /// Value of the slope and of its derivative.
+    #[inline(always)]
     fn slope_and_curvature(&self, time: S) -> (S, S) {
         let (slope, curvature) = polynomial::value_and_slope(self.slope, time);
         (self.sign * slope, self.sign * curvature)
     }
-}
 
-/// For how long after a minimum a gap is convex, by its second derivative there and a bound of the
-/// third.
-#[inline(always)]
-pub(super) fn rises_for<S: Branched>(slope: &[S], sign: S, time: S, length: S) -> S {
-    let curvature = sign * polynomial::value_and_slope(slope, time).1;
-    let mut bound = S::zero();
-    for (degree, coefficient) in slope.iter().enumerate().skip(2).rev() {
-        let factor = S::from_f64((degree * (degree - 1)) as f64);
-        bound = bound.mul_add(length, factor * coefficient.abs());
-    }
-    let convex = (curvature / bound).min(length - time);
-    S::select(S::zero().is_below(curvature), convex, S::zero())
-}
-
-/// Working memory of the search.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct PassageSearch {
-    stationary: StationaryPoints,
-}
-
-impl PassageSearch {
-    /// Appends the gap's passages on `[0, length]`, in order of time, up to its first crossing;
-    /// which way the gap goes at the end, by the minima and maxima that were found.
-    ///
-    /// A gap that fell before the step and does not fall at its start has its minimum there,
-    /// between two steps and inside neither.
-    pub(crate) fn search<S: Real>(
-        &mut self,
-        gap: &Gap<'_, S>,
-        length: S,
-        start: Start<S>,
-        goal: Goal<S>,
-        found: &mut Vec<Passage<S>>,
-    ) -> Heading {
-        self.stationary.isolate(gap.slope, length.to_f64());
-        let roots = &self.stationary.roots;
-        let mut left = (S::zero(), gap.sign * gap.value[0]);
-        let mut falls = gap.sign * gap.slope[0] < S::zero();
-        let turned = start.fell() && !falls;
-        if turned && goal.admits(left.1) {
-            let (time, gap) = left;
-            found.push(Passage::Minimum { time, gap });
+    /// Times of stationary points good to `f64`, polished by Newton's method on the slope.
+    #[inline(always)]
+    fn polish(&self, mut time: S, length: S, wanted: S::Mask) -> S {
+        if S::ROUNDOFF >= f64::ROUNDOFF {
+            return time.min(length);
         }
-        for index in 0..=roots.len() {
-            let stationary = roots.get(index).copied();
-            let time = stationary.map_or(length, |root| {
-                polish_stationary(gap, S::from_f64(root) * length, length)
-            });
-            let right = (time, gap.at(time));
-            let piece = Piece {
-                left,
-                right,
-                falls,
-                stationary: stationary.is_some(),
-            };
-            if let Some(passage) = piece.passage(gap, length, start, goal) {
-                found.push(passage);
-                if matches!(passage, Passage::Crossing { .. }) {
-                    break;
-                }
+        let rounding = S::from_f64(2.0 * S::ROUNDOFF) * length;
+        let longest = S::from_f64(1e-6) * length;
+        let mut going = wanted;
+        for _ in 0..6 {
+            let (slope, curvature) = self.slope_and_curvature(time);
+            let change = slope / curvature;
+            going &= change.abs().is_at_most(longest);
+            time = S::select(going, time - change, time);
+            going &= !change.abs().is_at_most(rounding);
+            if !going.any() {
+                break;
             }
-            left = right;
-            falls ^= stationary.is_some();
         }
-        Heading::falling(falls)
+        time.max(S::zero()).min(length)
+    }
+
+    /// Rounding of a gap: a few units in the last place of its largest term `|g_k| L^k`.
+    #[inline(always)]
+    fn noise(&self, length: S) -> S {
+        let (length, mut largest) = (length.rounded(), S::Rounded::zero());
+        for coefficient in self.value.iter().rev() {
+            largest = (largest * length).max(coefficient.abs().rounded());
+        }
+        S::from_rounded(S::Rounded::from_f64(2.0 * S::ROUNDOFF) * largest)
     }
 }
 
-/// Newton's method on the slope from a root good to `f64`.
-fn polish_stationary<S: Real>(gap: &Gap<'_, S>, mut time: S, length: S) -> S {
-    if S::ROUNDOFF >= f64::ROUNDOFF {
-        return time.min(length);
+impl<S: Real> Gap<'_, S> {
+    /// Which way it goes at a time.
+    pub(super) fn heading(&self, time: S) -> Heading {
+        Heading::falling(self.sign * polynomial::value(self.slope, time) < S::zero())
     }
-    let rounding = S::from_f64(2.0 * S::ROUNDOFF) * length;
-    for _ in 0..6 {
-        let (slope, curvature) = gap.slope_and_curvature(time);
-        let change = slope / curvature;
-        if !change.is_finite() || change.abs() > S::from_f64(1e-6) * length {
-            break;
-        }
-        time -= change;
-        if change.abs() <= rounding {
-            break;
-        }
-    }
-    time.max(S::zero()).min(length)
 }
 
-/// A piece of a step on which the gap is monotone.
+/// The search of one gap.
+pub(super) fn search_alone<S: Real>(
+    points: &mut StationaryPoints<f64>,
+    gap: Gap<'_, S>,
+    length: S,
+    start: Start<S>,
+    goal: Goal<S>,
+    log: impl MinimumLog<S>,
+) -> SearchEnd<S> {
+    search(points, gap, length, start, goal, true, log)
+}
+
+/// Looks for the first event on `[0, length]` that ends the search; minima before it that do not
+/// are put to `log`, in order of time.
+///
+/// A gap that fell before the step and does not fall at its start has its minimum there, between
+/// two steps and inside neither.
+#[inline(always)]
+pub(super) fn search<S: Branched>(
+    points: &mut StationaryPoints<S::Rounded>,
+    gap: Gap<'_, S>,
+    length: S,
+    start: Start<S>,
+    goal: Goal<S>,
+    wanted: S::Mask,
+    mut log: impl MinimumLog<S>,
+) -> SearchEnd<S> {
+    let zero = S::zero();
+    points.isolate(gap.slope, length.rounded(), wanted);
+    let mut falls = (gap.sign * gap.slope[0]).is_below(zero);
+    let mut left = (zero, gap.sign * gap.value[0]);
+    let mut end = SearchEnd::none(length);
+    let turned = wanted & start.fell & !falls & goal.admits(left.1);
+    end.meet_minima(turned, left, gap.surface, &goal, &mut log);
+    let mut falling = Piece { left, right: left };
+    let mut exists = wanted;
+    for index in 0..=points.turns.len() {
+        let going = exists & !end.minimum & !end.crossing;
+        if !going.any() {
+            break;
+        }
+        let (mut time, mut turns) = (length, S::Mask::NONE);
+        if let Some(turn) = points.turns.get(index) {
+            turns = turn.exists;
+            let place = S::from_rounded(turn.place) * length;
+            time = S::select(turns, gap.polish(place, length, turns), length);
+        }
+        let right = (time, gap.at(time));
+        let piece = Piece { left, right };
+        let going = going & !piece.is_rounding(turns, &start);
+        let crosses = going & piece.crosses() & !goal.minima;
+        let lowest = going & !crosses & falls & turns & goal.admits(right.1);
+        end.meet_minima(lowest, right, gap.surface, &goal, &mut log);
+        end.crossing |= crosses;
+        falling = piece.or(crosses, &falling);
+        left = right;
+        falls = (falls & !turns) | (!falls & turns);
+        exists &= turns;
+    }
+    end.falls = falls;
+    if end.crossing.any() {
+        let time = falling.fall(&gap, length, end.crossing);
+        end.time = S::select(end.crossing, time, end.time);
+    }
+    end
+}
+
+impl<S: Branched> SearchEnd<S> {
+    /// Without an event on steps of these lengths.
+    #[inline(always)]
+    pub(super) fn none(length: S) -> Self {
+        let none = S::Mask::NONE;
+        Self {
+            time: length,
+            minimum: none,
+            gap: length,
+            crossing: none,
+            falls: none,
+        }
+    }
+
+    /// Ends the search at minima, given as time and gap, or puts them to `log`.
+    #[inline(always)]
+    fn meet_minima(
+        &mut self,
+        minima: S::Mask,
+        (time, gap): (S, S),
+        surface: usize,
+        goal: &Goal<S>,
+        log: &mut impl MinimumLog<S>,
+    ) {
+        if minima.is_over() {
+            return;
+        }
+        let stops = minima & goal.stopping;
+        log.miss(minima & !stops, surface, time, gap);
+        self.minimum |= stops;
+        self.time = S::select(stops, time, self.time);
+        self.gap = S::select(stops, gap, self.gap);
+    }
+}
+
+/// A piece of a step on which the gap is monotone: time and gap of its ends.
+#[derive(Clone, Copy)]
 struct Piece<S> {
     left: (S, S),
     right: (S, S),
-    /// Whether it falls, by its slope: near a minimum values do not tell.
-    falls: bool,
-    /// Whether the right end is a stationary point.
-    stationary: bool,
 }
 
-impl<S: Real> Piece<S> {
-    fn passage(
-        &self,
-        gap: &Gap<'_, S>,
-        length: S,
-        start: Start<S>,
-        goal: Goal<S>,
-    ) -> Option<Passage<S>> {
-        let ((_, left), (time, right)) = (self.left, self.right);
-        if self.is_rounding(start) {
-            return None;
-        }
-        match goal {
-            Goal::Crossing { .. } if right < S::zero() && right < left => Some(Passage::Crossing {
-                time: self.crossing(gap, length),
-            }),
-            _ => (self.falls && self.stationary && goal.admits(right))
-                .then_some(Passage::Minimum { time, gap: right }),
+impl<S: Branched> Piece<S> {
+    /// The same where a mask is true, another piece elsewhere.
+    #[inline(always)]
+    fn or(&self, mask: S::Mask, other: &Self) -> Self {
+        Self {
+            left: (
+                S::select(mask, self.left.0, other.left.0),
+                S::select(mask, self.left.1, other.left.1),
+            ),
+            right: (
+                S::select(mask, self.right.0, other.right.0),
+                S::select(mask, self.right.1, other.right.1),
+            ),
         }
     }
 
-    /// Whether the fall is no event: rounding on the zero just left, or the minimum that the step
-    /// before ended with.
-    fn is_rounding(&self, start: Start<S>) -> bool {
-        match start {
-            Start::Inside { before, within } => {
-                before == Heading::Rising && self.stationary && self.right.0 < within
-            }
-            Start::Leaving { rounding } => self.left.1 <= rounding && self.right.1 >= -rounding,
-        }
+    /// Where the gap falls below zero.
+    #[inline(always)]
+    fn crosses(&self) -> S::Mask {
+        let (left, right) = (self.left.1, self.right.1);
+        right.is_below(S::zero()) & right.is_below(left)
     }
 
-    /// Time at which the gap falls through 0.
-    fn crossing(&self, gap: &Gap<'_, S>, length: S) -> S {
-        let ((start, left), (end, right)) = (self.left, self.right);
-        match Bracket::new(start, end, left, right) {
-            Ok(bracket) if left > S::zero() => {
-                let guess = self.guess(gap, left, right);
-                falls_through_zero(gap, bracket.newton_steps(guess, S::zero()), length)
-            }
-            _ => start,
+    /// Where the fall is no event: rounding on the zero just left, or the minimum that the step
+    /// before ended with. `turns`: where the piece ends at a stationary point.
+    #[inline(always)]
+    fn is_rounding(&self, turns: S::Mask, start: &Start<S>) -> S::Mask {
+        let (left, right) = (self.left.1, self.right.1);
+        let on_zero = left.is_at_most(start.rounding) & (-start.rounding).is_at_most(right);
+        let same = start.rose & turns & self.right.0.is_below(start.within);
+        (start.leaving & on_zero) | same
+    }
+
+    /// Times at which gaps fall through zero, by Newton's method.
+    ///
+    /// After a step `Δ` the error is about `Δ² |h''/2h'|`; `h''` is taken from the last two slopes,
+    /// and twice as large.
+    #[inline(always)]
+    fn fall(&self, gap: &Gap<'_, S>, length: S, wanted: S::Mask) -> S {
+        let ((start, left), (end, _)) = (self.left, self.right);
+        let mut going = wanted & S::zero().is_below(left);
+        let mut times = start;
+        if !going.any() {
+            return times;
         }
+        let mut search = NewtonSteps::new([start, end], going, self.guess(gap), S::zero());
+        let rounding = S::from_f64(0.25 * S::ROUNDOFF) * length;
+        let least = S::from_f64(4.0) / length;
+        let mut before = (length, length);
+        for step in 0..MAX_NEWTON {
+            let time = search.at();
+            let (value, slope) = gap.value_and_slope(time);
+            let moved = search.advance(value, slope);
+            let mut ends = moved.settled;
+            if step > 0 {
+                let (last, last_slope) = before;
+                let bend = (slope - last_slope) / ((time - last) * slope);
+                let change = moved.next - time;
+                let error = (bend.abs() + least) * change * change;
+                ends |= moved.newton & error.is_at_most(rounding);
+            }
+            let mut next = moved.next;
+            if step >= SETTLED {
+                let is_noise = value.abs().is_at_most(gap.noise(length));
+                let kept = is_noise & !moved.newton & !moved.settled;
+                next = S::select(kept, time, next);
+                ends |= is_noise;
+            }
+            times = S::select(going, next, times);
+            going &= !ends;
+            if !going.any() {
+                break;
+            }
+            before = (time, slope);
+            S::carried(&mut search);
+            S::carried(&mut before);
+        }
+        times
     }
 
     /// Start of the iteration: a parabola about the minimum the piece ends at, or about the maximum
     /// it starts at, whichever is nearer to the zero; a chord otherwise.
-    fn guess(&self, gap: &Gap<'_, S>, left: S, right: S) -> S {
-        let (start, end) = (self.left.0, self.right.0);
-        let from_end = -right < left;
-        let (base, height) = if from_end {
-            (end, right)
-        } else {
-            (start, left)
-        };
+    #[inline(always)]
+    fn guess(&self, gap: &Gap<'_, S>) -> S {
+        let ((start, left), (end, right)) = (self.left, self.right);
+        let from_end = (-right).is_below(left);
+        let base = S::select(from_end, end, start);
+        let height = S::select(from_end, right, left);
         let (slope, curvature) = gap.slope_and_curvature(base);
         // Zero of height + slope s + curvature s²/2 on the piece's side of the base.
         let root = (slope * slope - (height + height) * curvature).sqrt();
         let time = base + (height + height) / (root - slope);
-        if time > start && time < end {
-            time
-        } else {
-            start + (end - start) * (left / (left - right))
-        }
+        let inside = start.is_below(time) & time.is_below(end);
+        let chord = start + (end - start) * (left / (left - right));
+        S::select(inside, time, chord)
     }
-}
-
-/// The zero of a gap that falls.
-///
-/// After a step `Δ` the error is about `Δ² |h''/2h'|`; `h''` is taken from the last two slopes, and
-/// twice as large.
-fn falls_through_zero<S: Real>(gap: &Gap<'_, S>, mut search: NewtonSteps<S>, length: S) -> S {
-    let rounding = S::from_f64(0.25 * S::ROUNDOFF) * length;
-    let least = S::from_f64(4.0) / length;
-    let mut before = None;
-    for step in 0..MAX_NEWTON {
-        let time = search.at();
-        let (value, slope) = gap.value_and_slope(time);
-        let is_last = |next: S| {
-            before.is_some_and(|(last, last_slope)| {
-                let bend: S = (slope - last_slope) / ((time - last) * slope);
-                let change = next - time;
-                (bend.abs() + least) * change * change <= rounding
-            })
-        };
-        let is_noise = || step >= SETTLED && value.abs() <= noise(gap, length);
-        match search.advance(value, slope) {
-            NewtonStep::Settled(root) => return root,
-            NewtonStep::Newton(next) if is_last(next) || is_noise() => return next,
-            NewtonStep::Kept(_) if is_noise() => return time,
-            _ => before = Some((time, slope)),
-        }
-    }
-    search.at()
 }
 
 /// Most Newton and bisection steps to a crossing.
 const MAX_NEWTON: usize = 200;
 
 /// Steps after which the rounding of the gap may end the iteration.
-pub(super) const SETTLED: usize = 5;
-
-/// Rounding of a gap: a few units in the last place of its largest term `|g_k| L^k`.
-fn noise<S: Real>(gap: &Gap<'_, S>, length: S) -> S {
-    let length = length.to_f64();
-    let coefficients = gap.value.iter().rev();
-    let largest = coefficients.fold(0.0, |size: f64, c| (size * length).max(c.to_f64().abs()));
-    S::from_f64(2.0 * S::ROUNDOFF * largest)
-}
+const SETTLED: usize = 5;
 
 #[cfg(test)]
 mod tests {
@@ -269,17 +339,28 @@ mod tests {
             .collect()
     }
 
-    fn search<S: Real>(value: &[f64], start: Start<S>, goal: Goal<S>) -> Vec<Passage<S>> {
+    /// An event of one gap within a step.
+    #[derive(Clone, Copy, Debug)]
+    enum Passage<S> {
+        Minimum { time: S, gap: S },
+        Crossing { time: S },
+    }
+
+    fn passages<S: Real>(value: &[f64], start: Start<S>, goal: Goal<S>) -> Vec<Passage<S>> {
         let slope: Vec<S> = derivative(value).into_iter().map(S::from_f64).collect();
         let value: Vec<S> = value.iter().copied().map(S::from_f64).collect();
         let gap = Gap {
             value: &value,
             slope: &slope,
             sign: S::one(),
+            surface: 0,
         };
-        let mut found = Vec::new();
-        PassageSearch::default().search(&gap, S::one(), start, goal, &mut found);
-        found
+        let (mut missed, mut points) = (Vec::new(), StationaryPoints::new());
+        let end = search_alone(&mut points, gap, S::one(), start, goal, &mut missed);
+        let time = end.time;
+        let minimum = |(time, _, gap)| Passage::Minimum { time, gap };
+        let crossing = end.crossing.then_some(Passage::Crossing { time });
+        missed.into_iter().map(minimum).chain(crossing).collect()
     }
 
     fn inside<S: Real>() -> Start<S> {
@@ -287,17 +368,22 @@ mod tests {
     }
 
     fn after<S: Real>(before: Heading) -> Start<S> {
-        Start::Inside {
-            before,
-            within: S::from_f64(1e-7),
+        Start::inside(before, S::from_f64(1e-7))
+    }
+
+    fn crossing<S: Real>(near: S) -> Goal<S> {
+        Goal {
+            minima: false,
+            stopping: false,
+            near,
         }
     }
 
     #[test]
     fn a_minimum_between_two_steps_is_found_once() {
-        let goal = Goal::Crossing { near: 1.0 };
+        let goal = crossing(1.0);
         let rising = [0.25, 0.0, 1.0];
-        let found = search::<f64>(&rising, after(Heading::Falling), goal);
+        let found = passages::<f64>(&rising, after(Heading::Falling), goal);
         assert!(matches!(
             found[..],
             [Passage::Minimum {
@@ -305,13 +391,13 @@ mod tests {
                 gap: 0.25
             }]
         ));
-        assert!(search::<f64>(&rising, after(Heading::Rising), goal).is_empty());
+        assert!(passages::<f64>(&rising, after(Heading::Rising), goal).is_empty());
         let falling = [0.25, -1e-17, 1.0];
         assert_eq!(
-            search::<f64>(&falling, after(Heading::Falling), goal).len(),
+            passages::<f64>(&falling, after(Heading::Falling), goal).len(),
             1
         );
-        assert!(search::<f64>(&falling, after(Heading::Rising), goal).is_empty());
+        assert!(passages::<f64>(&falling, after(Heading::Rising), goal).is_empty());
     }
 
     #[test]
@@ -320,7 +406,7 @@ mod tests {
             let y = 10f64.powi(-exponent / 2 - exponent % 2);
             // (t - 0.37)² - y²
             let value = [0.37 * 0.37 - y * y, -0.74, 1.0];
-            let found = search::<Dd>(&value, inside(), Goal::Crossing { near: Dd::INFINITY });
+            let found = passages::<Dd>(&value, inside(), crossing(Dd::INFINITY));
             let [Passage::Crossing { time }] = found[..] else {
                 panic!("{found:?}")
             };
@@ -332,12 +418,12 @@ mod tests {
     #[test]
     fn a_near_miss_is_a_minimum_and_not_a_crossing() {
         let value = [0.25 + 1e-12, -1.0, 1.0];
-        let found = search::<f64>(&value, inside(), Goal::Crossing { near: 1.0 });
+        let found = passages::<f64>(&value, inside(), crossing(1.0));
         let [Passage::Minimum { time, gap }] = found[..] else {
             panic!("{found:?}")
         };
         assert!((time - 0.5).abs() < 1e-15 && (gap - 1e-12).abs() < 1e-16);
-        assert!(search::<f64>(&value, inside(), Goal::Crossing { near: 1e-13 }).is_empty());
+        assert!(passages::<f64>(&value, inside(), crossing(1e-13)).is_empty());
     }
 
     #[test]
@@ -350,18 +436,24 @@ mod tests {
             term *= 9.0 / (k + 1) as f64;
         }
         value[0] += 2.0;
-        let found = search::<f64>(&value, inside(), Goal::Minima);
-        assert_eq!(found.len(), 1, "{found:?}");
-        assert!((found[0].time() - std::f64::consts::PI / 9.0).abs() < 1e-13);
+        let minima = Goal {
+            minima: true,
+            ..crossing(1.0)
+        };
+        let found = passages::<f64>(&value, inside(), minima);
+        let [Passage::Minimum { time, .. }] = found[..] else {
+            panic!("{found:?}")
+        };
+        assert!((time - std::f64::consts::PI / 9.0).abs() < 1e-13);
     }
 
     #[test]
     fn rounding_on_the_surface_just_left_is_no_event() {
         let value = [-1e-17, -1e-17, 1.0];
-        let leaving = Start::Leaving { rounding: 1e-15 };
-        assert!(search::<f64>(&value, leaving, Goal::Crossing { near: 1.0 }).is_empty());
+        let leaving = Start::leaving(1e-15);
+        assert!(passages::<f64>(&value, leaving, crossing(1.0)).is_empty());
         let falling = [1e-17, -1e-17, -1.0];
-        let found = search::<f64>(&falling, leaving, Goal::Crossing { near: 1.0 });
+        let found = passages::<f64>(&falling, leaving, crossing(1.0));
         assert!(matches!(found[..], [Passage::Crossing { .. }]));
     }
 }

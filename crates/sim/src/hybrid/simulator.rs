@@ -6,11 +6,10 @@
 
 use super::HybridError;
 use super::affine::AffineTools;
-use super::motion::Motion;
-use super::passage::Passage;
-use super::search::PassageSearch;
+use super::motion::{Motion, Regime};
 use super::sensing::{Evaluator, Sensor, rounding_of};
-use super::system::{HybridSystem, Law, Regime, SurfaceLaw};
+use super::stationary::StationaryPoints;
+use super::system::{HybridSystem, Law, SurfaceLaw};
 use crate::flow::Integrator;
 use crate::numeric::Real;
 
@@ -36,8 +35,7 @@ pub struct Simulator<'a, S: Real> {
 /// Working memory of a step.
 #[derive(Clone, Debug)]
 pub(super) struct Work<S> {
-    pub(super) search: PassageSearch,
-    pub(super) found: Vec<Passage<S>>,
+    pub(super) points: StationaryPoints<f64>,
     /// The state after a step, or before an impact.
     pub(super) next: Vec<S>,
     /// Value and slope of what is zero where a flight lands, and the rates of the free flow there.
@@ -60,27 +58,6 @@ pub(super) struct SurfaceTools<'a, S: Real> {
     pub(super) held: Option<Integrator<'a, S>>,
 }
 
-/// Which surface is flown through, and at which surface's minima the flight stops.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(super) struct Approach {
-    pub(super) ignored: Option<usize>,
-    pub(super) stop_at: Option<usize>,
-}
-
-/// Why a flight stopped.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Stop<S> {
-    /// The time asked for.
-    Horizon,
-    /// A surface is met; its response is not yet applied.
-    Contact { surface: usize },
-    /// A minimum of the gap of [`Approach::stop_at`], which is known to rise for a time from there
-    /// on.
-    Minimum { gap: S, rises_for: S },
-    /// The present contact or sticking ends; not yet applied.
-    Release,
-}
-
 /// Default limit on steps per call.
 const STEP_LIMIT: usize = 10_000_000;
 
@@ -100,8 +77,7 @@ impl<'a, S: Real> Simulator<'a, S> {
             free: Integrator::new(&system.free.field),
             affine: system.affine.as_ref().map(AffineTools::new),
             work: Work {
-                search: PassageSearch::default(),
-                found: Vec::new(),
+                points: StationaryPoints::new(),
                 next: vec![S::zero(); system.dimension],
                 landing: vec![S::zero(); 2 + system.dimension],
                 misses: Vec::new(),

@@ -1,4 +1,5 @@
-//! Isolation of every stationary point of a gap in a step: all zeros of its slope, in `f64`.
+//! Isolation of every stationary point of a gap in a step: all zeros of its slope, in `f64`, for one
+//! gap or for one in every lane.
 //!
 //! First the control points of its first sixteen terms `q` are asked, where all are larger than
 //! `r`, a bound of the terms left out: without a change of sign there is no zero; with one, `q`
@@ -6,18 +7,374 @@
 //! well; with two, twice at most, and there is a zero on either side of a point between them where
 //! the slope has the sign of the control points there. A slope that starts at zero, at a minimum or
 //! a maximum, is that of the other control points, one change of sign at most among them. What they
-//! leave open is halved: an interval of half-width `w` about `m` holds no zero of `p` if
-//! `|p(m)| > w (|p'(m)| + B w/2)` and at most one if `|p'(m)| > B w`, where `B` bounds `|p''|` on
-//! it.
+//! leave undecided is halved, one gap after another: an interval of half-width `w` about `m` holds
+//! no zero of `p` if `|p(m)| > w (|p'(m)| + B w/2)` and at most one if `|p'(m)| > B w`, where `B`
+//! bounds `|p''|` on it.
 
-use crate::numeric::polynomial::{TERMS, control_points};
-use crate::numeric::{Bracket, Real, polynomial};
+use crate::numeric::polynomial::{TERMS, control_points, sizes};
+use crate::numeric::{Bracket, Branched, Mask, NewtonSteps, polynomial};
 
-/// Zeros of a slope, and the memory to find them.
+/// Zeros of slopes, and the memory to find them. `R` is the kind of number in `f64`.
+#[derive(Clone, Debug)]
+pub(super) struct StationaryPoints<R: Branched> {
+    /// The zeros in units of the steps, increasing.
+    pub(super) turns: Vec<Turn<R>>,
+    /// The slopes' coefficients in units of the steps.
+    scaled: Vec<R>,
+    /// Those of their second derivatives.
+    bends: Vec<R>,
+    halving: Halving,
+}
+
+/// The next zeros of slopes.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Turn<R: Branched> {
+    /// Where there is one; all zeros before it exist there.
+    pub(super) exists: R::Mask,
+    /// The zero, in units of the step.
+    pub(super) place: R,
+}
+
+/// Where the control points of slopes change sign.
+struct Signs<R: Branched> {
+    /// Where the first is zero, and counts for nothing.
+    ///
+    /// NOTE: the others are those of a polynomial times the time, `(i/15) c_{i−1}`, so that
+    /// `|c_i|` is above the bound too. The slope changes its sign there if it is negative
+    /// after it, for at the start it counts as not negative.
+    from_zero: R::Mask,
+    /// Where the first that counts is positive.
+    positive: R::Mask,
+    /// The changes of sign.
+    changes: [Change<R>; 2],
+    /// Where all points have a sign, and there are no more changes.
+    known: R::Mask,
+    points: [R; TERMS],
+}
+
+/// A change of sign between two control points.
+#[derive(Clone, Copy)]
+struct Change<R: Branched> {
+    exists: R::Mask,
+    /// The number of the second of the points, and both.
+    number: R,
+    last: R,
+    next: R,
+}
+
+/// Zeros of slopes between ends, from points inside; the slopes' slopes there.
+struct Refined<R: Branched> {
+    place: R,
+    steepness: R,
+    found: R::Mask,
+}
+
+/// Most steps of Newton's method and of bisection to a zero.
+const MAX_NEWTON: usize = 400;
+/// Intervals examined per step before the rest is given up; a step of an analytic field needs tens.
+const MAX_INTERVALS: usize = 100_000;
+/// Half-width, relative to the step, below which a multiple zero of the slope is not resolved.
+const SMALLEST_HALF: f64 = 1e-9;
+/// Share of the size of its terms within which a control point has no sign.
+const ROUNDING: f64 = 64.0 * f64::EPSILON;
+/// Share of the interval below which a step of Newton's method, whose error is its square, is the
+/// last.
+const LAST_STEP: f64 = 1e-9;
+
+impl<R: Branched<Rounded = R>> StationaryPoints<R> {
+    pub(super) fn new() -> Self {
+        Self {
+            turns: Vec::new(),
+            scaled: Vec::new(),
+            bends: Vec::new(),
+            halving: Halving::default(),
+        }
+    }
+
+    /// Fills `turns` with the zeros of the wanted slopes.
+    #[inline(always)]
+    pub(super) fn isolate<S: Branched<Rounded = R, Mask = R::Mask>>(
+        &mut self,
+        slope: &[S],
+        length: R,
+        wanted: R::Mask,
+    ) {
+        self.turns.clear();
+        let size = sizes(slope, length);
+        let moves = R::zero().is_below(size) & size.is_below(R::from_f64(f64::INFINITY));
+        let wanted = wanted & moves;
+        if wanted.is_over() {
+            return;
+        }
+        let count = self.scale(slope, length, R::from_f64(1e-18) * size);
+        let undecided = self.solve_by_control_points(size, count, wanted);
+        if undecided.any() {
+            self.halve(undecided, count);
+        }
+    }
+
+    /// Fills the coefficients in units of the steps, zeros for the last ones where they are below
+    /// `negligible`; how many are left.
+    #[inline(always)]
+    fn scale<S: Branched<Rounded = R>>(&mut self, slope: &[S], length: R, negligible: R) -> R {
+        let (zero, square) = (R::zero(), length * length);
+        let mut powers = [R::one(), length, square, square * length];
+        self.scaled.resize(slope.len(), zero);
+        let (blocks, rest) = slope.as_chunks::<4>();
+        let (scaled, last) = self.scaled.as_chunks_mut::<4>();
+        for (block, out) in blocks.iter().zip(scaled) {
+            for place in 0..4 {
+                out[place] = block[place].rounded() * powers[place];
+                powers[place] *= square * square;
+            }
+        }
+        for ((coefficient, power), out) in rest.iter().zip(&powers).zip(last) {
+            *out = coefficient.rounded() * *power;
+        }
+        let (mut beyond, mut count, mut kept) = (!R::Mask::NONE, R::from_f64(2.0), 2);
+        for (degree, coefficient) in self.scaled.iter_mut().enumerate().skip(2).rev() {
+            let is_last = beyond & negligible.is_at_most(coefficient.abs());
+            if is_last.any() {
+                kept = kept.max(degree + 1);
+                count = R::select(is_last, R::from_f64((degree + 1) as f64), count);
+                beyond &= !is_last;
+                if !beyond.any() {
+                    break;
+                }
+            }
+            *coefficient = R::select(beyond, zero, *coefficient);
+        }
+        self.scaled.truncate(kept);
+        count
+    }
+
+    /// Fills in the zeros where the control points tell that there are two at most, and where;
+    /// where they do not.
+    #[inline(always)]
+    fn solve_by_control_points(&mut self, size: R, count: R, wanted: R::Mask) -> R::Mask {
+        let (zero, one) = (R::zero(), R::one());
+        let terms = self.scaled.len().min(TERMS);
+        let mut first = [zero; TERMS];
+        match self.scaled.first_chunk() {
+            Some(whole) => first = *whole,
+            None => first[..terms].copy_from_slice(&self.scaled),
+        }
+        let left_out = sizes(&self.scaled[terms..], one) + R::from_f64(ROUNDING) * size;
+        let signs = Signs::new(control_points(&first), left_out);
+        let [first, second] = signs.changes;
+        let mut known = wanted & signs.known;
+        let divided = known & (second.exists | (signs.from_zero & first.exists));
+        let mut middle = zero;
+        if divided.any() {
+            middle = signs.middle();
+            let value = polynomial::value(&self.scaled, middle);
+            let is_positive =
+                (signs.from_zero & signs.positive) | !(signs.from_zero | signs.positive);
+            let above = R::select(is_positive, value, -value);
+            known &= !divided | (left_out + left_out).is_below(above);
+        }
+        let at_start = known & signs.from_zero & !signs.positive;
+        if at_start.any() {
+            self.put(at_start, zero);
+        }
+        if !(known & first.exists).any() {
+            return wanted & !known;
+        }
+        self.bend();
+        let bound = sizes(&self.bends, one);
+        for (index, change) in signs.changes.iter().enumerate() {
+            let turns = known & change.exists;
+            if !turns.any() {
+                break;
+            }
+            let (after, before, falling) = match index {
+                0 => (signs.from_zero, second.exists, signs.positive),
+                _ => (turns, R::Mask::NONE, !signs.positive),
+            };
+            let ends = [
+                R::select(after, middle, zero),
+                R::select(before, middle, one),
+            ];
+            let refined = self.refine(ends, change.place(), falling, turns);
+            let steep = is_steep(refined.steepness.abs(), bound, left_out, count);
+            let steep = refined.found & steep;
+            known &= !turns | steep;
+            self.put(steep, refined.place);
+        }
+        wanted & !known
+    }
+
+    /// Puts further zeros, larger ones.
+    #[inline(always)]
+    fn put(&mut self, wanted: R::Mask, place: R) {
+        let mut left = wanted;
+        for turn in &mut self.turns {
+            let here = left & !turn.exists;
+            turn.place = R::select(here, place, turn.place);
+            turn.exists |= here;
+            left &= !here;
+        }
+        if left.any() {
+            let exists = left;
+            self.turns.push(Turn { exists, place });
+        }
+    }
+
+    /// Zeros between ends from points inside; `falling` where the slopes are positive at the first
+    /// ends.
+    #[inline(always)]
+    fn refine(&self, ends: [R; 2], start: R, falling: R::Mask, wanted: R::Mask) -> Refined<R> {
+        let tolerance = R::from_f64(LAST_STEP) * ends[1];
+        let mut search = NewtonSteps::new(ends, falling, start, tolerance);
+        let mut refined = Refined {
+            place: start,
+            steepness: start,
+            found: R::Mask::NONE,
+        };
+        let mut going = wanted;
+        for _ in 0..MAX_NEWTON {
+            let (value, slope) = polynomial::value_and_slope(&self.scaled, search.at());
+            let step = search.advance(value, slope);
+            let settled = going & step.settled;
+            refined.place = R::select(settled, step.next, refined.place);
+            refined.steepness = R::select(settled, slope, refined.steepness);
+            refined.found |= settled;
+            going &= !settled;
+            if !going.any() {
+                break;
+            }
+            R::carried(&mut search);
+        }
+        refined
+    }
+
+    /// Fills the coefficients of the second derivatives.
+    #[inline(always)]
+    fn bend(&mut self) {
+        let coefficients = self.scaled.get(2..).unwrap_or_default();
+        self.bends.resize(coefficients.len(), R::zero());
+        let terms = self.bends.iter_mut().zip(coefficients).enumerate();
+        for (degree, (out, &coefficient)) in terms {
+            let factor = R::from_f64(((degree + 2) * (degree + 1)) as f64);
+            *out = factor * coefficient;
+        }
+    }
+
+    /// Finds the zeros by halving, one slope after another.
+    #[cold]
+    #[inline(never)]
+    fn halve(&mut self, undecided: R::Mask, count: R) {
+        for turn in &mut self.turns {
+            turn.exists &= !undecided;
+        }
+        for lane in undecided.lanes() {
+            let terms = (count.lane(lane) as usize).min(self.scaled.len());
+            let coefficients = self.scaled[..terms].iter();
+            self.halving.set(coefficients.map(|c| c.lane(lane)));
+            self.halving.run();
+            for index in 0..self.halving.roots.len() {
+                let root = R::from_f64(self.halving.roots[index]);
+                self.put(R::Mask::only(lane), root);
+            }
+        }
+    }
+}
+
+/// Whether zeros with these slopes have no others beside them, whatever terms up to a bound add to
+/// the first ones; `bound` is that of the second derivatives.
+///
+/// NOTE: where `|p''| ≤ B` the slope is above `s/2` within `s/2B` of the zero, and so within
+/// what the terms left out can move it by if `4 B r < s²`; they have less than a quarter of
+/// it themselves if `4 n r < s`, with `n` terms in all. Both are asked for twice over.
+#[inline(always)]
+fn is_steep<R: Branched>(slope: R, bound: R, left_out: R, count: R) -> R::Mask {
+    let eight = R::from_f64(8.0);
+    (eight * bound * left_out).is_below(slope * slope) & (eight * count * left_out).is_below(slope)
+}
+
+impl<R: Branched> Signs<R> {
+    /// Of control points that count where they are above a bound.
+    #[inline(always)]
+    fn new(points: [R; TERMS], bound: R) -> Self {
+        let (zero, none) = (R::zero(), R::Mask::NONE);
+        let from_zero = points[0].is_equal(zero);
+        let positive = zero.is_below(R::select(from_zero, points[1], points[0]));
+        let change = Change {
+            exists: none,
+            number: zero,
+            last: zero,
+            next: zero,
+        };
+        let mut signs = Signs {
+            from_zero,
+            positive,
+            changes: [change; 2],
+            known: !none,
+            points,
+        };
+        let mut above = positive;
+        for (index, &point) in points.iter().enumerate() {
+            let last = points[index.saturating_sub(1)];
+            let (rises, falls) = (bound.is_below(point), point.is_below(-bound));
+            let counts = if index > 0 { !none } else { !from_zero };
+            signs.known &= rises | falls | !counts;
+            if signs.known.is_over() {
+                break;
+            }
+            let changes = counts & ((rises & !above) | (falls & above));
+            if changes.is_over() {
+                continue;
+            }
+            let [first, second] = &mut signs.changes;
+            signs.known &= !(changes & (second.exists | (first.exists & from_zero)));
+            second.take(changes & first.exists, index, [last, point]);
+            first.take(changes & !first.exists, index, [last, point]);
+            above = (above & !changes) | (rises & changes);
+        }
+        signs
+    }
+
+    /// Where the control points between two zeros are largest, the start being one.
+    #[inline(always)]
+    fn middle(&self) -> R {
+        let [first, second] = &self.changes;
+        let from = R::select(self.from_zero, R::one(), first.number);
+        let until = R::select(self.from_zero, first.number, second.number);
+        let (mut largest, mut middle) = (R::zero(), from);
+        for (index, point) in self.points.iter().enumerate() {
+            let number = R::from_f64(index as f64);
+            let size = point.abs();
+            let larger = from.is_at_most(number) & number.is_below(until) & largest.is_below(size);
+            largest = R::select(larger, size, largest);
+            middle = R::select(larger, number, middle);
+        }
+        middle / R::from_f64((TERMS - 1) as f64)
+    }
+}
+
+impl<R: Branched> Change<R> {
+    // NOTE: a further change after two makes what they hold of no use.
+    #[inline(always)]
+    fn take(&mut self, wanted: R::Mask, index: usize, [last, next]: [R; 2]) {
+        self.exists |= wanted;
+        self.number = R::select(wanted, R::from_f64(index as f64), self.number);
+        self.last = R::select(wanted, last, self.last);
+        self.next = R::select(wanted, next, self.next);
+    }
+
+    /// About where the polynomial is zero.
+    #[inline(always)]
+    fn place(&self) -> R {
+        let place = self.number - self.next / (self.next - self.last);
+        place / R::from_f64((TERMS - 1) as f64)
+    }
+}
+
+/// Isolation of all zeros of one slope by halving.
 #[derive(Clone, Debug, Default)]
-pub(super) struct StationaryPoints {
+struct Halving {
     /// The zeros in units of the step, increasing.
-    pub(super) roots: Vec<f64>,
+    roots: Vec<f64>,
     /// The slope's coefficients in units of the step.
     scaled: Vec<f64>,
     /// Those of its second derivative.
@@ -25,34 +382,20 @@ pub(super) struct StationaryPoints {
     pending: Vec<(f64, f64)>,
 }
 
-/// Intervals examined per step before the rest is given up; a step of an analytic field needs tens.
-const MAX_INTERVALS: usize = 100_000;
-/// Half-width, relative to the step, below which a multiple zero of the slope is not resolved.
-const SMALLEST_HALF: f64 = 1e-9;
-/// Share of the size of its terms within which a control point has no sign.
-pub(super) const ROUNDING: f64 = 64.0 * f64::EPSILON;
-/// Share of the interval below which a step of Newton's method, whose error is its square, is the
-/// last.
-pub(super) const LAST_STEP: f64 = 1e-9;
-
-impl StationaryPoints {
-    /// Fills `roots` with the zeros of the slope in units of the length, increasing.
-    pub(super) fn isolate<S: Real>(&mut self, slope: &[S], length: f64) {
-        self.roots.clear();
-        let size = polynomial::size(slope, length);
-        if !(size > 0.0 && size.is_finite()) {
-            return;
-        }
-        self.scale(slope, length, 1e-18 * size);
-        self.bend();
-        if !self.solve_by_control_points(size) {
-            self.roots.clear();
-            self.halve();
-        }
+impl Halving {
+    /// Takes over a slope.
+    fn set(&mut self, coefficients: impl Iterator<Item = f64>) {
+        self.scaled.clear();
+        self.scaled.extend(coefficients);
+        let bend = |(degree, c): (usize, &f64)| (degree * (degree - 1)) as f64 * c;
+        self.bends.clear();
+        self.bends
+            .extend(self.scaled.iter().enumerate().skip(2).map(bend));
     }
 
-    /// Finds the zeros by halving.
-    fn halve(&mut self) {
+    /// Finds the zeros.
+    fn run(&mut self) {
+        self.roots.clear();
         self.pending.clear();
         self.pending.push((0.0, 1.0));
         for _ in 0..MAX_INTERVALS {
@@ -60,89 +403,6 @@ impl StationaryPoints {
                 return;
             };
             self.examine(a, b);
-        }
-    }
-
-    /// Fills the coefficients in units of the step, the last ones left out where they are below
-    /// `negligible`.
-    fn scale<S: Real>(&mut self, slope: &[S], length: f64, negligible: f64) {
-        let square = length * length;
-        let mut powers = [1.0, length, square, square * length];
-        self.scaled.clear();
-        for chunk in slope.chunks(powers.len()) {
-            let terms = chunk.iter().zip(&powers);
-            self.scaled
-                .extend(terms.map(|(c, power)| c.to_f64() * power));
-            powers = powers.map(|power| power * (square * square));
-        }
-        let is_term = |c: &f64| c.abs() >= negligible;
-        let degree = self.scaled.iter().rposition(is_term).unwrap_or(0);
-        self.scaled.truncate(degree.max(1) + 1);
-    }
-
-    /// Finds the zeros where the control points tell that there are two at most, and where; whether
-    /// they do.
-    fn solve_by_control_points(&mut self, size: f64) -> bool {
-        let mut first = [0.0; TERMS];
-        let terms = self.scaled.len().min(TERMS);
-        first[..terms].copy_from_slice(&self.scaled[..terms]);
-        let left_out = polynomial::size(&self.scaled[terms..], 1.0) + ROUNDING * size;
-        let points = control_points(&first);
-        let Some(signs) = Signs::of(&points, left_out) else {
-            return false;
-        };
-        let mut ends = [(0.0, points[0]), (1.0, points[TERMS - 1])];
-        let mut middle = ends[0];
-        if let Some((place, is_positive)) = signs.middle {
-            let value = polynomial::value(&self.scaled, place);
-            middle = (place, value);
-            let above = if is_positive { value } else { -value };
-            if above <= left_out + left_out {
-                return false;
-            }
-        }
-        if signs.from_zero {
-            ends[0] = middle;
-            if !signs.positive {
-                self.roots.push(0.0);
-            }
-        }
-        for (index, &place) in signs.changes().iter().enumerate() {
-            let ends = match (signs.count, index) {
-                (2, 0) => [ends[0], middle],
-                (2, _) => [middle, ends[1]],
-                _ => ends,
-            };
-            match self.root_between(ends, place) {
-                Some((root, slope)) if self.is_steep(slope.abs(), left_out) => {
-                    self.roots.push(root)
-                }
-                _ => return false,
-            }
-        }
-        true
-    }
-
-    /// Whether a zero with this slope has no others beside it, whatever terms up to a bound add to
-    /// the first ones.
-    ///
-    /// NOTE: where `|p''| ≤ B` the slope is above `s/2` within `s/2B` of the zero, and so within
-    /// what the terms left out can move it by if `4 B r < s²`; they have less than a quarter of
-    /// it themselves if `4 n r < s`, with `n` terms in all. Both are asked for twice over.
-    fn is_steep(&self, slope: f64, left_out: f64) -> bool {
-        let bound = polynomial::size(&self.bends, 1.0);
-        let count = self.scaled.len() as f64;
-        8.0 * bound * left_out < slope * slope && 8.0 * count * left_out < slope
-    }
-
-    /// Fills the coefficients of the second derivative.
-    fn bend(&mut self) {
-        self.bends.clear();
-        let (mut twice, mut factor) = (0.0, 0.0);
-        for coefficient in self.scaled.iter().skip(2) {
-            twice += 2.0;
-            factor += twice;
-            self.bends.push(factor * coefficient);
         }
     }
 
@@ -155,10 +415,9 @@ impl StationaryPoints {
             return;
         }
         if slope.abs() > bound * half || half < SMALLEST_HALF {
-            let ends = [a, b].map(|end| (end, polynomial::value(&self.scaled, end)));
-            if (ends[0].1 < 0.0) != (ends[1].1 < 0.0) {
-                let root = self.root_between(ends, middle);
-                self.roots.extend(root.map(|(root, _)| root));
+            let [left, right] = [a, b].map(|end| polynomial::value(&self.scaled, end));
+            if (left < 0.0) != (right < 0.0) {
+                self.roots.extend(self.root_between([a, b], left, right));
             }
             return;
         }
@@ -166,94 +425,47 @@ impl StationaryPoints {
         self.pending.push((a, middle));
     }
 
-    /// The zero between two points at which the values differ in sign, from one in between, and the
-    /// slope near it.
-    fn root_between(&self, ends: [(f64, f64); 2], start: f64) -> Option<(f64, f64)> {
-        let [(a, left), (b, right)] = ends;
+    /// The zero between two points at which the values differ in sign.
+    fn root_between(&self, [a, b]: [f64; 2], left: f64, right: f64) -> Option<f64> {
         let bracket = Bracket::new(a, b, left, right).ok()?;
-        let mut last = 0.0;
-        let value_and_slope = |at: f64| {
-            let (value, slope) = polynomial::value_and_slope(&self.scaled, at);
-            last = slope;
-            (value, slope)
-        };
-        let root = bracket.newton_from(start, LAST_STEP * b, value_and_slope);
-        Some((root.root()?, last))
+        let value_and_slope = |at: f64| polynomial::value_and_slope(&self.scaled, at);
+        bracket
+            .newton_from(0.5 * (a + b), LAST_STEP * b, value_and_slope)
+            .root()
     }
-}
-
-/// Signs of control points, two changes at most.
-struct Signs {
-    /// Whether the first is zero, and counts for nothing.
-    ///
-    /// NOTE: the others are those of a polynomial times the time, `(i/15) c_{i−1}`, so that
-    /// `|c_i|` is above the bound too. The slope changes its sign there if it is negative
-    /// after it, for at the start it counts as not negative.
-    from_zero: bool,
-    /// Whether the first that counts is positive.
-    positive: bool,
-    /// About where the polynomial is zero.
-    places: [f64; 2],
-    count: usize,
-    /// Where the control points between two zeros, the start being one, are largest, and whether
-    /// they are positive.
-    middle: Option<(f64, bool)>,
-}
-
-impl Signs {
-    /// `None` where there are more changes, or points that are not above a bound.
-    fn of(points: &[f64; TERMS], bound: f64) -> Option<Self> {
-        let from_zero = points[0] == 0.0;
-        let first = usize::from(from_zero);
-        let (most, before_middle) = if from_zero { (1, 0) } else { (2, 1) };
-        let (mut places, mut count) = ([0.0; 2], 0);
-        let (mut largest, mut middle) = (0.0, 0);
-        for (index, &point) in points.iter().enumerate().skip(first) {
-            let is_told = point.abs() > bound;
-            if !is_told {
-                return None;
-            }
-            let last = points[index.saturating_sub(1).max(first)];
-            if (point > 0.0) != (last > 0.0) {
-                *places[..most].get_mut(count)? = share(index as f64 - point / (point - last));
-                count += 1;
-            }
-            if count == before_middle && point.abs() > largest {
-                (largest, middle) = (point.abs(), index);
-            }
-        }
-        Some(Self {
-            from_zero,
-            positive: points[first] > 0.0,
-            places,
-            count,
-            middle: (count == most).then_some((share(middle as f64), points[middle] > 0.0)),
-        })
-    }
-
-    fn changes(&self) -> &[f64] {
-        &self.places[..self.count]
-    }
-}
-
-/// Where a control point belongs to, as a share of the interval.
-fn share(index: f64) -> f64 {
-    index / (TERMS - 1) as f64
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::numeric::{LaneMask, Lanes};
+
+    fn places(points: &StationaryPoints<f64>) -> Vec<f64> {
+        points.turns.iter().map(|turn| turn.place).collect()
+    }
+
+    fn isolated(slope: &[f64], length: f64) -> Vec<f64> {
+        let mut points = StationaryPoints::new();
+        points.isolate(slope, length, true);
+        assert!(points.turns.iter().all(|turn| turn.exists));
+        places(&points)
+    }
+
+    fn halved(slope: &[f64], length: f64) -> Vec<f64> {
+        let mut points = StationaryPoints::new();
+        let count = points.scale(slope, length, 0.0);
+        points.halve(true, count);
+        places(&points)
+    }
 
     #[test]
     fn close_and_distant_zeros_are_all_isolated() {
         // (t − 0.2)(t − 0.2 − 1e-6)(t − 0.9)
         let (a, b, c) = (0.2, 0.2 + 1e-6, 0.9);
         let coefficients = [-a * b * c, a * b + a * c + b * c, -(a + b + c), 1.0];
-        let mut found = StationaryPoints::default();
-        found.isolate(&coefficients, 1.0);
-        assert_eq!(found.roots.len(), 3, "{:?}", found.roots);
-        for (root, expected) in found.roots.iter().zip([a, b, c]) {
+        let found = isolated(&coefficients, 1.0);
+        assert_eq!(found.len(), 3, "{found:?}");
+        for (root, expected) in found.iter().zip([a, b, c]) {
             // Conditioning of the close pair: rounding 1e-17 over the slope 7e-7.
             assert!((root - expected).abs() < 1e-9, "{root} {expected}");
         }
@@ -274,13 +486,8 @@ mod tests {
             let factorial = |k: usize| (1..=k).map(|j| j as f64).product::<f64>();
             let coefficient = |k: usize| derivatives[k % 4] / factorial(k);
             let coefficients: Vec<_> = (0..28).map(coefficient).collect();
-            let mut found = StationaryPoints::default();
-            found.isolate(&coefficients, length);
-            let mut halved = StationaryPoints::default();
-            halved.scale(&coefficients, length, 0.0);
-            halved.bend();
-            halved.halve();
-            for roots in [found.roots, halved.roots] {
+            let found = isolated(&coefficients, length);
+            for roots in [found, halved(&coefficients, length)] {
                 assert_eq!(roots.len(), 1, "{share} {roots:?}");
                 assert!((roots[0] - share).abs() < 4e-16, "{share} {roots:?}");
             }
@@ -305,27 +512,21 @@ mod tests {
                 }
                 term /= -((k + 1) as f64);
             }
-            let mut told = StationaryPoints::default();
-            told.scale(&series, 1.0, 0.0);
-            told.bend();
-            assert!(told.solve_by_control_points(polynomial::size(&series, 1.0)));
-            let mut halved = StationaryPoints::default();
-            halved.scale(&series, 1.0, 0.0);
-            halved.bend();
-            halved.halve();
+            let mut points = StationaryPoints::new();
+            let count = points.scale(&series, 1.0, 0.0);
+            let size = polynomial::size(&series, 1.0);
+            assert!(!points.solve_by_control_points(size, count, true));
+            let told = places(&points);
+            let halved = halved(&series, 1.0);
             // NOTE: halving does not tell a zero at the start from none.
-            let halved = halved.roots.iter().filter(|&&zero| zero > 1e-9);
+            let halved = halved.iter().filter(|&&zero| zero > 1e-9);
             let inside = expected.iter().filter(|&&zero| zero > 0.0);
-            assert_eq!(told.roots.len(), expected.len(), "{sign} {a} {b}");
+            assert_eq!(told.len(), expected.len(), "{sign} {a} {b}");
             assert_eq!(halved.clone().count(), inside.clone().count());
             // Roundings of terms that sum up to 5, at slopes of 1/4 and more.
             let near = |(found, zero): (&f64, &f64)| (found - zero).abs() < 1e-14;
-            assert!(
-                told.roots.iter().zip(expected).all(near),
-                "{:?}",
-                told.roots
-            );
-            assert!(halved.zip(inside).all(near), "{:?}", told.roots);
+            assert!(told.iter().zip(expected).all(near), "{told:?}");
+            assert!(halved.zip(inside).all(near), "{told:?}");
         }
     }
 
@@ -336,7 +537,7 @@ mod tests {
             seed = seed.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
             f64::from(seed >> 8) / f64::from(1u32 << 23) - 1.0
         };
-        let mut counts = [0; 4];
+        let (mut counts, mut slopes) = ([0; 4], Vec::new());
         for _ in 0..400 {
             let mut coefficients: Vec<_> = (0..32).map(|k| number() * 0.4f64.powi(k)).collect();
             coefficients[0] = 2.0;
@@ -351,10 +552,23 @@ mod tests {
             let changes = (0..2000)
                 .filter(|&place| at(place) != at(place + 1))
                 .count();
-            let mut found = StationaryPoints::default();
-            found.isolate(&coefficients, 1.0);
-            assert_eq!(found.roots.len(), changes, "{coefficients:?}");
+            let found = isolated(&coefficients, 1.0);
+            assert_eq!(found.len(), changes, "{coefficients:?}");
             counts[changes.min(3)] += 1;
+            slopes.push((coefficients, found));
+        }
+        for chunk in slopes.as_chunks::<8>().0 {
+            let slope: Vec<_> = (0..chunk[0].0.len())
+                .map(|k| Lanes::<8>::from_fn(|lane| chunk[lane].0[k]))
+                .collect();
+            let mut points = StationaryPoints::new();
+            points.isolate(&slope, Lanes::splat(1.0), !LaneMask::NONE);
+            for (lane, (_, alone)) in chunk.iter().enumerate() {
+                let turns = points.turns.iter();
+                let own = turns.filter(|turn| turn.exists.holds(lane));
+                let own: Vec<_> = own.map(|turn| turn.place[lane]).collect();
+                assert_eq!(own, *alone);
+            }
         }
         assert!(counts.iter().all(|&count| count > 10), "{counts:?}");
     }
@@ -373,15 +587,14 @@ mod tests {
             };
             (0..32).map(term).collect()
         };
-        let mut found = StationaryPoints::default();
         for (sign, length, zeros) in [
             (1.0, 2.0, &[][..]),
             (-1.0, 2.0, &[0.0]),
             (1.0, 4.0, &[std::f64::consts::PI / 4.0]),
         ] {
-            found.isolate(&series(sign), length);
-            assert_eq!(found.roots.len(), zeros.len(), "{sign} {length}");
-            for (root, zero) in found.roots.iter().zip(zeros) {
+            let found = isolated(&series(sign), length);
+            assert_eq!(found.len(), zeros.len(), "{sign} {length}");
+            for (root, zero) in found.iter().zip(zeros) {
                 // Terms of up to 11, whose rounding a slope of 4 divides.
                 assert!((root - zero).abs() < 2e-15, "{root} {zero}");
             }
@@ -390,8 +603,6 @@ mod tests {
 
     #[test]
     fn a_vanishing_slope_has_no_stationary_points() {
-        let mut found = StationaryPoints::default();
-        found.isolate(&[0.0f64; 8], 1.0);
-        assert!(found.roots.is_empty());
+        assert!(isolated(&[0.0f64; 8], 1.0).is_empty());
     }
 }

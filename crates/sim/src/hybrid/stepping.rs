@@ -2,14 +2,12 @@
 
 use std::cmp::Ordering;
 
-use super::affine::LeapEnd;
 use super::flight::{Flight, Outlook, TaylorFlight};
-use super::landing::Landing;
-use super::motion::Motion;
-use super::passage::{Goal, Heading, Passage, Start};
-use super::search::Gap;
-use super::simulator::{Approach, Simulator, Stop, SurfaceTools, Work};
-use super::system::{HybridSystem, Law, Regime, RegimeField, Watch};
+use super::motion::{Motion, Regime};
+use super::passage::{Approach, Goal, Heading, Landing, Start, Stop};
+use super::search::{Gap, SearchEnd, search_alone};
+use super::simulator::{Simulator, SurfaceTools, Work};
+use super::system::{HybridSystem, Law, RegimeField, Watch};
 use super::trajectory::{Event, EventKind, Outcome};
 use crate::flow::Integrator;
 use crate::numeric::Real;
@@ -65,7 +63,7 @@ impl<S: Real> Simulator<'_, S> {
 
     /// Flies freely over many steps, up to the first event, where free flight is affine; `None`
     /// where a step is needed, to which the flight has come.
-    pub(super) fn leap(
+    pub(super) fn exact_step(
         &mut self,
         horizon: S,
         approach: Approach,
@@ -77,54 +75,30 @@ impl<S: Real> Simulator<'_, S> {
         }
         let longest = horizon - self.motion.time;
         let near_miss = self.near_miss;
-        let asked = |surface| {
-            (
-                goal(surface, approach, near_miss),
-                approach.stop_at == Some(surface),
-            )
-        };
+        let asked = |surface| goal(surface, approach, near_miss);
         let work = &mut self.work;
-        let leap = tools.leap(
+        let step = tools.exact_step(
             &mut self.motion,
             &self.parameters,
             longest,
             asked,
             &mut work.misses,
         )?;
-        report(&mut work.misses, leap.time, self.motion.time, record);
-        self.motion.time = if leap.time == longest {
+        report(&mut work.misses, step.time, self.motion.time, record);
+        self.motion.time = if step.time == longest {
             horizon
         } else {
-            self.motion.time + leap.time
+            self.motion.time + step.time
         };
-        let stop = match leap.end {
-            LeapEnd::Stop(stop) => Some(stop),
-            LeapEnd::Quiet | LeapEnd::Open => None,
-        };
+        let stop = step.stop();
         if let Some(Stop::Contact { surface }) = stop {
             self.motion.set_at_contact(surface);
             self.settle_on(Landing::Contact { surface });
         }
-        if leap.time > S::zero() {
+        if step.time > S::zero() {
             self.tidy(stop);
         }
-        (leap.end != LeapEnd::Open).then_some(stop)
-    }
-
-    /// Flies freely from impact to impact where that is all that happens; `None` where the next
-    /// stop is to be found otherwise.
-    pub(super) fn fly_through_impacts(
-        &mut self,
-        horizon: S,
-        record: &mut dyn FnMut(Event<S>),
-    ) -> Option<Stop<S>> {
-        let (tools, phase) = (self.affine.as_mut()?, self.system.phase.as_ref()?);
-        let contacts_alone = self.near_miss <= S::zero();
-        if self.motion.regime != Regime::Free || !contacts_alone {
-            return None;
-        }
-        let period = S::from_dd(phase.period);
-        tools.fly_through_impacts(&mut self.motion, horizon, period, record)
+        (!step.undecided).then_some(stop)
     }
 
     /// Updates what is remembered after a step: surfaces left behind, but for one that is met, and
@@ -178,14 +152,14 @@ impl<S: Real> Leg<'_, S> {
         };
         work.misses.clear();
         for (index, &watch) in self.watches.iter().enumerate() {
-            let (sign, start, goal, outlook) = match watch {
+            let (sign, surface, start, goal, outlook) = match watch {
                 Watch::Gap { surface } => {
                     let Some(goal) = goal(surface, self.approach, self.near_miss) else {
                         motion.headings[surface] = Heading::Unknown;
                         continue;
                     };
                     let outlook = flight.outlook(index, first.length, &goal);
-                    (S::one(), motion.start(surface), goal, outlook)
+                    (S::one(), surface, motion.start(surface), goal, outlook)
                 }
                 Watch::Release => {
                     let (value, slope) = flight.polynomials(index);
@@ -193,26 +167,31 @@ impl<S: Real> Leg<'_, S> {
                         motion.lose_headings();
                         return Ok(Some(Stop::Release));
                     };
-                    let goal = Goal::Crossing {
+                    let goal = Goal {
+                        minima: false,
+                        stopping: false,
                         near: S::from_f64(-1.0),
                     };
-                    (motion.release_sign, start, goal, Outlook::Open)
+                    (motion.release_sign, 0, start, goal, Outlook::Open)
                 }
             };
-            work.found.clear();
-            let end = match outlook {
-                Outlook::Quiet => Heading::Unknown,
-                Outlook::Open => {
-                    let (value, slope) = flight.polynomials(index);
-                    let gap = Gap { value, slope, sign };
-                    let (length, found) = (first.length, &mut work.found);
-                    work.search.search(&gap, length, start, goal, found)
-                }
-            };
-            if let Watch::Gap { surface } = watch {
-                motion.headings[surface] = end;
+            let mut heading = Heading::Unknown;
+            if outlook == Outlook::Open {
+                let (value, slope) = flight.polynomials(index);
+                let gap = Gap {
+                    value,
+                    slope,
+                    sign,
+                    surface,
+                };
+                let Work { points, misses, .. } = &mut *work;
+                let end = search_alone(points, gap, first.length, start, goal, misses);
+                heading = Heading::falling(end.falls);
+                first.take(watch, &end);
             }
-            first.take(watch, &work.found, self.approach, &mut work.misses);
+            if let Watch::Gap { surface } = watch {
+                motion.headings[surface] = heading;
+            }
         }
         let First { length, mut stop } = first;
         match &mut stop {
@@ -240,7 +219,7 @@ impl<S: Real> Leg<'_, S> {
     /// were searched; for how long the gap that has the minimum is known to rise, where no
     /// other event can come between.
     fn turn_at<F: Flight<S>>(&mut self, flight: &mut F, time: S) -> S {
-        let (sign, length) = (S::one(), flight.length());
+        let length = flight.length();
         let mut rises_for = S::zero();
         for (index, &watch) in self.watches.iter().enumerate() {
             let Watch::Gap { surface } = watch else {
@@ -250,12 +229,10 @@ impl<S: Real> Leg<'_, S> {
             if self.approach.stop_at == Some(surface) {
                 *heading = Heading::Rising;
                 if self.watches.len() == 1 {
-                    let (value, slope) = flight.polynomials(index);
-                    rises_for = Gap { value, slope, sign }.rises_for(time, length);
+                    rises_for = gap(flight, index, surface).rises_for(time, length);
                 }
             } else if *heading != Heading::Unknown {
-                let (value, slope) = flight.polynomials(index);
-                *heading = Gap { value, slope, sign }.heading(time);
+                *heading = gap(flight, index, surface).heading(time);
             }
         }
         rises_for
@@ -291,37 +268,19 @@ struct First<S> {
 }
 
 impl<S: Real> First<S> {
-    /// Takes over the passages of one watch, all before `length`; minima that do not stop are put
-    /// to `misses`.
-    fn take(
-        &mut self,
-        watch: Watch,
-        found: &[Passage<S>],
-        approach: Approach,
-        misses: &mut Vec<(S, usize, S)>,
-    ) {
-        for &passage in found {
-            let stop = match (passage, watch) {
-                (Passage::Crossing { .. }, Watch::Gap { surface }) => Stop::Contact { surface },
-                (Passage::Crossing { .. }, Watch::Release) => Stop::Release,
-                (Passage::Minimum { gap, .. }, Watch::Gap { surface })
-                    if approach.stop_at == Some(surface) =>
-                {
-                    let rises_for = S::zero();
-                    Stop::Minimum { gap, rises_for }
-                }
-                (Passage::Minimum { time, gap }, Watch::Gap { surface }) => {
-                    misses.push((time, surface, gap));
-                    continue;
-                }
-                (Passage::Minimum { .. }, Watch::Release) => continue,
-            };
-            *self = Self {
-                length: passage.time(),
-                stop: Some(stop),
-            };
-            return;
-        }
+    /// Takes over the event of one watch, if it has one, before `length`.
+    fn take(&mut self, watch: Watch, end: &SearchEnd<S>) {
+        let stop = match watch {
+            Watch::Gap { surface } if end.crossing => Stop::Contact { surface },
+            Watch::Gap { .. } if end.minimum => Stop::Minimum {
+                gap: end.gap,
+                rises_for: S::zero(),
+            },
+            Watch::Release if end.crossing => Stop::Release,
+            _ => return,
+        };
+        self.length = end.time;
+        self.stop = Some(stop);
     }
 }
 
@@ -345,18 +304,31 @@ fn present<'s, 'a, S: Real>(
     }
 }
 
-fn goal<S: Real>(surface: usize, approach: Approach, near_miss: S) -> Option<Goal<S>> {
-    let stops = approach.stop_at == Some(surface);
-    if approach.ignored == Some(surface) {
-        return stops.then_some(Goal::Minima);
+/// The gap of a surface along a flight.
+fn gap<S: Real, F: Flight<S>>(flight: &mut F, watch: usize, surface: usize) -> Gap<'_, S> {
+    let (value, slope) = flight.polynomials(watch);
+    Gap {
+        value,
+        slope,
+        sign: S::one(),
+        surface,
     }
-    Some(Goal::Crossing {
-        near: if stops {
+}
+
+/// What is looked for at a surface; `None` where that is nothing.
+fn goal<S: Real>(surface: usize, approach: Approach, near_miss: S) -> Option<Goal<S>> {
+    let stopping = approach.stop_at == Some(surface);
+    let minima = approach.ignored == Some(surface);
+    let goal = Goal {
+        minima,
+        stopping,
+        near: if stopping {
             S::from_f64(f64::INFINITY)
         } else {
             near_miss
         },
-    })
+    };
+    (stopping || !minima).then_some(goal)
 }
 
 /// How the search of a release function starts; its sign is found on the regime's first step.
@@ -397,5 +369,5 @@ fn release_start<S: Real>(
         }
     }
     motion.release_sign = slope[0].signum();
-    Some(Start::Leaving { rounding })
+    Some(Start::leaving(rounding))
 }

@@ -1,27 +1,9 @@
 //! A model lowered for direct simulation: one field per regime, one program per reset.
 
 use super::affine::AffineSystem;
-use super::sticking::stick_field;
 use crate::flow::{Field, InputKind, Program};
 use crate::model::{ExpressionGraph, Model, NodeId, Response, Surface};
 use crate::numeric::Dd;
-
-/// What governs the motion.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Regime {
-    /// Free flight.
-    Free,
-    /// Compliant contact with a surface.
-    Contact {
-        /// The surface.
-        surface: usize,
-    },
-    /// Lasting contact with a rigid surface.
-    Stick {
-        /// The surface.
-        surface: usize,
-    },
-}
 
 /// A model compiled for direct simulation, shared by any number of
 /// [`Simulator`](super::Simulator)s.
@@ -266,4 +248,83 @@ impl Lowering<'_> {
             watches: watched.into_iter().map(|(watch, _)| watch).collect(),
         }
     }
+}
+
+/// The stick field of a rigid surface; `None` where no coordinate moves `h'` without moving `h`, or
+/// the reset's impulse does not act on `h'`.
+///
+/// A reset `g` is the identity where the surface is met with no speed, so on `h = 0`
+/// `g(x) − x = h' b + O(h'²)`: `b` is the direction of the contact's impulse. It follows by
+/// differentiating along a coordinate `x_j` that moves `h'` and not `h`,
+///
+/// ```text
+/// b ∝ ∂_j (g − x),      f_stick = f + λ b,      λ = − h'' / (∇h' · b),
+/// ```
+///
+/// where `λ` keeps `h''` along the stick field at zero. See docs/mathematics/direct-simulation.md.
+fn stick_field(
+    graph: &mut ExpressionGraph,
+    model: &Model,
+    surface: &Surface,
+    reset: &[NodeId],
+) -> Option<Vec<NodeId>> {
+    let dimension = model.dimension();
+    let slopes: Vec<_> = (0..dimension)
+        .map(|j| graph.derivative(surface.normal_velocity, j))
+        .collect();
+    let coordinate = (0..dimension).find(|&j| {
+        let moves_gap = graph.derivative(surface.event, j);
+        !is_zero(graph, slopes[j]) && is_zero(graph, moves_gap)
+    })?;
+    let kicks: Vec<_> = (0..dimension)
+        .map(|i| {
+            let state = graph.input(i);
+            let kick = graph.sub(reset[i], state);
+            graph.derivative(kick, coordinate)
+        })
+        .collect();
+    let pushes = pushes(graph, surface, &kicks, &slopes)?;
+    let field = model.flow.iter().zip(&pushes);
+    Some(field.map(|(&free, &push)| graph.sub(free, push)).collect())
+}
+
+/// `−λ b`, per component; `None` if the impulse does not act on `h'`.
+///
+/// NOTE: where the impulse acts on one component, its size cancels and is left out: the contact
+/// force then balances the free one to the last digit, and a long rest does not drift.
+fn pushes(
+    graph: &mut ExpressionGraph,
+    surface: &Surface,
+    kicks: &[NodeId],
+    slopes: &[NodeId],
+) -> Option<Vec<NodeId>> {
+    let kicked: Vec<_> = (0..kicks.len())
+        .filter(|&i| !is_zero(graph, kicks[i]))
+        .collect();
+    let zero = graph.number(0.0);
+    let mut pushes = vec![zero; kicks.len()];
+    if let [only] = kicked[..] {
+        if is_zero(graph, slopes[only]) {
+            return None;
+        }
+        pushes[only] = graph.div(surface.normal_acceleration, slopes[only]);
+        return Some(pushes);
+    }
+    let mut action = zero;
+    for &i in &kicked {
+        let term = graph.mul(slopes[i], kicks[i]);
+        action = graph.add(action, term);
+    }
+    if is_zero(graph, action) {
+        return None;
+    }
+    let ratio = graph.div(surface.normal_acceleration, action);
+    for &i in &kicked {
+        pushes[i] = graph.mul(ratio, kicks[i]);
+    }
+    Some(pushes)
+}
+
+fn is_zero(graph: &ExpressionGraph, node: NodeId) -> bool {
+    graph.constant_value(node) == Some(Dd::ZERO)
 }

@@ -6,7 +6,7 @@ use std::ops::Range;
 use miette::{Diagnostic, LabeledSpan, NamedSource, SourceCode};
 use thiserror::Error;
 
-use super::problem::SceneProblem;
+use super::expression::ExpressionError;
 
 /// A fault of a scene, pointing into its file where it has a place there.
 ///
@@ -136,5 +136,373 @@ impl Diagnostic for SceneHeadline {
 
     fn labels(&self) -> Option<Box<dyn Iterator<Item = LabeledSpan> + '_>> {
         self.0.labels()
+    }
+}
+
+/// What is wrong with a scene.
+#[derive(Clone, Debug, PartialEq, Error)]
+#[non_exhaustive]
+pub enum SceneProblem {
+    /// The file could not be read.
+    #[error("cannot read the scene: {reason}")]
+    Unreadable {
+        /// As the system says it.
+        reason: String,
+    },
+    /// The text is longer than any scene.
+    #[error("scene of {length} bytes, at most {limit} are read")]
+    TooLong {
+        /// Length found.
+        length: usize,
+        /// Longest accepted.
+        limit: usize,
+    },
+    /// The text is not TOML.
+    #[error("{reason}")]
+    Toml {
+        /// As the TOML reader says it.
+        reason: String,
+    },
+    /// An override that names no place of the scene.
+    #[error("cannot set `{key}`: `{part}` {reason}{}", .nearest.as_ref().map_or(String::new(), |name| format!(" (did you mean `{name}`?)")))]
+    Override {
+        /// The whole key.
+        key: String,
+        /// The part that failed.
+        part: String,
+        /// Why.
+        reason: OverrideReason,
+        /// The nearest parameter, where none has the name.
+        nearest: Option<String>,
+    },
+    /// A fault inside an expression.
+    #[error(transparent)]
+    Expression(#[from] ExpressionError),
+    /// A name where only numbers may stand.
+    #[error("`{name}` cannot stand here: `{key}` is an expression of numbers alone")]
+    NotConstant {
+        /// The name.
+        name: String,
+        /// The key it stands under.
+        key: String,
+    },
+    /// A key the table does not have.
+    #[error("unknown key `{key}` in {table}")]
+    UnknownKey {
+        /// As written.
+        key: String,
+        /// The table.
+        table: String,
+        /// The nearest known key.
+        nearest: Option<String>,
+    },
+    /// A key that must be there.
+    #[error("missing key `{key}` in {table}")]
+    MissingKey {
+        /// The key.
+        key: String,
+        /// The table.
+        table: String,
+    },
+    /// A value of the wrong kind.
+    #[error("`{key}` must be {expected}, found {found}")]
+    WrongType {
+        /// The key.
+        key: String,
+        /// What belongs there.
+        expected: &'static str,
+        /// The kind found.
+        found: &'static str,
+    },
+    /// A word that is none of the choices.
+    #[error("`{key}` cannot be \"{found}\"")]
+    UnknownWord {
+        /// The key.
+        key: String,
+        /// As written.
+        found: String,
+        /// What may stand there.
+        choices: &'static str,
+        /// The nearest choice.
+        nearest: Option<String>,
+    },
+    /// Text that is no name.
+    #[error("`{name}` is not a name")]
+    NotAName {
+        /// As written, escaped.
+        name: String,
+    },
+    /// A name of the language.
+    #[error("`{name}` is a word of the expression language and cannot name a {kind}")]
+    Reserved {
+        /// The name.
+        name: String,
+        /// What it was to name.
+        kind: &'static str,
+    },
+    /// A word of Rust, where the emitted code could not use it.
+    #[error("`{name}` is a word of Rust and cannot name a {kind}: names stand in emitted code")]
+    RustWord {
+        /// The name.
+        name: String,
+        /// What it was to name.
+        kind: &'static str,
+    },
+    /// One name for two things of a kind.
+    #[error("two of the {kind}s are named `{name}`")]
+    SameName {
+        /// The name.
+        name: String,
+        /// What both are.
+        kind: &'static str,
+    },
+    /// One name for two things.
+    #[error("`{name}` names both a {first} and a {second}")]
+    DuplicateName {
+        /// The name.
+        name: String,
+        /// What it named first.
+        first: &'static str,
+        /// What it names again.
+        second: &'static str,
+    },
+    /// The same entry twice in a list.
+    #[error("`{name}` stands twice in `{key}`")]
+    Repeated {
+        /// The entry.
+        name: String,
+        /// The list.
+        key: String,
+    },
+    /// A name that should be known.
+    #[error("unknown {kind} `{name}`")]
+    UnknownName {
+        /// As written.
+        name: String,
+        /// What it should be.
+        kind: &'static str,
+        /// The nearest known one.
+        nearest: Option<String>,
+    },
+    /// The phase where only a state can stand.
+    #[error("the phase `{name}` cannot stand in {table}: its rate is `model.phase.rate`")]
+    PhaseInLaw {
+        /// The phase.
+        name: String,
+        /// The table.
+        table: String,
+    },
+    /// A state without its equation.
+    #[error("no equation for state `{state}` in [model.flow]")]
+    MissingFlow {
+        /// The state.
+        state: String,
+    },
+    /// Named expressions that need each other.
+    #[error("`let` goes round in a circle: {}", .names.join(" -> "))]
+    Circular {
+        /// The circle, its first name repeated at the end.
+        names: Vec<String>,
+    },
+    /// An expression that depends on what it must not.
+    #[error("`{key}` must not depend on `{name}`")]
+    Dependence {
+        /// The key.
+        key: String,
+        /// The name.
+        name: String,
+    },
+    /// A list that must not be empty.
+    #[error("`{key}` is empty")]
+    Empty {
+        /// The list.
+        key: String,
+    },
+    /// A list longer than any model needs.
+    #[error("`{key}` has {found} entries, at most {most} are read")]
+    TooMany {
+        /// The list.
+        key: String,
+        /// Longest accepted.
+        most: usize,
+        /// Entries found.
+        found: usize,
+    },
+    /// A number that is not finite.
+    #[error("`{key}` must be a finite number, found {found}")]
+    NotFinite {
+        /// The key.
+        key: String,
+        /// As written.
+        found: String,
+    },
+    /// A number that must be positive.
+    #[error("`{key}` must be positive, found {value}")]
+    NotPositive {
+        /// The key.
+        key: String,
+        /// As found.
+        value: f64,
+    },
+    /// A whole number out of its range.
+    #[error("`{key}` must be a whole number from {least} to {most}, found {found}")]
+    Count {
+        /// The key.
+        key: String,
+        /// As written.
+        found: String,
+        /// Smallest accepted.
+        least: u64,
+        /// Largest accepted.
+        most: u64,
+    },
+    /// A range that is reversed or empty.
+    #[error("`{key}` must run from a smaller to a larger offset, found {first} to {last}")]
+    Range {
+        /// The key.
+        key: String,
+        /// First.
+        first: f64,
+        /// Last.
+        last: f64,
+    },
+    /// A list of the wrong length.
+    #[error("`{key}` must have {expected} entries, found {found}")]
+    Length {
+        /// The key.
+        key: String,
+        /// Entries it must have.
+        expected: usize,
+        /// Entries found.
+        found: usize,
+    },
+    /// A chart of more cells than fit into memory.
+    #[error("`{key}` asks for {found} cells, at most {most} are computed")]
+    ChartCells {
+        /// The key.
+        key: String,
+        /// Cells asked for.
+        found: u64,
+        /// Most accepted.
+        most: u64,
+    },
+    /// A diagram that keeps more values than fit into memory.
+    #[error("`{key}` asks for {found} iterates at all points together, at most {most} are kept")]
+    DiagramValues {
+        /// The key.
+        key: String,
+        /// Values asked for.
+        found: u64,
+        /// Most accepted.
+        most: u64,
+    },
+    /// A restitution that gains energy or passes through.
+    #[error("restitution {value} of surface `{surface}` is outside [0, 1]")]
+    Restitution {
+        /// The surface.
+        surface: String,
+        /// Normal velocity after over that before, the sign changed.
+        value: f64,
+    },
+    /// Neither or both of the two responses.
+    #[error("surface `{surface}` must have either `impact` or `contact`")]
+    Response {
+        /// The surface.
+        surface: String,
+    },
+    /// A release without a contact.
+    #[error("`release` of surface `{surface}` has a meaning only beside `contact`")]
+    ReleaseWithoutContact {
+        /// The surface.
+        surface: String,
+    },
+    /// An event that the flow does not change.
+    #[error("the event of surface `{surface}` does not depend on any state")]
+    ConstantEvent {
+        /// The surface.
+        surface: String,
+    },
+    /// Two keys that exclude each other.
+    #[error("`{first}` and `{second}` exclude each other")]
+    Exclusive {
+        /// One.
+        first: &'static str,
+        /// The other.
+        second: &'static str,
+    },
+    /// A precision that is chosen by a tolerance, and none named.
+    #[error(
+        "`emit.precision` can be \"any\" only where `expansion.tolerance` decides between \"f32\" and \"f64\""
+    )]
+    NeedsTolerance,
+    /// A guess that leaves a component out.
+    #[error("`guess` has no value for `{component}`")]
+    IncompleteGuess {
+        /// The component.
+        component: String,
+    },
+    /// More conditions than grazes.
+    #[error("`solve_for` names {parameters} parameters for {passages} grazing passage(s)")]
+    TooManyUnknowns {
+        /// Parameters named.
+        parameters: usize,
+        /// Passages named.
+        passages: usize,
+    },
+    /// A parameter to be solved for that changes nothing.
+    #[error("`solve_for` names `{name}`, and nothing in the model depends on it")]
+    IdleUnknown {
+        /// The parameter.
+        name: String,
+    },
+    /// The cheapest section of no tolerance.
+    #[error(
+        "`kind = \"any\"` is the section with the cheapest map for a tolerance: expected `tolerance` in [expansion], found orders"
+    )]
+    AnySectionWithoutTolerance,
+    /// Something that needs a forcing phase.
+    #[error("{what} needs a forcing phase, and the model has no [model.phase]")]
+    NeedsPhase {
+        /// What needs it.
+        what: &'static str,
+    },
+}
+
+/// Why an override cannot be applied.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
+pub enum OverrideReason {
+    /// No parameter has this name.
+    #[error("is not a parameter of the scene")]
+    UnknownParameter,
+    /// The part before it is a value, not a table or a list.
+    #[error("is not inside a table")]
+    NotATable,
+    /// A list is asked for an entry it does not have.
+    #[error("is not an entry of the list")]
+    NotAnEntry,
+    /// An empty part.
+    #[error("is empty")]
+    Empty,
+}
+
+impl SceneProblem {
+    /// A few words for the place in the text, where there is something to add.
+    pub(super) fn label(&self) -> Option<String> {
+        let meant = |nearest: &Option<String>| {
+            nearest
+                .as_ref()
+                .map(|name| format!("did you mean `{name}`?"))
+        };
+        match self {
+            Self::Expression(error) => error.label(),
+            Self::UnknownKey { nearest, .. } | Self::UnknownName { nearest, .. } => meant(nearest),
+            Self::UnknownWord {
+                nearest, choices, ..
+            } => meant(nearest).or_else(|| Some(format!("one of {choices}"))),
+            Self::NotAName { .. } => {
+                Some("letters, digits and `_`, not first a digit, at most 64".to_owned())
+            }
+            _ => None,
+        }
     }
 }

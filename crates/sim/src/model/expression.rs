@@ -5,11 +5,586 @@
 //! `-x^2 = -(x^2)` and `2^-1` is a half), then numbers, names, `pi`, function calls and
 //! parentheses.
 
-mod error;
-mod lexer;
-mod parser;
+use std::ops::Range;
 
-pub use error::ExpressionError;
-pub(super) use error::Spanned;
-pub(super) use lexer::names_in;
-pub(super) use parser::{Resolved, parse};
+use num_traits::Zero;
+use thiserror::Error;
+
+use crate::model::graph::{Binary, ExpressionGraph, Node, NodeId};
+use crate::model::names;
+use crate::model::names::Function;
+use crate::numeric::Dd;
+
+/// A fault and where it stands.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Spanned<T> {
+    /// The fault.
+    pub(super) value: T,
+    /// Bytes of the text it stands at.
+    pub(super) span: Range<usize>,
+}
+
+impl<T> Spanned<T> {
+    /// A fault at `span`.
+    pub(super) fn new(value: T, span: Range<usize>) -> Self {
+        Self { value, span }
+    }
+}
+
+/// A fault in the text of an expression.
+#[derive(Clone, Debug, PartialEq, Error)]
+#[non_exhaustive]
+pub enum ExpressionError {
+    /// No expression at all.
+    #[error("empty expression")]
+    Empty,
+    /// Longer than any model needs.
+    #[error("expression of {length} bytes, at most {limit} are read")]
+    TooLong {
+        /// Length found.
+        length: usize,
+        /// Longest accepted.
+        limit: usize,
+    },
+    /// Nested deeper than any model needs.
+    #[error("expression nested deeper than {limit} levels")]
+    TooDeep {
+        /// Deepest accepted.
+        limit: usize,
+    },
+    /// A character the language does not have.
+    #[error("unexpected character `{found}` in an expression")]
+    Character {
+        /// The character, escaped where it cannot be printed.
+        found: String,
+    },
+    /// A malformed number.
+    #[error("malformed number `{text}`")]
+    Number {
+        /// As written.
+        text: String,
+    },
+    /// A number or a constant operation that is not finite.
+    #[error("`{text}` is not a finite number")]
+    NotFinite {
+        /// As written.
+        text: String,
+    },
+    /// Something else stood where an operand belongs.
+    #[error("expected a number, a name or `(`, found {found}")]
+    ExpectedOperand {
+        /// What stood there.
+        found: String,
+    },
+    /// Something else stood where an operator belongs.
+    #[error("expected an operator, found {found}")]
+    ExpectedOperator {
+        /// What stood there.
+        found: String,
+    },
+    /// A parenthesis that is not closed.
+    #[error("`(` is not closed")]
+    Unclosed,
+    /// A function without its arguments.
+    #[error("function `{name}` needs its arguments in parentheses")]
+    FunctionWithoutArguments {
+        /// The function.
+        name: String,
+    },
+    /// A wrong number of arguments.
+    #[error("function `{name}` takes {expected} argument(s), found {found}")]
+    ArgumentCount {
+        /// The function.
+        name: String,
+        /// Arguments it takes.
+        expected: usize,
+        /// Arguments found.
+        found: usize,
+    },
+    /// A call of something that is no function.
+    #[error("unknown function `{name}`")]
+    UnknownFunction {
+        /// As written.
+        name: String,
+        /// The nearest known name.
+        nearest: Option<String>,
+    },
+    /// A name that means nothing here.
+    #[error("unknown variable `{name}`")]
+    UnknownVariable {
+        /// As written.
+        name: String,
+        /// The nearest known name.
+        nearest: Option<String>,
+    },
+    /// `free` outside a contact law.
+    #[error("`free` has a meaning only in the contact law of a surface")]
+    FreeOutsideContact,
+}
+
+impl ExpressionError {
+    /// A few words for the place in the text, where there is something to add.
+    pub(super) fn label(&self) -> Option<String> {
+        let meant = |nearest: &Option<String>, otherwise: &str| match nearest {
+            Some(name) => format!("did you mean `{name}`?"),
+            None => otherwise.to_owned(),
+        };
+        match self {
+            Self::UnknownVariable { nearest, .. } => Some(meant(
+                nearest,
+                "not a state, the phase, a parameter or a `let`",
+            )),
+            Self::UnknownFunction { nearest, .. } => {
+                Some(meant(nearest, "not a function; a product needs `*`"))
+            }
+            Self::FunctionWithoutArguments { name } => Some(format!("write `{name}(...)`")),
+            Self::TooDeep { .. } | Self::TooLong { .. } => Some("split it with `let`".to_owned()),
+            _ => None,
+        }
+    }
+}
+
+/// Longest expression read, in bytes.
+const LONGEST: usize = 1 << 16;
+
+/// A token.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Token {
+    /// A decimal number.
+    Number,
+    /// A name.
+    Name,
+    /// One of `+ - * / ^ ( ) ,`.
+    Symbol(u8),
+    /// The end of the text.
+    End,
+}
+
+/// The tokens of a text, the last being [`Token::End`].
+pub(super) fn tokens(text: &str) -> Result<Vec<(Token, Range<usize>)>, Spanned<ExpressionError>> {
+    if text.len() > LONGEST {
+        let error = ExpressionError::TooLong {
+            length: text.len(),
+            limit: LONGEST,
+        };
+        return Err(Spanned::new(error, 0..text.len()));
+    }
+    let bytes = text.as_bytes();
+    let mut tokens = Vec::new();
+    let mut at = 0;
+    while at < bytes.len() {
+        let start = at;
+        let token = match bytes[at] {
+            b' ' | b'\t' | b'\n' | b'\r' => {
+                at += 1;
+                continue;
+            }
+            symbol @ (b'+' | b'-' | b'*' | b'/' | b'^' | b'(' | b')' | b',') => {
+                at += 1;
+                Token::Symbol(symbol)
+            }
+            b'0'..=b'9' | b'.' => {
+                at = number_end(bytes, at);
+                check_number(text, start..at)?;
+                Token::Number
+            }
+            letter if letter.is_ascii_alphabetic() || letter == b'_' => {
+                at = skip(bytes, at, |byte| {
+                    byte.is_ascii_alphanumeric() || byte == b'_'
+                });
+                Token::Name
+            }
+            _ => return Err(unexpected_character(text, at)),
+        };
+        tokens.push((token, start..at));
+    }
+    tokens.push((Token::End, text.len()..text.len()));
+    Ok(tokens)
+}
+
+/// The names a text uses, in order; nothing where it cannot be read (its own parse says why).
+pub(super) fn names_in(text: &str) -> Vec<&str> {
+    let tokens = tokens(text).unwrap_or_default();
+    let names = tokens
+        .into_iter()
+        .filter(|(token, _)| *token == Token::Name);
+    names.map(|(_, span)| &text[span]).collect()
+}
+
+/// Where the bytes that satisfy `accept` end.
+fn skip(bytes: &[u8], from: usize, accept: impl Fn(u8) -> bool) -> usize {
+    let rest = bytes[from..].iter().position(|&byte| !accept(byte));
+    rest.map_or(bytes.len(), |length| from + length)
+}
+
+/// Where a number ends: digits and points, an exponent with its sign, and anything glued to it.
+fn number_end(bytes: &[u8], from: usize) -> usize {
+    let mut at = skip(bytes, from, |byte| byte.is_ascii_digit() || byte == b'.');
+    if matches!(bytes.get(at), Some(b'e' | b'E')) {
+        at += 1;
+        if matches!(bytes.get(at), Some(b'+' | b'-')) {
+            at += 1;
+        }
+    }
+    skip(bytes, at, |byte| {
+        byte.is_ascii_alphanumeric() || byte == b'_' || byte == b'.'
+    })
+}
+
+/// Refuses what is not `digits[.digits][e[±]digits]`.
+fn check_number(text: &str, span: Range<usize>) -> Result<(), Spanned<ExpressionError>> {
+    let number = &text[span.clone()];
+    let plain = number
+        .bytes()
+        .all(|byte| byte.is_ascii_digit() || matches!(byte, b'.' | b'e' | b'E' | b'+' | b'-'));
+    if plain && number.parse::<f64>().is_ok() {
+        Ok(())
+    } else {
+        Err(Spanned::new(
+            ExpressionError::Number {
+                text: number.to_owned(),
+            },
+            span,
+        ))
+    }
+}
+
+/// The fault of a character that begins no token.
+fn unexpected_character(text: &str, at: usize) -> Spanned<ExpressionError> {
+    let found = text[at..].chars().next().unwrap_or_default();
+    let error = ExpressionError::Character {
+        found: found.escape_debug().to_string(),
+    };
+    Spanned::new(error, at..at + found.len_utf8())
+}
+
+/// Deepest nesting read.
+const DEEPEST: usize = 128;
+
+/// Binding power of unary minus: looser than `^`, tighter than `*`.
+const UNARY: u8 = 5;
+
+/// What a name means.
+#[derive(Clone, Debug)]
+pub(super) enum Resolved {
+    /// A node.
+    Node(NodeId),
+    /// Nothing; the nearest known name.
+    Unknown(Option<String>),
+}
+
+type Outcome<T> = Result<T, Spanned<ExpressionError>>;
+
+/// Reads `text` into `graph`; `resolve` says what a name means.
+///
+/// # Errors
+///
+/// The first fault, with its bytes in `text`.
+pub(super) fn parse(
+    text: &str,
+    graph: &mut ExpressionGraph,
+    resolve: &dyn Fn(&str) -> Resolved,
+) -> Outcome<NodeId> {
+    let tokens = tokens(text)?;
+    if tokens.len() == 1 {
+        return Err(Spanned::new(ExpressionError::Empty, 0..text.len()));
+    }
+    let mut parser = Parser {
+        text,
+        tokens,
+        at: 0,
+        depth: 0,
+        graph,
+        resolve,
+    };
+    let (node, _) = parser.expression(0)?;
+    match parser.peek() {
+        (Token::End, _) => Ok(node),
+        (_, span) => Err(parser.fault(
+            ExpressionError::ExpectedOperator {
+                found: parser.found(&span),
+            },
+            span,
+        )),
+    }
+}
+
+struct Parser<'a> {
+    text: &'a str,
+    tokens: Vec<(Token, Range<usize>)>,
+    at: usize,
+    depth: usize,
+    graph: &'a mut ExpressionGraph,
+    resolve: &'a dyn Fn(&str) -> Resolved,
+}
+
+impl Parser<'_> {
+    /// An expression whose operators bind at least as tightly as `least`.
+    fn expression(&mut self, least: u8) -> Outcome<(NodeId, Range<usize>)> {
+        self.depth += 1;
+        if self.depth > DEEPEST {
+            let (_, span) = self.peek();
+            return Err(self.fault(ExpressionError::TooDeep { limit: DEEPEST }, span));
+        }
+        let (mut left, mut span) = self.operand()?;
+        while let (Token::Symbol(symbol), _) = self.peek() {
+            let Some((binds, right_least)) = binding(symbol) else {
+                break;
+            };
+            if binds < least {
+                break;
+            }
+            self.at += 1;
+            let (right, right_span) = self.expression(right_least)?;
+            span = span.start..right_span.end;
+            left = self.operation(symbol, left, right, &span)?;
+        }
+        self.depth -= 1;
+        Ok((left, span))
+    }
+
+    /// A number, a name, a call, a parenthesis, or a sign before an expression.
+    fn operand(&mut self) -> Outcome<(NodeId, Range<usize>)> {
+        let (token, span) = self.peek();
+        self.at += usize::from(token != Token::End);
+        match token {
+            Token::Number => self.number(span),
+            Token::Name => self.name(span),
+            Token::Symbol(sign @ (b'-' | b'+')) => {
+                let (inner, inner_span) = self.expression(UNARY)?;
+                let node = if sign == b'-' {
+                    self.graph.neg(inner)
+                } else {
+                    inner
+                };
+                Ok((node, span.start..inner_span.end))
+            }
+            Token::Symbol(b'(') => {
+                let (inner, _) = self.expression(0)?;
+                let end = self.close(span.clone())?;
+                Ok((inner, span.start..end))
+            }
+            _ => Err(self.fault(
+                ExpressionError::ExpectedOperand {
+                    found: self.found(&span),
+                },
+                span,
+            )),
+        }
+    }
+
+    fn number(&mut self, span: Range<usize>) -> Outcome<(NodeId, Range<usize>)> {
+        let text = &self.text[span.clone()];
+        match decimal(text) {
+            Some(value) => Ok((self.graph.constant(value), span)),
+            None => Err(self.fault(
+                ExpressionError::NotFinite {
+                    text: text.to_owned(),
+                },
+                span,
+            )),
+        }
+    }
+
+    fn name(&mut self, span: Range<usize>) -> Outcome<(NodeId, Range<usize>)> {
+        let name = &self.text[span.clone()];
+        let called = self.peek().0 == Token::Symbol(b'(');
+        match (names::function(name), called) {
+            (Some(function), true) => return self.call(function, span),
+            (Some(_), false) => {
+                let error = ExpressionError::FunctionWithoutArguments {
+                    name: name.to_owned(),
+                };
+                return Err(self.fault(error, span));
+            }
+            (None, true) => {
+                let nearest = names::nearest(name, names::function_names());
+                return Err(self.fault(
+                    ExpressionError::UnknownFunction {
+                        name: name.to_owned(),
+                        nearest,
+                    },
+                    span,
+                ));
+            }
+            (None, false) => {}
+        }
+        if name == names::PI {
+            return Ok((self.graph.constant(Dd::PI), span));
+        }
+        match (self.resolve)(name) {
+            Resolved::Node(node) => Ok((node, span)),
+            Resolved::Unknown(_) if name == names::FREE => {
+                Err(self.fault(ExpressionError::FreeOutsideContact, span))
+            }
+            Resolved::Unknown(nearest) => Err(self.fault(
+                ExpressionError::UnknownVariable {
+                    name: name.to_owned(),
+                    nearest,
+                },
+                span,
+            )),
+        }
+    }
+
+    /// The arguments of a function, its name already read.
+    fn call(&mut self, function: Function, name: Range<usize>) -> Outcome<(NodeId, Range<usize>)> {
+        let (_, open) = self.peek();
+        self.at += 1;
+        let mut arguments = Vec::new();
+        if self.peek().0 != Token::Symbol(b')') {
+            arguments.push(self.expression(0)?.0);
+            while self.peek().0 == Token::Symbol(b',') {
+                self.at += 1;
+                arguments.push(self.expression(0)?.0);
+            }
+        }
+        let span = name.start..self.close(open)?;
+        let node = match (function, arguments.as_slice()) {
+            (Function::Unary(function), &[a]) => self.graph.unary(function, a),
+            (Function::Binary(function), &[a, b]) => self.graph.binary(function, a, b),
+            _ => {
+                let error = ExpressionError::ArgumentCount {
+                    name: self.text[name].to_owned(),
+                    expected: function.arity(),
+                    found: arguments.len(),
+                };
+                return Err(self.fault(error, span));
+            }
+        };
+        self.finite(node, &arguments, &span)?;
+        Ok((node, span))
+    }
+
+    fn operation(
+        &mut self,
+        symbol: u8,
+        a: NodeId,
+        b: NodeId,
+        span: &Range<usize>,
+    ) -> Outcome<NodeId> {
+        let node = match symbol {
+            b'+' => self.graph.binary(Binary::Add, a, b),
+            b'-' => self.graph.binary(Binary::Sub, a, b),
+            b'*' => self.graph.binary(Binary::Mul, a, b),
+            b'/' => self.graph.binary(Binary::Div, a, b),
+            _ => self.graph.power(a, b),
+        };
+        self.finite(node, &[a, b], span)?;
+        Ok(node)
+    }
+
+    /// Refuses an operation on numbers that gave none, and a division by zero.
+    fn finite(&self, node: NodeId, operands: &[NodeId], span: &Range<usize>) -> Outcome<()> {
+        let constant = |id: &NodeId| self.graph.constant_value(*id).is_some();
+        let by_zero = match self.graph.node(node) {
+            Node::Binary(Binary::Div, _, divisor) => {
+                self.graph.constant_value(divisor) == Some(Dd::zero())
+            }
+            _ => false,
+        };
+        if by_zero || (operands.iter().all(constant) && !constant(&node)) {
+            let text = self.text[span.clone()].to_owned();
+            return Err(self.fault(ExpressionError::NotFinite { text }, span.clone()));
+        }
+        Ok(())
+    }
+
+    /// Reads the parenthesis that closes the one at `open`; where it ends.
+    fn close(&mut self, open: Range<usize>) -> Outcome<usize> {
+        match self.peek() {
+            (Token::Symbol(b')'), span) => {
+                self.at += 1;
+                Ok(span.end)
+            }
+            (Token::End, _) => Err(self.fault(ExpressionError::Unclosed, open)),
+            (_, span) => Err(self.fault(
+                ExpressionError::ExpectedOperator {
+                    found: self.found(&span),
+                },
+                span,
+            )),
+        }
+    }
+
+    fn peek(&self) -> (Token, Range<usize>) {
+        self.tokens[self.at].clone()
+    }
+
+    /// What stands at `span`, in words.
+    fn found(&self, span: &Range<usize>) -> String {
+        match &self.text[span.clone()] {
+            "" => "the end of the expression".to_owned(),
+            text => format!("`{text}`"),
+        }
+    }
+
+    fn fault(&self, error: ExpressionError, span: Range<usize>) -> Spanned<ExpressionError> {
+        Spanned::new(error, span)
+    }
+}
+
+/// Binding power of an infix operator, and the least its right operand's operators must have.
+fn binding(symbol: u8) -> Option<(u8, u8)> {
+    match symbol {
+        b'+' | b'-' => Some((1, 2)),
+        b'*' | b'/' => Some((3, 4)),
+        b'^' => Some((7, UNARY)),
+        _ => None,
+    }
+}
+
+/// The finite number of a decimal literal, to the digits of [`Dd`].
+pub(super) fn decimal(text: &str) -> Option<Dd> {
+    let value = Dd::from_decimal(text).ok()?;
+    value.is_finite().then_some(value)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn value(text: &str) -> Result<f64, ExpressionError> {
+        let mut graph = ExpressionGraph::new();
+        let node =
+            parse(text, &mut graph, &|_| Resolved::Unknown(None)).map_err(|fault| fault.value)?;
+        Ok(graph
+            .constant_value(node)
+            .expect("numbers alone give a number")
+            .hi)
+    }
+
+    #[test]
+    fn operators_bind_as_in_mathematics() {
+        for (text, expected) in [
+            ("1 + 2*3", 7.0),
+            ("(1 + 2)*3", 9.0),
+            ("10 - 4 - 3", 3.0),
+            ("16/4/2", 2.0),
+            ("2^3^2", 512.0),
+            ("-2^2", -4.0),
+            ("(-2)^2", 4.0),
+            ("2^-1", 0.5),
+            ("2^-2^2", 0.0625),
+            ("-2*-3", 6.0),
+            ("2*-3^2", -18.0),
+            ("- -5", 5.0),
+            ("+5 - +3", 2.0),
+            ("1e-3*1E3", 1.0),
+            (".5 + 5.", 5.5),
+            ("max(1, min(3, 2))", 2.0),
+            ("atan2(1, -1)/pi", 0.75),
+            ("abs(-3)*sign(-2)", -3.0),
+        ] {
+            assert_eq!(value(text), Ok(expected), "{text}");
+        }
+    }
+
+    #[test]
+    fn a_fault_is_pointed_at_to_the_byte() {
+        let mut graph = ExpressionGraph::new();
+        let fault = parse("1 + velocty*2", &mut graph, &|_| Resolved::Unknown(None))
+            .expect_err("an unknown name");
+        assert_eq!(fault.span, 4..11);
+    }
+}

@@ -4,15 +4,11 @@
 //! hash-consed, so a common subexpression stands once.
 
 mod build;
-mod corners;
 mod derivative;
-mod evaluate;
-
-pub use corners::CornerOperation;
 
 use std::collections::HashMap;
 
-use crate::numeric::Dd;
+use crate::numeric::{Dd, Scalar};
 
 /// Index of a node in an [`ExpressionGraph`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -185,5 +181,144 @@ impl ExpressionGraph {
             }
         }
         needed
+    }
+}
+
+/// An operation that is not analytic where its argument is 0.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct CornerOperation {
+    /// `abs`, `sign`, `min` or `max`.
+    pub function: &'static str,
+    /// Its argument; of `min` and `max` the difference of both.
+    pub argument: NodeId,
+}
+
+impl ExpressionGraph {
+    /// The operations with a corner that a node is computed from, operands first.
+    ///
+    /// ```
+    /// use grazemap_sim::model::{ExpressionGraph, Unary};
+    ///
+    /// let mut graph = ExpressionGraph::new();
+    /// let x = graph.input(0);
+    /// let size = graph.unary(Unary::Abs, x);
+    /// let friction = graph.mul(size, x);
+    /// let corners = graph.corner_operations(friction);
+    /// assert_eq!(corners.len(), 1);
+    /// assert_eq!((corners[0].function, corners[0].argument), ("abs", x));
+    /// ```
+    pub fn corner_operations(&mut self, node: NodeId) -> Vec<CornerOperation> {
+        let needed = self.needed(node);
+        let operations: Vec<Node> = (self.nodes.iter().zip(needed))
+            .filter_map(|(&operation, needed)| needed.then_some(operation))
+            .collect();
+        let corners = operations.into_iter();
+        corners
+            .filter_map(|operation| self.corner_operation(operation))
+            .collect()
+    }
+
+    fn corner_operation(&mut self, operation: Node) -> Option<CornerOperation> {
+        let (function, argument) = match operation {
+            Node::Unary(Unary::Abs, a) => ("abs", a),
+            Node::Unary(Unary::Sign, a) => ("sign", a),
+            Node::Binary(Binary::Min, a, b) => ("min", self.sub(a, b)),
+            Node::Binary(Binary::Max, a, b) => ("max", self.sub(a, b)),
+            _ => return None,
+        };
+        Some(CornerOperation { function, argument })
+    }
+}
+
+impl ExpressionGraph {
+    /// Fills `values` with the value of every node at `inputs` (full state, then parameters).
+    ///
+    /// Functions outside their domain give NaN, as in [`Scalar`].
+    ///
+    /// # Panics
+    ///
+    /// If `inputs` is shorter than the largest input number of the graph.
+    pub fn evaluate<S: Scalar>(&self, inputs: &[S], values: &mut Vec<S>) {
+        values.clear();
+        values.reserve(self.nodes.len());
+        for node in &self.nodes {
+            let value = match *node {
+                Node::Constant(value) => S::from_dd(value),
+                Node::Input(input) => inputs[input],
+                Node::Neg(a) => -values[a.index()],
+                Node::PowerInteger(a, exponent) => power(values[a.index()], exponent),
+                Node::PowerReal(a, exponent) => values[a.index()].powf(S::from_dd(exponent)),
+                Node::Unary(function, a) => unary(function, values[a.index()]),
+                Node::Binary(function, a, b) => {
+                    binary(function, values[a.index()], values[b.index()])
+                }
+            };
+            values.push(value);
+        }
+    }
+}
+
+/// `aⁿ` by repeated squaring; a negative exponent is the reciprocal of the positive one.
+fn power<S: Scalar>(base: S, exponent: i32) -> S {
+    let mut result = S::one();
+    let mut square = base;
+    let mut remaining = exponent.unsigned_abs();
+    while remaining > 0 {
+        if remaining & 1 == 1 {
+            result *= square;
+        }
+        remaining >>= 1;
+        if remaining > 0 {
+            square = square * square;
+        }
+    }
+    if exponent < 0 {
+        S::one() / result
+    } else {
+        result
+    }
+}
+
+/// A function of one argument.
+fn unary<S: Scalar>(function: Unary, a: S) -> S {
+    match function {
+        Unary::Sqrt => a.sqrt(),
+        Unary::Exp => a.exp(),
+        Unary::Log => a.ln(),
+        Unary::Sin => a.sin_cos().0,
+        Unary::Cos => a.sin_cos().1,
+        Unary::Tan => {
+            let (sine, cosine) = a.sin_cos();
+            sine / cosine
+        }
+        Unary::Asin => a.asin(),
+        Unary::Acos => a.acos(),
+        Unary::Atan => a.atan(),
+        Unary::Sinh => a.sinh_cosh().0,
+        Unary::Cosh => a.sinh_cosh().1,
+        Unary::Tanh => tanh(a),
+        Unary::Abs => a.abs(),
+        Unary::Sign => a.signum(),
+    }
+}
+
+/// Hyperbolic tangent; the argument is limited to where it is ±1 to every digit, so that nothing
+/// overflows.
+fn tanh<S: Scalar>(a: S) -> S {
+    let limit = S::from_dd(Dd { hi: 300.0, lo: 0.0 });
+    let (sine, cosine) = a.max(-limit).min(limit).sinh_cosh();
+    sine / cosine
+}
+
+/// A function of two arguments.
+fn binary<S: Scalar>(function: Binary, a: S, b: S) -> S {
+    match function {
+        Binary::Add => a + b,
+        Binary::Sub => a - b,
+        Binary::Mul => a * b,
+        Binary::Div => a / b,
+        Binary::Atan2 => a.atan2(b),
+        Binary::Min => a.min(b),
+        Binary::Max => a.max(b),
     }
 }

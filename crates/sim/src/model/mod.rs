@@ -8,13 +8,11 @@ mod expression;
 pub mod graph;
 mod names;
 mod oscillator;
-mod problem;
 mod scene;
 
-pub use error::{SceneError, SceneHeadline};
+pub use error::{OverrideReason, SceneError, SceneHeadline, SceneProblem};
 pub use expression::ExpressionError;
 pub use graph::{Binary, CornerOperation, ExpressionGraph, Node, NodeId, Unary};
 pub use names::nearest;
 pub use oscillator::{Model, Parameter, Phase, Response, Surface};
-pub use problem::{OverrideReason, SceneProblem};
 pub use scene::*;

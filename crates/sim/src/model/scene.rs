@@ -2,20 +2,10 @@
 
 mod diagram;
 mod document;
-mod emit;
-mod expansion;
-mod grazing;
-mod lets;
 mod load;
-mod lookup;
 mod oscillator;
-mod overrides;
 mod scope;
-mod section;
-mod surface;
-mod usage;
-mod values;
-mod window;
+mod tables;
 
 use std::fmt;
 use std::sync::Arc;

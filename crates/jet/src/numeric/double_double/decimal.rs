@@ -3,18 +3,19 @@
 //! The one idea: a decimal literal is a ratio of natural numbers, and so is a double-double;
 //! conversion in natural numbers rounds once.
 
-mod reading;
-mod writing;
-
 use std::fmt;
 use std::str::FromStr;
 
+use num_bigint::BigUint;
+use num_integer::Integer;
+use num_traits::{ToPrimitive, Zero};
 use serde::de::Error as _;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-use super::Dd;
-use reading::{Literal, Sign};
-use writing::{significant_digits, without_trailing_zeros};
+use super::{Dd, power_of_two};
+
+/// Decimal exponents beyond this have no double-double (and would cost a long computation).
+const LARGEST_EXPONENT: i64 = 400;
 
 /// Significant digits tried, in turn, for a text that reads back as the same number.
 const ROUND_TRIP_DIGITS: [usize; 8] = [17, 33, 34, 36, 50, 100, 300, 1100];
@@ -68,9 +69,10 @@ impl Dd {
         let magnitude = literal.magnitude().ok_or_else(|| ParseDdError::TooLarge {
             text: text.to_owned(),
         })?;
-        Ok(match literal.sign {
-            Sign::Positive => magnitude,
-            Sign::Negative => -magnitude,
+        Ok(if literal.is_negative {
+            -magnitude
+        } else {
+            magnitude
         })
     }
 
@@ -132,10 +134,253 @@ impl<'de> Deserialize<'de> for Dd {
     }
 }
 
+/// A literal taken apart: `±digits * 10^exponent`.
+struct Literal {
+    is_negative: bool,
+    digits: String,
+    exponent: i64,
+}
+
+impl Literal {
+    /// Takes a text apart.
+    ///
+    /// # Errors
+    ///
+    /// [`ParseDdError`] where the text is no decimal literal.
+    fn read(text: &str) -> Result<Literal, ParseDdError> {
+        let mut rest = text;
+        let is_negative = take_sign(&mut rest);
+        let whole = take_digits(&mut rest);
+        let fraction = match rest.strip_prefix('.') {
+            Some(after) => {
+                rest = after;
+                take_digits(&mut rest)
+            }
+            None => "",
+        };
+        if whole.is_empty() && fraction.is_empty() && rest.is_empty() {
+            return Err(ParseDdError::NoDigits {
+                text: text.to_owned(),
+            });
+        }
+        let found_digits = !(whole.is_empty() && fraction.is_empty());
+        let exponent = if found_digits {
+            take_exponent(&mut rest)
+        } else {
+            None
+        };
+        if let Some(found) = rest.chars().next() {
+            return Err(unexpected(text, rest, found));
+        }
+        let digits = [whole, fraction].concat();
+        Ok(Literal {
+            is_negative,
+            digits: digits.trim_start_matches('0').to_owned(),
+            exponent: exponent.unwrap_or(0) - fraction.len() as i64,
+        })
+    }
+
+    /// The number without its sign; `None` if it is too large.
+    fn magnitude(&self) -> Option<Dd> {
+        let leading_exponent = self.digits.len() as i64 + self.exponent;
+        if self.digits.is_empty() || leading_exponent < -LARGEST_EXPONENT {
+            return Some(Dd::ZERO);
+        }
+        if leading_exponent > LARGEST_EXPONENT {
+            return None;
+        }
+        let digits = BigUint::parse_bytes(self.digits.as_bytes(), 10)?;
+        let number = Ratio::new(digits, 0, self.exponent);
+        Some(number.nearest_dd()).filter(|value| value.is_finite())
+    }
+}
+
+/// Reads a sign, if there is one; whether it is `-`.
+fn take_sign(rest: &mut &str) -> bool {
+    let is_negative = rest.starts_with('-');
+    *rest = rest.strip_prefix(['-', '+']).unwrap_or(rest);
+    is_negative
+}
+
+fn take_digits<'a>(rest: &mut &'a str) -> &'a str {
+    let text = *rest;
+    let end = text
+        .find(|character: char| !character.is_ascii_digit())
+        .unwrap_or(text.len());
+    let (digits, after) = text.split_at(end);
+    *rest = after;
+    digits
+}
+
+/// The exponent after `e` or `E`, saturated; leaves the text alone if no digit follows.
+fn take_exponent(rest: &mut &str) -> Option<i64> {
+    let mut after = rest.strip_prefix(['e', 'E'])?;
+    let is_negative = take_sign(&mut after);
+    let digits = take_digits(&mut after);
+    if digits.is_empty() {
+        return None;
+    }
+    *rest = after;
+    let magnitude = digits.parse::<i64>().unwrap_or(i64::MAX).min(1 << 60);
+    Some(if is_negative { -magnitude } else { magnitude })
+}
+
+fn unexpected(text: &str, rest: &str, found: char) -> ParseDdError {
+    let before = &text[..text.len() - rest.len()];
+    ParseDdError::UnexpectedCharacter {
+        found,
+        position: before.chars().count() + 1,
+        text: text.to_owned(),
+    }
+}
+
+/// The digits of a finite number that is not negative, and the decimal exponent of the first.
+fn significant_digits(magnitude: Dd, digits: usize) -> (String, i64) {
+    if magnitude.hi == 0.0 {
+        return ("0".repeat(digits), 0);
+    }
+    let (number, exponent) = as_natural(magnitude);
+    let mut leading = magnitude.hi.log10().floor() as i64;
+    loop {
+        let text = Ratio::new(number.clone(), exponent, digits as i64 - 1 - leading)
+            .rounded()
+            .to_string();
+        match text.len() {
+            length if length < digits => leading -= 1,
+            length if length > digits => leading += 1,
+            _ => return (text, leading),
+        }
+    }
+}
+
+/// `(n, e)` with `n 2^e` the number, which is finite and positive.
+fn as_natural(magnitude: Dd) -> (BigUint, i64) {
+    let (hi, hi_exponent) = integer_mantissa(magnitude.hi);
+    let (lo, lo_exponent) = integer_mantissa(magnitude.lo);
+    let exponent = hi_exponent.min(lo_exponent);
+    let hi = BigUint::from(hi) << (hi_exponent - exponent);
+    let lo = BigUint::from(lo) << (lo_exponent - exponent);
+    let number = if magnitude.lo < 0.0 && lo <= hi {
+        hi - lo
+    } else {
+        hi + lo
+    };
+    (number, exponent)
+}
+
+/// The text without the zeros that end its fraction.
+fn without_trailing_zeros(text: &str) -> String {
+    match text.split_once('e') {
+        Some((mantissa, exponent)) if mantissa.contains('.') => {
+            let mantissa = mantissa.trim_end_matches('0').trim_end_matches('.');
+            format!("{mantissa}e{exponent}")
+        }
+        _ => text.to_owned(),
+    }
+}
+
+/// A rational number that is not negative.
+struct Ratio {
+    numerator: BigUint,
+    denominator: BigUint,
+}
+
+impl Ratio {
+    /// `natural · 2^binary · 10^decimal`.
+    fn new(natural: BigUint, binary: i64, decimal: i64) -> Self {
+        let mut ratio = Self {
+            numerator: natural,
+            denominator: BigUint::from(1u8),
+        };
+        let power = BigUint::from(10u8).pow(decimal.unsigned_abs() as u32);
+        if decimal < 0 {
+            ratio.denominator *= power;
+        } else {
+            ratio.numerator *= power;
+        }
+        ratio.shift(binary);
+        ratio
+    }
+
+    /// Multiplies by a power of two.
+    fn shift(&mut self, exponent: i64) {
+        if exponent < 0 {
+            self.denominator <<= exponent.unsigned_abs();
+        } else {
+            self.numerator <<= exponent.unsigned_abs();
+        }
+    }
+
+    /// The nearest natural number, half to even.
+    fn rounded(&self) -> BigUint {
+        let (quotient, remainder) = self.numerator.div_rem(&self.denominator);
+        let doubled = remainder << 1u8;
+        if doubled > self.denominator || doubled == self.denominator && quotient.is_odd() {
+            quotient + 1u8
+        } else {
+            quotient
+        }
+    }
+
+    /// The double nearest to the number, and the double nearest to the rest.
+    fn nearest_dd(mut self) -> Dd {
+        let hi = self.nearest();
+        if !hi.is_finite() {
+            return Dd::exact(hi);
+        }
+        let (mantissa, exponent) = integer_mantissa(hi);
+        let taken = (&self.denominator * mantissa) << exponent.max(0);
+        self.numerator <<= exponent.min(0).abs();
+        let is_above = taken > self.numerator;
+        self.numerator = if is_above {
+            taken - self.numerator
+        } else {
+            self.numerator - taken
+        };
+        self.denominator <<= exponent.min(0).abs();
+        let lo = self.nearest();
+        Dd {
+            hi,
+            lo: if is_above { -lo } else { lo },
+        }
+    }
+
+    /// The nearest double, half to even; infinite or zero beyond the range.
+    fn nearest(&self) -> f64 {
+        if self.numerator.is_zero() {
+            return 0.0;
+        }
+        // NOTE: 65 bits, the last of which stands for all that follow, are rounded to 53 as the
+        // number itself.
+        let shift = 65 + self.denominator.bits() as i64 - self.numerator.bits() as i64;
+        let (numerator, denominator) = if shift < 0 {
+            (self.numerator.clone(), &self.denominator << -shift)
+        } else {
+            (&self.numerator << shift, self.denominator.clone())
+        };
+        let (quotient, rest) = numerator.div_rem(&denominator);
+        let leading = quotient.to_u128().unwrap_or(0) | u128::from(!rest.is_zero());
+        let exponent = (-shift).clamp(-2200, 2200) as i32;
+        let third = power_of_two(exponent / 3);
+        leading as f64 * third * third * power_of_two(exponent - 2 * (exponent / 3))
+    }
+}
+
+/// `(m, e)` with `m 2^e` the magnitude of a finite double; zero as `(0, 1023)`.
+fn integer_mantissa(value: f64) -> (u64, i64) {
+    let bits = value.abs().to_bits();
+    let fraction = bits & ((1 << 52) - 1);
+    match ((bits >> 52) as i64, fraction) {
+        (0, 0) => (0, 1023),
+        (0, subnormal) => (subnormal, -1074),
+        (biased, fraction) => (fraction | (1 << 52), biased - 1075),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::numeric::sampling::fixed_samples;
+    use crate::numeric::fixed_samples;
     use proptest::prelude::*;
 
     fn read(text: &str) -> Dd {

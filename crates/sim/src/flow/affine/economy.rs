@@ -13,9 +13,13 @@
 
 use std::sync::{LazyLock, OnceLock};
 
-use super::looks::{LOOK, MAX_POINTS};
 use super::matrix::MAX_TERMS;
 use super::rows::{RowTable, Rows, accumulate};
+
+/// Control points that are formed together.
+pub(super) const CONTROL_BLOCK: usize = 8;
+/// Most control points of a piece.
+pub(super) const MAX_POINTS: usize = 64;
 
 /// Coefficients of shifted Chebyshev polynomials, column by column.
 pub(super) struct ChebyshevSeries {
@@ -68,10 +72,10 @@ impl ChebyshevSeries {
     }
 
     /// The control points on `[0, 1]` of its first terms, as many.
-    pub(super) fn control_points(&self, points: usize) -> RowTable<f64, LOOK> {
+    pub(super) fn control_points(&self, points: usize) -> RowTable<f64, CONTROL_BLOCK> {
         let polynomials = control_points_of_polynomials(points);
         RowTable::from_blocks(points, self.columns, |block, column| {
-            let mut sum = [0.0; LOOK];
+            let mut sum = [0.0; CONTROL_BLOCK];
             for (&value, points) in self.column(column).iter().zip(polynomials) {
                 accumulate(&mut sum, value, &points[block]);
             }
@@ -98,10 +102,10 @@ static POWERS: LazyLock<Vec<Vec<f64>>> = LazyLock::new(|| {
 });
 
 /// Per polynomial its control points in blocks, as many as there are polynomials.
-fn control_points_of_polynomials(points: usize) -> &'static [Vec<[f64; LOOK]>] {
-    static TABLES: [OnceLock<Vec<Vec<[f64; LOOK]>>>; MAX_POINTS / LOOK] =
-        [const { OnceLock::new() }; MAX_POINTS / LOOK];
-    TABLES[points / LOOK - 1].get_or_init(|| {
+fn control_points_of_polynomials(points: usize) -> &'static [Vec<[f64; CONTROL_BLOCK]>] {
+    static TABLES: [OnceLock<Vec<Vec<[f64; CONTROL_BLOCK]>>>; MAX_POINTS / CONTROL_BLOCK] =
+        [const { OnceLock::new() }; MAX_POINTS / CONTROL_BLOCK];
+    TABLES[points / CONTROL_BLOCK - 1].get_or_init(|| {
         let polynomials = (0..points).map(|term| elevated(polynomial(term), points));
         polynomials
             .map(|points| points.as_chunks().0.to_vec())
@@ -182,8 +186,8 @@ mod tests {
     fn control_points_of_an_exponential_give_its_values() {
         let series = decay();
         // Eight terms leave out 1e-9.
-        assert!(series.needed(&[1.0], 1e-8) <= LOOK);
-        let table = series.control_points(LOOK);
+        assert!(series.needed(&[1.0], 1e-8) <= CONTROL_BLOCK);
+        let table = series.control_points(CONTROL_BLOCK);
         let points: Vec<f64> = table.column(0).collect();
         for step in 0..=100 {
             let x = f64::from(step) / 100.0;

@@ -10,7 +10,7 @@
 //! Resonance, vanishing damping and defective matrices need no case of their own. The rows `r M^k /
 //! k!` are computed once; a step is a product with the start. See docs/mathematics/affine-flow.md.
 
-use super::matrix::{Matrix, control_rows, largest, sum_at, unit};
+use super::matrix::{AffineFieldRows, Matrix, control_rows, largest, leading_states, sum_at, unit};
 use super::rows::{RowTable, Rows, padded};
 use crate::numeric::{Real, polynomial};
 
@@ -40,26 +40,6 @@ pub struct AffineFlow<S: Real> {
     control: Vec<RowTable<f64>>,
     /// Per watched function the largest Bernstein coefficient of each component.
     sizes: Vec<Vec<f64>>,
-}
-
-/// An affine field at one parameter vector: rows over the extended state.
-#[derive(Clone, Copy, Debug)]
-pub struct AffineFieldRows<'r, S> {
-    /// Derivative of each state.
-    pub derivatives: &'r [&'r [S]],
-    /// Functions watched along the flow.
-    pub watched: &'r [&'r [S]],
-    /// Rate of the phase; 0 where there is none.
-    pub phase_rate: S,
-    /// Multiples of the phase in the extended state.
-    pub multiples: &'r [S],
-}
-
-impl<S: Real> AffineFieldRows<'_, S> {
-    /// Rows of the function of a row and of its derivatives along the field, `count` in all.
-    pub fn lie_derivatives(&self, row: &[S], count: usize) -> RowTable<S> {
-        RowTable::first(&Matrix::new(self).images(row, count), count)
-    }
 }
 
 impl<S: Real> AffineFlow<S> {
@@ -168,34 +148,4 @@ impl<S: Real> AffineFlow<S> {
             out[place + 1] = c * sine + s * cosine;
         }
     }
-}
-
-/// The states whose series are needed: `(i, Some(j))` where `x_i' = x_j` and `x_i` gives both.
-pub(super) fn leading_states<S: Real>(
-    derivatives: &[&[S]],
-) -> impl Iterator<Item = (usize, Option<usize>)> {
-    let count = derivatives.len();
-    let slope_of = |state: usize| {
-        let row = derivatives[state];
-        let only = |&other: &usize| {
-            let unit = |(column, &entry): (usize, &S)| {
-                entry == if column == other { S::one() } else { S::zero() }
-            };
-            other != state && row.iter().enumerate().all(unit)
-        };
-        (0..count).find(only)
-    };
-    let mut slopes: Vec<Option<usize>> = (0..count).map(slope_of).collect();
-    let mut given = vec![false; count];
-    for state in 0..count {
-        match slopes[state] {
-            Some(slope) if !given[state] && !given[slope] => given[slope] = true,
-            _ => slopes[state] = None,
-        }
-    }
-    let leading: Vec<_> = (0..count)
-        .filter(|&state| !given[state])
-        .map(|state| (state, slopes[state]))
-        .collect();
-    leading.into_iter()
 }

@@ -1,7 +1,6 @@
 //! The matrix of a linear field over the extended state, and series of rows along its flow.
 
-use super::flow::AffineFieldRows;
-use super::rows::Rows;
+use super::rows::{RowTable, Rows};
 use crate::numeric::Real;
 
 /// Most terms of a series.
@@ -10,6 +9,26 @@ pub(super) const MAX_TERMS: usize = 96;
 const USUAL_TERMS: usize = 32;
 /// Squarings of a matrix for its rate.
 const SQUARINGS: u32 = 6;
+
+/// An affine field at one parameter vector: rows over the extended state.
+#[derive(Clone, Copy, Debug)]
+pub struct AffineFieldRows<'r, S> {
+    /// Derivative of each state.
+    pub derivatives: &'r [&'r [S]],
+    /// Functions watched along the flow.
+    pub watched: &'r [&'r [S]],
+    /// Rate of the phase; 0 where there is none.
+    pub phase_rate: S,
+    /// Multiples of the phase in the extended state.
+    pub multiples: &'r [S],
+}
+
+impl<S: Real> AffineFieldRows<'_, S> {
+    /// Rows of the function of a row and of its derivatives along the field, `count` in all.
+    pub fn lie_derivatives(&self, row: &[S], count: usize) -> RowTable<S> {
+        RowTable::first(&Matrix::new(self).images(row, count), count)
+    }
+}
 
 /// `M`: its entries that are not zero.
 pub(super) struct Matrix<S> {
@@ -264,6 +283,36 @@ pub(super) fn unit<S: Real>(component: usize, columns: usize) -> Vec<S> {
     let mut row = vec![S::zero(); columns];
     row[component] = S::one();
     row
+}
+
+/// The states whose series are needed: `(i, Some(j))` where `x_i' = x_j` and `x_i` gives both.
+pub(super) fn leading_states<S: Real>(
+    derivatives: &[&[S]],
+) -> impl Iterator<Item = (usize, Option<usize>)> {
+    let count = derivatives.len();
+    let slope_of = |state: usize| {
+        let row = derivatives[state];
+        let only = |&other: &usize| {
+            let unit = |(column, &entry): (usize, &S)| {
+                entry == if column == other { S::one() } else { S::zero() }
+            };
+            other != state && row.iter().enumerate().all(unit)
+        };
+        (0..count).find(only)
+    };
+    let mut slopes: Vec<Option<usize>> = (0..count).map(slope_of).collect();
+    let mut given = vec![false; count];
+    for state in 0..count {
+        match slopes[state] {
+            Some(slope) if !given[state] && !given[slope] => given[slope] = true,
+            _ => slopes[state] = None,
+        }
+    }
+    let leading: Vec<_> = (0..count)
+        .filter(|&state| !given[state])
+        .map(|state| (state, slopes[state]))
+        .collect();
+    leading.into_iter()
 }
 
 #[cfg(test)]

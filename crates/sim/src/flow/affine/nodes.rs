@@ -1,12 +1,112 @@
-//! The flow from the start of a span to each of its nodes.
+//! The flow from the start of a span to each of its nodes, of one orbit and of several in lanes.
+//!
+//! One idea: in lanes every orbit goes to a node of its own, so that its flow is read alone,
+//! without a branch; what comes of all is then put side by side. This, and what is compiled once
+//! and called, is all in which lanes differ from one orbit: a [`Backend`].
 
+use std::fmt::Debug;
+use std::marker::PhantomData;
 use std::sync::OnceLock;
 
-use super::flow::AffineFieldRows;
-use super::leaps::{NODES, PIECES};
-use super::matrix::{sum_at, unit};
-use super::rows::{RowTable, Rows};
-use crate::numeric::Real;
+use super::matrix::{AffineFieldRows, sum_at, unit};
+use super::rows::{BLOCK, RowTable, Rows, product};
+use crate::numeric::{Branched, Kernel, Lanes, Real};
+
+/// Pieces of a span.
+pub(super) const PIECES: usize = 3;
+/// Nodes of a piece, one of them its start.
+pub(super) const NODES: usize = 12;
+/// Number of the last node.
+const LAST: f64 = (PIECES * NODES) as f64;
+
+/// Operations of the exact flow that differ between one orbit and several in lanes.
+pub(crate) trait Backend: Clone + Debug {
+    /// What states and times are.
+    type Number: Branched;
+    /// The flows to nodes.
+    type Nodes: Clone + Debug;
+
+    /// The number of a node from a share of their distance, half a distance added.
+    fn nearest_node(share: RoundedNumber<Self>) -> RoundedNumber<Self>;
+
+    /// The extended states at nodes, given by their numbers, but for their last components; `out`
+    /// has whole blocks.
+    fn flow_to_node(
+        nodes: &Self::Nodes,
+        node: RoundedNumber<Self>,
+        extended: &[Self::Number],
+        out: &mut [Self::Number],
+    );
+
+    /// Runs a part of a kernel that is seldom needed: by a call for one orbit, in place for lanes.
+    fn seldom<K: Kernel>(kernel: K) -> K::Output;
+}
+
+/// The doubles of the numbers of a backend.
+pub(crate) type RoundedNumber<B> = <<B as Backend>::Number as Branched>::Rounded;
+/// The truth values of the numbers of a backend.
+pub(crate) type NumberMask<B> = <<B as Backend>::Number as Branched>::Mask;
+
+/// One orbit.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Single<S>(PhantomData<S>);
+
+/// Several orbits in lanes, each at its own parameters.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Batch<const N: usize>;
+
+impl<S: Real> Backend for Single<S> {
+    type Number = S;
+    type Nodes = Nodes<S>;
+
+    /// NOTE: by an integer, for where registers are narrow truncation is a call.
+    #[inline(always)]
+    fn nearest_node(share: f64) -> f64 {
+        share.clamp(0.0, LAST) as usize as f64
+    }
+
+    #[inline(always)]
+    fn flow_to_node(nodes: &Nodes<S>, node: f64, extended: &[S], out: &mut [S]) {
+        match node as usize {
+            0 => out[..extended.len()].copy_from_slice(extended),
+            node => nodes.get(node).combine(extended, out),
+        }
+    }
+
+    #[inline(never)]
+    fn seldom<K: Kernel>(kernel: K) -> K::Output {
+        kernel.run()
+    }
+}
+
+impl<const N: usize> Backend for Batch<N> {
+    type Number = Lanes<N>;
+    type Nodes = LaneNodes<N>;
+
+    #[inline(always)]
+    fn nearest_node(share: Lanes<N>) -> Lanes<N> {
+        share.map(|share| share.clamp(0.0, LAST).trunc())
+    }
+
+    #[inline(always)]
+    fn flow_to_node(
+        nodes: &LaneNodes<N>,
+        node: Lanes<N>,
+        extended: &[Lanes<N>],
+        out: &mut [Lanes<N>],
+    ) {
+        match extended.len() {
+            5 => nodes.take(node, &extended[..5], out),
+            7 => nodes.take(node, &extended[..7], out),
+            _ => nodes.take(node, extended, out),
+        }
+    }
+
+    #[inline(always)]
+    fn seldom<K: Kernel>(kernel: K) -> K::Output {
+        kernel.run()
+    }
+}
 
 /// The flows to the nodes of a span but its start; each is formed when it is first asked for.
 ///
@@ -54,5 +154,43 @@ impl<S: Real> Nodes<S> {
     fn formed(&self, node: usize) -> &RowTable<S> {
         let (half, rest) = (self.get(node / 2), self.get(node - node / 2));
         self.0[node - 1].get_or_init(|| half.after(rest))
+    }
+}
+
+/// The flows to all nodes, that to the start among them, of `N` orbits: of each the rows of its
+/// nodes in blocks, one after another.
+#[derive(Clone, Debug)]
+pub(crate) struct LaneNodes<const N: usize>([Vec<[f64; BLOCK]>; N]);
+
+impl<const N: usize> LaneNodes<N> {
+    /// Those of tables with as many columns.
+    pub(super) fn new(alone: [&Nodes<f64>; N], columns: usize) -> Self {
+        let units: Vec<Vec<f64>> = (0..columns - 1).map(|row| unit(row, columns)).collect();
+        let start: RowTable<f64> = RowTable::new(units.iter().map(Vec::as_slice), columns);
+        Self(alone.map(|nodes| {
+            let mut flows = start.blocks().to_vec();
+            for node in 1..=PIECES * NODES {
+                flows.extend_from_slice(nodes.get(node).blocks());
+            }
+            flows
+        }))
+    }
+
+    #[inline(always)]
+    fn take(&self, nodes: Lanes<N>, extended: &[Lanes<N>], out: &mut [Lanes<N>]) {
+        let columns = extended.len();
+        let size = (columns - 1).div_ceil(BLOCK) * columns;
+        let blocks = out.as_chunks_mut::<BLOCK>().0.iter_mut();
+        for (first, out) in (0..size).step_by(columns).zip(blocks) {
+            let mut there = [[0.0; BLOCK]; N];
+            for (lane, there) in there.iter_mut().enumerate() {
+                let place = nodes[lane] as usize * size + first;
+                let rows = &self.0[lane][place..][..columns];
+                *there = product(extended, |value| value[lane], rows);
+            }
+            for (row, out) in out.iter_mut().enumerate() {
+                *out = Lanes::from_fn(|lane| there[lane][row]);
+            }
+        }
     }
 }

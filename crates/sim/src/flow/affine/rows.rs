@@ -238,44 +238,6 @@ impl<S: Scalar, const N: usize> RowTable<S, N> {
     }
 }
 
-/// Rows in as many blocks and columns as the compiler knows.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct FixedRows<'t, S, const C: usize, const B: usize, const N: usize = BLOCK>(
-    &'t [[[S; N]; C]; B],
-);
-
-impl<S: Scalar, const N: usize> RowTable<S, N> {
-    /// The rows as so many blocks of so many columns, where that is what they are.
-    #[inline(always)]
-    pub(crate) fn fixed<const C: usize, const B: usize>(
-        &self,
-    ) -> Option<FixedRows<'_, S, C, B, N>> {
-        if self.columns != C || self.blocks.len() != B * C {
-            return None;
-        }
-        Some(FixedRows(self.blocks.as_chunks().0.try_into().ok()?))
-    }
-}
-
-impl<'t, S: Scalar, const C: usize, const B: usize, const N: usize> FixedRows<'t, S, C, B, N> {
-    /// These blocks of columns.
-    #[inline(always)]
-    pub(super) fn new(blocks: &'t [[[S; N]; C]; B]) -> Self {
-        Self(blocks)
-    }
-
-    /// The product of every row with the extended state, those of the padding included; its last
-    /// component, 1, may be left out.
-    #[inline(always)]
-    pub(crate) fn times(&self, extended: &[S]) -> [[S; N]; B] {
-        let mut products = [[S::zero(); N]; B];
-        for (products, block) in products.iter_mut().zip(self.0) {
-            *products = product(extended, |&y| y, block);
-        }
-        products
-    }
-}
-
 impl<const N: usize, const L: usize> RowTable<Lanes<L>, N> {
     /// The tables of every lane, rows and columns alike, as one, padded with zeros to as many rows.
     pub(crate) fn interleaved(tables: [&RowTable<f64, N>; L], rows: usize) -> Self {

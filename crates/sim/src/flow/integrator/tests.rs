@@ -171,3 +171,80 @@ fn bound_parameters_give_the_same_orbit() {
         "{end:?} {other:?}"
     );
 }
+
+const STARTS: [[f64; 3]; 8] = [
+    [0.3, 0.1, 0.4],
+    [0.0, 0.0, 0.0],
+    [-0.2, 0.05, 1.3],
+    [0.1, -0.3, 2.9],
+    [0.25, 0.0, -0.7],
+    [0.05, 0.2, 0.1],
+    [0.31, -0.1, 0.9],
+    [0.2, 0.2, -2.0],
+];
+
+/// Parameters, state and duration of a lane.
+fn lane(lane: usize) -> ([f64; 3], [f64; 3], f64) {
+    let shift = lane as f64 / 64.0;
+    let duration = [5.0, -3.0, 0.0, 1e-3, 4.0, 9.0, 2.0, 7.0][lane];
+    (
+        [0.02 + shift, 0.2 - shift, 0.6 + shift],
+        STARTS[lane],
+        duration,
+    )
+}
+
+fn in_lanes(value: impl Fn(usize, usize) -> f64) -> [Lanes<8>; 3] {
+    std::array::from_fn(|input| Lanes::from_fn(|lane| value(lane, input)))
+}
+
+#[test]
+fn every_lane_has_the_bits_of_the_integrator_alone() {
+    let kinds = [InputKind::HeadOnly; 3];
+    for field in [samples::electrostatic(&kinds), samples::linear(&kinds)] {
+        let parameters = in_lanes(|at, input| lane(at).0[input]);
+        let mut state = in_lanes(|at, input| lane(at).1[input]);
+        let durations = Lanes::from_fn(|at| lane(at).2);
+        let carried = LaneIntegrator::new(&field).carry(&mut state, &parameters, durations);
+        assert_eq!(carried.remaining, Lanes::splat(0.0));
+        for at in 0..8 {
+            let (parameters, start, duration) = lane(at);
+            let alone = Integrator::new(&field).flow(&start, &parameters, duration);
+            let found: Vec<_> = state.iter().map(|value| value[at].to_bits()).collect();
+            let expected: Vec<_> = alone.unwrap().iter().map(|v| v.to_bits()).collect();
+            assert_eq!(found, expected, "lane {at}");
+        }
+    }
+}
+
+#[test]
+fn functions_of_states_have_the_bits_of_the_integrator_too() {
+    let field = samples::pendulum();
+    let mut lanes = LaneIntegrator::<4>::new(&field);
+    let state = [Lanes([0.7, -2.0, 0.0, 3.1]), Lanes([0.4, 0.0, 0.0, -1.0])];
+    let step = lanes.expand(&state, &[]);
+    let mut alone = Integrator::new(&field);
+    for lane in 0..4 {
+        let single = alone.step(&state.map(|value| value[lane]), &[]).unwrap();
+        assert_eq!(step.length[lane], single.length, "lane {lane}");
+        let energy = step
+            .watched_coefficients(0)
+            .iter()
+            .map(|c| c[lane].to_bits());
+        let expected = single.watched_coefficients(0).iter().map(|c| c.to_bits());
+        assert!(energy.eq(expected), "lane {lane}");
+    }
+}
+
+#[test]
+fn a_lane_that_leaves_the_domain_fails_alone() {
+    let field = samples::electrostatic(&[InputKind::HeadOnly; 3]);
+    let mut state = [Lanes([0.3, 1.0]), Lanes([0.1, 0.0]), Lanes([0.4, 0.5])];
+    let parameters = [0.02, 0.3, 0.6].map(Lanes::splat);
+    let duration = Lanes::splat(1.0);
+    let carried = LaneIntegrator::new(&field).carry(&mut state, &parameters, duration);
+    assert_eq!(carried.remaining[0], 0.0);
+    assert!(!carried.not_finite.holds(0) && carried.not_finite.holds(1));
+    let alone = Integrator::new(&field).flow(&[0.3, 0.1, 0.4], &[0.02, 0.3, 0.6], 1.0);
+    assert_eq!(alone.unwrap()[0], state[0][0]);
+}

@@ -112,11 +112,9 @@ impl<'a, S: Real> JetExpansion<'a, S> {
                 }
             }
             for degree in 0..=self.algebra.space().order() {
-                step = step.min(component_step(
-                    |power| self.magnitude(component, power, degree),
-                    order,
-                    margin_at(order),
-                ));
+                let magnitude = |power| self.magnitude(component, power, degree);
+                let magnitudes: Vec<f64> = (0..=order).map(magnitude).collect();
+                step = step.min(component_step(&magnitudes, margin_at(order)));
             }
         }
         if step > 0.0 || limit == 0.0 {

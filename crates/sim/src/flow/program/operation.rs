@@ -3,7 +3,8 @@
 mod slots;
 
 use crate::jet::elementary::{
-    atan2, exp, hyperbolic, power, primitive, product_part, quotient, sqrt, trigonometric,
+    atan2_part, exponential_part, power_part, primitive_part, product_part, quotient_part,
+    sqrt_part,
 };
 use crate::jet::{Graded, HeadFunction};
 use crate::numeric::{Dd, Scalar};
@@ -105,6 +106,10 @@ pub(in crate::flow) fn run<S: Scalar, A: Graded<S>>(
     let range = algebra.part(k);
     let element = |slot: Slot| &tape[slot * len..((slot + 1) * len).min(tape.len())];
     let part = |slot: Slot| &tape[slot * len + range.start..slot * len + range.end];
+    let exponential = |function, a, euler_a, partner, out: &mut [S]| {
+        let (a, euler_a, partner) = (element(a), element(euler_a), element(partner));
+        exponential_part(algebra, function, k, a, euler_a, partner, out);
+    };
     match *operation {
         Operation::Input => out.copy_from_slice(part(slot)),
         Operation::Constant(value) => constant_part(k, S::from_dd(value), out),
@@ -128,31 +133,15 @@ pub(in crate::flow) fn run<S: Scalar, A: Graded<S>>(
         }
         Operation::Mul(a, b) => product_part(algebra, k, element(a), element(b), out),
         Operation::Div(a, b) => {
-            quotient::part(algebra, k, element(a), element(b), element(slot), out)
+            quotient_part(algebra, k, element(a), element(b), element(slot), out)
         }
-        Operation::Sqrt(a) => sqrt::part(algebra, k, element(a), element(slot), out),
-        Operation::Exp { a, euler_a } => {
-            exp::part(algebra, k, element(a), element(euler_a), element(slot), out)
-        }
+        Operation::Sqrt(a) => sqrt_part(algebra, k, element(a), element(slot), out),
+        Operation::Exp { a, euler_a } => exponential(HeadFunction::Exp, a, euler_a, slot, out),
         Operation::Sine { a, euler_a, cosine } => {
-            trigonometric::sine_part(
-                algebra,
-                k,
-                element(a),
-                element(euler_a),
-                element(cosine),
-                out,
-            );
+            exponential(HeadFunction::Sin, a, euler_a, cosine, out);
         }
         Operation::Cosine { a, euler_a, sine } => {
-            trigonometric::cosine_part(
-                algebra,
-                k,
-                element(a),
-                element(euler_a),
-                element(sine),
-                out,
-            );
+            exponential(HeadFunction::Cos, a, euler_a, sine, out);
         }
         Operation::OfPhase {
             function,
@@ -162,10 +151,10 @@ pub(in crate::flow) fn run<S: Scalar, A: Graded<S>>(
             phase_part(algebra, function, k, element(a), element(partner), out);
         }
         Operation::Sinh { a, euler_a, cosh } => {
-            hyperbolic::sinh_part(algebra, k, element(a), element(euler_a), element(cosh), out);
+            exponential(HeadFunction::Sinh, a, euler_a, cosh, out);
         }
         Operation::Cosh { a, euler_a, sinh } => {
-            hyperbolic::cosh_part(algebra, k, element(a), element(euler_a), element(sinh), out);
+            exponential(HeadFunction::Cosh, a, euler_a, sinh, out);
         }
         Operation::Primitive {
             function,
@@ -173,7 +162,7 @@ pub(in crate::flow) fn run<S: Scalar, A: Graded<S>>(
             w,
             euler_u,
         } => {
-            primitive::part(
+            primitive_part(
                 algebra,
                 function,
                 k,
@@ -190,7 +179,7 @@ pub(in crate::flow) fn run<S: Scalar, A: Graded<S>>(
             euler_u,
         } => {
             let exponent = S::from_dd(exponent);
-            power::part(
+            power_part(
                 algebra,
                 exponent,
                 k,
@@ -210,7 +199,7 @@ pub(in crate::flow) fn run<S: Scalar, A: Graded<S>>(
             euler_u,
         } => {
             let (y, x, ey, ex) = (element(y), element(x), element(euler_y), element(euler_x));
-            atan2::part(algebra, k, y, x, ey, ex, element(w), element(euler_u), out);
+            atan2_part(algebra, k, y, x, ey, ex, element(w), element(euler_u), out);
         }
         Operation::SignTimes { a, b } => {
             let sign = element(a)[0].signum();

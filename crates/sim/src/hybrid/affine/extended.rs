@@ -1,42 +1,39 @@
-//! The extended state: the states, the harmonics of the phase, and one.
+//! The extended state: the states, the harmonics of the phase, and one; of one orbit, or of several
+//! in lanes.
 
-use crate::numeric::Real;
+use num_traits::{One as _, Zero as _};
+
+use crate::flow::{Backend, NumberMask, RoundedNumber};
+use crate::numeric::{Branched, Kernel, Mask, Scalar};
 
 /// The extended state that belongs to a full state, and the phases whose harmonics are known.
 #[derive(Clone, Debug)]
-pub(super) struct Extended<S> {
+pub(super) struct Extended<B: Backend> {
     states: usize,
     phase: Option<usize>,
-    multiples: Vec<S>,
-    pub(super) values: Vec<S>,
-    /// Phase of the harmonics in `values`.
-    theta: Option<S>,
-    /// The phase a period starts from, and its harmonics.
-    anchor: Option<S>,
-    anchored: Vec<S>,
+    multiples: Vec<B::Number>,
+    pub(super) values: Vec<B::Number>,
+    /// Phase of the harmonics in `values`; NaN where it is not known.
+    theta: B::Number,
+    /// The phase at which harmonics were first formed, to which periods and returns come back, and
+    /// the harmonics there; NaN where none were formed.
+    anchor: B::Number,
+    anchored: Vec<B::Number>,
 }
 
-/// The harmonic of one force.
-#[derive(Clone, Copy, Debug)]
-pub(in crate::hybrid) struct Harmonic {
-    /// The phase at which it is known.
-    pub(super) phase: Option<f64>,
-    /// Cosine and sine.
-    pub(super) pair: [f64; 2],
-}
-
-impl<S: Real> Extended<S> {
+impl<B: Backend> Extended<B> {
     pub(super) fn new(states: usize, phase: Option<usize>, harmonics: usize) -> Self {
-        let mut values = vec![S::zero(); states + 2 * harmonics + 1];
-        values[states + 2 * harmonics] = S::one();
+        let (zero, unknown) = (B::Number::zero(), B::Number::from_f64(f64::NAN));
+        let mut values = vec![zero; states + 2 * harmonics];
+        values.push(B::Number::one());
         Self {
             states,
             phase,
             multiples: Vec::new(),
             values,
-            theta: None,
-            anchor: None,
-            anchored: vec![S::zero(); 2 * harmonics],
+            theta: unknown,
+            anchor: unknown,
+            anchored: vec![zero; 2 * harmonics],
         }
     }
 
@@ -45,102 +42,134 @@ impl<S: Real> Extended<S> {
         self.states
     }
 
-    pub(super) fn set_multiples(&mut self, multiples: &[S]) {
+    pub(super) fn set_multiples(&mut self, multiples: &[B::Number]) {
         self.multiples.clear();
         self.multiples.extend_from_slice(multiples);
         self.forget();
     }
 
     /// Forgets the harmonics, so that a motion does not depend on the one before.
+    #[inline(always)]
     pub(super) fn forget(&mut self) {
-        (self.theta, self.anchor) = (None, None);
+        let unknown = B::Number::from_f64(f64::NAN);
+        (self.theta, self.anchor) = (unknown, unknown);
     }
 
-    /// Takes a full state; `anchor` is the phase a period starts from.
+    /// Takes full states, and harmonics where they are wanted.
     #[inline(always)]
-    pub(super) fn take(&mut self, state: &[S], anchor: S) {
+    pub(super) fn take(&mut self, state: &[B::Number], wanted: NumberMask<B>) {
         for (value, &state) in self.values[..self.states].iter_mut().zip(state) {
             *value = state;
         }
         if let Some(phase) = self.phase {
-            self.go_to_phase(state[phase], anchor);
+            let theta = state[phase];
+            let moves = wanted & !self.theta.is_equal(theta);
+            if moves.any() {
+                B::seldom(NewPhase {
+                    extended: self,
+                    theta,
+                    moves,
+                });
+            }
         }
-    }
-
-    /// Goes to the harmonics of a phase.
-    #[inline(always)]
-    pub(super) fn go_to_phase(&mut self, theta: S, anchor: S) {
-        if self.theta != Some(theta) {
-            self.go_to(theta, anchor);
-        }
-    }
-
-    /// Cosine and sine of the first harmonic, where there is one.
-    #[inline(always)]
-    pub(super) fn first(&self) -> [S; 2] {
-        match self.values[self.states..] {
-            [cosine, sine, ..] => [cosine, sine],
-            _ => [S::zero(); 2],
-        }
-    }
-
-    #[inline(never)]
-    fn go_to(&mut self, theta: S, anchor: S) {
-        let before = self.theta.replace(theta);
-        if before.is_some_and(|before| self.turn(theta - before)) {
-            return;
-        }
-        let place = self.states..self.states + self.anchored.len();
-        if self.anchor == Some(theta) {
-            self.values[place].copy_from_slice(&self.anchored);
-            return;
-        }
-        let harmonics = self.values[place.clone()].chunks_exact_mut(2);
-        for (pair, &multiple) in harmonics.zip(&self.multiples) {
-            let (sine, cosine) = (multiple * theta).sin_cos();
-            pair.copy_from_slice(&[cosine, sine]);
-        }
-        if theta == anchor {
-            self.anchor = Some(theta);
-            self.anchored.copy_from_slice(&self.values[place]);
-        }
-    }
-
-    /// Turns the harmonics by small angles `k change`; `false` where an angle is too large for
-    /// that.
-    fn turn(&mut self, change: S) -> bool {
-        let place = self.states..self.states + self.anchored.len();
-        let small = |&multiple: &S| (multiple * change).magnitude() < (0.25 * S::ROUNDOFF).sqrt();
-        if !self.multiples.iter().all(small) {
-            return false;
-        }
-        let harmonics = self.values[place].chunks_exact_mut(2);
-        for (pair, &multiple) in harmonics.zip(&self.multiples) {
-            let (cosine, sine, angle) = (pair[0], pair[1], multiple * change);
-            pair.copy_from_slice(&[cosine - sine * angle, sine + cosine * angle]);
-        }
-        true
     }
 
     /// Takes over the extended state after a step, at a phase.
-    pub(super) fn put(&mut self, values: &[S], theta: Option<S>) {
+    pub(super) fn put(&mut self, values: &[B::Number], theta: Option<B::Number>) {
         self.values.copy_from_slice(values);
-        self.theta = theta;
+        self.theta = theta.unwrap_or(B::Number::from_f64(f64::NAN));
     }
 }
 
-impl Extended<f64> {
-    /// The first harmonic, of a system that has one.
-    pub(super) fn harmonic(&self) -> Harmonic {
-        Harmonic {
-            phase: self.theta,
-            pair: self.first(),
+/// Harmonics that go to another phase: turned by a small angle, copied, or formed anew.
+struct NewPhase<'t, B: Backend> {
+    extended: &'t mut Extended<B>,
+    theta: B::Number,
+    moves: NumberMask<B>,
+}
+
+impl<B: Backend> Kernel for NewPhase<'_, B> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        let Self {
+            extended,
+            theta,
+            moves,
+        } = self;
+        let select = B::Number::select;
+        let change = theta - extended.theta;
+        extended.theta = select(moves, theta, extended.theta);
+        let largest = RoundedNumber::<B>::from_f64((0.25 * B::Number::ROUNDOFF).sqrt());
+        let mut turns = moves;
+        for &multiple in &extended.multiples {
+            turns &= (multiple * change).rounded().abs().is_below(largest);
         }
+        let anew = moves & !turns;
+        let home = anew & theta.is_equal(extended.anchor);
+        let formed = anew & !home;
+        let first = formed & !extended.anchor.is_equal(extended.anchor);
+        let harmonics = extended.values[extended.states..].chunks_exact_mut(2);
+        let anchored = extended.anchored.chunks_exact_mut(2);
+        for ((pair, anchored), &multiple) in harmonics.zip(anchored).zip(&extended.multiples) {
+            if turns.any() {
+                let (cosine, sine, angle) = (pair[0], pair[1], multiple * change);
+                pair[0] = select(turns, cosine - sine * angle, cosine);
+                pair[1] = select(turns, sine + cosine * angle, sine);
+            }
+            if home.any() {
+                pair[0] = select(home, anchored[0], pair[0]);
+                pair[1] = select(home, anchored[1], pair[1]);
+            }
+            if formed.any() {
+                let (sine, cosine) = (multiple * theta).sin_cos();
+                pair[0] = select(formed, cosine, pair[0]);
+                pair[1] = select(formed, sine, pair[1]);
+                anchored[0] = select(first, cosine, anchored[0]);
+                anchored[1] = select(first, sine, anchored[1]);
+            }
+        }
+        extended.anchor = select(first, theta, extended.anchor);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::flow::{Batch, Single};
+    use crate::numeric::{LaneMask, Lanes};
+
+    /// Harmonics at phases one after another: formed, turned, formed anew, at home, the last.
+    const PHASES: [[f64; 5]; 3] = [
+        [0.3, 0.3 + 1e-10, 2.0, 0.3, 0.3],
+        [-1.0, 0.5, 0.5 + 1e-9, -1.0, 4.0],
+        [0.0, 0.0, 1e-11, 3.0, 0.0],
+    ];
+
+    fn extended<B: Backend>(multiples: &[B::Number]) -> Extended<B> {
+        let mut extended = Extended::new(1, Some(1), multiples.len());
+        extended.set_multiples(multiples);
+        extended
     }
 
-    /// Puts the only harmonic.
-    pub(super) fn put_harmonic(&mut self, harmonic: Harmonic) {
-        self.values[self.states..][..2].copy_from_slice(&harmonic.pair);
-        self.theta = harmonic.phase;
+    #[test]
+    fn harmonics_in_lanes_are_those_of_each_orbit_and_follow_the_phase() {
+        let mut lanes = extended::<Batch<3>>(&[1.0, 2.0].map(Lanes::splat));
+        let mut alone = [(); 3].map(|()| extended::<Single<f64>>(&[1.0, 2.0]));
+        let none = LaneMask::from_fn(|_| false);
+        for step in 0..PHASES[0].len() {
+            let phase = Lanes(PHASES.map(|phases| phases[step]));
+            lanes.take(&[Lanes::splat(7.0), Lanes::splat(9.0)], none);
+            lanes.take(&[Lanes::splat(7.0), phase], !none);
+            for (lane, own) in alone.iter_mut().enumerate() {
+                own.take(&[7.0, phase[lane]], true);
+                let found: Vec<f64> = lanes.values.iter().map(|value| value[lane]).collect();
+                assert_eq!(found, own.values, "{step} {lane}");
+                let (sine, cosine) = (2.0 * phase[lane]).sin_cos();
+                assert!((own.values[3] - cosine).abs() < 1e-15, "{step} {lane}");
+                assert!((own.values[4] - sine).abs() < 1e-15, "{step} {lane}");
+            }
+        }
     }
 }

@@ -2,26 +2,48 @@
 
 use super::extended::Extended;
 use super::polygon::{Polygon, ROUNDING};
-use super::tools::Buffers;
-use crate::flow::AffineFlow;
+use crate::flow::{AffineFlow, Single};
 use crate::hybrid::flight::{Flight, Outlook};
 use crate::hybrid::passage::Goal;
 use crate::numeric::Real;
+
+/// Polynomials of one watched function, and the extended state after a step.
+#[derive(Clone, Debug)]
+pub(super) struct FlightBuffers<S> {
+    value: Vec<S>,
+    slope: Vec<S>,
+    next: Vec<S>,
+    control: Vec<f64>,
+    rounded: Vec<f64>,
+}
+
+impl<S: Real> FlightBuffers<S> {
+    /// For extended states of a length.
+    pub(super) fn new(columns: usize) -> Self {
+        Self {
+            value: Vec::new(),
+            slope: Vec::new(),
+            next: vec![S::zero(); columns],
+            control: Vec::new(),
+            rounded: vec![0.0; columns],
+        }
+    }
+}
 
 /// A step of the exact flow: polynomials of the watched functions are formed when they are asked
 /// for.
 pub(in crate::hybrid) struct AffineFlight<'t, S: Real> {
     flow: &'t AffineFlow<S>,
-    extended: &'t mut Extended<S>,
-    buffers: &'t mut Buffers<S>,
+    extended: &'t mut Extended<Single<S>>,
+    buffers: &'t mut FlightBuffers<S>,
     theta: Option<S>,
 }
 
 impl<'t, S: Real> AffineFlight<'t, S> {
     pub(super) fn new(
         flow: &'t AffineFlow<S>,
-        extended: &'t mut Extended<S>,
-        buffers: &'t mut Buffers<S>,
+        extended: &'t mut Extended<Single<S>>,
+        buffers: &'t mut FlightBuffers<S>,
         theta: Option<S>,
     ) -> Self {
         let len = flow.coefficients();
@@ -50,10 +72,10 @@ impl<S: Real> Flight<S> for AffineFlight<'_, S> {
     }
 
     fn outlook(&mut self, watch: usize, _length: S, goal: &Goal<S>) -> Outlook {
-        let Goal::Crossing { near } = *goal else {
+        if goal.minima {
             return Outlook::Open;
-        };
-        let Buffers {
+        }
+        let FlightBuffers {
             control, rounded, ..
         } = &mut *self.buffers;
         self.flow.control_points(watch, rounded, control);
@@ -62,14 +84,14 @@ impl<S: Real> Flight<S> for AffineFlight<'_, S> {
             points: control,
             rounding,
         };
-        match polygon.is_above(near.to_f64().max(0.0), false) {
+        match polygon.is_above(goal.near.to_f64().max(0.0), false) {
             true => Outlook::Quiet,
             false => Outlook::Open,
         }
     }
 
     fn polynomials(&mut self, watch: usize) -> (&[S], &[S]) {
-        let Buffers { value, slope, .. } = &mut *self.buffers;
+        let FlightBuffers { value, slope, .. } = &mut *self.buffers;
         self.flow
             .watched_series(watch, &self.extended.values, value);
         let mut power = S::zero();
@@ -89,7 +111,7 @@ impl<S: Real> Flight<S> for AffineFlight<'_, S> {
         let theta = self
             .theta
             .map(|theta| theta + self.flow.phase_rate() * time);
-        let Buffers { next, value, .. } = &mut *self.buffers;
+        let FlightBuffers { next, value, .. } = &mut *self.buffers;
         let states = state.len() - usize::from(theta.is_some());
         if (time - whole).abs() <= rounding {
             self.flow.advance(&self.extended.values, next);

@@ -1,35 +1,27 @@
 //! The affine side of simulators in lanes: [`AffineTools`](super::AffineTools) of several orbits at
 //! one rigid surface.
 
-use super::lane_extended::LaneExtended;
-use super::lane_leap::{LaneLeapBuffers, LaneLeaper};
-use super::retreat::Retreat;
+use super::exact_step::{BackwardStep, StepBuffers, Stepper};
+use super::extended::Extended;
 use super::surface::SurfaceTables;
-use crate::flow::{AffineLeaps, LaneLeaps};
-use crate::hybrid::backward::Back;
-use crate::hybrid::landing::{REDUCED, ends_before_turn};
+use super::tools::OrbitTables;
+use crate::flow::{Batch, SpanTables};
 use crate::hybrid::lane_flow::{LaneAsked, LaneFlow, LaneLeap};
-use crate::hybrid::lane_log::LaneLog;
-use crate::hybrid::lane_motion::LaneMotion;
+use crate::hybrid::lane_log::{LaneLog, LoggedFrom};
+use crate::hybrid::motion::LaneMotion;
+use crate::hybrid::passage::{Back, REDUCED, ends_before_turn};
 use crate::hybrid::sensing::Sense;
 use crate::numeric::{Branched, Kernel, LaneMask, Lanes, Mask, Scalar};
 
-/// What one orbit has at its parameters.
-#[derive(Clone, Debug)]
-pub(in crate::hybrid) struct OrbitTables {
-    pub(super) leaps: AffineLeaps<f64>,
-    pub(super) surface: SurfaceTables<f64>,
-    pub(super) multiples: Vec<f64>,
-    pub(super) phase: Option<usize>,
-    pub(super) states: usize,
-}
+/// The surface at which orbits are flown in lanes, the only one.
+const SURFACE: usize = 0;
 
 /// Tables of several orbits, and what they work on.
 #[derive(Clone, Debug)]
 pub(in crate::hybrid) struct LaneTools<const N: usize> {
-    leaps: LaneLeaps<N>,
-    buffers: LaneLeapBuffers<N>,
-    extended: LaneExtended<N>,
+    tables: SpanTables<Batch<N>>,
+    buffers: StepBuffers<Batch<N>>,
+    extended: Extended<Batch<N>>,
     surface: SurfaceTables<Lanes<N>>,
     phase: Option<usize>,
     /// States somewhere else.
@@ -41,7 +33,7 @@ pub(in crate::hybrid) struct LaneTools<const N: usize> {
 impl<const N: usize> LaneTools<N> {
     /// From the tables of every orbit; `None` where they have other shapes.
     pub(in crate::hybrid) fn new(alone: [OrbitTables; N]) -> Option<Self> {
-        let leaps = LaneLeaps::new(alone.each_ref().map(|own| own.leaps.clone()).to_vec())?;
+        let tables = SpanTables::interleaved(alone.each_ref().map(|own| &own.span))?;
         let surface = SurfaceTables::interleaved(alone.each_ref().map(|own| &own.surface))?;
         let OrbitTables {
             phase,
@@ -51,15 +43,17 @@ impl<const N: usize> LaneTools<N> {
         } = alone[0];
         let multiple = |place: usize| Lanes::from_fn(|lane| alone[lane].multiples[place]);
         let multiples: Vec<_> = (0..multiples.len()).map(multiple).collect();
+        let mut extended = Extended::new(states, phase, multiples.len());
+        extended.set_multiples(&multiples);
         let zero = Lanes::splat(0.0);
         Some(Self {
-            buffers: LaneLeapBuffers::new(&leaps),
-            extended: LaneExtended::new(states, phase, multiples),
+            buffers: StepBuffers::new(&tables),
+            extended,
             surface,
             phase,
             there: vec![zero; states],
             landing: vec![zero; 2 + states],
-            leaps,
+            tables,
         })
     }
 
@@ -71,7 +65,7 @@ impl<const N: usize> LaneTools<N> {
         }
         if let Some(phase) = self.phase {
             let phase = &mut motion.state[phase];
-            let there = self.leaps.phase_rate().mul_add(time, *phase);
+            let there = self.tables.phase_rate().mul_add(time, *phase);
             *phase = Lanes::select(wanted, there, *phase);
         }
     }
@@ -85,7 +79,7 @@ impl<const N: usize> LaneFlow<N> for LaneTools<N> {
 
     #[inline(always)]
     fn time_scale(&self, _: &LaneMotion<N>) -> Lanes<N> {
-        self.leaps.time_scale()
+        self.tables.time_scale()
     }
 
     #[inline(always)]
@@ -97,23 +91,43 @@ impl<const N: usize> LaneFlow<N> for LaneTools<N> {
         log: &mut LaneLog<N>,
     ) -> LaneLeap<N> {
         self.extended.take(&motion.state, asked.wanted);
-        let leap = LaneLeaper {
-            leaps: &self.leaps,
+        let gap = &mut self.buffers.gaps[SURFACE];
+        gap.wanted = asked.wanted & !asked.blind;
+        (gap.ignoring, gap.stops) = (asked.ignoring, asked.stopping);
+        // NOTE: lanes look for all minima.
+        gap.near = Lanes::splat(f64::INFINITY);
+        (gap.leaving, gap.left_within) = (motion.leaving, motion.rounding);
+        gap.rises = motion.rises & !asked.blind;
+        gap.falls = motion.falls & !asked.blind;
+        let step = Stepper {
+            tables: &self.tables,
             extended: &self.extended.values,
             buffers: &mut self.buffers,
-            motion,
-            asked,
-            log,
+            going_on: LaneMask::NONE,
+            longest: asked.longest,
+            log: LoggedFrom {
+                start: motion.time,
+                log,
+            },
         }
         .fly();
+        let gap = &self.buffers.gaps[SURFACE];
+        (motion.rises, motion.falls) = (gap.rises, gap.falls);
+        let leap = LaneLeap {
+            time: step.time,
+            contact: step.contact,
+            minimum: step.minimum,
+            rises_for: step.rises_for,
+            open: step.undecided,
+        };
         let flown = asked.wanted & !leap.open;
         let at_end = leap.time.is_equal(asked.longest) & !leap.contact & !leap.minimum;
         let of_use = !at_end | asked.landing;
         let useful = flown & of_use & !(leap.minimum & asked.passing);
         if useful.any() {
             let visit = &mut self.buffers.visit;
-            let (leaps, extended) = (&self.leaps, &self.extended.values);
-            visit.states_at(leap.time, useful, leaps, extended, &mut self.there);
+            let (tables, extended) = (&self.tables, &self.extended.values);
+            visit.states_at(leap.time, useful, tables, extended, &mut self.there);
             self.take_there(motion, useful, leap.time);
         }
         let time = Lanes::select(
@@ -134,11 +148,11 @@ impl<const N: usize> LaneFlow<N> for LaneTools<N> {
         longest: Lanes<N>,
     ) -> LaneMask<N> {
         self.extended.take(&motion.state, wanted);
-        let (time, known) = Retreat {
-            leaps: &self.leaps,
+        let (time, known) = BackwardStep {
+            tables: &self.tables,
             extended: &self.extended.values,
             visit: &mut self.buffers.visit,
-            surface: 0,
+            surface: SURFACE,
             goal,
             longest,
             wanted,
@@ -180,7 +194,7 @@ impl<const N: usize> LaneFlow<N> for LaneTools<N> {
         let settles = wanted & !value.is_equal(zero) & slope.is_below(zero);
         let shift = -value / slope;
         let rates = self.landing[2..].iter().copied();
-        let rates = rates.chain([self.leaps.phase_rate()]);
+        let rates = rates.chain([self.tables.phase_rate()]);
         for (state, rate) in motion.state.iter_mut().zip(rates) {
             *state = Lanes::select(settles, rate.mul_add(shift, *state), *state);
         }

@@ -4,7 +4,7 @@
 //! extrema than they have turns, and differs from either number by an even one. A run of points
 //! ends, in lanes, for each where it does.
 
-use super::newton::Turn;
+use super::zeros::Turn;
 use crate::numeric::{Branched, Mask};
 
 /// Share of the size of its terms within which a control point has no sign.

@@ -1,9 +1,9 @@
 //! What the rows of one surface tell of a state: its gap, the normal motion, what is zero where a
 //! flight lands.
 
-use super::AffineSurface;
-use crate::flow::{AffineFieldRows, AffineRows, FixedRows, RowTable};
-use crate::hybrid::landing::Landing;
+use super::system::AffineSurface;
+use crate::flow::{AffineFieldRows, AffineRows, RowTable};
+use crate::hybrid::passage::Landing;
 use crate::hybrid::sensing::{Clearance, Sense};
 use crate::numeric::{Branched, Lanes, Real};
 
@@ -28,41 +28,6 @@ struct EventRow<S> {
     factors: Vec<S>,
     constant: S,
     moves: bool,
-}
-
-/// Rows of a rigid surface with an affine reset in as many columns as the compiler knows.
-pub(super) struct FixedSurface<'t, S, const C: usize, const B: usize> {
-    pub(super) all: &'t SurfaceTables<S>,
-    normal: FixedRows<'t, S, C, 1>,
-    pub(super) reset: FixedRows<'t, S, C, 1>,
-    pub(super) contact: FixedRows<'t, S, C, B>,
-}
-
-impl<'t, S: Branched, const C: usize, const B: usize> FixedSurface<'t, S, C, B> {
-    /// `None` where rows have another shape.
-    #[inline(always)]
-    pub(super) fn new(all: &'t SurfaceTables<S>) -> Option<Self> {
-        Some(Self {
-            normal: all.normal.fixed()?,
-            reset: all.reset.as_ref()?.fixed()?,
-            contact: all.contact.fixed()?,
-            all,
-        })
-    }
-
-    /// The normal acceleration.
-    #[inline(always)]
-    pub(super) fn acceleration(&self, extended: &[S; C]) -> S {
-        let [motion] = self.normal.times(extended);
-        motion[2]
-    }
-
-    /// The normal motion.
-    #[inline(always)]
-    pub(super) fn sense(&self, extended: &[S; C]) -> Sense<S> {
-        let [motion] = self.normal.times(extended);
-        self.all.sensed(motion, extended)
-    }
 }
 
 impl<S: Real> SurfaceTables<S> {

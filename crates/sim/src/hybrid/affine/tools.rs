@@ -1,41 +1,24 @@
 //! Tables of a system's affine flows at one parameter vector, and what they work on.
 
-use super::alone_impacts::Alone;
+use super::exact_step::{BackwardStep, ExactStep, StepBuffers, Stepper};
 use super::extended::Extended;
-use super::flight::AffineFlight;
-use super::leap::{Asked, Leap, LeapBuffers, Leaper};
-use super::retreat::Retreat;
+use super::flight::{AffineFlight, FlightBuffers};
 use super::surface::SurfaceTables;
-use super::{AffineSurface, AffineSystem};
-use crate::flow::{AffineFieldRows, AffineFlow, AffineLeaps, AffineRows};
-use crate::hybrid::backward::Back;
-use crate::hybrid::landing::Landing;
-use crate::hybrid::motion::Motion;
-use crate::hybrid::passage::Goal;
+use super::system::{AffineSurface, AffineSystem};
+use crate::flow::{AffineFieldRows, AffineFlow, AffineRows, Single, SpanTables};
+use crate::hybrid::motion::{Motion, Regime};
+use crate::hybrid::passage::{Back, Goal, Heading, Landing};
 use crate::hybrid::sensing::{Clearance, Sense};
-use crate::hybrid::simulator::Stop;
-use crate::hybrid::system::Regime;
-use crate::hybrid::trajectory::Event;
-use crate::numeric::{Real, widest};
+use crate::numeric::{Kernel, Real};
 
 /// The affine side of a simulator.
 #[derive(Clone, Debug)]
 pub(in crate::hybrid) struct AffineTools<'a, S: Real> {
     system: &'a AffineSystem,
-    extended: Extended<S>,
-    buffers: Buffers<S>,
+    extended: Extended<Single<S>>,
+    buffers: FlightBuffers<S>,
     /// Computed when first needed after a change of parameters.
     tables: Option<Tables<S>>,
-}
-
-/// Polynomials of one watched function, and the extended state after a step.
-#[derive(Clone, Debug)]
-pub(super) struct Buffers<S> {
-    pub(super) value: Vec<S>,
-    pub(super) slope: Vec<S>,
-    pub(super) next: Vec<S>,
-    pub(super) control: Vec<f64>,
-    pub(super) rounded: Vec<f64>,
 }
 
 #[derive(Clone, Debug)]
@@ -45,12 +28,15 @@ struct Tables<S: Real> {
     free: Option<Option<AffineFlow<S>>>,
     phase_rate: S,
     rows: AffineRows<S>,
-    /// Of free flight, and what they work on; likewise.
-    leaps: Option<Option<(AffineLeaps<S>, LeapBuffers<S>)>>,
+    /// Of exact steps, and what these work on; likewise.
+    span: Option<Option<Span<S>>>,
     surfaces: Vec<SurfaceTables<S>>,
     /// Per surface the flow in contact with it; likewise.
     contacts: Vec<Option<Option<AffineFlow<S>>>>,
 }
+
+/// Tables of exact steps, and what these work on.
+type Span<S> = (SpanTables<Single<S>>, StepBuffers<Single<S>>);
 
 impl<'a, S: Real> AffineTools<'a, S> {
     pub(in crate::hybrid) fn new(system: &'a AffineSystem) -> Self {
@@ -59,13 +45,7 @@ impl<'a, S: Real> AffineTools<'a, S> {
         Self {
             system,
             extended: Extended::new(states, phase, expressions.harmonics()),
-            buffers: Buffers {
-                value: Vec::new(),
-                slope: Vec::new(),
-                next: vec![S::zero(); expressions.columns()],
-                control: Vec::new(),
-                rounded: vec![0.0; expressions.columns()],
-            },
+            buffers: FlightBuffers::new(expressions.columns()),
             tables: None,
         }
     }
@@ -120,7 +100,7 @@ impl<'a, S: Real> AffineTools<'a, S> {
             }
             Regime::Stick { .. } => None,
         }?;
-        self.extended.take(&motion.state, motion.reference_phase);
+        self.extended.take(&motion.state, true);
         let phase = self.system.expressions.phase();
         Some(AffineFlight::new(
             flow,
@@ -133,61 +113,53 @@ impl<'a, S: Real> AffineTools<'a, S> {
     /// Flies freely to the first event, for a time at most, and writes the state where that ends;
     /// `None` where the field has no tables for it.
     ///
-    /// `asked` says of each surface what is looked for, and whether the flight stops at its minima;
-    /// others are put to `misses`.
-    pub(in crate::hybrid) fn leap(
+    /// `asked` says of each surface what is looked for; minima at which the flight does not stop are
+    /// put to `misses`.
+    pub(in crate::hybrid) fn exact_step(
         &mut self,
         motion: &mut Motion<S>,
         parameters: &[S],
         longest: S,
-        asked: impl Fn(usize) -> (Option<Goal<S>>, bool),
+        asked: impl Fn(usize) -> Option<Goal<S>>,
         misses: &mut Vec<(S, usize, S)>,
-    ) -> Option<Leap<S>> {
-        let (leaps, extended, buffers) = self.leaps(motion, parameters)?;
-        for surface in 0..motion.leaving.len() {
-            let (goal, stops) = asked(surface);
-            let start = motion.start(surface);
-            buffers.asked[surface] = Asked { goal, start, stops };
+    ) -> Option<ExactStep<S>> {
+        let ((tables, buffers), extended) = self.span(motion, parameters)?;
+        for (surface, gap) in buffers.gaps.iter_mut().enumerate() {
+            let goal = asked(surface);
+            let heading = motion.headings[surface];
+            gap.wanted = goal.is_some();
+            if let Some(goal) = goal {
+                (gap.ignoring, gap.stops, gap.near) = (goal.minima, goal.stopping, goal.near);
+            }
+            gap.leaving = motion.leaving[surface].is_some();
+            gap.left_within = motion.leaving[surface].unwrap_or(S::zero());
+            gap.rises = gap.wanted && heading == Heading::Rising;
+            gap.falls = gap.wanted && heading == Heading::Falling;
         }
         misses.clear();
         let states = extended.states();
-        let leap = widest(Leaper {
-            leaps,
-            extended: &extended.values,
-            buffers,
-            longest,
-            headings: &mut motion.headings,
-            misses,
+        let step = S::dispatch_loops(LandedStep {
+            stepper: Stepper {
+                tables,
+                extended: &extended.values,
+                buffers,
+                going_on: true,
+                longest,
+                log: misses,
+            },
             states: &mut motion.state[..states],
         });
+        for (heading, gap) in motion.headings.iter_mut().zip(&buffers.gaps) {
+            *heading = match (gap.rises, gap.falls) {
+                (true, _) => Heading::Rising,
+                (_, true) => Heading::Falling,
+                _ => Heading::Unknown,
+            };
+        }
         if let Some(phase) = motion.state.get_mut(states) {
-            *phase = leaps.phase_rate().mul_add(leap.time, *phase);
+            *phase = tables.phase_rate().mul_add(step.time, *phase);
         }
-        Some(leap)
-    }
-
-    /// Flies freely from impact to impact at one rigid surface at rest, where leaps and impacts are
-    /// of the common kind and contacts alone are asked for; `None` where that ends before the
-    /// horizon.
-    pub(in crate::hybrid) fn fly_through_impacts(
-        &mut self,
-        motion: &mut Motion<S>,
-        horizon: S,
-        period: S,
-        record: &mut dyn FnMut(Event<S>),
-    ) -> Option<Stop<S>> {
-        let tables = self.tables.as_ref()?;
-        let (leaps, _) = tables.leaps.as_ref()?.as_ref()?;
-        let surface = tables.surfaces.first()?;
-        if tables.surfaces.len() > 1 || surface.moves() {
-            return None;
-        }
-        motion.last_step = S::from_f64(leaps.time_scale());
-        let alone = Alone {
-            extended: &mut self.extended,
-            record,
-        };
-        alone.fly(leaps, surface, motion, horizon, period)
+        Some(step)
     }
 
     /// Takes the state back along the free flow to where the gap was zero, or least; the time that
@@ -200,10 +172,10 @@ impl<'a, S: Real> AffineTools<'a, S> {
         parameters: &[S],
         longest: S,
     ) -> Option<S> {
-        let (leaps, extended, buffers) = self.leaps(motion, parameters)?;
+        let ((tables, buffers), extended) = self.span(motion, parameters)?;
         let states = extended.states();
-        let (time, known) = widest(Retreat {
-            leaps,
+        let (time, known) = S::dispatch_loops(BackwardStep {
+            tables,
             extended: &extended.values,
             visit: &mut buffers.visit,
             surface,
@@ -216,30 +188,29 @@ impl<'a, S: Real> AffineTools<'a, S> {
             return None;
         }
         if let Some(phase) = motion.state.get_mut(states) {
-            *phase = leaps.phase_rate().mul_add(-time, *phase);
+            *phase = tables.phase_rate().mul_add(-time, *phase);
         }
         Some(time)
     }
 
-    /// The tables of leaps, the extended state, and what leaps work on.
-    fn leaps(
+    /// The tables of exact steps with what these work on, and the extended state.
+    fn span(
         &mut self,
         motion: &mut Motion<S>,
         parameters: &[S],
-    ) -> Option<(&AffineLeaps<S>, &Extended<S>, &mut LeapBuffers<S>)> {
+    ) -> Option<(&mut Span<S>, &Extended<Single<S>>)> {
         self.prepare(parameters);
         let (system, tables) = (self.system, self.tables.as_mut()?);
-        let Tables { leaps, rows, .. } = tables;
-        let leaps = leaps.get_or_insert_with(|| {
-            let leaps = system.with_free_field(rows, AffineLeaps::new)?;
-            let buffers =
-                LeapBuffers::new(&leaps, system.expressions.columns(), system.surfaces.len());
-            Some((leaps, buffers))
+        let Tables { span, rows, .. } = tables;
+        let span = span.get_or_insert_with(|| {
+            let tables = system.with_free_field(rows, SpanTables::new)?;
+            let buffers = StepBuffers::new(&tables);
+            Some((tables, buffers))
         });
-        let (leaps, buffers) = leaps.as_mut()?;
-        motion.last_step = S::from_f64(leaps.time_scale());
-        self.extended.take(&motion.state, motion.reference_phase);
-        Some((leaps, &self.extended, buffers))
+        let span = span.as_mut()?;
+        motion.last_step = span.0.time_scale();
+        self.extended.take(&motion.state, true);
+        Some((span, &self.extended))
     }
 
     /// The gap of a surface.
@@ -255,7 +226,7 @@ impl<'a, S: Real> AffineTools<'a, S> {
         if !table.moves() {
             return Some(table.clearance(&motion.state));
         }
-        self.extended.take(&motion.state, motion.reference_phase);
+        self.extended.take(&motion.state, true);
         Some(table.clearance(&self.extended.values))
     }
 
@@ -267,7 +238,7 @@ impl<'a, S: Real> AffineTools<'a, S> {
         parameters: &[S],
     ) -> Option<Sense<S>> {
         self.prepare(parameters);
-        self.extended.take(&motion.state, motion.reference_phase);
+        self.extended.take(&motion.state, true);
         Some(self.tables.as_ref()?.surfaces[surface].sense(&self.extended.values))
     }
 
@@ -288,7 +259,7 @@ impl<'a, S: Real> AffineTools<'a, S> {
         let Some(rows) = tables.surfaces[surface].landing(landing) else {
             return false;
         };
-        self.extended.take(&motion.state, motion.reference_phase);
+        self.extended.take(&motion.state, true);
         let known = 2 + self.extended.states();
         rows.multiply(&self.extended.values, &mut out[..known]);
         out[known..].fill(tables.phase_rate);
@@ -307,10 +278,64 @@ impl<'a, S: Real> AffineTools<'a, S> {
         let Some(reset) = tables.and_then(|tables| tables.surfaces[surface].reset.as_ref()) else {
             return false;
         };
-        self.extended.take(&motion.state, motion.reference_phase);
+        self.extended.take(&motion.state, true);
         let states = self.system.expressions.states();
         reset.multiply(&self.extended.values, &mut motion.state[..states]);
         true
+    }
+}
+
+impl AffineTools<'_, f64> {
+    /// What an orbit at one rigid surface flies by; `None` without exact steps, or without an
+    /// affine reset.
+    pub(in crate::hybrid) fn orbit_tables(
+        &mut self,
+        motion: &mut Motion<f64>,
+        parameters: &[f64],
+    ) -> Option<OrbitTables> {
+        let span = self.span(motion, parameters)?.0.0.clone();
+        let tables = self.tables.as_ref()?;
+        Some(OrbitTables {
+            span,
+            surface: tables.surfaces.first()?.clone(),
+            multiples: tables.rows.multiples.clone(),
+            phase: self.system.expressions.phase(),
+            states: self.system.expressions.states(),
+        })
+    }
+}
+
+/// What one orbit has at its parameters.
+#[derive(Clone, Debug)]
+pub(in crate::hybrid) struct OrbitTables {
+    pub(super) span: SpanTables<Single<f64>>,
+    pub(super) surface: SurfaceTables<f64>,
+    pub(super) multiples: Vec<f64>,
+    pub(super) phase: Option<usize>,
+    pub(super) states: usize,
+}
+
+/// An exact step, and the states where it ends.
+struct LandedStep<'t, S: Real> {
+    stepper: Stepper<'t, Single<S>, &'t mut Vec<(S, usize, S)>>,
+    states: &'t mut [S],
+}
+
+impl<S: Real> Kernel for LandedStep<'_, S> {
+    type Output = ExactStep<S>;
+
+    #[inline(always)]
+    fn run(mut self) -> ExactStep<S> {
+        let step = self.stepper.fly();
+        let Stepper {
+            tables,
+            extended,
+            buffers,
+            ..
+        } = self.stepper;
+        let visit = &mut buffers.visit;
+        visit.states_at(step.time, true, tables, extended, self.states);
+        step
     }
 }
 
@@ -369,12 +394,10 @@ impl<S: Real> Tables<S> {
         Self {
             free: None,
             phase_rate,
-            leaps: None,
+            span: None,
             surfaces,
             contacts: vec![None; system.surfaces.len()],
             rows,
         }
     }
 }
-
-mod orbit;

@@ -2,7 +2,7 @@
 
 use num_traits::{One, Zero};
 
-use super::{Binary, ExpressionGraph, Node, NodeId, Unary, evaluate};
+use super::{Binary, ExpressionGraph, Node, NodeId, Unary};
 use crate::numeric::{Dd, Scalar};
 
 impl ExpressionGraph {
@@ -174,10 +174,10 @@ impl ExpressionGraph {
         }
         let value = match *node {
             Node::Neg(_) => -operands[0],
-            Node::PowerInteger(_, exponent) => evaluate::power(operands[0], exponent),
+            Node::PowerInteger(_, exponent) => super::power(operands[0], exponent),
             Node::PowerReal(_, exponent) => operands[0].powf(exponent),
-            Node::Unary(function, _) => evaluate::unary(function, operands[0]),
-            Node::Binary(function, _, _) => evaluate::binary(function, operands[0], operands[1]),
+            Node::Unary(function, _) => super::unary(function, operands[0]),
+            Node::Binary(function, _, _) => super::binary(function, operands[0], operands[1]),
             Node::Constant(_) | Node::Input(_) => return None,
         };
         value.is_finite().then_some(value)

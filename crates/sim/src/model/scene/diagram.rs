@@ -1,12 +1,11 @@
 //! `[[diagram]]` and `[[chart]]`: the pictures asked for.
 
 use super::document::{Field, Table};
-use super::lookup::{distinct, parameter};
 use super::scope::Scope;
+use super::tables::{distinct, parameter};
 use super::{ChartRequest, DiagramRequest, Method, Observable, SweepDirection};
-use crate::model::error::{Checked, Fault};
+use crate::model::error::{Checked, Fault, SceneProblem};
 use crate::model::oscillator::Model;
-use crate::model::problem::SceneProblem;
 
 /// Keys of `[[diagram]]`.
 const DIAGRAM_KEYS: [&str; 8] = [

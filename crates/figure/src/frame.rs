@@ -1,0 +1,282 @@
+//! From a figure to shapes: margins, axes, grid, and where every value lands.
+
+use super::FigureError;
+use super::axis::{Axis, AxisScale};
+use super::clip::Area;
+use super::content::{Content, content};
+use super::drawing::{Anchor, Direction, Drawing, Point, Shape};
+use super::font::width;
+use super::legend::{Legend, fitted};
+use super::palette::{FAINT_INK, GRID, INK};
+use super::series::Stroke;
+use super::ticks::{Ticks, power_suffix, ticks};
+use super::{Figure, Thinning};
+
+const TITLE_SIZE: f64 = 15.5;
+const LABEL_SIZE: f64 = 13.0;
+const TICK_SIZE: f64 = 11.5;
+
+/// A drawing and what was done to its dots.
+#[derive(Debug)]
+pub(super) struct Layout {
+    pub(super) drawing: Drawing,
+    pub(super) thinning: Option<Thinning>,
+}
+
+/// Where values land in the picture.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Frame {
+    pub(super) area: Area,
+    scales: (AxisScale, AxisScale),
+    ends: ((f64, f64), (f64, f64)),
+}
+
+impl Frame {
+    /// The place of a pair of values; not finite where the axes have none.
+    pub(super) fn at(&self, [x, y]: [f64; 2]) -> Point {
+        (
+            self.across(self.scales.0.place(x)),
+            self.down(self.scales.1.place(y)),
+        )
+    }
+
+    fn across(&self, place: f64) -> f64 {
+        let (lower, upper) = self.ends.0;
+        self.area.left + (place - lower) / (upper - lower) * self.area.width()
+    }
+
+    fn down(&self, place: f64) -> f64 {
+        let (lower, upper) = self.ends.1;
+        self.area.bottom - (place - lower) / (upper - lower) * self.area.height()
+    }
+}
+
+/// Lays a figure out.
+pub(super) fn lay_out(figure: &Figure) -> Result<Layout, FigureError> {
+    let (wide, tall) = (f64::from(figure.size.0), f64::from(figure.size.1));
+    let ends = ends(figure)?;
+    let legend = Legend::of(figure, wide - 110.0)?;
+    let title_height = if figure.title.is_empty() { 0.0 } else { 26.0 };
+    let top = 14.0 + title_height + legend.above();
+    let bottom = tall - 50.0;
+    let vertical = ticks(
+        figure.vertical.scale,
+        ends.1,
+        ((bottom - top) / 44.0) as usize,
+    );
+    let left = 36.0 + widest(&vertical)?;
+    let right = (wide - 20.0 - legend.beside()).max(left + 40.0);
+    let area = Area {
+        left,
+        top,
+        right,
+        bottom: bottom.max(top + 40.0),
+    };
+    let horizontal = horizontal_ticks(figure.horizontal.scale, ends.0, area.width())?;
+    let scales = (figure.horizontal.scale, figure.vertical.scale);
+    let frame = Frame { area, scales, ends };
+
+    let Content {
+        under,
+        over,
+        thinning,
+    } = content(figure, &frame)?;
+    let mut shapes = grid(&frame, &horizontal, &vertical);
+    shapes.extend(under);
+    shapes.extend(edges(&area));
+    shapes.extend(tick_texts(&frame, &horizontal, &vertical));
+    shapes.extend(axis_labels(figure, &frame, &horizontal, &vertical)?);
+    shapes.extend(legend.shapes((area.left, area.top), (area.right, area.top)));
+    shapes.extend(over);
+    if !figure.title.is_empty() {
+        let text = fitted(&figure.title, TITLE_SIZE, wide - left - 10.0)?;
+        shapes.push(words((left, 22.0), Anchor::Start, TITLE_SIZE, text));
+    }
+    let drawing = Drawing {
+        size: figure.size,
+        title: spoken_title(figure),
+        shapes,
+    };
+    Ok(Layout { drawing, thinning })
+}
+
+fn spoken_title(figure: &Figure) -> String {
+    if figure.title.is_empty() {
+        format!(
+            "{} against {}",
+            figure.vertical.label, figure.horizontal.label
+        )
+    } else {
+        figure.title.clone()
+    }
+}
+
+type Ends = ((f64, f64), (f64, f64));
+
+fn ends(figure: &Figure) -> Result<Ends, FigureError> {
+    let shown = |[x, y]: &[f64; 2]| {
+        let scales = (figure.horizontal.scale, figure.vertical.scale);
+        scales.0.place(*x).is_finite() && scales.1.place(*y).is_finite()
+    };
+    let data = || {
+        let series = figure
+            .series
+            .iter()
+            .flat_map(|series| series.points.iter().copied());
+        let marked = figure.annotations.iter().map(|annotation| annotation.at);
+        series.chain(marked).filter(shown)
+    };
+    let fixed = |axis: &Axis, chart: Option<(f64, f64)>| Axis {
+        range: axis.range.or(chart),
+        ..axis.clone()
+    };
+    let chart = figure.cells.as_ref();
+    let horizontal = fixed(&figure.horizontal, chart.map(|chart| chart.horizontal));
+    let vertical = fixed(&figure.vertical, chart.map(|chart| chart.vertical));
+    Ok((
+        horizontal.ends(data().map(|[x, _]| x))?,
+        vertical.ends(data().map(|[_, y]| y))?,
+    ))
+}
+
+fn widest(ticks: &Ticks) -> Result<f64, FigureError> {
+    let mut widest: f64 = 0.0;
+    for tick in &ticks.ticks {
+        widest = widest.max(width(&tick.text, TICK_SIZE)?);
+    }
+    Ok(widest)
+}
+
+/// As many ticks as stand apart.
+fn horizontal_ticks(scale: AxisScale, ends: (f64, f64), room: f64) -> Result<Ticks, FigureError> {
+    let mut wanted = ((room / 70.0) as usize).max(2);
+    loop {
+        let found = ticks(scale, ends, wanted);
+        let named: Vec<f64> = found
+            .ticks
+            .iter()
+            .filter(|t| !t.text.is_empty())
+            .map(|t| t.place)
+            .collect();
+        let nearest = named
+            .windows(2)
+            .map(|pair| pair[1] - pair[0])
+            .fold(f64::INFINITY, f64::min);
+        let spacing = nearest / (ends.1 - ends.0) * room;
+        if wanted <= 2 || spacing > widest(&found)? + 12.0 {
+            return Ok(found);
+        }
+        wanted -= 1;
+    }
+}
+
+fn rule(from: Point, to: Point, width: f64, color: [u8; 3]) -> Shape {
+    Shape::Line {
+        points: vec![from, to],
+        width,
+        stroke: Stroke::Solid,
+        color,
+    }
+}
+
+fn words(at: Point, anchor: Anchor, size: f64, text: String) -> Shape {
+    Shape::Text {
+        at,
+        anchor,
+        direction: Direction::Across,
+        size,
+        color: INK,
+        text,
+        halo: false,
+    }
+}
+
+fn grid(frame: &Frame, horizontal: &Ticks, vertical: &Ticks) -> Vec<Shape> {
+    let area = frame.area;
+    let weight = |text: &str| if text.is_empty() { 0.5 } else { 1.0 };
+    let upright = horizontal.ticks.iter().map(|tick| {
+        let x = frame.across(tick.place);
+        rule((x, area.top), (x, area.bottom), weight(&tick.text), GRID)
+    });
+    let level = vertical.ticks.iter().map(|tick| {
+        let y = frame.down(tick.place);
+        rule((area.left, y), (area.right, y), weight(&tick.text), GRID)
+    });
+    upright.chain(level).collect()
+}
+
+fn edges(area: &Area) -> Vec<Shape> {
+    let corner = (area.left, area.bottom);
+    vec![
+        rule(corner, (area.right, area.bottom), 1.0, FAINT_INK),
+        rule((area.left, area.top), corner, 1.0, FAINT_INK),
+    ]
+}
+
+fn tick_texts(frame: &Frame, horizontal: &Ticks, vertical: &Ticks) -> Vec<Shape> {
+    let area = frame.area;
+    let mut shapes = Vec::new();
+    for tick in horizontal.ticks.iter().filter(|tick| !tick.text.is_empty()) {
+        let x = frame.across(tick.place);
+        shapes.push(rule(
+            (x, area.bottom),
+            (x, area.bottom + 4.0),
+            1.0,
+            FAINT_INK,
+        ));
+        shapes.push(words(
+            (x, area.bottom + 17.0),
+            Anchor::Middle,
+            TICK_SIZE,
+            tick.text.clone(),
+        ));
+    }
+    for tick in vertical.ticks.iter().filter(|tick| !tick.text.is_empty()) {
+        let y = frame.down(tick.place);
+        shapes.push(rule((area.left - 4.0, y), (area.left, y), 1.0, FAINT_INK));
+        shapes.push(words(
+            (area.left - 7.0, y + 4.0),
+            Anchor::End,
+            TICK_SIZE,
+            tick.text.clone(),
+        ));
+    }
+    shapes
+}
+
+fn axis_labels(
+    figure: &Figure,
+    frame: &Frame,
+    horizontal: &Ticks,
+    vertical: &Ticks,
+) -> Result<Vec<Shape>, FigureError> {
+    let area = frame.area;
+    let label = |axis: &Axis, ticks: &Ticks, room: f64| -> Result<String, FigureError> {
+        let suffix = power_suffix(ticks.power);
+        let room = (room - width(&suffix, LABEL_SIZE)?).max(20.0);
+        Ok(fitted(&axis.label, LABEL_SIZE, room)? + &suffix)
+    };
+    let middle = (
+        (area.left + area.right) / 2.0,
+        (area.top + area.bottom) / 2.0,
+    );
+    let below = label(&figure.horizontal, horizontal, area.width() + 40.0)?;
+    let beside = label(&figure.vertical, vertical, area.height() + 40.0)?;
+    Ok(vec![
+        words(
+            (middle.0, area.bottom + 39.0),
+            Anchor::Middle,
+            LABEL_SIZE,
+            below,
+        ),
+        Shape::Text {
+            at: (18.0, middle.1),
+            anchor: Anchor::Middle,
+            direction: Direction::Upwards,
+            size: LABEL_SIZE,
+            color: INK,
+            text: beside,
+            halo: false,
+        },
+    ])
+}

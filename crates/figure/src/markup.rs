@@ -1,0 +1,153 @@
+//! Text with raised and lowered parts: `10^{-3}`, `x_{n}`.
+
+/// Where a run of text stands against the line.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Level {
+    Line,
+    Raised,
+    Lowered,
+}
+
+impl Level {
+    /// Size of the letters against those on the line.
+    pub(super) fn scale(self) -> f64 {
+        match self {
+            Self::Line => 1.0,
+            Self::Raised | Self::Lowered => 0.72,
+        }
+    }
+
+    /// Shift of the baseline downwards, in letter sizes of the line.
+    pub(super) fn shift(self) -> f64 {
+        match self {
+            Self::Line => 0.0,
+            Self::Raised => -0.38,
+            Self::Lowered => 0.2,
+        }
+    }
+}
+
+/// Text cut into runs. An opening without its closing brace is text as it stands.
+pub(super) fn runs(text: &str) -> Vec<(Level, String)> {
+    let mut runs = Vec::new();
+    let mut line = String::new();
+    let mut rest = text;
+    while let Some(first) = rest.chars().next() {
+        if let Some((level, inside, after)) = shifted(rest) {
+            push(&mut runs, Level::Line, std::mem::take(&mut line));
+            push(&mut runs, level, inside.to_owned());
+            rest = after;
+        } else {
+            // NOTE: a control character would end the document's well-formedness.
+            line.push(if first.is_control() { ' ' } else { first });
+            rest = &rest[first.len_utf8()..];
+        }
+    }
+    push(&mut runs, Level::Line, line);
+    runs
+}
+
+fn push(runs: &mut Vec<(Level, String)>, level: Level, text: String) {
+    if !text.is_empty() {
+        runs.push((level, text));
+    }
+}
+
+fn shifted(text: &str) -> Option<(Level, &str, &str)> {
+    let (level, rest) = match (text.strip_prefix("^{"), text.strip_prefix("_{")) {
+        (Some(rest), _) => (Level::Raised, rest),
+        (_, Some(rest)) => (Level::Lowered, rest),
+        _ => return None,
+    };
+    let (inside, after) = rest.split_once('}')?;
+    (!inside.contains(char::is_control)).then_some((level, inside, after))
+}
+
+/// A name as the field writes it: Greek letters for their names, an underscore as a lowered part.
+///
+/// ```
+/// use grazemap_figure::symbol;
+///
+/// assert_eq!(symbol("alpha"), "α");
+/// assert_eq!(symbol("omega_n"), "ω_{n}");
+/// assert_eq!(symbol("gap"), "gap");
+/// ```
+pub fn symbol(name: &str) -> String {
+    match name.split_once('_') {
+        Some((base, index)) if !base.is_empty() && !index.is_empty() => {
+            format!("{}_{{{}}}", letter(base), letter(index))
+        }
+        _ => letter(name).to_owned(),
+    }
+}
+
+fn letter(name: &str) -> &str {
+    const LETTERS: [(&str, &str); 21] = [
+        ("alpha", "α"),
+        ("beta", "β"),
+        ("gamma", "γ"),
+        ("delta", "δ"),
+        ("epsilon", "ε"),
+        ("zeta", "ζ"),
+        ("eta", "η"),
+        ("theta", "θ"),
+        ("kappa", "κ"),
+        ("lambda", "λ"),
+        ("mu", "μ"),
+        ("nu", "ν"),
+        ("xi", "ξ"),
+        ("rho", "ρ"),
+        ("sigma", "σ"),
+        ("tau", "τ"),
+        ("phi", "φ"),
+        ("psi", "ψ"),
+        ("omega", "ω"),
+        ("Delta", "Δ"),
+        ("Omega", "Ω"),
+    ];
+    LETTERS
+        .iter()
+        .find_map(|&(spelled, greek)| (spelled == name).then_some(greek))
+        .unwrap_or(name)
+}
+
+/// Text that is safe between tags and inside quoted attributes of HTML and SVG.
+///
+/// Characters that XML forbids (most control characters) become U+FFFD.
+pub fn escape_html(text: &str) -> String {
+    let mut escaped = String::with_capacity(text.len());
+    for c in text.chars() {
+        match c {
+            '&' => escaped.push_str("&amp;"),
+            '<' => escaped.push_str("&lt;"),
+            '>' => escaped.push_str("&gt;"),
+            '"' => escaped.push_str("&quot;"),
+            '\'' => escaped.push_str("&#39;"),
+            '\t' | '\n' => escaped.push(c),
+            c if c.is_control() || matches!(c, '\u{fffe}' | '\u{ffff}') => escaped.push('\u{fffd}'),
+            c => escaped.push(c),
+        }
+    }
+    escaped
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn runs_follow_the_markup_and_forgive_what_is_open() {
+        assert_eq!(
+            runs("10^{−3} x_{n}"),
+            [
+                (Level::Line, "10".to_owned()),
+                (Level::Raised, "−3".to_owned()),
+                (Level::Line, " x".to_owned()),
+                (Level::Lowered, "n".to_owned()),
+            ]
+        );
+        assert_eq!(runs("a^{b"), [(Level::Line, "a^{b".to_owned())]);
+        assert_eq!(runs("a\nb"), [(Level::Line, "a b".to_owned())]);
+        assert!(runs("").is_empty());
+    }
+}

@@ -1,0 +1,319 @@
+//! Exact steps: free flight to the next event over a span of several Taylor steps, and back to
+//! where a gap was zero or least; of one orbit, or of several in lanes.
+//!
+//! One idea: the control points of every gap on one piece after another say that there is no event,
+//! or that there is exactly one zero or one extremum, which is found there; what they leave
+//! undecided is left to the general search, from the start of that piece. In lanes it is steps that
+//! are taken together, not times: each lane has its own time and its own event, and where one lane
+//! is done on a piece it waits for the others.
+
+use num_traits::Zero as _;
+
+use super::enclosure::{EnclosureTest, Found, WatchedGap};
+use super::polygon::{Polygon, ROUNDING};
+use super::zeros::{GapCourse, NodeVisit, is_convex};
+use crate::flow::{Backend, NumberMask, RoundedNumber, SpanTables};
+use crate::hybrid::motion::SAME_MINIMUM;
+use crate::hybrid::passage::{Back, MinimumLog, Stop};
+use crate::numeric::{Branched, Kernel, Mask, Real, Scalar};
+
+/// Where an exact step ends: after the longest time asked for, or the whole span where that is
+/// shorter, unless there is an event before.
+#[derive(Clone, Copy, Debug)]
+pub(in crate::hybrid) struct ExactStep<S: Branched> {
+    /// Time flown.
+    pub(in crate::hybrid) time: S,
+    /// Where it ends with a contact, or at a minimum.
+    pub(super) contact: S::Mask,
+    pub(super) minimum: S::Mask,
+    /// The number of the surface.
+    pub(super) surface: S::Rounded,
+    /// The gap at the minimum, and for how long it is known to rise from there.
+    pub(super) gap: S,
+    pub(super) rises_for: S,
+    /// Where nothing happened so far and what follows must be searched.
+    pub(in crate::hybrid) undecided: S::Mask,
+}
+
+impl<S: Real> ExactStep<S> {
+    /// The event it ends with.
+    pub(in crate::hybrid) fn stop(&self) -> Option<Stop<S>> {
+        let (surface, gap, rises_for) = (self.surface as usize, self.gap, self.rises_for);
+        match (self.contact, self.minimum) {
+            (true, _) => Some(Stop::Contact { surface }),
+            (_, true) => Some(Stop::Minimum { gap, rises_for }),
+            _ => None,
+        }
+    }
+}
+
+impl<S: Branched> ExactStep<S> {
+    #[inline(always)]
+    fn until(time: S) -> Self {
+        Self {
+            time,
+            contact: S::Mask::NONE,
+            minimum: S::Mask::NONE,
+            surface: S::Rounded::zero(),
+            gap: time,
+            rises_for: S::zero(),
+            undecided: S::Mask::NONE,
+        }
+    }
+
+    /// Takes over another one's event where that is wanted.
+    #[inline(always)]
+    fn take_event(&mut self, wanted: S::Mask, other: &Self) {
+        self.time = S::select(wanted, other.time, self.time);
+        self.contact = (self.contact & !wanted) | (other.contact & wanted);
+        self.minimum = (self.minimum & !wanted) | (other.minimum & wanted);
+        self.surface = S::Rounded::select(wanted, other.surface, self.surface);
+        self.gap = S::select(wanted, other.gap, self.gap);
+        self.rises_for = S::select(wanted, other.rises_for, self.rises_for);
+    }
+}
+
+/// What exact steps work on.
+#[derive(Clone, Debug)]
+pub(super) struct StepBuffers<B: Backend> {
+    pub(super) visit: NodeVisit<B>,
+    control: Vec<RoundedNumber<B>>,
+    /// Per surface.
+    pub(super) gaps: Vec<WatchedGap<B::Number>>,
+}
+
+impl<B: Backend> StepBuffers<B> {
+    pub(super) fn new(tables: &SpanTables<B>) -> Self {
+        Self {
+            visit: NodeVisit::new(tables),
+            control: vec![RoundedNumber::<B>::zero(); tables.points()],
+            gaps: vec![WatchedGap::unasked(); tables.watches()],
+        }
+    }
+}
+
+/// An exact step to be taken.
+pub(super) struct Stepper<'t, B: Backend, L> {
+    pub(super) tables: &'t SpanTables<B>,
+    pub(super) extended: &'t [B::Number],
+    /// Says what is asked of each gap, and which way it goes where the step ends.
+    pub(super) buffers: &'t mut StepBuffers<B>,
+    /// Where it is of interest which way gaps go after the longest time.
+    pub(super) going_on: NumberMask<B>,
+    /// The longest flight asked for.
+    pub(super) longest: B::Number,
+    pub(super) log: L,
+}
+
+impl<B: Backend, L: MinimumLog<B::Number>> Stepper<'_, B, L> {
+    /// Flies to the first event, or for the longest time.
+    #[inline(always)]
+    pub(super) fn fly(&mut self) -> ExactStep<B::Number> {
+        let quiet = self.longest.min(self.tables.span());
+        let mut step = ExactStep::until(quiet);
+        let mut going = self.start();
+        for piece in 0..self.tables.pieces() {
+            let length = self.tables.piece();
+            let from = length * RoundedNumber::<B>::from_f64(piece as f64);
+            going &= from.is_below(quiet.rounded());
+            if !going.any() {
+                break;
+            }
+            let first = self.first_event(piece, from, quiet, going);
+            if first.undecided.any() {
+                let (_, start) = self.tables.node(from);
+                step.time = B::Number::select(first.undecided, start, step.time);
+                step.undecided |= first.undecided;
+                going &= !first.undecided;
+            }
+            let met = going & (first.contact | first.minimum);
+            step.take_event(met, &first);
+            let goes_on = going & !met & (from + length).is_below(quiet.rounded());
+            self.turn(going, going & !goes_on, step.time);
+            going = goes_on;
+        }
+        step
+    }
+
+    /// Where anything is asked.
+    #[inline(always)]
+    fn start(&mut self) -> NumberMask<B> {
+        self.buffers.visit.forget();
+        let within = B::Number::from_f64(SAME_MINIMUM) * self.tables.time_scale();
+        let mut wanted = NumberMask::<B>::NONE;
+        for (surface, gap) in self.buffers.gaps.iter_mut().enumerate() {
+            let size = self.tables.size(surface, self.extended);
+            gap.rounding = RoundedNumber::<B>::from_f64(ROUNDING) * size;
+            gap.within = within;
+            wanted |= gap.wanted;
+        }
+        wanted
+    }
+
+    /// The first event on a piece before a time, or that time.
+    #[inline(always)]
+    fn first_event(
+        &mut self,
+        piece: usize,
+        from: RoundedNumber<B>,
+        quiet: B::Number,
+        going: NumberMask<B>,
+    ) -> ExactStep<B::Number> {
+        let mut first = ExactStep::until(quiet);
+        for surface in 0..self.buffers.gaps.len() {
+            let wanted = going & self.buffers.gaps[surface].wanted & !first.undecided;
+            let found = if wanted.any() {
+                self.test(surface, piece, from, quiet, wanted)
+            } else {
+                Found::nothing(quiet)
+            };
+            let gap = &mut self.buffers.gaps[surface];
+            gap.found = found;
+            first.undecided |= found.undecided;
+            let stops = (found.contact | (found.minimum & gap.stops)) & !found.undecided;
+            let has_none = !(first.contact | first.minimum);
+            let is_first =
+                found.time.is_below(first.time) | (has_none & found.time.is_equal(first.time));
+            let event = ExactStep {
+                time: found.time,
+                contact: found.contact,
+                minimum: found.minimum,
+                surface: RoundedNumber::<B>::from_f64(surface as f64),
+                gap: found.gap,
+                rises_for: found.rises_for,
+                undecided: found.undecided,
+            };
+            first.take_event(stops & is_first, &event);
+        }
+        for (surface, gap) in self.buffers.gaps.iter().enumerate() {
+            let Found {
+                time,
+                gap: depth,
+                minimum,
+                ..
+            } = gap.found;
+            let missed = minimum & !gap.stops & !first.undecided & time.is_at_most(first.time);
+            self.log.miss(missed, surface, time, depth);
+        }
+        first
+    }
+
+    /// What the control points of a gap on a piece tell of its events.
+    #[inline(always)]
+    fn test(
+        &mut self,
+        surface: usize,
+        piece: usize,
+        from: RoundedNumber<B>,
+        until: B::Number,
+        wanted: NumberMask<B>,
+    ) -> Found<B::Number> {
+        let StepBuffers {
+            control,
+            visit,
+            gaps,
+        } = &mut *self.buffers;
+        let (tables, extended, watched) = (self.tables, self.extended, &gaps[surface]);
+        tables.control_points(surface, piece, extended, control);
+        let mut test = EnclosureTest {
+            polygon: Polygon {
+                points: control,
+                rounding: watched.rounding,
+            },
+            watched,
+            gap: GapCourse {
+                tables,
+                extended,
+                surface,
+                visit,
+            },
+            from,
+            until,
+        };
+        test.found(wanted)
+    }
+
+    /// Remembers which way the gaps go where a piece ends, or, where the flight ends, at its time.
+    #[inline(always)]
+    fn turn(&mut self, flown: NumberMask<B>, ends: NumberMask<B>, time: B::Number) {
+        let StepBuffers { visit, gaps, .. } = &mut *self.buffers;
+        for (surface, gap) in gaps.iter_mut().enumerate() {
+            let found = &gap.found;
+            let before = ends & found.valley & time.is_below(found.lowest);
+            let mut rises = found.rises | (found.valley & !before);
+            let mut falls = found.falls | found.hill | before;
+            let hill = ends & found.hill & self.going_on;
+            if hill.any() {
+                let mut course = GapCourse {
+                    tables: self.tables,
+                    extended: self.extended,
+                    surface,
+                    visit,
+                };
+                let climbs = hill & !course.slope(time, hill).is_below(B::Number::zero());
+                rises |= climbs;
+                falls &= !climbs;
+            }
+            gap.rises = (gap.rises & !flown) | (rises & flown);
+            gap.falls = (gap.falls & !flown) | (falls & flown);
+            gap.leaving &= !flown;
+            gap.within = B::Number::zero();
+        }
+    }
+}
+
+/// A free flight backward to where a gap was zero or least, where it is convex along the way.
+///
+/// A convex gap that is negative now was zero once, and one that rises now was least once, as far
+/// back as the series about the present goes.
+pub(super) struct BackwardStep<'t, B: Backend> {
+    pub(super) tables: &'t SpanTables<B>,
+    pub(super) extended: &'t [B::Number],
+    pub(super) visit: &'t mut NodeVisit<B>,
+    pub(super) surface: usize,
+    pub(super) goal: Back,
+    pub(super) longest: B::Number,
+    /// Where it is asked for.
+    pub(super) wanted: NumberMask<B>,
+    /// Where the states go.
+    pub(super) states: &'t mut [B::Number],
+}
+
+impl<B: Backend> Kernel for BackwardStep<'_, B> {
+    type Output = (B::Number, NumberMask<B>);
+
+    /// The time it takes, and where it is known; the states are those there.
+    #[inline(always)]
+    fn run(self) -> (B::Number, NumberMask<B>) {
+        let (visit, zero) = (self.visit, B::Number::zero());
+        visit.forget();
+        let mut gap = GapCourse {
+            tables: self.tables,
+            extended: self.extended,
+            surface: self.surface,
+            visit,
+        };
+        let (start, _) = self.tables.node(zero.rounded());
+        let (time, found) = match self.goal {
+            Back::ToSurface => {
+                let fall = gap.fall_about(start, zero, self.wanted);
+                (fall.time, fall.found)
+            }
+            Back::ToMinimum => {
+                let turn = gap.turn_about(start, zero, self.wanted);
+                (turn.time, turn.found)
+            }
+        };
+        let series = &gap.visit.series;
+        let starts_right = match self.goal {
+            Back::ToSurface => series[0].is_below(zero),
+            Back::ToMinimum => zero.is_below(series[1]),
+        };
+        let is_reached = starts_right & time.is_below(zero) & (-time).is_at_most(self.longest);
+        let known = found & is_reached & is_convex(series, self.tables.reach().rounded());
+        if known.any() {
+            visit.states_at(time, known, self.tables, self.extended, self.states);
+        }
+        (-time, known)
+    }
+}

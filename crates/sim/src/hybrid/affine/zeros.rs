@@ -1,0 +1,420 @@
+//! Zeros of a gap and of its slope along a span, on the series about the nearest node: those at
+//! which it falls by parabolas, polished in other numbers, its extrema by Newton's method.
+//!
+//! One idea: near a graze a gap is a parabola, whose zeros are known, where Newton's method from
+//! far away is slow. All of it is masked: the same operations are those of one orbit and, in lanes,
+//! of several.
+
+use num_traits::Zero as _;
+
+use crate::flow::{Backend, NumberMask, RoundedNumber, SpanTables};
+use crate::numeric::{Branched, Mask, Scalar, polynomial};
+
+/// Most steps of Newton's method, and most changes of the node.
+const MAX_NEWTON: usize = 8;
+/// Share of the reach of a node, and of a slope, within which a zero is known when it is to be
+/// polished.
+const CLOSE: f64 = 1e-4;
+
+/// Where a gap turns.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Turn<S: Branched> {
+    /// Time since the start of the span.
+    pub(super) time: S,
+    /// The gap there.
+    pub(super) gap: S,
+    /// Its second derivative there.
+    pub(super) curvature: S,
+    /// For how long after it the gap is known to rise.
+    pub(super) rises_for: S,
+    /// Where there is one.
+    pub(super) found: S::Mask,
+}
+
+/// A zero of a gap or of its slope.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Zero<S: Branched> {
+    /// Its time, or where the search left the node.
+    pub(super) time: S,
+    /// The slope there.
+    slope: S,
+    /// Where it is one.
+    pub(super) found: S::Mask,
+}
+
+/// The motion about the node visited last.
+#[derive(Clone, Debug)]
+pub(super) struct NodeVisit<B: Backend> {
+    /// Its number; NaN before the first.
+    node: RoundedNumber<B>,
+    /// The extended state there, padded.
+    values: Vec<B::Number>,
+    pub(super) series: Vec<B::Number>,
+    slopes: Vec<B::Number>,
+    /// Room for the series in `f64`.
+    rounded: Vec<RoundedNumber<B>>,
+}
+
+impl<B: Backend> NodeVisit<B> {
+    pub(super) fn new(tables: &SpanTables<B>) -> Self {
+        let zero = B::Number::zero();
+        Self {
+            node: RoundedNumber::<B>::from_f64(f64::NAN),
+            values: vec![zero; tables.padded_columns()],
+            series: vec![zero; tables.terms()],
+            slopes: vec![zero; tables.terms()],
+            rounded: vec![RoundedNumber::<B>::zero(); tables.terms()],
+        }
+    }
+
+    /// To be called where a span starts.
+    #[inline(always)]
+    pub(super) fn forget(&mut self) {
+        self.node = RoundedNumber::<B>::from_f64(f64::NAN);
+    }
+
+    /// The states at a time of the span.
+    #[inline(always)]
+    pub(super) fn states_at(
+        &mut self,
+        time: B::Number,
+        wanted: NumberMask<B>,
+        tables: &SpanTables<B>,
+        extended: &[B::Number],
+        states: &mut [B::Number],
+    ) {
+        let (node, start) = tables.node(time.rounded());
+        tables.go_to(node, wanted, &mut self.node, extended, &mut self.values);
+        tables.states_at(time - start, &self.values, &mut self.series, states);
+    }
+}
+
+/// The gap of one surface along a span.
+pub(super) struct GapCourse<'t, B: Backend> {
+    pub(super) tables: &'t SpanTables<B>,
+    pub(super) extended: &'t [B::Number],
+    pub(super) surface: usize,
+    pub(super) visit: &'t mut NodeVisit<B>,
+}
+
+impl<B: Backend> GapCourse<'_, B> {
+    /// The zero near a time at which the gap falls, from that of the parabola about the node.
+    #[inline(always)]
+    pub(super) fn fall(
+        &mut self,
+        near: RoundedNumber<B>,
+        wanted: NumberMask<B>,
+    ) -> (B::Number, NumberMask<B>) {
+        let mut time = B::Number::from_rounded(near);
+        let (mut going, mut found) = (wanted, NumberMask::<B>::NONE);
+        for _ in 0..MAX_NEWTON {
+            let (node, start) = self.tables.node(time.rounded());
+            let zero = self.fall_about(node, time - start, going);
+            time = B::Number::select(going, start + zero.time, time);
+            found |= going & zero.found;
+            going &= !zero.found & self.is_within(time);
+            if !going.any() {
+                break;
+            }
+            B::Number::carried(&mut time);
+        }
+        (time, found)
+    }
+
+    /// The same about one node, from a guess for where there is no parabola.
+    #[inline(always)]
+    pub(super) fn fall_about(
+        &mut self,
+        node: RoundedNumber<B>,
+        guess: B::Number,
+        wanted: NumberMask<B>,
+    ) -> Zero<B::Number> {
+        let reach = self.tables.reach().rounded();
+        let NodeVisit {
+            series, rounded, ..
+        } = self.series_about(node, wanted);
+        let rounded = B::Number::all_rounded(series, rounded);
+        let near = falling_zero(rounded, guess.rounded(), reach, wanted);
+        near.polished(series, reach)
+    }
+
+    /// The extremum near a time.
+    #[inline(always)]
+    pub(super) fn turn(
+        &mut self,
+        near: RoundedNumber<B>,
+        wanted: NumberMask<B>,
+    ) -> Turn<B::Number> {
+        let time = B::Number::from_rounded(near);
+        let mut turn = Turn {
+            time,
+            gap: time,
+            curvature: time,
+            rises_for: time,
+            found: NumberMask::<B>::NONE,
+        };
+        let mut going = wanted;
+        for _ in 0..MAX_NEWTON {
+            let (node, start) = self.tables.node(turn.time.rounded());
+            let next = self.turn_about(node, turn.time - start, going);
+            let select = |one, other| B::Number::select(going, one, other);
+            turn = Turn {
+                time: select(start + next.time, turn.time),
+                gap: select(next.gap, turn.gap),
+                curvature: select(next.curvature, turn.curvature),
+                rises_for: select(next.rises_for, turn.rises_for),
+                found: turn.found | (going & next.found),
+            };
+            going &= !next.found & self.is_within(turn.time);
+            if !going.any() {
+                break;
+            }
+            B::Number::carried(&mut turn);
+        }
+        turn
+    }
+
+    /// The same about one node, its time counted from there.
+    #[inline(always)]
+    pub(super) fn turn_about(
+        &mut self,
+        node: RoundedNumber<B>,
+        guess: B::Number,
+        wanted: NumberMask<B>,
+    ) -> Turn<B::Number> {
+        let reach = self.tables.reach();
+        let NodeVisit { series, slopes, .. } = self.series_about(node, wanted);
+        turn(series, slopes, guess, reach, wanted)
+    }
+
+    /// The gap at a time.
+    #[inline(always)]
+    pub(super) fn value(&mut self, time: B::Number, wanted: NumberMask<B>) -> B::Number {
+        let (node, start) = self.tables.node(time.rounded());
+        polynomial::value(&self.series_about(node, wanted).series, time - start)
+    }
+
+    /// The slope at a time.
+    #[inline(always)]
+    pub(super) fn slope(&mut self, time: B::Number, wanted: NumberMask<B>) -> B::Number {
+        let (node, start) = self.tables.node(time.rounded());
+        polynomial::value_and_slope(&self.series_about(node, wanted).series, time - start).1
+    }
+
+    #[inline(always)]
+    fn series_about(&mut self, node: RoundedNumber<B>, wanted: NumberMask<B>) -> &mut NodeVisit<B> {
+        let (tables, visit) = (self.tables, &mut *self.visit);
+        let values = &mut visit.values;
+        tables.go_to(node, wanted, &mut visit.node, self.extended, values);
+        tables.watched_series(self.surface, &visit.values, &mut visit.series);
+        visit
+    }
+
+    #[inline(always)]
+    fn is_within(&self, time: B::Number) -> NumberMask<B> {
+        let reach = self.tables.reach();
+        (-reach).is_below(time) & time.is_below(self.tables.span() + reach)
+    }
+}
+
+/// The extremum of a series within reach of its node, from that of the parabola about the node, or
+/// from a guess where that has none near; `slopes` takes the derivative.
+#[inline(always)]
+fn turn<S: Branched>(
+    series: &[S],
+    slopes: &mut [S],
+    guess: S,
+    reach: S,
+    wanted: S::Mask,
+) -> Turn<S> {
+    differentiate(series, slopes);
+    let chord = -slopes[0] / slopes[1];
+    let is_near = chord.abs().is_at_most(reach + reach);
+    let guess = S::select(is_near, chord, guess);
+    let zero = newton(slopes, guess, reach, wanted);
+    let convex = is_convex(series, reach.rounded());
+    let rises_for = S::select(convex, reach - zero.time, S::zero());
+    Turn {
+        time: zero.time,
+        gap: polynomial::value(series, zero.time),
+        curvature: zero.slope,
+        rises_for,
+        found: zero.found,
+    }
+}
+
+/// A zero of a series within reach of its node and the slope there, by Newton's method from a time;
+/// where it went otherwise.
+///
+/// After a step `Δ` the error is about `Δ² |p''/2p'|`; `p''` is taken from the last two slopes, and
+/// twice as large.
+#[inline(always)]
+fn newton<S: Branched>(series: &[S], start: S, reach: S, wanted: S::Mask) -> Zero<S> {
+    let rounding = S::from_f64(0.25 * S::ROUNDOFF) * reach;
+    let least = S::from_f64(4.0) / reach;
+    let mut zero = Zero {
+        time: start,
+        slope: start,
+        found: S::Mask::NONE,
+    };
+    let mut going = wanted;
+    let mut before = (start, start);
+    for step in 0..MAX_NEWTON {
+        let (value, slope) = polynomial::value_and_slope(series, zero.time);
+        let change = -value / slope;
+        let mut settled = change.is_equal(S::zero());
+        if step > 0 {
+            let (last, last_slope) = before;
+            let run = ((zero.time - last) * slope).abs();
+            let error = ((slope - last_slope).abs() + least * run) * change * change;
+            settled |= error.is_at_most(rounding * run);
+        }
+        before = (zero.time, slope);
+        zero.time = S::select(going, zero.time + change, zero.time);
+        zero.slope = S::select(going, slope, zero.slope);
+        let is_near = zero.time.abs().is_at_most(reach);
+        zero.found |= going & settled & is_near;
+        going &= !settled & is_near;
+        if !going.any() {
+            break;
+        }
+        S::carried(&mut zero);
+        S::carried(&mut before);
+    }
+    zero
+}
+
+/// Whether the second derivative is positive up to a distance from where a series starts: it is
+/// larger than the sum of what its further terms can take away.
+#[inline(always)]
+pub(super) fn is_convex<S: Branched>(series: &[S], reach: S::Rounded) -> S::Mask {
+    let number = S::Rounded::from_f64;
+    let mut bound = number(0.0);
+    for (degree, coefficient) in series.iter().enumerate().skip(3).rev() {
+        let factor = number((degree * (degree - 1)) as f64);
+        bound = (bound + factor * coefficient.abs().rounded()) * reach;
+    }
+    bound.is_below(number(2.0) * series[2].rounded())
+}
+
+/// Coefficients of the derivative, padded with a zero.
+#[inline(always)]
+fn differentiate<S: Scalar>(series: &[S], slopes: &mut [S]) {
+    let mut power = S::zero();
+    for (slope, &value) in slopes.iter_mut().zip(&series[1..]) {
+        power += S::one();
+        *slope = value * power;
+    }
+    if let Some(last) = slopes.last_mut() {
+        *last = S::zero();
+    }
+}
+
+/// A zero at which a series falls, to `f64`.
+#[derive(Clone, Copy, Debug)]
+struct NearZero<S: Branched> {
+    /// Its time, or where the search left the node.
+    time: S,
+    slope: S,
+    curvature: S,
+    /// A bound of the third derivative.
+    third: S,
+    /// A bound of the error of the time.
+    error: S,
+    /// Where it is one.
+    found: S::Mask,
+}
+
+/// The zero within reach of a node at which a series falls, by parabolas about one point after
+/// another, first about the node; from a guess where that one has no zero near. Where the search
+/// left the node, if it did.
+///
+/// With `g`, `g'`, `g''` at a point the next is `s = 2 g / (√(g'² − 2 g g'') − g')` further, with
+/// an error of `g''' s³ / 6` over the speed there: near a graze, where the gap is a parabola, no
+/// more than elsewhere.
+#[inline(always)]
+fn falling_zero<S: Branched>(series: &[S], guess: S, reach: S, wanted: S::Mask) -> NearZero<S> {
+    let number = S::from_f64;
+    let [c0, c1, c2, c3, c4, c5] =
+        std::array::from_fn(|k| series.get(k).copied().unwrap_or(S::zero()));
+    let third = number(6.0) * c3.abs()
+        + reach * (number(24.0) * c4.abs() + reach * number(60.0) * c5.abs());
+    let size = c0.abs() + reach * (c1.abs() + reach * c2.abs());
+    let rounding = number(4.0 * f64::EPSILON) * size;
+    let close = number(CLOSE) * reach;
+    let (start, _) = parabola(c0, c1, number(2.0) * c2);
+    let is_near = start.abs().is_at_most(number(2.0) * reach);
+    let mut zero = NearZero {
+        time: S::select(is_near, start, guess),
+        slope: c1,
+        curvature: c2,
+        third,
+        error: size,
+        found: S::Mask::NONE,
+    };
+    let mut going = wanted;
+    for _ in 0..MAX_NEWTON {
+        let time = zero.time;
+        let (value, slope) = polynomial::value_and_slope(series, time);
+        let bend = number(6.0) * c3 + time * (number(12.0) * c4 + time * number(20.0) * c5);
+        let curvature = number(2.0) * c2 + time * bend;
+        let (step, speed) = parabola(value, slope, curvature);
+        let size = step.abs();
+        let error = (third * (size * size * size) / number(6.0) + rounding) / speed;
+        let select = |one, other| S::select(going, one, other);
+        zero.time = select(time + step, time);
+        zero.slope = select(-speed, zero.slope);
+        zero.curvature = select(curvature, zero.curvature);
+        zero.error = select(error, zero.error);
+        let is_near = zero.time.abs().is_at_most(reach);
+        let bent = (curvature.abs() + third * reach) * error;
+        let is_close = error.is_at_most(close) & bent.is_at_most(number(CLOSE) * speed);
+        zero.found |= going & is_near & is_close;
+        going &= is_near & !is_close;
+        if !going.any() {
+            break;
+        }
+        S::carried(&mut zero);
+    }
+    zero
+}
+
+impl<R: Branched<Rounded = R>> NearZero<R> {
+    /// The same to the rounding of other numbers, by Newton's method: a step takes one value, for
+    /// the slope is known.
+    #[inline(always)]
+    fn polished<S>(self, series: &[S], reach: R) -> Zero<S>
+    where
+        S: Branched<Rounded = R, Mask = R::Mask>,
+    {
+        let slope = S::from_rounded(self.slope);
+        let limit = R::from_f64(0.25 * S::ROUNDOFF) * reach;
+        let bend = self.curvature.abs() + self.third * self.error;
+        let bend = bend * self.error / self.slope.abs() + R::from_f64(f64::EPSILON);
+        let (mut time, mut error) = (S::from_rounded(self.time), self.error);
+        let (mut going, mut found) = (self.found, R::Mask::NONE);
+        for _ in 0..MAX_NEWTON {
+            let done = error.is_at_most(limit);
+            found |= going & done;
+            going &= !done;
+            if !going.any() {
+                break;
+            }
+            let next = time - polynomial::value(series, time) / slope;
+            time = S::select(going, next, time);
+            error = R::select(going, error * bend, error);
+            R::carried(&mut time);
+            R::carried(&mut error);
+        }
+        Zero { time, slope, found }
+    }
+}
+
+/// From a point to where the parabola with this value, slope and curvature falls through zero, and
+/// its speed there.
+#[inline(always)]
+fn parabola<S: Scalar>(value: S, slope: S, curvature: S) -> (S, S) {
+    let two = S::from_f64(2.0);
+    let speed = (slope * slope - two * value * curvature).sqrt();
+    (two * value / (speed - slope), speed)
+}

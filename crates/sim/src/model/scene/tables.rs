@@ -1,0 +1,477 @@
+//! The tables beside the model: `[grazing]`, `[section]`, `[expansion]`, `[window]` and `[emit]`, with
+//! the parameters and components of the full state that they name.
+
+use std::collections::BTreeSet;
+
+use super::document::{Entry, Field, Table, shown};
+use super::{
+    Emit, EmitPrecision, Expansion, Grazing, MapOrders, Orders, Section, SectionRule, Shape,
+    StroboscopicPhase, Symmetry, Window,
+};
+use crate::model::error::{Checked, Fault, SceneProblem};
+use crate::model::names;
+use crate::model::oscillator::{Model, Response};
+use crate::numeric::FloatFormat;
+
+/// Keys of `[grazing]`.
+const GRAZING_KEYS: [&str; 6] = [
+    "surface",
+    "passages",
+    "solve_for",
+    "periods",
+    "guess",
+    "symmetry",
+];
+
+/// Most forcing periods of an orbit.
+const MOST_PERIODS: u64 = 1000;
+
+/// Most grazing passages of an orbit.
+const MOST_PASSAGES: usize = 64;
+
+/// Reads `[grazing]`.
+pub(super) fn read_grazing(table: &Table<'_>, model: &Model) -> Checked<Grazing> {
+    table.only(&GRAZING_KEYS)?;
+    let passages = passages(table, model)?;
+    let solve_for = solve_for(table, model, passages.len())?;
+    let periods = table
+        .field("periods")
+        .map_or(Ok(1), |field| field.count(1, MOST_PERIODS))?;
+    let guess = table
+        .field("guess")
+        .map(|field| guess(&field.table()?, model))
+        .transpose()?;
+    let symmetry = symmetry(table, model)?;
+    Ok(Grazing {
+        passages,
+        solve_for,
+        periods: periods as usize,
+        guess,
+        symmetry,
+    })
+}
+
+/// `surface` or `passages`; neither where the model has one surface only.
+fn passages(table: &Table<'_>, model: &Model) -> Checked<Vec<usize>> {
+    let entries = match (table.field("surface"), table.field("passages")) {
+        (Some(_), Some(passages)) => {
+            let problem = SceneProblem::Exclusive {
+                first: "surface",
+                second: "passages",
+            };
+            return Err(Fault::at(passages.key_span, problem));
+        }
+        (Some(surface), None) => vec![surface.entry("a surface's name")?],
+        (None, Some(passages)) => {
+            let list = passages.list("a list of surfaces")?;
+            if list.is_empty() {
+                return Err(Fault::at(
+                    passages.span(),
+                    SceneProblem::Empty { key: passages.path },
+                ));
+            }
+            if list.len() > MOST_PASSAGES {
+                let problem = SceneProblem::TooMany {
+                    key: passages.path.clone(),
+                    most: MOST_PASSAGES,
+                    found: list.len(),
+                };
+                return Err(Fault::at(passages.span(), problem));
+            }
+            list
+        }
+        (None, None) if model.surfaces.len() == 1 => return Ok(vec![0]),
+        (None, None) => vec![table.require("surface")?.entry("a surface's name")?],
+    };
+    entries.iter().map(|entry| surface(entry, model)).collect()
+}
+
+/// The surface an entry names.
+fn surface(entry: &Entry<'_>, model: &Model) -> Checked<usize> {
+    let name = entry.text("a surface's name")?;
+    let known = || model.surfaces.iter().map(|surface| surface.name.as_str());
+    known().position(|known| known == name).ok_or_else(|| {
+        entry.fault(SceneProblem::UnknownName {
+            name: super::document::shown(name),
+            kind: "surface",
+            nearest: names::nearest(name, known()),
+        })
+    })
+}
+
+fn solve_for(table: &Table<'_>, model: &Model, passages: usize) -> Checked<Vec<usize>> {
+    let field = table.require("solve_for")?;
+    let entries = field.one_or_list("a parameter's name")?;
+    if entries.is_empty() {
+        return Err(Fault::at(
+            field.span(),
+            SceneProblem::Empty { key: field.path },
+        ));
+    }
+    let parameters = distinct(&entries, |entry| parameter(entry, model))?;
+    if parameters.len() > passages {
+        let problem = SceneProblem::TooManyUnknowns {
+            parameters: parameters.len(),
+            passages,
+        };
+        return Err(Fault::at(field.span(), problem));
+    }
+    Ok(parameters)
+}
+
+/// A value for every component of the full state.
+fn guess(table: &Table<'_>, model: &Model) -> Checked<Vec<f64>> {
+    let names = model.full_state_names();
+    let mut guess = vec![None; names.len()];
+    for field in table.fields() {
+        guess[component(&field, model)?] = Some(field.double()?);
+    }
+    let values = guess.into_iter().zip(&names).map(|(value, name)| {
+        let missing = || SceneProblem::IncompleteGuess {
+            component: (*name).to_owned(),
+        };
+        value.ok_or_else(|| Fault::at(table.span(), missing()))
+    });
+    values.collect()
+}
+
+fn symmetry(table: &Table<'_>, model: &Model) -> Checked<Symmetry> {
+    let Some(field) = table.field("symmetry") else {
+        return Ok(Symmetry::None);
+    };
+    let options = [
+        ("none", Symmetry::None),
+        ("half-period", Symmetry::HalfPeriod),
+    ];
+    let symmetry = field.choice(&options, "\"none\", \"half-period\"")?;
+    if symmetry == Symmetry::HalfPeriod && model.phase.is_none() {
+        return Err(Fault::at(
+            field.span(),
+            SceneProblem::NeedsPhase {
+                what: "a half-period symmetry",
+            },
+        ));
+    }
+    Ok(symmetry)
+}
+
+/// The kinds of section.
+#[derive(Clone, Copy)]
+enum Kind {
+    Tangency,
+    Stroboscopic,
+    Any,
+}
+
+/// Reads `[section]`; without it, the tangency section.
+pub(super) fn read_section(
+    table: Option<&Table<'_>>,
+    model: &Model,
+    orders: Orders,
+) -> Checked<(Section, SectionRule)> {
+    let Some(table) = table else {
+        return Ok((Section::Tangency, SectionRule::Named));
+    };
+    table.only(&["kind", "phase"])?;
+    let options = [
+        ("tangency", Kind::Tangency),
+        ("stroboscopic", Kind::Stroboscopic),
+        ("any", Kind::Any),
+    ];
+    let kind = table.require("kind")?;
+    let fault = |problem| Err(Fault::at(kind.span(), problem));
+    match kind.choice(&options, "\"tangency\", \"stroboscopic\", \"any\"")? {
+        Kind::Tangency => Ok((Section::Tangency, SectionRule::Named)),
+        Kind::Any => match orders {
+            Orders::Tolerance(_) => Ok((Section::Tangency, SectionRule::Any)),
+            Orders::Fixed(_) => fault(SceneProblem::AnySectionWithoutTolerance),
+        },
+        Kind::Stroboscopic if model.phase.is_none() => fault(SceneProblem::NeedsPhase {
+            what: "a stroboscopic section",
+        }),
+        Kind::Stroboscopic => Ok((Section::Stroboscopic(phase(table)?), SectionRule::Named)),
+    }
+}
+
+/// The phase of a stroboscopic section; that of the graze where none is named.
+fn phase(table: &Table<'_>) -> Checked<StroboscopicPhase> {
+    let Some(field) = table.field("phase") else {
+        return Ok(StroboscopicPhase::Grazing);
+    };
+    let entry = field.entry("\"grazing\" or an expression of numbers")?;
+    if entry.value.as_str() == Some("grazing") {
+        return Ok(StroboscopicPhase::Grazing);
+    }
+    Ok(StroboscopicPhase::At(entry.number()?))
+}
+
+/// Keys of `[expansion]`.
+const EXPANSION_KEYS: [&str; 5] = [
+    "active",
+    "smooth_order",
+    "contact_weight",
+    "weights",
+    "tolerance",
+];
+
+/// Highest order or weight.
+const HIGHEST: u64 = 64;
+
+/// Orders where the scene names none.
+const DEFAULT_ORDERS: MapOrders = MapOrders::new(5, 6);
+
+/// Reads `[expansion]`; without it, the parameters solved for are active and the orders are 5 and
+/// 6.
+pub(super) fn read_expansion(
+    table: Option<&Table<'_>>,
+    model: &Model,
+    grazing: &Grazing,
+) -> Checked<Expansion> {
+    let Some(table) = table else {
+        return Ok(Expansion {
+            active: grazing.solve_for.clone(),
+            orders: Orders::Fixed(DEFAULT_ORDERS),
+            weights: Vec::new(),
+        });
+    };
+    table.only(&EXPANSION_KEYS)?;
+    let active = match table.field("active") {
+        Some(field) => distinct(&field.one_or_list("a parameter's name")?, |entry| {
+            parameter(entry, model)
+        })?,
+        None => grazing.solve_for.clone(),
+    };
+    let orders = orders(table)?;
+    let weights = table
+        .field("weights")
+        .map(|field| weights(&field.table()?, model))
+        .transpose()?;
+    Ok(Expansion {
+        active,
+        orders,
+        weights: weights.unwrap_or_default(),
+    })
+}
+
+fn orders(table: &Table<'_>) -> Checked<Orders> {
+    if let Some(tolerance) = table.field("tolerance") {
+        for first in ["smooth_order", "contact_weight"] {
+            if table.field(first).is_some() {
+                let second = "tolerance";
+                let problem = SceneProblem::Exclusive { first, second };
+                return Err(Fault::at(tolerance.key_span, problem));
+            }
+        }
+        return Ok(Orders::Tolerance(tolerance.positive()?.hi));
+    }
+    let order = |key: &str, default: u32| -> Checked<u32> {
+        let given = table.field(key).map(|field| field.count(1, HIGHEST));
+        Ok(given.transpose()?.map_or(default, |order| order as u32))
+    };
+    Ok(Orders::Fixed(MapOrders::new(
+        order("smooth_order", DEFAULT_ORDERS.smooth_order)?,
+        order("contact_weight", DEFAULT_ORDERS.contact_weight)?,
+    )))
+}
+
+/// Weights by the name of a full-state component or a parameter.
+fn weights(table: &Table<'_>, model: &Model) -> Checked<Vec<(String, u32)>> {
+    let mut known = model.full_state_names();
+    known.extend(
+        model
+            .parameters
+            .iter()
+            .map(|parameter| parameter.name.as_str()),
+    );
+    let mut weights = Vec::new();
+    for field in table.fields() {
+        if !known.contains(&field.key) {
+            let nearest = names::nearest(field.key, known.iter().copied());
+            return Err(Fault::at(
+                field.key_span,
+                unknown("state or parameter", field.key, nearest),
+            ));
+        }
+        weights.push((field.key.to_owned(), field.count(1, HIGHEST)? as u32));
+    }
+    Ok(weights)
+}
+
+/// Largest `y²` where the scene names none.
+const DEFAULT_DEPTH: f64 = 1e-3;
+
+/// Reads `[window]`; what it does not name is unbounded, but for the depth.
+pub(super) fn read_window(table: Option<&Table<'_>>, model: &Model) -> Checked<Window> {
+    let mut window = Window {
+        depth: DEFAULT_DEPTH,
+        state: vec![f64::INFINITY; model.dimension()],
+        parameter: vec![f64::INFINITY; model.parameters.len()],
+    };
+    let Some(table) = table else {
+        return Ok(window);
+    };
+    table.only(&["depth", "state", "parameter"])?;
+    if let Some(depth) = table.field("depth") {
+        window.depth = depth.positive()?.hi;
+    }
+    if let Some(states) = table.field("state") {
+        for field in states.table()?.fields() {
+            window.state[component(&field, model)?] = field.positive()?.hi;
+        }
+    }
+    if let Some(parameters) = table.field("parameter") {
+        for field in parameters.table()?.fields() {
+            window.parameter[parameter_key(&field, model)?] = field.positive()?.hi;
+        }
+    }
+    Ok(window)
+}
+
+/// Keys of `[emit]`.
+const EMIT_KEYS: [&str; 3] = ["shape", "precision", "lanes"];
+
+/// Most points per call of the lane kernel.
+const MOST_LANES: u64 = 64;
+
+/// Reads `[emit]`; without it, the shape is left open and the precision is double.
+pub(super) fn read_emit(table: Option<&Table<'_>>, orders: Orders) -> Checked<Emit> {
+    let mut emit = Emit {
+        shape: Shape::Auto,
+        precision: EmitPrecision::Given(FloatFormat::F64),
+        lanes: None,
+    };
+    let Some(table) = table else { return Ok(emit) };
+    table.only(&EMIT_KEYS)?;
+    if let Some(shape) = table.field("shape") {
+        let options = [
+            ("auto", Shape::Auto),
+            ("factored", Shape::Factored),
+            ("composed", Shape::Composed),
+            ("flown", Shape::Flown),
+        ];
+        emit.shape = shape.choice(&options, "\"factored\", \"composed\", \"flown\", \"auto\"")?;
+    }
+    if let Some(precision) = table.field("precision") {
+        let options = [
+            ("f64", EmitPrecision::Given(FloatFormat::F64)),
+            ("f32", EmitPrecision::Given(FloatFormat::F32)),
+            ("any", EmitPrecision::Any),
+        ];
+        emit.precision = precision.choice(&options, "\"f64\", \"f32\", \"any\"")?;
+        if emit.precision == EmitPrecision::Any && !matches!(orders, Orders::Tolerance(_)) {
+            return Err(Fault::at(precision.span(), SceneProblem::NeedsTolerance));
+        }
+    }
+    if let Some(lanes) = table.field("lanes") {
+        emit.lanes = Some(lanes.count(1, MOST_LANES)? as usize);
+    }
+    Ok(emit)
+}
+
+/// Refuses a parameter to be solved for that nothing depends on; a warning for every other idle
+/// parameter.
+pub(super) fn idle_parameters(
+    table: &Table<'_>,
+    model: &Model,
+    grazing: &Grazing,
+) -> Checked<Vec<String>> {
+    let used = used_inputs(model);
+    let idle = |parameter: usize| !used.contains(&model.parameter_input(parameter));
+    if let Some(&parameter) = grazing.solve_for.iter().find(|&&parameter| idle(parameter)) {
+        let name = model.parameters[parameter].name.clone();
+        return Err(Fault::at(
+            table.require("solve_for")?.span(),
+            SceneProblem::IdleUnknown { name },
+        ));
+    }
+    let names = model
+        .parameters
+        .iter()
+        .enumerate()
+        .filter(|(parameter, _)| idle(*parameter));
+    Ok(names
+        .map(|(_, parameter)| format!("nothing depends on parameter `{}`", parameter.name))
+        .collect())
+}
+
+/// Every input that the flow or a surface depends on.
+fn used_inputs(model: &Model) -> BTreeSet<usize> {
+    let mut nodes = model.flow.clone();
+    for surface in &model.surfaces {
+        nodes.push(surface.event);
+        match &surface.response {
+            Response::Impact { reset } => nodes.extend(reset),
+            Response::Contact { field, release } => {
+                nodes.extend(field);
+                nodes.push(*release);
+            }
+        }
+    }
+    nodes
+        .into_iter()
+        .flat_map(|node| model.graph.dependencies(node))
+        .collect()
+}
+
+/// The parameter an entry names.
+pub(super) fn parameter(entry: &Entry<'_>, model: &Model) -> Checked<usize> {
+    let name = entry.text("a parameter's name")?;
+    parameter_named(name, model).map_err(|problem| entry.fault(problem))
+}
+
+/// The parameter a key names.
+pub(super) fn parameter_key(field: &Field<'_>, model: &Model) -> Checked<usize> {
+    parameter_named(field.key, model).map_err(|problem| Fault::at(field.key_span.clone(), problem))
+}
+
+fn parameter_named(name: &str, model: &Model) -> Result<usize, SceneProblem> {
+    let known = || {
+        model
+            .parameters
+            .iter()
+            .map(|parameter| parameter.name.as_str())
+    };
+    let unknown = || unknown("parameter", name, names::nearest(name, known()));
+    known().position(|known| known == name).ok_or_else(unknown)
+}
+
+/// The component of the full state a key names.
+pub(super) fn component(field: &Field<'_>, model: &Model) -> Checked<usize> {
+    let known = model.full_state_names();
+    known
+        .iter()
+        .position(|known| *known == field.key)
+        .ok_or_else(|| {
+            let nearest = names::nearest(field.key, known.iter().copied());
+            Fault::at(field.key_span.clone(), unknown("state", field.key, nearest))
+        })
+}
+
+/// The fault of a name that is not known.
+pub(super) fn unknown(kind: &'static str, name: &str, nearest: Option<String>) -> SceneProblem {
+    SceneProblem::UnknownName {
+        name: shown(name),
+        kind,
+        nearest,
+    }
+}
+
+/// The values of a list, none of which may stand twice.
+pub(super) fn distinct<T: PartialEq>(
+    entries: &[Entry<'_>],
+    read: impl Fn(&Entry<'_>) -> Checked<T>,
+) -> Checked<Vec<T>> {
+    let mut values = Vec::new();
+    for entry in entries {
+        let value = read(entry)?;
+        if values.contains(&value) {
+            let name = shown(entry.value.as_str().unwrap_or_default());
+            return Err(entry.fault(SceneProblem::Repeated {
+                name,
+                key: entry.path.clone(),
+            }));
+        }
+        values.push(value);
+    }
+    Ok(values)
+}

@@ -1,0 +1,118 @@
+//! What a change of the code must not change, as hashes of all bits.
+
+mod hash;
+mod maps;
+mod simulation;
+mod subject;
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::io;
+use std::path::PathBuf;
+
+use hash::Hash;
+use subject::Subjects;
+
+/// Hashes by what they are of: `group scene variant`.
+pub(crate) type Lines = BTreeMap<String, String>;
+
+/// What is recorded of a scene.
+type Recorded = fn(&Subjects, &mut Page);
+
+/// What is recorded, each in a file of its own.
+const GROUPS: [(&str, Recorded); 8] = [
+    ("orbits", maps::orbits),
+    ("returns", simulation::returns),
+    ("lanes", simulation::lanes),
+    ("periods", simulation::periods),
+    ("jets", maps::jets),
+    ("images", maps::images),
+    ("sweeps", maps::sweeps),
+    ("emitted", maps::emitted),
+];
+
+/// Names of all groups.
+pub(crate) fn groups() -> impl Iterator<Item = &'static str> {
+    GROUPS.iter().map(|&(name, _)| name)
+}
+
+/// Where the lines of a group and a scene are collected.
+#[derive(Debug)]
+struct Page {
+    group: &'static str,
+    scene: &'static str,
+    lines: Lines,
+}
+
+impl Page {
+    fn put(&mut self, variant: &str, hash: Hash) {
+        self.line(variant, format!("{:016x}", hash.value()));
+    }
+
+    /// Puts a hash, or that there is nothing to be hashed.
+    fn put_or(&mut self, variant: &str, hash: Option<Hash>) {
+        match hash {
+            Some(hash) => self.put(variant, hash),
+            None => self.refuse(variant, "refused"),
+        }
+    }
+
+    /// Puts a word in place of a hash.
+    fn refuse(&mut self, variant: &str, reason: &str) {
+        self.line(variant, reason.to_owned());
+    }
+
+    fn line(&mut self, variant: &str, value: String) {
+        let key = format!("{} {} {variant}", self.group, self.scene);
+        self.lines.insert(key, value);
+    }
+}
+
+/// What the code computes now of some groups of a scene.
+pub(crate) fn computed(scene: &'static str, groups: &[&str]) -> Lines {
+    let subjects = Subjects::new(scene);
+    let mut lines = Lines::new();
+    for (group, record) in GROUPS.iter().filter(|(name, _)| groups.contains(name)) {
+        let mut page = Page {
+            group,
+            scene,
+            lines: Lines::new(),
+        };
+        record(&subjects, &mut page);
+        lines.append(&mut page.lines);
+    }
+    lines
+}
+
+/// The file of a group.
+pub(crate) fn file(group: &str) -> PathBuf {
+    let folder = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("tests/data/record");
+    folder.join(format!("{group}.txt"))
+}
+
+/// What is recorded of a group.
+pub(crate) fn recorded(group: &str) -> io::Result<Lines> {
+    let text = fs::read_to_string(file(group))?;
+    let lines = text.lines().filter_map(|line| line.rsplit_once(' '));
+    Ok(lines.map(|(key, hash)| (key.into(), hash.into())).collect())
+}
+
+/// Whether a line is of some groups and scenes.
+pub(crate) fn is_of(line: &str, groups: &[&str], scenes: &[&str]) -> bool {
+    let mut words = line.split(' ');
+    let mut among = |names: &[&str]| words.next().is_some_and(|word| names.contains(&word));
+    among(groups) && among(scenes)
+}
+
+/// How computed lines differ from recorded ones, one line each.
+pub(crate) fn differences(recorded: &Lines, computed: &Lines) -> Vec<String> {
+    let missing = |key: &&String| !recorded.contains_key(*key);
+    let keys = recorded.keys().chain(computed.keys().filter(missing));
+    let said = |value: Option<&String>| value.cloned().unwrap_or_else(|| "nothing".to_owned());
+    keys.filter(|&key| recorded.get(key) != computed.get(key))
+        .map(|key| {
+            let [was, is] = [recorded, computed].map(|lines| said(lines.get(key)));
+            format!("{key}: recorded {was}, computed {is}")
+        })
+        .collect()
+}

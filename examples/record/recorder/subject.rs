@@ -1,0 +1,142 @@
+//! Scenes of the catalogue on their sections.
+
+use std::cell::OnceCell;
+
+use grazemap::analysis::SectionFrame;
+use grazemap::model::{Model, Response, Scene, catalogue};
+use grazemap::numeric::Real;
+use grazemap::orbit::{GrazingOrbit, locate};
+
+use super::hash::Scatter;
+
+/// Sizes of offsets over the half-widths of the window.
+const SCALES: [f64; 16] = [
+    1e-12, 1e-11, 1e-10, 1e-9, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 0.1, 1.0, 10.0, 100.0, 1e3,
+];
+
+/// Which section a scene is put on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum On {
+    /// The one that the scene names.
+    Own,
+    Tangency,
+    /// The forcing phase of the graze.
+    GrazingPhase,
+    OtherPhase,
+}
+
+/// The sections that are named here, not by the scene.
+pub(crate) const SECTIONS: [On; 3] = [On::Tangency, On::GrazingPhase, On::OtherPhase];
+
+impl On {
+    /// Its name in the record.
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            On::Own => "own",
+            On::Tangency => "tangency",
+            On::GrazingPhase => "grazing-phase",
+            On::OtherPhase => "other-phase",
+        }
+    }
+
+    fn overrides(self) -> &'static [(&'static str, &'static str)] {
+        match self {
+            On::Own => &[],
+            On::Tangency => &[("section.kind", "tangency")],
+            On::GrazingPhase => &[("section.kind", "stroboscopic")],
+            On::OtherPhase => &[("section.kind", "stroboscopic"), ("section.phase", "1")],
+        }
+    }
+}
+
+/// A scene on a section, and its grazing orbit.
+#[derive(Debug)]
+pub(crate) struct Subject {
+    pub(crate) scene: Scene,
+    pub(crate) orbit: GrazingOrbit,
+}
+
+/// A scene of the catalogue on all sections, each located when it is first asked for.
+#[derive(Debug)]
+pub(crate) struct Subjects {
+    pub(crate) name: &'static str,
+    located: [OnceCell<Option<Subject>>; 4],
+}
+
+impl Subjects {
+    /// The scene of a name.
+    pub(crate) fn new(name: &'static str) -> Self {
+        Self {
+            name,
+            located: Default::default(),
+        }
+    }
+
+    /// The scene on a section; `None` where it has no such section or does not graze.
+    pub(crate) fn on(&self, section: On) -> Option<&Subject> {
+        let locate = || Subject::new(self.name, section.overrides());
+        self.located[section as usize].get_or_init(locate).as_ref()
+    }
+}
+
+impl Subject {
+    fn new(name: &str, overrides: &[(&str, &str)]) -> Option<Self> {
+        let scene = scene(name, overrides)?;
+        let orbit = locate(&scene).ok()?.into_result().ok()?;
+        Some(Self { scene, orbit })
+    }
+
+    /// The model of a scene with other values.
+    pub(crate) fn model(name: &str, overrides: &[(&str, &str)]) -> Option<Model> {
+        scene(name, overrides).map(|scene| scene.model)
+    }
+
+    /// Whether the system has one surface, and that rigid: what lanes are for.
+    pub(crate) fn is_for_lanes(&self) -> bool {
+        let surfaces = &self.scene.model.surfaces[..];
+        matches!(surfaces, [surface] if matches!(surface.response, Response::Impact { .. }))
+    }
+
+    /// Half-widths of the window: coordinates of the section, then active parameters.
+    pub(crate) fn widths(&self) -> [Vec<f64>; 2] {
+        let window = &self.scene.window;
+        let finite = |width: f64| match width.is_finite() {
+            true => width,
+            false => window.depth.sqrt(),
+        };
+        let coordinates = self.orbit.section.coordinates.iter();
+        let active = self.scene.expansion.active.iter();
+        [
+            coordinates.map(|&at| finite(window.state[at])).collect(),
+            active.map(|&at| finite(window.parameter[at])).collect(),
+        ]
+    }
+
+    /// Offsets of states and parameters near the graze and away from it, the same in every run.
+    pub(crate) fn offsets<S: Real>(&self, seed: &str, count: usize) -> Vec<[Vec<S>; 2]> {
+        let mut scatter = Scatter::of(seed);
+        let widths = self.widths();
+        let offsets = |number: usize| {
+            let scale = SCALES[number % SCALES.len()];
+            widths.each_ref().map(|widths| {
+                let offset = |&width: &f64| S::from_f64(scale * width * scatter.next());
+                widths.iter().map(offset).collect()
+            })
+        };
+        (0..count).map(offsets).collect()
+    }
+
+    /// The frame of its section.
+    pub(crate) fn frame<S: Real>(&self) -> SectionFrame<S> {
+        SectionFrame::new(&self.scene, &self.orbit)
+    }
+}
+
+/// A scene of the catalogue with other values.
+fn scene(name: &str, overrides: &[(&str, &str)]) -> Option<Scene> {
+    let overrides: Vec<(String, String)> = overrides
+        .iter()
+        .map(|&(key, value)| (key.to_owned(), value.to_owned()))
+        .collect();
+    Scene::parse_with(catalogue::text(name)?, name, &overrides).ok()
+}

@@ -1,0 +1,444 @@
+//! What truncation leaves out, forecast from one expansion of higher order, and the orders that a
+//! tolerance needs, predicted from it.
+//!
+//! At a point of the sample the stages act one after another. Where a monomial `m` of a stage lies
+//! beyond a cut, `c m(x)` at the stage's own input is what the cut leaves out there, and the Jacobian
+//! of the stages that follow carries it to the image. Monomials are summed by weighted degree, so that
+//! one pass forecasts every cut. On the window the terms of each degree of the legs, and of each weight
+//! of the contacts, fall as a power; where the tails of both reach half a tolerance is what to expand
+//! to. See docs/mathematics/orders.md.
+
+use crate::analysis::MapEvaluation;
+use crate::convergence::sample::SamplePoint;
+use crate::expansion::{Contact, DEVIATION_WEIGHT, LocalMap, MapOrders, Stage};
+use crate::jet::Jet;
+
+/// Difference quotients are taken over this part of the state: less than what a second contact on
+/// its verge leaves.
+const STEP: f64 = 1e-9;
+
+/// A map followed stage by stage from sample points: what forecasts are made from, whatever the
+/// weights.
+#[derive(Clone, Debug)]
+pub(super) struct Forecaster {
+    map: LocalMap,
+    /// By point, then by stage.
+    routes: Vec<Vec<Station>>,
+}
+
+/// A stage on the way of a point.
+#[derive(Clone, Debug)]
+struct Station {
+    /// Input: coordinates and parameters.
+    here: Vec<f64>,
+    /// Jacobian of the stages that follow, row by row.
+    jacobian: Vec<Vec<f64>>,
+}
+
+/// Forecasts for one choice of weights: at each point, what each cut leaves out of the image.
+#[derive(Clone, Debug)]
+pub(super) struct Forecast {
+    /// By point, then by degree from 1: effects of the legs.
+    smooth: Vec<Effects>,
+    /// By point, then by weight from 1: effects of the contacts.
+    contact: Vec<Effects>,
+}
+
+/// By cut, then by coordinate of the image.
+type Effects = Vec<Vec<f64>>;
+
+impl Forecaster {
+    /// Follows sample points through a map.
+    pub(super) fn new(map: LocalMap, points: &[SamplePoint]) -> Self {
+        let rests: Vec<_> = (1..=map.stages.len())
+            .map(|from| rest(&map, from))
+            .collect();
+        let routes = points
+            .iter()
+            .map(|point| route(&map, point, &rests))
+            .collect();
+        Self { map, routes }
+    }
+
+    /// The map that is followed.
+    pub(super) fn map(&self) -> &LocalMap {
+        &self.map
+    }
+
+    /// The forecast with the weights of (coordinates; parameters).
+    pub(super) fn forecast(&self, weights: &[u32]) -> Forecast {
+        let degrees: Vec<_> = self
+            .map
+            .stages
+            .iter()
+            .map(|s| degrees(s, weights))
+            .collect();
+        let of = |route: &Vec<Station>| at_point(&self.map, route, &degrees);
+        let (smooth, contact) = self.routes.iter().map(of).unzip();
+        Forecast { smooth, contact }
+    }
+}
+
+impl Forecast {
+    /// Largest coordinate of what a pair of orders leaves out, over the points: no bound, as higher
+    /// terms are missing.
+    pub(super) fn error(&self, orders: MapOrders) -> f64 {
+        let (n, w) = (
+            orders.smooth_order as usize - 1,
+            orders.contact_weight as usize - 1,
+        );
+        let pairs = self.smooth.iter().zip(&self.contact);
+        let sizes = pairs.flat_map(|(smooth, contact)| {
+            let sums = smooth[n].iter().zip(&contact[w]);
+            sums.map(|(leg, contact)| (leg + contact).abs())
+        });
+        sizes.fold(0.0, f64::max)
+    }
+
+    /// Largest coordinate of what the terms of each degree of the legs, from 2, contribute to the
+    /// image.
+    pub(super) fn leg_sizes(&self) -> Vec<f64> {
+        sizes(&self.smooth)
+    }
+
+    /// Largest coordinate of what the terms of each weight of the contacts, from 2, contribute to
+    /// the image.
+    pub(super) fn contact_sizes(&self) -> Vec<f64> {
+        sizes(&self.contact)
+    }
+}
+
+/// Sizes of what lies between a cut and the one before it, the largest over points and coordinates.
+fn sizes(effects: &[Effects]) -> Vec<f64> {
+    let cuts = effects.first().map_or(0, Vec::len);
+    let size = |cut: usize| {
+        let differences = effects.iter().flat_map(|effects| {
+            let pairs = effects[cut - 1].iter().zip(&effects[cut]);
+            pairs.map(|(before, after)| (before - after).abs())
+        });
+        differences.fold(0.0, f64::max)
+    };
+    (1..cuts).map(size).collect()
+}
+
+/// The stages from one on.
+fn rest(map: &LocalMap, from: usize) -> MapEvaluation<f64> {
+    let mut rest = map.clone();
+    rest.stages.drain(..from);
+    MapEvaluation::new(&rest)
+}
+
+fn route(map: &LocalMap, point: &SamplePoint, rests: &[MapEvaluation<f64>]) -> Vec<Station> {
+    let dimension = map.dimension();
+    let mut here = [point.state.as_slice(), &point.parameters].concat();
+    let mut stations = Vec::with_capacity(rests.len());
+    for (stage, rest) in map.stages.iter().zip(rests) {
+        let image = image(stage, &here, dimension);
+        stations.push(Station {
+            jacobian: jacobian(rest, &image, &point.parameters),
+            here: here.clone(),
+        });
+        here[..dimension].copy_from_slice(&image);
+    }
+    stations
+}
+
+/// The image under one stage.
+fn image(stage: &Stage, here: &[f64], dimension: usize) -> Vec<f64> {
+    match stage {
+        Stage::Leg(leg) => leg.image.iter().map(|jet| jet.evaluate(here)).collect(),
+        Stage::Contact(law) => {
+            let y = law.depth.evaluate(here).max(0.0).sqrt();
+            let parts = law.linear.iter().zip(&law.quadratic).zip(here);
+            let moved = |((b, c), x): ((&Jet<f64>, &Jet<f64>), &f64)| {
+                x + y * (b.evaluate(here) + y * c.evaluate(here))
+            };
+            parts.map(moved).collect()
+        }
+        // A family's maps are series.
+        Stage::Flown(_) => here[..dimension].to_vec(),
+    }
+}
+
+/// Weighted degrees of the monomials of a stage's spaces: of a leg, or of a depth and the two parts
+/// of a correction.
+fn degrees(stage: &Stage, weights: &[u32]) -> Vec<Vec<usize>> {
+    let of = |jet: Option<&Jet<f64>>| jet.map_or(Vec::new(), |jet| weighted_degrees(jet, weights));
+    match stage {
+        Stage::Leg(leg) => vec![of(leg.image.first())],
+        Stage::Contact(law) => vec![
+            of(Some(&law.depth)),
+            of(law.linear.first()),
+            of(law.quadratic.first()),
+        ],
+        Stage::Flown(_) => Vec::new(),
+    }
+}
+
+/// The weighted degree of every monomial of a jet's space.
+pub(super) fn weighted_degrees(jet: &Jet<f64>, weights: &[u32]) -> Vec<usize> {
+    let degree = |(exponents, _): (&[u8], f64)| {
+        let pairs = exponents.iter().zip(weights);
+        pairs
+            .map(|(&exponent, &weight)| usize::from(exponent) * weight as usize)
+            .sum()
+    };
+    jet.terms().map(degree).collect()
+}
+
+fn at_point(map: &LocalMap, route: &[Station], degrees: &[Vec<Vec<usize>>]) -> (Effects, Effects) {
+    let dimension = map.dimension();
+    let mut smooth = vec![vec![0.0; dimension]; map.orders.smooth_order as usize];
+    let mut contact = vec![vec![0.0; dimension]; map.orders.contact_weight as usize];
+    for ((stage, station), degrees) in map.stages.iter().zip(route).zip(degrees) {
+        let (cuts, effects) = match stage {
+            Stage::Leg(leg) => {
+                let sums = all_sums(&leg.image, &degrees[0], &station.here);
+                let left = |cut: usize| {
+                    let degree = DEVIATION_WEIGHT as usize * cut;
+                    sums.iter().map(|sums| sums.beyond(degree)).collect()
+                };
+                let cuts: Effects = (1..=smooth.len()).map(left).collect();
+                (cuts, &mut smooth)
+            }
+            Stage::Contact(law) => {
+                let cuts = contact_cuts(law, degrees, &station.here, contact.len());
+                (cuts, &mut contact)
+            }
+            Stage::Flown(_) => continue,
+        };
+        for (effect, cut) in effects.iter_mut().zip(&cuts) {
+            for (row, sum) in station.jacobian.iter().zip(effect.iter_mut()) {
+                *sum += row.iter().zip(cut).map(|(a, b)| a * b).sum::<f64>();
+            }
+        }
+    }
+    (smooth, contact)
+}
+
+/// What each weight leaves out of a contact `x + y B + y² C`: the terms of `B` and `C` beyond the
+/// cut, and those of the depth through `δy = δ(y²)/2y`.
+fn contact_cuts(law: &Contact, degrees: &[Vec<usize>], here: &[f64], count: usize) -> Effects {
+    let depths = &all_sums(std::slice::from_ref(&law.depth), &degrees[0], here)[0];
+    let depth = depths.total();
+    if depth <= 0.0 {
+        return vec![vec![0.0; law.linear.len()]; count];
+    }
+    let y = depth.sqrt();
+    let linear = all_sums(&law.linear, &degrees[1], here);
+    let quadratic = all_sums(&law.quadratic, &degrees[2], here);
+    let left = |weight: usize| {
+        let shift = 0.5 * depths.beyond(weight + 1) / y;
+        let of_coordinate = |(b, c): (&Sums, &Sums)| {
+            let quadratic = match weight.checked_sub(2) {
+                Some(degree) => c.beyond(degree),
+                None => c.total(),
+            };
+            let steepness = b.total() + 2.0 * y * c.total();
+            y * (b.beyond(weight - 1) + y * quadratic) + shift * steepness
+        };
+        linear.iter().zip(&quadratic).map(of_coordinate).collect()
+    };
+    (1..=count).map(left).collect()
+}
+
+/// Sums of a polynomial's terms at a point, by weighted degree.
+#[derive(Debug, Default)]
+struct Sums(Vec<f64>);
+
+/// The sums of polynomials of one space.
+fn all_sums(jets: &[Jet<f64>], degrees: &[usize], here: &[f64]) -> Vec<Sums> {
+    let mut monomials = Vec::with_capacity(degrees.len());
+    if let Some(jet) = jets.first() {
+        jet.space().monomials_at(here, &mut monomials);
+    }
+    let highest = degrees.iter().copied().max().unwrap_or(0);
+    let of = |jet: &Jet<f64>| {
+        let mut sums = vec![0.0; highest + 1];
+        let terms = jet.coefficients().iter().zip(&monomials).zip(degrees);
+        terms.for_each(|((coefficient, monomial), &degree)| sums[degree] += coefficient * monomial);
+        Sums(sums)
+    };
+    jets.iter().map(of).collect()
+}
+
+impl Sums {
+    fn beyond(&self, degree: usize) -> f64 {
+        self.0.iter().skip(degree + 1).sum()
+    }
+
+    fn total(&self) -> f64 {
+        self.0.iter().sum()
+    }
+}
+
+/// The Jacobian of the stages that follow, row by row.
+fn jacobian(rest: &MapEvaluation<f64>, state: &[f64], parameters: &[f64]) -> Vec<Vec<f64>> {
+    let size = state.iter().fold(0.0f64, |max, value| max.max(value.abs()));
+    let step = STEP * if size > 0.0 { size } else { 1.0 };
+    let mut rows = vec![vec![0.0; state.len()]; state.len()];
+    for column in 0..state.len() {
+        let at = |sign: f64| {
+            let mut shifted = state.to_vec();
+            shifted[column] += sign * step;
+            rest.image(&shifted, parameters).offsets
+        };
+        let (above, below) = (at(1.0), at(-1.0));
+        for (row, (a, b)) in rows.iter_mut().zip(above.iter().zip(&below)) {
+            row[column] = (a - b) / (2.0 * step);
+        }
+    }
+    rows
+}
+
+/// Orders of a block of the legs, and of the contacts.
+const LEG_PERIOD: usize = 1;
+const CONTACT_PERIOD: usize = 4;
+
+/// Ratios of blocks that are averaged, the last ones.
+const AVERAGED: usize = 3;
+
+/// Largest ratio of successive terms that is believed to converge.
+const SLOWEST: f64 = 0.95;
+
+/// Orders beyond which nothing is predicted.
+const HIGHEST: u32 = 40;
+
+/// How the terms of a map fall on its window.
+#[derive(Clone, Debug, PartialEq)]
+pub struct OrderRule {
+    /// Of the legs, by degree.
+    pub legs: Decay,
+    /// Of the contacts, by weight.
+    pub contacts: Decay,
+}
+
+/// Sizes of terms by order: those known, and beyond them each over that of `period` orders before
+/// by the same factor.
+///
+/// With deviations of weight 2 of which even powers matter more than odd ones, the terms of a
+/// contact come in blocks of four weights.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Decay {
+    /// What the terms of each order from 2 contribute to an image, in the units of the offsets.
+    pub sizes: Vec<f64>,
+    /// Orders of a block.
+    pub period: usize,
+    /// Factor from an order to the next, in the mean over a block.
+    pub ratio: f64,
+}
+
+impl OrderRule {
+    pub(super) fn new(forecast: &Forecast) -> Self {
+        Self {
+            legs: Decay::of(forecast.leg_sizes(), LEG_PERIOD),
+            contacts: Decay::of(forecast.contact_sizes(), CONTACT_PERIOD),
+        }
+    }
+
+    /// The least orders whose neglected terms come to at most half a tolerance each.
+    ///
+    /// ```
+    /// use grazemap::convergence::{Decay, OrderRule};
+    ///
+    /// let decay = |sizes: &[f64]| Decay { sizes: sizes.to_vec(), period: 1, ratio: 0.1 };
+    /// let rule = OrderRule { legs: decay(&[1e-2, 1e-3, 1e-4]), contacts: decay(&[1e-5, 1e-6]) };
+    /// let orders = rule.orders(1e-6);
+    /// // Σ_{n>6} 1e-4 · 0.1^(n−4) = 1.1e-7 and Σ_{w>3} 1e-6 · 0.1^(w−3) = 1.1e-7.
+    /// assert_eq!((orders.smooth_order, orders.contact_weight), (6, 3));
+    /// ```
+    pub fn orders(&self, tolerance: f64) -> MapOrders {
+        MapOrders {
+            smooth_order: self.legs.order(0.5 * tolerance),
+            contact_weight: self.contacts.order(0.5 * tolerance),
+        }
+    }
+
+    /// What orders leave out, by the same power laws.
+    pub fn error(&self, orders: MapOrders) -> f64 {
+        self.legs.tail(orders.smooth_order) + self.contacts.tail(orders.contact_weight)
+    }
+
+    /// Whether the terms of both factors fall.
+    pub fn converges(&self) -> bool {
+        self.legs.ratio < SLOWEST && self.contacts.ratio < SLOWEST
+    }
+}
+
+impl Decay {
+    /// From sizes of the terms of orders 2, 3, …
+    fn of(sizes: Vec<f64>, period: usize) -> Self {
+        let factors = (period..sizes.len()).map(|at| sizes[at] / sizes[at - period]);
+        let known: Vec<f64> = factors
+            .filter(|factor| *factor > 0.0 && factor.is_finite())
+            .collect();
+        let last = &known[known.len().saturating_sub(AVERAGED)..];
+        let logarithms: f64 = last.iter().map(|factor| factor.ln()).sum();
+        let ratio = match last.len() {
+            0 => 0.0,
+            count => (logarithms / (count * period) as f64).exp(),
+        };
+        Self {
+            sizes,
+            period,
+            ratio,
+        }
+    }
+
+    /// What the terms beyond an order contribute.
+    fn tail(&self, order: u32) -> f64 {
+        let factor = self.ratio.min(SLOWEST).powi(self.period as i32);
+        let size = |order: usize| match self.sizes.get(order - 2) {
+            Some(size) => *size,
+            None => {
+                let beyond = order - 2 - self.sizes.len();
+                let block = self.sizes.len().checked_sub(self.period);
+                let last = block.map_or(0.0, |block| self.sizes[block + beyond % self.period]);
+                last * factor.powi((1 + beyond / self.period) as i32)
+            }
+        };
+        let first = (order as usize + 1).max(2);
+        let end = first.max(self.sizes.len() + 2);
+        let known: f64 = (first..end).map(size).sum();
+        let block: f64 = (end..end + self.period).map(size).sum();
+        known + block / (1.0 - factor)
+    }
+
+    /// The least order whose tail is within a bound.
+    fn order(&self, bound: f64) -> u32 {
+        let orders = 1..HIGHEST;
+        orders
+            .into_iter()
+            .find(|&order| self.tail(order) <= bound)
+            .unwrap_or(HIGHEST)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_decay_in_blocks_is_found_and_continued() {
+        // Two sizes a block, each block a hundredth of the one before.
+        let decay = Decay::of(vec![1.0, 0.5, 1e-2, 5e-3, 1e-4], 2);
+        assert!((decay.ratio - 0.1).abs() < 1e-12, "{decay:?}");
+        // Orders 2 to 6 are known; 7 is 5e-5, 8 is 1e-6.
+        let geometric = 1.0 / 0.99;
+        assert!((decay.tail(6) / ((5e-5 + 1e-6) * geometric) - 1.0).abs() < 1e-12);
+        assert!((decay.tail(7) / ((1e-6 + 5e-7) * geometric) - 1.0).abs() < 1e-12);
+        assert!((decay.tail(1) - 1.51515151515).abs() < 1e-10);
+    }
+
+    #[test]
+    fn the_tail_of_the_order_found_is_within_the_bound_and_of_one_less_it_is_not() {
+        let decay = Decay::of(vec![1.0, 0.3, 0.09, 0.027], 1);
+        for bound in [1e-1, 1e-5, 1e-9] {
+            let order = decay.order(bound);
+            assert!(
+                decay.tail(order) <= bound && decay.tail(order - 1) > bound,
+                "{bound}"
+            );
+        }
+    }
+}

@@ -1,0 +1,327 @@
+//! Candidates for a tolerance: measured on a sample and, where they hold there, on fresh points.
+
+use std::collections::BTreeMap;
+
+use super::candidates::{Candidate, Level};
+use super::data::{Choice, Form, Monomials, Polynomials, weighted};
+use super::next_depth::{LeastOrders, NextDepth};
+use crate::convergence::error::ConvergenceError;
+use crate::convergence::sample::{SamplePoint, WindowSample};
+use crate::convergence::truth::{Truth, summarize, truth};
+use crate::emission::prune;
+use crate::expansion::LocalMap;
+use crate::hybrid::HybridSystem;
+use crate::model::{Scene, Shape};
+use crate::numeric::FloatFormat;
+use crate::orbit::GrazingOrbit;
+
+/// Points by which maps are chosen, beside the corners.
+const POINTS: usize = 128;
+
+/// Points that forecasts are made at, of the sample and of those with two contacts.
+const FORECAST_POINTS: usize = 24;
+
+/// Multiples of the tolerance whose tenth monomials may be dropped within, by their bound on the
+/// window; the bound is seldom reached, and the verdict is measured.
+const DROPS: [f64; 6] = [300.0, 100.0, 30.0, 10.0, 3.0, 1.0];
+
+/// What every candidate is measured on.
+pub(super) struct Bench<'a> {
+    scene: &'a Scene,
+    orbit: &'a GrazingOrbit,
+    system: HybridSystem,
+    sample: WindowSample,
+    truth: Truth,
+    /// Points at which truncation is forecast.
+    forecast_points: Vec<SamplePoint>,
+    /// Where `xi_1` is near 0 on the window.
+    next_depth: Option<NextDepth>,
+    fresh_points: Vec<SamplePoint>,
+    fresh: Option<Truth>,
+}
+
+/// The candidates for one tolerance, run in one kind of numbers: the cheapest that meets it and the
+/// nearest of the others.
+#[derive(Debug)]
+pub(super) struct Trial {
+    pub(super) tolerance: f64,
+    /// What candidates are run and judged in.
+    pub(super) precision: FloatFormat,
+    found: Option<Choice>,
+    nearest: Option<Choice>,
+    /// One within the tolerance that does not move the next depth as contacts do: named where
+    /// there is nothing else.
+    misleading: Option<Choice>,
+    last_met: bool,
+}
+
+impl Trial {
+    pub(super) fn new(tolerance: f64, precision: FloatFormat) -> Self {
+        Self {
+            tolerance,
+            precision,
+            found: None,
+            nearest: None,
+            misleading: None,
+            last_met: false,
+        }
+    }
+
+    pub(super) fn add(&mut self, choice: Choice) {
+        self.last_met = choice.met;
+        let best = if choice.met {
+            &mut self.found
+        } else {
+            &mut self.nearest
+        };
+        if best.as_ref().is_none_or(|best| choice.beats(best)) {
+            *best = Some(choice);
+        }
+    }
+
+    /// Takes note of one that may not be chosen whatever its error.
+    fn refuse(&mut self, choice: Choice) {
+        self.last_met = false;
+        self.misleading = Some(choice);
+    }
+
+    /// Whether the candidate added last meets the tolerance.
+    pub(super) fn last_met(&self) -> bool {
+        self.last_met
+    }
+
+    pub(super) fn found(&self) -> Option<&Choice> {
+        self.found.as_ref()
+    }
+
+    /// Error of the nearest of those that fail.
+    pub(super) fn nearest_error(&self) -> f64 {
+        self.nearest.as_ref().map_or(f64::INFINITY, Choice::size)
+    }
+
+    pub(super) fn best(self) -> Option<Choice> {
+        self.found.or(self.nearest).or(self.misleading)
+    }
+}
+
+impl Choice {
+    /// Cheaper where both meet the tolerance, more accurate where neither does.
+    fn beats(&self, other: &Self) -> bool {
+        if self.met {
+            (self.operations, self.coefficients) < (other.operations, other.coefficients)
+        } else {
+            self.size() < other.size()
+        }
+    }
+
+    /// The largest error measured; infinite where an image was not finite.
+    fn size(&self) -> f64 {
+        let errors = [self.error, self.fresh_error].into_iter().flatten();
+        let largest = errors.fold(f64::NAN, f64::max);
+        if largest.is_nan() {
+            f64::INFINITY
+        } else {
+            largest
+        }
+    }
+}
+
+impl<'a> Bench<'a> {
+    /// Simulates the points that maps are chosen by; `map` has the window, and `fresh` is the
+    /// number of points on which a map has to hold too.
+    pub(super) fn new(
+        scene: &'a Scene,
+        orbit: &'a GrazingOrbit,
+        map: &LocalMap,
+        fresh: usize,
+    ) -> Result<Self, ConvergenceError> {
+        let system = HybridSystem::new(&scene.model);
+        let sample = WindowSample::new(map);
+        let even = [sample.corners(), sample.points(0, POINTS)].concat();
+        let joint = [sample.joint_corners(), sample.joint_points(0, POINTS)].concat();
+        let joint = truth(&system, scene, orbit, joint)?;
+        let mut truth = truth(&system, scene, orbit, even)?;
+        if truth.points.is_empty() {
+            return Err(ConvergenceError::NoTruth { tried: POINTS });
+        }
+        let first = |truth: &Truth| truth.points.iter().take(FORECAST_POINTS).cloned().collect();
+        let forecast_points: [Vec<SamplePoint>; 2] = [first(&truth), first(&joint)];
+        truth.append(joint);
+        Ok(Self {
+            scene,
+            orbit,
+            system,
+            next_depth: NextDepth::new(map, &sample),
+            fresh_points: sample.fresh(POINTS, fresh),
+            sample,
+            truth,
+            forecast_points: forecast_points.concat(),
+            fresh: None,
+        })
+    }
+
+    pub(super) fn scene(&self) -> &'a Scene {
+        self.scene
+    }
+
+    /// The window.
+    pub(super) fn sample(&self) -> &WindowSample {
+        &self.sample
+    }
+
+    /// Points at which truncation is forecast: the first of the sample and of those with two
+    /// contacts.
+    pub(super) fn forecast_points(&self) -> &[SamplePoint] {
+        &self.forecast_points
+    }
+
+    /// Orders that no choice goes below.
+    pub(super) fn least_orders(&self) -> Option<LeastOrders> {
+        self.next_depth.as_ref().map(|next| next.least)
+    }
+
+    /// What rounding an image can come to.
+    pub(super) fn rounding(&self, precision: FloatFormat) -> f64 {
+        let offsets = self.truth.images.iter().flatten();
+        let largest = offsets
+            .map(|offset| offset.to_f64().abs())
+            .fold(0.0, f64::max);
+        2.0 * precision.roundoff() * largest
+    }
+
+    /// Measures a candidate with as few monomials as the tolerance needs; whether it meets it.
+    pub(super) fn judge(
+        &mut self,
+        level: &Level<'_>,
+        candidate: &Candidate,
+        shape: Shape,
+        polynomials: Polynomials,
+        trial: &mut Trial,
+    ) -> Result<bool, ConvergenceError> {
+        let map = candidate.map(&level.family)?;
+        let scene = weighted(self.scene, &candidate.weights);
+        let economiser = match polynomials {
+            Polynomials::Taylor => None,
+            Polynomials::Economised => match level.economiser() {
+                Some(economiser) => Some(economiser),
+                None => return Ok(false),
+            },
+        };
+        let fitted = |map: LocalMap| match economiser {
+            Some(economiser) => economiser.economise(map),
+            None => map,
+        };
+        // Coefficients of a factored map are fitted to the monomials that are left.
+        let first = economiser.is_some() && shape != Shape::Composed;
+        let whole = Form::new(&scene, self.orbit, fitted(map.clone()), shape)?;
+        let pruned = |error: f64| match first {
+            true => Form::new(&scene, self.orbit, fitted(prune(&map, error).0), shape),
+            false => Ok(whole.without(Some(error))),
+        };
+        self.fewest(&whole, pruned, (&candidate.weights, shape), trial)
+    }
+
+    /// Measures a map with flown contacts, with as few monomials of its legs as the tolerance
+    /// needs.
+    pub(super) fn judge_flown(
+        &mut self,
+        map: LocalMap,
+        trial: &mut Trial,
+    ) -> Result<bool, ConvergenceError> {
+        let whole = Form::new(self.scene, self.orbit, map, Shape::Flown)?;
+        let pruned = |error: f64| Ok(whole.without(Some(error)));
+        self.fewest(&whole, pruned, (&BTreeMap::new(), Shape::Flown), trial)
+    }
+
+    /// Measures a map and, where it meets the tolerance, the same with ever more of its monomials
+    /// until one does with fewest of them; whether it does.
+    fn fewest(
+        &mut self,
+        whole: &Form,
+        pruned: impl Fn(f64) -> Result<Form, ConvergenceError>,
+        (weights, shape): (&BTreeMap<String, u32>, Shape),
+        trial: &mut Trial,
+    ) -> Result<bool, ConvergenceError> {
+        self.measure(whole, weights, shape, None, trial)?;
+        if !trial.last_met() {
+            return Ok(false);
+        }
+        for times in DROPS {
+            let error = times * trial.tolerance;
+            let form = pruned(error)?;
+            self.measure(&form, weights, shape, Some(error), trial)?;
+            if trial.last_met() {
+                break;
+            }
+        }
+        Ok(true)
+    }
+
+    /// Measures a map and enters it in the trial.
+    fn measure(
+        &mut self,
+        form: &Form,
+        weights: &BTreeMap<String, u32>,
+        shape: Shape,
+        drop_within: Option<f64>,
+        trial: &mut Trial,
+    ) -> Result<(), ConvergenceError> {
+        let (tolerance, precision) = (trial.tolerance, trial.precision);
+        let lowered = form.lowered();
+        let map = lowered.in_format(precision);
+        let error = summarize(&*map, &self.truth).max;
+        let within = |error: Option<f64>| error.is_some_and(|error| error <= tolerance);
+        let (orders, fitted_to) = (form.map.orders, form.map.fitted_to);
+        let mut choice = Choice {
+            tolerance,
+            met: false,
+            precision,
+            orders,
+            shape,
+            weights: weights.clone(),
+            monomials: drop_within.map_or(Monomials::All, |_| Monomials::Needed),
+            drop_within,
+            polynomials: fitted_to.map_or(Polynomials::Taylor, |_| Polynomials::Economised),
+            fitted_to,
+            error,
+            fresh_error: None,
+            fresh_points: 0,
+            single_precision_error: None,
+            operations: lowered.frozen_count().total(),
+            coefficients: form.coefficients(),
+            predicted: orders,
+            least_orders: self.least_orders(),
+            limit: None,
+            seconds: 0.0,
+        };
+        if within(error) {
+            let fresh = self.fresh()?;
+            choice.fresh_error = summarize(&*map, fresh).max;
+            choice.fresh_points = fresh.points.len();
+            choice.met = within(choice.fresh_error);
+            let told = choice.met && shape != Shape::Flown && precision == FloatFormat::F64;
+            if told {
+                choice.single_precision_error = summarize(&lowered.in_single(), fresh).max;
+            }
+        }
+        match &self.next_depth {
+            Some(next) if choice.met && !next.keeps(&*map) => {
+                choice.met = false;
+                trial.refuse(choice);
+            }
+            _ => trial.add(choice),
+        }
+        Ok(())
+    }
+
+    fn fresh(&mut self) -> Result<&Truth, ConvergenceError> {
+        let fresh = match self.fresh.take() {
+            Some(fresh) => fresh,
+            None => {
+                let points = std::mem::take(&mut self.fresh_points);
+                truth(&self.system, self.scene, self.orbit, points)?
+            }
+        };
+        Ok(self.fresh.insert(fresh))
+    }
+}

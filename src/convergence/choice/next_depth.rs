@@ -1,0 +1,204 @@
+//! What a contact does to the depth of the next one, where `xi_1` is near 0.
+//!
+//! One idea: a tolerance bounds one step and does not see `xi_1`. A contact of depth `y²` moves the
+//! next depth by `−ξ y + η y²`; where the first term does not prevail on the window a map decides
+//! wrongly about stability unless it has the second, whatever its error is. See
+//! docs/mathematics/orders.md.
+
+use serde::{Deserialize, Serialize};
+
+use crate::analysis::MapEvaluation;
+use crate::convergence::sample::WindowSample;
+use crate::expansion::{LocalMap, MapOrders, Stage};
+use crate::iteration::DiscreteMap;
+use crate::numeric::Scalar;
+
+/// Lowest orders that have the terms of second order in `y` of the next depth.
+const LEAST: MapOrders = MapOrders::new(2, 3);
+
+/// Depth variables at which the effect of a contact is compared, over the window's largest.
+const SHARES: [f64; 5] = [1.0, 0.3, 0.1, 0.03, 0.01];
+
+/// Depth variables from which the terms in `y` and `y²` are found.
+const SMALL: [f64; 2] = [0.01, 0.02];
+
+/// The part of the effect of a contact by which a map may be off near the graze, and what is added
+/// to it up to the window's edge: a slope that is off by a constant is so at all depths, truncation
+/// only at the edge.
+const PART: [f64; 2] = [0.01, 0.09];
+
+/// A point without contact is short of it by this share of a depth.
+const SHORT: f64 = 1e-6;
+
+/// A stretch below this is none: the law has no square root.
+const NO_STRETCH: f64 = 1e-10;
+
+/// Lowest orders of the maps that are chosen from, and why: on the window a contact of depth `y²`
+/// moves the next depth by `linear y + quadratic y²`, and the first term, that of `xi_1`, is less
+/// than twice the second somewhere.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct LeastOrders {
+    /// The orders.
+    #[serde(flatten)]
+    pub orders: MapOrders,
+    /// Coefficient of `y` at `p*`, proportional to `xi_1`.
+    pub linear: f64,
+    /// By how much it changes over the half-widths of the parameters.
+    pub spread: f64,
+    /// Coefficient of `y²`.
+    pub quadratic: f64,
+    /// Largest depth variable of the window.
+    pub largest: f64,
+}
+
+impl LeastOrders {
+    /// Whether orders are as high.
+    pub(super) fn allow(&self, orders: MapOrders) -> bool {
+        orders.reaches(self.orders)
+    }
+
+    /// Orders raised to these.
+    pub(super) fn raised(&self, orders: MapOrders) -> MapOrders {
+        orders.max(self.orders)
+    }
+}
+
+/// How contacts of the last passage of a return move the depth of the first one of the next return.
+#[derive(Clone, Debug)]
+pub(super) struct NextDepth {
+    pub(super) least: LeastOrders,
+    sample: WindowSample,
+    demands: Vec<Demand>,
+}
+
+/// What a contact does at a point, and how well a map is to know it.
+#[derive(Clone, Debug)]
+struct Demand {
+    pair: Pair,
+    /// By how much the contact moves the next depth.
+    effect: f64,
+    /// By how much a map may be off.
+    allowed: f64,
+}
+
+impl NextDepth {
+    /// By a map of orders above the least ones; `None` where the term of `xi_1` prevails on the
+    /// window, or the law has none.
+    pub(super) fn new(map: &LocalMap, sample: &WindowSample) -> Option<Self> {
+        let law = map.stages.iter().rev().find_map(|stage| match stage {
+            Stage::Contact(contact) => Some(contact),
+            Stage::Leg(_) | Stage::Flown(_) => None,
+        })?;
+        let origin = vec![0.0; law.depth.space().variables()];
+        let stretch = law.linear.iter().map(|jet| jet.evaluate(&origin).abs());
+        if stretch.fold(0.0, f64::max) < NO_STRETCH {
+            return None;
+        }
+        let exact = MapEvaluation::<f64>::new(map);
+        let image = |state: &[f64], parameters: &[f64]| exact.image(state, parameters).offsets;
+        let ends = parameter_ends(sample, map.parameters.len());
+        let largest = sample.deepest().sqrt();
+        let terms = |parameters: &Vec<f64>| {
+            let [(near, below), (far, above)] = SMALL.map(|share| {
+                let y = share * largest;
+                let pair = Pair::new(sample, y, parameters);
+                (y, pair.map(|pair| pair.effect(sample, &image) / y))
+            });
+            let slope = (above? - below?) / (far - near);
+            Some([below? - slope * near, slope])
+        };
+        let found: Vec<[f64; 2]> = ends.iter().map(terms).collect::<Option<_>>()?;
+        let [linear, quadratic] = found[0];
+        // Both ends of each parameter in turn: a zero of the first term lies within what they come
+        // to together.
+        let change = |pair: &[[f64; 2]]| {
+            let sizes = pair.iter().map(|terms| (terms[0] - linear).abs());
+            sizes.fold(0.0, f64::max)
+        };
+        let spread: f64 = found[1..].chunks(2).map(change).sum();
+        if linear.abs() > spread + 2.0 * quadratic.abs() * largest {
+            return None;
+        }
+        let demands = ends.iter().zip(&found).flat_map(|(parameters, terms)| {
+            SHARES.map(|share| {
+                let y = share * largest;
+                let pair = Pair::new(sample, y, parameters)?;
+                let effect = pair.effect(sample, &image);
+                let size = terms[0].abs().max(quadratic.abs() * y) * y;
+                Some(Demand {
+                    effect,
+                    allowed: (PART[0] + PART[1] * share) * size,
+                    pair,
+                })
+            })
+        });
+        Some(Self {
+            least: LeastOrders {
+                orders: LEAST,
+                linear,
+                spread,
+                quadratic,
+                largest,
+            },
+            demands: demands.flatten().collect(),
+            sample: sample.clone(),
+        })
+    }
+
+    /// Whether a map moves the next depth as contacts do: to a hundredth near the graze, to a tenth
+    /// at the window's edge.
+    pub(super) fn keeps(&self, map: &dyn DiscreteMap) -> bool {
+        let image = |state: &[f64], parameters: &[f64]| {
+            let mut image = vec![0.0; map.dimension()];
+            map.step(state, parameters, &mut image);
+            image
+        };
+        self.demands.iter().all(|demand| {
+            let error = demand.pair.effect(&self.sample, &image) - demand.effect;
+            error.magnitude() <= demand.allowed
+        })
+    }
+}
+
+/// A point at a depth of the last passage, and one just short of contact.
+#[derive(Clone, Debug)]
+struct Pair {
+    touching: Vec<f64>,
+    short: Vec<f64>,
+    parameters: Vec<f64>,
+}
+
+impl Pair {
+    fn new(sample: &WindowSample, y: f64, parameters: &[f64]) -> Option<Self> {
+        let coordinates = sample.widths().len() - parameters.len();
+        let last = sample.solved().len().checked_sub(1)?;
+        let at = |depth: f64| sample.placed(last, vec![0.0; coordinates], parameters, depth);
+        Some(Self {
+            touching: at(y * y)?.0,
+            short: at(-SHORT * y * y)?.0,
+            parameters: parameters.to_vec(),
+        })
+    }
+
+    /// Difference of the next depths.
+    fn effect(&self, sample: &WindowSample, image: &impl Fn(&[f64], &[f64]) -> Vec<f64>) -> f64 {
+        let next = |state: &[f64]| {
+            let image = image(state, &self.parameters);
+            sample.depth(0, &[image.as_slice(), &self.parameters].concat())
+        };
+        next(&self.touching) - next(&self.short)
+    }
+}
+
+/// No offset of the parameters, then each at both of its half-widths.
+fn parameter_ends(sample: &WindowSample, parameters: usize) -> Vec<Vec<f64>> {
+    let widths = sample.widths();
+    let widths = &widths[widths.len() - parameters..];
+    let end = |number: usize, sign: f64| {
+        let mut offsets = vec![0.0; parameters];
+        offsets[number] = sign * widths[number];
+        offsets
+    };
+    let ends = (0..parameters).flat_map(|number| [end(number, 1.0), end(number, -1.0)]);
+    [vec![0.0; parameters]].into_iter().chain(ends).collect()
+}

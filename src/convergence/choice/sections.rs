@@ -1,0 +1,292 @@
+//! The cheapest map of every section for one tolerance, and the section that a scene takes where
+//! any will do.
+//!
+//! One idea: the window is carried along the free flow to the other section, so that all are asked
+//! for the same orbits; what a map promises there, it promises on the smallest box about them. See
+//! docs/mathematics/convergence.md.
+
+use std::mem;
+
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+
+use super::chooser::{ChoiceOptions, Chooser, choose};
+use super::data::Choice;
+use crate::analysis::SectionChange;
+use crate::convergence::error::ConvergenceError;
+use crate::convergence::family::{MapFamily, PROBE};
+use crate::convergence::sample::{SamplePoint, WindowSample};
+use crate::expansion::MapOrders;
+use crate::hybrid::HybridSystem;
+use crate::model::{Orders, Scene, Section, SectionRule, StroboscopicPhase};
+use crate::numeric::{Dd, decimal_above};
+use crate::orbit::{GrazingOrbit, PoincareSectionKind, locate};
+
+/// How long before the first passage stroboscopic sections are taken, over the period of the orbit.
+const AHEAD: [f64; 4] = [0.0, 0.125, 0.25, 0.5];
+
+/// By how much the orders of a map of another section may exceed those of the scene's own: it would
+/// not be cheaper.
+const BEYOND: MapOrders = MapOrders::new(2, 4);
+
+/// Sections nearer than this share of a period are the same.
+const SAME: f64 = 1e-6;
+
+/// Points of a window that are carried, beside its corners: half-widths are then found to about a
+/// hundredth.
+const CARRIED: usize = 1000;
+
+/// Digits of a carried half-width, rounded up.
+const DIGITS: u32 = 3;
+
+/// The cheapest map of one section.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct SectionChoice {
+    /// How long before the first passage a stroboscopic section is, over the period; `None` for
+    /// the tangency section.
+    pub ahead: Option<f64>,
+    /// Phase of a stroboscopic section.
+    pub phase: Option<f64>,
+    /// Its cheapest map; `None` where the section has none.
+    pub choice: Option<Choice>,
+    /// Why it has none.
+    pub problem: Option<String>,
+}
+
+/// Which section was taken of several, and what the others cost.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct SectionVerdict {
+    /// The section whose map costs least; the tangency section where it costs no more than others,
+    /// or no section has a map within the tolerance.
+    pub taken: SectionChoice,
+    /// The others.
+    pub others: Vec<SectionChoice>,
+}
+
+/// A scene on the section that its map is taken on.
+#[derive(Clone, Debug)]
+pub struct SettledScene {
+    /// The scene, its section named, its window stated on that section.
+    pub scene: Scene,
+    /// Its orbit, on that section.
+    pub orbit: GrazingOrbit,
+    /// What decided it; `None` where the scene names its section.
+    pub verdict: Option<SectionVerdict>,
+}
+
+impl SettledScene {
+    /// The cheapest map on the section, where that decided it.
+    pub fn choice(&self) -> Option<&Choice> {
+        self.verdict.as_ref()?.taken.choice.as_ref()
+    }
+}
+
+/// The scene on the section that its map is taken on: the one that it names or, where any will do,
+/// the one whose cheapest map for the tolerance has the fewest operations.
+///
+/// A scene of any section states its window on the tangency section, and `orbit` is its orbit
+/// there. Tried are that section and stroboscopic ones at the graze and an eighth, a quarter and
+/// half a period before it. On each the window is the smallest box about what the free flow makes
+/// of the scene's, half-widths rounded up to three digits; errors are in the offsets of each
+/// section.
+///
+/// # Errors
+///
+/// [`ConvergenceError`] if the scene cannot be expanded, or its window has no points.
+pub fn settle_section(
+    scene: &Scene,
+    orbit: &GrazingOrbit,
+) -> Result<SettledScene, ConvergenceError> {
+    let (mut scene, orbit) = (scene.clone(), orbit.clone());
+    let rule = mem::replace(&mut scene.section_rule, SectionRule::Named);
+    let (SectionRule::Any, Orders::Tolerance(tolerance)) = (rule, scene.expansion.orders) else {
+        return Ok(SettledScene {
+            scene,
+            orbit,
+            verdict: None,
+        });
+    };
+    let options = ChoiceOptions::new(tolerance);
+    let own = choose(&scene, &orbit, &options)?;
+    let trials = try_others(&scene, &orbit, &options, &own)?;
+    let tangency = SectionChoice {
+        ahead: None,
+        phase: None,
+        choice: Some(own),
+        problem: None,
+    };
+    let mut settled = cheapest((scene, orbit, tangency), trials);
+    if let Some(verdict) = settled
+        .verdict
+        .as_mut()
+        .filter(|verdict| verdict.taken.ahead.is_some())
+    {
+        // What is run is what the section would get by name: trials have no orders far beyond those
+        // of the tangency section.
+        verdict.taken.choice = Some(choose(&settled.scene, &settled.orbit, &options)?);
+    }
+    Ok(settled)
+}
+
+/// The first of the sections whose maps have the fewest operations.
+fn cheapest(
+    (mut scene, mut orbit, mut taken): (Scene, GrazingOrbit, SectionChoice),
+    trials: Vec<TriedSection>,
+) -> SettledScene {
+    let mut others = Vec::new();
+    for trial in trials {
+        others.push(match trial.place {
+            Some(place) if trial.choice.costs_less_than(&taken) => {
+                (scene, orbit) = place;
+                mem::replace(&mut taken, trial.choice)
+            }
+            _ => trial.choice,
+        });
+    }
+    // The tangency section first, the nearest to the graze next: as they were tried.
+    let order = |section: &SectionChoice| section.ahead.unwrap_or(-1.0);
+    others.sort_by(|a, b| order(a).total_cmp(&order(b)));
+    SettledScene {
+        scene,
+        orbit,
+        verdict: Some(SectionVerdict { taken, others }),
+    }
+}
+
+/// The cheapest maps of the tangency section and of stroboscopic ones at the graze and an eighth, a
+/// quarter and half a period before it, without the scene's own.
+///
+/// Windows and errors are those of [`settle_section`]. `own` is the choice on the scene's section:
+/// maps of orders far beyond its own are not tried.
+///
+/// # Errors
+///
+/// [`ConvergenceError`] if the scene cannot be expanded, or its window has no points.
+pub fn choose_sections(
+    scene: &Scene,
+    orbit: &GrazingOrbit,
+    options: &ChoiceOptions,
+    own: &Choice,
+) -> Result<Vec<SectionChoice>, ConvergenceError> {
+    let trials = try_others(scene, orbit, options, own)?.into_iter();
+    Ok(trials.map(|trial| trial.choice).collect())
+}
+
+/// A section that was tried.
+struct TriedSection {
+    choice: SectionChoice,
+    /// The scene and its orbit on it, where it has a map.
+    place: Option<(Scene, GrazingOrbit)>,
+}
+
+/// Every section but the scene's own.
+fn try_others(
+    scene: &Scene,
+    orbit: &GrazingOrbit,
+    options: &ChoiceOptions,
+    own: &Choice,
+) -> Result<Vec<TriedSection>, ConvergenceError> {
+    let limit = own.orders.plus(BEYOND);
+    let map = MapFamily::new(scene, orbit, PROBE)?.map(PROBE)?;
+    let points = WindowSample::new(&map).judging(0, CARRIED);
+    let tried = |(ahead, section)| {
+        let moved = moved(scene, orbit, section, &points);
+        let chosen = moved.and_then(|(scene, orbit)| {
+            let chooser = Chooser::new(&scene, &orbit, options.fresh);
+            let chosen =
+                chooser.and_then(|chooser| chooser.within(limit).choose(options.tolerance));
+            let choice = chosen.map_err(|error| error.to_string())?;
+            Ok((choice, (scene, orbit)))
+        });
+        let problem = chosen.as_ref().err().cloned();
+        let (choice, place) = chosen.ok().unzip();
+        let choice = SectionChoice {
+            ahead,
+            phase: place.as_ref().and_then(|(_, orbit)| phase(orbit)),
+            choice,
+            problem,
+        };
+        TriedSection { choice, place }
+    };
+    Ok(others(scene, orbit).into_par_iter().map(tried).collect())
+}
+
+/// Other sections, with how long they are before the first passage.
+fn others(scene: &Scene, orbit: &GrazingOrbit) -> Vec<(Option<f64>, Section)> {
+    let tangency = orbit.section.kind == PoincareSectionKind::Tangency;
+    let mut others = Vec::new();
+    if !tangency {
+        others.push((None, Section::Tangency));
+    }
+    let Some(clock) = &scene.model.phase else {
+        return others;
+    };
+    let passages = orbit.passages_after_section(scene);
+    let first = passages.iter().find(|passage| passage.place == 0);
+    let own = first.filter(|_| !tangency).map(|first| first.share);
+    let graze = orbit.grazing_point().state[scene.model.dimension() - 1];
+    let advance = clock.period * Dd::from(scene.grazing.periods as f64);
+    let ahead = AHEAD
+        .into_iter()
+        .filter(|ahead| own.is_none_or(|own| (own - ahead).abs() > SAME));
+    others.extend(ahead.map(|ahead| {
+        let phase = match ahead {
+            0.0 => StroboscopicPhase::Grazing,
+            _ => StroboscopicPhase::At(graze - advance * Dd::from(ahead)),
+        };
+        (Some(ahead), Section::Stroboscopic(phase))
+    }));
+    others
+}
+
+/// The scene and its orbit on another section, with the smallest window there that holds these
+/// points; why there is none.
+fn moved(
+    scene: &Scene,
+    orbit: &GrazingOrbit,
+    section: Section,
+    points: &[SamplePoint],
+) -> Result<(Scene, GrazingOrbit), String> {
+    let mut other = scene.clone();
+    other.section = section;
+    let location = locate(&other).map_err(|error| error.to_string())?;
+    let moved = location.into_result().map_err(|error| error.to_string())?;
+    let system = HybridSystem::new(&scene.model);
+    let change = SectionChange::<f64>::new(&system, (scene, orbit), (&other, &moved));
+    let mut change = change.map_err(|error| error.to_string())?;
+    let mut widths = vec![0.0_f64; moved.section.coordinates.len()];
+    for point in points {
+        let carried = change.carry(&point.state, &point.parameters);
+        let carried = carried.map_err(|error| error.to_string())?;
+        for (width, offset) in widths.iter_mut().zip(carried.iter().flatten()) {
+            *width = width.max(offset.abs());
+        }
+    }
+    other.window.state.fill(f64::INFINITY);
+    for (&component, &width) in moved.section.coordinates.iter().zip(&widths) {
+        other.window.state[component] = decimal_above(width, DIGITS);
+    }
+    Ok((other, moved))
+}
+
+/// Phase of a stroboscopic section.
+fn phase(orbit: &GrazingOrbit) -> Option<f64> {
+    match orbit.section.kind {
+        PoincareSectionKind::Tangency => None,
+        PoincareSectionKind::Stroboscopic { phase } => Some(phase.to_f64()),
+    }
+}
+
+impl SectionChoice {
+    /// Operations of a step, where its map meets the tolerance.
+    pub fn operations(&self) -> Option<usize> {
+        let met = self.choice.as_ref().filter(|choice| choice.met);
+        met.map(|choice| choice.operations)
+    }
+
+    /// By operations; a map that meets the tolerance costs less than none.
+    fn costs_less_than(&self, other: &Self) -> bool {
+        let cost = |section: &Self| section.operations().unwrap_or(usize::MAX);
+        cost(self) < cost(other)
+    }
+}

@@ -1,0 +1,499 @@
+//! Truncation orders against direct simulation: one expansion, one sample, one truth, and every pair
+//! of orders measured on it.
+
+mod rates;
+mod reach;
+
+pub use rates::{FactorRate, Rate, SlopeFit, fit_slope};
+pub use reach::{DepthAccuracy, Validity, WindowAccuracy, validity};
+
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+
+use super::choice::{Choice, chosen_map};
+use super::choice::{ChoiceOptions, choose};
+use super::choice::{SectionChoice, choose_sections};
+use super::error::ConvergenceError;
+use super::family::MapFamily;
+use super::sample::WindowSample;
+use super::timing;
+use super::truth::{ErrorSummary, SampleSummary, Truth, summarize, timed_returns, truth};
+use crate::analysis::{DirectImage, MapEvaluation, Progress};
+use crate::expansion::{LocalMap, MapOrders, WindowEdge};
+use crate::hybrid::{FlowMethod, HybridSystem};
+use crate::iteration::{DiscreteMap, HornerMap};
+use crate::model::{Digest, Orders, Scene, Shape};
+use crate::numeric::{Dd, Scalar};
+use crate::orbit::GrazingOrbit;
+use rates::{ExactFactors, MapRates, discontinuity_rates, smooth_rates};
+use reach::depth_accuracy;
+
+/// How far maps of every order are from direct simulation, and how fast they are.
+///
+/// Errors are largest errors of a coordinate of one image, in the units of the offsets.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ConvergenceStudy {
+    /// Identifier of the scene.
+    pub scene: String,
+    /// Digest of the scene's text.
+    pub digest: Digest,
+    /// The sample of the window.
+    pub sample: SampleSummary,
+    /// One entry per pair of orders and shape.
+    pub orders: Vec<OrderResult>,
+    /// `D` alone, cut at each weight: its error against `y`.
+    pub discontinuity_rates: Vec<FactorRate>,
+    /// `P_smooth` alone, cut at each degree: its error against the distance.
+    pub smooth_rates: Vec<FactorRate>,
+    /// The cheapest map for the tolerance, or the most accurate one tried.
+    pub chosen: Choice,
+    /// The cheapest maps of other sections for the same tolerance; none where they were not asked
+    /// for.
+    #[serde(default)]
+    pub sections: Vec<SectionChoice>,
+    /// What its contacts leave out at the largest depth of the window, by passage; none where
+    /// their series end or are flown.
+    pub window_edges: Vec<WindowEdge>,
+    /// The largest window on which the chosen map meets the tolerance.
+    pub validity: Validity,
+    /// The chosen map and direct simulation in double precision as the window shrinks.
+    pub accuracy: DepthAccuracy,
+    /// Maps of the sweep that no other one beats in both time and error, and direct simulation.
+    pub pareto: Vec<ParetoPoint>,
+    /// Direct simulation.
+    pub direct: DirectSummary,
+    /// The same by Taylor's method, where `direct` is by the exact flow of affine fields.
+    #[serde(default)]
+    pub direct_by_taylor: Option<DirectSummary>,
+    /// Nanoseconds of one multiply-add, measured in the same run.
+    pub multiply_add_ns: f64,
+}
+
+/// One map of the sweep.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct OrderResult {
+    /// Its truncation orders.
+    #[serde(flatten)]
+    pub orders: MapOrders,
+    /// Shape of the map.
+    pub shape: Shape,
+    /// Error over the sample.
+    pub error: ErrorSummary,
+    /// Exponent with which the error falls when deviations are scaled as `y²`.
+    pub rate: Rate,
+    /// Nanoseconds of one step, parameters frozen, interpreted.
+    pub step_ns: f64,
+    /// Nanoseconds that the step's multiply-adds alone would take.
+    pub floor_ns: f64,
+    /// Operations of one step, parameters frozen.
+    pub operations: usize,
+    /// Coefficients other than zero, parameters not frozen.
+    pub coefficients: usize,
+}
+
+/// What direct simulation costs and how accurate it is.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct DirectSummary {
+    /// The method: `exact affine flow` or `Taylor`.
+    pub method: String,
+    /// Nanoseconds of one return to the section, in double precision, the parameters being those
+    /// of the one before.
+    pub period_ns: f64,
+    /// Largest error of double precision against double-double, over the sample.
+    pub error_estimate: f64,
+}
+
+/// Tolerance where the scene names none.
+const TOLERANCE: f64 = 1e-8;
+
+/// Highest degree and weight of the factors whose rates are measured.
+const RATES: MapOrders = MapOrders::new(6, 8);
+
+/// What a study measures.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ConvergenceOptions {
+    /// Highest degree of `P_smooth` and weight of `D`: all lower ones are swept; `None` for a
+    /// degree and two weights beyond the chosen ones.
+    pub highest: Option<MapOrders>,
+    /// Shapes swept.
+    pub shapes: Vec<Shape>,
+    /// Points of the window.
+    pub points: usize,
+    /// Tolerance for which a map is chosen, in the units of the offsets.
+    pub tolerance: f64,
+    /// Fresh points on which the chosen map has to hold.
+    pub fresh: usize,
+    /// Whether maps of other sections are chosen too.
+    pub sections: bool,
+    /// The map chosen for the tolerance on so many fresh points, where it is known already.
+    pub chosen: Option<Choice>,
+    /// Highest weight of `D` whose rate is measured (its coefficients in double-double).
+    pub discontinuity_rates: u32,
+    /// Highest degree of `P_smooth` whose rate is measured (its coefficients in double-double, by
+    /// Taylor's method: seconds at degree 6 for a nonlinear field).
+    pub smooth_rates: u32,
+}
+
+impl ConvergenceOptions {
+    /// A scene's orders and a little beyond, its tolerance or `1e-8`; both shapes of series, or the
+    /// flown one where the scene asks for it.
+    pub fn of(scene: &Scene) -> Self {
+        let (highest, tolerance) = match scene.expansion.orders {
+            Orders::Fixed(orders) => (Some(beyond(orders)), TOLERANCE),
+            Orders::Tolerance(tolerance) => (None, tolerance),
+        };
+        Self {
+            highest,
+            shapes: match scene.emit.shape {
+                Shape::Flown => vec![Shape::Flown],
+                _ => vec![Shape::Factored, Shape::Composed],
+            },
+            points: 128,
+            tolerance,
+            fresh: ChoiceOptions::new(tolerance).fresh,
+            sections: false,
+            chosen: None,
+            discontinuity_rates: RATES.contact_weight,
+            smooth_rates: RATES.smooth_order,
+        }
+    }
+}
+
+/// A degree and two weights more: where the next orders of both factors lead.
+fn beyond(orders: MapOrders) -> MapOrders {
+    orders.plus(MapOrders::new(1, 2))
+}
+
+/// Measures maps of every pair of orders against direct simulation in double-double.
+///
+/// # Errors
+///
+/// [`ConvergenceError`] if the scene cannot be expanded, or its window has no point to compare at.
+pub fn converge(
+    scene: &Scene,
+    orbit: &GrazingOrbit,
+    options: &ConvergenceOptions,
+    progress: &dyn Progress,
+) -> Result<ConvergenceStudy, ConvergenceError> {
+    let choice = ChoiceOptions {
+        tolerance: options.tolerance,
+        fresh: options.fresh,
+    };
+    let chosen = match &options.chosen {
+        Some(chosen) => chosen.clone(),
+        None => choose(scene, orbit, &choice)?,
+    };
+    let highest = options.highest.unwrap_or_else(|| beyond(chosen.orders));
+    let sweep = Sweep::new(scene, orbit, options, highest, progress)?;
+    let mut orders = sweep.errors(progress)?;
+    let rate_orders = MapOrders::new(options.smooth_rates, options.discontinuity_rates);
+    let rate_orders = rate_orders.min(highest);
+    let factors = ExactFactors::new(sweep.family.expander(), rate_orders)?;
+    sweep.add_rates(&factors, &mut orders)?;
+    let multiply_add_ns = timing::multiply_add_ns();
+    sweep.add_times(&mut orders, multiply_add_ns)?;
+    let (local, map) = chosen_map(&chosen, scene, orbit)?;
+    let map = map.in_format(chosen.precision);
+    let direct = sweep.direct(&sweep.system)?;
+    let direct_by_taylor = sweep.direct_by_taylor()?;
+    let sections = match options.sections {
+        true => choose_sections(scene, orbit, &choice, &chosen)?,
+        false => Vec::new(),
+    };
+    Ok(ConvergenceStudy {
+        scene: scene.identifier.clone(),
+        digest: scene.digest,
+        sample: SampleSummary {
+            points: sweep.truth.points.len(),
+            excluded: sweep.truth.excluded,
+        },
+        discontinuity_rates: discontinuity_rates(
+            &sweep.sample,
+            &factors,
+            &sweep.system,
+            scene,
+            orbit,
+        )?,
+        smooth_rates: smooth_rates(&sweep.sample, &factors, &sweep.system, scene, orbit)?,
+        window_edges: window_edges(&sweep.family, &chosen)?,
+        validity: validity(scene, orbit, &local, &*map, options.tolerance)?,
+        accuracy: sweep.accuracy(&*map)?,
+        pareto: pareto(&orders, direct_by_taylor.iter().chain([&direct])),
+        chosen,
+        sections,
+        direct,
+        direct_by_taylor,
+        multiply_add_ns,
+        orders,
+    })
+}
+
+/// What the contacts of a chosen map leave out at the edge of the window.
+fn window_edges(
+    family: &MapFamily<'_>,
+    chosen: &Choice,
+) -> Result<Vec<WindowEdge>, ConvergenceError> {
+    let expander = family.expander();
+    let passages = match chosen.shape {
+        Shape::Flown => 0..0,
+        _ => 0..expander.passages(),
+    };
+    let edges = passages.map(|passage| expander.window_edge(passage, chosen.orders.contact_weight));
+    let edges = edges.collect::<Result<Vec<_>, _>>()?;
+    Ok(edges.into_iter().flatten().collect())
+}
+
+/// One study under way.
+pub(super) struct Sweep<'a> {
+    scene: &'a Scene,
+    orbit: &'a GrazingOrbit,
+    options: ConvergenceOptions,
+    highest: MapOrders,
+    system: HybridSystem,
+    family: MapFamily<'a>,
+    sample: WindowSample,
+    truth: Truth,
+}
+
+impl<'a> Sweep<'a> {
+    pub(super) fn new(
+        scene: &'a Scene,
+        orbit: &'a GrazingOrbit,
+        options: &ConvergenceOptions,
+        highest: MapOrders,
+        progress: &dyn Progress,
+    ) -> Result<Self, ConvergenceError> {
+        let pairs = u64::from(highest.smooth_order * highest.contact_weight);
+        progress.expect(pairs * options.shapes.len() as u64);
+        let system = HybridSystem::new(&scene.model);
+        let family = MapFamily::new(scene, orbit, highest)?;
+        let sample = WindowSample::new(&family.map(highest)?);
+        let truth = truth(&system, scene, orbit, sample.points(0, options.points))?;
+        if truth.points.is_empty() {
+            return Err(ConvergenceError::NoTruth {
+                tried: options.points,
+            });
+        }
+        Ok(Self {
+            scene,
+            orbit,
+            options: options.clone(),
+            highest,
+            system,
+            family,
+            sample,
+            truth,
+        })
+    }
+
+    /// Errors of every map; rates and times are still to come.
+    pub(super) fn errors(
+        &self,
+        progress: &dyn Progress,
+    ) -> Result<Vec<OrderResult>, ConvergenceError> {
+        let highest = self.highest;
+        let tasks: Vec<_> = highest
+            .pairs()
+            .flat_map(|orders| {
+                self.options
+                    .shapes
+                    .iter()
+                    .map(move |&shape| (orders, shape))
+            })
+            .collect();
+        let measure = |(orders, shape)| {
+            let result = self.measure(orders, shape);
+            progress.advance(1);
+            result
+        };
+        tasks.into_par_iter().map(measure).collect()
+    }
+
+    fn measure(&self, orders: MapOrders, shape: Shape) -> Result<OrderResult, ConvergenceError> {
+        let lowered = self.lowered(orders, shape)?;
+        Ok(OrderResult {
+            orders,
+            shape,
+            error: summarize(&lowered, &self.truth),
+            rate: Rate {
+                measured: None,
+                uncertainty: None,
+                expected: f64::from(orders.smooth_order.min(orders.contact_weight) + 1),
+                range: None,
+            },
+            step_ns: 0.0,
+            floor_ns: 0.0,
+            operations: lowered.frozen_count().total(),
+            coefficients: self.coefficients(orders, shape)?,
+        })
+    }
+
+    /// The map as it is run.
+    pub(super) fn lowered(
+        &self,
+        orders: MapOrders,
+        shape: Shape,
+    ) -> Result<HornerMap, ConvergenceError> {
+        let map = self.map(orders, shape)?;
+        Ok(match shape {
+            Shape::Composed => HornerMap::composed(&map, &self.family.compose(&map)?),
+            Shape::Factored | Shape::Flown | Shape::Auto => HornerMap::new(&map),
+        })
+    }
+
+    /// The map stage by stage.
+    fn map(&self, orders: MapOrders, shape: Shape) -> Result<LocalMap, ConvergenceError> {
+        Ok(match shape {
+            Shape::Flown => self.family.flown_map(orders)?,
+            Shape::Factored | Shape::Composed | Shape::Auto => self.family.map(orders)?,
+        })
+    }
+
+    fn coefficients(&self, orders: MapOrders, shape: Shape) -> Result<usize, ConvergenceError> {
+        let map = self.map(orders, shape)?;
+        Ok(match shape {
+            Shape::Composed => self.family.compose(&map)?.coefficients(),
+            Shape::Factored | Shape::Flown | Shape::Auto => map.coefficients(),
+        })
+    }
+
+    fn add_rates(
+        &self,
+        factors: &ExactFactors<'_, '_>,
+        orders: &mut [OrderResult],
+    ) -> Result<(), ConvergenceError> {
+        let expander = self.family.expander();
+        let rates = MapRates::new(expander, &self.sample, &self.system, self.scene, self.orbit)?;
+        orders.par_iter_mut().try_for_each(|result| {
+            let (map, rounding) = self.evaluation(factors, result)?;
+            result.rate = rates.rate(&map, rounding, result.orders);
+            Ok(())
+        })
+    }
+
+    /// A map with its coefficients as exactly as they are known, and their rounding.
+    fn evaluation(
+        &self,
+        factors: &ExactFactors<'_, '_>,
+        result: &OrderResult,
+    ) -> Result<(MapEvaluation<Dd>, f64), ConvergenceError> {
+        let orders = result.orders;
+        match result.shape {
+            Shape::Composed => {
+                let composed = self.family.compose(&self.family.map(orders)?)?;
+                return Ok((MapEvaluation::composed(&composed), f64::ROUNDOFF));
+            }
+            Shape::Flown => {
+                let map = self.family.flown_map(orders)?;
+                return Ok((MapEvaluation::new(&map), f64::ROUNDOFF));
+            }
+            Shape::Factored | Shape::Auto => {}
+        }
+        Ok(match factors.map(orders)? {
+            Some(map) => (map, Dd::ROUNDOFF),
+            None => (MapEvaluation::new(&self.family.map(orders)?), f64::ROUNDOFF),
+        })
+    }
+
+    /// Times are taken one after another: side by side they would disturb each other.
+    fn add_times(
+        &self,
+        orders: &mut [OrderResult],
+        multiply_add_ns: f64,
+    ) -> Result<(), ConvergenceError> {
+        for result in orders {
+            let map = self.lowered(result.orders, result.shape)?;
+            result.step_ns = timing::step_ns(&map, &self.truth.points[0]);
+            result.floor_ns = multiply_add_ns * result.operations as f64;
+        }
+        Ok(())
+    }
+
+    fn accuracy(&self, map: &dyn DiscreteMap) -> Result<DepthAccuracy, ConvergenceError> {
+        depth_accuracy(&self.system, self.scene, self.orbit, &self.sample, map)
+    }
+
+    fn direct(&self, system: &HybridSystem) -> Result<DirectSummary, ConvergenceError> {
+        let mut direct = DirectImage::<f64>::new(system, self.scene, self.orbit)?;
+        let (period_ns, error_estimate) = timed_returns(&mut direct, &self.truth)?;
+        Ok(DirectSummary {
+            method: match system.method() {
+                FlowMethod::ExactAffine => "exact affine flow",
+                FlowMethod::Taylor => "Taylor",
+            }
+            .to_owned(),
+            period_ns,
+            error_estimate,
+        })
+    }
+
+    /// Direct simulation without the exact flow, where there is one.
+    fn direct_by_taylor(&self) -> Result<Option<DirectSummary>, ConvergenceError> {
+        if self.system.method() == FlowMethod::Taylor {
+            return Ok(None);
+        }
+        let system = HybridSystem::without_exact_flow(&self.scene.model);
+        self.direct(&system).map(Some)
+    }
+}
+
+/// One method on the front.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ParetoPoint {
+    /// The map; `None` for direct simulation in double precision.
+    pub map: Option<ParetoMap>,
+    /// The method of direct simulation; `None` for a map.
+    #[serde(default)]
+    pub direct: Option<String>,
+    /// Nanoseconds of one step, or of one return.
+    pub step_ns: f64,
+    /// Largest error on the window, against double-double.
+    pub error: f64,
+}
+
+/// Which map a point of the front is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct ParetoMap {
+    /// Its truncation orders.
+    #[serde(flatten)]
+    pub orders: MapOrders,
+    /// Shape.
+    pub shape: Shape,
+}
+
+/// The front, fastest first, direct simulation last by every method whether beaten or not.
+pub(super) fn pareto<'d>(
+    orders: &[OrderResult],
+    direct: impl IntoIterator<Item = &'d DirectSummary>,
+) -> Vec<ParetoPoint> {
+    let point = |result: &OrderResult| {
+        Some(ParetoPoint {
+            map: Some(ParetoMap {
+                orders: result.orders,
+                shape: result.shape,
+            }),
+            direct: None,
+            step_ns: result.step_ns,
+            error: result.error.max?,
+        })
+    };
+    let mut points: Vec<ParetoPoint> = orders.iter().filter_map(point).collect();
+    let speed = |point: &ParetoPoint| (point.step_ns, point.error);
+    points.sort_by(|a, b| {
+        let ((a_ns, a_error), (b_ns, b_error)) = (speed(a), speed(b));
+        a_ns.total_cmp(&b_ns).then(a_error.total_cmp(&b_error))
+    });
+    let mut best = f64::INFINITY;
+    points.retain(|point| {
+        let better = point.error < best;
+        best = best.min(point.error);
+        better
+    });
+    points.extend(direct.into_iter().map(|direct| ParetoPoint {
+        map: None,
+        direct: Some(direct.method.clone()),
+        step_ns: direct.period_ns,
+        error: direct.error_estimate,
+    }));
+    points
+}

@@ -1,0 +1,72 @@
+//! What is asked of an emission: language, shape, precision, lanes.
+
+use crate::numeric::FloatFormat;
+
+/// Language of an emitted map.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Target {
+    /// A crate of Rust without dependencies.
+    #[default]
+    Rust,
+    /// A header that is C99, C++ and CUDA alike.
+    C,
+    /// The same functions with kernels for one thread a point.
+    Cuda,
+}
+
+impl Target {
+    /// The word for it in commands and templates.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Rust => "rust",
+            Self::C => "c",
+            Self::Cuda => "cuda",
+        }
+    }
+}
+
+/// Number of the format of emitted modules; it changes with the templates and with the printing.
+pub const FORMAT: u32 = 1;
+
+/// Shape of an emitted step.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum EmittedShape {
+    /// Stage after stage: `P_smooth ∘ D`; of a map with flown contacts, the flown shape.
+    Factored,
+    /// One polynomial pass.
+    Composed,
+}
+
+/// What is asked of an emission.
+#[derive(Clone, Debug, PartialEq)]
+pub struct EmitOptions {
+    /// Language of the module.
+    pub target: Target,
+    /// Shape of the step.
+    pub shape: EmittedShape,
+    /// Type of states, parameters and coefficients.
+    pub precision: FloatFormat,
+    /// Points per call of the lane kernels, 1 to 64.
+    pub lanes: usize,
+    /// Error that is asked for, absolute and per coordinate, for the header.
+    pub tolerance: Option<f64>,
+    /// Error of which dropped monomials may use a tenth, absolute and per coordinate; `None` keeps
+    /// every monomial.
+    pub drop_within: Option<f64>,
+    /// Error that was measured on the window, for the header.
+    pub measured_error: Option<f64>,
+}
+
+impl Default for EmitOptions {
+    fn default() -> Self {
+        Self {
+            target: Target::Rust,
+            shape: EmittedShape::Factored,
+            precision: FloatFormat::F64,
+            lanes: 8,
+            tolerance: None,
+            drop_within: None,
+            measured_error: None,
+        }
+    }
+}

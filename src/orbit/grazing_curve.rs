@@ -1,0 +1,221 @@
+//! Grazing curves: a grazing orbit continued in a second parameter, with its special points.
+
+use super::grazing_orbit::GrazingConditions;
+use super::outcome::{NamedValues, NotLocated};
+use crate::numeric::Dd;
+
+/// Steps of a continuation, in arclength over its unknowns: the full state at the first graze, the
+/// period where no clock gives it, the times of further independent grazes, and the free
+/// parameters.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CurveOptions {
+    /// First step.
+    pub ds: f64,
+    /// Smallest step before the curve is given up.
+    pub ds_min: f64,
+    /// Largest step.
+    pub ds_max: f64,
+    /// Most steps.
+    pub max_steps: usize,
+    /// How many `xi_n` are followed from every passage to every other.
+    pub xi_count: usize,
+}
+
+impl Default for CurveOptions {
+    fn default() -> Self {
+        Self {
+            ds: 0.01,
+            ds_min: 1e-8,
+            ds_max: 0.05,
+            max_steps: 20_000,
+            xi_count: 1,
+        }
+    }
+}
+
+/// A grazing orbit on a curve.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CurvePoint {
+    /// All parameters of the model.
+    pub parameters: Vec<f64>,
+    /// Full state at the graze, the phase in `[0, period)`.
+    pub state: Vec<f64>,
+    /// `h''`.
+    pub normal_acceleration: f64,
+    /// Multipliers, the largest first.
+    pub multipliers: Vec<[f64; 2]>,
+    /// `xi_1, xi_2, …` from the first passage to itself.
+    pub xi: Vec<f64>,
+    /// The same from every passage to every passage, ordered by `from`, then `to`.
+    pub conditions: Vec<GrazingConditions<f64>>,
+    /// Lowest other minimum of any event function.
+    pub clearance: Option<f64>,
+}
+
+impl CurvePoint {
+    /// Whether the orbit stays on the free side of every surface.
+    pub fn is_physical(&self) -> bool {
+        self.clearance.is_none_or(|clearance| clearance >= 0.0)
+    }
+}
+
+/// What happens at a special point of a curve.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SpecialKind {
+    /// `xi_n = 0` between two passages: codimension two. With the half-period symmetry only
+    /// passages that mirror no other stand as `from`.
+    Codimension2 {
+        /// `n`.
+        n: usize,
+        /// The passage that stretches.
+        from: usize,
+        /// The passage whose gap neither opens nor closes.
+        to: usize,
+    },
+    /// The curve turns back in a parameter.
+    Fold {
+        /// The parameter.
+        parameter: usize,
+    },
+    /// A pair of multipliers changes between real and complex.
+    MultiplierSwitch,
+}
+
+/// A special point of a curve.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SpecialPoint {
+    /// What happens there.
+    pub kind: SpecialKind,
+    /// All parameters, in double-double.
+    pub parameters: Vec<Dd>,
+    /// The orbit there.
+    pub point: CurvePoint,
+}
+
+/// How a curve ended.
+#[derive(Clone, Debug, PartialEq)]
+pub enum CurveEnd {
+    /// At the parameter value asked for.
+    Reached,
+    /// After the most steps allowed.
+    StepLimit,
+    /// Newton's method fails even at the smallest step.
+    StepTooSmall {
+        /// The step.
+        ds: f64,
+    },
+    /// The graze ceases to be simple: `h''` no longer positive.
+    DegenerateGraze {
+        /// `h''` at the first such point.
+        normal_acceleration: f64,
+    },
+    /// A passage that no adjusted parameter is for ceased to graze, or to follow in the order
+    /// named.
+    PassageLost {
+        /// Number of the passage, from 1.
+        passage: usize,
+    },
+    /// A function in the free field, an event function or a reset came to its corner: see
+    /// [`NotLocated::Corner`].
+    Corner {
+        /// `abs`, `sign`, `min` or `max`.
+        function: &'static str,
+        /// Key of the expression in the scene.
+        key: String,
+        /// The full state there.
+        at: NamedValues,
+    },
+    /// The second parameter ran away from the range asked for by more than its width.
+    LeftRange,
+}
+
+impl std::fmt::Display for CurveEnd {
+    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            CurveEnd::Reached => write!(formatter, "the value asked for was reached"),
+            CurveEnd::StepLimit => write!(formatter, "the most steps allowed were made"),
+            CurveEnd::StepTooSmall { ds } => {
+                write!(formatter, "no convergence even at a step of {ds:.1e}")
+            }
+            CurveEnd::DegenerateGraze {
+                normal_acceleration,
+            } => {
+                write!(
+                    formatter,
+                    "the graze ceases to be simple: h'' = {normal_acceleration:.6e}"
+                )
+            }
+            CurveEnd::PassageLost { passage } => {
+                write!(
+                    formatter,
+                    "passage {passage} does not graze beyond this point"
+                )
+            }
+            CurveEnd::Corner { function, key, at } => {
+                write!(
+                    formatter,
+                    "`{function}` in `{key}` comes to its corner at {at}, where there is no Taylor series"
+                )
+            }
+            CurveEnd::LeftRange => {
+                write!(
+                    formatter,
+                    "the curve left the range asked for by more than its width"
+                )
+            }
+        }
+    }
+}
+
+/// A grazing curve.
+#[derive(Clone, Debug, PartialEq)]
+pub struct GrazingCurve {
+    /// The adjusted parameters, then the one continued in.
+    pub free: Vec<usize>,
+    /// Points in order.
+    pub points: Vec<CurvePoint>,
+    /// Special points in order.
+    pub special: Vec<SpecialPoint>,
+    /// How the curve ended.
+    pub end: CurveEnd,
+}
+
+impl GrazingCurve {
+    /// Points where some `xi_n` vanishes, with `n` and the passages from and to which it is.
+    pub fn codim2(&self) -> impl Iterator<Item = (usize, [usize; 2], &SpecialPoint)> {
+        self.special
+            .iter()
+            .filter_map(|special| match special.kind {
+                SpecialKind::Codimension2 { n, from, to } => Some((n, [from, to], special)),
+                _ => None,
+            })
+    }
+
+    /// Points where a parameter turns back, with the parameter.
+    pub fn folds(&self) -> impl Iterator<Item = (usize, &SpecialPoint)> {
+        self.special
+            .iter()
+            .filter_map(|special| match special.kind {
+                SpecialKind::Fold { parameter } => Some((parameter, special)),
+                _ => None,
+            })
+    }
+
+    /// Points where multipliers change between real and complex.
+    pub fn multiplier_switches(&self) -> impl Iterator<Item = &SpecialPoint> {
+        self.special
+            .iter()
+            .filter(|special| special.kind == SpecialKind::MultiplierSwitch)
+    }
+}
+
+/// Outcome of a continuation.
+#[derive(Clone, Debug, PartialEq)]
+pub enum CurveOutcome {
+    /// A curve, perhaps not to its end.
+    Traced(GrazingCurve),
+    /// No grazing orbit to start from.
+    NotLocated(NotLocated),
+    /// From the scene's own parameters the curve did not reach the start asked for.
+    StartNotReached(GrazingCurve),
+}

@@ -1,0 +1,194 @@
+//! The grazing orbit, as plain data, and its passages in the order in which a section meets them.
+
+use serde::{Deserialize, Serialize};
+
+use super::outcome::NotLocated;
+use super::section::{PoincareSection, PoincareSectionKind};
+use crate::model::{Digest, Scene};
+use crate::numeric::Dd;
+
+/// A point where an orbit of the free flow touches a surface: `h = 0`, `h' = 0`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct GrazingPoint {
+    /// The surface (index into [`Model::surfaces`](crate::model::Model::surfaces)).
+    pub surface: usize,
+    /// Full state; the phase in `[0, period)`.
+    pub state: Vec<Dd>,
+    /// All parameters of the model.
+    pub parameters: Vec<Dd>,
+    /// `h''` along the free flow; positive.
+    pub normal_acceleration: Dd,
+    /// Time since the first grazing point of the period, in `[0, period of the orbit)`.
+    pub time: Dd,
+    /// The section moved along the orbit to this point: the chart in which its contact acts.
+    pub section: PoincareSection,
+}
+
+/// A periodic orbit of the free flow that grazes.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct GrazingOrbit {
+    /// Identifier of the scene.
+    pub scene: String,
+    /// Digest of the scene's text.
+    pub digest: Digest,
+    /// Grazing passages of one period, in order; the first starts the orbit.
+    pub passages: Vec<GrazingPoint>,
+    /// Duration of one period of the orbit: `periods · period/rate`, in units of time.
+    pub period: Dd,
+    /// Largest residual of closure, `h` and `h'`, in double-double.
+    pub residual: f64,
+    /// The section and its coordinates.
+    pub section: PoincareSection,
+    /// Full state where the orbit meets the section.
+    pub section_point: Vec<Dd>,
+    /// Jacobian of `P_smooth` on the section's coordinates, by rows.
+    pub monodromy: Vec<Vec<Dd>>,
+    /// Eigenvalues of the monodromy, `[re, im]`, the largest first.
+    pub multipliers: Vec<[f64; 2]>,
+    /// `xi_1 … xi_6` from the first passage to itself: `xi_n = h_x · Mⁿ · β`
+    /// (docs/mathematics/orbit.md).
+    pub xi: Vec<Dd>,
+    /// The same from every passage to every passage, ordered by `from`, then `to`.
+    pub conditions: Vec<GrazingConditions<Dd>>,
+    /// Lowest minimum of any event function along the orbit other than the grazing passages;
+    /// negative where the orbit penetrates a surface and is therefore not one of the
+    /// oscillator with its stops.
+    pub clearance: Option<f64>,
+    /// Distance from the scene's guess in the full state (the phase taken modulo its period).
+    pub guess_distance: Option<f64>,
+}
+
+/// `xi_1, xi_2, …` from one grazing passage to another.
+///
+/// `xi_n = ∇h_to · M_n · β_from`, with `M_n` the derivative of the free flow from the graze `from`
+/// to the `n`-th graze `to` that follows it, and `β_from` the direction in which `D` stretches
+/// there. From a graze to itself that is after `n` periods, to another after `n − 1` periods and
+/// the way between. Positive: the gap opens; negative: the surface is met again; zero: a point of
+/// codimension two.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct GrazingConditions<S> {
+    /// The passage that stretches (index into the orbit's passages).
+    pub from: usize,
+    /// The passage at which the gap is looked at.
+    pub to: usize,
+    /// `xi_1, xi_2, …`; empty where the contact at `from` is not felt.
+    pub values: Vec<S>,
+}
+
+/// How the search for a grazing orbit ended.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Location {
+    /// A grazing orbit.
+    Located(Box<GrazingOrbit>),
+    /// None, and why.
+    NotLocated(NotLocated),
+}
+
+impl Location {
+    /// The orbit, or why there is none.
+    ///
+    /// # Errors
+    ///
+    /// [`NotLocated`] where the search ended without an orbit.
+    pub fn into_result(self) -> Result<GrazingOrbit, NotLocated> {
+        match self {
+            Location::Located(orbit) => Ok(*orbit),
+            Location::NotLocated(reason) => Err(reason),
+        }
+    }
+}
+
+impl GrazingOrbit {
+    /// The first grazing point.
+    pub fn grazing_point(&self) -> &GrazingPoint {
+        &self.passages[0]
+    }
+
+    /// All parameters of the model at which the orbit grazes.
+    pub fn parameters(&self) -> &[Dd] {
+        &self.grazing_point().parameters
+    }
+
+    /// Whether the orbit stays on the free side of every surface between its grazing passages.
+    pub fn is_physical(&self) -> bool {
+        self.clearance.is_none_or(|clearance| clearance >= 0.0)
+    }
+
+    /// Names and values of the section's coordinates where the orbit meets it.
+    pub fn section_coordinates<'a>(&self, scene: &'a Scene) -> Vec<(&'a str, Dd)> {
+        let names = self.section.coordinate_names(&scene.model);
+        let values = self
+            .section
+            .coordinates
+            .iter()
+            .map(|&component| self.section_point[component]);
+        names.into_iter().zip(values).collect()
+    }
+}
+
+/// A passage nearer to the section than this share of the period lies on it.
+const ON_SECTION: f64 = 1e-24;
+
+/// The largest share of a period.
+const BELOW_ONE: f64 = 1.0 - f64::EPSILON / 2.0;
+
+/// A grazing passage as a section sees it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FollowingPassage {
+    /// Its place in [`GrazingOrbit::passages`].
+    pub place: usize,
+    /// Its surface.
+    pub surface: usize,
+    /// Time from the section point to it, in `[0, period of the orbit)`.
+    pub time: Dd,
+    /// The same as a share of the period, in `[0, 1)`.
+    pub share: f64,
+}
+
+impl GrazingOrbit {
+    /// The passages of one period in the order in which they follow the section point.
+    ///
+    /// A section between passages is first followed by the next one, whichever the scene names
+    /// first.
+    pub fn passages_after_section(&self, scene: &Scene) -> Vec<FollowingPassage> {
+        let until_first = self.time_to_first_passage(scene);
+        let passages = self.passages.iter().enumerate();
+        let mut following: Vec<_> = passages
+            .map(|(place, passage)| {
+                let time = reduced(until_first + passage.time, self.period);
+                FollowingPassage {
+                    place,
+                    surface: passage.surface,
+                    time,
+                    share: (time / self.period).to_f64().min(BELOW_ONE),
+                }
+            })
+            .collect();
+        following.sort_by(|a, b| a.time.to_f64().total_cmp(&b.time.to_f64()));
+        following
+    }
+
+    /// Time from the section point to the first passage that the scene names; 0 on a tangency
+    /// section.
+    fn time_to_first_passage(&self, scene: &Scene) -> Dd {
+        let (PoincareSectionKind::Stroboscopic { phase }, Some(clock)) =
+            (self.section.kind, &scene.model.phase)
+        else {
+            return Dd::ZERO;
+        };
+        let ahead = self.grazing_point().state[scene.model.dimension() - 1] - phase;
+        let advance = clock.period * Dd::from(scene.grazing.periods as f64);
+        self.period * reduced(ahead, clock.period) / advance
+    }
+}
+
+/// A time in `[0, period)`; one that misses 0 or the period by rounding is 0.
+fn reduced(time: Dd, period: Dd) -> Dd {
+    let rest = time - (time / period).floor() * period;
+    let near = period * Dd::from(ON_SECTION);
+    if rest <= near || period - rest <= near {
+        Dd::ZERO
+    } else {
+        rest
+    }
+}

@@ -1,0 +1,193 @@
+//! Two-parameter charts: where contact begins against the closed form, periods against the
+//! literature and against direct simulation, and the same cells whatever the number of cores.
+
+use grazemap::analysis::chart::{Chart, ChartCell, chart};
+use grazemap::analysis::diagram::diagram;
+use grazemap::analysis::{AnalysisError, NoProgress};
+use grazemap::expansion::{Expander, LocalMap, MapOrders};
+use grazemap::iteration::{OrbitEnd, Period};
+use grazemap::model::{ChartRequest, DiagramRequest, Method, Scene};
+use grazemap::orbit::GrazingOrbit;
+use grazemap::report::{chart_array, chart_figure, chart_table};
+
+use crate::support::scenes::grazing;
+
+/// A scene of the catalogue with its orbit and its map at (5, 8).
+struct Case {
+    scene: Scene,
+    orbit: GrazingOrbit,
+    map: LocalMap,
+}
+
+impl Case {
+    fn new(name: &str) -> Self {
+        let (scene, orbit) = grazing(name);
+        let orders = MapOrders {
+            smooth_order: 5,
+            contact_weight: 8,
+        };
+        let expander = Expander::new(&scene, &orbit).expect("rigid");
+        let map = expander.expand(orders).expect("a simple graze");
+        Self { scene, orbit, map }
+    }
+
+    fn number(&self, parameter: &str) -> usize {
+        let mut parameters = self.scene.model.parameters.iter();
+        let found = parameters.position(|known| known.name == parameter);
+        found.expect("a parameter of the scene")
+    }
+
+    fn request(
+        &self,
+        parameters: [&str; 2],
+        ranges: [[f64; 2]; 2],
+        points: [usize; 2],
+    ) -> ChartRequest {
+        ChartRequest {
+            parameters: parameters.map(|name| self.number(name)),
+            ranges,
+            points,
+            transient: 300,
+            keep: 12,
+        }
+    }
+
+    fn chart(&self, request: &ChartRequest) -> Result<Chart, AnalysisError> {
+        chart(&self.scene, &self.orbit, &self.map, request, &NoProgress)
+    }
+}
+
+/// The steady state of `x'' + 2 ζ x' + x = α cos ωt` without a stop has the amplitude `α/√((1 −
+/// ω²)² + (2ζω)²)`, so that it reaches the stop at `δ = 1` from `α = √((1 − ω²)² + (2ζω)²)` on.
+#[test]
+fn contact_begins_where_the_amplitude_of_the_linear_oscillator_reaches_the_stop() {
+    let case = Case::new("linear");
+    let ranges = [[-1e-3, 1e-3], [-2e-3, 2e-3]];
+    let request = case.request(["omega", "alpha"], ranges, [21, 41]);
+    let chart = case.chart(&request).expect("both are active");
+    let (mut below, mut above) = (0, 0);
+    for ([omega, alpha], cell) in chart.located() {
+        let (omega, alpha) = (1.8 + omega, chart.axes[1].grazing_value + alpha);
+        let grazes_at = (1.0 - omega * omega).hypot(2.0 * 0.05 * omega);
+        // The map is within 1e-11 of the flow on this window; no cell is that near to the curve but
+        // that of the graze itself.
+        if (alpha - grazes_at).abs() < 1e-9 {
+            continue;
+        }
+        let without_contact = cell.kept_contacts == 0 && cell.period == Period::Periodic(1);
+        assert_eq!(
+            without_contact,
+            alpha < grazes_at,
+            "omega {omega}, alpha {alpha}: {cell:?}"
+        );
+        if without_contact {
+            below += 1;
+        } else {
+            above += 1;
+        }
+    }
+    assert!(below > 200 && above > 200, "{below}, {above}");
+}
+
+/// The cantilever beam (docs/literature.md): with `zeta = 0.09` the orbit beyond grazing has one
+/// impact in five periods.
+#[test]
+fn the_orbit_beyond_grazing_is_that_of_the_literature_and_of_direct_simulation() {
+    let case = Case::new("cantilever_0_09");
+    let [low, high] = [-4e-4, 8e-4];
+    let request = case.request(["Q", "beta"], [[low, high], [-1e-5, 1e-5]], [5, 3]);
+    let chart = case.chart(&request).expect("both are active");
+    let name = |cell: &ChartCell| cell.orbit.as_ref().map(ToString::to_string);
+    let names: Vec<_> = chart.cells[5..10].iter().map(name).collect();
+    let expected = ["(0,1)", "(0,1)", "(1,5)", "(1,5)", "(1,5)"];
+    assert_eq!(names, expected.map(|name| Some(name.to_owned())));
+    let request = DiagramRequest {
+        range: [low, high],
+        points: 5,
+        transient: 300,
+        keep: 24,
+        with: vec![Method::Direct],
+        ..case.scene.diagrams[0].clone()
+    };
+    let direct = diagram(&case.scene, &case.orbit, &case.map, &request, &NoProgress);
+    let direct = direct.expect("active");
+    for (cell, point) in chart.cells[5..10].iter().zip(&direct.sweeps[0].points) {
+        assert_eq!(cell.orbit, point.orbit, "at {}", point.offset);
+    }
+}
+
+#[test]
+fn a_chart_does_not_depend_on_the_number_of_threads() {
+    let case = Case::new("cantilever_0_09");
+    let ranges = [[-4e-4, 8e-4], [-1e-4, 1e-4]];
+    let request = case.request(["Q", "beta"], ranges, [13, 11]);
+    let on = |threads: usize| {
+        let builder = rayon::ThreadPoolBuilder::new().num_threads(threads);
+        let pool = builder.build().expect("a pool");
+        let chart = pool.install(|| case.chart(&request)).expect("active");
+        chart.without_timing()
+    };
+    assert_eq!(on(1), on(3));
+}
+
+#[test]
+fn a_cell_is_the_same_whatever_its_neighbours_and_axes_can_change_places() {
+    let case = Case::new("cantilever_0_09");
+    let ranges = [[-4e-4, 8e-4], [-1e-4, 1e-4]];
+    let wide = case.request(["Q", "beta"], ranges, [7, 5]);
+    let turned = case.request(["beta", "Q"], [ranges[1], ranges[0]], [5, 7]);
+    let (wide, turned) = (case.chart(&wide), case.chart(&turned));
+    let (wide, turned) = (wide.expect("active"), turned.expect("active"));
+    for row in 0..5 {
+        for column in 0..7 {
+            assert_eq!(
+                wide.cells[row * 7 + column],
+                turned.cells[column * 5 + row],
+                "{column}, {row}"
+            );
+        }
+    }
+}
+
+#[test]
+fn a_parameter_that_is_no_variable_of_the_map_is_refused_by_name() {
+    let case = Case::new("linear");
+    let request = case.request(["alpha", "zeta"], [[-1e-3, 1e-3]; 2], [3, 3]);
+    match case.chart(&request) {
+        Err(AnalysisError::NotActive { parameter }) => assert_eq!(parameter, "zeta"),
+        other => panic!("{other:?}"),
+    }
+}
+
+#[test]
+fn table_array_and_picture_hold_every_cell() {
+    let case = Case::new("linear");
+    let request = case.request(["omega", "alpha"], [[-1e-3, 1e-3], [-2e-3, 4e-1]], [4, 3]);
+    let chart = case.chart(&request).expect("active");
+    let ends: Vec<_> = chart.cells.iter().map(|cell| cell.end).collect();
+    assert!(ends.contains(&OrbitEnd::Completed), "{ends:?}");
+    assert!(
+        ends.iter().any(|end| *end != OrbitEnd::Completed),
+        "{ends:?}"
+    );
+    let table = chart_table(std::slice::from_ref(&chart)).expect("whole rows");
+    let csv = table.to_csv().expect("a table");
+    assert_eq!(csv.lines().count(), 1 + 12);
+    assert!(csv.contains(",\"orbit (stop,periods)\""), "{csv}");
+    let array = chart_array(&chart).expect("a full grid");
+    let numbers: Vec<f64> = array[array.len() - 12 * 8..]
+        .chunks_exact(8)
+        .map(|bytes| f64::from_le_bytes(bytes.try_into().expect("eight bytes")))
+        .collect();
+    for (number, cell) in numbers.iter().zip(&chart.cells) {
+        match (cell.end, cell.period) {
+            (OrbitEnd::Completed, Period::Periodic(period)) => assert_eq!(*number, period as f64),
+            (OrbitEnd::Completed, Period::NotFound) => assert_eq!(*number, 0.0),
+            _ => assert!(number.is_nan()),
+        }
+    }
+    let figure = chart_figure(&chart);
+    let cells = figure.cells.as_ref().expect("a chart of cells");
+    assert_eq!((cells.columns, cells.rows), (4, 3));
+    assert!(figure.to_svg().is_ok() && figure.to_png().is_ok());
+}

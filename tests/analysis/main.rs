@@ -1,0 +1,27 @@
+//! What is computed with maps: diagrams, charts, orbits by itinerary, convergence, the choice of a
+//! map.
+
+#[path = "../support/mod.rs"]
+mod support;
+
+mod any_section;
+mod charts;
+mod choice;
+mod choice_evidence;
+mod convergence;
+mod diagrams;
+mod dynamics;
+mod itineraries;
+mod orbit_search;
+mod record;
+mod two_sided;
+
+use grazemap::numeric::Dd;
+
+/// Number in the sequence of the first point of the checks: beyond all that anything is chosen or
+/// measured by.
+const UNUSED: usize = 100_000;
+
+fn exact(values: &[f64]) -> Vec<Dd> {
+    values.iter().map(|&value| Dd::from(value)).collect()
+}

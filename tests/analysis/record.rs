@@ -1,0 +1,43 @@
+//! A part of the record of what a change of the code must not change; `cargo run --release
+//! --example record` compares all of it.
+
+#[path = "../../examples/record/recorder/mod.rs"]
+mod recorder;
+
+use grazemap::model::catalogue;
+use recorder::{computed, differences, groups, is_of, recorded};
+
+/// Scenes, and what is compared of them in a few seconds.
+const PARTS: [(&str, &[&str]); 3] = [
+    ("linear", &["orbits", "jets", "images", "sweeps", "emitted"]),
+    ("mems", &["orbits", "lanes", "emitted"]),
+    ("soft_b", &["orbits", "jets", "emitted"]),
+];
+
+#[test]
+fn results_are_those_of_the_record_to_the_last_bit() {
+    for (scene, parts) in PARTS {
+        let computed = computed(scene, parts);
+        let mut all = recorder::Lines::new();
+        for part in parts {
+            all.extend(recorded(part).expect("a file of the record"));
+        }
+        all.retain(|line, _| is_of(line, parts, &[scene]));
+        assert!(all.len() >= parts.len());
+        let differences = differences(&all, &computed);
+        assert!(differences.is_empty(), "{}", differences.join("\n"));
+    }
+}
+
+#[test]
+fn the_record_is_of_every_scene_of_the_catalogue_and_of_no_other() {
+    let scenes: Vec<_> = catalogue::names().collect();
+    for group in groups().filter(|&group| group != "lanes") {
+        let lines = recorded(group).expect("a file of the record");
+        assert!(lines.keys().all(|line| is_of(line, &[group], &scenes)));
+        for scene in &scenes {
+            let mut lines = lines.keys();
+            assert!(lines.any(|line| is_of(line, &[group], &[scene])), "{scene}");
+        }
+    }
+}

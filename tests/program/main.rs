@@ -1,0 +1,11 @@
+//! The program as its users meet it, the pages of the guide, and the floors of the house.
+
+#[path = "../support/mod.rs"]
+mod support;
+
+mod architecture;
+mod bad_input;
+mod cli;
+mod guide;
+mod quickstart;
+mod window_edges;

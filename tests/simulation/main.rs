@@ -1,0 +1,20 @@
+//! Direct simulation: single orbits and lanes, exact flows and Taylor steps, stops of every kind.
+
+#[path = "../support/mod.rs"]
+mod support;
+
+mod affine_flow;
+mod direct_lanes;
+mod direct_simulation;
+mod hertz_law;
+mod moving_surfaces;
+mod public_two_direct;
+mod rounding_at_grazes;
+mod simulated_events;
+mod soft_to_rigid;
+
+/// A number from −1 to 1 for every pair of numbers.
+fn scattered(number: usize, component: usize) -> f64 {
+    let step = [0.754_877, 0.569_840, 0.430_160, 0.324_718, 0.245_122][component % 5];
+    2.0 * (0.31 + (number + 1) as f64 * step).fract() - 1.0
+}

@@ -1,0 +1,30 @@
+//! What several test binaries need.
+#![allow(dead_code, reason = "each binary uses a part of it")]
+
+pub(crate) mod complex;
+pub(crate) mod driver;
+pub(crate) mod foale;
+pub(crate) mod reference;
+pub(crate) mod scenes;
+pub(crate) mod soft;
+pub(crate) mod stages;
+pub(crate) mod synthetic;
+pub(crate) mod systems;
+
+use std::io::Write as _;
+
+/// Whether this machine has registers of four doubles or more, without which nothing is simulated
+/// in lanes.
+///
+/// Where it has none the test is to return, and this line, which is written past the harness, says
+/// that it did.
+pub(crate) fn needs_wide_registers() -> bool {
+    let is_wide = grazemap::numeric::is_wide();
+    if !is_wide {
+        let thread = std::thread::current();
+        let test = thread.name().unwrap_or("a test");
+        let reason = "there are no lanes without wide registers (AVX2, AVX-512 or NEON)";
+        writeln!(std::io::stderr(), "skipped: {test}: {reason}").expect("standard error is open");
+    }
+    is_wide
+}
