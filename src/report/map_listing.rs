@@ -284,7 +284,9 @@ impl PolynomialMap {
     /// Power of a variable in a term; 0 for one that is no variable of these polynomials.
     fn power(&self, term: &Term, variable: &str) -> u8 {
         let place = self.variables.iter().position(|name| name == variable);
-        place.map_or(0, |place| term.powers[place])
+        place
+            .and_then(|place| term.powers.get(place).copied())
+            .unwrap_or(0)
     }
 }
 

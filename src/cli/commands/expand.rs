@@ -28,17 +28,14 @@ fn choice_words(choice: &Choice) -> String {
 /// The expansion's sizes as a person reads them.
 fn text(scene: &Scene, document: &MapListing) -> Result<String, ReportError> {
     let orders = document.orders;
-    let laws = document.depth.iter().enumerate();
-    let laws: String = laws
-        .map(
-            |(passage, laws)| match &document.discontinuity[passage].surface {
-                Some(surface) => {
-                    format!("passage {} at `{surface}`\n{}", passage + 1, laws.words())
-                }
-                None => laws.words(),
-            },
-        )
-        .collect();
+    let laws = document.depth.iter().enumerate().map(|(passage, laws)| {
+        let contact = document.discontinuity.get(passage);
+        match contact.and_then(|contact| contact.surface.as_ref()) {
+            Some(surface) => format!("passage {} at `{surface}`\n{}", passage + 1, laws.words()),
+            None => laws.words(),
+        }
+    });
+    let laws: String = laws.collect();
     Ok(format!(
         "expansion of `{}`: P_smooth to degree {}, D to weight {}\nsection: {}\n{}{}\nterms\n{}",
         scene.identifier,

@@ -84,17 +84,27 @@ pub(in crate::cli) fn run(options: &SceneOptions) -> Result<(), CliError> {
     let folder = OutputFolder::create(folder)?;
     folder.write("scene.toml", &*source.scene().text)?;
 
+    let saved = match &source {
+        Source::Map(map) => Some(map.clone()),
+        Source::Scene(_) | Source::Graze(_) => None,
+    };
     let graze = clock.time("grazing orbit", || Ok(source.graze()?))?;
-    let settled = clock.time("section", || settle(Source::Graze(graze), quiet))?;
+    let source = saved.clone().map_or(Source::Graze(graze), Source::Map);
+    let settled = clock.time("section", || settle(source, quiet))?;
     let (scene, orbit) = (settled.scene().clone(), settled.orbit().clone());
     folder.write("orbit.json", settled.graze().to_json()?)?;
 
-    let plan = clock.time("orders", || Ok(settled.plan()?))?;
-    let map = clock.time("expansion", || {
-        let map = plan.expand()?;
-        map.listing()?;
-        Ok(map)
-    })?;
+    let map = match saved {
+        Some(map) => map,
+        None => {
+            let plan = clock.time("orders", || Ok(settled.plan()?))?;
+            clock.time("expansion", || {
+                let map = plan.expand()?;
+                map.listing()?;
+                Ok(map)
+            })?
+        }
+    };
     warn_of_edges(map.scene(), map.window_edges(), quiet);
     folder.write("map.json", map.to_json()?)?;
     folder.write("map.csv", map.listing()?.coefficient_table()?.to_csv()?)?;

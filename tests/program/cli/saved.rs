@@ -96,8 +96,8 @@ fn a_saved_map_is_the_one_that_was_chosen_on_the_section_that_was_taken() {
 #[test]
 fn a_saved_flown_map_and_one_of_several_passages_give_the_bits_of_their_scenes() {
     let flown = ["--set", "emit.shape=flown"];
-    agree("soft_a", &flown, "x\n1e-6\n-2e-6\n", &COMMANDS[..2]);
-    agree("two_stops_t1", &[], "x\n1e-6\n-2e-6\n", &COMMANDS[..2]);
+    agree("soft_a", &flown, "u\n1e-6\n-2e-6\n", &COMMANDS[..2]);
+    agree("two_stops_t1", &[], "x1\n1e-6\n-2e-6\n", &COMMANDS[..2]);
 }
 
 #[test]
