@@ -229,11 +229,18 @@ impl<'a, S: Scalar> RunSums<'a, S> {
     /// `UNROLLED`.
     #[inline(always)]
     pub(super) fn add<const UNROLLED: bool>(&self, terms: Terms, out: &mut [S]) {
+        if !UNROLLED {
+            return match out.len() {
+                1 => self.add_in_registers::<1>(terms, out),
+                2 => self.add_in_registers::<2>(terms, out),
+                3 => self.add_in_registers::<3>(terms, out),
+                _ => self.add_in_memory(terms.are_square, out),
+            };
+        }
         match out.len() {
             1 => self.add_in_registers::<1>(terms, out),
             2 => self.add_in_registers::<2>(terms, out),
             3 => self.add_in_registers::<3>(terms, out),
-            _ if !UNROLLED => self.add_in_memory(terms.are_square, out),
             4 => self.add_in_registers::<4>(terms, out),
             5 => self.add_in_registers::<5>(terms, out),
             6 => self.add_in_registers::<6>(terms, out),
