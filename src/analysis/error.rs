@@ -25,7 +25,8 @@ pub enum AnalysisError {
     },
     /// Direct simulation was asked for in single precision.
     #[error(
-        "direct simulation computes in double precision or double-double; single precision is for maps"
+        "direct simulation computes in double precision or double-double; single precision is \
+            for maps"
     )]
     SingleSimulation,
     /// The direct simulation refused its input.

@@ -8,7 +8,8 @@ use crate::expansion::ExpansionError;
 pub enum ConvergenceError {
     /// No sample point of the window has an image that the map could be compared with.
     #[error(
-        "of {tried} sample points in the window none returns with no contact but those of the grazing passages: the window reaches beyond the local map"
+        "of {tried} sample points in the window none returns with no contact but those of the \
+            grazing passages: the window reaches beyond the local map"
     )]
     NoTruth {
         /// Points tried.

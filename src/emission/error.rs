@@ -4,7 +4,8 @@
 #[derive(Debug, thiserror::Error)]
 pub enum EmissionError {
     /// A name is no identifier.
-    #[error("`{}` cannot name emitted code: expected [a-z_][a-z0-9_]* and no keyword of Rust", name.escape_default())]
+    #[error("`{}` cannot name emitted code: expected [a-z_][a-z0-9_]* and no keyword of \
+        Rust", name.escape_default())]
     NotAnIdentifier {
         /// The name.
         name: String,
@@ -25,7 +26,8 @@ pub enum EmissionError {
     },
     /// A coefficient or a half-width of the window is no number of single precision.
     #[error(
-        "{what} is {value:e}, beyond the largest number of single precision, 3.4e38: emit in double precision"
+        "{what} is {value:e}, beyond the largest number of single precision, 3.4e38: emit in \
+            double precision"
     )]
     TooLarge {
         /// What the number is.

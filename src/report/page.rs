@@ -209,7 +209,8 @@ fn block_html(block: &Block, counts: &mut Counts) -> Result<String, ReportError>
             counts.tables += 1;
             let number = counts.tables;
             Ok(format!(
-                "<figure class=\"table\"><figcaption><b>Table {number}.</b> {}</figcaption>\n<div class=\"scroll\">{}</div></figure>",
+                "<figure class=\"table\"><figcaption><b>Table {number}.</b> \
+                    {}</figcaption>\n<div class=\"scroll\">{}</div></figure>",
                 escape_html(caption),
                 table.to_html()
             ))
@@ -222,7 +223,8 @@ fn block_html(block: &Block, counts: &mut Counts) -> Result<String, ReportError>
                 .thinning()?
                 .map(|thinning| format!(" {}", thinning.sentence()));
             Ok(format!(
-                "<figure><div class=\"card\">{}</div>\n<figcaption><b>Figure {number}.</b> {}{}</figcaption></figure>",
+                "<figure><div class=\"card\">{}</div>\n<figcaption><b>Figure {number}.</b> \
+                    {}{}</figcaption></figure>",
                 picture(shown)?,
                 escape_html(&shown.caption),
                 escape_html(&thinned.unwrap_or_default())

@@ -48,7 +48,8 @@ fn element(shape: &Shape) -> Result<String, FigureError> {
                 format!(" stroke-dasharray=\"{}\"", dashes.join(" "))
             };
             format!(
-                "<path d=\"{}\" fill=\"none\" stroke=\"{}\" stroke-width=\"{}\" stroke-linejoin=\"round\"{dashed}/>",
+                "<path d=\"{}\" fill=\"none\" stroke=\"{}\" stroke-width=\"{}\" \
+                    stroke-linejoin=\"round\"{dashed}/>",
                 path(points),
                 hex(*color),
                 short(*width)
@@ -92,14 +93,16 @@ fn element(shape: &Shape) -> Result<String, FigureError> {
             };
             let halo = if *halo {
                 format!(
-                    " paint-order=\"stroke\" stroke=\"{}\" stroke-width=\"3\" stroke-linejoin=\"round\"",
+                    " paint-order=\"stroke\" stroke=\"{}\" stroke-width=\"3\" \
+                        stroke-linejoin=\"round\"",
                     hex(PAPER)
                 )
             } else {
                 String::new()
             };
             format!(
-                "<text x=\"{}\" y=\"{}\" font-size=\"{}\" fill=\"{}\"{anchor}{turned}{halo}>{}</text>",
+                "<text x=\"{}\" y=\"{}\" font-size=\"{}\" \
+                    fill=\"{}\"{anchor}{turned}{halo}>{}</text>",
                 short(at.0),
                 short(at.1),
                 short(*size),
@@ -116,7 +119,8 @@ fn mark((x, y): Point, radius: f64, marker: Marker, color: Rgb) -> String {
     match marker {
         Marker::Circle => format!("<circle cx=\"{cx}\" cy=\"{cy}\" r=\"{r}\" fill=\"{color}\"/>"),
         Marker::Ring => format!(
-            "<circle cx=\"{cx}\" cy=\"{cy}\" r=\"{r}\" fill=\"{}\" stroke=\"{color}\" stroke-width=\"1.4\"/>",
+            "<circle cx=\"{cx}\" cy=\"{cy}\" r=\"{r}\" fill=\"{}\" stroke=\"{color}\" \
+                stroke-width=\"1.4\"/>",
             hex(PAPER)
         ),
         Marker::Cross => {

@@ -41,7 +41,8 @@ pub struct ContactItinerary {
 pub enum ItineraryError {
     /// Neither digit nor separator.
     #[error(
-        "itinerary `{}`: found `{}` where 1 (contact) or 0 (none) was expected", .text.escape_default(), .found.escape_default()
+        "itinerary `{}`: found `{}` where 1 (contact) or 0 (none) was \
+            expected", .text.escape_default(), .found.escape_default()
     )]
     NotADigit {
         /// The itinerary.
@@ -51,7 +52,8 @@ pub enum ItineraryError {
     },
     /// No whole number of returns.
     #[error(
-        "itinerary `{text}` has {found} digits; a return has {passages}, one for each grazing passage"
+        "itinerary `{text}` has {found} digits; a return has {passages}, one for each grazing \
+            passage"
     )]
     NotWholeReturns {
         /// The itinerary.
@@ -71,7 +73,8 @@ pub enum ItineraryError {
     },
     /// Too many itineraries to list them.
     #[error(
-        "a period of {period} returns has {found} passages; all itineraries are tried up to {limit} passages: \
+        "a period of {period} returns has {found} passages; all itineraries are tried up to \
+            {limit} passages: \
          ask for a shorter --period, or name some with --itinerary"
     )]
     TooMany {

@@ -165,7 +165,7 @@ pub fn power_part<S: Scalar, A: Graded<S>>(
 ///
 /// ```text
 /// u_0 = atan2(y_0, x_0)
-/// u_k = (Σ_{j=1}^{k} (Ey)_j x_{k−j} − Σ_{j=1}^{k} (Ex)_j y_{k−j} − Σ_{j=1}^{k−1} (Eu)_j w_{k−j}) / (k w_0)
+/// k w_0 u_k = Σ_{j=1}^{k} ((Ey)_j x_{k−j} − (Ex)_j y_{k−j}) − Σ_{j=1}^{k−1} (Eu)_j w_{k−j}
 /// ```
 ///
 /// Analytic where `w_0` is invertible.

@@ -17,7 +17,8 @@ pub enum JetError {
     },
     /// The space would not fit in memory.
     #[error(
-        "{variables} variables at order {order} need {coefficients} coefficients and {products} coefficient products; at most {limit} products are allowed"
+        "{variables} variables at order {order} need {coefficients} coefficients and {products} \
+            coefficient products; at most {limit} products are allowed"
     )]
     TooLarge {
         /// Number of variables.
@@ -50,7 +51,8 @@ pub enum JetError {
     },
     /// A component of a map to be inverted begins below its variable's weight.
     #[error(
-        "component {component} has a term of degree {degree}; at least its weight {weight} is needed"
+        "component {component} has a term of degree {degree}; at least its weight {weight} is \
+            needed"
     )]
     DegreeTooLow {
         /// Number of the component.

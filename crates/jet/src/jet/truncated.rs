@@ -5,7 +5,7 @@ use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
 use std::sync::Arc;
 
 use super::JetSpace;
-use super::elementary::{quotient_part, scale};
+use super::graded::Graded;
 use crate::numeric::{Dd, Real, Scalar};
 
 /// A truncated power series: one coefficient per monomial of its space.
@@ -322,7 +322,9 @@ impl<S: Scalar> Jet<S> {
 
     /// `self *= factor`, without allocating.
     pub fn scale_in_place(&mut self, factor: S) {
-        scale(self.coefficients_mut(), factor);
+        for value in self.coefficients_mut() {
+            *value *= factor;
+        }
     }
 }
 
@@ -384,14 +386,8 @@ impl<S: Scalar> Div for &Jet<S> {
     fn div(self, other: Self) -> Jet<S> {
         self.assert_same_space(other);
         Jet::build(self.space(), |k, u, out| {
-            quotient_part(
-                &**self.space(),
-                k,
-                self.coefficients(),
-                other.coefficients(),
-                u,
-                out,
-            );
+            let operands = (self.coefficients(), other.coefficients());
+            self.space().quotient_part(k, operands, u, out);
         })
     }
 }

@@ -45,7 +45,8 @@ pub enum BracketOutcome<S> {
 }
 
 impl<S: Real> BracketOutcome<S> {
-    /// The best root known: that found, or the middle of the last bracket; `None` if the function was
+    /// The best root known: that found, or the middle of the last bracket; `None` if the function
+    /// was
     /// not finite.
     pub fn root(&self) -> Option<S> {
         match *self {

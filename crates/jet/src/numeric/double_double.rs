@@ -507,7 +507,11 @@ mod tests {
         #![proptest_config(fixed_samples(256))]
 
         #[test]
-        fn quotient_times_divisor_is_the_dividend(a in 1e-3..1e3_f64, b in 1e-3..1e3_f64, lo in -1e-17..1e-17_f64) {
+        fn quotient_times_divisor_is_the_dividend(
+            a in 1e-3..1e3_f64,
+            b in 1e-3..1e3_f64,
+            lo in -1e-17..1e-17_f64,
+        ) {
             let (dividend, divisor) = (Dd::new(a, a * lo), Dd::new(b, -b * lo));
             let error = (dividend / divisor * divisor - dividend).abs() / dividend;
             // 15 u^2 of the quotient and 5 u^2 of the product.
@@ -515,14 +519,20 @@ mod tests {
         }
 
         #[test]
-        fn product_of_a_sum_and_a_difference_is_the_difference_of_squares(a in 1.0..2.0_f64, b in -0.5..0.5_f64) {
+        fn product_of_a_sum_and_a_difference_is_the_difference_of_squares(
+            a in 1.0..2.0_f64,
+            b in -0.5..0.5_f64,
+        ) {
             let (a, b) = (Dd::from(a), Dd::from(b));
             let error = (a + b) * (a - b) - (a * a - b * b);
             prop_assert!(error.hi.abs() < 1e-30, "{error}");
         }
 
         #[test]
-        fn integers_are_computed_exactly(a in -(1_i64 << 52)..(1_i64 << 52), b in -(1_i64 << 52)..(1_i64 << 52)) {
+        fn integers_are_computed_exactly(
+            a in -(1_i64 << 52)..(1_i64 << 52),
+            b in -(1_i64 << 52)..(1_i64 << 52),
+        ) {
             let product = Dd::from(a as f64) * Dd::from(b as f64) + Dd::from(a as f64);
             let exact = i128::from(a) * i128::from(b) + i128::from(a);
             prop_assert_eq!(product.hi as i128 + product.lo as i128, exact);

@@ -49,7 +49,8 @@ pub enum NumericError {
     },
     /// The values at the ends of a bracket do not have opposite signs.
     #[error(
-        "expected values of opposite signs, found {value_lower:e} at {lower} and {value_upper:e} at {upper}"
+        "expected values of opposite signs, found {value_lower:e} at {lower} and \
+            {value_upper:e} at {upper}"
     )]
     NoSignChange {
         /// Lower end.

@@ -1,9 +1,6 @@
-//! Lanes: several independent `f64` computations in step, and the masks that decide among them.
+//! Lanes: several independent `f64` computations in step, and their masks.
 //!
-//! The one idea: plain loops over a fixed-size array, inlined, become vector instructions. An
-//! algorithm that says with masks where its results hold runs on one number, whose masks are truth
-//! values, and on lanes, which then take the same operations in the same order as each number
-//! alone.
+//! The one idea: plain loops over a fixed-size array, inlined, become vector instructions.
 
 use std::fmt::Debug;
 use std::iter::Sum;
@@ -14,7 +11,8 @@ use std::ops::{
 
 use num_traits::{One, Zero};
 
-use super::{Dd, Kernel, Real, Scalar, sine, widest};
+use super::sine::{Quartered, sin_cos};
+use super::{Branched, Dd, Kernel, Mask, Scalar, widest};
 
 /// `N` doubles on which every operation acts lane by lane.
 ///
@@ -106,7 +104,10 @@ pub fn one_by_one<S>(element: usize) {
 
 /// An operator of two values of a type of lanes, lane by lane.
 macro_rules! lane_operator {
-    ($lanes:ident, $trait:ident, $method:ident, $assign_trait:ident, $assign_method:ident, $assign:tt) => {
+    (
+        $lanes:ident, $trait:ident, $method:ident,
+        $assign_trait:ident, $assign_method:ident, $assign:tt
+    ) => {
         impl<const N: usize> $trait for $lanes<N> {
             type Output = Self;
 
@@ -215,7 +216,7 @@ impl<const N: usize> Scalar for Lanes<N> {
 
     #[inline(always)]
     fn sin_cos(self) -> (Self, Self) {
-        sine::sin_cos(self)
+        sin_cos(self)
     }
 
     #[inline(always)]
@@ -256,151 +257,6 @@ impl<const N: usize> Scalar for Lanes<N> {
     #[inline(always)]
     fn dispatch<K: Kernel>(kernel: K) -> K::Output {
         widest(kernel)
-    }
-}
-
-/// A truth value for every lane.
-pub trait Mask:
-    Copy
-    + Debug
-    + PartialEq
-    + BitAnd<Output = Self>
-    + BitOr<Output = Self>
-    + Not<Output = Self>
-    + BitAndAssign
-    + BitOrAssign
-{
-    /// False everywhere.
-    const NONE: Self;
-
-    /// Whether any lane is true.
-    fn any(self) -> bool;
-
-    /// Early-exit hint: whether no work is left for a loop that goes on where the mask is true;
-    /// always false for lanes, where asking takes longer than going on.
-    fn is_over(self) -> bool;
-
-    /// The numbers of the lanes that are true.
-    fn lanes(self) -> impl Iterator<Item = usize>;
-
-    /// True in one lane alone.
-    fn only(lane: usize) -> Self;
-}
-
-/// A [`Scalar`] that is compared lane by lane.
-pub trait Branched: Scalar {
-    /// A truth value for every lane.
-    type Mask: Mask;
-    /// As many doubles.
-    type Rounded: Branched<Mask = Self::Mask, Rounded = Self::Rounded>;
-
-    /// The nearest doubles.
-    fn rounded(self) -> Self::Rounded;
-    /// The same numbers.
-    fn from_rounded(rounded: Self::Rounded) -> Self;
-    /// The nearest doubles of several numbers, written to `room` unless the numbers are doubles.
-    fn all_rounded<'r>(numbers: &'r [Self], room: &'r mut [Self::Rounded]) -> &'r [Self::Rounded];
-    /// `self < other`.
-    fn is_below(self, other: Self) -> Self::Mask;
-    /// `self <= other`.
-    fn is_at_most(self, other: Self) -> Self::Mask;
-    /// `self == other`.
-    fn is_equal(self, other: Self) -> Self::Mask;
-    /// One where a mask is true, the other where it is false.
-    fn select(mask: Self::Mask, one: Self, other: Self) -> Self;
-    /// The nearest double of one lane.
-    fn lane(self, lane: usize) -> f64;
-    /// A function of the nearest double of every lane.
-    fn mapped(self, function: impl Fn(f64) -> f64) -> Self::Rounded;
-    /// The numbers before, at and after a place; beyond an end, the number at that end.
-    fn around(numbers: &[Self], place: Self) -> [Self; 3];
-}
-
-impl Mask for bool {
-    const NONE: Self = false;
-
-    #[inline(always)]
-    fn any(self) -> bool {
-        self
-    }
-
-    #[inline(always)]
-    fn is_over(self) -> bool {
-        !self
-    }
-
-    #[inline(always)]
-    fn lanes(self) -> impl Iterator<Item = usize> {
-        self.then_some(0).into_iter()
-    }
-
-    #[inline(always)]
-    fn only(_: usize) -> Self {
-        true
-    }
-}
-
-impl<S: Real> Branched for S {
-    type Mask = bool;
-    type Rounded = f64;
-
-    #[inline(always)]
-    fn rounded(self) -> f64 {
-        self.to_f64()
-    }
-
-    #[inline(always)]
-    fn from_rounded(rounded: f64) -> Self {
-        S::from_f64(rounded)
-    }
-
-    /// NOTE: block by block, as they were written: a wider load would wait until two stores have
-    /// reached the cache.
-    #[inline(always)]
-    fn all_rounded<'r>(numbers: &'r [Self], room: &'r mut [f64]) -> &'r [f64] {
-        let blocks = room.as_chunks_mut::<4>().0.iter_mut();
-        for (rounded, block) in blocks.zip(numbers.as_chunks::<4>().0) {
-            *rounded = block.map(Real::to_f64);
-        }
-        room
-    }
-
-    #[inline(always)]
-    fn is_below(self, other: Self) -> bool {
-        self < other
-    }
-
-    #[inline(always)]
-    fn is_at_most(self, other: Self) -> bool {
-        self <= other
-    }
-
-    #[inline(always)]
-    fn is_equal(self, other: Self) -> bool {
-        self == other
-    }
-
-    #[inline(always)]
-    fn select(mask: bool, one: Self, other: Self) -> Self {
-        if mask { one } else { other }
-    }
-
-    #[inline(always)]
-    fn lane(self, _: usize) -> f64 {
-        self.to_f64()
-    }
-
-    #[inline(always)]
-    fn mapped(self, function: impl Fn(f64) -> f64) -> f64 {
-        function(self.to_f64())
-    }
-
-    #[inline(always)]
-    fn around(numbers: &[Self], place: Self) -> [Self; 3] {
-        let last = numbers.len() - 1;
-        let place = (place.to_f64() as usize).min(last);
-        let (before, after) = (place.saturating_sub(1), (place + 1).min(last));
-        [numbers[before], numbers[place], numbers[after]]
     }
 }
 
@@ -549,6 +405,21 @@ impl<const N: usize> Branched for Lanes<N> {
             Self::from_fn(|lane| numbers[places[lane]][lane]),
             Self::from_fn(|lane| numbers[(places[lane] + 1).min(last)][lane]),
         ]
+    }
+}
+
+impl<const N: usize> Quartered for Lanes<N> {
+    #[inline(always)]
+    fn turned(quarters: Self, mut sine: Self, mut cosine: Self) -> (Self, Self) {
+        for lane in 0..N {
+            (sine[lane], cosine[lane]) = f64::turned(quarters[lane], sine[lane], cosine[lane]);
+        }
+        (sine, cosine)
+    }
+
+    #[inline(always)]
+    fn each(self, function: fn(f64) -> (f64, f64)) -> (Self, Self) {
+        self.unzip_map(function)
     }
 }
 

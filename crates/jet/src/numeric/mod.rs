@@ -7,10 +7,12 @@
 //! Deliberately absent: jets, models, files.
 
 mod bracket;
+mod branched;
 mod decimals;
 mod dispatch;
 mod double_double;
 mod error;
+mod float;
 mod lanes;
 pub mod linear;
 mod newton;
@@ -20,14 +22,16 @@ mod scalar;
 mod sine;
 
 pub use bracket::{Bracket, BracketOutcome, NewtonStep, NewtonSteps, last_that_holds};
+pub use branched::{Branched, Mask};
 pub use decimals::{Shown, decimal_above};
 pub use dispatch::{INSTRUCTION_LIMIT, Kernel, is_wide, unknown_instruction_limit, wide, widest};
 pub use double_double::{Dd, ParseDdError};
 pub use error::NumericError;
-pub use lanes::{Branched, LaneMask, Lanes, Mask, one_by_one};
+pub use float::FloatFormat;
+pub use lanes::{LaneMask, Lanes, one_by_one};
 pub use newton::{NewtonOutcome, damped_newton};
 pub use saved::{unbounded, unbounded_number};
-pub use scalar::{FloatFormat, Real, Scalar};
+pub use scalar::{Real, Scalar};
 
 /// How the property tests of this floor draw their samples: so many cases, the same ones every
 /// time, and no record of failures on disk.

@@ -554,7 +554,8 @@ mod tests {
         let coefficients = times(&shallow, &from_roots(&[Dd::from(-1.0), Dd::from(-2.5)]));
         let found = crossings(&coefficients, Dd::ONE);
         assert_eq!(found.len(), 2);
-        // A rounding of 1e-31 over the slope 2e-14 at the roots, with a factor 100 for the conditioning
+        // A rounding of 1e-31 over the slope 2e-14 at the roots, with a factor 100 for the
+        // conditioning
         // of the product.
         assert!((found[0].time - centre + decimal("1e-14")).abs().hi < 1e-15);
         assert!((found[1].time - centre - decimal("1e-14")).abs().hi < 1e-15);
@@ -637,7 +638,8 @@ mod tests {
         assert!(turns.len().is_multiple_of(2), "{turns:?}");
     }
 
-    /// Roots at least `gap` apart: sorted cells of width `2 gap`, each holding a root at most in its
+    /// Roots at least `gap` apart: sorted cells of width `2 gap`, each holding a root at most in
+    /// its
     /// first half.
     fn spread_roots(cells: usize, gap: f64) -> impl Strategy<Value = Vec<f64>> {
         proptest::collection::vec(proptest::option::of(0.05..1.0_f64), cells).prop_map(
@@ -656,9 +658,13 @@ mod tests {
         #![proptest_config(fixed_samples(128))]
 
         #[test]
-        fn separated_roots_are_all_found_in_double_double(roots in spread_roots(10, 0.1), shift in 0.1..1.0_f64) {
+        fn separated_roots_are_all_found_in_double_double(
+            roots in spread_roots(10, 0.1),
+            shift in 0.1..1.0_f64,
+        ) {
             let exact: Vec<Dd> = roots.iter().map(|&root| Dd::from(root)).collect();
-            // A factor without real roots, ((t - shift)^2 + shift^2), turns the product without crossing zero.
+            // A factor without real roots, ((t - shift)^2 + shift^2), turns the product without
+            // crossing zero.
             let offset = Dd::from(shift);
             let positive = [offset * offset * Dd::from(2.0), -offset - offset, Dd::ONE];
             let coefficients = times(&from_roots(&exact), &positive);
@@ -675,7 +681,10 @@ mod tests {
         }
 
         #[test]
-        fn close_pair_of_roots_is_found_in_doubles(centre in 0.1..0.9_f64, others in spread_roots(3, 0.3)) {
+        fn close_pair_of_roots_is_found_in_doubles(
+            centre in 0.1..0.9_f64,
+            others in spread_roots(3, 0.3),
+        ) {
             let half = centre * 0.5e-6;
             prop_assume!(others.iter().all(|root| (root - centre).abs() > 0.05));
             let pair = [Dd::from(centre - half), Dd::from(centre + half)];
@@ -683,9 +692,12 @@ mod tests {
             let coefficients = rounded(&from_roots(&all));
             all.sort_by(|a, b| a.partial_cmp(b).unwrap());
             let found = crossings(&coefficients, 2.0);
-            // NOTE: the depth of the pair, above 2.5e-15 * 0.05^3, may drown in the rounding of the coefficients.
-            let depth = half * half * others.iter().map(|root| (root - centre).abs()).product::<f64>();
-            let terms: f64 = coefficients.iter().rev().fold(0.0, |sum, value| sum * centre + value.abs());
+            // NOTE: the depth of the pair, above 2.5e-15 * 0.05^3, may drown in the rounding of
+            // the coefficients.
+            let distances = others.iter().map(|root| (root - centre).abs());
+            let depth = half * half * distances.product::<f64>();
+            let sum = |sum: f64, value: &f64| sum * centre + value.abs();
+            let terms = coefficients.iter().rev().fold(0.0, sum);
             prop_assume!(depth > 40.0 * f64::EPSILON * terms);
             prop_assert_eq!(found.len(), all.len());
             for (crossing, root) in found.iter().zip(&all) {
@@ -694,7 +706,10 @@ mod tests {
         }
 
         #[test]
-        fn tangencies_are_found_in_double_double(touch in 0.1..0.9_f64, others in spread_roots(4, 0.2)) {
+        fn tangencies_are_found_in_double_double(
+            touch in 0.1..0.9_f64,
+            others in spread_roots(4, 0.2),
+        ) {
             prop_assume!(others.iter().all(|root| (root - touch).abs() > 0.02));
             let mut all: Vec<Dd> = others.iter().map(|&root| Dd::from(root)).collect();
             all.extend([Dd::from(touch); 2]);

@@ -6,7 +6,7 @@
 
 use std::f64::consts::FRAC_2_PI;
 
-use super::{Branched, Dd, Lanes, Mask};
+use super::{Branched, Dd, Mask};
 
 /// Largest argument that is reduced in three parts: the products with the first two are exact.
 const LARGEST: f64 = 1e5;
@@ -65,21 +65,6 @@ impl Quartered for f64 {
     #[inline(always)]
     fn each(self, function: fn(f64) -> (f64, f64)) -> (f64, f64) {
         function(self)
-    }
-}
-
-impl<const N: usize> Quartered for Lanes<N> {
-    #[inline(always)]
-    fn turned(quarters: Self, mut sine: Self, mut cosine: Self) -> (Self, Self) {
-        for lane in 0..N {
-            (sine[lane], cosine[lane]) = f64::turned(quarters[lane], sine[lane], cosine[lane]);
-        }
-        (sine, cosine)
-    }
-
-    #[inline(always)]
-    fn each(self, function: fn(f64) -> (f64, f64)) -> (Self, Self) {
-        self.unzip_map(function)
     }
 }
 
@@ -149,7 +134,7 @@ fn far(x: f64) -> (f64, f64) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::numeric::Scalar;
+    use crate::numeric::{Lanes, Scalar};
     use std::f64::consts::FRAC_PI_2;
 
     /// Distance of sine and cosine from those of double-doubles, in units in the last place.

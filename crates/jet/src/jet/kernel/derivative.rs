@@ -12,7 +12,8 @@ impl Kernel {
     /// The rules, with `a'` the derivative of `a`:
     ///
     /// ```text
-    /// (a b + c)' = a' b + a b' + c',     (√max(0, a))' = a' / (2 √max(0, a)), 0 where the root is 0,
+    /// (a b + c)' = a' b + a b' + c',
+    /// (√max(0, a))' = a' / (2 √max(0, a)), 0 where the root is 0,
     /// (1/(2a))' = −2 (1/(2a))² a'
     /// ```
     ///

@@ -461,7 +461,10 @@ mod tests {
         #![proptest_config(fixed_samples(256))]
 
         #[test]
-        fn serialised_numbers_read_back_exactly(hi in proptest::num::f64::NORMAL, part in -1.0..1.0_f64) {
+        fn serialised_numbers_read_back_exactly(
+            hi in proptest::num::f64::NORMAL,
+            part in -1.0..1.0_f64,
+        ) {
             let number = Dd::new(hi, hi * part * 1e-17);
             let text = serde_json::to_string(&number).expect("numbers serialise");
             let back: Dd = serde_json::from_str(&text).expect("what was written");
@@ -469,7 +472,9 @@ mod tests {
         }
 
         #[test]
-        fn literals_agree_with_the_reading_of_doubles(text in "-?[0-9]{1,30}(\\.[0-9]{0,30})?(e-?[0-9]{1,2})?") {
+        fn literals_agree_with_the_reading_of_doubles(
+            text in "-?[0-9]{1,30}(\\.[0-9]{0,30})?(e-?[0-9]{1,2})?",
+        ) {
             let expected: f64 = text.parse().expect("the standard library reads the same literals");
             prop_assert_eq!(read(&text).hi, expected);
         }

@@ -235,7 +235,8 @@ pub(super) mod tests {
     use super::*;
     use crate::numeric::fixed_samples;
 
-    /// Asserts that a function maps each argument to its value, of digits computed elsewhere (mpmath
+    /// Asserts that a function maps each argument to its value, of digits computed elsewhere
+    /// (mpmath
     /// 1.3, 60 digits), within the relative tolerance.
     pub(in super::super) fn assert_agrees(
         function: impl Fn(Dd) -> Dd,
@@ -445,7 +446,10 @@ pub(super) mod tests {
         }
 
         #[test]
-        fn angle_of_a_point_on_the_circle_is_recovered(hi in -3.1..3.1_f64, lo in -1e-17..1e-17_f64) {
+        fn angle_of_a_point_on_the_circle_is_recovered(
+            hi in -3.1..3.1_f64,
+            lo in -1e-17..1e-17_f64,
+        ) {
             let angle = Dd::new(hi, lo);
             let (sin, cos) = angle.sin_cos();
             let error = (sin.atan2(cos) - angle).abs();

@@ -152,7 +152,9 @@ static COLUMNS: [[f64; TERMS]; TERMS] = {
 /// use grazemap_jet::numeric::polynomial::{TERMS, control_points};
 /// let mut line = [0.0; TERMS];
 /// line[1] = 15.0;
-/// assert!(control_points(&line).iter().zip(0u8..).all(|(&b, i)| (b - f64::from(i)).abs() < 1e-14));
+/// for (point, number) in control_points(&line).into_iter().zip(0u8..) {
+///     assert!((point - f64::from(number)).abs() < 1e-14);
+/// }
 /// ```
 #[inline(always)]
 pub fn control_points<S: Scalar>(coefficients: &[S; TERMS]) -> [S; TERMS] {

@@ -6,12 +6,12 @@
 
 use std::sync::Arc;
 
+use super::cache_key::Inputs;
 use super::element::Element;
 use super::gauss::{NODES, NodeValues};
 use super::nominal::guess_orbit;
 use super::resolution::Resolution;
 use super::spare;
-use super::subject::Inputs;
 use crate::flow::integrator::are_finite;
 use crate::flow::{Field, FlowError, Integrator};
 use crate::jet::{Jet, JetSpace};
@@ -108,7 +108,7 @@ impl<'a> Transport<'a> {
         let constants: Vec<_> = parameters.iter().map(Jet::coefficients).collect();
         element.set_parameters(&constants);
         let [least, more] = STEPS_PER_ELEMENT;
-        let order = element.subject.factors(first.space().order());
+        let order = element.key.factors(first.space().order());
         let mut jets = Vec::with_capacity(initial.len() * first.space().len());
         for jet in initial {
             jets.extend_from_slice(jet.coefficients());

@@ -2,6 +2,7 @@
 
 use std::ops::Range;
 
+use super::cache_key::CacheKey;
 use super::coefficients::{Part, Sizes};
 use super::first_order::FirstOrderTape;
 use super::gauss::{NODES, NodeValues};
@@ -9,14 +10,13 @@ use super::orbit::Nominal;
 use super::remainders::Remainders;
 use super::resolution::{Resolution, Tail};
 use super::solver::ElementSolver;
-use super::subject::Subject;
 use crate::flow::Program;
 use crate::numeric::{Kernel, Lanes, Scalar, widest};
 
 /// The tape of a field over jets whose coefficients are node values, and the gradients of its
 /// slots.
 pub(super) struct Element {
-    pub(super) subject: Subject,
+    pub(super) key: CacheKey,
     pub(super) solver: ElementSolver,
     pub(super) remainders: Remainders,
     pub(super) first_order: FirstOrderTape,
@@ -42,13 +42,13 @@ pub(super) struct Gradient {
 const ZERO: NodeValues = Lanes([0.0; NODES]);
 
 impl Element {
-    /// An element of a subject, in the memory of another one if there is one.
-    pub(super) fn new(subject: Subject, other: Option<Box<Self>>) -> Self {
+    /// An element for a key, in the memory of another one if there is one.
+    pub(super) fn new(key: CacheKey, other: Option<Box<Self>>) -> Self {
         let tape = other.map(|element| element.remainders.into_tape());
-        let (program, dimension) = (&subject.program, subject.dimension);
+        let (program, dimension) = (&key.program, key.dimension);
         Self {
             solver: ElementSolver::new(chains(program, dimension)),
-            remainders: Remainders::new(&subject, tape.unwrap_or_default()),
+            remainders: Remainders::new(&key, tape.unwrap_or_default()),
             first_order: FirstOrderTape::new(program, dimension),
             gradients: Vec::new(),
             reads_nodes: vec![true; dimension],
@@ -56,7 +56,7 @@ impl Element {
             corrections: [vec![ZERO; dimension], vec![ZERO; dimension]],
             owed: Vec::new(),
             owed_starts: Vec::new(),
-            subject,
+            key,
         }
     }
 
@@ -88,18 +88,18 @@ impl Element {
             jets,
             image,
         })?;
-        for degree in 1..=self.subject.space.order() {
+        for degree in 1..=self.key.space.order() {
             if !resolution.meets(tolerance) {
                 break;
             }
-            if !self.subject.space.degree_range(degree).is_empty() {
+            if !self.key.space.degree_range(degree).is_empty() {
                 let tail = widest(Degree {
                     element: self,
                     degree,
                     jets,
                     image,
                 });
-                resolution.include(self.subject.factors(degree), tail);
+                resolution.include(self.key.factors(degree), tail);
             }
         }
         Some(resolution)
@@ -109,8 +109,8 @@ impl Element {
     /// `false` if these have none.
     #[inline(always)]
     fn pass_on(&mut self, degree: usize) -> bool {
-        let dimension = self.subject.dimension;
-        let range = self.subject.space.degree_range(degree);
+        let dimension = self.key.dimension;
+        let range = self.key.space.degree_range(degree);
         let is_driving = |component: &usize| {
             self.solver.is_driven(*component)
                 && self.remainders.remainder(*component, degree).is_some()
@@ -143,10 +143,10 @@ impl Element {
     fn solve(&mut self, degree: usize, jets: &[f64], image: &mut [f64]) -> Tail {
         let has_owed = self.pass_on(degree);
         let (first, len) = (
-            self.subject.space.degree_range(degree).start,
-            self.subject.space.len(),
+            self.key.space.degree_range(degree).start,
+            self.key.space.len(),
         );
-        let is_last = degree == self.subject.space.order();
+        let is_last = degree == self.key.space.order();
         let tape = self.remainders.degree(degree);
         let part = Part {
             initial: jets,
@@ -197,7 +197,7 @@ impl Kernel for Degree<'_> {
         let (element, degree) = (self.element, self.degree);
         element.remainders.compute(degree);
         let tail = element.solve(degree, self.jets, self.image);
-        if degree < element.subject.space.order() {
+        if degree < element.key.space.order() {
             for gradient in &element.gradients {
                 element.remainders.add_share(
                     degree,

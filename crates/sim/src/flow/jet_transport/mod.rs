@@ -1,6 +1,7 @@
 //! Jets of a flow over a time: two methods that share nothing but the field's program.
 
 mod block;
+mod cache_key;
 mod coefficients;
 mod collocation;
 mod element;
@@ -16,7 +17,6 @@ mod resolution;
 mod solver;
 mod spare;
 mod sparse;
-mod subject;
 mod taylor;
 
 pub use collocation::{JetFlow, jet_transport};

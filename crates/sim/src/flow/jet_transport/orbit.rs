@@ -35,14 +35,14 @@ impl Kernel for Nominal<'_> {
     #[inline(always)]
     fn run(self) -> Option<Resolution> {
         let element = self.element;
-        let len = element.subject.space.len();
+        let len = element.key.space.len();
         let mut start = Vec::with_capacity(element.rates.len());
         start.extend(self.jets.iter().step_by(len));
         if !element.correct(self.nominal, self.length, &start) {
             return None;
         }
         element.prepare_slots();
-        let is_last = element.subject.space.order() <= 1;
+        let is_last = element.key.space.order() <= 1;
         let reads_nodes = |state: usize| !is_last && element.reads_nodes[state];
         element.solver.expand(reads_nodes);
         let mut resolution = Resolution::new(element.solver.fundamental_tail());
@@ -74,7 +74,7 @@ impl Element {
     /// an earlier one gain too little.
     #[inline(always)]
     fn correct(&mut self, nominal: &mut [NodeValues], length: f64, start: &[f64]) -> bool {
-        self.first_order.fix(&self.subject.program, nominal);
+        self.first_order.fix(&self.key.program, nominal);
         let (mut last, mut is_new) = (f64::INFINITY, true);
         for _ in 0..MAX_CORRECTIONS {
             self.evaluate(nominal);
@@ -99,7 +99,7 @@ impl Element {
     /// Rates of the components at node values.
     #[inline(always)]
     fn evaluate(&mut self, nominal: &[NodeValues]) {
-        let program = &self.subject.program;
+        let program = &self.key.program;
         self.first_order.evaluate(program, nominal);
         for (component, rate) in self.rates.iter_mut().enumerate() {
             *rate = self.first_order.value(program.output(component));
@@ -109,7 +109,7 @@ impl Element {
     /// Solves the linear equations about the orbit at hand; `false` if they are singular.
     #[inline(always)]
     fn factor(&mut self, length: f64) -> bool {
-        let program = &self.subject.program;
+        let program = &self.key.program;
         self.first_order.differentiate(program);
         let slopes = &self.first_order;
         let slope = |row: usize, state: usize| slopes.slope(program.output(row), state);
@@ -132,7 +132,7 @@ impl Element {
     /// Heads of the stored slots, and the slopes of those that are read again.
     #[inline(always)]
     fn prepare_slots(&mut self) {
-        let dimension = self.subject.dimension;
+        let dimension = self.key.dimension;
         self.gradients.clear();
         for state in 0..dimension {
             self.reads_nodes[state] = self.remainders.is_read_again(state);

@@ -6,9 +6,10 @@
 use std::ops::Range;
 use std::rc::Rc;
 
+use super::cache_key::Reach;
 use super::gauss::{NODES, NodeValues};
 use super::plan::{Action, Plan};
-use super::sparse::{Reach, Support};
+use super::sparse::Support;
 use crate::jet::{JetSpace, Span, VariableSet};
 use crate::numeric::{Lanes, Scalar};
 

@@ -4,11 +4,11 @@
 use std::rc::Rc;
 use std::sync::Arc;
 
+use super::cache_key::{CacheKey, Reach};
 use super::gauss::{NODES, NodeValues};
 use super::pairs::{Pairs, pairs_of_actions};
 use super::plan::{Action, Plan};
-use super::sparse::{Reach, SparseSpace, Support, reach_of_slots};
-use super::subject::Subject;
+use super::sparse::{SparseSpace, Support, reach_of_slots};
 use crate::flow::program::run;
 use crate::jet::{JetSpace, VariableSet, variables_of_monomials};
 use crate::numeric::{Lanes, Scalar, one_by_one};
@@ -46,14 +46,14 @@ pub(super) struct DegreeOfTape<'a> {
 }
 
 impl Remainders {
-    /// For a subject, in the memory of another tape.
-    pub(super) fn new(subject: &Subject, mut tape: Vec<NodeValues>) -> Self {
-        let Subject {
+    /// For a key, in the memory of another tape.
+    pub(super) fn new(key: &CacheKey, mut tape: Vec<NodeValues>) -> Self {
+        let CacheKey {
             program,
             dimension,
             space,
             inputs,
-        } = subject;
+        } = key;
         let (monomials, dimension) = (variables_of_monomials(space), *dimension);
         let reach = reach_of_slots(program, inputs, dimension, space.order());
         let supports = supports(space, &monomials, &reach);

@@ -5,8 +5,8 @@
 use std::cell::RefCell;
 use std::sync::Arc;
 
+use super::cache_key::{CacheKey, Inputs};
 use super::element::Element;
-use super::subject::{Inputs, Subject};
 use crate::flow::Field;
 use crate::jet::JetSpace;
 
@@ -20,8 +20,8 @@ thread_local! {
 /// An element for a field and inputs, its values left from earlier use.
 pub(super) fn take(field: &Field, space: &Arc<JetSpace>, inputs: Inputs) -> Box<Element> {
     match SPARE.take() {
-        Some(element) if element.subject.is(field, space, &inputs) => element,
-        other => Box::new(Element::new(Subject::new(field, space, inputs), other)),
+        Some(element) if element.key.is(field, space, &inputs) => element,
+        other => Box::new(Element::new(CacheKey::new(field, space, inputs), other)),
     }
 }
 

@@ -6,29 +6,12 @@
 
 use std::ops::Range;
 
+use super::cache_key::{Inputs, Reach};
 use super::gauss::NodeValues;
 use super::pairs::Pairs;
-use super::subject::Inputs;
 use crate::flow::Program;
 use crate::jet::{Graded, HeadFunction, JetSpace, PartOf, Selection, Span, VariableSet};
 use crate::numeric::Lanes;
-
-/// The monomials in which an element can differ from zero: those of some variables, up to a degree.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Reach {
-    pub(super) variables: VariableSet,
-    pub(super) degree: usize,
-}
-
-impl Reach {
-    /// The monomials of both.
-    fn or(self, other: Self) -> Self {
-        Self {
-            variables: self.variables | other.variables,
-            degree: self.degree.max(other.degree),
-        }
-    }
-}
 
 /// What each slot can reach at any time, from what the inputs do at the start.
 pub(super) fn reach_of_slots(

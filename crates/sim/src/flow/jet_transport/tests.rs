@@ -2,10 +2,10 @@
 
 use std::sync::Arc;
 
+use super::cache_key::{CacheKey, Inputs};
 use super::element::Element;
 use super::gauss::NODES;
 use super::nominal::guess_orbit;
-use super::subject::{Inputs, Subject};
 use super::{jet_transport, jet_transport_taylor};
 use crate::flow::{Field, InputKind, Integrator, samples};
 use crate::jet::{Jet, JetSpace};
@@ -113,8 +113,8 @@ fn one_element(
 ) -> (Vec<Jet<f64>>, f64) {
     let space = states[0].space();
     let inputs = states.iter().chain(parameters).map(Jet::coefficients);
-    let subject = Subject::new(field, space, Inputs::new(space, inputs));
-    let mut element = Element::new(subject, None);
+    let key = CacheKey::new(field, space, Inputs::new(space, inputs));
+    let mut element = Element::new(key, None);
     let constants: Vec<_> = parameters.iter().map(Jet::coefficients).collect();
     element.set_parameters(&constants);
     let heads = |jets: &[Jet<f64>]| jets.iter().map(Jet::head).collect::<Vec<_>>();

@@ -113,7 +113,8 @@ impl<'a, S: Real> AffineTools<'a, S> {
     /// Flies freely to the first event, for a time at most, and writes the state where that ends;
     /// `None` where the field has no tables for it.
     ///
-    /// `asked` says of each surface what is looked for; minima at which the flight does not stop are
+    /// `asked` says of each surface what is looked for; minima at which the flight does not stop
+    /// are
     /// put to `misses`.
     pub(in crate::hybrid) fn exact_step(
         &mut self,

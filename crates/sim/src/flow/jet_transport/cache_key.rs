@@ -1,13 +1,29 @@
-//! What an element is prepared for: all that its memory and its plan depend on.
+//! The key of the element cache: all that an element's memory and plan depend on.
 
 use std::sync::Arc;
 
-use super::sparse::Reach;
 use crate::flow::{Field, Program};
 use crate::jet::{JetSpace, VariableSet, variables_of_monomial};
 
+/// The monomials in which an element can differ from zero: those of some variables, up to a degree.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Reach {
+    pub(super) variables: VariableSet,
+    pub(super) degree: usize,
+}
+
+impl Reach {
+    /// The monomials of both.
+    pub(super) fn or(self, other: Self) -> Self {
+        Self {
+            variables: self.variables | other.variables,
+            degree: self.degree.max(other.degree),
+        }
+    }
+}
+
 /// A field, a space of jets, and which parts the inputs have.
-pub(super) struct Subject {
+pub(super) struct CacheKey {
     pub(super) program: Program,
     pub(super) dimension: usize,
     pub(super) space: Arc<JetSpace>,
@@ -68,7 +84,7 @@ impl Inputs {
     }
 }
 
-impl Subject {
+impl CacheKey {
     /// That of a field and inputs.
     pub(super) fn new(field: &Field, space: &Arc<JetSpace>, inputs: Inputs) -> Self {
         Self {
