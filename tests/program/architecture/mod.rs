@@ -23,19 +23,7 @@ const FLOORS: [(&str, &[&str]); 14] = [
     ("expansion", &["numeric", "jet", "model", "flow", "orbit"]),
     ("emission", &["numeric", "jet", "model", "expansion"]),
     ("iteration", &["numeric", "jet", "expansion"]),
-    (
-        "analysis",
-        &[
-            "numeric",
-            "jet",
-            "model",
-            "flow",
-            "hybrid",
-            "orbit",
-            "expansion",
-            "iteration",
-        ],
-    ),
+    ("analysis", &["numeric", "jet", "model", "flow", "hybrid", "orbit", "expansion", "iteration"]),
     (
         "convergence",
         &[
@@ -52,16 +40,7 @@ const FLOORS: [(&str, &[&str]); 14] = [
     ),
     (
         "report",
-        &[
-            "numeric",
-            "jet",
-            "model",
-            "orbit",
-            "expansion",
-            "iteration",
-            "analysis",
-            "convergence",
-        ],
+        &["numeric", "jet", "model", "orbit", "expansion", "iteration", "analysis", "convergence"],
     ),
     (
         "pipeline",
@@ -131,9 +110,7 @@ fn floors_named(house: &House) -> BTreeMap<&'static str, BTreeSet<&'static str>>
         let Some(own) = floor(&place) else { continue };
         let named = house.named(&place);
         let named = named.iter().flat_map(|(_, found)| floors_on(found));
-        all.entry(own)
-            .or_default()
-            .extend(named.filter(|name| *name != own));
+        all.entry(own).or_default().extend(named.filter(|name| *name != own));
     }
     all
 }
@@ -180,10 +157,7 @@ fn a_floor_names_every_floor_it_may() {
 fn floors_name_lower_floors_only() {
     for (floor, named) in floors_named(&house()) {
         for name in named {
-            assert!(
-                level(name) < level(floor),
-                "`{floor}` names `{name}`, which is not below it"
-            );
+            assert!(level(name) < level(floor), "`{floor}` names `{name}`, which is not below it");
         }
     }
 }
@@ -195,11 +169,7 @@ fn the_two_oracles_stay_independent() {
     let below = |floor: &'static str| {
         let mut all = BTreeSet::from([floor]);
         loop {
-            let more: BTreeSet<_> = all
-                .iter()
-                .flat_map(|floor| &named[*floor])
-                .copied()
-                .collect();
+            let more: BTreeSet<_> = all.iter().flat_map(|floor| &named[*floor]).copied().collect();
             if more.is_subset(&all) {
                 break all;
             }
@@ -209,10 +179,7 @@ fn the_two_oracles_stay_independent() {
     let simulation = below("hybrid");
     for series in ["orbit", "expansion"] {
         assert!(!simulation.contains(series), "`hybrid` knows of `{series}`");
-        assert!(
-            !below(series).contains("hybrid"),
-            "`{series}` knows of `hybrid`"
-        );
+        assert!(!below(series).contains("hybrid"), "`{series}` knows of `hybrid`");
     }
 }
 
@@ -229,15 +196,9 @@ fn packages_list_their_floors_in_order_and_every_folder_is_a_floor() {
         let levels = floors.iter().map(|name| level(name));
         assert!(levels.is_sorted(), "{}: {floors:?}", root.file.display());
         for module in root.children.iter().filter(|name| !floors.contains(name)) {
-            let parts = package
-                .modules
-                .keys()
-                .filter(|path| path[..] != [module.clone()]);
+            let parts = package.modules.keys().filter(|path| path[..] != [module.clone()]);
             let mut parts = parts.filter(|path| path.first() == Some(module));
-            assert!(
-                parts.next().is_none(),
-                "`{module}` is a folder and no floor"
-            );
+            assert!(parts.next().is_none(), "`{module}` is a folder and no floor");
         }
         listed.extend(floors.into_iter().cloned());
     }
@@ -253,10 +214,7 @@ fn the_page_of_the_house_lists_its_floors_in_order() {
     let rows = page.lines().filter_map(|line| line.strip_prefix("| `"));
     let names: Vec<_> = rows.filter_map(|row| row.split('`').next()).collect();
     let floors: Vec<_> = FLOORS.iter().map(|(floor, _)| *floor).collect();
-    let listed: Vec<_> = names
-        .into_iter()
-        .filter(|name| floors.contains(name))
-        .collect();
+    let listed: Vec<_> = names.into_iter().filter(|name| floors.contains(name)).collect();
     assert_eq!(listed, floors);
 }
 
@@ -299,18 +257,11 @@ fn no_floor_has_a_circle_of_more_than_two_files() {
             let inside: BTreeSet<_> = circle.iter().cloned().collect();
             for place in &circle {
                 let used = house.used(place);
-                let used: Vec<_> = used
-                    .intersection(&inside)
-                    .map(|p| p.path.join("::"))
-                    .collect();
+                let used: Vec<_> = used.intersection(&inside).map(|p| p.path.join("::")).collect();
                 eprintln!("{} uses {}", place.path.join("::"), used.join(", "));
             }
         }
-        assert!(
-            circle.len() <= 2,
-            "a circle of {} files in `{name}`",
-            circle.len()
-        );
+        assert!(circle.len() <= 2, "a circle of {} files in `{name}`", circle.len());
     }
 }
 
@@ -326,11 +277,7 @@ fn lines_of_source_files_have_at_most_a_hundred_columns() {
         let text = fs::read_to_string(file).expect("a source file");
         for (line, number) in text.lines().zip(1..) {
             let columns = line.chars().count();
-            assert!(
-                columns <= 100,
-                "{}:{number} has {columns} columns",
-                file.display()
-            );
+            assert!(columns <= 100, "{}:{number} has {columns} columns", file.display());
         }
     }
 }

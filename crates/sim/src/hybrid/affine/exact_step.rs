@@ -193,12 +193,7 @@ impl<B: Backend, L: MinimumLog<B::Number>> Stepper<'_, B, L> {
             first.take_event(stops & is_first, &event);
         }
         for (surface, gap) in self.buffers.gaps.iter().enumerate() {
-            let Found {
-                time,
-                gap: depth,
-                minimum,
-                ..
-            } = gap.found;
+            let Found { time, gap: depth, minimum, .. } = gap.found;
             let passed = minimum & !gap.stops & !first.undecided;
             if passed.any() {
                 let missed = passed & time.is_at_most(first.time);
@@ -218,25 +213,13 @@ impl<B: Backend, L: MinimumLog<B::Number>> Stepper<'_, B, L> {
         until: B::Number,
         wanted: NumberMask<B>,
     ) -> Found<B::Number> {
-        let StepBuffers {
-            control,
-            visit,
-            gaps,
-        } = &mut *self.buffers;
+        let StepBuffers { control, visit, gaps } = &mut *self.buffers;
         let (tables, extended, watched) = (self.tables, self.extended, &gaps[surface]);
         tables.control_points(surface, piece, extended, control);
         let mut test = EnclosureTest {
-            polygon: Polygon {
-                points: control,
-                rounding: watched.rounding,
-            },
+            polygon: Polygon { points: control, rounding: watched.rounding },
             watched,
-            gap: GapCourse {
-                tables,
-                extended,
-                surface,
-                visit,
-            },
+            gap: GapCourse { tables, extended, surface, visit },
             from,
             until,
         };
@@ -254,12 +237,8 @@ impl<B: Backend, L: MinimumLog<B::Number>> Stepper<'_, B, L> {
             let mut falls = found.falls | found.hill | before;
             let hill = ends & found.hill & self.going_on;
             if hill.any() {
-                let mut course = GapCourse {
-                    tables: self.tables,
-                    extended: self.extended,
-                    surface,
-                    visit,
-                };
+                let mut course =
+                    GapCourse { tables: self.tables, extended: self.extended, surface, visit };
                 let climbs = hill & !course.slope(time, hill).is_below(B::Number::zero());
                 rises |= climbs;
                 falls &= !climbs;
