@@ -12,7 +12,7 @@ use super::FlowError;
 use super::field::Field;
 use super::series::Series;
 use super::step_control::{log2_step, margin_for, order_for_numbers};
-use crate::numeric::{Branched, Kernel, Lanes, Mask, Real, Scalar, polynomial};
+use crate::numeric::{Branched, Dd, Kernel, Lanes, Mask, Real, Scalar, polynomial};
 
 /// Taylor integrator of one field over `f64`, double-double or lanes.
 ///
@@ -55,6 +55,22 @@ pub struct Carried<S: Branched> {
     /// What is left of the durations.
     pub remaining: S,
 }
+
+/// Compiles flows here, once, for the numbers of the packages above: instances that are never
+/// inlined are shared with dependants.
+macro_rules! compile_for {
+    ($($instance:ident: $number:ty),*) => {$(
+        #[used]
+        static $instance: fn(
+            &mut Integrator<'static, $number>,
+            &[$number],
+            &[$number],
+            $number,
+        ) -> Result<Vec<$number>, FlowError> = Integrator::flow;
+    )*};
+}
+
+compile_for!(IN_F64: f64, IN_DOUBLE_DOUBLE: Dd);
 
 /// Most steps one flow may take.
 const MAX_STEPS: usize = 1_000_000;
@@ -157,6 +173,7 @@ impl<S: Real> Integrator<'_, S> {
     ///
     /// [`FlowError::NotFinite`] as [`step`](Self::step), [`FlowError::TooManySteps`] after a
     /// million steps.
+    #[inline(never)]
     pub fn flow(
         &mut self,
         state: &[S],

@@ -49,6 +49,15 @@ pub struct LaneImages<const N: usize> {
     pub together: [bool; N],
 }
 
+/// Compiles returns of eight orbits here, once: instances that are never inlined are shared with
+/// dependants.
+#[used]
+static IN_EIGHT_LANES: for<'r> fn(
+    &'r mut LaneReturns<'static, 8>,
+    &[Lanes<8>],
+    [bool; 8],
+) -> &'r LaneImages<8> = LaneReturns::images;
+
 impl<'a, const N: usize> LaneReturns<'a, N> {
     /// The return maps of lanes at their parameters; `None` unless all are of one system with one
     /// rigid surface, on one section and with as many passages, and on machines without wide
@@ -76,6 +85,7 @@ impl<'a, const N: usize> LaneReturns<'a, N> {
     }
 
     /// The next section points from full states at the section, of the lanes that are wanted.
+    #[inline(never)]
     pub fn images(&mut self, states: &[Lanes<N>], wanted: [bool; N]) -> &LaneImages<N> {
         let used = self.scalar.len();
         let wanted = LaneMask::from_fn(|lane| wanted[lane] && lane < used);

@@ -14,7 +14,7 @@ use super::returned::{Return, ReturnOutcome, ReturnSection};
 use super::simulator::{Simulator, check_finite};
 use super::system::HybridSystem;
 use super::trajectory::{Event, EventKind, Outcome};
-use crate::numeric::Real;
+use crate::numeric::{Dd, Real};
 
 /// The return map of a section by direct simulation.
 ///
@@ -32,6 +32,24 @@ pub struct DirectReturn<'a, S: Real> {
     passage: Motion<S>,
 }
 
+/// Compiles returns here, once, for the numbers of the packages above.
+///
+/// NOTE: instances of generic functions that are never inlined are shared with dependants, which
+/// would else compile the whole simulator again.
+macro_rules! compile_for {
+    ($($instances:ident: $number:ty),*) => {$(
+        #[used]
+        static $instances: (
+            fn(&mut DirectReturn<'static, $number>, &[$number]) -> ReturnOf<$number>,
+            fn(&mut DirectReturn<'static, $number>, &[$number], $number) -> Result<(), HybridError>,
+        ) = (DirectReturn::<$number>::image, DirectReturn::<$number>::set_parameters);
+    )*};
+}
+
+type ReturnOf<S> = Result<Return<S>, HybridError>;
+
+compile_for!(IN_F64: f64, IN_DOUBLE_DOUBLE: Dd);
+
 impl<'a, S: Real> DirectReturn<'a, S> {
     /// The return map of a section; `duration` is the nominal return time, `periods` the whole
     /// periods by which the phase advances in it (0 for an autonomous system).
@@ -40,6 +58,7 @@ impl<'a, S: Real> DirectReturn<'a, S> {
     ///
     /// [`HybridError::ParameterLength`], [`HybridError::NotFinite`],
     /// [`HybridError::NoSuchSurface`].
+    #[inline(never)]
     pub fn new(
         system: &'a HybridSystem,
         parameters: &[S],
@@ -102,6 +121,7 @@ impl<'a, S: Real> DirectReturn<'a, S> {
     /// # Errors
     ///
     /// [`HybridError::ParameterLength`], [`HybridError::NotFinite`].
+    #[inline(never)]
     pub fn set_parameters(&mut self, parameters: &[S], duration: S) -> Result<(), HybridError> {
         check_finite(&[duration], 0)?;
         self.duration = duration;
@@ -113,6 +133,7 @@ impl<'a, S: Real> DirectReturn<'a, S> {
     /// # Errors
     ///
     /// [`HybridError::StateLength`], [`HybridError::NotFinite`].
+    #[inline(never)]
     pub fn image(&mut self, state: &[S]) -> Result<Return<S>, HybridError> {
         self.simulator.set_state(state)?;
         let mut log = Log::new();
