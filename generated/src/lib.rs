@@ -111,8 +111,7 @@ pub mod two_stops_t2_prestressed;
 #[rustfmt::skip]
 pub mod two_stops_t2_rigid;
 
-/// A step on slices: state, parameters; image, depths. The contacts made, or `None` for wrong
-/// lengths.
+/// A step on slices: state, parameters; image, depths. The contacts made, or `None` for wrong lengths.
 pub type StepOnSlices = fn(&[f64], &[f64], &mut [f64], &mut [f64]) -> Option<u32>;
 
 /// A step on slices with its Jacobian, row by row, as the last argument.

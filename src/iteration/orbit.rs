@@ -428,7 +428,8 @@ mod tests {
         // The mean of ln|f'| over 1e5 iterates scatters by about 3e-3.
         assert!((exponent.expect("a finite orbit") - 2.0f64.ln()).abs() < 0.01, "{exponent:?}");
         let stable = super::super::largest_lyapunov_exponent(&Logistic, &[0.3], &[2.5], 1000, 100);
-        assert!((stable.expect("a finite orbit") - 0.5f64.ln()).abs() < 1e-10, "{stable:?}"); // f' = 2 − p
+        // f' = 2 − p
+        assert!((stable.expect("a finite orbit") - 0.5f64.ln()).abs() < 1e-10, "{stable:?}");
     }
 
     #[test]

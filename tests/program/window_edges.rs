@@ -75,8 +75,12 @@ fn a_stop_too_stiff_for_its_window_is_said_by_every_command_that_maps() {
         assert!(warnings[0].starts_with("warning: `soft_b`: at the edge of the window"));
         assert_eq!(said(&grazemap(folder.path(), &[&arguments[..], &["-q"]].concat())), "");
     }
-    let places =
-        ["/depth/window_edge", "/modules/0/window_edges/0", "/0/window_edges/0", "/0/window_edge"];
+    let places = [
+        "/depth/0/window_edge",
+        "/modules/0/window_edges/0",
+        "/0/window_edges/0",
+        "/0/window_edge",
+    ];
     for (command, place) in commands.into_iter().zip(places) {
         let output = grazemap(folder.path(), &[command, &stiff, &["--json", "-"]].concat());
         let json: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");

@@ -343,7 +343,7 @@ fn of_diagram(diagram: &Diagram) -> Hash {
     for sweep in &diagram.sweeps {
         for point in &sweep.points {
             hash.number(point.offset);
-            hash.numbers(&point.values);
+            hash.numbers(&Vec::from_iter(point.kept_values()));
             hash.numbers(&Vec::from_iter(point.lyapunov));
             hash.text(&format!("{:?} {:?}", point.period, point.end));
             add_name(&mut hash, point.orbit.as_ref());
