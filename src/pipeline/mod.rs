@@ -1,8 +1,8 @@
 //! From a scene to its grazing orbit, its local map, and all that a map is used for.
 //!
 //! Every step returns an owned value, `Send + Sync`, that can be saved and read back with the same
-//! bits: [`Scene`], [`Graze`], [`Settled`], [`Map`]. Section, orders and shape are settled once, on
-//! the way from one to the next, and each expansion is made once.
+//! bits: [`Scene`](crate::Scene), [`Graze`], [`Settled`], [`Map`]. Section, orders and shape are
+//! settled once, on the way from one to the next, and each expansion is made once.
 //!
 //! Deliberately absent: numerics of its own, arguments, words for people.
 

@@ -1,7 +1,7 @@
 //! Small dense linear algebra on nalgebra's containers: elimination for any [`Real`], eigenvalues
 //! for `f64`.
 //!
-//! nalgebra's own solvers ask for traits that [`Dd`](super::Dd) does not have; elimination with
+//! nalgebra's own solvers ask for traits that [`Dd`] does not have; elimination with
 //! partial pivoting on equilibrated rows is all that shooting and continuation need.
 
 use nalgebra::linalg::{Schur, balancing};
