@@ -443,3 +443,17 @@ pub(super) fn refuse_depth_variables(expander: &Expander<'_>) -> Result<(), Erro
     }
     Ok(())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::{Graze, Settled};
+    use super::Map;
+
+    #[test]
+    fn values_of_the_pipeline_are_shared_between_threads() {
+        fn shared<T: Clone + Send + Sync + 'static>() {}
+        shared::<Graze>();
+        shared::<Settled>();
+        shared::<Map>();
+    }
+}
