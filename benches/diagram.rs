@@ -36,10 +36,7 @@ fn problem(name: &str) -> Problem {
     let scene = Scene::parse(text, name).expect("a good scene");
     let located = locate(&scene).expect("no wrong input");
     let orbit = located.into_result().expect("it grazes");
-    let orders = MapOrders {
-        smooth_order: 5,
-        contact_weight: 6,
-    };
+    let orders = MapOrders { smooth_order: 5, contact_weight: 6 };
     let expander = Expander::new(&scene, &orbit).expect("a rigid stop");
     let map = expander.expand(orders).expect("a simple graze");
     Problem { scene, orbit, map }

@@ -109,29 +109,18 @@ fn measure(folder: &Path, native: bool) -> Vec<f64> {
     if native {
         compiler.arg("-Ctarget-cpu=native");
     }
-    let compiled = compiler
-        .current_dir(folder)
-        .status()
-        .expect("rustc is there")
-        .success();
+    let compiled = compiler.current_dir(folder).status().expect("rustc is there").success();
     assert!(compiled, "the emitted map compiles");
-    let output = Command::new(folder.join("main"))
-        .output()
-        .expect("the program runs");
+    let output = Command::new(folder.join("main")).output().expect("the program runs");
     let text = String::from_utf8(output.stdout).expect("numbers");
-    text.lines()
-        .map(|line| line.parse().expect("a number"))
-        .collect()
+    text.lines().map(|line| line.parse().expect("a number")).collect()
 }
 
 /// The emission of a scene at these orders, with 64 bytes of lanes.
 fn module(name: &str, orders: MapOrders, precision: FloatFormat) -> EmittedModule {
     let text = catalogue::text(name).expect("in the catalogue");
     let scene = Scene::parse(text, name).expect("a good scene");
-    let orbit = locate(&scene)
-        .expect("no wrong input")
-        .into_result()
-        .expect("it grazes");
+    let orbit = locate(&scene).expect("no wrong input").into_result().expect("it grazes");
     let expander = Expander::new(&scene, &orbit).expect("an analytic law");
     let map = match scene.emit.shape {
         Shape::Flown => expander.flown(orders),
@@ -158,10 +147,7 @@ fn main() {
     let bare = emitted_module(&synthetic::two_polynomials(5), None, &options);
     measure_both("polynomials", (5, 0), &bare.expect("an emission"));
     for (name, smooth_order, contact_weight) in MAPS {
-        let orders = MapOrders {
-            smooth_order,
-            contact_weight,
-        };
+        let orders = MapOrders { smooth_order, contact_weight };
         let shown = (smooth_order, contact_weight);
         let double = module(name, orders, FloatFormat::F64);
         measure_both(name, shown, &double);
@@ -179,10 +165,8 @@ fn measure_both(name: &str, (smooth_order, contact_weight): (u32, u32), module: 
     std::fs::write(folder.path().join("main.rs"), program).expect("a file");
     for native in [false, true] {
         let t = measure(folder.path(), native);
-        let (all, few) = (
-            module.step_operations.multiply_adds,
-            module.frozen_operations.multiply_adds,
-        );
+        let (all, few) =
+            (module.step_operations.multiply_adds, module.frozen_operations.multiply_adds);
         println!(
             "{name:12} ({smooth_order}, {contact_weight:2})   {} {} {:6.1}  {:6.1}  {:7.1}  {:5.2}  {:12.2} | {:5.2}  {:6.2} | {all:5}  {few:6}",
             if native { "native  " } else { "baseline" },

@@ -36,12 +36,7 @@ fn linear() -> Field {
     let damping = g.mul(damping, v);
     let force = g.sub(force, damping);
     let acceleration = g.sub(force, x);
-    Field::new(
-        &g,
-        &[v, acceleration, omega],
-        &[],
-        &[InputKind::HeadOnly; 3],
-    )
+    Field::new(&g, &[v, acceleration, omega], &[], &[InputKind::HeadOnly; 3])
 }
 
 /// Seconds per product and sum of one lane, each rounded, with the machine's widest registers.

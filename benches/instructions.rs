@@ -62,16 +62,10 @@ fn direct_period(rounds: usize) {
     let source = std::fs::read_to_string(path).expect("a scene of the catalogue");
     let scene = Scene::parse(&source, "linear").expect("a scene of the catalogue");
     let system = HybridSystem::new(&scene.model);
-    let parameters: Vec<f64> = scene
-        .model
-        .parameter_values()
-        .into_iter()
-        .map(f64::from_dd)
-        .collect();
+    let parameters: Vec<f64> =
+        scene.model.parameter_values().into_iter().map(f64::from_dd).collect();
     let mut simulator = Simulator::new(&system, &parameters).expect("finite parameters");
-    simulator
-        .set_state(&[0.1, 0.0, 0.0])
-        .expect("a finite state");
+    simulator.set_state(&[0.1, 0.0, 0.0]).expect("a finite state");
     let period = simulator.forcing_period().expect("a phase");
     for _ in 0..rounds {
         simulator
@@ -98,10 +92,7 @@ fn main() {
     let arguments: Vec<_> = std::env::args().skip(1).collect();
     let rounds = |text: &String| text.parse().ok();
     let work = |name: &String| WORK.iter().find(|(known, _)| known == name);
-    match (
-        arguments.first().and_then(work),
-        arguments.get(1).and_then(rounds),
-    ) {
+    match (arguments.first().and_then(work), arguments.get(1).and_then(rounds)) {
         (Some((_, work)), Some(rounds)) => work(rounds),
         _ => WORK.iter().for_each(|(name, _)| println!("{name}")),
     }

@@ -18,17 +18,8 @@ use pulp::Simd;
 use floor::{CHAINS, Floor, ROUNDS};
 
 /// Variables and order.
-const SIZES: [(usize, usize); 9] = [
-    (1, 3),
-    (5, 1),
-    (5, 2),
-    (3, 6),
-    (4, 4),
-    (4, 8),
-    (5, 6),
-    (5, 10),
-    (6, 6),
-];
+const SIZES: [(usize, usize); 9] =
+    [(1, 3), (5, 1), (5, 2), (3, 6), (4, 4), (4, 8), (5, 6), (5, 10), (6, 6)];
 
 fn filled<S: Scalar>(space: &std::sync::Arc<JetSpace>, seed: f64) -> Jet<S> {
     let value = |m: usize| S::from_f64(((m as f64 + seed) * 0.618).sin());
@@ -58,9 +49,7 @@ fn products<S: Scalar>(criterion: &mut Criterion, name: &str) {
 fn time_floor<S: Simd>(criterion: &mut Criterion, name: &str, simd: S, is_fused: bool) {
     let kind = if is_fused { "fused" } else { "two_roundings" };
     let mut group = criterion.benchmark_group(format!("multiply_add_floor/{kind}"));
-    group.throughput(Throughput::Elements(
-        (CHAINS * ROUNDS * S::F64_LANES) as u64,
-    ));
+    group.throughput(Throughput::Elements((CHAINS * ROUNDS * S::F64_LANES) as u64));
     group.bench_function(BenchmarkId::from_parameter(name), |bencher| {
         bencher.iter(|| simd.vectorize(Floor { is_fused }));
     });

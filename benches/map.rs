@@ -29,12 +29,9 @@ fn steps(criterion: &mut Criterion) {
         println!("orders ({smooth}, {weight}): step {all:?}, frozen {few:?}");
         let mut image = [0.0; 2];
         let mut bench = |name: &str, map: &dyn DiscreteMap, parameters: &[f64]| {
-            group.bench_function(
-                BenchmarkId::new(name, format!("{smooth}_{weight}")),
-                |bencher| {
-                    bencher.iter(|| map.step(black_box(&state), black_box(parameters), &mut image));
-                },
-            );
+            group.bench_function(BenchmarkId::new(name, format!("{smooth}_{weight}")), |bencher| {
+                bencher.iter(|| map.step(black_box(&state), black_box(parameters), &mut image));
+            });
         };
         bench("interpreted", &interpreted, &parameters);
         bench("horner", &lowered, &parameters);
@@ -44,12 +41,9 @@ fn steps(criterion: &mut Criterion) {
             &HornerMap::composed(&map, &synthetic::composed(weight.max(2) as usize)),
             &parameters,
         );
-        group.bench_function(
-            BenchmarkId::new("freeze", format!("{smooth}_{weight}")),
-            |bencher| {
-                bencher.iter(|| lowered.freeze(black_box(&parameters)));
-            },
-        );
+        group.bench_function(BenchmarkId::new("freeze", format!("{smooth}_{weight}")), |bencher| {
+            bencher.iter(|| lowered.freeze(black_box(&parameters)));
+        });
     }
     group.finish();
 }
@@ -78,10 +72,7 @@ fn lanes(criterion: &mut Criterion) {
     for (smooth, weight) in ORDERS {
         let lowered = HornerMap::new(&synthetic::map(smooth, weight, SectionKind::Tangency));
         let request = OrbitRequest::new(ITERATES, 0, &[1.0; 2]);
-        let request = OrbitRequest {
-            escape_factor: f64::INFINITY,
-            ..request
-        };
+        let request = OrbitRequest { escape_factor: f64::INFINITY, ..request };
         let point: [&[f64]; 2] = [&state, &parameters];
         lanes_of::<8>(&mut group, &lowered, point, &request, smooth);
         lanes_of::<16>(&mut group, &lowered, point, &request, smooth);

@@ -31,32 +31,22 @@ fn model(scene: &str, parameter: &str, value: f64) -> Model {
     let path = format!("{}/scenes/{scene}.toml", env!("CARGO_MANIFEST_DIR"));
     let source = std::fs::read_to_string(path).expect("a scene of the catalogue");
     let overrides = [(parameter.to_owned(), value.to_string())];
-    Scene::parse_with(&source, scene, &overrides)
-        .expect("a scene of the catalogue")
-        .model
+    Scene::parse_with(&source, scene, &overrides).expect("a scene of the catalogue").model
 }
 
 fn values<S: Real>(model: &Model) -> Vec<S> {
-    model
-        .parameter_values()
-        .into_iter()
-        .map(S::from_dd)
-        .collect()
+    model.parameter_values().into_iter().map(S::from_dd).collect()
 }
 
 /// A simulator on the attractor, and its forcing period.
 fn settled<'a, S: Real>(system: &'a HybridSystem, model: &Model) -> (Simulator<'a, S>, S) {
     let mut simulator = Simulator::new(system, &values::<S>(model)).expect("finite parameters");
     simulator.set_near_miss_limit(S::zero());
-    simulator
-        .set_state(&[S::from_f64(0.1), S::zero(), S::zero()])
-        .expect("a finite state");
+    simulator.set_state(&[S::from_f64(0.1), S::zero(), S::zero()]).expect("a finite state");
     let period = simulator.forcing_period().expect("a phase");
     let transient = if S::ROUNDOFF > 1e-20 { 2000 } else { 50 };
     for _ in 0..transient {
-        simulator
-            .advance_period(period, &mut |_| {})
-            .expect("a phase");
+        simulator.advance_period(period, &mut |_| {}).expect("a phase");
     }
     (simulator, period)
 }
@@ -66,16 +56,8 @@ fn periods<S: Real>(criterion: &mut Criterion, scalar: &str) {
     let electrostatic = model("mems", "V", 0.211_927_585_7 * 1.05);
     let systems = [
         ("linear", HybridSystem::new(&linear), &linear),
-        (
-            "linear-taylor",
-            HybridSystem::without_exact_flow(&linear),
-            &linear,
-        ),
-        (
-            "electrostatic",
-            HybridSystem::new(&electrostatic),
-            &electrostatic,
-        ),
+        ("linear-taylor", HybridSystem::without_exact_flow(&linear), &linear),
+        ("electrostatic", HybridSystem::new(&electrostatic), &electrostatic),
     ];
     for (name, system, model) in systems {
         let (mut simulator, period) = settled::<S>(&system, model);
@@ -88,10 +70,7 @@ fn periods<S: Real>(criterion: &mut Criterion, scalar: &str) {
                 })
             });
         });
-        println!(
-            "{name}: {:.3} impacts a period",
-            contacts as f64 / total as f64
-        );
+        println!("{name}: {:.3} impacts a period", contacts as f64 / total as f64);
     }
 }
 
@@ -99,12 +78,7 @@ fn returns<S: Real>(criterion: &mut Criterion, scalar: &str) {
     let linear = model("linear", "alpha", 2.247_220_505_424_423);
     let electrostatic = model("mems", "V", 0.211_927_585_7);
     let systems = [
-        (
-            "linear",
-            HybridSystem::new(&linear),
-            &linear,
-            [1.0, 0.0, 3.061_407_806_288_477],
-        ),
+        ("linear", HybridSystem::new(&linear), &linear, [1.0, 0.0, 3.061_407_806_288_477]),
         (
             "linear-taylor",
             HybridSystem::without_exact_flow(&linear),
@@ -146,8 +120,7 @@ fn returns_at_new_parameters<S: Real>(criterion: &mut Criterion, scalar: &str) {
     criterion.bench_function(&name, |bencher| {
         bencher.iter(|| {
             turn = 1 - turn;
-            map.set_parameters(black_box(&parameters[turn]), period)
-                .expect("finite parameters");
+            map.set_parameters(black_box(&parameters[turn]), period).expect("finite parameters");
             map.image(black_box(&state))
         });
     });
@@ -156,25 +129,11 @@ fn returns_at_new_parameters<S: Real>(criterion: &mut Criterion, scalar: &str) {
 /// Returns of oscillators in lanes, each at its own force, beside those of one after another: from
 /// beyond the stop, and from before it.
 fn returns_in_lanes(criterion: &mut Criterion) {
-    let linear = |lane: usize| {
-        model(
-            "linear",
-            "alpha",
-            2.247_220_505_424_423 + 1e-7 * lane as f64,
-        )
-    };
+    let linear = |lane: usize| model("linear", "alpha", 2.247_220_505_424_423 + 1e-7 * lane as f64);
     let electrostatic = |lane: usize| model("mems", "V", 0.211_927_585_7 + 1e-8 * lane as f64);
-    let (linear, electrostatic) = (
-        std::array::from_fn(linear),
-        std::array::from_fn(electrostatic),
-    );
+    let (linear, electrostatic) = (std::array::from_fn(linear), std::array::from_fn(electrostatic));
     let systems = [
-        (
-            "linear",
-            HybridSystem::new(&linear[0]),
-            &linear,
-            [1.0, 0.0, 3.061_407_806_288_477],
-        ),
+        ("linear", HybridSystem::new(&linear[0]), &linear, [1.0, 0.0, 3.061_407_806_288_477]),
         (
             "linear-taylor",
             HybridSystem::without_exact_flow(&linear[0]),
@@ -198,9 +157,7 @@ fn returns_in_lanes(criterion: &mut Criterion) {
             ("-at-other-phase", ReturnSection::OtherPhase, before, 0.0),
         ];
         for (suffix, section, point, rate) in rows {
-            let maps = models
-                .each_ref()
-                .map(|model| return_map(&system, model, section));
+            let maps = models.each_ref().map(|model| return_map(&system, model, section));
             time_returns_in_lanes(criterion, &format!("{name}{suffix}"), maps, point, rate);
         }
     }
@@ -211,9 +168,7 @@ fn a_quarter_before(system: &HybridSystem, model: &Model, graze: [f64; 3]) -> [f
     let mut simulator = Simulator::new(system, &values::<f64>(model)).expect("finite parameters");
     let period = simulator.forcing_period().expect("a phase");
     let [place, rate, phase] = graze;
-    simulator
-        .set_state(&[place - 1e-9, rate, phase])
-        .expect("a finite state");
+    simulator.set_state(&[place - 1e-9, rate, phase]).expect("a finite state");
     simulator.run(0.75 * period).expect("a finite duration");
     let state = simulator.state();
     [state[0], state[1], state[2]]
@@ -231,10 +186,8 @@ fn return_map<'a>(
         return map;
     }
     let simulator = Simulator::new(system, &parameters).expect("finite parameters");
-    let passage = NominalPassage {
-        surface: 0,
-        time: 0.25 * simulator.forcing_period().expect("a phase"),
-    };
+    let passage =
+        NominalPassage { surface: 0, time: 0.25 * simulator.forcing_period().expect("a phase") };
     map.with_passages(&[passage]).expect("within the return")
 }
 

@@ -20,12 +20,7 @@ pub(crate) fn electrostatic() -> Field {
     let damping = g.mul(damping, v);
     let acceleration = g.sub(pull, damping);
     let acceleration = g.sub(acceleration, x);
-    Field::new(
-        &g,
-        &[v, acceleration, omega],
-        &[],
-        &[InputKind::Variable; 2],
-    )
+    Field::new(&g, &[v, acceleration, omega], &[], &[InputKind::Variable; 2])
 }
 
 /// State and parameters at the start.

@@ -42,17 +42,11 @@ pub(crate) fn scene(masses: usize, law: Law, active: usize) -> Scene {
     let (distance, phase) = response[0].to_polar();
     let theta = -phase;
     // At the graze the first mass is at its largest; the others follow with their own phases.
-    let states: Vec<String> = (1..=masses)
-        .map(|i| format!("\"x{i}\", \"v{i}\""))
-        .collect();
+    let states: Vec<String> = (1..=masses).map(|i| format!("\"x{i}\", \"v{i}\"")).collect();
     let guess: Vec<String> = (1..=masses)
         .map(|i| {
             let turned = response[i - 1] * Complex::from_polar(1.0, theta);
-            format!(
-                "x{i} = {:?}, v{i} = {:?}",
-                turned.re,
-                -FREQUENCY * turned.im
-            )
+            format!("x{i} = {:?}, v{i} = {:?}", turned.re, -FREQUENCY * turned.im)
         })
         .collect();
     let motion: Vec<String> = (1..=masses).map(|i| equation(i, masses)).collect();
@@ -110,11 +104,7 @@ fn equation(i: usize, n: usize) -> String {
         format!("{behind}{}", ahead.unwrap_or_default())
     };
     let force = if i == 1 { "cos(theta)" } else { "0" };
-    format!(
-        "x{i} = \"v{i}\"\nv{i} = \"{force}{} + {DAMPING}*(0{})\"",
-        spring("x"),
-        spring("v")
-    )
+    format!("x{i} = \"v{i}\"\nv{i} = \"{force}{} + {DAMPING}*(0{})\"", spring("x"), spring("v"))
 }
 
 /// Complex amplitudes `X` of the forced motion, `x = Re X e^{iθ}`: `(K (1 + iωc) − ω²) X = F`.

@@ -37,18 +37,10 @@ impl Chain {
                 break;
             }
             let contact_weight = smooth_order + 1;
-            let orders = MapOrders {
-                smooth_order,
-                contact_weight,
-            };
+            let orders = MapOrders { smooth_order, contact_weight };
             costs.push(cost(&expander, orders)?);
         }
-        Ok(Self {
-            masses,
-            law,
-            active,
-            costs,
-        })
+        Ok(Self { masses, law, active, costs })
     }
 
     fn states(&self) -> usize {
@@ -145,12 +137,7 @@ pub(crate) fn step_table(chains: &[Chain], rate: f64) -> Result<Table, ReportErr
         |cost| {
             let floor = cost.operations[2] as f64 * rate;
             let mut row: Vec<Cell> = cost.operations.map(|n| Cell::Integer(n as i64)).into();
-            let times = [
-                cost.step_ns[0],
-                cost.step_ns[2],
-                floor,
-                cost.step_ns[2] / floor,
-            ];
+            let times = [cost.step_ns[0], cost.step_ns[2], floor, cost.step_ns[2] / floor];
             row.extend(times.map(|time| Cell::number(time, 3)));
             row
         },
@@ -177,16 +164,10 @@ pub(crate) fn jet_figure(chains: &[Chain]) -> Figure {
             );
             figure.series.push(legs.with_color(color));
         }
-        let stroke = if chain.law == Law::Rigid {
-            Stroke::Dotted
-        } else {
-            Stroke::Dashed
-        };
+        let stroke = if chain.law == Law::Rigid { Stroke::Dotted } else { Stroke::Dashed };
         let points = chain.points(|cost| 1e3 * cost.seconds[1]);
         let name = format!("{states} states: D, {}", chain.law.name());
-        figure
-            .series
-            .push(Series::line(name, stroke, points).with_color(color));
+        figure.series.push(Series::line(name, stroke, points).with_color(color));
     }
     figure
 }
@@ -198,27 +179,18 @@ pub(crate) fn step_figure(chains: &[Chain], rate: f64) -> Figure {
         Axis::log10("one step, parameters frozen [ns]"),
     );
     figure.title = "One interpreted step of a rigid stop's map".to_owned();
-    let chosen = chains
-        .iter()
-        .filter(|chain| chain.active == 2 && chain.law == Law::Rigid);
+    let chosen = chains.iter().filter(|chain| chain.active == 2 && chain.law == Law::Rigid);
     for chain in chosen {
         let (color, states) = (chain.masses - 1, chain.states());
-        let forms = [
-            ("factored", 2, Stroke::Solid),
-            ("composed", 3, Stroke::Dashed),
-        ];
+        let forms = [("factored", 2, Stroke::Solid), ("composed", 3, Stroke::Dashed)];
         for (form, column, stroke) in forms {
             let name = format!("{states} states: {form}");
             let points = chain.points(|cost| cost.step_ns[column]);
-            figure
-                .series
-                .push(Series::line(name, stroke, points).with_color(color));
+            figure.series.push(Series::line(name, stroke, points).with_color(color));
         }
         let floor = chain.points(|cost| rate * cost.operations[2] as f64);
         let name = format!("{states} states: floor, factored");
-        figure
-            .series
-            .push(Series::line(name, Stroke::Dotted, floor).with_color(color));
+        figure.series.push(Series::line(name, Stroke::Dotted, floor).with_color(color));
     }
     figure
 }

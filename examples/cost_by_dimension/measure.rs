@@ -43,9 +43,7 @@ pub(crate) fn cost(expander: &Expander<'_>, orders: MapOrders) -> Result<Cost, E
     let (composed, composed_s) = timed(|| expander.compose(&map));
     let maps = [HornerMap::new(&map), HornerMap::composed(&map, &composed?)];
     let [factored, composed] = &maps;
-    let frozen = maps
-        .each_ref()
-        .map(|map| map.freeze(&vec![OFFSET; map.parameters()]));
+    let frozen = maps.each_ref().map(|map| map.freeze(&vec![OFFSET; map.parameters()]));
     let leg_space = variables.smooth_space(2 * orders.smooth_order)?;
     let operations = [
         factored.count().total(),
@@ -56,10 +54,7 @@ pub(crate) fn cost(expander: &Expander<'_>, orders: MapOrders) -> Result<Cost, E
     let forms: [&dyn DiscreteMap; 4] = [factored, composed, &frozen[0], &frozen[1]];
     Ok(Cost {
         orders,
-        monomials: [
-            leg_space.len(),
-            variables.contact_space(orders.contact_weight)?.len(),
-        ],
+        monomials: [leg_space.len(), variables.contact_space(orders.contact_weight)?.len()],
         products: leg_space.products(),
         seconds: [legs_s, contact_s, composed_s],
         operations,
@@ -69,10 +64,7 @@ pub(crate) fn cost(expander: &Expander<'_>, orders: MapOrders) -> Result<Cost, E
 
 /// Nanoseconds of one step, the same point again and again.
 pub(crate) fn step_ns(map: &dyn DiscreteMap, operations: usize) -> f64 {
-    let (state, parameters) = (
-        vec![OFFSET; map.dimension()],
-        vec![OFFSET; map.parameters()],
-    );
+    let (state, parameters) = (vec![OFFSET; map.dimension()], vec![OFFSET; map.parameters()]);
     let mut image = vec![0.0; map.dimension()];
     let steps = (OPERATIONS / operations.max(1)).clamp(10, 20_000);
     let (_, seconds) = timed(|| {
@@ -87,10 +79,7 @@ pub(crate) fn step_ns(map: &dyn DiscreteMap, operations: usize) -> f64 {
 /// Nanoseconds of one multiply-add, many of them in flight and nothing else: of a double, and of
 /// each lane of eight.
 pub(crate) fn multiply_add_ns() -> [f64; 2] {
-    [
-        rate::<f64, 16>(),
-        rate::<grazemap::numeric::Lanes<8>, 2>() / 8.0,
-    ]
+    [rate::<f64, 16>(), rate::<grazemap::numeric::Lanes<8>, 2>() / 8.0]
 }
 
 fn rate<S: Scalar, const SUMS: usize>() -> f64 {
@@ -99,8 +88,7 @@ fn rate<S: Scalar, const SUMS: usize>() -> f64 {
         let factor = black_box(S::from_f64(0.999));
         let mut sums = [S::from_f64(0.1); SUMS];
         for _ in 0..ROUNDS {
-            sums.iter_mut()
-                .for_each(|sum| *sum = sum.mul_add(factor, factor));
+            sums.iter_mut().for_each(|sum| *sum = sum.mul_add(factor, factor));
         }
         black_box(sums)
     });

@@ -55,27 +55,16 @@ fn row(name: &str, rate: f64) -> Result<Option<Vec<Cell>>, Box<dyn Error>> {
         Cell::Integer(operations as i64),
     ];
     let floors = [operations, frozen].map(|count| count as f64 * rate);
-    let times = [
-        cost.step_ns[0],
-        compiled,
-        floors[0],
-        cost.step_ns[2],
-        floors[1],
-    ];
+    let times = [cost.step_ns[0], compiled, floors[0], cost.step_ns[2], floors[1]];
     row.extend(times.map(|time| Cell::number(time, 3)));
     Ok(Some(row))
 }
 
 /// The rates of multiply-adds of this run.
 pub(crate) fn rate_table(rates: [f64; 2]) -> Result<Table, ReportError> {
-    let mut table = Table::new(vec![
-        Column::text("multiply-adds in registers"),
-        Column::number("one [ns]"),
-    ]);
-    for (name, rate) in ["one double at a time", "eight lanes, each"]
-        .into_iter()
-        .zip(rates)
-    {
+    let mut table =
+        Table::new(vec![Column::text("multiply-adds in registers"), Column::number("one [ns]")]);
+    for (name, rate) in ["one double at a time", "eight lanes, each"].into_iter().zip(rates) {
         table.push(vec![Cell::text(name), Cell::number(rate, 3)])?;
     }
     Ok(table)

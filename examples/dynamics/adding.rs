@@ -48,10 +48,7 @@ pub(crate) fn table() -> Result<Table, ReportError> {
         table.push(row)
     };
     push("direct".to_owned(), direct)?;
-    push(
-        "leading law".to_owned(),
-        WINDOWS.map(|(returns, _)| Some(leading(&subject, returns))),
-    )?;
+    push("leading law".to_owned(), WINDOWS.map(|(returns, _)| Some(leading(&subject, returns))))?;
     for order in ORDERS {
         push(written(order), flips(&mut maps.exact(order)))?;
     }

@@ -82,16 +82,8 @@ impl Attractor {
                 Period::NotFound => None,
             },
             values: sorted(runs.concat()),
-            halves: [0, 1].map(|half| {
-                sorted(
-                    runs.iter()
-                        .skip(half)
-                        .step_by(2)
-                        .flatten()
-                        .copied()
-                        .collect(),
-                )
-            }),
+            halves: [0, 1]
+                .map(|half| sorted(runs.iter().skip(half).step_by(2).flatten().copied().collect())),
             contacts,
             exponent: mean(&exponents),
         })
@@ -219,11 +211,7 @@ pub(crate) fn density_figure(site: &Site, compared: &Compared, drawn: &[(u32, u3
     );
     figure.title = format!("Density of the attractor ({})", site.label);
     let mut draw = |name: String, stroke, attractor: &Attractor| {
-        figure.series.push(Series::line(
-            name,
-            stroke,
-            density(&attractor.values, range),
-        ));
+        figure.series.push(Series::line(name, stroke, density(&attractor.values, range)));
     };
     draw("direct".to_owned(), Stroke::Solid, &compared.direct);
     for order in drawn {
@@ -245,10 +233,7 @@ fn density(values: &[f64], [low, high]: [f64; 2]) -> Vec<[f64; 2]> {
         }
     }
     let share = |(cell, &count): (usize, &usize)| {
-        [
-            low + (cell as f64 + 0.5) * width,
-            count as f64 / values.len() as f64,
-        ]
+        [low + (cell as f64 + 0.5) * width, count as f64 / values.len() as f64]
     };
     counts.iter().enumerate().map(share).collect()
 }
@@ -285,8 +270,6 @@ pub(crate) fn sweep_figure(
     figure.series.push(Series::dots("direct", direct));
     let map = sweep(&HornerMap::new(&maps.local(drawn)));
     let line = map.into_iter().step_by(SHOWN).collect();
-    figure
-        .series
-        .push(Series::line(written(drawn), Stroke::Solid, line));
+    figure.series.push(Series::line(written(drawn), Stroke::Solid, line));
     figure
 }

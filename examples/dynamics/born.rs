@@ -10,19 +10,8 @@ use grazemap::report::{Cell, Column, ReportError, Table};
 use crate::subject::{Subject, depths, one_impact, written};
 
 /// Orders of the tables.
-pub(crate) const ORDERS: [(u32, u32); 11] = [
-    (1, 1),
-    (1, 2),
-    (2, 1),
-    (2, 2),
-    (2, 3),
-    (3, 3),
-    (3, 4),
-    (3, 5),
-    (4, 6),
-    (5, 8),
-    (7, 10),
-];
+pub(crate) const ORDERS: [(u32, u32); 11] =
+    [(1, 1), (1, 2), (2, 1), (2, 2), (2, 3), (3, 3), (3, 4), (3, 5), (4, 6), (5, 8), (7, 10)];
 /// Orders of the figures.
 const DRAWN: [(u32, u32); 7] = [(1, 2), (2, 1), (2, 2), (2, 3), (3, 4), (4, 6), (5, 8)];
 /// Decades of depth below the window's.
@@ -71,12 +60,7 @@ impl<'a> Born<'a> {
             "{}: physical orbits",
             subject.name
         );
-        Self {
-            subject,
-            depths,
-            truth,
-            maps: by_order.into(),
-        }
+        Self { subject, depths, truth, maps: by_order.into() }
     }
 
     /// Direct orbit and that of a map at the smallest depth.

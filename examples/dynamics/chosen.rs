@@ -51,10 +51,7 @@ pub(crate) fn table(
         let truth = said(&mut subject.exact(), &maps, *locus);
         for share in SHARES {
             let depth = subject.scene.window.depth;
-            let options = ChoiceOptions {
-                tolerance: share * depth,
-                fresh: FRESH,
-            };
+            let options = ChoiceOptions { tolerance: share * depth, fresh: FRESH };
             let choice =
                 choose(&subject.scene, &subject.orbit, &options).expect("a scene with a window");
             let (_, run) =
@@ -75,18 +72,9 @@ fn said<S: Real>(
     let window = maps.window();
     let depths = DEPTHS.map(|share| share * window.depth);
     let locus = locus.and_then(|(kind, share)| {
-        first(
-            map,
-            &problem,
-            kind,
-            share * window.parameter[1],
-            window.depth,
-        )
+        first(map, &problem, kind, share * window.parameter[1], window.depth)
     });
-    Said {
-        orbits: one_impact(map, &problem, 0.0, &depths),
-        locus,
-    }
+    Said { orbits: one_impact(map, &problem, 0.0, &depths), locus }
 }
 
 /// The first bifurcation of a kind along a branch.
@@ -97,13 +85,9 @@ fn first<S: Real>(
     unfolding: f64,
     deepest: f64,
 ) -> Option<Bifurcation<S>> {
-    let depths: Vec<f64> = (-24..=4)
-        .map(|k| deepest * 10f64.powf(f64::from(k) / 4.0))
-        .collect();
+    let depths: Vec<f64> = (-24..=4).map(|k| deepest * 10f64.powf(f64::from(k) / 4.0)).collect();
     let orbits = one_impact(map, problem, unfolding, &depths);
-    orbits
-        .windows(2)
-        .find_map(|pair| bifurcation(map, problem, kind, 0, [&pair[0], &pair[1]]))
+    orbits.windows(2).find_map(|pair| bifurcation(map, problem, kind, 0, [&pair[0], &pair[1]]))
 }
 
 fn row(
@@ -140,12 +124,7 @@ fn row(
         Cell::Integer(choice.orders.smooth_order.into()),
         Cell::Integer(choice.orders.contact_weight.into()),
         Cell::text(format!("{:?}", choice.shape).to_lowercase()),
-        cell(
-            choice
-                .fresh_error
-                .or(choice.error)
-                .map(|error| error / depth),
-        ),
+        cell(choice.fresh_error.or(choice.error).map(|error| error / depth)),
         cell(edge.map(|errors| errors[0])),
         cell(edge.map(|errors| errors[1])),
         cell(errors(0).map(|errors| errors[0])),

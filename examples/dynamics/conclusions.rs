@@ -76,16 +76,8 @@ impl Verdict {
 
 /// Verdicts at the smallest depth, by order.
 pub(crate) fn table(scenes: &[Born<'_>]) -> Result<Table, ReportError> {
-    let headings = [
-        "scene",
-        "(N, W)",
-        "side",
-        "p/y²",
-        "orbit",
-        "multipliers",
-        "grazing",
-        "verdict",
-    ];
+    let headings =
+        ["scene", "(N, W)", "side", "p/y²", "orbit", "multipliers", "grazing", "verdict"];
     let mut columns: Vec<_> = headings.map(Column::text).into();
     columns[3] = Column::number("p/y²");
     let mut table = Table::new(columns);

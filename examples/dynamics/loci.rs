@@ -42,10 +42,7 @@ pub(crate) struct Place {
 
 impl Place {
     fn of(orbit: &PeriodicOrbit<Dd>) -> Self {
-        Self {
-            depth: orbit.states[0][0].to_f64(),
-            parameter: orbit.parameters[0],
-        }
+        Self { depth: orbit.states[0][0].to_f64(), parameter: orbit.parameters[0] }
     }
 }
 
@@ -64,9 +61,7 @@ pub(crate) fn loci(subject: &Subject) -> Vec<Locus> {
     let problem = maps.problem(1);
     let width = maps.window().parameter[1];
     let signed = SHARES.iter().flat_map(|share| [*share, -share]);
-    signed
-        .flat_map(|share| at(subject, &maps, &problem, share, share * width))
-        .collect()
+    signed.flat_map(|share| at(subject, &maps, &problem, share, share * width)).collect()
 }
 
 fn at(
@@ -89,8 +84,7 @@ fn at(
         let nearest = |places: &Vec<(BifurcationKind, Place)>| {
             let same = places.iter().filter(|(other, _)| *other == kind);
             let apart = |place: &Place| (place.depth / truth.depth).ln().abs();
-            same.map(|(_, place)| *place)
-                .min_by(|a, b| apart(a).total_cmp(&apart(b)))
+            same.map(|(_, place)| *place).min_by(|a, b| apart(a).total_cmp(&apart(b)))
         };
         Some(Locus {
             scene: subject.name,
@@ -127,10 +121,7 @@ fn found(
 /// depth zero.
 fn grazing(maps: &Maps<'_>, unfolding: f64) -> f64 {
     let mut smooth = MapEvaluation::<Dd>::smooth(&maps.local(HIGHEST));
-    let problem = PeriodicProblem {
-        itinerary: None,
-        ..maps.problem(1)
-    };
+    let problem = PeriodicProblem { itinerary: None, ..maps.problem(1) };
     let orbits = one_impact(&mut smooth, &problem, unfolding, &[0.0]);
     orbits[0].parameters[0].to_f64()
 }
@@ -184,10 +175,7 @@ pub(crate) fn slope_table(families: &[Vec<&Locus>]) -> Result<Table, ReportError
     let mut table = Table::new(columns);
     for (place, &order) in ORDERS.iter().enumerate() {
         let expected = Graze::CodimensionTwo.parameter_slope(order) - 2;
-        let mut row = vec![
-            Cell::text(written(order)),
-            Cell::number(f64::from(expected), 2),
-        ];
+        let mut row = vec![Cell::text(written(order)), Cell::number(f64::from(expected), 2)];
         for family in families {
             row.push(slope(family, place));
         }
@@ -226,10 +214,8 @@ pub(crate) fn families(loci: &[Locus]) -> Vec<Vec<&Locus>> {
 
 /// Relative errors against the unfolding.
 pub(crate) fn figure(family: &[&Locus], drawn: &[(u32, u32)]) -> Figure {
-    let mut figure = Figure::new(
-        Axis::log10("|ω − ω*|"),
-        Axis::log10("error of p − p_{graze}, relative"),
-    );
+    let mut figure =
+        Figure::new(Axis::log10("|ω − ω*|"), Axis::log10("error of p − p_{graze}, relative"));
     let (kind, scene) = (name(family[0].kind), family[0].scene);
     figure.title = format!("Where the {kind} of {scene} is");
     for (number, &order) in drawn.iter().enumerate() {

@@ -42,18 +42,9 @@ fn main() -> Result<(), Box<dyn Error>> {
     study.shown("adding", &adding)?;
     let chosen = chosen::table(&[
         (Subject::new("linear"), None),
-        (
-            Subject::new("linear_codim2"),
-            Some((BifurcationKind::Fold, -0.1)),
-        ),
-        (
-            Subject::new("mems_codim2"),
-            Some((BifurcationKind::Flip, -1.0)),
-        ),
-        (
-            Subject::new("mems_scenario3"),
-            Some((BifurcationKind::Flip, 1.0)),
-        ),
+        (Subject::new("linear_codim2"), Some((BifurcationKind::Fold, -0.1))),
+        (Subject::new("mems_codim2"), Some((BifurcationKind::Flip, -1.0))),
+        (Subject::new("mems_scenario3"), Some((BifurcationKind::Flip, 1.0))),
     ])?;
     study.data("chosen", &chosen)?;
     study.shown("chosen", &chosen)?;
@@ -70,10 +61,9 @@ fn orbits_born(
     let special: Vec<_> = special.iter().map(Born::new).collect();
     let all: Vec<_> = generic.iter().chain(&special).collect();
     study.data("born", &born::data_table(&all)?)?;
-    for (stem, graze, scenes) in [
-        ("generic", Graze::Generic, &generic),
-        ("codim2", Graze::CodimensionTwo, &special),
-    ] {
+    for (stem, graze, scenes) in
+        [("generic", Graze::Generic, &generic), ("codim2", Graze::CodimensionTwo, &special)]
+    {
         let slopes = born::slope_table(graze, scenes)?;
         study.data(&format!("slopes-{stem}"), &slopes)?;
         study.shown(&format!("slopes-{stem}"), &slopes)?;
@@ -81,14 +71,8 @@ fn orbits_born(
         study.data(&format!("errors-{stem}"), &errors)?;
         study.shown(&format!("errors-{stem}"), &errors)?;
     }
-    study.figure(
-        "trace-generic",
-        &born::trace_figure(&generic[0], "A generic graze"),
-    )?;
-    study.figure(
-        "trace-codim2",
-        &born::trace_figure(&special[2], "Codimension two"),
-    )?;
+    study.figure("trace-generic", &born::trace_figure(&generic[0], "A generic graze"))?;
+    study.figure("trace-codim2", &born::trace_figure(&special[2], "Codimension two"))?;
     let conclusions = conclusions::table(&special)?;
     study.data("conclusions", &conclusions)?;
     study.shown("conclusions", &conclusions)
@@ -100,10 +84,7 @@ fn bifurcations(study: &mut Study, special: &[Subject]) -> Result<(), Box<dyn Er
     let all: Vec<_> = loci.iter().collect();
     let mut families = loci::families(&loci);
     study.data("loci", &loci::table(&all, &born::ORDERS)?)?;
-    let edges: Vec<_> = families
-        .iter()
-        .flat_map(|family| [family[0], family[2]])
-        .collect();
+    let edges: Vec<_> = families.iter().flat_map(|family| [family[0], family[2]]).collect();
     study.shown("loci", &loci::table(&edges, &SHOWN)?)?;
     let slopes = loci::slope_table(&families)?;
     study.data("slopes-loci", &slopes)?;
@@ -132,10 +113,8 @@ fn attractors(study: &mut Study) -> Result<(), Box<dyn Error>> {
             label: "cantilever_3_5_soft",
         },
     ];
-    let compared: Vec<_> = sites
-        .iter()
-        .map(|site| attractor::compared(site, &site.subject.maps(), &orders))
-        .collect();
+    let compared: Vec<_> =
+        sites.iter().map(|site| attractor::compared(site, &site.subject.maps(), &orders)).collect();
     let pairs: Vec<_> = sites.iter().zip(&compared).collect();
     let table = attractor::table(&pairs)?;
     study.data("attractors", &table)?;
@@ -146,8 +125,5 @@ fn attractors(study: &mut Study) -> Result<(), Box<dyn Error>> {
     )?;
     let maps = sites[0].subject.maps();
     let range = [3.9934e-3, 4.004e-3];
-    study.figure(
-        "sweep",
-        &attractor::sweep_figure(&sites[0], &maps, range, (1, 2)),
-    )
+    study.figure("sweep", &attractor::sweep_figure(&sites[0], &maps, range, (1, 2)))
 }

@@ -30,12 +30,7 @@ impl Subject {
         let location = locate(&scene).expect("no wrong input");
         let orbit = location.into_result().expect("it grazes");
         let system = HybridSystem::new(&scene.model);
-        Self {
-            name,
-            scene,
-            orbit,
-            system,
-        }
+        Self { name, scene, orbit, system }
     }
 
     pub(crate) fn maps(&self) -> Maps<'_> {
@@ -108,19 +103,14 @@ pub(crate) fn one_impact<S: Real>(
     unfolding: f64,
     depths: &[f64],
 ) -> Vec<PeriodicOrbit<S>> {
-    let guess = Guess {
-        state: vec![S::zero(); 2],
-        parameters: vec![S::zero(), S::from_f64(unfolding)],
-    };
+    let guess =
+        Guess { state: vec![S::zero(); 2], parameters: vec![S::zero(), S::from_f64(unfolding)] };
     let depths: Vec<S> = depths.iter().map(|&depth| S::from_f64(depth)).collect();
     branch(map, problem, 0, &depths, &guess)
 }
 
 pub(crate) fn orders((smooth_order, contact_weight): (u32, u32)) -> MapOrders {
-    MapOrders {
-        smooth_order,
-        contact_weight,
-    }
+    MapOrders { smooth_order, contact_weight }
 }
 
 /// `(N, W)` as it is written.

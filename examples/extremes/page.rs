@@ -85,9 +85,7 @@ fn told(digits: f64, truth: f64) -> Option<f64> {
 /// One decimal; what is not a number stays empty.
 fn digits(value: Option<f64>) -> Cell {
     let rounded = value.map(|value| (10.0 * value).round() / 10.0);
-    rounded
-        .filter(|value| value.is_finite())
-        .map_or(Cell::Missing, |value| Cell::number(value, 3))
+    rounded.filter(|value| value.is_finite()).map_or(Cell::Missing, |value| Cell::number(value, 3))
 }
 
 fn verdict(measured: &Measured) -> &'static str {
@@ -170,10 +168,7 @@ fn axis_figure(axis: ExtremeAxis, rows: &[&ExtremeRow]) -> Figure {
         ExtremeAxis::Orders | ExtremeAxis::Coefficients => Axis::linear(words(axis)),
         _ => Axis::log10(words(axis)),
     };
-    let mut figure = Figure::new(
-        horizontal,
-        Axis::linear("digits of the contact's correction"),
-    );
+    let mut figure = Figure::new(horizontal, Axis::linear("digits of the contact's correction"));
     for (index, (name, rows)) in by_curve(axis, rows).iter().enumerate() {
         let points = |of: fn(&Measured) -> Option<f64>| {
             let measured = rows.iter().filter_map(|row| match &row.outcome {

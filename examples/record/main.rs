@@ -90,9 +90,7 @@ impl Request {
             let of = |lines: &Lines, is: bool| -> Lines {
                 let lines = lines.iter();
                 let lines = lines.filter(|(key, _)| is_of(key, &[group], &self.scenes) == is);
-                lines
-                    .map(|(key, hash)| (key.clone(), hash.clone()))
-                    .collect()
+                lines.map(|(key, hash)| (key.clone(), hash.clone())).collect()
             };
             let new = of(computed, true);
             if self.update {

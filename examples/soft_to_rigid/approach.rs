@@ -38,21 +38,14 @@ pub(crate) fn samples(family: &[Measured<'_>]) -> Vec<Sample> {
             let exponent = f64::from(k) / f64::from(PER_DECADE);
             10f64.powf(exponent) * stop.turn()
         });
-        grid.filter(|y| *y <= DEEPEST)
-            .map(|y| sample(stop, y))
-            .collect::<Vec<_>>()
+        grid.filter(|y| *y <= DEEPEST).map(|y| sample(stop, y)).collect::<Vec<_>>()
     };
     family.iter().flat_map(of).collect()
 }
 
 fn sample(stop: &Measured<'_>, y: f64) -> Sample {
     let (soft, rigid) = stop.jumps(y);
-    let law = approach_law(
-        &stop.stop,
-        &soft,
-        stop.stiffness,
-        stop.family.stop_damping(),
-    );
+    let law = approach_law(&stop.stop, &soft, stop.stiffness, stop.family.stop_damping());
     let errors = WEIGHTS.map(|weight| stop.series_error(weight, y));
     Sample {
         stiffness: stop.stiffness,
@@ -69,27 +62,17 @@ fn sample(stop: &Measured<'_>, y: f64) -> Sample {
 
 /// The samples as a table.
 pub(crate) fn sample_table(samples: &[Sample]) -> Result<Table, ReportError> {
-    let mut columns: Vec<_> = [
-        "k2",
-        "y",
-        "y/y_s",
-        "contact time k2^(1/2)/pi",
-        "dw over law",
-        "dv over law",
-    ]
-    .map(Column::number)
-    .into();
+    let mut columns: Vec<_> =
+        ["k2", "y", "y/y_s", "contact time k2^(1/2)/pi", "dw over law", "dv over law"]
+            .map(Column::number)
+            .into();
     columns.extend(WEIGHTS.map(|weight| Column::number(format!("error, W = {weight}"))));
     columns.push(Column::number("error, rigid"));
     let mut table = Table::new(columns);
     for sample in samples {
         let mut row = vec![sample.stiffness, sample.y, sample.scaled, sample.contact];
         row.extend(sample.ratio.iter().chain(&sample.errors));
-        table.push(
-            row.into_iter()
-                .map(|value| Cell::number(value, 4))
-                .collect(),
-        )?;
+        table.push(row.into_iter().map(|value| Cell::number(value, 4)).collect())?;
     }
     Ok(table)
 }
@@ -104,23 +87,13 @@ pub(crate) fn collapse_figure(samples: &[Sample]) -> Figure {
     figure.title = "Family A: every stiffness falls on one curve".to_owned();
     let curve = (-30..=40).map(|k| 10f64.powf(f64::from(k) / 10.0));
     let curve = curve.map(|scaled| [scaled, 2.0 / PI * scaled.atan()]);
-    figure.series.push(Series::line(
-        "(2/π) arctan(y/y_{s})",
-        Stroke::Solid,
-        curve.collect(),
-    ));
+    figure.series.push(Series::line("(2/π) arctan(y/y_{s})", Stroke::Solid, curve.collect()));
     for (index, decade) in [2, 4, 6, 8].into_iter().enumerate() {
         let stiffness = 10f64.powi(decade);
-        let points = samples
-            .iter()
-            .filter(|sample| sample.stiffness == stiffness);
+        let points = samples.iter().filter(|sample| sample.stiffness == stiffness);
         let points = points.map(|sample| [sample.scaled, sample.ratio[1]]);
         let name = format!("k_{{2}} = 10^{{{decade}}}");
-        figure.series.push(Series::markers(
-            name,
-            Marker::numbered(index),
-            points.collect(),
-        ));
+        figure.series.push(Series::markers(name, Marker::numbered(index), points.collect()));
     }
     figure
 }
@@ -132,31 +105,16 @@ pub(crate) fn error_figure(name: &str, samples: &[Sample], decade: i32) -> Figur
         Axis::log10("error of the jump of v, relative").with_range(1e-12, 1e4),
     );
     figure.title = format!("Family {name}, k_{{2}} = 10^{{{decade}}}: no map serves in between");
-    let chosen = || {
-        samples
-            .iter()
-            .filter(move |sample| sample.stiffness == 10f64.powi(decade))
-    };
+    let chosen = || samples.iter().filter(move |sample| sample.stiffness == 10f64.powi(decade));
     for (column, weight) in WEIGHTS.into_iter().enumerate() {
         let points = chosen().map(|sample| [sample.scaled, sample.errors[column]]);
         figure.series.push(Series {
             style: SeriesStyle::LineWithMarkers(Stroke::Solid, Marker::numbered(column)),
-            ..Series::line(
-                format!("series, W = {weight}"),
-                Stroke::Solid,
-                points.collect(),
-            )
+            ..Series::line(format!("series, W = {weight}"), Stroke::Solid, points.collect())
         });
     }
     let rigid = chosen().map(|sample| [sample.scaled, sample.errors[4]]);
-    figure.series.push(Series::line(
-        "rigid stop, r = 1",
-        Stroke::Dashed,
-        rigid.collect(),
-    ));
-    figure.guides.push(Guide::Horizontal {
-        at: 1.0,
-        label: "no contact at all".to_owned(),
-    });
+    figure.series.push(Series::line("rigid stop, r = 1", Stroke::Dashed, rigid.collect()));
+    figure.guides.push(Guide::Horizontal { at: 1.0, label: "no contact at all".to_owned() });
     figure
 }

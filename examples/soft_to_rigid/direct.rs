@@ -57,11 +57,7 @@ impl DirectJump {
         let start = self.flown(&state, -head_start);
         let (met, left) = self.contact(&start, head_start * Dd::from(2.0));
         let impact = met == left;
-        let end = if impact {
-            left + fall * Dd::from(AFTERMATH)
-        } else {
-            left
-        };
+        let end = if impact { left + fall * Dd::from(AFTERMATH) } else { left };
         let mut simulator = self.simulator(&start);
         simulator.run(end).expect("a finite duration");
         let image = self.flown(simulator.state(), head_start - end);
@@ -102,8 +98,6 @@ impl DirectJump {
     }
 
     fn flown(&self, state: &[Dd], time: Dd) -> Vec<Dd> {
-        Integrator::new(&self.free)
-            .flow(state, &self.parameters, time)
-            .expect("a linear field")
+        Integrator::new(&self.free).flow(state, &self.parameters, time).expect("a linear field")
     }
 }

@@ -31,14 +31,7 @@ impl<'a> Measured<'a> {
     pub(crate) fn new(family: Family, decade: i32, rigid: &'a DirectJump) -> Self {
         let stop = family.stop(&format!("1e{decade}"), M);
         let series = stop.expander().depth_series(0, ORDER).expect("a release");
-        Self {
-            family,
-            stiffness: 10f64.powi(decade),
-            direct: stop.direct(),
-            series,
-            stop,
-            rigid,
-        }
+        Self { family, stiffness: 10f64.powi(decade), direct: stop.direct(), series, stop, rigid }
     }
 
     /// Where the contact turns stiff, in `y`.
@@ -60,9 +53,7 @@ impl<'a> Measured<'a> {
     pub(crate) fn series_error(&self, weight: u32, y: f64) -> f64 {
         let jump = self.direct.at(Dd::from(y)).change[1];
         let terms = self.series.coefficients[1][..=weight as usize].iter().rev();
-        let cut = terms.fold(Dd::ZERO, |sum, &coefficient| {
-            sum * Dd::from(y) + coefficient
-        });
+        let cut = terms.fold(Dd::ZERO, |sum, &coefficient| sum * Dd::from(y) + coefficient);
         ((cut - jump) / jump).magnitude()
     }
 
@@ -86,17 +77,13 @@ impl<'a> Measured<'a> {
         if self.rigid_error(DEEPEST) > tolerance {
             return f64::NAN;
         }
-        boundary((0.1 * self.turn(), DEEPEST), |y| {
-            self.rigid_error(y) > tolerance
-        })
+        boundary((0.1 * self.turn(), DEEPEST), |y| self.rigid_error(y) > tolerance)
     }
 
     /// The `y` at which the series cut at a weight and the rigid stop are equally wrong.
     pub(crate) fn crossing(&self, weight: u32) -> f64 {
         let ends = (0.1 * self.law_radius(), 30.0 * self.turn());
-        boundary(ends, |y| {
-            self.series_error(weight, y) <= self.rigid_error(y)
-        })
+        boundary(ends, |y| self.series_error(weight, y) <= self.rigid_error(y))
     }
 }
 

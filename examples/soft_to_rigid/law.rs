@@ -19,10 +19,7 @@ pub(crate) fn approach_law(stop: &Stop, jump: &Jump, k2: f64, stop_damping: f64)
     let amplitude = stop.orbit.parameters()[0].to_f64();
     let push = 1.0 - amplitude * jump.entry_state[2].to_f64().cos();
     let delta = std::f64::consts::PI / k2.sqrt();
-    let kick = [
-        delta * speed,
-        delta * (push - 0.5 * (DAMPING - stop_damping) * speed),
-    ];
+    let kick = [delta * speed, delta * (push - 0.5 * (DAMPING - stop_damping) * speed)];
     homogeneous(kick, -jump.entry.to_f64())
 }
 

@@ -38,11 +38,8 @@ fn main() -> Result<(), Box<dyn Error>> {
         .map(|(family, decade)| Measured::new(family, decade, &rigid))
         .collect();
     let all: Vec<_> = stops.iter().collect();
-    let shown: Vec<_> = all
-        .iter()
-        .copied()
-        .filter(|stop| SHOWN.contains(&stop.stiffness))
-        .collect();
+    let shown: Vec<_> =
+        all.iter().copied().filter(|stop| SHOWN.contains(&stop.stiffness)).collect();
     study.data("radius", &reach::radius_table(&all)?)?;
     study.shown("radius", &reach::radius_table(&shown)?)?;
     study.data("reach", &reach::reach_table(&all)?)?;

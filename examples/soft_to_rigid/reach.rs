@@ -27,11 +27,7 @@ pub(crate) fn radius_table(stops: &[&Measured<'_>]) -> Result<Table, ReportError
 
 /// The largest `y` over the radius of the law up to which a weight is within a tolerance.
 pub(crate) fn reach_table(stops: &[&Measured<'_>]) -> Result<Table, ReportError> {
-    let pairs = || {
-        WEIGHTS
-            .into_iter()
-            .flat_map(|w| TOLERANCES.map(|tolerance| (w, tolerance)))
-    };
+    let pairs = || WEIGHTS.into_iter().flat_map(|w| TOLERANCES.map(|tolerance| (w, tolerance)));
     let mut table = table_of(pairs().map(|(w, t)| format!("W = {w}, {t:.0e}")).collect());
     for stop in stops {
         let reach = |(weight, tolerance)| stop.series_reach(weight, tolerance) / stop.law_radius();
@@ -80,24 +76,11 @@ pub(crate) fn gap_figure(family: &[Measured<'_>]) -> Figure {
         "rigid: 10 % above",
         "rigid: 1 % above",
     ];
-    let strokes = [
-        Stroke::Solid,
-        Stroke::Dotted,
-        Stroke::Dashed,
-        Stroke::Solid,
-        Stroke::Solid,
-    ];
-    let rows: Vec<_> = family
-        .iter()
-        .map(|stop| (stop.stiffness, depths(stop)))
-        .collect();
+    let strokes = [Stroke::Solid, Stroke::Dotted, Stroke::Dashed, Stroke::Solid, Stroke::Solid];
+    let rows: Vec<_> = family.iter().map(|stop| (stop.stiffness, depths(stop))).collect();
     for (column, (name, stroke)) in names.into_iter().zip(strokes).enumerate() {
-        let points = rows
-            .iter()
-            .map(|(stiffness, depths)| [*stiffness, depths[column]]);
-        figure
-            .series
-            .push(Series::line(name, stroke, points.collect()));
+        let points = rows.iter().map(|(stiffness, depths)| [*stiffness, depths[column]]);
+        figure.series.push(Series::line(name, stroke, points.collect()));
     }
     figure
 }
@@ -109,16 +92,9 @@ fn table_of(headings: Vec<String>) -> Table {
 }
 
 fn push(table: &mut Table, stop: &Measured<'_>, values: &[f64]) -> Result<(), ReportError> {
-    let mut row = vec![
-        Cell::text(stop.family.name()),
-        Cell::number(stop.stiffness, 1),
-    ];
+    let mut row = vec![Cell::text(stop.family.name()), Cell::number(stop.stiffness, 1)];
     let cell = |&value: &f64| {
-        if value.is_finite() {
-            Cell::number(value, 3)
-        } else {
-            Cell::Missing
-        }
+        if value.is_finite() { Cell::number(value, 3) } else { Cell::Missing }
     };
     row.extend(values.iter().map(cell));
     table.push(row)

@@ -26,18 +26,12 @@ impl Study {
 
     /// Writes a figure.
     pub(crate) fn figure(&self, stem: &str, figure: &Figure) -> Result<(), Box<dyn Error>> {
-        Ok(fs::write(
-            self.folder.join(format!("{stem}.svg")),
-            figure.to_svg()?,
-        )?)
+        Ok(fs::write(self.folder.join(format!("{stem}.svg")), figure.to_svg()?)?)
     }
 
     /// Writes a table as CSV.
     pub(crate) fn data(&self, stem: &str, table: &Table) -> Result<(), Box<dyn Error>> {
-        Ok(fs::write(
-            self.folder.join(format!("{stem}.csv")),
-            table.to_csv()?,
-        )?)
+        Ok(fs::write(self.folder.join(format!("{stem}.csv")), table.to_csv()?)?)
     }
 
     /// Writes a table into the page, between the lines `<!-- stem -->` and `<!-- end -->`.
@@ -48,10 +42,7 @@ impl Study {
             .split_once(&opening)
             .ok_or_else(|| format!("no {opening:?} in {}", self.page.display()))?;
         let (_, after) = rest.split_once("<!-- end -->").ok_or("no <!-- end -->")?;
-        self.text = format!(
-            "{before}{opening}{}\n<!-- end -->{after}",
-            table.to_markdown()
-        );
+        self.text = format!("{before}{opening}{}\n<!-- end -->{after}", table.to_markdown());
         Ok(())
     }
 

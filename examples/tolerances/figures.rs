@@ -8,12 +8,7 @@ use crate::measure::Row;
 use crate::tables::{median, sorted};
 
 /// Groups of scenes that are drawn alike.
-const GROUPS: [&str; 4] = [
-    "two coordinates",
-    "three to five",
-    "six",
-    "two, contact flown",
-];
+const GROUPS: [&str; 4] = ["two coordinates", "three to five", "six", "two, contact flown"];
 
 fn group(row: &Row) -> usize {
     match (row.choice.shape, row.coordinates) {
@@ -26,10 +21,8 @@ fn group(row: &Row) -> usize {
 
 /// Operations of a frozen step against the tolerance, a line for every scene.
 pub(crate) fn cost(rows: &[Row]) -> Figure {
-    let mut figure = Figure::new(
-        Axis::log10("tolerance"),
-        Axis::log10("operations of a frozen step"),
-    );
+    let mut figure =
+        Figure::new(Axis::log10("tolerance"), Axis::log10("operations of a frozen step"));
     figure.title = "What a tolerance costs, scene by scene".to_owned();
     lines(&mut figure, rows, |row| row.choice.operations as f64);
     figure
@@ -74,26 +67,19 @@ pub(crate) fn orders(rows: &[Row]) -> Figure {
     ];
     for (color, (name, order)) in kinds.into_iter().enumerate() {
         let at = |tolerance: f64| {
-            let series = rows
-                .iter()
-                .filter(|row| row.choice.met && row.choice.shape != Shape::Flown);
+            let series =
+                rows.iter().filter(|row| row.choice.met && row.choice.shape != Shape::Flown);
             let of = series.filter(|row| row.choice.tolerance == tolerance);
             sorted(of.map(|row| f64::from(order(row))))
         };
         let statistics: [(String, Stroke, Statistic); 3] = [
             (format!("{name}, median"), Stroke::Solid, median),
-            (format!("{name}, lowest"), Stroke::Dotted, |values| {
-                values[0]
-            }),
-            (format!("{name}, highest"), Stroke::Dashed, |values| {
-                values[values.len() - 1]
-            }),
+            (format!("{name}, lowest"), Stroke::Dotted, |values| values[0]),
+            (format!("{name}, highest"), Stroke::Dashed, |values| values[values.len() - 1]),
         ];
         for (name, stroke, statistic) in statistics {
             let points = TOLERANCES.map(|tolerance| [tolerance, statistic(&at(tolerance))]);
-            figure
-                .series
-                .push(Series::line(name, stroke, points.to_vec()).with_color(color));
+            figure.series.push(Series::line(name, stroke, points.to_vec()).with_color(color));
         }
     }
     figure
@@ -101,23 +87,13 @@ pub(crate) fn orders(rows: &[Row]) -> Figure {
 
 /// The degree that the rule predicts against the one chosen.
 pub(crate) fn predicted_degrees(rows: &[Row]) -> Figure {
-    let pair = |row: &Row| {
-        [
-            row.choice.predicted.smooth_order,
-            row.choice.orders.smooth_order,
-        ]
-    };
+    let pair = |row: &Row| [row.choice.predicted.smooth_order, row.choice.orders.smooth_order];
     predicted("degree N of the legs", rows, pair)
 }
 
 /// The weight that the rule predicts against the one chosen.
 pub(crate) fn predicted_weights(rows: &[Row]) -> Figure {
-    let pair = |row: &Row| {
-        [
-            row.choice.predicted.contact_weight,
-            row.choice.orders.contact_weight,
-        ]
-    };
+    let pair = |row: &Row| [row.choice.predicted.contact_weight, row.choice.orders.contact_weight];
     predicted("weight W of the contacts", rows, pair)
 }
 
@@ -129,9 +105,7 @@ fn predicted(what: &str, rows: &[Row], pair: impl Fn(&Row) -> [u32; 2]) -> Figur
     figure.title = format!("The rule: {what}; points side by side are equal");
     let mut highest: f64 = 1.0;
     for (number, tolerance) in TOLERANCES.into_iter().enumerate() {
-        let series = rows
-            .iter()
-            .filter(|row| row.choice.met && row.choice.shape != Shape::Flown);
+        let series = rows.iter().filter(|row| row.choice.met && row.choice.shape != Shape::Flown);
         let of = series.filter(|row| row.choice.tolerance == tolerance);
         let mut seen = std::collections::BTreeMap::new();
         let points: Vec<[f64; 2]> = of
@@ -141,21 +115,14 @@ fn predicted(what: &str, rows: &[Row], pair: impl Fn(&Row) -> [u32; 2]) -> Figur
                 let before = seen.entry((predicted, chosen)).or_insert(0);
                 *before += 1;
                 let shift = 0.05 * f64::from(*before - 1);
-                [
-                    f64::from(predicted) + shift,
-                    f64::from(chosen) + 0.2 * (number as f64 - 1.5),
-                ]
+                [f64::from(predicted) + shift, f64::from(chosen) + 0.2 * (number as f64 - 1.5)]
             })
             .collect();
         highest = points.iter().flatten().copied().fold(highest, f64::max);
         let name = format!("tolerance 10^{{{:.0}}}", tolerance.log10());
-        figure
-            .series
-            .push(Series::markers(name, Marker::numbered(number), points));
+        figure.series.push(Series::markers(name, Marker::numbered(number), points));
     }
     let diagonal = vec![[1.0, 1.0], [highest, highest]];
-    figure
-        .series
-        .push(Series::line("equal", Stroke::Solid, diagonal));
+    figure.series.push(Series::line("equal", Stroke::Solid, diagonal));
     figure
 }

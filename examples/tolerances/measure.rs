@@ -67,12 +67,7 @@ impl Case {
         let location = locate(&scene).map_err(|error| said(&error))?;
         let orbit = location.into_result().map_err(|error| said(&error))?;
         let (exact, maps) = chosen(&scene, &orbit).map_err(|error| said(&error))?;
-        Ok(Self {
-            scene,
-            orbit,
-            exact,
-            maps,
-        })
+        Ok(Self { scene, orbit, exact, maps })
     }
 
     /// The lines of the scene, with times.
@@ -125,9 +120,7 @@ fn chosen(
         };
         maps.push(Chosen {
             errors: exact.errors(&map),
-            joint_errors: joint
-                .as_ref()
-                .map_or(Vec::new(), |joint| joint.errors(&map)),
+            joint_errors: joint.as_ref().map_or(Vec::new(), |joint| joint.errors(&map)),
             coordinates: local.dimension(),
             choice,
             map,

@@ -23,12 +23,8 @@ const SCENES: [&str; 9] = [
 const TOLERANCES: [f64; 2] = [1e-6, 1e-9];
 /// Sections, by how long before the graze they are over the period, in the order in which they are
 /// taken of equals.
-const AHEAD: [(f64, &str); 4] = [
-    (0.0, "at the graze"),
-    (0.125, "1/8 before"),
-    (0.25, "1/4 before"),
-    (0.5, "1/2 before"),
-];
+const AHEAD: [(f64, &str); 4] =
+    [(0.0, "at the graze"), (0.125, "1/8 before"), (0.25, "1/4 before"), (0.5, "1/2 before")];
 
 /// The sections of a scene for a tolerance.
 pub(crate) struct Sections {
@@ -56,22 +52,15 @@ fn of_scene(name: &'static str) -> Result<Vec<Sections>, String> {
         let options = ChoiceOptions::new(tolerance);
         let own = choose(&scene, &orbit, &options).map_err(|error| said(&error))?;
         let others = choose_sections(&scene, &orbit, &options, &own);
-        Ok(Sections {
-            scene: name,
-            own,
-            others: others.map_err(|error| said(&error))?,
-        })
+        Ok(Sections { scene: name, own, others: others.map_err(|error| said(&error))? })
     });
     choices.into_iter().collect()
 }
 
 /// Operations of a step on every section, what makes it fail, and the section taken.
 pub(crate) fn table(sections: &[Sections]) -> Result<Table, ReportError> {
-    let mut columns = vec![
-        Column::number("tolerance"),
-        Column::text("scene"),
-        Column::text("tangency"),
-    ];
+    let mut columns =
+        vec![Column::number("tolerance"), Column::text("scene"), Column::text("tangency")];
     columns.extend(AHEAD.map(|(_, name)| Column::text(name)));
     columns.push(Column::text("any takes"));
     let mut table = Table::new(columns);
@@ -100,9 +89,7 @@ fn cost(choice: Option<&Choice>) -> Cell {
         Some(choice) if choice.met => Cell::text(choice.operations.to_string()),
         Some(choice) => {
             let error = choice.fresh_error.or(choice.error);
-            Cell::text(error.map_or("not met".to_owned(), |error| {
-                format!("not met, {error:.0e}")
-            }))
+            Cell::text(error.map_or("not met".to_owned(), |error| format!("not met, {error:.0e}")))
         }
     }
 }
@@ -120,7 +107,6 @@ impl Sections {
             AHEAD.map(|(ahead, name)| (self.at(ahead).and_then(SectionChoice::operations), name));
         let all = [(own, "tangency")].into_iter().chain(others);
         let met = all.filter_map(|(operations, name)| Some((operations?, name)));
-        met.min_by_key(|&(operations, _)| operations)
-            .map_or("-", |(_, name)| name)
+        met.min_by_key(|&(operations, _)| operations).map_or("-", |(_, name)| name)
     }
 }

@@ -11,15 +11,7 @@ use crate::measure::Row;
 pub(crate) fn choices(rows: &[Row]) -> Result<Table, ReportError> {
     let mut columns = vec![Column::text("scene"), Column::number("tolerance")];
     columns.extend(
-        [
-            "met",
-            "(N, W)",
-            "predicted",
-            "weights",
-            "shape",
-            "coefficients",
-        ]
-        .map(Column::text),
+        ["met", "(N, W)", "predicted", "weights", "shape", "coefficients"].map(Column::text),
     );
     let numbers = [
         "how many",
@@ -46,27 +38,17 @@ pub(crate) fn choices(rows: &[Row]) -> Result<Table, ReportError> {
 fn line(row: &Row) -> Vec<Cell> {
     let choice = &row.choice;
     let predicted = choice.predicted;
-    let weights: Vec<_> = choice
-        .weights
-        .iter()
-        .map(|(name, weight)| format!("{name} {weight}"))
-        .collect();
+    let weights: Vec<_> =
+        choice.weights.iter().map(|(name, weight)| format!("{name} {weight}")).collect();
     let mut line = vec![Cell::text(&row.scene), Cell::number(choice.tolerance, 1)];
     line.extend([
         Cell::text(if choice.met { "yes" } else { "no" }),
-        Cell::text(pair(
-            choice.orders.smooth_order,
-            choice.orders.contact_weight,
-        )),
+        Cell::text(pair(choice.orders.smooth_order, choice.orders.contact_weight)),
         match choice.shape {
             Shape::Flown => Cell::Missing,
             _ => Cell::text(pair(predicted.smooth_order, predicted.contact_weight)),
         },
-        if weights.is_empty() {
-            Cell::Missing
-        } else {
-            Cell::text(weights.join(", "))
-        },
+        if weights.is_empty() { Cell::Missing } else { Cell::text(weights.join(", ")) },
         Cell::text(shape(choice)),
         Cell::text(coefficients(choice)),
         Cell::Integer(choice.coefficients as i64),
@@ -107,11 +89,7 @@ fn coefficients(choice: &Choice) -> &'static str {
 }
 
 fn number(value: f64, digits: usize) -> Cell {
-    if value.is_finite() {
-        Cell::number(value, digits)
-    } else {
-        Cell::Missing
-    }
+    if value.is_finite() { Cell::number(value, digits) } else { Cell::Missing }
 }
 
 /// By tolerance: how many are met, what they cost.
@@ -136,10 +114,7 @@ pub(crate) fn summary(rows: &[Row]) -> Result<Table, ReportError> {
     ];
     let mut table = Table::new(headings.into_iter().map(Column::number).collect());
     for tolerance in TOLERANCES {
-        let of: Vec<&Row> = rows
-            .iter()
-            .filter(|row| row.choice.tolerance == tolerance)
-            .collect();
+        let of: Vec<&Row> = rows.iter().filter(|row| row.choice.tolerance == tolerance).collect();
         let met: Vec<&Row> = of.iter().copied().filter(|row| row.choice.met).collect();
         let count = |holds: &dyn Fn(&Row) -> bool| {
             Cell::Integer(met.iter().filter(|row| holds(row)).count() as i64)
@@ -175,11 +150,8 @@ pub(crate) fn summary(rows: &[Row]) -> Result<Table, ReportError> {
 
 /// What no map meets, and how close the nearest came.
 pub(crate) fn refusals(rows: &[Row]) -> Result<Table, ReportError> {
-    let mut columns = vec![
-        Column::text("scene"),
-        Column::number("tolerance"),
-        Column::text("nearest (N, W)"),
-    ];
+    let mut columns =
+        vec![Column::text("scene"), Column::number("tolerance"), Column::text("nearest (N, W)")];
     columns.extend([Column::number("largest error"), Column::text("why")]);
     let mut table = Table::new(columns);
     for row in rows.iter().filter(|row| !row.choice.met) {
@@ -187,14 +159,11 @@ pub(crate) fn refusals(rows: &[Row]) -> Result<Table, ReportError> {
         table.push(vec![
             Cell::text(&row.scene),
             Cell::number(choice.tolerance, 1),
-            Cell::text(pair(
-                choice.orders.smooth_order,
-                choice.orders.contact_weight,
-            )),
+            Cell::text(pair(choice.orders.smooth_order, choice.orders.contact_weight)),
             number(row.error, 2),
-            choice.limit.map_or(Cell::Missing, |limit| {
-                Cell::text(limit_words(limit, choice.precision))
-            }),
+            choice
+                .limit
+                .map_or(Cell::Missing, |limit| Cell::text(limit_words(limit, choice.precision))),
         ])?;
     }
     Ok(table)
@@ -208,10 +177,8 @@ pub(crate) fn joint(rows: &[Row]) -> Result<Table, ReportError> {
     let mut table = Table::new(columns);
     let scenes = rows.chunk_by(|a, b| a.scene == b.scene);
     for scene in scenes.filter(|scene| scene[0].joint_points > 0) {
-        let mut line = vec![
-            Cell::text(&scene[0].scene),
-            Cell::Integer(scene[0].joint_points as i64),
-        ];
+        let mut line =
+            vec![Cell::text(&scene[0].scene), Cell::Integer(scene[0].joint_points as i64)];
         line.extend(scene.iter().map(|row| match row.choice.met {
             true => number(row.joint_error / row.choice.tolerance, 2),
             false => Cell::Missing,
@@ -224,12 +191,7 @@ pub(crate) fn joint(rows: &[Row]) -> Result<Table, ReportError> {
 /// Scenes whose window reaches to where `xi_1` is near 0.
 pub(crate) fn least(rows: &[Row]) -> Result<Table, ReportError> {
     let mut columns = vec![Column::text("scene")];
-    let numbers = [
-        "term in y",
-        "its change over the parameters",
-        "term in y²",
-        "largest y",
-    ];
+    let numbers = ["term in y", "its change over the parameters", "term in y²", "largest y"];
     columns.extend(numbers.map(Column::number));
     let mut table = Table::new(columns);
     for scene in rows.chunk_by(|a, b| a.scene == b.scene) {
@@ -274,10 +236,7 @@ pub(crate) fn rule(rows: &[Row]) -> Result<Table, ReportError> {
         let gaps: Vec<[f64; 2]> = of.map(gaps).collect();
         let count = gaps.len() as f64;
         let share = |within: &dyn Fn(&[f64; 2]) -> bool| {
-            Cell::number(
-                gaps.iter().filter(|gap| within(gap)).count() as f64 / count,
-                2,
-            )
+            Cell::number(gaps.iter().filter(|gap| within(gap)).count() as f64 / count, 2)
         };
         let mean = |of: usize| Cell::number(gaps.iter().map(|gap| gap[of]).sum::<f64>() / count, 2);
         table.push(vec![

@@ -86,10 +86,7 @@ impl Chart {
 
     /// The chart without its times: equal for equal requests on every machine.
     pub fn without_timing(&self) -> Self {
-        Self {
-            timing: Timing::default(),
-            ..self.clone()
-        }
+        Self { timing: Timing::default(), ..self.clone() }
     }
 }
 
@@ -121,9 +118,8 @@ pub fn chart(
     for (place, axis) in places.iter_mut().zip(&axes) {
         let mut active = map.parameters.iter();
         let found = active.position(|active| active.name == axis.parameter);
-        *place = found.ok_or_else(|| AnalysisError::NotActive {
-            parameter: axis.parameter.clone(),
-        })?;
+        *place =
+            found.ok_or_else(|| AnalysisError::NotActive { parameter: axis.parameter.clone() })?;
     }
     let itinerary = itinerary(scene, orbit);
     let surfaces = itinerary.surfaces.clone();
@@ -183,9 +179,7 @@ impl Grid<'_> {
             let settled = self.map.settle(&starts, &self.orbit);
             progress.advance(starts.len() as u64);
             let settled = settled.iter().zip(&starts);
-            settled
-                .map(|(settled, start)| self.cell(settled, start))
-                .collect::<Vec<_>>()
+            settled.map(|(settled, start)| self.cell(settled, start)).collect::<Vec<_>>()
         };
         let blocks = (0..count.div_ceil(lanes)).into_par_iter();
         blocks.map(block).collect::<Vec<_>>().concat()
@@ -194,17 +188,11 @@ impl Grid<'_> {
     /// Where a cell starts.
     fn start(&self, cell: usize) -> Start {
         let [horizontal, vertical] = self.axes;
-        let (row, column) = (
-            cell / horizontal.offsets.len(),
-            cell % horizontal.offsets.len(),
-        );
+        let (row, column) = (cell / horizontal.offsets.len(), cell % horizontal.offsets.len());
         let mut parameters = vec![0.0; self.map.parameters()];
         parameters[self.places[0]] = horizontal.offsets[column];
         parameters[self.places[1]] = vertical.offsets[row];
-        Start {
-            state: self.map.start(&parameters),
-            parameters,
-        }
+        Start { state: self.map.start(&parameters), parameters }
     }
 
     fn cell(&self, settled: &Settled, start: &Start) -> ChartCell {

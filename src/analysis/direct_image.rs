@@ -67,14 +67,9 @@ impl<'a, S: Real> DirectImage<'a, S> {
     ) -> Result<Self, AnalysisError> {
         let mut frame = SectionFrame::new(scene, orbit);
         let (section, duration) = (frame.return_section(), frame.duration());
-        let returns = DirectReturn::new(
-            system,
-            frame.parameters(),
-            section,
-            duration,
-            frame.periods(),
-        )?
-        .with_passages(&frame.nominal_passages(duration))?;
+        let returns =
+            DirectReturn::new(system, frame.parameters(), section, duration, frame.periods())?
+                .with_passages(&frame.nominal_passages(duration))?;
         Ok(Self { frame, returns })
     }
 
@@ -123,8 +118,7 @@ impl<'a, S: Real> DirectImage<'a, S> {
     ) -> Result<SectionImage<S>, AnalysisError> {
         self.frame.place(offsets, parameter_offsets)?;
         let duration = self.frame.duration();
-        self.returns
-            .set_parameters(self.frame.parameters(), duration)?;
+        self.returns.set_parameters(self.frame.parameters(), duration)?;
         let image = self.returns.image(self.frame.state())?;
         let end = end_of(&image.outcome);
         let offsets = match end {

@@ -79,8 +79,7 @@ impl<'a> DirectMap<'a> {
     /// Speed of the first contact that follows a section point; 0 without one, NaN without an
     /// image.
     pub fn impact_speed(&self, state: &[f64], parameters: &[f64]) -> f64 {
-        self.simulate(state, parameters)
-            .map_or(f64::NAN, |image| image.impact_speed)
+        self.simulate(state, parameters).map_or(f64::NAN, |image| image.impact_speed)
     }
 
     /// All contacts at each surface that grazes, in the model's order, on the way from a section

@@ -45,13 +45,5 @@ pub(crate) fn check_length(
     expected: usize,
     found: usize,
 ) -> Result<(), AnalysisError> {
-    if expected == found {
-        Ok(())
-    } else {
-        Err(AnalysisError::Length {
-            what,
-            expected,
-            found,
-        })
-    }
+    if expected == found { Ok(()) } else { Err(AnalysisError::Length { what, expected, found }) }
 }

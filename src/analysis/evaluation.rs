@@ -96,10 +96,7 @@ impl<S: Real> MapEvaluation<S> {
     /// One contact alone, its coefficients as they are.
     pub fn contact(contact: Contact<S>) -> Self {
         let dimension = contact.linear.len();
-        Self {
-            stages: vec![StageOf::Contact(contact)],
-            dimension,
-        }
+        Self { stages: vec![StageOf::Contact(contact)], dimension }
     }
 
     /// A map in its composed form.
@@ -124,10 +121,7 @@ impl<S: Real> MapEvaluation<S> {
         let rest = contacts.into_iter().zip(legs.after);
         let rest =
             rest.flat_map(|(contact, leg)| [StageOf::Contact(contact), StageOf::Leg(leg.image)]);
-        Self {
-            stages: before.into_iter().chain(rest).collect(),
-            dimension,
-        }
+        Self { stages: before.into_iter().chain(rest).collect(), dimension }
     }
 
     /// Legs alone.
@@ -155,10 +149,7 @@ impl<S: Real> MapEvaluation<S> {
     }
 
     fn of<'m>(map: &LocalMap, stages: impl IntoIterator<Item = &'m Stage>) -> Self {
-        Self {
-            stages: stages.into_iter().map(stage_of).collect(),
-            dimension: map.dimension(),
-        }
+        Self { stages: stages.into_iter().map(stage_of).collect(), dimension: map.dimension() }
     }
 
     /// The image of a point, everything in offsets.
@@ -186,11 +177,7 @@ impl<S: Real> MapEvaluation<S> {
             let mut arrive = |point: &[S], depth: S| {
                 let passage = depths.len();
                 depths.push(depth);
-                root(Arrival {
-                    passage,
-                    point,
-                    depth,
-                })
+                root(Arrival { passage, point, depth })
             };
             let image = match stage {
                 StageOf::Leg(jets) => evaluate(jets, &point),
@@ -216,10 +203,7 @@ impl<S: Real> MapEvaluation<S> {
             point[..self.dimension].copy_from_slice(&image);
         }
         point.truncate(self.dimension);
-        MapImage {
-            offsets: point,
-            depths,
-        }
+        MapImage { offsets: point, depths }
     }
 }
 
@@ -256,7 +240,5 @@ fn stage_of<S: Real>(stage: &Stage) -> StageOf<S> {
 }
 
 fn convert<S: Real>(jets: &[Jet<f64>]) -> Vec<Jet<S>> {
-    jets.iter()
-        .map(|jet| jet.map_scalars(S::from_f64))
-        .collect()
+    jets.iter().map(|jet| jet.map_scalars(S::from_f64)).collect()
 }

@@ -52,11 +52,7 @@ impl<'a, S: Real> FreeFlight<'a, S> {
     ) -> Result<Self, AnalysisError> {
         let model = &scene.model;
         let surface = &model.surfaces[orbit.grazing_point().surface];
-        let normal = [
-            surface.event,
-            surface.normal_velocity,
-            surface.normal_acceleration,
-        ];
+        let normal = [surface.event, surface.normal_velocity, surface.normal_acceleration];
         let section = SectionFrame::new(scene, orbit);
         let response = match &surface.response {
             Response::Impact { reset } => Flown::Reset(Values::new(model, &model.graph, reset)),
@@ -160,17 +156,13 @@ impl<'a, S: Real> FreeFlight<'a, S> {
             end[phase] -= turns;
         }
         let offsets = self.section.offsets(&end);
-        offsets
-            .iter()
-            .all(|offset| offset.is_finite())
-            .then_some(offsets)
+        offsets.iter().all(|offset| offset.is_finite()).then_some(offsets)
     }
 
     /// The free flow after a time of either sign; `None` where it leaves the finite numbers.
     fn fly(&self, state: &[S], parameters: &[S], duration: S) -> Option<Vec<S>> {
         let end = Integrator::new(&self.field).flow(state, parameters, duration);
-        end.ok()
-            .filter(|state| state.iter().all(|value| value.is_finite()))
+        end.ok().filter(|state| state.iter().all(|value| value.is_finite()))
     }
 
     /// The nearby minimum of the gap along the free flow, `h' = 0` with `h'' > 0`, and the time to
@@ -286,17 +278,13 @@ impl<'a, S: Real> SectionChange<'a, S> {
             let arrival = origin + self.share * advance;
             ((phase - origin) / advance, arrival, other)
         }) else {
-            return Ok(self
-                .to
-                .arrive(state, values, self.share * duration, S::zero()));
+            return Ok(self.to.arrive(state, values, self.share * duration, S::zero()));
         };
         // On a stroboscopic section a point that is late has less far to fly.
         let share = match self.to.kind() {
             PoincareSectionKind::Stroboscopic { .. } => self.share - late,
             PoincareSectionKind::Tangency => self.share,
         };
-        Ok(self
-            .to
-            .arrive(state, values, share * duration, phase - other))
+        Ok(self.to.arrive(state, values, share * duration, phase - other))
     }
 }

@@ -97,11 +97,7 @@ pub fn images(
 ) -> Result<Vec<ImageRecord>, AnalysisError> {
     for row in &request.rows {
         check_length("offsets of the state", map.dimension(), row.state.len())?;
-        check_length(
-            "offsets of the parameters",
-            map.parameters.len(),
-            row.parameters.len(),
-        )?;
+        check_length("offsets of the parameters", map.parameters.len(), row.parameters.len())?;
     }
     match (request.using, request.precision) {
         (Using::Direct, Precision::F32) => Err(AnalysisError::SingleSimulation),

@@ -100,14 +100,10 @@ impl<S: Real> SectionFrame<S> {
     pub fn return_section(&self) -> ReturnSection {
         match (self.section.kind, self.passages.first()) {
             (PoincareSectionKind::Stroboscopic { .. }, Some(first)) if first.share == 0.0 => {
-                ReturnSection::GrazingPhase {
-                    surface: first.surface,
-                }
+                ReturnSection::GrazingPhase { surface: first.surface }
             }
             (PoincareSectionKind::Stroboscopic { .. }, _) => ReturnSection::OtherPhase,
-            (PoincareSectionKind::Tangency, _) => ReturnSection::Tangency {
-                surface: self.surface,
-            },
+            (PoincareSectionKind::Tangency, _) => ReturnSection::Tangency { surface: self.surface },
         }
     }
 
@@ -146,11 +142,7 @@ impl<S: Real> SectionFrame<S> {
     /// [`AnalysisError::Length`].
     pub fn place(&mut self, offsets: &[S], parameter_offsets: &[S]) -> Result<(), AnalysisError> {
         check_length("offsets of the state", self.dimension(), offsets.len())?;
-        check_length(
-            "offsets of the parameters",
-            self.active.len(),
-            parameter_offsets.len(),
-        )?;
+        check_length("offsets of the parameters", self.active.len(), parameter_offsets.len())?;
         self.state.copy_from_slice(&self.origin);
         for (&component, &offset) in self.section.coordinates.iter().zip(offsets) {
             self.state[component] += offset;
@@ -173,9 +165,7 @@ impl<S: Real> SectionFrame<S> {
     /// The phase placed last and that of the section point; `None` for an autonomous system.
     pub fn phase(&self) -> Option<(S, S)> {
         let last = self.state.len().checked_sub(1)?;
-        self.clock
-            .as_ref()
-            .map(|_| (self.state[last], self.origin[last]))
+        self.clock.as_ref().map(|_| (self.state[last], self.origin[last]))
     }
 
     /// All parameters of the model, as placed last.
@@ -208,10 +198,7 @@ impl<S: Real> SectionFrame<S> {
     /// Time in which the phase advances by this much.
     fn duration_of(&mut self, advance: S) -> S {
         let (state, parameters) = (&self.state, &self.parameters);
-        let rate = self
-            .clock
-            .as_mut()
-            .map(|clock| clock.rate.evaluate(state, parameters).get(0));
+        let rate = self.clock.as_mut().map(|clock| clock.rate.evaluate(state, parameters).get(0));
         rate.map_or(self.orbit_period, |rate| advance / rate)
     }
 
@@ -294,12 +281,7 @@ impl<S: Scalar> Values<S> {
     pub(super) fn evaluate(&mut self, state: &[S], parameters: &[S]) -> &mut Self {
         self.tape[..state.len()].copy_from_slice(state);
         self.tape[state.len()..state.len() + parameters.len()].copy_from_slice(parameters);
-        self.program.advance(
-            &TimeSeries { order: 0 },
-            0,
-            &mut self.tape,
-            &mut [S::zero()],
-        );
+        self.program.advance(&TimeSeries { order: 0 }, 0, &mut self.tape, &mut [S::zero()]);
         self
     }
 

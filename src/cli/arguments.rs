@@ -12,12 +12,7 @@ use grazemap::emission::Target;
 ///
 /// Without a command, runs the built-in scene `cantilever_3_5_soft` start to finish into ./out.
 #[derive(Debug, Parser)]
-#[command(
-    name = "grazemap",
-    version,
-    args_conflicts_with_subcommands = true,
-    max_term_width = 100
-)]
+#[command(name = "grazemap", version, args_conflicts_with_subcommands = true, max_term_width = 100)]
 pub(super) struct Arguments {
     #[command(subcommand)]
     pub(super) command: Option<Command>,
@@ -83,9 +78,9 @@ impl Arguments {
         };
         match (&common.outlets.json, &common.outlets.csv) {
             (_, Some(_)) if !has_table => Err(CliError::NoTable { command }),
-            (Some(json), Some(csv)) if json == csv => Err(CliError::OnePlace {
-                place: json.clone(),
-            }),
+            (Some(json), Some(csv)) if json == csv => {
+                Err(CliError::OnePlace { place: json.clone() })
+            }
             _ => Ok(()),
         }
     }
@@ -284,12 +279,7 @@ pub(super) struct NewOptions {
     #[arg(long)]
     pub(super) list: bool,
     /// The file to write; default: NAME.toml
-    #[arg(
-        short = 'o',
-        long = "output",
-        value_name = "FILE",
-        conflicts_with = "list"
-    )]
+    #[arg(short = 'o', long = "output", value_name = "FILE", conflicts_with = "list")]
     pub(super) output: Option<PathBuf>,
     /// Say nothing but errors
     #[arg(short = 'q', long = "quiet")]
@@ -330,28 +320,13 @@ pub(super) struct OrbitsArguments {
     pub(super) flip: bool,
     /// The parameter that folds and flips are solved for; of two the first is stepped through.
     /// Default: the first active one
-    #[arg(
-        long = "in",
-        value_name = "[P,]Q",
-        value_delimiter = ',',
-        requires = "kinds"
-    )]
+    #[arg(long = "in", value_name = "[P,]Q", value_delimiter = ',', requires = "kinds")]
     pub(super) plane: Vec<String>,
     /// First offset of the parameter stepped through. Default: the window's
-    #[arg(
-        long,
-        value_name = "A",
-        allow_negative_numbers = true,
-        requires = "plane"
-    )]
+    #[arg(long, value_name = "A", allow_negative_numbers = true, requires = "plane")]
     pub(super) from: Option<f64>,
     /// Its last offset
-    #[arg(
-        long,
-        value_name = "B",
-        allow_negative_numbers = true,
-        requires = "plane"
-    )]
+    #[arg(long, value_name = "B", allow_negative_numbers = true, requires = "plane")]
     pub(super) to: Option<f64>,
     /// How many offsets
     #[arg(

@@ -52,12 +52,8 @@ impl<'a> MapFamily<'a> {
     ) -> Result<Self, ExpansionError> {
         let expander = Expander::new(scene, orbit)?;
         let (order, weight) = (highest.smooth_order, highest.contact_weight);
-        let with_legs = others
-            .iter()
-            .find(|other| other.highest.smooth_order >= order);
-        let with_contacts = others
-            .iter()
-            .find(|other| other.highest.contact_weight >= weight);
+        let with_legs = others.iter().find(|other| other.highest.smooth_order >= order);
+        let with_contacts = others.iter().find(|other| other.highest.contact_weight >= weight);
         Ok(Self {
             legs: match with_legs {
                 Some(other) => cut_legs(&expander, &other.legs, order)?,
@@ -67,9 +63,7 @@ impl<'a> MapFamily<'a> {
                 Some(other) => cut_contacts(&expander, &other.contacts, weight)?,
                 None => expander.contacts(weight)?,
             },
-            flown: (0..=highest.contact_weight)
-                .map(|_| OnceLock::new())
-                .collect(),
+            flown: (0..=highest.contact_weight).map(|_| OnceLock::new()).collect(),
             expander,
             highest,
         })
@@ -137,9 +131,7 @@ impl<'a> MapFamily<'a> {
         let before = self.legs.before.as_ref();
         let after = self.legs.after.iter().zip(&passages);
         let legs = Legs {
-            before: before
-                .map(|leg| cut_leg(leg, &section, order))
-                .transpose()?,
+            before: before.map(|leg| cut_leg(leg, &section, order)).transpose()?,
             after: after
                 .map(|(leg, variables)| cut_leg(leg, variables, order))
                 .collect::<Result<_, _>>()?,
@@ -175,9 +167,7 @@ pub fn cut_legs<S: Real>(
     let before = legs.before.as_ref();
     let after = legs.after.iter().enumerate();
     Ok(Legs {
-        before: before
-            .map(|leg| cut(leg, expander.variables()))
-            .transpose()?,
+        before: before.map(|leg| cut(leg, expander.variables())).transpose()?,
         after: after
             .map(|(passage, leg)| cut(leg, expander.variables_at(passage)))
             .collect::<Result<_, _>>()?,
@@ -190,9 +180,7 @@ fn cut_leg<S: Real>(
     smooth_order: u32,
 ) -> Result<Leg<S>, ExpansionError> {
     let space = variables.smooth_space(DEVIATION_WEIGHT * smooth_order)?;
-    Ok(Leg {
-        image: cut_all(&leg.image, &space),
-    })
+    Ok(Leg { image: cut_all(&leg.image, &space) })
 }
 
 /// All contacts cut at a weight.

@@ -56,11 +56,7 @@ impl WindowSample {
     pub fn new(map: &LocalMap) -> Self {
         let window = &map.window;
         let width = |&width: &f64| {
-            if width.is_finite() {
-                width
-            } else {
-                window.depth
-            }
+            if width.is_finite() { width } else { window.depth }
         };
         let mut sample = Self {
             depths: MapEvaluation::depths(map),
@@ -69,9 +65,8 @@ impl WindowSample {
             parameters: window.parameter.iter().map(width).collect(),
             steepest: Vec::new(),
         };
-        sample.steepest = (0..map.passages())
-            .map(|passage| sample.steepest_coordinate(passage))
-            .collect();
+        sample.steepest =
+            (0..map.passages()).map(|passage| sample.steepest_coordinate(passage)).collect();
         sample
     }
 
@@ -179,9 +174,7 @@ impl WindowSample {
 
     /// The points `first..first + count` that exist.
     pub fn points(&self, first: usize, count: usize) -> Vec<SamplePoint> {
-        (first..first + count)
-            .filter_map(|index| self.point(index))
-            .collect()
+        (first..first + count).filter_map(|index| self.point(index)).collect()
     }
 
     /// The point with the steepest coordinate of a passage moved until that passage has a depth;
@@ -238,9 +231,7 @@ impl WindowSample {
             state[coordinate] = step;
             self.depths.at(&state, &parameters)[passage].abs()
         };
-        (0..self.state.len())
-            .max_by(|&a, &b| slope(a).total_cmp(&slope(b)))
-            .unwrap_or(0)
+        (0..self.state.len()).max_by(|&a, &b| slope(a).total_cmp(&slope(b))).unwrap_or(0)
     }
 }
 
@@ -253,9 +244,7 @@ pub(super) fn low_discrepancy(index: usize, dimension: usize) -> Vec<f64> {
     for _ in 0..60 {
         ratio = (1.0 + ratio).powf(1.0 / (dimension as f64 + 1.0));
     }
-    (1..=dimension)
-        .map(|k| (0.5 + (index + 1) as f64 * ratio.powi(-(k as i32))).fract())
-        .collect()
+    (1..=dimension).map(|k| (0.5 + (index + 1) as f64 * ratio.powi(-(k as i32))).fract()).collect()
 }
 
 /// Depth of the second contact at corners over the window's deepest.
@@ -300,10 +289,7 @@ impl WindowSample {
 
     /// Passages that are followed by another one in the same return, if any.
     fn pairs(&self) -> Option<usize> {
-        self.solved()
-            .len()
-            .checked_sub(1)
-            .filter(|&pairs| pairs > 0)
+        self.solved().len().checked_sub(1).filter(|&pairs| pairs > 0)
     }
 
     /// The point moved until the passage after one that makes contact has a depth.
@@ -323,11 +309,7 @@ impl WindowSample {
         let y = bracket.itp((shallow, deep), tolerance, excess).root()?;
         let (state, depths) = at(y)?;
         let deepest = depths.into_iter().fold(f64::NEG_INFINITY, f64::max);
-        (deepest <= self.deepest()).then_some(SamplePoint {
-            state,
-            parameters,
-            depth: deepest,
-        })
+        (deepest <= self.deepest()).then_some(SamplePoint { state, parameters, depth: deepest })
     }
 }
 
@@ -343,10 +325,7 @@ mod tests {
                 let inside = |point: &&Vec<f64>| (point[coordinate] * 8.0) as usize == eighth;
                 let count = points.iter().filter(inside).count();
                 // 32 expected; the worst of 24 cells of a random sample would be off by about 12.
-                assert!(
-                    (26..=38).contains(&count),
-                    "{coordinate}, {eighth}: {count}"
-                );
+                assert!((26..=38).contains(&count), "{coordinate}, {eighth}: {count}");
             }
         }
     }

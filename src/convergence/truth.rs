@@ -112,11 +112,7 @@ pub(super) fn timed_returns(
 pub(super) fn distance(a: &[Dd], b: &[Dd]) -> f64 {
     let difference = |(&a, &b): (&Dd, &Dd)| (a - b).to_f64().abs();
     let larger = |max: f64, value: f64| {
-        if max.is_nan() || value <= max {
-            max
-        } else {
-            value
-        }
+        if max.is_nan() || value <= max { max } else { value }
     };
     a.iter().zip(b).map(difference).fold(0.0, larger)
 }
@@ -149,15 +145,10 @@ impl ErrorSummary {
 /// Largest and median error of a map; `None` where an image is not finite.
 pub(super) fn summarize(map: &dyn DiscreteMap, truth: &Truth) -> ErrorSummary {
     let pairs = truth.points.iter().zip(&truth.images);
-    let mut errors: Vec<f64> = pairs
-        .map(|(point, image)| error(map, point, image))
-        .collect();
+    let mut errors: Vec<f64> = pairs.map(|(point, image)| error(map, point, image)).collect();
     errors.sort_by(f64::total_cmp);
     let finite = |value: Option<&f64>| value.copied().filter(|value| value.is_finite());
-    ErrorSummary {
-        max: finite(errors.last()),
-        median: finite(errors.get(errors.len() / 2)),
-    }
+    ErrorSummary { max: finite(errors.last()), median: finite(errors.get(errors.len() / 2)) }
 }
 
 /// The largest error of a coordinate at one point; not finite where the map has no image.
@@ -210,10 +201,7 @@ pub fn measured_error(
 ) -> Result<MeasuredError, ConvergenceError> {
     let sample = window_sample(scene, orbit, local)?;
     let exact = ExactImages::new(scene, orbit, sample.judging(FIRST, points))?;
-    Ok(MeasuredError {
-        error: summarize(map, &exact.truth).max,
-        sample: exact.summary(),
-    })
+    Ok(MeasuredError { error: summarize(map, &exact.truth).max, sample: exact.summary() })
 }
 
 /// The window of a map, its depths by one of orders high enough to know them.
@@ -261,10 +249,7 @@ impl ExactImages {
 
     /// How many points there are, and how many were left out.
     pub fn summary(&self) -> SampleSummary {
-        SampleSummary {
-            points: self.truth.points.len(),
-            excluded: self.truth.excluded,
-        }
+        SampleSummary { points: self.truth.points.len(), excluded: self.truth.excluded }
     }
 
     /// The points that have images.
@@ -275,9 +260,7 @@ impl ExactImages {
     /// The largest error of a coordinate at each point, of a map; not finite where it has no image.
     pub fn errors(&self, map: &dyn DiscreteMap) -> Vec<f64> {
         let pairs = self.truth.points.iter().zip(&self.truth.images);
-        pairs
-            .map(|(point, image)| error(map, point, image))
-            .collect()
+        pairs.map(|(point, image)| error(map, point, image)).collect()
     }
 
     /// Nanoseconds of a return by direct simulation in double precision, one after another over the
@@ -321,10 +304,7 @@ mod tests {
     #[test]
     fn errors_are_rounded_up_to_two_digits() {
         let rounded = |error| {
-            let sample = SampleSummary {
-                points: 1,
-                excluded: 0,
-            };
+            let sample = SampleSummary { points: 1, excluded: 0 };
             let error = Some(error);
             MeasuredError { error, sample }.rounded_up()
         };

@@ -87,21 +87,15 @@ impl EmittedCrate {
         let mut files = BTreeMap::new();
         for module in modules {
             if module.precision != FloatFormat::F64 {
-                return Err(EmissionError::SingleInCatalogue {
-                    name: module.identifier.clone(),
-                });
+                return Err(EmissionError::SingleInCatalogue { name: module.identifier.clone() });
             }
             let path = format!("src/{}.rs", module.identifier);
             if files.insert(path, module.text.clone()).is_some() {
-                return Err(EmissionError::DuplicateModule {
-                    name: module.identifier.clone(),
-                });
+                return Err(EmissionError::DuplicateModule { name: module.identifier.clone() });
             }
         }
-        let mut names: Vec<&str> = modules
-            .iter()
-            .map(|module| module.identifier.as_str())
-            .collect();
+        let mut names: Vec<&str> =
+            modules.iter().map(|module| module.identifier.as_str()).collect();
         names.sort_unstable();
         files.insert("src/lib.rs".to_owned(), catalogue_root(&names)?);
         Ok(Self { files })
@@ -153,9 +147,7 @@ pub(super) fn first_difference(found: &str, expected: &str) -> Option<usize> {
 fn same_line(found: &str, expected: &str, largest: f64) -> bool {
     found == expected
         || (tokens(found).count() == tokens(expected).count()
-            && tokens(found)
-                .zip(tokens(expected))
-                .all(|(a, b)| same_token(a, b, largest)))
+            && tokens(found).zip(tokens(expected)).all(|(a, b)| same_token(a, b, largest)))
 }
 
 fn same_token(found: &str, expected: &str, largest: f64) -> bool {
@@ -200,9 +192,7 @@ fn is_word(character: char, number: bool) -> bool {
 /// The value of a token that is a decimal literal with a point or an exponent.
 fn float_literal(token: &str) -> Option<f64> {
     let first = token.chars().next()?;
-    (first.is_ascii_digit() && token.contains(['.', 'e']))
-        .then(|| token.parse().ok())
-        .flatten()
+    (first.is_ascii_digit() && token.contains(['.', 'e'])).then(|| token.parse().ok()).flatten()
 }
 
 #[cfg(test)]
@@ -213,34 +203,21 @@ mod tests {
 
     #[test]
     fn last_digits_are_rounding() {
-        let other = TEXT
-            .replace("3.5e-7", "3.5000000000000003e-7")
-            .replace("0.1", "0.10000000000000002");
+        let other =
+            TEXT.replace("3.5e-7", "3.5000000000000003e-7").replace("0.1", "0.10000000000000002");
         assert_eq!(first_difference(&other, TEXT), None);
     }
 
     #[test]
     fn another_coefficient_is_a_difference() {
-        assert_eq!(
-            first_difference(&TEXT.replace("0.1", "0.1001"), TEXT),
-            Some(2)
-        );
-        assert_eq!(
-            first_difference(&TEXT.replace("1.25", "1.2500001"), TEXT),
-            Some(1)
-        );
+        assert_eq!(first_difference(&TEXT.replace("0.1", "0.1001"), TEXT), Some(2));
+        assert_eq!(first_difference(&TEXT.replace("1.25", "1.2500001"), TEXT), Some(1));
     }
 
     #[test]
     fn names_signs_and_lines_must_agree() {
         assert_eq!(first_difference(&TEXT.replace("x_1", "x_2"), TEXT), Some(2));
-        assert_eq!(
-            first_difference(&TEXT.replace("-3.5", "3.5"), TEXT),
-            Some(1)
-        );
-        assert_eq!(
-            first_difference("let a = fma(b, 1.25, -3.5e-7);", TEXT),
-            Some(2)
-        );
+        assert_eq!(first_difference(&TEXT.replace("-3.5", "3.5"), TEXT), Some(1));
+        assert_eq!(first_difference("let a = fma(b, 1.25, -3.5e-7);", TEXT), Some(2));
     }
 }

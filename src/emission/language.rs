@@ -165,25 +165,15 @@ pub(super) fn print(
     };
     let mut statements = Vec::with_capacity(kernel.operations.len());
     for (number, operation) in kernel.operations.iter().enumerate() {
-        let operands = operation
-            .operands()
-            .map(operand)
-            .collect::<Result<Vec<_>, _>>()?;
+        let operands = operation.operands().map(operand).collect::<Result<Vec<_>, _>>()?;
         let expression = language.expression(operation, &operands);
         statements.push(language.binding(number, &expression));
     }
-    let outputs = kernel
-        .outputs
-        .iter()
-        .map(|&output| operand(output))
-        .collect::<Result<_, _>>()?;
+    let outputs = kernel.outputs.iter().map(|&output| operand(output)).collect::<Result<_, _>>()?;
     if language.nests_statements() {
         statements = in_blocks(kernel, statements);
     }
-    Ok(PrintedKernel {
-        statements,
-        outputs,
-    })
+    Ok(PrintedKernel { statements, outputs })
 }
 
 /// The statements, in blocks if they are more than one block's.
@@ -199,11 +189,7 @@ fn in_blocks(kernel: &Kernel, statements: Vec<String>) -> Vec<String> {
             .filter(|&result| last_use[result] >= end)
             .map(|result| format!("r{result}"))
             .collect();
-        let names = || {
-            handed_on
-                .chunks(12)
-                .map(|names| format!("    {},", names.join(", ")))
-        };
+        let names = || handed_on.chunks(12).map(|names| format!("    {},", names.join(", ")));
         lines.push("let [".to_owned());
         lines.extend(names());
         lines.push("] = {".to_owned());

@@ -20,32 +20,18 @@ pub(super) fn arrange(
     step: &Kernel,
     pruned: Option<PruneReport>,
 ) -> Result<MapLayout, EmissionError> {
-    let language = Language {
-        target: options.target,
-        precision: options.precision,
-    };
-    let prepare = print(language, &split.prepare, |number| {
-        format!("parameters[{number}]")
-    })?;
+    let language = Language { target: options.target, precision: options.precision };
+    let prepare = print(language, &split.prepare, |number| format!("parameters[{number}]"))?;
     let free = lowered.dimension;
     let input = |number: usize| {
-        if number < free {
-            format!("x{number}")
-        } else {
-            language.coefficient(number - free)
-        }
+        if number < free { format!("x{number}") } else { language.coefficient(number - free) }
     };
-    let (step_text, jacobian) = (
-        print(language, step, input)?,
-        print(language, &split.run, input)?,
-    );
+    let (step_text, jacobian) =
+        (print(language, step, input)?, print(language, &split.run, input)?);
     let passages = lowered.passages;
     let (image, depths) = step_text.outputs.split_at(free);
     let rows = |printed: &PrintedKernel| -> Vec<String> {
-        printed.outputs[free + passages..]
-            .chunks(free.max(1))
-            .map(|row| row.join(", "))
-            .collect()
+        printed.outputs[free + passages..].chunks(free.max(1)).map(|row| row.join(", ")).collect()
     };
     Ok(MapLayout {
         header: header(map, options, lowered, step, pruned)?,
@@ -82,9 +68,7 @@ pub(super) fn arrange(
         )?,
         grazing: finite(
             "a grazing parameter",
-            map.parameters
-                .iter()
-                .map(|parameter| parameter.value.to_f64()),
+            map.parameters.iter().map(|parameter| parameter.value.to_f64()),
         )?,
         window_depth: language.half_width(map.window.depth)?,
         window_state: half_widths(language, &map.window.state)?,
@@ -114,10 +98,7 @@ fn finite(
 }
 
 fn half_widths(language: Language, values: &[f64]) -> Result<Vec<String>, EmissionError> {
-    values
-        .iter()
-        .map(|&value| language.half_width(value))
-        .collect()
+    values.iter().map(|&value| language.half_width(value)).collect()
 }
 
 /// Conditions in C that the numbers of an array lie within these half-widths, false for a NaN;
@@ -148,12 +129,8 @@ pub(super) fn header(
 ) -> Result<Vec<String>, EmissionError> {
     let names = |names: Vec<&str>| comment(&names.join(", "));
     let coordinates = names(map.section.coordinates.iter().map(String::as_str).collect());
-    let parameters = names(
-        map.parameters
-            .iter()
-            .map(|parameter| parameter.name.as_str())
-            .collect(),
-    );
+    let parameters =
+        names(map.parameters.iter().map(|parameter| parameter.name.as_str()).collect());
     let passages = names(map.surfaces.iter().map(String::as_str).collect());
     let shape = match options.shape {
         EmittedShape::Factored if map.is_flown() => "flown",
@@ -163,11 +140,7 @@ pub(super) fn header(
     let (all, frozen) = (lowered.kernel.count(), step.count());
     let mut lines = vec![
         format!("Scene {}, digest {}.", comment(&map.scene), map.digest),
-        format!(
-            "Section: {}{}.",
-            section_word(map.section.kind),
-            phase(map)?
-        ),
+        format!("Section: {}{}.", section_word(map.section.kind), phase(map)?),
         format!("Coordinates: {coordinates}."),
         format!("Parameters: {parameters}."),
         format!("Passages: {passages}."),
@@ -210,10 +183,7 @@ pub(super) fn header(
 /// A line of at most 112 characters, continued on further ones.
 fn wrapped(line: &str) -> Vec<String> {
     let characters: Vec<char> = line.chars().collect();
-    characters
-        .chunks(112)
-        .map(|part| part.iter().collect())
-        .collect()
+    characters.chunks(112).map(|part| part.iter().collect()).collect()
 }
 
 /// The phase of a stroboscopic section; nothing on another.
@@ -226,12 +196,7 @@ fn phase(map: &LocalMap) -> Result<String, EmissionError> {
 }
 
 fn counted(count: OperationCount) -> String {
-    let OperationCount {
-        multiply_adds,
-        products,
-        sums,
-        roots,
-    } = count;
+    let OperationCount { multiply_adds, products, sums, roots } = count;
     format!("{multiply_adds} multiply-adds, {products} products, {sums} sums, {roots} roots")
 }
 
@@ -311,16 +276,10 @@ pub(super) fn map(target: Target, layout: &MapLayout) -> Result<String, Emission
     let mut context = tera::Context::new();
     context.insert("map", layout);
     match target {
-        Target::Rust => render(
-            "map.rs.tera",
-            include_str!("../../templates/map.rs.tera"),
-            context,
-        ),
-        Target::C | Target::Cuda => render(
-            "map.c.tera",
-            include_str!("../../templates/map.c.tera"),
-            context,
-        ),
+        Target::Rust => render("map.rs.tera", include_str!("../../templates/map.rs.tera"), context),
+        Target::C | Target::Cuda => {
+            render("map.c.tera", include_str!("../../templates/map.c.tera"), context)
+        }
     }
 }
 
@@ -328,33 +287,21 @@ pub(super) fn map(target: Target, layout: &MapLayout) -> Result<String, Emission
 pub(super) fn manifest(package: &str) -> Result<String, EmissionError> {
     let mut context = tera::Context::new();
     context.insert("package", package);
-    render(
-        "crate_cargo.toml.tera",
-        include_str!("../../templates/crate_cargo.toml.tera"),
-        context,
-    )
+    render("crate_cargo.toml.tera", include_str!("../../templates/crate_cargo.toml.tera"), context)
 }
 
 /// The root of a standalone crate.
 pub(super) fn standalone_root(module: &str) -> Result<String, EmissionError> {
     let mut context = tera::Context::new();
     context.insert("module", module);
-    render(
-        "crate_lib.rs.tera",
-        include_str!("../../templates/crate_lib.rs.tera"),
-        context,
-    )
+    render("crate_lib.rs.tera", include_str!("../../templates/crate_lib.rs.tera"), context)
 }
 
 /// The root of the crate of the catalogue's maps.
 pub(super) fn catalogue_root(modules: &[&str]) -> Result<String, EmissionError> {
     let mut context = tera::Context::new();
     context.insert("modules", modules);
-    render(
-        "catalogue_lib.rs.tera",
-        include_str!("../../templates/catalogue_lib.rs.tera"),
-        context,
-    )
+    render("catalogue_lib.rs.tera", include_str!("../../templates/catalogue_lib.rs.tera"), context)
 }
 
 fn render(name: &str, template: &str, mut context: tera::Context) -> Result<String, EmissionError> {

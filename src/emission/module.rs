@@ -49,9 +49,7 @@ pub fn emitted_module(
 ) -> Result<EmittedModule, EmissionError> {
     let identifier = checked_identifier(&map.scene)?.to_owned();
     if !(1..=64).contains(&options.lanes) {
-        return Err(EmissionError::Lanes {
-            lanes: options.lanes,
-        });
+        return Err(EmissionError::Lanes { lanes: options.lanes });
     }
     check_shapes(map)?;
     let (lowered, pruned) = lower(map, composed, options)?;
@@ -74,48 +72,20 @@ pub fn emitted_module(
 fn check_shapes(map: &LocalMap) -> Result<(), EmissionError> {
     let dimension = map.dimension();
     let check = |what, expected, found| {
-        if expected == found {
-            Ok(())
-        } else {
-            Err(EmissionError::Shape {
-                what,
-                expected,
-                found,
-            })
-        }
+        if expected == found { Ok(()) } else { Err(EmissionError::Shape { what, expected, found }) }
     };
     check("point of the section", dimension, map.section.point.len())?;
-    check(
-        "half-widths of the state",
-        dimension,
-        map.window.state.len(),
-    )?;
-    check(
-        "half-widths of the parameters",
-        map.parameters.len(),
-        map.window.parameter.len(),
-    )?;
+    check("half-widths of the state", dimension, map.window.state.len())?;
+    check("half-widths of the parameters", map.parameters.len(), map.window.parameter.len())?;
     for stage in &map.stages {
         match stage {
             Stage::Leg(leg) => check("polynomials of a leg", dimension, leg.image.len())?,
             Stage::Flown(flown) => {
-                check(
-                    "corrections of a flown contact",
-                    dimension,
-                    flown.dimension(),
-                )?;
+                check("corrections of a flown contact", dimension, flown.dimension())?;
             }
             Stage::Contact(contact) => {
-                check(
-                    "linear polynomials of a contact",
-                    dimension,
-                    contact.linear.len(),
-                )?;
-                check(
-                    "quadratic polynomials of a contact",
-                    dimension,
-                    contact.quadratic.len(),
-                )?;
+                check("linear polynomials of a contact", dimension, contact.linear.len())?;
+                check("quadratic polynomials of a contact", dimension, contact.quadratic.len())?;
             }
         }
     }

@@ -19,15 +19,12 @@ const KEYWORDS: [&str; 54] = [
 /// [`EmissionError::NotAnIdentifier`] otherwise.
 pub fn checked_identifier(name: &str) -> Result<&str, EmissionError> {
     let starts_well = name.starts_with(|first: char| first.is_ascii_lowercase() || first == '_');
-    let continues_well = name
-        .bytes()
-        .all(|byte| byte.is_ascii_lowercase() || byte.is_ascii_digit() || byte == b'_');
+    let continues_well =
+        name.bytes().all(|byte| byte.is_ascii_lowercase() || byte.is_ascii_digit() || byte == b'_');
     if starts_well && continues_well && name.len() <= 64 && !KEYWORDS.contains(&name) {
         Ok(name)
     } else {
-        Err(EmissionError::NotAnIdentifier {
-            name: name.to_owned(),
-        })
+        Err(EmissionError::NotAnIdentifier { name: name.to_owned() })
     }
 }
 
@@ -55,10 +52,7 @@ pub(super) fn c_string_literal(text: &str) -> String {
 
 /// The text as it may stand in a comment: one line of printable ASCII that ends no comment.
 pub fn comment(text: &str) -> String {
-    text.escape_default()
-        .to_string()
-        .replace("*/", "* /")
-        .replace("/*", "/ *")
+    text.escape_default().to_string().replace("*/", "* /").replace("/*", "/ *")
 }
 
 /// The number as the shortest literal that reads back to the same bits.
@@ -125,14 +119,8 @@ mod tests {
 
     #[test]
     fn strings_cannot_leave_their_literal() {
-        assert_eq!(
-            string_literal("a\"; loop {} //\n\\"),
-            r#""a\"; loop {} //\n\\""#
-        );
-        assert_eq!(
-            c_string_literal("a\"??/ä\n\\"),
-            r#""a\"\?\?/\303\244\012\\""#
-        );
+        assert_eq!(string_literal("a\"; loop {} //\n\\"), r#""a\"; loop {} //\n\\""#);
+        assert_eq!(c_string_literal("a\"??/ä\n\\"), r#""a\"\?\?/\303\244\012\\""#);
         assert_eq!(comment("x\n*/ fn f() /*"), "x\\n* / fn f() / *");
     }
 
@@ -140,15 +128,8 @@ mod tests {
     fn literals_read_back_to_the_same_bits() {
         for value in [0.1, -1.0 / 3.0, 5e-324, f64::MAX, 1e16, -0.0] {
             let literal = number_literal("value", value).unwrap();
-            assert_eq!(
-                literal.parse::<f64>().unwrap().to_bits(),
-                value.to_bits(),
-                "{literal}"
-            );
-            assert!(
-                literal.contains(['.', 'e']),
-                "{literal} would be an integer"
-            );
+            assert_eq!(literal.parse::<f64>().unwrap().to_bits(), value.to_bits(), "{literal}");
+            assert!(literal.contains(['.', 'e']), "{literal} would be an integer");
         }
         assert!(number_literal("value", f64::NAN).is_err());
     }
@@ -159,10 +140,7 @@ mod tests {
             let literal = single_literal("value", value).unwrap();
             let read = literal.parse::<f32>().unwrap();
             assert_eq!(read.to_bits(), (value as f32).to_bits(), "{literal}");
-            assert!(
-                literal.contains(['.', 'e']),
-                "{literal} would be an integer"
-            );
+            assert!(literal.contains(['.', 'e']), "{literal} would be an integer");
         }
         assert_eq!(single_literal("value", 1.0 / 3.0).unwrap(), "0.33333334");
         let beyond = single_literal("value", 1e39);

@@ -40,23 +40,13 @@ pub fn prune(map: &LocalMap, tolerance: f64) -> (LocalMap, PruneReport) {
         match stage {
             Stage::Leg(Leg { image }) => {
                 for jet in image {
-                    lost = lost.max(drop_smallest(
-                        &mut [(jet, 1.0)],
-                        bounds,
-                        budget,
-                        &mut report,
-                    ));
+                    lost = lost.max(drop_smallest(&mut [(jet, 1.0)], bounds, budget, &mut report));
                 }
             }
             Stage::Flown(flown) => {
                 report.kept += flown.polynomials().map(Jet::nonzero).sum::<usize>()
             }
-            Stage::Contact(Contact {
-                depth,
-                linear,
-                quadratic,
-                depth_form,
-            }) => {
+            Stage::Contact(Contact { depth, linear, quadratic, depth_form }) => {
                 *depth_form = None;
                 report.kept += depth.nonzero();
                 lost = drop_contact(
@@ -69,12 +59,7 @@ pub fn prune(map: &LocalMap, tolerance: f64) -> (LocalMap, PruneReport) {
                 );
             }
         }
-        report.bound = before
-            + if lost > 0.0 {
-                lost * amplification
-            } else {
-                0.0
-            };
+        report.bound = before + if lost > 0.0 { lost * amplification } else { 0.0 };
         amplification = next;
     }
     (pruned, report)
@@ -88,11 +73,7 @@ pub fn prune_composed(
 ) -> (ComposedMap, PruneReport) {
     let mut pruned = composed.clone();
     let mut report = PruneReport {
-        kept: composed
-            .depths
-            .iter()
-            .map(DepthPolynomial::coefficients)
-            .sum(),
+        kept: composed.depths.iter().map(DepthPolynomial::coefficients).sum(),
         ..PruneReport::default()
     };
     let bounds = [map.window.state.as_slice(), &map.window.parameter].concat();
@@ -106,9 +87,9 @@ pub fn prune_composed(
             parts.push((&mut term.coefficient, factor));
         }
         let budget = SHARE * tolerance / classes.len() as f64;
-        let lost = classes.values_mut().fold(0.0, |lost, parts| {
-            lost + drop_smallest(parts, &bounds, budget, &mut report)
-        });
+        let lost = classes
+            .values_mut()
+            .fold(0.0, |lost, parts| lost + drop_smallest(parts, &bounds, budget, &mut report));
         report.bound = report.bound.max(lost);
     }
     (pruned, report)
@@ -175,51 +156,35 @@ fn drop_smallest(
 }
 
 fn contribution(exponents: &[u8], coefficient: f64, bounds: &[f64]) -> f64 {
-    let powers = exponents
-        .iter()
-        .zip(bounds)
-        .map(|(&exponent, bound)| bound.powi(i32::from(exponent)));
+    let powers =
+        exponents.iter().zip(bounds).map(|(&exponent, bound)| bound.powi(i32::from(exponent)));
     coefficient.abs() * powers.product::<f64>()
 }
 
 /// Bound of a polynomial where every variable stays within its bound.
 fn magnitude(jet: &Jet<f64>, bounds: &[f64]) -> f64 {
     let nonzero = jet.terms().filter(|&(_, coefficient)| coefficient != 0.0);
-    nonzero
-        .map(|(exponents, coefficient)| contribution(exponents, coefficient, bounds))
-        .sum()
+    nonzero.map(|(exponents, coefficient)| contribution(exponents, coefficient, bounds)).sum()
 }
 
 /// Bounds of (coordinates; parameters) in front of every stage.
 fn stage_bounds(map: &LocalMap) -> Vec<Vec<f64>> {
     let mut bounds = [map.window.state.as_slice(), &map.window.parameter].concat();
-    let (mut all, y) = (
-        Vec::with_capacity(map.stages.len()),
-        map.window.depth.sqrt(),
-    );
+    let (mut all, y) = (Vec::with_capacity(map.stages.len()), map.window.depth.sqrt());
     for stage in &map.stages {
         all.push(bounds.clone());
         let next: Vec<f64> = match stage {
-            Stage::Leg(leg) => leg
-                .image
-                .iter()
-                .map(|jet| magnitude(jet, &bounds))
-                .collect(),
+            Stage::Leg(leg) => leg.image.iter().map(|jet| magnitude(jet, &bounds)).collect(),
             Stage::Flown(flown) => {
                 let corrections = flown.largest_corrections().iter();
                 let pairs = corrections.zip(&bounds);
-                pairs
-                    .map(|(correction, bound)| bound + correction)
-                    .collect()
+                pairs.map(|(correction, bound)| bound + correction).collect()
             }
             Stage::Contact(contact) => {
                 let corrections = contact.linear.iter().zip(&contact.quadratic);
                 let sizes = corrections
                     .map(|(l, q)| y * magnitude(l, &bounds) + y * y * magnitude(q, &bounds));
-                sizes
-                    .zip(&bounds)
-                    .map(|(correction, bound)| bound + correction)
-                    .collect()
+                sizes.zip(&bounds).map(|(correction, bound)| bound + correction).collect()
             }
         };
         bounds[..next.len()].copy_from_slice(&next);
@@ -233,9 +198,7 @@ fn lipschitz(stage: &Stage, bounds: &[f64], dimension: usize) -> f64 {
         return f64::INFINITY;
     };
     let row = |jet: &Jet<f64>| -> f64 {
-        (0..dimension)
-            .map(|j| derivative_magnitude(jet, j, bounds))
-            .sum()
+        (0..dimension).map(|j| derivative_magnitude(jet, j, bounds)).sum()
     };
     leg.image.iter().map(row).fold(0.0, f64::max)
 }

@@ -64,11 +64,7 @@ impl<S: Real> Approach<S> {
         weight: u32,
         kind: DepthVariable,
     ) -> Result<Self, ExpansionError> {
-        let Graze {
-            passage,
-            chart,
-            variables,
-        } = graze;
+        let Graze { passage, chart, variables } = graze;
         variables.check_contact_space(weight)?;
         let base = variables.smooth_space(weight + 1)?;
         let parameters = passage.parameter_jets(&base, variables.coordinates);
@@ -120,10 +116,7 @@ impl<S: Real> Approach<S> {
             .iter()
             .map(|coefficients| at_series_time(coefficients, &since_minimum))
             .collect();
-        Ok(Entry {
-            state,
-            time: &self.minimum_time + &since_minimum,
-        })
+        Ok(Entry { state, time: &self.minimum_time + &since_minimum })
     }
 
     /// `σ` of the entry time `t_min − y σ`, from the gap at the entry divided by `y²`:
@@ -163,9 +156,7 @@ fn kept_about_minimum(weight: u32, divisor: u32, order: usize) -> Vec<usize> {
 /// sought, and which is summed there.
 pub(super) fn kept_to_minimum(order: usize) -> Vec<usize> {
     let powers = 0..=(order + 1).max(2);
-    powers
-        .map(|power| (order + 1).saturating_sub(power).min(order))
-        .collect()
+    powers.map(|power| (order + 1).saturating_sub(power).min(order)).collect()
 }
 
 /// Time from a state to its minimum of the gap, and the series of the free flow about that minimum,
@@ -180,14 +171,11 @@ pub(super) fn series_about_minimum<S: Real>(
     let series = local_series_kept_to(field, start, parameters, to_minimum);
     let normal_acceleration = 2.0 * series.watched(0)[2].head().to_f64();
     if !(normal_acceleration > 0.0 && normal_acceleration.is_finite()) {
-        return Err(ExpansionError::DegenerateGraze {
-            normal_acceleration,
-        });
+        return Err(ExpansionError::DegenerateGraze { normal_acceleration });
     }
     let time = time_of_minimum(series.watched(0), &Jet::zero(start[0].space()))?;
-    let minimum: Vec<_> = (0..start.len())
-        .map(|component| at_series_time(series.state(component), &time))
-        .collect();
+    let minimum: Vec<_> =
+        (0..start.len()).map(|component| at_series_time(series.state(component), &time)).collect();
     let about = local_series_kept_to(field, &minimum, parameters, kept);
     Ok((time, about))
 }
@@ -198,9 +186,8 @@ pub(super) fn time_of_minimum<S: Real>(
     start: &Jet<S>,
 ) -> Result<Jet<S>, ExpansionError> {
     let powers = gap.iter().enumerate().skip(1);
-    let velocity: Vec<_> = powers
-        .map(|(power, coefficient)| coefficient.scale(S::from_f64(power as f64)))
-        .collect();
+    let velocity: Vec<_> =
+        powers.map(|(power, coefficient)| coefficient.scale(S::from_f64(power as f64))).collect();
     let root = implicit_root(start, |time| power_series_with_slope_at(&velocity, time))?;
     Ok(root)
 }
@@ -241,11 +228,7 @@ impl<S: Real> DepthChart<S> {
             let (depth, slope) = power_series_with_slope_at(&powers, coordinate);
             (&depth - &square, slope)
         })?;
-        Ok(Self {
-            space,
-            replaced,
-            coordinate,
-        })
+        Ok(Self { space, replaced, coordinate })
     }
 
     /// Jets in (coordinates; parameters) as jets in `(y; c', p)`.

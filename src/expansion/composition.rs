@@ -55,9 +55,8 @@ impl ComposedMap {
 pub fn compose(map: &LocalMap, variables: &Variables) -> Result<ComposedMap, ExpansionError> {
     let weight = map.orders.contact_weight.max(map.orders.smooth_order);
     let smooth_space = variables.smooth_space(DEVIATION_WEIGHT * map.orders.smooth_order)?;
-    let start = (0..variables.len())
-        .map(|variable| Jet::variable(&smooth_space, variable, 0.0))
-        .collect();
+    let start =
+        (0..variables.len()).map(|variable| Jet::variable(&smooth_space, variable, 0.0)).collect();
     let smooth = Composition::of(map, start, |state, _, _| state)?;
     if let Some((Stage::Contact(contact), rest)) = map.stages.split_first()
         && let Some(legs) = only_legs(rest)
@@ -94,10 +93,7 @@ fn after_contact(
     let before = chart.variables();
     let mut after = before.clone();
     let corrections = corrections(contact, &chart, orders.contact_weight);
-    after
-        .iter_mut()
-        .zip(&corrections)
-        .for_each(|(value, correction)| *value += correction);
+    after.iter_mut().zip(&corrections).for_each(|(value, correction)| *value += correction);
     let fly_all = |state: Vec<Jet<f64>>| legs.iter().fold(state, |state, leg| fly(leg, &state));
     let pairs = fly_all(after).into_iter().zip(fly_all(before));
     let image = smooth.image.into_iter().zip(pairs);
@@ -114,9 +110,7 @@ fn after_contact(
     let depths = smooth.depths.into_iter();
     Ok(ComposedMap {
         image: image.collect(),
-        depths: depths
-            .map(|depth| DepthPolynomial::of([(vec![0], depth)]))
-            .collect(),
+        depths: depths.map(|depth| DepthPolynomial::of([(vec![0], depth)])).collect(),
     })
 }
 
@@ -129,14 +123,9 @@ fn corrections(contact: &Contact, chart: &DepthChart<f64>, weight: u32) -> Vec<J
         return form.corrections.iter().map(cut).collect();
     }
     let y = Jet::variable(&chart.space, 0, 0.0);
-    let (linear, quadratic) = (
-        chart.raise(&contact.linear),
-        chart.raise(&contact.quadratic),
-    );
+    let (linear, quadratic) = (chart.raise(&contact.linear), chart.raise(&contact.quadratic));
     let parts = linear.iter().zip(&quadratic);
-    parts
-        .map(|(linear, quadratic)| &y * &(linear + &(&y * quadratic)))
-        .collect()
+    parts.map(|(linear, quadratic)| &y * &(linear + &(&y * quadratic))).collect()
 }
 
 /// Composes any map, in `(y_1 … y_K; coordinates; parameters)`.
@@ -157,9 +146,7 @@ fn of_any(
     let image = whole.image.iter().map(|jet| spaces.reduced(jet, &reduced));
     let polynomials = |smooth: Vec<Jet<f64>>, jets: Vec<Jet<f64>>| {
         let pairs = smooth.into_iter().zip(&jets);
-        pairs
-            .map(|(smooth, jet)| spaces.polynomial(smooth, jet))
-            .collect::<Result<_, _>>()
+        pairs.map(|(smooth, jet)| spaces.polynomial(smooth, jet)).collect::<Result<_, _>>()
     };
     Ok(ComposedMap {
         image: polynomials(smooth.image, image.collect())?,
@@ -196,10 +183,7 @@ impl Composition {
             };
         }
         state.truncate(map.dimension());
-        Ok(Self {
-            depths,
-            image: state,
-        })
+        Ok(Self { depths, image: state })
     }
 }
 
@@ -246,22 +230,16 @@ impl<S: Real> DepthPolynomial<S> {
                 (0..power).fold(product, |product, _| product * y)
             })
         };
-        self.terms
-            .iter()
-            .fold(S::zero(), |sum, term| sum + value(term))
+        self.terms.iter().fold(S::zero(), |sum, term| sum + value(term))
     }
 }
 
 impl DepthPolynomial {
     /// From coefficients by the powers of the depth variables that they belong to.
     pub(super) fn of(terms: impl IntoIterator<Item = (Vec<u8>, Jet<f64>)>) -> Self {
-        let terms = terms.into_iter().map(|(powers, coefficient)| DepthTerm {
-            powers,
-            coefficient,
-        });
-        Self {
-            terms: terms.collect(),
-        }
+        let terms =
+            terms.into_iter().map(|(powers, coefficient)| DepthTerm { powers, coefficient });
+        Self { terms: terms.collect() }
     }
 
     /// The same polynomial over another scalar.
@@ -270,9 +248,7 @@ impl DepthPolynomial {
             powers: term.powers.clone(),
             coefficient: term.coefficient.map_scalars(convert),
         });
-        DepthPolynomial {
-            terms: terms.collect(),
-        }
+        DepthPolynomial { terms: terms.collect() }
     }
 
     /// Number of coefficients that are not zero.
@@ -298,12 +274,7 @@ impl<'a> DepthSpace<'a> {
         weight: u32,
     ) -> Result<Self, ExpansionError> {
         let weights = [vec![1; passages], variables.weights.clone()].concat();
-        Ok(Self {
-            space: JetSpace::new(&weights, weight as usize)?,
-            passages,
-            variables,
-            weight,
-        })
+        Ok(Self { space: JetSpace::new(&weights, weight as usize)?, passages, variables, weight })
     }
 
     /// The variables (coordinates; parameters) as themselves.
@@ -322,18 +293,15 @@ impl<'a> DepthSpace<'a> {
     /// passage first.
     pub(super) fn reduced(&self, jet: &Jet<f64>, depths: &[Jet<f64>]) -> Jet<f64> {
         let passages = depths.iter().enumerate().rev();
-        passages.fold(jet.clone(), |jet, (passage, depth)| {
-            self.reduced_in(passage, &jet, depth)
-        })
+        passages.fold(jet.clone(), |jet, (passage, depth)| self.reduced_in(passage, &jet, depth))
     }
 
     /// `f_0 + y Σ_j f_{1+2j} depth^j + y² Σ_j f_{2+2j} depth^j`, `f_j` being what multiplies `y^j`.
     fn reduced_in(&self, passage: usize, jet: &Jet<f64>, depth: &Jet<f64>) -> Jet<f64> {
         let fold = |first: u8| {
             let powers = (first..=self.weight.min(255) as u8).step_by(2);
-            let coefficients: Vec<_> = powers
-                .map(|power| self.without_power(jet, passage, power))
-                .collect();
+            let coefficients: Vec<_> =
+                powers.map(|power| self.without_power(jet, passage, power)).collect();
             power_series_at(&coefficients, depth)
         };
         let y = self.depth_variable(passage);

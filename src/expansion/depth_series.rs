@@ -63,9 +63,7 @@ impl DepthSeries {
                 .collect()
         };
         let coordinates = graze.chart.section.coordinates.iter();
-        Ok(Self {
-            coefficients: coordinates.map(correction).collect(),
-        })
+        Ok(Self { coefficients: coordinates.map(correction).collect() })
     }
 
     /// The leading law of a coordinate's correction; `None` if it vanishes up to the order of the
@@ -73,10 +71,7 @@ impl DepthSeries {
     pub fn leading_law(&self, coordinate: usize) -> Option<LeadingLaw> {
         let series = &self.coefficients[coordinate];
         let exponent = series.iter().position(|&value| value != Dd::ZERO)?;
-        Some(LeadingLaw {
-            exponent: exponent as u32,
-            coefficient: series[exponent],
-        })
+        Some(LeadingLaw { exponent: exponent as u32, coefficient: series[exponent] })
     }
 
     /// Estimates the radius of convergence in `y`, the smallest over the coordinates.
@@ -92,10 +87,7 @@ impl DepthSeries {
     /// `None` if no coordinate has coefficients there. At order 24 the estimate is right to some
     /// ten per cent.
     pub fn radius(&self) -> Option<f64> {
-        self.coefficients
-            .iter()
-            .filter_map(|series| radius_of(series))
-            .reduce(f64::min)
+        self.coefficients.iter().filter_map(|series| radius_of(series)).reduce(f64::min)
     }
 }
 
@@ -106,15 +98,10 @@ fn radius_of(series: &[Dd]) -> Option<f64> {
             let value = series[power].magnitude() * (power as f64).powf(1.5);
             (power, value)
         });
-        weighted
-            .filter(|(_, value)| *value > 0.0)
-            .max_by(|a, b| a.1.total_cmp(&b.1))
+        weighted.filter(|(_, value)| *value > 0.0).max_by(|a, b| a.1.total_cmp(&b.1))
     };
     let end = series.len();
-    let (last, before) = (
-        end.checked_sub(LAST_POWERS)?,
-        end.checked_sub(2 * LAST_POWERS)?,
-    );
+    let (last, before) = (end.checked_sub(LAST_POWERS)?, end.checked_sub(2 * LAST_POWERS)?);
     let ((late, late_value), (early, early_value)) = (largest(last..end)?, largest(before..last)?);
     let radius = (early_value / late_value).powf(1.0 / (late - early) as f64);
     radius.is_finite().then_some(radius)
@@ -173,11 +160,7 @@ fn at_power(jet: &Jet<Dd>, power: usize) -> Dd {
 
 fn without_rounding(jet: &Jet<Dd>, power: usize, scale: f64) -> Dd {
     let value = at_power(jet, power);
-    if value.magnitude() <= VANISHING * scale {
-        Dd::ZERO
-    } else {
-        value
-    }
+    if value.magnitude() <= VANISHING * scale { Dd::ZERO } else { value }
 }
 
 /// The part of a discontinuity mapping that truncation at a weight leaves out at the largest depth
@@ -242,14 +225,7 @@ impl WindowEdge {
             let usable = root.unwrap_or(if ends.1 <= 0.0 { radius } else { 0.0 });
             (share(depth.sqrt()), usable * usable)
         };
-        Some(Self {
-            depth,
-            radius,
-            contact_weight,
-            leading_exponent,
-            omitted_share,
-            usable_depth,
-        })
+        Some(Self { depth, radius, contact_weight, leading_exponent, omitted_share, usable_depth })
     }
 
     /// Whether the window lies within the radius and the truncation leaves out no more than
@@ -290,11 +266,7 @@ fn share_of(y: f64, radius: f64, powers: usize) -> f64 {
 /// `q = y/R`, and on the circle itself `2n`.
 fn tail_factor(q: f64, order: usize) -> f64 {
     let on_the_circle = 2.0 * order as f64;
-    if q < 1.0 {
-        (q / (1.0 - q)).min(on_the_circle)
-    } else {
-        on_the_circle
-    }
+    if q < 1.0 { (q / (1.0 - q)).min(on_the_circle) } else { on_the_circle }
 }
 
 #[cfg(test)]
@@ -305,15 +277,9 @@ mod tests {
     /// `Σ_{k≥first} (y/R)^k`.
     fn geometric(first: usize, radius: f64) -> DepthSeries {
         let coefficient = |k: usize| {
-            if k < first {
-                Dd::ZERO
-            } else {
-                Dd::from(radius.powi(-(k as i32)))
-            }
+            if k < first { Dd::ZERO } else { Dd::from(radius.powi(-(k as i32))) }
         };
-        DepthSeries {
-            coefficients: vec![(0..=24).map(coefficient).collect()],
-        }
+        DepthSeries { coefficients: vec![(0..=24).map(coefficient).collect()] }
     }
 
     #[test]

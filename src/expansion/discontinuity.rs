@@ -79,12 +79,7 @@ impl<S: Real> Approach<S> {
             quadratic.push(fold(2, &quadratic_space));
             corrections.push(correction.truncate(weight as usize));
         }
-        let form = |replaced| {
-            Arc::new(DepthForm {
-                replaced,
-                corrections,
-            })
-        };
+        let form = |replaced| Arc::new(DepthForm { replaced, corrections });
         Ok(Contact {
             depth: self.depth_to(variables, weight)?,
             linear,
@@ -113,20 +108,14 @@ impl<S: Real> Approach<S> {
         let scale = largest(image).max(1.0);
         if displacement.is_nan() || displacement > 1e6 * S::ROUNDOFF * scale {
             let surface = passage.surface.clone();
-            return Err(ExpansionError::ResetNotIdentityAtTangency {
-                surface,
-                displacement,
-            });
+            return Err(ExpansionError::ResetNotIdentityAtTangency { surface, displacement });
         }
         Ok(())
     }
 }
 
 fn largest<S: Real>(jet: &Jet<S>) -> f64 {
-    jet.coefficients()
-        .iter()
-        .map(|value| value.magnitude())
-        .fold(0.0, f64::max)
+    jet.coefficients().iter().map(|value| value.magnitude()).fold(0.0, f64::max)
 }
 
 /// The state just after the contact, as jets in `(y; coordinates; parameters)`.
@@ -144,10 +133,7 @@ pub(super) enum Through<'a> {
     /// A reset.
     Reset(&'a Program),
     /// The contact field, until the release.
-    Contact {
-        field: &'a Field,
-        release: ReleaseBalance,
-    },
+    Contact { field: &'a Field, release: ReleaseBalance },
 }
 
 impl<'a> Through<'a> {
@@ -159,10 +145,9 @@ impl<'a> Through<'a> {
     pub(super) fn of(graze: &'a Graze) -> Result<Self, ExpansionError> {
         Ok(match &graze.passage.law {
             ContactLaw::Rigid { reset } => Self::Reset(reset),
-            ContactLaw::Compliant { field, .. } => Self::Contact {
-                field,
-                release: ReleaseBalance::new(graze, field)?,
-            },
+            ContactLaw::Compliant { field, .. } => {
+                Self::Contact { field, release: ReleaseBalance::new(graze, field)? }
+            }
         })
     }
 
@@ -271,13 +256,7 @@ pub fn impact_speed(graze: &Graze, weight: u32) -> Result<ImpactSpeed, Expansion
     });
     let fold = |first: u8, weight_left: u32| {
         let space = graze.variables.smooth_space(weight_left)?;
-        Ok::<_, ExpansionError>(fold_depth_powers(
-            &speed,
-            first,
-            weight,
-            &approach.depth,
-            &space,
-        ))
+        Ok::<_, ExpansionError>(fold_depth_powers(&speed, first, weight, &approach.depth, &space))
     };
     Ok(ImpactSpeed {
         linear: fold(1, weight.saturating_sub(1))?,

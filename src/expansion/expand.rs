@@ -83,13 +83,7 @@ impl<'a> Expander<'a> {
         let clock = scene.model.phase.as_ref().zip(grazes.first());
         let rate =
             clock.map(|(phase, graze)| graze.passage.jet_program(&scene.model, &[phase.rate]));
-        Ok(Self {
-            scene,
-            orbit,
-            grazes,
-            routes,
-            rate,
-        })
+        Ok(Self { scene, orbit, grazes, routes, rate })
     }
 
     /// Number of grazing passages of a period.
@@ -127,9 +121,7 @@ impl<'a> Expander<'a> {
         let Graze { chart, .. } = &self.grazes[passage];
         let states = self.scene.model.states.len();
         let size = |value: f64| if value > 0.0 { value } else { 1.0 };
-        let lengths = chart.point[..states]
-            .iter()
-            .map(|value| value.to_f64().abs());
+        let lengths = chart.point[..states].iter().map(|value| value.to_f64().abs());
         let length = size(lengths.fold(self.depth_unit(passage), f64::max));
         let coordinates = chart.section.coordinates.iter();
         let coordinates = coordinates.map(|&at| if at < states { length } else { 1.0 });
@@ -220,10 +212,7 @@ impl<'a> Expander<'a> {
         let coordinates = window.state.iter();
         let coordinates = coordinates.map(|&width| if own { finite(width) } else { reach });
         let parameters = window.parameter.iter().map(|&width| finite(width));
-        FlightWindow {
-            depth: window.depth,
-            half_widths: coordinates.chain(parameters).collect(),
-        }
+        FlightWindow { depth: window.depth, half_widths: coordinates.chain(parameters).collect() }
     }
 
     /// A map from parts expanded before: legs by [`legs`](Self::legs), the passages by
@@ -263,9 +252,7 @@ impl<'a> Expander<'a> {
     ///
     /// See [`discontinuity`].
     pub fn contacts(&self, weight: u32) -> Result<Vec<Contact>, ExpansionError> {
-        (0..self.passages())
-            .map(|passage| self.contact(passage, weight))
-            .collect()
+        (0..self.passages()).map(|passage| self.contact(passage, weight)).collect()
     }
 
     /// The discontinuity mapping of a passage to a weight, in double precision.
@@ -330,9 +317,7 @@ impl<'a> Expander<'a> {
     pub fn leading_laws(&self, passage: usize) -> Result<Vec<Option<LeadingLaw>>, ExpansionError> {
         let series = self.depth_series(passage, LEADING_ORDER)?;
         let coordinates = 0..self.variables_at(passage).coordinates;
-        Ok(coordinates
-            .map(|coordinate| series.leading_law(coordinate))
-            .collect())
+        Ok(coordinates.map(|coordinate| series.leading_law(coordinate)).collect())
     }
 
     /// Estimates the radius of convergence of a passage's mapping in `y`; see
@@ -380,8 +365,7 @@ impl<'a> Expander<'a> {
     ///
     /// As [`legs`](Self::legs).
     pub fn smooth(&self, smooth_order: u32) -> Result<Leg, ExpansionError> {
-        self.flight(&self.routes.whole, smooth_order)?
-            .by_collocation()
+        self.flight(&self.routes.whole, smooth_order)?.by_collocation()
     }
 
     fn each_leg<S: Real>(
@@ -392,12 +376,7 @@ impl<'a> Expander<'a> {
         let leg = |route| expand(&self.flight(route, smooth_order)?);
         Ok(Legs {
             before: self.routes.before.as_ref().map(leg).transpose()?,
-            after: self
-                .routes
-                .after
-                .iter()
-                .map(leg)
-                .collect::<Result<_, _>>()?,
+            after: self.routes.after.iter().map(leg).collect::<Result<_, _>>()?,
         })
     }
 
@@ -468,9 +447,7 @@ impl LegFlight<'_> {
         &self,
         fly: impl Fn(&[Jet<S>], &[Jet<S>]) -> Result<Vec<Jet<S>>, FlowError>,
     ) -> Result<Leg<S>, ExpansionError> {
-        let Graze {
-            passage, variables, ..
-        } = &self.expander.grazes[self.route.from.passage];
+        let Graze { passage, variables, .. } = &self.expander.grazes[self.route.from.passage];
         let start = self.route.from.chart.embed(passage, &self.space, 0)?;
         let parameters = passage.parameter_jets(&self.space, variables.coordinates);
         let flown = fly(&start, &parameters)?;
@@ -492,9 +469,7 @@ impl LegFlight<'_> {
         let length = origin[..states].iter().map(|value| value.magnitude());
         let length = length.fold(1.0, f64::max);
         let coordinates = self.route.to.chart.section.coordinates.iter();
-        coordinates
-            .map(|&component| if component < states { length } else { 1.0 })
-            .collect()
+        coordinates.map(|&component| if component < states { length } else { 1.0 }).collect()
     }
 
     /// The free field, the event function at the far end watched.

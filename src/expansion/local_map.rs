@@ -172,11 +172,7 @@ pub struct DepthForm<S: Scalar = f64> {
 impl<S: Real> Contact<S> {
     /// Whether every coefficient is finite.
     pub fn is_finite(&self) -> bool {
-        let mut jets = self
-            .linear
-            .iter()
-            .chain(&self.quadratic)
-            .chain([&self.depth]);
+        let mut jets = self.linear.iter().chain(&self.quadratic).chain([&self.depth]);
         jets.all(Jet::is_finite)
     }
 
@@ -205,9 +201,7 @@ impl LocalMap {
 
     /// Whether a contact of this map is flown.
     pub fn is_flown(&self) -> bool {
-        self.stages
-            .iter()
-            .any(|stage| matches!(stage, Stage::Flown(_)))
+        self.stages.iter().any(|stage| matches!(stage, Stage::Flown(_)))
     }
 
     /// Number of coefficients that are not zero.
@@ -218,10 +212,7 @@ impl LocalMap {
 
     /// Number of grazing passages.
     pub fn passages(&self) -> usize {
-        self.stages
-            .iter()
-            .filter(|stage| stage.is_passage())
-            .count()
+        self.stages.iter().filter(|stage| stage.is_passage()).count()
     }
 }
 
@@ -236,12 +227,7 @@ pub(super) fn map_section(scene: &Scene, orbit: &GrazingOrbit) -> MapSection {
         .into_iter()
         .map(|(name, value)| (name.to_owned(), value))
         .unzip();
-    MapSection {
-        kind,
-        coordinates,
-        point,
-        phase,
-    }
+    MapSection { kind, coordinates, point, phase }
 }
 
 /// The active parameters with their grazing values.
@@ -260,11 +246,7 @@ pub(super) fn map_window(scene: &Scene, orbit: &GrazingOrbit) -> MapWindow {
     let active = scene.expansion.active.iter();
     MapWindow {
         depth: window.depth,
-        state: coordinates
-            .map(|&component| window.state[component])
-            .collect(),
-        parameter: active
-            .map(|&parameter| window.parameter[parameter])
-            .collect(),
+        state: coordinates.map(|&component| window.state[component]).collect(),
+        parameter: active.map(|&parameter| window.parameter[parameter]).collect(),
     }
 }

@@ -49,18 +49,13 @@ impl Expander<'_> {
         let contacts = (0..self.passages())
             .map(|passage| self.lost_by_contact(passage, orders.contact_weight))
             .collect::<Result<Vec<_>, _>>()?;
-        Ok(LostDigits {
-            smooth: worst(&legs),
-            discontinuity: worst(&contacts),
-        })
+        Ok(LostDigits { smooth: worst(&legs), discontinuity: worst(&contacts) })
     }
 
     fn lost_by_contact(&self, passage: usize, weight: u32) -> Result<Vec<f64>, ExpansionError> {
         let weight = self.affordable_weight(passage, weight)?;
-        let (contact, exact) = (
-            self.contact(passage, weight)?,
-            self.contact_in::<Dd>(passage, weight)?,
-        );
+        let (contact, exact) =
+            (self.contact(passage, weight)?, self.contact_in::<Dd>(passage, weight)?);
         let units = self.units(passage);
         let linear = contact.linear.iter().zip(&exact.linear);
         let quadratic = contact.quadratic.iter().zip(&exact.quadratic);
@@ -104,12 +99,7 @@ fn lost_by_leg((leg, exact): (&Leg, &Leg<Dd>), units: &[f64]) -> Vec<f64> {
 /// The largest loss of each coordinate.
 fn worst(losses: &[Vec<f64>]) -> Vec<f64> {
     let coordinates = 0..losses.first().map_or(0, Vec::len);
-    let worst = |coordinate: usize| {
-        losses
-            .iter()
-            .map(|loss| loss[coordinate])
-            .fold(0.0, f64::max)
-    };
+    let worst = |coordinate: usize| losses.iter().map(|loss| loss[coordinate]).fold(0.0, f64::max);
     coordinates.map(worst).collect()
 }
 
@@ -150,11 +140,7 @@ impl<'a> Compared<'a> {
             .map(|degree| {
                 let range = space.degree_range(degree);
                 let of_degree = largest(&self.exact[range.clone()]);
-                let scale = if of_degree > VANISHING * all {
-                    of_degree
-                } else {
-                    all
-                };
+                let scale = if of_degree > VANISHING * all { of_degree } else { all };
                 if scale > 0.0 {
                     largest(&self.errors[range]) / (scale * f64::EPSILON)
                 } else {
@@ -162,11 +148,7 @@ impl<'a> Compared<'a> {
                 }
             })
             .fold(1.0, larger);
-        if worst.is_finite() {
-            worst.log10().min(ALL)
-        } else {
-            ALL
-        }
+        if worst.is_finite() { worst.log10().min(ALL) } else { ALL }
     }
 }
 
@@ -179,9 +161,5 @@ fn largest(sizes: &[f64]) -> f64 {
 
 /// The larger of two, NaN winning.
 fn larger(a: f64, b: f64) -> f64 {
-    if a.is_nan() || b.is_nan() {
-        f64::NAN
-    } else {
-        a.max(b)
-    }
+    if a.is_nan() || b.is_nan() { f64::NAN } else { a.max(b) }
 }

@@ -29,12 +29,7 @@ impl MapKernel {
             let point = [state.as_slice(), &parameters].concat();
             state = match stage {
                 Stage::Leg(Leg { image }) => lower_all(&mut builder, image, &point),
-                Stage::Contact(Contact {
-                    depth,
-                    linear,
-                    quadratic,
-                    ..
-                }) => {
+                Stage::Contact(Contact { depth, linear, quadratic, .. }) => {
                     let depth = HornerPlan::of_jet(depth).lower(&mut builder, &point);
                     depths.push(depth);
                     contact(&mut builder, depth, &state, [linear, quadratic], &point)
@@ -68,15 +63,8 @@ impl MapKernel {
 
     fn new(map: &LocalMap, builder: KernelBuilder, image: Vec<Value>, depths: Vec<Value>) -> Self {
         let passages = depths.len();
-        let kernel = builder
-            .finish([image, depths].concat())
-            .without_dead_operations();
-        Self {
-            dimension: map.dimension(),
-            parameters: map.parameters.len(),
-            passages,
-            kernel,
-        }
+        let kernel = builder.finish([image, depths].concat()).without_dead_operations();
+        Self { dimension: map.dimension(), parameters: map.parameters.len(), passages, kernel }
     }
 
     /// The kernel with the Jacobian `∂x⁺_i/∂x_j`, row by row, after its other outputs.
@@ -129,19 +117,13 @@ impl Arithmetic for KernelBuilder {
 fn start(map: &LocalMap) -> (KernelBuilder, Vec<Value>, Vec<Value>) {
     let (dimension, inputs) = (map.dimension(), map.dimension() + map.parameters.len());
     let builder = KernelBuilder::new(inputs);
-    let state = (0..dimension)
-        .map(|position| builder.input(position))
-        .collect();
-    let parameters = (dimension..inputs)
-        .map(|position| builder.input(position))
-        .collect();
+    let state = (0..dimension).map(|position| builder.input(position)).collect();
+    let parameters = (dimension..inputs).map(|position| builder.input(position)).collect();
     (builder, state, parameters)
 }
 
 fn lower_all(builder: &mut KernelBuilder, jets: &[Jet<f64>], point: &[Value]) -> Vec<Value> {
-    jets.iter()
-        .map(|jet| HornerPlan::of_jet(jet).lower(builder, point))
-        .collect()
+    jets.iter().map(|jet| HornerPlan::of_jet(jet).lower(builder, point)).collect()
 }
 
 fn terms(polynomial: &DepthPolynomial) -> Vec<&DepthTerm> {

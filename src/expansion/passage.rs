@@ -49,9 +49,9 @@ impl Passage {
         let surface = &model.surfaces[number];
         let inputs = jet_inputs(model.dimension(), parameters, active);
         let law = match &surface.response {
-            Response::Impact { reset } => ContactLaw::Rigid {
-                reset: Program::new(&model.graph, reset, &inputs),
-            },
+            Response::Impact { reset } => {
+                ContactLaw::Rigid { reset: Program::new(&model.graph, reset, &inputs) }
+            }
             Response::Contact { field, release } => {
                 let graze: Vec<Dd> = state.iter().chain(parameters).copied().collect();
                 refuse_corners(model, surface, field, *release, &graze)?;
@@ -73,9 +73,8 @@ impl Passage {
         let mut graph = model.graph.clone();
         let slopes = (0..model.dimension())
             .map(|component| graph.derivative(surface.normal_velocity, component));
-        let normal_velocity: Vec<_> = std::iter::once(surface.normal_velocity)
-            .chain(slopes)
-            .collect();
+        let normal_velocity: Vec<_> =
+            std::iter::once(surface.normal_velocity).chain(slopes).collect();
         Ok(Self {
             surface: surface.name.clone(),
             field: Field::free_bound(model, &[surface.event], active, parameters),
@@ -125,11 +124,9 @@ fn refuse_corners(
     let outputs: Vec<_> = field.iter().copied().chain([release]).collect();
     match corner_under(&model.graph, &outputs, graze) {
         None => Ok(()),
-        Some(Corner { function, argument }) => Err(ContactLawError::NotAnalytic {
-            surface: surface.name.clone(),
-            function,
-            argument,
-        }),
+        Some(Corner { function, argument }) => {
+            Err(ContactLawError::NotAnalytic { surface: surface.name.clone(), function, argument })
+        }
     }
 }
 
@@ -140,16 +137,11 @@ fn parameter_jets<S: Real>(
     space: &Arc<JetSpace>,
     first_variable: usize,
 ) -> Vec<Jet<S>> {
-    let mut jets: Vec<_> = parameters
-        .iter()
-        .map(|&value| Jet::constant(space, S::from_dd(value)))
-        .collect();
+    let mut jets: Vec<_> =
+        parameters.iter().map(|&value| Jet::constant(space, S::from_dd(value))).collect();
     for (position, &parameter) in active.iter().enumerate() {
-        jets[parameter] = Jet::variable(
-            space,
-            first_variable + position,
-            S::from_dd(parameters[parameter]),
-        );
+        jets[parameter] =
+            Jet::variable(space, first_variable + position, S::from_dd(parameters[parameter]));
     }
     jets
 }

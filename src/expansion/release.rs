@@ -109,21 +109,15 @@ impl ReleaseBalance {
         let space = entry[0].space();
         let series = local_series_kept_to(field, entry, parameters, self.kept(space.order()));
         let release = series.watched(0).iter().enumerate().skip(self.trivial);
-        let divided: Vec<_> = release
-            .map(|(power, jet)| shift_depth_power(jet, self.shift(power)))
-            .collect();
+        let divided: Vec<_> =
+            release.map(|(power, jet)| shift_depth_power(jet, self.shift(power))).collect();
         let start = Jet::constant(space, S::from_dd(self.factor));
-        let factor = implicit_root(&start, |factor| {
-            power_series_with_slope_at(&divided, factor)
-        })?;
+        let factor = implicit_root(&start, |factor| power_series_with_slope_at(&divided, factor))?;
         let contact_time = shift_depth_power(&factor, self.power as i32);
         let state = (0..entry.len())
             .map(|component| at_series_time(series.state(component), &contact_time))
             .collect();
-        Ok(Exit {
-            state,
-            contact_time,
-        })
+        Ok(Exit { state, contact_time })
     }
 }
 
@@ -166,9 +160,7 @@ impl<'a> Polygon<'a> {
         });
         let scales: Vec<f64> = scales.collect();
         let next = |power: usize| scales[(power + 1).min(scales.len() - 1)];
-        let zero: Vec<_> = (0..release.len())
-            .map(|power| VANISHING * next(power))
-            .collect();
+        let zero: Vec<_> = (0..release.len()).map(|power| VANISHING * next(power)).collect();
         let vanishes = |(jet, zero): &(&Jet<Dd>, &f64)| jet.max_abs() <= **zero;
         Self {
             surface: &passage.surface,

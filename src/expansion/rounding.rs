@@ -30,10 +30,7 @@ impl Sizes {
     /// The sizes with that of the depth variable as the first variable's.
     fn with_depth(&self) -> Self {
         let variables = iter::once(&self.depth).chain(&self.variables);
-        Self {
-            depth: self.depth,
-            variables: variables.copied().collect(),
-        }
+        Self { depth: self.depth, variables: variables.copied().collect() }
     }
 }
 
@@ -45,29 +42,18 @@ impl Sizes {
 /// NOTE: monomials farther apart are not compared. Where a contact is stiff the coefficients of
 /// high powers of one variable exceed those of another by more than double-double has digits.
 pub(super) fn without_rounding(mut contact: Contact<Dd>, sizes: &Sizes) -> Contact<Dd> {
-    let depth = Part {
-        factor: 1.0,
-        jet: &mut contact.depth,
-    };
+    let depth = Part { factor: 1.0, jet: &mut contact.depth };
     clear(&mut [depth], sizes);
     let linear = contact.linear.iter_mut().zip(&sizes.variables);
-    let linear = linear.map(|(jet, size)| Part {
-        factor: sizes.depth / size,
-        jet,
-    });
+    let linear = linear.map(|(jet, size)| Part { factor: sizes.depth / size, jet });
     let quadratic = contact.quadratic.iter_mut().zip(&sizes.variables);
-    let quadratic = quadratic.map(|(jet, size)| Part {
-        factor: sizes.depth * sizes.depth / size,
-        jet,
-    });
+    let quadratic =
+        quadratic.map(|(jet, size)| Part { factor: sizes.depth * sizes.depth / size, jet });
     // The first has all the monomials that the others have.
     clear(&mut linear.chain(quadratic).collect::<Vec<_>>(), sizes);
     if let Some(form) = contact.depth_form.as_mut().map(Arc::make_mut) {
         let corrections = form.corrections.iter_mut().zip(&sizes.variables);
-        let corrections = corrections.map(|(jet, size)| Part {
-            factor: 1.0 / size,
-            jet,
-        });
+        let corrections = corrections.map(|(jet, size)| Part { factor: 1.0 / size, jet });
         clear(&mut corrections.collect::<Vec<_>>(), &sizes.with_depth());
     }
     contact
@@ -84,9 +70,7 @@ impl Part<'_> {
     fn terms(&self, sizes: &Sizes) -> Vec<(Vec<u8>, f64)> {
         let term = |(powers, value): (&[u8], Dd)| {
             let pairs = powers.iter().zip(&sizes.variables);
-            let monomial: f64 = pairs
-                .map(|(&power, size)| size.powi(i32::from(power)))
-                .product();
+            let monomial: f64 = pairs.map(|(&power, size)| size.powi(i32::from(power))).product();
             (powers.to_vec(), value.magnitude() * monomial * self.factor)
         };
         self.jet.terms().map(term).collect()
@@ -144,10 +128,7 @@ mod tests {
             quadratic: vec![jet(quadratic)],
             depth_form: None,
         };
-        let sizes = Sizes {
-            depth: 0.1,
-            variables: vec![1e-3, 10.0],
-        };
+        let sizes = Sizes { depth: 0.1, variables: vec![1e-3, 10.0] };
         let found = without_rounding(contact, &sizes).to_f64();
         [&found.linear[0], &found.quadratic[0], &found.depth].map(|jet| jet.coefficients().to_vec())
     }
@@ -174,24 +155,15 @@ mod tests {
         };
         // In sizes: y 1e-27, y u 1 and y v 1e-27 of the first coordinate; y 1e-29 and y u 1e-30 of
         // the second.
-        let corrections = vec![
-            correction([1e-29, 10.0, 1e-30]),
-            correction([1e-27, 1e-25, 0.0]),
-        ];
+        let corrections = vec![correction([1e-29, 10.0, 1e-30]), correction([1e-27, 1e-25, 0.0])];
         let flat = Jet::zero(&JetSpace::uniform(2, 1).unwrap());
         let contact = Contact {
             depth: flat.clone(),
             linear: vec![flat.clone(), flat.clone()],
             quadratic: vec![flat.clone(), flat],
-            depth_form: Some(Arc::new(DepthForm {
-                replaced: 0,
-                corrections,
-            })),
+            depth_form: Some(Arc::new(DepthForm { replaced: 0, corrections })),
         };
-        let sizes = Sizes {
-            depth: 0.1,
-            variables: vec![1e-3, 10.0],
-        };
+        let sizes = Sizes { depth: 0.1, variables: vec![1e-3, 10.0] };
         let form = without_rounding(contact, &sizes).depth_form.unwrap();
         let found = [0, 1].map(|coordinate| {
             let coefficients = form.corrections[coordinate].coefficients();

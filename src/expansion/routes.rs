@@ -87,10 +87,7 @@ impl Routes {
         }
         Self {
             passages: met.into_iter().map(|passage| passage.place).collect(),
-            after: places
-                .windows(2)
-                .map(|pair| route(&pair[0], &pair[1]))
-                .collect(),
+            after: places.windows(2).map(|pair| route(&pair[0], &pair[1])).collect(),
             whole: route(&start, &end),
             before,
         }
@@ -101,10 +98,7 @@ impl Routes {
 /// point.
 pub(super) fn grazing_chart(orbit: &GrazingOrbit, passage: usize) -> SectionChart {
     let graze = &orbit.passages[passage];
-    SectionChart {
-        section: graze.section.clone(),
-        point: graze.state.clone(),
-    }
+    SectionChart { section: graze.section.clone(), point: graze.state.clone() }
 }
 
 /// The leg between two places.
@@ -119,12 +113,7 @@ fn route(scene: &Scene, orbit: &GrazingOrbit, from: &Place, to: &Place) -> Route
             (flown - (to.end.chart.point[phase] - from.end.chart.point[phase])) / clock.period;
         clock.period * (turns + Dd::from(0.5)).floor()
     });
-    Route {
-        from: from.end.clone(),
-        to: to.end.clone(),
-        duration,
-        phase_advance,
-    }
+    Route { from: from.end.clone(), to: to.end.clone(), duration, phase_advance }
 }
 
 /// A chart of a section about a point of the orbit.
@@ -150,17 +139,11 @@ impl SectionChart {
         space: &Arc<JetSpace>,
         first_variable: usize,
     ) -> Result<Vec<Jet<S>>, ExpansionError> {
-        let mut state: Vec<_> = self
-            .point
-            .iter()
-            .map(|&value| Jet::constant(space, S::from_dd(value)))
-            .collect();
+        let mut state: Vec<_> =
+            self.point.iter().map(|&value| Jet::constant(space, S::from_dd(value))).collect();
         for (position, &component) in self.section.coordinates.iter().enumerate() {
-            state[component] = Jet::variable(
-                space,
-                first_variable + position,
-                S::from_dd(self.point[component]),
-            );
+            state[component] =
+                Jet::variable(space, first_variable + position, S::from_dd(self.point[component]));
         }
         if self.section.kind == PoincareSectionKind::Tangency {
             let eliminated = self.section.eliminated;

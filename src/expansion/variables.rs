@@ -73,9 +73,7 @@ impl Variables {
     }
 
     fn contact_weights(&self) -> Vec<u32> {
-        std::iter::once(1)
-            .chain(self.weights.iter().copied())
-            .collect()
+        std::iter::once(1).chain(self.weights.iter().copied()).collect()
     }
 }
 
@@ -88,39 +86,22 @@ pub(super) fn variables(scene: &Scene, section: &PoincareSection) -> Variables {
     let coordinates = section.coordinate_names(&scene.model);
     let active = scene.expansion.active.iter();
     let parameters = active.map(|&parameter| scene.model.parameters[parameter].name.as_str());
-    let names: Vec<_> = coordinates
-        .iter()
-        .copied()
-        .chain(parameters)
-        .map(str::to_owned)
-        .collect();
+    let names: Vec<_> = coordinates.iter().copied().chain(parameters).map(str::to_owned).collect();
     let weight = |name: &String| {
-        let given = scene
-            .expansion
-            .weights
-            .iter()
-            .find(|(other, _)| other == name);
+        let given = scene.expansion.weights.iter().find(|(other, _)| other == name);
         given.map_or(DEVIATION_WEIGHT, |(_, weight)| *weight)
     };
-    Variables {
-        weights: names.iter().map(weight).collect(),
-        coordinates: coordinates.len(),
-        names,
-    }
+    Variables { weights: names.iter().map(weight).collect(), coordinates: coordinates.len(), names }
 }
 
 /// Lifts a jet in (coordinates; parameters) to a space that has `y` as its first variable.
 pub(super) fn lift<S: Scalar>(jet: &Jet<S>, contact_space: &Arc<JetSpace>) -> Jet<S> {
-    rebase(jet, contact_space, |exponents, target| {
-        target[1..].copy_from_slice(exponents)
-    })
+    rebase(jet, contact_space, |exponents, target| target[1..].copy_from_slice(exponents))
 }
 
 /// The same polynomial in another space of the same variables, cut at that space's order.
 pub(super) fn respace<S: Scalar>(jet: &Jet<S>, space: &Arc<JetSpace>) -> Jet<S> {
-    rebase(jet, space, |exponents, target| {
-        target.copy_from_slice(exponents)
-    })
+    rebase(jet, space, |exponents, target| target.copy_from_slice(exponents))
 }
 
 /// The coefficient of `y^power` of a jet in `(y; coordinates; parameters)`.
@@ -151,9 +132,8 @@ pub(super) fn fold_depth_powers<S: Scalar>(
 ) -> Jet<S> {
     let depth = respace(depth, space);
     let powers = (first..=weight.min(255) as u8).step_by(2);
-    let coefficients: Vec<_> = powers
-        .map(|power| coefficient_of_depth_power(correction, power, space))
-        .collect();
+    let coefficients: Vec<_> =
+        powers.map(|power| coefficient_of_depth_power(correction, power, space)).collect();
     power_series_at(&coefficients, &depth)
 }
 
@@ -197,11 +177,7 @@ mod tests {
 
     fn variables(weights: &[u32]) -> Variables {
         let names = weights.iter().map(|weight| format!("w{weight}")).collect();
-        Variables {
-            names,
-            weights: weights.to_vec(),
-            coordinates: 1,
-        }
+        Variables { names, weights: weights.to_vec(), coordinates: 1 }
     }
 
     #[test]

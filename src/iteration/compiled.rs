@@ -52,10 +52,7 @@ impl CompiledMap {
             }
         };
         let made = call(image, depths);
-        assert!(
-            made.is_some(),
-            "state, parameters and image have the map's lengths"
-        );
+        assert!(made.is_some(), "state, parameters and image have the map's lengths");
         let mut info = StepInfo::default();
         for (passage, &depth) in depths.iter().enumerate() {
             info.add_passage(passage, depth);
@@ -74,9 +71,7 @@ impl DiscreteMap for CompiledMap {
     }
 
     fn step(&self, state: &[f64], parameters: &[f64], image: &mut [f64]) -> StepInfo {
-        self.run(image, |image, depths| {
-            (self.map.step)(state, parameters, image, depths)
-        })
+        self.run(image, |image, depths| (self.map.step)(state, parameters, image, depths))
     }
 
     fn step_jacobian(

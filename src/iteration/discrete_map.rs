@@ -69,10 +69,7 @@ impl StepInfo {
 
     /// The same with [`valid`](Self::valid) set: whether every number of the image is finite.
     pub fn checked(self, image: &[f64]) -> Self {
-        Self {
-            valid: image.iter().all(|value| value.is_finite()),
-            ..self
-        }
+        Self { valid: image.iter().all(|value| value.is_finite()), ..self }
     }
 }
 
@@ -160,10 +157,7 @@ impl PassageSet {
 
     /// The bit of a passage; 0 beyond the last.
     fn bit(passage: usize) -> u64 {
-        u32::try_from(passage)
-            .ok()
-            .and_then(|passage| 1u64.checked_shl(passage))
-            .unwrap_or(0)
+        u32::try_from(passage).ok().and_then(|passage| 1u64.checked_shl(passage)).unwrap_or(0)
     }
 }
 

@@ -28,11 +28,7 @@ impl<const N: usize> FrozenLanes<N> {
         let freezer = &forms.frozen_step;
         let coefficients = parameters.iter().map(|own| freezer.coefficients(own));
         let coefficients: Vec<Vec<f64>> = coefficients.collect();
-        Self {
-            step: freezer.in_lanes(&coefficients),
-            coefficients,
-            forms,
-        }
+        Self { step: freezer.in_lanes(&coefficients), coefficients, forms }
     }
 
     /// Iterates a state in every lane, as [`MapOrbit::of`] does one.
@@ -45,18 +41,15 @@ impl<const N: usize> FrozenLanes<N> {
         let dimension = self.forms.lowered.dimension;
         assert_eq!(scales, dimension, "lengths of state and scales");
         let orbits = initial.iter();
-        let mut orbits: Vec<MapOrbit> = orbits
-            .map(|state| MapOrbit::begin(state, request.keep))
-            .collect();
+        let mut orbits: Vec<MapOrbit> =
+            orbits.map(|state| MapOrbit::begin(state, request.keep)).collect();
         let state = self.gather(initial);
         self.step.inputs_mut().copy_from_slice(&state);
         let limits = request.scales.iter();
         widest(Iterating {
             map: &mut self.step,
             request,
-            limits: limits
-                .map(|scale| Lanes::splat(request.escape_factor * scale))
-                .collect(),
+            limits: limits.map(|scale| Lanes::splat(request.escape_factor * scale)).collect(),
             image: vec![0.0; dimension],
             orbits: &mut orbits,
         });
@@ -82,11 +75,7 @@ impl<const N: usize> FrozenLanes<N> {
         for (input, value) in map.inputs_mut().iter_mut().zip(self.gather(initial)) {
             *input = Dual { value, slope: unit };
         }
-        let exponents = widest(Stretching {
-            map,
-            transient,
-            iterates,
-        });
+        let exponents = widest(Stretching { map, transient, iterates });
         exponents[..self.coefficients.len()].to_vec()
     }
 
@@ -196,10 +185,7 @@ fn info<const N: usize>(
     dimension: usize,
     lane: usize,
 ) -> StepInfo {
-    let mut info = StepInfo {
-        valid: true,
-        ..StepInfo::default()
-    };
+    let mut info = StepInfo { valid: true, ..StepInfo::default() };
     for (passage, number) in (dimension..map.outputs()).enumerate() {
         info.add_passage(passage, map.output(number)[lane]);
     }

@@ -30,9 +30,7 @@ impl HornerMap {
     }
 
     fn of_kernel(lowered: MapKernel) -> Self {
-        Self {
-            forms: Arc::new(Forms::new(lowered)),
-        }
+        Self { forms: Arc::new(Forms::new(lowered)) }
     }
 
     /// The map's operations.
@@ -252,11 +250,7 @@ pub struct SingleMap {
 
 impl SingleMap {
     pub(super) fn new(map: HornerMap) -> Self {
-        Self {
-            step: Interpreter::new(&map.kernel().kernel),
-            jacobian: OnceLock::new(),
-            map,
-        }
+        Self { step: Interpreter::new(&map.kernel().kernel), jacobian: OnceLock::new(), map }
     }
 }
 

@@ -140,11 +140,7 @@ fn flown_step(flown: &FlownContact, point: &[f64], dimension: usize) -> (f64, Ve
     let point = tangents.variables(point);
     let (image, depth) = flown.act(&mut tangents, &point);
     let jacobian = image.iter().flat_map(|value| &value.tangent).copied();
-    (
-        depth.value,
-        image.iter().map(|value| value.value).collect(),
-        jacobian.collect(),
-    )
+    (depth.value, image.iter().map(|value| value.value).collect(), jacobian.collect())
 }
 
 /// The arithmetic of values with derivatives by a number of variables.
@@ -181,9 +177,7 @@ impl Tangents {
     fn combined(&self, value: f64, parts: &[(f64, &Tangent)]) -> Tangent {
         let along = |direction: usize| {
             let parts = parts.iter();
-            parts
-                .map(|(factor, part)| factor * part.tangent[direction])
-                .sum()
+            parts.map(|(factor, part)| factor * part.tangent[direction]).sum()
         };
         let tangent = (0..self.directions).map(along).collect();
         Tangent { value, tangent }

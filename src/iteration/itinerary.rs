@@ -51,10 +51,7 @@ impl Itinerary {
 
     /// The name of an orbit from the hits of each return in one of its periods.
     pub fn name(&self, returns: impl IntoIterator<Item = Vec<u32>>) -> OrbitName {
-        let mut name = OrbitName {
-            hits: vec![0; self.surfaces.len()],
-            periods: 0,
-        };
+        let mut name = OrbitName { hits: vec![0; self.surfaces.len()], periods: 0 };
         for hits in returns {
             let sums = name.hits.iter_mut().zip(hits);
             sums.for_each(|(sum, hits)| *sum += hits);

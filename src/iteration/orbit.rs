@@ -26,11 +26,7 @@ impl OrbitRequest {
     /// Half-widths that are not finite and positive count as 1.
     pub fn new(transient: usize, keep: usize, scales: &[f64]) -> Self {
         let scale = |&scale: &f64| {
-            if scale.is_finite() && scale > 0.0 {
-                scale
-            } else {
-                1.0
-            }
+            if scale.is_finite() && scale > 0.0 { scale } else { 1.0 }
         };
         Self {
             transient,
@@ -263,20 +259,13 @@ impl Run<'_> {
         let dimension = self.scales.len();
         let state = |number: usize| &self.states[number * dimension..(number + 1) * dimension];
         let pairs = state(number).iter().zip(state(number + shift));
-        let scaled = pairs
-            .zip(self.scales)
-            .map(|((a, b), scale)| (a - b).abs() / scale);
-        scaled.fold(
-            0.0,
-            |largest, value| if value <= largest { largest } else { value },
-        )
+        let scaled = pairs.zip(self.scales).map(|((a, b), scale)| (a - b).abs() / scale);
+        scaled.fold(0.0, |largest, value| if value <= largest { largest } else { value })
     }
 
     /// Largest distance of these states from those `shift` later.
     fn distance(&self, shift: usize, states: Range<usize>) -> f64 {
-        states
-            .map(|number| self.apart(number, shift))
-            .fold(0.0, f64::max)
+        states.map(|number| self.apart(number, shift)).fold(0.0, f64::max)
     }
 
     /// Whether states half a period apart come closer along the run.
@@ -408,21 +397,13 @@ mod tests {
     fn the_logistic_map_doubles_its_period() {
         let request = OrbitRequest::new(5000, 64, &[1.0]);
         let period = |p: f64| MapOrbit::of(&Logistic, &[0.3], &[p], &request).period;
-        assert_eq!(
-            [2.8, 3.2, 3.5, 3.83].map(period),
-            [1, 2, 4, 3].map(Period::Periodic)
-        );
+        assert_eq!([2.8, 3.2, 3.5, 3.83].map(period), [1, 2, 4, 3].map(Period::Periodic));
         assert_eq!(period(3.9), Period::NotFound);
     }
 
     #[test]
     fn contacts_are_counted_per_period() {
-        let orbit = MapOrbit::of(
-            &Logistic,
-            &[0.3],
-            &[3.2],
-            &OrbitRequest::new(5000, 10, &[1.0]),
-        );
+        let orbit = MapOrbit::of(&Logistic, &[0.3], &[3.2], &OrbitRequest::new(5000, 10, &[1.0]));
         let label = orbit.contacts_per_period().map(|label| label.to_string());
         assert_eq!(label.as_deref(), Some("2/2")); // both states, 0.513 and 0.799, exceed 1/2
         assert_eq!(orbit.states().len(), 10);
@@ -445,15 +426,9 @@ mod tests {
         let exponent =
             super::super::largest_lyapunov_exponent(&Logistic, &[0.3], &[4.0], 100, 100_000);
         // The mean of ln|f'| over 1e5 iterates scatters by about 3e-3.
-        assert!(
-            (exponent.expect("a finite orbit") - 2.0f64.ln()).abs() < 0.01,
-            "{exponent:?}"
-        );
+        assert!((exponent.expect("a finite orbit") - 2.0f64.ln()).abs() < 0.01, "{exponent:?}");
         let stable = super::super::largest_lyapunov_exponent(&Logistic, &[0.3], &[2.5], 1000, 100);
-        assert!(
-            (stable.expect("a finite orbit") - 0.5f64.ln()).abs() < 1e-10,
-            "{stable:?}"
-        ); // f' = 2 − p
+        assert!((stable.expect("a finite orbit") - 0.5f64.ln()).abs() < 1e-10, "{stable:?}"); // f' = 2 − p
     }
 
     #[test]
@@ -473,9 +448,8 @@ mod tests {
 
     #[test]
     fn a_doubled_period_is_kept() {
-        let states: Vec<f64> = (0..200)
-            .map(|n| f64::from(n % 3) + 1e-3 * f64::from(n / 3 % 2))
-            .collect();
+        let states: Vec<f64> =
+            (0..200).map(|n| f64::from(n % 3) + 1e-3 * f64::from(n / 3 % 2)).collect();
         assert_eq!(Period::of(&states, &[1.0], 1e-4), Period::Periodic(6));
     }
 

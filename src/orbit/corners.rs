@@ -165,8 +165,7 @@ impl<'a> Corners<'a> {
             let numbers = self.at_grazes_of(*surface);
             numbers.map(move |number| (number, state))
         });
-        all.nth(index)
-            .map(|(number, state)| self.met(number, state))
+        all.nth(index).map(|(number, state)| self.met(number, state))
     }
 
     /// The first corner that the free flow crosses in a time from a point.
@@ -177,33 +176,24 @@ impl<'a> Corners<'a> {
         duration: f64,
     ) -> Result<Option<NotLocated>, OrbitError> {
         let mut signs = vec![0.0; self.operations.len()];
-        each_step(
-            &self.field,
-            start,
-            parameters,
-            duration,
-            |_, length, state, step| {
-                let arguments = signs.iter_mut().enumerate();
-                let of_rates = arguments
-                    .filter(|&(number, _)| self.operations[number].place.surface().is_none());
-                let changes = of_rates.filter_map(|(number, sign)| {
-                    let argument = step.watched_coefficients(number);
-                    Some((first_sign_change(argument, length, sign)?, number))
-                });
-                let (time, number) = changes.min_by(|a, b| a.0.total_cmp(&b.0))?;
-                let mut there = state.to_vec();
-                step.state_at(time, &mut there);
-                Some(self.met(number, &there))
-            },
-        )
+        each_step(&self.field, start, parameters, duration, |_, length, state, step| {
+            let arguments = signs.iter_mut().enumerate();
+            let of_rates =
+                arguments.filter(|&(number, _)| self.operations[number].place.surface().is_none());
+            let changes = of_rates.filter_map(|(number, sign)| {
+                let argument = step.watched_coefficients(number);
+                Some((first_sign_change(argument, length, sign)?, number))
+            });
+            let (time, number) = changes.min_by(|a, b| a.0.total_cmp(&b.0))?;
+            let mut there = state.to_vec();
+            step.state_at(time, &mut there);
+            Some(self.met(number, &there))
+        })
     }
 
     fn met(&self, number: usize, state: &[f64]) -> NotLocated {
         let model = &self.scene.model;
-        let phase = model
-            .phase
-            .iter()
-            .map(|phase| (&phase.name, phase.period.to_f64()));
+        let phase = model.phase.iter().map(|phase| (&phase.name, phase.period.to_f64()));
         let (states, clock) = state.split_at(model.states.len());
         let clock = clock.iter().zip(phase);
         let clock = clock.map(|(value, (name, period))| (name.clone(), value.rem_euclid(period)));

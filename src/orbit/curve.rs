@@ -48,9 +48,7 @@ pub fn curve(
         }
         start = last;
     }
-    Ok(CurveOutcome::Traced(
-        pass(options.xi_count)?.trace(&start, to)?.0,
-    ))
+    Ok(CurveOutcome::Traced(pass(options.xi_count)?.trace(&start, to)?.0))
 }
 
 /// One pass along a curve, with its options.
@@ -119,9 +117,7 @@ impl PseudoArclength<'_> {
             unknowns.clone_from(&next.unknowns);
             let (value, normal_acceleration) = (unknowns[last], next.point.normal_acceleration);
             if normal_acceleration <= 0.0 {
-                return Err(Stop::Ended(CurveEnd::DegenerateGraze {
-                    normal_acceleration,
-                }));
+                return Err(Stop::Ended(CurveEnd::DegenerateGraze { normal_acceleration }));
             }
             if ((value - from) * 2.0 - (to - from)).abs() > 3.0 * (to - from).abs() {
                 return Err(Stop::Ended(CurveEnd::LeftRange));
@@ -141,16 +137,10 @@ impl PseudoArclength<'_> {
         here: &TestedPoint,
         mut ds: f64,
     ) -> Result<(TestedPoint, f64), Stop<CurveEnd>> {
-        let mut end = CurveEnd::StepTooSmall {
-            ds: self.options.ds_min,
-        };
+        let mut end = CurveEnd::StepTooSmall { ds: self.options.ds_min };
         while ds >= self.options.ds_min {
-            let predicted: Vec<f64> = here
-                .unknowns
-                .iter()
-                .zip(&here.tangent)
-                .map(|(u, t)| u + ds * t)
-                .collect();
+            let predicted: Vec<f64> =
+                here.unknowns.iter().zip(&here.tangent).map(|(u, t)| u + ds * t).collect();
             if let Some(found) = correct(&self.context.system, &predicted, &here.tangent)?
                 && distance(&found, &predicted) < 0.3 * ds
             {
@@ -228,9 +218,5 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
 }
 
 fn distance(a: &[f64], b: &[f64]) -> f64 {
-    a.iter()
-        .zip(b)
-        .map(|(a, b)| (a - b).powi(2))
-        .sum::<f64>()
-        .sqrt()
+    a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt()
 }

@@ -70,13 +70,7 @@ impl<'a> CurveContext<'a> {
         let free: Vec<usize> = adjusted.chain([with]).collect();
         let system = ExtendedSystem::new(scene, Grazes::of(scene)?, orbit.parameters(), &free);
         let stretches = stretches(scene, &system, &orbit.passages)?;
-        Ok(Self {
-            scene,
-            system,
-            count,
-            stretches,
-            corners: Corners::of(scene, &[with]),
-        })
+        Ok(Self { scene, system, count, stretches, corners: Corners::of(scene, &[with]) })
     }
 
     /// Unknowns of a located orbit.
@@ -84,9 +78,7 @@ impl<'a> CurveContext<'a> {
         let graze = orbit.grazing_point();
         let independent = &orbit.passages[1..self.system.grazes.independent];
         let times: Vec<Dd> = independent.iter().map(|passage| passage.time).collect();
-        let unknowns = self
-            .system
-            .assemble(&graze.state, orbit.period, &times, &graze.parameters);
+        let unknowns = self.system.assemble(&graze.state, orbit.period, &times, &graze.parameters);
         unknowns.iter().map(|value| value.to_f64()).collect()
     }
 
@@ -99,11 +91,7 @@ impl<'a> CurveContext<'a> {
         let Some(tangent) = tangent(&self.system, &unknowns, along)? else {
             return Err(Stop::Ended(CurveEnd::StepTooSmall { ds: 0.0 }));
         };
-        let Described {
-            point,
-            discriminant,
-            corners,
-        } = self.describe(&unknowns)?;
+        let Described { point, discriminant, corners } = self.describe(&unknowns)?;
         let turning = tangent[self.system.first_parameter()..].iter();
         let folds = self
             .system
@@ -113,13 +101,7 @@ impl<'a> CurveContext<'a> {
             .map(|(&parameter, &component)| (SpecialKind::Fold { parameter }, component));
         let switch = discriminant.map(|value| (SpecialKind::MultiplierSwitch, value));
         let tests = self.codimension2(&point.conditions).chain(folds);
-        Ok(TestedPoint {
-            tests: tests.chain(switch).collect(),
-            unknowns,
-            tangent,
-            corners,
-            point,
-        })
+        Ok(TestedPoint { tests: tests.chain(switch).collect(), unknowns, tangent, corners, point })
     }
 
     /// The conditions as functions along the curve. Those from mirror images repeat the others and
@@ -172,9 +154,7 @@ impl<'a> CurveContext<'a> {
 
     fn passed<S: Real>(&self, unknowns: &[S], tolerance: f64) -> Result<Passed<S>, Stop<CurveEnd>> {
         let found = passages(self.scene, &self.system, unknowns, tolerance);
-        let touches = found
-            .map_err(|stop| stop.map(|reason| lost(&reason)))?
-            .touches;
+        let touches = found.map_err(|stop| stop.map(|reason| lost(&reason)))?.touches;
         let parameters = self.system.parameters(unknowns);
         let period = self.system.period(unknowns);
         Ok(Passed {
@@ -214,11 +194,7 @@ impl<'a> CurveContext<'a> {
             parameters: passed.parameters,
             state,
         };
-        Ok(Described {
-            point,
-            discriminant,
-            corners,
-        })
+        Ok(Described { point, discriminant, corners })
     }
 
     /// The end of the curve at an orbit along which the free flow has a corner.
@@ -269,11 +245,9 @@ fn lost(reason: &NotLocated) -> CurveEnd {
         | &NotLocated::NoMinimum { passage, .. }
         | &NotLocated::DoesNotTouch { passage, .. }
         | &NotLocated::NotMirrored { passage, .. } => CurveEnd::PassageLost { passage },
-        NotLocated::Corner { function, key, at } => CurveEnd::Corner {
-            function,
-            key: key.clone(),
-            at: at.clone(),
-        },
+        NotLocated::Corner { function, key, at } => {
+            CurveEnd::Corner { function, key: key.clone(), at: at.clone() }
+        }
         _ => CurveEnd::StepTooSmall { ds: 0.0 },
     }
 }

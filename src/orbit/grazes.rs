@@ -40,11 +40,7 @@ impl Grazes {
                 return Err(OrbitError::UnpairedPassages { passages });
             }
         }
-        let grazes = Self {
-            surfaces,
-            independent: named,
-            symmetry,
-        };
+        let grazes = Self { surfaces, independent: named, symmetry };
         let most = grazes.unmirrored();
         if named == 0 || named > most {
             return Err(OrbitError::AdjustedParameters { named, most });
@@ -62,11 +58,7 @@ impl Grazes {
 
     /// The first graze alone.
     pub(super) fn first(&self) -> Self {
-        Self {
-            surfaces: self.surfaces[..1].to_vec(),
-            independent: 1,
-            symmetry: self.symmetry,
-        }
+        Self { surfaces: self.surfaces[..1].to_vec(), independent: 1, symmetry: self.symmetry }
     }
 
     /// The part of the period after which the orbit is known: all of it, or half.

@@ -23,13 +23,7 @@ pub struct CurveOptions {
 
 impl Default for CurveOptions {
     fn default() -> Self {
-        Self {
-            ds: 0.01,
-            ds_min: 1e-8,
-            ds_max: 0.05,
-            max_steps: 20_000,
-            xi_count: 1,
-        }
+        Self { ds: 0.01, ds_min: 1e-8, ds_max: 0.05, max_steps: 20_000, xi_count: 1 }
     }
 }
 
@@ -137,19 +131,11 @@ impl std::fmt::Display for CurveEnd {
             CurveEnd::StepTooSmall { ds } => {
                 write!(formatter, "no convergence even at a step of {ds:.1e}")
             }
-            CurveEnd::DegenerateGraze {
-                normal_acceleration,
-            } => {
-                write!(
-                    formatter,
-                    "the graze ceases to be simple: h'' = {normal_acceleration:.6e}"
-                )
+            CurveEnd::DegenerateGraze { normal_acceleration } => {
+                write!(formatter, "the graze ceases to be simple: h'' = {normal_acceleration:.6e}")
             }
             CurveEnd::PassageLost { passage } => {
-                write!(
-                    formatter,
-                    "passage {passage} does not graze beyond this point"
-                )
+                write!(formatter, "passage {passage} does not graze beyond this point")
             }
             CurveEnd::Corner { function, key, at } => {
                 write!(
@@ -159,10 +145,7 @@ impl std::fmt::Display for CurveEnd {
                 )
             }
             CurveEnd::LeftRange => {
-                write!(
-                    formatter,
-                    "the curve left the range asked for by more than its width"
-                )
+                write!(formatter, "the curve left the range asked for by more than its width")
             }
         }
     }
@@ -184,29 +167,23 @@ pub struct GrazingCurve {
 impl GrazingCurve {
     /// Points where some `xi_n` vanishes, with `n` and the passages from and to which it is.
     pub fn codim2(&self) -> impl Iterator<Item = (usize, [usize; 2], &SpecialPoint)> {
-        self.special
-            .iter()
-            .filter_map(|special| match special.kind {
-                SpecialKind::Codimension2 { n, from, to } => Some((n, [from, to], special)),
-                _ => None,
-            })
+        self.special.iter().filter_map(|special| match special.kind {
+            SpecialKind::Codimension2 { n, from, to } => Some((n, [from, to], special)),
+            _ => None,
+        })
     }
 
     /// Points where a parameter turns back, with the parameter.
     pub fn folds(&self) -> impl Iterator<Item = (usize, &SpecialPoint)> {
-        self.special
-            .iter()
-            .filter_map(|special| match special.kind {
-                SpecialKind::Fold { parameter } => Some((parameter, special)),
-                _ => None,
-            })
+        self.special.iter().filter_map(|special| match special.kind {
+            SpecialKind::Fold { parameter } => Some((parameter, special)),
+            _ => None,
+        })
     }
 
     /// Points where multipliers change between real and complex.
     pub fn multiplier_switches(&self) -> impl Iterator<Item = &SpecialPoint> {
-        self.special
-            .iter()
-            .filter(|special| special.kind == SpecialKind::MultiplierSwitch)
+        self.special.iter().filter(|special| special.kind == SpecialKind::MultiplierSwitch)
     }
 }
 

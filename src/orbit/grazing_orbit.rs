@@ -117,11 +117,8 @@ impl GrazingOrbit {
     /// Names and values of the section's coordinates where the orbit meets it.
     pub fn section_coordinates<'a>(&self, scene: &'a Scene) -> Vec<(&'a str, Dd)> {
         let names = self.section.coordinate_names(&scene.model);
-        let values = self
-            .section
-            .coordinates
-            .iter()
-            .map(|&component| self.section_point[component]);
+        let values =
+            self.section.coordinates.iter().map(|&component| self.section_point[component]);
         names.into_iter().zip(values).collect()
     }
 }
@@ -186,9 +183,5 @@ impl GrazingOrbit {
 fn reduced(time: Dd, period: Dd) -> Dd {
     let rest = time - (time / period).floor() * period;
     let near = period * Dd::from(ON_SECTION);
-    if rest <= near || period - rest <= near {
-        Dd::ZERO
-    } else {
-        rest
-    }
+    if rest <= near || period - rest <= near { Dd::ZERO } else { rest }
 }

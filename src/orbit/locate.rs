@@ -67,10 +67,7 @@ impl<'a> Locator<'a> {
             return Err(OrbitError::GuessLength { expected, found });
         }
         let (base, free) = (scene.model.parameter_values(), &scene.grazing.solve_for);
-        let locator = Self {
-            scene,
-            system: ExtendedSystem::new(scene, grazes, &base, free),
-        };
+        let locator = Self { scene, system: ExtendedSystem::new(scene, grazes, &base, free) };
         locator.check_clock()?;
         locator.check_symmetry()?;
         Ok(locator)
@@ -156,16 +153,10 @@ impl<'a> Locator<'a> {
     /// known yet.
     fn start_unknowns(&self, guess: &[f64]) -> Result<Vec<f64>, OrbitError> {
         let autonomous = self.scene.model.phase.is_none();
-        let period = if autonomous {
-            self.first_return(guess)?
-        } else {
-            0.0
-        };
+        let period = if autonomous { self.first_return(guess)? } else { 0.0 };
         let unknown_times = vec![0.0; self.system.grazes.independent - 1];
         let parameters = self.start_parameters();
-        Ok(self
-            .system
-            .assemble(guess, period, &unknown_times, &parameters))
+        Ok(self.system.assemble(guess, period, &unknown_times, &parameters))
     }
 
     /// All grazes, after the first alone has been found in one of the parameters.
@@ -282,13 +273,9 @@ impl<'a> Locator<'a> {
     /// The better of a root of Newton's method and the outcome of a search.
     fn better(&self, direct: Option<Found>, searched: Found) -> Found {
         match (direct, searched) {
-            (Some(Ok(a)), Ok(b)) => Ok(
-                if self.relative_distance(&a) <= self.relative_distance(&b) {
-                    a
-                } else {
-                    b
-                },
-            ),
+            (Some(Ok(a)), Ok(b)) => {
+                Ok(if self.relative_distance(&a) <= self.relative_distance(&b) { a } else { b })
+            }
             (_, Ok(unknowns)) | (Some(Ok(unknowns)), _) => Ok(unknowns),
             (
                 Some(Err(
@@ -310,9 +297,8 @@ impl<'a> Locator<'a> {
             Location::Located(orbit) => {
                 let round = |values: &[Dd]| values.iter().map(|value| value.to_f64()).collect();
                 let passages = orbit.passages.iter();
-                let grazes: Vec<(usize, Vec<f64>)> = passages
-                    .map(|graze| (graze.surface, round(&graze.state)))
-                    .collect();
+                let grazes: Vec<(usize, Vec<f64>)> =
+                    passages.map(|graze| (graze.surface, round(&graze.state))).collect();
                 let parameters: Vec<f64> = round(orbit.parameters());
                 corners.of_orbit(&grazes, &parameters, orbit.period.to_f64())?
             }
@@ -333,11 +319,7 @@ impl<'a> Locator<'a> {
     fn relative_distance(&self, unknowns: &[f64]) -> f64 {
         let (start, found) = (self.start_parameters(), self.system.parameters(unknowns));
         let guess = self.scene.grazing.guess.iter().flatten();
-        let size = guess
-            .map(|value| value * value)
-            .sum::<f64>()
-            .sqrt()
-            .max(1.0);
+        let size = guess.map(|value| value * value).sum::<f64>().sqrt().max(1.0);
         let state = self.guess_distance(unknowns).unwrap_or(0.0) / size;
         let moved = self
             .system
@@ -351,12 +333,8 @@ impl<'a> Locator<'a> {
     fn guess_distance(&self, unknowns: &[f64]) -> Option<f64> {
         let guess = self.scene.grazing.guess.as_ref()?;
         let states = self.scene.model.states.len();
-        let mut square: f64 = guess
-            .iter()
-            .zip(unknowns)
-            .take(states)
-            .map(|(a, b)| (a - b).powi(2))
-            .sum();
+        let mut square: f64 =
+            guess.iter().zip(unknowns).take(states).map(|(a, b)| (a - b).powi(2)).sum();
         if let Some(phase) = &self.scene.model.phase {
             let period = phase.period.to_f64();
             let difference = (unknowns[states] - guess[states]).rem_euclid(period);
@@ -415,12 +393,7 @@ pub(super) struct Diagnosis<'a> {
 impl<'a> Diagnosis<'a> {
     /// A diagnosis of unknowns of a system.
     pub(super) fn new(scene: &'a Scene, system: &'a ExtendedSystem, unknowns: &'a [f64]) -> Self {
-        Self {
-            scene,
-            system,
-            unknowns,
-            parameters: system.parameters(unknowns),
-        }
+        Self { scene, system, unknowns, parameters: system.parameters(unknowns) }
     }
 
     /// Why a root is not an orbit of simple grazes.
@@ -439,12 +412,7 @@ impl<'a> Diagnosis<'a> {
         let at = self.adjusted();
         if let Some(condition) = failure.singular {
             let [re, im] = self.multiplier_nearest_one();
-            return NotLocated::Singular {
-                at,
-                condition,
-                re,
-                im,
-            };
+            return NotLocated::Singular { at, condition, re, im };
         }
         NotLocated::NotConverged {
             at,
@@ -474,9 +442,8 @@ impl<'a> Diagnosis<'a> {
         times.into_iter().enumerate().find_map(|(passage, time)| {
             let there = integrator.flow(start, &self.parameters, time);
             let geometry = self.system.geometry(passage);
-            let normal_acceleration = there.map_or(f64::NAN, |state| {
-                geometry.at(&state, &self.parameters).acceleration()
-            });
+            let normal_acceleration = there
+                .map_or(f64::NAN, |state| geometry.at(&state, &self.parameters).acceleration());
             let surface = self.system.grazes.surfaces[passage];
             let range = largest.as_ref().map_or(1.0, |largest| largest[surface]);
             let relative =

@@ -58,34 +58,25 @@ pub(super) fn gaps(
     parameters: &[f64],
     duration: f64,
 ) -> Result<Gaps, OrbitError> {
-    let mut found = Gaps {
-        minima: Vec::new(),
-        largest: vec![f64::NEG_INFINITY; field.watched()],
-    };
-    each_step(
-        field,
-        start,
-        parameters,
-        duration,
-        |elapsed, length, state, step| -> Option<()> {
-            for surface in 0..field.watched() {
-                let event = step.watched_coefficients(surface);
-                found.largest[surface] = found.largest[surface].max(horner(event, 0.0));
-                let turns = extrema(event, length).into_iter();
-                for turn in turns.filter(|turn| turn.kind == ExtremumKind::Minimum) {
-                    let mut there = state.to_vec();
-                    step.state_at(turn.time, &mut there);
-                    found.minima.push(Minimum {
-                        surface,
-                        time: elapsed + turn.time,
-                        state: there,
-                        event: turn.value,
-                    });
-                }
+    let mut found = Gaps { minima: Vec::new(), largest: vec![f64::NEG_INFINITY; field.watched()] };
+    each_step(field, start, parameters, duration, |elapsed, length, state, step| -> Option<()> {
+        for surface in 0..field.watched() {
+            let event = step.watched_coefficients(surface);
+            found.largest[surface] = found.largest[surface].max(horner(event, 0.0));
+            let turns = extrema(event, length).into_iter();
+            for turn in turns.filter(|turn| turn.kind == ExtremumKind::Minimum) {
+                let mut there = state.to_vec();
+                step.state_at(turn.time, &mut there);
+                found.minima.push(Minimum {
+                    surface,
+                    time: elapsed + turn.time,
+                    state: there,
+                    event: turn.value,
+                });
             }
-            None
-        },
-    )?;
+        }
+        None
+    })?;
     found.minima.sort_by(|a, b| a.time.total_cmp(&b.time));
     Ok(found)
 }
@@ -112,11 +103,7 @@ pub(super) fn each_step<T>(
             return Ok(Some(found));
         }
         step.state_at(length, &mut state);
-        elapsed = if length == rest {
-            duration
-        } else {
-            elapsed + length
-        };
+        elapsed = if length == rest { duration } else { elapsed + length };
     }
     Err(OrbitError::Flow(FlowError::TooManySteps {
         limit: MAX_STEPS,

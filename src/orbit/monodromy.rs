@@ -41,10 +41,8 @@ pub(super) fn section_point(
     };
     let last = model.dimension() - 1;
     let advance = reduced(phase - graze.state[last], clock.period);
-    let rate = geometry
-        .at(&graze.state, &graze.parameters)
-        .clock()
-        .map_or(Dd::ONE, |(rate, _)| rate);
+    let rate =
+        geometry.at(&graze.state, &graze.parameters).clock().map_or(Dd::ONE, |(rate, _)| rate);
     if advance == Dd::ZERO {
         return Ok(graze.state.clone());
     }

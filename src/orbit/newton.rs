@@ -101,9 +101,7 @@ pub(super) fn solve(
     let moved = |unknowns: &Vec<f64>, (step, size): &(Vec<f64>, f64), share: f64| {
         let pairs = unknowns.iter().zip(step);
         let next: Vec<f64> = pairs.map(|(value, step)| value - share * step).collect();
-        let trial = system
-            .residual(&next)
-            .map_or(f64::INFINITY, |residual| norm(&residual));
+        let trial = system.residual(&next).map_or(f64::INFINITY, |residual| norm(&residual));
         (trial <= (1.0 - 0.25 * share) * size).then_some(next)
     };
     let is_root = |unknowns: &Vec<f64>, (step, size): &(Vec<f64>, f64)| {
@@ -111,19 +109,11 @@ pub(super) fn solve(
         let relative = pairs.map(|(step, value)| step.abs() / value.abs().max(1.0));
         *size <= tolerance && relative.fold(0.0, f64::max) < 1e-13
     };
-    let outcome = damped_newton(
-        start.to_vec(),
-        [MAX_ITERATIONS, MAX_HALVINGS],
-        step,
-        moved,
-        is_root,
-    );
+    let outcome =
+        damped_newton(start.to_vec(), [MAX_ITERATIONS, MAX_HALVINGS], step, moved, is_root);
     let (unknowns, singular) = match outcome {
         NewtonOutcome::Root(unknowns) => return Ok(Solve::Root(unknowns)),
-        NewtonOutcome::NotNearer {
-            at,
-            step: (_, size),
-        } if size <= tolerance => {
+        NewtonOutcome::NotNearer { at, step: (_, size) } if size <= tolerance => {
             return Ok(Solve::Root(at));
         }
         NewtonOutcome::NotNearer { at, .. } | NewtonOutcome::StepLimit(at) => (at, None),
@@ -133,11 +123,7 @@ pub(super) fn solve(
             NoStep::Error(error) => return Err(error),
         },
     };
-    Ok(Solve::Failed(NewtonFailure {
-        unknowns,
-        history,
-        singular,
-    }))
+    Ok(Solve::Failed(NewtonFailure { unknowns, history, singular }))
 }
 
 /// Refines an `f64` root until the double-double residuals stop falling; they must end below
@@ -162,10 +148,7 @@ pub(super) fn refine(
     let mut unknowns: Vec<Dd> = start.iter().map(|&value| Dd::from(value)).collect();
     let mut residual = system.residual(&unknowns)?;
     let mut history = vec![norm(&residual)];
-    let mut best = Root {
-        unknowns: unknowns.clone(),
-        residual: history[0],
-    };
+    let mut best = Root { unknowns: unknowns.clone(), residual: history[0] };
     for _ in 0..MAX_ITERATIONS {
         let leading =
             DVector::from_iterator(residual.len(), residual.iter().map(|value| value.to_f64()));
@@ -178,10 +161,7 @@ pub(super) fn refine(
         history.push(size);
         let stalled = size.is_nan() || size > 0.5 * best.residual;
         if size < best.residual {
-            best = Root {
-                unknowns: unknowns.clone(),
-                residual: size,
-            };
+            best = Root { unknowns: unknowns.clone(), residual: size };
         }
         if stalled {
             break;
@@ -191,11 +171,7 @@ pub(super) fn refine(
         return Ok(Solve::Root(best));
     }
     let unknowns = best.unknowns.iter().map(|value| value.to_f64()).collect();
-    Ok(Solve::Failed(NewtonFailure {
-        unknowns,
-        history,
-        singular: None,
-    }))
+    Ok(Solve::Failed(NewtonFailure { unknowns, history, singular: None }))
 }
 
 /// `J⁻¹ r`, or the reciprocal condition of `J` where it is singular.
@@ -214,16 +190,9 @@ fn inverse(jacobian: &DMatrix<f64>) -> Result<DMatrix<f64>, f64> {
     let mut scaled = jacobian.clone();
     let largest = scaled.amax();
     let factor = |size: f64| {
-        if size > ROUNDOFF * largest {
-            1.0 / size
-        } else {
-            1.0 / largest
-        }
+        if size > ROUNDOFF * largest { 1.0 / size } else { 1.0 / largest }
     };
-    let columns: Vec<f64> = scaled
-        .column_iter()
-        .map(|column| factor(column.amax()))
-        .collect();
+    let columns: Vec<f64> = scaled.column_iter().map(|column| factor(column.amax())).collect();
     for (mut column, &factor) in scaled.column_iter_mut().zip(&columns) {
         column *= factor;
     }
@@ -231,10 +200,7 @@ fn inverse(jacobian: &DMatrix<f64>) -> Result<DMatrix<f64>, f64> {
         return Err(0.0);
     }
     let singular = scaled.svd(true, true);
-    let (high, low) = (
-        singular.singular_values.max(),
-        singular.singular_values.min(),
-    );
+    let (high, low) = (singular.singular_values.max(), singular.singular_values.min());
     let condition = if high > 0.0 { low / high } else { 0.0 };
     if condition < SINGULAR {
         return Err(condition);
@@ -249,13 +215,7 @@ fn inverse(jacobian: &DMatrix<f64>) -> Result<DMatrix<f64>, f64> {
 /// Largest absolute value; NaN where one is.
 fn norm<S: Real>(values: &[S]) -> f64 {
     let sizes = values.iter().map(|value| value.magnitude());
-    sizes.fold(0.0, |largest: f64, size| {
-        if size.is_nan() {
-            f64::NAN
-        } else {
-            largest.max(size)
-        }
-    })
+    sizes.fold(0.0, |largest: f64, size| if size.is_nan() { f64::NAN } else { largest.max(size) })
 }
 
 /// Units are powers of `2^COARSENESS`.
@@ -319,9 +279,7 @@ impl<E: Equations> Scaled<'_, E> {
 
     fn without_units<S: Real>(&self, unknowns: &[S]) -> Vec<S> {
         let pairs = unknowns.iter().zip(&self.units);
-        pairs
-            .map(|(&value, &unit)| value * S::from_f64(unit))
-            .collect()
+        pairs.map(|(&value, &unit)| value * S::from_f64(unit)).collect()
     }
 
     fn failure_back(&self, mut failure: NewtonFailure) -> NewtonFailure {

@@ -49,9 +49,7 @@ pub(super) fn passages<S: Real>(
     let gaps = orbit.gaps()?;
     orbit.extend_by_minima(&mut touches, &gaps)?;
     orbit.extend_by_mirror(&mut touches);
-    orbit
-        .checked(touches, &gaps, tolerance)
-        .map_err(Stop::Ended)
+    orbit.checked(touches, &gaps, tolerance).map_err(Stop::Ended)
 }
 
 /// Why the grazes of a root do not follow each other as named.
@@ -82,9 +80,7 @@ impl<'a, S: Real> Orbit<'a, S> {
             system,
             state: with_reduced_phase(scene, unknowns[..system.dimension()].to_vec()),
             parameters: system.parameters(unknowns),
-            times: times
-                .map(|time| time - (time / period).floor() * period)
-                .collect(),
+            times: times.map(|time| time - (time / period).floor() * period).collect(),
             period,
         }
     }
@@ -98,11 +94,7 @@ impl<'a, S: Real> Orbit<'a, S> {
         let flown =
             Integrator::new(&self.system.field).flow(&self.state, &self.parameters, time)?;
         let state = with_reduced_phase(self.scene, flown);
-        Ok(Touch {
-            surface,
-            time,
-            state,
-        })
+        Ok(Touch { surface, time, state })
     }
 
     /// The first passage whose time is not between that of the one before and the end of the span.
@@ -110,15 +102,11 @@ impl<'a, S: Real> Orbit<'a, S> {
         let apart = self.period * S::from_f64(SAME);
         let end = self.span() - apart;
         let ordered = |at: &usize| {
-            let earliest = at
-                .checked_sub(1)
-                .map_or(S::zero(), |before| self.times[before] + apart);
+            let earliest = at.checked_sub(1).map_or(S::zero(), |before| self.times[before] + apart);
             earliest <= self.times[*at] && self.times[*at] <= end
         };
         let at = (0..self.times.len()).find(|at| !ordered(at))?;
-        let before = at
-            .checked_sub(1)
-            .map_or(0.0, |before| self.times[before].to_f64());
+        let before = at.checked_sub(1).map_or(0.0, |before| self.times[before].to_f64());
         Some(NotLocated::OutOfOrder {
             passage: at + 1,
             surface: self.name(at),
@@ -220,10 +208,7 @@ impl<'a, S: Real> Orbit<'a, S> {
     ) -> Result<Touches<S>, NotLocated> {
         let mut residual = 0.0_f64;
         for (passage, touch) in touches.iter().enumerate().skip(self.times.len()) {
-            let local = self
-                .system
-                .geometry(passage)
-                .at(&touch.state, &self.parameters);
+            let local = self.system.geometry(passage).at(&touch.state, &self.parameters);
             let (event, velocity) = (local.event().to_f64(), local.velocity().to_f64());
             let range = gaps.largest[touch.surface].abs();
             let off = event.abs().max(velocity.abs() * self.period.to_f64());
@@ -241,10 +226,7 @@ impl<'a, S: Real> Orbit<'a, S> {
     }
 
     fn missing(&self, passage: usize) -> NotLocated {
-        NotLocated::NoMinimum {
-            passage: passage + 1,
-            surface: self.name(passage),
-        }
+        NotLocated::NoMinimum { passage: passage + 1, surface: self.name(passage) }
     }
 
     /// Why a passage that is not an equation does not touch.
@@ -309,9 +291,7 @@ pub(super) fn in_order<'a>(
         ending = next;
     }
     let best = ending.into_iter().min_by(|(a, _), (b, _)| a.total_cmp(b));
-    Ok(best.map_or_else(Vec::new, |(_, chosen)| {
-        chosen.into_iter().map(|at| minima[at]).collect()
-    }))
+    Ok(best.map_or_else(Vec::new, |(_, chosen)| chosen.into_iter().map(|at| minima[at]).collect()))
 }
 
 /// How many `xi_n` are computed from every passage to every other.
@@ -412,29 +392,17 @@ pub(super) fn clearance(
     let Some(graze) = passages.first() else {
         return Ok(None);
     };
-    let rounded = |values: &[Dd]| {
-        values
-            .iter()
-            .map(|value| value.to_f64())
-            .collect::<Vec<_>>()
-    };
+    let rounded = |values: &[Dd]| values.iter().map(|value| value.to_f64()).collect::<Vec<_>>();
     let (state, parameters) = (rounded(&graze.state), rounded(&graze.parameters));
     let period = period.to_f64();
     let gaps = gaps(&watching_field(&scene.model), &state, &parameters, period)?;
     let is_graze = |minimum: &Minimum| {
         let mine = passages.iter().filter(|at| at.surface == minimum.surface);
         let apart = |at: &GrazingPoint| (at.time.to_f64() - minimum.time).rem_euclid(period);
-        mine.map(apart)
-            .any(|apart| apart.min(period - apart) < SAME * period)
+        mine.map(apart).any(|apart| apart.min(period - apart) < SAME * period)
     };
     let others = gaps.minima.iter().filter(|minimum| !is_graze(minimum));
     let touching = |event: f64, surface: usize| event.abs() <= 1e-10 * gaps.largest[surface].abs();
-    let values = others.map(|m| {
-        if touching(m.event, m.surface) {
-            0.0
-        } else {
-            m.event
-        }
-    });
+    let values = others.map(|m| if touching(m.event, m.surface) { 0.0 } else { m.event });
     Ok(values.min_by(f64::total_cmp))
 }

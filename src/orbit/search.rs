@@ -89,11 +89,7 @@ impl<'a> Search<'a> {
                 return (state, f64::NAN);
             };
             next[states..].copy_from_slice(&start[states..]);
-            change = next
-                .iter()
-                .zip(&state)
-                .map(|(a, b)| (a - b).abs())
-                .fold(0.0, f64::max);
+            change = next.iter().zip(&state).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
             state = next;
             if change < SETTLED * self.system.length(&self.unknowns(&state, value)) {
                 break;
@@ -107,11 +103,8 @@ impl<'a> Search<'a> {
         let (states, parameters) = (self.system.states(), self.parameters(value));
         let shooting = Shooting::new(self.system, *start.get(states)?, &parameters);
         let length = self.system.length(&self.unknowns(start, value));
-        let scaled = Scaled {
-            equations: &shooting,
-            units: vec![length; states],
-            residual_unit: length,
-        };
+        let scaled =
+            Scaled { equations: &shooting, units: vec![length; states], residual_unit: length };
         let solved = scaled.solve(&start[..states], |scaled, start| solve(scaled, start, 1e-9));
         let Ok(Solve::Root(root)) = solved else {
             return None;
@@ -120,17 +113,9 @@ impl<'a> Search<'a> {
         full[..states].copy_from_slice(&root);
         let period = self.system.period(&self.unknowns(&full, value));
         let gaps = gaps(&self.watching, &full, &parameters, period).ok()?;
-        let mine = gaps
-            .minima
-            .into_iter()
-            .filter(|minimum| minimum.surface == self.surface);
+        let mine = gaps.minima.into_iter().filter(|minimum| minimum.surface == self.surface);
         let lowest = mine.min_by(|a, b| a.event.total_cmp(&b.event))?;
-        Some(Periodic {
-            value,
-            start: full,
-            lowest,
-            largest: gaps.largest[self.surface],
-        })
+        Some(Periodic { value, start: full, lowest, largest: gaps.largest[self.surface] })
     }
 
     /// Newton on the extended system from an orbit's lowest point, where that is near the surface.
@@ -138,20 +123,14 @@ impl<'a> Search<'a> {
         if orbit.lowest.event.abs() > NEAR * (orbit.largest - orbit.lowest.event) {
             return Ok(None);
         }
-        let Solve::Root(root) = solve_either(
-            self.system,
-            &self.unknowns(&orbit.lowest.state, orbit.value),
-            1e-9,
-        )?
+        let Solve::Root(root) =
+            solve_either(self.system, &self.unknowns(&orbit.lowest.state, orbit.value), 1e-9)?
         else {
             return Ok(None);
         };
         let state = &root[..self.system.dimension()];
-        let acceleration = self
-            .system
-            .geometry(0)
-            .at(state, &self.system.parameters(&root))
-            .acceleration();
+        let acceleration =
+            self.system.geometry(0).at(state, &self.system.parameters(&root)).acceleration();
         Ok((acceleration > 0.0).then_some(root))
     }
 
@@ -183,8 +162,7 @@ impl<'a> Search<'a> {
     }
 
     fn unknowns(&self, state: &[f64], value: f64) -> Vec<f64> {
-        self.system
-            .assemble(state, 0.0, &[], &self.parameters(value))
+        self.system.assemble(state, 0.0, &[], &self.parameters(value))
     }
 
     fn name(&self) -> String {
@@ -192,12 +170,7 @@ impl<'a> Search<'a> {
     }
 
     fn no_orbit(&self, value: f64, change: f64) -> NotLocated {
-        NotLocated::NoPeriodicOrbit {
-            parameter: self.name(),
-            value,
-            periods: SETTLING,
-            change,
-        }
+        NotLocated::NoPeriodicOrbit { parameter: self.name(), value, periods: SETTLING, change }
     }
 
     fn never_touches(&self, closest: &Periodic) -> NotLocated {

@@ -54,18 +54,9 @@ impl PoincareSection {
             Section::Stroboscopic(StroboscopicPhase::Grazing) => state[model.dimension() - 1],
             Section::Stroboscopic(StroboscopicPhase::At(phase)) => phase,
         };
-        let clock = model
-            .phase
-            .as_ref()
-            .ok_or(OrbitError::StroboscopicWithoutPhase)?;
-        let kind = PoincareSectionKind::Stroboscopic {
-            phase: reduced(phase, clock.period),
-        };
-        Ok(Self::without(
-            kind,
-            model.dimension(),
-            model.dimension() - 1,
-        ))
+        let clock = model.phase.as_ref().ok_or(OrbitError::StroboscopicWithoutPhase)?;
+        let kind = PoincareSectionKind::Stroboscopic { phase: reduced(phase, clock.period) };
+        Ok(Self::without(kind, model.dimension(), model.dimension() - 1))
     }
 
     /// The section `h' = 0` at a grazing point.
@@ -74,10 +65,7 @@ impl PoincareSection {
         let slopes = geometry.at(state, parameters).velocity_gradient();
         let steepest = (0..model.dimension())
             .max_by(|&a, &b| {
-                slopes[a]
-                    .magnitude()
-                    .total_cmp(&slopes[b].magnitude())
-                    .then(b.cmp(&a))
+                slopes[a].magnitude().total_cmp(&slopes[b].magnitude()).then(b.cmp(&a))
             })
             .unwrap_or(0);
         Self::without(PoincareSectionKind::Tangency, model.dimension(), steepest)
@@ -86,9 +74,7 @@ impl PoincareSection {
     fn without(kind: PoincareSectionKind, dimension: usize, eliminated: usize) -> Self {
         Self {
             kind,
-            coordinates: (0..dimension)
-                .filter(|&component| component != eliminated)
-                .collect(),
+            coordinates: (0..dimension).filter(|&component| component != eliminated).collect(),
             eliminated,
         }
     }
@@ -96,10 +82,7 @@ impl PoincareSection {
     /// Names of the coordinates.
     pub fn coordinate_names<'a>(&self, model: &'a Model) -> Vec<&'a str> {
         let names = model.full_state_names();
-        self.coordinates
-            .iter()
-            .map(|&component| names[component])
-            .collect()
+        self.coordinates.iter().map(|&component| names[component]).collect()
     }
 }
 
@@ -134,12 +117,7 @@ struct Sloped {
 
 impl Sloped {
     fn new(graph: &mut ExpressionGraph, node: NodeId, inputs: usize) -> Self {
-        Self {
-            node,
-            slopes: (0..inputs)
-                .map(|input| graph.derivative(node, input))
-                .collect(),
-        }
+        Self { node, slopes: (0..inputs).map(|input| graph.derivative(node, input)).collect() }
     }
 }
 
@@ -147,18 +125,12 @@ impl Geometry {
     /// The expressions of a model at one of its surfaces.
     pub(super) fn new(model: &Model, surface: usize) -> Self {
         let mut graph = model.graph.clone();
-        let (dimension, inputs) = (
-            model.dimension(),
-            model.dimension() + model.parameters.len(),
-        );
+        let (dimension, inputs) = (model.dimension(), model.dimension() + model.parameters.len());
         let surface = &model.surfaces[surface];
         let reset = match &surface.response {
-            Response::Impact { reset } => Some(
-                reset
-                    .iter()
-                    .map(|&node| Sloped::new(&mut graph, node, dimension))
-                    .collect(),
-            ),
+            Response::Impact { reset } => {
+                Some(reset.iter().map(|&node| Sloped::new(&mut graph, node, dimension)).collect())
+            }
             Response::Contact { .. } => None,
         };
         let contact = match &surface.response {
@@ -173,10 +145,7 @@ impl Geometry {
             event: Sloped::new(&mut graph, surface.event, inputs),
             velocity: Sloped::new(&mut graph, surface.normal_velocity, inputs),
             acceleration: surface.normal_acceleration,
-            clock: model
-                .phase
-                .as_ref()
-                .map(|phase| Sloped::new(&mut graph, phase.rate, inputs)),
+            clock: model.phase.as_ref().map(|phase| Sloped::new(&mut graph, phase.rate, inputs)),
             reset,
             contact,
             graph,
@@ -188,10 +157,7 @@ impl Geometry {
         let inputs: Vec<S> = state.iter().chain(parameters).copied().collect();
         let mut values = Vec::new();
         self.graph.evaluate(&inputs, &mut values);
-        LocalGeometry {
-            geometry: self,
-            values,
-        }
+        LocalGeometry { geometry: self, values }
     }
 }
 
@@ -213,11 +179,7 @@ impl<S: Scalar> LocalGeometry<'_, S> {
 
     /// The free field.
     pub(super) fn flow(&self) -> Vec<S> {
-        self.geometry
-            .flow
-            .iter()
-            .map(|&node| self.value(node))
-            .collect()
+        self.geometry.flow.iter().map(|&node| self.value(node)).collect()
     }
 
     /// `h`.
@@ -247,26 +209,14 @@ impl<S: Scalar> LocalGeometry<'_, S> {
 
     /// Rate of the phase and its gradient, where there is a phase.
     pub(super) fn clock(&self) -> Option<(S, Vec<S>)> {
-        self.geometry
-            .clock
-            .as_ref()
-            .map(|clock| (self.value(clock.node), self.gradient(clock)))
+        self.geometry.clock.as_ref().map(|clock| (self.value(clock.node), self.gradient(clock)))
     }
 
     /// The state after the reset and the reset's Jacobian in the full state, for a rigid surface.
     pub(super) fn reset(&self) -> Option<(Vec<S>, Vec<Vec<S>>)> {
         let reset = self.geometry.reset.as_ref()?;
-        let image = reset
-            .iter()
-            .map(|component| self.value(component.node))
-            .collect();
-        Some((
-            image,
-            reset
-                .iter()
-                .map(|component| self.gradient(component))
-                .collect(),
-        ))
+        let image = reset.iter().map(|component| self.value(component.node)).collect();
+        Some((image, reset.iter().map(|component| self.gradient(component)).collect()))
     }
 
     /// The contact field, for a compliant surface whose contact ends at the surface.
@@ -283,7 +233,5 @@ impl<S: Scalar> LocalGeometry<'_, S> {
 
 /// The scalar product.
 pub(super) fn dot<S: Scalar>(a: &[S], b: &[S]) -> S {
-    a.iter()
-        .zip(b)
-        .fold(S::zero(), |sum, (&a, &b)| a.mul_add(b, sum))
+    a.iter().zip(b).fold(S::zero(), |sum, (&a, &b)| a.mul_add(b, sum))
 }

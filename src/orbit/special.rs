@@ -76,12 +76,7 @@ impl<'a> Chord<'a> {
         let ends = next.unknowns.iter().zip(&here.unknowns);
         let chord: Vec<f64> = ends.map(|(b, a)| b - a).collect();
         let length = chord.iter().map(|value| value * value).sum::<f64>().sqrt();
-        Self {
-            here,
-            next,
-            length,
-            normal: chord.iter().map(|value| value / length).collect(),
-        }
+        Self { here, next, length, normal: chord.iter().map(|value| value / length).collect() }
     }
 
     fn origin(&self, share: f64) -> Vec<f64> {
@@ -147,12 +142,7 @@ fn refined(
     let point = described.point;
     let root = match kind {
         SpecialKind::Codimension2 { n, from, to } => {
-            let zero = Zero {
-                context,
-                from,
-                to,
-                n,
-            };
+            let zero = Zero { context, from, to, n };
             refine(&zero, unknowns, REFINED)?
         }
         _ => {
@@ -165,11 +155,7 @@ fn refined(
         Solve::Root(root) => root.unknowns,
         Solve::Failed(_) => unknowns.iter().map(|&value| Dd::from(value)).collect(),
     };
-    Ok(Some(SpecialPoint {
-        kind,
-        parameters: context.system.parameters(&unknowns),
-        point,
-    }))
+    Ok(Some(SpecialPoint { kind, parameters: context.system.parameters(&unknowns), point }))
 }
 
 /// The extended system with one condition required to vanish.

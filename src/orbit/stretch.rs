@@ -60,9 +60,7 @@ impl Stretch {
         parameters: &[S],
     ) -> Result<Option<Vec<S>>, OrbitError> {
         let per_speed = match self {
-            Self::Reset => local
-                .reset()
-                .map(|(_, jacobian)| reset_stretch(local, &jacobian)),
+            Self::Reset => local.reset().map(|(_, jacobian)| reset_stretch(local, &jacobian)),
             Self::Jump => jump(local).map(|(jump, time)| scaled(&jump, time)),
             Self::Difference { watching, power } => {
                 let mut integrator = Integrator::<S>::new(watching);
@@ -124,11 +122,7 @@ fn reset_stretch<S: Real>(local: &LocalGeometry<'_, S>, jacobian: &[Vec<S>]) -> 
     let (event, velocity) = (local.event_gradient(), local.velocity_gradient());
     let (event, velocity) = (&event[..dimension], &velocity[..dimension]);
     let overlap = dot(event, velocity) / dot(event, event);
-    let direction: Vec<S> = velocity
-        .iter()
-        .zip(event)
-        .map(|(&b, &a)| b - a * overlap)
-        .collect();
+    let direction: Vec<S> = velocity.iter().zip(event).map(|(&b, &a)| b - a * overlap).collect();
     let direction = scaled(&direction, S::one() / dot(velocity, &direction));
     let image = jacobian.iter().map(|row| dot(row, &direction));
     direction.iter().zip(image).map(|(&e, g)| e - g).collect()

@@ -75,19 +75,12 @@ impl ExtendedSystem {
 
     /// The same equations, matched elsewhere.
     pub(super) fn matched(&self, matching: Matching) -> Self {
-        Self {
-            matching,
-            ..self.clone()
-        }
+        Self { matching, ..self.clone() }
     }
 
     /// The same equations with the other parameters and the free ones changed.
     pub(super) fn with(&self, base: &[Dd], free: &[usize]) -> Self {
-        Self {
-            base: base.to_vec(),
-            free: free.to_vec(),
-            ..self.clone()
-        }
+        Self { base: base.to_vec(), free: free.to_vec(), ..self.clone() }
     }
 
     /// Closure and the first graze, with one free parameter.
@@ -171,10 +164,7 @@ impl ExtendedSystem {
         let (period, _) = self.period_and_slopes(unknowns, &parameters);
         let rates = self.geometries[0].at(state, &parameters).flow();
         let reached = rates.iter().map(|rate| rate * period / TAU);
-        let sizes = state[..self.states]
-            .iter()
-            .copied()
-            .chain(reached.take(self.states));
+        let sizes = state[..self.states].iter().copied().chain(reached.take(self.states));
         unit_of(sizes.fold(0.0, |size, value| value.abs().max(size)))
     }
 
@@ -187,11 +177,7 @@ impl ExtendedSystem {
         for place in parameters {
             units[place] = unit_of(unknowns[place].abs());
         }
-        Scaled {
-            equations: self,
-            units,
-            residual_unit: length,
-        }
+        Scaled { equations: self, units, residual_unit: length }
     }
 
     /// Times of the independent grazes, the first being 0.
@@ -202,8 +188,7 @@ impl ExtendedSystem {
 
     /// Duration of one period of the orbit.
     pub(super) fn period<S: Real>(&self, unknowns: &[S]) -> S {
-        self.period_and_slopes(unknowns, &self.parameters(unknowns))
-            .0
+        self.period_and_slopes(unknowns, &self.parameters(unknowns)).0
     }
 
     /// The period and its derivatives in all parameters: `T = advance/rate(p)`.
@@ -281,20 +266,13 @@ impl ExtendedSystem {
         parameters: &[f64],
         duration: f64,
     ) -> Result<Stretch, OrbitError> {
-        let free = self
-            .free
-            .iter()
-            .map(|&parameter| self.dimension + parameter);
+        let free = self.free.iter().map(|&parameter| self.dimension + parameter);
         let inputs: Vec<usize> = (0..self.dimension).chain(free).collect();
         let start = &unknowns[..self.dimension];
         let (state, jacobian) =
             flow_with_jacobian(&self.field, start, parameters, duration, &inputs)?;
         let velocity = self.geometries[0].at(&state, parameters).flow();
-        Ok(Stretch {
-            state,
-            jacobian,
-            velocity,
-        })
+        Ok(Stretch { state, jacobian, velocity })
     }
 
     /// Adds the derivatives of one end to the closure's rows; the state there.
@@ -382,10 +360,7 @@ impl Shooting {
     /// Closure from this phase at these parameters, for a system of one graze.
     pub(super) fn new(system: &ExtendedSystem, phase: f64, parameters: &[f64]) -> Self {
         let parameters: Vec<Dd> = parameters.iter().map(|&value| Dd::from(value)).collect();
-        Self {
-            fixed: system.with(&parameters, &[]),
-            phase,
-        }
+        Self { fixed: system.with(&parameters, &[]), phase }
     }
 }
 
@@ -394,18 +369,11 @@ impl Equations for Shooting {
         let count = states.len();
         let start: Vec<f64> = states.iter().copied().chain([self.phase]).collect();
         let (residual, jacobian) = self.fixed.differentiate(&start)?;
-        Ok((
-            residual[..count].to_vec(),
-            jacobian.view((0, 0), (count, count)).into_owned(),
-        ))
+        Ok((residual[..count].to_vec(), jacobian.view((0, 0), (count, count)).into_owned()))
     }
 
     fn residual<S: Real>(&self, states: &[S]) -> Result<Vec<S>, OrbitError> {
-        let start: Vec<S> = states
-            .iter()
-            .copied()
-            .chain([S::from_f64(self.phase)])
-            .collect();
+        let start: Vec<S> = states.iter().copied().chain([S::from_f64(self.phase)]).collect();
         let mut residual = self.fixed.evaluate(&start)?;
         residual.truncate(states.len());
         Ok(residual)
@@ -444,12 +412,8 @@ pub(super) fn refine_either(
         let system = system.matched(matching);
         let scaled = system.scaled(start);
         let unknowns = scaled.in_units(start);
-        let size = unknowns
-            .iter()
-            .fold(1.0_f64, |size, value| size.max(value.abs()));
-        scaled.refine(start, |scaled, start| {
-            refine(scaled, start, tolerance * size)
-        })
+        let size = unknowns.iter().fold(1.0_f64, |size, value| size.max(value.abs()));
+        scaled.refine(start, |scaled, start| refine(scaled, start, tolerance * size))
     };
     match matched(Matching::AtEnd) {
         Ok(Solve::Root(root)) => Ok(Solve::Root(root)),

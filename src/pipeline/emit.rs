@@ -35,10 +35,7 @@ impl Map {
     ///
     /// As [`module`](Self::module); [`Error::Report`] if a file cannot be written.
     pub fn emit(&self, folder: impl AsRef<Path>) -> Result<(), Error> {
-        let request = EmitRequest {
-            target: Target::Rust,
-            measure: false,
-        };
+        let request = EmitRequest { target: Target::Rust, measure: false };
         let emitted = EmittedCrate::standalone(&self.module(request)?)?;
         Ok(OutputFolder::create(folder.as_ref())?.write_all(&emitted.files)?)
     }
@@ -82,10 +79,7 @@ impl Map {
             Shape::Auto => {}
         }
         let operations = |shape| {
-            let options = EmitOptions {
-                shape,
-                ..options.clone()
-            };
+            let options = EmitOptions { shape, ..options.clone() };
             Ok::<_, Error>(self.in_shape(&options)?.frozen_operations.total())
         };
         let composed = operations(EmittedShape::Composed)?;

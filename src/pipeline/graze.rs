@@ -41,10 +41,7 @@ pub struct Graze {
 impl Graze {
     /// A scene and the orbit located for it.
     pub(super) fn new(scene: Scene, orbit: GrazingOrbit) -> Self {
-        Self {
-            scene: Arc::new(scene),
-            orbit: Arc::new(orbit),
-        }
+        Self { scene: Arc::new(scene), orbit: Arc::new(orbit) }
     }
 
     /// The scene.

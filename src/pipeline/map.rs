@@ -40,12 +40,7 @@ impl Plan {
                 Arc::new(scene)
             }
         };
-        Self {
-            settled,
-            scene,
-            orders,
-            choice,
-        }
+        Self { settled, scene, orders, choice }
     }
 
     /// How the map was chosen, where the scene names a tolerance.
@@ -248,12 +243,7 @@ impl Map {
     /// [`Error::Analysis`] if the simulator refuses the offsets.
     pub fn simulate(&self, state: &[f64], parameters: &[f64]) -> Result<SectionImage<f64>, Error> {
         let settled = self.settled();
-        Ok(direct_image(
-            settled.scene(),
-            settled.orbit(),
-            state,
-            parameters,
-        )?)
+        Ok(direct_image(settled.scene(), settled.orbit(), state, parameters)?)
     }
 
     /// Images of many points, by the map, its parts or direct simulation.
@@ -263,12 +253,7 @@ impl Map {
     /// [`Error::Analysis`] for offsets of another length and precisions that are not there.
     pub fn images(&self, request: &ImageRequest) -> Result<Vec<ImageRecord>, Error> {
         let settled = self.settled();
-        Ok(images(
-            settled.scene(),
-            settled.orbit(),
-            self.local(),
-            request,
-        )?)
+        Ok(images(settled.scene(), settled.orbit(), self.local(), request)?)
     }
 
     /// A bifurcation diagram.
@@ -296,9 +281,7 @@ impl Map {
     /// As [`diagram`](Self::diagram).
     pub fn diagrams(&self, progress: &dyn Progress) -> Result<Vec<Diagram>, Error> {
         let requests = self.scene().diagrams.iter();
-        requests
-            .map(|request| self.diagram_with(request, progress))
-            .collect()
+        requests.map(|request| self.diagram_with(request, progress)).collect()
     }
 
     /// A two-parameter chart.
@@ -322,9 +305,7 @@ impl Map {
     /// As [`chart`](Self::chart).
     pub fn charts(&self, progress: &dyn Progress) -> Result<Vec<Chart>, Error> {
         let requests = self.scene().charts.iter();
-        requests
-            .map(|request| self.chart_with(request, progress))
-            .collect()
+        requests.map(|request| self.chart_with(request, progress)).collect()
     }
 
     /// Periodic orbits by itinerary, their folds and flips.
@@ -442,11 +423,7 @@ impl Map {
 fn check_length(what: &'static str, expected: usize, found: usize) -> Result<(), Error> {
     match expected == found {
         true => Ok(()),
-        false => Err(Error::Length {
-            what,
-            expected,
-            found,
-        }),
+        false => Err(Error::Length { what, expected, found }),
     }
 }
 

@@ -40,10 +40,9 @@ impl Source {
         if path.exists() && extension.is_some_and(|extension| extension == "json") {
             return match overrides.first() {
                 None => Self::from_json(&read(path)?, path),
-                Some((key, _)) => Err(Error::FixedValues {
-                    path: path.to_owned(),
-                    key: key.clone(),
-                }),
+                Some((key, _)) => {
+                    Err(Error::FixedValues { path: path.to_owned(), key: key.clone() })
+                }
             };
         }
         let name = path.display().to_string();
@@ -62,10 +61,7 @@ impl Source {
 
     /// A saved orbit or map; `path` names it in messages.
     fn from_json(text: &str, path: &Path) -> Result<Self, Error> {
-        let refused = |reason: String| Error::NotSaved {
-            path: path.to_owned(),
-            reason,
-        };
+        let refused = |reason: String| Error::NotSaved { path: path.to_owned(), reason };
         let kind = kind_of(text).map_err(refused)?;
         match kind {
             DocumentKind::Orbit => graze_from(text).map(Self::Graze).map_err(refused),
@@ -181,10 +177,7 @@ impl Graze {
     /// Never in practice: all keys are text.
     pub fn to_json(&self) -> Result<String, Error> {
         let (scene, orbit) = (self.scene(), self.orbit());
-        let saved = SavedOrbit {
-            source: SavedScene::of(scene),
-            orbit,
-        };
+        let saved = SavedOrbit { source: SavedScene::of(scene), orbit };
         let listing = OrbitListing::new(scene, orbit);
         let both = Both { listing, saved };
         Ok(to_json(&Document::new(DocumentKind::Orbit, scene, both))?)
@@ -216,10 +209,7 @@ impl Graze {
     pub fn load(path: impl AsRef<Path>) -> Result<Self, Error> {
         let path = path.as_ref();
         let orbit = of_kind(&read(path)?, DocumentKind::Orbit, graze_from);
-        orbit.map_err(|reason| Error::NotSaved {
-            path: path.to_owned(),
-            reason,
-        })
+        orbit.map_err(|reason| Error::NotSaved { path: path.to_owned(), reason })
     }
 }
 
@@ -232,10 +222,7 @@ impl Map {
     /// As [`listing`](Self::listing).
     pub fn to_json(&self) -> Result<String, Error> {
         let (settled, scene) = (self.settled(), self.settled().scene());
-        let untimed = |choice: &Choice| Choice {
-            seconds: 0.0,
-            ..choice.clone()
-        };
+        let untimed = |choice: &Choice| Choice { seconds: 0.0, ..choice.clone() };
         let verdict = settled.verdict.as_deref().map(|verdict| {
             let mut verdict = verdict.clone();
             let others = verdict.others.iter_mut();
@@ -283,25 +270,17 @@ impl Map {
     pub fn load(path: impl AsRef<Path>) -> Result<Self, Error> {
         let path = path.as_ref();
         let map = of_kind(&read(path)?, DocumentKind::Map, map_from);
-        map.map_err(|reason| Error::NotSaved {
-            path: path.to_owned(),
-            reason,
-        })
+        map.map_err(|reason| Error::NotSaved { path: path.to_owned(), reason })
     }
 }
 
 fn in_text(reason: String) -> Error {
-    Error::NotSaved {
-        path: "the text".into(),
-        reason,
-    }
+    Error::NotSaved { path: "the text".into(), reason }
 }
 
 fn read(path: &Path) -> Result<String, Error> {
-    std::fs::read_to_string(path).map_err(|source| Error::Unreadable {
-        path: path.to_owned(),
-        source,
-    })
+    std::fs::read_to_string(path)
+        .map_err(|source| Error::Unreadable { path: path.to_owned(), source })
 }
 
 /// What a document holds.
@@ -326,9 +305,7 @@ fn of_kind<T>(
 ) -> Result<T, String> {
     match kind_of(text)? {
         found if found == expected => of(text),
-        found => Err(format!(
-            "expected a document of kind {expected:?}, found {found:?}"
-        )),
+        found => Err(format!("expected a document of kind {expected:?}, found {found:?}")),
     }
 }
 
@@ -347,18 +324,10 @@ fn map_from(text: &str) -> Result<Map, String> {
     let scene = saved.source.read()?;
     check_orbit(&scene, &saved.orbit)?;
     check_map(&scene, &saved.map)?;
-    let settled = Settled {
-        graze: Graze::new(scene, saved.orbit),
-        verdict: saved.verdict.map(Arc::new),
-    };
+    let settled =
+        Settled { graze: Graze::new(scene, saved.orbit), verdict: saved.verdict.map(Arc::new) };
     let plan = Plan::new(settled, saved.map.orders, saved.choice);
-    Ok(Map::new(
-        plan,
-        saved.map,
-        Some(listing),
-        Vec::new(),
-        saved.window_edges,
-    ))
+    Ok(Map::new(plan, saved.map, Some(listing), Vec::new(), saved.window_edges))
 }
 
 fn expect(holds: bool, what: &str) -> Result<(), String> {
@@ -381,26 +350,14 @@ fn check_orbit(scene: &Scene, orbit: &GrazingOrbit) -> Result<(), String> {
     for graze in &orbit.passages {
         expect(graze.surface < model.surfaces.len(), "surfaces")?;
         expect(graze.state.len() == dimension, "states")?;
-        expect(
-            graze.parameters.len() == model.parameters.len(),
-            "parameters",
-        )?;
+        expect(graze.parameters.len() == model.parameters.len(), "parameters")?;
         expect(fits(&graze.section), "sections")?;
     }
     let rows = orbit.monodromy.iter().all(|row| row.len() + 1 == dimension);
-    expect(
-        rows && orbit.monodromy.len() + 1 == dimension,
-        "multipliers",
-    )?;
+    expect(rows && orbit.monodromy.len() + 1 == dimension, "multipliers")?;
     let mut pairs = orbit.conditions.iter();
-    expect(
-        pairs.all(|pair| pair.from.max(pair.to) < passages),
-        "conditions",
-    )?;
-    expect(
-        fits(&orbit.section) && orbit.section_point.len() == dimension,
-        "sections",
-    )
+    expect(pairs.all(|pair| pair.from.max(pair.to) < passages), "conditions")?;
+    expect(fits(&orbit.section) && orbit.section_point.len() == dimension, "sections")
 }
 
 /// Whether a map has the sizes of its scene.
@@ -414,19 +371,12 @@ fn check_map(scene: &Scene, map: &LocalMap) -> Result<(), String> {
     };
     expect(map.digest == scene.digest, "digests")?;
     let section = &map.section;
-    let lengths = [
-        section.coordinates.len(),
-        section.point.len(),
-        map.window.state.len(),
-    ];
+    let lengths = [section.coordinates.len(), section.point.len(), map.window.state.len()];
     expect(lengths == [coordinates; 3], "coordinates")?;
     let lengths = [map.parameters.len(), map.window.parameter.len()];
     expect(lengths == [parameters; 2], "parameters")?;
     let passages = scene.grazing.passages.len();
-    expect(
-        [map.surfaces.len(), map.passages()] == [passages; 2],
-        "passages",
-    )?;
+    expect([map.surfaces.len(), map.passages()] == [passages; 2], "passages")?;
     for stage in &map.stages {
         let fits = match stage {
             Stage::Leg(leg) => all(&leg.image, coordinates, variables),

@@ -86,14 +86,7 @@ pub fn chart_table(charts: &[Chart]) -> Result<Table, ReportError> {
     let mut columns = vec![Column::number("chart")];
     columns.extend(["parameter_1", "parameter_2"].map(Column::text));
     columns.extend(
-        [
-            "offset_1",
-            "offset_2",
-            "period",
-            "kept_contacts",
-            "lyapunov",
-        ]
-        .map(Column::number),
+        ["offset_1", "offset_2", "period", "kept_contacts", "lyapunov"].map(Column::number),
     );
     columns.extend([Column::text("end"), Column::number("outside")]);
     columns.push(Column::text(orbit_header(surfaces)));
@@ -108,13 +101,10 @@ pub fn chart_table(charts: &[Chart]) -> Result<Table, ReportError> {
                 Cell::number(second, 6),
                 period_cell(cell.period),
                 Cell::Integer(cell.kept_contacts.into()),
-                cell.lyapunov
-                    .map_or(Cell::Missing, |value| Cell::number(value, 6)),
+                cell.lyapunov.map_or(Cell::Missing, |value| Cell::number(value, 6)),
                 Cell::text(end_word(cell.end)),
                 Cell::Integer(cell.outside as i64),
-                cell.orbit
-                    .as_ref()
-                    .map_or(Cell::Missing, |name| Cell::text(name.to_string())),
+                cell.orbit.as_ref().map_or(Cell::Missing, |name| Cell::text(name.to_string())),
             ])?;
         }
     }
@@ -160,10 +150,7 @@ pub fn chart_timing_table(charts: &[Chart]) -> Result<Table, ReportError> {
             Cell::Integer(cells.filter(|&category| category == wanted).count() as i64)
         };
         table.push(vec![
-            Cell::text(format!(
-                "{} by {}",
-                chart.axes[0].parameter, chart.axes[1].parameter
-            )),
+            Cell::text(format!("{} by {}", chart.axes[0].parameter, chart.axes[1].parameter)),
             Cell::Integer(chart.cells.len() as i64),
             count(Some(Category::WithoutContact)),
             count(Some(Category::NoPeriod)),
@@ -180,9 +167,7 @@ fn cells(chart: &Chart) -> CellChart {
     let mut categories: Vec<_> = chart.cells.iter().map(Category::of).collect();
     let mut found = distinct(&categories);
     if found.len() > MOST_CATEGORIES {
-        let grouped = categories
-            .iter()
-            .map(|category| category.map(Category::grouped));
+        let grouped = categories.iter().map(|category| category.map(Category::grouped));
         categories = grouped.collect();
         found = distinct(&categories);
     }
@@ -193,14 +178,8 @@ fn cells(chart: &Chart) -> CellChart {
         vertical: edges(vertical),
         columns: horizontal.offsets.len(),
         rows: vertical.offsets.len(),
-        cells: categories
-            .iter()
-            .map(|&cell| cell.and_then(place))
-            .collect(),
-        names: found
-            .iter()
-            .map(|category| category.words(chart.longest_period))
-            .collect(),
+        cells: categories.iter().map(|&cell| cell.and_then(place)).collect(),
+        names: found.iter().map(|category| category.words(chart.longest_period)).collect(),
     }
 }
 

@@ -14,9 +14,8 @@ pub fn chosen_words(study: &ConvergenceStudy) -> String {
     let chosen = &study.chosen;
     let orders = format!("{}, {}", chosen.orders, shape_word(chosen.shape));
     let weights = chosen.weights.iter();
-    let weights: String = weights
-        .map(|(name, weight)| format!(", weight {weight} of {name}"))
-        .collect();
+    let weights: String =
+        weights.map(|(name, weight)| format!(", weight {weight} of {name}")).collect();
     let dropped = match chosen.monomials {
         Monomials::All => "",
         Monomials::Needed => ", without the monomials the tolerance does not need",
@@ -103,11 +102,7 @@ fn single_precision_words(chosen: &Choice) -> String {
     let Some(error) = chosen.single_precision_error else {
         return String::new();
     };
-    let would = if error <= chosen.tolerance {
-        "would"
-    } else {
-        "would not"
-    };
+    let would = if error <= chosen.tolerance { "would" } else { "would not" };
     format!(" In single precision its largest error is {error:.2e}: f32 {would} do.")
 }
 

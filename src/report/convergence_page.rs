@@ -44,11 +44,8 @@ pub fn convergence_table(study: &ConvergenceStudy) -> Result<Table, ReportError>
 pub fn convergence_figures(study: &ConvergenceStudy) -> Vec<(&'static str, Figure, String)> {
     let mut figures = Vec::new();
     if is_measured(&study.discontinuity_rates) {
-        let figure = rate_figure(
-            &study.discontinuity_rates,
-            "y / y at the edge of the window",
-            "W",
-        );
+        let figure =
+            rate_figure(&study.discontinuity_rates, "y / y at the edge of the window", "W");
         figures.push((
             "-contact",
             figure,
@@ -59,11 +56,8 @@ pub fn convergence_figures(study: &ConvergenceStudy) -> Vec<(&'static str, Figur
         ));
     }
     if is_measured(&study.smooth_rates) {
-        let figure = rate_figure(
-            &study.smooth_rates,
-            "distance / distance to the edge of the window",
-            "N",
-        );
+        let figure =
+            rate_figure(&study.smooth_rates, "distance / distance to the edge of the window", "N");
         figures.push((
             "-smooth",
             figure,
@@ -128,10 +122,8 @@ pub fn convergence_section(study: &ConvergenceStudy) -> Result<Section, ReportEr
     for (_, figure, caption) in convergence_figures(study) {
         section = section.figure(figure, caption);
     }
-    section = section.table(
-        rate_table(study)?,
-        "Measured exponents of the errors of both factors.",
-    );
+    section =
+        section.table(rate_table(study)?, "Measured exponents of the errors of both factors.");
     section = section
         .table(
             pareto_table(study)?,
@@ -143,11 +135,7 @@ pub fn convergence_section(study: &ConvergenceStudy) -> Result<Section, ReportEr
             "The largest window on which the chosen map stays within the tolerance; below the \
                 first row each width alone, all else being that of the scaled window.",
         )
-        .prose(format!(
-            "{} {}",
-            validity_words(&study.validity),
-            accuracy_words(&study.accuracy)
-        ));
+        .prose(format!("{} {}", validity_words(&study.validity), accuracy_words(&study.accuracy)));
     Ok(section.prose(format!(
         "Direct simulation ({}) takes {:.0} ns a return and differs from double-double by up to \
             {:.1e} on the same points.",
@@ -165,11 +153,7 @@ fn diagonal(study: &ConvergenceStudy) -> Vec<&OrderResult> {
 }
 
 fn order_table(orders: &[&OrderResult]) -> Result<Table, ReportError> {
-    let mut columns = vec![
-        Column::number("N"),
-        Column::number("W"),
-        Column::text("shape"),
-    ];
+    let mut columns = vec![Column::number("N"), Column::number("W"), Column::text("shape")];
     columns.extend(
         [
             "largest error",
@@ -185,12 +169,7 @@ fn order_table(orders: &[&OrderResult]) -> Result<Table, ReportError> {
     columns.extend(["step", "floor"].map(|name| Column::number(name).with_unit("ns")));
     let mut table = Table::new(columns);
     for order in orders {
-        let Rate {
-            measured,
-            uncertainty,
-            expected,
-            ..
-        } = order.rate;
+        let Rate { measured, uncertainty, expected, .. } = order.rate;
         table.push(vec![
             Cell::Integer(order.orders.smooth_order.into()),
             Cell::Integer(order.orders.contact_weight.into()),
@@ -211,15 +190,7 @@ fn order_table(orders: &[&OrderResult]) -> Result<Table, ReportError> {
 
 /// As many columns as a page has room for; the CSV holds all.
 fn page_table(orders: &[&OrderResult]) -> Result<Table, ReportError> {
-    let names = [
-        "N",
-        "W",
-        "largest error",
-        "median error",
-        "rate",
-        "expected",
-        "coefficients",
-    ];
+    let names = ["N", "W", "largest error", "median error", "rate", "expected", "coefficients"];
     let mut columns: Vec<Column> = names.map(Column::number).into();
     columns.push(Column::number("step").with_unit("ns"));
     let mut table = Table::new(columns);
@@ -292,11 +263,7 @@ fn expected_slope(factor: &FactorRate) -> Option<Guide> {
     let [low, high] = factor.rate.range?;
     let within =
         |point: &&[f64; 2]| point[0] >= low * 0.999 && point[0] <= high * 1.001 && point[1] > 0.0;
-    let last = factor
-        .errors
-        .iter()
-        .filter(within)
-        .min_by(|a, b| a[0].total_cmp(&b[0]))?;
+    let last = factor.errors.iter().filter(within).min_by(|a, b| a[0].total_cmp(&b[0]))?;
     // Drawn a little below the measured points, which would hide it.
     Some(Guide::Slope {
         through: [last[0], BELOW * last[1]],
@@ -326,16 +293,10 @@ fn speed_figure(study: &ConvergenceStudy) -> Figure {
         (Shape::Composed, Marker::Square),
         (Shape::Flown, Marker::Triangle),
     ] {
-        let points: Vec<[f64; 2]> = study
-            .orders
-            .iter()
-            .filter(|order| order.shape == shape)
-            .filter_map(place)
-            .collect();
+        let points: Vec<[f64; 2]> =
+            study.orders.iter().filter(|order| order.shape == shape).filter_map(place).collect();
         if !points.is_empty() {
-            figure
-                .series
-                .push(Series::markers(shape_word(shape), marker, points));
+            figure.series.push(Series::markers(shape_word(shape), marker, points));
         }
     }
     for direct in study.direct_by_taylor.iter().chain([&study.direct]) {
@@ -347,16 +308,11 @@ fn speed_figure(study: &ConvergenceStudy) -> Figure {
     }
     for order in frontier(study) {
         let text = order.orders.to_string();
-        figure.annotations.extend(place(order).map(|at| Annotation {
-            at,
-            text,
-            marker: None,
-        }));
+        figure.annotations.extend(place(order).map(|at| Annotation { at, text, marker: None }));
     }
-    figure.guides.push(Guide::Horizontal {
-        at: study.chosen.tolerance,
-        label: "tolerance".to_owned(),
-    });
+    figure
+        .guides
+        .push(Guide::Horizontal { at: study.chosen.tolerance, label: "tolerance".to_owned() });
     figure
 }
 
@@ -370,11 +326,8 @@ fn place(order: &OrderResult) -> Option<[f64; 2]> {
 
 /// Maps that no other one beats in both time and error, a decade of error apart.
 fn frontier(study: &ConvergenceStudy) -> Vec<&OrderResult> {
-    let mut orders: Vec<&OrderResult> = study
-        .orders
-        .iter()
-        .filter(|order| order.error.max.is_some())
-        .collect();
+    let mut orders: Vec<&OrderResult> =
+        study.orders.iter().filter(|order| order.error.max.is_some()).collect();
     orders.sort_by(|a, b| a.step_ns.total_cmp(&b.step_ns));
     let mut best = f64::INFINITY;
     orders.retain(|order| {
@@ -424,10 +377,7 @@ fn pareto_table(study: &ConvergenceStudy) -> Result<Table, ReportError> {
 /// The window's factor, then every width alone.
 fn validity_table(validity: &Validity) -> Result<Table, ReportError> {
     let mut table = Table::new(vec![Column::text("window"), Column::number("largest")]);
-    table.push(vec![
-        Cell::text("factor of the scene's window"),
-        number(validity.scale, 3),
-    ])?;
+    table.push(vec![Cell::text("factor of the scene's window"), number(validity.scale, 3)])?;
     table.push(vec![Cell::text("depth y²"), number(validity.depth, 3)])?;
     for (name, width) in validity.state.iter().chain(&validity.parameter) {
         table.push(vec![Cell::text(name.clone()), number(*width, 3)])?;
@@ -439,16 +389,10 @@ fn validity_table(validity: &Validity) -> Result<Table, ReportError> {
 fn accuracy_figure(accuracy: &DepthAccuracy) -> Option<Figure> {
     let windows = || accuracy.windows.iter();
     windows().next()?;
-    let mut figure = Figure::new(
-        Axis::log10("depth of the window"),
-        Axis::log10("largest error of one image"),
-    );
+    let mut figure =
+        Figure::new(Axis::log10("depth of the window"), Axis::log10("largest error of one image"));
     for (name, marker, points) in [
-        (
-            "map",
-            Marker::Circle,
-            windows().map(|w| [w.depth, w.map]).collect::<Vec<_>>(),
-        ),
+        ("map", Marker::Circle, windows().map(|w| [w.depth, w.map]).collect::<Vec<_>>()),
         (
             "direct simulation, f64",
             Marker::Diamond,

@@ -85,11 +85,7 @@ impl CurveListing {
         };
         Self {
             free: curve.free.iter().copied().map(name).collect(),
-            points: curve
-                .points
-                .iter()
-                .map(|point| CurvePointListing::new(scene, point))
-                .collect(),
+            points: curve.points.iter().map(|point| CurvePointListing::new(scene, point)).collect(),
             codim2: curve
                 .codim2()
                 .map(|(n, [from, to], point)| Codimension2 {
@@ -127,12 +123,7 @@ impl CurveListing {
         let mut table = Table::new(self.columns());
         for point in &self.points {
             let multipliers = point.multipliers.iter().flatten();
-            let named = point
-                .parameters
-                .0
-                .iter()
-                .chain(&point.state.0)
-                .map(|(_, value)| value);
+            let named = point.parameters.0.iter().chain(&point.state.0).map(|(_, value)| value);
             let others = point.other_conditions().flat_map(|pair| &pair.values);
             let numbers = named
                 .chain([&point.normal_acceleration])
@@ -148,12 +139,7 @@ impl CurveListing {
         let Some(point) = self.points.first() else {
             return Vec::new();
         };
-        let named = point
-            .parameters
-            .0
-            .iter()
-            .chain(&point.state.0)
-            .map(|(name, _)| name.clone());
+        let named = point.parameters.0.iter().chain(&point.state.0).map(|(name, _)| name.clone());
         let multipliers = (1..=point.multipliers.len())
             .flat_map(|n| [format!("multiplier_{n}_re"), format!("multiplier_{n}_im")]);
         let xi = (1..=point.xi.len()).map(|n| format!("xi_{n}"));
@@ -176,11 +162,7 @@ impl CurvePointListing {
         Self {
             parameters: named(scene, point.parameters.iter().copied()),
             state: Named::new(
-                scene
-                    .model
-                    .full_state_names()
-                    .into_iter()
-                    .zip(point.state.iter().copied()),
+                scene.model.full_state_names().into_iter().zip(point.state.iter().copied()),
             ),
             normal_acceleration: point.normal_acceleration,
             multipliers: point.multipliers.clone(),
@@ -201,12 +183,5 @@ impl CurvePointListing {
 }
 
 fn named(scene: &Scene, values: impl Iterator<Item = f64>) -> Named<f64> {
-    Named::new(
-        scene
-            .model
-            .parameters
-            .iter()
-            .map(|parameter| parameter.name.as_str())
-            .zip(values),
-    )
+    Named::new(scene.model.parameters.iter().map(|parameter| parameter.name.as_str()).zip(values))
 }

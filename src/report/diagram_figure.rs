@@ -40,9 +40,7 @@ pub fn diagram_table(diagrams: &[Diagram]) -> Result<Table, ReportError> {
         .map(|(_, point)| distinct(point).count())
         .max()
         .unwrap_or(0);
-    let surfaces = diagrams
-        .first()
-        .map_or(&[][..], |diagram| &diagram.surfaces);
+    let surfaces = diagrams.first().map_or(&[][..], |diagram| &diagram.surfaces);
     let mut table = Table::new(columns(surfaces, longest));
     for (number, diagram) in diagrams.iter().enumerate() {
         for (sweep, point) in points(diagram) {
@@ -54,15 +52,10 @@ pub fn diagram_table(diagrams: &[Diagram]) -> Result<Table, ReportError> {
                 Cell::number(point.offset, 6),
                 period_cell(point.period),
                 Cell::Integer(point.kept_contacts.into()),
-                point
-                    .lyapunov
-                    .map_or(Cell::Missing, |value| Cell::number(value, 6)),
+                point.lyapunov.map_or(Cell::Missing, |value| Cell::number(value, 6)),
                 Cell::text(end_word(point.end)),
                 Cell::Integer(point.outside as i64),
-                point
-                    .orbit
-                    .as_ref()
-                    .map_or(Cell::Missing, |name| Cell::text(name.to_string())),
+                point.orbit.as_ref().map_or(Cell::Missing, |name| Cell::text(name.to_string())),
             ];
             row.extend(distinct(point).map(|value| Cell::number(value, 6)));
             row.resize(table.columns().len(), Cell::Missing);
@@ -79,12 +72,7 @@ pub fn diagram_table(diagrams: &[Diagram]) -> Result<Table, ReportError> {
 ///
 /// [`ReportError::ArrayShape`] if a sweep has more values than were asked for.
 pub fn diagram_array(diagram: &Diagram) -> Result<Vec<u8>, ReportError> {
-    let count = diagram
-        .sweeps
-        .iter()
-        .map(|sweep| sweep.points.len())
-        .max()
-        .unwrap_or(0);
+    let count = diagram.sweeps.iter().map(|sweep| sweep.points.len()).max().unwrap_or(0);
     let width = diagram.keep + 1;
     let mut values = Vec::with_capacity(diagram.sweeps.len() * count * width);
     for sweep in &diagram.sweeps {
@@ -133,17 +121,10 @@ fn figure(diagram: &Diagram, shown: impl Fn(&Sweep) -> bool) -> Figure {
             .points
             .iter()
             .flat_map(|point| point.kept_values().map(|value| [point.offset, value]));
-        let name = if alone {
-            method_word(sweep.method).to_owned()
-        } else {
-            sweep_word(sweep)
-        };
+        let name = if alone { method_word(sweep.method).to_owned() } else { sweep_word(sweep) };
         figure.series.push(Series::dots(name, dots.collect()));
     }
-    figure.guides.push(Guide::Vertical {
-        at: 0.0,
-        label: String::new(),
-    });
+    figure.guides.push(Guide::Vertical { at: 0.0, label: String::new() });
     figure.annotations.push(Annotation {
         at: [0.0, 0.0],
         text: "G".to_owned(),
@@ -153,10 +134,8 @@ fn figure(diagram: &Diagram, shown: impl Fn(&Sweep) -> bool) -> Figure {
 }
 
 fn lyapunov_figure(diagram: &Diagram) -> Option<Figure> {
-    let mut figure = Figure::new(
-        offset_axis(diagram),
-        Axis::linear("largest Lyapunov exponent per iterate"),
-    );
+    let mut figure =
+        Figure::new(offset_axis(diagram), Axis::linear("largest Lyapunov exponent per iterate"));
     figure.size = (760, 300);
     for sweep in &diagram.sweeps {
         let known = |point: &DiagramPoint| point.lyapunov.map(|value| [point.offset, value]);
@@ -165,47 +144,28 @@ fn lyapunov_figure(diagram: &Diagram) -> Option<Figure> {
             figure.series.push(Series::dots(sweep_word(sweep), dots));
         }
     }
-    figure.guides.push(Guide::Horizontal {
-        at: 0.0,
-        label: String::new(),
-    });
+    figure.guides.push(Guide::Horizontal { at: 0.0, label: String::new() });
     (!figure.series.is_empty()).then_some(figure)
 }
 
 fn offset_axis(diagram: &Diagram) -> Axis {
     let letter = symbol(&diagram.parameter);
-    let ends = diagram
-        .sweeps
-        .iter()
-        .flat_map(|sweep| &sweep.points)
-        .map(|point| point.offset);
-    let (lower, upper) = ends.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| {
-        (low.min(x), high.max(x))
-    });
+    let ends = diagram.sweeps.iter().flat_map(|sweep| &sweep.points).map(|point| point.offset);
+    let (lower, upper) =
+        ends.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| (low.min(x), high.max(x)));
     let axis = Axis::linear(format!("{letter} − {letter}*"));
-    if lower < upper {
-        axis.with_range(lower, upper)
-    } else {
-        axis
-    }
+    if lower < upper { axis.with_range(lower, upper) } else { axis }
 }
 
 /// An axis that shows every value of every sweep.
 fn value_axis(diagram: &Diagram) -> Axis {
     let axis = Axis::linear(observable_words(&diagram.observable));
     let points = diagram.sweeps.iter().flat_map(|sweep| &sweep.points);
-    let values = points
-        .flat_map(|point| &point.values)
-        .filter(|value| value.is_finite());
-    let (lower, upper) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), &x| {
-        (low.min(x), high.max(x))
-    });
+    let values = points.flat_map(|point| &point.values).filter(|value| value.is_finite());
+    let (lower, upper) = values
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), &x| (low.min(x), high.max(x)));
     let margin = 0.04 * (upper - lower);
-    if margin > 0.0 {
-        axis.with_range(lower - margin, upper + margin)
-    } else {
-        axis
-    }
+    if margin > 0.0 { axis.with_range(lower - margin, upper + margin) } else { axis }
 }
 
 fn observable_words(observable: &str) -> String {
@@ -233,10 +193,7 @@ pub(super) fn orbit_header(surfaces: &[String]) -> String {
 }
 
 fn points(diagram: &Diagram) -> impl Iterator<Item = (&Sweep, &DiagramPoint)> {
-    diagram
-        .sweeps
-        .iter()
-        .flat_map(|sweep| sweep.points.iter().map(move |point| (sweep, point)))
+    diagram.sweeps.iter().flat_map(|sweep| sweep.points.iter().map(move |point| (sweep, point)))
 }
 
 /// The values over one period, or all of them.
@@ -256,11 +213,7 @@ pub(super) fn period_cell(period: Period) -> Cell {
 }
 
 fn sweep_word(sweep: &Sweep) -> String {
-    format!(
-        "{}, {}",
-        method_word(sweep.method),
-        heading_word(sweep.heading)
-    )
+    format!("{}, {}", method_word(sweep.method), heading_word(sweep.heading))
 }
 
 fn method_word(method: Method) -> &'static str {

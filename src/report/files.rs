@@ -21,13 +21,8 @@ use super::ReportError;
 /// [`ReportError::Write`] with the step, the path and the operating system's answer; the old file,
 /// if there was one, is untouched then.
 pub fn write_atomically(path: &Path, bytes: &[u8]) -> Result<(), ReportError> {
-    let failed = |action| {
-        move |source| ReportError::Write {
-            action,
-            path: path.to_path_buf(),
-            source,
-        }
-    };
+    let failed =
+        |action| move |source| ReportError::Write { action, path: path.to_path_buf(), source };
     let old = fs::metadata(path).ok();
     match &old {
         Some(old) if old.is_dir() => {
@@ -35,9 +30,7 @@ pub fn write_atomically(path: &Path, bytes: &[u8]) -> Result<(), ReportError> {
         }
         Some(old) if !old.is_file() => {
             let device = File::options().write(true).open(path);
-            return device
-                .and_then(|mut device| device.write_all(bytes))
-                .map_err(failed("write"));
+            return device.and_then(|mut device| device.write_all(bytes)).map_err(failed("write"));
         }
         _ => {}
     }
@@ -54,15 +47,10 @@ pub fn write_atomically(path: &Path, bytes: &[u8]) -> Result<(), ReportError> {
     let mut temporary = temporary.map_err(failed("write"))?;
     temporary.write_all(bytes).map_err(failed("write"))?;
     if let Some(old) = old {
-        temporary
-            .as_file()
-            .set_permissions(old.permissions())
-            .map_err(failed("write"))?;
+        temporary.as_file().set_permissions(old.permissions()).map_err(failed("write"))?;
     }
     temporary.as_file().sync_all().map_err(failed("flush"))?;
-    temporary
-        .persist(&target)
-        .map_err(|refused| failed("replace")(refused.error))?;
+    temporary.persist(&target).map_err(|refused| failed("replace")(refused.error))?;
     sync_folder(folder);
     Ok(())
 }
@@ -87,9 +75,7 @@ fn temporary_file(folder: &Path) -> io::Result<tempfile::NamedTempFile> {
 
 #[cfg(not(unix))]
 fn temporary_file(folder: &Path) -> io::Result<tempfile::NamedTempFile> {
-    tempfile::Builder::new()
-        .prefix(".unfinished-")
-        .tempfile_in(folder)
+    tempfile::Builder::new().prefix(".unfinished-").tempfile_in(folder)
 }
 
 /// Makes the new name itself durable where the system allows it; the file is whole either way.
@@ -132,13 +118,9 @@ impl OutputFolder {
     /// [`ReportError::Write`] as for [`write_atomically`].
     pub fn write(&self, name: &str, bytes: impl AsRef<[u8]>) -> Result<PathBuf, ReportError> {
         let relative = Path::new(name);
-        let inside = relative
-            .components()
-            .all(|part| matches!(part, Component::Normal(_)));
+        let inside = relative.components().all(|part| matches!(part, Component::Normal(_)));
         if !inside || relative.file_name().is_none() {
-            return Err(ReportError::OutsideFolder {
-                name: name.to_owned(),
-            });
+            return Err(ReportError::OutsideFolder { name: name.to_owned() });
         }
         let path = self.root.join(relative);
         create_folder(folder_of(&path))?;
@@ -155,9 +137,7 @@ impl OutputFolder {
         &self,
         files: impl IntoIterator<Item = (&'a String, &'a B)>,
     ) -> Result<(), ReportError> {
-        files
-            .into_iter()
-            .try_for_each(|(name, bytes)| self.write(name, bytes).map(drop))
+        files.into_iter().try_for_each(|(name, bytes)| self.write(name, bytes).map(drop))
     }
 }
 
@@ -180,13 +160,7 @@ mod tests {
     fn names_in(folder: &Path) -> Vec<String> {
         let entries = fs::read_dir(folder).expect("the folder can be listed");
         entries
-            .map(|entry| {
-                entry
-                    .expect("listed")
-                    .file_name()
-                    .to_string_lossy()
-                    .into_owned()
-            })
+            .map(|entry| entry.expect("listed").file_name().to_string_lossy().into_owned())
             .collect()
     }
 
@@ -211,13 +185,7 @@ mod tests {
 
         let absent = folder.path().join("absent").join("map.json");
         let refused = write_atomically(&absent, b"bytes").expect_err("the parent is absent");
-        assert!(matches!(
-            refused,
-            ReportError::Write {
-                action: "write",
-                ..
-            }
-        ));
+        assert!(matches!(refused, ReportError::Write { action: "write", .. }));
     }
 
     #[test]
@@ -226,14 +194,9 @@ mod tests {
         let folder = OutputFolder::create(scratch.path().join("a/b")).expect("creatable");
         for name in ["", "..", "../x", "/x", "a/../../x"] {
             let refused = folder.write(name, "bytes");
-            assert!(
-                matches!(refused, Err(ReportError::OutsideFolder { .. })),
-                "{name}"
-            );
+            assert!(matches!(refused, Err(ReportError::OutsideFolder { .. })), "{name}");
         }
-        let path = folder
-            .write("src/lib.rs", "bytes")
-            .expect("a subfolder is fine");
+        let path = folder.write("src/lib.rs", "bytes").expect("a subfolder is fine");
         assert_eq!(fs::read(path).expect("readable"), b"bytes");
     }
 
@@ -242,9 +205,6 @@ mod tests {
         let scratch = scratch();
         let file = scratch.path().join("out");
         fs::write(&file, "x").expect("writable");
-        assert!(matches!(
-            OutputFolder::create(&file),
-            Err(ReportError::Write { .. })
-        ));
+        assert!(matches!(OutputFolder::create(&file), Err(ReportError::Write { .. })));
     }
 }

@@ -139,9 +139,7 @@ impl<T> Named<T> {
     /// The value of a name.
     pub fn get(&self, name: &str) -> Option<&T> {
         let mut pairs = self.0.iter();
-        pairs
-            .find(|(known, _)| known == name)
-            .map(|(_, value)| value)
+        pairs.find(|(known, _)| known == name).map(|(_, value)| value)
     }
 }
 
@@ -156,9 +154,7 @@ impl<'de, T: serde::de::DeserializeOwned> Deserialize<'de> for Named<T> {
         let members: serde_json::Map<String, Value> = Deserialize::deserialize(deserializer)?;
         let pair = |(name, value)| Ok((name, serde_json::from_value(value)?));
         let pairs = members.into_iter().map(pair).collect::<Result<_, _>>();
-        pairs
-            .map(Self)
-            .map_err(|error: serde_json::Error| serde::de::Error::custom(error))
+        pairs.map(Self).map_err(|error: serde_json::Error| serde::de::Error::custom(error))
     }
 }
 
@@ -168,20 +164,10 @@ mod tests {
 
     #[test]
     fn doubles_read_back_bit_for_bit() {
-        let values = [
-            0.1,
-            1.0 / 3.0,
-            1e-12,
-            -2.2250738585072014e-308,
-            5e-324,
-            -0.0,
-        ];
+        let values = [0.1, 1.0 / 3.0, 1e-12, -2.2250738585072014e-308, 5e-324, -0.0];
         let text = to_json(&values).expect("numbers are JSON");
         let read: Vec<f64> = serde_json::from_str(&text).expect("the text is JSON");
-        assert_eq!(
-            read.iter().map(|v| v.to_bits()).collect::<Vec<_>>(),
-            values.map(f64::to_bits)
-        );
+        assert_eq!(read.iter().map(|v| v.to_bits()).collect::<Vec<_>>(), values.map(f64::to_bits));
     }
 
     #[test]
@@ -213,9 +199,6 @@ mod tests {
     fn named_values_are_read_in_their_order() {
         let named = Named::new([("b", 0.1), ("a", -0.0)]);
         let text = to_json(&named).expect("JSON");
-        assert_eq!(
-            serde_json::from_str::<Named<f64>>(&text).expect("an object"),
-            named
-        );
+        assert_eq!(serde_json::from_str::<Named<f64>>(&text).expect("an object"), named);
     }
 }

@@ -155,11 +155,7 @@ impl MapListing {
             (name, orbit.parameters()[parameter].to_f64())
         });
         let depths = depth_variables(parts.passages.len());
-        let weights = variables
-            .names
-            .iter()
-            .cloned()
-            .zip(variables.weights.iter().copied());
+        let weights = variables.names.iter().cloned().zip(variables.weights.iter().copied());
         let discontinuities = parts.passages.iter().zip(&depths);
         let discontinuities = discontinuities.map(|(passage, depth)| PolynomialMap {
             surface: (depths.len() > 1).then(|| passage.surface.to_owned()),
@@ -167,11 +163,7 @@ impl MapListing {
         });
         let laws = parts.passages.iter();
         let laws = laws.map(|passage| {
-            DepthListing::new(
-                passage.variables,
-                &passage.depth_series,
-                passage.window_edge,
-            )
+            DepthListing::new(passage.variables, &passage.depth_series, passage.window_edge)
         });
         Self {
             section: parts.section.clone(),
@@ -196,23 +188,13 @@ impl MapListing {
     pub fn size_table(&self) -> Result<Table, ReportError> {
         let parts = self.parts();
         let names = parts.iter().map(|part| Column::number(part.title.clone()));
-        let mut table = Table::new(
-            [Column::text("coordinate")]
-                .into_iter()
-                .chain(names)
-                .collect(),
-        );
+        let mut table = Table::new([Column::text("coordinate")].into_iter().chain(names).collect());
         for (number, (coordinate, _)) in self.smooth.outputs.0.iter().enumerate() {
             let counts = parts.iter().map(|part| {
                 let terms = part.map.outputs.0.get(number);
                 Cell::Integer(terms.map_or(0, |(_, terms)| terms.len()) as i64)
             });
-            table.push(
-                [Cell::text(coordinate.clone())]
-                    .into_iter()
-                    .chain(counts)
-                    .collect(),
-            )?;
+            table.push([Cell::text(coordinate.clone())].into_iter().chain(counts).collect())?;
         }
         Ok(table)
     }
@@ -284,16 +266,12 @@ impl PolynomialMap {
     /// Power of a variable in a term; 0 for one that is no variable of these polynomials.
     fn power(&self, term: &Term, variable: &str) -> u8 {
         let place = self.variables.iter().position(|name| name == variable);
-        place
-            .and_then(|place| term.powers.get(place).copied())
-            .unwrap_or(0)
+        place.and_then(|place| term.powers.get(place).copied()).unwrap_or(0)
     }
 }
 
 fn smooth_map(variables: &Variables, leg: &Leg) -> PolynomialMap {
-    let outputs = coordinates(variables)
-        .zip(&leg.image)
-        .map(|(name, jet)| (name, terms(&[], jet)));
+    let outputs = coordinates(variables).zip(&leg.image).map(|(name, jet)| (name, terms(&[], jet)));
     PolynomialMap {
         surface: None,
         variables: variables.names.clone(),
@@ -304,24 +282,19 @@ fn smooth_map(variables: &Variables, leg: &Leg) -> PolynomialMap {
 
 /// The worst of each coordinate's parts.
 fn worst_digits(lost: &LostDigits) -> impl Iterator<Item = f64> {
-    lost.smooth
-        .iter()
-        .zip(&lost.discontinuity)
-        .map(|(smooth, contact)| smooth.max(*contact))
+    lost.smooth.iter().zip(&lost.discontinuity).map(|(smooth, contact)| smooth.max(*contact))
 }
 
 /// `x_i + y B_i + y² C_i`.
 fn discontinuity_map(variables: &Variables, depth: &str, contact: &Contact) -> PolynomialMap {
-    let outputs = coordinates(variables)
-        .enumerate()
-        .map(|(coordinate, name)| {
-            let mut powers = vec![0; variables.len() + 1];
-            powers[coordinate + 1] = 1;
-            let mut all = vec![Term { powers, value: 1.0 }];
-            all.extend(terms(&[1], &contact.linear[coordinate]));
-            all.extend(terms(&[2], &contact.quadratic[coordinate]));
-            (name, all)
-        });
+    let outputs = coordinates(variables).enumerate().map(|(coordinate, name)| {
+        let mut powers = vec![0; variables.len() + 1];
+        powers[coordinate + 1] = 1;
+        let mut all = vec![Term { powers, value: 1.0 }];
+        all.extend(terms(&[1], &contact.linear[coordinate]));
+        all.extend(terms(&[2], &contact.quadratic[coordinate]));
+        (name, all)
+    });
     PolynomialMap {
         surface: None,
         variables: after(&[depth.to_owned()], variables),
@@ -333,9 +306,7 @@ fn discontinuity_map(variables: &Variables, depth: &str, contact: &Contact) -> P
 fn composed_map(variables: &Variables, depths: &[String], map: &ComposedMap) -> PolynomialMap {
     let all = |polynomial: &DepthPolynomial| {
         let parts = polynomial.terms.iter();
-        parts
-            .flat_map(|part| terms(&part.powers, &part.coefficient))
-            .collect::<Vec<_>>()
+        parts.flat_map(|part| terms(&part.powers, &part.coefficient)).collect::<Vec<_>>()
     };
     PolynomialMap {
         surface: None,
@@ -346,9 +317,7 @@ fn composed_map(variables: &Variables, depths: &[String], map: &ComposedMap) -> 
 }
 
 fn coordinates(variables: &Variables) -> impl Iterator<Item = &str> {
-    variables.names[..variables.coordinates]
-        .iter()
-        .map(String::as_str)
+    variables.names[..variables.coordinates].iter().map(String::as_str)
 }
 
 /// Depth variables, then the others.
@@ -389,10 +358,7 @@ pub struct LeadingTerm {
 
 impl From<LeadingLaw> for LeadingTerm {
     fn from(law: LeadingLaw) -> Self {
-        Self {
-            exponent: law.exponent,
-            coefficient: law.coefficient.hi,
-        }
+        Self { exponent: law.exponent, coefficient: law.coefficient.hi }
     }
 }
 
@@ -409,11 +375,7 @@ impl DepthListing {
             let law = series.leading_law(coordinate);
             (name.as_str(), law.map(LeadingTerm::from))
         });
-        Self {
-            leading: Named::new(leading),
-            radius: series.radius(),
-            window_edge,
-        }
+        Self { leading: Named::new(leading), radius: series.radius(), window_edge }
     }
 
     /// One line per coordinate, and one for the radius.
@@ -459,13 +421,7 @@ impl DepthListing {
 /// ```
 pub fn edge_words(edge: &WindowEdge) -> String {
     let (depth_variable, weight) = (edge.depth.sqrt(), edge.contact_weight);
-    let WindowEdge {
-        radius,
-        leading_exponent,
-        omitted_share,
-        usable_depth,
-        ..
-    } = edge;
+    let WindowEdge { radius, leading_exponent, omitted_share, usable_depth, .. } = edge;
     let holds = format!("weight {weight} holds to two digits for y^2 <= {usable_depth:.1e}");
     if *usable_depth == 0.0 {
         format!(

@@ -21,9 +21,7 @@ const MAGIC: &[u8] = b"\x93NUMPY\x01\x00";
 /// [`ReportError::ArrayShape`] if the number of values is not the product of `shape`, or if the
 /// shape has so many axes that the header would not fit the 65 535 bytes of version 1.0.
 pub fn npy_bytes(shape: &[usize], values: &[f64]) -> Result<Vec<u8>, ReportError> {
-    let expected = shape
-        .iter()
-        .try_fold(1_usize, |size, &axis| size.checked_mul(axis));
+    let expected = shape.iter().try_fold(1_usize, |size, &axis| size.checked_mul(axis));
     let refuse = || ReportError::ArrayShape {
         shape: shape.to_vec(),
         expected: expected.unwrap_or(usize::MAX),

@@ -25,11 +25,7 @@ pub(super) fn significant(value: f64, digits: usize) -> String {
 
 /// A number to 17 significant digits, which any reader turns back into the same double.
 pub(super) fn exact(value: f64) -> String {
-    if value.is_finite() {
-        format!("{value:.16e}")
-    } else {
-        non_finite(value).to_owned()
-    }
+    if value.is_finite() { format!("{value:.16e}") } else { non_finite(value).to_owned() }
 }
 
 fn non_finite(value: f64) -> &'static str {
@@ -41,10 +37,7 @@ fn non_finite(value: f64) -> &'static str {
 }
 
 fn exponent_of(scientific: &str) -> i32 {
-    scientific
-        .split_once('e')
-        .and_then(|(_, exponent)| exponent.parse().ok())
-        .unwrap_or(0)
+    scientific.split_once('e').and_then(|(_, exponent)| exponent.parse().ok()).unwrap_or(0)
 }
 
 #[cfg(test)]

@@ -69,12 +69,7 @@ impl ConditionsListing {
     /// Conditions of an orbit of a scene.
     pub(super) fn new(scene: &Scene, from: usize, to: usize, values: Vec<f64>) -> Self {
         let surfaces = [from, to].map(|passage| surface_of(scene, passage));
-        Self {
-            from,
-            to,
-            surfaces,
-            values,
-        }
+        Self { from, to, surfaces, values }
     }
 }
 
@@ -82,12 +77,7 @@ impl OrbitListing {
     /// The orbit of a scene.
     pub fn new(scene: &Scene, orbit: &GrazingOrbit) -> Self {
         let graze = orbit.grazing_point();
-        let round = |values: &[Dd]| {
-            values
-                .iter()
-                .map(|value| value.to_f64())
-                .collect::<Vec<f64>>()
-        };
+        let round = |values: &[Dd]| values.iter().map(|value| value.to_f64()).collect::<Vec<f64>>();
         Self {
             surface: scene.model.surfaces[graze.surface].name.clone(),
             parameters: parameters(scene, graze),
@@ -167,14 +157,10 @@ impl OrbitListing {
         for (number, passage) in self.passages.iter().enumerate() {
             let state = passage.state.0.iter().map(|(_, value)| *value);
             let numbers = [passage.time].into_iter().chain(state);
-            let mut row = vec![
-                Cell::text(format!("{}", number + 1)),
-                Cell::text(passage.surface.clone()),
-            ];
+            let mut row =
+                vec![Cell::text(format!("{}", number + 1)), Cell::text(passage.surface.clone())];
             row.extend(
-                numbers
-                    .chain([passage.normal_acceleration])
-                    .map(|value| Cell::number(value, 12)),
+                numbers.chain([passage.normal_acceleration]).map(|value| Cell::number(value, 12)),
             );
             table.push(row)?;
         }
@@ -187,11 +173,7 @@ impl OrbitListing {
     ///
     /// Never in practice: every row has a cell per column.
     pub fn conditions_table(&self) -> Result<Table, ReportError> {
-        let felt = || {
-            self.conditions
-                .iter()
-                .filter(|pair| !pair.values.is_empty())
-        };
+        let felt = || self.conditions.iter().filter(|pair| !pair.values.is_empty());
         let count = felt().map(|pair| pair.values.len()).max().unwrap_or(0);
         let mut columns = vec![Column::text("from"), Column::text("to")];
         columns.extend((1..=count).map(|n| Column::number(format!("xi_{n}"))));

@@ -115,11 +115,7 @@ impl OrbitsListing {
         found: &Orbits,
         direct: bool,
     ) -> Self {
-        let names = Names {
-            map,
-            itinerary,
-            direct,
-        };
+        let names = Names { map, itinerary, direct };
         let values = map.parameters.iter();
         let loci = found.loci.as_ref();
         Self {
@@ -130,11 +126,7 @@ impl OrbitsListing {
             ),
             passages: map.surfaces.clone(),
             window_edges: edges.to_vec(),
-            orbits: found
-                .orbits
-                .iter()
-                .map(|orbit| names.orbit(orbit))
-                .collect(),
+            orbits: found.orbits.iter().map(|orbit| names.orbit(orbit)).collect(),
             loci: loci.map(|loci| loci.iter().map(|locus| names.locus(locus)).collect()),
             lost: found.lost.iter().map(|lost| names.lost(lost)).collect(),
         }
@@ -160,10 +152,7 @@ impl Names<'_> {
         });
         OrbitRecord {
             itinerary: orbit.itinerary.to_string(),
-            name: self
-                .itinerary
-                .name(returns.map(|&made| self.itinerary.hits(made)))
-                .to_string(),
+            name: self.itinerary.name(returns.map(|&made| self.itinerary.hits(made))).to_string(),
             parameters: self.parameters(&orbit.parameters),
             state: Named::new(coordinates.zip(first)),
             states: orbit.states.clone(),
@@ -275,16 +264,11 @@ impl OrbitsListing {
     }
 
     fn parameter_names(&self) -> impl Iterator<Item = String> {
-        self.grazing_parameters
-            .0
-            .iter()
-            .map(|(name, _)| name.clone())
+        self.grazing_parameters.0.iter().map(|(name, _)| name.clone())
     }
 
     fn words(&self, list: List) -> Result<Table, ReportError> {
-        let located = self
-            .parameter_names()
-            .chain(self.section.coordinates.clone());
+        let located = self.parameter_names().chain(self.section.coordinates.clone());
         let mut columns = heading(list);
         columns.extend(located.map(Column::number));
         columns.extend(["multipliers", "orbit", "impact speeds", "window"].map(Column::text));
@@ -292,9 +276,8 @@ impl OrbitsListing {
         for (kind, orbit) in self.rows(list) {
             let located = orbit.parameters.0.iter().chain(&orbit.state.0);
             let speeds = orbit.contacts.iter();
-            let speeds: Vec<String> = speeds
-                .map(|contact| format!("{:.4e}", contact.speed))
-                .collect();
+            let speeds: Vec<String> =
+                speeds.map(|contact| format!("{:.4e}", contact.speed)).collect();
             let mut row = named(kind, orbit);
             row.extend(located.map(|(_, value)| Cell::number(*value, 5)));
             row.extend([
@@ -309,9 +292,7 @@ impl OrbitsListing {
     }
 
     fn numbers(&self, list: List) -> Result<Table, ReportError> {
-        let located = self
-            .parameter_names()
-            .chain(self.section.coordinates.clone());
+        let located = self.parameter_names().chain(self.section.coordinates.clone());
         let parts = (1..=self.section.coordinates.len())
             .flat_map(|n| [format!("multiplier_{n}_re"), format!("multiplier_{n}_im")]);
         let mut columns = heading(list);
@@ -324,9 +305,8 @@ impl OrbitsListing {
             let located = located.map(|(_, value)| value);
             let numbers = located.chain(orbit.multipliers.iter().flatten());
             let speeds = orbit.contacts.iter();
-            let speeds: Vec<String> = speeds
-                .map(|contact| format!("{:.16e}", contact.speed))
-                .collect();
+            let speeds: Vec<String> =
+                speeds.map(|contact| format!("{:.16e}", contact.speed)).collect();
             let flags = [orbit.stable, orbit.physical, orbit.inside];
             let mut row = named(kind, orbit);
             row.extend(numbers.map(|&value| Cell::number(value, 12)));
@@ -376,9 +356,5 @@ fn multipliers(values: &[[f64; 2]]) -> String {
         im if im > 0.0 => Some(format!("{} ± {}i", shown(*re), shown(im))),
         _ => None,
     };
-    values
-        .iter()
-        .filter_map(pair)
-        .collect::<Vec<_>>()
-        .join(", ")
+    values.iter().filter_map(pair).collect::<Vec<_>>().join(", ")
 }

@@ -59,10 +59,7 @@ pub struct Section {
 impl Section {
     /// An empty section.
     pub fn new(title: impl Into<String>) -> Self {
-        Self {
-            title: title.into(),
-            blocks: Vec::new(),
-        }
+        Self { title: title.into(), blocks: Vec::new() }
     }
 
     /// Adds a paragraph of plain words.
@@ -75,10 +72,7 @@ impl Section {
     /// Adds a table with a caption; the caption may be empty.
     #[must_use]
     pub fn table(mut self, table: Table, caption: impl Into<String>) -> Self {
-        self.blocks.push(Block::Table {
-            table,
-            caption: caption.into(),
-        });
+        self.blocks.push(Block::Table { table, caption: caption.into() });
         self
     }
 
@@ -86,8 +80,7 @@ impl Section {
     #[must_use]
     pub fn figure(mut self, figure: Figure, caption: impl Into<String>) -> Self {
         let caption = caption.into();
-        self.blocks
-            .push(Block::Figure(Box::new(PageFigure { figure, caption })));
+        self.blocks.push(Block::Figure(Box::new(PageFigure { figure, caption })));
         self
     }
 }
@@ -115,12 +108,7 @@ pub struct Page {
 impl Page {
     /// A page without sections.
     pub fn new(title: impl Into<String>, provenance: Provenance) -> Self {
-        Self {
-            title: title.into(),
-            summary: String::new(),
-            provenance,
-            sections: Vec::new(),
-        }
+        Self { title: title.into(), summary: String::new(), provenance, sections: Vec::new() }
     }
 
     /// The same page with a summary under its title.
@@ -146,10 +134,7 @@ impl Page {
         let mut counts = Counts::default();
         let mut sections = Vec::new();
         for (index, section) in self.sections.iter().enumerate() {
-            let blocks = section
-                .blocks
-                .iter()
-                .map(|block| block_html(block, &mut counts));
+            let blocks = section.blocks.iter().map(|block| block_html(block, &mut counts));
             sections.push(SectionView {
                 id: format!("section-{}", index + 1),
                 title: &section.title,
@@ -180,10 +165,7 @@ impl Provenance {
             ("Program", &self.version),
         ];
         let more = self.more.iter().map(|(name, value)| (name.as_str(), value));
-        let rows = named
-            .into_iter()
-            .chain(more)
-            .filter(|(_, value)| !value.is_empty());
+        let rows = named.into_iter().chain(more).filter(|(_, value)| !value.is_empty());
         rows.map(|(name, value)| (name, value.as_str())).collect()
     }
 }
@@ -217,10 +199,8 @@ fn block_html(block: &Block, counts: &mut Counts) -> Result<String, ReportError>
         Block::Figure(shown) => {
             counts.figures += 1;
             let number = counts.figures;
-            let thinned = shown
-                .figure
-                .thinning()?
-                .map(|thinning| format!(" {}", thinning.sentence()));
+            let thinned =
+                shown.figure.thinning()?.map(|thinning| format!(" {}", thinning.sentence()));
             Ok(format!(
                 "<figure><div class=\"card\">{}</div>\n<figcaption><b>Figure {number}.</b> {}{}</figcaption></figure>",
                 picture(shown)?,

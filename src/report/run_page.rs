@@ -93,40 +93,20 @@ fn provenance(run: &RunPage<'_>) -> Provenance {
 
 fn orders_words(map: &MapListing) -> String {
     let (n, w) = (map.orders.smooth_order, map.orders.contact_weight);
-    let weights: Vec<String> = map
-        .weights
-        .0
-        .iter()
-        .map(|(name, weight)| format!("{name} {weight}"))
-        .collect();
-    format!(
-        "P_smooth to degree N = {n}, D to weight W = {w}; weights: {}",
-        weights.join(", ")
-    )
+    let weights: Vec<String> =
+        map.weights.0.iter().map(|(name, weight)| format!("{name} {weight}")).collect();
+    format!("P_smooth to degree N = {n}, D to weight W = {w}; weights: {}", weights.join(", "))
 }
 
 fn window_words(scene: &Scene) -> String {
-    let Window {
-        depth,
-        state,
-        parameter,
-    } = &scene.window;
+    let Window { depth, state, parameter } = &scene.window;
     let states = scene.model.full_state_names();
-    let parameters = scene
-        .model
-        .parameters
-        .iter()
-        .map(|parameter| parameter.name.as_str());
-    let widths = states
-        .into_iter()
-        .zip(state)
-        .chain(parameters.zip(parameter));
+    let parameters = scene.model.parameters.iter().map(|parameter| parameter.name.as_str());
+    let widths = states.into_iter().zip(state).chain(parameters.zip(parameter));
     let widths = widths
         .filter(|(_, width)| width.is_finite())
         .map(|(name, width)| format!("{name} ± {width:e}"));
-    let parts: Vec<String> = std::iter::once(format!("y² ≤ {depth:e}"))
-        .chain(widths)
-        .collect();
+    let parts: Vec<String> = std::iter::once(format!("y² ≤ {depth:e}")).chain(widths).collect();
     parts.join(", ")
 }
 
@@ -142,20 +122,9 @@ fn summary(run: &RunPage<'_>) -> String {
             format!("{name}* = {:.12}", Shown(value))
         })
         .collect();
-    let terms: usize = run
-        .map
-        .composed
-        .outputs
-        .0
-        .iter()
-        .map(|(_, terms)| terms.len())
-        .sum();
-    let surfaces: Vec<_> = run
-        .orbit
-        .passages
-        .iter()
-        .map(|passage| format!("“{}”", passage.surface))
-        .collect();
+    let terms: usize = run.map.composed.outputs.0.iter().map(|(_, terms)| terms.len()).sum();
+    let surfaces: Vec<_> =
+        run.orbit.passages.iter().map(|passage| format!("“{}”", passage.surface)).collect();
     let surfaces = match surfaces.as_slice() {
         [one] => format!("the surface {one}"),
         several => format!("the surfaces {} in turn", several.join(", ")),
@@ -191,11 +160,7 @@ fn model_section(scene: &Scene) -> Result<Section, ReportError> {
         ])?;
     }
     let phase = model.phase.as_ref().map_or(String::new(), |phase| {
-        format!(
-            " The forcing phase {} has the period {:.12}.",
-            phase.name,
-            phase.period.to_f64()
-        )
+        format!(" The forcing phase {} has the period {:.12}.", phase.name, phase.period.to_f64())
     });
     Ok(Section::new("Model")
         .prose(format!("States: {}.{phase}", model.states.join(", ")))
@@ -204,11 +169,7 @@ fn model_section(scene: &Scene) -> Result<Section, ReportError> {
 
 fn orbit_section(orbit: &OrbitListing) -> Result<Section, ReportError> {
     let [re, im] = orbit.multipliers.first().copied().unwrap_or([f64::NAN; 2]);
-    let stable = if re.hypot(im) < 1.0 {
-        "attracts"
-    } else {
-        "repels"
-    };
+    let stable = if re.hypot(im) < 1.0 { "attracts" } else { "repels" };
     let xi = conditions_prose(orbit);
     let penetrates = match orbit.clearance {
         Some(clearance) if clearance < 0.0 => {
@@ -235,10 +196,7 @@ fn orbit_section(orbit: &OrbitListing) -> Result<Section, ReportError> {
     let conditions = orbit.conditions_table()?;
     Ok(section
         .table(passages, "The grazing passages of a period.")
-        .table(
-            conditions,
-            "xi_n from one passage to the n-th following of another.",
-        ))
+        .table(conditions, "xi_n from one passage to the n-th following of another."))
 }
 
 /// What the signs of the conditions say.
@@ -264,13 +222,8 @@ fn conditions_prose(orbit: &OrbitListing) -> String {
 }
 
 fn expansion_section(run: &RunPage<'_>) -> Result<Section, ReportError> {
-    let lost: Vec<String> = run
-        .map
-        .lost_digits
-        .0
-        .iter()
-        .map(|(name, digits)| format!("{name} {digits:.1}"))
-        .collect();
+    let lost: Vec<String> =
+        run.map.lost_digits.0.iter().map(|(name, digits)| format!("{name} {digits:.1}")).collect();
     let prose = format!(
         "Everything is a polynomial in offsets from the grazing orbit; y² = −h_min is the depth \
             that the free flow would reach. Cancellation cost an estimated number of decimal \
@@ -283,10 +236,7 @@ fn expansion_section(run: &RunPage<'_>) -> Result<Section, ReportError> {
         run.emitted.step, run.emitted.frozen, run.emitted.jacobian
     );
     let laws = run.map.depth.iter();
-    let mut edges: Vec<_> = laws
-        .filter_map(|laws| laws.window_edge)
-        .map(edge_sentence)
-        .collect();
+    let mut edges: Vec<_> = laws.filter_map(|laws| laws.window_edge).map(edge_sentence).collect();
     // Passages that are mirror images say the same.
     edges.dedup();
     let mut section = Section::new("Expansion");
@@ -302,11 +252,7 @@ fn expansion_section(run: &RunPage<'_>) -> Result<Section, ReportError> {
 }
 
 fn edge_sentence(edge: WindowEdge) -> String {
-    let at = if edge.is_within() {
-        "At"
-    } else {
-        "Warning: at"
-    };
+    let at = if edge.is_within() { "At" } else { "Warning: at" };
     format!("{at} the edge of the window {}.", edge_words(&edge))
 }
 
@@ -346,11 +292,9 @@ fn caption(diagram: &Diagram, ending: &str) -> String {
 }
 
 fn chart_section(charts: &[Chart]) -> Result<Section, ReportError> {
-    let section = charts
-        .iter()
-        .fold(Section::new("Charts"), |section, chart| {
-            section.figure(chart_figure(chart), chart_caption(chart))
-        });
+    let section = charts.iter().fold(Section::new("Charts"), |section, chart| {
+        section.figure(chart_figure(chart), chart_caption(chart))
+    });
     Ok(section.table(
         chart_timing_table(charts)?,
         "Cells and what the map settles on in them; iterates and times, measured in this run.",
@@ -381,9 +325,7 @@ fn left_sentence(diagram: &Diagram) -> Option<String> {
             .filter(|sweep| sweep.method == Method::Map)
             .flat_map(|sweep| &sweep.points)
     };
-    let left = points()
-        .filter(|point| point.end != OrbitEnd::Completed)
-        .count();
+    let left = points().filter(|point| point.end != OrbitEnd::Completed).count();
     (left > 0).then(|| {
         format!(
             "At {left} of {} parameter values of the sweeps by the map the orbit left the \
@@ -394,10 +336,7 @@ fn left_sentence(diagram: &Diagram) -> Option<String> {
 }
 
 fn time_section(run: &RunPage<'_>) -> Result<Section, ReportError> {
-    let mut table = Table::new(vec![
-        Column::text("stage"),
-        Column::number("time").with_unit("s"),
-    ]);
+    let mut table = Table::new(vec![Column::text("stage"), Column::number("time").with_unit("s")]);
     for time in run.times {
         table.push(vec![Cell::text(time.stage), Cell::number(time.seconds, 3)])?;
     }

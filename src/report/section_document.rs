@@ -180,10 +180,7 @@ impl SectionCost {
                 let error = error.unwrap_or_else(|| "no finite error".to_owned());
                 format!("{name} not met ({error})")
             }
-            (None, _) => format!(
-                "{name} none ({})",
-                self.problem.as_deref().unwrap_or("no map")
-            ),
+            (None, _) => format!("{name} none ({})", self.problem.as_deref().unwrap_or("no map")),
         }
     }
 }

@@ -32,19 +32,12 @@ pub struct Column {
 impl Column {
     /// A column of numbers without a unit, pushed to the right.
     pub fn number(header: impl Into<String>) -> Self {
-        Self {
-            header: header.into(),
-            unit: String::new(),
-            alignment: Alignment::Right,
-        }
+        Self { header: header.into(), unit: String::new(), alignment: Alignment::Right }
     }
 
     /// A column of words, pushed to the left.
     pub fn text(header: impl Into<String>) -> Self {
-        Self {
-            alignment: Alignment::Left,
-            ..Self::number(header)
-        }
+        Self { alignment: Alignment::Left, ..Self::number(header) }
     }
 
     /// The same column with a unit.
@@ -133,10 +126,7 @@ pub struct Table {
 impl Table {
     /// An empty table of these columns.
     pub fn new(columns: Vec<Column>) -> Self {
-        Self {
-            columns,
-            rows: Vec::new(),
-        }
+        Self { columns, rows: Vec::new() }
     }
 
     /// The columns, left to right.
@@ -218,19 +208,11 @@ impl Table {
         let mut html = String::from("<table>\n<thead><tr>");
         for column in self.columns() {
             let class = class_of(column.alignment);
-            write!(
-                html,
-                "<th{class} scope=\"col\">{}",
-                escape_html(&column.header)
-            )
-            .expect("a String takes all");
-            if !column.unit.is_empty() {
-                write!(
-                    html,
-                    " <span class=\"unit\">[{}]</span>",
-                    escape_html(&column.unit)
-                )
+            write!(html, "<th{class} scope=\"col\">{}", escape_html(&column.header))
                 .expect("a String takes all");
+            if !column.unit.is_empty() {
+                write!(html, " <span class=\"unit\">[{}]</span>", escape_html(&column.unit))
+                    .expect("a String takes all");
             }
             html.push_str("</th>");
         }
@@ -262,9 +244,8 @@ impl Table {
         for row in self.rows() {
             writer.write_record(row.iter().map(Cell::for_programs))?;
         }
-        let bytes = writer
-            .into_inner()
-            .map_err(|refused| csv::Error::from(refused.into_error()))?;
+        let bytes =
+            writer.into_inner().map_err(|refused| csv::Error::from(refused.into_error()))?;
         Ok(String::from_utf8_lossy(&bytes).into_owned())
     }
 
@@ -274,15 +255,8 @@ impl Table {
         cell: impl Fn(&Cell) -> String,
         heading: impl Fn(&str) -> String,
     ) -> Vec<Vec<String>> {
-        let headings = self
-            .columns()
-            .iter()
-            .map(|column| heading(&column.heading()))
-            .collect();
-        let rows = self
-            .rows()
-            .iter()
-            .map(|row| row.iter().map(&cell).collect());
+        let headings = self.columns().iter().map(|column| heading(&column.heading())).collect();
+        let rows = self.rows().iter().map(|row| row.iter().map(&cell).collect());
         std::iter::once(headings).chain(rows).collect()
     }
 
@@ -303,15 +277,11 @@ impl Table {
 fn widths(lines: &[Vec<String>]) -> Vec<usize> {
     let columns = lines.first().map_or(0, Vec::len);
     let width = |column: usize| lines.iter().map(|line| line[column].chars().count()).max();
-    (0..columns)
-        .map(|column| width(column).unwrap_or(0))
-        .collect()
+    (0..columns).map(|column| width(column).unwrap_or(0)).collect()
 }
 
 fn plain(text: &str) -> String {
-    text.chars()
-        .map(|c| if c.is_control() { ' ' } else { c })
-        .collect()
+    text.chars().map(|c| if c.is_control() { ' ' } else { c }).collect()
 }
 
 fn class_of(alignment: Alignment) -> &'static str {
@@ -327,11 +297,7 @@ fn cell_html(cell: &Cell) -> String {
     match (cell, text.split_once('e')) {
         (Cell::Missing, _) => "<span class=\"missing\">–</span>".to_owned(),
         (Cell::Number { value, .. }, Some((mantissa, exponent))) if value.is_finite() => {
-            format!(
-                "{}\u{2009}×\u{2009}10<sup>{}</sup>",
-                minus(mantissa),
-                minus(exponent)
-            )
+            format!("{}\u{2009}×\u{2009}10<sup>{}</sup>", minus(mantissa), minus(exponent))
         }
         (Cell::Number { .. } | Cell::Integer(_), _) => minus(&text),
         (Cell::Text(_), _) => escape_html(&text),
@@ -350,14 +316,7 @@ mod tests {
     fn a_row_of_the_wrong_width_is_refused_and_not_kept() {
         let mut table = Table::new(vec![Column::number("a"), Column::number("b")]);
         let refused = table.push(vec![Cell::Missing]);
-        assert!(matches!(
-            refused,
-            Err(ReportError::RowWidth {
-                row: 0,
-                expected: 2,
-                found: 1
-            })
-        ));
+        assert!(matches!(refused, Err(ReportError::RowWidth { row: 0, expected: 2, found: 1 })));
         assert!(table.rows().is_empty());
     }
 
@@ -375,11 +334,7 @@ mod tests {
             Column::number("error"),
         ]);
         let rows = [
-            vec![
-                Cell::text("5 | 6"),
-                Cell::number(17.25, 3),
-                Cell::number(-1.0 / 3.0e9, 3),
-            ],
+            vec![Cell::text("5 | 6"), Cell::number(17.25, 3), Cell::number(-1.0 / 3.0e9, 3)],
             vec![Cell::text("a\n\"b\","), Cell::Integer(-2), Cell::Missing],
         ];
         for row in rows {

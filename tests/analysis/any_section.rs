@@ -17,10 +17,7 @@ use crate::support::scenes::{orbit, scene_with};
 use crate::{UNUSED, exact};
 
 fn of_any_section(name: &str, tolerance: &str) -> Scene {
-    scene_with(
-        name,
-        &[("expansion.tolerance", tolerance), ("section.kind", "any")],
-    )
+    scene_with(name, &[("expansion.tolerance", tolerance), ("section.kind", "any")])
 }
 
 fn settled(scene: &Scene) -> SettledScene {
@@ -40,18 +37,18 @@ fn unused(scene: &Scene, orbit: &GrazingOrbit, count: usize) -> Vec<SamplePoint>
 /// Largest difference of a coordinate between a map's image and that of direct simulation in
 /// double-double; `None` where the latter does not return or makes other contacts.
 fn error(direct: &mut DirectImage<'_, Dd>, map: &HornerMap, point: &SamplePoint) -> Option<f64> {
-    let truth = direct
-        .image(&exact(&point.state), &exact(&point.parameters))
-        .expect("good input");
+    let truth = direct.image(&exact(&point.state), &exact(&point.parameters)).expect("good input");
     if truth.end != DirectEnd::Returned || truth.extra_contacts > 0 {
         return None;
     }
     let mut image = vec![0.0; map.dimension()];
     map.step(&point.state, &point.parameters, &mut image);
     let differences = image.iter().zip(&truth.offsets);
-    Some(differences.fold(0.0, |worst, (&image, &truth)| {
-        worst.max((Dd::from(image) - truth).to_f64().abs())
-    }))
+    Some(
+        differences.fold(0.0, |worst, (&image, &truth)| {
+            worst.max((Dd::from(image) - truth).to_f64().abs())
+        }),
+    )
 }
 
 #[test]
@@ -60,10 +57,7 @@ fn a_moving_stop_takes_the_stroboscopic_section_at_its_graze() {
     let tangency = choose_orders(&scene, &orbit(&scene), 1e-6).expect("a choice");
     let settled = settled(&scene);
     let verdict = settled.verdict.as_ref().expect("any section would do");
-    assert_eq!(
-        settled.scene.section,
-        Section::Stroboscopic(StroboscopicPhase::Grazing)
-    );
+    assert_eq!(settled.scene.section, Section::Stroboscopic(StroboscopicPhase::Grazing));
     assert_eq!(settled.scene.section_rule, SectionRule::Named);
     assert!(choice(&settled).met && choice(&settled).operations < tangency.operations);
     // The tangency section, and an eighth, a quarter and half a period before the graze.
@@ -108,10 +102,7 @@ fn the_section_taken_is_what_a_scene_that_names_it_gets() {
     let settled = settled(&of_any_section("moving_stop", "1e-6"));
     let mut named = scene_with(
         "moving_stop",
-        &[
-            ("expansion.tolerance", "1e-6"),
-            ("section.kind", "stroboscopic"),
-        ],
+        &[("expansion.tolerance", "1e-6"), ("section.kind", "stroboscopic")],
     );
     // Half-widths have three digits, so that a person can write them into a scene.
     for (component, name) in [(0, "x"), (1, "v")] {
@@ -120,10 +111,7 @@ fn the_section_taken_is_what_a_scene_that_names_it_gets() {
         named.window.state[component] = width;
     }
     let by_name = choose_orders(&named, &orbit(&named), 1e-6).expect("a choice");
-    let taken = Choice {
-        seconds: by_name.seconds,
-        ..choice(&settled).clone()
-    };
+    let taken = Choice { seconds: by_name.seconds, ..choice(&settled).clone() };
     assert_eq!(taken, by_name);
 }
 
@@ -137,9 +125,7 @@ fn the_window_taken_holds_the_orbits_of_the_window_on_the_tangency_section() {
     let mut change = SectionChange::<f64>::new(&system, (&scene, &own), to).expect("good input");
     let mut largest = [0.0_f64; 2];
     for point in unused(&scene, &own, 300) {
-        let carried = change
-            .carry(&point.state, &point.parameters)
-            .expect("good input");
+        let carried = change.carry(&point.state, &point.parameters).expect("good input");
         let carried = carried.expect("a section point");
         for (place, &component) in settled.orbit.section.coordinates.iter().enumerate() {
             let share = carried[place].abs() / settled.scene.window.state[component];

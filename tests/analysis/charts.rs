@@ -22,10 +22,7 @@ struct Case {
 impl Case {
     fn new(name: &str) -> Self {
         let (scene, orbit) = grazing(name);
-        let orders = MapOrders {
-            smooth_order: 5,
-            contact_weight: 8,
-        };
+        let orders = MapOrders { smooth_order: 5, contact_weight: 8 };
         let expander = Expander::new(&scene, &orbit).expect("rigid");
         let map = expander.expand(orders).expect("a simple graze");
         Self { scene, orbit, map }
@@ -75,11 +72,7 @@ fn contact_begins_where_the_amplitude_of_the_linear_oscillator_reaches_the_stop(
             continue;
         }
         let without_contact = cell.kept_contacts == 0 && cell.period == Period::Periodic(1);
-        assert_eq!(
-            without_contact,
-            alpha < grazes_at,
-            "omega {omega}, alpha {alpha}: {cell:?}"
-        );
+        assert_eq!(without_contact, alpha < grazes_at, "omega {omega}, alpha {alpha}: {cell:?}");
         if without_contact {
             below += 1;
         } else {
@@ -166,10 +159,7 @@ fn table_array_and_picture_hold_every_cell() {
     let chart = case.chart(&request).expect("active");
     let ends: Vec<_> = chart.cells.iter().map(|cell| cell.end).collect();
     assert!(ends.contains(&OrbitEnd::Completed), "{ends:?}");
-    assert!(
-        ends.iter().any(|end| *end != OrbitEnd::Completed),
-        "{ends:?}"
-    );
+    assert!(ends.iter().any(|end| *end != OrbitEnd::Completed), "{ends:?}");
     let table = chart_table(std::slice::from_ref(&chart)).expect("whole rows");
     let csv = table.to_csv().expect("a table");
     assert_eq!(csv.lines().count(), 1 + 12);

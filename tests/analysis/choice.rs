@@ -54,10 +54,9 @@ fn assert_holds(name: &str, tolerance: f64) -> Choice {
 
 #[test]
 fn chosen_maps_exceed_the_tolerance_by_less_than_a_tenth_at_points_never_used() {
-    for (name, tolerances) in [
-        ("linear", [1e-4, 1e-6, 1e-8]),
-        ("cantilever_3_5_soft", [1e-4, 1e-5, 3e-6]),
-    ] {
+    for (name, tolerances) in
+        [("linear", [1e-4, 1e-6, 1e-8]), ("cantilever_3_5_soft", [1e-4, 1e-5, 3e-6])]
+    {
         let choices = tolerances.map(|tolerance| assert_holds(name, tolerance));
         let operations = choices.map(|choice| choice.operations);
         assert!(operations.is_sorted(), "{name}: {operations:?}");
@@ -79,11 +78,7 @@ fn a_choice_is_cheaper_than_the_best_pair_with_every_monomial() {
     let family = MapFamily::new(&scene, &orbit, choice.orders).expect("a simple graze");
     let all = family.map(choice.orders).expect("smaller spaces");
     let full = all.coefficients();
-    assert!(
-        choice.coefficients < full,
-        "{} of {full}",
-        choice.coefficients
-    );
+    assert!(choice.coefficients < full, "{} of {full}", choice.coefficients);
 }
 
 #[test]
@@ -107,10 +102,7 @@ fn contacts_are_flown_where_no_series_serves_and_the_shape_is_left_open() {
     let mut scene = scene("soft_a_stiff");
     scene.emit.shape = Shape::Auto;
     let orbit = orbit(&scene);
-    let options = ChoiceOptions {
-        fresh: 100,
-        ..ChoiceOptions::new(1e-3)
-    };
+    let options = ChoiceOptions { fresh: 100, ..ChoiceOptions::new(1e-3) };
     let choice = choose(&scene, &orbit, &options).expect("a choice");
     assert!(choice.met && choice.shape == Shape::Flown, "{choice:?}");
     let (local, _) = chosen_map(&choice, &scene, &orbit).expect("a law that can be flown");
@@ -138,17 +130,11 @@ fn a_composed_map_keeps_its_digits_where_a_parameter_moves_the_stop_by_ten_depth
 #[test]
 fn a_tolerance_out_of_reach_is_said_to_be_and_how_close_maps_came() {
     let scene = scene("linear");
-    let options = ChoiceOptions {
-        fresh: 100,
-        ..ChoiceOptions::new(1e-30)
-    };
+    let options = ChoiceOptions { fresh: 100, ..ChoiceOptions::new(1e-30) };
     let choice = choose(&scene, &orbit(&scene), &options).expect("a choice");
     assert!(!choice.met, "{choice:?}");
     // What double precision reaches on this window.
-    assert!(
-        choice.error.is_some_and(|error| error < 1e-13),
-        "{choice:?}"
-    );
+    assert!(choice.error.is_some_and(|error| error < 1e-13), "{choice:?}");
     assert_eq!(choice.limit, Some(Limit::Rounding));
 }
 
@@ -160,10 +146,7 @@ fn where_coefficients_overflow_a_search_ends_with_what_was_found_before() {
     // double precision.
     let changes = [
         ("V", "0.212e-60"),
-        (
-            "model.flow.v",
-            "(1e60*V)^2*sin(theta)^2/(1 - x)^2 - 2*zeta*v - x",
-        ),
+        ("model.flow.v", "(1e60*V)^2*sin(theta)^2/(1 - x)^2 - 2*zeta*v - x"),
         ("window.parameter.V", "1e-64"),
     ];
     let scene = scene_with("mems", &changes);
@@ -175,18 +158,10 @@ fn where_coefficients_overflow_a_search_ends_with_what_was_found_before() {
 #[test]
 fn a_family_cut_with_heavier_parameters_is_the_expansion_with_those_weights() {
     let (scene, orbit) = grazing("linear");
-    let highest = MapOrders {
-        smooth_order: 5,
-        contact_weight: 7,
-    };
-    let orders = MapOrders {
-        smooth_order: 4,
-        contact_weight: 6,
-    };
+    let highest = MapOrders { smooth_order: 5, contact_weight: 7 };
+    let orders = MapOrders { smooth_order: 4, contact_weight: 6 };
     let family = MapFamily::new(&scene, &orbit, highest).expect("a simple graze");
-    let cut = family
-        .weighted_map(orders, &[4, 6])
-        .expect("smaller spaces");
+    let cut = family.weighted_map(orders, &[4, 6]).expect("smaller spaces");
     let weights = [("alpha", 4), ("omega", 6)].map(|(name, weight)| (name.to_owned(), weight));
     let mut weighted = scene.clone();
     weighted.expansion.weights.extend(weights);
@@ -197,10 +172,7 @@ fn a_family_cut_with_heavier_parameters_is_the_expansion_with_those_weights() {
         stages.flat_map(|(a, b)| a.polynomials().into_iter().zip(b.polynomials()))
     {
         assert_eq!(cut.nonzero(), expanded.nonzero());
-        let scale = expanded
-            .coefficients()
-            .iter()
-            .fold(1.0, |max: f64, c| max.max(c.abs()));
+        let scale = expanded.coefficients().iter().fold(1.0, |max: f64, c| max.max(c.abs()));
         for (powers, value) in expanded.terms() {
             // Both are computed to a relative 1e-15 of their largest terms.
             let difference = (cut.coefficient(powers) - value).abs();
@@ -211,10 +183,7 @@ fn a_family_cut_with_heavier_parameters_is_the_expansion_with_those_weights() {
 
 /// The map of a scene at orders, with its interpreter.
 fn expanded(scene: &Scene, orbit: &GrazingOrbit, n: u32, w: u32) -> (LocalMap, HornerMap) {
-    let orders = MapOrders {
-        smooth_order: n,
-        contact_weight: w,
-    };
+    let orders = MapOrders { smooth_order: n, contact_weight: w };
     let expander = Expander::new(scene, orbit).expect("a simple graze");
     let map = expander.expand(orders).expect("a simple graze");
     let run = HornerMap::new(&map);
@@ -243,11 +212,7 @@ fn the_largest_window_holds_and_one_a_third_larger_does_not() {
         assert!(at(1.35) > tolerance, "{tolerance:e}: {found:?}");
         let names: Vec<_> = found.parameter.keys().cloned().collect();
         assert_eq!(names, ["alpha", "omega"]);
-        assert!(
-            found
-                .depth
-                .is_some_and(|depth| depth >= scale * scene.window.depth)
-        );
+        assert!(found.depth.is_some_and(|depth| depth >= scale * scene.window.depth));
         let widths: BTreeMap<_, _> = found.parameter.clone();
         assert!(widths["alpha"].is_some_and(|width| width >= scale * 1e-3));
         scales.push(scale);

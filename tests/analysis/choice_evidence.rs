@@ -87,25 +87,17 @@ fn near_a_codimension_two_point_a_coarse_choice_has_the_slope_of_the_next_depth(
         let (choice, map) = coarse(&scene);
         let least = choice.least_orders.expect("xi_1 is 0 at the graze");
         assert!(choice.met && choice.orders.smooth_order >= 2 && choice.orders.contact_weight >= 3);
-        assert!(
-            least.linear.abs() < 1e-3 * least.quadratic.abs(),
-            "{least:?}"
-        );
+        assert!(least.linear.abs() < 1e-3 * least.quadratic.abs(), "{least:?}");
         let system = HybridSystem::new(&scene.0.model);
         let mut direct = DirectImage::<Dd>::new(&system, &scene.0, &scene.1).expect("good input");
         let zero = vec![0.0; scene.0.expansion.active.len()];
         for y in [0.3, 0.03].map(|share: f64| share * scene.0.window.depth.sqrt()) {
             let point = [y * y, 0.0];
-            let truth = direct
-                .image(&exact(&point), &exact(&zero))
-                .expect("good input");
+            let truth = direct.image(&exact(&point), &exact(&zero)).expect("good input");
             let truth = truth.offsets[0].to_f64() / (y * y);
             let mapped = stepped(&map, &point, &zero)[0] / (y * y);
             // What is asked of a choice is a tenth of the effect of the contact.
-            assert!(
-                (mapped / truth - 1.0).abs() < 0.15,
-                "{name}: {mapped}, {truth}"
-            );
+            assert!((mapped / truth - 1.0).abs() < 0.15, "{name}: {mapped}, {truth}");
         }
     }
 }
@@ -174,10 +166,7 @@ fn single_precision_is_refused_where_rounding_prevents_it_and_says_how_near_it_c
     assert!(met.met && met.precision == FloatFormat::F32, "{met:?}");
     let (_, map) = chosen_map(&met, &scene, &orbit).expect("a simple graze");
     let fresh = chooser.points(128, 100);
-    assert_eq!(
-        Some(single_error(&(scene.clone(), orbit.clone()), &map, &fresh)),
-        met.fresh_error
-    );
+    assert_eq!(Some(single_error(&(scene.clone(), orbit.clone()), &map, &fresh)), met.fresh_error);
 }
 
 /// Both windows hold the same orbits: what the free flow makes of a point does not depend on the
@@ -207,15 +196,8 @@ fn a_point_carried_to_another_section_has_the_image_carried_along() {
         let returned = carry(&mut back, &carried);
         let found = found.expect("a return");
         // Flights in double-double are good to some 28 digits.
-        for (found, expected) in found
-            .iter()
-            .chain(&returned)
-            .zip(expected.iter().chain(&state))
-        {
-            assert!(
-                (*found - *expected).to_f64().abs() < 1e-24,
-                "{found:?} {expected:?}"
-            );
+        for (found, expected) in found.iter().chain(&returned).zip(expected.iter().chain(&state)) {
+            assert!((*found - *expected).to_f64().abs() < 1e-24, "{found:?} {expected:?}");
         }
     }
 }
@@ -223,10 +205,7 @@ fn a_point_carried_to_another_section_has_the_image_carried_along() {
 #[test]
 fn maps_of_other_sections_are_chosen_for_the_same_tolerance() {
     let (scene, orbit) = grazing("linear");
-    let options = ChoiceOptions {
-        tolerance: 1e-5,
-        fresh: 100,
-    };
+    let options = ChoiceOptions { tolerance: 1e-5, fresh: 100 };
     let own = choose(&scene, &orbit, &options).expect("a choice");
     let sections = choose_sections(&scene, &orbit, &options, &own).expect("points");
     // The tangency section is the scene's own.

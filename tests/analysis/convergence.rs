@@ -13,10 +13,7 @@ use crate::support::scenes::{grazing, orbit, scene};
 fn study(name: &str, smooth_order: u32, contact_weight: u32) -> ConvergenceStudy {
     let scene = scene(name);
     let options = ConvergenceOptions {
-        highest: Some(MapOrders {
-            smooth_order,
-            contact_weight,
-        }),
+        highest: Some(MapOrders { smooth_order, contact_weight }),
         shapes: vec![Shape::Factored],
         points: 32,
         discontinuity_rates: contact_weight,
@@ -31,10 +28,7 @@ fn assert_rates(what: &str, rates: &[FactorRate]) {
         let measured = rate.measured.expect("a range above rounding");
         // The next term of the series bends the line: 0.1 is what the issue of orders needs to
         // know.
-        assert!(
-            (measured - rate.expected).abs() < 0.1,
-            "{what} at {order}: {rate:?}"
-        );
+        assert!((measured - rate.expected).abs() < 0.1, "{what} at {order}: {rate:?}");
     }
 }
 
@@ -71,14 +65,8 @@ fn errors_fall_with_the_expected_exponents_for_three_masses_and_a_compliant_stop
 fn the_cheapest_orders_meet_the_tolerance_on_fresh_points() {
     let scene = scene("linear");
     let choice = choose_orders(&scene, &orbit(&scene), 1e-5).expect("a choice");
-    assert!(
-        choice.met && choice.fresh_error.is_some_and(|error| error <= 1e-5),
-        "{choice:?}"
-    );
-    assert!(
-        choice.orders.smooth_order >= 2 && choice.orders.contact_weight <= 8,
-        "{choice:?}"
-    );
+    assert!(choice.met && choice.fresh_error.is_some_and(|error| error <= 1e-5), "{choice:?}");
+    assert!(choice.orders.smooth_order >= 2 && choice.orders.contact_weight <= 8, "{choice:?}");
     let hopeless = choose_orders(&scene, &orbit(&scene), 1e-30).expect("a choice");
     assert!(!hopeless.met, "{hopeless:?}");
 }
@@ -101,30 +89,18 @@ fn jets(map: &LocalMap) -> Vec<&Jet<f64>> {
 #[test]
 fn a_truncated_expansion_is_the_expansion_at_the_lower_orders() {
     let (scene, orbit) = grazing("mems");
-    let high = MapOrders {
-        smooth_order: 5,
-        contact_weight: 7,
-    };
-    let low = MapOrders {
-        smooth_order: 3,
-        contact_weight: 4,
-    };
+    let high = MapOrders { smooth_order: 5, contact_weight: 7 };
+    let low = MapOrders { smooth_order: 3, contact_weight: 4 };
     let family = MapFamily::new(&scene, &orbit, high).expect("a simple graze");
     let cut = family.map(low).expect("smaller spaces");
-    let direct = Expander::new(&scene, &orbit)
-        .expect("rigid")
-        .expand(low)
-        .expect("a simple graze");
+    let direct = Expander::new(&scene, &orbit).expect("rigid").expand(low).expect("a simple graze");
     for (cut, direct) in jets(&cut).into_iter().zip(jets(&direct)) {
         assert_eq!(cut.coefficients().len(), direct.coefficients().len());
         for (powers, value) in direct.terms() {
             let degree: i32 = powers.iter().map(|&power| i32::from(power)).sum();
             let scale = direct.max_abs_of_degree(degree as usize).max(1.0);
             // Both jets of the flow are computed to a relative 1e-15 of their largest terms.
-            assert!(
-                (cut.coefficient(powers) - value).abs() <= 1e-11 * scale,
-                "{powers:?}"
-            );
+            assert!((cut.coefficient(powers) - value).abs() <= 1e-11 * scale, "{powers:?}");
         }
     }
 }

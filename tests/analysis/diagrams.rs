@@ -42,11 +42,7 @@ impl DiscreteMap for SquareRootMap {
         image: &mut [f64],
         jacobian: &mut [f64],
     ) -> StepInfo {
-        jacobian[0] = if state[0] > 0.0 {
-            0.2 - 0.5 / state[0].sqrt()
-        } else {
-            0.2
-        };
+        jacobian[0] = if state[0] > 0.0 { 0.2 - 0.5 / state[0].sqrt() } else { 0.2 };
         self.step(state, parameters, image)
     }
 }
@@ -67,11 +63,7 @@ fn plan(range: [f64; 2], direction: SweepDirection) -> DiagramPlan<'static> {
             range,
             points: 400,
             orbit: OrbitRequest::new(2000, 40, &[1.0]),
-            window: MapWindow {
-                depth: 1.0,
-                state: vec![1.0],
-                parameter: vec![1.0],
-            },
+            window: MapWindow { depth: 1.0, state: vec![1.0], parameter: vec![1.0] },
         },
     }
 }
@@ -87,11 +79,7 @@ fn iterates_beyond_the_depth_or_the_parameter_of_the_window_are_counted_outside(
     };
     assert!(outside(1.0, 1.0).iter().all(|&count| count == 0));
     // Every periodic orbit of the map near grazing makes a contact, at some depth.
-    assert!(
-        outside(1e-12, 1.0)
-            .iter()
-            .all(|&count| (1..=40).contains(&count))
-    );
+    assert!(outside(1e-12, 1.0).iter().all(|&count| (1..=40).contains(&count)));
     let beyond = outside(1.0, 1.5e-3);
     assert!(beyond[..190].iter().all(|&count| count == 0));
     assert!(beyond[210..].iter().all(|&count| count == 40));
@@ -118,10 +106,7 @@ fn periods_of_the_square_root_map_grow_by_one_towards_grazing() {
 #[test]
 fn a_stable_period_has_a_negative_exponent() {
     let sweep = &run_plan(&plan([0.03, 0.2], SweepDirection::Up), &NoProgress)[0];
-    let periodic = sweep
-        .points
-        .iter()
-        .filter(|point| point.period != Period::NotFound);
+    let periodic = sweep.points.iter().filter(|point| point.period != Period::NotFound);
     let exponents: Vec<f64> = periodic.filter_map(|point| point.lyapunov).collect();
     assert!(exponents.len() > 100 && exponents.iter().all(|&exponent| exponent < 0.0));
 }
@@ -129,10 +114,7 @@ fn a_stable_period_has_a_negative_exponent() {
 #[test]
 fn sweeps_do_not_depend_on_the_number_of_threads() {
     let on = |threads: usize| -> Vec<Sweep> {
-        let pool = rayon::ThreadPoolBuilder::new()
-            .num_threads(threads)
-            .build()
-            .expect("a pool");
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
         pool.install(|| run_plan(&plan([1e-4, 0.2], SweepDirection::Both), &NoProgress))
     };
     let points = |sweeps: Vec<Sweep>| -> Vec<_> {
@@ -152,14 +134,8 @@ fn of_the_linear_oscillator(range: [f64; 2], points: usize, observe: Observable)
 /// A diagram of a scene of the catalogue over a few parameter values.
 fn of_scene(name: &str, range: [f64; 2], points: usize, observe: Observable) -> Diagram {
     let (scene, orbit) = grazing(name);
-    let orders = MapOrders {
-        smooth_order: 5,
-        contact_weight: 8,
-    };
-    let map = Expander::new(&scene, &orbit)
-        .expect("rigid")
-        .expand(orders)
-        .expect("a simple graze");
+    let orders = MapOrders { smooth_order: 5, contact_weight: 8 };
+    let map = Expander::new(&scene, &orbit).expect("rigid").expand(orders).expect("a simple graze");
     let request = grazemap::model::DiagramRequest {
         range,
         points,
@@ -175,22 +151,9 @@ fn of_scene(name: &str, range: [f64; 2], points: usize, observe: Observable) -> 
 #[test]
 fn map_and_simulation_agree_before_grazing() {
     let diagram = of_the_linear_oscillator([-1e-3, -9e-4], 4, Observable::EventFunction);
-    for (by_map, direct) in diagram.sweeps[0]
-        .points
-        .iter()
-        .zip(&diagram.sweeps[2].points)
-    {
-        assert_eq!(
-            (by_map.period, by_map.end),
-            (Period::Periodic(1), OrbitEnd::Completed)
-        );
-        assert_eq!(
-            by_map.contacts,
-            Some(ContactsPerPeriod {
-                contacts: 0,
-                period: 1
-            })
-        );
+    for (by_map, direct) in diagram.sweeps[0].points.iter().zip(&diagram.sweeps[2].points) {
+        assert_eq!((by_map.period, by_map.end), (Period::Periodic(1), OrbitEnd::Completed));
+        assert_eq!(by_map.contacts, Some(ContactsPerPeriod { contacts: 0, period: 1 }));
         assert_eq!(direct.period, Period::Periodic(1));
         // Simulation in double precision keeps about 14 digits of the gap.
         assert!((by_map.values[0] - direct.values[0]).abs() < 1e-12);
@@ -229,11 +192,7 @@ fn one_stop_of_two_is_hit_once_in_three_periods_by_map_and_by_simulation() {
         assert_eq!(names[0].as_deref(), Some("(0,0,1)"), "{:?}", sweep.method);
         for name in &names[1..] {
             let name = name.as_deref();
-            assert!(
-                matches!(name, Some("(0,1,3)" | "(1,0,3)")),
-                "{name:?} {:?}",
-                sweep.method
-            );
+            assert!(matches!(name, Some("(0,1,3)" | "(1,0,3)")), "{name:?} {:?}", sweep.method);
         }
     }
 }
@@ -245,10 +204,7 @@ fn tables_and_json_write_the_names_and_what_they_count() {
     let csv = csv.expect("a table");
     let mut lines = csv.lines();
     let header = lines.next().expect("a header");
-    assert!(
-        header.contains(",outside,\"orbit (stop,periods)\",value_1"),
-        "{header}"
-    );
+    assert!(header.contains(",outside,\"orbit (stop,periods)\",value_1"), "{header}");
     assert!(lines.all(|line| line.contains(",0,\"(0,1)\",")), "{csv}");
     let json = serde_json::to_value(&diagram).expect("plain data");
     assert_eq!(json["surfaces"][0], "stop");

@@ -30,11 +30,7 @@ struct Subject {
 impl Subject {
     fn new(name: &str) -> Self {
         let (scene, orbit) = grazing(name);
-        Self {
-            system: HybridSystem::new(&scene.model),
-            scene,
-            orbit,
-        }
+        Self { system: HybridSystem::new(&scene.model), scene, orbit }
     }
 
     fn direct(&self) -> DirectImage<'_, Dd> {
@@ -69,10 +65,7 @@ impl Subject {
 }
 
 fn pair((smooth_order, contact_weight): (u32, u32)) -> MapOrders {
-    MapOrders {
-        smooth_order,
-        contact_weight,
-    }
+    MapOrders { smooth_order, contact_weight }
 }
 
 /// Orbits at these distances beyond the stop, the second parameter at an offset.
@@ -82,10 +75,8 @@ fn orbits<S: Real>(
     unfolding: f64,
     depths: &[f64],
 ) -> Vec<PeriodicOrbit<S>> {
-    let guess = Guess {
-        state: vec![S::zero(); 2],
-        parameters: vec![S::zero(), S::from_f64(unfolding)],
-    };
+    let guess =
+        Guess { state: vec![S::zero(); 2], parameters: vec![S::zero(), S::from_f64(unfolding)] };
     let depths: Vec<S> = depths.iter().map(|&depth| S::from_f64(depth)).collect();
     branch(map, problem, 0, &depths, &guess)
 }
@@ -99,9 +90,7 @@ fn first(
     depths: &[f64],
 ) -> Option<Bifurcation<Dd>> {
     let orbits = orbits(map, problem, unfolding, depths);
-    orbits
-        .windows(2)
-        .find_map(|pair| bifurcation(map, problem, kind, 0, [&pair[0], &pair[1]]))
+    orbits.windows(2).find_map(|pair| bifurcation(map, problem, kind, 0, [&pair[0], &pair[1]]))
 }
 
 /// Depths by quarters of a decade, ascending.
@@ -116,10 +105,7 @@ const CLOSED: f64 = 1e-17;
 
 fn assert_close(found: Dd, expected: Dd, what: &str) {
     let error = ((found - expected) / expected).magnitude();
-    assert!(
-        error < CLOSED,
-        "{what}: {found:?}, closed form {expected:?}, {error:e}"
-    );
+    assert!(error < CLOSED, "{what}: {found:?}, closed form {expected:?}, {error:e}");
 }
 
 #[test]
@@ -130,12 +116,7 @@ fn direct_orbits_have_foales_trace_and_determinant_at_their_parameter() {
         let (omega, zeta) = (subject.parameter("omega"), half * subject.parameter("d"));
         let form = Foale::new(omega, zeta, subject.parameter("r"), 1);
         let problem = subject.problem(1);
-        let found = orbits(
-            &mut subject.direct(),
-            &problem,
-            0.0,
-            &[1e-9, 1e-6, 1e-3, 1e-2],
-        );
+        let found = orbits(&mut subject.direct(), &problem, 0.0, &[1e-9, 1e-6, 1e-3, 1e-2]);
         assert_eq!(found.len(), 4, "{name}");
         for orbit in &found {
             let alpha = subject.parameter("alpha") + orbit.parameters[0];
@@ -145,11 +126,7 @@ fn direct_orbits_have_foales_trace_and_determinant_at_their_parameter() {
             // The determinant is a difference of products as large as the squared trace.
             let trace = orbit.trace().magnitude();
             assert!(error < CLOSED + 1e-23 * trace * trace, "{name}: {error:e}");
-            assert_eq!(
-                (orbit.extra_contacts, orbit.residual < 1e-24),
-                (0, true),
-                "{name}"
-            );
+            assert_eq!((orbit.extra_contacts, orbit.residual < 1e-24), (0, true), "{name}");
         }
     }
 }
@@ -167,17 +144,9 @@ fn direct_folds_and_flips_are_foales() {
         alpha + found.orbit.parameters[0]
     };
     let fold = at(1, BifurcationKind::Fold, -1e-4, &near(1.2e-5));
-    assert_close(
-        fold,
-        Foale::unfolded(|name| subject.parameter(name), -1e-4, 1).fold(),
-        "fold",
-    );
+    assert_close(fold, Foale::unfolded(|name| subject.parameter(name), -1e-4, 1).fold(), "fold");
     let flip = at(1, BifurcationKind::Flip, 1e-3, &near(1.5e-6));
-    assert_close(
-        flip,
-        Foale::unfolded(|name| subject.parameter(name), 1e-3, 1).flip(),
-        "flip",
-    );
+    assert_close(flip, Foale::unfolded(|name| subject.parameter(name), 1e-3, 1).flip(), "flip");
     let along = [1e-6, 2e-6, 3e-6, 4e-6, 5e-6, 5.5e-6, 6e-6, 6.5e-6];
     let second = at(2, BifurcationKind::Fold, 1e-3, &along);
     assert_close(
@@ -192,19 +161,10 @@ fn the_flip_of_foales_oscillator_far_from_grazing_is_the_published_one() {
     let subject = Subject::new("foale_omega_2_2");
     let along = [1e-3, 1e-2, 3e-2, 5e-2, 7e-2, 9e-2];
     let problem = subject.problem(1);
-    let flip = first(
-        &mut subject.direct(),
-        &problem,
-        BifurcationKind::Flip,
-        0.0,
-        &along,
-    );
+    let flip = first(&mut subject.direct(), &problem, BifurcationKind::Flip, 0.0, &along);
     let alpha = subject.parameter("alpha") + flip.expect("a flip").orbit.parameters[0];
     // alpha = 4.270260988791 (Foale 1994, restored in tests/data/rigid/README.md).
-    assert!(
-        (alpha.to_f64() - 4.270260988790732).abs() < 1e-14,
-        "{alpha:?}"
-    );
+    assert!((alpha.to_f64() - 4.270260988790732).abs() < 1e-14, "{alpha:?}");
 }
 
 #[test]
@@ -217,28 +177,14 @@ fn derivatives_by_differences_are_those_carried_along() {
     let mut jacobian = [0.0; 4];
     let interpreted = InterpretedMap::new(&map);
     interpreted.step_jacobian(&state, &parameters, &mut image, &mut jacobian);
-    let exact = |values: &[f64]| {
-        values
-            .iter()
-            .map(|&value| Dd::from(value))
-            .collect::<Vec<_>>()
-    };
+    let exact = |values: &[f64]| values.iter().map(|&value| Dd::from(value)).collect::<Vec<_>>();
     let mut evaluation = MapEvaluation::<Dd>::new(&map);
-    let found = linearise(
-        &mut evaluation,
-        &exact(&state),
-        &exact(&parameters),
-        0,
-        &scales,
-    );
+    let found = linearise(&mut evaluation, &exact(&state), &exact(&parameters), 0, &scales);
     let found = found.expect("away from the corner").by_state;
     for (place, entry) in jacobian.iter().enumerate() {
         // Rounding of the interpreter; the differences keep 23 digits.
         let difference = found[(place / 2, place % 2)].to_f64() - entry;
-        assert!(
-            difference.abs() < 1e-13 * entry.abs().max(1.0),
-            "{place}: {difference:e}"
-        );
+        assert!(difference.abs() < 1e-13 * entry.abs().max(1.0), "{place}: {difference:e}");
     }
 }
 
@@ -250,27 +196,17 @@ fn direct_jacobians_in_double_precision_hold_near_the_graze() {
     let (state, parameters) = ([1e-6, 2e-3], [0.0, 0.0]);
     let (mut image, mut jacobian) = ([0.0; 2], [0.0; 4]);
     direct.step_jacobian(&state, &parameters, &mut image, &mut jacobian);
-    let exact = |values: &[f64]| {
-        values
-            .iter()
-            .map(|&value| Dd::from(value))
-            .collect::<Vec<_>>()
-    };
+    let exact = |values: &[f64]| values.iter().map(|&value| Dd::from(value)).collect::<Vec<_>>();
     let scales = window_scales(&subject.map((1, 1)).window);
     let mut truth = subject.direct();
     let truth = linearise(&mut truth, &exact(&state), &exact(&parameters), 0, &scales);
     let truth = truth.expect("away from the corner").by_state;
-    let largest = truth
-        .iter()
-        .fold(0.0, |max: f64, entry| max.max(entry.magnitude()));
+    let largest = truth.iter().fold(0.0, |max: f64, entry| max.max(entry.magnitude()));
     for (place, entry) in jacobian.iter().enumerate() {
         // Double precision leaves ten digits of a kick at this depth, and differences take three
         // more.
         let difference = truth[(place / 2, place % 2)].to_f64() - entry;
-        assert!(
-            difference.abs() < 1e-6 * largest,
-            "{place}: {difference:e} of {largest:e}"
-        );
+        assert!(difference.abs() < 1e-6 * largest, "{place}: {difference:e} of {largest:e}");
     }
 }
 
@@ -299,18 +235,9 @@ fn the_error_of_the_orbit_born_falls_as_its_orders_say() {
     // Docs: docs/mathematics/dynamics.md. Generic: min(N + 1, 1 + ⌈W/2⌉); where ξ₁ = 0: min(N + 1,
     // 2 + ⌈W/2⌉).
     let cases = [
-        (
-            "linear",
-            [((1, 2), 2.0), ((2, 2), 2.0), ((2, 3), 3.0), ((3, 5), 4.0)],
-        ),
-        (
-            "linear_codim2",
-            [((1, 2), 2.0), ((2, 2), 3.0), ((2, 3), 3.0), ((3, 4), 4.0)],
-        ),
-        (
-            "mems_codim2",
-            [((1, 2), 2.0), ((2, 2), 3.0), ((3, 3), 4.0), ((3, 4), 4.0)],
-        ),
+        ("linear", [((1, 2), 2.0), ((2, 2), 2.0), ((2, 3), 3.0), ((3, 5), 4.0)]),
+        ("linear_codim2", [((1, 2), 2.0), ((2, 2), 3.0), ((2, 3), 3.0), ((3, 4), 4.0)]),
+        ("mems_codim2", [((1, 2), 2.0), ((2, 2), 3.0), ((3, 3), 4.0), ((3, 4), 4.0)]),
     ];
     for (name, expected) in cases {
         let subject = Subject::new(name);
@@ -319,10 +246,7 @@ fn the_error_of_the_orbit_born_falls_as_its_orders_say() {
         for (orders, expected) in expected {
             let found = slope(&subject, &truth, orders, &depths);
             // The next power is still there at the smallest depths.
-            assert!(
-                (found - expected).abs() < 0.1,
-                "{name} {orders:?}: {found}, {expected}"
-            );
+            assert!((found - expected).abs() < 0.1, "{name} {orders:?}: {found}, {expected}");
         }
     }
 }
@@ -334,22 +258,13 @@ fn the_lowest_order_calls_an_unstable_orbit_stable_where_xi_vanishes() {
     let problem = subject.problem(1);
     let direct = orbits(&mut subject.direct(), &problem, 0.0, &depths);
     let truth = direct[0].multipliers().expect("finite")[0];
-    assert!(
-        truth.re < -2.5 && direct[0].parameters[0] > Dd::ZERO,
-        "{truth}"
-    );
+    assert!(truth.re < -2.5 && direct[0].parameters[0] > Dd::ZERO, "{truth}");
     let said = |orders| {
         let mut map = MapEvaluation::<Dd>::new(&subject.map(orders));
         orbits(&mut map, &problem, 0.0, &depths).remove(0)
     };
-    assert!(
-        said((1, 1)).parameters[0] < Dd::ZERO,
-        "on the wrong side of the graze"
-    );
-    assert!(
-        said((1, 2)).is_stable().expect("finite"),
-        "stable after it, it says"
-    );
+    assert!(said((1, 1)).parameters[0] < Dd::ZERO, "on the wrong side of the graze");
+    assert!(said((1, 2)).is_stable().expect("finite"), "stable after it, it says");
     let (half, right) = (said((2, 1)), said((2, 2)));
     let of = |orbit: &PeriodicOrbit<Dd>| orbit.multipliers().expect("finite")[0].re;
     // At (2, 1) the contact does not contract; at (2, 2) the error is that of the depth, y = 1e-4.
@@ -362,10 +277,7 @@ fn folds_and_flips_that_leave_a_codimension_two_point_need_the_second_order() {
     let subject = Subject::new("linear_codim2");
     let problem = subject.problem(1);
     let along = depths(1e-3, 6);
-    for (kind, unfolding) in [
-        (BifurcationKind::Fold, -1e-4),
-        (BifurcationKind::Flip, 1e-4),
-    ] {
+    for (kind, unfolding) in [(BifurcationKind::Fold, -1e-4), (BifurcationKind::Flip, 1e-4)] {
         let form = Foale::unfolded(|name| subject.parameter(name), unfolding, 1);
         let truth = match kind {
             BifurcationKind::Fold => form.fold(),
@@ -378,17 +290,10 @@ fn folds_and_flips_that_leave_a_codimension_two_point_need_the_second_order() {
             let alpha = subject.parameter("alpha") + found.orbit.parameters[0];
             Some((alpha - truth).magnitude() / distance)
         };
-        assert_eq!(
-            [error((1, 2)), error((1, 5))],
-            [None, None],
-            "{kind:?}: none at N = 1"
-        );
+        assert_eq!([error((1, 2)), error((1, 5))], [None, None], "{kind:?}: none at N = 1");
         let errors = [(2, 1), (2, 2), (3, 4), (4, 6)].map(|orders| error(orders).expect("there"));
         assert!(errors[0] > 0.1, "{kind:?}: {errors:?}");
-        assert!(
-            errors[1] < 0.03 && errors[2] < 1e-4 && errors[3] < 1e-7,
-            "{kind:?}: {errors:?}"
-        );
+        assert!(errors[1] < 0.03 && errors[2] < 1e-4 && errors[3] < 1e-7, "{kind:?}: {errors:?}");
     }
 }
 
@@ -396,10 +301,7 @@ fn folds_and_flips_that_leave_a_codimension_two_point_need_the_second_order() {
 fn the_map_of_a_tolerance_is_right_about_orbits_folds_and_stability() {
     let subject = Subject::new("linear_codim2");
     let depth = subject.scene.window.depth;
-    let options = ChoiceOptions {
-        tolerance: 1e-2 * depth,
-        fresh: 100,
-    };
+    let options = ChoiceOptions { tolerance: 1e-2 * depth, fresh: 100 };
     let choice = choose(&subject.scene, &subject.orbit, &options).expect("a window");
     assert!(
         choice.met && choice.orders.smooth_order >= 2 && choice.orders.contact_weight >= 2,
@@ -421,29 +323,17 @@ fn the_map_of_a_tolerance_is_right_about_orbits_folds_and_stability() {
     }
     // The fold lies at y² = 1e-5. An economised map is as good at the edge as there, so that the
     // tolerance is to be a hundredth of that.
-    let nearer = ChoiceOptions {
-        tolerance: 1e-4 * depth,
-        fresh: 100,
-    };
+    let nearer = ChoiceOptions { tolerance: 1e-4 * depth, fresh: 100 };
     let choice = choose(&subject.scene, &subject.orbit, &nearer).expect("a window");
     let (_, run) = chosen_map(&choice, &subject.scene, &subject.orbit).expect("an expansion");
     let found = orbits(&mut Stepped(&run), &problem, -1e-4, &depths(depth, 5));
     let fold = found.windows(2).find_map(|pair| {
-        bifurcation(
-            &mut Stepped(&run),
-            &problem,
-            BifurcationKind::Fold,
-            0,
-            [&pair[0], &pair[1]],
-        )
+        bifurcation(&mut Stepped(&run), &problem, BifurcationKind::Fold, 0, [&pair[0], &pair[1]])
     });
     let alpha = fold.expect("a fold").orbit.parameters[0] + subject.parameter("alpha").to_f64();
     let form = Foale::unfolded(|name| subject.parameter(name), -1e-4, 1);
     let distance = (form.fold() - form.gain()).magnitude();
-    assert!(
-        (alpha - form.fold().to_f64()).abs() < 0.02 * distance,
-        "{alpha}"
-    );
+    assert!((alpha - form.fold().to_f64()).abs() < 0.02 * distance, "{alpha}");
 }
 
 #[test]
@@ -470,24 +360,15 @@ fn the_lowest_order_has_the_period_adding_of_the_one_dimensional_law() {
         None
     });
     let settled = settled.expect("an orbit with a contact");
-    let guess = Guess {
-        state: settled.map(Dd::from).into(),
-        parameters: parameters.map(Dd::from).into(),
-    };
-    let values: Vec<Dd> = (0..20)
-        .map(|step| guess.state[0] * Dd::from(1.0 - 0.01 * f64::from(step)))
-        .collect();
+    let guess =
+        Guess { state: settled.map(Dd::from).into(), parameters: parameters.map(Dd::from).into() };
+    let values: Vec<Dd> =
+        (0..20).map(|step| guess.state[0] * Dd::from(1.0 - 0.01 * f64::from(step))).collect();
     let problem = subject.problem(6);
     let mut map = MapEvaluation::<Dd>::new(&map);
     let found = branch(&mut map, &problem, 0, &values, &guess);
     let flip = found.windows(2).find_map(|pair| {
-        bifurcation(
-            &mut map,
-            &problem,
-            BifurcationKind::Flip,
-            0,
-            [&pair[0], &pair[1]],
-        )
+        bifurcation(&mut map, &problem, BifurcationKind::Flip, 0, [&pair[0], &pair[1]])
     });
     let found = flip.expect("a flip").orbit.parameters[0].to_f64();
     // The reference drops the second multiplier, 1e-9 of the first.

@@ -36,10 +36,7 @@ impl Subject {
         let scene = scene_with(name, set);
         let orbit = orbit(&scene);
         let expander = Expander::new(&scene, &orbit).expect("an analytic law");
-        let orders = MapOrders {
-            smooth_order,
-            contact_weight,
-        };
+        let orders = MapOrders { smooth_order, contact_weight };
         let map = expander.expand(orders).expect("small spaces");
         Self { scene, orbit, map }
     }
@@ -80,10 +77,7 @@ impl Subject {
             loci: Some(LociRequest {
                 kinds: vec![kind],
                 free: 0,
-                stepped: Some(SteppedParameter {
-                    parameter: 1,
-                    values: offsets.to_vec(),
-                }),
+                stepped: Some(SteppedParameter { parameter: 1, values: offsets.to_vec() }),
                 at: vec![0.0; 2],
             }),
         };
@@ -180,16 +174,11 @@ fn orbits_of_soft_stops_have_the_exact_speeds_traces_and_determinants() {
     let reference = read("soft/jacobian_trace_det.json");
     let cases = reference["cases"].as_array().expect("cases");
     for system in ["A", "B", "C", "D"] {
-        let case = cases
-            .iter()
-            .find(|case| case["system"] == system && case["m"] != "1");
+        let case = cases.iter().find(|case| case["system"] == system && case["m"] != "1");
         let case = case.expect("a case");
         let text = |name: &str| case[name].as_str().map(str::to_owned);
         let mut set = vec![
-            (
-                "omega".to_owned(),
-                format!("2*sqrt(1 - 0.015^2)/{}", text("m").expect("m")),
-            ),
+            ("omega".to_owned(), format!("2*sqrt(1 - 0.015^2)/{}", text("m").expect("m"))),
             ("A".to_owned(), text("A_g").expect("A_g")),
             ("expansion.active".to_owned(), "[\"A\"]".to_owned()),
         ];
@@ -210,9 +199,7 @@ fn orbits_of_soft_stops_have_the_exact_speeds_traces_and_determinants() {
             let found = subject.orbits("1", offset, direct);
             let orbit = found.iter().filter(|orbit| orbit.physical);
             let near = |orbit: &&FoundOrbit| (orbit.contacts[0].speed - speed).abs();
-            let orbit = orbit
-                .min_by(|a, b| near(a).total_cmp(&near(b)))
-                .expect("an orbit");
+            let orbit = orbit.min_by(|a, b| near(a).total_cmp(&near(b))).expect("an orbit");
             assert_near(orbit.contacts[0].speed, speed, tolerance, &what);
             assert_near(trace(orbit), expected, tolerance, &what);
             assert_near(determinant(orbit), determinant_expected, tolerance, &what);
@@ -245,25 +232,16 @@ fn loci_of_folds_and_flips_leave_the_codimension_two_point_as_foales_do() {
             for (point, unfolding) in points.iter().zip(offsets) {
                 let (expected, distance) = truth(unfolding);
                 let error = (point.parameters[0] - expected).abs() / distance;
-                assert!(
-                    error < tolerance,
-                    "{digits} {kind:?} {unfolding} {direct}: {error:e}"
-                );
+                assert!(error < tolerance, "{digits} {kind:?} {unfolding} {direct}: {error:e}");
                 assert_eq!(point.parameters[1], unfolding);
-                let nearest = point
-                    .multipliers
-                    .iter()
-                    .map(|[re, im]| (re - kind.multiplier()).hypot(*im));
+                let nearest =
+                    point.multipliers.iter().map(|[re, im]| (re - kind.multiplier()).hypot(*im));
                 assert!(nearest.fold(f64::INFINITY, f64::min) < 1e-6);
             }
         }
         // On the other side of the point there is none.
         let other = offsets.map(|offset| -offset);
-        assert_eq!(
-            subject.locus(digits, kind, &other, false),
-            [],
-            "{digits} {kind:?}"
-        );
+        assert_eq!(subject.locus(digits, kind, &other, false), [], "{digits} {kind:?}");
     }
 }
 
@@ -286,9 +264,7 @@ fn neither_a_pole_nor_a_step_to_another_branch_is_taken_for_a_bifurcation() {
 #[test]
 fn an_orbit_that_a_flip_has_doubled_repeats_its_contacts_at_two_depths() {
     let subject = Subject::new("linear_codim2", (5, 8));
-    let flip = subject
-        .locus("1", BifurcationKind::Flip, &[1e-3], false)
-        .remove(0);
+    let flip = subject.locus("1", BifurcationKind::Flip, &[1e-3], false).remove(0);
     let at = |beyond: f64, direct| {
         let request = OrbitsRequest {
             itineraries: vec![subject.itinerary("11"), subject.itinerary("1")],
@@ -304,20 +280,14 @@ fn an_orbit_that_a_flip_has_doubled_repeats_its_contacts_at_two_depths() {
     let [(one, _), (both, beyond)] = sides;
     assert_eq!((one.len(), both.len()), (1, 2), "doubled on one side alone");
     let depths: Vec<f64> = both[0].states.iter().map(|state| state[0]).collect();
-    assert!(
-        depths.len() == 2 && (depths[0] / depths[1] - 1.0).abs() > 1e-3,
-        "{depths:?}"
-    );
+    assert!(depths.len() == 2 && (depths[0] / depths[1] - 1.0).abs() > 1e-3, "{depths:?}");
     let direct = at(beyond, true);
     assert_eq!(direct.len(), 2);
     for (map, direct) in both.iter().zip(&direct) {
         assert_eq!(map.stable, direct.stable);
         for (map, direct) in map.states.concat().iter().zip(direct.states.concat()) {
             // An orbit next to a flip moves by much more than the map errs.
-            assert!(
-                (map - direct).abs() < 1e-2 * both[0].states[0][0].abs(),
-                "{map} {direct}"
-            );
+            assert!((map - direct).abs() < 1e-2 * both[0].states[0][0].abs(), "{map} {direct}");
         }
     }
 }
@@ -334,11 +304,7 @@ fn with_several_stops_every_passage_has_its_digit() {
             loci: None,
         };
         let physical = |orbits: Orbits| -> Vec<FoundOrbit> {
-            orbits
-                .orbits
-                .into_iter()
-                .filter(|orbit| orbit.physical)
-                .collect()
+            orbits.orbits.into_iter().filter(|orbit| orbit.physical).collect()
         };
         [false, true].map(|direct| physical(subject.found(&request(direct))))
     };
@@ -346,10 +312,7 @@ fn with_several_stops_every_passage_has_its_digit() {
     for [map, direct] in [1e-5, -1e-5].map(at) {
         assert_eq!(map.len(), direct.len());
         for (map, direct) in map.iter().zip(&direct) {
-            assert_eq!(
-                (&map.itinerary, map.stable),
-                (&direct.itinerary, direct.stable)
-            );
+            assert_eq!((&map.itinerary, map.stable), (&direct.itinerary, direct.stable));
             for (map, direct) in map.contacts.iter().zip(&direct.contacts) {
                 assert_eq!((map.number, map.passage), (direct.number, direct.passage));
                 assert_near(map.speed, direct.speed, 1e-4, "speed");

@@ -138,12 +138,7 @@ fn an_orbit_without_the_other_stop_names_its_own_surface_alone() {
 #[test]
 fn contacts_belong_to_the_passage_of_their_surface_on_every_section() {
     let stroboscopic = "kind = \"stroboscopic\"".to_owned();
-    let sections = [
-        TANGENCY.to_owned(),
-        stroboscopic,
-        at_phase(-1.0),
-        at_phase(1.0),
-    ];
+    let sections = [TANGENCY.to_owned(), stroboscopic, at_phase(-1.0), at_phase(1.0)];
     let mut speeds: Vec<Vec<f64>> = Vec::new();
     for section in &sections {
         let scene = scene(section, 1);
@@ -184,23 +179,13 @@ fn a_contact_of_one_stop_alone_is_told_from_that_of_the_other() {
             // h'' = ω² δ at either graze.
             let depth = |speed: &f64| speed * speed / (2.0 * OMEGA * OMEGA);
             let deepest = speeds.iter().flatten().map(depth).fold(0.0, f64::max);
-            assert!(
-                (info.depth - deepest).abs() < 1e-12,
-                "{} {deepest}",
-                info.depth
-            );
+            assert!((info.depth - deepest).abs() < 1e-12, "{} {deepest}", info.depth);
             // The left stop comes first after the section, and is the first surface of the model.
-            assert_eq!(
-                simulated.hits,
-                [speeds[0], speeds[1]].map(|s| usize::from(s.is_some()))
-            );
+            assert_eq!(simulated.hits, [speeds[0], speeds[1]].map(|s| usize::from(s.is_some())));
             seen.insert(made);
         }
     }
-    assert!(
-        seen.contains(&vec![0]) && seen.contains(&vec![1]),
-        "{seen:?}"
-    );
+    assert!(seen.contains(&vec![0]) && seen.contains(&vec![1]), "{seen:?}");
 }
 
 #[test]
@@ -215,15 +200,9 @@ fn a_contact_at_a_stop_that_does_not_graze_is_extra() {
 #[test]
 fn direct_diagrams_name_orbits_by_their_hits_at_either_stop() {
     let scene = scene(TANGENCY, 1);
-    let (system, one, two) = (
-        HybridSystem::new(&scene.model),
-        one_sided(&scene),
-        two_sided(&scene),
-    );
-    let orders = MapOrders {
-        smooth_order: 2,
-        contact_weight: 2,
-    };
+    let (system, one, two) =
+        (HybridSystem::new(&scene.model), one_sided(&scene), two_sided(&scene));
+    let orders = MapOrders { smooth_order: 2, contact_weight: 2 };
     let map = Expander::new(&scene, &one).and_then(|expander| expander.expand(orders));
     let map = map.expect("a simple graze");
     let observer = Observer::new(&scene, &one, &map, &Observable::EventFunction);
@@ -241,11 +220,7 @@ fn direct_diagrams_name_orbits_by_their_hits_at_either_stop() {
             range: [-1e-2, BEYOND],
             points: 2,
             orbit: OrbitRequest::new(400, 20, &[1.0, 1.0]),
-            window: MapWindow {
-                depth: 1.0,
-                state: vec![1.0; 2],
-                parameter: vec![1.0],
-            },
+            window: MapWindow { depth: 1.0, state: vec![1.0; 2], parameter: vec![1.0] },
         },
     };
     let sweep = &run_plan(&plan, &NoProgress)[0];

@@ -38,19 +38,13 @@ fn emitted(
     target: Target,
     shape: EmittedShape,
 ) -> EmittedModule {
-    let options = EmitOptions {
-        target,
-        shape,
-        ..EmitOptions::default()
-    };
+    let options = EmitOptions { target, shape, ..EmitOptions::default() };
     emitted_module(map, composed, &options).expect("the test can be set up")
 }
 
 /// Writes the files of an emission and returns the name of its only one.
 fn write(module: &EmittedModule, folder: &Path) -> String {
-    let files = EmittedCrate::standalone(module)
-        .expect("the test can be set up")
-        .files;
+    let files = EmittedCrate::standalone(module).expect("the test can be set up").files;
     assert_eq!(files.len(), 1);
     for (path, text) in &files {
         fs::write(folder.join(path), text).expect("the test can be set up");
@@ -76,16 +70,10 @@ fn run(program: &str, folder: &Path) -> Vec<Vec<f64>> {
     fs::write(folder.join("program.c"), program).expect("the test can be set up");
     let arguments = ["-std=c99", "program.c", "-o", "program", "-lm"];
     compile("cc", &arguments, folder);
-    let output = Command::new(folder.join("program"))
-        .output()
-        .expect("it was compiled");
+    let output = Command::new(folder.join("program")).output().expect("it was compiled");
     assert!(output.status.success(), "{:?}", output.status);
     let text = String::from_utf8(output.stdout).expect("numbers");
-    let line = |line: &str| {
-        line.split(' ')
-            .map(|word| word.parse().expect("a number"))
-            .collect()
-    };
+    let line = |line: &str| line.split(' ').map(|word| word.parse().expect("a number")).collect();
     text.lines().map(line).collect()
 }
 
@@ -106,11 +94,7 @@ fn named(name: &str, mut map: LocalMap) -> LocalMap {
 /// Prints image, depth, contacts and Jacobian at every point, and fails where forms or kernels
 /// differ in a bit.
 fn stepping_program(name: &str, file: &str, points: &[([f64; 2], [f64; 2])]) -> String {
-    let points = rows(
-        points
-            .iter()
-            .map(|(state, parameters)| [*state, *parameters].concat()),
-    );
+    let points = rows(points.iter().map(|(state, parameters)| [*state, *parameters].concat()));
     let mut text = String::new();
     let body = "
 static const double points[][4] = {POINTS};
@@ -137,15 +121,10 @@ int main(void)
     return 0;
 }
 ";
-    let body = body
-        .replace("POINTS", &points)
-        .replace("NAME_", &format!("{}_", name.to_uppercase()));
-    write!(
-        text,
-        "{SHIM}#include \"{file}\"\n{}",
-        body.replace("m_", &format!("{name}_"))
-    )
-    .expect("memory");
+    let body =
+        body.replace("POINTS", &points).replace("NAME_", &format!("{}_", name.to_uppercase()));
+    write!(text, "{SHIM}#include \"{file}\"\n{}", body.replace("m_", &format!("{name}_")))
+        .expect("memory");
     text
 }
 
@@ -155,10 +134,7 @@ fn cuda_sources_run_as_c_and_equal_the_interpreted_map() {
     let points: Vec<_> = (0..100).map(|_| synthetic::point(&mut numbers)).collect();
     let composed = synthetic::composed(6);
     let tangency = named("tangency", synthetic::map(3, 4, SectionKind::Tangency));
-    let stroboscopic = named(
-        "stroboscopic",
-        synthetic::map(4, 5, SectionKind::Stroboscopic),
-    );
+    let stroboscopic = named("stroboscopic", synthetic::map(4, 5, SectionKind::Stroboscopic));
     let long = named("long", synthetic::map(7, 8, SectionKind::Tangency));
     let pass = named("pass", synthetic::map(3, 4, SectionKind::Tangency));
     let factored = |map: LocalMap| {
@@ -172,10 +148,7 @@ fn cuda_sources_run_as_c_and_equal_the_interpreted_map() {
     for (map, module) in &maps {
         let folder = tempfile::tempdir().expect("the test can be set up");
         let file = write(module, folder.path());
-        let found = run(
-            &stepping_program(&module.identifier, &file, &points),
-            folder.path(),
-        );
+        let found = run(&stepping_program(&module.identifier, &file, &points), folder.path());
         assert_eq!(found.len(), points.len());
         for ((state, parameters), found) in points.iter().zip(&found) {
             let (mut image, mut jacobian) = ([0.0; 2], [0.0; 4]);
@@ -193,25 +166,17 @@ fn cuda_sources_run_as_c_and_equal_the_interpreted_map() {
             touched += info.contacts();
         }
     }
-    assert!(
-        (100..300).contains(&touched),
-        "{touched} of 400 points touch"
-    );
+    assert!((100..300).contains(&touched), "{touched} of 400 points touch");
 }
 
 #[test]
 fn a_chart_finds_the_periods_that_orbits_of_the_interpreted_map_have() {
     let (scene, orbit) = grazing("cantilever_3_5_soft");
-    let orders = MapOrders {
-        smooth_order: 3,
-        contact_weight: 4,
-    };
+    let orders = MapOrders { smooth_order: 3, contact_weight: 4 };
     let map = Expander::new(&scene, &orbit).and_then(|expander| expander.expand(orders));
     let map = map.expect("a simple graze");
     let interpreted = HornerMap::new(&map);
-    let sweep: Vec<Vec<f64>> = (0..160)
-        .map(|n| vec![-2e-5 + 2e-6 * f64::from(n), 0.0])
-        .collect();
+    let sweep: Vec<Vec<f64>> = (0..160).map(|n| vec![-2e-5 + 2e-6 * f64::from(n), 0.0]).collect();
     let module = emitted(&map, None, Target::Cuda, EmittedShape::Factored);
     let folder = tempfile::tempdir().expect("the test can be set up");
     let file = write(&module, folder.path());
@@ -231,10 +196,7 @@ int main(void)
     let program = program
         .replace("POINTS", &rows(sweep.iter().cloned()))
         .replace("m_", "cantilever_3_5_soft_");
-    let found = run(
-        &format!("{SHIM}#include \"{file}\"\n{program}"),
-        folder.path(),
-    );
+    let found = run(&format!("{SHIM}#include \"{file}\"\n{program}"), folder.path());
     let mut periods = std::collections::BTreeSet::new();
     let mut request = OrbitRequest::new(20_000, 96, &map.window.state);
     request.period_tolerance = 1e-7;
@@ -245,11 +207,7 @@ int main(void)
             continue;
         };
         let contacts = orbit.contacts_per_period().expect("periodic").contacts;
-        assert_eq!(
-            found[..2],
-            [period as f64, f64::from(contacts)],
-            "{parameters:?}"
-        );
+        assert_eq!(found[..2], [period as f64, f64::from(contacts)], "{parameters:?}");
         periods.insert((contacts, period));
     }
     assert!(periods.len() >= 3, "{periods:?}");
@@ -284,40 +242,20 @@ int main(void)
 fn one_header_is_c_and_a_shared_library_and_the_kernels_are_cuda() {
     let map = named("tangency", synthetic::map(3, 4, SectionKind::Tangency));
     let folder = tempfile::tempdir().expect("the test can be set up");
-    let header = write(
-        &emitted(&map, None, Target::C, EmittedShape::Factored),
-        folder.path(),
-    );
+    let header = write(&emitted(&map, None, Target::C, EmittedShape::Factored), folder.path());
     for standard in ["-std=c99", "-std=c11"] {
-        compile(
-            "cc",
-            &[standard, "-fsyntax-only", "-x", "c", &header],
-            folder.path(),
-        );
+        compile("cc", &[standard, "-fsyntax-only", "-x", "c", &header], folder.path());
     }
-    let shared = [
-        "-shared",
-        "-fPIC",
-        "-DGRAZEMAP_LINKAGE=",
-        "-x",
-        "c",
-        &header,
-        "-o",
-        "tangency.so",
-    ];
+    let shared =
+        ["-shared", "-fPIC", "-DGRAZEMAP_LINKAGE=", "-x", "c", &header, "-o", "tangency.so"];
     compile("cc", &shared, folder.path());
     let library = fs::read(folder.path().join("tangency.so")).expect("it was compiled");
     let exported = |name: &[u8]| library.windows(name.len()).any(|bytes| bytes == name);
     assert!(exported(b"tangency_step_jacobian\0") && exported(b"tangency_settle\0"));
-    let kernels = write(
-        &emitted(&map, None, Target::Cuda, EmittedShape::Factored),
-        folder.path(),
-    );
+    let kernels = write(&emitted(&map, None, Target::Cuda, EmittedShape::Factored), folder.path());
     if Command::new("nvcc").arg("--version").output().is_ok() {
-        let compiled = Command::new("nvcc")
-            .args(["-c", &kernels])
-            .current_dir(folder.path())
-            .output();
+        let compiled =
+            Command::new("nvcc").args(["-c", &kernels]).current_dir(folder.path()).output();
         assert!(compiled.expect("a compiler of CUDA").status.success());
     }
 }

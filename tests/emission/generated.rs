@@ -17,10 +17,7 @@ fn emit_catalogue(arguments: &[&str]) -> Output {
 #[test]
 fn the_generated_crate_is_current() {
     if std::env::var_os("UPDATE_GENERATED").is_some() {
-        assert!(
-            emit_catalogue(&[]).status.success(),
-            "the folder can be written"
-        );
+        assert!(emit_catalogue(&[]).status.success(), "the folder can be written");
     }
     let checked = emit_catalogue(&["--check"]);
     assert!(

@@ -31,10 +31,7 @@ fn named(name: &str, mut map: LocalMap) -> LocalMap {
 /// The maps under test and their emissions.
 fn maps() -> Vec<(LocalMap, EmittedModule)> {
     let tangency = named("tangency", synthetic::map(3, 4, SectionKind::Tangency));
-    let stroboscopic = named(
-        "stroboscopic",
-        synthetic::map(4, 5, SectionKind::Stroboscopic),
-    );
+    let stroboscopic = named("stroboscopic", synthetic::map(4, 5, SectionKind::Stroboscopic));
     let lowest = named("lowest", synthetic::map(1, 1, SectionKind::Tangency));
     // Long enough to be printed in blocks.
     let long = named("long", synthetic::map(7, 8, SectionKind::Tangency));
@@ -48,10 +45,7 @@ fn maps() -> Vec<(LocalMap, EmittedModule)> {
 
 fn composed_module() -> (LocalMap, EmittedModule) {
     let map = named("composed", synthetic::map(3, 4, SectionKind::Tangency));
-    let options = EmitOptions {
-        shape: EmittedShape::Composed,
-        ..EmitOptions::default()
-    };
+    let options = EmitOptions { shape: EmittedShape::Composed, ..EmitOptions::default() };
     let module = emitted_module(&map, Some(&synthetic::composed(6)), &options)
         .expect("the test can be set up");
     (map, module)
@@ -62,21 +56,16 @@ fn compiled_maps_equal_the_interpreted_ones() {
     let (mut maps, composed) = (maps(), composed_module());
     let mut horner: Vec<HornerMap> = maps.iter().map(|(map, _)| HornerMap::new(map)).collect();
     horner.push(HornerMap::composed(&composed.0, &synthetic::composed(6)));
-    let references: Vec<InterpretedMap> = maps
-        .iter()
-        .map(|(map, _)| InterpretedMap::new(map))
-        .collect();
+    let references: Vec<InterpretedMap> =
+        maps.iter().map(|(map, _)| InterpretedMap::new(map)).collect();
     maps.push(composed);
     let mut numbers = Numbers::new(5);
     let points: Vec<_> = (0..100).map(|_| synthetic::point(&mut numbers)).collect();
     let mut queries = Vec::new();
     for (map, _) in &maps {
         for (state, parameters) in &points {
-            let bits: Vec<String> = state
-                .iter()
-                .chain(parameters)
-                .map(|x| x.to_bits().to_string())
-                .collect();
+            let bits: Vec<String> =
+                state.iter().chain(parameters).map(|x| x.to_bits().to_string()).collect();
             queries.push(format!("{} {}", map.scene, bits.join(" ")));
         }
     }
@@ -96,28 +85,16 @@ fn compiled_maps_equal_the_interpreted_ones() {
             agree(&answer[..2], &image, 1e-14);
             agree(&answer[3..], &jacobian, 1e-12);
         }
-        if !info.passages.is_empty() {
-            with += 1
-        } else {
-            without += 1
-        }
+        if !info.passages.is_empty() { with += 1 } else { without += 1 }
     }
-    assert!(
-        with > 50 && without > 50,
-        "{with} points with contact, {without} without"
-    );
+    assert!(with > 50 && without > 50, "{with} points with contact, {without} without");
 }
 
 /// Agreement to `tolerance` relative to the largest entry (at least 1).
 fn agree(found: &[f64], expected: &[f64], tolerance: f64) {
-    let size = expected
-        .iter()
-        .fold(1.0f64, |size, value| size.max(value.abs()));
+    let size = expected.iter().fold(1.0f64, |size, value| size.max(value.abs()));
     for (found, expected) in found.iter().zip(expected) {
-        assert!(
-            (found - expected).abs() <= tolerance * size,
-            "{found} and {expected}"
-        );
+        assert!((found - expected).abs() <= tolerance * size, "{found} and {expected}");
     }
 }
 
@@ -125,26 +102,12 @@ fn agree(found: &[f64], expected: &[f64], tolerance: f64) {
 fn standalone_crates_compile_with_and_without_the_standard_library() {
     let (_, module) = composed_module();
     let folder = tempfile::tempdir().expect("the test can be set up");
-    write(
-        &EmittedCrate::standalone(&module).expect("the test can be set up"),
-        folder.path(),
-    );
+    write(&EmittedCrate::standalone(&module).expect("the test can be set up"), folder.path());
     rustc(
-        &[
-            "--crate-type",
-            "lib",
-            "--cfg",
-            "feature=\"std\"",
-            "src/lib.rs",
-            "--crate-name",
-            "a",
-        ],
+        &["--crate-type", "lib", "--cfg", "feature=\"std\"", "src/lib.rs", "--crate-name", "a"],
         folder.path(),
     );
-    rustc(
-        &["--crate-type", "lib", "src/lib.rs", "--crate-name", "b"],
-        folder.path(),
-    );
+    rustc(&["--crate-type", "lib", "src/lib.rs", "--crate-name", "b"], folder.path());
     let root =
         fs::read_to_string(folder.path().join("src/lib.rs")).expect("the test can be set up");
     assert!(root.contains("no_std"));
@@ -153,10 +116,7 @@ fn standalone_crates_compile_with_and_without_the_standard_library() {
 #[test]
 fn maps_of_thousands_of_operations_compile_with_debug_information() {
     let (scene, orbit) = grazing("two_stops_t1");
-    let orders = MapOrders {
-        smooth_order: 4,
-        contact_weight: 8,
-    };
+    let orders = MapOrders { smooth_order: 4, contact_weight: 8 };
     let map = Expander::new(&scene, &orbit).and_then(|expander| expander.expand(orders));
     let module = emitted_module(&map.expect("an expansion"), None, &EmitOptions::default());
     let module = module.expect("finite coefficients");
@@ -166,55 +126,29 @@ fn maps_of_thousands_of_operations_compile_with_debug_information() {
     // As Cargo's development profile with optimisation: one scope for each of 7000 statements
     // overflows its stack.
     let profile = ["-C", "opt-level=2", "-C", "debuginfo=1"];
-    let library = [
-        "--crate-type",
-        "lib",
-        "--cfg",
-        "feature=\"std\"",
-        "src/lib.rs",
-    ];
+    let library = ["--crate-type", "lib", "--cfg", "feature=\"std\"", "src/lib.rs"];
     rustc(&[&library[..], &profile[..]].concat(), folder.path());
 }
 
 #[test]
 fn the_catalogue_compiles_with_its_registry() {
     let (maps, composed) = (maps(), composed_module());
-    let modules: Vec<EmittedModule> = maps
-        .into_iter()
-        .map(|(_, module)| module)
-        .chain([composed.1])
-        .collect();
+    let modules: Vec<EmittedModule> =
+        maps.into_iter().map(|(_, module)| module).chain([composed.1]).collect();
     let emitted = EmittedCrate::catalogue(&modules).expect("the test can be set up");
     let folder = tempfile::tempdir().expect("the test can be set up");
     write(&emitted, folder.path());
     assert_eq!(emitted.check(folder.path()), []);
     rustc(
-        &[
-            "--crate-type",
-            "lib",
-            "--cfg",
-            "feature=\"std\"",
-            "src/lib.rs",
-            "--crate-name",
-            "a",
-        ],
+        &["--crate-type", "lib", "--cfg", "feature=\"std\"", "src/lib.rs", "--crate-name", "a"],
         folder.path(),
     );
-    rustc(
-        &["--crate-type", "lib", "src/lib.rs", "--crate-name", "b"],
-        folder.path(),
-    );
+    rustc(&["--crate-type", "lib", "src/lib.rs", "--crate-name", "b"], folder.path());
     let twice = [modules[0].clone(), modules[0].clone()];
-    assert!(matches!(
-        EmittedCrate::catalogue(&twice),
-        Err(EmissionError::DuplicateModule { .. })
-    ));
+    assert!(matches!(EmittedCrate::catalogue(&twice), Err(EmissionError::DuplicateModule { .. })));
     let empty = EmittedCrate::catalogue(&[]).expect("the test can be set up");
     write(&empty, folder.path());
-    rustc(
-        &["--crate-type", "lib", "src/lib.rs", "--crate-name", "c"],
-        folder.path(),
-    );
+    rustc(&["--crate-type", "lib", "src/lib.rs", "--crate-name", "c"], folder.path());
 }
 
 #[test]
@@ -225,13 +159,8 @@ fn a_changed_or_missing_file_is_a_difference() {
     write(&emitted, folder.path());
     assert_eq!(emitted.check(folder.path()), []);
     let file = folder.path().join("src/composed.rs");
-    fs::write(
-        &file,
-        module
-            .text
-            .replacen("DIMENSION: usize = 2", "DIMENSION: usize = 3", 1),
-    )
-    .expect("the test can be set up");
+    fs::write(&file, module.text.replacen("DIMENSION: usize = 2", "DIMENSION: usize = 3", 1))
+        .expect("the test can be set up");
     let line = module
         .text
         .lines()
@@ -239,13 +168,7 @@ fn a_changed_or_missing_file_is_a_difference() {
         .expect("the test can be set up")
         + 1;
     let path = "src/composed.rs".to_owned();
-    assert_eq!(
-        emitted.check(folder.path()),
-        [Difference::Changed {
-            path: path.clone(),
-            line
-        }]
-    );
+    assert_eq!(emitted.check(folder.path()), [Difference::Changed { path: path.clone(), line }]);
     fs::remove_file(&file).expect("the test can be set up");
     assert_eq!(emitted.check(folder.path()), [Difference::Missing { path }]);
 }
@@ -256,10 +179,7 @@ fn emitted_text_is_stamped_deterministic_and_short_of_line() {
     for ((_, module), (_, same)) in maps.iter().zip(&again) {
         assert_eq!(module, same);
         let first = module.text.lines().next().expect("the test can be set up");
-        assert!(
-            first.contains("@generated") && first.contains("format 1"),
-            "{first}"
-        );
+        assert!(first.contains("@generated") && first.contains("format 1"), "{first}");
         let stamps = [
             "digest 0123456789abcdef",
             "--check",
@@ -267,15 +187,8 @@ fn emitted_text_is_stamped_deterministic_and_short_of_line() {
             "smooth_order",
             "Tolerance asked none",
         ];
-        stamps
-            .iter()
-            .for_each(|stamp| assert!(module.text.contains(stamp), "{stamp}"));
-        let longest = module
-            .text
-            .lines()
-            .map(str::len)
-            .max()
-            .expect("the test can be set up");
+        stamps.iter().for_each(|stamp| assert!(module.text.contains(stamp), "{stamp}"));
+        let longest = module.text.lines().map(str::len).max().expect("the test can be set up");
         assert!(longest <= 120, "a line of {longest} characters");
         assert!(module.text.lines().all(|line| line.trim_end() == line));
     }
@@ -283,22 +196,10 @@ fn emitted_text_is_stamped_deterministic_and_short_of_line() {
 
 #[test]
 fn hostile_names_cannot_reach_emitted_code() {
-    for name in [
-        "a; fn evil() {}",
-        "../evil",
-        "fn",
-        "a\nb",
-        "",
-        "A",
-        "x\"y",
-        "ä",
-    ] {
+    for name in ["a; fn evil() {}", "../evil", "fn", "a\nb", "", "A", "x\"y", "ä"] {
         let map = named(name, synthetic::map(1, 1, SectionKind::Tangency));
         let refused = emitted_module(&map, None, &EmitOptions::default());
-        assert!(
-            matches!(refused, Err(EmissionError::NotAnIdentifier { .. })),
-            "{name:?}"
-        );
+        assert!(matches!(refused, Err(EmissionError::NotAnIdentifier { .. })), "{name:?}");
     }
     let mut map = named("hostile", synthetic::map(1, 1, SectionKind::Tangency));
     map.section.coordinates = vec![
@@ -313,20 +214,9 @@ fn hostile_names_cannot_reach_emitted_code() {
         |line| line.trim_start().starts_with("compile_error") || line.starts_with("#![feature")
     ));
     let folder = tempfile::tempdir().expect("the test can be set up");
-    write(
-        &EmittedCrate::standalone(&module).expect("the test can be set up"),
-        folder.path(),
-    );
+    write(&EmittedCrate::standalone(&module).expect("the test can be set up"), folder.path());
     rustc(
-        &[
-            "--crate-type",
-            "lib",
-            "--cfg",
-            "feature=\"std\"",
-            "src/lib.rs",
-            "--crate-name",
-            "a",
-        ],
+        &["--crate-type", "lib", "--cfg", "feature=\"std\"", "src/lib.rs", "--crate-name", "a"],
         folder.path(),
     );
 }
@@ -340,27 +230,12 @@ fn numbers_that_are_not_finite_are_refused() {
     };
     leg.image[0].coefficients_mut()[1] = f64::NAN;
     let refused = emitted_module(&map, None, &EmitOptions::default());
-    assert!(
-        matches!(refused, Err(EmissionError::NonFinite { .. })),
-        "{refused:?}"
-    );
-    let lanes = EmitOptions {
-        lanes: 0,
-        ..EmitOptions::default()
-    };
+    assert!(matches!(refused, Err(EmissionError::NonFinite { .. })), "{refused:?}");
+    let lanes = EmitOptions { lanes: 0, ..EmitOptions::default() };
     let map = synthetic::map(1, 1, SectionKind::Tangency);
-    assert!(matches!(
-        emitted_module(&map, None, &lanes),
-        Err(EmissionError::Lanes { lanes: 0 })
-    ));
-    let composed = EmitOptions {
-        shape: EmittedShape::Composed,
-        ..EmitOptions::default()
-    };
-    assert!(matches!(
-        emitted_module(&map, None, &composed),
-        Err(EmissionError::NoComposedForm)
-    ));
+    assert!(matches!(emitted_module(&map, None, &lanes), Err(EmissionError::Lanes { lanes: 0 })));
+    let composed = EmitOptions { shape: EmittedShape::Composed, ..EmitOptions::default() };
+    assert!(matches!(emitted_module(&map, None, &composed), Err(EmissionError::NoComposedForm)));
 }
 
 #[test]

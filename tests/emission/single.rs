@@ -23,13 +23,7 @@ fn named(name: &str, mut map: LocalMap) -> LocalMap {
 }
 
 fn single(target: Target, shape: EmittedShape) -> EmitOptions {
-    EmitOptions {
-        target,
-        shape,
-        precision: FloatFormat::F32,
-        lanes: 16,
-        ..EmitOptions::default()
-    }
+    EmitOptions { target, shape, precision: FloatFormat::F32, lanes: 16, ..EmitOptions::default() }
 }
 
 /// Maps of both shapes, the longest printed in blocks, with their emissions.
@@ -82,9 +76,7 @@ fn compiled_single_maps_give_the_bits_of_the_interpreted_ones() {
         format!("{} {}", module.identifier, bits.join(" "))
     };
     let modules: Vec<&EmittedModule> = maps.iter().map(|(_, module)| module).collect();
-    let pairs = modules
-        .iter()
-        .flat_map(|&module| points.iter().map(move |point| (module, point)));
+    let pairs = modules.iter().flat_map(|&module| points.iter().map(move |point| (module, point)));
     let answers = driver::run(&modules, &pairs.map(query).collect::<Vec<_>>());
     assert_eq!(answers.len(), maps.len() * points.len());
     let mut touched = 0;
@@ -186,9 +178,7 @@ fn run(program: &str, folder: &std::path::Path) -> Vec<Vec<f64>> {
     assert!(output.status.success(), "{:?}", output.status);
     let number = |word: &str| f64::from(word.parse::<f32>().expect("a number"));
     let text = String::from_utf8(output.stdout).expect("numbers");
-    text.lines()
-        .map(|line| line.split(' ').map(number).collect())
-        .collect()
+    text.lines().map(|line| line.split(' ').map(number).collect()).collect()
 }
 
 /// Nine decimal digits tell single numbers apart; sums of some hundred terms of size 0.2 and less

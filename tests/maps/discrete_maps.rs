@@ -24,17 +24,11 @@ struct Differences {
 
 /// Small against the depths of the windows, 1e-5 and more, below which a root of the depth bends
 /// within a step; rounding of images of order 1 is then 1e-8 of an entry.
-const DOUBLE: Differences = Differences {
-    step: 1e-8,
-    tolerance: 1e-6,
-};
+const DOUBLE: Differences = Differences { step: 1e-8, tolerance: 1e-6 };
 
 /// Rounding of images of order 1 is 1e-4 of an entry, the bend of a root of the depth 0.01 a few
 /// 1e-3.
-const SINGLE: Differences = Differences {
-    step: 5e-4,
-    tolerance: 1e-2,
-};
+const SINGLE: Differences = Differences { step: 5e-4, tolerance: 1e-2 };
 
 /// Checks the contract at these points.
 fn check(map: &dyn DiscreteMap, points: &Points) {
@@ -49,25 +43,14 @@ fn check(map: &dyn DiscreteMap, points: &Points) {
 fn check_by(differences: Differences, map: &dyn DiscreteMap, points: &Points) {
     let mut contacts = [0usize; 2];
     for (state, parameters) in points {
-        assert_eq!(
-            (state.len(), parameters.len()),
-            (map.dimension(), map.parameters())
-        );
+        assert_eq!((state.len(), parameters.len()), (map.dimension(), map.parameters()));
         let (image, info) = step(map, state, parameters);
         assert!(
             info.valid && image.iter().all(|value| value.is_finite()),
             "image at {state:?}: {image:?}"
         );
-        assert_eq!(
-            (image.clone(), info),
-            step(map, state, parameters),
-            "a step is deterministic"
-        );
-        assert_eq!(
-            !info.passages.is_empty(),
-            info.depth > 0.0,
-            "a contact has a positive depth"
-        );
+        assert_eq!((image.clone(), info), step(map, state, parameters), "a step is deterministic");
+        assert_eq!(!info.passages.is_empty(), info.depth > 0.0, "a contact has a positive depth");
         let (same, jacobian, same_info) = step_jacobian(map, state, parameters);
         assert_eq!(info.passages, same_info.passages);
         for (a, b) in same.iter().zip(&image) {
@@ -81,15 +64,9 @@ fn check_by(differences: Differences, map: &dyn DiscreteMap, points: &Points) {
             check_jacobian(differences, map, state, parameters, info, &jacobian);
         }
     }
-    assert!(
-        contacts[0] > 0 && contacts[1] > 0,
-        "points with and without contact: {contacts:?}"
-    );
+    assert!(contacts[0] > 0 && contacts[1] > 0, "points with and without contact: {contacts:?}");
     let infinite = vec![f64::INFINITY; map.dimension()];
-    assert!(
-        !step(map, &infinite, &points[0].1).1.valid,
-        "no image of infinity"
-    );
+    assert!(!step(map, &infinite, &points[0].1).1.valid, "no image of infinity");
 }
 
 fn check_jacobian(
@@ -100,14 +77,9 @@ fn check_jacobian(
     info: StepInfo,
     jacobian: &[f64],
 ) {
-    let Differences {
-        step: width,
-        tolerance,
-    } = differences;
+    let Differences { step: width, tolerance } = differences;
     let dimension = map.dimension();
-    let size = jacobian
-        .iter()
-        .fold(1.0f64, |size, value| size.max(value.abs()));
+    let size = jacobian.iter().fold(1.0f64, |size, value| size.max(value.abs()));
     for column in 0..dimension {
         let moved = |offset: f64| {
             let mut state = state.to_vec();
@@ -140,10 +112,8 @@ fn step_jacobian(
     state: &[f64],
     parameters: &[f64],
 ) -> (Vec<f64>, Vec<f64>, StepInfo) {
-    let (mut image, mut jacobian) = (
-        vec![f64::NAN; map.dimension()],
-        vec![f64::NAN; map.dimension().pow(2)],
-    );
+    let (mut image, mut jacobian) =
+        (vec![f64::NAN; map.dimension()], vec![f64::NAN; map.dimension().pow(2)]);
     let info = map.step_jacobian(state, parameters, &mut image, &mut jacobian);
     (image, jacobian, info)
 }
@@ -159,10 +129,7 @@ fn points(count: usize) -> Points {
 #[test]
 fn interpreted_maps_keep_the_contract() {
     for kind in [SectionKind::Tangency, SectionKind::Stroboscopic] {
-        check(
-            &InterpretedMap::new(&synthetic::map(3, 4, kind)),
-            &points(200),
-        );
+        check(&InterpretedMap::new(&synthetic::map(3, 4, kind)), &points(200));
     }
 }
 
@@ -170,10 +137,7 @@ fn interpreted_maps_keep_the_contract() {
 fn horner_maps_keep_the_contract() {
     let map = synthetic::map(3, 4, SectionKind::Stroboscopic);
     check(&HornerMap::new(&map), &points(200));
-    check(
-        &HornerMap::composed(&map, &synthetic::composed(6)),
-        &points(200),
-    );
+    check(&HornerMap::composed(&map, &synthetic::composed(6)), &points(200));
 }
 
 #[test]
@@ -189,10 +153,7 @@ fn single_maps_keep_the_contract() {
 fn frozen_maps_keep_the_contract() {
     let map = HornerMap::new(&synthetic::map(3, 4, SectionKind::Tangency));
     let parameters = [0.02, -0.03];
-    let states = points(200)
-        .into_iter()
-        .map(|(state, _)| (state, Vec::new()))
-        .collect();
+    let states = points(200).into_iter().map(|(state, _)| (state, Vec::new())).collect();
     check(&map.freeze(&parameters), &states);
 }
 
@@ -202,15 +163,10 @@ fn lowering_changes_images_by_rounding_only() {
         let map = synthetic::map(smooth, weight, SectionKind::Stroboscopic);
         let (reference, lowered) = (InterpretedMap::new(&map), HornerMap::new(&map));
         for (state, parameters) in points(50) {
-            let ((a, info), (b, same)) = (
-                step(&reference, &state, &parameters),
-                step(&lowered, &state, &parameters),
-            );
+            let ((a, info), (b, same)) =
+                (step(&reference, &state, &parameters), step(&lowered, &state, &parameters));
             assert_eq!(info.passages, same.passages);
-            let far = a
-                .iter()
-                .zip(&b)
-                .fold(0.0f64, |far, (a, b)| far.max((a - b).abs()));
+            let far = a.iter().zip(&b).fold(0.0f64, |far, (a, b)| far.max((a - b).abs()));
             // sqrt turns a rounding of 1e-17 in a depth of 1e-4 and more into at most 1e-15.
             assert!(
                 far < 1e-13,
@@ -366,9 +322,7 @@ fn compiled_maps_keep_the_contract() {
                 .map(|&width| if width.is_finite() { width } else { 1e-3 } * numbers.next())
                 .collect()
         };
-        let points = (0..200)
-            .map(|_| (within(state), within(parameter)))
-            .collect();
+        let points = (0..200).map(|_| (within(state), within(parameter))).collect();
         check(&map, &points);
     }
 }
@@ -381,9 +335,6 @@ fn direct_simulation_keeps_the_contract() {
     let system = HybridSystem::new(&scene.model);
     let map = DirectMap::new(&system, &scene, &orbit).expect("a section of the scene");
     let states = [-4e-4, -1e-4, 2e-4, 8e-4].map(|x| [vec![x, -1e-2], vec![x, 5e-3]]);
-    let points = states
-        .concat()
-        .into_iter()
-        .map(|state| (state, vec![1e-4, -1e-4]));
+    let points = states.concat().into_iter().map(|state| (state, vec![1e-4, -1e-4]));
     check(&map, &points.collect());
 }

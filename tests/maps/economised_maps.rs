@@ -87,17 +87,11 @@ fn economised_maps_err_several_times_less_at_the_same_monomials() {
     let mut logarithms = 0.0;
     for (name, smooth_order) in scenes {
         let case = Case::new(name);
-        let orders = MapOrders {
-            smooth_order,
-            contact_weight,
-        };
+        let orders = MapOrders { smooth_order, contact_weight };
         let (maps, points) = case.maps(orders);
         let [taylor, economised] = case.errors(&maps, &points);
         println!("{name} {orders:?}: Taylor {taylor:.1e}, economised {economised:.1e}");
-        assert!(
-            taylor > 1.5 * economised,
-            "{name}: {taylor:e} and {economised:e}"
-        );
+        assert!(taylor > 1.5 * economised, "{name}: {taylor:e} and {economised:e}");
         logarithms += (taylor / economised).ln();
         let spaces = jets(&maps[0]).zip(jets(&maps[1]));
         for (taylor, economised) in spaces {
@@ -114,21 +108,12 @@ fn economised_maps_err_several_times_less_at_the_same_monomials() {
 #[test]
 fn the_graze_and_the_leading_law_are_not_moved() {
     let case = Case::new("impact_pair");
-    let orders = MapOrders {
-        smooth_order: 3,
-        contact_weight: 4,
-    };
+    let orders = MapOrders { smooth_order: 3, contact_weight: 4 };
     let ([taylor, economised], _) = case.maps(orders);
     let zero = |count: usize| vec![0.0; count];
     let (state, parameters) = (zero(taylor.dimension()), zero(taylor.parameters.len()));
     let image = MapEvaluation::<f64>::new(&economised).image(&state, &parameters);
-    assert!(
-        image
-            .offsets
-            .iter()
-            .chain(&image.depths)
-            .all(|&value| value == 0.0)
-    );
+    assert!(image.offsets.iter().chain(&image.depths).all(|&value| value == 0.0));
     let mut moved = false;
     for (a, b) in taylor.stages.iter().zip(&economised.stages) {
         if let (Stage::Contact(a), Stage::Contact(b)) = (a, b) {

@@ -12,14 +12,8 @@ use crate::support::stages::{fly, image};
 
 fn expand(scene: &Scene, smooth_order: u32, contact_weight: u32) -> LocalMap {
     let orbit = orbit(scene);
-    let orders = MapOrders {
-        smooth_order,
-        contact_weight,
-    };
-    Expander::new(scene, &orbit)
-        .expect("rigid")
-        .expand(orders)
-        .expect("an expansion")
+    let orders = MapOrders { smooth_order, contact_weight };
+    Expander::new(scene, &orbit).expect("rigid").expand(orders).expect("an expansion")
 }
 
 /// The section a quarter period from the graze sees the same dynamics as the one at the graze:
@@ -30,9 +24,7 @@ fn maps_on_two_stroboscopic_sections_are_conjugate() {
     let at_graze = expand(&scene_with("linear", &phases), 9, 12);
     let elsewhere = [phases[0], ("section.phase", "1.5")];
     let far = expand(&scene_with("linear", &elsewhere), 9, 12);
-    let Stage::Leg(to_graze) = &far.stages[0] else {
-        panic!("a leg leads to the graze")
-    };
+    let Stage::Leg(to_graze) = &far.stages[0] else { panic!("a leg leads to the graze") };
     let parameters = [2e-3, -1e-3];
     let start = [4e-3, 3e-3];
     let mut here = start.to_vec();
@@ -51,21 +43,14 @@ fn maps_on_two_stroboscopic_sections_are_conjugate() {
 fn composed_form_agrees_with_the_stages_to_its_order() {
     let (scene, orbit) = grazing("mems");
     let expander = Expander::new(&scene, &orbit).expect("rigid");
-    let map = expander
-        .expand(MapOrders {
-            smooth_order: 8,
-            contact_weight: 9,
-        })
-        .expect("expansion");
+    let map = expander.expand(MapOrders { smooth_order: 8, contact_weight: 9 }).expect("expansion");
     let composed = expander.compose(&map).expect("a small space");
     let errors = [0.04_f64, 0.02].map(|y| {
         let (state, parameters) = ([y * y, 3.0 * y * y], [0.5 * y * y, -y * y]);
         let (truth, depth) = image(&map, &state, &parameters);
         let point = [state, parameters].concat();
         let value = |i: usize| composed.image[i].evaluate(&[depth], &point);
-        (0..2)
-            .map(|i| (value(i) - truth[i]).abs())
-            .fold(0.0, f64::max)
+        (0..2).map(|i| (value(i) - truth[i]).abs()).fold(0.0, f64::max)
     });
     // The composed form is cut at weight 9: its error falls as the tenth power of y.
     let rate = (errors[0] / errors[1]).log2();
@@ -76,10 +61,7 @@ fn composed_form_agrees_with_the_stages_to_its_order() {
 fn composed_form_of_two_passages_agrees_with_the_stages_to_its_order() {
     let (scene, orbit) = grazing("two_stops_t1");
     let expander = Expander::new(&scene, &orbit).expect("an analytic law");
-    let orders = MapOrders {
-        smooth_order: 6,
-        contact_weight: 7,
-    };
+    let orders = MapOrders { smooth_order: 6, contact_weight: 7 };
     let map = expander.expand(orders).expect("an expansion");
     let composed = expander.compose(&map).expect("a small space");
     assert_eq!(map.surfaces, ["right", "left"]);
@@ -110,14 +92,9 @@ fn composed_form_of_two_passages_agrees_with_the_stages_to_its_order() {
 fn few_digits_are_lost_in_the_catalogue() {
     for name in ["linear", "mems", "mems_scenario3", "cantilever_1_7"] {
         let (scene, orbit) = grazing(name);
-        let orders = MapOrders {
-            smooth_order: 3,
-            contact_weight: 6,
-        };
-        let lost = Expander::new(&scene, &orbit)
-            .expect("rigid")
-            .lost_digits(orders)
-            .expect("both ways");
+        let orders = MapOrders { smooth_order: 3, contact_weight: 6 };
+        let lost =
+            Expander::new(&scene, &orbit).expect("rigid").lost_digits(orders).expect("both ways");
         for digits in lost.smooth.iter().chain(&lost.discontinuity) {
             assert!(*digits < 4.0, "{name}: {lost:?}");
         }
@@ -129,14 +106,9 @@ fn a_reset_that_moves_a_touching_state_is_refused() {
     let text = text("linear").replace("v = \"-r*v\"", "v = \"0.01 - r*v\"");
     let scene = parsed(&text, "linear", &NONE);
     let orbit = orbit(&scene);
-    let error = Expander::new(&scene, &orbit)
-        .expect("rigid")
-        .contact(0, 3)
-        .expect_err("not an identity");
-    assert!(
-        matches!(error, ExpansionError::ResetNotIdentityAtTangency { .. }),
-        "{error}"
-    );
+    let error =
+        Expander::new(&scene, &orbit).expect("rigid").contact(0, 3).expect_err("not an identity");
+    assert!(matches!(error, ExpansionError::ResetNotIdentityAtTangency { .. }), "{error}");
 }
 
 #[test]
@@ -144,8 +116,5 @@ fn orders_too_large_for_memory_are_refused_before_allocating() {
     let (scene, orbit) = grazing("mems");
     let expander = Expander::new(&scene, &orbit).expect("rigid");
     let error = expander.legs(60).expect_err("too large");
-    assert!(
-        error.to_string().contains("coefficient products"),
-        "{error}"
-    );
+    assert!(error.to_string().contains("coefficient products"), "{error}");
 }

@@ -48,22 +48,14 @@ fn a_stop_stiffer_by_1e8_has_a_simulation_that_is_true_to_the_map() {
     let measured = measured(&case.expect("stiffnesses"));
     assert!(!measured.is_silent_loss(), "{measured:?}");
     // 3e-33 beside the stop the simulation would leave 12.6 digits; 14.6 are promised.
-    assert!(
-        measured.map.is_some_and(|digits| digits > 14.0),
-        "{measured:?}"
-    );
+    assert!(measured.map.is_some_and(|digits| digits > 14.0), "{measured:?}");
 }
 
 #[test]
 fn a_restitution_of_zero_loses_no_digits_and_is_not_said_to() {
-    let case = cases(ExtremeAxis::Restitution, "linear")
-        .next()
-        .expect("r = 0");
+    let case = cases(ExtremeAxis::Restitution, "linear").next().expect("r = 0");
     let measured = measured(&case);
-    assert!(
-        measured.contact > 14.5 && measured.rounding > 14.0,
-        "{measured:?}"
-    );
+    assert!(measured.contact > 14.5 && measured.rounding > 14.0, "{measured:?}");
 }
 
 #[test]
@@ -72,28 +64,17 @@ fn lengths_of_thirty_decades_give_the_same_map() {
         let measured = measured(&case);
         assert!(!measured.is_silent_loss(), "{case:?}: {measured:?}");
         // The series is the one of length 1 in other units: 23.4 digits are predicted there.
-        assert!(
-            (measured.truncation - 23.4).abs() < 0.1,
-            "{case:?}: {measured:?}"
-        );
+        assert!((measured.truncation - 23.4).abs() < 0.1, "{case:?}: {measured:?}");
         assert!(measured.contact > 14.5, "{case:?}: {measured:?}");
-        assert!(
-            measured.grazing.is_some_and(|digits| digits > 25.0),
-            "{measured:?}"
-        );
+        assert!(measured.grazing.is_some_and(|digits| digits > 25.0), "{measured:?}");
     }
 }
 
 #[test]
 fn double_multipliers_of_one_and_flat_grazes_are_refused_by_name() {
-    let last = cases(ExtremeAxis::Multiplier, "linear")
-        .last()
-        .expect("omega = 1/2");
+    let last = cases(ExtremeAxis::Multiplier, "linear").last().expect("omega = 1/2");
     let message = refused(&last);
-    assert!(
-        message.contains("the multiplier nearest 1 is 1.0"),
-        "{message}"
-    );
+    assert!(message.contains("the multiplier nearest 1 is 1.0"), "{message}");
     let flat = cases(ExtremeAxis::NormalAcceleration, "flat_top").find(|case| case.value == 0.0);
     let message = refused(&flat.expect("h'' = 0"));
     assert!(message.contains("degenerate graze"), "{message}");
@@ -115,9 +96,7 @@ fn coefficients_in_single_precision_give_seven_digits_and_in_double_double_thirt
 #[test]
 fn orders_of_thirty_lose_nothing_that_is_not_said() {
     for scene in ["linear", "soft_a", "soft_c"] {
-        let case = cases(ExtremeAxis::Orders, scene)
-            .last()
-            .expect("N = W = 30");
+        let case = cases(ExtremeAxis::Orders, scene).last().expect("N = W = 30");
         let measured = measured(&case);
         assert!(!measured.is_silent_loss(), "{scene}: {measured:?}");
     }
@@ -137,16 +116,10 @@ fn lost_digits_stay_between_none_and_all_of_a_double() {
         let scene = scene_with("linear", &[("r", restitution)]);
         let orbit = orbit(&scene);
         let expander = Expander::new(&scene, &orbit).expect("a simple graze");
-        let orders = MapOrders {
-            smooth_order: 3,
-            contact_weight: 8,
-        };
+        let orders = MapOrders { smooth_order: 3, contact_weight: 8 };
         let lost = expander.lost_digits(orders).expect("expanded");
         let digits = lost.smooth.iter().chain(&lost.discontinuity);
         let worst = digits.copied().fold(0.0, f64::max);
-        assert!(
-            (least..most).contains(&worst),
-            "r = {restitution}: {lost:?}"
-        );
+        assert!((least..most).contains(&worst), "r = {restitution}: {lost:?}");
     }
 }

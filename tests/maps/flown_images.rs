@@ -24,9 +24,7 @@ fn flown(scene: &Scene, weight: u32) -> FlownContact {
     let orbit = orbit(scene);
     let expander = Expander::new(scene, &orbit).expect("an analytic law");
     let flown = expander.flown_contact(0, weight);
-    flown
-        .unwrap_or_else(|error| panic!("{error}"))
-        .expect("a compliant stop")
+    flown.unwrap_or_else(|error| panic!("{error}")).expect("a compliant stop")
 }
 
 /// What a flown passage adds to each coordinate; the identity is not subtracted, so nothing is
@@ -50,10 +48,7 @@ fn grid_scene(row: &Value, kind: &str) -> Scene {
         ("expansion.active", "[]"),
         ("omega", &omega),
         ("A", text(&row["A_g"])),
-        (
-            "grazing.guess.theta",
-            row["phase_g"].as_str().unwrap_or("0"),
-        ),
+        ("grazing.guess.theta", row["phase_g"].as_str().unwrap_or("0")),
     ];
     for key in ["k2", "R2", "d"] {
         if !row[key].is_null() {
@@ -126,31 +121,19 @@ fn images_stay_exact_from_soft_to_rigid() {
 fn kicks_at_a_depth_of_1e_minus_30_keep_their_leading_law() {
     let y = 1e-15_f64;
     // (k2 = 1e6 of A: −4/3 k2 √(2/a) y³; R2 = 0.05, k2 = 100 of B: −R2 y²), M = 1.
-    let stiff = [
-        ("section.kind", "stroboscopic"),
-        ("k2", "1e6"),
-        ("window.depth", "1e-3"),
-    ];
+    let stiff = [("section.kind", "stroboscopic"), ("k2", "1e6"), ("window.depth", "1e-3")];
     let a = scene("A", &stiff);
     let acceleration = orbit(&a).grazing_point().normal_acceleration.hi;
     let law = -4.0 / 3.0 * 1e6 * (2.0 / acceleration).sqrt() * y.powi(3);
-    let damped = [
-        ("section.kind", "stroboscopic"),
-        ("k2", "100"),
-        ("R2", "0.05"),
-        ("window.depth", "1e-3"),
-    ];
+    let damped =
+        [("section.kind", "stroboscopic"), ("k2", "100"), ("R2", "0.05"), ("window.depth", "1e-3")];
     let b = scene("B", &damped);
     for (scene, law) in [(a, law), (b, -0.05 * y * y)] {
         let contact = flown(&scene, WEIGHT);
         let found = kick(&contact, &[y * y, 0.0, 0.0, 0.0]);
         // The next term is smaller by y over the radius of the series, 3e-4 and 6e-4, or its
         // square.
-        assert!(
-            (found[1] / law - 1.0).abs() < 1e-9,
-            "{} against {law}",
-            found[1]
-        );
+        assert!((found[1] / law - 1.0).abs() < 1e-9, "{} against {law}", found[1]);
     }
 }
 
@@ -184,17 +167,9 @@ fn a_damper_left_at_the_surface_kicks_by_the_cube_of_the_depth_variable() {
 #[test]
 fn images_do_not_depend_on_how_a_flight_is_planned() {
     let more: [Law; 4] = [
-        (
-            "B, R2 = 0.05, k2 = 1e6",
-            "B",
-            &[("R2", "0.05"), ("k2", "1e6")],
-        ),
+        ("B, R2 = 0.05, k2 = 1e6", "B", &[("R2", "0.05"), ("k2", "1e6")]),
         ("A, k2 = 1e8", "A", &[("k2", "1e8")]),
-        (
-            "D, overdamped",
-            "D",
-            &[("d", "1e-6"), ("R2", "200"), ("k2", "1e4")],
-        ),
+        ("D, overdamped", "D", &[("d", "1e-6"), ("R2", "200"), ("k2", "1e4")]),
         ("C, hardly pressed", "C", &[("d", "1e-9"), ("k2", "1e7")]),
     ];
     for (name, system, law) in STIFF.into_iter().chain(more) {
@@ -208,20 +183,11 @@ fn images_do_not_depend_on_how_a_flight_is_planned() {
         for number in 0..600 {
             let depth = 1e-3 * 0.1_f64.powf(0.0437 * f64::from(number));
             let [one, other] = [&one, &other].map(|contact| kick(contact, &[depth, 0.0]));
-            let size = one
-                .iter()
-                .fold(0.0_f64, |size, value| size.max(value.abs()));
-            let errors = one
-                .iter()
-                .zip(&other)
-                .map(|(one, other)| (one - other).abs());
+            let size = one.iter().fold(0.0_f64, |size, value| size.max(value.abs()));
+            let errors = one.iter().zip(&other).map(|(one, other)| (one - other).abs());
             worst = errors.fold(worst, |worst, error| worst.max(error / size));
         }
-        println!(
-            "{name}: {:?} and {:?} differ by {worst:.1e}",
-            one.plan(),
-            other.plan()
-        );
+        println!("{name}: {:?} and {:?} differ by {worst:.1e}", one.plan(), other.plan());
         // Both plans are held to 1e-14 of the kick.
         assert!(worst < 2e-14, "{name}: {worst:e}");
     }
@@ -229,18 +195,8 @@ fn images_do_not_depend_on_how_a_flight_is_planned() {
 
 #[test]
 fn the_identity_holds_exactly_without_contact() {
-    let contact = flown(
-        &scene(
-            "B",
-            &[("k2", "100"), ("R2", "0.05"), ("window.depth", "1e-3")],
-        ),
-        6,
-    );
-    for start in [
-        [0.0, 0.0, 0.0, 0.0],
-        [-1e-4, 0.02, 1e-5, -1e-5],
-        [-1e-30, 0.0, 0.0, 0.0],
-    ] {
+    let contact = flown(&scene("B", &[("k2", "100"), ("R2", "0.05"), ("window.depth", "1e-3")]), 6);
+    for start in [[0.0, 0.0, 0.0, 0.0], [-1e-4, 0.02, 1e-5, -1e-5], [-1e-30, 0.0, 0.0, 0.0]] {
         let (image, depth) = contact.act(&mut Numbers::new(), &start);
         assert!(depth <= 0.0, "{depth:e}");
         assert_eq!(image, start[..2]);
@@ -258,20 +214,8 @@ struct Side {
 }
 
 const SIDES: [Side; 2] = [
-    Side {
-        surface: 0,
-        sign: 1.0,
-        start: "x_i",
-        phase: "phase_i",
-        image: "D_R",
-    },
-    Side {
-        surface: 1,
-        sign: -1.0,
-        start: "left_point",
-        phase: "left_phase",
-        image: "D_L",
-    },
+    Side { surface: 0, sign: 1.0, start: "x_i", phase: "phase_i", image: "D_R" },
+    Side { surface: 1, sign: -1.0, start: "left_point", phase: "left_phase", image: "D_L" },
 ];
 
 /// Largest error of the images of one stop at zero net time.
@@ -294,9 +238,7 @@ fn worst_zero_time_error(file: &Value, graze: &[Dd], contact: &FlownContact, sid
 
 #[test]
 fn zero_time_images_of_two_masses_fall_with_every_order_at_every_depth() {
-    for (set, side) in ["T1", "T2"]
-        .into_iter()
-        .flat_map(|set| SIDES.iter().map(move |s| (set, s)))
+    for (set, side) in ["T1", "T2"].into_iter().flat_map(|set| SIDES.iter().map(move |s| (set, s)))
     {
         let file = read(&format!("soft/public_two_{set}_soft.json"));
         let scene = two_masses(&file);
@@ -320,33 +262,19 @@ fn zero_time_images_of_two_masses_fall_with_every_order_at_every_depth() {
             point: state.clone(),
         };
         let variables = Variables {
-            names: ["x1", "v1", "x2", "v2", "theta", "d"]
-                .map(str::to_owned)
-                .to_vec(),
+            names: ["x1", "v1", "x2", "v2", "theta", "d"].map(str::to_owned).to_vec(),
             weights: vec![2; 6],
             coordinates: 5,
         };
-        let graze = Graze {
-            passage,
-            chart,
-            variables,
-        };
-        let window = FlightWindow {
-            depth: 0.05,
-            half_widths: vec![0.05; 6],
-        };
+        let graze = Graze { passage, chart, variables };
+        let window = FlightWindow { depth: 0.05, half_widths: vec![0.05; 6] };
         let mut last = f64::INFINITY;
         for weight in [2, 4, 6, 8] {
             let contact = flown_contact(&graze, weight, &window);
-            let contact = contact
-                .unwrap_or_else(|e| panic!("{e}"))
-                .expect("a compliant stop");
+            let contact = contact.unwrap_or_else(|e| panic!("{e}")).expect("a compliant stop");
             let worst = worst_zero_time_error(&file, &state, &contact, side);
             println!("{set}, {}, W = {weight}: {worst:.1e}", side.image);
-            assert!(
-                worst < 0.05 * last,
-                "{set}, W = {weight}: {worst:e} after {last:e}"
-            );
+            assert!(worst < 0.05 * last, "{set}, W = {weight}: {worst:e} after {last:e}");
             last = worst;
         }
         // What is cut off is of weight 9; the stops are met up to y = 0.18 on the right and 0.38 on

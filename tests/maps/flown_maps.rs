@@ -56,19 +56,13 @@ fn errors_fall_with_the_weight_whatever_the_stiffness() {
         ]);
         let scene = scene(system, &overrides);
         for weight in [2, 3, 4, 6] {
-            let orders = MapOrders {
-                smooth_order: 2,
-                contact_weight: weight,
-            };
+            let orders = MapOrders { smooth_order: 2, contact_weight: weight };
             let [large, small] =
                 [0.06, 0.03].map(|size| worst_error(&scene, orders, &[point(size)]));
             let rate = (large / small).log2();
             println!("{name}, W = {weight}: rate {rate:.2}");
             // The next weight bends the line by the size, 0.06, over a radius of order one.
-            assert!(
-                rate > f64::from(weight) + 0.7,
-                "{name}, W = {weight}: {large:e}, {small:e}"
-            );
+            assert!(rate > f64::from(weight) + 0.7, "{name}, W = {weight}: {large:e}, {small:e}");
         }
     }
 }
@@ -93,18 +87,12 @@ fn stroboscopic_maps_of_stiff_stops_are_exact_on_depths_from_1e_minus_30_to_1e_m
         ]);
         let points: Vec<_> = depths()
             .flat_map(|depth| {
-                [
-                    (vec![depth, 0.0], vec![0.0]),
-                    (vec![depth, 3.0 * depth], vec![0.3 * depth]),
-                ]
+                [(vec![depth, 0.0], vec![0.0]), (vec![depth, 3.0 * depth], vec![0.3 * depth])]
             })
             .collect();
         // The legs are linear in state and amplitude. What is cut off is of weight 9 in y = 0.03
         // and v = 3 y².
-        let orders = MapOrders {
-            smooth_order: 2,
-            contact_weight: 8,
-        };
+        let orders = MapOrders { smooth_order: 2, contact_weight: 8 };
         let error = worst_error(&scene(system, &overrides), orders, &points);
         println!("{name}, stroboscopic: {error:.1e}");
         assert!(error < 1e-10, "{name}: {error:e}");
@@ -123,13 +111,9 @@ fn stroboscopic_maps_of_dampers_left_at_the_surface_are_exact_on_the_same_depths
             ("k2", k2),
             ("R2", r2),
         ]);
-        let points: Vec<_> = depths()
-            .map(|depth| (vec![depth, 3.0 * depth], vec![0.3 * depth]))
-            .collect();
-        let orders = MapOrders {
-            smooth_order: 2,
-            contact_weight: 8,
-        };
+        let points: Vec<_> =
+            depths().map(|depth| (vec![depth, 3.0 * depth], vec![0.3 * depth])).collect();
+        let orders = MapOrders { smooth_order: 2, contact_weight: 8 };
         let error = worst_error(&scene, orders, &points);
         println!("guide, k2 = {k2}, R2 = {r2}: {error:.1e}");
         // As above: weight 9 in y = 0.03.
@@ -159,10 +143,7 @@ fn section_maps_of_stiff_stops_are_exact_to_1e_minus_9_on_the_same_depths() {
             .collect();
         // A kick turns the phase by up to 0.1, and the legs are series in that turn: C, which is
         // thrown back hardest, has 2e-8 at degree 8.
-        let orders = MapOrders {
-            smooth_order: 11,
-            contact_weight: 10,
-        };
+        let orders = MapOrders { smooth_order: 11, contact_weight: 10 };
         let error = worst_error(&scene(system, &overrides), orders, &points);
         println!("{name}, tangency: {error:.1e}");
         assert!(error < 1e-9, "{name}: {error:e}");
@@ -180,14 +161,10 @@ fn a_prestress_may_be_an_active_parameter() {
         ("window.state", "{ u = 1e-2, v = 1e-2 }"),
         ("window.parameter", "{ A = 1e-3, d = 1e-3 }"),
     ];
-    let points: Vec<_> = depths()
-        .map(|depth| (vec![depth, depth], vec![0.3 * depth, depth]))
-        .collect();
+    let points: Vec<_> =
+        depths().map(|depth| (vec![depth, depth], vec![0.3 * depth, depth])).collect();
     // The force is a series of its own then: 1, h and h' have no coefficient that moves with d.
-    let orders = MapOrders {
-        smooth_order: 2,
-        contact_weight: 8,
-    };
+    let orders = MapOrders { smooth_order: 2, contact_weight: 8 };
     let error = worst_error(&scene("C", &law), orders, &points);
     println!("C, d active: {error:.1e}");
     assert!(error < 1e-10, "{error:e}");
@@ -197,23 +174,16 @@ fn a_prestress_may_be_an_active_parameter() {
 fn the_free_field_need_not_be_affine() {
     let law = [
         ("model.flow.v", "A*cos(theta) - R1*v - k1*u - 0.05*u^3"),
-        (
-            "model.surface.0.contact.v",
-            "A*cos(theta) - R1*v - k1*u - k2*(u - sigma)",
-        ),
+        ("model.surface.0.contact.v", "A*cos(theta) - R1*v - k1*u - k2*(u - sigma)"),
         ("k2", "1e5"),
         ("window.depth", "1e-4"),
         ("window.state", "{ u = 1e-4, theta = 0.01 }"),
         ("window.parameter", "{ A = 1e-5, omega = 1e-5 }"),
     ];
     let shallow = depths().filter(|&depth| depth <= 1e-4);
-    let points: Vec<_> = shallow
-        .map(|depth| (vec![depth, depth], vec![0.1 * depth, 0.0]))
-        .collect();
-    let orders = MapOrders {
-        smooth_order: 6,
-        contact_weight: 6,
-    };
+    let points: Vec<_> =
+        shallow.map(|depth| (vec![depth, depth], vec![0.1 * depth, 0.0])).collect();
+    let orders = MapOrders { smooth_order: 6, contact_weight: 6 };
     let error = worst_error(&scene("A", &law), orders, &points);
     println!("A, a cubic free field: {error:.1e}");
     // Degree 7 and weight 7 at y = 0.01, where the phase turns by 0.03.
@@ -230,32 +200,20 @@ fn section_map(system: &str, law: &[(&str, &str)]) -> (LocalMap, Vec<[f64; 4]>) 
     let scene = scene(system, &[law, &window].concat());
     let orbit = orbit(&scene);
     let expander = Expander::new(&scene, &orbit).expect("an analytic law");
-    let orders = MapOrders {
-        smooth_order: 4,
-        contact_weight: 6,
-    };
-    let map = expander
-        .flown(orders)
-        .unwrap_or_else(|error| panic!("{error}"));
+    let orders = MapOrders { smooth_order: 4, contact_weight: 6 };
+    let map = expander.flown(orders).unwrap_or_else(|error| panic!("{error}"));
     let shares = [0.3, -0.7, 0.9, -0.2];
     let point = |number: usize| {
         let share = |shift: usize| shares[(number + shift) % 4];
         let depth = 1e-3 * 0.3_f64.powi(number as i32);
-        [
-            depth,
-            0.02 * share(0),
-            1e-2 * depth * share(1),
-            1e-2 * depth * share(2),
-        ]
+        [depth, 0.02 * share(0), 1e-2 * depth * share(1), 1e-2 * depth * share(2)]
     };
     (map, (0..12).map(point).collect())
 }
 
 /// Agreement relative to the largest entry.
 fn agree(what: &str, found: &[f64], expected: &[f64], tolerance: f64) {
-    let size = expected
-        .iter()
-        .fold(0.0_f64, |size, value| size.max(value.abs()));
+    let size = expected.iter().fold(0.0_f64, |size, value| size.max(value.abs()));
     for (found, expected) in found.iter().zip(expected) {
         let error = (found - expected).abs();
         assert!(error <= tolerance * size, "{what}: {found} and {expected}");
@@ -311,9 +269,7 @@ fn check_slopes(name: &str, map: &LocalMap, points: &[[f64; 4]]) {
         let (state, parameters) = point.split_at(2);
         let (mut image, mut jacobian) = ([0.0; 2], [0.0; 4]);
         lowered.step_jacobian(state, parameters, &mut image, &mut jacobian);
-        let size = jacobian
-            .iter()
-            .fold(0.0_f64, |size, slope| size.max(slope.abs()));
+        let size = jacobian.iter().fold(0.0_f64, |size, slope| size.max(slope.abs()));
         for column in 0..2 {
             // Central differences in double-double err by the square of the step's share of the
             // depth.
@@ -328,10 +284,7 @@ fn check_slopes(name: &str, map: &LocalMap, points: &[[f64; 4]]) {
             for row in 0..2 {
                 let slope = ((right[row] - left[row]) / Dd::from(2.0 * step)).hi;
                 let error = (slope - jacobian[2 * row + column]).abs();
-                assert!(
-                    error < 1e-9 * size,
-                    "{name}, {point:?}: {slope} and {jacobian:?}"
-                );
+                assert!(error < 1e-9 * size, "{name}, {point:?}: {slope} and {jacobian:?}");
             }
         }
     }
@@ -340,13 +293,7 @@ fn check_slopes(name: &str, map: &LocalMap, points: &[[f64; 4]]) {
 /// The scene of system A with another contact law.
 fn with_contact(contact: &str, active: &str) -> Scene {
     let law = format!("{{ v = \"{contact}\" }}");
-    scene(
-        "A",
-        &[
-            ("model.surface.0.contact", &law),
-            ("expansion.active", active),
-        ],
-    )
+    scene("A", &[("model.surface.0.contact", &law), ("expansion.active", active)])
 }
 
 #[test]
@@ -378,10 +325,7 @@ fn a_contact_that_outlasts_its_own_times_is_refused() {
     let orbit = orbit(&scene);
     let expander = Expander::new(&scene, &orbit).expect("an analytic law");
     let error = expander.flown_contact(0, 4).expect_err("many steps");
-    assert!(
-        matches!(error, ExpansionError::Flight(FlightError::TooLong { .. })),
-        "{error}"
-    );
+    assert!(matches!(error, ExpansionError::Flight(FlightError::TooLong { .. })), "{error}");
 }
 
 #[test]
@@ -389,10 +333,7 @@ fn a_scene_of_rigid_stops_has_nothing_to_fly() {
     let scene = scenes::scene("linear");
     let orbit = orbit(&scene);
     let expander = Expander::new(&scene, &orbit).expect("an analytic law");
-    let orders = MapOrders {
-        smooth_order: 2,
-        contact_weight: 3,
-    };
+    let orders = MapOrders { smooth_order: 2, contact_weight: 3 };
     let error = expander.flown(orders).expect_err("a rigid stop");
     assert_eq!(error, ExpansionError::NothingToFly);
 }

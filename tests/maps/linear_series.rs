@@ -52,14 +52,10 @@ fn worst_error(ours: &Coefficients, truth: &Coefficients, degree: u32) -> f64 {
         .map(|k| {
             let of_degree = truth.iter().filter(|(powers, _)| total(powers) == k);
             let scale = of_degree.map(|(_, value)| value.abs()).fold(0.0, f64::max);
-            let keys = ours
-                .keys()
-                .chain(truth.keys())
-                .filter(|powers| total(powers) == k);
+            let keys = ours.keys().chain(truth.keys()).filter(|powers| total(powers) == k);
             let get = |map: &Coefficients, key: &Powers| map.get(key).copied().unwrap_or(0.0);
-            let error = keys
-                .map(|key| (get(ours, key) - get(truth, key)).abs())
-                .fold(0.0, f64::max);
+            let error =
+                keys.map(|key| (get(ours, key) - get(truth, key)).abs()).fold(0.0, f64::max);
             if scale > 0.0 { error / scale } else { error }
         })
         .fold(0.0, f64::max)
@@ -82,27 +78,17 @@ fn discontinuity_mapping_in_depth_and_phase_to_degree_six() {
     for set in sets() {
         let scene = scene(&set, "[]");
         let orbit = orbit(&scene);
-        let contact = Expander::new(&scene, &orbit)
-            .expect("rigid")
-            .contact(0, 12)
-            .expect("a simple graze");
-        for (coordinate, name) in ["x_out_minus_delta", "theta_out_minus_theta_star"]
-            .iter()
-            .enumerate()
+        let contact =
+            Expander::new(&scene, &orbit).expect("rigid").contact(0, 12).expect("a simple graze");
+        for (coordinate, name) in
+            ["x_out_minus_delta", "theta_out_minus_theta_star"].iter().enumerate()
         {
-            let truth = set["D_coefficients_y_dtheta"][name]
-                .as_array()
-                .expect("a list");
+            let truth = set["D_coefficients_y_dtheta"][name].as_array().expect("a list");
             let exponent =
                 |entry: &Value, key: &str| entry[key].as_u64().expect("an exponent") as u8;
             let truth: Coefficients = truth
                 .iter()
-                .map(|e| {
-                    (
-                        vec![exponent(e, "y"), exponent(e, "dtheta")],
-                        number(&e["coef"]),
-                    )
-                })
+                .map(|e| (vec![exponent(e, "y"), exponent(e, "dtheta")], number(&e["coef"])))
                 .collect();
             let error = worst_error(&in_depth_variable(&contact, coordinate), &truth, 6);
             assert!(error < 1e-11, "omega {}, {name}: {error:e}", set["omega"]);
@@ -115,13 +101,10 @@ fn discontinuity_mapping_with_parameters_to_degree_four() {
     for set in sets() {
         let scene = scene(&set, "[\"alpha\", \"omega\"]");
         let orbit = orbit(&scene);
-        let contact = Expander::new(&scene, &orbit)
-            .expect("rigid")
-            .contact(0, 8)
-            .expect("a simple graze");
-        for (coordinate, name) in ["x_out_minus_delta", "theta_out_minus_theta_star"]
-            .iter()
-            .enumerate()
+        let contact =
+            Expander::new(&scene, &orbit).expect("rigid").contact(0, 8).expect("a simple graze");
+        for (coordinate, name) in
+            ["x_out_minus_delta", "theta_out_minus_theta_star"].iter().enumerate()
         {
             let truth = listed(&set["D_coefficients_y_dtheta_dalpha_domega_deg4"][name]);
             let error = worst_error(&in_depth_variable(&contact, coordinate), &truth, 4);
@@ -135,10 +118,7 @@ fn smooth_map_with_parameters_to_degree_four() {
     for set in sets() {
         let scene = scene(&set, "[\"alpha\", \"omega\"]");
         let orbit = orbit(&scene);
-        let leg = Expander::new(&scene, &orbit)
-            .expect("rigid")
-            .smooth(4)
-            .expect("a smooth flow");
+        let leg = Expander::new(&scene, &orbit).expect("rigid").smooth(4).expect("a smooth flow");
         let names = ["x_out_minus_delta", "theta_out_minus_theta_star_minus_2pi"];
         for (image, name) in leg.image.iter().zip(names) {
             let space = image.space();

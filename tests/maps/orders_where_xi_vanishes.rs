@@ -45,40 +45,22 @@ fn slopes(name: &str) -> Slopes {
             image.offsets[0]
         })
     });
-    let highest = MapOrders {
-        smooth_order: 3,
-        contact_weight: 5,
-    };
+    let highest = MapOrders { smooth_order: 3, contact_weight: 5 };
     let family = MapFamily::new(&scene, &orbit, highest).expect("a simple graze");
     let errors = ORDERS.map(|(smooth_order, contact_weight)| {
-        let orders = MapOrders {
-            smooth_order,
-            contact_weight,
-        };
+        let orders = MapOrders { smooth_order, contact_weight };
         let map = family.map(orders).expect("lower orders");
         let map = MapEvaluation::<Dd>::new(&map);
-        let mut errors = DEPTHS.map(|y| {
-            slope(y, |depth| {
-                map.image(&[depth, Dd::from(0.0)], &zero).offsets[0]
-            })
-        });
-        errors
-            .iter_mut()
-            .zip(exact)
-            .for_each(|(slope, exact)| *slope -= exact);
+        let mut errors =
+            DEPTHS.map(|y| slope(y, |depth| map.image(&[depth, Dd::from(0.0)], &zero).offsets[0]));
+        errors.iter_mut().zip(exact).for_each(|(slope, exact)| *slope -= exact);
         errors
     });
-    println!(
-        "{name}: slope {:.5} at y = 1e-2, {:.5} at 1e-3",
-        exact[0], exact[1]
-    );
+    println!("{name}: slope {:.5} at y = 1e-2, {:.5} at 1e-3", exact[0], exact[1]);
     for ((n, w), [deep, shallow]) in ORDERS.iter().zip(&errors) {
         println!("  ({n}, {w}): off by {deep:.1e}, {shallow:.1e}");
     }
-    Slopes {
-        exact,
-        errors: errors.to_vec(),
-    }
+    Slopes { exact, errors: errors.to_vec() }
 }
 
 /// The slope is `−ξ/2y + η + …`: the lowest orders have its first term, and are off by a constant.
@@ -87,10 +69,7 @@ fn at_a_generic_graze_the_lowest_orders_have_the_leading_slope() {
     let slopes = slopes("linear");
     let [deep, shallow] = slopes.exact;
     // Ten times shallower, ten times steeper, to the relative size O(y) of the next term.
-    assert!(
-        (shallow / deep / 10.0 - 1.0).abs() < 0.1,
-        "{deep}, {shallow}"
-    );
+    assert!((shallow / deep / 10.0 - 1.0).abs() < 0.1, "{deep}, {shallow}");
     for (orders, errors) in ORDERS.iter().zip(&slopes.errors) {
         let relative = errors[1] / shallow;
         assert!(relative.abs() < 1e-2, "{orders:?}: {relative:e}");
@@ -109,10 +88,7 @@ fn where_xi_vanishes_the_slope_needs_the_quadratic_terms_of_both_factors() {
                 assert!(shrinks, "{name} ({n}, {w}): {errors:?}");
             } else {
                 // A constant, of the size of the slope itself.
-                assert!(
-                    !shrinks && errors[1].abs() > 1e-2 * size,
-                    "{name} ({n}, {w}): {errors:?}"
-                );
+                assert!(!shrinks && errors[1].abs() > 1e-2 * size, "{name} ({n}, {w}): {errors:?}");
             }
         }
     }

@@ -24,17 +24,8 @@ const CASES: [(&str, &str); 7] = [
 ];
 
 /// Orders (N, W) of the table.
-const ORDERS: [(u32, u32); 9] = [
-    (1, 1),
-    (1, 2),
-    (2, 2),
-    (3, 4),
-    (4, 5),
-    (5, 6),
-    (6, 8),
-    (8, 10),
-    (10, 16),
-];
+const ORDERS: [(u32, u32); 9] =
+    [(1, 1), (1, 2), (2, 2), (3, 4), (4, 5), (5, 6), (6, 8), (8, 10), (10, 16)];
 
 /// Depths y² up to which a map must be exact to `DEEP_ENOUGH` at some order.
 const SHALLOW: f64 = 1e-5;
@@ -61,17 +52,9 @@ fn rows(file: &str) -> Vec<Row> {
         let parameters: Vec<f64> = offsets.iter().map(number).collect();
         let state = |point: &Value| {
             let x = number(&point["x_minus_delta"]);
-            vec![
-                if beam { parameters[0] - x } else { x },
-                number(&point["dtheta"]),
-            ]
+            vec![if beam { parameters[0] - x } else { x }, number(&point["dtheta"])]
         };
-        let images = row["images"]
-            .as_array()
-            .expect("images")
-            .iter()
-            .map(state)
-            .collect();
+        let images = row["images"].as_array().expect("images").iter().map(state).collect();
         Row {
             start: state(row),
             images,
@@ -79,12 +62,7 @@ fn rows(file: &str) -> Vec<Row> {
             impact_speed: number(&row["images"][0]["v_impact"]),
         }
     };
-    data["rows"]
-        .as_array()
-        .expect("rows")
-        .iter()
-        .map(row)
-        .collect()
+    data["rows"].as_array().expect("rows").iter().map(row).collect()
 }
 
 /// Depth and error of each iteration of a row, as long as offsets stay small.
@@ -94,11 +72,7 @@ fn errors(map: &LocalMap, row: &Row) -> Vec<(f64, f64)> {
     for truth in &row.images {
         let (image, y) = stages::image(map, &state, &row.parameters);
         state = image;
-        let error = state
-            .iter()
-            .zip(truth)
-            .map(|(a, b)| (a - b).abs())
-            .fold(0.0, f64::max);
+        let error = state.iter().zip(truth).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
         errors.push((y * y, error));
         if truth.iter().any(|offset| offset.abs() > SMALL) {
             break;
@@ -114,22 +88,9 @@ fn worst(map: &LocalMap, rows: &[Row]) -> [f64; 3] {
     for row in rows {
         let errors = errors(map, row);
         single = single.max(errors[0].1);
-        let deep = errors
-            .iter()
-            .position(|(depth, _)| *depth > SHALLOW)
-            .unwrap_or(errors.len());
-        shallow = shallow.max(
-            errors[..deep.min(1)]
-                .iter()
-                .map(|e| e.1)
-                .fold(0.0, f64::max),
-        );
-        later = later.max(
-            errors[deep.min(1)..deep]
-                .iter()
-                .map(|e| e.1)
-                .fold(0.0, f64::max),
-        );
+        let deep = errors.iter().position(|(depth, _)| *depth > SHALLOW).unwrap_or(errors.len());
+        shallow = shallow.max(errors[..deep.min(1)].iter().map(|e| e.1).fold(0.0, f64::max));
+        later = later.max(errors[deep.min(1)..deep].iter().map(|e| e.1).fold(0.0, f64::max));
     }
     [shallow, single, later]
 }
@@ -143,10 +104,7 @@ fn images_reach_rounding_as_the_orders_grow() {
         println!("\n{file}: largest error (y² ≤ 1e-5 | any | iterations 2, 3 with y² ≤ 1e-5)");
         let mut best = [f64::INFINITY; 3];
         for (smooth_order, contact_weight) in ORDERS {
-            let orders = MapOrders {
-                smooth_order,
-                contact_weight,
-            };
+            let orders = MapOrders { smooth_order, contact_weight };
             let map = expander.expand(orders).expect("an expansion");
             let worst = worst(&map, &rows);
             println!(
@@ -155,16 +113,8 @@ fn images_reach_rounding_as_the_orders_grow() {
             );
             best = [0, 1, 2].map(|kind: usize| best[kind].min(worst[kind]));
         }
-        assert!(
-            best[0] <= DEEP_ENOUGH,
-            "{file}: shallow images only to {:e}",
-            best[0]
-        );
-        assert!(
-            best[2] <= DEEP_ENOUGH,
-            "{file}: iterations only to {:e}",
-            best[2]
-        );
+        assert!(best[0] <= DEEP_ENOUGH, "{file}: shallow images only to {:e}", best[0]);
+        assert!(best[2] <= DEEP_ENOUGH, "{file}: iterations only to {:e}", best[2]);
         // At N = 10, W = 16 every single image of the files is exact to rounding of offsets below
         // 0.1.
         assert!(best[1] <= 1e-15, "{file}: images only to {:e}", best[1]);

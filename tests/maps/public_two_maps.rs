@@ -30,11 +30,7 @@ fn set(name: &str, overrides: &[(&str, &str)]) -> Set {
     let name_of_scene = format!("two_stops_{}", name.to_lowercase().replace("_soft", ""));
     let scene = scene_with(&name_of_scene, overrides);
     let orbit = orbit(&scene);
-    Set {
-        file: read(&format!("soft/public_two_{name}.json")),
-        scene,
-        orbit,
-    }
+    Set { file: read(&format!("soft/public_two_{name}.json")), scene, orbit }
 }
 
 /// One image: offsets of the section's coordinates and of the gap, and the image's offsets.
@@ -64,10 +60,9 @@ impl Set {
                 join(&row["x_i"], &row["phase_i"]),
                 join(&row["image"], &row["image_phase_minus_2pi"]),
             ),
-            Section::Stroboscopic => (
-                join(&row["strobe_start"], strobe),
-                join(&row["strobe_image"], strobe),
-            ),
+            Section::Stroboscopic => {
+                (join(&row["strobe_start"], strobe), join(&row["strobe_image"], strobe))
+            }
         };
         let offsets = |full: Vec<Dd>| {
             let coordinates = self.orbit.section.coordinates.iter();
@@ -87,10 +82,7 @@ impl Set {
     }
 
     fn map(&self, smooth_order: u32, contact_weight: u32) -> LocalMap {
-        let orders = MapOrders {
-            smooth_order,
-            contact_weight,
-        };
+        let orders = MapOrders { smooth_order, contact_weight };
         let expander = Expander::new(&self.scene, &self.orbit).expect("an analytic law");
         expander.expand(orders).expect("an expansion")
     }
@@ -106,9 +98,7 @@ fn error(map: &LocalMap, image: &Image) -> f64 {
     let found = MapEvaluation::<Dd>::new(map).image(&image.start, &[image.gap]);
     assert_eq!(found.contacts(), image.contacts);
     let pairs = found.offsets.iter().zip(&image.end);
-    pairs
-        .map(|(&found, &truth)| (found - truth).to_f64().abs())
-        .fold(0.0, f64::max)
+    pairs.map(|(&found, &truth)| (found - truth).to_f64().abs()).fold(0.0, f64::max)
 }
 
 /// A set on one of its sections, the gap active.
@@ -127,10 +117,7 @@ fn on_section(name: &str, section: Section) -> Set {
 
 /// Largest error of the images no deeper than `deepest`, weight by weight.
 fn errors(set: &Set, images: &[Image], deepest: f64) -> Vec<f64> {
-    let shallow: Vec<_> = images
-        .iter()
-        .filter(|image| image.deepest <= deepest)
-        .collect();
+    let shallow: Vec<_> = images.iter().filter(|image| image.deepest <= deepest).collect();
     assert!(!shallow.is_empty());
     let worst = |&weight: &u32| {
         let map = set.map(weight.min(HIGHEST_DEGREE), weight);
@@ -166,20 +153,13 @@ fn maps_of_two_passages_approach_the_exact_composition_order_by_order() {
             let missed = (gap - exact(&set.file["d_grazing"])).to_f64().abs();
             assert!(missed < 1e-30, "{name}: the orbit grazes {missed:e} off");
             let errors = errors(&set, &set.images(section), deepest);
-            println!(
-                "{name} {section:?}, depth <= {deepest:e}: {}",
-                shown(&errors)
-            );
+            println!("{name} {section:?}, depth <= {deepest:e}: {}", shown(&errors));
             assert!(
                 errors.is_sorted_by(|&a, &b| b < a || a < ROUNDING),
                 "{name} {section:?}: {}",
                 shown(&errors)
             );
-            assert!(
-                errors[WEIGHTS.len() - 1] < bound,
-                "{name} {section:?}: {}",
-                shown(&errors)
-            );
+            assert!(errors[WEIGHTS.len() - 1] < bound, "{name} {section:?}: {}", shown(&errors));
         }
     }
 }

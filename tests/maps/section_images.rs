@@ -22,11 +22,7 @@ struct Case {
 
 fn case(scene: &str, file: &str) -> Case {
     let (scene, orbit) = grazing(scene);
-    Case {
-        scene,
-        orbit,
-        file: read(&format!("rigid/public_{file}.json")),
-    }
+    Case { scene, orbit, file: read(&format!("rigid/public_{file}.json")) }
 }
 
 impl Case {
@@ -53,10 +49,7 @@ impl Case {
     }
 
     fn map(&self, smooth_order: u32, contact_weight: u32) -> LocalMap {
-        let orders = MapOrders {
-            smooth_order,
-            contact_weight,
-        };
+        let orders = MapOrders { smooth_order, contact_weight };
         Expander::new(&self.scene, &self.orbit)
             .expect("rigid")
             .expand(orders)
@@ -69,12 +62,7 @@ impl Case {
             let image = &self.rows()[record.row]["images"][record.iteration - 1];
             let truth = [exact(&image["x_minus_delta"]), exact(&image["dtheta"])];
             let difference = |(&ours, truth): (&Dd, Dd)| (ours - truth).to_f64().abs();
-            record
-                .offsets
-                .iter()
-                .zip(truth)
-                .map(difference)
-                .fold(0.0, f64::max)
+            record.offsets.iter().zip(truth).map(difference).fold(0.0, f64::max)
         };
         let shallow = |record: &&ImageRecord| {
             exact(&self.rows()[record.row]["x_minus_delta"]).to_f64() <= deepest
@@ -112,10 +100,7 @@ fn map_of_order_eight_and_weight_ten_is_good_to_eleven_digits_for_shallow_contac
 fn a_section_point_at_its_own_minimum_has_the_image_of_the_map() {
     let scene = scene_with("linear", &[("section.kind", "stroboscopic")]);
     let orbit = orbit(&scene);
-    let orders = MapOrders {
-        smooth_order: 10,
-        contact_weight: 14,
-    };
+    let orders = MapOrders { smooth_order: 10, contact_weight: 14 };
     let expander = Expander::new(&scene, &orbit).expect("rigid");
     let map = InterpretedMap::new(&expander.expand(orders).expect("an expansion"));
     let none = [0.0; 2];

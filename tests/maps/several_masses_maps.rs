@@ -63,9 +63,7 @@ impl Truth {
             let found = map.image(state, parameters);
             assert!(found.contacts() == 1);
             let errors = found.offsets.iter().zip(image);
-            errors
-                .map(|(&a, &b)| (a - b).magnitude())
-                .fold(0.0, f64::max)
+            errors.map(|(&a, &b)| (a - b).magnitude()).fold(0.0, f64::max)
         };
         self.points.iter().map(error).fold(0.0, f64::max)
     }
@@ -78,10 +76,7 @@ fn check_against_simulation(name: &str, section: &str) {
     let orbit = orbit(&scene);
     let expander = Expander::new(&scene, &orbit).expect("one passage");
     let map = |order: u32| {
-        let orders = MapOrders {
-            smooth_order: order,
-            contact_weight: order,
-        };
+        let orders = MapOrders { smooth_order: order, contact_weight: order };
         expander.expand(orders).expect("a simple graze")
     };
     let sizes = [0.5, 0.25];
@@ -97,10 +92,7 @@ fn check_against_simulation(name: &str, section: &str) {
         // The next term of the error bends the rate, measured at a sixteenth and a sixty-fourth of
         // the window; a missing term would lower it by one. Rounding of the coefficients, 1e-16 of
         // images of 1e-3, hides it below 1e-14.
-        assert!(
-            rate > f64::from(order) + 0.9 || errors[1] < 1e-14,
-            "order {order}: rate {rate}"
-        );
+        assert!(rate > f64::from(order) + 0.9 || errors[1] < 1e-14, "order {order}: rate {rate}");
         assert!(errors[1] < 0.7 * last, "order {order}: {errors:?}");
         last = errors[1];
     }

@@ -32,9 +32,7 @@ struct Case {
 }
 
 fn number(value: &Value) -> f64 {
-    value
-        .as_str()
-        .map_or(0.0, |text| text.parse().expect("a number"))
+    value.as_str().map_or(0.0, |text| text.parse().expect("a number"))
 }
 
 fn case(row: &Value) -> Case {
@@ -46,9 +44,7 @@ fn case(row: &Value) -> Case {
         ("A", text(&row["A_g"])),
         ("grazing.guess.theta", text(&row["phase_g"])),
     ];
-    let given = ["k2", "R2", "d"]
-        .into_iter()
-        .filter(|&key| !row[key].is_null());
+    let given = ["k2", "R2", "d"].into_iter().filter(|&key| !row[key].is_null());
     overrides.extend(given.map(|key| (key, text(&row[key]))));
     let system = text(&row["system"]).to_owned();
     let name = format!("soft_{}", system.to_lowercase());
@@ -63,9 +59,7 @@ fn case(row: &Value) -> Case {
         prestress: number(&row["d"]),
         acceleration: orbit.grazing_point().normal_acceleration.hi,
         series: expander.depth_series(0, ORDER as u32).expect("a release"),
-        images: images
-            .map(|image| [0, 1, 2].map(|column| number(&image[column])))
-            .collect(),
+        images: images.map(|image| [0, 1, 2].map(|column| number(&image[column]))).collect(),
     }
 }
 
@@ -73,9 +67,7 @@ fn case(row: &Value) -> Case {
 fn cases(system: &str) -> Vec<Case> {
     let file = read("soft/zdm_images.json");
     let rows = file["cases"].as_array().expect("cases").iter();
-    rows.filter(|row| row["system"] == system)
-        .map(case)
-        .collect()
+    rows.filter(|row| row["system"] == system).map(case).collect()
 }
 
 impl Case {
@@ -106,9 +98,7 @@ impl Case {
         let y = Dd::from(image[0]);
         let cut = |coordinate: usize| {
             let terms = self.series.coefficients[coordinate][..=order].iter().rev();
-            terms
-                .fold(Dd::ZERO, |sum, &coefficient| sum * y + coefficient)
-                .hi
+            terms.fold(Dd::ZERO, |sum, &coefficient| sum * y + coefficient).hi
         };
         (cut(0) - image[1]).abs().max((cut(1) - image[2]).abs())
     }
@@ -123,11 +113,7 @@ fn check(system: &str, cases: &[Case]) {
         let error = (law.coefficient - Dd::from(coefficient)).magnitude();
         assert!(error < 1e-12 * coefficient.abs(), "{system}: {error:e}");
         let position = case.series.leading_law(0).expect("a jump of u");
-        assert_eq!(
-            position.exponent,
-            case.position_exponent(),
-            "system {system}"
-        );
+        assert_eq!(position.exponent, case.position_exponent(), "system {system}");
     }
     println!(
         "\nsystem {system}: largest error of the jump for y ≤ 1e-3, within a quarter of the radius | beyond"

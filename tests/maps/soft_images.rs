@@ -37,9 +37,7 @@ struct Image {
 fn set(name: &str) -> Set {
     let file = read(&format!("soft/public_strobe_{name}.json"));
     let parameters = file["params"].as_object().expect("parameters");
-    let given = parameters
-        .iter()
-        .filter(|(name, _)| ["k2", "R2", "d"].contains(&name.as_str()));
+    let given = parameters.iter().filter(|(name, _)| ["k2", "R2", "d"].contains(&name.as_str()));
     let omega = format!("2*sqrt(1 - 0.015^2)/{}", text(&file["params"]["m"]));
     let guess = format!("{} + pi", text(&file["phase_start"]));
     let mut overrides = vec![
@@ -61,12 +59,7 @@ fn set(name: &str) -> Set {
     Set {
         phase: exact(&file["phase_start"]),
         amplitude: exact(&file["A_g"]),
-        images: file["images"]
-            .as_array()
-            .expect("images")
-            .iter()
-            .map(image)
-            .collect(),
+        images: file["images"].as_array().expect("images").iter().map(image).collect(),
         scene,
     }
 }
@@ -78,19 +71,14 @@ fn direct_simulation_agrees_with_the_exact_images_to_1e_minus_28() {
         let system = HybridSystem::new(&set.scene.model);
         let position = |name: &str| {
             let mut parameters = set.scene.model.parameters.iter();
-            parameters
-                .position(|p| p.name == name)
-                .expect("a parameter of the scene")
+            parameters.position(|p| p.name == name).expect("a parameter of the scene")
         };
         let mut parameters = set.scene.model.parameter_values();
         let half_period = Dd::PI / parameters[position("omega")];
         let mut worst = 0.0_f64;
         for image in &set.images {
             parameters[position("A")] = set.amplitude + image.start[2];
-            let graze = NominalPassage {
-                surface: 0,
-                time: half_period.to_f64(),
-            };
+            let graze = NominalPassage { surface: 0, time: half_period.to_f64() };
             let mut map =
                 DirectReturn::over_periods(&system, &parameters, ReturnSection::OtherPhase, 1)
                     .expect("a phase")
@@ -100,14 +88,8 @@ fn direct_simulation_agrees_with_the_exact_images_to_1e_minus_28() {
             let found = map.image(&start).expect("a finite state");
             assert_eq!(found.outcome, ReturnOutcome::Returned, "{name}");
             assert_eq!(found.contacts as u64, image.contacts, "{name}");
-            let errors = [
-                found.state[0] + Dd::ONE - image.end[0],
-                found.state[1] - image.end[1],
-            ];
-            worst = errors
-                .map(Scalar::magnitude)
-                .into_iter()
-                .fold(worst, f64::max);
+            let errors = [found.state[0] + Dd::ONE - image.end[0], found.state[1] - image.end[1]];
+            worst = errors.map(Scalar::magnitude).into_iter().fold(worst, f64::max);
         }
         println!("{name}: direct simulation to {worst:.1e}");
         assert!(worst < 1e-28, "{name}: {worst:e}");
@@ -128,19 +110,13 @@ fn images_inside_the_radius_reach_rounding_as_the_orders_grow() {
         let set = set(name);
         let orbit = orbit(&set.scene);
         let expander = Expander::new(&set.scene, &orbit).expect("an analytic law");
-        let radius = expander
-            .depth_radius(0)
-            .expect("a series")
-            .expect("a finite radius");
+        let radius = expander.depth_radius(0).expect("a series").expect("a finite radius");
         println!(
             "\n{name}: radius {radius:.1e}; largest error (no contact | y < R/8 | R/8 to R/3 | R/3 to R | beyond)"
         );
         let mut best = [f64::INFINITY; 5];
         for contact_weight in WEIGHTS {
-            let orders = MapOrders {
-                smooth_order: 2,
-                contact_weight,
-            };
+            let orders = MapOrders { smooth_order: 2, contact_weight };
             let map = expander.expand(orders).expect("an expansion");
             let mut worst = [0.0_f64; 5];
             let mut count = [0; 5];
@@ -155,11 +131,8 @@ fn images_inside_the_radius_reach_rounding_as_the_orders_grow() {
                 worst[class] = worst[class].max(error);
                 count[class] += 1;
             }
-            let row: Vec<_> = worst
-                .iter()
-                .zip(count)
-                .map(|(e, n)| format!("{e:.1e} ({n})"))
-                .collect();
+            let row: Vec<_> =
+                worst.iter().zip(count).map(|(e, n)| format!("{e:.1e} ({n})")).collect();
             println!("  W = {contact_weight:2}  {}", row.join(" | "));
             best = [0, 1, 2, 3, 4].map(|class: usize| best[class].min(worst[class]));
         }

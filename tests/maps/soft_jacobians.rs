@@ -11,10 +11,7 @@ use serde_json::Value;
 use crate::support::reference::{number, read, text};
 use crate::support::scenes::{orbit, scene_with};
 
-const ORDERS: MapOrders = MapOrders {
-    smooth_order: 6,
-    contact_weight: 12,
-};
+const ORDERS: MapOrders = MapOrders { smooth_order: 6, contact_weight: 12 };
 /// Orbits with y below this are lost in the rounding of offsets in double precision.
 const TOO_SHALLOW: f64 = 1e-6;
 
@@ -48,9 +45,7 @@ fn case(row: &Value) -> Case {
         // The shallowest orbit enters next to the graze.
         ("grazing.guess.theta", text(&row["rows"][0][2])),
     ];
-    let given = ["k2", "R2", "d"]
-        .into_iter()
-        .filter(|&key| !row[key].is_null());
+    let given = ["k2", "R2", "d"].into_iter().filter(|&key| !row[key].is_null());
     overrides.extend(given.map(|key| (key, text(&row[key]))));
     let name = format!("soft_{}", text(&row["system"]).to_lowercase());
     let scene = scene_with(&name, &overrides);
@@ -73,17 +68,12 @@ fn case(row: &Value) -> Case {
         name: format!("{name}, m = {m}, k2 = {}", row["k2"]),
         whole_m: !m.contains('.'),
         singular,
-        radius: expander
-            .depth_radius(0)
-            .expect("a series")
-            .expect("infinite"),
+        radius: expander.depth_radius(0).expect("a series").expect("infinite"),
         map,
         acceleration: orbit.grazing_point().normal_acceleration.hi,
         phase: orbit.grazing_point().state[2].hi,
         omega: std::f64::consts::TAU / orbit.period.hi,
-        rows: rows
-            .map(|row| [0, 1, 2, 3, 4, 5].map(|column| number(&row[column])))
-            .collect(),
+        rows: rows.map(|row| [0, 1, 2, 3, 4, 5].map(|column| number(&row[column]))).collect(),
     }
 }
 
@@ -190,19 +180,9 @@ fn traces_and_determinants_of_one_contact_orbits_agree_with_the_exact_ones() {
         // is 0.
         let square_root = case.name.starts_with("soft_c") || case.name.starts_with("soft_d");
         if square_root && !case.whole_m {
-            assert!(
-                case.singular.abs() > 0.1,
-                "{}: {:e}",
-                case.name,
-                case.singular
-            );
+            assert!(case.singular.abs() > 0.1, "{}: {:e}", case.name, case.singular);
         } else {
-            assert!(
-                case.singular.abs() < 1e-12,
-                "{}: {:e}",
-                case.name,
-                case.singular
-            );
+            assert!(case.singular.abs() < 1e-12, "{}: {:e}", case.name, case.singular);
         }
         count += orbits;
         for (largest, error) in largest.iter_mut().zip(errors) {

@@ -6,12 +6,10 @@ use grazemap::model::Scene;
 use crate::support::scenes::{orbit, parsed, text};
 
 fn scene_of(name: &str, edits: &[(&str, &str)], overrides: &[(&str, &str)]) -> Scene {
-    let text = edits
-        .iter()
-        .fold(text(name).to_owned(), |text, (from, to)| {
-            assert!(text.contains(from), "nothing to edit: {from}");
-            text.replace(from, to)
-        });
+    let text = edits.iter().fold(text(name).to_owned(), |text, (from, to)| {
+        assert!(text.contains(from), "nothing to edit: {from}");
+        text.replace(from, to)
+    });
     parsed(&text, name, overrides)
 }
 
@@ -25,10 +23,7 @@ fn zero_time_laws(name: &str) -> (Vec<LeadingLaw>, f64) {
         .expect("an analytic law")
         .leading_laws(0)
         .expect("a simple release");
-    let laws = laws
-        .into_iter()
-        .map(|law| law.expect("within y^8"))
-        .collect();
+    let laws = laws.into_iter().map(|law| law.expect("within y^8")).collect();
     (laws, orbit.grazing_point().normal_acceleration.to_f64())
 }
 
@@ -36,11 +31,7 @@ fn check(name: &str, laws: &[LeadingLaw], expected: [(u32, f64); 2]) {
     for (law, (exponent, coefficient)) in laws.iter().zip(expected) {
         let error = (law.coefficient.to_f64() / coefficient - 1.0).abs();
         assert_eq!(law.exponent, exponent, "{name}");
-        assert!(
-            error < 1e-14,
-            "{name}: {} for {coefficient}",
-            law.coefficient.to_f64()
-        );
+        assert!(error < 1e-14, "{name}: {} for {coefficient}", law.coefficient.to_f64());
     }
 }
 
@@ -58,38 +49,25 @@ fn leading_laws_of_the_four_systems_have_the_exponents_and_coefficients_of_the_c
         "soft_a",
         &laws,
         [
-            (
-                5,
-                4.0 * two * k2 * (jerk + 2.0 * a * r1) / (15.0 * a.powf(2.5)),
-            ),
+            (5, 4.0 * two * k2 * (jerk + 2.0 * a * r1) / (15.0 * a.powf(2.5))),
             (3, -4.0 * two * k2 / (3.0 * a.sqrt())),
         ],
     );
     let (laws, a) = zero_time_laws("soft_b");
-    check(
-        "soft_b",
-        &laws,
-        [(3, -2.0 * two * 0.5 / (3.0 * a.sqrt())), (2, -0.5)],
-    );
+    check("soft_b", &laws, [(3, -2.0 * two * 0.5 / (3.0 * a.sqrt())), (2, -0.5)]);
     let (laws, a) = zero_time_laws("soft_c");
     let b = 3.64 * 1.2;
     check(
         "soft_c",
         &laws,
-        [
-            (2, -4.0 * (b / (a + b)).powi(2)),
-            (1, -2.0 * (2.0 * a).sqrt() * b / (a + b)),
-        ],
+        [(2, -4.0 * (b / (a + b)).powi(2)), (1, -2.0 * (2.0 * a).sqrt() * b / (a + b))],
     );
     let (laws, a) = zero_time_laws("soft_d");
     let b = 10.0 * 0.05;
     check(
         "soft_d",
         &laws,
-        [
-            (2, -4.0 * (b / (a + b)).powi(2)),
-            (1, -2.0 * (2.0 * a).sqrt() * b / (a + b)),
-        ],
+        [(2, -4.0 * (b / (a + b)).powi(2)), (1, -2.0 * (2.0 * a).sqrt() * b / (a + b))],
     );
 }
 
@@ -107,10 +85,7 @@ fn release_at_the_surface_moves_the_law_of_the_damper_to_the_third_power() {
 fn leading_law_of_a_rigid_stop_is_its_kick() {
     let scene = scene_of("linear", &[], &ZERO_TIME);
     let orbit = orbit(&scene);
-    let laws = Expander::new(&scene, &orbit)
-        .expect("rigid")
-        .leading_laws(0)
-        .expect("laws");
+    let laws = Expander::new(&scene, &orbit).expect("rigid").leading_laws(0).expect("laws");
     let law = laws[1].expect("a kick");
     let kick = -1.8 * (2.0 * orbit.grazing_point().normal_acceleration.to_f64()).sqrt();
     assert_eq!(law.exponent, 1);
@@ -129,11 +104,7 @@ fn xi_of_a_prestressed_stop_is_that_of_its_leading_law() {
         let time = f64::from(periods) * orbit.period.hi;
         let coupling = (-0.015 * time).exp() * (natural * time).sin() / natural;
         let expected = 2.0 * a * (pressed / (a + pressed)) * coupling;
-        assert!(
-            (xi.hi - expected).abs() < 1e-14,
-            "{periods}: {} {expected}",
-            xi.hi
-        );
+        assert!((xi.hi - expected).abs() < 1e-14, "{periods}: {} {expected}", xi.hi);
     }
 }
 
@@ -190,18 +161,10 @@ fn xi_follows_the_leading_coefficients_of_a_contact_that_pushes_two_masses() {
         let expander = Expander::new(&scene, &orbit).expect("an analytic law");
         let laws = expander.leading_laws(0).expect("a simple release");
         let laws: Vec<_> = laws.into_iter().map(|law| law.expect("a law")).collect();
-        let first = laws
-            .iter()
-            .map(|law| law.exponent)
-            .min()
-            .expect("four laws");
+        let first = laws.iter().map(|law| law.exponent).min().expect("four laws");
         assert_eq!(first, if e == "0" { 3 } else { 1 });
         let leading = |law: &LeadingLaw| {
-            if law.exponent == first {
-                law.coefficient.to_f64()
-            } else {
-                0.0
-            }
+            if law.exponent == first { law.coefficient.to_f64() } else { 0.0 }
         };
         let mut vector: Vec<f64> = laws.iter().map(leading).collect();
         assert!(vector[1] != 0.0 && (vector[3] / vector[1] + 3.0).abs() < 1e-12);
@@ -223,12 +186,7 @@ fn xi_follows_the_leading_coefficients_of_a_contact_that_pushes_two_masses() {
 }
 
 /// Scene, overrides, `k2` and `R2`.
-type RadiusCase = (
-    &'static str,
-    &'static [(&'static str, &'static str)],
-    f64,
-    f64,
-);
+type RadiusCase = (&'static str, &'static [(&'static str, &'static str)], f64, f64);
 
 /// The radii are those of the uniform laws in the stiffness, where their square roots or arc
 /// tangents end.
@@ -244,21 +202,12 @@ fn radius_in_depth_follows_the_stiffness() {
         let scene = scene_of(name, &[], overrides);
         let orbit = orbit(&scene);
         let expander = Expander::new(&scene, &orbit).expect("an analytic law");
-        let radius = expander
-            .depth_radius(0)
-            .expect("a series")
-            .expect("an infinite series");
+        let radius = expander.depth_radius(0).expect("a series").expect("an infinite series");
         let a = orbit.grazing_point().normal_acceleration.to_f64();
-        let expected = if name == "soft_a" {
-            (a / (2.0 * k2)).sqrt()
-        } else {
-            r2 * (a / 2.0).sqrt() / k2
-        };
+        let expected =
+            if name == "soft_a" { (a / (2.0 * k2)).sqrt() } else { r2 * (a / 2.0).sqrt() / k2 };
         println!("{name} {overrides:?}: {radius:.4e}, law {expected:.4e}");
-        assert!(
-            (0.6..1.6).contains(&(radius / expected)),
-            "{name}: {radius:e} for {expected:e}"
-        );
+        assert!((0.6..1.6).contains(&(radius / expected)), "{name}: {radius:e} for {expected:e}");
     }
 }
 
@@ -324,10 +273,7 @@ fn whole_powers_of_the_depth_are_expanded() {
     // The cube of the depth acts at the power 2·3 + 1 of y.
     let scene = scene_of("soft_a", &[(SPRING, "free - k2*(u - sigma)^3")], &ZERO_TIME);
     let orbit = orbit(&scene);
-    let laws = Expander::new(&scene, &orbit)
-        .expect("analytic")
-        .leading_laws(0)
-        .expect("laws");
+    let laws = Expander::new(&scene, &orbit).expect("analytic").leading_laws(0).expect("laws");
     assert_eq!(laws[1].map(|law| law.exponent), Some(7));
 }
 
@@ -349,11 +295,7 @@ fn equal_releases_give_equal_mappings_whatever_is_divided_out() {
     for (a, b) in of(&plain).iter().zip(&of(&product)) {
         let error =
             (a - &b.reinterpret(a.space(), &[Some(0), Some(1), Some(2), Some(3)])).max_abs();
-        assert!(
-            error < 1e-13 * a.max_abs(),
-            "{error:e} of {:e}",
-            a.max_abs()
-        );
+        assert!(error < 1e-13 * a.max_abs(), "{error:e} of {:e}", a.max_abs());
     }
 }
 
@@ -362,10 +304,7 @@ fn a_release_that_only_touches_zero_is_refused() {
     let law = format!("{RELEASE}\nrelease = \"v^2\"");
     let error = error_of(&[(RELEASE, &law)]);
     assert!(
-        matches!(
-            error,
-            ExpansionError::ContactLaw(ContactLawError::NotSimple { power: 1, .. })
-        ),
+        matches!(error, ExpansionError::ContactLaw(ContactLawError::NotSimple { power: 1, .. })),
         "{error}"
     );
 }
@@ -376,10 +315,7 @@ fn a_release_that_vanishes_at_the_grazing_point_alone_is_refused() {
     let law = format!("{RELEASE}\nrelease = \"v + 0.1*(A*cos(theta) - k1*u + omega^2*sigma)\"");
     let error = error_of(&[(RELEASE, &law)]);
     assert!(
-        matches!(
-            error,
-            ExpansionError::ContactLaw(ContactLawError::NotUniform { .. })
-        ),
+        matches!(error, ExpansionError::ContactLaw(ContactLawError::NotUniform { .. })),
         "{error}"
     );
 }

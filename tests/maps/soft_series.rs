@@ -33,9 +33,7 @@ fn scene(set: &Value, active: &str) -> Scene {
         ("grazing.guess.theta", text(&set["phase_g"])),
         ("expansion.active", active),
     ];
-    let given = parameters
-        .iter()
-        .filter(|(name, _)| ["k2", "R2", "d"].contains(&name.as_str()));
+    let given = parameters.iter().filter(|(name, _)| ["k2", "R2", "d"].contains(&name.as_str()));
     overrides.extend(given.map(|(name, value)| (&name[..], text(value))));
     let name = format!("soft_{system}");
     scene_with(&name, &overrides)
@@ -55,37 +53,22 @@ fn correction<S: Scalar>(contact: &Contact<S>, coordinate: usize, at: &[Jet<S>])
 }
 
 fn listed(list: &Value) -> BTreeMap<Vec<u8>, f64> {
-    let powers = |key: &str| {
-        key.split(',')
-            .map(|power| power.parse().expect("a power"))
-            .collect()
-    };
+    let powers = |key: &str| key.split(',').map(|power| power.parse().expect("a power")).collect();
     let terms = list.as_object().expect("a table");
-    terms
-        .iter()
-        .map(|(key, value)| (powers(key), number(value)))
-        .collect()
+    terms.iter().map(|(key, value)| (powers(key), number(value))).collect()
 }
 
 /// Largest error of each coefficient, relative to the largest of its total degree.
 fn worst_error(ours: &Jet<f64>, truth: &BTreeMap<Vec<u8>, f64>) -> f64 {
-    let degree_of = |powers: &[u8]| {
-        powers
-            .iter()
-            .map(|&power| usize::from(power))
-            .sum::<usize>()
-    };
+    let degree_of = |powers: &[u8]| powers.iter().map(|&power| usize::from(power)).sum::<usize>();
     let space = ours.space();
     (0..=space.order())
         .map(|degree| {
-            let of_degree = truth
-                .iter()
-                .filter(|(powers, _)| degree_of(powers) == degree);
+            let of_degree = truth.iter().filter(|(powers, _)| degree_of(powers) == degree);
             let scale = of_degree.map(|(_, value)| value.abs()).fold(0.0, f64::max);
             let errors = space.degree_range(degree).map(|monomial| {
-                let expected = truth
-                    .get(space.exponents(monomial))
-                    .expect("every coefficient is listed");
+                let expected =
+                    truth.get(space.exponents(monomial)).expect("every coefficient is listed");
                 (ours.coefficients()[monomial] - expected).abs()
             });
             let error = errors.fold(0.0, f64::max);
@@ -113,11 +96,7 @@ fn full_state(scene: &Scene, orbit: &GrazingOrbit) -> Graze {
         weights: vec![2; 3 + active.len()],
         coordinates: 3,
     };
-    Graze {
-        passage,
-        chart,
-        variables,
-    }
+    Graze { passage, chart, variables }
 }
 
 #[test]
@@ -148,9 +127,8 @@ fn section_mapping_in_depth_and_phase_to_degree_eight() {
         let scene = scene(set, "[]");
         let orbit = orbit(&scene);
         let expander = Expander::new(&scene, &orbit).expect("an analytic law");
-        let contact = expander
-            .contact(0, 2 * DEGREE)
-            .unwrap_or_else(|error| panic!("{name}: {error}"));
+        let contact =
+            expander.contact(0, 2 * DEGREE).unwrap_or_else(|error| panic!("{name}: {error}"));
         let space = reference_space(2, DEGREE);
         let y = Jet::variable(&space, 0, 0.0);
         let at = [&y * &y, Jet::variable(&space, 1, 0.0)];
@@ -170,9 +148,7 @@ fn mappings_in_depth_phase_and_amplitude() {
     let orbit = orbit(&scene);
     let graze = full_state(&scene, &orbit);
     let weight = 2 * THREE_VARIABLES_DEGREE;
-    let zero_time = discontinuity::<Dd>(&graze, weight)
-        .expect("an analytic law")
-        .to_f64();
+    let zero_time = discontinuity::<Dd>(&graze, weight).expect("an analytic law").to_f64();
     let section = Expander::new(&scene, &orbit)
         .expect("an analytic law")
         .contact(0, weight)
@@ -181,12 +157,7 @@ fn mappings_in_depth_phase_and_amplitude() {
     let variable = |i| Jet::variable(&space, i, 0.0);
     let (y, phase, amplitude) = (variable(0), variable(1), variable(2));
     let square = &y * &y;
-    let full = [
-        square.clone(),
-        Jet::zero(&space),
-        phase.clone(),
-        amplitude.clone(),
-    ];
+    let full = [square.clone(), Jet::zero(&space), phase.clone(), amplitude.clone()];
     let on_section = [square, phase, amplitude];
     let cases = [
         ("zdm_du", correction(&zero_time, 0, &full)),

@@ -70,18 +70,12 @@ fn zero_time_images_of_two_masses_fall_with_every_order() {
             point: graze.state.clone(),
         };
         let variables = Variables {
-            names: ["x1", "v1", "x2", "v2", "theta", "d"]
-                .map(str::to_owned)
-                .to_vec(),
+            names: ["x1", "v1", "x2", "v2", "theta", "d"].map(str::to_owned).to_vec(),
             weights: vec![2; 6],
             coordinates: 5,
         };
         let point = &graze.state;
-        let graze = Graze {
-            passage,
-            chart,
-            variables,
-        };
+        let graze = Graze { passage, chart, variables };
         let series = DepthSeries::new(&graze, 24).expect("a release");
         let radius = series.radius().expect("an infinite series");
         let mut last = [f64::INFINITY; 2];
@@ -92,10 +86,7 @@ fn zero_time_images_of_two_masses_fall_with_every_order() {
                 "{set}, R = {radius:.3}, W = {weight}: {:.1e} shallow, {:.1e} all",
                 worst[0], worst[1]
             );
-            assert!(
-                worst[0] < 0.05 * last[0],
-                "{set}, W = {weight}: {worst:?} after {last:?}"
-            );
+            assert!(worst[0] < 0.05 * last[0], "{set}, W = {weight}: {worst:?} after {last:?}");
             last = worst;
         }
         assert!(last[0] < 1e-10, "{set}: {last:?}");

@@ -29,15 +29,10 @@ struct Reference {
 /// scene's.
 fn cantilevers() -> Vec<Reference> {
     let table = read("rigid/beam_tables.json");
-    let rows = table
-        .as_array()
-        .expect("a list of rows")
-        .iter()
-        .filter(|row| row["zeta"] != "1.257");
+    let rows =
+        table.as_array().expect("a list of rows").iter().filter(|row| row["zeta"] != "1.257");
     let large = rows.filter(|row| {
-        let two_branches = ["0.12", "0.123", "0.1257"]
-            .iter()
-            .any(|zeta| row["zeta"] == *zeta);
+        let two_branches = ["0.12", "0.123", "0.1257"].iter().any(|zeta| row["zeta"] == *zeta);
         !two_branches || number(&row["Q_G_qmin"]) < -0.6
     });
     let reference = |row: &serde_json::Value| {
@@ -114,30 +109,18 @@ fn soft_impacts() -> Vec<Reference> {
 /// of order one. The guess must lie near that point, or the orbit found would be another branch's.
 #[test]
 fn scenes_graze_where_the_reference_numbers_say() {
-    let references: Vec<Reference> = cantilevers()
-        .into_iter()
-        .chain(oscillators())
-        .chain(soft_impacts())
-        .collect();
+    let references: Vec<Reference> =
+        cantilevers().into_iter().chain(oscillators()).chain(soft_impacts()).collect();
     assert_eq!(references.len(), 24);
-    for Reference {
-        scene: name,
-        parameters,
-        state,
-        normal_acceleration,
-    } in references
-    {
+    for Reference { scene: name, parameters, state, normal_acceleration } in references {
         let scene = scene(&name);
         let model = &scene.model;
         let value = |parameter: &grazemap::model::Parameter| {
             let given = parameters.iter().find(|(name, _)| *name == parameter.name);
             given.map_or(parameter.value.hi, |&(_, value)| value)
         };
-        let inputs: Vec<f64> = state
-            .iter()
-            .copied()
-            .chain(model.parameters.iter().map(value))
-            .collect();
+        let inputs: Vec<f64> =
+            state.iter().copied().chain(model.parameters.iter().map(value)).collect();
         let mut values = Vec::new();
         model.graph.evaluate(&inputs, &mut values);
         let stop = &model.surfaces[0];
@@ -145,11 +128,7 @@ fn scenes_graze_where_the_reference_numbers_say() {
         assert!(values[stop.normal_velocity.index()].abs() < 1e-14, "{name}");
         let error = values[stop.normal_acceleration.index()] - normal_acceleration;
         assert!(error.abs() < 1e-14, "{name}: h'' is off by {error:e}");
-        let guess = scene
-            .grazing
-            .guess
-            .as_ref()
-            .expect("every scene of the catalogue has a guess");
+        let guess = scene.grazing.guess.as_ref().expect("every scene of the catalogue has a guess");
         let distance = guess
             .iter()
             .zip(&state)

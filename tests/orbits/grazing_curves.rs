@@ -1,9 +1,6 @@
 //! Grazing curves of the electrostatic oscillator against reference points.
 
-#![allow(
-    clippy::unwrap_used,
-    reason = "a test may stop at the first thing that is not there"
-)]
+#![allow(clippy::unwrap_used, reason = "a test may stop at the first thing that is not there")]
 
 use std::ops::Range;
 
@@ -18,11 +15,7 @@ use crate::support::reference::{exact, read};
 use crate::support::scenes::{index, scene, scene_with};
 
 /// `xi_1 = 0`, of the one passage.
-const FIRST: SpecialKind = SpecialKind::Codimension2 {
-    n: 1,
-    from: 0,
-    to: 0,
-};
+const FIRST: SpecialKind = SpecialKind::Codimension2 { n: 1, from: 0, to: 0 };
 
 fn points(file: &str) -> Vec<Value> {
     read(&format!("rigid/{file}")).as_array().unwrap().clone()
@@ -58,11 +51,7 @@ fn met(scene: &Scene, curve: &GrazingCurve, stretch: Range<f64>) -> usize {
         if stretch.contains(&exact(&point["omega"]).to_f64()) {
             // The functions refined to 1e-14 have slopes of order 0.1 and more along the curve.
             let distance = distance(scene, curve, kind, &point);
-            assert!(
-                distance < 1e-12,
-                "{kind:?} at {}: {distance:e}",
-                point["omega"]
-            );
+            assert!(distance < 1e-12, "{kind:?} at {}: {distance:e}", point["omega"]);
             met += 1;
         }
     }
@@ -76,10 +65,7 @@ fn electrostatic_curve_meets_the_reference_points_where_xi_vanishes_and_multipli
     assert_eq!(curve.end, CurveEnd::Reached);
     assert!(curve.points.iter().all(|point| point.is_physical()));
     assert_eq!(met(&scene, &curve, 0.46..0.62), 4);
-    assert_eq!(
-        curve.codim2().count() + curve.multiplier_switches().count(),
-        4
-    );
+    assert_eq!(curve.codim2().count() + curve.multiplier_switches().count(), 4);
 }
 
 #[test]
@@ -114,9 +100,7 @@ fn curve_is_followed_round_two_folds_to_the_next_sheet() {
         .filter(|(p, _)| *p == omega)
         .map(|(_, fold)| fold.parameters[omega].to_f64())
         .collect();
-    let [high, low] = folds.as_slice() else {
-        panic!("{folds:?}")
-    };
+    let [high, low] = folds.as_slice() else { panic!("{folds:?}") };
     // The start has xi_1 = 0 itself; multipliers meet once before the first fold and once between
     // the folds.
     assert!(0.1397 < *high && *high < 0.14 && 0.1297 < *low && *low < 0.13);
@@ -145,9 +129,7 @@ fn a_curve_ends_where_a_function_along_its_orbits_comes_to_its_corner() {
     let limited = scene_with("linear", &[("model.flow.v", limited)]);
     let options = CurveOptions::default();
     let curve = traced(&limited, 1.8, 2.2, &options);
-    let CurveEnd::Corner { function, key, at } = &curve.end else {
-        panic!("{}", curve.end)
-    };
+    let CurveEnd::Corner { function, key, at } = &curve.end else { panic!("{}", curve.end) };
     assert_eq!((*function, key.as_str()), ("min", "model.flow.v"));
     assert_eq!(at.0[1], ("v".to_owned(), 2.0));
     let last = curve.points.last().unwrap();
@@ -163,24 +145,11 @@ fn a_curve_ends_where_a_function_along_its_orbits_comes_to_its_corner() {
 #[test]
 fn a_curve_ends_where_a_function_comes_to_its_corner_in_the_parameter_followed() {
     let places = [
-        (
-            "model.surface.0.event",
-            "delta - x + 0.001*abs(zeta - 0.06)*v",
-        ),
-        (
-            "model.surface.0.impact.v",
-            "-r*v - 0.001*abs(zeta - 0.06)*v",
-        ),
-        (
-            "model.flow.v",
-            "alpha*cos(theta) - (2*zeta + 0.001*abs(zeta - 0.06))*v - x",
-        ),
+        ("model.surface.0.event", "delta - x + 0.001*abs(zeta - 0.06)*v"),
+        ("model.surface.0.impact.v", "-r*v - 0.001*abs(zeta - 0.06)*v"),
+        ("model.flow.v", "alpha*cos(theta) - (2*zeta + 0.001*abs(zeta - 0.06))*v - x"),
     ];
-    let options = CurveOptions {
-        ds: 0.002,
-        ds_max: 0.004,
-        ..CurveOptions::default()
-    };
+    let options = CurveOptions { ds: 0.002, ds_max: 0.004, ..CurveOptions::default() };
     for (place, expression) in places {
         let scene = scene_with("linear", &[(place, expression)]);
         let zeta = index(&scene, "zeta");
@@ -195,10 +164,7 @@ fn a_curve_ends_where_a_function_comes_to_its_corner_in_the_parameter_followed()
             let last = curve.points.last().unwrap().parameters[zeta];
             assert!((0.055..0.06).contains(&last), "{place} {to}: {last}");
             let all = curve.points.iter();
-            assert!(
-                all.map(|point| point.parameters[zeta])
-                    .all(|zeta| zeta < 0.06)
-            );
+            assert!(all.map(|point| point.parameters[zeta]).all(|zeta| zeta < 0.06));
         }
     }
 }

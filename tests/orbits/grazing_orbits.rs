@@ -1,9 +1,6 @@
 //! Grazing orbits of the catalogue against independent reference values.
 
-#![allow(
-    clippy::unwrap_used,
-    reason = "a test may stop at the first thing that is not there"
-)]
+#![allow(clippy::unwrap_used, reason = "a test may stop at the first thing that is not there")]
 
 use grazemap::model::Scene;
 use grazemap::numeric::{Dd, Scalar};
@@ -42,10 +39,7 @@ impl Errors {
             self.parameter < 1e-28 && self.phase < 1e-28 && self.acceleration < 1e-26,
             "{self:?}"
         );
-        assert!(
-            self.monodromy < 1e-26 && self.multipliers < 1e-13 && self.xi < 1e-20,
-            "{self:?}"
-        );
+        assert!(self.monodromy < 1e-26 && self.multipliers < 1e-13 && self.xi < 1e-20, "{self:?}");
     }
 
     fn largest(self, other: Errors) -> Errors {
@@ -67,25 +61,11 @@ fn phase_period(scene: &Scene) -> Dd {
 /// Largest error of the monodromy's entries against rows of strings, relative to its largest entry.
 fn monodromy_error(orbit: &GrazingOrbit, expected: &Value) -> f64 {
     let rows = expected.as_array().unwrap();
-    let entries = |row: &Value| {
-        row.as_array()
-            .unwrap()
-            .iter()
-            .map(exact)
-            .collect::<Vec<_>>()
-    };
+    let entries = |row: &Value| row.as_array().unwrap().iter().map(exact).collect::<Vec<_>>();
     let expected: Vec<Dd> = rows.iter().flat_map(entries).collect();
     let found: Vec<Dd> = orbit.monodromy.iter().flatten().copied().collect();
-    let size = expected
-        .iter()
-        .map(|value| value.magnitude())
-        .fold(0.0, f64::max);
-    found
-        .iter()
-        .zip(&expected)
-        .map(|(a, b)| (*a - *b).magnitude())
-        .fold(0.0, f64::max)
-        / size
+    let size = expected.iter().map(|value| value.magnitude()).fold(0.0, f64::max);
+    found.iter().zip(&expected).map(|(a, b)| (*a - *b).magnitude()).fold(0.0, f64::max) / size
 }
 
 /// Largest distance of the multipliers from the roots of `z² − trace z + det`.
@@ -94,60 +74,36 @@ fn multiplier_error(orbit: &GrazingOrbit, trace: Dd, determinant: Dd) -> f64 {
     let discriminant = half * half - determinant;
     let root = discriminant.abs().sqrt();
     let expected = if discriminant.to_f64() < 0.0 {
-        [
-            [half.to_f64(), root.to_f64()],
-            [half.to_f64(), -root.to_f64()],
-        ]
+        [[half.to_f64(), root.to_f64()], [half.to_f64(), -root.to_f64()]]
     } else {
         [[(half + root).to_f64(), 0.0], [(half - root).to_f64(), 0.0]]
     };
     let distance = |a: &[f64; 2], b: &[f64; 2]| (a[0] - b[0]).hypot(a[1] - b[1]);
     let nearest = |value: &[f64; 2]| {
-        expected
-            .iter()
-            .map(|root| distance(value, root))
-            .fold(f64::INFINITY, f64::min)
+        expected.iter().map(|root| distance(value, root)).fold(f64::INFINITY, f64::min)
     };
     orbit.multipliers.iter().map(nearest).fold(0.0, f64::max)
 }
 
 /// Largest error of `xi_n`, relative to `xi_n`, from monodromy `rows` as `scale [Mⁿ]₁₂`.
 fn xi_error(orbit: &GrazingOrbit, expected: &[Dd]) -> f64 {
-    orbit
-        .xi
-        .iter()
-        .zip(expected)
-        .map(|(&xi, &expected)| relative(xi, expected))
-        .fold(0.0, f64::max)
+    orbit.xi.iter().zip(expected).map(|(&xi, &expected)| relative(xi, expected)).fold(0.0, f64::max)
 }
 
 /// The larger multiplier of a reference orbit, in modulus.
 fn orbit_multiplier(point: &Value) -> f64 {
-    let (trace, determinant) = (
-        exact(&point["trace"]).to_f64(),
-        exact(&point["det"]).to_f64(),
-    );
+    let (trace, determinant) = (exact(&point["trace"]).to_f64(), exact(&point["det"]).to_f64());
     let discriminant = 0.25 * trace * trace - determinant;
-    if discriminant < 0.0 {
-        determinant.sqrt()
-    } else {
-        0.5 * trace.abs() + discriminant.sqrt()
-    }
+    if discriminant < 0.0 { determinant.sqrt() } else { 0.5 * trace.abs() + discriminant.sqrt() }
 }
 
 #[test]
 fn linear_oscillator_grazes_at_its_closed_form() {
     let mut worst = Errors::default();
-    for case in read("rigid/linear_abc.json")["a_b_grazing_and_xi"]
-        .as_array()
-        .unwrap()
-    {
+    for case in read("rigid/linear_abc.json")["a_b_grazing_and_xi"].as_array().unwrap() {
         let start = format!("{}", exact(&case["alpha_g"]).to_f64() * 0.9);
-        let mut overrides = vec![
-            ("section.kind", "stroboscopic"),
-            ("section.phase", "grazing"),
-            ("alpha", &start),
-        ];
+        let mut overrides =
+            vec![("section.kind", "stroboscopic"), ("section.phase", "grazing"), ("alpha", &start)];
         let keys = ["omega", "zeta", "r", "delta"];
         overrides.extend(keys.map(|key| (key, text(&case[key]))));
         let scene = scene_with("linear", &overrides);
@@ -157,19 +113,11 @@ fn linear_oscillator_grazes_at_its_closed_form() {
         let xi: Vec<Dd> = case["xi"].as_array().unwrap().iter().map(exact).collect();
         worst = worst.largest(Errors {
             parameter: relative(parameter(&scene, &orbit, "alpha"), exact(&case["alpha_g"])),
-            phase: phase_distance(
-                graze.state[2],
-                exact(&case["theta_g"]),
-                phase_period(&scene),
-            ),
+            phase: phase_distance(graze.state[2], exact(&case["theta_g"]), phase_period(&scene)),
             acceleration: relative(-graze.normal_acceleration, exact(&case["a_star"])),
             multipliers: 0.0,
             monodromy: monodromy_error(&orbit, &case["M"]),
-            xi: if codim2 {
-                orbit.xi[0].magnitude()
-            } else {
-                xi_error(&orbit, &xi)
-            },
+            xi: if codim2 { orbit.xi[0].magnitude() } else { xi_error(&orbit, &xi) },
         });
     }
     worst.check();
@@ -183,24 +131,13 @@ fn electrostatic_oscillator_grazes_at_the_reference_orbits() {
         ("mems_scenario3", "public_mems_scenario3_codim2.json"),
     ] {
         let base = &read(&format!("rigid/{file}"))["base"];
-        let scene = scene_with(
-            name,
-            &[("omega", base["omega_star"].as_str().unwrap().to_owned())],
-        );
+        let scene = scene_with(name, &[("omega", base["omega_star"].as_str().unwrap().to_owned())]);
         let orbit = orbit(&scene);
         let graze = orbit.grazing_point();
         let parameter = relative(parameter(&scene, &orbit, "V"), exact(&base["V_star"]));
-        let phase = phase_distance(
-            graze.state[2],
-            exact(&base["theta_star"]),
-            phase_period(&scene),
-        );
-        Errors {
-            parameter,
-            phase,
-            ..Errors::default()
-        }
-        .check();
+        let phase =
+            phase_distance(graze.state[2], exact(&base["theta_star"]), phase_period(&scene));
+        Errors { parameter, phase, ..Errors::default() }.check();
         assert!(
             (graze.state[0] - Dd::from(0.5)).magnitude() < 1e-28
                 && graze.state[1].magnitude() < 1e-28
@@ -219,11 +156,7 @@ fn electrostatic_grazing_curve_is_met_on_every_sheet() {
         // NOTE: near its folds and where a multiplier is of the order of 100, sheets are closer
         // than 1e-3 or the flow from a guess 1e-3 away is drawn to x = 1 within a period.
         let multiplier = orbit_multiplier(point);
-        let off = if multiplier > 50.0 || point["branch"] == 2 {
-            1e-5
-        } else {
-            1e-3
-        };
+        let off = if multiplier > 50.0 || point["branch"] == 2 { 1e-5 } else { 1e-3 };
         let near = |key: &str| format!("{:?}", exact(&point[key]).to_f64() + off);
         let scene = scene_with(
             "mems",
@@ -300,10 +233,8 @@ fn cantilever_grazes_at_every_row_of_the_tables() {
 
 /// A scene's text without its guess.
 fn without_guess(name: &str, overrides: &[(&str, &str)]) -> Scene {
-    let kept: Vec<&str> = scenes::text(name)
-        .lines()
-        .filter(|line| !line.starts_with("guess"))
-        .collect();
+    let kept: Vec<&str> =
+        scenes::text(name).lines().filter(|line| !line.starts_with("guess")).collect();
     parsed(&kept.join("\n"), "scene", overrides)
 }
 
@@ -316,29 +247,20 @@ fn reason(scene: &Scene) -> NotLocated {
 
 #[test]
 fn steady_state_leads_to_the_graze_where_there_is_no_guess() {
-    for (name, adjusted) in [
-        ("linear", "alpha"),
-        ("cantilever_0_107", "Q"),
-        ("mems", "V"),
-    ] {
+    for (name, adjusted) in [("linear", "alpha"), ("cantilever_0_107", "Q"), ("mems", "V")] {
         let guessed = scene(name);
         let searched = without_guess(name, &[]);
         let expected = parameter(&guessed, &orbit(&guessed), adjusted);
         let found = parameter(&searched, &orbit(&searched), adjusted);
-        assert!(
-            relative(found, expected) < 1e-28,
-            "{name}: {found} for {expected}"
-        );
+        assert!(relative(found, expected) < 1e-28, "{name}: {found} for {expected}");
     }
 }
 
 #[test]
 fn guess_a_tenth_off_still_leads_to_the_graze() {
-    for (name, adjusted, first) in [
-        ("linear", "alpha", "x"),
-        ("cantilever_0_12", "Q", "q"),
-        ("mems", "V", "x"),
-    ] {
+    for (name, adjusted, first) in
+        [("linear", "alpha", "x"), ("cantilever_0_12", "Q", "q"), ("mems", "V", "x")]
+    {
         let near = scene(name);
         let guess = near.grazing.guess.clone().unwrap();
         let second = near.model.states[1].clone();
@@ -357,10 +279,7 @@ fn guess_a_tenth_off_still_leads_to_the_graze() {
         let far = scene_with(name, &overrides);
         let expected = parameter(&near, &orbit(&near), adjusted);
         let orbit = orbit(&far);
-        assert!(
-            relative(parameter(&far, &orbit, adjusted), expected) < 1e-28,
-            "{name}"
-        );
+        assert!(relative(parameter(&far, &orbit, adjusted), expected) < 1e-28, "{name}");
         assert!(
             (orbit.guess_distance.unwrap() - 0.03_f64.sqrt()).abs() < 0.01,
             "{name} {:?}",
@@ -373,29 +292,17 @@ fn guess_a_tenth_off_still_leads_to_the_graze() {
 fn multipliers_and_xi_do_not_depend_on_the_section() {
     let kinds: [&[(&str, &str)]; 3] = [
         &[("section.kind", "tangency")],
-        &[
-            ("section.kind", "stroboscopic"),
-            ("section.phase", "grazing"),
-        ],
+        &[("section.kind", "stroboscopic"), ("section.phase", "grazing")],
         &[("section.kind", "stroboscopic"), ("section.phase", "1")],
     ];
-    let orbits: Vec<_> = kinds
-        .iter()
-        .map(|kind| orbit(&scene_with("mems", kind)))
-        .collect();
+    let orbits: Vec<_> = kinds.iter().map(|kind| orbit(&scene_with("mems", kind))).collect();
     assert_eq!(orbits[0].section.coordinates, [0, 2]);
     assert_eq!(orbits[1].section.coordinates, [0, 1]);
     for orbit in &orbits[1..] {
         for (a, b) in orbit.multipliers.iter().zip(&orbits[0].multipliers) {
             assert!((a[0] - b[0]).hypot(a[1] - b[1]) < 1e-14);
         }
-        assert!(
-            orbit
-                .xi
-                .iter()
-                .zip(&orbits[0].xi)
-                .all(|(a, b)| relative(*a, *b) < 1e-25)
-        );
+        assert!(orbit.xi.iter().zip(&orbits[0].xi).all(|(a, b)| relative(*a, *b) < 1e-25));
     }
 }
 
@@ -438,22 +345,15 @@ fn van_der_pol_cycle_grazes_at_its_amplitude() {
 #[test]
 fn voltage_beyond_pull_in_has_no_periodic_orbit() {
     let reason = reason(&without_guess("mems", &[("V", "2.0")]));
-    assert!(
-        matches!(reason, NotLocated::NoPeriodicOrbit { value: 2.0, .. }),
-        "{reason}"
-    );
+    assert!(matches!(reason, NotLocated::NoPeriodicOrbit { value: 2.0, .. }), "{reason}");
 }
 
 #[test]
 fn forcing_too_weak_for_any_damping_never_touches() {
     // The amplitude alpha/sqrt((1 - omega²)² + (2 zeta omega)²) is at most 1/2.24 here.
-    let reason = reason(&without_guess(
-        "linear",
-        &[("alpha", "1.0"), ("grazing.solve_for", "zeta")],
-    ));
-    let NotLocated::NeverTouches { clearance, .. } = reason else {
-        panic!("{reason}")
-    };
+    let reason =
+        reason(&without_guess("linear", &[("alpha", "1.0"), ("grazing.solve_for", "zeta")]));
+    let NotLocated::NeverTouches { clearance, .. } = reason else { panic!("{reason}") };
     assert!((clearance - (1.0 - 1.0 / 2.24)).abs() < 1e-3, "{clearance}");
 }
 
@@ -473,25 +373,16 @@ fn flat_top_is_a_degenerate_graze() {
         ("grazing.guess.theta", "0.02"),
     ];
     let reason = reason(&parsed(&text, "flat", &overrides));
-    assert!(
-        matches!(reason, NotLocated::DegenerateGraze { .. }),
-        "{reason}"
-    );
+    assert!(matches!(reason, NotLocated::DegenerateGraze { .. }), "{reason}");
 }
 
 #[test]
 fn resonance_without_damping_is_singular() {
     // At zeta = 0, omega = 1/2 the monodromy is the identity: every start closes.
-    let overrides = [
-        ("zeta", "0.0"),
-        ("omega", "0.5"),
-        ("alpha", "0.7"),
-        ("grazing.guess.theta", "0.1"),
-    ];
+    let overrides =
+        [("zeta", "0.0"), ("omega", "0.5"), ("alpha", "0.7"), ("grazing.guess.theta", "0.1")];
     let reason = reason(&scene_with("linear", &overrides));
-    let NotLocated::Singular { re, im, .. } = reason else {
-        panic!("{reason}")
-    };
+    let NotLocated::Singular { re, im, .. } = reason else { panic!("{reason}") };
     assert!((re - 1.0).hypot(im) < 1e-6, "{re} {im}");
 }
 
@@ -524,11 +415,7 @@ fn a_corner_at_the_graze_or_along_the_orbit_is_named_with_its_expression() {
         ("model.flow.v", flow("sign(v)"), "sign"),
         ("model.flow.v", flow("max(x, 0.3)"), "max"),
         ("model.flow.v", flow("min(cos(theta), 0.5)"), "min"),
-        (
-            "model.surface.0.event",
-            "delta - x + abs(v)".to_owned(),
-            "abs",
-        ),
+        ("model.surface.0.event", "delta - x + abs(v)".to_owned(), "abs"),
         ("model.surface.0.impact.v", "-r*abs(v)".to_owned(), "abs"),
     ];
     for (place, expression, name) in corners {

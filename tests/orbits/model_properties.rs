@@ -10,9 +10,7 @@ fn read(source: &str, overrides: &[(String, String)]) {
         assert!(!error.to_string().is_empty());
         let mut drawn = String::new();
         let handler = GraphicalReportHandler::new();
-        handler
-            .render_report(&mut drawn, &error.headline())
-            .expect("a message can be drawn");
+        handler.render_report(&mut drawn, &error.headline()).expect("a message can be drawn");
     }
 }
 

@@ -89,19 +89,11 @@ fn dd(text: &str) -> Dd {
 fn decimal_literals_keep_the_digits_of_their_text() {
     let scene = parse(catalogue::text("linear_codim2").expect("in the catalogue"));
     let value = |name: &str| {
-        scene
-            .model
-            .parameters
-            .iter()
-            .find(|parameter| parameter.name == name)
-            .map(|p| p.value)
+        scene.model.parameters.iter().find(|parameter| parameter.name == name).map(|p| p.value)
     };
     assert_eq!(value("zeta"), Some(dd("0.05")));
     assert_ne!(value("zeta"), Some(Dd { hi: 0.05, lo: 0.0 }));
-    assert_eq!(
-        value("omega"),
-        Some(dd("1.9974984355438178915780382328058"))
-    );
+    assert_eq!(value("omega"), Some(dd("1.9974984355438178915780382328058")));
 }
 
 #[test]
@@ -118,20 +110,11 @@ fn every_table_of_a_scene_is_read() {
     assert_eq!(scene.identifier, "test");
     assert_eq!(scene.model.full_state_names(), ["x", "v", "theta"]);
     assert_eq!(
-        (
-            scene.grazing.passages.as_slice(),
-            scene.grazing.solve_for.as_slice()
-        ),
+        (scene.grazing.passages.as_slice(), scene.grazing.solve_for.as_slice()),
         (&[0, 1][..], &[1][..])
     );
-    assert_eq!(
-        (scene.grazing.periods, scene.grazing.symmetry),
-        (2, Symmetry::HalfPeriod)
-    );
-    assert_eq!(
-        scene.grazing.guess,
-        Some(vec![1.0, 0.0, std::f64::consts::FRAC_PI_2])
-    );
+    assert_eq!((scene.grazing.periods, scene.grazing.symmetry), (2, Symmetry::HalfPeriod));
+    assert_eq!(scene.grazing.guess, Some(vec![1.0, 0.0, std::f64::consts::FRAC_PI_2]));
     assert!(
         matches!(scene.section, Section::Stroboscopic(StroboscopicPhase::At(phase)) if phase.hi > 1.04)
     );
@@ -141,28 +124,11 @@ fn every_table_of_a_scene_is_read() {
     );
     assert_eq!(scene.expansion.weights, [("zeta".to_owned(), 4)]);
     assert_eq!(scene.window.state, [f64::INFINITY, f64::INFINITY, 0.05]);
-    assert_eq!(
-        (scene.window.depth, scene.window.parameter[1]),
-        (1e-2, 1e-3)
-    );
-    assert_eq!(
-        (scene.emit.shape, scene.emit.lanes),
-        (Shape::Composed, Some(4))
-    );
+    assert_eq!((scene.window.depth, scene.window.parameter[1]), (1e-2, 1e-3));
+    assert_eq!((scene.emit.shape, scene.emit.lanes), (Shape::Composed, Some(4)));
     let diagram = &scene.diagrams[0];
-    assert_eq!(
-        (
-            diagram.parameter,
-            diagram.points,
-            diagram.transient,
-            diagram.keep
-        ),
-        (1, 10, 0, 5)
-    );
-    assert_eq!(
-        (diagram.range, diagram.direction),
-        ([-1e-3, 2e-3], SweepDirection::Down)
-    );
+    assert_eq!((diagram.parameter, diagram.points, diagram.transient, diagram.keep), (1, 10, 0, 5));
+    assert_eq!((diagram.range, diagram.direction), ([-1e-3, 2e-3], SweepDirection::Down));
     assert_eq!(diagram.with, [Method::Map, Method::Direct]);
     assert!(matches!(&diagram.observe, Observable::Expression { text, .. } if text == "x + theta"));
     let chart = &scene.charts[0];
@@ -206,10 +172,8 @@ fn normal_velocity_and_acceleration_follow_the_free_flow() {
 fn overrides_set_parameters_and_keys_and_change_the_digest() {
     let source = catalogue::text("linear").expect("in the catalogue");
     let set = |pairs: &[(&str, &str)]| {
-        let overrides: Vec<(String, String)> = pairs
-            .iter()
-            .map(|(k, v)| ((*k).to_owned(), (*v).to_owned()))
-            .collect();
+        let overrides: Vec<(String, String)> =
+            pairs.iter().map(|(k, v)| ((*k).to_owned(), (*v).to_owned())).collect();
         Scene::parse_with(source, "linear.toml", &overrides)
     };
     let scene = set(&[
@@ -227,14 +191,8 @@ fn overrides_set_parameters_and_keys_and_change_the_digest() {
     assert_eq!(scene.expansion.orders, Orders::Fixed(MapOrders::new(7, 6)));
     assert_eq!(scene.expansion.weights, [("omega".to_owned(), 4)]);
     assert_eq!(scene.diagrams[0].points, 50);
-    assert_eq!(
-        scene.section,
-        Section::Stroboscopic(StroboscopicPhase::Grazing)
-    );
-    assert_eq!(
-        scene.grazing.guess.as_ref().map(|guess| guess[0]),
-        Some(0.99)
-    );
+    assert_eq!(scene.section, Section::Stroboscopic(StroboscopicPhase::Grazing));
+    assert_eq!(scene.grazing.guess.as_ref().map(|guess| guess[0]), Some(0.99));
     assert_ne!(scene.digest, parse(source).digest);
     for (key, value) in [
         ("omga", "1"),
@@ -249,9 +207,8 @@ fn overrides_set_parameters_and_keys_and_change_the_digest() {
         ("model", "3"),
         ("emit.lanes", "\"\n\u{7}"),
     ] {
-        let error = set(&[(key, value)])
-            .err()
-            .unwrap_or_else(|| panic!("`{key}={value}` was accepted"));
+        let error =
+            set(&[(key, value)]).err().unwrap_or_else(|| panic!("`{key}={value}` was accepted"));
         assert!(error.to_string().starts_with("linear.toml:"), "{error}");
     }
 }
@@ -267,10 +224,7 @@ fn the_precision_is_double_and_lanes_fill_64_bytes_unless_a_scene_says_otherwise
     let (double, single) = (FloatFormat::F64, FloatFormat::F32);
     let default = emit("");
     assert_eq!(default.precision, EmitPrecision::Given(double));
-    assert_eq!(
-        [double, single].map(|format| default.lanes(format)),
-        [8, 16]
-    );
+    assert_eq!([double, single].map(|format| default.lanes(format)), [8, 16]);
     let named = emit("precision = \"f32\"\nlanes = 4\n");
     assert_eq!(named.precision, EmitPrecision::Given(single));
     assert_eq!(named.lanes(single), 4);
@@ -280,10 +234,7 @@ fn the_precision_is_double_and_lanes_fill_64_bytes_unless_a_scene_says_otherwise
 fn a_parameter_nothing_depends_on_is_a_warning() {
     assert_eq!(parse(COMPLIANT).warnings, Vec::<String>::new());
     let source = COMPLIANT.replace("R = 0.4", "R = 0.4\nspare = 1");
-    assert_eq!(
-        parse(&source).warnings,
-        ["nothing depends on parameter `spare`"]
-    );
+    assert_eq!(parse(&source).warnings, ["nothing depends on parameter `spare`"]);
 }
 
 #[test]
@@ -304,9 +255,7 @@ fn digests_are_fnv_1a_of_the_text() {
 fn restitution_is_checked_on_the_normal_velocity_where_it_is_one_number() {
     let accepted = |event: &str, impact: &str| {
         let linear = catalogue::text("linear").expect("in the catalogue");
-        let source = linear
-            .replace("\"delta - x\"", event)
-            .replace("\"-r*v\"", impact);
+        let source = linear.replace("\"delta - x\"", event).replace("\"-r*v\"", impact);
         Scene::parse(&source, "test.toml").is_ok()
     };
     assert!(accepted("\"delta^2 - x^2\"", "\"-r*v\""));

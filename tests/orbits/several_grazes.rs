@@ -1,10 +1,7 @@
 //! Orbits that graze several times a period: symmetric ones, independent grazes, grazes that touch
 //! of themselves.
 
-#![allow(
-    clippy::unwrap_used,
-    reason = "a test may stop at the first thing that is not there"
-)]
+#![allow(clippy::unwrap_used, reason = "a test may stop at the first thing that is not there")]
 
 use grazemap::model::Scene;
 use grazemap::numeric::{Dd, Scalar};
@@ -45,12 +42,10 @@ kind = "tangency"
 "#;
 
 fn edited(edits: &[(&str, &str)]) -> String {
-    edits
-        .iter()
-        .fold(OSCILLATOR.to_owned(), |text, (from, to)| {
-            assert!(text.contains(from), "nothing to edit: {from}");
-            text.replace(from, to)
-        })
+    edits.iter().fold(OSCILLATOR.to_owned(), |text, (from, to)| {
+        assert!(text.contains(from), "nothing to edit: {from}");
+        text.replace(from, to)
+    })
 }
 
 fn parse(text: &str, overrides: &[(&str, &str)]) -> Scene {
@@ -80,11 +75,7 @@ fn motion(b: Dd, theta: Dd) -> [Dd; 3] {
     let (s1, c1) = (theta - lag).sin_cos();
     let (s2, c2) = (two * theta + number("0.3") - second_lag).sin_cos();
     let (p, q) = (a, b * second);
-    [
-        p * c1 + q * c2,
-        -p * s1 - two * q * s2,
-        -p * c1 - four * q * c2,
-    ]
+    [p * c1 + q * c2, -p * s1 - two * q * s2, -p * c1 - four * q * c2]
 }
 
 /// The extremum of the motion near a phase: Newton's method on its derivative.
@@ -126,10 +117,7 @@ fn independent_stops_of_a_motion_of_two_harmonics_stand_at_its_extrema() {
         // NOTE: the phase found only says which extremum is meant.
         let expected = extremum(b, Dd::from(phase.hi)) * Dd::from(sign);
         let found = parameter(&scene, &orbit, name);
-        assert!(
-            (found - expected).magnitude() < 1e-28,
-            "{name}: {found} for {expected}"
-        );
+        assert!((found - expected).magnitude() < 1e-28, "{name}: {found} for {expected}");
     }
     let gaps = ["right", "left"].map(|name| parameter(&scene, &orbit, name).hi);
     assert!((gaps[0] - gaps[1]).abs() > 0.1, "{gaps:?}");
@@ -152,10 +140,7 @@ solve_for = ["right", "chi"]"#,
 fn equal_maxima() -> (Dd, Dd) {
     let ((a, lag), (second, second_lag)) = (response(1), response(2));
     let b = Dd::from(3.0) * second;
-    (
-        b + a * a / (Dd::from(8.0) * b),
-        Dd::PI + second_lag - Dd::from(2.0) * lag,
-    )
+    (b + a * a / (Dd::from(8.0) * b), Dd::PI + second_lag - Dd::from(2.0) * lag)
 }
 
 #[test]
@@ -185,26 +170,15 @@ fn second_graze_is_found_where_it_touches_of_itself_and_its_gap_is_told_where_no
     else {
         panic!("a gap of the order of 1e-15 is seen")
     };
-    assert!(
-        passage == 2 && (1e-17..1e-13).contains(&event.abs()),
-        "{event:e}"
-    );
+    assert!(passage == 2 && (1e-17..1e-13).contains(&event.abs()), "{event:e}");
 }
 
 #[test]
 fn surface_without_a_minimum_where_it_is_named_is_not_grazed() {
-    let text = edited(&[(
-        r#"passages = ["right", "left"]"#,
-        r#"passages = ["right", "left", "right"]"#,
-    )]);
+    let text =
+        edited(&[(r#"passages = ["right", "left"]"#, r#"passages = ["right", "left", "right"]"#)]);
     let reason = reason(&parse(&text, &[]));
-    assert_eq!(
-        reason,
-        NotLocated::NoMinimum {
-            passage: 3,
-            surface: "right".to_owned()
-        }
-    );
+    assert_eq!(reason, NotLocated::NoMinimum { passage: 3, surface: "right".to_owned() });
 }
 
 #[test]
@@ -212,14 +186,8 @@ fn limit_cycle_grazes_both_stops_at_its_amplitude() {
     // Amplitude and period at mu = 1 from high-precision integrations in the literature of the van
     // der Pol equation.
     let text = edited(&[
-        (
-            "cos(theta) + b*cos(2*theta + chi) - 2*zeta*v - x",
-            "(1 - x^2)*v - x",
-        ),
-        (
-            "[model.phase]\nname = \"theta\"\nrate = \"omega\"\nperiod = \"2*pi\"\n",
-            "",
-        ),
+        ("cos(theta) + b*cos(2*theta + chi) - 2*zeta*v - x", "(1 - x^2)*v - x"),
+        ("[model.phase]\nname = \"theta\"\nrate = \"omega\"\nperiod = \"2*pi\"\n", ""),
         (
             "zeta = 0.05, omega = 0.8, b = 0.0, chi = 0.3, right = 2.5, left = 2.0",
             "right = 1.9, left = 1.9",
@@ -239,10 +207,7 @@ fn limit_cycle_grazes_both_stops_at_its_amplitude() {
 /// One parameter for both stops, whose mirror image each other is.
 const MIRRORED: [(&str, &str); 3] = [
     ("left + x", "right + x"),
-    (
-        r#"solve_for = ["right", "left"]"#,
-        "solve_for = \"right\"\nsymmetry = \"half-period\"",
-    ),
+    (r#"solve_for = ["right", "left"]"#, "solve_for = \"right\"\nsymmetry = \"half-period\""),
     ("left = 2.0, ", ""),
 ];
 
@@ -264,11 +229,7 @@ fn symmetric_stops_graze_half_a_period_apart() {
     assert!((parameter(&unaware, &same, "right") - amplitude).magnitude() < 1e-28);
     for (a, b) in orbit.passages.iter().zip(&same.passages) {
         assert!((a.time - b.time).magnitude() < 1e-27);
-        let apart = a
-            .state
-            .iter()
-            .zip(&b.state)
-            .map(|(&a, &b)| (a - b).magnitude());
+        let apart = a.state.iter().zip(&b.state).map(|(&a, &b)| (a - b).magnitude());
         assert!(apart.fold(0.0, f64::max) < 1e-27);
     }
 }
@@ -276,26 +237,13 @@ fn symmetric_stops_graze_half_a_period_apart() {
 #[test]
 fn symmetry_that_the_model_lacks_is_wrong_input() {
     let error = locate(&parse(&edited(&MIRRORED), &[("b", "0.4")])).unwrap_err();
-    let OrbitError::NotSymmetric {
-        component,
-        rate,
-        mirrored,
-        ..
-    } = error
-    else {
+    let OrbitError::NotSymmetric { component, rate, mirrored, .. } = error else {
         panic!("{error}")
     };
     assert!(component == "v" && (rate + mirrored).abs() > 0.1);
     let unequal = [MIRRORED[1]];
     let reason = reason(&parse(&edited(&unequal), &[]));
-    let NotLocated::NotMirrored {
-        passage: 2,
-        of: 1,
-        event,
-        velocity,
-        ..
-    } = reason
-    else {
+    let NotLocated::NotMirrored { passage: 2, of: 1, event, velocity, .. } = reason else {
         panic!("{reason}")
     };
     let expected = 2.0 - response(1).0.hi;
@@ -316,10 +264,7 @@ fn grazes_that_contradict_the_symmetry_are_wrong_input() {
         OrbitError::UnpairedPassages { passages: 1 }
     );
     let two = text.replace(r#"solve_for = "right""#, r#"solve_for = ["right", "zeta"]"#);
-    assert_eq!(
-        error(&parse(&two, &[])),
-        OrbitError::AdjustedParameters { named: 2, most: 1 }
-    );
+    assert_eq!(error(&parse(&two, &[])), OrbitError::AdjustedParameters { named: 2, most: 1 });
 }
 
 #[test]
@@ -331,16 +276,11 @@ fn section_moves_neither_the_passages_nor_the_multipliers() {
     assert_eq!(stroboscopic.section_point[2], Dd::ONE);
     let charts = |orbit: &GrazingOrbit| {
         let charts = orbit.passages.iter();
-        charts
-            .map(|at| at.section.coordinates.clone())
-            .collect::<Vec<_>>()
+        charts.map(|at| at.section.coordinates.clone()).collect::<Vec<_>>()
     };
     assert_eq!(charts(&tangency), [[0, 2], [0, 2]]);
     assert_eq!(charts(&stroboscopic), [[0, 1], [0, 1]]);
-    assert_eq!(
-        tangency.passages[1].section.kind,
-        PoincareSectionKind::Tangency
-    );
+    assert_eq!(tangency.passages[1].section.kind, PoincareSectionKind::Tangency);
     for (a, b) in tangency.multipliers.iter().zip(&stroboscopic.multipliers) {
         assert!((a[0] - b[0]).hypot(a[1] - b[1]) < 1e-14);
     }
@@ -350,9 +290,7 @@ fn section_moves_neither_the_passages_nor_the_multipliers() {
 /// The grazing curve in b from 0 on.
 fn along_b(scene: &Scene, to: f64) -> GrazingCurve {
     let mut parameters = scene.model.parameters.iter();
-    let b = parameters
-        .position(|parameter| parameter.name == "b")
-        .unwrap();
+    let b = parameters.position(|parameter| parameter.name == "b").unwrap();
     match curve(scene, b, 0.0, to, &CurveOptions::default()).unwrap() {
         CurveOutcome::Traced(curve) => curve,
         other => panic!("{other:?}"),
@@ -364,18 +302,12 @@ fn curve_of_independent_grazes_ends_at_the_orbit_located_there() {
     let scene = parse(OSCILLATOR, &[]);
     let curve = along_b(&scene, 0.4);
     assert_eq!(curve.end, CurveEnd::Reached);
-    let names = curve
-        .free
-        .iter()
-        .map(|&at| scene.model.parameters[at].name.as_str());
+    let names = curve.free.iter().map(|&at| scene.model.parameters[at].name.as_str());
     assert_eq!(names.collect::<Vec<_>>(), ["right", "left", "b"]);
     let last = curve.points.last().unwrap();
     let there = orbit(&parse(OSCILLATOR, &[("b", "0.4")]));
     for (found, expected) in last.parameters.iter().zip(there.parameters()) {
-        assert!(
-            (found - expected.hi).abs() < 1e-12,
-            "{found} for {expected}"
-        );
+        assert!((found - expected.hi).abs() < 1e-12, "{found} for {expected}");
     }
     // One condition is followed by default, and six are given by the orbit.
     for (found, expected) in last.conditions.iter().zip(&there.conditions) {
@@ -402,14 +334,9 @@ fn two_masses_graze_both_stops_at_the_reference_orbits() {
         let graze = orbit.grazing_point();
         let gap = parameter(&scene, &orbit, "d") - exact(&truth["d_grazing"]);
         assert!(gap.magnitude() < 1e-28, "{set}: {gap}");
-        assert!(
-            (graze.state[4] - exact(&truth["phase_R"])).magnitude() < 1e-28,
-            "{set}"
-        );
-        for (found, expected) in graze
-            .state
-            .iter()
-            .zip(truth["grazing_state_R"].as_array().unwrap())
+        assert!((graze.state[4] - exact(&truth["phase_R"])).magnitude() < 1e-28, "{set}");
+        for (found, expected) in
+            graze.state.iter().zip(truth["grazing_state_R"].as_array().unwrap())
         {
             assert!((*found - exact(expected)).magnitude() < 1e-28, "{set}");
         }

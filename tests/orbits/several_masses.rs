@@ -150,9 +150,7 @@ fn kicks(scene: &Scene, orbit: &GrazingOrbit) -> Vec<(String, Dd)> {
     let expander = Expander::new(scene, orbit).expect("one passage");
     let contact = expander.contact_in::<Dd>(0, 4).expect("a simple graze");
     let names = expander.variables().names.iter().cloned();
-    names
-        .zip(contact.linear.iter().map(|jet| jet.head()))
-        .collect()
+    names.zip(contact.linear.iter().map(|jet| jet.head())).collect()
 }
 
 fn assert_kicks(found: &[(String, Dd)], expected: &[(&str, Dd)]) {
@@ -179,10 +177,7 @@ fn a_moving_stop_kicks_by_the_relative_velocity() {
         let expected = if section == STROBOSCOPIC {
             [("x", dd(0.0)), ("v", -kick)]
         } else {
-            [
-                ("x", graze.state[1] * back),
-                ("theta", value("omega") * back),
-            ]
+            [("x", graze.state[1] * back), ("theta", value("omega") * back)]
         };
         assert_kicks(&kicks(&scene, &orbit), &expected);
     }
@@ -200,12 +195,7 @@ fn a_collision_kicks_both_masses_and_keeps_their_momentum() {
         let total = dd(1.0) + value("mu");
         let [first, second] = [-value("mu") * kick / total, kick / total];
         let expected = if section == STROBOSCOPIC {
-            [
-                ("x1", dd(0.0)),
-                ("v1", first),
-                ("x2", dd(0.0)),
-                ("v2", second),
-            ]
+            [("x1", dd(0.0)), ("v1", first), ("x2", dd(0.0)), ("v2", second)]
         } else {
             let (s, velocity) = (value("s"), graze.state[3]);
             let driven = value("A") * graze.state[4].sin_cos().1;
@@ -229,12 +219,8 @@ fn an_oblique_stop_kicks_along_its_normal() {
     let value = |name| parameter(&scene, &orbit, name);
     let graze = orbit.grazing_point();
     let kick = (dd(1.0) + value("r")) * (dd(2.0) * graze.normal_acceleration).sqrt();
-    let expected = [
-        ("x", dd(0.0)),
-        ("vx", -value("a") * kick),
-        ("z", dd(0.0)),
-        ("vz", -value("b") * kick),
-    ];
+    let expected =
+        [("x", dd(0.0)), ("vx", -value("a") * kick), ("z", dd(0.0)), ("vz", -value("b") * kick)];
     assert_kicks(&kicks(&scene, &orbit), &expected);
 }
 

@@ -56,10 +56,7 @@ fn gap_and_conditions_of_every_kind_are_those_of_the_reference_along_the_curve()
 }
 
 fn traced(scene: &Scene) -> GrazingCurve {
-    let options = CurveOptions {
-        xi_count: 4,
-        ..CurveOptions::default()
-    };
+    let options = CurveOptions { xi_count: 4, ..CurveOptions::default() };
     match curve(scene, index(scene, "omega"), 0.2, 4.0, &options).expect("no wrong input") {
         CurveOutcome::Traced(curve) => curve,
         other => panic!("{other:?}"),
@@ -77,17 +74,11 @@ fn distance(scene: &Scene, parameters: &[Dd], point: &Value) -> f64 {
 fn curve_meets_every_point_of_codimension_two_and_no_other() {
     for (name, set) in SETS {
         let table = read(&format!("soft/two_codim_{set}.json"));
-        let points = table["codim2_points_w_in_[0.2,4]"]
-            .as_array()
-            .expect("points");
+        let points = table["codim2_points_w_in_[0.2,4]"].as_array().expect("points");
         let scene = scene(name);
         let start = std::time::Instant::now();
         let curve = traced(&scene);
-        println!(
-            "{set}: {} points of the curve, {:?}",
-            curve.points.len(),
-            start.elapsed()
-        );
+        println!("{set}: {} points of the curve, {:?}", curve.points.len(), start.elapsed());
         assert_eq!(curve.end, CurveEnd::Reached);
         let found: Vec<_> = curve.codim2().collect();
         let (mut met, mut worst) = (0, 0.0_f64);
@@ -107,11 +98,7 @@ fn curve_meets_every_point_of_codimension_two_and_no_other() {
                 println!("{set}: {point} missed by {nearest:.1e}");
             }
         }
-        println!(
-            "{set}: {met} of {} met to {worst:.1e}; {} found",
-            points.len(),
-            found.len()
-        );
+        println!("{set}: {met} of {} met to {worst:.1e}; {} found", points.len(), found.len());
         assert_eq!((met, found.len()), (points.len(), points.len()), "{set}");
         assert!(worst < 1e-24, "{set}: {worst:e}");
     }

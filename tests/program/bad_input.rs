@@ -15,22 +15,16 @@ fn folder() -> PathBuf {
 /// The scenes of the folder, in order.
 fn scenes() -> Vec<PathBuf> {
     let entries = fs::read_dir(folder()).expect("the folder is part of the repository");
-    let mut paths: Vec<PathBuf> = entries
-        .map(|entry| entry.expect("readable").path())
-        .collect();
-    paths.retain(|path| {
-        path.extension()
-            .is_some_and(|extension| extension == "toml")
-    });
+    let mut paths: Vec<PathBuf> = entries.map(|entry| entry.expect("readable").path()).collect();
+    paths.retain(|path| path.extension().is_some_and(|extension| extension == "toml"));
     paths.sort();
     paths
 }
 
 /// The message of a wrong scene, files named without their folder.
 fn message(path: &Path) -> String {
-    let error = Scene::load(path)
-        .err()
-        .unwrap_or_else(|| panic!("{} was accepted", path.display()));
+    let error =
+        Scene::load(path).err().unwrap_or_else(|| panic!("{} was accepted", path.display()));
     let place = format!("{}{}", folder().display(), std::path::MAIN_SEPARATOR);
     format!("{}\n", error.to_string().replace(&place, ""))
 }

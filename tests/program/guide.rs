@@ -9,9 +9,7 @@ use crate::cli::{grazemap, scratch};
 
 /// Blocks of a page: language and text.
 fn blocks(page: &str) -> Vec<(String, String)> {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR"))
-        .join("docs/guide")
-        .join(page);
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/guide").join(page);
     let text = fs::read_to_string(path).expect("the page is part of the repository");
     let mut blocks = Vec::new();
     let mut parts = text.split("```");
@@ -25,10 +23,8 @@ fn blocks(page: &str) -> Vec<(String, String)> {
 
 #[test]
 fn every_scene_of_the_guide_is_a_good_one_without_warnings() {
-    let scenes: Vec<_> = blocks("scene.md")
-        .into_iter()
-        .filter(|(language, _)| language == "toml")
-        .collect();
+    let scenes: Vec<_> =
+        blocks("scene.md").into_iter().filter(|(language, _)| language == "toml").collect();
     assert!(!scenes.is_empty());
     for (_, text) in scenes {
         let scene = Scene::parse(&text, "guide.toml").expect("a good scene");

@@ -31,17 +31,12 @@ fn at_the_usable_depth_a_map_has_two_digits_of_what_the_contact_does() {
         ("soft_a", &[("k2", "1e6")], 1.0),
         ("soft_b", &[("k2", "1e4")], 1.0),
     ];
-    let orders = MapOrders {
-        smooth_order: 6,
-        contact_weight: 6,
-    };
+    let orders = MapOrders { smooth_order: 6, contact_weight: 6 };
     for (name, overrides, sign) in cases {
         let scene = scene_with(name, overrides);
         let orbit = orbit(&scene);
         let expander = Expander::new(&scene, &orbit).expect("an analytic law");
-        let edge = expander
-            .window_edge(0, orders.contact_weight)
-            .expect("a series");
+        let edge = expander.window_edge(0, orders.contact_weight).expect("a series");
         let depth = edge.expect("an infinite series").usable_depth;
         let (state, parameters) = ([sign * depth, 0.0], [0.0; 2]);
 
@@ -59,10 +54,7 @@ fn at_the_usable_depth_a_map_has_two_digits_of_what_the_contact_does() {
         let error = distance(&|k| image[k]) / distance(&|k| smooth.image[k].evaluate(&point));
         println!("{name}: depth {depth:.2e}, error {error:.1e}");
         assert!(error < WindowEdge::LARGEST_SHARE, "{name}: {error:e}");
-        assert!(
-            error > 0.05 * WindowEdge::LARGEST_SHARE,
-            "{name}: {error:e}"
-        );
+        assert!(error > 0.05 * WindowEdge::LARGEST_SHARE, "{name}: {error:e}");
     }
 }
 
@@ -73,35 +65,18 @@ fn a_stop_too_stiff_for_its_window_is_said_by_every_command_that_maps() {
     std::fs::write(&states, "u\n-1e-6\n").expect("a writable folder");
     let (states, out) = (states.to_string_lossy(), folder.path().to_string_lossy());
     let stiff = ["soft_b", "--set", "k2=1e6"];
-    let commands: [&[&str]; 4] = [
-        &["expand"],
-        &["emit", "-o", &out],
-        &["diagram"],
-        &["image", "--states", &states],
-    ];
+    let commands: [&[&str]; 4] =
+        [&["expand"], &["emit", "-o", &out], &["diagram"], &["image", "--states", &states]];
     for command in commands {
         let arguments = [command, &stiff].concat();
         let warned = said(&grazemap(folder.path(), &arguments));
-        let warnings: Vec<_> = warned
-            .lines()
-            .filter(|line| line.contains("diverge"))
-            .collect();
+        let warnings: Vec<_> = warned.lines().filter(|line| line.contains("diverge")).collect();
         assert_eq!(warnings.len(), 1, "{command:?}: {warned}");
         assert!(warnings[0].starts_with("warning: `soft_b`: at the edge of the window"));
-        assert_eq!(
-            said(&grazemap(
-                folder.path(),
-                &[&arguments[..], &["-q"]].concat()
-            )),
-            ""
-        );
+        assert_eq!(said(&grazemap(folder.path(), &[&arguments[..], &["-q"]].concat())), "");
     }
-    let places = [
-        "/depth/window_edge",
-        "/modules/0/window_edges/0",
-        "/0/window_edges/0",
-        "/0/window_edge",
-    ];
+    let places =
+        ["/depth/window_edge", "/modules/0/window_edges/0", "/0/window_edges/0", "/0/window_edge"];
     for (command, place) in commands.into_iter().zip(places) {
         let output = grazemap(folder.path(), &[command, &stiff, &["--json", "-"]].concat());
         let json: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");

@@ -19,18 +19,12 @@ fn is_affine(name: &str) -> bool {
 
 fn catalogue() -> Vec<(String, Model)> {
     let names = grazemap::model::catalogue::names();
-    names
-        .map(|name| (name.to_owned(), scene(name).model))
-        .collect()
+    names.map(|name| (name.to_owned(), scene(name).model)).collect()
 }
 
 /// A quarter more than a period; `near` is the largest gap of the near misses that are asked for.
 fn run<S: Real>(system: &HybridSystem, model: &Model, state: &[f64], near: f64) -> Trajectory<S> {
-    let parameters: Vec<S> = model
-        .parameter_values()
-        .into_iter()
-        .map(S::from_dd)
-        .collect();
+    let parameters: Vec<S> = model.parameter_values().into_iter().map(S::from_dd).collect();
     let state: Vec<S> = state.iter().copied().map(S::from_f64).collect();
     let mut simulator = Simulator::new(system, &parameters).expect("finite parameters");
     simulator.set_near_miss_limit(S::from_f64(near));
@@ -43,18 +37,12 @@ fn run<S: Real>(system: &HybridSystem, model: &Model, state: &[f64], near: f64) 
 /// Full states that fill a box about the origin.
 fn states(model: &Model, count: usize) -> Vec<Vec<f64>> {
     let share = |number: usize, component: usize| {
-        let step = [
-            0.754_877, 0.569_840, 0.430_160, 0.324_718, 0.245_122, 0.185_037, 0.139_681,
-        ];
+        let step = [0.754_877, 0.569_840, 0.430_160, 0.324_718, 0.245_122, 0.185_037, 0.139_681];
         (0.31 + (number + 1) as f64 * step[component % step.len()]).fract()
     };
     let component = |number, component| 3.0 * (share(number, component) - 0.5);
     (0..count)
-        .map(|number| {
-            (0..model.dimension())
-                .map(|i| component(number, i))
-                .collect()
-        })
+        .map(|number| (0..model.dimension()).map(|i| component(number, i)).collect())
         .collect()
 }
 
@@ -90,19 +78,12 @@ fn difference<S: Real>(a: &Trajectory<S>, b: &Trajectory<S>) -> Option<f64> {
     // A chatter is completed where its series is good to the 3/4th power of the roundoff.
     let completed = |event: &Event<S>| matches!(event.kind, EventKind::ChatterEnd { .. });
     let by_series = a.events.iter().any(completed);
-    Some(if by_series {
-        largest * S::ROUNDOFF.powf(0.25)
-    } else {
-        largest
-    })
+    Some(if by_series { largest * S::ROUNDOFF.powf(0.25) } else { largest })
 }
 
 /// Largest difference over the start states, and the number of contacts met.
 fn worst<S: Real>(name: &str, model: &Model, count: usize) -> (f64, usize) {
-    let (exact, general) = (
-        HybridSystem::new(model),
-        HybridSystem::without_exact_flow(model),
-    );
+    let (exact, general) = (HybridSystem::new(model), HybridSystem::without_exact_flow(model));
     let (mut worst, mut contacts) = (0.0f64, 0);
     for state in states(model, count) {
         // All minima asked for, then contacts alone, which are flown to in leaps.
@@ -147,17 +128,9 @@ fn resonance_critical_damping_and_powers_of_the_force_follow_their_closed_forms(
     let (sine_2, cosine_2) = (t + t).sin_cos();
     let cases = [
         // Forced at its own frequency, from rest: x = t sin t / 2.
-        (
-            "p*cos(theta) - x",
-            [0.0, 0.0, 0.0],
-            [half * t * sine, half * (sine + t * cosine)],
-        ),
+        ("p*cos(theta) - x", [0.0, 0.0, 0.0], [half * t * sine, half * (sine + t * cosine)]),
         // Critically damped, a defective matrix: x = (1 + t) e^−t.
-        (
-            "-2*p*v - x",
-            [1.0, 0.0, 0.0],
-            [(Dd::ONE + t) * decay, -t * decay],
-        ),
+        ("-2*p*v - x", [1.0, 0.0, 0.0], [(Dd::ONE + t) * decay, -t * decay]),
         // A free mass under sin² θ = (1 − cos 2θ)/2: v = t/2 − sin 2t / 4.
         (
             "p*sin(theta)^2",
@@ -178,11 +151,7 @@ fn resonance_critical_damping_and_powers_of_the_force_follow_their_closed_forms(
             [place, speed]
         }),
         // No spring, strong damping: v = e^−2t.
-        (
-            "-2*p*v",
-            [0.0, 1.0, 0.0],
-            [half * (Dd::ONE - decay * decay), decay.powf(twice)],
-        ),
+        ("-2*p*v", [0.0, 1.0, 0.0], [half * (Dd::ONE - decay * decay), decay.powf(twice)]),
     ];
     for (force, state, expected) in cases {
         let found = flown(force, state);
@@ -207,15 +176,9 @@ fn forces_that_are_not_linear_are_not_taken_for_affine() {
         let model = Scene::parse(&text, "test").expect("a scene").model;
         HybridSystem::new(&model).method()
     };
-    for force in [
-        "-x^3",
-        "-x*v",
-        "cos(theta)*x",
-        "-abs(x)",
-        "p/(2 + x)",
-        "theta - x",
-        "exp(cos(theta))",
-    ] {
+    for force in
+        ["-x^3", "-x*v", "cos(theta)*x", "-abs(x)", "p/(2 + x)", "theta - x", "exp(cos(theta))"]
+    {
         assert_eq!(with(force), FlowMethod::Taylor, "{force}");
     }
     for force in ["-p^2*x", "exp(p)*cos(2*theta)^3 - x/p", "-(x - sin(p))*2"] {
@@ -226,11 +189,7 @@ fn forces_that_are_not_linear_are_not_taken_for_affine() {
 #[test]
 fn scenes_with_a_linear_force_are_found_affine_and_no_others() {
     for (name, model) in catalogue() {
-        let expected = if is_affine(&name) {
-            FlowMethod::ExactAffine
-        } else {
-            FlowMethod::Taylor
-        };
+        let expected = if is_affine(&name) { FlowMethod::ExactAffine } else { FlowMethod::Taylor };
         assert_eq!(HybridSystem::new(&model).method(), expected, "{name}");
         let general = HybridSystem::without_exact_flow(&model);
         assert_eq!(general.method(), FlowMethod::Taylor);
@@ -254,11 +213,7 @@ fn exact_flow_and_taylors_method_agree_on_every_affine_scene() {
 
 /// Images of points on both sides of the stop by one method.
 fn images<S: Real>(system: &HybridSystem, model: &Model, gaps: &[f64]) -> Vec<Return<S>> {
-    let parameters: Vec<S> = model
-        .parameter_values()
-        .into_iter()
-        .map(S::from_dd)
-        .collect();
+    let parameters: Vec<S> = model.parameter_values().into_iter().map(S::from_dd).collect();
     let section = ReturnSection::Tangency { surface: 0 };
     let mut map = DirectReturn::over_periods(system, &parameters, section, 1).expect("a phase");
     let image = |&gap: &f64| {
@@ -285,11 +240,7 @@ fn compare_returns<S: Real>(model: &Model, gaps: &[f64]) -> usize {
         // A speed is the root of a gap, so that rounding is multiplied by its inverse; the flow
         // multiplies it by tens.
         let limit = 1e3 * S::ROUNDOFF * (1.0 + 1.0 / gap.abs().sqrt());
-        for (&a, &b) in pairs
-            .chain(speeds)
-            .chain(misses)
-            .chain([(&a.elapsed, &b.elapsed)])
-        {
+        for (&a, &b) in pairs.chain(speeds).chain(misses).chain([(&a.elapsed, &b.elapsed)]) {
             let error = (a - b).abs().to_f64();
             assert!(error < limit, "{gap:e}: {error:e}");
         }

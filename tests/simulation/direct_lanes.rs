@@ -18,14 +18,8 @@ use crate::support::scenes::{grazing_by, scene_with, text};
 const LANES: usize = 8;
 
 /// Affine scenes.
-const EXACT: [&str; 6] = [
-    "linear",
-    "linear_codim2",
-    "foale",
-    "foale_omega_2_2",
-    "moving_stop",
-    "impact_pair",
-];
+const EXACT: [&str; 6] =
+    ["linear", "linear_codim2", "foale", "foale_omega_2_2", "moving_stop", "impact_pair"];
 
 /// Scenes that are flown by Taylor's method.
 const BY_TAYLOR: [&str; 4] = ["linear", "moving_stop", "impact_pair", "mems"];
@@ -123,10 +117,7 @@ fn agree(
                 }
                 contacts += info.contacts();
             }
-            states = images
-                .iter()
-                .map(|v| if v.is_finite() { *v } else { 0.0 })
-                .collect();
+            states = images.iter().map(|v| if v.is_finite() { *v } else { 0.0 }).collect();
         }
     }
     contacts
@@ -295,10 +286,8 @@ fn flown(
 type Way = (fn(&Model) -> HybridSystem, &'static [&'static str]);
 
 /// Ways to fly.
-const WAYS: [Way; 2] = [
-    (HybridSystem::new, &EXACT),
-    (HybridSystem::without_exact_flow, &BY_TAYLOR),
-];
+const WAYS: [Way; 2] =
+    [(HybridSystem::new, &EXACT), (HybridSystem::without_exact_flow, &BY_TAYLOR)];
 
 #[test]
 fn most_stroboscopic_returns_are_flown_together() {
@@ -306,9 +295,7 @@ fn most_stroboscopic_returns_are_flown_together() {
         return;
     }
     for (lowered, scenes) in WAYS {
-        for (&name, section) in scenes
-            .iter()
-            .flat_map(|name| [(name, AT_GRAZE), (name, ELSEWHERE)])
+        for (&name, section) in scenes.iter().flat_map(|name| [(name, AT_GRAZE), (name, ELSEWHERE)])
         {
             for size in [1e-6, 1e-3] {
                 let flown = flown(name, section, lowered, 1, size);
@@ -328,9 +315,7 @@ fn returns_from_far_away_are_those_of_an_orbit_alone() {
     }
     for (lowered, scenes) in WAYS {
         let (mut together, mut apart) = (0, 0);
-        for (&name, section) in scenes
-            .iter()
-            .flat_map(|name| [(name, AT_GRAZE), (name, ELSEWHERE)])
+        for (&name, section) in scenes.iter().flat_map(|name| [(name, AT_GRAZE), (name, ELSEWHERE)])
         {
             let flown = flown(name, section, lowered, 1, 0.1);
             together += flown.together;

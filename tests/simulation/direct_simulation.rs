@@ -32,10 +32,8 @@ fn case(
 ) -> Case {
     let scene = scenes::scene(scene);
     let index = |name: &str| index(&scene, name);
-    let parameters = names
-        .iter()
-        .map(|&(scene, file, offset)| (index(scene), file, offset))
-        .collect();
+    let parameters =
+        names.iter().map(|&(scene, file, offset)| (index(scene), file, offset)).collect();
     let mirrored = wall == "Q_star";
     let wall = index(if wall == "Q_star" { "Q" } else { "delta" });
     Case {
@@ -104,11 +102,7 @@ impl Case {
         let wall = parameters[self.wall];
         let phase = exact(&self.file["base"]["theta_star"]) + exact(&point["dtheta"]);
         vec![
-            if self.mirrored {
-                wall - offset
-            } else {
-                wall + offset
-            },
+            if self.mirrored { wall - offset } else { wall + offset },
             S::zero(),
             S::from_dd(phase),
         ]
@@ -132,11 +126,7 @@ struct Errors {
 
 fn errors_in_double_double(case: &Case) -> Errors {
     let system = HybridSystem::new(&case.model);
-    let mut errors = Errors {
-        offset: 0.0,
-        speed: 0.0,
-        images: 0,
-    };
+    let mut errors = Errors { offset: 0.0, speed: 0.0, images: 0 };
     for row in case.rows() {
         let parameters = case.parameters::<Dd>(row);
         let section = ReturnSection::Tangency { surface: 0 };
@@ -150,20 +140,14 @@ fn errors_in_double_double(case: &Case) -> Errors {
             let found = map.image(&state).expect("a finite state");
             let place = format!("{} row {} iteration {}", case.name(), row["id"], image["n"]);
             assert_eq!(found.outcome, ReturnOutcome::Returned, "{place}");
-            assert_eq!(
-                found.contacts > 0,
-                image["impact"].as_bool().expect("a flag"),
-                "{place}"
-            );
+            assert_eq!(found.contacts > 0, image["impact"].as_bool().expect("a flag"), "{place}");
             assert_eq!(found.extra_contacts, 0, "{place}");
             let [x, theta] = case.offsets(&found.state, &parameters);
             let expected = [exact(&image["x_minus_delta"]), exact(&image["dtheta"])];
             errors.offset = errors.offset.max((x - expected[0]).abs().to_f64());
             errors.offset = errors.offset.max((theta - expected[1]).abs().to_f64());
             let speed = found.impact_speeds.first().copied().unwrap_or(Dd::ZERO);
-            errors.speed = errors
-                .speed
-                .max((speed - exact(&image["v_impact"])).abs().to_f64());
+            errors.speed = errors.speed.max((speed - exact(&image["v_impact"])).abs().to_f64());
             errors.images += 1;
             state = found.state;
         }
@@ -186,12 +170,7 @@ fn images_in_double_double_agree_with_the_reference_to_1e_minus_27() {
         );
         // The roundoff of double-double, 1e-32, times the expansion of up to three images (up to
         // 2e3).
-        assert!(
-            errors.offset < 1e-27,
-            "{}: {:e}",
-            case.name(),
-            errors.offset
-        );
+        assert!(errors.offset < 1e-27, "{}: {:e}", case.name(), errors.offset);
         // The reference gives speeds to 25 significant digits.
         assert!(errors.speed < 1e-24, "{}: {:e}", case.name(), errors.speed);
     }
@@ -206,9 +185,7 @@ fn worst_error_in_double(case: &Case) -> (f64, f64) {
         let section = ReturnSection::Tangency { surface: 0 };
         let mut map =
             DirectReturn::over_periods(&system, &parameters, section, 1).expect("a phase");
-        let found = map
-            .image(&case.state(row, &parameters))
-            .expect("a finite state");
+        let found = map.image(&case.state(row, &parameters)).expect("a finite state");
         let image = &row["images"][0];
         assert_eq!(
             found.contacts > 0,
@@ -221,12 +198,7 @@ fn worst_error_in_double(case: &Case) -> (f64, f64) {
         let error = (x - exact(&image["x_minus_delta"])).abs().to_f64();
         let error = error.max((theta - exact(&image["dtheta"])).abs().to_f64());
         let depth = exact(&row["x_minus_delta"]).to_f64();
-        let unit = f64::EPSILON
-            * if depth > 0.0 {
-                1.0 + 1.0 / depth.sqrt()
-            } else {
-                1.0
-            };
+        let unit = f64::EPSILON * if depth > 0.0 { 1.0 + 1.0 / depth.sqrt() } else { 1.0 };
         (worst, largest) = (worst.max(error / unit), largest.max(error));
     }
     (worst, largest)
@@ -236,10 +208,7 @@ fn worst_error_in_double(case: &Case) -> (f64, f64) {
 fn images_in_double_obey_the_rounding_law_of_the_square_root() {
     for case in cases() {
         let (worst, largest) = worst_error_in_double(&case);
-        println!(
-            "{:24} f64: at most {worst:.1} eps (1 + 1/y), {largest:.1e}",
-            case.name()
-        );
+        println!("{:24} f64: at most {worst:.1} eps (1 + 1/y), {largest:.1e}", case.name());
         // Rounding of x − delta by eps moves y by eps/(2 y); the leg then expands by at most about
         // 30.
         assert!(worst < 100.0, "{}: {worst}", case.name());
@@ -251,19 +220,9 @@ fn images_in_double_obey_the_rounding_law_of_the_square_root() {
 fn at_phase(case: &Case, free: &Field, point: &[Dd; 2], phase: Dd, parameters: &[Dd]) -> Vec<Dd> {
     let wall = parameters[case.wall];
     let start = exact(&case.file["base"]["theta_star"]) + point[1];
-    let state = [
-        if case.mirrored {
-            wall - point[0]
-        } else {
-            wall + point[0]
-        },
-        Dd::ZERO,
-        start,
-    ];
+    let state = [if case.mirrored { wall - point[0] } else { wall + point[0] }, Dd::ZERO, start];
     let duration = graze_time(free, phase - point[1], parameters);
-    let mut end = Integrator::new(free)
-        .flow(&state, parameters, duration)
-        .expect("smooth");
+    let mut end = Integrator::new(free).flow(&state, parameters, duration).expect("smooth");
     end[2] = exact(&case.file["base"]["theta_star"]) + phase;
     end
 }
@@ -271,10 +230,7 @@ fn at_phase(case: &Case, free: &Field, point: &[Dd; 2], phase: Dd, parameters: &
 /// Time in which the phase advances by an amount.
 fn graze_time(free: &Field, advance: Dd, parameters: &[Dd]) -> Dd {
     let rest = [Dd::ZERO; 3];
-    advance
-        / Integrator::new(free)
-            .flow(&rest, parameters, Dd::ONE)
-            .expect("smooth")[2]
+    advance / Integrator::new(free).flow(&rest, parameters, Dd::ONE).expect("smooth")[2]
 }
 
 fn pair(image: &Value, keys: [&str; 2]) -> [Dd; 2] {
@@ -282,20 +238,14 @@ fn pair(image: &Value, keys: [&str; 2]) -> [Dd; 2] {
 }
 
 fn distance(a: &[Dd], b: &[Dd]) -> f64 {
-    a.iter()
-        .zip(b)
-        .map(|(&a, &b)| (a - b).abs().to_f64())
-        .fold(0.0, f64::max)
+    a.iter().zip(b).map(|(&a, &b)| (a - b).abs().to_f64()).fold(0.0, f64::max)
 }
 
 #[test]
 fn stroboscopic_images_agree_with_the_reference_carried_along_the_free_flow() {
     const POINT: [&str; 2] = ["x_minus_delta", "dtheta"];
     for case in cases() {
-        let (system, free) = (
-            HybridSystem::new(&case.model),
-            Field::free(&case.model, &[]),
-        );
+        let (system, free) = (HybridSystem::new(&case.model), Field::free(&case.model, &[]));
         let mut worst = 0.0f64;
         for row in case.rows().iter().step_by(3) {
             let parameters = case.parameters::<Dd>(row);
@@ -324,22 +274,13 @@ fn images_at_another_phase_agree_with_the_reference_carried_along_the_free_flow(
     const AFTER: [&str; 2] = ["D_x_minus_delta", "D_dtheta"];
     let ahead = Dd::from(0.4);
     for case in cases() {
-        let (system, free) = (
-            HybridSystem::new(&case.model),
-            Field::free(&case.model, &[]),
-        );
+        let (system, free) = (HybridSystem::new(&case.model), Field::free(&case.model, &[]));
         let mut worst = 0.0f64;
         for row in case.rows().iter().step_by(3) {
             let parameters = case.parameters::<Dd>(row);
             let images = &row["images"];
             let [before, after] = [pair(&images[0], AFTER), pair(&images[1], AFTER)];
-            if images[1]["s_back"]
-                .as_str()
-                .expect("digits")
-                .parse::<f64>()
-                .expect("digits")
-                > 0.1
-            {
+            if images[1]["s_back"].as_str().expect("digits").parse::<f64>().expect("digits") > 0.1 {
                 continue;
             }
             let carry = |point: [Dd; 2]| at_phase(&case, &free, &point, ahead, &parameters);
@@ -349,10 +290,7 @@ fn images_at_another_phase_agree_with_the_reference_carried_along_the_free_flow(
                 case.model.phase.as_ref().expect("a phase").period - ahead,
                 &parameters,
             );
-            let graze = NominalPassage {
-                surface: 0,
-                time: graze_time.to_f64(),
-            };
+            let graze = NominalPassage { surface: 0, time: graze_time.to_f64() };
             let mut map =
                 DirectReturn::over_periods(&system, &parameters, ReturnSection::OtherPhase, 1)
                     .expect("a phase")

@@ -25,11 +25,7 @@ impl Oscillator {
     fn grazing() -> Self {
         let frequency = 2.0 * (1.0_f64 - 0.015 * 0.015).sqrt() / 2.4;
         let (real, imaginary) = (1.0 - frequency * frequency, DAMPING * frequency);
-        Self {
-            frequency,
-            amplitude: real.hypot(imaginary),
-            phase: imaginary.atan2(real),
-        }
+        Self { frequency, amplitude: real.hypot(imaginary), phase: imaginary.atan2(real) }
     }
 
     /// `d/ds (q, q')`, with the contact force `−k (u − σ)^exponent` where it acts.
@@ -92,11 +88,7 @@ impl Oscillator {
 /// `B(1/2, β + 1)` for half whole `β` by its recurrence `B(1/2, x + 1) = B(1/2, x) x/(x + 1/2)`.
 fn beta_half(power: f64) -> f64 {
     let half = power.fract() != 0.0;
-    let (mut x, mut value) = if half {
-        (0.5, std::f64::consts::PI)
-    } else {
-        (1.0, 2.0)
-    };
+    let (mut x, mut value) = if half { (0.5, std::f64::consts::PI) } else { (1.0, 2.0) };
     while x < power + 1.0 {
         value *= x / (x + 0.5);
         x += 1.0;

@@ -120,9 +120,7 @@ fn impacts<S: Real>(found: &Trajectory<S>) -> Vec<(S, S)> {
 
 fn time_of<S: Real>(found: &Trajectory<S>, wanted: EventKind<S>) -> S {
     let event = found.events.iter().find(|event| event.kind == wanted);
-    event
-        .unwrap_or_else(|| panic!("no {wanted:?} in {found:?}"))
-        .time
+    event.unwrap_or_else(|| panic!("no {wanted:?} in {found:?}")).time
 }
 
 fn close<S: Real>(found: S, expected: S, tolerance: f64, what: &str) {
@@ -158,12 +156,7 @@ fn colliding_masses_keep_their_momentum_and_lose_their_relative_speed() {
     let centre = found.state[0] + two * found.state[2];
     close(centre, position * cosine + momentum * sine, 1e-29, "centre");
     let moved = found.state[1] + two * found.state[3];
-    close(
-        moved,
-        momentum * cosine - position * sine,
-        1e-29,
-        "momentum",
-    );
+    close(moved, momentum * cosine - position * sine, 1e-29, "momentum");
     let amplitude = restitution().powi(6);
     let distance = found.state[2] - found.state[0];
     close(distance, amplitude * sine.abs(), 1e-29, "distance");
@@ -197,23 +190,13 @@ fn masses_stuck_together_part_where_the_push_changes_sign() {
     let start = [-0.125, 0.75, 0.0, 0.25, 0.0].map(dd);
     let found = run(&pair(0.0, "p*cos(theta)"), &parameters, &start, duration);
     assert_eq!(found.outcome, Outcome::Completed);
-    close(
-        time_of(&found, EventKind::Release),
-        Dd::FRAC_PI_2,
-        1e-28,
-        "release",
-    );
+    close(time_of(&found, EventKind::Release), Dd::FRAC_PI_2, 1e-28, "release");
     // Momentum: 3/4 + 2/4 + sin t; at π/2 all of it is shared by the mass 3, then the second keeps
     // its velocity.
     let together = (dd(1.25) + dd(1.0)) / dd(3.0);
     close(found.state[3], together, 1e-28, "the second mass");
     let (sine, _) = duration.sin_cos();
-    close(
-        found.state[1],
-        together + sine - dd(1.0),
-        1e-28,
-        "the first mass",
-    );
+    close(found.state[1], together + sine - dd(1.0), 1e-28, "the first mass");
 }
 
 /// `(φ, V)` of the motion that meets the moving stop once a period at its phase φ with the speed V
@@ -290,19 +273,12 @@ fn an_oblique_wall_reverses_the_normal_velocity_alone() {
     // The event function is 5 times the distance, and so are its speeds.
     check_bounces(&found, 5.0, 6);
     let (sine, cosine) = duration.sin_cos();
-    let [x, _, z, _] = found.state[..] else {
-        panic!("four components")
-    };
+    let [x, _, z, _] = found.state[..] else { panic!("four components") };
     let (three, four, five) = (dd(3.0), dd(4.0), dd(5.0));
     let along = (four * x - three * z) / five;
     close(along, cosine + dd(0.5) * sine, 1e-29, "along the wall");
     let normal = (three * x + four * z) / five;
-    close(
-        normal,
-        -restitution().powi(6) * sine.abs(),
-        1e-29,
-        "distance",
-    );
+    close(normal, -restitution().powi(6) * sine.abs(), 1e-29, "distance");
 }
 
 #[test]
@@ -317,18 +293,11 @@ fn a_mass_comes_to_rest_on_an_incline_and_slides_on() {
     assert_eq!(found.outcome, Outcome::Completed);
     // The fall takes 1; the flights 2 r, 2 r², ... sum to 8.
     close(time_of(&found, EventKind::Stick), dd(9.0), 1e-21, "rest");
-    let [x, vx, z, vz] = found.state[..] else {
-        panic!("four components")
-    };
+    let [x, vx, z, vz] = found.state[..] else { panic!("four components") };
     let (three, four, five) = (dd(3.0), dd(4.0), dd(5.0));
     let along = (four * x - three * z) / five;
     let fifth = dd(3.0) / five;
-    close(
-        along,
-        duration - dd(0.5) * fifth * duration * duration,
-        1e-27,
-        "along",
-    );
+    close(along, duration - dd(0.5) * fifth * duration * duration, 1e-27, "along");
     let sliding = (four * vx - three * vz) / five;
     close(sliding, dd(1.0) - fifth * duration, 1e-27, "sliding");
     close(three * x + four * z, dd(0.0), 1e-28, "on the wall");
@@ -339,12 +308,7 @@ fn a_mass_comes_to_rest_on_an_incline_and_slides_on() {
 fn a_rough_wall_on_which_a_mass_slides_to_rest_has_no_sticking_field() {
     // Every impact takes 1 % of the velocity along the wall: infinitely many would take all of it.
     let parameters = [0.5, 1.0, 0.0, 0.0, 0.99];
-    let found = run(
-        &incline(0.0, "0.99"),
-        &parameters,
-        &[-0.24, 0.8, -0.32, -0.6],
-        25.0,
-    );
+    let found = run(&incline(0.0, "0.99"), &parameters, &[-0.24, 0.8, -0.32, -0.6], 25.0);
     let Outcome::NoStickingField { surface: 0, time } = found.outcome else {
         panic!("{:?}", found.outcome)
     };

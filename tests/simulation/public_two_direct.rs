@@ -145,10 +145,7 @@ fn both<S: Real>(scene: &Scene, file: &Value, row: &Value) -> [(Return<S>, f64);
     let start = join(&row["strobe_start"], phase);
     let strobe = image::<S>(scene, row, &quarter_before(period), &start);
     let strobe_truth = join(&row["strobe_image"], phase);
-    let errors = [
-        distance(&grazing.state, &truth),
-        distance(&strobe.state, &strobe_truth),
-    ];
+    let errors = [distance(&grazing.state, &truth), distance(&strobe.state, &strobe_truth)];
     [(grazing, errors[0]), (strobe, errors[1])]
 }
 
@@ -164,11 +161,7 @@ fn check_contacts(found: &Return<Dd>, row: &Value, place: &str) {
     let [right, left] = contacts(row);
     let hits = [left, right].map(|contact| usize::from(contact.is_some()));
     assert_eq!(found.outcome, ReturnOutcome::Returned, "{place}");
-    assert_eq!(
-        (found.contacts, found.extra_contacts),
-        (hits[0] + hits[1], 0),
-        "{place}"
-    );
+    assert_eq!((found.contacts, found.extra_contacts), (hits[0] + hits[1], 0), "{place}");
     assert_eq!(found.hits, hits, "{place}");
     for (speed, contact) in found.passages.iter().zip([right, left]) {
         let truth = contact.map(|contact| exact(&contact["v_in"]).abs());
@@ -192,10 +185,7 @@ fn images_in_double_double_agree_with_the_composition_of_exact_maps_to_1e_minus_
                 *worst = worst.max(error);
             }
         }
-        println!(
-            "{set}: tangency {:.1e}, stroboscopic {:.1e}",
-            worst[0], worst[1]
-        );
+        println!("{set}: tangency {:.1e}, stroboscopic {:.1e}", worst[0], worst[1]);
         // Rounding, 1e-32, times the factor 1/y of a square root, y > 5e-3, times the expansion of
         // a period, below 1e2.
         assert!(worst.iter().all(|&error| error < 1e-27), "{set}: {worst:?}");

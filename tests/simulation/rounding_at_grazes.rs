@@ -103,11 +103,7 @@ impl<'s> Images<'s> {
     fn wrong(&mut self, size: f64, count: usize, most: f64) -> Vec<Vec<f64>> {
         let dimension = self.rounded.dimension();
         (0..count)
-            .map(|number| {
-                (0..dimension)
-                    .map(|c| size * scattered(number, c))
-                    .collect()
-            })
+            .map(|number| (0..dimension).map(|c| size * scattered(number, c)).collect())
             .filter(|offsets: &Vec<f64>| self.error(offsets) > most)
             .collect()
     }
@@ -188,9 +184,7 @@ fn agree(text: &str, section: &[(&str, &str)], lowered: fn(&Model) -> HybridSyst
     let map = DirectMap::new(&system, &scene, &orbit).expect("finite parameters");
     let (dimension, active) = (map.dimension(), DiscreteMap::parameters(&map));
     let parameters = vec![0.0; active];
-    let mut lanes = map
-        .in_lanes::<LANES>(&[&parameters[..]; LANES])
-        .expect("one rigid stop");
+    let mut lanes = map.in_lanes::<LANES>(&[&parameters[..]; LANES]).expect("one rigid stop");
     for round in 0..100 {
         let place = |place: usize| scattered(round * LANES + place / dimension, place % dimension);
         let states: Vec<f64> = (0..LANES * dimension).map(|n| size * place(n)).collect();

@@ -60,47 +60,29 @@ fn run<S: Real>(model: &Model, parameters: &[f64], state: &[f64], duration: f64)
     let state: Vec<S> = state.iter().copied().map(S::from_f64).collect();
     let mut simulator = Simulator::new(&system, &parameters).expect("finite parameters");
     simulator.set_state(&state).expect("a finite state");
-    simulator
-        .run(S::from_f64(duration))
-        .expect("a finite duration")
+    simulator.run(S::from_f64(duration)).expect("a finite duration")
 }
 
 fn time_of<S: Real>(trajectory: &Trajectory<S>, wanted: impl Fn(&EventKind<S>) -> bool) -> S {
     let event = trajectory.events.iter().find(|event| wanted(&event.kind));
-    event
-        .unwrap_or_else(|| panic!("no such event in {:?}", trajectory.events))
-        .time
+    event.unwrap_or_else(|| panic!("no such event in {:?}", trajectory.events)).time
 }
 
 fn chatter_error<S: Real>(r: f64) -> f64 {
     let found = run::<S>(&ball(), &[1.0, r], &[0.5, 0.0], 30.0);
     assert_eq!(found.outcome, Outcome::Completed);
-    assert!(
-        found.state.iter().all(|value| value.abs().to_f64() < 1e-15),
-        "{:?}",
-        found.state
-    );
+    assert!(found.state.iter().all(|value| value.abs().to_f64() < 1e-15), "{:?}", found.state);
     // The fall takes 1 and ends at speed 1; flights take 2 r, 2 r², ...
     let r = S::from_f64(r);
     let expected = S::one() + S::from_f64(2.0) * r / (S::one() - r);
-    (time_of(&found, |kind| *kind == EventKind::Stick) - expected)
-        .abs()
-        .to_f64()
+    (time_of(&found, |kind| *kind == EventKind::Stick) - expected).abs().to_f64()
 }
 
 #[test]
 fn a_bouncing_ball_comes_to_rest_after_the_sum_of_its_flights() {
     for r in [0.0, 0.25, 0.5, 0.8, 0.9] {
-        assert!(
-            chatter_error::<f64>(r) < 1e-11,
-            "{r}: {:e}",
-            chatter_error::<f64>(r)
-        );
-        assert!(
-            chatter_error::<Dd>(r) < 1e-21,
-            "{r}: {:e}",
-            chatter_error::<Dd>(r)
-        );
+        assert!(chatter_error::<f64>(r) < 1e-11, "{r}: {:e}", chatter_error::<f64>(r));
+        assert!(chatter_error::<Dd>(r) < 1e-21, "{r}: {:e}", chatter_error::<Dd>(r));
     }
 }
 
@@ -114,14 +96,7 @@ fn an_elastic_ball_never_rests() {
 #[test]
 fn a_near_miss_is_reported_with_its_gap_and_is_no_contact() {
     let found = run::<f64>(&pendulum(), &[1.0 + 1e-12, 0.8], &[0.0, 1.0], 3.0);
-    let [
-        Event {
-            time,
-            kind: EventKind::NearMiss { gap },
-            ..
-        },
-    ] = found.events[..]
-    else {
+    let [Event { time, kind: EventKind::NearMiss { gap }, .. }] = found.events[..] else {
         panic!("{found:?}")
     };
     assert!((gap - 1e-12).abs() < 2e-15 && (time - std::f64::consts::FRAC_PI_2).abs() < 1e-15);
@@ -139,12 +114,7 @@ fn sweep<S: Real>(y: f64, tolerance: f64) {
         let (sine, cosine) = S::from_f64(-0.05 * f64::from(start)).sin_cos();
         simulator.set_state(&[sine, cosine]).expect("finite");
         let found = simulator.run(S::from_f64(5.0)).expect("finite");
-        assert_eq!(
-            found.contacts(),
-            1,
-            "y = {y:e}, start {start}: {:?}",
-            found.events
-        );
+        assert_eq!(found.contacts(), 1, "y = {y:e}, start {start}: {:?}", found.events);
         let speed = found.contact_speeds().next().expect("one contact");
         let expected = (depth * (S::one() + wall)).sqrt();
         let error = ((speed - expected) / expected).abs().to_f64();
@@ -174,9 +144,7 @@ fn release_error<S: Real>(r: f64) -> [f64; 2] {
     let theta = S::from_f64(duration - 1.0);
     let (sine, cosine) = theta.sin_cos();
     let expected = [-cosine - (theta - quarter), sine - S::one()];
-    let state = (0..2)
-        .map(|i| (found.state[i] - expected[i]).abs().to_f64())
-        .fold(0.0, f64::max);
+    let state = (0..2).map(|i| (found.state[i] - expected[i]).abs().to_f64()).fold(0.0, f64::max);
     [(released - quarter).abs().to_f64(), state]
 }
 
@@ -185,21 +153,14 @@ fn a_stuck_mass_is_released_where_the_push_changes_sign() {
     for r in [0.0, 0.3, 0.5] {
         let (double, double_double) = (release_error::<f64>(r), release_error::<Dd>(r));
         assert!(double.iter().all(|&error| error < 1e-14), "{r}: {double:?}");
-        assert!(
-            double_double.iter().all(|&error| error < 1e-28),
-            "{r}: {double_double:?}"
-        );
+        assert!(double_double.iter().all(|&error| error < 1e-28), "{r}: {double_double:?}");
     }
 }
 
 #[test]
 fn a_stuck_mass_stays_on_the_surface() {
     let found = run::<f64>(&pushed(), &[1.0, 0.0], &[-0.125, 0.75, -1.0], 2.0);
-    assert!(
-        found.state[0].abs() < 1e-16 && found.state[1].abs() < 1e-16,
-        "{:?}",
-        found.state
-    );
+    assert!(found.state[0].abs() < 1e-16 && found.state[1].abs() < 1e-16, "{:?}", found.state);
     let system = HybridSystem::new(&pushed());
     let mut simulator = Simulator::new(&system, &[1.0, 0.0]).expect("finite");
     simulator.set_state(&[-0.125, 0.75, -1.0]).expect("finite");
@@ -210,22 +171,13 @@ fn a_stuck_mass_stays_on_the_surface() {
 #[test]
 fn a_state_beyond_a_rigid_stop_is_said() {
     let found = run::<f64>(&pendulum(), &[1.0, 0.8], &[1.5, 0.0], 1.0);
-    assert_eq!(
-        found.outcome,
-        Outcome::Penetrating {
-            surface: 0,
-            time: 0.0,
-            gap: -0.5
-        }
-    );
+    assert_eq!(found.outcome, Outcome::Penetrating { surface: 0, time: 0.0, gap: -0.5 });
 }
 
 #[test]
 fn a_spring_returns_the_mass_after_half_its_period() {
     let found = run::<Dd>(&cushioned(""), &[0.0, 4.0], &[-0.5, 1.0], 4.0);
-    let begin = time_of(&found, |kind| {
-        matches!(kind, EventKind::ContactBegin { .. })
-    });
+    let begin = time_of(&found, |kind| matches!(kind, EventKind::ContactBegin { .. }));
     let end = time_of(&found, |kind| matches!(kind, EventKind::ContactEnd { .. }));
     assert!((begin - Dd::from(0.5)).abs().to_f64() < 1e-30);
     assert!((end - begin - Dd::FRAC_PI_2).abs().to_f64() < 1e-29);
@@ -260,19 +212,15 @@ fn stiff_contacts<S: Real>(system: &HybridSystem, stiffness: f64) {
         assert_eq!(kinds, ["begin", "end"], "k = {stiffness:e}, start {start}");
         // The spring turns the velocity round; rounding of the position, of size 0.7 speed, moves
         // it by ε √k of that.
-        let error = ((found.state[1] + speed) / speed.max(S::one()))
-            .abs()
-            .to_f64();
+        let error = ((found.state[1] + speed) / speed.max(S::one())).abs().to_f64();
         assert!(error < 64.0 * S::ROUNDOFF * stiffness.sqrt(), "{error:e}");
     }
 }
 
 #[test]
 fn a_stiff_contact_is_one_contact() {
-    let (exact, general) = (
-        HybridSystem::new(&stiff()),
-        HybridSystem::without_exact_flow(&stiff()),
-    );
+    let (exact, general) =
+        (HybridSystem::new(&stiff()), HybridSystem::without_exact_flow(&stiff()));
     for system in [&exact, &general] {
         for stiffness in [1e2, 1e4, 1e6, 1e8] {
             stiff_contacts::<f64>(system, stiffness);
@@ -311,15 +259,12 @@ fn energy_error<S: Real>(system: &HybridSystem, speed: f64) -> f64 {
 /// `f64`, 1e-13 in double-double; what is left is a few roundings of the speed.
 #[test]
 fn a_stiff_contact_begins_and_ends_on_its_surface() {
-    for system in [
-        HybridSystem::new(&prestressed()),
-        HybridSystem::without_exact_flow(&prestressed()),
-    ] {
+    for system in
+        [HybridSystem::new(&prestressed()), HybridSystem::without_exact_flow(&prestressed())]
+    {
         let method = system.method();
-        let (double, quad) = (
-            energy_error::<f64>(&system, 1e-3),
-            energy_error::<Dd>(&system, 1e-6),
-        );
+        let (double, quad) =
+            (energy_error::<f64>(&system, 1e-3), energy_error::<Dd>(&system, 1e-6));
         assert!(double < 1e-14, "{method:?}: {double:e}");
         assert!(quad < 1e-29, "{method:?}: {quad:e}");
     }
@@ -345,18 +290,11 @@ fn minima_at_seams<S: Real>(system: &HybridSystem, seam: f64) -> usize {
 
 #[test]
 fn a_minimum_between_two_flights_is_reported_once() {
-    for system in [
-        HybridSystem::new(&pendulum()),
-        HybridSystem::without_exact_flow(&pendulum()),
-    ] {
+    for system in [HybridSystem::new(&pendulum()), HybridSystem::without_exact_flow(&pendulum())] {
         for sample in 1..200 {
             let seam = 0.01 * f64::from(sample);
             let method = system.method();
-            assert_eq!(
-                minima_at_seams::<f64>(&system, seam),
-                1,
-                "{method:?} {seam}"
-            );
+            assert_eq!(minima_at_seams::<f64>(&system, seam), 1, "{method:?} {seam}");
             assert_eq!(minima_at_seams::<Dd>(&system, seam), 1, "{method:?} {seam}");
         }
     }
@@ -366,9 +304,7 @@ fn a_minimum_between_two_flights_is_reported_once() {
 fn a_damped_stop_releases_at_zero_force() {
     for release in ["release = \"k*x + p*v\"", "release = \"-k*x - p*v\""] {
         let found = run::<Dd>(&cushioned(release), &[0.5, 4.0], &[-0.5, 1.0], 4.0);
-        let begin = time_of(&found, |kind| {
-            matches!(kind, EventKind::ContactBegin { .. })
-        });
+        let begin = time_of(&found, |kind| matches!(kind, EventKind::ContactBegin { .. }));
         let end = time_of(&found, |kind| matches!(kind, EventKind::ContactEnd { .. }));
         // x'' = 0 at tan(w t) = 2 c w/(c² - w²), c = p/2, w² = k - c².
         let c = Dd::from(0.25);
@@ -395,10 +331,7 @@ fn a_period_returns_the_phase_exactly_and_does_not_drift() {
     let start = [0.7 * re / size, 0.7 * 1.8 * im / size, 0.0];
     simulator.set_state(&start).expect("finite");
     for _ in 0..1000 {
-        assert_eq!(
-            simulator.advance_period(period, &mut |_| {}),
-            Ok(Outcome::Completed)
-        );
+        assert_eq!(simulator.advance_period(period, &mut |_| {}), Ok(Outcome::Completed));
     }
     assert_eq!(simulator.state()[2], 0.0);
     assert!(
@@ -413,23 +346,14 @@ fn wrong_input_is_an_error() {
     let system = HybridSystem::new(&pendulum());
     assert_eq!(
         Simulator::new(&system, &[1.0]).err(),
-        Some(HybridError::ParameterLength {
-            expected: 2,
-            found: 1
-        })
+        Some(HybridError::ParameterLength { expected: 2, found: 1 })
     );
     let mut simulator = Simulator::new(&system, &[1.0, 0.8]).expect("finite");
     assert_eq!(
         simulator.set_state(&[0.0]),
-        Err(HybridError::StateLength {
-            expected: 2,
-            found: 1
-        })
+        Err(HybridError::StateLength { expected: 2, found: 1 })
     );
-    assert_eq!(
-        simulator.set_state(&[0.0, f64::NAN]),
-        Err(HybridError::NotFinite { component: 1 })
-    );
+    assert_eq!(simulator.set_state(&[0.0, f64::NAN]), Err(HybridError::NotFinite { component: 1 }));
     assert_eq!(simulator.forcing_period(), Err(HybridError::NoPhase));
 }
 
@@ -450,14 +374,10 @@ fn a_singularity_is_said_in_finite_time() {
 #[test]
 fn a_completed_chatter_is_said_with_its_duration() {
     let found = run::<f64>(&ball(), &[1.0, 0.5], &[0.5, 0.0], 30.0);
-    let last = found
-        .events
-        .iter()
-        .rev()
-        .find_map(|event| match event.kind {
-            EventKind::Impact { rebound, .. } => Some((event.time, rebound)),
-            _ => None,
-        });
+    let last = found.events.iter().rev().find_map(|event| match event.kind {
+        EventKind::Impact { rebound, .. } => Some((event.time, rebound)),
+        _ => None,
+    });
     let (time, rebound) = last.expect("impacts before");
     let ended = found.events.iter().find_map(|event| match event.kind {
         EventKind::ChatterEnd { duration } => Some((event.time, duration)),

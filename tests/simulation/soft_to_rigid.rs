@@ -25,10 +25,7 @@ const EXACT: f64 = 1e-26;
 const STIFFEST: f64 = 1e12;
 
 fn cases() -> Vec<Value> {
-    read("soft/soft_to_rigid.json")["system_A"]
-        .as_array()
-        .expect("cases")
-        .clone()
+    read("soft/soft_to_rigid.json")["system_A"].as_array().expect("cases").clone()
 }
 
 fn check(change: [Dd; 2], row: &Value, named: &str) {

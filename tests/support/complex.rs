@@ -83,7 +83,5 @@ pub(crate) fn solve(mut rows: Vec<Vec<Complex>>, mut right: Vec<Complex>) -> Vec
             right[other] = right[other] - factor * value;
         }
     }
-    (0..size)
-        .map(|row| right[row] * rows[row][row].inverse())
-        .collect()
+    (0..size).map(|row| right[row] * rows[row][row].inverse()).collect()
 }

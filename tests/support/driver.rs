@@ -16,11 +16,7 @@ pub(crate) fn rustc(arguments: &[&str], folder: &Path) {
         .current_dir(folder)
         .output()
         .expect("the test can be set up");
-    assert!(
-        output.status.success(),
-        "{}",
-        String::from_utf8_lossy(&output.stderr)
-    );
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
 }
 
 /// A program that reads `module x0 x1 p0 p1` (bits of their numbers) and prints image, depth and
@@ -63,9 +59,7 @@ fn driver(modules: &[&EmittedModule]) -> String {
 
 /// What the modules compute with: one kind of numbers.
 fn precision(modules: &[&EmittedModule]) -> FloatFormat {
-    let same = modules
-        .windows(2)
-        .all(|pair| pair[0].precision == pair[1].precision);
+    let same = modules.windows(2).all(|pair| pair[0].precision == pair[1].precision);
     assert!(same, "one program runs in one kind of numbers");
     modules[0].precision
 }
@@ -74,11 +68,8 @@ fn precision(modules: &[&EmittedModule]) -> FloatFormat {
 pub(crate) fn run(modules: &[&EmittedModule], queries: &[String]) -> Vec<Vec<f64>> {
     let folder = tempfile::tempdir().expect("the test can be set up");
     for module in modules {
-        fs::write(
-            folder.path().join(format!("{}.rs", module.identifier)),
-            &module.text,
-        )
-        .expect("the test can be set up");
+        fs::write(folder.path().join(format!("{}.rs", module.identifier)), &module.text)
+            .expect("the test can be set up");
     }
     fs::write(folder.path().join("main.rs"), driver(modules)).expect("the test can be set up");
     let mut arguments = vec!["-O", "-A", "dead_code", "--cfg", "feature=\"std\""];
@@ -96,9 +87,7 @@ pub(crate) fn run(modules: &[&EmittedModule], queries: &[String]) -> Vec<Vec<f64
     let text = queries.join("\n");
     let mut input = child.stdin.take().expect("the test can be set up");
     let writer = std::thread::spawn(move || {
-        input
-            .write_all(text.as_bytes())
-            .expect("the test can be set up")
+        input.write_all(text.as_bytes()).expect("the test can be set up")
     });
     let output = child.wait_with_output().expect("the test can be set up");
     writer.join().expect("the test can be set up");
@@ -108,14 +97,10 @@ pub(crate) fn run(modules: &[&EmittedModule], queries: &[String]) -> Vec<Vec<f64
     let number = |word: &str| {
         let bits: u64 = word.parse().expect("the test can be set up");
         if single {
-            f64::from(f32::from_bits(
-                u32::try_from(bits).expect("bits of a single"),
-            ))
+            f64::from(f32::from_bits(u32::try_from(bits).expect("bits of a single")))
         } else {
             f64::from_bits(bits)
         }
     };
-    text.lines()
-        .map(|line| line.split(' ').map(number).collect())
-        .collect()
+    text.lines().map(|line| line.split(' ').map(number).collect()).collect()
 }

@@ -65,11 +65,7 @@ impl Foale {
         let rest = Dd::ONE - alpha * alpha / (self.gain() * self.gain());
         let root = (self.p * self.p - self.square() * rest).sqrt();
         let below = self.p - root;
-        let chosen = if below > Dd::ZERO {
-            below
-        } else {
-            self.p + root
-        };
+        let chosen = if below > Dd::ZERO { below } else { self.p + root };
         chosen / self.square()
     }
 

@@ -5,29 +5,13 @@ use grazemap::model::Scene;
 use super::scenes::{parsed, scene_with, text};
 
 /// A system and the values that make its stop stiff or lightly damped.
-pub(crate) type Law = (
-    &'static str,
-    &'static str,
-    &'static [(&'static str, &'static str)],
-);
+pub(crate) type Law = (&'static str, &'static str, &'static [(&'static str, &'static str)]);
 
 pub(crate) const STIFF: [Law; 4] = [
     ("A, k2 = 1e6", "A", &[("k2", "1e6")]),
-    (
-        "B, R2 = 0.05, k2 = 100",
-        "B",
-        &[("R2", "0.05"), ("k2", "100")],
-    ),
-    (
-        "C, d = 1e-3, k2 = 1e5",
-        "C",
-        &[("d", "1e-3"), ("k2", "1e5")],
-    ),
-    (
-        "D, d = 1e-3, R2 = 0.5, k2 = 1e5",
-        "D",
-        &[("d", "1e-3"), ("R2", "0.5"), ("k2", "1e5")],
-    ),
+    ("B, R2 = 0.05, k2 = 100", "B", &[("R2", "0.05"), ("k2", "100")]),
+    ("C, d = 1e-3, k2 = 1e5", "C", &[("d", "1e-3"), ("k2", "1e5")]),
+    ("D, d = 1e-3, R2 = 0.5, k2 = 1e5", "D", &[("d", "1e-3"), ("R2", "0.5"), ("k2", "1e5")]),
 ];
 
 /// A system of the catalogue, A to D, with overrides.

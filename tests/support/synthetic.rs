@@ -49,10 +49,7 @@ pub(crate) fn map(smooth_order: u32, contact_weight: u32, kind: SectionKind) -> 
     };
     let weight = contact_weight as usize;
     let mut three = |order: usize, constant: f64| {
-        vec![
-            numbers.jet(&[2; 4], order, constant),
-            numbers.jet(&[2; 4], order, 0.1),
-        ]
+        vec![numbers.jet(&[2; 4], order, constant), numbers.jet(&[2; 4], order, 0.1)]
     };
     let depth = three(weight.max(2), 0.0).remove(0);
     let contact = Contact {
@@ -63,20 +60,11 @@ pub(crate) fn map(smooth_order: u32, contact_weight: u32, kind: SectionKind) -> 
     };
     let stages = match kind {
         SectionKind::Tangency => vec![Stage::Contact(contact), leg(&mut numbers)],
-        SectionKind::Stroboscopic => vec![
-            leg(&mut numbers),
-            Stage::Contact(contact),
-            leg(&mut numbers),
-        ],
+        SectionKind::Stroboscopic => {
+            vec![leg(&mut numbers), Stage::Contact(contact), leg(&mut numbers)]
+        }
     };
-    of_stages(
-        stages,
-        MapOrders {
-            smooth_order,
-            contact_weight,
-        },
-        kind,
-    )
+    of_stages(stages, MapOrders { smooth_order, contact_weight }, kind)
 }
 
 /// Two full polynomials of this order in three variables, one of them a parameter, without a
@@ -86,30 +74,19 @@ pub(crate) fn two_polynomials(order: u32) -> LocalMap {
     let mut polynomial = || {
         let full = numbers.jet(&[1; 4], order as usize, 0.0).scale(0.5);
         let within = |powers: &[u8]| powers[3] == 0;
-        let terms: Vec<f64> = full
-            .terms()
-            .map(|(powers, value)| if within(powers) { value } else { 0.0 })
-            .collect();
+        let terms: Vec<f64> =
+            full.terms().map(|(powers, value)| if within(powers) { value } else { 0.0 }).collect();
         Jet::from_coefficients(full.space(), terms)
     };
-    let stages = vec![Stage::Leg(Leg {
-        image: vec![polynomial(), polynomial()],
-    })];
-    let orders = MapOrders {
-        smooth_order: order,
-        contact_weight: 1,
-    };
+    let stages = vec![Stage::Leg(Leg { image: vec![polynomial(), polynomial()] })];
+    let orders = MapOrders { smooth_order: order, contact_weight: 1 };
     of_stages(stages, orders, SectionKind::Tangency)
 }
 
 pub(crate) fn of_stages(stages: Vec<Stage>, orders: MapOrders, kind: SectionKind) -> LocalMap {
-    let parameter = |name: &str, value: f64| ActiveParameter {
-        name: name.into(),
-        value: Dd::from_f64(value),
-    };
-    let contacts = stages
-        .iter()
-        .filter(|stage| matches!(stage, Stage::Contact(_)));
+    let parameter =
+        |name: &str, value: f64| ActiveParameter { name: name.into(), value: Dd::from_f64(value) };
+    let contacts = stages.iter().filter(|stage| matches!(stage, Stage::Contact(_)));
     let surfaces = contacts.map(|_| "stop".to_owned()).collect();
     LocalMap {
         scene: "synthetic".into(),
@@ -124,11 +101,7 @@ pub(crate) fn of_stages(stages: Vec<Stage>, orders: MapOrders, kind: SectionKind
         orders,
         surfaces,
         stages,
-        window: MapWindow {
-            depth: 0.1,
-            state: vec![WINDOW; 2],
-            parameter: vec![WINDOW; 2],
-        },
+        window: MapWindow { depth: 0.1, state: vec![WINDOW; 2], parameter: vec![WINDOW; 2] },
         fitted_to: None,
     }
 }
@@ -136,33 +109,21 @@ pub(crate) fn of_stages(stages: Vec<Stage>, orders: MapOrders, kind: SectionKind
 /// A composed form in two coordinates and two parameters.
 pub(crate) fn composed(order: usize) -> ComposedMap {
     let mut numbers = Numbers::new(11);
-    let mut pair = |order: usize| {
-        vec![
-            numbers.jet(&[2; 4], order, 0.0),
-            numbers.jet(&[2; 4], order, 0.1),
-        ]
-    };
+    let mut pair =
+        |order: usize| vec![numbers.jet(&[2; 4], order, 0.0), numbers.jet(&[2; 4], order, 0.1)];
     let polynomial = |parts: [&Jet<f64>; 3]| DepthPolynomial {
         terms: (0..)
             .zip(parts)
-            .map(|(power, part)| DepthTerm {
-                powers: vec![power],
-                coefficient: part.clone(),
-            })
+            .map(|(power, part)| DepthTerm { powers: vec![power], coefficient: part.clone() })
             .collect(),
     };
     let depth = DepthPolynomial {
-        terms: vec![DepthTerm {
-            powers: vec![0],
-            coefficient: pair(order).remove(0),
-        }],
+        terms: vec![DepthTerm { powers: vec![0], coefficient: pair(order).remove(0) }],
     };
     let (smooth, linear, quadratic) = (pair(order), pair(order - 1), pair(order - 2));
     ComposedMap {
         depths: vec![depth],
-        image: (0..2)
-            .map(|i| polynomial([&smooth[i], &linear[i], &quadratic[i]]))
-            .collect(),
+        image: (0..2).map(|i| polynomial([&smooth[i], &linear[i], &quadratic[i]])).collect(),
     }
 }
 

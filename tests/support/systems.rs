@@ -124,10 +124,8 @@ pub(crate) fn scene(name: &str, section: &str) -> Scene {
 /// The chain of the catalogue with a rigid stop.
 fn three_rigid_masses() -> String {
     let text = text("three_masses");
-    let contact = text
-        .lines()
-        .find(|line| line.starts_with("contact = "))
-        .expect("a compliant stop");
+    let contact =
+        text.lines().find(|line| line.starts_with("contact = ")).expect("a compliant stop");
     text.replace(contact, "impact = { v3 = \"-0.8*v3\" }")
 }
 
@@ -138,10 +136,7 @@ pub(crate) fn two_masses(file: &Value) -> Scene {
     let force = |number: usize| reference::text(&file["params"]["f"][number]);
     let outer = format!("1 + {}", of("mu_k"));
     let graze = reference::exact_list(&file["grazing_state_R"]);
-    let graze: Vec<_> = graze
-        .iter()
-        .map(|value| format!("{:e}", value.hi))
-        .collect();
+    let graze: Vec<_> = graze.iter().map(|value| format!("{:e}", value.hi)).collect();
     let overrides = [
         ("k22", &outer[..]),
         ("m2", of("mu_m")),

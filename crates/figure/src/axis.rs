@@ -64,19 +64,12 @@ pub struct Axis {
 impl Axis {
     /// A linear axis that shows all data.
     pub fn linear(label: impl Into<String>) -> Self {
-        Self {
-            label: label.into(),
-            scale: AxisScale::Linear,
-            range: None,
-        }
+        Self { label: label.into(), scale: AxisScale::Linear, range: None }
     }
 
     /// A logarithmic axis that shows all positive data.
     pub fn log10(label: impl Into<String>) -> Self {
-        Self {
-            scale: AxisScale::Log10,
-            ..Self::linear(label)
-        }
+        Self { scale: AxisScale::Log10, ..Self::linear(label) }
     }
 
     /// The same axis with fixed ends.
@@ -99,9 +92,7 @@ impl Axis {
             return Err(self.refuse(threshold, threshold));
         }
         let Some((lower, upper)) = self.range else {
-            return Ok(with_margin(extremes(
-                data.map(|value| self.scale.place(value)),
-            )));
+            return Ok(with_margin(extremes(data.map(|value| self.scale.place(value)))));
         };
         let places = (self.scale.place(lower), self.scale.place(upper));
         let finite = lower.is_finite() && upper.is_finite() && (upper - lower).is_finite();
@@ -113,12 +104,7 @@ impl Axis {
     }
 
     fn refuse(&self, lower: f64, upper: f64) -> FigureError {
-        FigureError::AxisRange {
-            axis: self.label.clone(),
-            lower,
-            upper,
-            scale: self.scale.name(),
-        }
+        FigureError::AxisRange { axis: self.label.clone(), lower, upper, scale: self.scale.name() }
     }
 }
 
@@ -142,11 +128,7 @@ fn with_margin(ends: Option<(f64, f64)>) -> (f64, f64) {
     match ends {
         None => (0.0, 1.0),
         Some((lower, upper)) if too_narrow((lower, upper)) => {
-            let half = if lower == 0.0 {
-                1.0
-            } else {
-                0.1 * lower.abs().max(1e-280)
-            };
+            let half = if lower == 0.0 { 1.0 } else { 0.1 * lower.abs().max(1e-280) };
             (lower - half, upper + half)
         }
         Some((lower, upper)) => {
@@ -167,10 +149,7 @@ mod tests {
             for value in [1e-6, 0.02, 3.0, 4e5] {
                 // Two elementary functions and their conditioning: a few hundred roundings at most.
                 let back = scale.value(scale.place(value));
-                assert!(
-                    (back / value - 1.0).abs() < 1e-10,
-                    "{scale:?} {value} {back}"
-                );
+                assert!((back / value - 1.0).abs() < 1e-10, "{scale:?} {value} {back}");
             }
         }
         assert!(AxisScale::Log10.place(-1.0).is_nan());
@@ -179,21 +158,11 @@ mod tests {
 
     #[test]
     fn ranges_that_cannot_be_shown_are_refused() {
-        for (lower, upper) in [
-            (1.0, 1.0),
-            (2.0, 1.0),
-            (f64::NAN, 1.0),
-            (-f64::MAX, f64::MAX),
-        ] {
+        for (lower, upper) in [(1.0, 1.0), (2.0, 1.0), (f64::NAN, 1.0), (-f64::MAX, f64::MAX)] {
             let axis = Axis::linear("x").with_range(lower, upper);
             assert!(axis.ends([].into_iter()).is_err(), "{lower} {upper}");
         }
-        assert!(
-            Axis::log10("x")
-                .with_range(0.0, 1.0)
-                .ends([].into_iter())
-                .is_err()
-        );
+        assert!(Axis::log10("x").with_range(0.0, 1.0).ends([].into_iter()).is_err());
         let mut symlog = Axis::linear("x");
         symlog.scale = AxisScale::Symlog { threshold: 0.0 };
         assert!(symlog.ends([1.0].into_iter()).is_err());
@@ -201,17 +170,10 @@ mod tests {
 
     #[test]
     fn data_without_extent_still_give_an_axis() {
-        for data in [
-            vec![],
-            vec![f64::NAN],
-            vec![0.0],
-            vec![5.0, 5.0],
-            vec![f64::MAX],
-            vec![5e-324],
-        ] {
-            let (lower, upper) = Axis::linear("x")
-                .ends(data.into_iter())
-                .expect("no range given");
+        for data in
+            [vec![], vec![f64::NAN], vec![0.0], vec![5.0, 5.0], vec![f64::MAX], vec![5e-324]]
+        {
+            let (lower, upper) = Axis::linear("x").ends(data.into_iter()).expect("no range given");
             assert!(lower < upper && (upper - lower).is_finite());
         }
     }

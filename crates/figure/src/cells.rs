@@ -75,31 +75,17 @@ impl CellChart {
         let (Some(&left), Some(&top)) = (columns.first(), rows.first()) else {
             return Ok(None);
         };
-        let from = (
-            lower_left.0 + left as f64 * pitch.0,
-            lower_left.1 - (top + 1) as f64 * pitch.1,
-        );
-        let to = (
-            from.0 + columns.len() as f64 * pitch.0,
-            from.1 + rows.len() as f64 * pitch.1,
-        );
+        let from =
+            (lower_left.0 + left as f64 * pitch.0, lower_left.1 - (top + 1) as f64 * pitch.1);
+        let to = (from.0 + columns.len() as f64 * pitch.0, from.1 + rows.len() as f64 * pitch.1);
         let colors = rows
             .iter()
-            .flat_map(|&r| {
-                columns
-                    .iter()
-                    .map(move |&c| self.cells[r * self.columns + c])
-            })
+            .flat_map(|&r| columns.iter().map(move |&c| self.cells[r * self.columns + c]))
             .map(|cell| match cell {
                 Some(category) if category < self.names.len() => self.color(category),
                 _ => PAPER,
             })
             .collect();
-        Ok(Some(Mosaic {
-            from,
-            to,
-            columns: columns.len(),
-            colors,
-        }))
+        Ok(Some(Mosaic { from, to, columns: columns.len(), colors }))
     }
 }

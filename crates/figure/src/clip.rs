@@ -82,9 +82,7 @@ fn joined(piece: Vec<Point>) -> Vec<Point> {
     let last = piece.len() - 1;
     let mut kept: Vec<Point> = Vec::with_capacity(piece.len());
     for (index, point) in piece.into_iter().enumerate() {
-        let far = kept
-            .last()
-            .is_none_or(|k| (k.0 - point.0).hypot(k.1 - point.1) >= 0.2);
+        let far = kept.last().is_none_or(|k| (k.0 - point.0).hypot(k.1 - point.1) >= 0.2);
         if far || index == last {
             kept.push(point);
         }
@@ -96,39 +94,21 @@ fn joined(piece: Vec<Point>) -> Vec<Point> {
 mod tests {
     use super::*;
 
-    const AREA: Area = Area {
-        left: 0.0,
-        top: 0.0,
-        right: 10.0,
-        bottom: 10.0,
-    };
+    const AREA: Area = Area { left: 0.0, top: 0.0, right: 10.0, bottom: 10.0 };
 
     #[test]
     fn lines_end_at_the_edge_and_at_gaps() {
-        let line = [
-            (-5.0, 5.0),
-            (5.0, 5.0),
-            (5.0, 15.0),
-            (f64::NAN, 0.0),
-            (1.0, 1.0),
-            (2.0, 2.0),
-        ];
+        let line = [(-5.0, 5.0), (5.0, 5.0), (5.0, 15.0), (f64::NAN, 0.0), (1.0, 1.0), (2.0, 2.0)];
         let pieces = AREA.pieces(line.into_iter());
         assert_eq!(
             pieces,
-            [
-                vec![(0.0, 5.0), (5.0, 5.0), (5.0, 10.0)],
-                vec![(1.0, 1.0), (2.0, 2.0)]
-            ]
+            [vec![(0.0, 5.0), (5.0, 5.0), (5.0, 10.0)], vec![(1.0, 1.0), (2.0, 2.0)]]
         );
     }
 
     #[test]
     fn lines_outside_are_not_drawn() {
-        assert!(
-            AREA.pieces([(-1.0, 5.0), (5.0, 50.0)].into_iter())
-                .is_empty()
-        );
+        assert!(AREA.pieces([(-1.0, 5.0), (5.0, 50.0)].into_iter()).is_empty());
         assert!(AREA.pieces([(3.0, 3.0)].into_iter()).is_empty());
     }
 }

@@ -41,22 +41,13 @@ pub(super) fn content(figure: &Figure, frame: &Frame) -> Result<Content, FigureE
             continue;
         }
         if let Some(marker) = annotation.marker {
-            over.push(Shape::Mark {
-                at,
-                radius: 4.2,
-                marker,
-                color: INK,
-            });
+            over.push(Shape::Mark { at, radius: 4.2, marker, color: INK });
         }
         if !annotation.text.is_empty() {
             over.push(labeller.beside(at, &annotation.text, WORDS, INK)?);
         }
     }
-    Ok(Content {
-        under,
-        over,
-        thinning,
-    })
+    Ok(Content { under, over, thinning })
 }
 
 fn color_of(figure: &Figure, index: usize) -> Rgb {
@@ -66,12 +57,7 @@ fn color_of(figure: &Figure, index: usize) -> Rgb {
 
 fn places(series: &Series, frame: &Frame) -> Vec<Point> {
     let inside = |&at: &Point| frame.area.holds(at);
-    series
-        .points
-        .iter()
-        .map(|&point| frame.at(point))
-        .filter(inside)
-        .collect()
+    series.points.iter().map(|&point| frame.at(point)).filter(inside).collect()
 }
 
 fn series_shapes(figure: &Figure, frame: &Frame, shapes: &mut Vec<Shape>) -> Option<Thinning> {
@@ -87,21 +73,11 @@ fn series_shapes(figure: &Figure, frame: &Frame, shapes: &mut Vec<Shape>) -> Opt
         if let Some(stroke) = stroke {
             let line = series.points.iter().map(|&point| frame.at(point));
             let pieces = frame.area.pieces(line).into_iter();
-            shapes.extend(pieces.map(|points| Shape::Line {
-                points,
-                width: LINE,
-                stroke,
-                color,
-            }));
+            shapes.extend(pieces.map(|points| Shape::Line { points, width: LINE, stroke, color }));
         }
         if let Some(marker) = marker {
             let marks = places(series, frame).into_iter();
-            shapes.extend(marks.map(|at| Shape::Mark {
-                at,
-                radius: MARKER,
-                marker,
-                color,
-            }));
+            shapes.extend(marks.map(|at| Shape::Mark { at, radius: MARKER, marker, color }));
         }
     }
     thinning
@@ -109,35 +85,22 @@ fn series_shapes(figure: &Figure, frame: &Frame, shapes: &mut Vec<Shape>) -> Opt
 
 /// All series of dots: where they are if they are few, else on a grid.
 fn dots(figure: &Figure, frame: &Frame, shapes: &mut Vec<Shape>) -> Option<Thinning> {
-    let dotted = figure
-        .series
-        .iter()
-        .enumerate()
-        .filter(|(_, series)| series.style == SeriesStyle::Dots);
-    let groups: Vec<(Vec<Point>, Rgb)> = dotted
-        .map(|(index, series)| (places(series, frame), color_of(figure, index)))
-        .collect();
+    let dotted =
+        figure.series.iter().enumerate().filter(|(_, series)| series.style == SeriesStyle::Dots);
+    let groups: Vec<(Vec<Point>, Rgb)> =
+        dotted.map(|(index, series)| (places(series, frame), color_of(figure, index))).collect();
     let given = groups.iter().map(|(points, _)| points.len()).sum();
     if given <= EXACT_DOTS {
         for (points, color) in groups {
             let radius = if given <= 400 { 1.8 } else { 1.0 };
-            let mark = |at| Shape::Mark {
-                at,
-                radius,
-                marker: Marker::Circle,
-                color,
-            };
+            let mark = |at| Shape::Mark { at, radius, marker: Marker::Circle, color };
             shapes.extend(points.into_iter().map(mark));
         }
         return None;
     }
     let thinned = thin(&groups, &frame.area);
     shapes.extend(thinned.dots.into_iter().map(Shape::Dots));
-    Some(Thinning {
-        given,
-        drawn: thinned.cells,
-        grid: thinned.grid,
-    })
+    Some(Thinning { given, drawn: thinned.cells, grid: thinned.grid })
 }
 
 fn guide_shapes(
@@ -157,12 +120,7 @@ fn guide_shapes(
             let (x, _) = frame.at([*at, f64::NAN]);
             ([(x, area.bottom), (x, area.top)], label)
         }
-        Guide::Slope {
-            through,
-            exponent,
-            to,
-            label,
-        } => {
+        Guide::Slope { through, exponent, to, label } => {
             let end = through[1] * (to / through[0]).powf(*exponent);
             ([frame.at(*through), frame.at([*to, end])], label)
         }
@@ -170,12 +128,7 @@ fn guide_shapes(
     let color = FAINT_INK;
     for points in area.pieces(ends.into_iter()) {
         let last = points.last().copied().filter(|_| !label.is_empty());
-        under.push(Shape::Line {
-            points,
-            width: 1.1,
-            stroke: Stroke::Dashed,
-            color,
-        });
+        under.push(Shape::Line { points, width: 1.1, stroke: Stroke::Dashed, color });
         if let Some(at) = last {
             over.push(labeller.beside(at, label, WORDS - 1.0, color)?);
         }
@@ -189,11 +142,7 @@ fn obstacles(figure: &Figure, frame: &Frame) -> Vec<Point> {
     let mut found = Vec::new();
     for series in &figure.series {
         let stride = series.points.len().div_ceil(MOST).max(1);
-        let points = series
-            .points
-            .iter()
-            .step_by(stride)
-            .map(|&point| frame.at(point));
+        let points = series.points.iter().step_by(stride).map(|&point| frame.at(point));
         match series.style {
             SeriesStyle::Dots | SeriesStyle::Markers(_) => found.extend(points),
             SeriesStyle::Line(_) | SeriesStyle::LineWithMarkers(..) => {

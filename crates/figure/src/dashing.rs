@@ -41,9 +41,6 @@ mod tests {
     #[test]
     fn dashes_keep_their_lengths_around_corners() {
         let found = dashed(&[(0.0, 0.0), (3.0, 0.0), (3.0, 5.0)], &[2.0, 2.0]);
-        assert_eq!(
-            found,
-            [vec![(0.0, 0.0), (2.0, 0.0)], vec![(3.0, 1.0), (3.0, 3.0)],]
-        );
+        assert_eq!(found, [vec![(0.0, 0.0), (2.0, 0.0)], vec![(3.0, 1.0), (3.0, 3.0)],]);
     }
 }

@@ -93,12 +93,7 @@ pub(super) fn outline(marker: Marker, (x, y): Point, r: f64) -> Vec<Point> {
         Marker::Circle | Marker::Ring | Marker::Cross => Vec::new(),
         Marker::Square => {
             let s = 0.88 * r;
-            vec![
-                (x - s, y - s),
-                (x + s, y - s),
-                (x + s, y + s),
-                (x - s, y + s),
-            ]
+            vec![(x - s, y - s), (x + s, y - s), (x + s, y + s), (x - s, y + s)]
         }
         Marker::Diamond => {
             let s = 1.25 * r;
@@ -106,11 +101,7 @@ pub(super) fn outline(marker: Marker, (x, y): Point, r: f64) -> Vec<Point> {
         }
         Marker::Triangle => {
             let s = 1.2 * r;
-            vec![
-                (x, y - s),
-                (x + 0.95 * s, y + 0.7 * s),
-                (x - 0.95 * s, y + 0.7 * s),
-            ]
+            vec![(x, y - s), (x + 0.95 * s, y + 0.7 * s), (x - 0.95 * s, y + 0.7 * s)]
         }
     }
 }

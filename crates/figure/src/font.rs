@@ -24,9 +24,7 @@ pub(super) fn font(size: f64) -> Result<FontDesc<'static>, FigureError> {
         let family = FontFamily::Name(FAMILY);
         Ok(FontDesc::new(family, size * LINE_BOX, FontStyle::Normal))
     } else {
-        Err(FigureError::Bitmap(
-            "the built-in font is unreadable".to_owned(),
-        ))
+        Err(FigureError::Bitmap("the built-in font is unreadable".to_owned()))
     }
 }
 

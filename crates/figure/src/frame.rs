@@ -34,10 +34,7 @@ pub(super) struct Frame {
 impl Frame {
     /// The place of a pair of values; not finite where the axes have none.
     pub(super) fn at(&self, [x, y]: [f64; 2]) -> Point {
-        (
-            self.across(self.scales.0.place(x)),
-            self.down(self.scales.1.place(y)),
-        )
+        (self.across(self.scales.0.place(x)), self.down(self.scales.1.place(y)))
     }
 
     fn across(&self, place: f64) -> f64 {
@@ -59,28 +56,15 @@ pub(super) fn lay_out(figure: &Figure) -> Result<Layout, FigureError> {
     let title_height = if figure.title.is_empty() { 0.0 } else { 26.0 };
     let top = 14.0 + title_height + legend.above();
     let bottom = tall - 50.0;
-    let vertical = ticks(
-        figure.vertical.scale,
-        ends.1,
-        ((bottom - top) / 44.0) as usize,
-    );
+    let vertical = ticks(figure.vertical.scale, ends.1, ((bottom - top) / 44.0) as usize);
     let left = 36.0 + widest(&vertical)?;
     let right = (wide - 20.0 - legend.beside()).max(left + 40.0);
-    let area = Area {
-        left,
-        top,
-        right,
-        bottom: bottom.max(top + 40.0),
-    };
+    let area = Area { left, top, right, bottom: bottom.max(top + 40.0) };
     let horizontal = horizontal_ticks(figure.horizontal.scale, ends.0, area.width())?;
     let scales = (figure.horizontal.scale, figure.vertical.scale);
     let frame = Frame { area, scales, ends };
 
-    let Content {
-        under,
-        over,
-        thinning,
-    } = content(figure, &frame)?;
+    let Content { under, over, thinning } = content(figure, &frame)?;
     let mut shapes = grid(&frame, &horizontal, &vertical);
     shapes.extend(under);
     shapes.extend(edges(&area));
@@ -92,20 +76,13 @@ pub(super) fn lay_out(figure: &Figure) -> Result<Layout, FigureError> {
         let text = fitted(&figure.title, TITLE_SIZE, wide - left - 10.0)?;
         shapes.push(words((left, 22.0), Anchor::Start, TITLE_SIZE, text));
     }
-    let drawing = Drawing {
-        size: figure.size,
-        title: spoken_title(figure),
-        shapes,
-    };
+    let drawing = Drawing { size: figure.size, title: spoken_title(figure), shapes };
     Ok(Layout { drawing, thinning })
 }
 
 fn spoken_title(figure: &Figure) -> String {
     if figure.title.is_empty() {
-        format!(
-            "{} against {}",
-            figure.vertical.label, figure.horizontal.label
-        )
+        format!("{} against {}", figure.vertical.label, figure.horizontal.label)
     } else {
         figure.title.clone()
     }
@@ -119,10 +96,7 @@ fn ends(figure: &Figure) -> Result<Ends, FigureError> {
         scales.0.place(*x).is_finite() && scales.1.place(*y).is_finite()
     };
     let data = || {
-        let series = figure
-            .series
-            .iter()
-            .flat_map(|series| series.points.iter().copied());
+        let series = figure.series.iter().flat_map(|series| series.points.iter().copied());
         let marked = figure.annotations.iter().map(|annotation| annotation.at);
         series.chain(marked).filter(shown)
     };
@@ -133,10 +107,7 @@ fn ends(figure: &Figure) -> Result<Ends, FigureError> {
     let chart = figure.cells.as_ref();
     let horizontal = fixed(&figure.horizontal, chart.map(|chart| chart.horizontal));
     let vertical = fixed(&figure.vertical, chart.map(|chart| chart.vertical));
-    Ok((
-        horizontal.ends(data().map(|[x, _]| x))?,
-        vertical.ends(data().map(|[_, y]| y))?,
-    ))
+    Ok((horizontal.ends(data().map(|[x, _]| x))?, vertical.ends(data().map(|[_, y]| y))?))
 }
 
 fn widest(ticks: &Ticks) -> Result<f64, FigureError> {
@@ -152,16 +123,9 @@ fn horizontal_ticks(scale: AxisScale, ends: (f64, f64), room: f64) -> Result<Tic
     let mut wanted = ((room / 70.0) as usize).max(2);
     loop {
         let found = ticks(scale, ends, wanted);
-        let named: Vec<f64> = found
-            .ticks
-            .iter()
-            .filter(|t| !t.text.is_empty())
-            .map(|t| t.place)
-            .collect();
-        let nearest = named
-            .windows(2)
-            .map(|pair| pair[1] - pair[0])
-            .fold(f64::INFINITY, f64::min);
+        let named: Vec<f64> =
+            found.ticks.iter().filter(|t| !t.text.is_empty()).map(|t| t.place).collect();
+        let nearest = named.windows(2).map(|pair| pair[1] - pair[0]).fold(f64::INFINITY, f64::min);
         let spacing = nearest / (ends.1 - ends.0) * room;
         if wanted <= 2 || spacing > widest(&found)? + 12.0 {
             return Ok(found);
@@ -171,24 +135,11 @@ fn horizontal_ticks(scale: AxisScale, ends: (f64, f64), room: f64) -> Result<Tic
 }
 
 fn rule(from: Point, to: Point, width: f64, color: [u8; 3]) -> Shape {
-    Shape::Line {
-        points: vec![from, to],
-        width,
-        stroke: Stroke::Solid,
-        color,
-    }
+    Shape::Line { points: vec![from, to], width, stroke: Stroke::Solid, color }
 }
 
 fn words(at: Point, anchor: Anchor, size: f64, text: String) -> Shape {
-    Shape::Text {
-        at,
-        anchor,
-        direction: Direction::Across,
-        size,
-        color: INK,
-        text,
-        halo: false,
-    }
+    Shape::Text { at, anchor, direction: Direction::Across, size, color: INK, text, halo: false }
 }
 
 fn grid(frame: &Frame, horizontal: &Ticks, vertical: &Ticks) -> Vec<Shape> {
@@ -218,28 +169,13 @@ fn tick_texts(frame: &Frame, horizontal: &Ticks, vertical: &Ticks) -> Vec<Shape>
     let mut shapes = Vec::new();
     for tick in horizontal.ticks.iter().filter(|tick| !tick.text.is_empty()) {
         let x = frame.across(tick.place);
-        shapes.push(rule(
-            (x, area.bottom),
-            (x, area.bottom + 4.0),
-            1.0,
-            FAINT_INK,
-        ));
-        shapes.push(words(
-            (x, area.bottom + 17.0),
-            Anchor::Middle,
-            TICK_SIZE,
-            tick.text.clone(),
-        ));
+        shapes.push(rule((x, area.bottom), (x, area.bottom + 4.0), 1.0, FAINT_INK));
+        shapes.push(words((x, area.bottom + 17.0), Anchor::Middle, TICK_SIZE, tick.text.clone()));
     }
     for tick in vertical.ticks.iter().filter(|tick| !tick.text.is_empty()) {
         let y = frame.down(tick.place);
         shapes.push(rule((area.left - 4.0, y), (area.left, y), 1.0, FAINT_INK));
-        shapes.push(words(
-            (area.left - 7.0, y + 4.0),
-            Anchor::End,
-            TICK_SIZE,
-            tick.text.clone(),
-        ));
+        shapes.push(words((area.left - 7.0, y + 4.0), Anchor::End, TICK_SIZE, tick.text.clone()));
     }
     shapes
 }
@@ -256,19 +192,11 @@ fn axis_labels(
         let room = (room - width(&suffix, LABEL_SIZE)?).max(20.0);
         Ok(fitted(&axis.label, LABEL_SIZE, room)? + &suffix)
     };
-    let middle = (
-        (area.left + area.right) / 2.0,
-        (area.top + area.bottom) / 2.0,
-    );
+    let middle = ((area.left + area.right) / 2.0, (area.top + area.bottom) / 2.0);
     let below = label(&figure.horizontal, horizontal, area.width() + 40.0)?;
     let beside = label(&figure.vertical, vertical, area.height() + 40.0)?;
     Ok(vec![
-        words(
-            (middle.0, area.bottom + 39.0),
-            Anchor::Middle,
-            LABEL_SIZE,
-            below,
-        ),
+        words((middle.0, area.bottom + 39.0), Anchor::Middle, LABEL_SIZE, below),
         Shape::Text {
             at: (18.0, middle.1),
             anchor: Anchor::Middle,

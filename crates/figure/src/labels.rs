@@ -26,11 +26,7 @@ pub(super) struct Labeller {
 
 impl Labeller {
     pub(super) fn new(area: Area, obstacles: Vec<Point>) -> Self {
-        Self {
-            area,
-            obstacles,
-            taken: Vec::new(),
-        }
+        Self { area, obstacles, taken: Vec::new() }
     }
 
     /// Words near a point, in the best of eight positions around it.
@@ -59,12 +55,7 @@ impl Labeller {
         {
             let x = at.0 + dx * gap + (dx.clamp(-1.0, 1.0) - 1.0) / 2.0 * wide;
             let y = at.1 + dy * gap + (dy.clamp(-1.0, 1.0) - 1.0) / 2.0 * tall;
-            let room = Area {
-                left: x,
-                top: y,
-                right: x + wide,
-                bottom: y + tall,
-            };
+            let room = Area { left: x, top: y, right: x + wide, bottom: y + tall };
             let cost = self.cost(&room) + rank as f64 * 0.5;
             if best.as_ref().is_none_or(|(least, _)| cost < *least) {
                 best = Some((cost, room));
@@ -85,26 +76,15 @@ impl Labeller {
 
     fn cost(&self, room: &Area) -> f64 {
         let corners = [(room.left, room.top), (room.right, room.bottom)];
-        let outside = corners
-            .iter()
-            .filter(|&&corner| !self.area.holds(corner))
-            .count();
-        let overlapping = self
-            .taken
-            .iter()
-            .filter(|other| overlap(room, other))
-            .count();
+        let outside = corners.iter().filter(|&&corner| !self.area.holds(corner)).count();
+        let overlapping = self.taken.iter().filter(|other| overlap(room, other)).count();
         let reach = Area {
             left: room.left - MARKER,
             top: room.top - MARKER,
             right: room.right + MARKER,
             bottom: room.bottom + MARKER,
         };
-        let covered = self
-            .obstacles
-            .iter()
-            .filter(|&&point| reach.holds(point))
-            .count();
+        let covered = self.obstacles.iter().filter(|&&point| reach.holds(point)).count();
         1e6 * outside as f64 + 1e4 * overlapping as f64 + COVERED * covered as f64
     }
 }
@@ -120,12 +100,7 @@ mod tests {
 
     #[test]
     fn a_label_leaves_markers_free_where_it_can() {
-        let area = Area {
-            left: 0.0,
-            top: 0.0,
-            right: 300.0,
-            bottom: 200.0,
-        };
+        let area = Area { left: 0.0, top: 0.0, right: 300.0, bottom: 200.0 };
         let at = (150.0, 100.0);
         // All but the position below and to the left have a marker in them or at their edge.
         let crowd = vec![(165.0, 78.0), (135.0, 78.0), (165.0, 110.0), (150.0, 82.0)];
@@ -138,12 +113,7 @@ mod tests {
 
     #[test]
     fn labels_stay_inside_and_do_not_overlap() {
-        let area = Area {
-            left: 0.0,
-            top: 0.0,
-            right: 300.0,
-            bottom: 200.0,
-        };
+        let area = Area { left: 0.0, top: 0.0, right: 300.0, bottom: 200.0 };
         let mut labeller = Labeller::new(area, Vec::new());
         let corner = (299.0, 1.0);
         for at in [corner, (150.0, 100.0), (150.0, 100.0)] {

@@ -39,11 +39,7 @@ impl Legend {
     /// The legend of a figure that has so much width for a row of entries.
     pub(super) fn of(figure: &Figure, room: f64) -> Result<Self, FigureError> {
         let count = figure.series.len();
-        let series = figure
-            .series
-            .iter()
-            .enumerate()
-            .filter(|(_, series)| !series.name.is_empty());
+        let series = figure.series.iter().enumerate().filter(|(_, series)| !series.name.is_empty());
         let mut entries: Vec<(String, Key, Rgb)> = series
             .map(|(index, series)| {
                 let color = figure.palette.color(series.color.unwrap_or(index), count);
@@ -69,11 +65,7 @@ impl Legend {
             1..=6 if row <= room => Form::Row,
             _ => Form::Column,
         };
-        Ok(Self {
-            entries,
-            widths,
-            form,
-        })
+        Ok(Self { entries, widths, form })
     }
 
     /// Height taken above the plot area.
@@ -84,11 +76,7 @@ impl Legend {
     /// Width taken right of the plot area.
     pub(super) fn beside(&self) -> f64 {
         let widest = self.widths.iter().copied().fold(0.0, f64::max);
-        if self.form == Form::Column {
-            widest + KEY + 22.0
-        } else {
-            0.0
-        }
+        if self.form == Form::Column { widest + KEY + 22.0 } else { 0.0 }
     }
 
     /// The legend's shapes, for a plot area whose upper corners are given.
@@ -120,18 +108,9 @@ impl Legend {
 
 fn key_shapes(key: Key, (x, y): Point, color: Rgb) -> Vec<Shape> {
     let middle = (x + KEY / 2.0, y);
-    let mark = |marker, radius| Shape::Mark {
-        at: middle,
-        radius,
-        marker,
-        color,
-    };
-    let line = |stroke| Shape::Line {
-        points: vec![(x, y), (x + KEY, y)],
-        width: 1.8,
-        stroke,
-        color,
-    };
+    let mark = |marker, radius| Shape::Mark { at: middle, radius, marker, color };
+    let line =
+        |stroke| Shape::Line { points: vec![(x, y), (x + KEY, y)], width: 1.8, stroke, color };
     match key {
         Key::Category => vec![Shape::Rectangle {
             from: (x + 6.0, y - 6.0),
@@ -152,10 +131,8 @@ pub(super) fn fitted(text: &str, size: f64, room: f64) -> Result<String, FigureE
     if width(text, size)? <= room {
         return Ok(text.to_owned());
     }
-    let letters: Vec<char> = runs(text)
-        .into_iter()
-        .flat_map(|(_, run)| run.chars().collect::<Vec<_>>())
-        .collect();
+    let letters: Vec<char> =
+        runs(text).into_iter().flat_map(|(_, run)| run.chars().collect::<Vec<_>>()).collect();
     // NOTE: an estimate first, so that a hostile length costs nothing.
     let mut kept = letters.len().min((room / size * 4.0) as usize + 1);
     while kept > 0 {

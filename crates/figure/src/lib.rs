@@ -149,12 +149,7 @@ impl Figure {
         let (smallest, largest) = SIDES;
         let fits = |side| (smallest..=largest).contains(&side);
         if !fits(width) || !fits(height) {
-            return Err(FigureError::FigureSize {
-                width,
-                height,
-                smallest,
-                largest,
-            });
+            return Err(FigureError::FigureSize { width, height, smallest, largest });
         }
         frame::lay_out(self)
     }

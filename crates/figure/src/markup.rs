@@ -105,10 +105,7 @@ fn letter(name: &str) -> &str {
         ("Delta", "Δ"),
         ("Omega", "Ω"),
     ];
-    LETTERS
-        .iter()
-        .find_map(|&(spelled, greek)| (spelled == name).then_some(greek))
-        .unwrap_or(name)
+    LETTERS.iter().find_map(|&(spelled, greek)| (spelled == name).then_some(greek)).unwrap_or(name)
 }
 
 /// Text that is safe between tags and inside quoted attributes of HTML and SVG.

@@ -67,10 +67,7 @@ pub(super) fn viridis(fraction: f64) -> Rgb {
     let below = (along as usize).min(VIRIDIS.len() - 2);
     let weight = along - below as f64;
     std::array::from_fn(|i| {
-        let (from, to) = (
-            f64::from(VIRIDIS[below][i]),
-            f64::from(VIRIDIS[below + 1][i]),
-        );
+        let (from, to) = (f64::from(VIRIDIS[below][i]), f64::from(VIRIDIS[below + 1][i]));
         (from + weight * (to - from)).round() as u8
     })
 }

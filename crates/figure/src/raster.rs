@@ -22,9 +22,7 @@ pub(super) fn paint(drawing: &Drawing) -> Result<Vec<u8>, FigureError> {
     let size = (drawing.size.0 * scale, drawing.size.1 * scale);
     let mut pixels = vec![0xff; size.0 as usize * size.1 as usize * 3];
     {
-        let mut canvas = Canvas {
-            backend: BitMapBackend::with_buffer(&mut pixels, size),
-        };
+        let mut canvas = Canvas { backend: BitMapBackend::with_buffer(&mut pixels, size) };
         for shape in &drawing.shapes {
             canvas.draw(shape)?;
         }
@@ -85,38 +83,18 @@ struct Canvas<'a> {
 impl Canvas<'_> {
     fn draw(&mut self, shape: &Shape) -> Result<(), FigureError> {
         match shape {
-            Shape::Line {
-                points,
-                width,
-                stroke,
-                color,
-            } => {
+            Shape::Line { points, width, stroke, color } => {
                 let pattern = dashes(*stroke, *width);
                 if pattern.is_empty() {
                     return self.line(points, *width, *color);
                 }
-                dashed(points, &pattern)
-                    .iter()
-                    .try_for_each(|dash| self.line(dash, *width, *color))
+                dashed(points, &pattern).iter().try_for_each(|dash| self.line(dash, *width, *color))
             }
             Shape::Rectangle { from, to, fill } => self.rectangle(*from, *to, *fill),
-            Shape::Mark {
-                at,
-                radius,
-                marker,
-                color,
-            } => self.mark(*at, *radius, *marker, *color),
+            Shape::Mark { at, radius, marker, color } => self.mark(*at, *radius, *marker, *color),
             Shape::Dots(dots) => self.dots(dots),
             Shape::Mosaic(mosaic) => self.mosaic(mosaic),
-            Shape::Text {
-                at,
-                anchor,
-                direction,
-                size,
-                color,
-                text,
-                halo,
-            } => {
+            Shape::Text { at, anchor, direction, size, color, text, halo } => {
                 if *halo {
                     for k in 0..12 {
                         let (dy, dx) = (f64::from(k) * std::f64::consts::TAU / 12.0).sin_cos();
@@ -127,14 +105,7 @@ impl Canvas<'_> {
                 self.text(*at, *anchor, *direction, *size, *color, text)?;
                 // NOTE: the built-in font is a light one; laid twice, a fine pixel apart, it is
                 // regular.
-                self.text(
-                    (at.0 + 1.0 / FINE, at.1),
-                    *anchor,
-                    *direction,
-                    *size,
-                    *color,
-                    text,
-                )
+                self.text((at.0 + 1.0 / FINE, at.1), *anchor, *direction, *size, *color, text)
             }
         }
     }
@@ -145,17 +116,13 @@ impl Canvas<'_> {
             let (a, b) = (pair[0], pair[1]);
             let length = (b.0 - a.0).hypot(b.1 - a.1);
             if length > 0.0 {
-                let across = (
-                    (b.1 - a.1) / length * width / 2.0,
-                    (a.0 - b.0) / length * width / 2.0,
-                );
+                let across =
+                    ((b.1 - a.1) / length * width / 2.0, (a.0 - b.0) / length * width / 2.0);
                 self.bar(a, b, across, color)?;
             }
         }
         let inner = points.get(1..points.len().saturating_sub(1)).unwrap_or(&[]);
-        inner
-            .iter()
-            .try_for_each(|&joint| self.disc(joint, width / 2.0, color))
+        inner.iter().try_for_each(|&joint| self.disc(joint, width / 2.0, color))
     }
 
     fn bar(&mut self, a: Point, b: Point, across: Point, color: Rgb) -> Result<(), FigureError> {
@@ -178,16 +145,12 @@ impl Canvas<'_> {
 
     fn polygon(&mut self, points: &[Point], color: Rgb) -> Result<(), FigureError> {
         let corners: Vec<(i32, i32)> = points.iter().copied().map(fine).collect();
-        self.backend
-            .fill_polygon(corners, &paint_of(color))
-            .map_err(refused)
+        self.backend.fill_polygon(corners, &paint_of(color)).map_err(refused)
     }
 
     fn disc(&mut self, center: Point, radius: f64, color: Rgb) -> Result<(), FigureError> {
         let radius = ((radius * FINE).round() as u32).max(1);
-        self.backend
-            .draw_circle(fine(center), radius, &paint_of(color), true)
-            .map_err(refused)
+        self.backend.draw_circle(fine(center), radius, &paint_of(color), true).map_err(refused)
     }
 
     /// A filled rectangle of at least one fine pixel.
@@ -195,9 +158,7 @@ impl Canvas<'_> {
         let (low, high) = (fine(from), fine(to));
         // NOTE: plotters fills up to the second corner, without it.
         let last = (high.0.max(low.0 + 1), high.1.max(low.1 + 1));
-        self.backend
-            .draw_rect(low, last, &paint_of(color), true)
-            .map_err(refused)
+        self.backend.draw_rect(low, last, &paint_of(color), true).map_err(refused)
     }
 
     fn mark(
@@ -243,10 +204,8 @@ impl Canvas<'_> {
         );
         for (index, color) in mosaic.colors.iter().enumerate() {
             let (row, column) = (index / mosaic.columns, index % mosaic.columns);
-            let from = (
-                mosaic.from.0 + column as f64 * pitch.0,
-                mosaic.from.1 + row as f64 * pitch.1,
-            );
+            let from =
+                (mosaic.from.0 + column as f64 * pitch.0, mosaic.from.1 + row as f64 * pitch.1);
             self.rectangle(from, (from.0 + pitch.0, from.1 + pitch.1), *color)?;
         }
         Ok(())
@@ -283,9 +242,7 @@ impl Canvas<'_> {
             };
             let ink = paint_of(color);
             let style = TextStyle::from(font.transform(turn)).color(&ink);
-            self.backend
-                .draw_text(run, &style, fine(place))
-                .map_err(refused)?;
+            self.backend.draw_text(run, &style, fine(place)).map_err(refused)?;
             along += run_width(run, letters)?;
         }
         Ok(())

@@ -31,13 +31,8 @@ pub enum Marker {
 impl Marker {
     /// A marker for the series of an index, so that neighbours differ without colour too.
     pub fn numbered(index: usize) -> Self {
-        const ALL: [Marker; 5] = [
-            Marker::Circle,
-            Marker::Square,
-            Marker::Diamond,
-            Marker::Triangle,
-            Marker::Ring,
-        ];
+        const ALL: [Marker; 5] =
+            [Marker::Circle, Marker::Square, Marker::Diamond, Marker::Triangle, Marker::Ring];
         ALL[index % ALL.len()]
     }
 }
@@ -71,28 +66,17 @@ pub struct Series {
 impl Series {
     /// Very many points as dots.
     pub fn dots(name: impl Into<String>, points: Vec<[f64; 2]>) -> Self {
-        Self {
-            name: name.into(),
-            points,
-            style: SeriesStyle::Dots,
-            color: None,
-        }
+        Self { name: name.into(), points, style: SeriesStyle::Dots, color: None }
     }
 
     /// Points with a marker each.
     pub fn markers(name: impl Into<String>, marker: Marker, points: Vec<[f64; 2]>) -> Self {
-        Self {
-            style: SeriesStyle::Markers(marker),
-            ..Self::dots(name, points)
-        }
+        Self { style: SeriesStyle::Markers(marker), ..Self::dots(name, points) }
     }
 
     /// A line.
     pub fn line(name: impl Into<String>, stroke: Stroke, points: Vec<[f64; 2]>) -> Self {
-        Self {
-            style: SeriesStyle::Line(stroke),
-            ..Self::dots(name, points)
-        }
+        Self { style: SeriesStyle::Line(stroke), ..Self::dots(name, points) }
     }
 
     /// A solid line with a marker at every point.
@@ -160,10 +144,6 @@ pub struct Annotation {
 impl Annotation {
     /// Words beside a point with a ring around it.
     pub fn ring(at: [f64; 2], text: impl Into<String>) -> Self {
-        Self {
-            at,
-            text: text.into(),
-            marker: Some(Marker::Ring),
-        }
+        Self { at, text: text.into(), marker: Some(Marker::Ring) }
     }
 }

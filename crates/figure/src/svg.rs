@@ -35,12 +35,7 @@ pub(super) fn paint(drawing: &Drawing) -> Result<String, FigureError> {
 
 fn element(shape: &Shape) -> Result<String, FigureError> {
     Ok(match shape {
-        Shape::Line {
-            points,
-            width,
-            stroke,
-            color,
-        } => {
+        Shape::Line { points, width, stroke, color } => {
             let dashes: Vec<String> = dashes(*stroke, *width).into_iter().map(short).collect();
             let dashed = if dashes.is_empty() {
                 String::new()
@@ -62,23 +57,10 @@ fn element(shape: &Shape) -> Result<String, FigureError> {
             short(to.1 - from.1),
             hex(*fill)
         ),
-        Shape::Mark {
-            at,
-            radius,
-            marker,
-            color,
-        } => mark(*at, *radius, *marker, *color),
+        Shape::Mark { at, radius, marker, color } => mark(*at, *radius, *marker, *color),
         Shape::Dots(dots) => dot_path(dots),
         Shape::Mosaic(mosaic) => image(mosaic)?,
-        Shape::Text {
-            at,
-            anchor,
-            direction,
-            size,
-            color,
-            text,
-            halo,
-        } => {
+        Shape::Text { at, anchor, direction, size, color, text, halo } => {
             let turned = match direction {
                 Direction::Across => String::new(),
                 Direction::Upwards => {
@@ -122,17 +104,12 @@ fn mark((x, y): Point, radius: f64, marker: Marker, color: Rgb) -> String {
         Marker::Cross => {
             let s = 0.85 * radius;
             let stroke = format!("fill=\"none\" stroke=\"{color}\" stroke-width=\"1.5\"");
-            let (a, b) = (
-                path(&[(x - s, y - s), (x + s, y + s)]),
-                path(&[(x - s, y + s), (x + s, y - s)]),
-            );
+            let (a, b) =
+                (path(&[(x - s, y - s), (x + s, y + s)]), path(&[(x - s, y + s), (x + s, y - s)]));
             format!("<path d=\"{a}{b}\" {stroke}/>")
         }
         Marker::Square | Marker::Diamond | Marker::Triangle => {
-            format!(
-                "<path d=\"{}z\" fill=\"{color}\"/>",
-                path(&outline(marker, (x, y), radius))
-            )
+            format!("<path d=\"{}z\" fill=\"{color}\"/>", path(&outline(marker, (x, y), radius)))
         }
     }
 }
@@ -200,11 +177,8 @@ fn spans(text: &str, size: f64) -> String {
             spans.push_str(&run);
         } else {
             let (dy, size) = (short(dy * size), short(level.scale() * size));
-            write!(
-                spans,
-                "<tspan dy=\"{dy}\" font-size=\"{size}\">{run}</tspan>"
-            )
-            .expect("a String takes all");
+            write!(spans, "<tspan dy=\"{dy}\" font-size=\"{size}\">{run}</tspan>")
+                .expect("a String takes all");
         }
     }
     spans
@@ -229,9 +203,5 @@ fn long(value: f64) -> String {
 
 fn trimmed(text: String) -> String {
     let text = text.trim_end_matches('0').trim_end_matches('.');
-    if text == "-0" {
-        "0".to_owned()
-    } else {
-        text.to_owned()
-    }
+    if text == "-0" { "0".to_owned() } else { text.to_owned() }
 }

@@ -4,12 +4,8 @@ fn small() -> Figure {
     let mut figure = Figure::new(Axis::linear("α − α*"), Axis::linear("h"));
     figure.size = (320, 220);
     let branch = |from: f64| vec![[0.0, from], [1e-3, from + 1.0], [2e-3, from + 1.5]];
-    figure
-        .series
-        .push(Series::line("stable", Stroke::Solid, branch(0.0)));
-    figure
-        .series
-        .push(Series::line("unstable", Stroke::Dashed, branch(0.5)).with_color(0));
+    figure.series.push(Series::line("stable", Stroke::Solid, branch(0.0)));
+    figure.series.push(Series::line("unstable", Stroke::Dashed, branch(0.5)).with_color(0));
     figure.annotations.push(Annotation::ring([0.0, 0.0], "G"));
     figure
 }
@@ -25,9 +21,7 @@ fn a_small_figure_is_as_recorded() {
 fn a_bitmap_is_a_png_of_twice_the_size_and_the_same_every_time() {
     let png = small().to_png().expect("drawn");
     assert_eq!(png, small().to_png().expect("drawn again"));
-    let reader = png::Decoder::new(std::io::Cursor::new(&png))
-        .read_info()
-        .expect("a PNG");
+    let reader = png::Decoder::new(std::io::Cursor::new(&png)).read_info().expect("a PNG");
     assert_eq!((reader.info().width, reader.info().height), (640, 440));
 }
 
@@ -38,13 +32,8 @@ fn four_hundred_thousand_dots_stay_below_two_megabytes() {
         [(bits >> 40) as f64, (bits & 0xff_ffff) as f64]
     };
     let mut figure = Figure::new(Axis::linear("x"), Axis::linear("y"));
-    figure
-        .series
-        .push(Series::dots("map", (0..200_000).map(scattered).collect()));
-    figure.series.push(Series::dots(
-        "direct",
-        (200_000..400_000).map(scattered).collect(),
-    ));
+    figure.series.push(Series::dots("map", (0..200_000).map(scattered).collect()));
+    figure.series.push(Series::dots("direct", (200_000..400_000).map(scattered).collect()));
     let svg = figure.to_svg().expect("drawn");
     assert!(svg.len() < 2_000_000, "{}", svg.len());
     let thinning = figure.thinning().expect("drawn").expect("thinned");
@@ -63,10 +52,7 @@ fn values_without_a_place_never_reach_the_picture() {
         [1.0, 1.0],
         [5e-324, 5e-324],
     ];
-    for axes in [
-        |label: &str| Axis::linear(label),
-        |label: &str| Axis::log10(label),
-    ] {
+    for axes in [|label: &str| Axis::linear(label), |label: &str| Axis::log10(label)] {
         let mut figure = Figure::new(axes("x"), axes("y"));
         figure.guides.push(Guide::Slope {
             through: [-1.0, 0.0],
@@ -75,10 +61,7 @@ fn values_without_a_place_never_reach_the_picture() {
             label: "?".to_owned(),
         });
         for style in [SeriesStyle::Dots, SeriesStyle::Line(Stroke::Dashed)] {
-            figure.series.push(Series {
-                style,
-                ..Series::dots("wild", wild.clone())
-            });
+            figure.series.push(Series { style, ..Series::dots("wild", wild.clone()) });
         }
         let svg = figure.to_svg().expect("drawn");
         assert!(!svg.contains("NaN") && !svg.contains("inf"));
@@ -90,16 +73,10 @@ fn values_without_a_place_never_reach_the_picture() {
 fn figures_that_cannot_be_drawn_are_refused() {
     let mut figure = small();
     figure.size = (10, 10);
-    assert!(matches!(
-        figure.to_svg(),
-        Err(FigureError::FigureSize { .. })
-    ));
+    assert!(matches!(figure.to_svg(), Err(FigureError::FigureSize { .. })));
     let mut figure = small();
     figure.horizontal = Axis::log10("x").with_range(-1.0, 1.0);
-    assert!(matches!(
-        figure.to_png(),
-        Err(FigureError::AxisRange { .. })
-    ));
+    assert!(matches!(figure.to_png(), Err(FigureError::AxisRange { .. })));
     let mut figure = small();
     figure.cells = Some(CellChart {
         horizontal: (0.0, 1.0),
@@ -109,8 +86,5 @@ fn figures_that_cannot_be_drawn_are_refused() {
         cells: vec![None; 3],
         names: Vec::new(),
     });
-    assert!(matches!(
-        figure.to_svg(),
-        Err(FigureError::ChartShape { found: 3, .. })
-    ));
+    assert!(matches!(figure.to_svg(), Err(FigureError::ChartShape { found: 3, .. })));
 }

@@ -81,12 +81,7 @@ fn runs(filled: &BTreeSet<(u32, u32)>) -> Vec<(u32, u32, u32)> {
 mod tests {
     use super::*;
 
-    const AREA: Area = Area {
-        left: 0.0,
-        top: 0.0,
-        right: 800.0,
-        bottom: 500.0,
-    };
+    const AREA: Area = Area { left: 0.0, top: 0.0, right: 800.0, bottom: 500.0 };
 
     #[test]
     fn dots_of_one_cell_are_drawn_once_and_neighbours_join() {
@@ -102,10 +97,7 @@ mod tests {
         let points: Vec<Point> = (0..1_000_000_u64)
             .map(|k| {
                 let scattered = k.wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 20;
-                (
-                    (scattered % 8000) as f64 / 10.0,
-                    (scattered / 8000 % 5000) as f64 / 10.0,
-                )
+                ((scattered % 8000) as f64 / 10.0, (scattered / 8000 % 5000) as f64 / 10.0)
             })
             .collect();
         let thinned = thin(&[(points, [0, 0, 0])], &AREA);

@@ -38,10 +38,7 @@ fn linear((lower, upper): (f64, f64), wanted: usize) -> Ticks {
     let power = common_power(lower.abs().max(upper.abs()));
     let ticks = step
         .multiples(lower, upper)
-        .map(|k| Tick {
-            place: step.at(k),
-            text: step.text(k, power),
-        })
+        .map(|k| Tick { place: step.at(k), text: step.text(k, power) })
         .collect();
     Ticks { ticks, power }
 }
@@ -64,10 +61,7 @@ impl Step {
             r if r < 6.0 => (5, 0),
             _ => (1, 1),
         };
-        Self {
-            mantissa,
-            exponent: exponent + carry,
-        }
+        Self { mantissa, exponent: exponent + carry }
     }
 
     fn at(self, k: i64) -> f64 {
@@ -109,11 +103,7 @@ impl Step {
 /// The power of ten to take out: none for numbers that are short as they are.
 fn common_power(largest: f64) -> i32 {
     let exponent = (largest * (1.0 + 1e-12)).log10().floor();
-    if !(-2.0..4.0).contains(&exponent) && exponent.is_finite() {
-        exponent as i32
-    } else {
-        0
-    }
+    if !(-2.0..4.0).contains(&exponent) && exponent.is_finite() { exponent as i32 } else { 0 }
 }
 
 fn within_a_decade((lower, upper): (f64, f64), wanted: usize) -> Ticks {
@@ -128,26 +118,14 @@ fn within_a_decade((lower, upper): (f64, f64), wanted: usize) -> Ticks {
 
 fn decades((lower, upper): (f64, f64), wanted: usize) -> Ticks {
     let slack = 1e-9;
-    let (first, last) = (
-        (lower - slack).ceil() as i32,
-        (upper + slack).floor() as i32,
-    );
-    let stride = (f64::from(last - first + 1) / wanted.max(1) as f64)
-        .ceil()
-        .max(1.0) as i32;
+    let (first, last) = ((lower - slack).ceil() as i32, (upper + slack).floor() as i32);
+    let stride = (f64::from(last - first + 1) / wanted.max(1) as f64).ceil().max(1.0) as i32;
     let labelled = |k: i32| k.rem_euclid(stride) == 0;
     let mut ticks = Vec::new();
     for k in first - 1..=last {
         if k >= first && (stride <= 3 || labelled(k)) {
-            let text = if labelled(k) {
-                power_of_ten(k)
-            } else {
-                String::new()
-            };
-            ticks.push(Tick {
-                place: f64::from(k),
-                text,
-            });
+            let text = if labelled(k) { power_of_ten(k) } else { String::new() };
+            ticks.push(Tick { place: f64::from(k), text });
         }
         if last - first < 4 {
             ticks.extend(between_decades(k, (lower, upper), last - first));
@@ -161,37 +139,21 @@ fn between_decades(k: i32, (lower, upper): (f64, f64), span: i32) -> impl Iterat
     (2..10).filter_map(move |m| {
         let place = f64::from(k) + f64::from(m).log10();
         let named = span < 1 && (m == 2 || m == 5);
-        let text = if named {
-            format!("{m}×{}", power_of_ten(k))
-        } else {
-            String::new()
-        };
+        let text = if named { format!("{m}×{}", power_of_ten(k)) } else { String::new() };
         (place >= lower && place <= upper).then_some(Tick { place, text })
     })
 }
 
 fn symmetric(scale: AxisScale, threshold: f64, ends: (f64, f64), wanted: usize) -> Ticks {
     let largest = scale.value(ends.0).abs().max(scale.value(ends.1).abs());
-    let (first, last) = (
-        threshold.log10().ceil() as i32,
-        largest.log10().floor() as i32,
-    );
+    let (first, last) = (threshold.log10().ceil() as i32, largest.log10().floor() as i32);
     let count = f64::from((last - first + 1).max(1)) * 2.0;
     let stride = (count / wanted.max(1) as f64).ceil().max(1.0) as i32;
-    let mut ticks = vec![Tick {
-        place: 0.0,
-        text: "0".to_owned(),
-    }];
+    let mut ticks = vec![Tick { place: 0.0, text: "0".to_owned() }];
     for k in (first..=last).filter(|k| (last - k).rem_euclid(stride) == 0) {
         let place = scale.place(10_f64.powi(k));
-        ticks.push(Tick {
-            place,
-            text: power_of_ten(k),
-        });
-        ticks.push(Tick {
-            place: -place,
-            text: format!("−{}", power_of_ten(k)),
-        });
+        ticks.push(Tick { place, text: power_of_ten(k) });
+        ticks.push(Tick { place: -place, text: format!("−{}", power_of_ten(k)) });
     }
     ticks.retain(|tick| tick.place >= ends.0 && tick.place <= ends.1);
     ticks.sort_by(|a, b| a.place.total_cmp(&b.place));
@@ -220,12 +182,7 @@ mod tests {
 
     fn texts(scale: AxisScale, ends: (f64, f64), wanted: usize) -> Vec<String> {
         let found = ticks(scale, ends, wanted);
-        found
-            .ticks
-            .into_iter()
-            .map(|tick| tick.text)
-            .filter(|text| !text.is_empty())
-            .collect()
+        found.ticks.into_iter().map(|tick| tick.text).filter(|text| !text.is_empty()).collect()
     }
 
     #[test]
@@ -248,10 +205,7 @@ mod tests {
     #[test]
     fn many_decades_are_not_all_named() {
         let found = texts(AxisScale::Log10, (-16.0, 0.0), 6);
-        assert_eq!(
-            found,
-            ["10^{−15}", "10^{−12}", "10^{−9}", "10^{−6}", "10^{−3}", "1"]
-        );
+        assert_eq!(found, ["10^{−15}", "10^{−12}", "10^{−9}", "10^{−6}", "10^{−3}", "1"]);
         let found = texts(AxisScale::Log10, (0.1, 0.4), 4);
         assert_eq!(found, ["1.5", "2.0", "2.5"]);
     }

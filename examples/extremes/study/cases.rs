@@ -69,10 +69,7 @@ impl ExtremeCase {
             .with("delta", format!("{delta:e}"))
             .with("alpha", format!("{:e}", delta * real.hypot(imaginary)))
             .with("grazing.guess.x", format!("{delta:e}"))
-            .with(
-                "grazing.guess.theta",
-                format!("{:e}", imaginary.atan2(real)),
-            )
+            .with("grazing.guess.theta", format!("{:e}", imaginary.atan2(real)))
     }
 }
 
@@ -103,10 +100,7 @@ fn depths() -> Vec<ExtremeCase> {
         }
     };
     let scenes = ["linear", "soft_a", "soft_b", "soft_c", "mems"];
-    scenes
-        .iter()
-        .flat_map(|scene| decades.iter().map(case(scene)))
-        .collect()
+    scenes.iter().flat_map(|scene| decades.iter().map(case(scene))).collect()
 }
 
 fn restitutions() -> Vec<ExtremeCase> {
@@ -138,10 +132,7 @@ fn resonances() -> Vec<ExtremeCase> {
         }
     };
     let dampings = ["0", "1e-6", "0.05"];
-    dampings
-        .iter()
-        .flat_map(|damping| distances.iter().map(case(damping)))
-        .collect()
+    dampings.iter().flat_map(|damping| distances.iter().map(case(damping))).collect()
 }
 
 fn accelerations() -> Vec<ExtremeCase> {
@@ -156,10 +147,7 @@ fn accelerations() -> Vec<ExtremeCase> {
         }
     };
     let depths = [1e-12, 1e-6];
-    depths
-        .iter()
-        .flat_map(|&depth| ratios.iter().map(case(depth)))
-        .collect()
+    depths.iter().flat_map(|&depth| ratios.iter().map(case(depth))).collect()
 }
 
 /// Undamped and driven at half its frequency, the oscillator turns twice in a period: its
@@ -193,16 +181,8 @@ fn stiffnesses() -> Vec<ExtremeCase> {
                 .at_depth(depth)
         }
     };
-    let scenes = [
-        ("soft_a", 1e-6),
-        ("soft_a", 1e-12),
-        ("soft_b", 1e-12),
-        ("soft_c", 1e-12),
-    ];
-    scenes
-        .into_iter()
-        .flat_map(|scene| decades.iter().map(case(scene)))
-        .collect()
+    let scenes = [("soft_a", 1e-6), ("soft_a", 1e-12), ("soft_b", 1e-12), ("soft_c", 1e-12)];
+    scenes.into_iter().flat_map(|scene| decades.iter().map(case(scene))).collect()
 }
 
 fn orders() -> Vec<ExtremeCase> {
@@ -216,10 +196,7 @@ fn orders() -> Vec<ExtremeCase> {
         }
     };
     let scenes = [("linear", 1e-2), ("soft_a", 2e-3), ("soft_c", 1e-2)];
-    scenes
-        .into_iter()
-        .flat_map(|scene| orders.iter().map(case(scene)))
-        .collect()
+    scenes.into_iter().flat_map(|scene| orders.iter().map(case(scene))).collect()
 }
 
 /// Lengths of 1e-15 to 1e15 beside a frequency of 1.8.
@@ -247,8 +224,5 @@ fn coefficients() -> Vec<ExtremeCase> {
         }
     };
     let scenes = ["linear", "soft_a", "mems"];
-    scenes
-        .iter()
-        .flat_map(|scene| kinds.iter().map(case(scene)))
-        .collect()
+    scenes.iter().flat_map(|scene| kinds.iter().map(case(scene))).collect()
 }

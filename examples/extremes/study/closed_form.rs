@@ -28,11 +28,7 @@ pub(super) struct LinearOscillator {
 /// `α* = δ |1 − ω² + 2iζω|`.
 pub(super) fn grazing_force(scene: &Scene) -> Option<Dd> {
     let value = |name: &str| {
-        let found = scene
-            .model
-            .parameters
-            .iter()
-            .find(|parameter| parameter.name == name);
+        let found = scene.model.parameters.iter().find(|parameter| parameter.name == name);
         found.map(|parameter| parameter.value)
     };
     let (zeta, omega, delta) = (value("zeta")?, value("omega")?, value("delta")?);
@@ -45,11 +41,7 @@ impl LinearOscillator {
     /// The oscillator of the scene `linear` about its orbit.
     pub(super) fn new(scene: &Scene, orbit: &GrazingOrbit) -> Option<Self> {
         let value = |name: &str| {
-            let place = scene
-                .model
-                .parameters
-                .iter()
-                .position(|parameter| parameter.name == name);
+            let place = scene.model.parameters.iter().position(|parameter| parameter.name == name);
             place.map(|place| orbit.parameters()[place])
         };
         Some(Self {
@@ -109,9 +101,7 @@ impl LinearOscillator {
 /// `Σ c_n t^n / n!`.
 fn value(derivatives: &[Dd], time: Dd) -> Dd {
     let terms = derivatives.iter().enumerate().rev();
-    terms.fold(Dd::ZERO, |sum, (n, &derivative)| {
-        derivative + sum * time / Dd::from((n + 1) as f64)
-    })
+    terms.fold(Dd::ZERO, |sum, (n, &derivative)| derivative + sum * time / Dd::from((n + 1) as f64))
 }
 
 /// The time before the deepest point at which the flight meets the stop: `Σ_{n≥2} x^(n) t^n/n! =

@@ -118,10 +118,7 @@ impl Measured {
 
     /// Digits of the map that its estimates promise.
     pub(crate) fn promised_of_map(&self) -> f64 {
-        self.promised()
-            .min(self.leg_rounding)
-            .min(self.leg_truncation)
-            .max(0.0)
+        self.promised().min(self.leg_rounding).min(self.leg_truncation).max(0.0)
     }
 
     /// Whether a measurement falls short of what was promised, as far as the truth can tell.

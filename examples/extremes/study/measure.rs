@@ -47,10 +47,9 @@ fn refusal(stage: &'static str, message: impl ToString) -> Refusal {
 pub(crate) fn measure_extreme(case: &ExtremeCase) -> ExtremeRow {
     let outcome = match measured(case) {
         Ok(measured) => ExtremeOutcome::Measured(measured),
-        Err(Refusal { stage, message }) => ExtremeOutcome::Refused {
-            stage: stage.to_owned(),
-            message,
-        },
+        Err(Refusal { stage, message }) => {
+            ExtremeOutcome::Refused { stage: stage.to_owned(), message }
+        }
     };
     ExtremeRow {
         axis: case.axis,
@@ -66,9 +65,7 @@ pub(crate) fn measure_extreme(case: &ExtremeCase) -> ExtremeRow {
 fn measured(case: &ExtremeCase) -> Result<Measured, Refusal> {
     let scene = scene(case)?;
     let orbit = locate(&scene).map_err(|error| refusal("orbit", error))?;
-    let orbit = orbit
-        .into_result()
-        .map_err(|error| refusal("orbit", error))?;
+    let orbit = orbit.into_result().map_err(|error| refusal("orbit", error))?;
     let located = LocatedCase {
         case,
         scene: &scene,
@@ -121,12 +118,8 @@ impl LocatedCase<'_> {
 
     fn double_double(&self) -> Result<Parts<Dd>, Refusal> {
         Ok(Parts {
-            legs: self
-                .expander
-                .legs_by_taylor(self.case.orders.smooth_order)?,
-            contact: self
-                .expander
-                .contact_in(0, self.case.orders.contact_weight)?,
+            legs: self.expander.legs_by_taylor(self.case.orders.smooth_order)?,
+            contact: self.expander.contact_in(0, self.case.orders.contact_weight)?,
         })
     }
 
@@ -164,21 +157,12 @@ impl LocatedCase<'_> {
         // NOTE: every scene of the study has a stop `length - position`: on its tangency section
         // the depth is the first offset.
         state[0] = S::from_f64(self.case.depth);
-        (
-            state,
-            vec![S::zero(); variables.len() - variables.coordinates],
-        )
+        (state, vec![S::zero(); variables.len() - variables.coordinates])
     }
 
     /// Digits of the grazing parameter where there is a closed form.
     fn grazing(&self) -> Option<f64> {
-        let place = |name| {
-            self.scene
-                .model
-                .parameters
-                .iter()
-                .position(|p| p.name == name)
-        };
+        let place = |name| self.scene.model.parameters.iter().position(|p| p.name == name);
         let exact = match self.case.scene {
             "linear" => grazing_force(self.scene)?,
             // Below a ratio of 0 the top has split in two, and the orbit grazes elsewhere.
@@ -228,9 +212,7 @@ impl LocatedCase<'_> {
             && let Some(oscillator) = LinearOscillator::new(self.scene, self.orbit)
         {
             return Ok(ContactTruth {
-                correction: oscillator
-                    .correction(self.orbit.section_point[0], state[0])
-                    .to_vec(),
+                correction: oscillator.correction(self.orbit.section_point[0], state[0]).to_vec(),
                 digits: MOST_DIGITS - 2.0,
             });
         }
@@ -239,14 +221,8 @@ impl LocatedCase<'_> {
         let (image, _) = flown
             .ok_or_else(|| refusal("simulation", "the flight through the contact has no image"))?;
         let correction: Vec<_> = image.iter().zip(&state).map(|(&a, &b)| a - b).collect();
-        let size = correction
-            .iter()
-            .map(|value| value.magnitude())
-            .fold(0.0, f64::max);
-        Ok(ContactTruth {
-            digits: self.flown_digits(size),
-            correction,
-        })
+        let size = correction.iter().map(|value| value.magnitude()).fold(0.0, f64::max);
+        Ok(ContactTruth { digits: self.flown_digits(size), correction })
     }
 
     /// Digits of a flown correction: the rounding of the state, over the depth and over the
@@ -280,10 +256,7 @@ impl LocatedCase<'_> {
         let kick = distance(&exact.offsets, &free);
         let last_degree = match self.case.orders.smooth_order {
             0 | 1 => kick,
-            order => distance(
-                &found,
-                &image(cut_legs(&self.expander, &parts.legs, order - 1)?),
-            ),
+            order => distance(&found, &image(cut_legs(&self.expander, &parts.legs, order - 1)?)),
         };
         let size = distance(&exact.offsets, &vec![Dd::ZERO; exact.offsets.len()]);
         Ok(WholeMap {
@@ -320,40 +293,24 @@ struct ContactTruth {
 /// `−log10` of a relative error, at most the digits of double-double; NaN of what is not a number.
 fn digits_of(error: f64, size: f64) -> f64 {
     let share = error / size;
-    if share.is_nan() {
-        f64::NAN
-    } else {
-        (-share.log10()).min(MOST_DIGITS)
-    }
+    if share.is_nan() { f64::NAN } else { (-share.log10()).min(MOST_DIGITS) }
 }
 
 /// Largest difference of a coordinate; NaN where one of them is none.
 fn distance(a: &[Dd], b: &[Dd]) -> f64 {
     let differences = a.iter().zip(b).map(|(&a, &b)| (a - b).to_f64().abs());
-    differences.fold(0.0, |max, value| {
-        if max.is_nan() || value <= max {
-            max
-        } else {
-            value
-        }
-    })
+    differences.fold(0.0, |max, value| if max.is_nan() || value <= max { max } else { value })
 }
 
 /// The smaller of two, NaN winning.
 fn smaller(a: f64, b: f64) -> f64 {
-    if a.is_nan() || b.is_nan() {
-        f64::NAN
-    } else {
-        a.min(b)
-    }
+    if a.is_nan() || b.is_nan() { f64::NAN } else { a.min(b) }
 }
 
 fn rounded_to_single(parts: &Parts<f64>) -> Parts<f64> {
     let round = |jet: &Jet<f64>| jet.map_scalars(|value| f64::from(value as f32));
     let all = |jets: &[Jet<f64>]| jets.iter().map(round).collect();
-    let leg = |leg: &Leg| Leg {
-        image: all(&leg.image),
-    };
+    let leg = |leg: &Leg| Leg { image: all(&leg.image) };
     Parts {
         legs: Legs {
             before: parts.legs.before.as_ref().map(leg),

@@ -19,15 +19,9 @@ use super::hash::Hash;
 use super::subject::{On, SECTIONS, Subject, Subjects};
 
 /// Orders of maps whose images are computed and whose text is emitted.
-const ORDERS: MapOrders = MapOrders {
-    smooth_order: 3,
-    contact_weight: 4,
-};
+const ORDERS: MapOrders = MapOrders { smooth_order: 3, contact_weight: 4 };
 /// Orders of maps in few variables, whose coefficients are recorded too.
-const HIGH_ORDERS: MapOrders = MapOrders {
-    smooth_order: 6,
-    contact_weight: 9,
-};
+const HIGH_ORDERS: MapOrders = MapOrders { smooth_order: 6, contact_weight: 9 };
 /// Variables up to which a map has few.
 const FEW: usize = 5;
 /// Points mapped in double precision; in double-double.
@@ -104,9 +98,7 @@ fn of_composed(map: &ComposedMap) -> Hash {
     let mut hash = Hash::new();
     let mut add = |polynomial: &DepthPolynomial| {
         for term in &polynomial.terms {
-            term.powers
-                .iter()
-                .for_each(|&power| hash.count(power.into()));
+            term.powers.iter().for_each(|&power| hash.count(power.into()));
             add_jet(&mut hash, &term.coefficient);
         }
     };
@@ -140,10 +132,7 @@ pub(super) fn jets(subjects: &Subjects, page: &mut Page) {
             let map = expander.expand(orders);
             page.put_or(&format!("{name} map"), map.as_ref().ok().map(of_map));
             let composed = map.ok().and_then(|map| expander.compose(&map).ok());
-            page.put_or(
-                &format!("{name} composed"),
-                composed.as_ref().map(of_composed),
-            );
+            page.put_or(&format!("{name} composed"), composed.as_ref().map(of_composed));
             let flown = expander.flown(orders);
             page.put_or(&format!("{name} flown"), flown.ok().as_ref().map(of_map));
             let whole = expander.smooth(smooth).ok().map(|leg| {
@@ -162,9 +151,7 @@ pub(super) fn jets(subjects: &Subjects, page: &mut Page) {
         let contacts: Option<Vec<Contact<Dd>>> = contacts.collect::<Result<_, _>>().ok();
         let contacts = contacts.map(|contacts| {
             let mut hash = Hash::new();
-            contacts
-                .iter()
-                .for_each(|contact| of_contact(&mut hash, contact));
+            contacts.iter().for_each(|contact| of_contact(&mut hash, contact));
             hash
         });
         page.put_or(&format!("{name} contacts dd"), contacts);
@@ -198,11 +185,7 @@ pub(super) fn images(subjects: &Subjects, page: &mut Page) {
             let name = format!("{} {shape}", section.name());
             let put = |page: &mut Page, way: &str, hash| page.put(&format!("{name} {way}"), hash);
             let horner = HornerMap::new(&map);
-            put(
-                page,
-                "interpreted",
-                steps(subject, &InterpretedMap::new(&map)),
-            );
+            put(page, "interpreted", steps(subject, &InterpretedMap::new(&map)));
             put(page, "horner", steps(subject, &horner));
             put(page, "single", steps(subject, &horner.in_single()));
             if let Some(composed) = &composed {
@@ -315,10 +298,9 @@ pub(super) fn sweeps(subjects: &Subjects, page: &mut Page) {
             continue;
         };
         let Subject { scene, orbit } = subject;
-        for (way, method, points, transient) in [
-            ("map", Method::Map, 40, 200),
-            ("direct", Method::Direct, 20, 20),
-        ] {
+        for (way, method, points, transient) in
+            [("map", Method::Map, 40, 200), ("direct", Method::Direct, 20, 20)]
+        {
             let request = diagram_request(subject, method, points, transient);
             let diagram = request.map(|one| diagram(scene, orbit, &map, &one, &NoProgress));
             let diagram = diagram.and_then(Result::ok);
@@ -352,13 +334,7 @@ fn diagram_request(
         direction: SweepDirection::Up,
         with: Vec::new(),
     });
-    Some(DiagramRequest {
-        points,
-        transient,
-        keep: 8,
-        with: vec![method],
-        ..request
-    })
+    Some(DiagramRequest { points, transient, keep: 8, with: vec![method], ..request })
 }
 
 fn of_diagram(diagram: &Diagram) -> Hash {

@@ -73,11 +73,7 @@ pub(crate) fn computed(scene: &'static str, groups: &[&str]) -> Lines {
     let subjects = Subjects::new(scene);
     let mut lines = Lines::new();
     for (group, record) in GROUPS.iter().filter(|(name, _)| groups.contains(name)) {
-        let mut page = Page {
-            group,
-            scene,
-            lines: Lines::new(),
-        };
+        let mut page = Page { group, scene, lines: Lines::new() };
         record(&subjects, &mut page);
         lines.append(&mut page.lines);
     }

@@ -84,9 +84,7 @@ fn about_the_graze<'a, S: Real>(
 ) -> Vec<Started<'a, S>> {
     let offsets = subject.offsets::<S>(&subject.scene.identifier, states);
     let offsets = offsets.iter();
-    offsets
-        .map(|[offsets, own]| return_map(subject, system, [offsets, own]))
-        .collect()
+    offsets.map(|[offsets, own]| return_map(subject, system, [offsets, own])).collect()
 }
 
 /// The linear oscillator with a stop that takes most of the speed, where orbits chatter, stick and
@@ -97,8 +95,7 @@ fn sticking(name: &str) -> Vec<(&'static str, Model)> {
         ("pressed", &[("r", "0.3"), ("delta", "-1")]),
     ];
     let all = all.into_iter().filter(|_| name == "linear");
-    all.filter_map(|(way, overrides)| Some((way, Subject::model(name, overrides)?)))
-        .collect()
+    all.filter_map(|(way, overrides)| Some((way, Subject::model(name, overrides)?))).collect()
 }
 
 /// Returns from states about the stop of the linear oscillator, to all sections in turn.
@@ -125,11 +122,7 @@ fn about_the_stop<'a, S: Real>(
         let map = map.with_passages(&passages).ok()?;
         let [off, rate, phase] = [0.3, 0.1, 3.0].map(|size| size * scatter.next());
         // Every eighth one is on the surface.
-        let off = if number.is_multiple_of(LANES) {
-            0.0
-        } else {
-            off
-        };
+        let off = if number.is_multiple_of(LANES) { 0.0 } else { off };
         Some((map, [stop + off, rate, phase].map(S::from_f64).to_vec()))
     };
     (0..states).map(&mut start).collect()

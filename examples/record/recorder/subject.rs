@@ -66,10 +66,7 @@ pub(crate) struct Subjects {
 impl Subjects {
     /// The scene of a name.
     pub(crate) fn new(name: &'static str) -> Self {
-        Self {
-            name,
-            located: Default::default(),
-        }
+        Self { name, located: Default::default() }
     }
 
     /// The scene on a section; `None` where it has no such section or does not graze.
@@ -134,9 +131,7 @@ impl Subject {
 
 /// A scene of the catalogue with other values.
 fn scene(name: &str, overrides: &[(&str, &str)]) -> Option<Scene> {
-    let overrides: Vec<(String, String)> = overrides
-        .iter()
-        .map(|&(key, value)| (key.to_owned(), value.to_owned()))
-        .collect();
+    let overrides: Vec<(String, String)> =
+        overrides.iter().map(|&(key, value)| (key.to_owned(), value.to_owned())).collect();
     Scene::parse_with(catalogue::text(name)?, name, &overrides).ok()
 }

@@ -37,10 +37,7 @@ pub(super) fn sweep(
     let mut course = Course::new(map, request, heading);
     course.run(progress);
     course.correct();
-    let timing = Timing {
-        total_seconds: clock.elapsed().as_secs_f64(),
-        ..course.timing
-    };
+    let timing = Timing { total_seconds: clock.elapsed().as_secs_f64(), ..course.timing };
     let visits = course.visits.into_iter().flatten();
     Sweep {
         method: map.method(),
@@ -127,11 +124,7 @@ impl<'a> Course<'a> {
     fn corrected(&self, segment: usize) -> Front {
         let value = self.segments[segment].start;
         let before = self.visits[value - 1].as_ref();
-        Front {
-            segment,
-            value,
-            carried: before.and_then(|visit| visit.carried.clone()),
-        }
+        Front { segment, value, carried: before.and_then(|visit| visit.carried.clone()) }
     }
 
     /// Takes fronts to the ends of their segments or to where nothing changes, as many at a time as
@@ -139,9 +132,7 @@ impl<'a> Course<'a> {
     fn advance(&mut self, fronts: &[Front], progress: &dyn Progress) -> Vec<usize> {
         let share = fronts.len().div_ceil(rayon::current_num_threads());
         let blocks = fronts.par_chunks(share.clamp(1, self.map.lanes()));
-        let found: Vec<Found> = blocks
-            .map(|block| self.follow(block.to_vec(), progress))
-            .collect();
+        let found: Vec<Found> = blocks.map(|block| self.follow(block.to_vec(), progress)).collect();
         let mut changed = Vec::new();
         for found in found {
             changed.extend(found.changed);
@@ -191,11 +182,8 @@ impl<'a> Course<'a> {
 
     /// The states that are carried into the segments, roughly.
     fn coarse_run(&self) -> Vec<Option<Vec<f64>>> {
-        let request = OrbitRequest {
-            transient: COARSE_ITERATES,
-            keep: 0,
-            ..self.request.orbit.clone()
-        };
+        let request =
+            OrbitRequest { transient: COARSE_ITERATES, keep: 0, ..self.request.orbit.clone() };
         let stops = self.coarse_values();
         // What depends on a value only is prepared on all cores.
         let prepare = |&stop: &usize| {
@@ -311,10 +299,7 @@ mod tests {
             16
         }
         fn at(&self, parameters: &[f64]) -> Box<dyn DiscreteMap + Send + '_> {
-            Box::new(At {
-                parameter: parameters[0],
-                misled: self.misled,
-            })
+            Box::new(At { parameter: parameters[0], misled: self.misled })
         }
         fn settle(&self, starts: &[Start], request: &OrbitRequest) -> Vec<Settled> {
             let settle = |start: &Start| Settled {
@@ -352,11 +337,7 @@ mod tests {
             range: [-0.6, 0.6],
             points: 241,
             orbit: OrbitRequest::new(400, 4, &[1.0]),
-            window: MapWindow {
-                depth: 1.0,
-                state: vec![9.0],
-                parameter: vec![9.0],
-            },
+            window: MapWindow { depth: 1.0, state: vec![9.0], parameter: vec![9.0] },
         };
         let sweep = sweep(&map, &request, heading, &NoProgress);
         let points = &sweep.points;

@@ -64,13 +64,9 @@ pub fn diagram(
     progress: &dyn Progress,
 ) -> Result<Diagram, AnalysisError> {
     let parameter = &scene.model.parameters[request.parameter].name;
-    let position = map
-        .parameters
-        .iter()
-        .position(|active| active.name == *parameter);
-    let position = position.ok_or_else(|| AnalysisError::NotActive {
-        parameter: parameter.clone(),
-    })?;
+    let position = map.parameters.iter().position(|active| active.name == *parameter);
+    let position =
+        position.ok_or_else(|| AnalysisError::NotActive { parameter: parameter.clone() })?;
     let system = OnceCell::new();
     let itinerary = itinerary(scene, orbit);
     let observer = || Observer::new(scene, orbit, map, &request.observe);

@@ -117,10 +117,7 @@ impl Observer {
     }
 
     fn at_full_state(&self, state: &[f64], parameters: &[f64]) -> f64 {
-        let mut expression = self
-            .expression
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner);
+        let mut expression = self.expression.lock().unwrap_or_else(PoisonError::into_inner);
         let (frame, values) = &mut *expression;
         match frame.place(state, parameters) {
             Ok(()) => values.evaluate(frame.state(), frame.parameters()).get(0),

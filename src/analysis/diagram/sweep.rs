@@ -204,10 +204,7 @@ impl Attractor {
 fn extent(orbit: &MapOrbit) -> Vec<[f64; 2]> {
     const NOTHING: [f64; 2] = [f64::INFINITY, f64::NEG_INFINITY];
     let wider = |[least, greatest]: [f64; 2], [low, high]: [f64; 2]| {
-        [
-            if low < least { low } else { least },
-            if high > greatest { high } else { greatest },
-        ]
+        [if low < least { low } else { least }, if high > greatest { high } else { greatest }]
     };
     // Four extents in turn, for each state waits for the one before in the same.
     let mut parts = vec![[NOTHING; 4]; orbit.last.len()];
@@ -226,11 +223,7 @@ mod tests {
     use super::*;
 
     fn attractor(period: Period, extent: [f64; 2]) -> Attractor {
-        Attractor {
-            completed: true,
-            period,
-            extent: vec![extent],
-        }
+        Attractor { completed: true, period, extent: vec![extent] }
     }
 
     #[test]
@@ -242,10 +235,7 @@ mod tests {
         assert!(chaotic([1.0, 2.0]).agrees(&chaotic([0.9, 2.1])));
         assert!(!chaotic([1.0, 2.0]).agrees(&chaotic([1.0, 3.0])));
         assert!(!chaotic([1.0, 2.0]).agrees(&periodic([1.0, 2.0])));
-        let ended = Attractor {
-            completed: false,
-            ..chaotic([1.0, 2.0])
-        };
+        let ended = Attractor { completed: false, ..chaotic([1.0, 2.0]) };
         assert!(!ended.agrees(&chaotic([1.0, 2.0])) && ended.agrees(&ended));
     }
 }

@@ -113,10 +113,7 @@ fn settle_single<M: SweptMap + ?Sized>(map: &M, start: &Start, request: &OrbitRe
     let complete = map.has_jacobian() && orbit.end == OrbitEnd::Completed;
     let exponent =
         || largest_lyapunov_exponent(&*fixed, &orbit.last, &[], TANGENT_TRANSIENT, request.keep);
-    Settled {
-        lyapunov: complete.then(exponent).flatten(),
-        orbit,
-    }
+    Settled { lyapunov: complete.then(exponent).flatten(), orbit }
 }
 
 /// Any map with its parameters given at every step.
@@ -145,8 +142,7 @@ impl<M: DiscreteMap> DiscreteMap for Fixed<M> {
         image: &mut [f64],
         jacobian: &mut [f64],
     ) -> StepInfo {
-        self.map
-            .step_jacobian(state, &self.parameters, image, jacobian)
+        self.map.step_jacobian(state, &self.parameters, image, jacobian)
     }
 }
 
@@ -154,10 +150,7 @@ fn fixed<'m, M: DiscreteMap + Send + 'm>(
     map: M,
     parameters: &[f64],
 ) -> Box<dyn DiscreteMap + Send + 'm> {
-    Box::new(Fixed {
-        map,
-        parameters: parameters.to_vec(),
-    })
+    Box::new(Fixed { map, parameters: parameters.to_vec() })
 }
 
 /// A map written by hand: it starts at 0, and its first coordinate is drawn.
@@ -232,9 +225,7 @@ impl SweptMap for FrozenSweep {
     fn settle(&self, starts: &[Start], request: &OrbitRequest) -> Vec<Settled> {
         let parameters = starts.iter().map(|start| &start.parameters[..]);
         let states: Vec<&[f64]> = starts.iter().map(|start| &start.state[..]).collect();
-        let mut map = self
-            .map
-            .freeze_lanes::<LANES>(&parameters.collect::<Vec<_>>());
+        let mut map = self.map.freeze_lanes::<LANES>(&parameters.collect::<Vec<_>>());
         let orbits = map.orbits(&states, request);
         let last: Vec<&[f64]> = orbits.iter().map(|orbit| &orbit.last[..]).collect();
         let exponents = map.largest_lyapunov_exponents(&last, TANGENT_TRANSIENT, request.keep);
@@ -311,12 +302,7 @@ impl SweptMap for DirectSweep<'_> {
         };
         let states: Vec<&[f64]> = starts.iter().map(|start| &start.state[..]).collect();
         let orbits = lanes.orbits(&states, request).into_iter();
-        orbits
-            .map(|orbit| Settled {
-                orbit,
-                lyapunov: None,
-            })
-            .collect()
+        orbits.map(|orbit| Settled { orbit, lyapunov: None }).collect()
     }
 
     fn at(&self, parameters: &[f64]) -> Box<dyn DiscreteMap + Send + '_> {
@@ -360,9 +346,7 @@ impl SmoothFixedPoint {
     pub fn new(map: &LocalMap) -> Self {
         let mut legs = map.clone();
         legs.stages.retain(|stage| matches!(stage, Stage::Leg(_)));
-        Self {
-            smooth: InterpretedMap::new(&legs),
-        }
+        Self { smooth: InterpretedMap::new(&legs) }
     }
 
     /// The fixed point next to the section's origin, by Newton's method from there; the origin
@@ -389,17 +373,13 @@ impl SmoothFixedPoint {
         let dimension = point.len();
         let mut image = vec![0.0; dimension];
         let mut rows = vec![0.0; dimension * dimension];
-        let info = self
-            .smooth
-            .step_jacobian(point.as_slice(), parameters, &mut image, &mut rows);
+        let info = self.smooth.step_jacobian(point.as_slice(), parameters, &mut image, &mut rows);
         if !info.valid {
             return None;
         }
         let jacobian = DMatrix::from_row_slice(dimension, dimension, &rows);
         let defect = DVector::from_vec(image) - point;
-        let step = (jacobian - DMatrix::identity(dimension, dimension))
-            .lu()
-            .solve(&defect)?;
+        let step = (jacobian - DMatrix::identity(dimension, dimension)).lu().solve(&defect)?;
         step.iter().all(|value| value.is_finite()).then_some(step)
     }
 }

@@ -138,10 +138,7 @@ impl FoundOrbit {
             parameters: round(&orbit.parameters),
             states: orbit.states.iter().map(|state| round(state)).collect(),
             stable: orbit.is_stable().ok()?,
-            multipliers: multipliers
-                .iter()
-                .map(|value| [value.re, value.im])
-                .collect(),
+            multipliers: multipliers.iter().map(|value| [value.re, value.im]).collect(),
             contacts,
             physical,
             inside,

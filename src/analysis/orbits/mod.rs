@@ -129,11 +129,7 @@ impl Finder<'_> {
                 let (points, missing) = parted(outcomes);
                 lost.extend(missing);
                 if !points.is_empty() {
-                    loci.push(Locus {
-                        kind,
-                        itinerary: itinerary.clone(),
-                        points,
-                    });
+                    loci.push(Locus { kind, itinerary: itinerary.clone(), points });
                 }
             }
         }
@@ -152,13 +148,11 @@ impl Finder<'_> {
         let outcome = |near: &ItineraryBifurcation| {
             let outcome = match &mut direct {
                 Some(direct) => {
-                    direct
-                        .bifurcation(itinerary, near, free)
-                        .map_err(|reason| LostOrbit {
-                            itinerary: itinerary.clone(),
-                            parameters: near.orbit.orbit.parameters.clone(),
-                            reason,
-                        })
+                    direct.bifurcation(itinerary, near, free).map_err(|reason| LostOrbit {
+                        itinerary: itinerary.clone(),
+                        parameters: near.orbit.orbit.parameters.clone(),
+                        reason,
+                    })
                 }
                 None => Ok(self.by_map.found(itinerary, &near.orbit)?),
             };
@@ -210,10 +204,7 @@ impl<'a> ByMap<'a> {
         let expander = Expander::new(scene, orbit)?;
         let speed = |passage| expander.impact_speed(passage, map.orders.contact_weight);
         let speeds = (0..expander.passages()).map(speed);
-        Ok(Self {
-            speeds: speeds.collect::<Result<_, _>>()?,
-            window: &map.window,
-        })
+        Ok(Self { speeds: speeds.collect::<Result<_, _>>()?, window: &map.window })
     }
 
     /// An orbit of the map as it is given out.
@@ -335,21 +326,13 @@ impl<'a> Direct<'a> {
         orbit: &PeriodicOrbit<Dd>,
     ) -> Result<FoundOrbit, LostReason> {
         let (mut contacts, mut inside) = (Vec::new(), true);
-        let parameters: Vec<f64> = orbit
-            .parameters
-            .iter()
-            .map(|value| value.to_f64())
-            .collect();
+        let parameters: Vec<f64> = orbit.parameters.iter().map(|value| value.to_f64()).collect();
         for (number, state) in orbit.states.iter().enumerate() {
             let image = self.image.image(state, &orbit.parameters);
             let image = image.map_err(|_| LostReason::NotConverged)?;
             let speeds = image.passages.iter().enumerate();
             contacts.extend(speeds.filter_map(|(passage, speed)| {
-                Some(OrbitContact {
-                    number,
-                    passage,
-                    speed: (*speed)?.to_f64(),
-                })
+                Some(OrbitContact { number, passage, speed: (*speed)?.to_f64() })
             }));
             let state: Vec<f64> = state.iter().map(|value| value.to_f64()).collect();
             let depths = self.depths.at(&state, &parameters);
@@ -363,8 +346,5 @@ impl<'a> Direct<'a> {
 /// The first point of an orbit, as a guess.
 fn exact<S: Real>(orbit: &ItineraryOrbit<S>) -> Guess<Dd> {
     let convert = |values: &[S]| values.iter().map(|value| value.to_dd()).collect();
-    Guess {
-        state: convert(&orbit.orbit.states[0]),
-        parameters: convert(&orbit.orbit.parameters),
-    }
+    Guess { state: convert(&orbit.orbit.states[0]), parameters: convert(&orbit.orbit.parameters) }
 }

@@ -54,19 +54,12 @@ fn predicted<S: Real>(
 /// does not vary.
 pub(super) fn line<S: Real>(a: &Guess<S>, b: &Guess<S>, coordinate: usize, value: S) -> Guess<S> {
     let run = b.state[coordinate] - a.state[coordinate];
-    let share = if run == S::zero() {
-        S::one()
-    } else {
-        (value - a.state[coordinate]) / run
-    };
+    let share = if run == S::zero() { S::one() } else { (value - a.state[coordinate]) / run };
     let between = |a: &[S], b: &[S]| {
         let pairs = a.iter().zip(b);
         pairs.map(|(&a, &b)| a + share * (b - a)).collect()
     };
-    Guess {
-        state: between(&a.state, &b.state),
-        parameters: between(&a.parameters, &b.parameters),
-    }
+    Guess { state: between(&a.state, &b.state), parameters: between(&a.parameters, &b.parameters) }
 }
 
 /// A change of stability of a periodic orbit that one parameter meets.
@@ -139,16 +132,15 @@ pub(super) fn zero_between<S: Real>(
     let bracket = Bracket::new(lower, upper, values.0, values.1).ok()?;
     let mut known = [ends[0].clone(), ends[1].clone()];
     let tolerance = (upper - lower).abs() * S::from_f64(S::ROUNDOFF.powf(0.75));
-    let root = bracket.itp(values, tolerance, |value| {
-        match at(map, problem, coordinate, &known, value) {
+    let root =
+        bracket.itp(values, tolerance, |value| match at(map, problem, coordinate, &known, value) {
             Some(orbit) => {
                 let value = test(&orbit).unwrap_or(S::from_f64(f64::NAN));
                 known = [std::mem::replace(&mut known[1], orbit.clone()), orbit];
                 value
             }
             None => S::from_f64(f64::NAN),
-        }
-    });
+        });
     at(map, problem, coordinate, &known, root.root()?)
 }
 
@@ -198,42 +190,22 @@ mod tests {
 
     fn problem(contact: bool) -> PeriodicProblem {
         let made: PassageSet = contact.then_some(0).into_iter().collect();
-        PeriodicProblem {
-            returns: 1,
-            free: 0,
-            itinerary: Some(vec![made]),
-            scales: vec![1.0, 1.0],
-        }
+        PeriodicProblem { returns: 1, free: 0, itinerary: Some(vec![made]), scales: vec![1.0, 1.0] }
     }
 
     fn guess<S: Real>(state: f64, parameter: f64) -> Guess<S> {
-        Guess {
-            state: vec![S::from_f64(state)],
-            parameters: vec![S::from_f64(parameter)],
-        }
+        Guess { state: vec![S::from_f64(state)], parameters: vec![S::from_f64(parameter)] }
     }
 
     /// The orbit has `x + k √x = p` and the multiplier `−k/(2√x)`, which is −1 at `x = k²/4`, `p =
     /// 3k²/4`.
     fn flips_in<S: Real>(tolerance: f64) {
         let depths = [1e-4, 1e-3, 1e-2, 1e-1].map(S::from_f64);
-        let orbits = branch(
-            &mut SquareRoot,
-            &problem(true),
-            0,
-            &depths,
-            &guess(0.0, 0.0),
-        );
+        let orbits = branch(&mut SquareRoot, &problem(true), 0, &depths, &guess(0.0, 0.0));
         assert_eq!(orbits.len(), 4);
         let flips = orbits.windows(2).filter_map(|pair| {
             let ends = [&pair[0], &pair[1]];
-            bifurcation(
-                &mut SquareRoot,
-                &problem(true),
-                BifurcationKind::Flip,
-                0,
-                ends,
-            )
+            bifurcation(&mut SquareRoot, &problem(true), BifurcationKind::Flip, 0, ends)
         });
         let flips: Vec<_> = flips.collect();
         assert_eq!(flips.len(), 1);
@@ -278,12 +250,7 @@ mod tests {
                 })
             }
         }
-        let found = periodic_orbit(
-            &mut Shift,
-            &problem(false),
-            Held::Parameter,
-            &guess(0.0, 0.5),
-        );
+        let found = periodic_orbit(&mut Shift, &problem(false), Held::Parameter, &guess(0.0, 0.5));
         let parted = |outcome: &PeriodicOutcome<f64>| {
             matches!(
                 outcome,

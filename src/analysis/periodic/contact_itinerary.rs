@@ -101,10 +101,7 @@ impl ContactItinerary {
         let digit = |found| match found {
             '0' => Ok(false),
             '1' => Ok(true),
-            _ => Err(ItineraryError::NotADigit {
-                text: text.to_owned(),
-                found,
-            }),
+            _ => Err(ItineraryError::NotADigit { text: text.to_owned(), found }),
         };
         let digits: Vec<bool> = digits.map(digit).collect::<Result<_, _>>()?;
         let found = digits.len();
@@ -113,11 +110,7 @@ impl ContactItinerary {
             return Err(ItineraryError::TooLong { found, limit });
         }
         if passages == 0 || found == 0 || !found.is_multiple_of(passages) {
-            return Err(ItineraryError::NotWholeReturns {
-                text: text.to_owned(),
-                found,
-                passages,
-            });
+            return Err(ItineraryError::NotWholeReturns { text: text.to_owned(), found, passages });
         }
         Ok(Self::of_digits(passages, &digits))
     }
@@ -135,11 +128,7 @@ impl ContactItinerary {
     pub fn all(passages: usize, longest: usize) -> Result<Vec<Self>, ItineraryError> {
         let found = passages.saturating_mul(longest);
         if found > MOST_LISTED {
-            return Err(ItineraryError::TooMany {
-                period: longest,
-                found,
-                limit: MOST_LISTED,
-            });
+            return Err(ItineraryError::TooMany { period: longest, found, limit: MOST_LISTED });
         }
         let of_period = |period: usize| {
             let length = period * passages;
@@ -161,10 +150,7 @@ impl ContactItinerary {
             let made = digits.iter().enumerate().filter(|(_, made)| **made);
             made.map(|(passage, _)| passage).collect()
         };
-        Self {
-            passages,
-            returns: digits.chunks(passages).map(made).collect(),
-        }
+        Self { passages, returns: digits.chunks(passages).map(made).collect() }
     }
 
     /// Passages of a return.
@@ -246,9 +232,7 @@ mod tests {
     fn every_itinerary_is_listed_once_beginning_with_contacts() {
         assert_eq!(
             listed(1, 4),
-            [
-                "1", "0", "11", "10", "111", "110", "100", "1111", "1110", "1100", "1010", "1000"
-            ]
+            ["1", "0", "11", "10", "111", "110", "100", "1111", "1110", "1100", "1010", "1000"]
         );
         assert_eq!(
             listed(2, 2),
@@ -264,10 +248,7 @@ mod tests {
     #[test]
     fn what_is_no_itinerary_is_refused() {
         let refused = |text: &str, passages| ContactItinerary::parse(text, passages).err();
-        assert!(matches!(
-            refused("1L0", 1),
-            Some(ItineraryError::NotADigit { found: 'L', .. })
-        ));
+        assert!(matches!(refused("1L0", 1), Some(ItineraryError::NotADigit { found: 'L', .. })));
         assert!(matches!(
             refused("101", 2),
             Some(ItineraryError::NotWholeReturns { found: 3, .. })

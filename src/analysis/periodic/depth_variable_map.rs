@@ -43,12 +43,7 @@ impl<'a, S: Real> DepthVariableMap<'a, S> {
         dimension: usize,
         unit: f64,
     ) -> Self {
-        Self {
-            map,
-            itinerary,
-            dimension,
-            unit: S::from_f64(unit),
-        }
+        Self { map, itinerary, dimension, unit: S::from_f64(unit) }
     }
 
     /// The first depth variable among the coordinates.
@@ -61,12 +56,7 @@ impl<'a, S: Real> DepthVariableMap<'a, S> {
         let mut scales = window_scales(window);
         let depths = std::iter::repeat_n(self.unit.to_f64(), self.itinerary.contacts());
         scales.splice(self.dimension..self.dimension, depths);
-        PeriodicProblem {
-            returns: 1,
-            free,
-            itinerary: None,
-            scales,
-        }
+        PeriodicProblem { returns: 1, free, itinerary: None, scales }
     }
 
     /// The orbit of the map that a fixed point is; `None` where a depth variable vanishes, and
@@ -124,10 +114,7 @@ impl<'a, S: Real> DepthVariableMap<'a, S> {
         }
         let followed = inverse(&equations).ok()? * block(dimension, 0, contacts, dimension);
         let jacobian = by_state - block(0, dimension, dimension, contacts) * followed;
-        jacobian
-            .iter()
-            .all(|entry| entry.is_finite())
-            .then_some(jacobian)
+        jacobian.iter().all(|entry| entry.is_finite()).then_some(jacobian)
     }
 
     /// The end of a period and the difference of each depth and its `y²`; `arrive` is called at
@@ -144,10 +131,7 @@ impl<'a, S: Real> DepthVariableMap<'a, S> {
         let (mut point, mut lacking) = (start.to_vec(), Vec::new());
         for (number, made) in self.itinerary.returns().iter().enumerate() {
             let image = self.map.image_with(&point, parameters, |arrival| {
-                let root = made
-                    .contains(arrival.passage)
-                    .then(|| roots.next())
-                    .flatten();
+                let root = made.contains(arrival.passage).then(|| roots.next()).flatten();
                 lacking.extend(root.map(|y| arrival.depth - y * y));
                 arrive(number, &arrival, root);
                 root

@@ -126,10 +126,7 @@ impl Branches<'_> {
             let size = value / (2.0 * self.search.unit());
             let others = others.into_iter().map(|y| y * size);
             let state = std::iter::repeat_n(0.0, self.coordinate).chain([value]);
-            Guess {
-                state: state.chain(others).collect(),
-                parameters: parameters.to_vec(),
-            }
+            Guess { state: state.chain(others).collect(), parameters: parameters.to_vec() }
         };
         others.into_iter().map(guess).collect()
     }
@@ -149,13 +146,7 @@ impl Branches<'_> {
         let down: Vec<f64> = self.values[..place].iter().rev().copied().collect();
         let up = self.values[place..].to_vec();
         let mut follow = |values: &[f64]| {
-            branch(
-                &mut self.map,
-                &self.problem,
-                self.coordinate,
-                values,
-                &seed.guess(),
-            )
+            branch(&mut self.map, &self.problem, self.coordinate, values, &seed.guess())
         };
         let (down, up) = (follow(&down), follow(&up));
         down.into_iter().rev().chain(up).collect()
@@ -181,29 +172,17 @@ impl Branches<'_> {
         let mut neighbour = |share: f64| {
             let value = [value * (1.0 + share)];
             let guess = fixed.guess();
-            let orbits = branch(
-                &mut self.map,
-                &self.problem,
-                self.coordinate,
-                &value,
-                &guess,
-            );
+            let orbits = branch(&mut self.map, &self.problem, self.coordinate, &value, &guess);
             map.orbit(orbits.first()?)
         };
         let neighbours = [neighbour(-APART)?, neighbour(APART)?];
-        Some(ItineraryBifurcation {
-            kind,
-            orbit,
-            neighbours,
-        })
+        Some(ItineraryBifurcation { kind, orbit, neighbours })
     }
 }
 
 /// Whether an orbit has the multiplier of a bifurcation.
 fn is_at(kind: BifurcationKind, orbit: &ItineraryOrbit<f64>) -> bool {
     let multipliers = orbit.orbit.multipliers().unwrap_or_default();
-    let mut apart = multipliers
-        .iter()
-        .map(|value| (value - kind.multiplier()).norm());
+    let mut apart = multipliers.iter().map(|value| (value - kind.multiplier()).norm());
     apart.any(|apart| apart < NEAR)
 }

@@ -96,21 +96,14 @@ impl<'a> ItinerarySearch<'a> {
         let fine = |orbit: &ItineraryOrbit<f64>| {
             let convert = |values: &[f64]| values.iter().map(|&value| Dd::from(value)).collect();
             let state = [&orbit.orbit.states[0][..], &orbit.depth_variables].concat();
-            let guess = Guess {
-                state: convert(&state),
-                parameters: convert(parameters),
-            };
+            let guess = Guess { state: convert(&state), parameters: convert(parameters) };
             self.solved(&self.fine, itinerary, &guess)
         };
         let mut orbits: Vec<_> = found.iter().filter_map(fine).collect();
         let first = |orbit: &ItineraryOrbit<Dd>| orbit.depth_variables.first().map(|y| y.to_f64());
         orbits.sort_by(|a, b| {
             let physical = b.is_physical().cmp(&a.is_physical());
-            physical.then(
-                first(a)
-                    .partial_cmp(&first(b))
-                    .unwrap_or(std::cmp::Ordering::Equal),
-            )
+            physical.then(first(a).partial_cmp(&first(b)).unwrap_or(std::cmp::Ordering::Equal))
         });
         orbits
     }
@@ -151,11 +144,7 @@ impl<'a> ItinerarySearch<'a> {
             let mut pairs = values.iter().zip(widths);
             pairs.all(|(value, width)| value.abs() <= FARTHEST * width)
         };
-        let least = if self.positive {
-            0.0
-        } else {
-            -REACH * self.unit()
-        };
+        let least = if self.positive { 0.0 } else { -REACH * self.unit() };
         let mut depths = orbit.depth_variables.iter();
         let mut states = orbit.orbit.states.iter();
         depths.all(|&y| least <= y && y <= REACH * self.unit())
@@ -178,18 +167,10 @@ impl<'a> ItinerarySearch<'a> {
     fn starts(&self, itinerary: &ContactItinerary, parameters: &[f64]) -> Vec<Start> {
         let state = self.smooth.at(parameters);
         let contacts = itinerary.contacts();
-        let about = self
-            .sides(contacts)
-            .into_iter()
-            .chain(self.scattered(contacts));
-        let about = about.map(|depth_variables| Start {
-            state: state.clone(),
-            depth_variables,
-        });
+        let about = self.sides(contacts).into_iter().chain(self.scattered(contacts));
+        let about = about.map(|depth_variables| Start { state: state.clone(), depth_variables });
         let settled = self.settled(&state, parameters, itinerary.period());
-        let settled = settled
-            .iter()
-            .filter_map(|settled| settled.begun_as(itinerary));
+        let settled = settled.iter().filter_map(|settled| settled.begun_as(itinerary));
         about.chain(settled).collect()
     }
 
@@ -206,9 +187,7 @@ impl<'a> ItinerarySearch<'a> {
             _ => vec![0, usize::MAX],
         };
         let sizes = SIZES.map(|size| REACH * size * self.unit());
-        let sides = sizes
-            .iter()
-            .flat_map(|&size| signs.iter().map(move |&signs| (signs, size)));
+        let sides = sizes.iter().flat_map(|&size| signs.iter().map(move |&signs| (signs, size)));
         sides.map(|(signs, size)| of(signs, size)).collect()
     }
 
@@ -216,15 +195,11 @@ impl<'a> ItinerarySearch<'a> {
     fn scattered(&self, contacts: usize) -> Vec<Vec<f64>> {
         let count = if contacts > 1 { SCATTERED } else { 0 };
         // The steps of the generalised golden ratio: x^(m+1) = x + 1.
-        let golden = (0..40).fold(2.0_f64, |x, _| {
-            (1.0 + x).powf(1.0 / (contacts as f64 + 1.0))
-        });
+        let golden = (0..40).fold(2.0_f64, |x, _| (1.0 + x).powf(1.0 / (contacts as f64 + 1.0)));
         let point = |number: usize| {
             let share = |place: i32| (0.5 + number as f64 * golden.powi(-place)).fract();
             let places = 1..=contacts as i32;
-            places
-                .map(|place| self.unit() * share(place).powi(2))
-                .collect()
+            places.map(|place| self.unit() * share(place).powi(2)).collect()
         };
         (1..=count).map(point).collect()
     }
@@ -248,26 +223,12 @@ impl<'a> ItinerarySearch<'a> {
         let (mut state, mut points, mut returns) = (start, Vec::new(), Vec::new());
         for _ in 0..period {
             let image = self.map.image(&state, parameters);
-            let made = image
-                .depths
-                .iter()
-                .enumerate()
-                .filter(|(_, depth)| **depth > 0.0);
-            returns.push(
-                made.clone()
-                    .map(|(passage, _)| passage)
-                    .collect::<PassageSet>(),
-            );
+            let made = image.depths.iter().enumerate().filter(|(_, depth)| **depth > 0.0);
+            returns.push(made.clone().map(|(passage, _)| passage).collect::<PassageSet>());
             let depth_variables = made.map(|(_, depth)| depth.sqrt()).collect();
-            points.push((
-                std::mem::replace(&mut state, image.offsets),
-                depth_variables,
-            ));
+            points.push((std::mem::replace(&mut state, image.offsets), depth_variables));
         }
-        Settled {
-            itinerary: ContactItinerary::new(self.passages, returns),
-            points,
-        }
+        Settled { itinerary: ContactItinerary::new(self.passages, returns), points }
     }
 }
 
@@ -277,9 +238,6 @@ impl Settled {
         let by = self.itinerary.rotation_to(itinerary)?;
         let points = self.points.iter().cycle().skip(by).take(self.points.len());
         let depth_variables = points.flat_map(|(_, depths)| depths).copied().collect();
-        Some(Start {
-            state: self.points[by].0.clone(),
-            depth_variables,
-        })
+        Some(Start { state: self.points[by].0.clone(), depth_variables })
     }
 }

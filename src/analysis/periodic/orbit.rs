@@ -152,10 +152,7 @@ impl<S: Real> PeriodicOrbit<S> {
 
     /// Where a neighbouring orbit is looked for: here.
     pub fn guess(&self) -> Guess<S> {
-        Guess {
-            state: self.states[0].clone(),
-            parameters: self.parameters.clone(),
-        }
+        Guess { state: self.states[0].clone(), parameters: self.parameters.clone() }
     }
 }
 
@@ -208,10 +205,9 @@ pub fn periodic_orbit<S: Real>(
     );
     match outcome {
         NewtonOutcome::Root(period) => period.outcome(problem),
-        NewtonOutcome::NotNearer {
-            step: (_, last_step),
-            ..
-        } => PeriodicOutcome::NotConverged { last_step },
+        NewtonOutcome::NotNearer { step: (_, last_step), .. } => {
+            PeriodicOutcome::NotConverged { last_step }
+        }
         NewtonOutcome::StepLimit(_) => PeriodicOutcome::NotConverged { last_step },
         NewtonOutcome::NoStep { reason, steps, .. } => match reason {
             NumericError::Singular { .. } => PeriodicOutcome::Singular { steps },
@@ -376,11 +372,7 @@ impl<S: Real> Period<S> {
             jacobian: self.by_state,
             residual,
         };
-        if same {
-            PeriodicOutcome::Found(orbit)
-        } else {
-            PeriodicOutcome::OtherItinerary(orbit)
-        }
+        if same { PeriodicOutcome::Found(orbit) } else { PeriodicOutcome::OtherItinerary(orbit) }
     }
 }
 
@@ -402,9 +394,6 @@ mod tests {
         };
         let multipliers = orbit.multipliers().expect("finite entries");
         // The determinant is 1e-20 and the trace 2.
-        assert!(
-            (multipliers[1].re - 0.5e-20).abs() < 1e-35,
-            "{multipliers:?}"
-        );
+        assert!((multipliers[1].re - 0.5e-20).abs() < 1e-35, "{multipliers:?}");
     }
 }

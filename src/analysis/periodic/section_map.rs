@@ -132,11 +132,7 @@ pub fn linearise<S: Real>(
     let variable = state.len() + free;
     let mut point = Point::new(state, parameters);
     let by_parameter = point.slope(map, &step, variable, scales[variable])?;
-    Some(Linearisation {
-        step,
-        by_state,
-        by_parameter,
-    })
+    Some(Linearisation { step, by_state, by_parameter })
 }
 
 /// The Jacobian by the state alone, as [`linearise`] has it.
@@ -164,10 +160,7 @@ struct Point<S> {
 
 impl<S: Real> Point<S> {
     fn new(state: &[S], parameters: &[S]) -> Self {
-        Self {
-            variables: [state, parameters].concat(),
-            dimension: state.len(),
-        }
+        Self { variables: [state, parameters].concat(), dimension: state.len() }
     }
 
     /// Derivative by one variable.
@@ -208,9 +201,7 @@ impl<S: Real> Point<S> {
             let (state, parameters) = self.variables.split_at(self.dimension);
             let image = map.image(state, parameters);
             self.variables[variable] = kept;
-            image
-                .filter(|image| image.contacts == centre.contacts)
-                .ok_or(OtherBranch)
+            image.filter(|image| image.contacts == centre.contacts).ok_or(OtherBranch)
         };
         let (up, down) = (side(1.0)?, side(-1.0)?);
         let change = if centre.contacts.is_empty() {

@@ -16,17 +16,10 @@ use grazemap::report::{
 pub(in crate::cli) fn run(options: &ConvergeOptions) -> Result<(), CliError> {
     let outlets = &options.scene.common.outlets;
     let settled = settle(open(&options.scene)?, outlets.quiet)?;
-    let request = StudyRequest {
-        fresh: options.fresh as usize,
-        sections: true,
-        chosen: None,
-    };
+    let request = StudyRequest { fresh: options.fresh as usize, sections: true, chosen: None };
     let study = settled.study(&request, &Bar::new("convergence", outlets.quiet))?;
     let section = settled.section();
-    let weights = study
-        .orders
-        .iter()
-        .map(|result| result.orders.contact_weight);
+    let weights = study.orders.iter().map(|result| result.orders.contact_weight);
     let edges = settled.window_edges(weights.max().unwrap_or(1))?;
     warn_of_edges(settled.scene(), &edges, outlets.quiet);
     let table = convergence_table(&study)?;
@@ -63,12 +56,7 @@ struct StudyDocument<'a> {
 
 impl<'a> StudyDocument<'a> {
     fn new(study: &'a ConvergenceStudy, section: &'a SectionDocument) -> Self {
-        Self {
-            document: DocumentKind::Convergence,
-            format: DocumentKind::FORMAT,
-            study,
-            section,
-        }
+        Self { document: DocumentKind::Convergence, format: DocumentKind::FORMAT, study, section }
     }
 }
 
@@ -89,18 +77,9 @@ pub(super) fn convergence_files(
     let untimed = without_times(study);
     let document = StudyDocument::new(&untimed, section);
     let mut files = vec![
-        (
-            "convergence.json".to_owned(),
-            to_json(&document)?.into_bytes(),
-        ),
-        (
-            "convergence.csv".to_owned(),
-            convergence_table(&untimed)?.to_csv()?.into_bytes(),
-        ),
-        (
-            "convergence-speed.csv".to_owned(),
-            convergence_table(study)?.to_csv()?.into_bytes(),
-        ),
+        ("convergence.json".to_owned(), to_json(&document)?.into_bytes()),
+        ("convergence.csv".to_owned(), convergence_table(&untimed)?.to_csv()?.into_bytes()),
+        ("convergence-speed.csv".to_owned(), convergence_table(study)?.to_csv()?.into_bytes()),
     ];
     for (ending, figure, _) in convergence_figures(study) {
         push_figure(&mut files, &format!("convergence{ending}"), &figure)?;

@@ -63,10 +63,7 @@ pub(in crate::cli) fn run(options: &EmitArguments) -> Result<(), CliError> {
         false => folder_of(options.target.into()),
     };
     let mut outlets = options.common.outlets.clone();
-    let folder = outlets
-        .output
-        .take()
-        .unwrap_or_else(|| PathBuf::from(default));
+    let folder = outlets.output.take().unwrap_or_else(|| PathBuf::from(default));
     if options.check {
         return check(&emitted, &folder, outlets.quiet);
     }
@@ -96,19 +93,17 @@ fn refuse_single(scenes: &[Source]) -> Result<(), CliError> {
     let mut scenes = scenes.iter().map(Source::scene);
     match scenes.find(|scene| scene.emit.precision == single) {
         None => Ok(()),
-        Some(scene) => Err(Error::from(EmissionError::SingleInCatalogue {
-            name: scene.identifier.clone(),
-        })
-        .into()),
+        Some(scene) => {
+            Err(Error::from(EmissionError::SingleInCatalogue { name: scene.identifier.clone() })
+                .into())
+        }
     }
 }
 
 fn emit(source: Source, options: &EmitArguments) -> Result<Emitted, CliError> {
     let map = map(source, options.common.outlets.quiet)?;
-    let module = map.module(EmitRequest {
-        target: options.target.into(),
-        measure: options.measure,
-    })?;
+    let module =
+        map.module(EmitRequest { target: options.target.into(), measure: options.measure })?;
     Ok((module, map.window_edges().to_vec(), map.section()))
 }
 
@@ -123,14 +118,9 @@ fn check(emitted: &EmittedCrate, folder: &Path, quiet: bool) -> Result<(), CliEr
         let said = format!("{}: {they} would be emitted now\n", folder.display());
         return if quiet { Ok(()) } else { print(&said) };
     }
-    let list: Vec<String> = differences
-        .iter()
-        .map(|difference| format!("\n  {difference}"))
-        .collect();
-    Err(CliError::NotCurrent {
-        folder: folder.to_owned(),
-        differences: list.concat(),
-    })
+    let list: Vec<String> =
+        differences.iter().map(|difference| format!("\n  {difference}")).collect();
+    Err(CliError::NotCurrent { folder: folder.to_owned(), differences: list.concat() })
 }
 
 fn summary(modules: Vec<Emitted>, emitted: &EmittedCrate) -> Summary {
@@ -151,11 +141,8 @@ fn summary(modules: Vec<Emitted>, emitted: &EmittedCrate) -> Summary {
 }
 
 fn text(modules: &[Emitted], emitted: &EmittedCrate, folder: &Path) -> String {
-    let mut text = format!(
-        "wrote {} to {}\n",
-        counted(emitted.files.len(), "file"),
-        folder.display()
-    );
+    let mut text =
+        format!("wrote {} to {}\n", counted(emitted.files.len(), "file"), folder.display());
     for (module, ..) in modules {
         let (step, frozen) = (module.step_operations, module.frozen_operations);
         text.push_str(&format!(

@@ -22,11 +22,8 @@ pub(in crate::cli) fn locate(options: &SceneOptions) -> Result<(), CliError> {
 /// The orbit as a person reads it.
 fn orbit_text(scene: &Scene, document: &OrbitListing) -> Result<String, ReportError> {
     let table = document.point_table()?.to_text();
-    let surfaces: Vec<String> = document
-        .surfaces()
-        .iter()
-        .map(|surface| format!("`{surface}`"))
-        .collect();
+    let surfaces: Vec<String> =
+        document.surfaces().iter().map(|surface| format!("`{surface}`")).collect();
     let mut text = format!(
         "grazing orbit of `{}` at {}\nsection: {}\n\n{table}",
         scene.identifier,
@@ -54,9 +51,7 @@ pub(in crate::cli) fn curve(options: &CurveArguments) -> Result<(), CliError> {
     let scene = source.scene();
     let with = parameter_number(scene, &options.with)?;
     if scene.grazing.solve_for.contains(&with) {
-        return Err(CliError::AlreadyAdjusted {
-            name: options.with.clone(),
-        });
+        return Err(CliError::AlreadyAdjusted { name: options.with.clone() });
     }
     for (flag, value) in [("--from", options.from), ("--to", options.to)] {
         if !value.is_finite() {
@@ -64,10 +59,7 @@ pub(in crate::cli) fn curve(options: &CurveArguments) -> Result<(), CliError> {
         }
     }
     let range = (options.to - options.from).abs();
-    let settings = CurveOptions {
-        xi_count: options.xi as usize,
-        ..step_options(range)
-    };
+    let settings = CurveOptions { xi_count: options.xi as usize, ..step_options(range) };
     let outcome = orbit::curve(scene, with, options.from, options.to, &settings);
     let (curve, reached) = match outcome.map_err(Error::from)? {
         CurveOutcome::Traced(curve) => (curve, true),
@@ -99,15 +91,8 @@ fn step_options(range: f64) -> CurveOptions {
 
 /// How the curve went, as a person reads it.
 fn curve_text(document: &CurveListing, curve: &GrazingCurve) -> String {
-    let mut text = format!(
-        "{}; {}\n",
-        counted(curve.points.len(), "point"),
-        document.end
-    );
-    let several = document
-        .points
-        .iter()
-        .any(|point| point.conditions.len() > 1);
+    let mut text = format!("{}; {}\n", counted(curve.points.len(), "point"), document.end);
+    let several = document.points.iter().any(|point| point.conditions.len() > 1);
     for point in &document.codim2 {
         let [from, to] = &point.surfaces;
         let ends = if several {
@@ -116,18 +101,10 @@ fn curve_text(document: &CurveListing, curve: &GrazingCurve) -> String {
         } else {
             String::new()
         };
-        text.push_str(&format!(
-            "xi_{}{ends} = 0 at {}\n",
-            point.n,
-            pairs(&point.parameters.0)
-        ));
+        text.push_str(&format!("xi_{}{ends} = 0 at {}\n", point.n, pairs(&point.parameters.0)));
     }
     for fold in &document.folds {
-        text.push_str(&format!(
-            "fold in {} at {}\n",
-            fold.parameter,
-            pairs(&fold.parameters.0)
-        ));
+        text.push_str(&format!("fold in {} at {}\n", fold.parameter, pairs(&fold.parameters.0)));
     }
     for switch in &document.multiplier_switches {
         text.push_str(&format!(
@@ -139,10 +116,8 @@ fn curve_text(document: &CurveListing, curve: &GrazingCurve) -> String {
 }
 
 fn pairs(parameters: &[(String, f64)]) -> String {
-    let pairs: Vec<String> = parameters
-        .iter()
-        .map(|(name, value)| format!("{name} = {:.12}", Shown(*value)))
-        .collect();
+    let pairs: Vec<String> =
+        parameters.iter().map(|(name, value)| format!("{name} = {:.12}", Shown(*value))).collect();
     pairs.join(", ")
 }
 
@@ -159,10 +134,7 @@ fn judge(
     Err(CliError::CurveEnded {
         parameter: options.with.clone(),
         goal: if started { options.to } else { options.from },
-        last: curve
-            .points
-            .last()
-            .map_or(f64::NAN, |point| point.parameters[with]),
+        last: curve.points.last().map_or(f64::NAN, |point| point.parameters[with]),
         end: curve.end.clone(),
     })
 }

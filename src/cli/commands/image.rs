@@ -64,16 +64,11 @@ pub(in crate::cli) fn run(options: &ImageOptions) -> Result<(), CliError> {
     let records = map.images(&request)?;
     let csv = table(map.local(), &request, &records);
     let section = map.section();
-    let decided = section.decided.as_ref().map(|_| ImageSection {
-        kind: section.kind,
-        phase: section.phase,
-    });
+    let decided =
+        section.decided.as_ref().map(|_| ImageSection { kind: section.kind, phase: section.phase });
     let list: Vec<Image> = records
         .iter()
-        .map(|record| Image {
-            section: decided,
-            ..image(map.local(), &request, record, edge)
-        })
+        .map(|record| Image { section: decided, ..image(map.local(), &request, record, edge) })
         .collect();
     let results = Results::named("images", csv.clone(), to_json(&list)?, Some(csv));
     let mut outlets = outlets.clone();
@@ -87,24 +82,14 @@ pub(in crate::cli) fn run(options: &ImageOptions) -> Result<(), CliError> {
 /// One row per input row and iteration.
 fn table(map: &LocalMap, request: &ImageRequest, records: &[ImageRecord]) -> String {
     let direct = request.using == Using::Direct;
-    let mut text = format!(
-        "row,iteration,{},contacts,inside",
-        map.section.coordinates.join(",")
-    );
+    let mut text = format!("row,iteration,{},contacts,inside", map.section.coordinates.join(","));
     text.push_str(if direct { ",extra_contacts\n" } else { "\n" });
     for record in records {
-        let offsets: Vec<String> = record
-            .offsets
-            .iter()
-            .map(|&value| digits(value, request.precision))
-            .collect();
+        let offsets: Vec<String> =
+            record.offsets.iter().map(|&value| digits(value, request.precision)).collect();
         let (row, iteration, inside) = (record.row, record.iteration, u8::from(record.inside));
-        let _infallible = write!(
-            text,
-            "{row},{iteration},{},{},{inside}",
-            offsets.join(","),
-            record.contacts
-        );
+        let _infallible =
+            write!(text, "{row},{iteration},{},{},{inside}", offsets.join(","), record.contacts);
         if let Some(extra) = record.extra_contacts.filter(|_| direct) {
             let _infallible = write!(text, ",{extra}");
         }
@@ -138,11 +123,7 @@ fn image(
         row: record.row,
         iteration: record.iteration,
         offsets: Named::new(
-            map.section
-                .coordinates
-                .iter()
-                .cloned()
-                .zip(record.offsets.iter().map(offset)),
+            map.section.coordinates.iter().cloned().zip(record.offsets.iter().map(offset)),
         ),
         contacts: record.contacts,
         inside: u8::from(record.inside),
@@ -155,9 +136,8 @@ fn image(
 
 /// Says which points were outside the window, and fails where a point had no image.
 fn judge(request: &ImageRequest, records: &[ImageRecord], quiet: bool) -> Result<(), CliError> {
-    let missing = records
-        .iter()
-        .find(|record| record.offsets.iter().any(|value| !value.is_finite()));
+    let missing =
+        records.iter().find(|record| record.offsets.iter().any(|value| !value.is_finite()));
     if let Some(record) = missing {
         return Err(CliError::NoImage {
             row: record.row,
@@ -191,31 +171,21 @@ enum Column {
 /// Reads the rows of a CSV file with a header; columns are coordinates and active parameters of the
 /// map, missing ones are 0.
 fn read(path: &Path, map: &LocalMap) -> Result<Vec<ImageRow>, CliError> {
-    let unreadable = |source| CliError::UnreadableStates {
-        path: path.to_owned(),
-        source,
-    };
-    let mut reader = csv::ReaderBuilder::new()
-        .trim(csv::Trim::All)
-        .from_path(path)
-        .map_err(unreadable)?;
+    let unreadable = |source| CliError::UnreadableStates { path: path.to_owned(), source };
+    let mut reader =
+        csv::ReaderBuilder::new().trim(csv::Trim::All).from_path(path).map_err(unreadable)?;
     let header = reader.headers().map_err(unreadable)?.clone();
     let columns = columns(&header, map, path)?;
     let mut rows = Vec::new();
     for (number, record) in reader.records().enumerate() {
         let record = record.map_err(unreadable)?;
         if number == MOST_ROWS {
-            return Err(CliError::TooManyStates {
-                path: path.to_owned(),
-                limit: MOST_ROWS,
-            });
+            return Err(CliError::TooManyStates { path: path.to_owned(), limit: MOST_ROWS });
         }
         rows.push(row(&record, &columns, map, path)?);
     }
     if rows.is_empty() {
-        return Err(CliError::NoStates {
-            path: path.to_owned(),
-        });
+        return Err(CliError::NoStates { path: path.to_owned() });
     }
     Ok(rows)
 }
@@ -229,15 +199,9 @@ fn columns(
     let mut columns = Vec::with_capacity(header.len());
     for (number, name) in header.iter().enumerate() {
         let name = name.trim_start_matches('\u{feff}');
-        let state = map
-            .section
-            .coordinates
-            .iter()
-            .position(|known| known == name);
+        let state = map.section.coordinates.iter().position(|known| known == name);
         let parameter = map.parameters.iter().position(|known| known.name == name);
-        let column = state
-            .map(Column::State)
-            .or(parameter.map(Column::Parameter));
+        let column = state.map(Column::State).or(parameter.map(Column::Parameter));
         columns.push(column.ok_or_else(|| CliError::UnknownColumn {
             path: path.to_owned(),
             name: name.to_owned(),
@@ -245,10 +209,7 @@ fn columns(
             section: section_words(map),
         })?);
         if header.iter().take(number).any(|earlier| earlier == name) {
-            return Err(CliError::ColumnTwice {
-                path: path.to_owned(),
-                name: name.to_owned(),
-            });
+            return Err(CliError::ColumnTwice { path: path.to_owned(), name: name.to_owned() });
         }
     }
     Ok(columns)
@@ -265,9 +226,7 @@ fn row(
         parameters: vec![Dd::ZERO; map.parameters.len()],
     };
     for (text, column) in record.iter().zip(columns) {
-        let value = Dd::from_decimal(text)
-            .ok()
-            .filter(|value| value.is_finite());
+        let value = Dd::from_decimal(text).ok().filter(|value| value.is_finite());
         let value = value.ok_or_else(|| CliError::NotANumber {
             path: path.to_owned(),
             line: record.position().map_or(0, csv::Position::line),
@@ -285,21 +244,13 @@ fn row(
 fn section_words(map: &LocalMap) -> String {
     match map.section.phase {
         None => "the tangency section".to_owned(),
-        Some(phase) => format!(
-            "the stroboscopic section at the phase {:.6}",
-            phase.to_f64()
-        ),
+        Some(phase) => format!("the stroboscopic section at the phase {:.6}", phase.to_f64()),
     }
 }
 
 fn known_names(map: &LocalMap) -> String {
     let parameters = map.parameters.iter().map(|parameter| &parameter.name);
-    let names: Vec<&str> = map
-        .section
-        .coordinates
-        .iter()
-        .chain(parameters)
-        .map(String::as_str)
-        .collect();
+    let names: Vec<&str> =
+        map.section.coordinates.iter().chain(parameters).map(String::as_str).collect();
     names.join(", ")
 }

@@ -67,9 +67,7 @@ fn warn_of_edges(scene: &Scene, edges: &[WindowEdge], quiet: bool) {
     let series = scene.emit.shape != Shape::Flown;
     if let Some(edge) = beyond(edges).filter(|_| series && !quiet) {
         let (identifier, words) = (&scene.identifier, edge_words(&edge));
-        note(&format!(
-            "warning: `{identifier}`: at the edge of the window {words}"
-        ));
+        note(&format!("warning: `{identifier}`: at the edge of the window {words}"));
     }
 }
 
@@ -85,9 +83,7 @@ fn beyond(edges: &[WindowEdge]) -> Option<WindowEdge> {
 fn refuse_frozen_sweeps(scene: &Scene) -> Result<(), CliError> {
     let diagrams = scene.diagrams.iter().map(|diagram| diagram.parameter);
     let charts = scene.charts.iter().flat_map(|chart| chart.parameters);
-    let frozen = diagrams
-        .chain(charts)
-        .find(|swept| !scene.expansion.active.contains(swept));
+    let frozen = diagrams.chain(charts).find(|swept| !scene.expansion.active.contains(swept));
     frozen.map_or(Ok(()), |swept| {
         let parameter = scene.model.parameters[swept].name.clone();
         Err(grazemap::Error::from(AnalysisError::NotActive { parameter }).into())

@@ -44,12 +44,7 @@ fn results(map: &Map, document: &OrbitsListing) -> Result<Results, CliError> {
         csv = document.loci_data_table()?.to_csv()?;
         files.push(("loci.csv".to_owned(), csv.clone().into_bytes()));
     }
-    Ok(Results {
-        text: text(map.scene(), document)?,
-        json,
-        csv: Some(csv),
-        files,
-    })
+    Ok(Results { text: text(map.scene(), document)?, json, csv: Some(csv), files })
 }
 
 /// The orbits as a person reads them.
@@ -58,11 +53,7 @@ fn text(scene: &Scene, document: &OrbitsListing) -> Result<String, CliError> {
         "direct" => "direct simulation",
         _ => "the map",
     };
-    let passages: Vec<String> = document
-        .passages
-        .iter()
-        .map(|name| format!("`{name}`"))
-        .collect();
+    let passages: Vec<String> = document.passages.iter().map(|name| format!("`{name}`")).collect();
     let mut text = format!(
         "periodic orbits of `{}` by {using}; offsets on the {}\nitinerary: return by return, 1 \
             where the passage of {} makes contact, 0 where not\n\n{}",
@@ -73,10 +64,7 @@ fn text(scene: &Scene, document: &OrbitsListing) -> Result<String, CliError> {
     );
     text.push_str(&virtual_words(document));
     if document.loci.is_some() {
-        text.push_str(&format!(
-            "\nfolds and flips\n\n{}",
-            document.loci_table()?.to_text()
-        ));
+        text.push_str(&format!("\nfolds and flips\n\n{}", document.loci_table()?.to_text()));
     }
     Ok(text)
 }
@@ -100,11 +88,7 @@ fn virtual_words(document: &OrbitsListing) -> String {
 
 /// Says which orbits were outside the window, and which direct simulation has not.
 fn warn(document: &OrbitsListing) {
-    let points = document
-        .loci
-        .iter()
-        .flatten()
-        .flat_map(|locus| &locus.points);
+    let points = document.loci.iter().flatten().flat_map(|locus| &locus.points);
     let physical = document.orbits.iter().chain(points);
     let physical: Vec<_> = physical.filter(|orbit| orbit.physical).collect();
     let outside = physical.iter().filter(|orbit| !orbit.inside).count();
@@ -117,9 +101,8 @@ fn warn(document: &OrbitsListing) {
     }
     for lost in &document.lost {
         let parameters = lost.parameters.0.iter();
-        let parameters: Vec<String> = parameters
-            .map(|(name, value)| format!("{name} = {value:e}"))
-            .collect();
+        let parameters: Vec<String> =
+            parameters.map(|(name, value)| format!("{name} = {value:e}")).collect();
         note(&format!(
             "warning: direct simulation has no orbit next to the map's of itinerary {} at {}: {}",
             lost.itinerary,
@@ -138,10 +121,9 @@ fn judge(request: &OrbitsRequest, document: &OrbitsListing) -> Result<(), CliErr
             let kinds = kinds.join(" or ");
             Err(CliError::NoLoci { kinds, itineraries })
         }
-        (None, _) if document.orbits.is_empty() => Err(CliError::NoOrbits {
-            itineraries,
-            at: request.at.len(),
-        }),
+        (None, _) if document.orbits.is_empty() => {
+            Err(CliError::NoOrbits { itineraries, at: request.at.len() })
+        }
         _ => Ok(()),
     }
 }
@@ -183,22 +165,17 @@ struct Parameters<'a> {
 
 impl Parameters<'_> {
     fn names(&self) -> impl Iterator<Item = &str> {
-        self.map
-            .parameters
-            .iter()
-            .map(|parameter| parameter.name.as_str())
+        self.map.parameters.iter().map(|parameter| parameter.name.as_str())
     }
 
     /// The number of a parameter.
     fn place(&self, flag: &'static str, name: &str) -> Result<usize, CliError> {
-        self.names()
-            .position(|known| known == name)
-            .ok_or_else(|| CliError::NotActive {
-                flag,
-                name: name.to_owned(),
-                nearest: nearest(name, self.names()),
-                known: self.names().collect::<Vec<_>>().join(", "),
-            })
+        self.names().position(|known| known == name).ok_or_else(|| CliError::NotActive {
+            flag,
+            name: name.to_owned(),
+            nearest: nearest(name, self.names()),
+            known: self.names().collect::<Vec<_>>().join(", "),
+        })
     }
 
     /// The first that is adjusted so that the orbit grazes; where the map has none of those, its
@@ -233,10 +210,7 @@ impl Parameters<'_> {
         for (name, offset) in &named.0 {
             let place = self.place("--at", name)?;
             if offsets[place].replace(*offset).is_some() {
-                return Err(CliError::NamedTwice {
-                    flag: "--at",
-                    name: name.clone(),
-                });
+                return Err(CliError::NamedTwice { flag: "--at", name: name.clone() });
             }
         }
         Ok(offsets.into_iter().map(Option::unwrap_or_default).collect())
@@ -247,9 +221,7 @@ impl Parameters<'_> {
         if options.at.is_empty() {
             let first = self.first()?;
             let offset = DEFAULT_SHARE * self.width(first, "--at")?;
-            return Ok([offset, -offset]
-                .map(|offset| self.one(first, offset))
-                .into());
+            return Ok([offset, -offset].map(|offset| self.one(first, offset)).into());
         }
         let named = options.at.iter();
         named.map(|offsets| self.offsets(offsets)).collect()
@@ -257,10 +229,7 @@ impl Parameters<'_> {
 
     /// Folds and flips in one parameter, or in two; beside them the offsets named first hold.
     fn loci(&self, options: &OrbitsArguments) -> Result<Option<LociRequest>, CliError> {
-        let kinds = [
-            (options.fold, BifurcationKind::Fold),
-            (options.flip, BifurcationKind::Flip),
-        ];
+        let kinds = [(options.fold, BifurcationKind::Fold), (options.flip, BifurcationKind::Flip)];
         let kinds = kinds.into_iter().filter(|(asked, _)| *asked);
         let kinds: Vec<_> = kinds.map(|(_, kind)| kind).collect();
         if kinds.is_empty() {
@@ -272,12 +241,7 @@ impl Parameters<'_> {
         let mut at = named.unwrap_or_else(|| vec![0.0; self.map.parameters.len()]);
         at[free] = 0.0;
         let stepped = stepped.map(|place| self.steps(options, place));
-        Ok(Some(LociRequest {
-            kinds,
-            free,
-            stepped: stepped.transpose()?,
-            at,
-        }))
+        Ok(Some(LociRequest { kinds, free, stepped: stepped.transpose()?, at }))
     }
 
     /// The parameter that is stepped through, where there is one, and the one that is solved for.
@@ -287,14 +251,11 @@ impl Parameters<'_> {
         match plane.collect::<Result<Vec<_>, _>>()?[..] {
             [] => Ok((None, self.first()?)),
             [free] => Ok((None, free)),
-            [stepped, free] if stepped == free => Err(CliError::NamedTwice {
-                flag: "--in",
-                name: options.plane[0].clone(),
-            }),
+            [stepped, free] if stepped == free => {
+                Err(CliError::NamedTwice { flag: "--in", name: options.plane[0].clone() })
+            }
             [stepped, free] => Ok((Some(stepped), free)),
-            _ => Err(CliError::NotAPlane {
-                found: options.plane.len(),
-            }),
+            _ => Err(CliError::NotAPlane { found: options.plane.len() }),
         }
     }
 
@@ -305,15 +266,9 @@ impl Parameters<'_> {
             Some(value) => Err(CliError::NotFinite { flag, value }),
             None => Ok(sign * self.width(place, flag)?),
         };
-        let (from, to) = (
-            end("--from", options.from, -1.0)?,
-            end("--to", options.to, 1.0)?,
-        );
+        let (from, to) = (end("--from", options.from, -1.0)?, end("--to", options.to, 1.0)?);
         let last = f64::from(options.points - 1);
         let value = |number: u16| from + (to - from) * f64::from(number) / last;
-        Ok(SteppedParameter {
-            parameter: place,
-            values: (0..options.points).map(value).collect(),
-        })
+        Ok(SteppedParameter { parameter: place, values: (0..options.points).map(value).collect() })
     }
 }

@@ -64,10 +64,7 @@ struct SweepTimes {
 
 /// The built-in scene, start to finish.
 pub(in crate::cli) fn built_in(common: &Common) -> Result<(), CliError> {
-    run(&SceneOptions {
-        scene: PathBuf::from(BUILT_IN),
-        common: common.clone(),
-    })
+    run(&SceneOptions { scene: PathBuf::from(BUILT_IN), common: common.clone() })
 }
 
 /// A scene, start to finish.
@@ -77,10 +74,7 @@ pub(in crate::cli) fn run(options: &SceneOptions) -> Result<(), CliError> {
     let mut clock = Clock::new(quiet);
     let source = open(options)?;
     refuse_frozen_sweeps(source.scene())?;
-    let folder = outlets
-        .output
-        .take()
-        .unwrap_or_else(|| PathBuf::from(FOLDER));
+    let folder = outlets.output.take().unwrap_or_else(|| PathBuf::from(FOLDER));
     let folder = OutputFolder::create(folder)?;
     folder.write("scene.toml", &*source.scene().text)?;
 
@@ -109,19 +103,13 @@ pub(in crate::cli) fn run(options: &SceneOptions) -> Result<(), CliError> {
     folder.write("map.json", map.to_json()?)?;
     folder.write("map.csv", map.listing()?.coefficient_table()?.to_csv()?)?;
 
-    let request = EmitRequest {
-        target: Target::Rust,
-        measure: false,
-    };
+    let request = EmitRequest { target: Target::Rust, measure: false };
     let module = clock.time("emission", || Ok(map.module(request)?))?;
     let emitted = EmittedCrate::standalone(&module).map_err(grazemap::Error::from)?;
     OutputFolder::create(folder.path().join("crate"))?.write_all(&emitted.files)?;
 
-    let request = StudyRequest {
-        fresh: StudyRequest::FRESH,
-        sections: false,
-        chosen: map.choice().cloned(),
-    };
+    let request =
+        StudyRequest { fresh: StudyRequest::FRESH, sections: false, chosen: map.choice().cloned() };
     let bar = Bar::new("convergence", quiet);
     let study = clock.time("convergence", || Ok(map.settled().study(&request, &bar)?))?;
     drop(bar);
@@ -212,10 +200,7 @@ struct Clock {
 
 impl Clock {
     fn new(quiet: bool) -> Self {
-        Self {
-            quiet,
-            stages: Vec::new(),
-        }
+        Self { quiet, stages: Vec::new() }
     }
 
     fn time<T>(

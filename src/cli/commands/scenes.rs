@@ -47,16 +47,8 @@ impl<'a> Summary<'a> {
             model: &model.name,
             states: &model.states,
             phase: model.phase.as_ref().map(|phase| phase.name.as_str()),
-            parameters: model
-                .parameters
-                .iter()
-                .map(|parameter| parameter.name.as_str())
-                .collect(),
-            surfaces: model
-                .surfaces
-                .iter()
-                .map(|surface| surface.name.as_str())
-                .collect(),
+            parameters: model.parameters.iter().map(|parameter| parameter.name.as_str()).collect(),
+            surfaces: model.surfaces.iter().map(|surface| surface.name.as_str()).collect(),
             active: scene.expansion.active.iter().map(parameter).collect(),
             diagrams: scene.diagrams.len(),
             charts: scene.charts.len(),
@@ -103,19 +95,14 @@ fn write(name: &str, options: &NewOptions) -> Result<(), CliError> {
         name: name.to_owned(),
         nearest: nearest(name, catalogue::names()),
     })?;
-    let path = options
-        .output
-        .clone()
-        .unwrap_or_else(|| PathBuf::from(format!("{name}.toml")));
+    let path = options.output.clone().unwrap_or_else(|| PathBuf::from(format!("{name}.toml")));
     if path.symlink_metadata().is_ok() {
         return Err(CliError::Exists { path });
     }
     write_atomically(&path, text.as_bytes())?;
     if !options.quiet {
         let path = path.display();
-        note(&format!(
-            "wrote {path}; edit it, then: grazemap check {path}"
-        ));
+        note(&format!("wrote {path}; edit it, then: grazemap check {path}"));
     }
     Ok(())
 }

@@ -30,10 +30,7 @@ pub(in crate::cli) enum CliError {
         "no scene `{name}` in the catalogue{}; `grazemap new --list` shows it",
         meant(.nearest)
     )]
-    NotInCatalogue {
-        name: String,
-        nearest: Option<String>,
-    },
+    NotInCatalogue { name: String, nearest: Option<String> },
     /// A file that would be overwritten.
     #[error("`{}` exists and is not overwritten; name another file with -o", .path.display())]
     Exists { path: PathBuf },
@@ -45,10 +42,7 @@ pub(in crate::cli) enum CliError {
     OnePlace { place: Destination },
     /// A folder that does not hold what would be emitted now.
     #[error("{} is not what would be emitted now:{differences}", .folder.display())]
-    NotCurrent {
-        folder: PathBuf,
-        differences: String,
-    },
+    NotCurrent { folder: PathBuf, differences: String },
     /// A second parameter that is the first one.
     #[error("`{name}` is already adjusted so that the orbit grazes; continue in another parameter")]
     AlreadyAdjusted { name: String },
@@ -62,23 +56,13 @@ pub(in crate::cli) enum CliError {
         Shown(*goal),
         Shown(*last)
     )]
-    CurveEnded {
-        parameter: String,
-        goal: f64,
-        last: f64,
-        end: CurveEnd,
-    },
+    CurveEnded { parameter: String, goal: f64, last: f64, end: CurveEnd },
     /// A name that the map has no variable for.
     #[error(
         "{flag}: the map has no variable `{}`{}; active parameters are {known}",
         .name.escape_default(), meant(.nearest)
     )]
-    NotActive {
-        flag: &'static str,
-        name: String,
-        nearest: Option<String>,
-        known: String,
-    },
+    NotActive { flag: &'static str, name: String, nearest: Option<String>, known: String },
     /// A parameter named twice.
     #[error("{flag} names `{name}` twice")]
     NamedTwice { flag: &'static str, name: String },
@@ -133,12 +117,7 @@ pub(in crate::cli) enum CliError {
          active parameters",
         .name.escape_default(), .path.display()
     )]
-    UnknownColumn {
-        path: PathBuf,
-        name: String,
-        known: String,
-        section: String,
-    },
+    UnknownColumn { path: PathBuf, name: String, known: String, section: String },
     /// A column that stands twice.
     #[error("column `{}` stands twice in {}", .name.escape_default(), .path.display())]
     ColumnTwice { path: PathBuf, name: String },
@@ -147,18 +126,10 @@ pub(in crate::cli) enum CliError {
         "`{}` in line {line} of {} is no finite decimal number",
         .text.escape_default(), .path.display()
     )]
-    NotANumber {
-        path: PathBuf,
-        line: u64,
-        text: String,
-    },
+    NotANumber { path: PathBuf, line: u64, text: String },
     /// A point without an image.
     #[error("row {row} has no image at iteration {iteration}: {}", ended(.end))]
-    NoImage {
-        row: usize,
-        iteration: usize,
-        end: Option<DirectEnd>,
-    },
+    NoImage { row: usize, iteration: usize, end: Option<DirectEnd> },
     /// A result that could not be laid out or written.
     #[error(transparent)]
     Report(#[from] ReportError),
@@ -198,9 +169,7 @@ impl CliError {
 
 /// ` (did you mean ...?)`, or nothing.
 fn meant(nearest: &Option<String>) -> String {
-    nearest
-        .as_ref()
-        .map_or_else(String::new, |name| format!(" (did you mean `{name}`?)"))
+    nearest.as_ref().map_or_else(String::new, |name| format!(" (did you mean `{name}`?)"))
 }
 
 /// How a point came to have no image.
@@ -222,9 +191,7 @@ fn drawn(headline: &SceneHeadline) -> String {
     };
     theme.characters.error = "error:".to_owned();
     let mut text = String::new();
-    let handler = GraphicalReportHandler::new_themed(theme)
-        .with_width(120)
-        .with_context_lines(1);
+    let handler = GraphicalReportHandler::new_themed(theme).with_width(120).with_context_lines(1);
     match handler.render_report(&mut text, headline) {
         Ok(()) => text,
         Err(_) => format!("error: {headline}"),

@@ -90,16 +90,8 @@ impl Results {
         csv: Option<String>,
     ) -> Self {
         let mut files = vec![(format!("{stem}.json"), json.clone().into_bytes())];
-        files.extend(
-            csv.iter()
-                .map(|csv| (format!("{stem}.csv"), csv.clone().into_bytes())),
-        );
-        Self {
-            text,
-            json,
-            csv,
-            files,
-        }
+        files.extend(csv.iter().map(|csv| (format!("{stem}.csv"), csv.clone().into_bytes())));
+        Self { text, json, csv, files }
     }
 
     /// Writes what the options ask for; the text is shown unless standard output carries data or
@@ -150,10 +142,7 @@ pub(in crate::cli) fn counted(count: usize, thing: &str) -> String {
 /// Writes to standard output; a reader that has gone away is no fault.
 pub(in crate::cli) fn print(text: &str) -> Result<(), CliError> {
     let mut standard = io::stdout().lock();
-    match standard
-        .write_all(text.as_bytes())
-        .and_then(|()| standard.flush())
-    {
+    match standard.write_all(text.as_bytes()).and_then(|()| standard.flush()) {
         Err(error) if error.kind() != io::ErrorKind::BrokenPipe => {
             Err(CliError::StandardOutput(error))
         }

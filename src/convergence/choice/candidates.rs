@@ -55,9 +55,7 @@ pub(super) fn candidates(family: &MapFamily<'_>, forecaster: &Forecaster) -> Vec
         let weights = [&variables.weights[..variables.coordinates], &parameters].concat();
         let (forecast, costs) = (forecaster.forecast(&weights), Costs::of(map, &weights));
         let named = names.iter().cloned().zip(parameters.iter().copied());
-        let changed = named
-            .zip(base)
-            .filter(|((_, weight), base)| weight != *base);
+        let changed = named.zip(base).filter(|((_, weight), base)| weight != *base);
         let changed: BTreeMap<String, u32> = changed.map(|(named, _)| named).collect();
         found.extend(highest.pairs().map(|orders| Candidate {
             orders,
@@ -77,10 +75,7 @@ fn parameter_weights(base: &[u32]) -> Vec<Vec<u32>> {
         return vec![base.to_vec()];
     }
     if base.len() > ALONE {
-        return WEIGHTS
-            .iter()
-            .map(|&weight| vec![weight; base.len()])
-            .collect();
+        return WEIGHTS.iter().map(|&weight| vec![weight; base.len()]).collect();
     }
     let grow = |all: Vec<Vec<u32>>| -> Vec<Vec<u32>> {
         let longer =
@@ -224,10 +219,7 @@ impl<'a> Level<'a> {
     /// in which stages are substituted, for every monomial in the coordinates.
     pub(super) fn products(&self, candidate: &Candidate) -> u128 {
         let coordinates = self.map.dimension();
-        let MapOrders {
-            smooth_order,
-            contact_weight,
-        } = candidate.orders;
+        let MapOrders { smooth_order, contact_weight } = candidate.orders;
         let variables = self.family.expander().variables();
         let weights = &candidate.weights_of(&variables.weights[..coordinates]);
         let begins_with_contact = matches!(self.map.stages.first(), Some(Stage::Contact(_)));
@@ -249,9 +241,7 @@ impl<'a> Level<'a> {
     pub(super) fn economiser(&self) -> Option<&Economiser> {
         let made = || {
             let small = Economiser::size(&self.map) <= FITTED;
-            small
-                .then(|| Economiser::new(self.map.clone()).ok())
-                .flatten()
+            small.then(|| Economiser::new(self.map.clone()).ok()).flatten()
         };
         self.economiser.get_or_init(made).as_ref()
     }
@@ -268,9 +258,7 @@ pub(super) fn highest_orders(variables: &Variables) -> [MapOrders; 2] {
     };
     let within = |monomials: &dyn Fn(u32) -> u128, highest: u32| {
         let mut orders = (1..=highest).rev();
-        orders
-            .find(|&order| monomials(order) <= MONOMIALS)
-            .unwrap_or(1)
+        orders.find(|&order| monomials(order) <= MONOMIALS).unwrap_or(1)
     };
     [HIGHEST, DEEPEST].map(|highest| MapOrders {
         smooth_order: within(&leg, highest.smooth_order),
@@ -304,11 +292,7 @@ mod tests {
         // C(14 + 4, 4) = 3060, C(12 + 6, 6) = 18 564, C(8 + 8, 8) = 12 870 monomials of a leg; with
         // y for one of the variables 19 481, 16 016 and 19 305 of a contact to weights 40,
         // 21 and 16.
-        let expected = [
-            ((14, 20), (14, 40)),
-            ((12, 20), (12, 21)),
-            ((8, 16), (8, 16)),
-        ];
+        let expected = [((14, 20), (14, 40)), ((12, 20), (12, 21)), ((8, 16), (8, 16))];
         assert_eq!(orders, expected);
     }
 }

@@ -30,10 +30,7 @@ pub struct ChoiceOptions {
 impl ChoiceOptions {
     /// A tolerance, tried on a thousand fresh points.
     pub fn new(tolerance: f64) -> Self {
-        Self {
-            tolerance,
-            fresh: 1000,
-        }
+        Self { tolerance, fresh: 1000 }
     }
 }
 
@@ -95,10 +92,7 @@ struct Search {
 
 impl Search {
     fn new(tolerance: f64, precision: FloatFormat) -> Self {
-        Self {
-            trial: Trial::new(tolerance, precision),
-            limit: None,
-        }
+        Self { trial: Trial::new(tolerance, precision), limit: None }
     }
 
     /// The map found, or the nearest to the tolerance with what keeps it from it.
@@ -155,15 +149,7 @@ impl<'a> Chooser<'a> {
         let bench = Bench::new(scene, orbit, &family.map(PROBE)?, fresh)?;
         let probe = Level::new(family, bench.forecast_points())?;
         let [limit, deepest] = highest_orders(probe.family.expander().variables());
-        Ok(Self {
-            scene,
-            orbit,
-            bench,
-            limit,
-            deepest,
-            levels: vec![probe],
-            flies: true,
-        })
+        Ok(Self { scene, orbit, bench, limit, deepest, levels: vec![probe], flies: true })
     }
 
     /// The same with orders limited, and contacts flown only if the scene asks for it.
@@ -329,11 +315,7 @@ impl<'a> Chooser<'a> {
             let last = std::mem::replace(&mut error, trial.nearest_error());
             if error > FALLS * last {
                 let rounded = error <= ROUNDINGS * self.bench.rounding(trial.precision);
-                return Ok(Some(if rounded {
-                    Limit::Rounding
-                } else {
-                    Limit::Orders
-                }));
+                return Ok(Some(if rounded { Limit::Rounding } else { Limit::Orders }));
             }
             contacts = level.rule.contacts.clone();
         }
@@ -490,13 +472,7 @@ pub(super) fn try_level(
     let mut most = (usize::MAX, usize::MAX);
     if shape != Shape::Composed {
         most = try_all(&taylor, |candidate| {
-            bench.judge(
-                level,
-                candidate,
-                Shape::Factored,
-                Polynomials::Taylor,
-                trial,
-            )
+            bench.judge(level, candidate, Shape::Factored, Polynomials::Taylor, trial)
         })?;
     }
     let most_products = match trial.found() {
@@ -507,13 +483,7 @@ pub(super) fn try_level(
     let small = |candidate: &&Candidate| level.products(candidate) <= most_products;
     if shape != Shape::Factored {
         let mut judge = |candidate: &Candidate| {
-            bench.judge(
-                level,
-                candidate,
-                Shape::Composed,
-                Polynomials::Taylor,
-                trial,
-            )
+            bench.judge(level, candidate, Shape::Composed, Polynomials::Taylor, trial)
         };
         let few: Vec<_> = likely(SLACK).filter(small).take(FEW).collect();
         let found = try_all(&few, &mut judge)?;

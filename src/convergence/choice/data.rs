@@ -213,10 +213,7 @@ impl Form {
                 map: self.map.clone(),
                 composed: Some(prune_composed(&self.map, composed, tolerance).0),
             },
-            None => Self {
-                map: prune(&self.map, tolerance).0,
-                composed: None,
-            },
+            None => Self { map: prune(&self.map, tolerance).0, composed: None },
         }
     }
 

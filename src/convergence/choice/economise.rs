@@ -194,11 +194,7 @@ fn contact_fit(contact: &Contact, points: &[Vec<f64>], deepest: f64) -> StageFit
             let space = jets.first().map(Jet::space);
             space.map_or(Vec::new(), |space| monomials(space, point, factor))
         };
-        [
-            part(&contact.linear, depth.sqrt()),
-            part(&contact.quadratic, *depth),
-        ]
-        .concat()
+        [part(&contact.linear, depth.sqrt()), part(&contact.quadratic, *depth)].concat()
     });
     StageFit::Contact(depth_fit, Fit::new(correction.collect()))
 }
@@ -230,9 +226,7 @@ fn window_points(map: &LocalMap, wanted: usize) -> Result<Vec<Vec<f64>>, Converg
     let kept = tried.filter(shallow);
     let points: Vec<_> = kept.take(wanted).collect();
     if points.len() < wanted / 4 {
-        return Err(ConvergenceError::NoTruth {
-            tried: TRIALS * wanted,
-        });
+        return Err(ConvergenceError::NoTruth { tried: TRIALS * wanted });
     }
     Ok(points)
 }
@@ -247,22 +241,12 @@ struct Fit {
 impl Fit {
     fn new(rows: Vec<Vec<f64>>) -> Self {
         let columns = rows.first().map_or(0, Vec::len);
-        let size = |column: usize| {
-            rows.iter()
-                .map(|row| row[column].powi(2))
-                .sum::<f64>()
-                .sqrt()
-        };
+        let size = |column: usize| rows.iter().map(|row| row[column].powi(2)).sum::<f64>().sqrt();
         let scales = (0..columns).map(size);
-        let scales: Vec<f64> = scales
-            .map(|size| if size > 0.0 { size } else { 1.0 })
-            .collect();
+        let scales: Vec<f64> = scales.map(|size| if size > 0.0 { size } else { 1.0 }).collect();
         let scaled = |column: usize, row: usize| rows[row][column] / scales[column];
         let transposed = DMatrix::from_fn(columns, rows.len(), scaled);
-        Self {
-            products: &transposed * transposed.transpose(),
-            scales,
-        }
+        Self { products: &transposed * transposed.transpose(), scales }
     }
 
     /// Moves the coefficients of polynomials (their columns one after another in this fit) that are
@@ -290,10 +274,7 @@ impl Fit {
             }
             first += exact.coefficients().len();
         }
-        lacking
-            .iter_mut()
-            .zip(&self.scales)
-            .for_each(|(value, scale)| *value *= scale);
+        lacking.iter_mut().zip(&self.scales).for_each(|(value, scale)| *value *= scale);
         let rows = self.products.select_rows(&columns);
         let change = solve(rows.select_columns(&columns), &(rows * lacking));
         for (((number, place), column), change) in places.into_iter().zip(columns).zip(&change) {

@@ -65,12 +65,7 @@ impl Forecaster {
 
     /// The forecast with the weights of (coordinates; parameters).
     pub(super) fn forecast(&self, weights: &[u32]) -> Forecast {
-        let degrees: Vec<_> = self
-            .map
-            .stages
-            .iter()
-            .map(|s| degrees(s, weights))
-            .collect();
+        let degrees: Vec<_> = self.map.stages.iter().map(|s| degrees(s, weights)).collect();
         let of = |route: &Vec<StageInput>| at_point(&self.map, route, &degrees);
         let (smooth, contact) = self.routes.iter().map(of).unzip();
         Forecast { smooth, contact }
@@ -81,10 +76,7 @@ impl Forecast {
     /// Largest coordinate of what a pair of orders leaves out, over the points: no bound, as higher
     /// terms are missing.
     pub(super) fn error(&self, orders: MapOrders) -> f64 {
-        let (n, w) = (
-            orders.smooth_order as usize - 1,
-            orders.contact_weight as usize - 1,
-        );
+        let (n, w) = (orders.smooth_order as usize - 1, orders.contact_weight as usize - 1);
         let pairs = self.smooth.iter().zip(&self.contact);
         let sizes = pairs.flat_map(|(smooth, contact)| {
             let sums = smooth[n].iter().zip(&contact[w]);
@@ -140,11 +132,9 @@ fn degrees(stage: &Stage, weights: &[u32]) -> Vec<Vec<usize>> {
     let of = |jet: Option<&Jet<f64>>| jet.map_or(Vec::new(), |jet| weighted_degrees(jet, weights));
     match stage {
         Stage::Leg(leg) => vec![of(leg.image.first())],
-        Stage::Contact(law) => vec![
-            of(Some(&law.depth)),
-            of(law.linear.first()),
-            of(law.quadratic.first()),
-        ],
+        Stage::Contact(law) => {
+            vec![of(Some(&law.depth)), of(law.linear.first()), of(law.quadratic.first())]
+        }
         Stage::Flown(_) => Vec::new(),
     }
 }
@@ -153,9 +143,7 @@ fn degrees(stage: &Stage, weights: &[u32]) -> Vec<Vec<usize>> {
 pub(super) fn weighted_degrees(jet: &Jet<f64>, weights: &[u32]) -> Vec<usize> {
     let degree = |(exponents, _): (&[u8], f64)| {
         let pairs = exponents.iter().zip(weights);
-        pairs
-            .map(|(&exponent, &weight)| usize::from(exponent) * weight as usize)
-            .sum()
+        pairs.map(|(&exponent, &weight)| usize::from(exponent) * weight as usize).sum()
     };
     jet.terms().map(degree).collect()
 }
@@ -347,20 +335,15 @@ impl Decay {
     /// From sizes of the terms of orders 2, 3, …
     fn of(sizes: Vec<f64>, period: usize) -> Self {
         let factors = (period..sizes.len()).map(|at| sizes[at] / sizes[at - period]);
-        let known: Vec<f64> = factors
-            .filter(|factor| *factor > 0.0 && factor.is_finite())
-            .collect();
+        let known: Vec<f64> =
+            factors.filter(|factor| *factor > 0.0 && factor.is_finite()).collect();
         let last = &known[known.len().saturating_sub(AVERAGED)..];
         let logarithms: f64 = last.iter().map(|factor| factor.ln()).sum();
         let ratio = match last.len() {
             0 => 0.0,
             count => (logarithms / (count * period) as f64).exp(),
         };
-        Self {
-            sizes,
-            period,
-            ratio,
-        }
+        Self { sizes, period, ratio }
     }
 
     /// What the terms beyond an order contribute.
@@ -385,10 +368,7 @@ impl Decay {
     /// The least order whose tail is within a bound.
     fn order(&self, bound: f64) -> u32 {
         let orders = 1..HIGHEST;
-        orders
-            .into_iter()
-            .find(|&order| self.tail(order) <= bound)
-            .unwrap_or(HIGHEST)
+        orders.into_iter().find(|&order| self.tail(order) <= bound).unwrap_or(HIGHEST)
     }
 }
 
@@ -413,10 +393,7 @@ mod tests {
         let decay = Decay::of(vec![1.0, 0.3, 0.09, 0.027], 1);
         for bound in [1e-1, 1e-5, 1e-9] {
             let order = decay.order(bound);
-            assert!(
-                decay.tail(order) <= bound && decay.tail(order - 1) > bound,
-                "{bound}"
-            );
+            assert!(decay.tail(order) <= bound && decay.tail(order - 1) > bound, "{bound}");
         }
     }
 }

@@ -57,23 +57,12 @@ pub(super) struct Trial {
 
 impl Trial {
     pub(super) fn new(tolerance: f64, precision: FloatFormat) -> Self {
-        Self {
-            tolerance,
-            precision,
-            found: None,
-            nearest: None,
-            misleading: None,
-            last_met: false,
-        }
+        Self { tolerance, precision, found: None, nearest: None, misleading: None, last_met: false }
     }
 
     pub(super) fn add(&mut self, choice: Choice) {
         self.last_met = choice.met;
-        let best = if choice.met {
-            &mut self.found
-        } else {
-            &mut self.nearest
-        };
+        let best = if choice.met { &mut self.found } else { &mut self.nearest };
         if best.as_ref().is_none_or(|best| choice.beats(best)) {
             *best = Some(choice);
         }
@@ -118,11 +107,7 @@ impl Choice {
     fn size(&self) -> f64 {
         let errors = [self.error, self.fresh_error].into_iter().flatten();
         let largest = errors.fold(f64::NAN, f64::max);
-        if largest.is_nan() {
-            f64::INFINITY
-        } else {
-            largest
-        }
+        if largest.is_nan() { f64::INFINITY } else { largest }
     }
 }
 
@@ -183,9 +168,7 @@ impl<'a> Bench<'a> {
     /// What rounding an image can come to.
     pub(super) fn rounding(&self, precision: FloatFormat) -> f64 {
         let offsets = self.truth.images.iter().flatten();
-        let largest = offsets
-            .map(|offset| offset.to_f64().abs())
-            .fold(0.0, f64::max);
+        let largest = offsets.map(|offset| offset.to_f64().abs()).fold(0.0, f64::max);
         2.0 * precision.roundoff() * largest
     }
 

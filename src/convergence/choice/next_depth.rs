@@ -125,21 +125,11 @@ impl NextDepth {
                 let pair = Pair::new(sample, y, parameters)?;
                 let effect = pair.effect(sample, &image);
                 let size = terms[0].abs().max(quadratic.abs() * y) * y;
-                Some(Demand {
-                    effect,
-                    allowed: (PART[0] + PART[1] * share) * size,
-                    pair,
-                })
+                Some(Demand { effect, allowed: (PART[0] + PART[1] * share) * size, pair })
             })
         });
         Some(Self {
-            least: LeastOrders {
-                orders: LEAST,
-                linear,
-                spread,
-                quadratic,
-                largest,
-            },
+            least: LeastOrders { orders: LEAST, linear, spread, quadratic, largest },
             demands: demands.flatten().collect(),
             sample: sample.clone(),
         })

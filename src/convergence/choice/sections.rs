@@ -100,27 +100,15 @@ pub fn settle_section(
     let (mut scene, orbit) = (scene.clone(), orbit.clone());
     let rule = mem::replace(&mut scene.section_rule, SectionRule::Named);
     let (SectionRule::Any, Orders::Tolerance(tolerance)) = (rule, scene.expansion.orders) else {
-        return Ok(SettledScene {
-            scene,
-            orbit,
-            verdict: None,
-        });
+        return Ok(SettledScene { scene, orbit, verdict: None });
     };
     let options = ChoiceOptions::new(tolerance);
     let mut chooser = Chooser::new(&scene, &orbit, options.fresh)?;
     let own = chooser.choose(tolerance)?;
     let trials = try_others(&scene, &orbit, &options, &own, chooser.window())?;
-    let tangency = SectionChoice {
-        ahead: None,
-        phase: None,
-        choice: Some(own),
-        problem: None,
-    };
+    let tangency = SectionChoice { ahead: None, phase: None, choice: Some(own), problem: None };
     let mut settled = cheapest((scene, orbit, tangency), trials);
-    if let Some(verdict) = settled
-        .verdict
-        .as_mut()
-        .filter(|verdict| verdict.taken.ahead.is_some())
+    if let Some(verdict) = settled.verdict.as_mut().filter(|verdict| verdict.taken.ahead.is_some())
     {
         // What is run is what the section would get by name: trials have no orders far beyond those
         // of the tangency section.
@@ -147,11 +135,7 @@ fn cheapest(
     // The tangency section first, the nearest to the graze next: as they were tried.
     let order = |section: &SectionChoice| section.ahead.unwrap_or(-1.0);
     others.sort_by(|a, b| order(a).total_cmp(&order(b)));
-    SettledScene {
-        scene,
-        orbit,
-        verdict: Some(SectionVerdict { taken, others }),
-    }
+    SettledScene { scene, orbit, verdict: Some(SectionVerdict { taken, others }) }
 }
 
 /// The cheapest maps of the tangency section and of stroboscopic ones at the graze and an eighth, a
@@ -229,9 +213,7 @@ fn others(scene: &Scene, orbit: &GrazingOrbit) -> Vec<(Option<f64>, Section)> {
     let own = first.filter(|_| !tangency).map(|first| first.share);
     let graze = orbit.grazing_point().state[scene.model.dimension() - 1];
     let advance = clock.period * Dd::from(scene.grazing.periods as f64);
-    let ahead = AHEAD
-        .into_iter()
-        .filter(|ahead| own.is_none_or(|own| (own - ahead).abs() > SAME));
+    let ahead = AHEAD.into_iter().filter(|ahead| own.is_none_or(|own| (own - ahead).abs() > SAME));
     others.extend(ahead.map(|ahead| {
         let phase = match ahead {
             0.0 => StroboscopicPhase::Grazing,

@@ -175,10 +175,7 @@ pub fn converge(
     options: &ConvergenceOptions,
     progress: &dyn Progress,
 ) -> Result<ConvergenceStudy, ConvergenceError> {
-    let choice = ChoiceOptions {
-        tolerance: options.tolerance,
-        fresh: options.fresh,
-    };
+    let choice = ChoiceOptions { tolerance: options.tolerance, fresh: options.fresh };
     let chosen = match &options.chosen {
         Some(chosen) => chosen.clone(),
         None => choose(scene, orbit, &choice)?,
@@ -203,10 +200,7 @@ pub fn converge(
     Ok(ConvergenceStudy {
         scene: scene.identifier.clone(),
         digest: scene.digest,
-        sample: SampleSummary {
-            points: sweep.truth.points.len(),
-            excluded: sweep.truth.excluded,
-        },
+        sample: SampleSummary { points: sweep.truth.points.len(), excluded: sweep.truth.excluded },
         discontinuity_rates: discontinuity_rates(
             &sweep.sample,
             &factors,
@@ -270,20 +264,9 @@ impl<'a> Sweep<'a> {
         let sample = WindowSample::new(&family.map(highest)?);
         let truth = truth(&system, scene, orbit, sample.points(0, options.points))?;
         if truth.points.is_empty() {
-            return Err(ConvergenceError::NoTruth {
-                tried: options.points,
-            });
+            return Err(ConvergenceError::NoTruth { tried: options.points });
         }
-        Ok(Self {
-            scene,
-            orbit,
-            options: options.clone(),
-            highest,
-            system,
-            family,
-            sample,
-            truth,
-        })
+        Ok(Self { scene, orbit, options: options.clone(), highest, system, family, sample, truth })
     }
 
     /// Errors of every map; rates and times are still to come.
@@ -294,12 +277,7 @@ impl<'a> Sweep<'a> {
         let highest = self.highest;
         let tasks: Vec<_> = highest
             .pairs()
-            .flat_map(|orders| {
-                self.options
-                    .shapes
-                    .iter()
-                    .map(move |&shape| (orders, shape))
-            })
+            .flat_map(|orders| self.options.shapes.iter().map(move |&shape| (orders, shape)))
             .collect();
         let measure = |(orders, shape)| {
             let result = self.measure(orders, shape);
@@ -468,10 +446,7 @@ pub(super) fn pareto<'d>(
 ) -> Vec<ParetoPoint> {
     let point = |result: &OrderResult| {
         Some(ParetoPoint {
-            map: Some(ParetoMap {
-                orders: result.orders,
-                shape: result.shape,
-            }),
+            map: Some(ParetoMap { orders: result.orders, shape: result.shape }),
             direct: None,
             step_ns: result.step_ns,
             error: result.error.max?,

@@ -127,11 +127,7 @@ impl ScaledPoints {
             .map(|(size, points)| {
                 let error = root_mean_square(points.iter().map(|point| point.error(map)));
                 let image = root_mean_square(points.iter().map(ScaledPoint::size));
-                (
-                    *size,
-                    error,
-                    CLEAR * (rounding * image + Dd::ROUNDOFF / image),
-                )
+                (*size, error, CLEAR * (rounding * image + Dd::ROUNDOFF / image))
             })
             .collect();
         let fit = fit_slope(&points);
@@ -141,10 +137,7 @@ impl ScaledPoints {
             expected,
             range: fit.map(|fit| fit.range),
         };
-        let errors = points
-            .iter()
-            .map(|&(size, error, _)| [size, error])
-            .collect();
+        let errors = points.iter().map(|&(size, error, _)| [size, error]).collect();
         (rate, errors)
     }
 
@@ -157,11 +150,7 @@ impl ScaledPoints {
         let rate = |order: u32| {
             let expected = f64::from(order + 1);
             let (rate, errors) = self.rate_and_errors(&cut(order)?, Dd::ROUNDOFF, expected);
-            Ok(FactorRate {
-                order,
-                rate,
-                errors,
-            })
+            Ok(FactorRate { order, rate, errors })
         };
         (1..=highest).into_par_iter().map(rate).collect()
     }
@@ -169,12 +158,8 @@ impl ScaledPoints {
 
 impl ScaledPoint {
     fn error<S: Real>(&self, map: &MapEvaluation<S>) -> f64 {
-        let convert = |values: &[Dd]| {
-            values
-                .iter()
-                .map(|&value| S::from_dd(value))
-                .collect::<Vec<S>>()
-        };
+        let convert =
+            |values: &[Dd]| values.iter().map(|&value| S::from_dd(value)).collect::<Vec<S>>();
         let image = map.image(&convert(&self.state), &convert(&self.parameters));
         let image: Vec<Dd> = image.offsets.into_iter().map(Real::to_dd).collect();
         distance(&image, &self.image)
@@ -198,9 +183,8 @@ fn contact_directions(sample: &WindowSample, expander: &Expander<'_>) -> Vec<Vec
     let smallest = size(SIZES - 1);
     let deep = |offsets: &Vec<f64>| {
         let scaled = offsets.iter().zip(weights);
-        let scaled: Vec<_> = scaled
-            .map(|(offset, &weight)| offset * smallest.powi(weight as i32))
-            .collect();
+        let scaled: Vec<_> =
+            scaled.map(|(offset, &weight)| offset * smallest.powi(weight as i32)).collect();
         let limit = DEEP * sample.deepest();
         sample.depth(passage, offsets) > limit
             && sample.depth(passage, &scaled) > limit * smallest * smallest
@@ -223,11 +207,7 @@ fn smooth_directions(sample: &WindowSample) -> Vec<Vec<f64>> {
     let widths = sample.widths();
     let direction = |index: usize| -> Vec<f64> {
         let shares = low_discrepancy(index, widths.len());
-        widths
-            .iter()
-            .zip(&shares)
-            .map(|(width, share)| width * (2.0 * share - 1.0))
-            .collect()
+        widths.iter().zip(&shares).map(|(width, share)| width * (2.0 * share - 1.0)).collect()
     };
     (0..DIRECTIONS / 2)
         .flat_map(|index| {
@@ -382,25 +362,15 @@ const MOST: usize = 8;
 /// at most eight. `None` if these are fewer than four.
 pub fn fit_slope(points: &[(f64, f64, f64)]) -> Option<SlopeFit> {
     let clear = |&&(_, error, floor): &&(f64, f64, f64)| error.is_finite() && error > floor;
-    let usable: Vec<_> = points
-        .iter()
-        .skip_while(|point| !clear(point))
-        .take_while(clear)
-        .collect();
+    let usable: Vec<_> =
+        points.iter().skip_while(|point| !clear(point)).take_while(clear).collect();
     let used = &usable[usable.len().saturating_sub(MOST)..];
     if used.len() < FEWEST {
         return None;
     }
-    let logs: Vec<_> = used
-        .iter()
-        .map(|(size, error, _)| (size.ln(), error.ln()))
-        .collect();
+    let logs: Vec<_> = used.iter().map(|(size, error, _)| (size.ln(), error.ln())).collect();
     let (slope, uncertainty) = least_squares(&logs);
-    Some(SlopeFit {
-        slope,
-        uncertainty,
-        range: [used[used.len() - 1].0, used[0].0],
-    })
+    Some(SlopeFit { slope, uncertainty, range: [used[used.len() - 1].0, used[0].0] })
 }
 
 /// Slope of a line and its standard error.
@@ -409,17 +379,10 @@ fn least_squares(points: &[(f64, f64)]) -> (f64, f64) {
     let mean_x = points.iter().map(|point| point.0).sum::<f64>() / count;
     let mean_y = points.iter().map(|point| point.1).sum::<f64>() / count;
     let spread: f64 = points.iter().map(|point| (point.0 - mean_x).powi(2)).sum();
-    let slope = points
-        .iter()
-        .map(|point| (point.0 - mean_x) * (point.1 - mean_y))
-        .sum::<f64>()
-        / spread;
+    let slope =
+        points.iter().map(|point| (point.0 - mean_x) * (point.1 - mean_y)).sum::<f64>() / spread;
     let residual = |point: &(f64, f64)| point.1 - mean_y - slope * (point.0 - mean_x);
-    let variance = points
-        .iter()
-        .map(|point| residual(point).powi(2))
-        .sum::<f64>()
-        / (count - 2.0);
+    let variance = points.iter().map(|point| residual(point).powi(2)).sum::<f64>() / (count - 2.0);
     (slope, (variance / spread).sqrt())
 }
 
@@ -430,23 +393,18 @@ mod tests {
     #[test]
     fn a_power_law_over_a_floor_keeps_its_exponent() {
         let size = |k: i32| 2.0f64.powf(-0.5 * f64::from(k));
-        let points: Vec<_> = (0..60)
-            .map(|k| (size(k), 3.0 * size(k).powi(5) + 1e-18, 1e-15))
-            .collect();
+        let points: Vec<_> =
+            (0..60).map(|k| (size(k), 3.0 * size(k).powi(5) + 1e-18, 1e-15)).collect();
         let fit = fit_slope(&points).expect("many points");
         // The floor adds at most a share of 1e-3 at the smallest of eight sizes.
-        assert!(
-            (fit.slope - 5.0).abs() < 1e-3 && fit.uncertainty < 1e-3,
-            "{fit:?}"
-        );
+        assert!((fit.slope - 5.0).abs() < 1e-3 && fit.uncertainty < 1e-3, "{fit:?}");
         assert!(fit.range[0] < fit.range[1]);
     }
 
     #[test]
     fn too_short_a_range_has_no_slope() {
-        let points: Vec<_> = (0..20)
-            .map(|k| (2.0f64.powi(-k), 2.0f64.powi(-9 * k), 1e-7))
-            .collect();
+        let points: Vec<_> =
+            (0..20).map(|k| (2.0f64.powi(-k), 2.0f64.powi(-9 * k), 1e-7)).collect();
         assert_eq!(fit_slope(&points), None);
     }
 }

@@ -74,11 +74,7 @@ pub fn validity(
     tolerance: f64,
 ) -> Result<Validity, ConvergenceError> {
     let system = HybridSystem::new(&scene.model);
-    let check = MapCheck {
-        map,
-        direct: DirectImage::new(&system, scene, orbit)?,
-        tolerance,
-    };
+    let check = MapCheck { map, direct: DirectImage::new(&system, scene, orbit)?, tolerance };
     let sample = window_sample(scene, orbit, local)?;
     let widths = sample.widths();
     let scaled = |window: &WindowSample, scale| window.scaled(scale, &vec![scale; widths.len()]);
@@ -126,9 +122,7 @@ impl MapCheck<'_> {
             let exact = image(direct, point).ok()??;
             (error(self.map, point, &exact) <= self.tolerance).then_some(())
         };
-        let all = points
-            .par_iter()
-            .try_for_each_init(|| self.direct.clone(), meets);
+        let all = points.par_iter().try_for_each_init(|| self.direct.clone(), meets);
         2 * points.len() >= TRIED && all.is_some()
     }
 }
@@ -144,9 +138,7 @@ fn largest(down: i32, mut holds: impl FnMut(f64) -> bool) -> Option<f64> {
             return Some(2f64.powi(UP));
         }
     } else {
-        low = (1..=down)
-            .map(|octave| -octave)
-            .find(|&octave| holds(2f64.powi(octave)))?;
+        low = (1..=down).map(|octave| -octave).find(|&octave| holds(2f64.powi(octave)))?;
     }
     let (low, high) = (f64::from(low), f64::from(low + 1));
     let octave = last_that_holds(low, high, HALVINGS, |octave| holds(octave.exp2()));
@@ -220,10 +212,7 @@ pub(super) fn depth_accuracy(
         })
     };
     let windows: Vec<_> = (0..WINDOWS).filter_map(in_window).collect();
-    Ok(DepthAccuracy {
-        crossing: crossing(&windows),
-        windows,
-    })
+    Ok(DepthAccuracy { crossing: crossing(&windows), windows })
 }
 
 /// Where the errors cross, both taken as powers of the depth between two windows.
@@ -238,11 +227,7 @@ fn crossing(windows: &[WindowAccuracy]) -> Option<f64> {
     };
     let share = excess(above) / (excess(above) - excess(below));
     let depth = above.depth * (below.depth / above.depth).powf(share);
-    Some(if depth.is_finite() {
-        depth
-    } else {
-        below.depth
-    })
+    Some(if depth.is_finite() { depth } else { below.depth })
 }
 
 #[cfg(test)]
@@ -263,11 +248,7 @@ mod tests {
     fn errors_that_are_powers_of_the_depth_cross_where_they_are_equal() {
         let window = |number: i32| {
             let depth = 4f64.powi(-number);
-            WindowAccuracy {
-                depth,
-                map: depth * depth,
-                direct: 1e-3 / depth.sqrt(),
-            }
+            WindowAccuracy { depth, map: depth * depth, direct: 1e-3 / depth.sqrt() }
         };
         let windows: Vec<_> = (0..8).map(window).collect();
         let expected = 1e-3f64.powf(0.4);

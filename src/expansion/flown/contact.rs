@@ -121,10 +121,7 @@ impl<S: Scalar> FlownContact<S> {
         let drives = self.law.forces.iter().map(|(_, force)| force);
         let rests = drives.chain([&self.law.release]).flat_map(|d| &d.rest);
         let rest = self.gap.iter().chain(&self.back).chain(&self.section);
-        [&self.depth, &self.entry]
-            .into_iter()
-            .chain(rests)
-            .chain(rest)
+        [&self.depth, &self.entry].into_iter().chain(rests).chain(rest)
     }
 }
 
@@ -205,12 +202,7 @@ impl<S: Real> FlownContact<S> {
 
     /// Whether every coefficient is finite.
     pub fn is_finite(&self) -> bool {
-        let law = self
-            .law
-            .matrix
-            .iter()
-            .flatten()
-            .chain(&self.law.release_row);
+        let law = self.law.matrix.iter().flatten().chain(&self.law.release_row);
         let time = &self.contact_time;
         let numbers = law.chain(&time.numerator).chain(&time.denominator);
         self.polynomials().all(Jet::is_finite) && numbers.copied().all(Scalar::is_finite)
@@ -288,11 +280,7 @@ impl<S: Real> Arithmetic for Numbers<S> {
     }
 
     fn half_reciprocal(&mut self, a: &S) -> S {
-        if *a > S::zero() {
-            S::from_f64(0.5) / *a
-        } else {
-            S::zero()
-        }
+        if *a > S::zero() { S::from_f64(0.5) / *a } else { S::zero() }
     }
 
     fn held(&mut self, a: &S) -> S {
@@ -363,9 +351,7 @@ impl<S: Scalar> FlownContact<S> {
         let step = self.last_step(arithmetic, entry, &length);
         let part = self.release_part(arithmetic, &step.release);
         let states = step.states.iter();
-        let added = states
-            .map(|series| horner(arithmetic, series, &part))
-            .collect();
+        let added = states.map(|series| horner(arithmetic, series, &part)).collect();
         let before = arithmetic.constant(S::from_f64(self.plan.steps as f64 - 1.0));
         let flown = arithmetic.add(&part, &before);
         (arithmetic.multiply(&flown, &length), added)
@@ -440,10 +426,7 @@ impl<S: Scalar> FlownContact<S> {
         arithmetic: &mut A,
         y: &A::Value,
     ) -> A::Value {
-        let ContactTime {
-            numerator,
-            denominator,
-        } = &self.contact_time;
+        let ContactTime { numerator, denominator } = &self.contact_time;
         let [numerator, denominator] = [numerator, denominator].map(|numbers| {
             let values: Vec<_> = numbers.iter().map(|&n| arithmetic.constant(n)).collect();
             horner(arithmetic, &values, y)
@@ -466,19 +449,13 @@ impl<S: Scalar> FlownContact<S> {
         let zero = arithmetic.constant(S::zero());
         let start = vec![zero; self.law.matrix.len()];
         let order = self.plan.order;
-        let mut step = self
-            .law
-            .step(arithmetic, &forces, &release, start, length, order);
+        let mut step = self.law.step(arithmetic, &forces, &release, start, length, order);
         for _ in 1..self.plan.steps {
             let start = step.states.iter().map(|series| sum(arithmetic, series));
             let start = start.collect();
-            forces
-                .iter_mut()
-                .for_each(|series| shift(arithmetic, series, None));
+            forces.iter_mut().for_each(|series| shift(arithmetic, series, None));
             shift(arithmetic, &mut release, None);
-            step = self
-                .law
-                .step(arithmetic, &forces, &release, start, length, order);
+            step = self.law.step(arithmetic, &forces, &release, start, length, order);
         }
         step
     }
@@ -589,9 +566,7 @@ fn all<A: Arithmetic>(
     jets: &[Jet<A::Scalar>],
     point: &[A::Value],
 ) -> Vec<A::Value> {
-    jets.iter()
-        .map(|jet| arithmetic.polynomial(jet, point))
-        .collect()
+    jets.iter().map(|jet| arithmetic.polynomial(jet, point)).collect()
 }
 
 /// `base + Σ_i row_i (series_i)_power`.
@@ -602,10 +577,7 @@ fn dot<A: Arithmetic>(
     power: usize,
     base: A::Value,
 ) -> A::Value {
-    let terms = row
-        .iter()
-        .zip(series)
-        .filter(|&(&entry, _)| entry != A::Scalar::zero());
+    let terms = row.iter().zip(series).filter(|&(&entry, _)| entry != A::Scalar::zero());
     terms.fold(base, |sum, (&entry, series)| {
         let entry = arithmetic.constant(entry);
         arithmetic.multiply_add(&entry, &series[power], &sum)
@@ -634,9 +606,7 @@ pub(super) fn scaled_all<A: Arithmetic>(
     length: &A::Value,
 ) -> Vec<Vec<A::Value>> {
     let polynomials = polynomials.iter();
-    polynomials
-        .map(|coefficients| scaled(arithmetic, coefficients, length))
-        .collect()
+    polynomials.map(|coefficients| scaled(arithmetic, coefficients, length)).collect()
 }
 
 /// The coefficients about another point (`None`: about 1), by repeated synthetic division.
@@ -662,9 +632,7 @@ fn horner<A: Arithmetic>(arithmetic: &mut A, coefficients: &[A::Value], at: &A::
         return arithmetic.constant(A::Scalar::zero());
     };
     let lower = lower.iter().rev();
-    lower.fold(last.clone(), |sum, coefficient| {
-        arithmetic.multiply_add(&sum, at, coefficient)
-    })
+    lower.fold(last.clone(), |sum, coefficient| arithmetic.multiply_add(&sum, at, coefficient))
 }
 
 /// A polynomial and its derivative.

@@ -45,11 +45,7 @@ impl AffineLaw {
         active: &[usize],
     ) -> Result<Self, FlightError> {
         let dimension = model.dimension();
-        let mut slopes = Slopes {
-            graph: model.graph.clone(),
-            dimension,
-            active,
-        };
+        let mut slopes = Slopes { graph: model.graph.clone(), dimension, active };
         let distances = distances(model, field);
         let components: Vec<usize> = (0..dimension).filter(|&i| distances[i].is_some()).collect();
         let name = |component: usize| model.states.get(component).cloned().unwrap_or_default();
@@ -87,10 +83,8 @@ impl AffineLaw {
             let component = components[position];
             graph.sub(field[component], model.flow[component])
         });
-        let watched: Vec<_> = [model.surfaces[surface].event, release[0]]
-            .into_iter()
-            .chain(forces)
-            .collect();
+        let watched: Vec<_> =
+            [model.surfaces[surface].event, release[0]].into_iter().chain(forces).collect();
         let kinds = bound_but(active, parameters);
         let mut values = Vec::new();
         graph.evaluate(&[state, parameters].concat(), &mut values);

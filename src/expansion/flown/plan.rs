@@ -86,11 +86,9 @@ pub fn flown_contact(
         .into());
     }
     if !(window.depth > 0.0 && window.depth.is_finite()) {
-        return Err(FlightError::Depth {
-            surface: passage.surface.clone(),
-            depth: window.depth,
-        }
-        .into());
+        return Err(
+            FlightError::Depth { surface: passage.surface.clone(), depth: window.depth }.into()
+        );
     }
     let pieces = SmoothExpansion::new(graze, affine, weight)?.pieces()?;
     let planner = Planner {
@@ -117,25 +115,15 @@ fn unplanned(pieces: SmoothPieces, factor: Dd) -> FlownContact<Dd> {
         law: pieces.law,
         back: pieces.back,
         section: pieces.section,
-        contact_time: ContactTime {
-            numerator: vec![factor],
-            denominator: vec![Dd::ONE],
-        },
-        plan: FlightPlan {
-            entry: MOST_NEWTON,
-            steps: 1,
-            order: 1,
-            release: 0,
-        },
+        contact_time: ContactTime { numerator: vec![factor], denominator: vec![Dd::ONE] },
+        plan: FlightPlan { entry: MOST_NEWTON, steps: 1, order: 1, release: 0 },
     }
 }
 
 fn spectral_radius(affine: &AffineLaw) -> Result<f64, ExpansionError> {
     let rows = affine.matrix.len();
     let matrix = DMatrix::from_fn(rows, rows, |i, j| affine.matrix[i][j].to_f64());
-    let largest = eigenvalues(&matrix)?
-        .first()
-        .map_or(0.0, |value| value.norm());
+    let largest = eigenvalues(&matrix)?.first().map_or(0.0, |value| value.norm());
     Ok(largest.max(f64::MIN_POSITIVE))
 }
 
@@ -157,14 +145,10 @@ fn samples(window: &FlightWindow) -> Vec<(Dd, Vec<Vec<Dd>>)> {
             widths.map(signed).collect()
         };
         let middle = vec![Dd::ZERO; window.half_widths.len()];
-        std::iter::once(middle)
-            .chain((0..CORNERS).map(corner))
-            .collect()
+        std::iter::once(middle).chain((0..CORNERS).map(corner)).collect()
     };
     let depths = depths(highest(window), PER_DECADE).enumerate();
-    depths
-        .map(|(number, y)| (Dd::from(y), points(number)))
-        .collect()
+    depths.map(|(number, y)| (Dd::from(y), points(number))).collect()
 }
 
 /// The highest depth variable at which contacts are checked.
@@ -202,10 +186,7 @@ impl Planner<'_> {
             contact.law = contact.law.turned();
         }
         contact.contact_time = self.contact_time(&contact)?;
-        let longest = checked
-            .iter()
-            .map(|c| c.exact.time.to_f64())
-            .fold(0.0, f64::max);
+        let longest = checked.iter().map(|c| c.exact.time.to_f64()).fold(0.0, f64::max);
         let reach = self.rate * longest * MARGIN;
         contact.plan.steps = self.steps(reach)?;
         // Without stiffness the force, of degree `W + 1`, is integrated once for every component.
@@ -235,11 +216,7 @@ impl Planner<'_> {
         let points = samples.flat_map(|(y, points)| points.iter().map(move |point| (*y, point)));
         points
             .map(|(y, point)| {
-                Ok(Checked {
-                    y,
-                    point: point.clone(),
-                    exact: self.reference(contact, y, point)?,
-                })
+                Ok(Checked { y, point: point.clone(), exact: self.reference(contact, y, point)? })
             })
             .collect()
     }
@@ -250,18 +227,12 @@ impl Planner<'_> {
         y: Dd,
         point: &[Dd],
     ) -> Result<FlownReference, FlightError> {
-        let reference = Reference {
-            contact,
-            factor: self.factor,
-            rate: self.rate,
-        };
-        reference
-            .fly(y, point)
-            .ok_or_else(|| FlightError::NoRelease {
-                surface: self.surface.to_owned(),
-                depth: (y * y).to_f64(),
-                steps: MOST_STEPS,
-            })
+        let reference = Reference { contact, factor: self.factor, rate: self.rate };
+        reference.fly(y, point).ok_or_else(|| FlightError::NoRelease {
+            surface: self.surface.to_owned(),
+            depth: (y * y).to_f64(),
+            steps: MOST_STEPS,
+        })
     }
 
     /// The contact time along the middle of the window, as a function of `y`.
@@ -278,16 +249,11 @@ impl Planner<'_> {
         }
         let fit = fit(&samples);
         let exact = |numbers: Vec<f64>| numbers.into_iter().map(Dd::from).collect();
-        Ok(ContactTime {
-            numerator: exact(fit.numerator),
-            denominator: exact(fit.denominator),
-        })
+        Ok(ContactTime { numerator: exact(fit.numerator), denominator: exact(fit.denominator) })
     }
 
     fn check(&self, contact: &FlownContact<Dd>, checked: &[Checked]) -> Result<(), FlightError> {
-        let errors = checked
-            .iter()
-            .map(|sample| (sample.y, error(contact, sample)));
+        let errors = checked.iter().map(|sample| (sample.y, error(contact, sample)));
         let worst = errors.max_by(|a, b| a.1.total_cmp(&b.1));
         match worst {
             Some((y, error)) if error.is_nan() || error > ROUNDING => Err(FlightError::Inexact {
@@ -318,13 +284,7 @@ fn fewest(error: impl Fn(usize) -> f64) -> usize {
 }
 
 fn worst(errors: impl Iterator<Item = f64>) -> f64 {
-    errors.fold(0.0, |worst, error| {
-        if error.is_nan() {
-            f64::INFINITY
-        } else {
-            worst.max(error)
-        }
-    })
+    errors.fold(0.0, |worst, error| if error.is_nan() { f64::INFINITY } else { worst.max(error) })
 }
 
 fn entry_error(contact: &FlownContact<Dd>, checked: &[Checked], steps: usize) -> f64 {
@@ -357,10 +317,7 @@ fn release_error(contact: &FlownContact<Dd>, checked: &[Checked], steps: usize) 
 fn error(contact: &FlownContact<Dd>, sample: &Checked) -> f64 {
     let found = contact.corrections(&mut Numbers::default(), &sample.y, &sample.point);
     let exact = &sample.exact.corrections;
-    let size = exact
-        .iter()
-        .map(|value| value.magnitude())
-        .fold(0.0, f64::max);
+    let size = exact.iter().map(|value| value.magnitude()).fold(0.0, f64::max);
     let pairs = found.iter().zip(exact);
     worst(pairs.map(|(found, exact)| (*found - *exact).magnitude() / size))
 }
@@ -368,12 +325,8 @@ fn error(contact: &FlownContact<Dd>, sample: &Checked) -> f64 {
 fn largest_corrections(contact: &FlownContact<Dd>, checked: &[Checked]) -> Vec<f64> {
     let coordinates = 0..contact.dimension();
     let of = |coordinate: usize| {
-        let corrections = checked
-            .iter()
-            .map(|sample| &sample.exact.corrections[coordinate]);
-        corrections
-            .map(|value| value.magnitude())
-            .fold(0.0, f64::max)
+        let corrections = checked.iter().map(|sample| &sample.exact.corrections[coordinate]);
+        corrections.map(|value| value.magnitude()).fold(0.0, f64::max)
     };
     coordinates.map(of).collect()
 }
@@ -427,19 +380,11 @@ impl Reference<'_> {
             if part.is_some() {
                 let time = (Dd::from(number as f64) + at) * length;
                 let since_minimum = entry.time + time;
-                let corrections = self
-                    .contact
-                    .on_section(numbers, &since_minimum, &added, point);
-                return Some(FlownReference {
-                    time,
-                    sign: sign?,
-                    corrections,
-                });
+                let corrections = self.contact.on_section(numbers, &since_minimum, &added, point);
+                return Some(FlownReference { time, sign: sign?, corrections });
             }
             state = added;
-            forces
-                .iter_mut()
-                .for_each(|series| shift(numbers, series, None));
+            forces.iter_mut().for_each(|series| shift(numbers, series, None));
             shift(numbers, &mut release, None);
         }
         None
@@ -536,10 +481,7 @@ impl Fit {
     /// The sum over one denominator `Π (1 + y/y_j)`.
     fn rational(&self) -> ContactTime<f64> {
         let denominator = product(&self.scales);
-        let mut numerator = denominator
-            .iter()
-            .map(|d| self.factors[0] * d)
-            .collect::<Vec<_>>();
+        let mut numerator = denominator.iter().map(|d| self.factors[0] * d).collect::<Vec<_>>();
         for (number, factor) in self.factors[1..].iter().enumerate() {
             let mut others = self.scales.clone();
             others.remove(number);
@@ -547,10 +489,7 @@ impl Fit {
                 *sum += factor * term;
             }
         }
-        ContactTime {
-            numerator,
-            denominator,
-        }
+        ContactTime { numerator, denominator }
     }
 }
 

@@ -74,24 +74,14 @@ impl<'a> SmoothExpansion<'a> {
         affine: &'a AffineLaw,
         weight: u32,
     ) -> Result<Self, ExpansionError> {
-        let Graze {
-            passage,
-            chart,
-            variables,
-        } = graze;
+        let Graze { passage, chart, variables } = graze;
         let space = variables.smooth_space(weight + 1)?;
         let parameters = passage.parameter_jets(&space, variables.coordinates);
         let start = chart.embed(passage, &space, 0)?;
         let kept = vec![space.order(); (weight as usize + 1).max(2) + 1];
         let (minimum_time, series) =
             series_about_minimum(&affine.field, &start, &parameters, kept)?;
-        Ok(Self {
-            graze,
-            affine,
-            weight,
-            minimum_time,
-            series,
-        })
+        Ok(Self { graze, affine, weight, minimum_time, series })
     }
 
     /// Expands all pieces.
@@ -146,20 +136,14 @@ impl<'a> SmoothExpansion<'a> {
             constant,
             gap,
             gap_rate,
-            rest: rest
-                .map(|(power, jet)| self.cut(jet, power))
-                .collect::<Result<_, _>>()?,
+            rest: rest.map(|(power, jet)| self.cut(jet, power)).collect::<Result<_, _>>()?,
         })
     }
 
     /// The free flow backwards by `s` from `x_free(s) + z`, less `x_free(0)`.
     fn back(&self) -> Result<Vec<Jet<Dd>>, ExpansionError> {
         let moved = self.affine.components.len();
-        let carried = if self.affine.free_is_affine {
-            0
-        } else {
-            self.graze.variables.len()
-        };
+        let carried = if self.affine.free_is_affine { 0 } else { self.graze.variables.len() };
         let weights: Vec<u32> = std::iter::once(1)
             .chain(self.added_weights())
             .chain(self.graze.variables.weights[..carried].iter().copied())
@@ -170,9 +154,8 @@ impl<'a> SmoothExpansion<'a> {
         let mut state: Vec<_> = (0..self.graze.passage.dimension())
             .map(|component| {
                 let series = self.series.state(component).iter();
-                let lifted: Vec<_> = series
-                    .map(|jet| self.lift(jet, &space, first, carried))
-                    .collect();
+                let lifted: Vec<_> =
+                    series.map(|jet| self.lift(jet, &space, first, carried)).collect();
                 at_series_time(&lifted, &time)
             })
             .collect();
@@ -193,10 +176,8 @@ impl<'a> SmoothExpansion<'a> {
     /// The corrections of the coordinates, as jets in the state added at the minimum.
     fn section(&self) -> Result<Vec<Jet<Dd>>, ExpansionError> {
         let moved = self.affine.components.len();
-        let weights: Vec<u32> = self
-            .added_weights()
-            .chain(self.graze.variables.weights.iter().copied())
-            .collect();
+        let weights: Vec<u32> =
+            self.added_weights().chain(self.graze.variables.weights.iter().copied()).collect();
         let space = JetSpace::new(&weights, self.weight as usize)?;
         let carried = self.graze.variables.len();
         let mut state: Vec<_> = (0..self.graze.passage.dimension())
@@ -288,11 +269,7 @@ fn decomposed(series: &[Jet<Dd>], gap: &[Jet<Dd>]) -> ([Dd; 3], Vec<Jet<Dd>>) {
 
 /// A value, or 0 if it is no larger than rounding.
 pub(super) fn rounded_away(value: Dd, rounding: f64) -> Dd {
-    if value.magnitude() <= rounding {
-        Dd::ZERO
-    } else {
-        value
-    }
+    if value.magnitude() <= rounding { Dd::ZERO } else { value }
 }
 
 /// The terms of a jet in which one of these variables occurs.
@@ -363,12 +340,8 @@ impl LinearLaw<Dd> {
             force.gap_rate = Dd::ZERO;
             force.gap = sum(force.gap, stiffness);
         } else if !stiffness.is_zero() {
-            let spring = Drive {
-                constant: Dd::ZERO,
-                gap: stiffness,
-                gap_rate: Dd::ZERO,
-                rest: Vec::new(),
-            };
+            let spring =
+                Drive { constant: Dd::ZERO, gap: stiffness, gap_rate: Dd::ZERO, rest: Vec::new() };
             self.forces.push((component, spring));
         }
     }

@@ -7,9 +7,7 @@ const HOSTILE: &str = "\"><script>alert('x')</script>&\u{1b}";
 fn hostile_page() -> String {
     let mut figure = Figure::new(Axis::linear(HOSTILE), Axis::linear(HOSTILE));
     figure.title = HOSTILE.to_owned();
-    figure
-        .series
-        .push(Series::dots(HOSTILE, vec![[0.0, 0.0], [1.0, 1.0]]));
+    figure.series.push(Series::dots(HOSTILE, vec![[0.0, 0.0], [1.0, 1.0]]));
     let mut table = Table::new(vec![Column::text(HOSTILE).with_unit(HOSTILE)]);
     table.push(vec![Cell::text(HOSTILE)]).expect("one cell");
     let provenance = Provenance {
@@ -17,13 +15,9 @@ fn hostile_page() -> String {
         more: vec![(HOSTILE.to_owned(), HOSTILE.to_owned())],
         ..Provenance::default()
     };
-    let section = Section::new(HOSTILE)
-        .prose(HOSTILE)
-        .table(table, HOSTILE)
-        .figure(figure, HOSTILE);
-    let page = Page::new(HOSTILE, provenance)
-        .summary(HOSTILE)
-        .section(section);
+    let section =
+        Section::new(HOSTILE).prose(HOSTILE).table(table, HOSTILE).figure(figure, HOSTILE);
+    let page = Page::new(HOSTILE, provenance).summary(HOSTILE).section(section);
     page.to_html().expect("a page of words")
 }
 
@@ -51,38 +45,25 @@ fn many_dots_become_a_bitmap_and_the_caption_says_how() {
         [(bits >> 40) as f64, (bits & 0xff_ffff) as f64]
     };
     let mut figure = Figure::new(Axis::linear("x"), Axis::linear("y"));
-    figure
-        .series
-        .push(Series::dots("", (0..200_000).map(dot).collect()));
+    figure.series.push(Series::dots("", (0..200_000).map(dot).collect()));
     let section = Section::new("Diagram").figure(figure, "Attractors.");
-    let html = Page::new("Run", Provenance::default())
-        .section(section)
-        .to_html()
-        .expect("drawn");
+    let html = Page::new("Run", Provenance::default()).section(section).to_html().expect("drawn");
     assert!(html.contains("data:image/png;base64,"));
     assert!(html.contains("200000 points, drawn as the"));
 }
 
 #[test]
 fn the_body_of_a_small_page_is_as_recorded() {
-    let mut table = Table::new(vec![
-        Column::text("quantity"),
-        Column::number("value").with_unit("ns"),
-    ]);
-    table
-        .push(vec![Cell::text("step"), Cell::number(17.25, 3)])
-        .expect("two cells");
+    let mut table =
+        Table::new(vec![Column::text("quantity"), Column::number("value").with_unit("ns")]);
+    table.push(vec![Cell::text("step"), Cell::number(17.25, 3)]).expect("two cells");
     let provenance = Provenance {
         scene: "linear rigid oscillator".to_owned(),
         version: "0.1.0".to_owned(),
         ..Provenance::default()
     };
-    let section = Section::new("Speed")
-        .prose("One step.")
-        .table(table, "Cost of a step.");
-    let page = Page::new("Local map", provenance)
-        .summary("All is well.")
-        .section(section);
+    let section = Section::new("Speed").prose("One step.").table(table, "Cost of a step.");
+    let page = Page::new("Local map", provenance).summary("All is well.").section(section);
     let html = page.to_html().expect("a page of words");
     assert_eq!(html, page.to_html().expect("the same page again"));
     let body = html.split_once("<body>").expect("a page has a body").1;

@@ -14,10 +14,7 @@ pub(crate) fn number<S: Scalar>(text: &str) -> S {
 /// coefficient is a sum of at most 9 terms of its own size.
 pub(crate) fn assert_close<S: Scalar>(found: &[S], expected: &[&str], name: &str) {
     let expected: Vec<S> = expected.iter().map(|text| number(text)).collect();
-    let scale = expected
-        .iter()
-        .map(|value| value.magnitude())
-        .fold(0.0, f64::max);
+    let scale = expected.iter().map(|value| value.magnitude()).fold(0.0, f64::max);
     for (k, (&found, &expected)) in found.iter().zip(&expected).enumerate() {
         let error = (found - expected).magnitude();
         assert!(
@@ -51,9 +48,7 @@ fn check<S: Scalar>(name: &str, head: f64, f: impl Fn(&Jet<S>) -> Jet<S>, expect
 }
 
 fn binomial(n: i32, k: i32) -> f64 {
-    (0..k).fold(1.0, |product, i| {
-        product * f64::from(n - i) / f64::from(i + 1)
-    })
+    (0..k).fold(1.0, |product, i| product * f64::from(n - i) / f64::from(i + 1))
 }
 
 macro_rules! functions {

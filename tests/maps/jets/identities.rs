@@ -11,25 +11,15 @@ const DRAWN: usize = 64;
 
 /// Spaces the identities are checked in: uniform, weighted, one variable, only constants.
 pub(crate) fn spaces() -> Vec<Arc<JetSpace>> {
-    [
-        (vec![1, 1, 1], 4),
-        (vec![1, 2, 2], 7),
-        (vec![3, 1], 8),
-        (vec![1], 9),
-        (vec![5], 4),
-    ]
-    .map(|(weights, order)| JetSpace::new(&weights, order).expect("a small space"))
-    .to_vec()
+    [(vec![1, 1, 1], 4), (vec![1, 2, 2], 7), (vec![3, 1], 8), (vec![1], 9), (vec![5], 4)]
+        .map(|(weights, order)| JetSpace::new(&weights, order).expect("a small space"))
+        .to_vec()
 }
 
 /// A jet with a given head and the drawn coefficients, equal in all lanes.
 pub(crate) fn jet<S: Scalar>(space: &Arc<JetSpace>, head: f64, drawn: &[f64]) -> Jet<S> {
-    let mut coefficients: Vec<S> = drawn
-        .iter()
-        .cycle()
-        .take(space.len())
-        .map(|&value| S::from_f64(value))
-        .collect();
+    let mut coefficients: Vec<S> =
+        drawn.iter().cycle().take(space.len()).map(|&value| S::from_f64(value)).collect();
     coefficients[0] = S::from_f64(head);
     Jet::from_coefficients(space, coefficients)
 }
@@ -49,46 +39,17 @@ pub(crate) fn agree<S: Scalar>(left: &Jet<S>, right: &Jet<S>, scale: f64) -> boo
 fn same<S: Scalar>(name: &str, left: &Jet<S>, right: &Jet<S>, through: &[&Jet<S>]) {
     let product: f64 = through.iter().map(|jet| jet.max_abs().max(1.0)).product();
     let scale = product * left.max_abs().max(right.max_abs()).max(1.0);
-    assert!(
-        agree(left, right, scale),
-        "{name}: {:e}, scale {scale:e}",
-        (left - right).max_abs()
-    );
+    assert!(agree(left, right, scale), "{name}: {:e}, scale {scale:e}", (left - right).max_abs());
 }
 
 fn circular<S: Scalar>(a: &Jet<S>, b: &Jet<S>) {
     let one = Jet::constant(a.space(), S::one());
     let (sine, cosine) = a.sin_cos();
-    same(
-        "sin² + cos² = 1",
-        &(&(&sine * &sine) + &(&cosine * &cosine)),
-        &one,
-        &[&sine, &cosine],
-    );
-    same(
-        "asin sin a = a",
-        &sine.asin(),
-        a,
-        &[&sine, &(&one / &cosine)],
-    );
-    same(
-        "acos cos a = a",
-        &cosine.acos(),
-        a,
-        &[&cosine, &(&one / &sine)],
-    );
-    same(
-        "atan tan a = a",
-        &a.tan().atan(),
-        a,
-        &[&a.tan(), &(&one / &cosine)],
-    );
-    same(
-        "atan2(a, b) = atan(a / b)",
-        &a.atan2(b),
-        &(a / b).atan(),
-        &[&(a / b), &(&one / b)],
-    );
+    same("sin² + cos² = 1", &(&(&sine * &sine) + &(&cosine * &cosine)), &one, &[&sine, &cosine]);
+    same("asin sin a = a", &sine.asin(), a, &[&sine, &(&one / &cosine)]);
+    same("acos cos a = a", &cosine.acos(), a, &[&cosine, &(&one / &sine)]);
+    same("atan tan a = a", &a.tan().atan(), a, &[&a.tan(), &(&one / &cosine)]);
+    same("atan2(a, b) = atan(a / b)", &a.atan2(b), &(a / b).atan(), &[&(a / b), &(&one / b)]);
     same(
         "atan2(cb, sb) = π/2 − a",
         &(&cosine * b).atan2(&(&sine * b)),
@@ -104,19 +65,9 @@ fn half_turn<S: Scalar>() -> S {
 fn hyperbolic<S: Scalar>(a: &Jet<S>) {
     let one = Jet::constant(a.space(), S::one());
     let (sinh, cosh) = a.sinh_cosh();
-    same(
-        "cosh² − sinh² = 1",
-        &(&(&cosh * &cosh) - &(&sinh * &sinh)),
-        &one,
-        &[&cosh, &cosh],
-    );
+    same("cosh² − sinh² = 1", &(&(&cosh * &cosh) - &(&sinh * &sinh)), &one, &[&cosh, &cosh]);
     same("cosh + sinh = exp", &(&cosh + &sinh), &a.exp(), &[&cosh]);
-    same(
-        "tanh cosh = sinh",
-        &(&a.tanh() * &cosh),
-        &sinh,
-        &[&cosh, &a.tanh()],
-    );
+    same("tanh cosh = sinh", &(&a.tanh() * &cosh), &sinh, &[&cosh, &a.tanh()]);
 }
 
 fn algebraic<S: Scalar>(a: &Jet<S>, b: &Jet<S>) {
@@ -127,24 +78,14 @@ fn algebraic<S: Scalar>(a: &Jet<S>, b: &Jet<S>) {
     same("exp ln a = a", &log.exp(), a, &[&log]);
     same("ln exp a = a", &a.exp().ln(), a, &[&a.exp(), &(-a).exp()]);
     let exponent = S::from_f64(1.75);
-    same(
-        "a^r = exp(r ln a)",
-        &a.power_real(exponent),
-        &log.scale(exponent).exp(),
-        &[&log, a],
-    );
+    same("a^r = exp(r ln a)", &a.power_real(exponent), &log.scale(exponent).exp(), &[&log, a]);
     same(
         "a^-3 both ways",
         &a.power_integer(-3),
         &a.power_real(S::from_f64(-3.0)),
         &[&a.power_integer(-3)],
     );
-    same(
-        "a^0.5 = √a",
-        &a.power_real(S::from_f64(0.5)),
-        &root,
-        &[&log],
-    );
+    same("a^0.5 = √a", &a.power_real(S::from_f64(0.5)), &root, &[&log]);
 }
 
 fn differential<S: Scalar>(a: &Jet<S>, b: &Jet<S>) {
@@ -160,12 +101,7 @@ fn differential<S: Scalar>(a: &Jet<S>, b: &Jet<S>) {
             &leibniz.truncate(kept),
             &[a, b],
         );
-        same(
-            "(∫a)' = a",
-            &a.integral(variable).derivative(variable),
-            &a.truncate(kept),
-            &[a],
-        );
+        same("(∫a)' = a", &a.integral(variable).derivative(variable), &a.truncate(kept), &[a]);
     }
 }
 

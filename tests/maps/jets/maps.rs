@@ -28,17 +28,11 @@ fn in_space_of<S: Scalar>(map: JetMap<S>, other: &JetMap<S>) -> JetMap<S> {
 }
 
 fn same<S: Scalar>(left: &JetMap<S>, right: &JetMap<S>, scale: f64) -> bool {
-    left.components()
-        .iter()
-        .zip(right.components())
-        .all(|(left, right)| agree(left, right, scale))
+    left.components().iter().zip(right.components()).all(|(left, right)| agree(left, right, scale))
 }
 
 fn largest<S: Scalar>(map: &JetMap<S>) -> f64 {
-    map.components()
-        .iter()
-        .map(Jet::max_abs)
-        .fold(1.0, f64::max)
+    map.components().iter().map(Jet::max_abs).fold(1.0, f64::max)
 }
 
 fn check_group<S: Scalar>(weights: &[u32], order: usize, drawn: [&[f64]; 3]) {
@@ -48,22 +42,13 @@ fn check_group<S: Scalar>(weights: &[u32], order: usize, drawn: [&[f64]; 3]) {
         |f: &JetMap<S>, g: &JetMap<S>| f.compose(g).expect("as many components as variables");
     let left = compose(&compose(&f, &g), &h);
     let right = compose(&f, &compose(&g, &h));
-    assert!(
-        same(&left, &right, 100.0 * largest(&left)),
-        "composition is associative"
-    );
+    assert!(same(&left, &right, 100.0 * largest(&left)), "composition is associative");
     let inverse = f.invert().expect("a linear part near 1");
     let identity = JetMap::identity(f.space());
     // NOTE: a composition multiplies up to `order` coefficients of the inverse.
     let scale = largest(&inverse).powi(2) * 100.0;
-    assert!(
-        same(&compose(&f, &inverse), &identity, scale),
-        "M ∘ M⁻¹ = id"
-    );
-    assert!(
-        same(&compose(&inverse, &f), &identity, scale),
-        "M⁻¹ ∘ M = id"
-    );
+    assert!(same(&compose(&f, &inverse), &identity, scale), "M ∘ M⁻¹ = id");
+    assert!(same(&compose(&inverse, &f), &identity, scale), "M⁻¹ ∘ M = id");
 }
 
 proptest! {
@@ -95,12 +80,7 @@ fn reversion_of_a_geometric_series_has_integer_coefficients() {
     let x = Jet::<f64>::variable(&JetSpace::uniform(1, 12).unwrap(), 0, 0.0);
     let map = JetMap::new(vec![&x / &(-&x).add_constant(1.0)]).unwrap();
     let inverse = map.invert().unwrap();
-    for (k, &value) in inverse.components()[0]
-        .coefficients()
-        .iter()
-        .enumerate()
-        .skip(1)
-    {
+    for (k, &value) in inverse.components()[0].coefficients().iter().enumerate().skip(1) {
         assert_eq!(value, if k % 2 == 1 { 1.0 } else { -1.0 }, "degree {k}");
     }
 }
@@ -108,17 +88,9 @@ fn reversion_of_a_geometric_series_has_integer_coefficients() {
 #[test]
 fn reversion_of_a_parabola_gives_the_catalan_numbers() {
     let x = Jet::<Dd>::variable(&JetSpace::uniform(1, 10).unwrap(), 0, Dd::ZERO);
-    let inverse = JetMap::new(vec![&x - &(&x * &x)])
-        .unwrap()
-        .invert()
-        .unwrap();
-    let catalan = [
-        0.0, 1.0, 1.0, 2.0, 5.0, 14.0, 42.0, 132.0, 429.0, 1430.0, 4862.0,
-    ];
-    assert_eq!(
-        inverse.components()[0].coefficients(),
-        catalan.map(Dd::from)
-    );
+    let inverse = JetMap::new(vec![&x - &(&x * &x)]).unwrap().invert().unwrap();
+    let catalan = [0.0, 1.0, 1.0, 2.0, 5.0, 14.0, 42.0, 132.0, 429.0, 1430.0, 4862.0];
+    assert_eq!(inverse.components()[0].coefficients(), catalan.map(Dd::from));
 }
 
 #[test]
@@ -129,31 +101,14 @@ fn maps_that_have_no_inverse_are_refused() {
         |components: Vec<Jet<f64>>| JetMap::new(components).unwrap().invert().unwrap_err();
     assert_eq!(
         refusal(vec![x.clone(), x.clone()]),
-        JetError::DegreeTooLow {
-            component: 1,
-            degree: 1,
-            weight: 2
-        }
+        JetError::DegreeTooLow { component: 1, degree: 1, weight: 2 }
     );
     assert_eq!(
         refusal(vec![x.add_constant(1.0), y.clone()]),
-        JetError::DegreeTooLow {
-            component: 0,
-            degree: 0,
-            weight: 1
-        }
+        JetError::DegreeTooLow { component: 0, degree: 0, weight: 1 }
     );
-    assert_eq!(
-        refusal(vec![x.clone(), &x * &x]),
-        JetError::Singular { column: 1 }
-    );
-    assert_eq!(
-        refusal(vec![x.clone()]),
-        JetError::DimensionMismatch {
-            expected: 2,
-            found: 1
-        }
-    );
+    assert_eq!(refusal(vec![x.clone(), &x * &x]), JetError::Singular { column: 1 });
+    assert_eq!(refusal(vec![x.clone()]), JetError::DimensionMismatch { expected: 2, found: 1 });
     let stranger = Jet::variable(&JetSpace::new(&[1, 2], 4).unwrap(), 1, 0.0);
     assert_eq!(
         JetMap::new(vec![x, stranger]).unwrap_err(),
@@ -164,11 +119,7 @@ fn maps_that_have_no_inverse_are_refused() {
 
 /// Lambert's function has the coefficients `(−k)^(k−1) / k!`.
 fn check_lambert<S: Scalar>() {
-    let x = Jet::variable(
-        &JetSpace::uniform(1, 10).expect("a small space"),
-        0,
-        S::zero(),
-    );
+    let x = Jet::variable(&JetSpace::uniform(1, 10).expect("a small space"), 0, S::zero());
     let equation = |w: &Jet<S>| {
         let exp = w.exp();
         (&(w * &exp) - &x, &w.add_constant(S::one()) * &exp)
@@ -211,10 +162,7 @@ fn implicit_root_solves_kepler_from_a_rough_head() {
         ([0, 3], (3.0 * 3f64.sin() - 1f64.sin()) / 8.0),
     ];
     for (powers, value) in expected {
-        assert!(
-            (anomaly.coefficient(&powers) - value).abs() < 1e-15,
-            "{powers:?}"
-        );
+        assert!((anomaly.coefficient(&powers) - value).abs() < 1e-15, "{powers:?}");
     }
 }
 
@@ -222,17 +170,11 @@ fn implicit_root_solves_kepler_from_a_rough_head() {
 fn two_implicit_roots_are_polar_coordinates() {
     let space = JetSpace::new(&[1, 2], 6).unwrap();
     let (x, y) = (Jet::variable(&space, 0, 1.0), Jet::variable(&space, 1, 1.0));
-    let start = [
-        Jet::constant(&space, 2f64.sqrt()),
-        Jet::constant(&space, 0.75),
-    ];
+    let start = [Jet::constant(&space, 2f64.sqrt()), Jet::constant(&space, 0.75)];
     let roots = implicit_roots(&start, |polar| {
         let (sine, cosine) = polar[1].sin_cos();
         let (to_x, to_y) = (&polar[0] * &cosine, &polar[0] * &sine);
-        (
-            vec![&to_x - &x, &to_y - &y],
-            vec![vec![cosine, -&to_y], vec![sine, to_x]],
-        )
+        (vec![&to_x - &x, &to_y - &y], vec![vec![cosine, -&to_y], vec![sine, to_x]])
     })
     .unwrap();
     assert!(agree(&roots[0], &(&(&x * &x) + &(&y * &y)).sqrt(), 1.0));
@@ -244,14 +186,9 @@ fn double_roots_and_equations_without_root_are_refused() {
     let x = Jet::<f64>::variable(&JetSpace::uniform(1, 3).unwrap(), 0, 0.0);
     let double = implicit_root(&Jet::zero(x.space()), |t| (&(t * t) - &x, t.scale(2.0)));
     assert_eq!(double, Err(JetError::Singular { column: 0 }));
-    let none = implicit_root(&x.add_constant(0.7), |t| {
-        ((t * t).add_constant(1.0), t.scale(2.0))
-    });
+    let none = implicit_root(&x.add_constant(0.7), |t| ((t * t).add_constant(1.0), t.scale(2.0)));
     assert!(
-        matches!(
-            none,
-            Err(JetError::NoConvergence { .. } | JetError::NotFinite { .. })
-        ),
+        matches!(none, Err(JetError::NoConvergence { .. } | JetError::NotFinite { .. })),
         "{none:?}"
     );
 }

@@ -35,11 +35,7 @@ fn fateman<S: Real>(variables: usize, power: u128) {
     for (exponents, value) in product.terms() {
         let exact = multinomial(2 * power, exponents) + multinomial(power, exponents);
         let value = value.to_dd();
-        assert_eq!(
-            value.hi as i128 + value.lo as i128,
-            exact as i128,
-            "{exponents:?}"
-        );
+        assert_eq!(value.hi as i128 + value.lo as i128, exact as i128, "{exponents:?}");
     }
 }
 
@@ -55,13 +51,9 @@ fn fateman_product_of_degree_forty_is_exact_in_double_doubles() {
 
 #[test]
 fn number_of_products_is_known_without_listing_them() {
-    for (weights, order) in [
-        (vec![1, 1, 1], 6),
-        (vec![1, 2, 2], 9),
-        (vec![3, 1, 2, 5], 11),
-        (vec![7], 5),
-        (vec![], 4),
-    ] {
+    for (weights, order) in
+        [(vec![1, 1, 1], 6), (vec![1, 2, 2], 9), (vec![3, 1, 2, 5], 11), (vec![7], 5), (vec![], 4)]
+    {
         let counted = JetSpace::size(&weights, order);
         let space = JetSpace::new(&weights, order).unwrap();
         assert_eq!(
@@ -77,11 +69,9 @@ fn a_space_beyond_memory_is_refused_with_its_numbers() {
     let error = JetSpace::uniform(8, 20).unwrap_err();
     let expected = (binomial(28, 8), binomial(36, 16));
     match error {
-        JetError::TooLarge {
-            coefficients,
-            products,
-            ..
-        } => assert_eq!((coefficients, products), expected),
+        JetError::TooLarge { coefficients, products, .. } => {
+            assert_eq!((coefficients, products), expected)
+        }
         other => panic!("{other}"),
     }
 }
@@ -92,12 +82,8 @@ fn the_pairs_of_a_weighted_space_are_all_products_of_two_monomials() {
     let mut pairs = 0;
     for i in 0..space.len() {
         for j in 0..space.len() {
-            let sum: Vec<u8> = space
-                .exponents(i)
-                .iter()
-                .zip(space.exponents(j))
-                .map(|(a, b)| a + b)
-                .collect();
+            let sum: Vec<u8> =
+                space.exponents(i).iter().zip(space.exponents(j)).map(|(a, b)| a + b).collect();
             if let Some(monomial) = space.monomial(&sum) {
                 assert!(space.pairs(monomial).contains(&(i, j)));
                 pairs += 1;

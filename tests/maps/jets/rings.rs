@@ -30,13 +30,8 @@ fn flow<S: Scalar, A: Graded<S>>(
 #[test]
 fn flow_of_the_square_has_all_coefficients_one() {
     let algebra = TimeSeries { order: 60 };
-    let series = flow(&algebra, &[1.0], |k, x, out| {
-        product_part(&algebra, k, x, x, out)
-    });
-    assert!(
-        series.iter().all(|&coefficient| coefficient == 1.0),
-        "{series:?}"
-    ); // 1 / (1 − t)
+    let series = flow(&algebra, &[1.0], |k, x, out| product_part(&algebra, k, x, x, out));
+    assert!(series.iter().all(|&coefficient| coefficient == 1.0), "{series:?}"); // 1 / (1 − t)
 }
 
 /// Jets of a flow after time 1/2, as the sum of its jets in time.
@@ -100,15 +95,7 @@ fn check_sine<S: Scalar>(time_order: usize) {
         exponential_part(&algebra, HeadFunction::Sin, k, x, &euler, cosine, out);
         sine[part.clone()].copy_from_slice(out);
         let mut cosine_part = out.to_vec();
-        exponential_part(
-            &algebra,
-            HeadFunction::Cos,
-            k,
-            x,
-            &euler,
-            sine,
-            &mut cosine_part,
-        );
+        exponential_part(&algebra, HeadFunction::Cos, k, x, &euler, sine, &mut cosine_part);
         cosine[part].copy_from_slice(&cosine_part);
     });
     assert_close(&jets_at_half(&algebra, &series), &SINE, "flow of the sine");
@@ -129,9 +116,7 @@ fn jets_of_the_flow_of_the_sine_are_those_of_its_closed_form() {
 fn euler<S: Scalar, A: Graded<S>>(algebra: &A, a: &[S]) -> Vec<S> {
     let mut euler = a.to_vec();
     for k in 0..=algebra.order() {
-        euler[algebra.part(k)]
-            .iter_mut()
-            .for_each(|value| *value *= S::from_f64(k as f64));
+        euler[algebra.part(k)].iter_mut().for_each(|value| *value *= S::from_f64(k as f64));
     }
     euler
 }
@@ -154,10 +139,9 @@ const ORDER: usize = 5;
 fn along_time(algebra: &JetSeries, jet: &Jet<f64>) -> Vec<f64> {
     let mut element = vec![0.0; Graded::<f64>::element_len(algebra)];
     for (powers, value) in jet.terms() {
-        if let (true, Some(monomial)) = (
-            usize::from(powers[0]) <= ORDER,
-            algebra.space().monomial(&powers[1..]),
-        ) {
+        if let (true, Some(monomial)) =
+            (usize::from(powers[0]) <= ORDER, algebra.space().monomial(&powers[1..]))
+        {
             element[usize::from(powers[0]) * algebra.space().len() + monomial] = value;
         }
     }
@@ -178,22 +162,12 @@ fn jets_in_time_are_jets_with_time_as_a_variable() {
     let (cosh, w) = (along_time(g, &cosh_jet), along_time(g, &w_jet));
     let atan_w = along_time(g, &(&a_jet * &a_jet).add_constant(1.0));
     let cases = [
-        (
-            "quotient",
-            &a_jet / &b_jet,
-            build(g, |k, u, _, out| quotient_part(g, k, &a, &b, u, out)),
-        ),
-        (
-            "square root",
-            a_jet.sqrt(),
-            build(g, |k, u, _, out| sqrt_part(g, k, &a, u, out)),
-        ),
+        ("quotient", &a_jet / &b_jet, build(g, |k, u, _, out| quotient_part(g, k, &a, &b, u, out))),
+        ("square root", a_jet.sqrt(), build(g, |k, u, _, out| sqrt_part(g, k, &a, u, out))),
         (
             "exponential",
             a_jet.exp(),
-            build(g, |k, u, _, out| {
-                exponential_part(g, HeadFunction::Exp, k, &a, &ea, u, out)
-            }),
+            build(g, |k, u, _, out| exponential_part(g, HeadFunction::Exp, k, &a, &ea, u, out)),
         ),
         (
             "hyperbolic sine",
@@ -205,9 +179,7 @@ fn jets_in_time_are_jets_with_time_as_a_variable() {
         (
             "power",
             a_jet.power_real(2.5),
-            build(g, |k, u, eu, out| {
-                power_part(g, 2.5, k, &a, &ea, u, eu, out)
-            }),
+            build(g, |k, u, eu, out| power_part(g, 2.5, k, &a, &ea, u, eu, out)),
         ),
         (
             "arc tangent",
@@ -219,16 +191,12 @@ fn jets_in_time_are_jets_with_time_as_a_variable() {
         (
             "angle",
             a_jet.atan2(&b_jet),
-            build(g, |k, _, eu, out| {
-                atan2_part(g, k, &a, &b, &ea, &eb, &w, eu, out)
-            }),
+            build(g, |k, _, eu, out| atan2_part(g, k, &a, &b, &ea, &eb, &w, eu, out)),
         ),
     ];
     for (name, jet, element) in cases {
         let expected = along_time(&algebra, &jet);
-        let scale = expected
-            .iter()
-            .fold(1.0, |max: f64, value| max.max(value.abs()));
+        let scale = expected.iter().fold(1.0, |max: f64, value| max.max(value.abs()));
         for (found, expected) in element.iter().zip(&expected) {
             assert!(
                 (found - expected).abs() < 1e-14 * scale,

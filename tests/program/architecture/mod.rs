@@ -23,19 +23,7 @@ const FLOORS: [(&str, &[&str]); 13] = [
     ("expansion", &["numeric", "jet", "model", "flow", "orbit"]),
     ("emission", &["numeric", "jet", "expansion"]),
     ("iteration", &["numeric", "jet", "expansion"]),
-    (
-        "analysis",
-        &[
-            "numeric",
-            "jet",
-            "model",
-            "flow",
-            "hybrid",
-            "orbit",
-            "expansion",
-            "iteration",
-        ],
-    ),
+    ("analysis", &["numeric", "jet", "model", "flow", "hybrid", "orbit", "expansion", "iteration"]),
     (
         "convergence",
         &[
@@ -52,16 +40,7 @@ const FLOORS: [(&str, &[&str]); 13] = [
     ),
     (
         "report",
-        &[
-            "numeric",
-            "jet",
-            "model",
-            "orbit",
-            "expansion",
-            "iteration",
-            "analysis",
-            "convergence",
-        ],
+        &["numeric", "jet", "model", "orbit", "expansion", "iteration", "analysis", "convergence"],
     ),
     (
         "cli",
@@ -130,9 +109,7 @@ fn floors_named(house: &House) -> BTreeMap<&'static str, BTreeSet<&'static str>>
         let Some(own) = floor(&place) else { continue };
         let named = house.named(&place);
         let named = named.iter().flat_map(|(_, found)| floors_on(found));
-        all.entry(own)
-            .or_default()
-            .extend(named.filter(|name| *name != own));
+        all.entry(own).or_default().extend(named.filter(|name| *name != own));
     }
     all
 }
@@ -179,10 +156,7 @@ fn a_floor_names_every_floor_it_may() {
 fn floors_name_lower_floors_only() {
     for (floor, named) in floors_named(&house()) {
         for name in named {
-            assert!(
-                level(name) < level(floor),
-                "`{floor}` names `{name}`, which is not below it"
-            );
+            assert!(level(name) < level(floor), "`{floor}` names `{name}`, which is not below it");
         }
     }
 }
@@ -194,11 +168,7 @@ fn the_two_oracles_stay_independent() {
     let below = |floor: &'static str| {
         let mut all = BTreeSet::from([floor]);
         loop {
-            let more: BTreeSet<_> = all
-                .iter()
-                .flat_map(|floor| &named[*floor])
-                .copied()
-                .collect();
+            let more: BTreeSet<_> = all.iter().flat_map(|floor| &named[*floor]).copied().collect();
             if more.is_subset(&all) {
                 break all;
             }
@@ -208,10 +178,7 @@ fn the_two_oracles_stay_independent() {
     let simulation = below("hybrid");
     for series in ["orbit", "expansion"] {
         assert!(!simulation.contains(series), "`hybrid` knows of `{series}`");
-        assert!(
-            !below(series).contains("hybrid"),
-            "`{series}` knows of `hybrid`"
-        );
+        assert!(!below(series).contains("hybrid"), "`{series}` knows of `hybrid`");
     }
 }
 
@@ -228,15 +195,9 @@ fn packages_list_their_floors_in_order_and_every_folder_is_a_floor() {
         let levels = floors.iter().map(|name| level(name));
         assert!(levels.is_sorted(), "{}: {floors:?}", root.file.display());
         for module in root.children.iter().filter(|name| !floors.contains(name)) {
-            let parts = package
-                .modules
-                .keys()
-                .filter(|path| path[..] != [module.clone()]);
+            let parts = package.modules.keys().filter(|path| path[..] != [module.clone()]);
             let mut parts = parts.filter(|path| path.first() == Some(module));
-            assert!(
-                parts.next().is_none(),
-                "`{module}` is a folder and no floor"
-            );
+            assert!(parts.next().is_none(), "`{module}` is a folder and no floor");
         }
         listed.extend(floors.into_iter().cloned());
     }
@@ -296,10 +257,7 @@ fn no_floor_has_a_circle_of_more_than_two_files() {
             let inside: BTreeSet<_> = circle.iter().cloned().collect();
             for place in &circle {
                 let used = house.used(place);
-                let used: Vec<_> = used
-                    .intersection(&inside)
-                    .map(|p| p.path.join("::"))
-                    .collect();
+                let used: Vec<_> = used.intersection(&inside).map(|p| p.path.join("::")).collect();
                 eprintln!("{} uses {}", place.path.join("::"), used.join(", "));
             }
         }

@@ -72,9 +72,7 @@ impl House {
         }
         folders.retain(|folder| folder.join("Cargo.toml").exists());
         folders.sort();
-        Self {
-            packages: folders.iter().map(|folder| Package::read(folder)).collect(),
-        }
+        Self { packages: folders.iter().map(|folder| Package::read(folder)).collect() }
     }
 
     pub(super) fn module(&self, place: &Place) -> &Module {
@@ -85,10 +83,7 @@ impl House {
     pub(super) fn places(&self) -> Vec<Place> {
         let packages = self.packages.iter().enumerate();
         let of = |(package, all): (usize, &Package)| {
-            let place = move |path: &ModulePath| Place {
-                package,
-                path: path.clone(),
-            };
+            let place = move |path: &ModulePath| Place { package, path: path.clone() };
             all.modules.keys().map(place).collect::<Vec<_>>()
         };
         packages.flat_map(of).collect()
@@ -102,10 +97,7 @@ impl House {
     fn find_within(&self, from: &Place, path: &[String], depth: usize) -> Option<Found> {
         let (first, rest) = path.split_first()?;
         let depth = depth.checked_sub(1)?;
-        let root = |package| Place {
-            package,
-            path: Vec::new(),
-        };
+        let root = |package| Place { package, path: Vec::new() };
         let named = |package: &Package| package.name == *first;
         let start = match first.as_str() {
             "crate" => root(from.package),
@@ -128,11 +120,7 @@ impl House {
 
     /// From a module along the rest of a path.
     fn walk(&self, place: Place, rest: &[String], depth: usize) -> Option<Found> {
-        let found = Found {
-            way: vec![place.clone()],
-            place,
-            is_module: true,
-        };
+        let found = Found { way: vec![place.clone()], place, is_module: true };
         self.go_on(found, rest, depth)
     }
 
@@ -163,18 +151,10 @@ impl House {
         if module.children.contains(name) {
             let mut child = place.clone();
             child.path.push(name.clone());
-            return Some(Found {
-                way: vec![child.clone()],
-                place: child,
-                is_module: true,
-            });
+            return Some(Found { way: vec![child.clone()], place: child, is_module: true });
         }
         if module.defined.contains(name) {
-            return Some(Found {
-                place: place.clone(),
-                is_module: false,
-                way: Vec::new(),
-            });
+            return Some(Found { place: place.clone(), is_module: false, way: Vec::new() });
         }
         let depth = depth.checked_sub(1)?;
         let by_name = |import: &&Import| !import.is_glob && import.name == *name;
@@ -188,10 +168,7 @@ impl House {
             let found = self.find_within(place, &glob.path, depth)?;
             let found = found.is_module.then_some(found)?;
             let ahead = self.step(&found.place, name, depth)?;
-            Some(Found {
-                way: [found.way, ahead.way].concat(),
-                ..ahead
-            })
+            Some(Found { way: [found.way, ahead.way].concat(), ..ahead })
         });
         inside.next()
     }
@@ -216,11 +193,7 @@ impl House {
             used.extend(found.map(|found| found.place));
         }
         let found = module.paths.iter().filter_map(|path| self.find(from, path));
-        used.extend(
-            found
-                .filter(|found| !found.is_module)
-                .map(|found| found.place),
-        );
+        used.extend(found.filter(|found| !found.is_module).map(|found| found.place));
         used.remove(from);
         used
     }
@@ -229,16 +202,11 @@ impl House {
 impl Package {
     fn read(folder: &Path) -> Self {
         let manifest = fs::read_to_string(folder.join("Cargo.toml")).expect("a manifest");
-        let name = manifest
-            .lines()
-            .find_map(|line| line.strip_prefix("name = "));
+        let name = manifest.lines().find_map(|line| line.strip_prefix("name = "));
         let name = name.expect("a name").trim_matches('"').replace('-', "_");
         let mut modules = BTreeMap::new();
         let source = folder.join("src");
-        let mut root = Module {
-            file: source.clone(),
-            ..Module::default()
-        };
+        let mut root = Module { file: source.clone(), ..Module::default() };
         for file in ["lib.rs", "main.rs"].map(|file| source.join(file)) {
             if file.exists() {
                 let read = Module::read(&file);
@@ -286,10 +254,7 @@ enum Token {
 impl Module {
     fn read(file: &Path) -> Self {
         let text = fs::read_to_string(file).expect("a readable source file");
-        Self {
-            file: file.to_owned(),
-            ..Self::parse(&text)
-        }
+        Self { file: file.to_owned(), ..Self::parse(&text) }
     }
 
     pub(super) fn parse(text: &str) -> Self {
@@ -369,10 +334,7 @@ impl Module {
                 Token::Sign('*') => is_glob = true,
                 Token::Sign('{') => {
                     at += 1;
-                    while tokens
-                        .get(at)
-                        .is_some_and(|token| *token != Token::Sign('}'))
-                    {
+                    while tokens.get(at).is_some_and(|token| *token != Token::Sign('}')) {
                         at = self.import(tokens, at, &path, is_public);
                         if tokens.get(at) == Some(&Token::Sign(',')) {
                             at += 1;
@@ -389,12 +351,7 @@ impl Module {
             path.pop();
         }
         let name = name.or_else(|| path.last().cloned());
-        self.imports.push(Import {
-            name: name.unwrap_or_default(),
-            path,
-            is_glob,
-            is_public,
-        });
+        self.imports.push(Import { name: name.unwrap_or_default(), path, is_glob, is_public });
         at
     }
 }
@@ -438,17 +395,12 @@ fn length_of_text(text: &str) -> Option<usize> {
             let close = format!("\"{}", "#".repeat(hashes));
             let start = text.len() - raw.len() + hashes + 1;
             return Some(
-                text[start..]
-                    .find(&close)
-                    .map_or(text.len(), |end| start + end + close.len()),
+                text[start..].find(&close).map_or(text.len(), |end| start + end + close.len()),
             );
         }
     }
     let start = text.len() - text.strip_prefix('b').unwrap_or(text).len();
-    let quote = text[start..]
-        .chars()
-        .next()
-        .filter(|c| ['"', '\''].contains(c))?;
+    let quote = text[start..].chars().next().filter(|c| ['"', '\''].contains(c))?;
     let inside = &text[start + 1..];
     if quote == '\'' && !inside.starts_with('\\') && inside.chars().nth(1) != Some('\'') {
         let is_end = |c: char| !(c.is_alphanumeric() || c == '_');

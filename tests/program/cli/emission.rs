@@ -8,26 +8,16 @@ use super::{files, grazemap, scratch, text};
 fn an_emitted_crate_checks_until_it_is_touched() {
     let folder = scratch();
     let emit = |arguments: &[&str]| {
-        grazemap(
-            folder.path(),
-            &[&["emit", "linear", "-o", "crate"], arguments].concat(),
-        )
-        .status
-        .code()
+        grazemap(folder.path(), &[&["emit", "linear", "-o", "crate"], arguments].concat())
+            .status
+            .code()
     };
     assert_eq!(emit(&[]), Some(0));
     assert_eq!(emit(&["--check"]), Some(0));
-    assert_eq!(
-        emit(&["--check", "--target", "c"]),
-        Some(1),
-        "no header is there"
-    );
+    assert_eq!(emit(&["--check", "--target", "c"]), Some(1), "no header is there");
     assert_eq!(emit(&["--target", "c"]), Some(0));
     assert_eq!(emit(&["--check", "--target", "c"]), Some(0));
-    assert_eq!(
-        emit(&["--check", "--set", "expansion.smooth_order=4"]),
-        Some(1)
-    );
+    assert_eq!(emit(&["--check", "--set", "expansion.smooth_order=4"]), Some(1));
     fs::write(folder.path().join("crate/src/linear.rs"), "").expect("writable");
     assert_eq!(emit(&["--check"]), Some(1));
 }
@@ -46,15 +36,11 @@ fn a_crate_emitted_for_a_tolerance_states_the_measured_error_and_is_the_same_twi
         let done = grazemap(folder.path(), &arguments);
         assert!(done.status.success(), "{}", text(&done.stderr));
         let sources = files(&folder.path().join(output));
-        let texts = sources
-            .iter()
-            .map(|path| fs::read_to_string(path).unwrap_or_default());
+        let texts = sources.iter().map(|path| fs::read_to_string(path).unwrap_or_default());
         texts.collect::<String>()
     };
     let constant = |source: &str, name: &str| -> Option<f64> {
-        let line = source
-            .lines()
-            .find(|line| line.contains(&format!("const {name}:")));
+        let line = source.lines().find(|line| line.contains(&format!("const {name}:")));
         let value = line.and_then(|line| line.split("Some(").nth(1))?;
         value.split(')').next()?.parse().ok()
     };
@@ -65,10 +51,7 @@ fn a_crate_emitted_for_a_tolerance_states_the_measured_error_and_is_the_same_twi
     // Rounded up to two digits, at most a tenth.
     assert!((1e-9..=1.1e-6).contains(&error), "{error:e}");
     assert_eq!(tolerant, emit("linear.toml", "b", false));
-    assert_eq!(
-        constant(&emit("linear", "c", false), "MEASURED_ERROR"),
-        None
-    );
+    assert_eq!(constant(&emit("linear", "c", false), "MEASURED_ERROR"), None);
     let error = constant(&emit("linear", "d", true), "MEASURED_ERROR").expect("measured");
     assert!((1e-9..1e-6).contains(&error), "{error:e}");
 }

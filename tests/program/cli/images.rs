@@ -9,11 +9,8 @@ use super::{grazemap, scratch, text};
 #[test]
 fn images_by_map_and_by_simulation_agree_and_the_columns_are_those_promised() {
     let folder = scratch();
-    fs::write(
-        folder.path().join("states.csv"),
-        "theta,alpha\n1e-4,1e-6\n-2e-4,0\n",
-    )
-    .expect("writable");
+    fs::write(folder.path().join("states.csv"), "theta,alpha\n1e-4,1e-6\n-2e-4,0\n")
+        .expect("writable");
     let image = |using: &str, precision: &str| {
         let arguments = [
             "image",
@@ -32,20 +29,14 @@ fn images_by_map_and_by_simulation_agree_and_the_columns_are_those_promised() {
         text(&output.stdout)
     };
     let (map, direct) = (image("map", "f64"), image("direct", "dd"));
-    assert!(
-        map.starts_with("row,iteration,x,theta,contacts,inside\n0,1,"),
-        "{map}"
-    );
+    assert!(map.starts_with("row,iteration,x,theta,contacts,inside\n0,1,"), "{map}");
     assert!(
         direct.starts_with("row,iteration,x,theta,contacts,inside,extra_contacts\n0,1,"),
         "{direct}"
     );
     assert_eq!((map.lines().count(), direct.lines().count()), (5, 5));
     let numbers = |table: &str| -> Vec<f64> {
-        let cells = table
-            .lines()
-            .skip(1)
-            .flat_map(|line| line.split(',').skip(2).take(2));
+        let cells = table.lines().skip(1).flat_map(|line| line.split(',').skip(2).take(2));
         cells.map(|cell| cell.parse().expect("a number")).collect()
     };
     for (a, b) in numbers(&map).into_iter().zip(numbers(&direct)) {
@@ -60,24 +51,14 @@ fn images_of_a_scene_that_flies_its_contacts_are_exact_where_its_series_end() {
     // The depth at the graze, a thousand times beyond the radius of the series in y² (3e-7).
     fs::write(folder.path().join("states.csv"), "u\n5e-4\n").expect("a file can be written");
     let offsets = |using: &str| -> Vec<f64> {
-        let states = [
-            "--states",
-            "states.csv",
-            "--using",
-            using,
-            "--csv",
-            "-",
-            "-q",
-        ];
+        let states = ["--states", "states.csv", "--using", using, "--csv", "-", "-q"];
         let arguments = [&["image", "soft_a_stiff"], &states[..]].concat();
         let output = grazemap(folder.path(), &arguments);
         assert!(output.status.success(), "{}", text(&output.stderr));
         let csv = text(&output.stdout);
         let row = csv.lines().nth(1).expect("a row").split(',');
         let numbers = row.skip(2).take(2);
-        numbers
-            .map(|number| number.parse().expect("a number"))
-            .collect()
+        numbers.map(|number| number.parse().expect("a number")).collect()
     };
     let (map, direct) = (offsets("map"), offsets("direct"));
     for (map, direct) in map.iter().zip(&direct) {
@@ -87,10 +68,7 @@ fn images_of_a_scene_that_flies_its_contacts_are_exact_where_its_series_end() {
 }
 
 fn reference_error(arguments: &[&str]) -> f64 {
-    let path = concat!(
-        env!("CARGO_MANIFEST_DIR"),
-        "/tests/data/rigid/public_linear_w1.8.json"
-    );
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/rigid/public_linear_w1.8.json");
     let data: serde_json::Value =
         serde_json::from_str(&fs::read_to_string(path).expect("there")).expect("JSON");
     let rows = data["rows"].as_array().expect("rows");
@@ -109,11 +87,7 @@ fn reference_error(arguments: &[&str]) -> f64 {
     fs::write(folder.path().join("states.csv"), states).expect("writable");
     let output = grazemap(
         folder.path(),
-        &[
-            &["image", "linear", "-q", "--states", "states.csv"],
-            arguments,
-        ]
-        .concat(),
+        &[&["image", "linear", "-q", "--states", "states.csv"], arguments].concat(),
     );
     assert!(output.status.success(), "{}", text(&output.stderr));
     let number = |decimal: &str| Dd::from_decimal(decimal).expect("a decimal");
@@ -121,11 +95,8 @@ fn reference_error(arguments: &[&str]) -> f64 {
     for (line, row) in text(&output.stdout).lines().skip(1).zip(rows) {
         let cells: Vec<&str> = line.split(',').collect();
         for (cell, key) in cells[2..4].iter().zip(["x_minus_delta", "dtheta"]) {
-            worst = worst.max(
-                (number(cell) - number(&word(&row["images"][0][key])))
-                    .abs()
-                    .to_f64(),
-            );
+            worst =
+                worst.max((number(cell) - number(&word(&row["images"][0][key]))).abs().to_f64());
         }
     }
     worst
@@ -136,11 +107,6 @@ fn reference_images_are_met_to_double_double_and_by_the_map_to_rounding() {
     // A simulated period costs some hundred roundings of numbers of order 1.
     assert!(reference_error(&["--using", "direct", "--precision", "dd"]) < 1e-27);
     assert!(reference_error(&["--using", "direct"]) < 1e-11);
-    let orders = [
-        "--set",
-        "expansion.smooth_order=8",
-        "--set",
-        "expansion.contact_weight=10",
-    ];
+    let orders = ["--set", "expansion.smooth_order=8", "--set", "expansion.contact_weight=10"];
     assert!(reference_error(&orders) < 1e-13);
 }

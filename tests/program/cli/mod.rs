@@ -43,18 +43,13 @@ fn text(bytes: &[u8]) -> String {
 
 fn json(folder: &Path, arguments: &[&str]) -> serde_json::Value {
     let output = grazemap(folder, arguments);
-    assert!(
-        output.status.success(),
-        "{arguments:?}: {}",
-        text(&output.stderr)
-    );
+    assert!(output.status.success(), "{arguments:?}: {}", text(&output.stderr));
     serde_json::from_slice(&output.stdout).expect("standard output is JSON alone")
 }
 
 /// The words of a text, however a terminal broke its lines.
 fn words(text: &str) -> String {
-    text.split(|c: char| c.is_whitespace() || "│×╭─╰╴┬·".contains(c))
-        .collect()
+    text.split(|c: char| c.is_whitespace() || "│×╭─╰╴┬·".contains(c)).collect()
 }
 
 #[test]
@@ -67,10 +62,8 @@ fn every_wrong_scene_ends_with_exit_code_2_and_its_message() {
         if path.extension().is_none_or(|extension| extension != "toml") {
             continue;
         }
-        let output = grazemap(
-            scratch.path(),
-            &["check", path.to_str().expect("a name of plain letters")],
-        );
+        let output =
+            grazemap(scratch.path(), &["check", path.to_str().expect("a name of plain letters")]);
         let said = text(&output.stderr);
         assert_eq!(output.status.code(), Some(2), "{}: {said}", path.display());
         assert!(output.stdout.is_empty());
@@ -91,15 +84,9 @@ fn every_wrong_scene_ends_with_exit_code_2_and_its_message() {
 fn a_new_scene_checks_and_gives_the_orbit_of_the_closed_form() {
     let folder = scratch();
     assert!(grazemap(folder.path(), &["new", "linear"]).status.success());
-    assert!(
-        grazemap(folder.path(), &["check", "linear.toml"])
-            .status
-            .success()
-    );
-    let orbit = json(
-        folder.path(),
-        &["locate", "linear.toml", "--set", "omega=2.5", "--json", "-"],
-    );
+    assert!(grazemap(folder.path(), &["check", "linear.toml"]).status.success());
+    let orbit =
+        json(folder.path(), &["locate", "linear.toml", "--set", "omega=2.5", "--json", "-"]);
     let (omega, zeta): (f64, f64) = (2.5, 0.05);
     let alpha = (1.0 - omega * omega).hypot(2.0 * zeta * omega);
     let found = orbit["parameters"]["alpha"].as_f64().expect("a number");
@@ -118,16 +105,10 @@ fn a_new_scene_checks_and_gives_the_orbit_of_the_closed_form() {
         "residual",
     ];
     assert!(keys.iter().all(|key| !orbit[key].is_null()), "{orbit}");
-    assert_eq!(
-        orbit["section"]["coordinates"],
-        serde_json::json!(["x", "theta"])
-    );
+    assert_eq!(orbit["section"]["coordinates"], serde_json::json!(["x", "theta"]));
     assert_eq!(orbit["passages"][0]["state"], orbit["state"]);
     assert_eq!(orbit["conditions"][0]["values"], orbit["xi"]);
-    assert_eq!(
-        orbit["conditions"][0]["surfaces"],
-        serde_json::json!(["stop", "stop"])
-    );
+    assert_eq!(orbit["conditions"][0]["surfaces"], serde_json::json!(["stop", "stop"]));
 }
 
 #[test]
@@ -146,30 +127,21 @@ fn an_expansion_has_the_fields_promised() {
             "-",
         ],
     );
-    assert_eq!(
-        map["smooth"]["variables"],
-        serde_json::json!(["x", "theta", "alpha", "omega"])
-    );
+    assert_eq!(map["smooth"]["variables"], serde_json::json!(["x", "theta", "alpha", "omega"]));
     assert_eq!(map["discontinuity"].as_array().map(Vec::len), Some(1));
     for part in [&map["discontinuity"][0], &map["composed"]] {
-        assert_eq!(
-            part["variables"],
-            serde_json::json!(["y", "x", "theta", "alpha", "omega"])
-        );
+        assert_eq!(part["variables"], serde_json::json!(["y", "x", "theta", "alpha", "omega"]));
         for coordinate in ["x", "theta"] {
             let terms = part["outputs"][coordinate].as_array().expect("terms");
-            assert!(terms.iter().all(|term| {
-                term["powers"]
-                    .as_array()
-                    .is_some_and(|powers| powers.len() == 5)
-            }));
+            assert!(
+                terms.iter().all(|term| {
+                    term["powers"].as_array().is_some_and(|powers| powers.len() == 5)
+                })
+            );
         }
     }
     assert!(map["lost_digits"]["x"].is_number() && map["parameters"]["omega"] == 1.8);
-    assert_eq!(
-        (&map["document"], &map["format"]),
-        (&"map".into(), &1.into())
-    );
+    assert_eq!((&map["document"], &map["format"]), (&"map".into(), &1.into()));
     assert_eq!(map["digest"].as_str().map(str::len), Some(16));
 }
 
@@ -179,14 +151,7 @@ fn a_scene_of_any_section_says_which_it_takes_and_every_command_is_on_it() {
     let states = "x,v,alpha\n-1e-4,0.01,1e-4\n3e-4,-0.02,-5e-4\n";
     fs::write(folder.path().join("states.csv"), states).expect("writable");
     let run = |command: &[&str]| {
-        let any = [
-            "--set",
-            "expansion.tolerance=1e-6",
-            "--set",
-            "section.kind=any",
-            "--json",
-            "-",
-        ];
+        let any = ["--set", "expansion.tolerance=1e-6", "--set", "section.kind=any", "--json", "-"];
         let output = grazemap(folder.path(), &[command, &any].concat());
         assert!(output.status.success(), "{}", text(&output.stderr));
         let json: serde_json::Value =
@@ -211,11 +176,7 @@ fn a_scene_of_any_section_says_which_it_takes_and_every_command_is_on_it() {
     let (emitted, _) = run(&["emit", "moving_stop", "-o", "crate"]);
     let of = |section: &serde_json::Value| {
         let taken = operations(&section["decided"]["taken"]);
-        (
-            section["kind"].clone(),
-            section["coordinates"].clone(),
-            taken,
-        )
+        (section["kind"].clone(), section["coordinates"].clone(), taken)
     };
     assert_eq!(of(&emitted["modules"][0]["section"]), of(section));
     let error = emitted["modules"][0]["measured_error"].as_f64();
@@ -226,17 +187,8 @@ fn a_scene_of_any_section_says_which_it_takes_and_every_command_is_on_it() {
     let (diagram, _) = run(&[&["diagram", "moving_stop"], &few[..]].concat());
     assert_eq!(of(&diagram[0]["section"]), of(section));
 
-    let image = |using| {
-        run(&[
-            "image",
-            "moving_stop",
-            "--states",
-            "states.csv",
-            "--using",
-            using,
-        ])
-        .0
-    };
+    let image =
+        |using| run(&["image", "moving_stop", "--states", "states.csv", "--using", using]).0;
     let (mapped, direct) = (image("map"), image("direct"));
     for row in 0..2 {
         assert_eq!(mapped[row]["inside"], 1);
@@ -267,10 +219,7 @@ fn an_expansion_says_what_it_lists_and_what_is_run() {
         map["chosen"].clone()
     };
     let run = chosen("tolerant.toml");
-    assert_eq!(
-        (&run["listed"], &run["run"]),
-        (&"taylor".into(), &"economised".into())
-    );
+    assert_eq!((&run["listed"], &run["run"]), (&"taylor".into(), &"economised".into()));
     assert!(run["fitted_to"]["smooth_order"].is_number() && run["coefficients"].is_number());
     // Orders that a scene names are run as they are listed.
     assert!(chosen("linear").is_null());
@@ -289,14 +238,8 @@ fn a_study_says_what_was_chosen_where_it_holds_and_the_front_with_direct_simulat
     let front = study["pareto"].as_array().expect("a list");
     let (direct, maps) = front.split_last().expect("direct simulation");
     assert!(direct["map"].is_null() && !maps.is_empty());
-    let errors: Vec<_> = maps
-        .iter()
-        .filter_map(|map| map["error"].as_f64())
-        .collect();
-    assert!(
-        errors.len() == maps.len() && errors.is_sorted_by(|a, b| a > b),
-        "{errors:?}"
-    );
+    let errors: Vec<_> = maps.iter().filter_map(|map| map["error"].as_f64()).collect();
+    assert!(errors.len() == maps.len() && errors.is_sorted_by(|a, b| a > b), "{errors:?}");
     let windows = study["accuracy"]["windows"].as_array().expect("a list");
     let crossing = study["accuracy"]["crossing"].as_f64().expect("a depth");
     for window in windows {
@@ -311,11 +254,7 @@ fn files(folder: &Path) -> Vec<PathBuf> {
     let mut found = Vec::new();
     for entry in fs::read_dir(folder).expect("readable") {
         let path = entry.expect("readable").path();
-        if path.is_dir() {
-            found.extend(files(&path))
-        } else {
-            found.push(path)
-        }
+        if path.is_dir() { found.extend(files(&path)) } else { found.push(path) }
     }
     found.sort();
     found
@@ -327,28 +266,16 @@ fn a_scene_run_twice_gives_the_same_bytes_but_for_measured_times() {
     for (out, threads) in [("a", "1"), ("b", "2")] {
         let output = grazemap(
             folder.path(),
-            &[
-                &["run", "linear", "-q", "--threads", threads, "-o", out][..],
-                &QUICK,
-            ]
-            .concat(),
+            &[&["run", "linear", "-q", "--threads", threads, "-o", out][..], &QUICK].concat(),
         );
         assert!(output.status.success(), "{}", text(&output.stderr));
         assert!(output.stdout.is_empty() && output.stderr.is_empty());
     }
-    let (a, b) = (
-        files(&folder.path().join("a")),
-        files(&folder.path().join("b")),
-    );
+    let (a, b) = (files(&folder.path().join("a")), files(&folder.path().join("b")));
     assert_eq!(a.len(), b.len());
     let names: Vec<String> = a
         .iter()
-        .map(|path| {
-            path.file_name()
-                .expect("named")
-                .to_string_lossy()
-                .into_owned()
-        })
+        .map(|path| path.file_name().expect("named").to_string_lossy().into_owned())
         .collect();
     for name in [
         "scene.toml",
@@ -360,10 +287,7 @@ fn a_scene_run_twice_gives_the_same_bytes_but_for_measured_times() {
         "report.html",
         "timings.json",
     ] {
-        assert!(
-            names.iter().any(|known| known == name),
-            "{name} is not in {names:?}"
-        );
+        assert!(names.iter().any(|known| known == name), "{name} is not in {names:?}");
     }
     for ((first, second), name) in a.iter().zip(&b).zip(&names) {
         let timed = name.starts_with("convergence-speed")
@@ -394,8 +318,5 @@ fn an_unknown_instruction_set_is_refused() {
     let refused = limited("avx");
     assert_eq!(refused.status.code(), Some(2));
     let said = text(&refused.stderr);
-    assert!(
-        said.contains("GRAZEMAP_SIMD is `avx`; expected sse2"),
-        "{said}"
-    );
+    assert!(said.contains("GRAZEMAP_SIMD is `avx`; expected sse2"), "{said}");
 }

@@ -8,111 +8,43 @@ use super::{grazemap, json, scratch, text};
 pub(super) fn wrong_orbits() -> Vec<(&'static str, Vec<&'static str>)> {
     let call = |scene: &'static str, rest: &[&'static str]| [&["orbits", scene], rest].concat();
     vec![
-        (
-            "orbits_unknown_parameter",
-            call("linear", &["--at", "alhpa=1e-3"]),
-        ),
-        (
-            "orbits_of_a_frozen_parameter",
-            call("linear", &["--at", "zeta=1e-3"]),
-        ),
-        (
-            "orbits_parameter_twice",
-            call("linear", &["--at", "alpha=1e-3,alpha=2e-3"]),
-        ),
-        (
-            "orbits_offset_not_a_number",
-            call("linear", &["--at", "alpha=much"]),
-        ),
-        (
-            "orbits_offset_without_name",
-            call("linear", &["--at", "1e-3"]),
-        ),
-        (
-            "orbits_wrong_digit",
-            call("linear", &["--itinerary", "1L0"]),
-        ),
-        (
-            "orbits_half_a_return",
-            call("two_stops_t1_rigid", &["--itinerary", "101"]),
-        ),
-        (
-            "orbits_empty_itinerary",
-            call("linear", &["--itinerary", ""]),
-        ),
+        ("orbits_unknown_parameter", call("linear", &["--at", "alhpa=1e-3"])),
+        ("orbits_of_a_frozen_parameter", call("linear", &["--at", "zeta=1e-3"])),
+        ("orbits_parameter_twice", call("linear", &["--at", "alpha=1e-3,alpha=2e-3"])),
+        ("orbits_offset_not_a_number", call("linear", &["--at", "alpha=much"])),
+        ("orbits_offset_without_name", call("linear", &["--at", "1e-3"])),
+        ("orbits_wrong_digit", call("linear", &["--itinerary", "1L0"])),
+        ("orbits_half_a_return", call("two_stops_t1_rigid", &["--itinerary", "101"])),
+        ("orbits_empty_itinerary", call("linear", &["--itinerary", ""])),
         ("orbits_period_zero", call("linear", &["--period", "0"])),
-        (
-            "orbits_period_too_long",
-            call("linear", &["--period", "13"]),
-        ),
-        (
-            "orbits_too_many_itineraries",
-            call("two_stops_t1_rigid", &["--period", "7"]),
-        ),
-        (
-            "orbits_plane_without_a_kind",
-            call("linear", &["--in", "omega,alpha"]),
-        ),
-        (
-            "orbits_plane_of_one",
-            call("linear", &["--fold", "--in", "alpha,alpha"]),
-        ),
-        (
-            "orbits_space",
-            call("linear", &["--fold", "--in", "alpha,omega,alpha"]),
-        ),
-        (
-            "orbits_plane_unknown",
-            call("linear", &["--flip", "--in", "omega,beta"]),
-        ),
+        ("orbits_period_too_long", call("linear", &["--period", "13"])),
+        ("orbits_too_many_itineraries", call("two_stops_t1_rigid", &["--period", "7"])),
+        ("orbits_plane_without_a_kind", call("linear", &["--in", "omega,alpha"])),
+        ("orbits_plane_of_one", call("linear", &["--fold", "--in", "alpha,alpha"])),
+        ("orbits_space", call("linear", &["--fold", "--in", "alpha,omega,alpha"])),
+        ("orbits_plane_unknown", call("linear", &["--flip", "--in", "omega,beta"])),
         (
             "orbits_range_not_finite",
             call("linear", &["--flip", "--in", "omega,alpha", "--to", "inf"]),
         ),
-        (
-            "orbits_without_a_window",
-            call("linear", &["--set", "window.parameter={}"]),
-        ),
-        (
-            "orbits_not_there",
-            call("linear", &["--itinerary", "1", "--at", "alpha=0.09", "-q"]),
-        ),
-        (
-            "orbits_no_locus",
-            call("linear", &["--itinerary", "1", "--flip", "-q"]),
-        ),
+        ("orbits_without_a_window", call("linear", &["--set", "window.parameter={}"])),
+        ("orbits_not_there", call("linear", &["--itinerary", "1", "--at", "alpha=0.09", "-q"])),
+        ("orbits_no_locus", call("linear", &["--itinerary", "1", "--flip", "-q"])),
     ]
 }
 
 #[test]
 fn orbits_have_the_fields_promised_and_their_table_has_the_same_numbers() {
     let folder = scratch();
-    let found = json(
-        folder.path(),
-        &[
-            "orbits",
-            "linear",
-            "--at",
-            "alpha=-1e-4",
-            "--json",
-            "-",
-            "-q",
-        ],
-    );
+    let found =
+        json(folder.path(), &["orbits", "linear", "--at", "alpha=-1e-4", "--json", "-", "-q"]);
     assert_eq!(found["passages"], serde_json::json!(["stop"]));
-    assert_eq!(
-        found["section"]["coordinates"],
-        serde_json::json!(["x", "theta"])
-    );
+    assert_eq!(found["section"]["coordinates"], serde_json::json!(["x", "theta"]));
     assert!(found["loci"].is_null() && found["using"] == "map");
     let orbits = found["orbits"].as_array().expect("a list");
     let of = |itinerary: &str| {
-        let found = orbits
-            .iter()
-            .filter(|orbit| orbit["itinerary"] == itinerary);
-        found
-            .filter(|orbit| orbit["physical"] == true)
-            .collect::<Vec<_>>()
+        let found = orbits.iter().filter(|orbit| orbit["itinerary"] == itinerary);
+        found.filter(|orbit| orbit["physical"] == true).collect::<Vec<_>>()
     };
     // Before the graze the free orbit is stable, and one with a contact a return is a saddle.
     let (free, touching) = (of("0"), of("1"));
@@ -120,14 +52,8 @@ fn orbits_have_the_fields_promised_and_their_table_has_the_same_numbers() {
     assert!(free[0]["stable"] == true && touching[0]["stable"] == false);
     assert_eq!(free[0]["contacts"], serde_json::json!([]));
     let orbit = touching[0];
-    assert_eq!(
-        (&orbit["name"], &orbit["inside"]),
-        (&"(1,1)".into(), &true.into())
-    );
-    assert_eq!(
-        orbit["parameters"],
-        serde_json::json!({ "alpha": -1e-4, "omega": 0.0 })
-    );
+    assert_eq!((&orbit["name"], &orbit["inside"]), (&"(1,1)".into(), &true.into()));
+    assert_eq!(orbit["parameters"], serde_json::json!({ "alpha": -1e-4, "omega": 0.0 }));
     assert_eq!(orbit["contacts"][0]["surface"], "stop");
     assert!(orbit["contacts"][0]["speed"].as_f64() > Some(0.0));
     assert_eq!(orbit["multipliers"].as_array().map(Vec::len), Some(2));
@@ -150,16 +76,7 @@ fn orbits_have_the_fields_promised_and_their_table_has_the_same_numbers() {
 fn direct_simulation_has_the_orbits_of_the_map_and_says_so() {
     let folder = scratch();
     let run = |using: &str| {
-        let arguments = [
-            "orbits",
-            "moving_stop",
-            "--period",
-            "2",
-            "--using",
-            using,
-            "--json",
-            "-",
-        ];
+        let arguments = ["orbits", "moving_stop", "--period", "2", "--using", using, "--json", "-"];
         json(folder.path(), &arguments)
     };
     let (map, direct) = (run("map"), run("direct"));
@@ -169,10 +86,7 @@ fn direct_simulation_has_the_orbits_of_the_map_and_says_so() {
     assert!(!direct.is_empty() && physical.len() == direct.len());
     for (map, direct) in physical.iter().zip(direct) {
         assert_eq!(map["itinerary"], direct["itinerary"]);
-        assert_eq!(
-            (&direct["extra_contacts"], &direct["physical"]),
-            (&0.into(), &true.into())
-        );
+        assert_eq!((&direct["extra_contacts"], &direct["physical"]), (&0.into(), &true.into()));
         assert!(map["extra_contacts"].is_null());
     }
 }

@@ -7,24 +7,12 @@ use super::{grazemap, scratch, text};
 /// Wrong calls that would lose results, or ask for more than there is: a name, the arguments.
 pub(super) fn wrong_outputs() -> Vec<(&'static str, Vec<&'static str>)> {
     vec![
-        (
-            "json_and_csv_on_standard_output",
-            vec!["expand", "linear", "--json", "-", "--csv", "-"],
-        ),
-        (
-            "json_and_csv_in_one_file",
-            vec!["expand", "linear", "--json", "map", "--csv", "map"],
-        ),
+        ("json_and_csv_on_standard_output", vec!["expand", "linear", "--json", "-", "--csv", "-"]),
+        ("json_and_csv_in_one_file", vec!["expand", "linear", "--json", "map", "--csv", "map"]),
         ("csv_of_nothing", vec!["check", "linear", "--csv", "-"]),
         ("csv_of_a_run", vec!["run", "linear", "--csv", "run.csv"]),
-        (
-            "check_of_a_frozen_sweep",
-            vec!["check", "linear", "--set", "diagram.0.parameter=zeta"],
-        ),
-        (
-            "run_of_a_frozen_sweep",
-            vec!["run", "linear", "--set", "diagram.0.parameter=zeta"],
-        ),
+        ("check_of_a_frozen_sweep", vec!["check", "linear", "--set", "diagram.0.parameter=zeta"]),
+        ("run_of_a_frozen_sweep", vec!["run", "linear", "--set", "diagram.0.parameter=zeta"]),
         (
             "diagram_beyond_memory",
             vec![
@@ -37,27 +25,12 @@ pub(super) fn wrong_outputs() -> Vec<(&'static str, Vec<&'static str>)> {
             ],
         ),
         ("threads_zero", vec!["check", "linear", "--threads", "0"]),
-        (
-            "threads_not_a_number",
-            vec!["check", "linear", "--threads", "many"],
-        ),
-        (
-            "threads_negative",
-            vec!["locate", "linear", "--threads", "-1"],
-        ),
-        (
-            "forcing_runs_backwards",
-            vec!["locate", "linear", "--set", "omega=-1.8"],
-        ),
+        ("threads_not_a_number", vec!["check", "linear", "--threads", "many"]),
+        ("threads_negative", vec!["locate", "linear", "--threads", "-1"]),
+        ("forcing_runs_backwards", vec!["locate", "linear", "--set", "omega=-1.8"]),
         (
             "flow_leaves_the_numbers",
-            vec![
-                "locate",
-                "linear",
-                "-q",
-                "--set",
-                "model.flow.v=alpha*cos(theta)+exp(exp(x*50))",
-            ],
+            vec!["locate", "linear", "-q", "--set", "model.flow.v=alpha*cos(theta)+exp(exp(x*50))"],
         ),
         (
             "solved_for_what_changes_nothing",
@@ -93,10 +66,7 @@ fn a_link_stays_one_and_a_device_is_written_to() {
 
     assert!(locate("link.json").status.success());
     let written = fs::read_to_string(place("orbit.json")).expect("there");
-    assert!(
-        written.starts_with('{') && written.ends_with("}\n"),
-        "{written}"
-    );
+    assert!(written.starts_with('{') && written.ends_with("}\n"), "{written}");
     assert!(locate("nowhere.json").status.success());
     let full = locate("full.json");
     assert_eq!(full.status.code(), Some(2));
@@ -143,10 +113,7 @@ fn a_factor_that_was_not_measured_has_no_picture() {
     assert!(output.status.success(), "{}", text(&output.stderr));
     let study = fs::read_to_string(folder.path().join("out/convergence.json")).expect("there");
     let study: serde_json::Value = serde_json::from_str(&study).expect("JSON");
-    for (name, factor) in [
-        ("contact", "discontinuity_rates"),
-        ("smooth", "smooth_rates"),
-    ] {
+    for (name, factor) in [("contact", "discontinuity_rates"), ("smooth", "smooth_rates")] {
         let errors = &study[factor][0]["errors"];
         let measured = errors.as_array().is_some_and(|errors| !errors.is_empty());
         let picture = folder.path().join(format!("out/convergence-{name}.svg"));
@@ -162,9 +129,8 @@ fn a_page_speaks_of_the_graze_where_it_is_drawn_and_in_whole_sentences() {
     assert!(output.status.success(), "{}", text(&output.stderr));
     let page = fs::read_to_string(folder.path().join("out/report.html")).expect("there");
     let captions = page.split("<figcaption>").skip(1);
-    let captions: Vec<&str> = captions
-        .filter_map(|rest| rest.split("</figcaption>").next())
-        .collect();
+    let captions: Vec<&str> =
+        captions.filter_map(|rest| rest.split("</figcaption>").next()).collect();
     let of = |word: &str| captions.iter().find(|caption| caption.contains(word));
     let diagram = of("Bifurcation diagram").expect("a diagram was drawn");
     let lyapunov = of("Lyapunov").expect("exponents were drawn");
@@ -200,21 +166,12 @@ fn values_of_small_units_keep_their_digits() {
     let said = text(&output.stdout);
     assert!(said.contains("xi_1 = 0 at zeta = 0.050000000000, delta = 1.000000000000e-6, "));
     // The closed form of alpha at that graze: delta times |1 - omega^2 + 2 i zeta omega|.
-    assert!(
-        said.contains(" alpha = 2.996664812754e-6, omega = 1.997498435544"),
-        "{said}"
-    );
+    assert!(said.contains(" alpha = 2.996664812754e-6, omega = 1.997498435544"), "{said}");
 }
 
 #[test]
 fn a_check_counts_diagrams_and_charts() {
     let folder = scratch();
-    let check = super::json(
-        folder.path(),
-        &["check", "cantilever_3_5_soft", "--json", "-"],
-    );
-    assert_eq!(
-        (&check["diagrams"], &check["charts"]),
-        (&2.into(), &1.into())
-    );
+    let check = super::json(folder.path(), &["check", "cantilever_3_5_soft", "--json", "-"]);
+    assert_eq!((&check["diagrams"], &check["charts"]), (&2.into(), &1.into()));
 }

@@ -16,16 +16,10 @@ const COMMANDS: [&[&str]; 5] = [
 
 /// Standard output of a command, as JSON without times.
 fn result(folder: &Path, command: &[&str], source: &str, set: &[&str]) -> serde_json::Value {
-    let ([name], options) = command.split_at(1) else {
-        unreachable!("a command has a name")
-    };
+    let ([name], options) = command.split_at(1) else { unreachable!("a command has a name") };
     let arguments = [&[name, source], options, &["-q", "--json", "-"], set].concat();
     let output = grazemap(folder, &arguments);
-    assert!(
-        output.status.success(),
-        "{arguments:?}: {}",
-        text(&output.stderr)
-    );
+    assert!(output.status.success(), "{arguments:?}: {}", text(&output.stderr));
     let mut json = serde_json::from_slice(&output.stdout).expect("standard output is JSON alone");
     drop_times(&mut json);
     json
@@ -54,25 +48,14 @@ fn agree(scene: &str, set: &[&str], states: &str, commands: &[&[&str]]) {
     for command in commands {
         let expected = result(folder.path(), command, scene, set);
         let from = |file| result(folder.path(), command, file, &[]);
-        assert!(
-            from("map.json") == expected,
-            "{scene}: {command:?} of the map"
-        );
-        assert!(
-            from("orbit.json") == expected,
-            "{scene}: {command:?} of the orbit"
-        );
+        assert!(from("map.json") == expected, "{scene}: {command:?} of the map");
+        assert!(from("orbit.json") == expected, "{scene}: {command:?} of the orbit");
     }
 }
 
 #[test]
 fn a_saved_orbit_and_a_saved_map_give_the_bits_of_their_scene() {
-    agree(
-        "linear",
-        &QUICK,
-        "x,theta,alpha\n1e-6,2e-5,1e-6\n-1e-5,1e-4,0\n",
-        &COMMANDS,
-    );
+    agree("linear", &QUICK, "x,theta,alpha\n1e-6,2e-5,1e-6\n-1e-5,1e-4,0\n", &COMMANDS);
 }
 
 #[test]
@@ -85,12 +68,7 @@ fn a_saved_map_is_the_one_that_was_chosen_on_the_section_that_was_taken() {
         "--set",
         "diagram.0.points=3",
     ];
-    agree(
-        "moving_stop",
-        &set,
-        "x,v,alpha\n-1e-4,0.01,1e-4\n",
-        &COMMANDS,
-    );
+    agree("moving_stop", &set, "x,v,alpha\n-1e-4,0.01,1e-4\n", &COMMANDS);
 }
 
 #[test]
@@ -110,11 +88,7 @@ fn a_study_of_a_saved_map_is_that_of_its_scene() {
         fs::read_to_string(folder.path().join("out/convergence.json")).expect("there")
     };
     let expected = study("linear", &QUICK);
-    let save = [
-        &["expand", "linear", "-q", "--json", "map.json"],
-        &QUICK[..],
-    ]
-    .concat();
+    let save = [&["expand", "linear", "-q", "--json", "map.json"], &QUICK[..]].concat();
     assert!(grazemap(folder.path(), &save).status.success());
     assert_eq!(study("map.json", &[]), expected);
 }
@@ -123,12 +97,7 @@ fn a_study_of_a_saved_map_is_that_of_its_scene() {
 fn images_in_double_double_and_by_simulation_are_those_of_the_scene() {
     let exact = ["image", "--states", "states.csv", "--precision", "dd"];
     let direct = [&exact[..], &["--using", "direct"]].concat();
-    agree(
-        "linear",
-        &QUICK,
-        "x,theta,alpha\n1e-6,2e-5,1e-6\n",
-        &[&exact, &direct],
-    );
+    agree("linear", &QUICK, "x,theta,alpha\n1e-6,2e-5,1e-6\n", &[&exact, &direct]);
 }
 
 #[test]
@@ -136,21 +105,14 @@ fn a_changed_coefficient_changes_the_image_and_a_wrong_document_is_refused() {
     let folder = scratch();
     let place = |name: &str| folder.path().join(name);
     fs::write(place("states.csv"), "x\n1e-6\n").expect("writable");
-    let save = [
-        &["expand", "linear", "-q", "--json", "map.json"],
-        &QUICK[..],
-    ]
-    .concat();
+    let save = [&["expand", "linear", "-q", "--json", "map.json"], &QUICK[..]].concat();
     assert!(grazemap(folder.path(), &save).status.success());
     let saved = fs::read_to_string(place("map.json")).expect("there");
     let image = |text: &str| {
         fs::write(place("map.json"), text).expect("writable");
         let image = ["image", "map.json", "--states", "states.csv"];
         let output = grazemap(folder.path(), &image);
-        (
-            output.status.code(),
-            [output.stdout, output.stderr].map(|said| super::text(&said)),
-        )
+        (output.status.code(), [output.stdout, output.stderr].map(|said| super::text(&said)))
     };
     let (code, [before, _]) = image(&saved);
     assert_eq!(code, Some(0));
@@ -180,10 +142,7 @@ fn a_changed_coefficient_changes_the_image_and_a_wrong_document_is_refused() {
         "{said}"
     );
     let (code, [_, said]) = spoil(&|map| map["orbit"]["passages"] = serde_json::json!([]));
-    assert!(
-        code == Some(2) && said.contains("its passages are not those"),
-        "{said}"
-    );
+    assert!(code == Some(2) && said.contains("its passages are not those"), "{said}");
     let (code, _) = image("{}");
     assert_eq!(code, Some(2));
     let output = grazemap(folder.path(), &["expand", "map.json", "--set", "omega=2"]);

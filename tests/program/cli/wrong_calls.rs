@@ -20,53 +20,20 @@ fn wrong_calls() -> Vec<(&'static str, Vec<&'static str>)> {
         ("no_such_file", vec!["check", "nowhere/scene.toml"]),
         ("scene_is_a_folder", vec!["check", "."]),
         ("scene_is_not_text", vec!["check", "garbage.toml"]),
-        (
-            "set_without_value",
-            vec!["check", "linear", "--set", "omega"],
-        ),
-        (
-            "set_unknown_parameter",
-            vec!["check", "linear", "--set", "omgea=2"],
-        ),
-        (
-            "set_unknown_key",
-            vec!["check", "linear", "--set", "expansion.smoth_order=3"],
-        ),
-        (
-            "set_not_a_number",
-            vec!["check", "linear", "--set", "omega=fast"],
-        ),
-        (
-            "set_restitution_above_one",
-            vec!["check", "linear", "--set", "r=1.5"],
-        ),
-        (
-            "set_order_absurd",
-            vec!["check", "linear", "--set", "expansion.smooth_order=1000"],
-        ),
+        ("set_without_value", vec!["check", "linear", "--set", "omega"]),
+        ("set_unknown_parameter", vec!["check", "linear", "--set", "omgea=2"]),
+        ("set_unknown_key", vec!["check", "linear", "--set", "expansion.smoth_order=3"]),
+        ("set_not_a_number", vec!["check", "linear", "--set", "omega=fast"]),
+        ("set_restitution_above_one", vec!["check", "linear", "--set", "r=1.5"]),
+        ("set_order_absurd", vec!["check", "linear", "--set", "expansion.smooth_order=1000"]),
         ("new_unknown", vec!["new", "linaer"]),
         ("new_exists", vec!["new", "linear", "-o", "taken.toml"]),
-        (
-            "new_into_no_folder",
-            vec!["new", "linear", "-o", "nowhere/linear.toml"],
-        ),
+        ("new_into_no_folder", vec!["new", "linear", "-o", "nowhere/linear.toml"]),
         ("new_without_name", vec!["new"]),
-        (
-            "json_into_no_folder",
-            vec!["locate", "linear", "--json", "nowhere/orbit.json"],
-        ),
-        (
-            "json_onto_a_folder",
-            vec!["locate", "linear", "--json", "folder"],
-        ),
-        (
-            "output_onto_a_file",
-            vec!["locate", "linear", "-o", "taken.toml"],
-        ),
-        (
-            "order_beyond_memory",
-            vec!["expand", "linear", "--set", "expansion.smooth_order=64"],
-        ),
+        ("json_into_no_folder", vec!["locate", "linear", "--json", "nowhere/orbit.json"]),
+        ("json_onto_a_folder", vec!["locate", "linear", "--json", "folder"]),
+        ("output_onto_a_file", vec!["locate", "linear", "-o", "taken.toml"]),
+        ("order_beyond_memory", vec!["expand", "linear", "--set", "expansion.smooth_order=64"]),
         (
             "weight_beyond_memory",
             vec![
@@ -80,23 +47,10 @@ fn wrong_calls() -> Vec<(&'static str, Vec<&'static str>)> {
         ),
         (
             "orbit_never_touches",
-            vec![
-                "locate",
-                "linear",
-                "--set",
-                "grazing.solve_for=zeta",
-                "--set",
-                "delta=1.5",
-            ],
+            vec!["locate", "linear", "--set", "grazing.solve_for=zeta", "--set", "delta=1.5"],
         ),
-        (
-            "stop_below_the_equilibrium",
-            vec!["locate", "linear", "--set", "delta=-1"],
-        ),
-        (
-            "delta_at_the_equilibrium",
-            vec!["locate", "linear", "--set", "delta=0"],
-        ),
+        ("stop_below_the_equilibrium", vec!["locate", "linear", "--set", "delta=-1"]),
+        ("delta_at_the_equilibrium", vec!["locate", "linear", "--set", "delta=0"]),
         (
             "corner_at_the_graze",
             vec![
@@ -117,103 +71,39 @@ fn wrong_calls() -> Vec<(&'static str, Vec<&'static str>)> {
         ),
         (
             "corner_of_dry_friction",
-            vec![
-                "locate",
-                "linear",
-                "--set",
-                "model.flow.v=alpha*cos(theta) - 0.1*sign(v) - x",
-            ],
+            vec!["locate", "linear", "--set", "model.flow.v=alpha*cos(theta) - 0.1*sign(v) - x"],
         ),
         (
             "corner_in_the_event",
-            vec![
-                "locate",
-                "linear",
-                "--set",
-                "model.surface.0.event=delta - x + abs(v)",
-            ],
+            vec!["locate", "linear", "--set", "model.surface.0.event=delta - x + abs(v)"],
         ),
         (
             "two_parameters_solved_for",
-            vec![
-                "locate",
-                "linear",
-                "--set",
-                "grazing.solve_for=[\"alpha\", \"omega\"]",
-            ],
+            vec!["locate", "linear", "--set", "grazing.solve_for=[\"alpha\", \"omega\"]"],
         ),
-        (
-            "half_period_symmetry",
-            vec!["locate", "linear", "--set", "grazing.symmetry=half-period"],
-        ),
-        (
-            "forcing_stands_still",
-            vec!["locate", "linear", "--set", "omega=0"],
-        ),
-        (
-            "state_named_as_the_depth",
-            vec!["expand", "depth_state.toml"],
-        ),
+        ("half_period_symmetry", vec!["locate", "linear", "--set", "grazing.symmetry=half-period"]),
+        ("forcing_stands_still", vec!["locate", "linear", "--set", "omega=0"]),
+        ("state_named_as_the_depth", vec!["expand", "depth_state.toml"]),
         ("image_without_states", vec!["image", "linear"]),
-        (
-            "image_no_such_file",
-            vec!["image", "linear", "--states", "nowhere.csv"],
-        ),
-        (
-            "image_empty_file",
-            vec!["image", "linear", "--states", "empty.csv"],
-        ),
-        (
-            "image_header_alone",
-            vec!["image", "linear", "--states", "header.csv"],
-        ),
-        (
-            "image_unknown_column",
-            vec!["image", "linear", "--states", "unknown.csv"],
-        ),
-        (
-            "image_column_twice",
-            vec!["image", "linear", "--states", "twice.csv"],
-        ),
-        (
-            "image_not_a_number",
-            vec!["image", "linear", "--states", "word.csv"],
-        ),
-        (
-            "image_not_finite",
-            vec!["image", "linear", "--states", "infinite.csv"],
-        ),
-        (
-            "image_ragged",
-            vec!["image", "linear", "--states", "ragged.csv"],
-        ),
+        ("image_no_such_file", vec!["image", "linear", "--states", "nowhere.csv"]),
+        ("image_empty_file", vec!["image", "linear", "--states", "empty.csv"]),
+        ("image_header_alone", vec!["image", "linear", "--states", "header.csv"]),
+        ("image_unknown_column", vec!["image", "linear", "--states", "unknown.csv"]),
+        ("image_column_twice", vec!["image", "linear", "--states", "twice.csv"]),
+        ("image_not_a_number", vec!["image", "linear", "--states", "word.csv"]),
+        ("image_not_finite", vec!["image", "linear", "--states", "infinite.csv"]),
+        ("image_ragged", vec!["image", "linear", "--states", "ragged.csv"]),
         (
             "image_no_iterations",
-            vec![
-                "image",
-                "linear",
-                "--states",
-                "good.csv",
-                "--iterations",
-                "0",
-            ],
+            vec!["image", "linear", "--states", "good.csv", "--iterations", "0"],
         ),
         (
             "image_unknown_method",
-            vec![
-                "image", "linear", "--states", "good.csv", "--using", "magic",
-            ],
+            vec!["image", "linear", "--states", "good.csv", "--using", "magic"],
         ),
         (
             "image_unknown_precision",
-            vec![
-                "image",
-                "linear",
-                "--states",
-                "good.csv",
-                "--precision",
-                "f16",
-            ],
+            vec!["image", "linear", "--states", "good.csv", "--precision", "f16"],
         ),
         (
             "image_single_simulation",
@@ -228,59 +118,33 @@ fn wrong_calls() -> Vec<(&'static str, Vec<&'static str>)> {
                 "f32",
             ],
         ),
-        (
-            "image_far_away",
-            vec![
-                "image", "mems", "--states", "far.csv", "--using", "direct", "-q",
-            ],
-        ),
-        (
-            "curve_without_range",
-            vec!["curve", "linear", "--with", "omega"],
-        ),
+        ("image_far_away", vec!["image", "mems", "--states", "far.csv", "--using", "direct", "-q"]),
+        ("curve_without_range", vec!["curve", "linear", "--with", "omega"]),
         (
             "curve_unknown_parameter",
-            vec![
-                "curve", "linear", "--with", "omgea", "--from", "1", "--to", "2",
-            ],
+            vec!["curve", "linear", "--with", "omgea", "--from", "1", "--to", "2"],
         ),
         (
             "curve_in_the_adjusted_parameter",
-            vec![
-                "curve", "linear", "--with", "alpha", "--from", "1", "--to", "2",
-            ],
+            vec!["curve", "linear", "--with", "alpha", "--from", "1", "--to", "2"],
         ),
         (
             "curve_not_finite",
-            vec![
-                "curve", "linear", "--with", "omega", "--from", "1.8", "--to", "inf",
-            ],
+            vec!["curve", "linear", "--with", "omega", "--from", "1.8", "--to", "inf"],
         ),
         (
             "diagram_of_a_frozen_parameter",
             vec!["diagram", "linear", "--set", "expansion.active=[\"omega\"]"],
         ),
         ("emit_nothing", vec!["emit"]),
-        (
-            "emit_in_another_language",
-            vec!["emit", "linear", "--target", "cobol"],
-        ),
-        (
-            "emit_catalogue_in_c",
-            vec!["emit", "--catalogue", "--target", "c"],
-        ),
+        ("emit_in_another_language", vec!["emit", "linear", "--target", "cobol"]),
+        ("emit_catalogue_in_c", vec!["emit", "--catalogue", "--target", "c"]),
         (
             "emit_catalogue_in_single_precision",
             vec!["emit", "--catalogue", "--set", "emit.precision=f32"],
         ),
-        (
-            "emit_check_of_nothing",
-            vec!["emit", "linear", "--check", "-o", "nowhere"],
-        ),
-        (
-            "emit_onto_a_file",
-            vec!["emit", "linear", "-o", "taken.toml"],
-        ),
+        ("emit_check_of_nothing", vec!["emit", "linear", "--check", "-o", "nowhere"]),
+        ("emit_onto_a_file", vec!["emit", "linear", "-o", "taken.toml"]),
         ("tolerance_out_of_reach", vec!["expand", "tolerance.toml"]),
         (
             "single_precision_out_of_reach",
@@ -297,10 +161,7 @@ fn wrong_calls() -> Vec<(&'static str, Vec<&'static str>)> {
             "any_precision_without_a_tolerance",
             vec!["emit", "linear", "--set", "emit.precision=any"],
         ),
-        (
-            "any_section_without_tolerance",
-            vec!["expand", "linear", "--set", "section.kind=any"],
-        ),
+        ("any_section_without_tolerance", vec!["expand", "linear", "--set", "section.kind=any"]),
         (
             "orders_beside_a_tolerance",
             vec![
@@ -358,9 +219,7 @@ fn set_up(folder: &Path) {
 }
 
 fn record(name: &str) -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR"))
-        .join("tests/program/cli")
-        .join(format!("{name}.expected"))
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/program/cli").join(format!("{name}.expected"))
 }
 
 #[test]
@@ -373,16 +232,9 @@ fn every_wrong_call_ends_with_its_recorded_message_and_exit_code() {
     for (name, arguments) in calls.chain(wrong_outputs()) {
         let output = grazemap(folder.path(), &arguments);
         let code = output.status.code().unwrap_or(-1);
-        assert!(
-            code == 1 || code == 2,
-            "{name}: exit {code}: {}",
-            text(&output.stderr)
-        );
-        let found = format!(
-            "$ grazemap {}\nexit {code}\n{}",
-            arguments.join(" "),
-            text(&output.stderr)
-        );
+        assert!(code == 1 || code == 2, "{name}: exit {code}: {}", text(&output.stderr));
+        let found =
+            format!("$ grazemap {}\nexit {code}\n{}", arguments.join(" "), text(&output.stderr));
         if update {
             fs::write(record(name), &found).expect("the record can be written");
         }
@@ -392,8 +244,5 @@ fn every_wrong_call_ends_with_its_recorded_message_and_exit_code() {
         }
     }
     assert!(differences.is_empty(), "{}", differences.join("\n"));
-    assert_eq!(
-        fs::read(folder.path().join("taken.toml")).expect("there"),
-        b"mine"
-    );
+    assert_eq!(fs::read(folder.path().join("taken.toml")).expect("there"), b"mine");
 }

@@ -135,10 +135,7 @@ pub fn primitive_part<S: Scalar, A: Graded<S>>(
 /// ```
 ///
 /// Analytic for `a_0 > 0` only.
-#[allow(
-    clippy::too_many_arguments,
-    reason = "one per symbol of the recurrence"
-)]
+#[allow(clippy::too_many_arguments, reason = "one per symbol of the recurrence")]
 #[inline(always)]
 pub fn power_part<S: Scalar, A: Graded<S>>(
     algebra: &A,
@@ -169,10 +166,7 @@ pub fn power_part<S: Scalar, A: Graded<S>>(
 /// ```
 ///
 /// Analytic where `w_0` is invertible.
-#[allow(
-    clippy::too_many_arguments,
-    reason = "one per symbol of the recurrence"
-)]
+#[allow(clippy::too_many_arguments, reason = "one per symbol of the recurrence")]
 #[inline(always)]
 pub fn atan2_part<S: Scalar, A: Graded<S>>(
     algebra: &A,

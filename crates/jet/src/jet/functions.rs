@@ -62,9 +62,7 @@ impl<S: Scalar> Jet<S> {
     /// u_0 = √a_0,   u_k = (a_k − Σ_{j=1}^{k−1} u_j u_{k−j}) / (2 u_0)
     /// ```
     pub fn sqrt(&self) -> Self {
-        Self::build(&self.space, |k, u, out| {
-            sqrt_part(&*self.space, k, &self.coefficients, u, out)
-        })
+        Self::build(&self.space, |k, u, out| sqrt_part(&*self.space, k, &self.coefficients, u, out))
     }
 
     /// Exponential: `k u_k = Σ_{j=1}^{k} j a_j u_{k−j}`.

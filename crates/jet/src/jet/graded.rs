@@ -231,10 +231,7 @@ impl<S: Scalar> Graded<S> for TimeSeries {
     #[inline]
     fn convolve(&self, degree: usize, span: Span, a: &[S], b: &[S], out: &mut [S]) {
         let terms = span.range(degree + 1);
-        let (a, b) = (
-            &a[terms.clone()],
-            &b[degree + 1 - terms.end..degree + 1 - terms.start],
-        );
+        let (a, b) = (&a[terms.clone()], &b[degree + 1 - terms.end..degree + 1 - terms.start]);
         let (mut even, mut odd) = (out[0], S::zero());
         let (pairs, rest) = a.as_chunks::<2>();
         let (last, reversed) = b.as_rchunks::<2>();
@@ -285,10 +282,7 @@ impl JetSeries {
             kept.is_sorted_by(|a, b| a >= b),
             "a coefficient follows from those of lower powers"
         );
-        Self {
-            space: Arc::clone(space),
-            kept,
-        }
+        Self { space: Arc::clone(space), kept }
     }
 
     /// Space of the coefficients.
@@ -321,19 +315,15 @@ impl<S: Scalar> Graded<S> for JetSeries {
 
     fn convolve(&self, degree: usize, span: Span, a: &[S], b: &[S], out: &mut [S]) {
         for j in span.range(degree + 1) {
-            let (left, right) = (
-                &a[Graded::<S>::part(self, j)],
-                &b[Graded::<S>::part(self, degree - j)],
-            );
-            self.space
-                .multiply_add_to(left, right, self.kept[degree], out);
+            let (left, right) =
+                (&a[Graded::<S>::part(self, j)], &b[Graded::<S>::part(self, degree - j)]);
+            self.space.multiply_add_to(left, right, self.kept[degree], out);
         }
     }
 
     fn multiply_by_head(&self, degree: usize, a: &[S], part: &[S], out: &mut [S]) {
         let head = &a[Graded::<S>::part(self, 0)];
-        self.space
-            .multiply_add_to(head, part, self.kept[degree], out);
+        self.space.multiply_add_to(head, part, self.kept[degree], out);
     }
 
     fn divide_by_head(&self, b: &[S], part: &mut [S]) {

@@ -66,16 +66,10 @@ pub fn implicit_roots<S: Scalar>(
     for step in 0..doublings + EXTRA_STEPS {
         let (values, jacobian) = f(&roots);
         if values.len() != roots.len() {
-            return Err(JetError::DimensionMismatch {
-                expected: roots.len(),
-                found: values.len(),
-            });
+            return Err(JetError::DimensionMismatch { expected: roots.len(), found: values.len() });
         }
         let changes = solve_linear(jacobian, values)?;
-        roots
-            .iter_mut()
-            .zip(&changes)
-            .for_each(|(root, change)| *root -= change);
+        roots.iter_mut().zip(&changes).for_each(|(root, change)| *root -= change);
         if !roots.iter().all(Jet::is_finite) {
             return Err(JetError::NotFinite { step });
         }
@@ -88,10 +82,7 @@ pub fn implicit_roots<S: Scalar>(
         }
         last_change = change;
     }
-    Err(JetError::NoConvergence {
-        steps: doublings + EXTRA_STEPS,
-        change: last_change,
-    })
+    Err(JetError::NoConvergence { steps: doublings + EXTRA_STEPS, change: last_change })
 }
 
 /// Largest change of a degree relative to that degree's largest coefficient so far, over all
@@ -152,10 +143,7 @@ pub fn solve_linear<S: Scalar>(
 fn check_square<S: Scalar>(matrix: &[Vec<Jet<S>>], size: usize) -> Result<(), JetError> {
     let lengths = std::iter::once(matrix.len()).chain(matrix.iter().map(Vec::len));
     match lengths.into_iter().find(|&length| length != size) {
-        Some(found) => Err(JetError::DimensionMismatch {
-            expected: size,
-            found,
-        }),
+        Some(found) => Err(JetError::DimensionMismatch { expected: size, found }),
         None => Ok(()),
     }
 }
@@ -164,15 +152,10 @@ fn check_square<S: Scalar>(matrix: &[Vec<Jet<S>>], size: usize) -> Result<(), Je
 fn pivot_row<S: Scalar>(matrix: &[Vec<Jet<S>>], column: usize) -> Result<usize, JetError> {
     let size_of = |row: usize| {
         let head = matrix[row][column].head();
-        if (S::one() / head).is_finite() && head.is_finite() {
-            head.magnitude()
-        } else {
-            0.0
-        }
+        if (S::one() / head).is_finite() && head.is_finite() { head.magnitude() } else { 0.0 }
     };
     let best = (column..matrix.len()).max_by(|&a, &b| size_of(a).total_cmp(&size_of(b)));
-    best.filter(|&row| size_of(row) > 0.0)
-        .ok_or(JetError::Singular { column })
+    best.filter(|&row| size_of(row) > 0.0).ok_or(JetError::Singular { column })
 }
 
 #[cfg(test)]

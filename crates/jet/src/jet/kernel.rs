@@ -137,14 +137,10 @@ impl Kernel {
                 needed[number as usize] = true;
             }
         };
-        self.outputs
-            .iter()
-            .for_each(|&output| mark(output, &mut needed));
+        self.outputs.iter().for_each(|&output| mark(output, &mut needed));
         for number in (0..self.operations.len()).rev() {
             if needed[number] {
-                self.operations[number]
-                    .operands()
-                    .for_each(|operand| mark(operand, &mut needed));
+                self.operations[number].operands().for_each(|operand| mark(operand, &mut needed));
             }
         }
         let mut builder = KernelBuilder::new(self.inputs);
@@ -157,11 +153,8 @@ impl Kernel {
                 builder.constant(0.0)
             });
         }
-        let outputs = self
-            .outputs
-            .iter()
-            .map(|&output| builder.import(self, output, &renamed))
-            .collect();
+        let outputs =
+            self.outputs.iter().map(|&output| builder.import(self, output, &renamed)).collect();
         builder.finish(outputs)
     }
 }
@@ -202,11 +195,7 @@ impl KernelBuilder {
 
     /// An input.
     pub fn input(&self, position: usize) -> Value {
-        assert!(
-            position < self.inputs,
-            "input {position} of {}",
-            self.inputs
-        );
+        assert!(position < self.inputs, "input {position} of {}", self.inputs);
         Value::Input(position as u32)
     }
 

@@ -49,9 +49,7 @@ impl<S: Scalar> JetMap<S> {
     pub fn identity(space: &Arc<JetSpace>) -> Self {
         assert!(space.variables() > 0, "a map needs a variable");
         let variable = |variable| Jet::variable(space, variable, S::zero());
-        Self {
-            components: (0..space.variables()).map(variable).collect(),
-        }
+        Self { components: (0..space.variables()).map(variable).collect() }
     }
 
     /// The space of the components.
@@ -79,9 +77,7 @@ impl<S: Scalar> JetMap<S> {
         let space = self.space();
         DMatrix::from_fn(self.dimension(), space.variables(), |row, column| {
             let monomial = space.linear_monomial(column);
-            monomial.map_or(S::zero(), |monomial| {
-                self.components[row].coefficients()[monomial]
-            })
+            monomial.map_or(S::zero(), |monomial| self.components[row].coefficients()[monomial])
         })
     }
 
@@ -93,10 +89,7 @@ impl<S: Scalar> JetMap<S> {
     pub fn evaluate(&self, point: &[S]) -> Vec<S> {
         let mut monomials = Vec::with_capacity(self.space().len());
         self.space().monomials_at(point, &mut monomials);
-        self.components
-            .iter()
-            .map(|jet| jet.evaluate_on(&monomials))
-            .collect()
+        self.components.iter().map(|jet| jet.evaluate_on(&monomials)).collect()
     }
 
     /// `self ∘ inner`, to the order of the inner map's space; the two spaces may differ.
@@ -112,9 +105,7 @@ impl<S: Scalar> JetMap<S> {
         if expected != found {
             return Err(JetError::DimensionMismatch { expected, found });
         }
-        Ok(Self {
-            components: substitute_all(&self.components, &inner.components),
-        })
+        Ok(Self { components: substitute_all(&self.components, &inner.components) })
     }
 
     /// The inverse map `G` with `M ∘ G = G ∘ M = id`, to the order.
@@ -146,12 +137,8 @@ impl<S: Scalar> JetMap<S> {
             }
         }
         let uniform = space.weights().iter().all(|&weight| weight == 1);
-        let passes = space.order()
-            / space
-                .weights()
-                .iter()
-                .min()
-                .map_or(1, |&weight| weight as usize);
+        let passes =
+            space.order() / space.weights().iter().min().map_or(1, |&weight| weight as usize);
         let (mut scratch, mut result) = (Substitution::new(), combine(&inverse, &identity));
         for pass in 2..=passes {
             let order = if uniform { pass } else { space.order() };
@@ -169,19 +156,12 @@ impl<S: Scalar> JetMap<S> {
         if expected != found {
             return Err(JetError::DimensionMismatch { expected, found });
         }
-        for (component, (jet, &weight)) in self
-            .components
-            .iter()
-            .zip(self.space().weights())
-            .enumerate()
+        for (component, (jet, &weight)) in
+            self.components.iter().zip(self.space().weights()).enumerate()
         {
             match jet.lowest_degree() {
                 Some(degree) if degree < weight as usize => {
-                    return Err(JetError::DegreeTooLow {
-                        component,
-                        degree,
-                        weight,
-                    });
+                    return Err(JetError::DegreeTooLow { component, degree, weight });
                 }
                 _ => {}
             }
@@ -194,17 +174,13 @@ impl<S: Scalar> JetMap<S> {
         let (size, linear) = (self.dimension(), self.linear_part());
         let numbers = JetSpace::uniform(0, 0)?;
         let number = |value: S| Jet::constant(&numbers, value);
-        let rows = || {
-            (0..size)
-                .map(|i| (0..size).map(|j| number(linear[(i, j)])).collect())
-                .collect()
-        };
+        let rows =
+            || (0..size).map(|i| (0..size).map(|j| number(linear[(i, j)])).collect()).collect();
         let mut inverse = DMatrix::from_element(size, size, S::zero());
         for column in 0..size {
             let unit = |row| number(if row == column { S::one() } else { S::zero() });
-            for (row, value) in solve_linear(rows(), (0..size).map(unit).collect())?
-                .iter()
-                .enumerate()
+            for (row, value) in
+                solve_linear(rows(), (0..size).map(unit).collect())?.iter().enumerate()
             {
                 inverse[(row, column)] = value.head();
             }

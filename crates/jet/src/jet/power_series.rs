@@ -69,10 +69,7 @@ struct Factor<'a, S: Scalar> {
 
 impl<'a, S: Scalar> Factor<'a, S> {
     fn of(jet: &'a Jet<S>) -> Self {
-        Self {
-            jet,
-            low: lowest(jet),
-        }
+        Self { jet, low: lowest(jet) }
     }
 
     /// Lowest degree of a power.
@@ -89,10 +86,7 @@ struct Sum<S: Scalar> {
 
 impl<S: Scalar> Sum<S> {
     fn zero(like: &Jet<S>) -> Self {
-        Self {
-            jet: Jet::zero(like.space()),
-            low: above(like),
-        }
+        Self { jet: Jet::zero(like.space()), low: above(like) }
     }
 
     /// The product with a factor, up to a degree.
@@ -102,10 +96,7 @@ impl<S: Scalar> Sum<S> {
         let (left, right) = (self.jet.coefficients(), factor.jet.coefficients());
         let (left, right) = ((left, self.low), (right, factor.low));
         space.multiply_between(left, right, order, jet.coefficients_mut());
-        Self {
-            jet,
-            low: self.low.saturating_add(factor.low),
-        }
+        Self { jet, low: self.low.saturating_add(factor.low) }
     }
 
     /// The sum with a jet, that cut at a degree.
@@ -114,9 +105,7 @@ impl<S: Scalar> Sum<S> {
         let kept = ..self.jet.space().degree_start(order + 1);
         let values = self.jet.coefficients_mut()[kept].iter_mut();
         let addends = &addend.coefficients()[kept];
-        values
-            .zip(addends)
-            .for_each(|(value, &addend)| *value += addend);
+        values.zip(addends).for_each(|(value, &addend)| *value += addend);
         self.low = self.low.min(lowest(addend));
         self
     }
@@ -169,9 +158,6 @@ mod tests {
         let space = JetSpace::uniform(2, 3).unwrap();
         let coefficients = [1, 2, 3].map(|seed| jet(&space, seed, 0));
         let (value, slope) = power_series_with_slope_at(&coefficients, &Jet::zero(&space));
-        assert_eq!(
-            [value, slope],
-            [coefficients[0].clone(), coefficients[1].clone()]
-        );
+        assert_eq!([value, slope], [coefficients[0].clone(), coefficients[1].clone()]);
     }
 }

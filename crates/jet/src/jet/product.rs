@@ -70,8 +70,7 @@ impl JetSpace {
             out: &mut out[..self.degree_start(order + 1)],
             selection: None,
         };
-        self.convolution(kept, Factor::full(a), Factor::full(b))
-            .form();
+        self.convolution(kept, Factor::full(a), Factor::full(b)).form();
     }
 
     /// The products of two factors, to be added to some runs.
@@ -115,10 +114,7 @@ impl JetSpace {
     /// [`Graded::quotient_part`](super::Graded::quotient_part) for some runs.
     #[inline]
     pub fn quotient_part_of<S: Scalar>(&self, part: PartOf<'_, S>, (a, b): (&[S], &[S]), u: &[S]) {
-        let finish = Finish::Subtract {
-            from: a,
-            factor: S::one() / b[0],
-        };
+        let finish = Finish::Subtract { from: a, factor: S::one() / b[0] };
         self.finish_part(part, Span::WithoutFirst, (b, u), finish);
     }
 
@@ -130,22 +126,14 @@ impl JetSpace {
         (a, b): (&[S], &[S]),
         finish: Finish<'_, S>,
     ) {
-        Convolution {
-            span,
-            finish,
-            ..self.convolution(part, Factor::full(a), Factor::full(b))
-        }
-        .form();
+        Convolution { span, finish, ..self.convolution(part, Factor::full(a), Factor::full(b)) }
+            .form();
     }
 
     /// A part of one degree with all its runs.
     #[inline]
     pub(super) fn whole_part<'a, S>(&self, degree: usize, out: &'a mut [S]) -> PartOf<'a, S> {
-        PartOf {
-            runs: self.runs(degree),
-            out,
-            selection: None,
-        }
+        PartOf { runs: self.runs(degree), out, selection: None }
     }
 
     /// The numbers of the runs of one degree.
@@ -176,17 +164,10 @@ impl JetSpace {
         let kept = self.degree_start(degrees.start)..self.degree_start(degrees.end);
         let out = &mut out[kept];
         out.fill(S::zero());
-        let part = PartOf {
-            runs: self.table().run_numbers(degrees),
-            out,
-            selection: None,
-        };
-        let factor = |coefficients, low| Factor {
-            coefficients,
-            first: self.degree_start(low) as u32,
-        };
-        self.convolution(part, factor(a, low_a), factor(b, low_b))
-            .form();
+        let part = PartOf { runs: self.table().run_numbers(degrees), out, selection: None };
+        let factor =
+            |coefficients, low| Factor { coefficients, first: self.degree_start(low) as u32 };
+        self.convolution(part, factor(a, low_a), factor(b, low_b)).form();
     }
 }
 

@@ -70,10 +70,7 @@ mod tests {
         let text = serde_json::to_string(&[&jet, &jet]).expect("numbers");
         let [a, b]: [Jet<f64>; 2] = serde_json::from_str(&text).expect("two jets");
         let bits = |jet: &Jet<f64>| -> Vec<u64> {
-            jet.coefficients()
-                .iter()
-                .map(|value| value.to_bits())
-                .collect()
+            jet.coefficients().iter().map(|value| value.to_bits()).collect()
         };
         assert_eq!(bits(&a), bits(&jet));
         assert!(a.is_in(b.space()) && a.space().weights() == [1, 2]);

@@ -97,10 +97,7 @@ impl JetSpace {
     ///
     /// Saturates at [`u128::MAX`]. A weight of 0 counts as 1.
     pub fn size(weights: &[u32], order: usize) -> (u128, u128) {
-        (
-            count_monomials(weights, order, 1),
-            count_monomials(weights, order, 2),
-        )
+        (count_monomials(weights, order, 1), count_monomials(weights, order, 2))
     }
 
     /// Number of monomials in variables of these weights up to a weighted degree; nothing is
@@ -139,10 +136,7 @@ impl JetSpace {
     }
 
     /// Number of monomials: the length of a jet.
-    #[allow(
-        clippy::len_without_is_empty,
-        reason = "a space always has its constant"
-    )]
+    #[allow(clippy::len_without_is_empty, reason = "a space always has its constant")]
     pub fn len(&self) -> usize {
         self.parents.len()
     }
@@ -165,9 +159,7 @@ impl JetSpace {
 
     /// Weighted degree of a monomial.
     pub fn degree(&self, monomial: usize) -> usize {
-        self.degree_starts
-            .partition_point(|&start| start <= monomial)
-            - 1
+        self.degree_starts.partition_point(|&start| start <= monomial) - 1
     }
 
     /// Numbers of the monomials of one weighted degree.
@@ -177,9 +169,7 @@ impl JetSpace {
 
     /// Number of the monomial with these exponents, if the space keeps it.
     pub fn monomial(&self, exponents: &[u8]) -> Option<usize> {
-        (exponents.len() == self.variables())
-            .then(|| self.ranks.find(exponents))
-            .flatten()
+        (exponents.len() == self.variables()).then(|| self.ranks.find(exponents)).flatten()
     }
 
     /// Number of the monomial `x_variable`, if the space keeps it.
@@ -281,9 +271,7 @@ pub(super) fn count_monomials(weights: &[u32], order: usize, copies: usize) -> u
             }
         }
     }
-    counts
-        .iter()
-        .fold(0, |sum, &count| sum.saturating_add(count))
+    counts.iter().fold(0, |sum, &count| sum.saturating_add(count))
 }
 
 /// All exponents by ascending degree, flattened, and the first monomial of each degree.
@@ -319,14 +307,7 @@ fn push_degree(
     let weight = weights[variable] as usize;
     for exponent in (0..=remaining / weight).rev() {
         current[variable] = exponent as u8;
-        push_degree(
-            weights,
-            remaining - exponent * weight,
-            variable + 1,
-            current,
-            out,
-            count,
-        );
+        push_degree(weights, remaining - exponent * weight, variable + 1, current, out, count);
     }
     current[variable] = 0;
 }
@@ -346,9 +327,7 @@ pub(super) fn list_parents(
             .rposition(|&exponent| exponent > 0)
             .expect("only the constant has no factor");
         divisor[last] -= 1;
-        let parent = ranks
-            .find(&divisor)
-            .expect("a divisor of a kept monomial is kept");
+        let parent = ranks.find(&divisor).expect("a divisor of a kept monomial is kept");
         parents.push((parent as u32, last as u32));
     }
     parents
@@ -370,10 +349,7 @@ pub(super) fn next_divisor(current: &mut [u8], bound: &[u8]) -> bool {
 #[derive(Debug)]
 pub(super) enum RankTable {
     /// Mixed-radix table, where it is small.
-    Dense {
-        radices: Vec<usize>,
-        ranks: Vec<u32>,
-    },
+    Dense { radices: Vec<usize>, ranks: Vec<u32> },
     /// Hash table otherwise.
     Sparse(std::collections::HashMap<Box<[u8]>, u32>),
 }
@@ -383,13 +359,9 @@ const DENSE_RANKS: usize = 1 << 20;
 
 impl RankTable {
     pub(super) fn new(weights: &[u32], order: usize, exponents: &[u8]) -> Self {
-        let radices: Vec<usize> = weights
-            .iter()
-            .map(|&weight| order / weight as usize + 1)
-            .collect();
-        let size = radices
-            .iter()
-            .try_fold(1usize, |product, &radix| product.checked_mul(radix));
+        let radices: Vec<usize> =
+            weights.iter().map(|&weight| order / weight as usize + 1).collect();
+        let size = radices.iter().try_fold(1usize, |product, &radix| product.checked_mul(radix));
         let monomials = exponents.chunks_exact(weights.len().max(1));
         match size {
             Some(size) if size <= DENSE_RANKS => {
@@ -423,12 +395,9 @@ impl RankTable {
 
 /// Position in the mixed-radix table; `None` if an exponent exceeds its radix.
 fn dense_index(radices: &[usize], exponents: &[u8]) -> Option<usize> {
-    radices
-        .iter()
-        .zip(exponents)
-        .try_fold(0, |index, (&radix, &exponent)| {
-            (usize::from(exponent) < radix).then(|| index * radix + usize::from(exponent))
-        })
+    radices.iter().zip(exponents).try_fold(0, |index, (&radix, &exponent)| {
+        (usize::from(exponent) < radix).then(|| index * radix + usize::from(exponent))
+    })
 }
 
 #[cfg(test)]

@@ -41,9 +41,7 @@ pub fn substitute<S: Scalar>(outer: &Jet<S>, inner: &[Jet<S>]) -> Jet<S> {
 ///
 /// As [`substitute`], and if the outer jets are not of one space.
 pub fn substitute_all<S: Scalar>(outer: &[Jet<S>], inner: &[Jet<S>]) -> Vec<Jet<S>> {
-    let Some(first) = inner.first() else {
-        panic!("composition needs at least one inner jet")
-    };
+    let Some(first) = inner.first() else { panic!("composition needs at least one inner jet") };
     Substitution::new().run(outer, inner, first.space().order())
 }
 
@@ -88,10 +86,7 @@ struct Place {
 impl<S: Scalar> Substitution<S> {
     /// Empty scratch.
     pub fn new() -> Self {
-        Self {
-            levels: Vec::new(),
-            needed: Vec::new(),
-        }
+        Self { levels: Vec::new(), needed: Vec::new() }
     }
 
     /// [`substitute_all`] with this scratch, cut at a degree of the inner space (at most its
@@ -111,18 +106,13 @@ impl<S: Scalar> Substitution<S> {
             "composition needs one inner jet per outer variable"
         );
         outer.iter().for_each(|jet| jet.assert_same_space(first));
-        inner
-            .iter()
-            .for_each(|jet| jet.assert_same_space(&inner[0]));
+        inner.iter().for_each(|jet| jet.assert_same_space(&inner[0]));
         self.mark_needed(outer_space, outer);
         let mut results = vec![Jet::zero(inner_space); outer.len()];
         for (result, jet) in results.iter_mut().zip(outer) {
             result.coefficients[0] = jet.head();
         }
-        let lowest = inner
-            .iter()
-            .map(|jet| jet.lowest_degree().unwrap_or(usize::MAX))
-            .collect();
+        let lowest = inner.iter().map(|jet| jet.lowest_degree().unwrap_or(usize::MAX)).collect();
         let order = order.min(inner_space.order());
         let walk = Walk {
             outer_space,
@@ -134,18 +124,8 @@ impl<S: Scalar> Substitution<S> {
             needed: &self.needed,
             order,
         };
-        let root = Place {
-            monomial: 0,
-            last_variable: 0,
-            level: 0,
-            low: 0,
-        };
-        walk.visit(
-            &root,
-            &mut vec![0; outer_space.variables()],
-            &mut self.levels,
-            &mut results,
-        );
+        let root = Place { monomial: 0, last_variable: 0, level: 0, low: 0 };
+        walk.visit(&root, &mut vec![0; outer_space.variables()], &mut self.levels, &mut results);
         results
     }
 
@@ -200,17 +180,11 @@ impl<S: Scalar> Walk<'_, S> {
                 continue;
             };
             powers[variable] = exponent;
-            if let Some(monomial) = self
-                .outer_space
-                .monomial(powers)
-                .filter(|&monomial| self.needed[monomial])
+            if let Some(monomial) =
+                self.outer_space.monomial(powers).filter(|&monomial| self.needed[monomial])
             {
-                let child = Place {
-                    monomial,
-                    last_variable: variable,
-                    level: place.level + 1,
-                    low,
-                };
+                let child =
+                    Place { monomial, last_variable: variable, level: place.level + 1, low };
                 self.multiply(place, variable, low, levels);
                 self.collect(&child, &levels[place.level], results);
                 self.visit(&child, powers, levels, results);
@@ -241,8 +215,7 @@ impl<S: Scalar> Walk<'_, S> {
             }
             (Some(product), None) => {
                 let right = (factor, self.lowest[variable]);
-                self.inner_space
-                    .multiply_between((product, place.low), right, self.order, target);
+                self.inner_space.multiply_between((product, place.low), right, self.order, target);
             }
         }
         debug_assert!(low <= self.order);
@@ -255,9 +228,8 @@ impl<S: Scalar> Walk<'_, S> {
         for (result, jet) in results.iter_mut().zip(self.outer) {
             let coefficient = jet.coefficients[place.monomial];
             if coefficient != S::zero() {
-                for (value, &term) in result.coefficients[kept.clone()]
-                    .iter_mut()
-                    .zip(&product[kept.clone()])
+                for (value, &term) in
+                    result.coefficients[kept.clone()].iter_mut().zip(&product[kept.clone()])
                 {
                     *value = coefficient.mul_add(term, *value);
                 }
@@ -279,16 +251,13 @@ mod tests {
         let space = JetSpace::new(&[1, 2], 5).unwrap();
         let [y, x] = [0, 1].map(|variable| Jet::variable(&space, variable, 0.0));
         let inner = [&y + &(&y * &x).scale(3.0), x, y];
-        let expected = outer
-            .terms()
-            .fold(Jet::zero(&space), |sum, (powers, value)| {
-                let factors = inner.iter().zip(powers);
-                let product = factors
-                    .fold(Jet::constant(&space, value), |product, (jet, &power)| {
-                        (0..power).fold(product, |product, _| &product * jet)
-                    });
-                &sum + &product
+        let expected = outer.terms().fold(Jet::zero(&space), |sum, (powers, value)| {
+            let factors = inner.iter().zip(powers);
+            let product = factors.fold(Jet::constant(&space, value), |product, (jet, &power)| {
+                (0..power).fold(product, |product, _| &product * jet)
             });
+            &sum + &product
+        });
         assert_eq!(substitute(&outer, &inner), expected);
     }
 }

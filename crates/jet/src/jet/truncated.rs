@@ -32,10 +32,7 @@ pub struct Jet<S: Scalar> {
 impl<S: Scalar> Jet<S> {
     /// The zero jet.
     pub fn zero(space: &Arc<JetSpace>) -> Self {
-        Self {
-            space: Arc::clone(space),
-            coefficients: vec![S::zero(); space.len()],
-        }
+        Self { space: Arc::clone(space), coefficients: vec![S::zero(); space.len()] }
     }
 
     /// A constant.
@@ -65,10 +62,7 @@ impl<S: Scalar> Jet<S> {
             space.len(),
             "a jet has one coefficient per monomial of its space"
         );
-        Self {
-            space: Arc::clone(space),
-            coefficients,
-        }
+        Self { space: Arc::clone(space), coefficients }
     }
 
     /// The space.
@@ -109,9 +103,7 @@ impl<S: Scalar> Jet<S> {
 
     /// The coefficient of the monomial with these exponents; zero where the space does not keep it.
     pub fn coefficient(&self, exponents: &[u8]) -> S {
-        self.space
-            .monomial(exponents)
-            .map_or(S::zero(), |monomial| self.coefficients[monomial])
+        self.space.monomial(exponents).map_or(S::zero(), |monomial| self.coefficients[monomial])
     }
 
     /// The coefficients of one weighted degree.
@@ -168,11 +160,7 @@ impl<S: Scalar> Jet<S> {
     /// # Ok::<(), grazemap_jet::jet::JetError>(())
     /// ```
     pub fn reinterpret(&self, target: &Arc<JetSpace>, variable_map: &[Option<usize>]) -> Self {
-        assert_eq!(
-            variable_map.len(),
-            self.space.variables(),
-            "one entry per variable"
-        );
+        assert_eq!(variable_map.len(), self.space.variables(), "one entry per variable");
         let mut image = Self::zero(target);
         let mut powers = vec![0u8; target.variables()];
         for (exponents, value) in self.terms() {
@@ -252,27 +240,22 @@ impl<S: Scalar> PartialEq for Jet<S> {
 /// The largest magnitude; NaN if one is NaN.
 fn largest<S: Scalar>(values: &[S]) -> f64 {
     let larger = |max: f64, value: f64| if value <= max { max } else { value };
-    values
-        .iter()
-        .map(|value| value.magnitude())
-        .fold(0.0, larger)
+    values.iter().map(|value| value.magnitude()).fold(0.0, larger)
 }
 
 /// Exponents under renamed variables; `false` if the monomial vanishes or has an exponent above
 /// 255.
 fn rename(exponents: &[u8], variable_map: &[Option<usize>], powers: &mut [u8]) -> bool {
     powers.fill(0);
-    exponents
-        .iter()
-        .zip(variable_map)
-        .filter(|(exponent, _)| **exponent > 0)
-        .all(|(&exponent, &variable)| {
+    exponents.iter().zip(variable_map).filter(|(exponent, _)| **exponent > 0).all(
+        |(&exponent, &variable)| {
             let sum = variable.and_then(|variable| powers[variable].checked_add(exponent));
             if let (Some(variable), Some(sum)) = (variable, sum) {
                 powers[variable] = sum;
             }
             sum.is_some()
-        })
+        },
+    )
 }
 
 impl<S: Scalar> Jet<S> {
@@ -285,11 +268,7 @@ impl<S: Scalar> Jet<S> {
         self.assert_same_space(other);
         self.assert_same_space(out);
         let space = self.space();
-        space.multiply(
-            self.coefficients(),
-            other.coefficients(),
-            out.coefficients_mut(),
-        );
+        space.multiply(self.coefficients(), other.coefficients(), out.coefficients_mut());
     }
 
     /// `out += self · other`, without allocating.
@@ -301,11 +280,7 @@ impl<S: Scalar> Jet<S> {
         self.assert_same_space(other);
         self.assert_same_space(out);
         let space = self.space();
-        space.multiply_add(
-            self.coefficients(),
-            other.coefficients(),
-            out.coefficients_mut(),
-        );
+        space.multiply_add(self.coefficients(), other.coefficients(), out.coefficients_mut());
     }
 
     /// `self += factor · other`, without allocating.
@@ -384,14 +359,7 @@ impl<S: Scalar> Div for &Jet<S> {
     fn div(self, other: Self) -> Jet<S> {
         self.assert_same_space(other);
         Jet::build(self.space(), |k, u, out| {
-            quotient_part(
-                &**self.space(),
-                k,
-                self.coefficients(),
-                other.coefficients(),
-                u,
-                out,
-            );
+            quotient_part(&**self.space(), k, self.coefficients(), other.coefficients(), u, out);
         })
     }
 }
@@ -446,20 +414,15 @@ impl<S: Scalar> Jet<S> {
     /// Visits every pair `upper = lower · x_variable` of kept monomials, with the exponent in
     /// `upper`.
     fn for_each_neighbour(&self, variable: usize, mut visit: impl FnMut(usize, usize, u8)) {
-        assert!(
-            variable < self.space.variables(),
-            "no variable {variable} in this space"
-        );
+        assert!(variable < self.space.variables(), "no variable {variable} in this space");
         let mut divisor = vec![0u8; self.space.variables()];
         for upper in 1..self.space.len() {
             let exponents = self.space.exponents(upper);
             if exponents[variable] > 0 {
                 divisor.copy_from_slice(exponents);
                 divisor[variable] -= 1;
-                let lower = self
-                    .space
-                    .monomial(&divisor)
-                    .expect("a divisor of a kept monomial is kept");
+                let lower =
+                    self.space.monomial(&divisor).expect("a divisor of a kept monomial is kept");
                 visit(lower, upper, exponents[variable]);
             }
         }
@@ -476,11 +439,7 @@ impl JetSpace {
     ///
     /// If the point has not one coordinate per variable.
     pub fn monomials_at<S: Scalar>(&self, point: &[S], values: &mut Vec<S>) {
-        assert_eq!(
-            point.len(),
-            self.variables(),
-            "a point has one coordinate per variable"
-        );
+        assert_eq!(point.len(), self.variables(), "a point has one coordinate per variable");
         values.clear();
         values.push(S::one());
         for monomial in 1..self.len() {
@@ -521,9 +480,7 @@ impl<S: Scalar> Jet<S> {
     /// Small terms are added first.
     pub fn evaluate_on(&self, monomials: &[S]) -> S {
         let terms = self.coefficients.iter().zip(monomials).rev();
-        terms.fold(S::zero(), |sum, (&coefficient, &monomial)| {
-            coefficient.mul_add(monomial, sum)
-        })
+        terms.fold(S::zero(), |sum, (&coefficient, &monomial)| coefficient.mul_add(monomial, sum))
     }
 
     /// Value at a point and the derivative by each variable there, into `gradient`.
@@ -532,11 +489,7 @@ impl<S: Scalar> Jet<S> {
     ///
     /// If the point or the gradient has not one entry per variable.
     pub fn evaluate_with_gradient(&self, point: &[S], gradient: &mut [S]) -> S {
-        assert_eq!(
-            gradient.len(),
-            self.space.variables(),
-            "a gradient has one entry per variable"
-        );
+        assert_eq!(gradient.len(), self.space.variables(), "a gradient has one entry per variable");
         let mut monomials = Vec::with_capacity(self.space.len());
         self.space.monomials_at(point, &mut monomials);
         gradient.fill(S::zero());
@@ -571,10 +524,7 @@ mod tests {
             jet.reinterpret(&line, &[Some(0), Some(0)]).coefficients(),
             [1.0, 5.0, 15.0, 0.0]
         );
-        assert_eq!(
-            jet.reinterpret(&line, &[None, Some(0)]).coefficients(),
-            [1.0, 3.0, 6.0, 0.0]
-        );
+        assert_eq!(jet.reinterpret(&line, &[None, Some(0)]).coefficients(), [1.0, 3.0, 6.0, 0.0]);
     }
 
     #[test]
@@ -586,20 +536,14 @@ mod tests {
 
     #[test]
     fn truncation_keeps_terms_up_to_its_degree() {
-        assert_eq!(
-            quadratic().truncate(1).coefficients(),
-            [1.0, 2.0, 3.0, 0.0, 0.0, 0.0]
-        );
+        assert_eq!(quadratic().truncate(1).coefficients(), [1.0, 2.0, 3.0, 0.0, 0.0, 0.0]);
         assert_eq!(quadratic().truncate(usize::MAX), quadratic());
     }
 
     #[test]
     fn degrees_are_measured_one_by_one() {
         let jet = quadratic();
-        assert_eq!(
-            [0, 1, 2, 3].map(|degree| jet.max_abs_of_degree(degree)),
-            [1.0, 3.0, 6.0, 0.0]
-        );
+        assert_eq!([0, 1, 2, 3].map(|degree| jet.max_abs_of_degree(degree)), [1.0, 3.0, 6.0, 0.0]);
         assert_eq!(jet.lowest_degree(), Some(0));
         assert_eq!((&jet - &jet.truncate(1)).lowest_degree(), Some(2));
         assert_eq!(Jet::<f64>::zero(jet.space()).lowest_degree(), None);

@@ -68,17 +68,9 @@ impl<S: Real> Bracket<S> {
     /// is NaN.
     pub fn new(lower: S, upper: S, value_lower: S, value_upper: S) -> Result<Self, NumericError> {
         let (at_lower, at_upper) = (value_lower.signum(), value_upper.signum());
-        let sign_lower = if at_lower == S::zero() {
-            -at_upper
-        } else {
-            at_lower
-        };
+        let sign_lower = if at_lower == S::zero() { -at_upper } else { at_lower };
         if (at_lower * at_upper).to_f64() <= 0.0 && sign_lower != S::zero() {
-            return Ok(Bracket {
-                lower,
-                upper,
-                sign_lower,
-            });
+            return Ok(Bracket { lower, upper, sign_lower });
         }
         Err(NumericError::NoSignChange {
             lower: lower.to_f64(),
@@ -109,10 +101,7 @@ impl<S: Real> Bracket<S> {
             let width = upper - lower;
             let centre = bracket.middle();
             if width.abs() <= two * tolerance + resolution(centre) {
-                return BracketOutcome::Converged {
-                    root: centre,
-                    evaluations,
-                };
+                return BracketOutcome::Converged { root: centre, evaluations };
             }
             let falsi = (upper * at_lower - lower * at_upper) / (at_lower - at_upper);
             let truncation = scale * width * width;
@@ -124,10 +113,7 @@ impl<S: Real> Bracket<S> {
                 return BracketOutcome::NotFinite { at: x, evaluations };
             }
             if value == S::zero() {
-                return BracketOutcome::Converged {
-                    root: x,
-                    evaluations,
-                };
+                return BracketOutcome::Converged { root: x, evaluations };
             }
             if bracket.shrink(x, value) == End::Lower {
                 at_lower = value;
@@ -160,10 +146,7 @@ impl<S: Real> Bracket<S> {
     }
 
     fn left_over(self) -> BracketOutcome<S> {
-        BracketOutcome::IterationLimit {
-            lower: self.lower,
-            upper: self.upper,
-        }
+        BracketOutcome::IterationLimit { lower: self.lower, upper: self.upper }
     }
 }
 
@@ -241,10 +224,7 @@ impl<S: Real> Bracket<S> {
                 return BracketOutcome::Converged { root, evaluations };
             }
         }
-        BracketOutcome::IterationLimit {
-            lower: search.lower,
-            upper: search.upper,
-        }
+        BracketOutcome::IterationLimit { lower: search.lower, upper: search.upper }
     }
 }
 
@@ -293,11 +273,7 @@ impl<S: Branched> NewtonSteps<S> {
         let settled = step.is_at_most(least);
         let halves = (step * S::from_f64(2.0)).is_at_most(self.steps[0]);
         let stays = self.lower.is_at_most(next) & next.is_at_most(self.upper);
-        let mut moved = NewtonStep {
-            next,
-            settled,
-            newton: halves & !settled,
-        };
+        let mut moved = NewtonStep { next, settled, newton: halves & !settled };
         self.steps = [self.steps[1], step];
         if (!stays | !(settled | halves)).any() {
             self.replace(at, least, &mut moved);
@@ -382,11 +358,7 @@ fn projected<S: Real>(falsi: S, centre: S, truncation: S, radius: S) -> S {
     } else {
         centre
     };
-    if (moved - centre).abs() <= radius {
-        moved
-    } else {
-        centre - towards_centre * radius
-    }
+    if (moved - centre).abs() <= radius { moved } else { centre - towards_centre * radius }
 }
 
 #[cfg(test)]
@@ -398,10 +370,7 @@ mod tests {
     fn itp_finds_the_square_root_of_two_to_the_precision_of_the_type() {
         let bracket = Bracket::new(Dd::ZERO, Dd::from(2.0), -Dd::ONE, Dd::ONE).unwrap();
         let two = Dd::from(2.0);
-        let root = bracket
-            .itp((-two, two), Dd::ZERO, |x| x * x - two)
-            .root()
-            .unwrap();
+        let root = bracket.itp((-two, two), Dd::ZERO, |x| x * x - two).root().unwrap();
         assert!((root - Dd::SQRT_2).abs().to_f64() < 1e-31);
     }
 
@@ -420,31 +389,19 @@ mod tests {
 
     #[test]
     fn values_of_one_sign_and_functions_that_are_not_finite_are_reported() {
-        assert!(matches!(
-            Bracket::new(0.0, 1.0, 1.0, 2.0),
-            Err(NumericError::NoSignChange { .. })
-        ));
+        assert!(matches!(Bracket::new(0.0, 1.0, 1.0, 2.0), Err(NumericError::NoSignChange { .. })));
         assert!(Bracket::new(0.0, 1.0, f64::NAN, 2.0).is_err());
         assert!(Bracket::new(0.0, 1.0, 0.0, 0.0).is_err());
         let bracket = Bracket::new(0.0, 1.0, -1.0, 2.0).unwrap();
         let outcome = bracket.newton(0.0, |_| (f64::NAN, 1.0));
-        assert_eq!(
-            outcome,
-            BracketOutcome::NotFinite {
-                at: 0.5,
-                evaluations: 1
-            }
-        );
+        assert_eq!(outcome, BracketOutcome::NotFinite { at: 0.5, evaluations: 1 });
     }
 
     #[test]
     fn newton_finds_the_square_root_of_two_to_the_precision_of_the_type() {
         let bracket = Bracket::new(Dd::ZERO, Dd::from(2.0), -Dd::ONE, Dd::ONE).unwrap();
         let two = Dd::from(2.0);
-        let root = bracket
-            .newton(Dd::ZERO, |x| (x * x - two, two * x))
-            .root()
-            .unwrap();
+        let root = bracket.newton(Dd::ZERO, |x| (x * x - two, two * x)).root().unwrap();
         assert!((root - Dd::SQRT_2).abs().to_f64() < 1e-31);
     }
 

@@ -42,45 +42,21 @@ impl Dd {
     /// Positive infinity.
     pub const INFINITY: Dd = Dd::exact(f64::INFINITY);
     /// The circle constant `pi`.
-    pub const PI: Dd = Dd {
-        hi: std::f64::consts::PI,
-        lo: 1.2246467991473532e-16,
-    };
+    pub const PI: Dd = Dd { hi: std::f64::consts::PI, lo: 1.2246467991473532e-16 };
     /// `2 pi`: the period of a forcing in its phase.
-    pub const TWO_PI: Dd = Dd {
-        hi: std::f64::consts::TAU,
-        lo: 2.4492935982947064e-16,
-    };
+    pub const TWO_PI: Dd = Dd { hi: std::f64::consts::TAU, lo: 2.4492935982947064e-16 };
     /// `pi / 2`.
-    pub const FRAC_PI_2: Dd = Dd {
-        hi: std::f64::consts::FRAC_PI_2,
-        lo: 6.123233995736766e-17,
-    };
+    pub const FRAC_PI_2: Dd = Dd { hi: std::f64::consts::FRAC_PI_2, lo: 6.123233995736766e-17 };
     /// `pi / 4`.
-    pub const FRAC_PI_4: Dd = Dd {
-        hi: std::f64::consts::FRAC_PI_4,
-        lo: 3.061616997868383e-17,
-    };
+    pub const FRAC_PI_4: Dd = Dd { hi: std::f64::consts::FRAC_PI_4, lo: 3.061616997868383e-17 };
     /// `ln 2`.
-    pub const LN_2: Dd = Dd {
-        hi: std::f64::consts::LN_2,
-        lo: 2.3190468138462996e-17,
-    };
+    pub const LN_2: Dd = Dd { hi: std::f64::consts::LN_2, lo: 2.3190468138462996e-17 };
     /// `ln 10`.
-    pub const LN_10: Dd = Dd {
-        hi: std::f64::consts::LN_10,
-        lo: -2.1707562233822494e-16,
-    };
+    pub const LN_10: Dd = Dd { hi: std::f64::consts::LN_10, lo: -2.1707562233822494e-16 };
     /// Euler's number `e`.
-    pub const E: Dd = Dd {
-        hi: std::f64::consts::E,
-        lo: 1.4456468917292502e-16,
-    };
+    pub const E: Dd = Dd { hi: std::f64::consts::E, lo: 1.4456468917292502e-16 };
     /// `sqrt 2`.
-    pub const SQRT_2: Dd = Dd {
-        hi: std::f64::consts::SQRT_2,
-        lo: -9.667293313452913e-17,
-    };
+    pub const SQRT_2: Dd = Dd { hi: std::f64::consts::SQRT_2, lo: -9.667293313452913e-17 };
 
     /// The sum of two doubles, renormalised: `hi` becomes the sum rounded to `f64`.
     pub fn new(hi: f64, lo: f64) -> Dd {
@@ -105,11 +81,7 @@ impl Dd {
 
     /// Absolute value.
     pub fn abs(self) -> Dd {
-        if self.hi.is_sign_negative() {
-            -self
-        } else {
-            self
-        }
+        if self.hi.is_sign_negative() { -self } else { self }
     }
 
     /// Largest integer not above the number.
@@ -232,11 +204,7 @@ impl Dd {
                 square *= square;
             }
         }
-        if exponent < 0 {
-            Dd::ONE / result
-        } else {
-            result
-        }
+        if exponent < 0 { Dd::ONE / result } else { result }
     }
 
     /// The product with a double, with relative error below `2 u^2`.
@@ -251,11 +219,7 @@ impl Dd {
 #[inline(always)]
 fn finished(high: f64, low: f64, plain: f64) -> Dd {
     let (hi, lo) = fast_two_sum(high, low);
-    if lo.is_finite() && hi.is_finite() {
-        Dd { hi, lo }
-    } else {
-        Dd { hi: plain, lo: 0.0 }
-    }
+    if lo.is_finite() && hi.is_finite() { Dd { hi, lo } } else { Dd { hi: plain, lo: 0.0 } }
 }
 
 impl Neg for Dd {
@@ -263,10 +227,7 @@ impl Neg for Dd {
 
     #[inline]
     fn neg(self) -> Dd {
-        Dd {
-            hi: -self.hi,
-            lo: -self.lo,
-        }
+        Dd { hi: -self.hi, lo: -self.lo }
     }
 }
 
@@ -396,19 +357,11 @@ impl Scalar for Dd {
     }
 
     fn min(self, other: Self) -> Self {
-        if other < self || self.is_nan() {
-            other
-        } else {
-            self
-        }
+        if other < self || self.is_nan() { other } else { self }
     }
 
     fn max(self, other: Self) -> Self {
-        if other > self || self.is_nan() {
-            other
-        } else {
-            self
-        }
+        if other > self || self.is_nan() { other } else { self }
     }
 
     fn magnitude(self) -> f64 {

@@ -243,9 +243,7 @@ impl<const N: usize> Scalar for Lanes<N> {
 
     #[inline(always)]
     fn is_finite(self) -> bool {
-        self.0
-            .iter()
-            .fold(true, |finite, value| finite & value.is_finite())
+        self.0.iter().fold(true, |finite, value| finite & value.is_finite())
     }
 
     #[inline(always)]
@@ -518,13 +516,7 @@ impl<const N: usize> Branched for Lanes<N> {
 
     #[inline(always)]
     fn select(mask: LaneMask<N>, one: Self, other: Self) -> Self {
-        Self::from_fn(|lane| {
-            if mask.holds(lane) {
-                one[lane]
-            } else {
-                other[lane]
-            }
-        })
+        Self::from_fn(|lane| if mask.holds(lane) { one[lane] } else { other[lane] })
     }
 
     #[inline(always)]
@@ -604,10 +596,7 @@ mod tests {
         let places = Lanes([2.0, 0.0, 4.0]);
         let around = Lanes::around(&lanes, places);
         for (lane, column) in columns.iter().enumerate() {
-            assert_eq!(
-                f64::around(column, places[lane]),
-                around.map(|own| own[lane])
-            );
+            assert_eq!(f64::around(column, places[lane]), around.map(|own| own[lane]));
         }
         assert_eq!(f64::around(&columns[0], 0.0), [3.0, 3.0, 2.0]);
     }

@@ -49,12 +49,7 @@ pub fn factorize<S: Real>(matrix: &DMatrix<S>) -> Result<Factorization<S>, Numer
         eliminate(&mut factors, column);
     }
     let reciprocal_pivot = if size == 0 { 1.0 } else { smallest / largest };
-    Ok(Factorization {
-        factors,
-        row_scale,
-        order,
-        reciprocal_pivot,
-    })
+    Ok(Factorization { factors, row_scale, order, reciprocal_pivot })
 }
 
 /// The solution `x` of `matrix x = right`.
@@ -85,10 +80,8 @@ pub fn inverse<S: Real>(matrix: &DMatrix<S>) -> Result<DMatrix<S>, NumericError>
     let size = matrix.nrows();
     let mut inverse = DMatrix::from_element(size, size, S::zero());
     for column in 0..size {
-        let unit = DVector::from_fn(
-            size,
-            |row, _| if row == column { S::one() } else { S::zero() },
-        );
+        let unit =
+            DVector::from_fn(size, |row, _| if row == column { S::one() } else { S::zero() });
         inverse.set_column(column, &factorization.solve(&unit)?);
     }
     Ok(inverse)
@@ -123,11 +116,7 @@ impl<S: Real> Factorization<S> {
         let unscaled = pivots
             .zip(&self.row_scale)
             .fold(S::one(), |product, (pivot, &scale)| product * pivot / scale);
-        if is_even(&self.order) {
-            unscaled
-        } else {
-            -unscaled
-        }
+        if is_even(&self.order) { unscaled } else { -unscaled }
     }
 
     /// Rows of the matrix.
@@ -186,15 +175,9 @@ fn is_even(order: &[usize]) -> bool {
 fn equilibrate<S: Real>(matrix: &mut DMatrix<S>) -> Result<Vec<S>, NumericError> {
     let mut scales = Vec::with_capacity(matrix.nrows());
     for mut row in matrix.row_iter_mut() {
-        let largest = row
-            .iter()
-            .map(|entry| entry.magnitude())
-            .fold(0.0, f64::max);
+        let largest = row.iter().map(|entry| entry.magnitude()).fold(0.0, f64::max);
         if largest == 0.0 {
-            return Err(NumericError::Singular {
-                pivot: 0.0,
-                column: 0,
-            });
+            return Err(NumericError::Singular { pivot: 0.0, column: 0 });
         }
         let exponent = largest.log2().floor().clamp(-1000.0, 1000.0);
         let scale = S::from_f64((-exponent).exp2());
@@ -229,11 +212,7 @@ fn eliminate<S: Real>(factors: &mut DMatrix<S>, column: usize) {
 
 fn check_square<S: Real>(matrix: &DMatrix<S>) -> Result<(), NumericError> {
     let (rows, columns) = matrix.shape();
-    if rows == columns {
-        Ok(())
-    } else {
-        Err(shape_error((rows, rows), (rows, columns)))
-    }
+    if rows == columns { Ok(()) } else { Err(shape_error((rows, rows), (rows, columns))) }
 }
 
 fn check_finite<S: Real>(matrix: &DMatrix<S>) -> Result<(), NumericError> {
@@ -319,22 +298,11 @@ pub fn eigenvalues_2x2<S: Real>(matrix: &Matrix2<S>, determinant: Option<S>) -> 
     if discriminant < Dd::ZERO {
         let imaginary = (-discriminant).sqrt().to_f64();
         let real = half_trace.to_f64();
-        return [
-            Complex::new(real, imaginary),
-            Complex::new(real, -imaginary),
-        ];
+        return [Complex::new(real, imaginary), Complex::new(real, -imaginary)];
     }
     let root = discriminant.sqrt();
-    let larger = if half_trace < Dd::ZERO {
-        half_trace - root
-    } else {
-        half_trace + root
-    };
-    let smaller = if larger == Dd::ZERO {
-        Dd::ZERO
-    } else {
-        determinant / larger
-    };
+    let larger = if half_trace < Dd::ZERO { half_trace - root } else { half_trace + root };
+    let smaller = if larger == Dd::ZERO { Dd::ZERO } else { determinant / larger };
     [larger, smaller].map(|value| Complex::new(value.to_f64(), 0.0))
 }
 
@@ -371,10 +339,7 @@ mod tests {
     fn solution_does_not_depend_on_the_units_of_the_rows() {
         let matrix = DMatrix::from_row_slice(2, 2, &[1e-150_f64, 2e-150, 3e120, 4e120]);
         let x = solve(&matrix, &DVector::from_vec(vec![5e-150, 11e120])).unwrap();
-        assert!(
-            (x[0] - 1.0).abs() < 1e-14 && (x[1] - 2.0).abs() < 1e-14,
-            "{x}"
-        );
+        assert!((x[0] - 1.0).abs() < 1e-14 && (x[1] - 2.0).abs() < 1e-14, "{x}");
     }
 
     #[test]
@@ -395,9 +360,7 @@ mod tests {
     fn pivots_are_chosen_where_the_diagonal_is_zero() {
         let matrix = DMatrix::from_row_slice(3, 3, &[0.0, 2.0, 0.0, 0.0, 0.0, 4.0, 8.0, 0.0, 0.0]);
         let factorization = factorize(&matrix).unwrap();
-        let x = factorization
-            .solve(&DVector::from_vec(vec![2.0, 8.0, 24.0]))
-            .unwrap();
+        let x = factorization.solve(&DVector::from_vec(vec![2.0, 8.0, 24.0])).unwrap();
         assert_eq!(x.as_slice(), &[3.0, 1.0, 2.0]);
         assert_eq!(factorization.reciprocal_pivot(), 1.0);
     }
@@ -405,10 +368,7 @@ mod tests {
     #[test]
     fn singular_and_misshapen_matrices_are_refused() {
         let singular = DMatrix::from_row_slice(2, 2, &[0.1, 0.3, 0.2, 0.6]);
-        assert!(matches!(
-            inverse(&singular),
-            Err(NumericError::Singular { column: 1, .. })
-        ));
+        assert!(matches!(inverse(&singular), Err(NumericError::Singular { column: 1, .. })));
         assert!(matches!(
             factorize(&DMatrix::from_element(2, 3, 1.0)),
             Err(NumericError::Shape { .. })
@@ -418,10 +378,7 @@ mod tests {
             Err(NumericError::Shape { .. })
         ));
         let nan = DMatrix::from_element(1, 1, f64::NAN);
-        assert!(matches!(
-            factorize(&nan),
-            Err(NumericError::NotFinite { .. })
-        ));
+        assert!(matches!(factorize(&nan), Err(NumericError::NotFinite { .. })));
     }
 
     #[test]
@@ -430,11 +387,7 @@ mod tests {
         let companion =
             DMatrix::from_row_slice(3, 3, &[1.0, 1.0, 15.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0]);
         let values = eigenvalues(&companion).unwrap();
-        let exact = [
-            Complex::new(3.0, 0.0),
-            Complex::new(-1.0, 2.0),
-            Complex::new(-1.0, -2.0),
-        ];
+        let exact = [Complex::new(3.0, 0.0), Complex::new(-1.0, 2.0), Complex::new(-1.0, -2.0)];
         for (value, exact) in values.iter().zip(exact) {
             assert!((value - exact).norm() < 1e-13, "{values:?}");
         }
@@ -462,10 +415,7 @@ mod tests {
     #[test]
     fn matrices_that_are_not_finite_or_not_square_are_refused() {
         let nan = DMatrix::from_element(3, 3, f64::NAN);
-        assert!(matches!(
-            eigenvalues(&nan),
-            Err(NumericError::NotFinite { .. })
-        ));
+        assert!(matches!(eigenvalues(&nan), Err(NumericError::NotFinite { .. })));
         assert!(matches!(
             eigenvalues(&DMatrix::<f64>::zeros(2, 3)),
             Err(NumericError::Shape { .. })

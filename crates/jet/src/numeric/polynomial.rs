@@ -95,12 +95,9 @@ impl<S: Real> Extremum<S> {
 /// ```
 pub fn evaluate<S: Real>(coefficients: &[S], time: S) -> (S, S) {
     let start = (S::zero(), S::zero());
-    coefficients
-        .iter()
-        .rev()
-        .fold(start, |(value, slope), &coefficient| {
-            (value.mul_add(time, coefficient), slope.mul_add(time, value))
-        })
+    coefficients.iter().rev().fold(start, |(value, slope), &coefficient| {
+        (value.mul_add(time, coefficient), slope.mul_add(time, value))
+    })
 }
 
 /// All local minima and maxima in `(0, end]`, in order.
@@ -120,10 +117,7 @@ pub fn extrema<S: Real>(coefficients: &[S], end: S) -> Vec<Extremum<S>> {
     let scaled = scaled_to_unit(coefficients, end);
     extrema_on_unit(&scaled)
         .into_iter()
-        .map(|extremum| Extremum {
-            time: extremum.time * end,
-            ..extremum
-        })
+        .map(|extremum| Extremum { time: extremum.time * end, ..extremum })
         .collect()
 }
 
@@ -175,10 +169,7 @@ pub fn roots_on_interval<S: Real>(coefficients: &[S], end: S) -> Vec<Root<S>> {
         kind: RootKind::Crossing(crossing.direction),
     }));
     if scaled.first() == Some(&S::zero()) {
-        roots.push(Root {
-            time: S::zero(),
-            kind: RootKind::Start,
-        });
+        roots.push(Root { time: S::zero(), kind: RootKind::Start });
     }
     roots.sort_by(|a, b| a.time.partial_cmp(&b.time).unwrap_or(Ordering::Equal));
     for root in &mut roots {
@@ -193,9 +184,8 @@ fn has_one_sign<S: Real>(coefficients: &[S], end: S) -> bool {
         return true;
     };
     let end = end.abs();
-    let bound = rest.iter().rev().fold(S::zero(), |bound, &coefficient| {
-        (bound + coefficient.abs()) * end
-    });
+    let bound =
+        rest.iter().rev().fold(S::zero(), |bound, &coefficient| (bound + coefficient.abs()) * end);
     !(first.is_finite() && bound.is_finite()) || first.abs() > bound
 }
 
@@ -212,9 +202,7 @@ fn scaled_to_unit<S: Real>(coefficients: &[S], end: S) -> Vec<S> {
 
 fn derivative<S: Real>(coefficients: &[S]) -> Vec<S> {
     let terms = coefficients.iter().enumerate().skip(1);
-    terms
-        .map(|(power, &coefficient)| coefficient * S::from_f64(power as f64))
-        .collect()
+    terms.map(|(power, &coefficient)| coefficient * S::from_f64(power as f64)).collect()
 }
 
 fn extrema_on_unit<S: Real>(scaled: &[S]) -> Vec<Extremum<S>> {
@@ -236,9 +224,7 @@ fn crossings_on_unit<S: Real>(scaled: &[S], extrema: &[Extremum<S>]) -> Vec<Cros
     let end = (S::one(), evaluate(scaled, S::one()).0);
     let mut crossings = Vec::new();
     let mut before = start;
-    let turns = extrema
-        .iter()
-        .map(|extremum| (extremum.time, extremum.value));
+    let turns = extrema.iter().map(|extremum| (extremum.time, extremum.value));
     for after in turns.chain([end]) {
         if let Some(crossing) = crossing_between(scaled, before, after) {
             crossings.push(crossing);
@@ -270,15 +256,11 @@ fn crossing_at_end<S: Real>(
     extrema: &[Extremum<S>],
     value: S,
 ) -> Option<Crossing<S>> {
-    let turns_there = extrema
-        .last()
-        .is_some_and(|extremum| extremum.time == S::one());
+    let turns_there = extrema.last().is_some_and(|extremum| extremum.time == S::one());
     if value != S::zero() || turns_there {
         return None;
     }
-    let before = extrema
-        .last()
-        .map_or(scaled.first().copied()?, |extremum| extremum.value);
+    let before = extrema.last().map_or(scaled.first().copied()?, |extremum| extremum.value);
     let direction = if before > S::zero() {
         CrossingDirection::Entering
     } else if before < S::zero() {
@@ -286,10 +268,7 @@ fn crossing_at_end<S: Real>(
     } else {
         return None;
     };
-    Some(Crossing {
-        time: S::one(),
-        direction,
-    })
+    Some(Crossing { time: S::one(), direction })
 }
 
 /// Extrema whose value is zero within rounding and that have no crossing in the pieces next to them
@@ -302,24 +281,17 @@ fn tangencies<S: Real>(
     let terms: S = scaled.iter().map(|coefficient| coefficient.abs()).sum();
     let rounding = terms * S::from_f64(4.0 * scaled.len() as f64 * S::ROUNDOFF);
     let crossed = |index: usize| {
-        let before = index
-            .checked_sub(1)
-            .map_or(S::zero(), |previous| extrema[previous].time);
+        let before = index.checked_sub(1).map_or(S::zero(), |previous| extrema[previous].time);
         let after = extrema.get(index + 1).map_or(S::one(), |next| next.time);
         extrema[index].overshoots()
-            && crossings
-                .iter()
-                .any(|crossing| before <= crossing.time && crossing.time <= after)
+            && crossings.iter().any(|crossing| before <= crossing.time && crossing.time <= after)
     };
     let touching = extrema
         .iter()
         .enumerate()
         .filter(|(index, extremum)| extremum.value.abs() <= rounding && !crossed(*index));
     touching
-        .map(|(_, extremum)| Root {
-            time: extremum.time,
-            kind: RootKind::Tangency(extremum.kind),
-        })
+        .map(|(_, extremum)| Root { time: extremum.time, kind: RootKind::Tangency(extremum.kind) })
         .collect()
 }
 
@@ -331,11 +303,8 @@ const DEPTH_LIMIT: usize = 60;
 /// order.
 fn sign_changes<S: Real>(coefficients: &[S]) -> Vec<Crossing<S>> {
     let mut found = Vec::new();
-    let piece = Piece {
-        lower: S::zero(),
-        upper: S::one(),
-        coefficients: to_bernstein(coefficients),
-    };
+    let piece =
+        Piece { lower: S::zero(), upper: S::one(), coefficients: to_bernstein(coefficients) };
     collect(coefficients, piece, 0, &mut found);
     found
 }
@@ -364,28 +333,17 @@ fn collect<S: Real>(power: &[S], piece: Piece<S>, depth: usize, found: &mut Vec<
 
 /// The sign change of a piece whose first and last nonzero coefficients differ in sign.
 fn isolated<S: Real>(power: &[S], piece: &Piece<S>) -> Option<Crossing<S>> {
-    let mut nonzero = piece
-        .coefficients
-        .iter()
-        .filter(|&&value| value != S::zero());
+    let mut nonzero = piece.coefficients.iter().filter(|&&value| value != S::zero());
     let first = nonzero.next().copied()?;
     let last = nonzero.next_back().copied()?;
     let bracket = Bracket::new(piece.lower, piece.upper, first, last).ok()?;
-    let time = bracket
-        .newton(S::zero(), |time| evaluate(power, time))
-        .root()?;
-    Some(Crossing {
-        time,
-        direction: direction_from(first),
-    })
+    let time = bracket.newton(S::zero(), |time| evaluate(power, time)).root()?;
+    Some(Crossing { time, direction: direction_from(first) })
 }
 
 /// A root exactly at the upper end: a sign change if an odd count of last coefficients is zero.
 fn change_at_upper_end<S: Real>(piece: &Piece<S>) -> Option<Crossing<S>> {
-    let last = piece
-        .coefficients
-        .iter()
-        .rposition(|&value| value != S::zero())?;
+    let last = piece.coefficients.iter().rposition(|&value| value != S::zero())?;
     let multiplicity = piece.coefficients.len() - 1 - last;
     (multiplicity % 2 == 1).then(|| Crossing {
         time: piece.upper,
@@ -394,11 +352,7 @@ fn change_at_upper_end<S: Real>(piece: &Piece<S>) -> Option<Crossing<S>> {
 }
 
 fn direction_from<S: Real>(before: S) -> CrossingDirection {
-    if before > S::zero() {
-        CrossingDirection::Entering
-    } else {
-        CrossingDirection::Leaving
-    }
+    if before > S::zero() { CrossingDirection::Entering } else { CrossingDirection::Leaving }
 }
 
 /// Sign changes in the sequence of coefficients, zeros skipped.
@@ -430,16 +384,8 @@ impl<S: Real> Piece<S> {
             }
         }
         (
-            Piece {
-                lower: self.lower,
-                upper: middle,
-                coefficients: left,
-            },
-            Piece {
-                lower: middle,
-                upper: self.upper,
-                coefficients: right,
-            },
+            Piece { lower: self.lower, upper: middle, coefficients: left },
+            Piece { lower: middle, upper: self.upper, coefficients: right },
         )
     }
 }
@@ -499,9 +445,7 @@ mod tests {
 
     /// Ascending coefficients of `product (t - root)`.
     fn from_roots(roots: &[Dd]) -> Vec<Dd> {
-        roots.iter().fold(vec![Dd::ONE], |product, &root| {
-            times(&product, &[-root, Dd::ONE])
-        })
+        roots.iter().fold(vec![Dd::ONE], |product, &root| times(&product, &[-root, Dd::ONE]))
     }
 
     fn times(a: &[Dd], b: &[Dd]) -> Vec<Dd> {
@@ -546,11 +490,7 @@ mod tests {
     #[test]
     fn two_crossings_of_a_shallow_minimum_are_told_apart_in_double_double() {
         let centre = decimal("0.3");
-        let shallow = [
-            centre * centre - decimal("1e-28"),
-            -centre - centre,
-            Dd::ONE,
-        ];
+        let shallow = [centre * centre - decimal("1e-28"), -centre - centre, Dd::ONE];
         let coefficients = times(&shallow, &from_roots(&[Dd::from(-1.0), Dd::from(-2.5)]));
         let found = crossings(&coefficients, Dd::ONE);
         assert_eq!(found.len(), 2);
@@ -565,11 +505,7 @@ mod tests {
     #[test]
     fn two_crossings_of_a_shallow_minimum_are_told_apart_in_doubles() {
         let centre = decimal("0.3");
-        let shallow = [
-            centre * centre - decimal("1e-14"),
-            -centre - centre,
-            Dd::ONE,
-        ];
+        let shallow = [centre * centre - decimal("1e-14"), -centre - centre, Dd::ONE];
         let found = crossings(&rounded(&shallow), 1.0);
         assert_eq!(found.len(), 2);
         // A rounding of 1e-16 over the slope 2e-7 at the roots.
@@ -592,15 +528,9 @@ mod tests {
         let coefficients = [1.0, -1.0];
         let at_end = crossings(&coefficients, 1.0);
         assert_eq!(at_end.len(), 1);
-        assert_eq!(
-            (at_end[0].time, at_end[0].direction),
-            (1.0, CrossingDirection::Entering)
-        );
+        assert_eq!((at_end[0].time, at_end[0].direction), (1.0, CrossingDirection::Entering));
         assert!(crossings(&[0.0, -1.0], 1.0).is_empty());
-        assert_eq!(
-            roots_on_interval(&[0.0, -1.0], 1.0)[0].kind,
-            RootKind::Start
-        );
+        assert_eq!(roots_on_interval(&[0.0, -1.0], 1.0)[0].kind, RootKind::Start);
         assert_eq!(extrema(&[0.0, -2.0, 1.0], 1.0)[0].time, 1.0);
         assert!(extrema(&[0.0, 0.0, 1.0], 1.0).is_empty());
     }
@@ -608,10 +538,7 @@ mod tests {
     #[test]
     fn backward_interval_is_searched_in_its_own_direction() {
         let found = crossings(&[1.0, 2.0], -1.0);
-        assert_eq!(
-            (found[0].time, found[0].direction),
-            (-0.5, CrossingDirection::Entering)
-        );
+        assert_eq!((found[0].time, found[0].direction), (-0.5, CrossingDirection::Entering));
     }
 
     #[test]

@@ -64,9 +64,6 @@ mod tests {
         let widths = Widths(vec![0.1, f64::INFINITY]);
         let text = serde_json::to_string(&widths).expect("numbers");
         assert_eq!(text, "[0.1,null]");
-        assert_eq!(
-            serde_json::from_str::<Widths>(&text).expect("numbers"),
-            widths
-        );
+        assert_eq!(serde_json::from_str::<Widths>(&text).expect("numbers"), widths);
     }
 }

@@ -35,32 +35,18 @@ impl Field {
         parameters: &[InputKind],
     ) -> Self {
         let outputs: Vec<_> = derivatives.iter().chain(watched).copied().collect();
-        let states = derivatives
-            .iter()
-            .map(|&rate| state_in_time(graph, rate, derivatives.len()));
+        let states = derivatives.iter().map(|&rate| state_in_time(graph, rate, derivatives.len()));
         let in_time: Vec<_> = states
-            .chain(
-                parameters
-                    .iter()
-                    .map(|&kind| unbound_as(kind, InputKind::HeadOnly)),
-            )
+            .chain(parameters.iter().map(|&kind| unbound_as(kind, InputKind::HeadOnly)))
             .collect();
         let states = derivatives.iter().map(|_| InputKind::Variable);
         let in_jets: Vec<_> = states
-            .chain(
-                parameters
-                    .iter()
-                    .map(|&kind| unbound_as(kind, InputKind::Variable)),
-            )
+            .chain(parameters.iter().map(|&kind| unbound_as(kind, InputKind::Variable)))
             .collect();
         let time_program = Program::new(graph, &outputs, &in_time);
         Self {
             jet_program: Program::new(graph, &outputs, &in_jets),
-            series: Box::new(SeriesProgram::new(
-                &time_program,
-                &in_time,
-                derivatives.len(),
-            )),
+            series: Box::new(SeriesProgram::new(&time_program, &in_time, derivatives.len())),
             time_program,
             dimension: derivatives.len(),
             parameters: parameters.len(),
@@ -80,12 +66,7 @@ impl Field {
     /// used. Calls still take one value per parameter of the model and ignore those of bound
     /// ones.
     pub fn free_bound(model: &Model, watched: &[NodeId], active: &[usize], values: &[Dd]) -> Self {
-        Self::new(
-            &model.graph,
-            &model.flow,
-            watched,
-            &bound_but(active, values),
-        )
+        Self::new(&model.graph, &model.flow, watched, &bound_but(active, values))
     }
 
     /// Number of state components.
@@ -125,26 +106,15 @@ impl Field {
 /// Kinds of all parameters: the `active` ones variable, the rest bound to their values.
 pub fn bound_but(active: &[usize], values: &[Dd]) -> Vec<InputKind> {
     let kind = |(parameter, &value): (usize, &Dd)| {
-        if active.contains(&parameter) {
-            InputKind::Variable
-        } else {
-            InputKind::Bound(value)
-        }
+        if active.contains(&parameter) { InputKind::Variable } else { InputKind::Bound(value) }
     };
     values.iter().enumerate().map(kind).collect()
 }
 
 /// A state whose rate depends on no state is linear in time: the phase of a forcing.
 fn state_in_time(graph: &ExpressionGraph, rate: NodeId, dimension: usize) -> InputKind {
-    let constant_rate = graph
-        .dependencies(rate)
-        .iter()
-        .all(|&input| input >= dimension);
-    if constant_rate {
-        InputKind::LinearInTime
-    } else {
-        InputKind::Variable
-    }
+    let constant_rate = graph.dependencies(rate).iter().all(|&input| input >= dimension);
+    if constant_rate { InputKind::LinearInTime } else { InputKind::Variable }
 }
 
 fn unbound_as(kind: InputKind, unbound: InputKind) -> InputKind {

@@ -126,18 +126,10 @@ impl<'a, S: Branched> Integrator<'a, S> {
             not_finite |= going & !flown;
             let is_last = remaining.abs().is_at_most(step.length);
             let length = S::select(is_last, remaining, step.length * remaining.signum());
-            S::dispatch(Advance {
-                step,
-                time: length,
-                wanted: flown,
-                state: &mut *state,
-            });
+            S::dispatch(Advance { step, time: length, wanted: flown, state: &mut *state });
             remaining = S::select(flown, remaining - length, remaining);
         }
-        Carried {
-            not_finite,
-            remaining,
-        }
+        Carried { not_finite, remaining }
     }
 }
 
@@ -190,9 +182,7 @@ impl<S: Real> Integrator<'_, S> {
         let coefficients = |component| self.series.coefficients(component).iter();
         let degree = |component| coefficients(component).position(|value| !value.is_finite());
         let degree = (0..self.field.dimension()).find_map(degree);
-        FlowError::NotFinite {
-            degree: degree.unwrap_or(self.order()),
-        }
+        FlowError::NotFinite { degree: degree.unwrap_or(self.order()) }
     }
 }
 
@@ -262,12 +252,7 @@ impl<S: Branched> Kernel for Lengths<'_, '_, S> {
 
     #[inline(always)]
     fn run(self) -> (S::Rounded, S::Rounded) {
-        let Integrator {
-            field,
-            max_step,
-            margin,
-            ref series,
-        } = *self.0;
+        let Integrator { field, max_step, margin, ref series } = *self.0;
         let zero = S::Rounded::zero();
         let (mut sum, mut log2_length) = (zero, S::Rounded::from_f64(f64::INFINITY));
         for component in 0..field.dimension() {
@@ -347,10 +332,7 @@ pub(super) fn are_finite<S: Real>(coefficients: &[S]) -> bool {
 
 /// Value of a polynomial, coefficients in ascending powers.
 pub fn horner<S: Real>(coefficients: &[S], at: S) -> S {
-    coefficients
-        .iter()
-        .rev()
-        .fold(S::zero(), |sum, &coefficient| sum.mul_add(at, coefficient))
+    coefficients.iter().rev().fold(S::zero(), |sum, &coefficient| sum.mul_add(at, coefficient))
 }
 
 #[cfg(test)]

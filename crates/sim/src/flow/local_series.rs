@@ -25,10 +25,7 @@ impl<S: Real> LocalSeries<S> {
 
     /// The state at a jet-valued time, the series summed as in [`at_series_time`].
     pub fn state_at(&self, time: &Jet<S>) -> Vec<Jet<S>> {
-        self.states
-            .iter()
-            .map(|series| at_series_time(series, time))
-            .collect()
+        self.states.iter().map(|series| at_series_time(series, time)).collect()
     }
 }
 
@@ -82,9 +79,7 @@ pub fn local_series_kept_to<S: Real>(
     let output = |watched| field.time_program().output(field.dimension() + watched);
     LocalSeries {
         states: (0..field.dimension()).map(&jets).collect(),
-        watched: (0..field.watched())
-            .map(|watched| jets(output(watched)))
-            .collect(),
+        watched: (0..field.watched()).map(|watched| jets(output(watched))).collect(),
     }
 }
 
@@ -116,10 +111,7 @@ mod tests {
         let sum = at_series_time(series.state(0), &time);
         let expected = &x / &(-&(&x * &time)).add_constant(1.0);
         for (value, exact) in sum.coefficients().iter().zip(expected.coefficients()) {
-            assert!(
-                (value - exact).abs() < 1e-14 * exact.abs().max(1.0),
-                "{value} {exact}"
-            );
+            assert!((value - exact).abs() < 1e-14 * exact.abs().max(1.0), "{value} {exact}");
         }
     }
 
@@ -142,16 +134,11 @@ mod tests {
     #[test]
     fn watched_energy_of_the_pendulum_is_constant_as_a_jet() {
         let space = JetSpace::uniform(2, 4).unwrap();
-        let state = [
-            Jet::variable(&space, 0, 0.7_f64),
-            Jet::variable(&space, 1, 0.4),
-        ];
+        let state = [Jet::variable(&space, 0, 0.7_f64), Jet::variable(&space, 1, 0.4)];
         let series = local_series(&samples::pendulum(), &state, &[], 8);
         for power in 1..=8 {
-            let largest = series.watched(0)[power]
-                .coefficients()
-                .iter()
-                .fold(0.0_f64, |m, c| m.max(c.abs()));
+            let largest =
+                series.watched(0)[power].coefficients().iter().fold(0.0_f64, |m, c| m.max(c.abs()));
             assert!(largest < 1e-14, "power {power}: {largest:e}");
         }
     }

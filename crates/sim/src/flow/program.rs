@@ -52,16 +52,9 @@ impl Program {
         let outputs = outputs.iter().map(|&node| lowering.slot_of(node)).collect();
         let reaching = [0, 1, 2].map(|degree| {
             let reaches = |&slot: &Slot| lowering.support[slot].reaches(degree);
-            (inputs.len()..lowering.operations.len())
-                .filter(reaches)
-                .collect()
+            (inputs.len()..lowering.operations.len()).filter(reaches).collect()
         });
-        Self {
-            operations: lowering.operations,
-            reaching,
-            inputs: inputs.len(),
-            outputs,
-        }
+        Self { operations: lowering.operations, reaching, inputs: inputs.len(), outputs }
     }
 
     /// Number of slots: a tape holds `slots · element_len` scalars.
@@ -150,15 +143,7 @@ impl Program {
             let algebra = chosen.borrow();
             let (len, part) = (algebra.element_len(), algebra.part(degree));
             let out = &mut scratch[..part.len()];
-            run(
-                &self.operations[slot],
-                slot,
-                algebra,
-                degree,
-                len,
-                tape,
-                out,
-            );
+            run(&self.operations[slot], slot, algebra, degree, len, tape, out);
             tape[slot * len + part.start..slot * len + part.end].copy_from_slice(out);
         }
     }

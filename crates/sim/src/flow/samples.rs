@@ -12,9 +12,7 @@ pub(crate) type Parameters<'a> = &'a [InputKind];
 pub(crate) fn linear(parameters: Parameters) -> Field {
     let mut g = ExpressionGraph::new();
     let inputs: Vec<_> = (0..6).map(|input| g.input(input)).collect();
-    let [x, v, theta, zeta, amplitude, omega] = inputs[..] else {
-        unreachable!()
-    };
+    let [x, v, theta, zeta, amplitude, omega] = inputs[..] else { unreachable!() };
     let cosine = g.unary(Unary::Cos, theta);
     let force = g.mul(amplitude, cosine);
     let two = g.number(2.0);
@@ -30,9 +28,7 @@ pub(crate) fn linear(parameters: Parameters) -> Field {
 pub(crate) fn electrostatic(parameters: Parameters) -> Field {
     let mut g = ExpressionGraph::new();
     let inputs: Vec<_> = (0..6).map(|input| g.input(input)).collect();
-    let [x, v, theta, zeta, voltage, omega] = inputs[..] else {
-        unreachable!()
-    };
+    let [x, v, theta, zeta, voltage, omega] = inputs[..] else { unreachable!() };
     let sine = g.unary(Unary::Sin, theta);
     let drive = g.mul(voltage, sine);
     let one = g.number(1.0);
@@ -73,9 +69,7 @@ pub(crate) fn pendulum() -> Field {
 pub(crate) fn kepler() -> Field {
     let mut g = ExpressionGraph::new();
     let inputs: Vec<_> = (0..4).map(|input| g.input(input)).collect();
-    let [x, y, u, v] = inputs[..] else {
-        unreachable!()
-    };
+    let [x, y, u, v] = inputs[..] else { unreachable!() };
     let (xx, yy) = (g.power_integer(x, 2), g.power_integer(y, 2));
     let square = g.add(xx, yy);
     let inverse_cube = g.power_real(square, Dd::from(-1.5));

@@ -194,15 +194,7 @@ fn any_coefficient<S: Scalar>(
 ) -> S {
     let (len, mut out) = (MOST_BLOCKS * BLOCK, [S::zero()]);
     let algebra = TimeSeries { order: len - 1 };
-    run(
-        operation,
-        slot,
-        &algebra,
-        k,
-        len,
-        tape.as_flattened().as_flattened(),
-        &mut out,
-    );
+    run(operation, slot, &algebra, k, len, tape.as_flattened().as_flattened(), &mut out);
     out[0]
 }
 

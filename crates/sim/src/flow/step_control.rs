@@ -31,11 +31,7 @@ pub(crate) fn order_for(tolerance: f64) -> usize {
 /// order itself.
 pub(crate) fn order_for_numbers<S: Scalar>(tolerance: f64) -> usize {
     let order = order_for(tolerance);
-    if S::ROUNDOFF >= f64::ROUNDOFF {
-        order + 2 * order / 5
-    } else {
-        order
-    }
+    if S::ROUNDOFF >= f64::ROUNDOFF { order + 2 * order / 5 } else { order }
 }
 
 /// Natural logarithm, per degree, of the share to which the last term is held where numbers are the

@@ -19,11 +19,7 @@ impl Program {
 
     /// The same for the first slots alone.
     pub(crate) fn evaluate_values_to<S: Scalar>(&self, slots: usize, tape: &mut [S]) {
-        S::dispatch(Values {
-            program: self,
-            slots,
-            tape,
-        });
+        S::dispatch(Values { program: self, slots, tape });
     }
 }
 
@@ -39,11 +35,7 @@ impl<S: Scalar> Kernel for Values<'_, S> {
 
     #[inline(always)]
     fn run(self) {
-        let Self {
-            program,
-            slots,
-            tape,
-        } = self;
+        let Self { program, slots, tape } = self;
         for slot in program.inputs()..slots {
             tape[slot] = match *program.operation(slot) {
                 Operation::Constant(value) => S::from_dd(value),
@@ -72,14 +64,6 @@ impl<S: Scalar> Kernel for Values<'_, S> {
 #[inline(never)]
 fn any_value<S: Scalar>(operation: &Operation, slot: usize, tape: &[S]) -> S {
     let mut out = [S::zero()];
-    run(
-        operation,
-        slot,
-        &TimeSeries { order: 0 },
-        0,
-        1,
-        tape,
-        &mut out,
-    );
+    run(operation, slot, &TimeSeries { order: 0 }, 0, 1, tape, &mut out);
     out[0]
 }

@@ -29,12 +29,7 @@ pub fn flow_with_jacobian<S: Real>(
         Some(variable) => Jet::variable(&space, variable, value),
         None => Jet::constant(&space, value),
     };
-    let inputs: Vec<_> = state
-        .iter()
-        .chain(parameters)
-        .enumerate()
-        .map(jet)
-        .collect();
+    let inputs: Vec<_> = state.iter().chain(parameters).enumerate().map(jet).collect();
     let (initial, parameters) = inputs.split_at(state.len());
     let image = jet_transport_taylor(field, initial, parameters, duration)?;
     let slope = |row: usize, column: usize| {
@@ -65,9 +60,7 @@ mod tests {
             let shifted = |offset: Dd| {
                 let mut at = point;
                 at[input] += offset;
-                Integrator::new(&field)
-                    .flow(&at[..3], &at[3..], duration)
-                    .unwrap()
+                Integrator::new(&field).flow(&at[..3], &at[3..], duration).unwrap()
             };
             let (up, down, middle) = (shifted(step), shifted(-step), shifted(Dd::ZERO));
             for row in 0..3 {

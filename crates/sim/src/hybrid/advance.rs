@@ -19,12 +19,7 @@ impl<S: Real> Simulator<'_, S> {
     pub fn run(&mut self, duration: S) -> Result<Trajectory<S>, HybridError> {
         let mut events = Vec::new();
         let outcome = self.advance(duration, &mut |event| events.push(event))?;
-        Ok(Trajectory {
-            events,
-            state: self.motion.state.clone(),
-            time: self.motion.time,
-            outcome,
-        })
+        Ok(Trajectory { events, state: self.motion.state.clone(), time: self.motion.time, outcome })
     }
 
     /// Simulates for a duration, handing every event to `record`; allocates nothing.
@@ -39,10 +34,7 @@ impl<S: Real> Simulator<'_, S> {
     ) -> Result<Outcome<S>, HybridError> {
         check_finite(&[duration], 0)?;
         let horizon = self.motion.time + duration;
-        Ok(self
-            .advance_to(horizon, record)
-            .err()
-            .unwrap_or(Outcome::Completed))
+        Ok(self.advance_to(horizon, record).err().unwrap_or(Outcome::Completed))
     }
 
     /// Simulates one forcing period; the phase is exactly where it was.
@@ -58,12 +50,7 @@ impl<S: Real> Simulator<'_, S> {
         period: S,
         record: &mut dyn FnMut(Event<S>),
     ) -> Result<Outcome<S>, HybridError> {
-        let component = self
-            .system
-            .phase
-            .as_ref()
-            .ok_or(HybridError::NoPhase)?
-            .component;
+        let component = self.system.phase.as_ref().ok_or(HybridError::NoPhase)?.component;
         self.motion.reference_phase = self.motion.state[component];
         (self.motion.time, self.motion.turns) = (S::zero(), 0);
         if let Err(outcome) = self.advance_to(period, record) {
@@ -109,10 +96,7 @@ impl<S: Real> Simulator<'_, S> {
                 Some(stop) => return Ok(stop),
             }
         }
-        Err(Outcome::StepLimit {
-            limit: self.step_limit,
-            time: self.motion.time,
-        })
+        Err(Outcome::StepLimit { limit: self.step_limit, time: self.motion.time })
     }
 
     /// Flies the contact with a compliant surface from a full state on it: the state at the release

@@ -35,10 +35,7 @@ impl<S: Real> Simulator<'_, S> {
                 return Ok(true);
             }
         }
-        Err(Outcome::StepLimit {
-            limit: MAX_STEPS,
-            time: self.motion.time,
-        })
+        Err(Outcome::StepLimit { limit: MAX_STEPS, time: self.motion.time })
     }
 
     fn arrive(&mut self, surface: usize, goal: Back) {
@@ -65,34 +62,15 @@ impl<S: Real> Simulator<'_, S> {
         remaining: S,
         heading: &mut Heading,
     ) -> Result<bool, Outcome<S>> {
-        let Self {
-            motion,
-            parameters,
-            affine,
-            free,
-            work,
-            reversed,
-            ..
-        } = self;
-        let exact = affine
-            .as_mut()
-            .and_then(|tools| tools.flight(Regime::Free, motion, parameters));
-        let mut leg = BackwardLeg {
-            motion,
-            work,
-            reversed,
-            surface,
-            goal,
-            remaining,
-            heading,
-        };
+        let Self { motion, parameters, affine, free, work, reversed, .. } = self;
+        let exact =
+            affine.as_mut().and_then(|tools| tools.flight(Regime::Free, motion, parameters));
+        let mut leg = BackwardLeg { motion, work, reversed, surface, goal, remaining, heading };
         match exact {
             Some(mut flight) => leg.fly(&mut flight),
             None => match free.step(&leg.motion.state, parameters) {
                 Ok(step) => leg.fly(&mut TaylorFlight::new(step, self.surfaces.len())),
-                Err(_) => Err(Outcome::Diverged {
-                    time: leg.motion.time,
-                }),
+                Err(_) => Err(Outcome::Diverged { time: leg.motion.time }),
             },
         }
     }
@@ -123,9 +101,7 @@ impl<S: Real> BackwardLeg<'_, S> {
         let end = search_scalar(points, gap, length, start, goal, NoLog);
         *self.heading = Heading::falling(end.falls);
         if !flight.land(-end.time, next) {
-            return Err(Outcome::Diverged {
-                time: self.motion.time,
-            });
+            return Err(Outcome::Diverged { time: self.motion.time });
         }
         std::mem::swap(&mut self.motion.state, next);
         self.motion.time -= end.time;
@@ -151,17 +127,8 @@ pub(super) fn reversed_gap<'r, S: Branched>(
     };
     alternate(value, sign, &mut reversed.0);
     alternate(slope, -sign, &mut reversed.1);
-    let gap = Gap {
-        value: &reversed.0,
-        slope: &reversed.1,
-        sign: one,
-        surface: 0,
-    };
-    let goal = Goal {
-        minima,
-        stopping: !none,
-        near: -one,
-    };
+    let gap = Gap { value: &reversed.0, slope: &reversed.1, sign: one, surface: 0 };
+    let goal = Goal { minima, stopping: !none, near: -one };
     (gap, goal)
 }
 

@@ -43,12 +43,7 @@ impl<S: Branched> Rebound<S> {
     /// Of an impact at this speed, from the normal motion after it.
     #[inline(always)]
     pub(crate) fn new(speed: S, after: &Sense<S>) -> Self {
-        Self {
-            speed,
-            rebound: after.velocity,
-            acceleration: after.acceleration,
-            jerk: after.jerk,
-        }
+        Self { speed, rebound: after.velocity, acceleration: after.acceleration, jerk: after.jerk }
     }
 
     /// Where a free flight follows: elsewhere the chatter's leading duration is below `ε^(1/4)` of
@@ -88,15 +83,11 @@ impl<S: Real> Rebound<S> {
             return AfterImpact::Flight;
         }
         if self.rebound <= S::zero() {
-            return AfterImpact::Complete {
-                duration: S::zero(),
-            };
+            return AfterImpact::Complete { duration: S::zero() };
         }
         let leading = self.leading();
         let correction = self.jerk * leading / (S::from_f64(3.0) * -self.acceleration);
-        AfterImpact::Complete {
-            duration: leading * (S::one() + correction),
-        }
+        AfterImpact::Complete { duration: leading * (S::one() + correction) }
     }
 }
 
@@ -122,12 +113,7 @@ mod tests {
     fn completed_duration_agrees_with_impacts_one_by_one_to_third_order() {
         for (j, r) in [(0.0, 0.8), (1.5, 0.8), (-2.0, 0.5)] {
             let v = 1e-6;
-            let rebound = Rebound {
-                speed: v / r,
-                rebound: v,
-                acceleration: -3.0,
-                jerk: j,
-            };
+            let rebound = Rebound { speed: v / r, rebound: v, acceleration: -3.0, jerk: j };
             let AfterImpact::Complete { duration } = rebound.follow(1.0) else {
                 panic!("completes")
             };
@@ -137,19 +123,9 @@ mod tests {
 
     #[test]
     fn no_chatter_while_leaving_or_without_loss() {
-        let flight = Rebound {
-            speed: 1e-9,
-            rebound: 1e-9,
-            acceleration: -1.0,
-            jerk: 0.0,
-        };
+        let flight = Rebound { speed: 1e-9, rebound: 1e-9, acceleration: -1.0, jerk: 0.0 };
         assert_eq!(flight.follow(1.0), AfterImpact::Flight);
-        let leaving = Rebound {
-            speed: 1e-9,
-            rebound: 0.0,
-            acceleration: 1.0,
-            jerk: 0.0,
-        };
+        let leaving = Rebound { speed: 1e-9, rebound: 0.0, acceleration: 1.0, jerk: 0.0 };
         assert_eq!(leaving.follow(1.0), AfterImpact::Flight);
     }
 }

@@ -43,9 +43,8 @@ impl<'s, S: Real> TaylorFlight<'s, S> {
     /// NOTE: a state at rest on a surface is a polynomial of any length while the force that will
     /// release it is not, so the watched functions limit the step as well.
     pub(super) fn new(step: Step<'s, S>, watches: usize) -> Self {
-        let length = (0..watches).fold(step.length.to_f64(), |length, watch| {
-            length.min(step.watched_length(2 * watch))
-        });
+        let length = (0..watches)
+            .fold(step.length.to_f64(), |length, watch| length.min(step.watched_length(2 * watch)));
         let length = S::from_f64(length);
         Self { step, length }
     }
@@ -70,10 +69,7 @@ impl<S: Real> Flight<S> for TaylorFlight<'_, S> {
     }
 
     fn polynomials(&mut self, watch: usize) -> (&[S], &[S]) {
-        (
-            self.step.watched_coefficients(2 * watch),
-            self.step.watched_coefficients(2 * watch + 1),
-        )
+        (self.step.watched_coefficients(2 * watch), self.step.watched_coefficients(2 * watch + 1))
     }
 
     fn land(&mut self, time: S, state: &mut [S]) -> bool {

@@ -35,14 +35,8 @@ impl Itinerary {
     /// The section's own passage, where it has one.
     pub(super) fn of_section(section: ReturnSection) -> Self {
         let own = section.surface();
-        let passage = |surface| ExpectedPassage {
-            surface,
-            share: 0.0,
-        };
-        Self {
-            passages: own.map(passage).into_iter().collect(),
-            starts_at_passage: own.is_some(),
-        }
+        let passage = |surface| ExpectedPassage { surface, share: 0.0 };
+        Self { passages: own.map(passage).into_iter().collect(), starts_at_passage: own.is_some() }
     }
 
     /// These passages of a return that nominally takes `duration`.
@@ -64,21 +58,14 @@ impl Itinerary {
                 return Err(HybridError::NoSuchSurface { surface, surfaces });
             }
             if !(0.0..duration).contains(&time) {
-                return Err(HybridError::PassageTime {
-                    passage,
-                    time,
-                    duration,
-                });
+                return Err(HybridError::PassageTime { passage, time, duration });
             }
         }
         let expected = passages.iter().map(|passage| ExpectedPassage {
             surface: passage.surface,
             share: passage.time / duration,
         });
-        Ok(Self {
-            passages: expected.collect(),
-            starts_at_passage: own.is_some(),
-        })
+        Ok(Self { passages: expected.collect(), starts_at_passage: own.is_some() })
     }
 
     /// Number of passages.
@@ -106,10 +93,8 @@ impl Itinerary {
                 nearest[number] = Some((distance, event.kind.contact_speed()));
             }
         }
-        let mut speeds: Vec<_> = nearest
-            .into_iter()
-            .map(|nearest| nearest.and_then(|(_, speed)| speed))
-            .collect();
+        let mut speeds: Vec<_> =
+            nearest.into_iter().map(|nearest| nearest.and_then(|(_, speed)| speed)).collect();
         if let (true, Some(own)) = (self.starts_at_passage, speeds.first_mut()) {
             *own = log.own;
         }
@@ -119,12 +104,12 @@ impl Itinerary {
     /// The passage of a surface nearest to a share of the return, and how far it is.
     fn nearest(&self, surface: usize, share: f64) -> Option<(usize, f64)> {
         let of_surface = self.passages.iter().enumerate();
-        let distances = of_surface
-            .filter(|(_, passage)| passage.surface == surface)
-            .map(|(number, passage)| {
+        let distances = of_surface.filter(|(_, passage)| passage.surface == surface).map(
+            |(number, passage)| {
                 let difference = share - passage.share;
                 (number, (difference - difference.round()).abs())
-            });
+            },
+        );
         distances.min_by(|a, b| a.1.total_cmp(&b.1))
     }
 }
@@ -140,10 +125,7 @@ pub(super) struct Log<S> {
 
 impl<S: Real> Log<S> {
     pub(super) fn new() -> Self {
-        Self {
-            events: Vec::new(),
-            own: None,
-        }
+        Self { events: Vec::new(), own: None }
     }
 
     pub(super) fn recorder(&mut self) -> impl FnMut(Event<S>) + '_ {

@@ -67,14 +67,7 @@ impl<S: Real> Simulator<'_, S> {
     /// Value and slope of the function at the present state, put to the working memory with the
     /// rates of the free flow; `None` for a surface that has none.
     fn read_landing(&mut self, landing: Landing) -> Option<(S, S)> {
-        let Self {
-            affine,
-            motion,
-            parameters,
-            work,
-            surfaces,
-            ..
-        } = self;
+        let Self { affine, motion, parameters, work, surfaces, .. } = self;
         let values = &mut work.landing;
         let is_read = affine
             .as_mut()

@@ -377,9 +377,7 @@ impl<F: LaneFlow<N>, const N: usize> LaneOrbits<F, N> {
     /// in the answer.
     #[inline(always)]
     fn step(&mut self, horizon: Lanes<N>, asked: LaneAsked<N>) -> LaneStepEnd<N> {
-        let mut end = self
-            .flow
-            .step(&mut self.motion, horizon, asked, &mut self.log);
+        let mut end = self.flow.step(&mut self.motion, horizon, asked, &mut self.log);
         self.alive &= !end.undecided;
         end.contact &= self.alive;
         self.arrive(asked.wanted & self.alive, end.contact);

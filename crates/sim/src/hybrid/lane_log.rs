@@ -34,17 +34,9 @@ impl<const N: usize> LaneLog<N> {
     /// where the first passage is that of the section.
     pub(super) fn new(duration: Lanes<N>, shares: &[Lanes<N>], has_own: bool) -> Self {
         let zero = Lanes::splat(0.0);
-        let record = |&share| LaneRecord {
-            share,
-            distance: zero,
-            met: LaneMask::NONE,
-            speed: zero,
-        };
-        Self {
-            duration,
-            passages: shares.iter().map(record).collect(),
-            has_own,
-        }
+        let record =
+            |&share| LaneRecord { share, distance: zero, met: LaneMask::NONE, speed: zero };
+        Self { duration, passages: shares.iter().map(record).collect(), has_own }
     }
 
     /// To be called where returns start.

@@ -72,11 +72,7 @@ impl<'a, const N: usize> LaneReturns<'a, N> {
             returned: [false; N],
             together: [false; N],
         };
-        Some(Self {
-            scalar,
-            flight,
-            images,
-        })
+        Some(Self { scalar, flight, images })
     }
 
     /// The next section points from full states at the section, of the lanes that are wanted.
@@ -99,9 +95,7 @@ impl<'a, const N: usize> LaneReturns<'a, N> {
         let images = &mut self.images;
         let state: Vec<f64> = states.iter().map(|value| value[lane]).collect();
         let image = self.scalar[lane].image(&state);
-        let image = image
-            .ok()
-            .filter(|image| image.outcome == ReturnOutcome::Returned);
+        let image = image.ok().filter(|image| image.outcome == ReturnOutcome::Returned);
         images.returned[lane] = image.is_some();
         if let Some(image) = image {
             for (speeds, speed) in images.speeds.iter_mut().zip(image.passages) {
@@ -147,10 +141,8 @@ impl<'a, const N: usize> Flight<'a, N> {
             let flow = LaneTaylor::new(system, parameters)?;
             return Some(Self::Taylor(Box::new(LaneFlight::new(flow, maps))));
         }
-        let tables: Option<Vec<OrbitTables>> = scalar
-            .iter_mut()
-            .map(|own| own.simulator.orbit_tables())
-            .collect();
+        let tables: Option<Vec<OrbitTables>> =
+            scalar.iter_mut().map(|own| own.simulator.orbit_tables()).collect();
         let tables = tables?;
         let flow = LaneTools::new(std::array::from_fn(|lane| tables[own(lane)].clone()))?;
         let maps = std::array::from_fn(|lane| &scalar[own(lane)]);

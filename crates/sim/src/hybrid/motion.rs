@@ -78,12 +78,7 @@ impl<S: Real> Motion<S> {
         state.copy_from_slice(&other.state);
         leaving.copy_from_slice(&other.leaving);
         headings.copy_from_slice(&other.headings);
-        *self = Self {
-            state,
-            leaving,
-            headings,
-            ..*other
-        };
+        *self = Self { state, leaving, headings, ..*other };
     }
 
     /// How the search of a surface's gap starts here.

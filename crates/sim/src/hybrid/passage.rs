@@ -130,11 +130,7 @@ impl<S: Real> Start<S> {
 
     /// On the zero of the gap, just left.
     pub(super) fn leaving(rounding: S) -> Self {
-        Self {
-            leaving: true,
-            rounding,
-            ..Self::inside(Heading::Unknown, S::zero())
-        }
+        Self { leaving: true, rounding, ..Self::inside(Heading::Unknown, S::zero()) }
     }
 }
 

@@ -40,13 +40,7 @@ impl<S: Real> Simulator<'_, S> {
                     S::from_f64(f64::INFINITY)
                 };
                 self.begin_contact(surface, uncertainty, turn);
-                self.record(
-                    surface,
-                    EventKind::ContactBegin {
-                        speed: -before.velocity,
-                    },
-                    record,
-                );
+                self.record(surface, EventKind::ContactBegin { speed: -before.velocity }, record);
                 Ok(())
             }
         }
@@ -76,11 +70,7 @@ impl<S: Real> Simulator<'_, S> {
             }
             let Clearance { gap, rounding } = self.clearance(surface);
             if gap < -rounding * S::from_f64(PENETRATES) {
-                return Err(Outcome::Penetrating {
-                    surface,
-                    time: self.motion.time,
-                    gap,
-                });
+                return Err(Outcome::Penetrating { surface, time: self.motion.time, gap });
             }
         }
         Ok(())
@@ -105,18 +95,12 @@ impl<S: Real> Simulator<'_, S> {
             .as_mut()
             .and_then(|tools| tools.sense(surface, &self.motion, &self.parameters));
         exact.unwrap_or_else(|| {
-            self.surfaces[surface]
-                .sensor
-                .sense(&self.motion.state, &self.parameters)
+            self.surfaces[surface].sensor.sense(&self.motion.state, &self.parameters)
         })
     }
 
     fn record(&self, surface: usize, kind: EventKind<S>, record: &mut dyn FnMut(Event<S>)) {
-        record(Event {
-            time: self.motion.time,
-            surface,
-            kind,
-        });
+        record(Event { time: self.motion.time, surface, kind });
     }
 
     fn impact(
@@ -137,20 +121,9 @@ impl<S: Real> Simulator<'_, S> {
         let after = self.sense(surface);
         let speed = -before.velocity;
         let rebound = Rebound::new(speed, &after);
-        self.record(
-            surface,
-            EventKind::Impact {
-                speed,
-                rebound: after.velocity,
-            },
-            record,
-        );
+        self.record(surface, EventKind::Impact { speed, rebound: after.velocity }, record);
         if after.velocity < -speed.abs() * S::from_f64(PASSES) {
-            return Err(Outcome::Penetrating {
-                surface,
-                time: self.motion.time,
-                gap: after.gap,
-            });
+            return Err(Outcome::Penetrating { surface, time: self.motion.time, gap: after.gap });
         }
         self.leave(surface, after, residual(&after));
         if let AfterImpact::Complete { duration } = rebound.follow(self.motion.last_step) {
@@ -181,26 +154,15 @@ impl<S: Real> Simulator<'_, S> {
         let kick = largest_difference(&self.motion.state, &self.work.next);
         self.remove_normal_velocity(surface, speed, rebound);
         if self.surfaces[surface].held.is_none() || self.reset_moves(surface, kick) {
-            return Err(Outcome::NoStickingField {
-                surface,
-                time: self.motion.time,
-            });
+            return Err(Outcome::NoStickingField { surface, time: self.motion.time });
         }
         self.motion.regime = Regime::Stick { surface };
         self.motion.release_sign = S::one();
         let time = self.motion.time + duration;
         if duration > S::zero() {
-            record(Event {
-                time,
-                surface,
-                kind: EventKind::ChatterEnd { duration },
-            });
+            record(Event { time, surface, kind: EventKind::ChatterEnd { duration } });
         }
-        record(Event {
-            time,
-            surface,
-            kind: EventKind::Stick,
-        });
+        record(Event { time, surface, kind: EventKind::Stick });
         Ok(())
     }
 
@@ -244,9 +206,7 @@ impl<S: Real> Simulator<'_, S> {
         };
         let sense = self.sense(surface);
         let kind = match self.motion.regime {
-            Regime::Contact { .. } => EventKind::ContactEnd {
-                speed: sense.velocity,
-            },
+            Regime::Contact { .. } => EventKind::ContactEnd { speed: sense.velocity },
             _ => EventKind::Release,
         };
         self.record(surface, kind, record);

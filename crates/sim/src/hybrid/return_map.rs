@@ -76,13 +76,7 @@ impl<'a, S: Real> DirectReturn<'a, S> {
         periods: usize,
     ) -> Result<Self, HybridError> {
         let period = Simulator::new(system, parameters)?.forcing_period()?;
-        Self::new(
-            system,
-            parameters,
-            section,
-            period * S::from_f64(periods as f64),
-            periods,
-        )
+        Self::new(system, parameters, section, period * S::from_f64(periods as f64), periods)
     }
 
     /// The same with all grazing passages of the nominal return, so that [`Return::passages`] tells
@@ -146,21 +140,14 @@ impl<'a, S: Real> DirectReturn<'a, S> {
         }
         let horizon = self.duration * S::from_f64(3.0);
         loop {
-            let approach = Approach {
-                ignored: None,
-                stop_at: Some(surface),
-            };
+            let approach = Approach { ignored: None, stop_at: Some(surface) };
             match self.next_stop(horizon, approach, log)? {
                 Stop::Minimum { gap, rises_for } => {
                     if self.is_final(surface, rises_for) {
                         return Ok(ReturnOutcome::Returned);
                     }
                     let time = self.simulator.time();
-                    log.events.push(Event {
-                        time,
-                        surface,
-                        kind: EventKind::NearMiss { gap },
-                    });
+                    log.events.push(Event { time, surface, kind: EventKind::NearMiss { gap } });
                 }
                 Stop::Contact { surface: met } if met == surface => {
                     self.entry.copy_from(&self.simulator.motion);
@@ -177,9 +164,7 @@ impl<'a, S: Real> DirectReturn<'a, S> {
                 }
                 Stop::Contact { surface } => self.respond(surface, log)?,
                 Stop::Horizon | Stop::Release => {
-                    return Ok(ReturnOutcome::NoReturn {
-                        time: self.simulator.time(),
-                    });
+                    return Ok(ReturnOutcome::NoReturn { time: self.simulator.time() });
                 }
             }
         }
@@ -211,10 +196,7 @@ impl<'a, S: Real> DirectReturn<'a, S> {
                     log.events.truncate(logged);
                     self.simulator.motion.copy_from(&self.entry);
                     if last {
-                        let ignoring = Approach {
-                            ignored: Some(surface),
-                            stop_at: None,
-                        };
+                        let ignoring = Approach { ignored: Some(surface), stop_at: None };
                         self.fly(ignoring, log)?;
                         break;
                     }
@@ -240,11 +222,7 @@ impl<'a, S: Real> DirectReturn<'a, S> {
         self.simulator.motion.lose_headings();
         if !self.simulator.back(surface, Back::ToSurface, earliest)? {
             let gap = self.simulator.sense(surface).gap;
-            return Err(Outcome::Penetrating {
-                surface,
-                time: self.simulator.time(),
-                gap,
-            });
+            return Err(Outcome::Penetrating { surface, time: self.simulator.time(), gap });
         }
         log.own = Some(-self.simulator.sense(surface).velocity);
         self.respond(surface, log)
@@ -288,10 +266,7 @@ impl<'a, S: Real> DirectReturn<'a, S> {
         horizon: S,
         log: &mut Log<S>,
     ) -> Result<Option<S>, Outcome<S>> {
-        let approach = Approach {
-            ignored: Some(surface),
-            stop_at: Some(surface),
-        };
+        let approach = Approach { ignored: Some(surface), stop_at: Some(surface) };
         loop {
             match self.next_stop(horizon, approach, log)? {
                 Stop::Minimum { rises_for, .. } => return Ok(Some(rises_for)),
@@ -324,9 +299,8 @@ impl<'a, S: Real> DirectReturn<'a, S> {
             return true;
         }
         self.passage.copy_from(&self.simulator.motion);
-        let nearer = self
-            .reach_minimum(surface, self.duration + early, &mut Log::new())
-            .unwrap_or(None);
+        let nearer =
+            self.reach_minimum(surface, self.duration + early, &mut Log::new()).unwrap_or(None);
         self.simulator.motion.copy_from(&self.passage);
         nearer.is_none()
     }
@@ -337,8 +311,7 @@ impl<'a, S: Real> DirectReturn<'a, S> {
         approach: Approach,
         log: &mut Log<S>,
     ) -> Result<Stop<S>, Outcome<S>> {
-        self.simulator
-            .next_stop(horizon, approach, &mut log.recorder())
+        self.simulator.next_stop(horizon, approach, &mut log.recorder())
     }
 
     /// Applies a surface's response; the contact is logged at the minimum its approach would have

@@ -186,13 +186,7 @@ impl<S: Branched> SearchEnd<S> {
     #[inline(always)]
     pub(super) fn none(length: S) -> Self {
         let none = S::Mask::NONE;
-        Self {
-            time: length,
-            minimum: none,
-            gap: length,
-            crossing: none,
-            falls: none,
-        }
+        Self { time: length, minimum: none, gap: length, crossing: none, falls: none }
     }
 
     /// Ends the search at minima, given as time and gap, or puts them to `log`.
@@ -333,10 +327,7 @@ mod tests {
     use crate::numeric::Dd;
 
     fn derivative(value: &[f64]) -> Vec<f64> {
-        (1..value.len())
-            .map(|k| k as f64 * value[k])
-            .chain([0.0])
-            .collect()
+        (1..value.len()).map(|k| k as f64 * value[k]).chain([0.0]).collect()
     }
 
     /// An event of one gap within a step.
@@ -349,12 +340,7 @@ mod tests {
     fn passages<S: Real>(value: &[f64], start: Start<S>, goal: Goal<S>) -> Vec<Passage<S>> {
         let slope: Vec<S> = derivative(value).into_iter().map(S::from_f64).collect();
         let value: Vec<S> = value.iter().copied().map(S::from_f64).collect();
-        let gap = Gap {
-            value: &value,
-            slope: &slope,
-            sign: S::one(),
-            surface: 0,
-        };
+        let gap = Gap { value: &value, slope: &slope, sign: S::one(), surface: 0 };
         let (mut missed, mut points) = (Vec::new(), StationaryPoints::new());
         let end = search_scalar(&mut points, gap, S::one(), start, goal, &mut missed);
         let time = end.time;
@@ -372,11 +358,7 @@ mod tests {
     }
 
     fn crossing<S: Real>(near: S) -> Goal<S> {
-        Goal {
-            minima: false,
-            stopping: false,
-            near,
-        }
+        Goal { minima: false, stopping: false, near }
     }
 
     #[test]
@@ -384,19 +366,10 @@ mod tests {
         let goal = crossing(1.0);
         let rising = [0.25, 0.0, 1.0];
         let found = passages::<f64>(&rising, after(Heading::Falling), goal);
-        assert!(matches!(
-            found[..],
-            [Passage::Minimum {
-                time: 0.0,
-                gap: 0.25
-            }]
-        ));
+        assert!(matches!(found[..], [Passage::Minimum { time: 0.0, gap: 0.25 }]));
         assert!(passages::<f64>(&rising, after(Heading::Rising), goal).is_empty());
         let falling = [0.25, -1e-17, 1.0];
-        assert_eq!(
-            passages::<f64>(&falling, after(Heading::Falling), goal).len(),
-            1
-        );
+        assert_eq!(passages::<f64>(&falling, after(Heading::Falling), goal).len(), 1);
         assert!(passages::<f64>(&falling, after(Heading::Rising), goal).is_empty());
     }
 
@@ -407,9 +380,7 @@ mod tests {
             // (t - 0.37)² - y²
             let value = [0.37 * 0.37 - y * y, -0.74, 1.0];
             let found = passages::<Dd>(&value, inside(), crossing(Dd::INFINITY));
-            let [Passage::Crossing { time }] = found[..] else {
-                panic!("{found:?}")
-            };
+            let [Passage::Crossing { time }] = found[..] else { panic!("{found:?}") };
             let gap = (time - Dd::from(0.37)) * (time - Dd::from(0.37));
             assert!((gap.to_f64() - y * y).abs() < 1e-16, "{y:e}");
         }
@@ -419,9 +390,7 @@ mod tests {
     fn a_near_miss_is_a_minimum_and_not_a_crossing() {
         let value = [0.25 + 1e-12, -1.0, 1.0];
         let found = passages::<f64>(&value, inside(), crossing(1.0));
-        let [Passage::Minimum { time, gap }] = found[..] else {
-            panic!("{found:?}")
-        };
+        let [Passage::Minimum { time, gap }] = found[..] else { panic!("{found:?}") };
         assert!((time - 0.5).abs() < 1e-15 && (gap - 1e-12).abs() < 1e-16);
         assert!(passages::<f64>(&value, inside(), crossing(1e-13)).is_empty());
     }
@@ -436,14 +405,9 @@ mod tests {
             term *= 9.0 / (k + 1) as f64;
         }
         value[0] += 2.0;
-        let minima = Goal {
-            minima: true,
-            ..crossing(1.0)
-        };
+        let minima = Goal { minima: true, ..crossing(1.0) };
         let found = passages::<f64>(&value, inside(), minima);
-        let [Passage::Minimum { time, .. }] = found[..] else {
-            panic!("{found:?}")
-        };
+        let [Passage::Minimum { time, .. }] = found[..] else { panic!("{found:?}") };
         assert!((time - std::f64::consts::PI / 9.0).abs() < 1e-13);
     }
 

@@ -28,8 +28,7 @@ impl<'a, S: Scalar> Evaluator<'a, S> {
         let slots: [usize; M] = std::array::from_fn(|output| self.program.output(output));
         self.take(state, parameters);
         let slots_needed = slots.iter().map(|&slot| slot + 1).max().unwrap_or(0);
-        self.program
-            .evaluate_values_to(slots_needed, &mut self.tape);
+        self.program.evaluate_values_to(slots_needed, &mut self.tape);
         slots.map(|slot| self.tape[slot])
     }
 
@@ -99,8 +98,6 @@ pub(super) struct Clearance<S> {
 
 /// Rounding of a sum: a few units in the last place of its largest term.
 pub(super) fn rounding_of<S: Scalar>(terms: &[S]) -> S {
-    let size = terms
-        .iter()
-        .fold(S::zero(), |size, term| size.max(term.abs()));
+    let size = terms.iter().fold(S::zero(), |size, term| size.max(term.abs()));
     S::from_f64(16.0 * S::ROUNDOFF) * size
 }

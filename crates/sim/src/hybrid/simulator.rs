@@ -103,10 +103,7 @@ impl<'a, S: Real> Simulator<'a, S> {
     pub fn set_parameters(&mut self, parameters: &[S]) -> Result<(), HybridError> {
         let expected = self.system.parameters;
         if parameters.len() != expected {
-            return Err(HybridError::ParameterLength {
-                expected,
-                found: parameters.len(),
-            });
+            return Err(HybridError::ParameterLength { expected, found: parameters.len() });
         }
         check_finite(parameters, self.system.dimension)?;
         if self.parameters != parameters {
@@ -136,10 +133,7 @@ impl<'a, S: Real> Simulator<'a, S> {
     pub fn set_state(&mut self, state: &[S]) -> Result<(), HybridError> {
         let expected = self.system.dimension;
         if state.len() != expected {
-            return Err(HybridError::StateLength {
-                expected,
-                found: state.len(),
-            });
+            return Err(HybridError::StateLength { expected, found: state.len() });
         }
         check_finite(state, 0)?;
         self.affine.iter_mut().for_each(AffineTools::forget);
@@ -228,9 +222,7 @@ impl<'a, S: Real> Simulator<'a, S> {
         if rate > S::zero() {
             Ok(S::from_dd(phase.period) / rate)
         } else {
-            Err(HybridError::PhaseRate {
-                rate: rate.to_f64(),
-            })
+            Err(HybridError::PhaseRate { rate: rate.to_f64() })
         }
     }
 }
@@ -254,9 +246,7 @@ impl<'a, S: Real> SurfaceTools<'a, S> {
 /// Fails at the first number that is not finite; `offset` is the position of the first one.
 pub(super) fn check_finite<S: Real>(values: &[S], offset: usize) -> Result<(), HybridError> {
     match values.iter().position(|value| !value.is_finite()) {
-        Some(position) => Err(HybridError::NotFinite {
-            component: offset + position,
-        }),
+        Some(position) => Err(HybridError::NotFinite { component: offset + position }),
         None => Ok(()),
     }
 }

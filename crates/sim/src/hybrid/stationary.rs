@@ -191,10 +191,7 @@ impl<R: Branched<Rounded = R>> StationaryPoints<R> {
                 0 => (signs.from_zero, second.exists, signs.positive),
                 _ => (turns, R::Mask::NONE, !signs.positive),
             };
-            let ends = [
-                R::select(after, middle, zero),
-                R::select(before, middle, one),
-            ];
+            let ends = [R::select(after, middle, zero), R::select(before, middle, one)];
             let refined = self.refine(ends, change.place(), falling, turns);
             let steep = is_steep(refined.steepness.abs(), bound, left_out, count);
             let steep = refined.found & steep;
@@ -226,11 +223,7 @@ impl<R: Branched<Rounded = R>> StationaryPoints<R> {
     fn refine(&self, ends: [R; 2], start: R, falling: R::Mask, wanted: R::Mask) -> Refined<R> {
         let tolerance = R::from_f64(LAST_STEP) * ends[1];
         let mut search = NewtonSteps::new(ends, falling, start, tolerance);
-        let mut refined = Refined {
-            place: start,
-            steepness: start,
-            found: R::Mask::NONE,
-        };
+        let mut refined = Refined { place: start, steepness: start, found: R::Mask::NONE };
         let mut going = wanted;
         for _ in 0..MAX_NEWTON {
             let (value, slope) = polynomial::value_and_slope(&self.scaled, search.at());
@@ -299,19 +292,8 @@ impl<R: Branched> Signs<R> {
         let (zero, none) = (R::zero(), R::Mask::NONE);
         let from_zero = points[0].is_equal(zero);
         let positive = zero.is_below(R::select(from_zero, points[1], points[0]));
-        let change = Change {
-            exists: none,
-            number: zero,
-            last: zero,
-            next: zero,
-        };
-        let mut signs = Signs {
-            from_zero,
-            positive,
-            changes: [change; 2],
-            known: !none,
-            points,
-        };
+        let change = Change { exists: none, number: zero, last: zero, next: zero };
+        let mut signs = Signs { from_zero, positive, changes: [change; 2], known: !none, points };
         let mut above = positive;
         for (index, &point) in points.iter().enumerate() {
             let last = points[index.saturating_sub(1)];
@@ -389,8 +371,7 @@ impl Halving {
         self.scaled.extend(coefficients);
         let bend = |(degree, c): (usize, &f64)| (degree * (degree - 1)) as f64 * c;
         self.bends.clear();
-        self.bends
-            .extend(self.scaled.iter().enumerate().skip(2).map(bend));
+        self.bends.extend(self.scaled.iter().enumerate().skip(2).map(bend));
     }
 
     /// Finds the zeros.
@@ -429,9 +410,7 @@ impl Halving {
     fn root_between(&self, [a, b]: [f64; 2], left: f64, right: f64) -> Option<f64> {
         let bracket = Bracket::new(a, b, left, right).ok()?;
         let value_and_slope = |at: f64| polynomial::value_and_slope(&self.scaled, at);
-        bracket
-            .newton_from(0.5 * (a + b), LAST_STEP * b, value_and_slope)
-            .root()
+        bracket.newton_from(0.5 * (a + b), LAST_STEP * b, value_and_slope).root()
     }
 }
 
@@ -474,13 +453,7 @@ mod tests {
     #[test]
     fn zeros_on_the_ends_of_halves_are_found_to_the_last_bits() {
         // sin(t − c): no coefficient vanishes, and c is where the intervals are divided.
-        for (share, length) in [
-            (0.125, 1.6),
-            (0.25, 1.6),
-            (0.5, 0.9),
-            (0.5, 1.6),
-            (0.75, 1.6),
-        ] {
+        for (share, length) in [(0.125, 1.6), (0.25, 1.6), (0.5, 0.9), (0.5, 1.6), (0.75, 1.6)] {
             let zero: f64 = share * length;
             let derivatives = [-zero.sin(), zero.cos(), zero.sin(), -zero.cos()];
             let factorial = |k: usize| (1..=k).map(|j| j as f64).product::<f64>();
@@ -549,9 +522,7 @@ mod tests {
                 }
             }
             let at = |place: usize| polynomial::value(&coefficients, place as f64 / 2000.0) > 0.0;
-            let changes = (0..2000)
-                .filter(|&place| at(place) != at(place + 1))
-                .count();
+            let changes = (0..2000).filter(|&place| at(place) != at(place + 1)).count();
             let found = isolated(&coefficients, 1.0);
             assert_eq!(found.len(), changes, "{coefficients:?}");
             counts[changes.min(3)] += 1;
@@ -587,11 +558,9 @@ mod tests {
             };
             (0..32).map(term).collect()
         };
-        for (sign, length, zeros) in [
-            (1.0, 2.0, &[][..]),
-            (-1.0, 2.0, &[0.0]),
-            (1.0, 4.0, &[std::f64::consts::PI / 4.0]),
-        ] {
+        for (sign, length, zeros) in
+            [(1.0, 2.0, &[][..]), (-1.0, 2.0, &[0.0]), (1.0, 4.0, &[std::f64::consts::PI / 4.0])]
+        {
             let found = isolated(&series(sign), length);
             assert_eq!(found.len(), zeros.len(), "{sign} {length}");
             for (root, zero) in found.iter().zip(zeros) {

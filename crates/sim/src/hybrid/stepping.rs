@@ -20,21 +20,10 @@ impl<S: Real> Simulator<'_, S> {
         approach: Approach,
         record: &mut dyn FnMut(Event<S>),
     ) -> Result<Option<Stop<S>>, Outcome<S>> {
-        let Self {
-            system,
-            parameters,
-            motion,
-            free,
-            affine,
-            work,
-            surfaces,
-            near_miss,
-            ..
-        } = self;
+        let Self { system, parameters, motion, free, affine, work, surfaces, near_miss, .. } = self;
         let (integrator, regime) = present(system, motion.regime, free, surfaces);
-        let exact = affine
-            .as_mut()
-            .and_then(|tools| tools.flight(motion.regime, motion, parameters));
+        let exact =
+            affine.as_mut().and_then(|tools| tools.flight(motion.regime, motion, parameters));
         let mut leg = Leg {
             motion,
             work,
@@ -47,9 +36,7 @@ impl<S: Real> Simulator<'_, S> {
             Some(mut flight) => leg.fly(&mut flight, record),
             None => match integrator.step(&leg.motion.state, parameters) {
                 Ok(step) => leg.fly(&mut TaylorFlight::new(step, regime.watches.len()), record),
-                Err(_) => Err(Outcome::Diverged {
-                    time: leg.motion.time,
-                }),
+                Err(_) => Err(Outcome::Diverged { time: leg.motion.time }),
             },
         }?;
         match stop {
@@ -85,11 +72,7 @@ impl<S: Real> Simulator<'_, S> {
             &mut work.misses,
         )?;
         report(&mut work.misses, time, self.motion.time, record);
-        self.motion.time = if time == longest {
-            horizon
-        } else {
-            self.motion.time + time
-        };
+        self.motion.time = if time == longest { horizon } else { self.motion.time + time };
         let stop = end.flatten();
         if let Some(Stop::Contact { surface }) = stop {
             self.motion.set_at_contact(surface);
@@ -143,11 +126,7 @@ impl<S: Real> Leg<'_, S> {
         let remaining = self.horizon - motion.time;
         let slack = S::from_f64(8.0 * S::ROUNDOFF) * admissible;
         let mut first = First {
-            length: if remaining <= admissible + slack {
-                remaining
-            } else {
-                admissible
-            },
+            length: if remaining <= admissible + slack { remaining } else { admissible },
             stop: None,
         };
         work.misses.clear();
@@ -167,23 +146,14 @@ impl<S: Real> Leg<'_, S> {
                         motion.lose_headings();
                         return Ok(Some(Stop::Release));
                     };
-                    let goal = Goal {
-                        minima: false,
-                        stopping: false,
-                        near: S::from_f64(-1.0),
-                    };
+                    let goal = Goal { minima: false, stopping: false, near: S::from_f64(-1.0) };
                     (motion.release_sign, 0, start, goal, Outlook::Undecided)
                 }
             };
             let mut heading = Heading::Unknown;
             if outlook == Outlook::Undecided {
                 let (value, slope) = flight.polynomials(index);
-                let gap = Gap {
-                    value,
-                    slope,
-                    sign,
-                    surface,
-                };
+                let gap = Gap { value, slope, sign, surface };
                 let Work { points, misses, .. } = &mut *work;
                 let end = search_scalar(points, gap, first.length, start, goal, misses);
                 heading = Heading::falling(end.falls);
@@ -207,11 +177,7 @@ impl<S: Real> Leg<'_, S> {
         }
         std::mem::swap(&mut motion.state, &mut work.next);
         report(&mut work.misses, length, motion.time, record);
-        motion.time = if length == remaining {
-            self.horizon
-        } else {
-            motion.time + length
-        };
+        motion.time = if length == remaining { self.horizon } else { motion.time + length };
         Ok(stop)
     }
 
@@ -252,11 +218,7 @@ fn report<S: Real>(
     }
     misses.sort_unstable_by(|a, b| a.0.partial_cmp(&b.0).unwrap_or(Ordering::Equal));
     for &(time, surface, gap) in misses.iter().filter(|miss| miss.0 <= until) {
-        record(Event {
-            time: from + time,
-            surface,
-            kind: EventKind::NearMiss { gap },
-        });
+        record(Event { time: from + time, surface, kind: EventKind::NearMiss { gap } });
     }
 }
 
@@ -272,10 +234,9 @@ impl<S: Real> First<S> {
     fn take(&mut self, watch: Watch, end: &SearchEnd<S>) {
         let stop = match watch {
             Watch::Gap { surface } if end.crossing => Stop::Contact { surface },
-            Watch::Gap { .. } if end.minimum => Stop::Minimum {
-                gap: end.gap,
-                rises_for: S::zero(),
-            },
+            Watch::Gap { .. } if end.minimum => {
+                Stop::Minimum { gap: end.gap, rises_for: S::zero() }
+            }
             Watch::Release if end.crossing => Stop::Release,
             _ => return,
         };
@@ -307,12 +268,7 @@ fn present<'s, 'a, S: Real>(
 /// The gap of a surface along a flight.
 fn gap<S: Real, F: Flight<S>>(flight: &mut F, watch: usize, surface: usize) -> Gap<'_, S> {
     let (value, slope) = flight.polynomials(watch);
-    Gap {
-        value,
-        slope,
-        sign: S::one(),
-        surface,
-    }
+    Gap { value, slope, sign: S::one(), surface }
 }
 
 /// What is looked for at a surface; `None` where that is nothing.
@@ -322,11 +278,7 @@ fn goal<S: Real>(surface: usize, approach: Approach, near_miss: S) -> Option<Goa
     let goal = Goal {
         minima,
         stopping,
-        near: if stopping {
-            S::from_f64(f64::INFINITY)
-        } else {
-            near_miss
-        },
+        near: if stopping { S::from_f64(f64::INFINITY) } else { near_miss },
     };
     (stopping || !minima).then_some(goal)
 }
@@ -350,10 +302,7 @@ fn release_start<S: Real>(
     if turn + turn <= uncertainty {
         return None;
     }
-    let size = value
-        .iter()
-        .rev()
-        .fold(S::zero(), |size, c| (size * length).max(c.abs()));
+    let size = value.iter().rev().fold(S::zero(), |size, c| (size * length).max(c.abs()));
     let rounding = motion
         .release_rounding
         .max(S::from_f64(64.0 * S::ROUNDOFF) * size)

@@ -53,16 +53,10 @@ pub(super) struct SurfaceLaw {
 #[derive(Clone, Debug)]
 pub(super) enum Law {
     /// Reset, and the stick field where there is one.
-    Rigid {
-        reset: Program,
-        stick: Option<RegimeField>,
-    },
+    Rigid { reset: Program, stick: Option<RegimeField> },
     /// Contact field, and the release function: `ρ` and its derivative along the free flow, the
     /// rates of the free flow, `x_i ∂ρ/∂x_i`, the size of its terms.
-    Compliant {
-        contact: RegimeField,
-        release: Program,
-    },
+    Compliant { contact: RegimeField, release: Program },
 }
 
 /// A field with its watched functions, each followed by its derivative along the field.
@@ -85,27 +79,17 @@ impl HybridSystem {
     /// Lowers a model. Where its free flight and its event functions are affine in the states, with
     /// a force trigonometric in the phase, it is flown exactly.
     pub fn new(model: &Model) -> Self {
-        Self {
-            affine: AffineSystem::new(model),
-            ..Self::without_exact_flow(model)
-        }
+        Self { affine: AffineSystem::new(model), ..Self::without_exact_flow(model) }
     }
 
     /// Lowers a model that is flown by Taylor's method, whatever its fields: slower where they are
     /// affine, and an independent check there.
     pub fn without_exact_flow(model: &Model) -> Self {
-        let mut lowering = Lowering {
-            graph: model.graph.clone(),
-            model,
-        };
-        let surfaces: Vec<_> = (0..model.surfaces.len())
-            .map(|surface| lowering.surface(surface))
-            .collect();
-        let free = lowering.regime(
-            &model.flow,
-            None,
-            &(0..model.surfaces.len()).collect::<Vec<_>>(),
-        );
+        let mut lowering = Lowering { graph: model.graph.clone(), model };
+        let surfaces: Vec<_> =
+            (0..model.surfaces.len()).map(|surface| lowering.surface(surface)).collect();
+        let free =
+            lowering.regime(&model.flow, None, &(0..model.surfaces.len()).collect::<Vec<_>>());
         let phase = model.phase.as_ref().map(|phase| PhaseClock {
             component: model.dimension() - 1,
             period: phase.period,
@@ -163,18 +147,14 @@ impl Lowering<'_> {
         let sensor = self.sensor(surface);
         let landing = self.landing(surface.event);
         let landing = self.program(&landing);
-        let others: Vec<_> = (0..self.model.surfaces.len())
-            .filter(|&other| other != index)
-            .collect();
+        let others: Vec<_> =
+            (0..self.model.surfaces.len()).filter(|&other| other != index).collect();
         let law = match &surface.response {
             Response::Impact { reset } => {
                 let stick = stick_field(&mut self.graph, self.model, surface, reset);
                 let pressing = self.graph.neg(surface.normal_acceleration);
                 let stick = stick.map(|field| self.regime(&field, Some(pressing), &others));
-                Law::Rigid {
-                    reset: self.program(reset),
-                    stick,
-                }
+                Law::Rigid { reset: self.program(reset), stick }
             }
             Response::Contact { field, release } => {
                 let mut outputs = self.landing(*release);
@@ -185,23 +165,13 @@ impl Lowering<'_> {
                 }
             }
         };
-        SurfaceLaw {
-            sensor,
-            landing,
-            law,
-        }
+        SurfaceLaw { sensor, landing, law }
     }
 
     fn sensor(&mut self, surface: &Surface) -> Program {
-        let jerk = self
-            .graph
-            .lie_derivative(surface.normal_acceleration, &self.model.flow);
-        let mut outputs = vec![
-            surface.event,
-            surface.normal_velocity,
-            surface.normal_acceleration,
-            jerk,
-        ];
+        let jerk = self.graph.lie_derivative(surface.normal_acceleration, &self.model.flow);
+        let mut outputs =
+            vec![surface.event, surface.normal_velocity, surface.normal_acceleration, jerk];
         outputs.extend(self.terms(surface.event));
         self.program(&outputs)
     }
@@ -232,11 +202,8 @@ impl Lowering<'_> {
         let gaps = surfaces
             .iter()
             .map(|&surface| (Watch::Gap { surface }, self.model.surfaces[surface].event));
-        let watched: Vec<_> = release
-            .map(|node| (Watch::Release, node))
-            .into_iter()
-            .chain(gaps)
-            .collect();
+        let watched: Vec<_> =
+            release.map(|node| (Watch::Release, node)).into_iter().chain(gaps).collect();
         let mut nodes = Vec::new();
         for &(_, node) in &watched {
             nodes.push(node);
@@ -269,9 +236,8 @@ fn stick_field(
     reset: &[NodeId],
 ) -> Option<Vec<NodeId>> {
     let dimension = model.dimension();
-    let slopes: Vec<_> = (0..dimension)
-        .map(|j| graph.derivative(surface.normal_velocity, j))
-        .collect();
+    let slopes: Vec<_> =
+        (0..dimension).map(|j| graph.derivative(surface.normal_velocity, j)).collect();
     let coordinate = (0..dimension).find(|&j| {
         let moves_gap = graph.derivative(surface.event, j);
         !is_zero(graph, slopes[j]) && is_zero(graph, moves_gap)
@@ -298,9 +264,7 @@ fn pushes(
     kicks: &[NodeId],
     slopes: &[NodeId],
 ) -> Option<Vec<NodeId>> {
-    let kicked: Vec<_> = (0..kicks.len())
-        .filter(|&i| !is_zero(graph, kicks[i]))
-        .collect();
+    let kicked: Vec<_> = (0..kicks.len()).filter(|&i| !is_zero(graph, kicks[i])).collect();
     let zero = graph.number(0.0);
     let mut pushes = vec![zero; kicks.len()];
     if let [only] = kicked[..] {

@@ -104,17 +104,12 @@ pub struct Trajectory<S> {
 impl<S: Real> Trajectory<S> {
     /// Number of contacts that began: impacts and compliant contacts.
     pub fn contacts(&self) -> usize {
-        self.events
-            .iter()
-            .filter(|event| event.kind.is_contact())
-            .count()
+        self.events.iter().filter(|event| event.kind.is_contact()).count()
     }
 
     /// Speeds at which surfaces were met, in order.
     pub fn contact_speeds(&self) -> impl Iterator<Item = S> + '_ {
-        self.events
-            .iter()
-            .filter_map(|event| event.kind.contact_speed())
+        self.events.iter().filter_map(|event| event.kind.contact_speed())
     }
 }
 

@@ -41,31 +41,19 @@ pub(super) type Checked<T> = Result<T, Fault>;
 impl Fault {
     /// A fault at `span`.
     pub(super) fn at(span: Range<usize>, problem: SceneProblem) -> Self {
-        Self {
-            problem: Box::new(problem),
-            span: Some(span),
-        }
+        Self { problem: Box::new(problem), span: Some(span) }
     }
 
     /// A fault that has no place in the text.
     pub(super) fn nowhere(problem: SceneProblem) -> Self {
-        Self {
-            problem: Box::new(problem),
-            span: None,
-        }
+        Self { problem: Box::new(problem), span: None }
     }
 
     /// The error once the file is known.
     pub(super) fn in_file(self, file_name: &str, text: &str) -> SceneError {
-        let span = self
-            .span
-            .map(|span| span.start.min(text.len())..span.end.min(text.len()));
+        let span = self.span.map(|span| span.start.min(text.len())..span.end.min(text.len()));
         let source = NamedSource::new(file_name, text.to_owned()).with_language("TOML");
-        SceneError(Box::new(Located {
-            problem: *self.problem,
-            source,
-            span,
-        }))
+        SceneError(Box::new(Located { problem: *self.problem, source, span }))
     }
 }
 
@@ -113,19 +101,13 @@ impl std::error::Error for SceneError {}
 
 impl Diagnostic for SceneError {
     fn source_code(&self) -> Option<&dyn SourceCode> {
-        self.0
-            .span
-            .as_ref()
-            .map(|_| &self.0.source as &dyn SourceCode)
+        self.0.span.as_ref().map(|_| &self.0.source as &dyn SourceCode)
     }
 
     fn labels(&self) -> Option<Box<dyn Iterator<Item = LabeledSpan> + '_>> {
         let span = self.0.span.clone()?;
         let label = self.0.problem.label().unwrap_or_else(|| "here".to_owned());
-        Some(Box::new(std::iter::once(LabeledSpan::new_with_span(
-            Some(label),
-            span,
-        ))))
+        Some(Box::new(std::iter::once(LabeledSpan::new_with_span(Some(label), span))))
     }
 }
 
@@ -497,16 +479,14 @@ impl SceneProblem {
     /// A few words for the place in the text, where there is something to add.
     pub(super) fn label(&self) -> Option<String> {
         let meant = |nearest: &Option<String>| {
-            nearest
-                .as_ref()
-                .map(|name| format!("did you mean `{name}`?"))
+            nearest.as_ref().map(|name| format!("did you mean `{name}`?"))
         };
         match self {
             Self::Expression(error) => error.label(),
             Self::UnknownKey { nearest, .. } | Self::UnknownName { nearest, .. } => meant(nearest),
-            Self::UnknownWord {
-                nearest, choices, ..
-            } => meant(nearest).or_else(|| Some(format!("one of {choices}"))),
+            Self::UnknownWord { nearest, choices, .. } => {
+                meant(nearest).or_else(|| Some(format!("one of {choices}")))
+            }
             Self::NotAName { .. } => {
                 Some("letters, digits and `_`, not first a digit, at most 64".to_owned())
             }

@@ -130,10 +130,9 @@ impl ExpressionError {
             None => otherwise.to_owned(),
         };
         match self {
-            Self::UnknownVariable { nearest, .. } => Some(meant(
-                nearest,
-                "not a state, the phase, a parameter or a `let`",
-            )),
+            Self::UnknownVariable { nearest, .. } => {
+                Some(meant(nearest, "not a state, the phase, a parameter or a `let`"))
+            }
             Self::UnknownFunction { nearest, .. } => {
                 Some(meant(nearest, "not a function; a product needs `*`"))
             }
@@ -163,10 +162,7 @@ pub(super) enum Token {
 /// The tokens of a text, the last being [`Token::End`].
 pub(super) fn tokens(text: &str) -> Result<Vec<(Token, Range<usize>)>, Spanned<ExpressionError>> {
     if text.len() > LONGEST {
-        let error = ExpressionError::TooLong {
-            length: text.len(),
-            limit: LONGEST,
-        };
+        let error = ExpressionError::TooLong { length: text.len(), limit: LONGEST };
         return Err(Spanned::new(error, 0..text.len()));
     }
     let bytes = text.as_bytes();
@@ -189,9 +185,7 @@ pub(super) fn tokens(text: &str) -> Result<Vec<(Token, Range<usize>)>, Spanned<E
                 Token::Number
             }
             letter if letter.is_ascii_alphabetic() || letter == b'_' => {
-                at = skip(bytes, at, |byte| {
-                    byte.is_ascii_alphanumeric() || byte == b'_'
-                });
+                at = skip(bytes, at, |byte| byte.is_ascii_alphanumeric() || byte == b'_');
                 Token::Name
             }
             _ => return Err(unexpected_character(text, at)),
@@ -205,9 +199,7 @@ pub(super) fn tokens(text: &str) -> Result<Vec<(Token, Range<usize>)>, Spanned<E
 /// The names a text uses, in order; nothing where it cannot be read (its own parse says why).
 pub(super) fn names_in(text: &str) -> Vec<&str> {
     let tokens = tokens(text).unwrap_or_default();
-    let names = tokens
-        .into_iter()
-        .filter(|(token, _)| *token == Token::Name);
+    let names = tokens.into_iter().filter(|(token, _)| *token == Token::Name);
     names.map(|(_, span)| &text[span]).collect()
 }
 
@@ -226,9 +218,7 @@ fn number_end(bytes: &[u8], from: usize) -> usize {
             at += 1;
         }
     }
-    skip(bytes, at, |byte| {
-        byte.is_ascii_alphanumeric() || byte == b'_' || byte == b'.'
-    })
+    skip(bytes, at, |byte| byte.is_ascii_alphanumeric() || byte == b'_' || byte == b'.')
 }
 
 /// Refuses what is not `digits[.digits][e[±]digits]`.
@@ -240,21 +230,14 @@ fn check_number(text: &str, span: Range<usize>) -> Result<(), Spanned<Expression
     if plain && number.parse::<f64>().is_ok() {
         Ok(())
     } else {
-        Err(Spanned::new(
-            ExpressionError::Number {
-                text: number.to_owned(),
-            },
-            span,
-        ))
+        Err(Spanned::new(ExpressionError::Number { text: number.to_owned() }, span))
     }
 }
 
 /// The fault of a character that begins no token.
 fn unexpected_character(text: &str, at: usize) -> Spanned<ExpressionError> {
     let found = text[at..].chars().next().unwrap_or_default();
-    let error = ExpressionError::Character {
-        found: found.escape_debug().to_string(),
-    };
+    let error = ExpressionError::Character { found: found.escape_debug().to_string() };
     Spanned::new(error, at..at + found.len_utf8())
 }
 
@@ -289,23 +272,14 @@ pub(super) fn parse(
     if tokens.len() == 1 {
         return Err(Spanned::new(ExpressionError::Empty, 0..text.len()));
     }
-    let mut parser = Parser {
-        text,
-        tokens,
-        at: 0,
-        depth: 0,
-        graph,
-        resolve,
-    };
+    let mut parser = Parser { text, tokens, at: 0, depth: 0, graph, resolve };
     let (node, _) = parser.expression(0)?;
     match parser.peek() {
         (Token::End, _) => Ok(node),
-        (_, span) => Err(parser.fault(
-            ExpressionError::ExpectedOperator {
-                found: parser.found(&span),
-            },
-            span,
-        )),
+        (_, span) => {
+            Err(parser
+                .fault(ExpressionError::ExpectedOperator { found: parser.found(&span) }, span))
+        }
     }
 }
 
@@ -352,11 +326,7 @@ impl Parser<'_> {
             Token::Name => self.name(span),
             Token::Symbol(sign @ (b'-' | b'+')) => {
                 let (inner, inner_span) = self.expression(UNARY)?;
-                let node = if sign == b'-' {
-                    self.graph.neg(inner)
-                } else {
-                    inner
-                };
+                let node = if sign == b'-' { self.graph.neg(inner) } else { inner };
                 Ok((node, span.start..inner_span.end))
             }
             Token::Symbol(b'(') => {
@@ -364,12 +334,9 @@ impl Parser<'_> {
                 let end = self.close(span.clone())?;
                 Ok((inner, span.start..end))
             }
-            _ => Err(self.fault(
-                ExpressionError::ExpectedOperand {
-                    found: self.found(&span),
-                },
-                span,
-            )),
+            _ => {
+                Err(self.fault(ExpressionError::ExpectedOperand { found: self.found(&span) }, span))
+            }
         }
     }
 
@@ -377,12 +344,7 @@ impl Parser<'_> {
         let text = &self.text[span.clone()];
         match decimal(text) {
             Some(value) => Ok((self.graph.constant(value), span)),
-            None => Err(self.fault(
-                ExpressionError::NotFinite {
-                    text: text.to_owned(),
-                },
-                span,
-            )),
+            None => Err(self.fault(ExpressionError::NotFinite { text: text.to_owned() }, span)),
         }
     }
 
@@ -392,18 +354,13 @@ impl Parser<'_> {
         match (names::function(name), called) {
             (Some(function), true) => return self.call(function, span),
             (Some(_), false) => {
-                let error = ExpressionError::FunctionWithoutArguments {
-                    name: name.to_owned(),
-                };
+                let error = ExpressionError::FunctionWithoutArguments { name: name.to_owned() };
                 return Err(self.fault(error, span));
             }
             (None, true) => {
                 let nearest = names::nearest(name, names::function_names());
                 return Err(self.fault(
-                    ExpressionError::UnknownFunction {
-                        name: name.to_owned(),
-                        nearest,
-                    },
+                    ExpressionError::UnknownFunction { name: name.to_owned(), nearest },
                     span,
                 ));
             }
@@ -417,13 +374,8 @@ impl Parser<'_> {
             Resolved::Unknown(_) if name == names::FREE => {
                 Err(self.fault(ExpressionError::FreeOutsideContact, span))
             }
-            Resolved::Unknown(nearest) => Err(self.fault(
-                ExpressionError::UnknownVariable {
-                    name: name.to_owned(),
-                    nearest,
-                },
-                span,
-            )),
+            Resolved::Unknown(nearest) => Err(self
+                .fault(ExpressionError::UnknownVariable { name: name.to_owned(), nearest }, span)),
         }
     }
 
@@ -498,12 +450,10 @@ impl Parser<'_> {
                 Ok(span.end)
             }
             (Token::End, _) => Err(self.fault(ExpressionError::Unclosed, open)),
-            (_, span) => Err(self.fault(
-                ExpressionError::ExpectedOperator {
-                    found: self.found(&span),
-                },
-                span,
-            )),
+            (_, span) => {
+                Err(self
+                    .fault(ExpressionError::ExpectedOperator { found: self.found(&span) }, span))
+            }
         }
     }
 
@@ -548,10 +498,7 @@ mod tests {
         let mut graph = ExpressionGraph::new();
         let node =
             parse(text, &mut graph, &|_| Resolved::Unknown(None)).map_err(|fault| fault.value)?;
-        Ok(graph
-            .constant_value(node)
-            .expect("numbers alone give a number")
-            .hi)
+        Ok(graph.constant_value(node).expect("numbers alone give a number").hi)
     }
 
     #[test]

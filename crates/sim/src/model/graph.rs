@@ -216,9 +216,7 @@ impl ExpressionGraph {
             .filter_map(|(&operation, needed)| needed.then_some(operation))
             .collect();
         let corners = operations.into_iter();
-        corners
-            .filter_map(|operation| self.corner_operation(operation))
-            .collect()
+        corners.filter_map(|operation| self.corner_operation(operation)).collect()
     }
 
     fn corner_operation(&mut self, operation: Node) -> Option<CornerOperation> {
@@ -275,11 +273,7 @@ fn power<S: Scalar>(base: S, exponent: i32) -> S {
             square = square * square;
         }
     }
-    if exponent < 0 {
-        S::one() / result
-    } else {
-        result
-    }
+    if exponent < 0 { S::one() / result } else { result }
 }
 
 /// A function of one argument.

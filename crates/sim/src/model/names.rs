@@ -53,10 +53,7 @@ pub(super) const FREE: &str = "free";
 
 /// The function of a name.
 pub(super) fn function(name: &str) -> Option<Function> {
-    FUNCTIONS
-        .iter()
-        .find(|(known, _)| *known == name)
-        .map(|&(_, function)| function)
+    FUNCTIONS.iter().find(|(known, _)| *known == name).map(|&(_, function)| function)
 }
 
 /// Names of all functions.
@@ -71,15 +68,10 @@ pub(super) fn is_reserved(name: &str) -> bool {
 
 /// Whether a text has the form of a name: `[A-Za-z_][A-Za-z0-9_]*`, not too long.
 pub(super) fn is_name(text: &str) -> bool {
-    let first = text
-        .bytes()
-        .next()
-        .is_some_and(|byte| byte.is_ascii_alphabetic() || byte == b'_');
+    let first = text.bytes().next().is_some_and(|byte| byte.is_ascii_alphabetic() || byte == b'_');
     first
         && text.len() <= LONGEST_NAME
-        && text
-            .bytes()
-            .all(|byte| byte.is_ascii_alphanumeric() || byte == b'_')
+        && text.bytes().all(|byte| byte.is_ascii_alphanumeric() || byte == b'_')
 }
 
 /// The known name nearest to `name`, if one is near enough to be what was meant.
@@ -119,23 +111,14 @@ pub(super) fn identifier(file_name: &str) -> String {
     let base = file_name.rsplit(['/', '\\']).next().unwrap_or_default();
     let stem = base.strip_suffix(".toml").unwrap_or(base);
     let mut identifier: String = (stem.chars().take(LONGEST_NAME))
-        .map(|letter| {
-            if letter.is_ascii_alphanumeric() {
-                letter.to_ascii_lowercase()
-            } else {
-                '_'
-            }
-        })
+        .map(
+            |letter| {
+                if letter.is_ascii_alphanumeric() { letter.to_ascii_lowercase() } else { '_' }
+            },
+        )
         .collect();
     if !identifier.starts_with(|first: char| first.is_ascii_lowercase()) {
-        identifier.insert_str(
-            0,
-            if identifier.starts_with('_') {
-                "scene"
-            } else {
-                "scene_"
-            },
-        );
+        identifier.insert_str(0, if identifier.starts_with('_') { "scene" } else { "scene_" });
     }
     if KEYWORDS.contains(&identifier.as_str()) {
         identifier.push_str("_scene");

@@ -102,9 +102,7 @@ impl Model {
     /// Names of all parameters.
     pub fn parameter_names(&self) -> Vec<&str> {
         let parameters = self.parameters.iter();
-        parameters
-            .map(|parameter| parameter.name.as_str())
-            .collect()
+        parameters.map(|parameter| parameter.name.as_str()).collect()
     }
 
     /// Values of all parameters in the scene.

@@ -79,12 +79,8 @@ impl TryFrom<String> for Digest {
     type Error = String;
 
     fn try_from(text: String) -> Result<Self, String> {
-        let digits = u64::from_str_radix(&text, 16)
-            .ok()
-            .filter(|_| text.len() == 16);
-        digits
-            .map(Self)
-            .ok_or_else(|| format!("expected 16 hexadecimal digits, found `{text}`"))
+        let digits = u64::from_str_radix(&text, 16).ok().filter(|_| text.len() == 16);
+        digits.map(Self).ok_or_else(|| format!("expected 16 hexadecimal digits, found `{text}`"))
     }
 }
 
@@ -178,10 +174,7 @@ pub struct MapOrders {
 impl MapOrders {
     /// The orders `(smooth_order, contact_weight)`.
     pub const fn new(smooth_order: u32, contact_weight: u32) -> Self {
-        Self {
-            smooth_order,
-            contact_weight,
-        }
+        Self { smooth_order, contact_weight }
     }
 
     /// The larger of each order.
@@ -221,11 +214,7 @@ impl MapOrders {
 impl std::fmt::Display for MapOrders {
     /// `(N, W)`.
     fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(
-            formatter,
-            "({}, {})",
-            self.smooth_order, self.contact_weight
-        )
+        write!(formatter, "({}, {})", self.smooth_order, self.contact_weight)
     }
 }
 

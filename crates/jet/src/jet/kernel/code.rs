@@ -147,16 +147,8 @@ impl Code {
         }
         let end = self.rows.len() as u32;
         match schemes.len() {
-            1 => Instruction::Polynomial {
-                factors,
-                first,
-                end,
-            },
-            _ => Instruction::TwoPolynomials {
-                factors,
-                first,
-                end,
-            },
+            1 => Instruction::Polynomial { factors, first, end },
+            _ => Instruction::TwoPolynomials { factors, first, end },
         }
     }
 
@@ -173,18 +165,12 @@ impl Code {
 
     /// The known values that are looked up.
     pub(super) fn kept<T: Copy>(&self, set: &[T], constants: &[T]) -> Vec<T> {
-        self.kept
-            .iter()
-            .map(|known| known.of(set, constants))
-            .collect()
+        self.kept.iter().map(|known| known.of(set, constants)).collect()
     }
 
     /// The known values that are read.
     pub(super) fn read<T: Copy>(&self, set: &[T], constants: &[T]) -> Vec<T> {
-        self.read
-            .iter()
-            .map(|known| known.of(set, constants))
-            .collect()
+        self.read.iter().map(|known| known.of(set, constants)).collect()
     }
 
     /// Number of outputs.
@@ -221,19 +207,11 @@ impl Code {
                     place += 1;
                     sums[1]
                 }
-                Instruction::Polynomial {
-                    factors: [factor, inner],
-                    first,
-                    end,
-                } => {
+                Instruction::Polynomial { factors: [factor, inner], first, end } => {
                     let rows = &self.rows[first as usize..end as usize];
                     polynomial([at(factor), at(inner)], rows, &mut read)
                 }
-                Instruction::TwoPolynomials {
-                    factors: [factor, inner],
-                    first,
-                    end,
-                } => {
+                Instruction::TwoPolynomials { factors: [factor, inner], first, end } => {
                     let rows = &self.rows[first as usize..end as usize];
                     let sums = two_polynomials([at(factor), at(inner)], rows, &mut read);
                     memory[place] = sums[0];
@@ -457,10 +435,7 @@ mod tests {
         }
         let whole = builder.multiply_add(sum, y, coefficients[1]);
         let (code, memory) = run(&builder.finish(vec![whole]), &[10.0, 2.0]);
-        assert_eq!(
-            (code.instructions.len(), code.read.len(), memory.len()),
-            (1, 5, 3)
-        );
+        assert_eq!((code.instructions.len(), code.read.len(), memory.len()), (1, 5, 3));
         assert_eq!(memory[2], 4717.0);
     }
 

@@ -29,9 +29,8 @@ impl Kernel {
     /// The kernel with the derivatives of the first `rows` outputs by every direction of the seeds.
     fn differentiated(&self, rows: usize, seed: Seed<'_>) -> Self {
         let mut builder = KernelBuilder::new(self.inputs);
-        let seeds: Vec<Vec<Value>> = (0..self.inputs as u32)
-            .map(|input| seed(&mut builder, input))
-            .collect();
+        let seeds: Vec<Vec<Value>> =
+            (0..self.inputs as u32).map(|input| seed(&mut builder, input)).collect();
         let directions = seeds.first().map_or(0, Vec::len);
         let none = vec![builder.constant(0.0); directions];
         let mut values: Vec<Value> = Vec::with_capacity(self.operations.len());
@@ -50,20 +49,16 @@ impl Kernel {
             }
             let result = builder.push(moved);
             let operands: Vec<Value> = operation.operands().collect();
-            let row = differentiate(
-                &mut builder,
-                moved,
-                result,
-                directions,
-                |operand, direction| slope(operands[operand], direction, &slopes),
-            );
+            let row =
+                differentiate(&mut builder, moved, result, directions, |operand, direction| {
+                    slope(operands[operand], direction, &slopes)
+                });
             values.push(result);
             slopes.push(row);
         }
         let outputs = self.outputs.iter();
-        let mut outputs: Vec<Value> = outputs
-            .map(|&output| builder.import(self, output, &values))
-            .collect();
+        let mut outputs: Vec<Value> =
+            outputs.map(|&output| builder.import(self, output, &values)).collect();
         for &output in &self.outputs[..rows] {
             outputs.extend((0..directions).map(|direction| slope(output, direction, &slopes)));
         }
@@ -108,7 +103,5 @@ fn differentiate(
         }
         Operation::Held(_) => builder.constant(0.0),
     };
-    (0..directions)
-        .map(|direction| one(builder, direction))
-        .collect()
+    (0..directions).map(|direction| one(builder, direction)).collect()
 }

@@ -29,15 +29,10 @@ enum Scheme {
 impl HornerPlan {
     /// Plans a polynomial given by its non-zero terms, exponents and coefficient, in any order.
     pub fn new<'a>(variables: usize, terms: impl IntoIterator<Item = (&'a [u8], f64)>) -> Self {
-        let mut terms: Vec<(&[u8], f64)> = terms
-            .into_iter()
-            .filter(|&(_, coefficient)| coefficient != 0.0)
-            .collect();
+        let mut terms: Vec<(&[u8], f64)> =
+            terms.into_iter().filter(|&(_, coefficient)| coefficient != 0.0).collect();
         terms.sort_by(|(left, _), (right, _)| right.cmp(left));
-        Self {
-            variables,
-            root: scheme(&terms, 0, variables),
-        }
+        Self { variables, root: scheme(&terms, 0, variables) }
     }
 
     /// Plans a jet, read as a polynomial.
@@ -47,11 +42,7 @@ impl HornerPlan {
 
     /// Appends the evaluation at `point` (one value per variable) to a kernel.
     pub fn lower(&self, builder: &mut KernelBuilder, point: &[Value]) -> Value {
-        assert_eq!(
-            point.len(),
-            self.variables,
-            "a point has one value per variable"
-        );
+        assert_eq!(point.len(), self.variables, "a point has one value per variable");
         lower(&self.root, builder, point)
     }
 }
@@ -68,24 +59,15 @@ fn scheme(terms: &[(&[u8], f64)], variable: usize, variables: usize) -> Scheme {
         .collect();
     match <[(u8, Scheme); 1]>::try_from(coefficients) {
         Ok([(0, only)]) => only,
-        Ok(single) => Scheme::Powers {
-            variable,
-            coefficients: single.into(),
-        },
-        Err(coefficients) => Scheme::Powers {
-            variable,
-            coefficients,
-        },
+        Ok(single) => Scheme::Powers { variable, coefficients: single.into() },
+        Err(coefficients) => Scheme::Powers { variable, coefficients },
     }
 }
 
 fn lower(scheme: &Scheme, builder: &mut KernelBuilder, point: &[Value]) -> Value {
     let (variable, coefficients) = match scheme {
         Scheme::Constant(value) => return builder.constant(*value),
-        Scheme::Powers {
-            variable,
-            coefficients,
-        } => (*variable, coefficients),
+        Scheme::Powers { variable, coefficients } => (*variable, coefficients),
     };
     let (mut power, first) = (coefficients[0].0, &coefficients[0].1);
     let mut sum = lower(first, builder, point);
@@ -123,21 +105,16 @@ mod tests {
 
     fn kernel_of(plan: &HornerPlan) -> super::super::Kernel {
         let mut builder = KernelBuilder::new(plan.variables);
-        let point: Vec<Value> = (0..plan.variables)
-            .map(|position| builder.input(position))
-            .collect();
+        let point: Vec<Value> =
+            (0..plan.variables).map(|position| builder.input(position)).collect();
         let value = plan.lower(&mut builder, &point);
         builder.finish(vec![value])
     }
 
     #[test]
     fn integer_polynomials_are_exact() {
-        let terms: [(&[u8], f64); 4] = [
-            (&[3, 1], 2.0),
-            (&[1, 0], -1.0),
-            (&[0, 4], 5.0),
-            (&[0, 0], 7.0),
-        ];
+        let terms: [(&[u8], f64); 4] =
+            [(&[3, 1], 2.0), (&[1, 0], -1.0), (&[0, 4], 5.0), (&[0, 0], 7.0)];
         let kernel = kernel_of(&HornerPlan::new(2, terms));
         let (x, y) = (3.0f64, -2.0f64);
         let expected = 2.0 * x.powi(3) * y - x + 5.0 * y.powi(4) + 7.0;
@@ -148,10 +125,7 @@ mod tests {
     fn a_full_polynomial_costs_a_multiply_add_per_term_but_one() {
         let space = JetSpace::uniform(3, 5).unwrap();
         let coefficients = (0..space.len()).map(|number| 2.0 + number as f64).collect();
-        let kernel = kernel_of(&HornerPlan::of_jet(&Jet::from_coefficients(
-            &space,
-            coefficients,
-        )));
+        let kernel = kernel_of(&HornerPlan::of_jet(&Jet::from_coefficients(&space, coefficients)));
         assert_eq!(kernel.count().multiply_adds, space.len() - 1);
         assert_eq!(kernel.count().total(), space.len() - 1);
     }

@@ -52,11 +52,7 @@ impl<T: Real> Interpreter<T> {
     }
 
     fn with_known(code: Arc<Code>, set: &[T], constants: &[T]) -> Self {
-        Self {
-            kept: code.kept(set, constants),
-            read: code.read(set, constants),
-            code,
-        }
+        Self { kept: code.kept(set, constants), read: code.read(set, constants), code }
     }
 
     /// Number of inputs.
@@ -81,14 +77,8 @@ impl<T: Real> Interpreter<T> {
     ) {
         N::with_memory(|memory| {
             memory.clear();
-            inputs
-                .iter()
-                .for_each(|slice| memory.extend_from_slice(slice));
-            assert_eq!(
-                memory.len(),
-                self.inputs(),
-                "a kernel runs on all its inputs"
-            );
+            inputs.iter().for_each(|slice| memory.extend_from_slice(slice));
+            assert_eq!(memory.len(), self.inputs(), "a kernel runs on all its inputs");
             self.code.complete(memory, &self.kept);
             self.code.run(&self.read, memory);
             for number in 0..self.outputs() {
@@ -176,11 +166,7 @@ impl<T: Number> LaneInterpreter<T> {
     pub(super) fn new(code: Arc<Code>, set: &[T::Known], constants: &[T::Known]) -> Self {
         let mut memory = vec![T::ZERO; code.inputs()];
         code.complete(&mut memory, &code.kept(set, constants));
-        Self {
-            memory,
-            read: code.read(set, constants),
-            code,
-        }
+        Self { memory, read: code.read(set, constants), code }
     }
 
     /// Number of outputs.

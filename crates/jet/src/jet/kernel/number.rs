@@ -106,10 +106,7 @@ pub struct Dual<T> {
 
 impl<T: Number<Known = T> + Scalar> Number for Dual<T> {
     type Known = T;
-    const ZERO: Self = Self {
-        value: T::ZERO,
-        slope: T::ZERO,
-    };
+    const ZERO: Self = Self { value: T::ZERO, slope: T::ZERO };
 
     #[inline(always)]
     fn of(value: T) -> Self {
@@ -119,19 +116,13 @@ impl<T: Number<Known = T> + Scalar> Number for Dual<T> {
 
     #[inline(always)]
     fn plus(self, b: Self) -> Self {
-        Self {
-            value: self.value + b.value,
-            slope: self.slope + b.slope,
-        }
+        Self { value: self.value + b.value, slope: self.slope + b.slope }
     }
 
     #[inline(always)]
     fn times(self, b: Self) -> Self {
         let second = self.value * b.slope;
-        Self {
-            value: self.value * b.value,
-            slope: self.slope.times_plus(b.value, second),
-        }
+        Self { value: self.value * b.value, slope: self.slope.times_plus(b.value, second) }
     }
 
     #[inline(always)]

@@ -45,9 +45,8 @@ pub(super) fn schedule(kernel: &Kernel, free: usize) -> Vec<Step> {
     let parts = Parts::of(kernel, free);
     let heights = parts.heights();
     let parts = parts.0.into_iter().enumerate();
-    let mut parts: Vec<(usize, Part)> = parts
-        .filter_map(|(number, part)| Some((number, part?)))
-        .collect();
+    let mut parts: Vec<(usize, Part)> =
+        parts.filter_map(|(number, part)| Some((number, part?))).collect();
     parts.sort_by_cached_key(|(number, part)| (Reverse(heights[*number]), part.shape()));
     let mut steps: Vec<Step> = Vec::new();
     for (number, part) in parts {
@@ -160,11 +159,7 @@ impl Scheme {
             Rows::Values(values) => (vec![values.len()], None),
             Rows::Known(inner, rows) => (rows.iter().map(Vec::len).collect(), Some(*inner)),
         };
-        Shape {
-            lengths,
-            factor: self.factor,
-            inner,
-        }
+        Shape { lengths, factor: self.factor, inner }
     }
 }
 

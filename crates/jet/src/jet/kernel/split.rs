@@ -72,10 +72,7 @@ impl Kernel {
             .operations
             .iter_mut()
             .for_each(|operation| *operation = operation.with_operands(shift));
-        kernel
-            .outputs
-            .iter_mut()
-            .for_each(|output| *output = shift(*output));
+        kernel.outputs.iter_mut().for_each(|output| *output = shift(*output));
         kernel
     }
 
@@ -96,11 +93,8 @@ impl Kernel {
                 builder.push(moved)
             });
         }
-        let outputs = self
-            .outputs
-            .iter()
-            .map(|&output| place(output, &mut builder, &renamed))
-            .collect();
+        let outputs =
+            self.outputs.iter().map(|&output| place(output, &mut builder, &renamed)).collect();
         builder.finish(outputs).without_dead_operations()
     }
 }
@@ -123,10 +117,7 @@ mod tests {
         assert_eq!(split.run.count().total(), 1);
         let coefficients = Interpreter::new(&split.prepare).evaluate(&[3.0, 4.0]);
         let bound = Unset::new(&split.run, 1).set(&coefficients);
-        assert_eq!(
-            bound.evaluate(&[2.0]),
-            Interpreter::new(&kernel).evaluate(&[2.0, 3.0, 4.0])
-        );
+        assert_eq!(bound.evaluate(&[2.0]), Interpreter::new(&kernel).evaluate(&[2.0, 3.0, 4.0]));
     }
 
     #[test]
@@ -152,10 +143,7 @@ mod tests {
         let root = builder.root_of_positive_part(sum);
         let kernel = builder.finish(vec![sum, root, y]);
         let (point, vector, parameter) = ([2.0, 3.0], [0.5, -1.0], 4.0);
-        let dual = |input: usize| Dual {
-            value: point[input],
-            slope: vector[input],
-        };
+        let dual = |input: usize| Dual { value: point[input], slope: vector[input] };
         let found = Interpreter::new(&kernel).evaluate(&[dual(0), dual(1), Dual::of(parameter)]);
         let found: Vec<[f64; 2]> = found.iter().map(|dual| [dual.value, dual.slope]).collect();
         // x²y + p = 16, its derivative 2xy/2 − x² = 2; that of the root 2/(2·4).

@@ -23,19 +23,13 @@ pub(super) struct Factor<'a, S> {
 impl<'a, S> Factor<'a, S> {
     /// A factor whose coefficients may all differ from zero.
     pub(super) fn full(coefficients: &'a [S]) -> Self {
-        Self {
-            coefficients,
-            first: 0,
-        }
+        Self { coefficients, first: 0 }
     }
 
     /// The same, its head left out or not.
     #[inline(always)]
     fn from(self, leaves_head: bool) -> Self {
-        Self {
-            first: self.first.max(u32::from(leaves_head)),
-            ..self
-        }
+        Self { first: self.first.max(u32::from(leaves_head)), ..self }
     }
 }
 
@@ -190,28 +184,14 @@ pub(super) struct Terms {
 
 impl Terms {
     /// All terms.
-    pub(super) const ALL: Self = Self {
-        leave_head: false,
-        are_square: false,
-        may_vanish: false,
-    };
-    const WITHOUT_FIRST: Self = Self {
-        leave_head: true,
-        ..Self::ALL
-    };
-    const SQUARE: Self = Self {
-        are_square: true,
-        ..Self::ALL
-    };
+    pub(super) const ALL: Self = Self { leave_head: false, are_square: false, may_vanish: false };
+    const WITHOUT_FIRST: Self = Self { leave_head: true, ..Self::ALL };
+    const SQUARE: Self = Self { are_square: true, ..Self::ALL };
 
     /// Terms that can differ from zero.
     #[inline(always)]
     const fn nonzero(are_square: bool) -> Self {
-        Self {
-            leave_head: false,
-            are_square,
-            may_vanish: true,
-        }
+        Self { leave_head: false, are_square, may_vanish: true }
     }
 }
 
@@ -342,10 +322,9 @@ impl<'a, S: Scalar> RunSums<'a, S> {
         }
         let rest = LEN + 1 - LEFT;
         let (i, j) = (left[LEFT - 1] as usize, right[rest - 1] as usize);
-        let (Some(a), Some(b)) = (
-            self.a.coefficients.get(i..i + LEFT),
-            self.b.coefficients.get(j..j + rest),
-        ) else {
+        let (Some(a), Some(b)) =
+            (self.a.coefficients.get(i..i + LEFT), self.b.coefficients.get(j..j + rest))
+        else {
             return;
         };
         for p in 0..LEFT {
@@ -382,8 +361,7 @@ impl<'a, S: Scalar> RunSums<'a, S> {
         }
         let monomials = self.run.monomials.clone();
         for ((monomial, &sum), value) in monomials.zip(&*sums).zip(out) {
-            self.finish
-                .store(monomial, [sum], std::array::from_mut(value));
+            self.finish.store(monomial, [sum], std::array::from_mut(value));
         }
     }
 
@@ -583,12 +561,7 @@ mod tests {
                 (0..space.len()).map(value).collect()
             };
             let (a, b) = (filled(0.3), filled(0.7));
-            let spans = [
-                Span::Full,
-                Span::WithoutFirst,
-                Span::WithoutLast,
-                Span::Interior,
-            ];
+            let spans = [Span::Full, Span::WithoutFirst, Span::WithoutLast, Span::Interior];
             for (span, right) in spans.into_iter().flat_map(|span| [(span, &a), (span, &b)]) {
                 let formed = |work: fn(Convolution<'_, f64>)| {
                     let mut out = filled(0.9);

@@ -151,8 +151,7 @@ mod tests {
             let pairs = space.pairs(monomial);
             let (first, rest) = pairs.split_first().expect("a pair");
             let product = a[first.0] * b[first.1];
-            rest.iter()
-                .fold(product, |sum, &(i, j)| a[i].mul_add(b[j], sum))
+            rest.iter().fold(product, |sum, &(i, j)| a[i].mul_add(b[j], sum))
         };
         (0..space.len()).map(sum).collect()
     }

@@ -90,13 +90,7 @@ impl<'a> Pairs<'a> {
         let (half, rest) = self.firsts.split_at(count / 2 * entry);
         let firsts = &rest[..(count % 2) * entry];
         let middle = Self { firsts, ..self }.iter().next();
-        (
-            Self {
-                firsts: half,
-                ..self
-            },
-            middle,
-        )
+        (Self { firsts: half, ..self }, middle)
     }
 
     /// The first pair, and the others.
@@ -150,11 +144,8 @@ impl Monomials<'_> {
         pairs.clear();
         let bound = self.exponents(product);
         let (mut left, mut right) = (vec![0u8; bound.len()], vec![0u8; bound.len()]);
-        let rank = |e: &[u8]| {
-            self.ranks
-                .find(e)
-                .expect("a divisor of a kept monomial is kept") as u32
-        };
+        let rank =
+            |e: &[u8]| self.ranks.find(e).expect("a divisor of a kept monomial is kept") as u32;
         loop {
             for ((right, &left), &exponent) in right.iter_mut().zip(&left).zip(bound) {
                 *right = exponent - left;
@@ -201,10 +192,7 @@ impl ProductTable {
                         let (_, place) = families[factor as usize];
                         table.pairs.extend(&starts[place..place + runs]);
                     }
-                    table.families.push(Family {
-                        runs,
-                        pairs: begin..table.pairs.len(),
-                    });
+                    table.families.push(Family { runs, pairs: begin..table.pairs.len() });
                 }
                 let (family, _) = families[first];
                 table.runs.push(Run {
@@ -239,10 +227,7 @@ impl ProductTable {
     /// The pairs of families that multiply to a family.
     #[inline(always)]
     pub(in crate::jet) fn pairs_of(&self, family: &Family) -> Pairs<'_> {
-        Pairs {
-            firsts: &self.pairs[family.pairs.clone()],
-            runs: family.runs,
-        }
+        Pairs { firsts: &self.pairs[family.pairs.clone()], runs: family.runs }
     }
 
     /// The pairs of families that multiply to that of a run.
@@ -253,9 +238,7 @@ impl ProductTable {
 
     /// The pairs of monomials whose product is a given one, in the order of the sums.
     pub(in crate::jet) fn pairs(&self, monomial: usize) -> Vec<(usize, usize)> {
-        let after = self
-            .runs
-            .partition_point(|run| run.monomials.start <= monomial);
+        let after = self.runs.partition_point(|run| run.monomials.start <= monomial);
         let run = &self.runs[after - 1];
         let (place, len) = (monomial - run.monomials.start, run.monomials.len());
         let mut pairs = Vec::new();

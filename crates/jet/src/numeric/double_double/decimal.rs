@@ -66,14 +66,9 @@ impl Dd {
     /// ```
     pub fn from_decimal(text: &str) -> Result<Dd, ParseDdError> {
         let literal = Literal::read(text)?;
-        let magnitude = literal.magnitude().ok_or_else(|| ParseDdError::TooLarge {
-            text: text.to_owned(),
-        })?;
-        Ok(if literal.is_negative {
-            -magnitude
-        } else {
-            magnitude
-        })
+        let magnitude =
+            literal.magnitude().ok_or_else(|| ParseDdError::TooLarge { text: text.to_owned() })?;
+        Ok(if literal.is_negative { -magnitude } else { magnitude })
     }
 
     /// Writes so many significant digits (at least one) in scientific notation, rounded half to
@@ -159,16 +154,10 @@ impl Literal {
             None => "",
         };
         if whole.is_empty() && fraction.is_empty() && rest.is_empty() {
-            return Err(ParseDdError::NoDigits {
-                text: text.to_owned(),
-            });
+            return Err(ParseDdError::NoDigits { text: text.to_owned() });
         }
         let found_digits = !(whole.is_empty() && fraction.is_empty());
-        let exponent = if found_digits {
-            take_exponent(&mut rest)
-        } else {
-            None
-        };
+        let exponent = if found_digits { take_exponent(&mut rest) } else { None };
         if let Some(found) = rest.chars().next() {
             return Err(unexpected(text, rest, found));
         }
@@ -204,9 +193,7 @@ fn take_sign(rest: &mut &str) -> bool {
 
 fn take_digits<'a>(rest: &mut &'a str) -> &'a str {
     let text = *rest;
-    let end = text
-        .find(|character: char| !character.is_ascii_digit())
-        .unwrap_or(text.len());
+    let end = text.find(|character: char| !character.is_ascii_digit()).unwrap_or(text.len());
     let (digits, after) = text.split_at(end);
     *rest = after;
     digits
@@ -242,9 +229,8 @@ fn significant_digits(magnitude: Dd, digits: usize) -> (String, i64) {
     let (number, exponent) = as_natural(magnitude);
     let mut leading = magnitude.hi.log10().floor() as i64;
     loop {
-        let text = Ratio::new(number.clone(), exponent, digits as i64 - 1 - leading)
-            .rounded()
-            .to_string();
+        let text =
+            Ratio::new(number.clone(), exponent, digits as i64 - 1 - leading).rounded().to_string();
         match text.len() {
             length if length < digits => leading -= 1,
             length if length > digits => leading += 1,
@@ -260,11 +246,7 @@ fn as_natural(magnitude: Dd) -> (BigUint, i64) {
     let exponent = hi_exponent.min(lo_exponent);
     let hi = BigUint::from(hi) << (hi_exponent - exponent);
     let lo = BigUint::from(lo) << (lo_exponent - exponent);
-    let number = if magnitude.lo < 0.0 && lo <= hi {
-        hi - lo
-    } else {
-        hi + lo
-    };
+    let number = if magnitude.lo < 0.0 && lo <= hi { hi - lo } else { hi + lo };
     (number, exponent)
 }
 
@@ -288,10 +270,7 @@ struct Ratio {
 impl Ratio {
     /// `natural · 2^binary · 10^decimal`.
     fn new(natural: BigUint, binary: i64, decimal: i64) -> Self {
-        let mut ratio = Self {
-            numerator: natural,
-            denominator: BigUint::from(1u8),
-        };
+        let mut ratio = Self { numerator: natural, denominator: BigUint::from(1u8) };
         let power = BigUint::from(10u8).pow(decimal.unsigned_abs() as u32);
         if decimal < 0 {
             ratio.denominator *= power;
@@ -332,17 +311,10 @@ impl Ratio {
         let taken = (&self.denominator * mantissa) << exponent.max(0);
         self.numerator <<= exponent.min(0).abs();
         let is_above = taken > self.numerator;
-        self.numerator = if is_above {
-            taken - self.numerator
-        } else {
-            self.numerator - taken
-        };
+        self.numerator = if is_above { taken - self.numerator } else { self.numerator - taken };
         self.denominator <<= exponent.min(0).abs();
         let lo = self.nearest();
-        Dd {
-            hi,
-            lo: if is_above { -lo } else { lo },
-        }
+        Dd { hi, lo: if is_above { -lo } else { lo } }
     }
 
     /// The nearest double, half to even; infinite or zero beyond the range.
@@ -403,22 +375,13 @@ mod tests {
 
     #[test]
     fn pi_is_read_from_its_digits() {
-        assert_eq!(
-            read("3.14159265358979323846264338327950288419716939937510"),
-            Dd::PI
-        );
-        assert_eq!(
-            read("0.69314718055994530941723212145817656807550013436026"),
-            Dd::LN_2
-        );
+        assert_eq!(read("3.14159265358979323846264338327950288419716939937510"), Dd::PI);
+        assert_eq!(read("0.69314718055994530941723212145817656807550013436026"), Dd::LN_2);
     }
 
     #[test]
     fn numbers_are_written_in_scientific_notation() {
-        assert_eq!(
-            read("-3.165565e-09").to_decimal(18),
-            "-3.16556500000000000e-9"
-        );
+        assert_eq!(read("-3.165565e-09").to_decimal(18), "-3.16556500000000000e-9");
         assert_eq!(Dd::PI.to_string(), "3.1415926535897932384626433832795e0");
         assert_eq!(Dd::from(9.995).to_decimal(1), "1e1");
         assert_eq!(Dd::from(2.5).to_decimal(1), "2e0");
@@ -430,31 +393,19 @@ mod tests {
 
     #[test]
     fn text_that_is_no_number_is_refused_where_it_fails() {
-        for (text, position) in [
-            ("1_000", 2),
-            ("1e", 2),
-            ("--1", 2),
-            ("abc", 1),
-            ("1.5 ", 4),
-            (".", 1),
-            ("e5", 1),
-        ] {
+        for (text, position) in
+            [("1_000", 2), ("1e", 2), ("--1", 2), ("abc", 1), ("1.5 ", 4), (".", 1), ("e5", 1)]
+        {
             match Dd::from_decimal(text) {
-                Err(ParseDdError::UnexpectedCharacter {
-                    position: found, ..
-                }) => assert_eq!(found, position, "{text}"),
+                Err(ParseDdError::UnexpectedCharacter { position: found, .. }) => {
+                    assert_eq!(found, position, "{text}")
+                }
                 Err(ParseDdError::NoDigits { .. }) => assert_eq!(text, "."),
                 other => panic!("{text}: {other:?}"),
             }
         }
-        assert!(matches!(
-            Dd::from_decimal(""),
-            Err(ParseDdError::NoDigits { .. })
-        ));
-        assert!(matches!(
-            Dd::from_decimal("2e308"),
-            Err(ParseDdError::TooLarge { .. })
-        ));
+        assert!(matches!(Dd::from_decimal(""), Err(ParseDdError::NoDigits { .. })));
+        assert!(matches!(Dd::from_decimal("2e308"), Err(ParseDdError::TooLarge { .. })));
     }
 
     proptest! {

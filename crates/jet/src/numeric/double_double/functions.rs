@@ -89,10 +89,7 @@ impl Dd {
     /// The product with a power of two that neither overflows nor underflows.
     #[inline]
     fn scaled_exactly(self, factor: f64) -> Dd {
-        Dd {
-            hi: self.hi * factor,
-            lo: self.lo * factor,
-        }
+        Dd { hi: self.hi * factor, lo: self.lo * factor }
     }
 
     /// `(m, k)` with `self = 2^k m` and `m` in about `[1/sqrt 2, sqrt 2]`, for normal positive
@@ -118,9 +115,7 @@ fn minus_multiple(value: Dd, count: f64, parts: &[f64]) -> Dd {
 
 /// `sum c_k x^k` over the coefficients in ascending order.
 fn horner<'a>(x: Dd, coefficients: impl DoubleEndedIterator<Item = &'a Dd>) -> Dd {
-    coefficients
-        .rev()
-        .fold(Dd::ZERO, |sum, &coefficient| sum * x + coefficient)
+    coefficients.rev().fold(Dd::ZERO, |sum, &coefficient| sum * x + coefficient)
 }
 
 /// `e^r - 1` by its Taylor series, for `|r| < 0.022`.
@@ -183,10 +178,7 @@ impl Dd {
             return nearest_axis_or_diagonal(self.hi.atan2(x.hi));
         }
         let exponent = -binary_exponent(largest);
-        let (y, x) = (
-            self.scaled_by_power_of_two(exponent),
-            x.scaled_by_power_of_two(exponent),
-        );
+        let (y, x) = (self.scaled_by_power_of_two(exponent), x.scaled_by_power_of_two(exponent));
         let angle = Dd::exact(y.hi.atan2(x.hi));
         let (sin, cos) = angle.sin_cos();
         let correction = (y * cos - x * sin) / (x * cos + y * sin);
@@ -207,11 +199,7 @@ fn rotated(sixteenths: i64, (sin_r, cos_r): (Dd, Dd)) -> (Dd, Dd) {
     }
     let cos_k = SIN_SIXTEENTHS[8 - index];
     let magnitude = SIN_SIXTEENTHS[index];
-    let sin_k = if sixteenths < 0 {
-        -magnitude
-    } else {
-        magnitude
-    };
+    let sin_k = if sixteenths < 0 { -magnitude } else { magnitude };
     (sin_k * cos_r + cos_k * sin_r, cos_k * cos_r - sin_k * sin_r)
 }
 
@@ -246,10 +234,7 @@ pub(super) mod tests {
             let exact = Dd::from_decimal(value).expect("digits of the test");
             let found = function(Dd::from_decimal(argument).expect("digits of the test"));
             let error = ((found - exact) / exact).abs().to_f64();
-            assert!(
-                error < tolerance,
-                "at {argument}: {found}, not {exact}: {error:e}"
-            );
+            assert!(error < tolerance, "at {argument}: {found}, not {exact}: {error:e}");
         }
     }
 
@@ -257,10 +242,7 @@ pub(super) mod tests {
     fn exponential_agrees_with_forty_digits() {
         let digits = [
             ("0.3", "1.349858807576003103983744313328007330378"),
-            (
-                "-20.7",
-                "0.000000001023538597759415425949628188452384734964",
-            ),
+            ("-20.7", "0.000000001023538597759415425949628188452384734964"),
             ("700.25", "1.30229973669917839353354223861921660135e+304"),
             ("1e-20", "1.00000000000000000001"),
         ];
@@ -345,10 +327,7 @@ pub(super) mod tests {
             ("3", "0.1411200080598672221007448028081102798469"),
             ("100000", "0.03574879797201650931647050069580882900905"),
             ("-7.3", "-0.8504366206285645175173662279669060444075"),
-            (
-                "1e-10",
-                "0.00000000009999999999999999999983333333333333333333",
-            ),
+            ("1e-10", "0.00000000009999999999999999999983333333333333333333"),
         ];
         assert_agrees(|x| x.sin_cos().0, &digits, 1e-31);
     }
@@ -368,15 +347,9 @@ pub(super) mod tests {
     #[test]
     fn arc_sine_agrees_with_forty_digits() {
         let digits = [
-            (
-                "0.99999904632568359375",
-                "1.569415258753134202049212853162183975158",
-            ),
+            ("0.99999904632568359375", "1.569415258753134202049212853162183975158"),
             ("-0.3", "-0.3046926540153975079720029612275291669546"),
-            (
-                "1e-12",
-                "0.000000000001000000000000000000000000166666666666667",
-            ),
+            ("1e-12", "0.000000000001000000000000000000000000166666666666667"),
         ];
         assert_agrees(Dd::asin, &digits, 2e-31);
     }
@@ -384,10 +357,7 @@ pub(super) mod tests {
     #[test]
     fn arc_cosine_agrees_with_forty_digits() {
         let digits = [
-            (
-                "0.99999904632568359375",
-                "0.001381068041762417182108838477567466940486",
-            ),
+            ("0.99999904632568359375", "0.001381068041762417182108838477567466940486"),
             ("-0.3", "1.875488980810294127203324652867280609053"),
             ("-1", "3.141592653589793238462643383279502884197"),
         ];
@@ -397,10 +367,7 @@ pub(super) mod tests {
     #[test]
     fn arc_tangent_agrees_with_forty_digits() {
         let digits = [
-            (
-                "1e-9",
-                "0.0000000009999999999999999996666666666666666668667",
-            ),
+            ("1e-9", "0.0000000009999999999999999996666666666666666668667"),
             ("2.5", "1.190289949682531732927733774829318337601"),
             ("-1e20", "-1.570796326794896619221321691639751442099"),
         ];

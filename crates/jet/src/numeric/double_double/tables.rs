@@ -91,8 +91,5 @@ pub(super) const PI_SIXTEENTH_PARTS: [f64; 4] = [
 ];
 
 /// `ln 2` as an unevaluated sum of three doubles.
-pub(super) const LN_2_PARTS: [f64; 3] = [
-    std::f64::consts::LN_2,
-    2.3190468138462996e-17,
-    5.707708438416212e-34,
-];
+pub(super) const LN_2_PARTS: [f64; 3] =
+    [std::f64::consts::LN_2, 2.3190468138462996e-17, 5.707708438416212e-34];

@@ -193,11 +193,7 @@ mod tests {
             };
             for time in [-2.0, 1.0, 3.0] {
                 let expected = (powers(time, 0), powers(time, 1));
-                assert_eq!(
-                    value_and_slope(&coefficients, time),
-                    expected,
-                    "{len} {time}"
-                );
+                assert_eq!(value_and_slope(&coefficients, time), expected, "{len} {time}");
                 assert_eq!(value(&coefficients, time), expected.0);
                 let sizes = coefficients.iter().map(|c| c.abs()).collect::<Vec<_>>();
                 assert_eq!(size(&coefficients, time.abs()), value(&sizes, time.abs()));
@@ -213,10 +209,7 @@ mod tests {
             for (point, exact) in control_points(&coefficients).into_iter().zip(exact) {
                 let exact = exact.to_f64();
                 // A share is a chain of at most 15 quotients and products, each rounded.
-                assert!(
-                    (point - exact).abs() <= 30.0 * f64::ROUNDOFF * exact,
-                    "{power}"
-                );
+                assert!((point - exact).abs() <= 30.0 * f64::ROUNDOFF * exact, "{power}");
             }
         }
     }

@@ -41,11 +41,7 @@ impl ChebyshevSeries {
                 }
             }
         }
-        Self {
-            columns,
-            terms,
-            values,
-        }
+        Self { columns, terms, values }
     }
 
     fn column(&self, column: usize) -> &[f64] {
@@ -60,13 +56,7 @@ impl ChebyshevSeries {
                 error += value.abs();
                 error <= share * size
             };
-            self.terms
-                - self
-                    .column(column)
-                    .iter()
-                    .rev()
-                    .take_while(is_small)
-                    .count()
+            self.terms - self.column(column).iter().rev().take_while(is_small).count()
         });
         columns.max().unwrap_or(0)
     }
@@ -107,9 +97,7 @@ fn control_points_of_polynomials(points: usize) -> &'static [Vec<[f64; CONTROL_B
         [const { OnceLock::new() }; MAX_POINTS / CONTROL_BLOCK];
     TABLES[points / CONTROL_BLOCK - 1].get_or_init(|| {
         let polynomials = (0..points).map(|term| elevated(polynomial(term), points));
-        polynomials
-            .map(|points| points.as_chunks().0.to_vec())
-            .collect()
+        polynomials.map(|points| points.as_chunks().0.to_vec()).collect()
     })
 }
 
@@ -169,9 +157,7 @@ mod tests {
             let error = |terms: usize, x: f64| {
                 let angle = (2.0 * x - 1.0).acos();
                 let terms = series.column(0)[..terms].iter().enumerate();
-                let sum: f64 = terms
-                    .map(|(m, value)| value * (m as f64 * angle).cos())
-                    .sum();
+                let sum: f64 = terms.map(|(m, value)| value * (m as f64 * angle).cos()).sum();
                 (sum - (-x).exp()).abs()
             };
             for step in 0..=100 {
@@ -218,9 +204,7 @@ mod tests {
             for step in 0..=20 {
                 let angle = std::f64::consts::PI * f64::from(step) / 20.0;
                 let terms = shares.iter().enumerate();
-                let sum: f64 = terms
-                    .map(|(m, share)| share * (m as f64 * angle).cos())
-                    .sum();
+                let sum: f64 = terms.map(|(m, share)| share * (m as f64 * angle).cos()).sum();
                 let x = 0.5 + 0.5 * angle.cos();
                 assert!((sum - x.powi(power as i32)).abs() < 1e-14, "{power}");
             }

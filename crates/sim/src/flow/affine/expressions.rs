@@ -58,10 +58,7 @@ impl AffineExpressions {
         let mut row = |form: &Form| {
             let entry = |(&term, &node): (&Term, &NodeId)| {
                 outputs.push(node);
-                Entry {
-                    column: column(term),
-                    output: outputs.len() - 1,
-                }
+                Entry { column: column(term), output: outputs.len() - 1 }
             };
             form.iter().map(entry).collect()
         };
@@ -115,11 +112,7 @@ impl AffineExpressions {
                 row[entry.column] = value(entry.output);
             }
         }
-        AffineRows {
-            multiples: (0..self.harmonics).map(value).collect(),
-            columns,
-            rows,
-        }
+        AffineRows { multiples: (0..self.harmonics).map(value).collect(), columns, rows }
     }
 }
 
@@ -144,11 +137,8 @@ fn multiples(forms: &[Option<&Form>]) -> Vec<NodeId> {
         Term::Cosine(multiple) | Term::Sine(multiple) => Some(multiple),
         _ => None,
     };
-    let found: BTreeSet<NodeId> = forms
-        .iter()
-        .flatten()
-        .flat_map(|form| form.keys().filter_map(of_term))
-        .collect();
+    let found: BTreeSet<NodeId> =
+        forms.iter().flatten().flat_map(|form| form.keys().filter_map(of_term)).collect();
     found.into_iter().collect()
 }
 

@@ -78,10 +78,7 @@ impl<S: Real> AffineFlow<S> {
                 .map(|(state, slope)| (state, table(&states[state]), slope))
                 .collect(),
             sizes: control.iter().map(largest).collect(),
-            control: control
-                .iter()
-                .map(|rows| RowTable::first(rows, len))
-                .collect(),
+            control: control.iter().map(|rows| RowTable::first(rows, len)).collect(),
             watched_series: watched.iter().map(table).collect(),
         })
     }

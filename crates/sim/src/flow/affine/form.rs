@@ -45,11 +45,7 @@ impl<'g> Former<'g> {
         dimension: usize,
         phase: Option<usize>,
     ) -> Self {
-        Self {
-            graph,
-            dimension,
-            phase,
-        }
+        Self { graph, dimension, phase }
     }
 
     /// The form of each node up to and including the last of `nodes`; `None` where it has none or
@@ -67,11 +63,7 @@ impl<'g> Former<'g> {
         }
         let mut forms: Vec<Option<Form>> = Vec::with_capacity(count);
         for (index, needed) in needed.into_iter().enumerate() {
-            let form = if needed {
-                self.form(index, &forms)
-            } else {
-                None
-            };
+            let form = if needed { self.form(index, &forms) } else { None };
             forms.push(form);
         }
         forms
@@ -80,10 +72,8 @@ impl<'g> Former<'g> {
     fn form(&mut self, index: usize, forms: &[Option<Form>]) -> Option<Form> {
         let node = self.graph.nodes()[index];
         let id = NodeId(u32::try_from(index).ok()?);
-        let operands: Option<Vec<&Form>> = node
-            .operands()
-            .map(|operand| forms[operand.index()].as_ref())
-            .collect();
+        let operands: Option<Vec<&Form>> =
+            node.operands().map(|operand| forms[operand.index()].as_ref()).collect();
         let operands = operands?;
         let one = self.graph.number(1.0);
         match node {
@@ -111,9 +101,7 @@ impl<'g> Former<'g> {
             }
             (Node::Binary(Binary::Mul, _, _), [a, b]) => self.product(a, b),
             (Node::Binary(Binary::Div, _, b), [a, divisor]) if is_constant(divisor) => {
-                let quotients = a
-                    .iter()
-                    .map(|(&term, &value)| (term, self.graph.div(value, b)));
+                let quotients = a.iter().map(|(&term, &value)| (term, self.graph.div(value, b)));
                 Some(quotients.collect())
             }
             (Node::PowerInteger(_, exponent @ 2..=LARGEST_POWER), [a]) => {
@@ -234,10 +222,7 @@ impl<'g> Former<'g> {
             Circular::Cosine => (Circular::Sine, self.graph.neg(sine)),
             Circular::Sine => (Circular::Cosine, sine),
         };
-        let (same, other) = (
-            self.harmonic(multiple, function),
-            self.harmonic(multiple, other),
-        );
+        let (same, other) = (self.harmonic(multiple, function), self.harmonic(multiple, other));
         let (same, other) = (self.scaled(&same, cosine), self.scaled(&other, sine));
         Some(self.sum(&same, &other))
     }
@@ -253,11 +238,7 @@ impl<'g> Former<'g> {
             };
         }
         let negative = value.is_some_and(|value| value < Dd::ZERO);
-        let multiple = if negative {
-            self.graph.neg(multiple)
-        } else {
-            multiple
-        };
+        let multiple = if negative { self.graph.neg(multiple) } else { multiple };
         match function {
             Circular::Cosine => self.single(Term::Cosine(multiple), one),
             Circular::Sine => {

@@ -50,12 +50,8 @@ impl<S: Real> Matrix<S> {
     pub(super) fn new(field: &AffineFieldRows<'_, S>) -> Self {
         let states = field.derivatives.len();
         let columns = states + 2 * field.multiples.len() + 1;
-        let mut matrix = Self {
-            states,
-            columns,
-            entries: Vec::with_capacity(columns * columns),
-            fastest: 0.0,
-        };
+        let mut matrix =
+            Self { states, columns, entries: Vec::with_capacity(columns * columns), fastest: 0.0 };
         for (state, row) in field.derivatives.iter().enumerate() {
             for (column, &value) in row.iter().enumerate() {
                 matrix.push(state, column, value);
@@ -193,9 +189,7 @@ impl<S: Real> Matrix<S> {
                 write_square(&power, states, &mut square);
                 std::mem::swap(&mut power, &mut square);
             }
-            let norm = power
-                .iter()
-                .fold(0.0f64, |norm, entry| norm.max(entry.abs()));
+            let norm = power.iter().fold(0.0f64, |norm, entry| norm.max(entry.abs()));
             if norm == 0.0 {
                 return self.fastest;
             }
@@ -308,10 +302,8 @@ pub(super) fn leading_states<S: Real>(
             _ => slopes[state] = None,
         }
     }
-    let leading: Vec<_> = (0..count)
-        .filter(|&state| !given[state])
-        .map(|state| (state, slopes[state]))
-        .collect();
+    let leading: Vec<_> =
+        (0..count).filter(|&state| !given[state]).map(|state| (state, slopes[state])).collect();
     leading.into_iter()
 }
 
@@ -333,9 +325,7 @@ mod tests {
         let series = |row: &[f64]| matrix.series(row, 0.3).expect("a short time");
         let states = [0, 1].map(|state| series(&unit(state, 5)));
         let gap = [-2.0, 0.5, 0.0, 0.0, 3.0];
-        let sum = matrix
-            .series_from_states(&gap, &states, 0.3)
-            .expect("a series");
+        let sum = matrix.series_from_states(&gap, &states, 0.3).expect("a series");
         // Each series ends where it may; the rows of power k come from k products with the matrix,
         // of at most three terms, by either way.
         let whole = states.each_ref().map(Rows::len).into_iter().min();

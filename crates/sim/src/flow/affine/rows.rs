@@ -99,11 +99,7 @@ impl<S: Scalar, const N: usize> RowTable<S, N> {
         for first in 0..rows.div_ceil(N) {
             blocks.extend((0..columns).map(|column| block(first, column)));
         }
-        Self {
-            rows,
-            columns,
-            blocks,
-        }
+        Self { rows, columns, blocks }
     }
 
     fn zeros(rows: usize, columns: usize) -> Self {
@@ -143,11 +139,7 @@ impl<S: Scalar, const N: usize> RowTable<S, N> {
         Self::from_blocks(self.rows, columns, |block, column| {
             let block = &self.blocks[block * columns..][..columns];
             let constant = column + 1 == columns;
-            let mut sum = if constant {
-                block[column]
-            } else {
-                [S::zero(); N]
-            };
+            let mut sum = if constant { block[column] } else { [S::zero(); N] };
             let factors = flow.blocks[column..].iter().step_by(columns);
             for (lanes, factors) in block[..columns - 1].chunks(M).zip(factors) {
                 for (lanes, &factor) in lanes.iter().zip(factors) {

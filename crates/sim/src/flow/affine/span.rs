@@ -139,9 +139,7 @@ impl<const N: usize> SpanTables<Batch<N>> {
             points: first.points,
             terms,
             control: watches.clone().map(control).collect(),
-            watched: watches
-                .map(|watch| series(&|own| own.watched[watch].clone()))
-                .collect(),
+            watched: watches.map(|watch| series(&|own| own.watched[watch].clone())).collect(),
             states: (first.states.iter().enumerate())
                 .map(|(place, &(state, _, slope))| {
                     (state, series(&|own| own.states[place].1.clone()), slope)
@@ -315,9 +313,7 @@ impl ControlTables<f64> {
         }
         let flow = |piece: usize| (piece > 0).then(|| nodes.get(piece * NODES).rounded());
         let flows: [_; PIECES] = std::array::from_fn(flow);
-        let tables = all
-            .iter()
-            .map(|series| Self::new(series.control_points(points), &flows));
+        let tables = all.iter().map(|series| Self::new(series.control_points(points), &flows));
         Some((tables.collect(), points))
     }
 

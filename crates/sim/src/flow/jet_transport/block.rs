@@ -139,9 +139,7 @@ impl Block {
         }
         for (k, &pivot) in pivots.iter().enumerate().rev() {
             if pivot != k {
-                columns
-                    .iter_mut()
-                    .for_each(|column| column.0.swap(k, pivot));
+                columns.iter_mut().for_each(|column| column.0.swap(k, pivot));
             }
         }
         true
@@ -167,9 +165,7 @@ fn pivot(columns: &[NodeValues; NODES], k: usize) -> usize {
         return k;
     }
     let size = |column: &usize| columns[*column].0[k].abs();
-    (k..NODES)
-        .max_by(|a, b| size(a).total_cmp(&size(b)))
-        .unwrap_or(k)
+    (k..NODES).max_by(|a, b| size(a).total_cmp(&size(b))).unwrap_or(k)
 }
 
 #[cfg(test)]

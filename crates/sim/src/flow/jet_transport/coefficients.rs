@@ -37,10 +37,8 @@ pub(super) struct Sizes {
 
 impl Sizes {
     /// Those of no coefficients.
-    pub(super) const NONE: Self = Self {
-        rates: Lanes([0.0; 8]),
-        largest: Lanes([0.0; 2 * TOGETHER]),
-    };
+    pub(super) const NONE: Self =
+        Self { rates: Lanes([0.0; 8]), largest: Lanes([0.0; 2 * TOGETHER]) };
 
     #[inline(always)]
     fn include_rates(&mut self, functionals: &[Functionals]) {

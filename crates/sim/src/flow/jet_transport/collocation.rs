@@ -61,11 +61,7 @@ pub fn jet_transport(
     tolerance: f64,
 ) -> Result<JetFlow, FlowError> {
     let Some(first) = initial.first() else {
-        return Ok(JetFlow {
-            image: Vec::new(),
-            elements: 0,
-            error_estimate: 0.0,
-        });
+        return Ok(JetFlow { image: Vec::new(), elements: 0, error_estimate: 0.0 });
     };
     let mut transport = Transport::new(field, first, initial, parameters, tolerance);
     let result = transport.run(duration);
@@ -135,18 +131,10 @@ impl<'a> Transport<'a> {
             if remaining == 0.0 {
                 return Ok(());
             }
-            let Attempt {
-                length,
-                steps,
-                resolution,
-            } = self.attempt(remaining)?;
+            let Attempt { length, steps, resolution } = self.attempt(remaining)?;
             match resolution {
                 Some(resolution) if resolution.meets(self.tolerance) => {
-                    remaining = if length == remaining {
-                        0.0
-                    } else {
-                        remaining - length
-                    };
+                    remaining = if length == remaining { 0.0 } else { remaining - length };
                     std::mem::swap(&mut self.jets, &mut self.image);
                     self.elements += 1;
                     self.error += resolution.error;
@@ -158,10 +146,7 @@ impl<'a> Transport<'a> {
                 }
             }
         }
-        Err(FlowError::TooManySteps {
-            limit: MAX_ELEMENTS,
-            remaining,
-        })
+        Err(FlowError::TooManySteps { limit: MAX_ELEMENTS, remaining })
     }
 
     fn flow(&self, space: &Arc<JetSpace>) -> JetFlow {
@@ -181,10 +166,7 @@ impl<'a> Transport<'a> {
     /// One element, as long as it may be, the last two alike.
     fn attempt(&mut self, remaining: f64) -> Result<Attempt, FlowError> {
         let heads = self.jets.iter().step_by(self.stride);
-        self.state
-            .iter_mut()
-            .zip(heads)
-            .for_each(|(value, &head)| *value = head);
+        self.state.iter_mut().zip(heads).for_each(|(value, &head)| *value = head);
         let most = self.steps;
         let mut steps = most;
         let length = |step: f64| {
@@ -214,11 +196,7 @@ impl<'a> Transport<'a> {
         if resolution.is_some() && !are_finite(&self.image) {
             return Err(FlowError::NotFinite { degree: 0 });
         }
-        Ok(Attempt {
-            length,
-            steps,
-            resolution,
-        })
+        Ok(Attempt { length, steps, resolution })
     }
 }
 

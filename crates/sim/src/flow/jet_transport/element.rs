@@ -81,24 +81,13 @@ impl Element {
         jets: &[f64],
         image: &mut [f64],
     ) -> Option<Resolution> {
-        let mut resolution = widest(Nominal {
-            element: self,
-            nominal,
-            length,
-            jets,
-            image,
-        })?;
+        let mut resolution = widest(Nominal { element: self, nominal, length, jets, image })?;
         for degree in 1..=self.subject.space.order() {
             if !resolution.meets(tolerance) {
                 break;
             }
             if !self.subject.space.degree_range(degree).is_empty() {
-                let tail = widest(Degree {
-                    element: self,
-                    degree,
-                    jets,
-                    image,
-                });
+                let tail = widest(Degree { element: self, degree, jets, image });
                 resolution.include(self.subject.factors(degree), tail);
             }
         }
@@ -142,21 +131,15 @@ impl Element {
     #[inline(always)]
     fn solve(&mut self, degree: usize, jets: &[f64], image: &mut [f64]) -> Tail {
         let has_owed = self.pass_on(degree);
-        let (first, len) = (
-            self.subject.space.degree_range(degree).start,
-            self.subject.space.len(),
-        );
+        let (first, len) =
+            (self.subject.space.degree_range(degree).start, self.subject.space.len());
         let is_last = degree == self.subject.space.order();
         let tape = self.remainders.degree(degree);
         let part = Part {
             initial: jets,
             stride: len,
             first,
-            starts: if has_owed {
-                &self.owed_starts
-            } else {
-                tape.starts
-            },
+            starts: if has_owed { &self.owed_starts } else { tape.starts },
             remainders: if has_owed { &self.owed } else { tape.others },
         };
         let mut sizes = Sizes::NONE;
@@ -174,10 +157,7 @@ impl Element {
                 sizes = self.solver.advance(state, part, monomials, image, sizes);
             }
         }
-        Tail::new(
-            sizes.rates * Lanes::splat(self.solver.length),
-            sizes.largest.magnitude(),
-        )
+        Tail::new(sizes.rates * Lanes::splat(self.solver.length), sizes.largest.magnitude())
     }
 }
 

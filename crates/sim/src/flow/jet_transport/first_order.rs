@@ -36,13 +36,7 @@ impl FirstOrderTape {
         let is_moving = moving_slots(program, variables);
         let (moving, fixed) =
             (program.inputs()..program.slots()).partition(|&slot| is_moving[slot]);
-        Self {
-            algebra,
-            values,
-            scratch: vec![Lanes::splat(0.0); len],
-            fixed,
-            moving,
-        }
+        Self { algebra, values, scratch: vec![Lanes::splat(0.0); len], fixed, moving }
     }
 
     /// Sets the values of the inputs that are not variables.
@@ -96,15 +90,7 @@ impl FirstOrderTape {
         for &slot in slots {
             let out = &mut self.scratch[..part.len()];
             let operation = program.operation(slot);
-            run(
-                operation,
-                slot,
-                &self.algebra,
-                degree,
-                len,
-                &self.values,
-                out,
-            );
+            run(operation, slot, &self.algebra, degree, len, &self.values, out);
             self.values[slot * len + part.start..slot * len + part.end].copy_from_slice(out);
         }
     }
@@ -148,11 +134,7 @@ impl Graded<NodeValues> for FirstOrder {
 
     #[inline(always)]
     fn part(&self, degree: usize) -> Range<usize> {
-        if degree == 0 {
-            0..1
-        } else {
-            1..1 + self.variables
-        }
+        if degree == 0 { 0..1 } else { 1..1 + self.variables }
     }
 
     #[inline(always)]
@@ -167,11 +149,7 @@ impl Graded<NodeValues> for FirstOrder {
         let range = span.range(degree + 1);
         for j in range {
             let (left, right) = (&a[self.part(j)], &b[self.part(degree - j)]);
-            let (head, part) = if j == 0 {
-                (left[0], right)
-            } else {
-                (right[0], left)
-            };
+            let (head, part) = if j == 0 { (left[0], right) } else { (right[0], left) };
             for (index, (value, &factor)) in out.iter_mut().zip(part).enumerate() {
                 one_by_one::<NodeValues>(index);
                 *value = head.mul_add(factor, *value);

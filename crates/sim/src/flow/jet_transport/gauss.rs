@@ -61,9 +61,7 @@ impl Gauss {
         let square = |i: usize, j: usize| sum_over(&|m| matrix[i][m] * matrix[m][j]);
         let double = |j: usize| sum_over(&|i| weights[i] * half * matrix[i][j]);
         let block = |entry: &dyn Fn(usize, usize) -> Dd| {
-            Block(std::array::from_fn(|j| {
-                Lanes::from_fn(|i| entry(i, j).to_f64())
-            }))
+            Block(std::array::from_fn(|j| Lanes::from_fn(|i| entry(i, j).to_f64())))
         };
         let mode = |m: usize, j: usize| weights[j] * legendre[j][m] * Dd::from(m as f64 + 0.5);
         Self {
@@ -81,9 +79,8 @@ impl Gauss {
     #[inline(always)]
     pub(super) fn functionals_of(&self, values: NodeValues) -> Functionals {
         let terms = self.functionals.iter().zip(&values.0);
-        terms.fold(Lanes([0.0; 8]), |sum, (column, &value)| {
-            column.mul_add(Lanes::splat(value), sum)
-        })
+        terms
+            .fold(Lanes([0.0; 8]), |sum, (column, &value)| column.mul_add(Lanes::splat(value), sum))
     }
 
     /// Adds the functionals of every column of a block.
@@ -139,18 +136,13 @@ mod tests {
         for power in 0..2 * NODES as i32 {
             let values = Lanes(gauss.nodes.map(|c| c.powi(power)));
             let exact = 1.0 / f64::from(power + 1);
-            assert!(
-                (gauss.functionals_of(values).0[0] - exact).abs() < 4e-16,
-                "power {power}"
-            );
+            assert!((gauss.functionals_of(values).0[0] - exact).abs() < 4e-16, "power {power}");
             if power < NODES as i32 {
                 for (i, &c) in gauss.nodes.iter().enumerate() {
-                    let sum: f64 = (0..NODES)
-                        .map(|j| gauss.integration[0].0[j].0[i] * values.0[j])
-                        .sum();
-                    let twice: f64 = (0..NODES)
-                        .map(|j| gauss.integration[1].0[j].0[i] * values.0[j])
-                        .sum();
+                    let sum: f64 =
+                        (0..NODES).map(|j| gauss.integration[0].0[j].0[i] * values.0[j]).sum();
+                    let twice: f64 =
+                        (0..NODES).map(|j| gauss.integration[1].0[j].0[i] * values.0[j]).sum();
                     let exact_twice = c.powi(power + 2) * exact / f64::from(power + 2);
                     assert!(
                         power == 15 || (twice - exact_twice).abs() < 1e-15,

@@ -44,8 +44,5 @@ pub(super) fn guess_orbit(
         time += advance;
         step = integrator.step(&state, parameters)?;
     }
-    Err(FlowError::TooManySteps {
-        limit: MAX_STEPS,
-        remaining: length - time,
-    })
+    Err(FlowError::TooManySteps { limit: MAX_STEPS, remaining: length - time })
 }

@@ -51,11 +51,7 @@ impl Kernel for Nominal<'_> {
             let rate = element.rates[root] + element.corrections[1][root];
             let functionals = GAUSS.functionals_of(rate);
             let [once, twice] = [functionals.0[0], functionals.0[1]];
-            let rate = if root == state {
-                once
-            } else {
-                start[root] + self.length * twice
-            };
+            let rate = if root == state { once } else { start[root] + self.length * twice };
             self.image[state * len] = start[state] + self.length * rate;
             let largest = self.nominal[state].magnitude();
             if root == state {
@@ -148,11 +144,7 @@ impl Element {
                 let slope = self.first_order.slope(slot, state);
                 if slope != ZERO {
                     self.reads_nodes[state] = true;
-                    self.gradients.push(Gradient {
-                        place,
-                        state,
-                        slope,
-                    });
+                    self.gradients.push(Gradient { place, state, slope });
                 }
             }
         }

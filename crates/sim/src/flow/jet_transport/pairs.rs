@@ -31,21 +31,12 @@ pub(super) fn pairs_of_actions(
     supports: &[Rc<Support>],
 ) -> Vec<Vec<Option<Pairs>>> {
     let pairs = |degree: usize, action: &Action| {
-        let Action::Run {
-            operation, place, ..
-        } = action
-        else {
+        let Action::Run { operation, place, .. } = action else {
             return None;
         };
         let (left, right, span) = operation.product(*place)?;
         let [left, right, slot] = [left, right, *place].map(|place| plan.stored[place]);
-        let factors = Factors {
-            space,
-            monomials,
-            span,
-            left: reach[left],
-            right: reach[right],
-        };
+        let factors = Factors { space, monomials, span, left: reach[left], right: reach[right] };
         factors.pairs(degree, supports[slot].part(degree))
     };
     let actions = plan.actions.iter().enumerate();
@@ -84,11 +75,7 @@ impl Factors<'_> {
                 let Some(other) = self.cofactor(product, one, &mut exponents) else {
                     continue;
                 };
-                let pair = if is_left_short {
-                    (one, other)
-                } else {
-                    (other, one)
-                };
+                let pair = if is_left_short { (one, other) } else { (other, one) };
                 if self.has(pair) {
                     pairs.pairs.push((pair.0 as u32, pair.1 as u32));
                 }
@@ -105,11 +92,7 @@ impl Factors<'_> {
             return None;
         }
         exponents.clear();
-        let both = self
-            .space
-            .exponents(product)
-            .iter()
-            .zip(self.space.exponents(factor));
+        let both = self.space.exponents(product).iter().zip(self.space.exponents(factor));
         for (product, factor) in both {
             exponents.push(product.checked_sub(*factor)?);
         }
@@ -184,13 +167,7 @@ mod tests {
             (reach(0b111, 4), reach(0b011, 1), Span::WithoutFirst, 4),
             (reach(0b111, 4), reach(0b111, 4), Span::WithoutFirst, 2),
         ] {
-            let factors = Factors {
-                space: &space,
-                monomials: &monomials,
-                span,
-                left,
-                right,
-            };
+            let factors = Factors { space: &space, monomials: &monomials, span, left, right };
             let pairs = factors.pairs(degree, space.degree_range(degree)).unwrap();
             let mut start = 0;
             for (&end, expected) in pairs.ends.iter().zip(of_table(&factors, degree)) {
@@ -207,10 +184,7 @@ mod tests {
     #[test]
     fn products_of_many_pairs_are_not_listed() {
         let space = JetSpace::uniform(3, 4).unwrap();
-        let whole = Reach {
-            variables: 0b111,
-            degree: 4,
-        };
+        let whole = Reach { variables: 0b111, degree: 4 };
         let factors = Factors {
             space: &space,
             monomials: &variables_of_monomials(&space),

@@ -56,11 +56,8 @@ impl Plan {
         let owned = |slot: usize| degrees.iter().any(|plan| plan.owned[slot]);
         let is_stored = |&slot: &usize| slot < program.inputs() || history[slot] || owned(slot);
         let stored: Vec<_> = (0..program.slots()).filter(is_stored).collect();
-        let place = |slot: usize| {
-            stored
-                .binary_search(&slot)
-                .expect("what is read in place is stored")
-        };
+        let place =
+            |slot: usize| stored.binary_search(&slot).expect("what is read in place is stored");
         let remainder = |plan: &DegreePlan, component: usize| {
             plan.sources[program.output(component)].map(place)
         };
@@ -131,10 +128,7 @@ impl DegreePlan {
             Operation::Neg(a) => Operation::Neg(self.sources[a]?),
             Operation::Scale(a, factor) => Operation::Scale(self.sources[a]?, factor),
             Operation::Euler(a) => Operation::Euler(self.sources[a]?),
-            Operation::SignTimes { a, b } => Operation::SignTimes {
-                a,
-                b: self.sources[b]?,
-            },
+            Operation::SignTimes { a, b } => Operation::SignTimes { a, b: self.sources[b]? },
             nonlinear => nonlinear,
         };
         self.owned[slot] = true;
@@ -151,22 +145,15 @@ impl DegreePlan {
     /// The actions with slots renamed to places.
     fn actions(&self, place_of: impl Fn(usize) -> usize + Copy) -> Vec<Action> {
         let renamed = |action: &Action| match *action {
-            Action::Run {
-                operation,
-                place,
-                reads_before,
-            } => Action::Run {
+            Action::Run { operation, place, reads_before } => Action::Run {
                 operation: operation.renamed(place_of),
                 place: place_of(place),
                 reads_before,
             },
-            Action::Copy { from, place } => Action::Copy {
-                from: place_of(from),
-                place: place_of(place),
-            },
-            Action::Clear { place } => Action::Clear {
-                place: place_of(place),
-            },
+            Action::Copy { from, place } => {
+                Action::Copy { from: place_of(from), place: place_of(place) }
+            }
+            Action::Clear { place } => Action::Clear { place: place_of(place) },
         };
         self.actions.iter().map(renamed).collect()
     }

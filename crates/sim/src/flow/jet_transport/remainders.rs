@@ -48,12 +48,7 @@ pub(super) struct DegreeOfTape<'a> {
 impl Remainders {
     /// For a subject, in the memory of another tape.
     pub(super) fn new(subject: &Subject, mut tape: Vec<NodeValues>) -> Self {
-        let Subject {
-            program,
-            dimension,
-            space,
-            inputs,
-        } = subject;
+        let Subject { program, dimension, space, inputs } = subject;
         let (monomials, dimension) = (variables_of_monomials(space), *dimension);
         let reach = reach_of_slots(program, inputs, dimension, space.order());
         let supports = supports(space, &monomials, &reach);
@@ -75,10 +70,7 @@ impl Remainders {
         let stored = plan.stored.iter();
         tape.resize(plan.stored.len() * space.len(), ZERO);
         let mut remainders = Self {
-            supports: stored
-                .clone()
-                .map(|&slot| Rc::clone(&supports[slot]))
-                .collect(),
+            supports: stored.clone().map(|&slot| Rc::clone(&supports[slot])).collect(),
             is_euler: stored.map(|&slot| program.is_euler(slot)).collect(),
             starts: starts.collect(),
             tape,
@@ -177,11 +169,7 @@ impl Remainders {
         let len = self.space.len();
         for (action, pairs) in self.plan.actions[degree].iter().zip(&self.pairs[degree]) {
             match action {
-                Action::Run {
-                    operation,
-                    place,
-                    reads_before,
-                } => {
+                Action::Run { operation, place, reads_before } => {
                     let support = &self.supports[*place];
                     let algebra = SparseSpace {
                         space: &self.space,
@@ -223,11 +211,7 @@ impl Remainders {
         state: usize,
     ) {
         let (len, part) = (self.space.len(), self.supports[state].part(degree));
-        let factor = if self.is_euler[place] {
-            degree as f64
-        } else {
-            1.0
-        };
+        let factor = if self.is_euler[place] { degree as f64 } else { 1.0 };
         let slope = slope * Lanes::splat(factor);
         let (states, others) = self.tape.split_at_mut(self.dimension * len);
         let state = &states[state * len..][part.clone()];

@@ -13,10 +13,7 @@ pub(super) struct Tail {
 
 impl Tail {
     /// That of no function.
-    pub(super) const NONE: Self = Self {
-        before: 0.0,
-        last: 0.0,
-    };
+    pub(super) const NONE: Self = Self { before: 0.0, last: 0.0 };
 
     /// That of functions of a size.
     #[inline(always)]
@@ -25,19 +22,13 @@ impl Tail {
             let [a, b] = [functionals.0[first].abs(), functionals.0[first + 1].abs()];
             a.max(b) / size.max(f64::MIN_POSITIVE)
         };
-        Self {
-            before: largest(2),
-            last: largest(4),
-        }
+        Self { before: largest(2), last: largest(4) }
     }
 
     /// The larger of both.
     #[inline(always)]
     pub(super) fn larger(self, other: Self) -> Self {
-        Self {
-            before: self.before.max(other.before),
-            last: self.last.max(other.last),
-        }
+        Self { before: self.before.max(other.before), last: self.last.max(other.last) }
     }
 
     /// What the first modes that the nodes do not tell apart are expected to be: they fall on as
@@ -82,9 +73,7 @@ impl Resolution {
     pub(super) fn include(&mut self, factors: usize, tail: Tail) {
         let ways = 2.0_f64.powi(factors as i32);
         self.tail = self.tail.max(tail.last);
-        self.error = self
-            .error
-            .max(SHARE * ways * tail.next() * self.fundamental);
+        self.error = self.error.max(SHARE * ways * tail.next() * self.fundamental);
     }
 
     /// Whether the estimate is below a tolerance and believed.

@@ -100,11 +100,7 @@ impl ElementSolver {
         self.rates.clear(self.coupled.len());
         for (row, &component) in self.coupled.iter().enumerate() {
             for (column, &root) in self.coupled.iter().enumerate() {
-                let unit = if row == column {
-                    &Block::IDENTITY
-                } else {
-                    &Block::ZERO
-                };
+                let unit = if row == column { &Block::IDENTITY } else { &Block::ZERO };
                 let mut is_there = false;
                 for state in 0..self.chains.len() {
                     let slopes = self.slopes(component, state);
@@ -258,10 +254,8 @@ impl ElementSolver {
     pub(super) fn fundamental_tail(&self) -> Tail {
         let mut tail = Tail::NONE;
         for response in self.to_initial.iter().flatten() {
-            tail = tail.larger(Tail::new(
-                self.gauss.functionals_of(*response),
-                response.magnitude(),
-            ));
+            tail =
+                tail.larger(Tail::new(self.gauss.functionals_of(*response), response.magnitude()));
         }
         tail
     }

@@ -23,10 +23,7 @@ pub(super) struct Reach {
 impl Reach {
     /// The monomials of both.
     fn or(self, other: Self) -> Self {
-        Self {
-            variables: self.variables | other.variables,
-            degree: self.degree.max(other.degree),
-        }
+        Self { variables: self.variables | other.variables, degree: self.degree.max(other.degree) }
     }
 }
 
@@ -37,22 +34,14 @@ pub(super) fn reach_of_slots(
     dimension: usize,
     order: usize,
 ) -> Vec<Reach> {
-    let nothing = Reach {
-        variables: 0,
-        degree: 0,
-    };
+    let nothing = Reach { variables: 0, degree: 0 };
     let mut reach: Vec<_> = (0..program.inputs()).map(|i| inputs.reach(i)).collect();
     reach.resize(program.slots(), nothing);
     loop {
         for slot in program.inputs()..program.slots() {
             let read = program.operands(slot).map(|operand| reach[operand]);
-            let degree = program
-                .operation(slot)
-                .highest_degree(order, |slot| reach[slot].degree);
-            reach[slot] = Reach {
-                degree,
-                ..read.fold(reach[slot], Reach::or)
-            };
+            let degree = program.operation(slot).highest_degree(order, |slot| reach[slot].degree);
+            reach[slot] = Reach { degree, ..read.fold(reach[slot], Reach::or) };
         }
         let mut grown = false;
         for state in 0..dimension {
@@ -80,19 +69,12 @@ pub(super) struct Support {
 
 impl Support {
     pub(super) fn new(space: &JetSpace, monomials: &[VariableSet], variables: VariableSet) -> Self {
-        let selection = Selection {
-            monomials,
-            variables,
-        };
+        let selection = Selection { monomials, variables };
         let runs = |degree: usize| {
             let all = space.runs(degree);
-            let mut reached = all
-                .clone()
-                .filter(|&run| selection.reaches(&space.run(run)));
+            let mut reached = all.clone().filter(|&run| selection.reaches(&space.run(run)));
             let first = reached.next();
-            first.map_or(all.start..all.start, |first| {
-                first..reached.last().unwrap_or(first) + 1
-            })
+            first.map_or(all.start..all.start, |first| first..reached.last().unwrap_or(first) + 1)
         };
         let runs: Vec<_> = (0..=space.order()).map(runs).collect();
         let part = |(degree, runs): (usize, &Range<usize>)| {
@@ -132,10 +114,7 @@ impl SparseSpace<'_> {
     /// The part of a degree, its runs without a monomial of the variables left out.
     #[inline(always)]
     fn part_of<'o>(&'o self, degree: usize, out: &'o mut [NodeValues]) -> PartOf<'o, NodeValues> {
-        let selection = Selection {
-            monomials: self.monomials,
-            variables: self.support.variables,
-        };
+        let selection = Selection { monomials: self.monomials, variables: self.support.variables };
         PartOf {
             runs: self.support.runs[degree].clone(),
             out,
@@ -173,8 +152,7 @@ impl Graded<NodeValues> for SparseSpace<'_> {
             }
             return;
         }
-        self.space
-            .convolve_part(self.part_of(degree, out), span, (a, b));
+        self.space.convolve_part(self.part_of(degree, out), span, (a, b));
     }
 
     #[inline(always)]
@@ -192,8 +170,7 @@ impl Graded<NodeValues> for SparseSpace<'_> {
             }
             return;
         }
-        self.space
-            .scaled_part(self.part_of(degree, out), span, (a, b), factor);
+        self.space.scaled_part(self.part_of(degree, out), span, (a, b), factor);
     }
 
     #[inline(always)]
@@ -212,8 +189,7 @@ impl Graded<NodeValues> for SparseSpace<'_> {
             }
             return;
         }
-        self.space
-            .quotient_part_of(self.part_of(degree, out), (a, b), u);
+        self.space.quotient_part_of(self.part_of(degree, out), (a, b), u);
     }
 
     #[inline(always)]

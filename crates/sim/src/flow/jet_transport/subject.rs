@@ -45,21 +45,14 @@ impl Inputs {
             }
             variables.push(set);
         }
-        Self {
-            variables,
-            parts,
-            degrees,
-        }
+        Self { variables, parts, degrees }
     }
 
     /// The monomials in which an input can differ from zero.
     pub(super) fn reach(&self, input: usize) -> Reach {
         let degrees = 0..self.degrees;
         let last = degrees.rev().find(|&degree| self.has_part(input, degree));
-        Reach {
-            variables: self.variables[input],
-            degree: last.unwrap_or(0),
-        }
+        Reach { variables: self.variables[input], degree: last.unwrap_or(0) }
     }
 
     /// Whether an input has a part of a degree.

@@ -43,20 +43,14 @@ pub fn jet_transport_taylor<S: Real>(
         }
         expansion.expand(&state, parameters);
         let longest = S::from_f64(expansion.step_length(remaining.magnitude())?);
-        let length = if remaining.abs() <= longest {
-            remaining
-        } else {
-            longest * remaining.signum()
-        };
+        let length =
+            if remaining.abs() <= longest { remaining } else { longest * remaining.signum() };
         for (component, jet) in state.iter_mut().enumerate() {
             expansion.sum_at(component, length, jet.coefficients_mut());
         }
         remaining -= length;
     }
-    Err(FlowError::TooManySteps {
-        limit: MAX_STEPS,
-        remaining: remaining.to_f64(),
-    })
+    Err(FlowError::TooManySteps { limit: MAX_STEPS, remaining: remaining.to_f64() })
 }
 
 /// The tape of one field over series in time of jets.
@@ -90,10 +84,8 @@ impl<'a, S: Real> JetExpansion<'a, S> {
 
     /// Coefficients of one power of time of a slot.
     pub(crate) fn coefficients(&self, slot: usize, power: usize) -> &[S] {
-        let (len, part) = (
-            Graded::<S>::element_len(&self.algebra),
-            Graded::<S>::part(&self.algebra, power),
-        );
+        let (len, part) =
+            (Graded::<S>::element_len(&self.algebra), Graded::<S>::part(&self.algebra, power));
         &self.tape[slot * len + part.start..slot * len + part.end]
     }
 
@@ -103,11 +95,7 @@ impl<'a, S: Real> JetExpansion<'a, S> {
         let mut step = limit;
         for component in 0..self.field.dimension() {
             for power in 0..=order {
-                if self
-                    .coefficients(component, power)
-                    .iter()
-                    .any(|value| !value.is_finite())
-                {
+                if self.coefficients(component, power).iter().any(|value| !value.is_finite()) {
                     return Err(FlowError::NotFinite { degree: power });
                 }
             }
@@ -127,9 +115,7 @@ impl<'a, S: Real> JetExpansion<'a, S> {
     /// Largest coefficient of a power of time among the monomials of a degree.
     fn magnitude(&self, component: usize, power: usize, degree: usize) -> f64 {
         let part = &self.coefficients(component, power)[self.algebra.space().degree_range(degree)];
-        part.iter()
-            .map(|value| value.magnitude())
-            .fold(0.0, f64::max)
+        part.iter().map(|value| value.magnitude()).fold(0.0, f64::max)
     }
 
     /// Horner's sum of the series of a component at a time.

@@ -93,10 +93,7 @@ fn what_a_thread_keeps_of_one_transport_does_not_change_the_next() {
             parameters[2] = &parameters[1] * &parameters[2];
         }
         let flow = jet_transport(&field, &states, &parameters, 2.0, 1e-15).unwrap();
-        flow.image
-            .iter()
-            .flat_map(|jet| jet.coefficients().to_vec())
-            .collect::<Vec<_>>()
+        flow.image.iter().flat_map(|jet| jet.coefficients().to_vec()).collect::<Vec<_>>()
     };
     for case in [0, 1, 1, 0, 2, 3, 0] {
         let alone = std::thread::scope(|scope| scope.spawn(|| transport(case)).join().unwrap());
@@ -144,10 +141,8 @@ fn collocation_agrees_with_double_double_for_weighted_jets_of_any_content() {
         };
         (0..6).map(jet).collect::<Vec<_>>()
     };
-    let inputs: Vec<Jet<f64>> = shear(1.0)
-        .into_iter()
-        .map(|c| Jet::from_coefficients(&space, c))
-        .collect();
+    let inputs: Vec<Jet<f64>> =
+        shear(1.0).into_iter().map(|c| Jet::from_coefficients(&space, c)).collect();
     let exact: Vec<Jet<Dd>> = shear(1.0)
         .into_iter()
         .map(|c| Jet::from_coefficients(&space, c.into_iter().map(Dd::from).collect()))
@@ -158,19 +153,13 @@ fn collocation_agrees_with_double_double_for_weighted_jets_of_any_content() {
         let exact =
             jet_transport_taylor(&field, &exact[..3], &exact[3..], Dd::from(duration)).unwrap();
         let error = degree_error(&value.image, &exact);
-        assert!(
-            error < 1e-14,
-            "{duration}: {error:e}, estimate {:e}",
-            value.error_estimate
-        );
+        assert!(error < 1e-14, "{duration}: {error:e}, estimate {:e}", value.error_estimate);
     }
 }
 
 /// Flow of the damped, forced linear oscillator in closed form, as jets in `(x, v, θ, α, ω)`.
 fn linear_closed_form(inputs: &[Jet<Dd>], zeta: Dd, duration: Dd) -> Vec<Jet<Dd>> {
-    let [x, v, theta, alpha, omega] = inputs else {
-        unreachable!()
-    };
+    let [x, v, theta, alpha, omega] = inputs else { unreachable!() };
     let two_zeta = zeta + zeta;
     let stiffness = (-&(omega * omega)).add_constant(Dd::ONE);
     let damping = omega.scale(two_zeta);
@@ -198,24 +187,14 @@ fn jets_of_the_linear_oscillator_are_those_of_its_closed_form_in_all_degrees() {
     let (point, duration) = ([0.3, -0.2, 0.4, 0.7, 1.5], 4.0);
     let zeta = InputKind::Bound(Dd::from(0.05));
     let field = samples::linear(&[zeta, InputKind::Variable, InputKind::Variable]);
-    let exact: Vec<_> = (0..5)
-        .map(|i| Jet::variable(&space, i, Dd::from(point[i])))
-        .collect();
+    let exact: Vec<_> = (0..5).map(|i| Jet::variable(&space, i, Dd::from(point[i]))).collect();
     let inputs: Vec<_> = (0..5).map(|i| Jet::variable(&space, i, point[i])).collect();
     let exact = linear_closed_form(&exact, Dd::from(0.05), Dd::from(duration));
     let parameters = [Jet::zero(&space), inputs[3].clone(), inputs[4].clone()];
     let value = jet_transport(&field, &inputs[..3], &parameters, duration, 1e-15).unwrap();
-    assert!(
-        degree_error(&value.image, &exact) < 1e-14,
-        "{:e}",
-        degree_error(&value.image, &exact)
-    );
+    assert!(degree_error(&value.image, &exact) < 1e-14, "{:e}", degree_error(&value.image, &exact));
     let value = jet_transport_taylor(&field, &inputs[..3], &parameters, duration).unwrap();
-    assert!(
-        degree_error(&value, &exact) < 1e-14,
-        "{:e}",
-        degree_error(&value, &exact)
-    );
+    assert!(degree_error(&value, &exact) < 1e-14, "{:e}", degree_error(&value, &exact));
 }
 
 #[test]
@@ -247,11 +226,8 @@ fn stiff_and_nearly_singular_orbits_take_more_elements_and_keep_their_accuracy()
             _ => Jet::constant(&space, value),
         };
         let field = samples::electrostatic(&[InputKind::Variable; 3]);
-        let inputs: Vec<_> = head
-            .iter()
-            .enumerate()
-            .map(|(input, &value)| jet(input, value))
-            .collect();
+        let inputs: Vec<_> =
+            head.iter().enumerate().map(|(input, &value)| jet(input, value)).collect();
         let exact: Vec<_> = inputs
             .iter()
             .map(|jet| {
@@ -264,11 +240,7 @@ fn stiff_and_nearly_singular_orbits_take_more_elements_and_keep_their_accuracy()
         let value = jet_transport(&field, &inputs[..3], &inputs[3..], 1.5, 1e-15).unwrap();
         let exact = jet_transport_taylor(&field, &exact[..3], &exact[3..], Dd::from(1.5)).unwrap();
         let error = degree_error(&value.image, &exact);
-        assert!(
-            error < 3e-14,
-            "zeta {zeta}, x {x}: {error:e}, {} elements",
-            value.elements
-        );
+        assert!(error < 3e-14, "zeta {zeta}, x {x}: {error:e}, {} elements", value.elements);
         value.elements
     };
     let gentle = elements(0.02, 0.1, 0.2);

@@ -152,21 +152,13 @@ impl<'a> Lowering<'a> {
     /// Support of a function of these operands, numbers having been folded before.
     fn joint(&self, operands: &[Slot]) -> Support {
         let beyond_head = operands.iter().any(|&slot| self.support[slot].reaches(1));
-        if beyond_head {
-            Support::Full
-        } else {
-            Support::Head
-        }
+        if beyond_head { Support::Full } else { Support::Head }
     }
 
     /// Support of a sum.
     fn joint_of_sum(&self, a: Slot, b: Slot) -> Support {
-        let full = [a, b]
-            .iter()
-            .any(|&slot| self.support[slot] == Support::Full);
-        let linear = [a, b]
-            .iter()
-            .any(|&slot| self.support[slot] == Support::Linear);
+        let full = [a, b].iter().any(|&slot| self.support[slot] == Support::Full);
+        let linear = [a, b].iter().any(|&slot| self.support[slot] == Support::Linear);
         match (full, linear) {
             (true, _) => Support::Full,
             (false, true) => Support::Linear,
@@ -176,15 +168,11 @@ impl<'a> Lowering<'a> {
 
     fn constant(&mut self, value: Dd) -> Slot {
         let key = SharedKey::Constant(value.hi.to_bits(), value.lo.to_bits());
-        self.shared(key, |this| {
-            this.push(Operation::Constant(value), Support::Number(value))
-        })
+        self.shared(key, |this| this.push(Operation::Constant(value), Support::Number(value)))
     }
 
     fn euler(&mut self, a: Slot) -> Slot {
-        self.shared(SharedKey::Euler(a), |this| {
-            this.push(Operation::Euler(a), this.joint(&[a]))
-        })
+        self.shared(SharedKey::Euler(a), |this| this.push(Operation::Euler(a), this.joint(&[a])))
     }
 
     fn neg(&mut self, a: Slot) -> Slot {
@@ -286,10 +274,6 @@ impl<'a> Lowering<'a> {
         }
         let one = self.constant(Dd::from(1.0));
         let power = result.unwrap_or(one);
-        if exponent < 0 {
-            self.div(one, power)
-        } else {
-            power
-        }
+        if exponent < 0 { self.div(one, power) } else { power }
     }
 }

@@ -165,11 +165,7 @@ pub(in crate::flow) fn run<S: Scalar, A: Graded<S>>(
                 out,
             );
         }
-        Operation::OfPhase {
-            function,
-            a,
-            partner,
-        } => {
+        Operation::OfPhase { function, a, partner } => {
             phase_part(algebra, function, k, element(a), element(partner), out);
         }
         Operation::Sinh { a, euler_a, cosh } => {
@@ -194,28 +190,10 @@ pub(in crate::flow) fn run<S: Scalar, A: Graded<S>>(
                 out,
             );
         }
-        Operation::Primitive {
-            function,
-            a,
-            w,
-            euler_u,
-        } => {
-            primitive_part(
-                algebra,
-                function,
-                k,
-                element(a),
-                element(w),
-                element(euler_u),
-                out,
-            );
+        Operation::Primitive { function, a, w, euler_u } => {
+            primitive_part(algebra, function, k, element(a), element(w), element(euler_u), out);
         }
-        Operation::Power {
-            a,
-            exponent,
-            euler_a,
-            euler_u,
-        } => {
+        Operation::Power { a, exponent, euler_a, euler_u } => {
             let exponent = S::from_dd(exponent);
             power_part(
                 algebra,
@@ -228,14 +206,7 @@ pub(in crate::flow) fn run<S: Scalar, A: Graded<S>>(
                 out,
             );
         }
-        Operation::Atan2 {
-            y,
-            x,
-            euler_y,
-            euler_x,
-            w,
-            euler_u,
-        } => {
+        Operation::Atan2 { y, x, euler_y, euler_x, w, euler_u } => {
             let (y, x, ey, ex) = (element(y), element(x), element(euler_y), element(euler_x));
             atan2_part(algebra, k, y, x, ey, ex, element(w), element(euler_u), out);
         }
@@ -267,11 +238,7 @@ fn phase_part<S: Scalar, A: Graded<S>>(
     out.fill(S::zero());
     let slope = &a[algebra.part(1).start..];
     algebra.multiply_by_head(degree, slope, &partner[algebra.part(degree - 1)], out);
-    let sign = if function == HeadFunction::Cos {
-        -1.0
-    } else {
-        1.0
-    };
+    let sign = if function == HeadFunction::Cos { -1.0 } else { 1.0 };
     let factor = S::from_f64(sign) / S::from_f64(degree as f64);
     out.iter_mut().for_each(|value| *value *= factor);
 }

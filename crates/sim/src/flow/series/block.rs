@@ -116,9 +116,7 @@ mod tests {
     fn earlier_parts_of_products_and_squares_are_exact_on_integers() {
         let series = |factor: u32| -> Vec<Block<f64>> {
             let coefficient = |k: u32| f64::from((k * factor + 3) % 17) - 8.0;
-            (0..8)
-                .map(|block| std::array::from_fn(|i| coefficient(4 * block + i as u32)))
-                .collect()
+            (0..8).map(|block| std::array::from_fn(|i| coefficient(4 * block + i as u32))).collect()
         };
         let (a, b) = (series(5), series(11));
         for block in 1..8 {

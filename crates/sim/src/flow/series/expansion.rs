@@ -34,14 +34,9 @@ impl<S: Scalar> Expansion<'_, S> {
     fn complete(&mut self, group: &[Instruction]) {
         match *group {
             [Instruction::Linear { out, ref sum }] => self.linear_series(out, sum),
-            [
-                Instruction::Phase {
-                    a,
-                    table,
-                    sine,
-                    cosine,
-                },
-            ] => self.phase_series(a, table, (sine, cosine)),
+            [Instruction::Phase { a, table, sine, cosine }] => {
+                self.phase_series(a, table, (sine, cosine))
+            }
             _ => self.in_step(group),
         }
     }
@@ -76,9 +71,7 @@ impl<S: Scalar> Expansion<'_, S> {
                     out,
                     earlier_product(&self.series(a.slot)[..block], &self.series(b.slot)[..block]),
                 ),
-                Instruction::Quotient {
-                    out, denominator, ..
-                } => (
+                Instruction::Quotient { out, denominator, .. } => (
                     out,
                     earlier_product(
                         &self.series(denominator.slot)[..block],
@@ -117,12 +110,7 @@ impl<S: Scalar> Expansion<'_, S> {
                     let value = self.product::<I>(out, (a, b), block, last);
                     self.put::<I>(out, block, value)
                 }
-                Instruction::Quotient {
-                    out,
-                    numerator,
-                    denominator,
-                    reciprocal,
-                } => {
+                Instruction::Quotient { out, numerator, denominator, reciprocal } => {
                     let rest = self.dividend::<I>(out, (numerator, denominator), block, last);
                     if I == 0 && block == 0 {
                         let head = self.newest::<I>(denominator, block, last);
@@ -187,11 +175,7 @@ impl<S: Scalar> Expansion<'_, S> {
         }
         let sum = first[0].mul_add(newest, sum);
         let twice = sum + sum;
-        if I.is_multiple_of(2) {
-            first[I / 2].mul_add(first[I / 2], twice)
-        } else {
-            twice
-        }
+        if I.is_multiple_of(2) { first[I / 2].mul_add(first[I / 2], twice) } else { twice }
     }
 
     #[inline(always)]
@@ -202,10 +186,7 @@ impl<S: Scalar> Expansion<'_, S> {
         block: usize,
         last: S,
     ) -> S {
-        let newest = (
-            self.newest::<I>(a, block, last),
-            self.newest::<I>(b, block, last),
-        );
+        let newest = (self.newest::<I>(a, block, last), self.newest::<I>(b, block, last));
         let (a, b) = (self.series(a.slot), self.series(b.slot));
         if block > 0 {
             let sum = sum_before::<S, I>(self.at::<I>(out, block), &a[0], &b[block]);
@@ -307,11 +288,7 @@ impl<S: Scalar> Expansion<'_, S> {
 
     #[inline(always)]
     fn newest<const I: usize>(&self, operand: Operand, block: usize, last: S) -> S {
-        if operand.is_fresh {
-            last
-        } else {
-            self.at::<I>(operand.slot, block)
-        }
+        if operand.is_fresh { last } else { self.at::<I>(operand.slot, block) }
     }
 
     #[inline(always)]

@@ -76,12 +76,7 @@ pub(super) enum Instruction {
     },
     /// Sine and cosine of a phase `a = a_0 + a_1 t`, where wanted: `a_1^k/k!`, a table, times the
     /// derivatives of the functions at `a_0`.
-    Phase {
-        a: Slot,
-        table: Slot,
-        sine: Option<Slot>,
-        cosine: Option<Slot>,
-    },
+    Phase { a: Slot, table: Slot, sine: Option<Slot>, cosine: Option<Slot> },
     /// Any other operation of the program.
     Other { out: Slot, operation: Operation },
 }
@@ -128,11 +123,9 @@ impl Instruction {
             }
             Instruction::Square { a, .. } => visit(a),
             Instruction::Product { a, b, .. } => [a, b].into_iter().for_each(visit),
-            Instruction::Quotient {
-                numerator,
-                denominator,
-                ..
-            } => [numerator, denominator].into_iter().for_each(visit),
+            Instruction::Quotient { numerator, denominator, .. } => {
+                [numerator, denominator].into_iter().for_each(visit)
+            }
             Instruction::Phase { .. } | Instruction::Other { .. } => {}
         }
     }

@@ -151,11 +151,7 @@ impl<'p> Lowering<'p> {
                 InputKind::HeadOnly | InputKind::Bound(_) => SlotKind::Constant,
             };
         }
-        let has = |kind| {
-            self.program
-                .operands(slot)
-                .any(|operand| self.kinds[operand] == kind)
-        };
+        let has = |kind| self.program.operands(slot).any(|operand| self.kinds[operand] == kind);
         if has(SlotKind::Series) || has(SlotKind::Linear) && !self.is_linear(slot) {
             SlotKind::Series
         } else if has(SlotKind::Linear) {
@@ -220,9 +216,7 @@ impl<'p> Lowering<'p> {
                 .filter(|&slot| self.is_constant(slot))
                 .map(with_operation)
                 .collect(),
-            rates: phases
-                .map(|state| (state, self.program.output(state)))
-                .collect(),
+            rates: phases.map(|state| (state, self.program.output(state))).collect(),
             linear: beyond.filter(is_linear).map(with_operation).collect(),
         }
     }
@@ -236,10 +230,7 @@ impl<'p> Lowering<'p> {
 
     fn integral(&mut self, state: Slot) -> Instruction {
         let derivative = self.program.output(state);
-        Instruction::Integral {
-            out: state,
-            sum: self.sum(derivative),
-        }
+        Instruction::Integral { out: state, sum: self.sum(derivative) }
     }
 
     /// The instructions of slots that need each other, if any is needed.
@@ -273,25 +264,17 @@ impl<'p> Lowering<'p> {
 
     fn instruction(&mut self, out: Slot) -> Instruction {
         match *self.program.operation(out) {
-            Operation::Mul(a, b) if a == b => Instruction::Square {
-                out,
-                a: self.operand(a),
-            },
-            Operation::Mul(a, b) => Instruction::Product {
-                out,
-                a: self.operand(a),
-                b: self.operand(b),
-            },
+            Operation::Mul(a, b) if a == b => Instruction::Square { out, a: self.operand(a) },
+            Operation::Mul(a, b) => {
+                Instruction::Product { out, a: self.operand(a), b: self.operand(b) }
+            }
             Operation::Div(a, b) => Instruction::Quotient {
                 out,
                 numerator: self.operand(a),
                 denominator: self.operand(b),
                 reciprocal: self.added_slot(),
             },
-            _ if self.is_linear(out) => Instruction::Linear {
-                out,
-                sum: self.sum(out),
-            },
+            _ if self.is_linear(out) => Instruction::Linear { out, sum: self.sum(out) },
             _ => self.other(out),
         }
     }
@@ -304,10 +287,7 @@ impl<'p> Lowering<'p> {
 
     fn operand(&mut self, slot: Slot) -> Operand {
         self.needed[slot] = true;
-        Operand {
-            slot,
-            is_fresh: false,
-        }
+        Operand { slot, is_fresh: false }
     }
 
     fn added_slot(&mut self) -> Slot {

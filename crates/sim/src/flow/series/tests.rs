@@ -56,10 +56,8 @@ fn largest_difference<S: Real>(field: &Field, state: &[f64], parameters: &[f64])
             size = tape[slot * (order + 1) + degree].magnitude().max(size);
         }
         for &slot in &slots {
-            let (found, expected) = (
-                series.coefficients(slot)[degree],
-                tape[slot * (order + 1) + degree],
-            );
+            let (found, expected) =
+                (series.coefficients(slot)[degree], tape[slot * (order + 1) + degree]);
             largest = largest.max((found - expected).magnitude() / size);
         }
     }
@@ -67,10 +65,7 @@ fn largest_difference<S: Real>(field: &Field, state: &[f64], parameters: &[f64])
 }
 
 fn another_state<S: Real>(state: &[S]) -> Vec<S> {
-    state
-        .iter()
-        .map(|&value| value * S::from_f64(0.5))
-        .collect()
+    state.iter().map(|&value| value * S::from_f64(0.5)).collect()
 }
 
 #[test]
@@ -78,11 +73,7 @@ fn instructions_give_the_series_of_the_program() {
     let kinds = [InputKind::HeadOnly; 3];
     let cases: [(Field, &[f64], &[f64]); 6] = [
         (everything(), &[0.4, -0.3, 0.8], &[0.7]),
-        (
-            samples::electrostatic(&kinds),
-            &[0.3, 0.1, 0.4],
-            &[0.02, 0.3, 0.6],
-        ),
+        (samples::electrostatic(&kinds), &[0.3, 0.1, 0.4], &[0.02, 0.3, 0.6]),
         (samples::linear(&kinds), &[0.3, 0.1, 0.4], &[0.05, 1.1, 1.8]),
         (samples::kepler(), &[0.5, 0.1, 0.2, 1.5], &[]),
         (samples::pendulum(), &[0.7, 0.4], &[]),
@@ -100,19 +91,12 @@ fn instructions_give_the_series_of_the_program() {
 #[test]
 fn squares_of_the_phase_need_no_products() {
     let field = samples::electrostatic(&[InputKind::HeadOnly; 3]);
-    let products = field
-        .series()
-        .groups
-        .iter()
-        .flatten()
-        .filter(|instruction| {
-            matches!(
-                instruction,
-                Instruction::Square { .. }
-                    | Instruction::Product { .. }
-                    | Instruction::Quotient { .. }
-            )
-        });
+    let products = field.series().groups.iter().flatten().filter(|instruction| {
+        matches!(
+            instruction,
+            Instruction::Square { .. } | Instruction::Product { .. } | Instruction::Quotient { .. }
+        )
+    });
     // The quotient `V sin θ/(1 − x)` and its square; the phase is in neither convolution twice.
     assert_eq!(products.count(), 2);
     let phase_alone = everything();

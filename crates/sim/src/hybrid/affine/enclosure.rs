@@ -97,12 +97,7 @@ impl<S: Branched> WatchedGap<S> {
 impl<S: Branched> Course<S> {
     #[inline(always)]
     pub(super) fn unknown(time: S) -> Self {
-        Self {
-            rises: S::Mask::NONE,
-            falls: S::Mask::NONE,
-            turns: S::Mask::NONE,
-            lowest: time,
-        }
+        Self { rises: S::Mask::NONE, falls: S::Mask::NONE, turns: S::Mask::NONE, lowest: time }
     }
 }
 
@@ -261,12 +256,7 @@ impl<B: Backend> EnclosureTest<'_, B> {
     ) {
         let turn = self.gap.turn(near, valley);
         let (select, zero) = (B::Number::select, B::Number::zero());
-        let WatchedGap {
-            ignoring,
-            leaving,
-            rises,
-            ..
-        } = *self.watched;
+        let WatchedGap { ignoring, leaving, rises, .. } = *self.watched;
         let length = self.gap.tables.piece();
         let from = B::Number::from_rounded(self.from);
         let end = from + B::Number::from_rounded(length);
@@ -286,11 +276,7 @@ impl<B: Backend> EnclosureTest<'_, B> {
         found.minimum = clear & !below & (ignoring | is_near);
         found.time = select(valley, turn.time, found.time);
         if below.any() {
-            let piece = Piece {
-                from: self.from,
-                length,
-                reach: self.gap.tables.reach().rounded(),
-            };
+            let piece = Piece { from: self.from, length, reach: self.gap.tables.reach().rounded() };
             let (near, known) = self.polygon.fall_before(&turn, piece, below);
             found.undecided |= below & !known;
             sought.near = RoundedNumber::<B>::select(below, near, sought.near);

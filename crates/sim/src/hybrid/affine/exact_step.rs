@@ -207,8 +207,7 @@ impl<B: Backend, L: MinimumLog<B::Number>> Stepper<'_, B, L> {
             for (surface, gap) in self.buffers.gaps.iter().enumerate() {
                 let in_time = gap.passed_time.is_at_most(step.time);
                 let missed = gap.passed & !undecided & in_time;
-                self.log
-                    .miss(missed, surface, gap.passed_time, gap.passed_gap);
+                self.log.miss(missed, surface, gap.passed_time, gap.passed_gap);
             }
         }
         undecided
@@ -224,25 +223,13 @@ impl<B: Backend, L: MinimumLog<B::Number>> Stepper<'_, B, L> {
         until: B::Number,
         wanted: NumberMask<B>,
     ) -> Found<B::Number> {
-        let StepBuffers {
-            control,
-            visit,
-            gaps,
-        } = &mut *self.buffers;
+        let StepBuffers { control, visit, gaps } = &mut *self.buffers;
         let (tables, extended, watched) = (self.tables, self.extended, &gaps[surface]);
         tables.control_points(surface, piece, extended, control);
         let mut test = EnclosureTest {
-            polygon: Polygon {
-                points: control,
-                rounding: watched.rounding,
-            },
+            polygon: Polygon { points: control, rounding: watched.rounding },
             watched,
-            gap: GapCourse {
-                tables,
-                extended,
-                surface,
-                visit,
-            },
+            gap: GapCourse { tables, extended, surface, visit },
             from,
             until,
         };
@@ -254,12 +241,7 @@ impl<B: Backend, L: MinimumLog<B::Number>> Stepper<'_, B, L> {
     fn turn(&mut self, flown: NumberMask<B>, ends: NumberMask<B>, time: B::Number) {
         let StepBuffers { visit, gaps, .. } = &mut *self.buffers;
         for (surface, gap) in gaps.iter_mut().enumerate() {
-            let Course {
-                mut rises,
-                mut falls,
-                turns,
-                lowest,
-            } = gap.course;
+            let Course { mut rises, mut falls, turns, lowest } = gap.course;
             let turned = ends & turns;
             let (valley, hill) = (turned & rises, turned & falls & self.going_on);
             // NOTE: a branch, so that one orbit does not wait for the time.
@@ -269,12 +251,8 @@ impl<B: Backend, L: MinimumLog<B::Number>> Stepper<'_, B, L> {
                 falls |= before;
             }
             if hill.any() {
-                let mut course = GapCourse {
-                    tables: self.tables,
-                    extended: self.extended,
-                    surface,
-                    visit,
-                };
+                let mut course =
+                    GapCourse { tables: self.tables, extended: self.extended, surface, visit };
                 let climbs = hill & !course.slope(time, hill).is_below(B::Number::zero());
                 rises |= climbs;
                 falls &= !climbs;

@@ -65,11 +65,7 @@ impl<B: Backend> Extended<B> {
             let theta = state[phase];
             let moves = wanted & !self.theta.is_equal(theta);
             if moves.any() {
-                B::seldom(NewPhase {
-                    extended: self,
-                    theta,
-                    moves,
-                });
+                B::seldom(NewPhase { extended: self, theta, moves });
             }
         }
     }
@@ -93,11 +89,7 @@ impl<B: Backend> Kernel for NewPhase<'_, B> {
 
     #[inline(always)]
     fn run(self) {
-        let Self {
-            extended,
-            theta,
-            moves,
-        } = self;
+        let Self { extended, theta, moves } = self;
         let select = B::Number::select;
         let change = theta - extended.theta;
         extended.theta = select(moves, theta, extended.theta);

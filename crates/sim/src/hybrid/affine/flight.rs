@@ -53,12 +53,7 @@ impl<'t, S: Real> AffineFlight<'t, S> {
         for (rounded, value) in buffers.rounded.iter_mut().zip(&extended.values) {
             *rounded = value.to_f64();
         }
-        Self {
-            flow,
-            extended,
-            buffers,
-            theta,
-        }
+        Self { flow, extended, buffers, theta }
     }
 }
 
@@ -75,15 +70,10 @@ impl<S: Real> Flight<S> for AffineFlight<'_, S> {
         if goal.minima {
             return Outlook::Undecided;
         }
-        let FlightBuffers {
-            control, rounded, ..
-        } = &mut *self.buffers;
+        let FlightBuffers { control, rounded, .. } = &mut *self.buffers;
         self.flow.control_points(watch, rounded, control);
         let rounding = ROUNDING * self.flow.size(watch, rounded);
-        let polygon = Polygon {
-            points: control,
-            rounding,
-        };
+        let polygon = Polygon { points: control, rounding };
         match polygon.is_above(goal.near.to_f64().max(0.0), false) {
             true => Outlook::NoEvent,
             false => Outlook::Undecided,
@@ -92,8 +82,7 @@ impl<S: Real> Flight<S> for AffineFlight<'_, S> {
 
     fn polynomials(&mut self, watch: usize) -> (&[S], &[S]) {
         let FlightBuffers { value, slope, .. } = &mut *self.buffers;
-        self.flow
-            .watched_series(watch, &self.extended.values, value);
+        self.flow.watched_series(watch, &self.extended.values, value);
         let mut power = S::zero();
         for (slope, &value) in slope.iter_mut().zip(&value[1..]) {
             power += S::one();
@@ -108,9 +97,7 @@ impl<S: Real> Flight<S> for AffineFlight<'_, S> {
     fn land(&mut self, time: S, state: &mut [S]) -> bool {
         let whole = self.flow.length();
         let rounding = S::from_f64(8.0 * S::ROUNDOFF) * whole;
-        let theta = self
-            .theta
-            .map(|theta| theta + self.flow.phase_rate() * time);
+        let theta = self.theta.map(|theta| theta + self.flow.phase_rate() * time);
         let FlightBuffers { next, value, .. } = &mut *self.buffers;
         let states = state.len() - usize::from(theta.is_some());
         if (time - whole).abs() <= rounding {
@@ -122,8 +109,7 @@ impl<S: Real> Flight<S> for AffineFlight<'_, S> {
             self.extended.put(next, theta);
         } else {
             let values = &self.extended.values;
-            self.flow
-                .states_at(time, values, value, &mut state[..states]);
+            self.flow.states_at(time, values, value, &mut state[..states]);
         }
         if let (Some(theta), Some(phase)) = (theta, state.get_mut(states)) {
             *phase = theta;

@@ -35,12 +35,7 @@ impl<const N: usize> LaneTools<N> {
     pub(in crate::hybrid) fn new(alone: [OrbitTables; N]) -> Option<Self> {
         let tables = SpanTables::interleaved(alone.each_ref().map(|own| &own.span))?;
         let surface = SurfaceTables::interleaved(alone.each_ref().map(|own| &own.surface))?;
-        let OrbitTables {
-            phase,
-            states,
-            ref multiples,
-            ..
-        } = alone[0];
+        let OrbitTables { phase, states, ref multiples, .. } = alone[0];
         let multiple = |place: usize| Lanes::from_fn(|lane| alone[lane].multiples[place]);
         let multiples: Vec<_> = (0..multiples.len()).map(multiple).collect();
         let mut extended = Extended::new(states, phase, multiples.len());
@@ -105,10 +100,7 @@ impl<const N: usize> LaneFlow<N> for LaneTools<N> {
             buffers: &mut self.buffers,
             going_on: LaneMask::NONE,
             longest: asked.longest,
-            log: LoggedFrom {
-                start: motion.time,
-                log,
-            },
+            log: LoggedFrom { start: motion.time, log },
         }
         .fly();
         let gap = &self.buffers.gaps[SURFACE];
@@ -130,11 +122,7 @@ impl<const N: usize> LaneFlow<N> for LaneTools<N> {
             visit.states_at(end.time, useful, tables, extended, &mut self.there);
             self.take_there(motion, useful, end.time);
         }
-        let time = Lanes::select(
-            end.time.is_equal(asked.longest),
-            horizon,
-            motion.time + end.time,
-        );
+        let time = Lanes::select(end.time.is_equal(asked.longest), horizon, motion.time + end.time);
         motion.time = Lanes::select(flown, time, motion.time);
         end
     }
@@ -186,9 +174,7 @@ impl<const N: usize> LaneFlow<N> for LaneTools<N> {
     fn settle(&mut self, motion: &mut LaneMotion<N>, wanted: LaneMask<N>) -> LaneMask<N> {
         let zero = Lanes::splat(0.0);
         self.extended.take(&motion.state, wanted);
-        self.surface
-            .contact
-            .multiply(&self.extended.values, &mut self.landing);
+        self.surface.contact.multiply(&self.extended.values, &mut self.landing);
         let (value, slope) = (self.landing[0], self.landing[1]);
         let curvature = self.surface.sense(&self.extended.values).acceleration;
         let settles = wanted & !value.is_equal(zero) & slope.is_below(zero);

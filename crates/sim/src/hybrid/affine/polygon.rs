@@ -164,12 +164,7 @@ impl<R: Branched> Polygon<'_, R> {
             });
             known &= !turns | (turn + back).is_equal(self.degree());
         }
-        Shape {
-            known,
-            falls,
-            turns,
-            turn,
-        }
+        Shape { known, falls, turns, turn }
     }
 
     /// Where the polynomial turns, from 0 to 1, by the parabola through three points: a guess.
@@ -236,10 +231,7 @@ fn least<R: Branched>(values: &[R], but_first: R::Mask) -> R {
         first = R::Mask::NONE;
     }
     let [a, b, c, d, e, f, g, h] = least;
-    smaller(
-        smaller(smaller(a, e), smaller(c, g)),
-        smaller(smaller(b, f), smaller(d, h)),
-    )
+    smaller(smaller(smaller(a, e), smaller(c, g)), smaller(smaller(b, f), smaller(d, h)))
 }
 
 #[inline(always)]
@@ -253,10 +245,7 @@ mod tests {
     use crate::numeric::{LaneMask, Lanes};
 
     fn polygon(points: &[f64]) -> Polygon<'_, f64> {
-        Polygon {
-            points,
-            rounding: 1e-9,
-        }
+        Polygon { points, rounding: 1e-9 }
     }
 
     fn first_fall(points: &[f64]) -> Option<f64> {
@@ -277,12 +266,7 @@ mod tests {
         assert_eq!(zeros(&[0.0, 2.0, 0.5], false), (false, None));
         assert_eq!(zeros(&[3.0, 1.0, -1.0], false), (false, Some(0.75)));
         assert_eq!(zeros(&[-1e-12, 1.0, -1.0], true), (false, Some(0.75)));
-        for points in [
-            [3.0, -1.0, 2.0],
-            [3.0, 1e-12, -2.0],
-            [-1.0, -2.0, -3.0],
-            [-1.0, 1.0, 2.0],
-        ] {
+        for points in [[3.0, -1.0, 2.0], [3.0, 1e-12, -2.0], [-1.0, -2.0, -3.0], [-1.0, 1.0, 2.0]] {
             assert_eq!(zeros(&points, false), (false, None), "{points:?}");
         }
         assert_eq!(zeros(&[0.0, -2.0, -3.0], true), (false, None));
@@ -356,10 +340,7 @@ mod tests {
             [1.0, 0.0, 1.0, 0.0],
         ];
         let points: [_; 4] = std::array::from_fn(|row| Lanes(columns.map(|column| column[row])));
-        let lanes = Polygon {
-            points: &points,
-            rounding: Lanes::splat(1e-9),
-        };
+        let lanes = Polygon { points: &points, rounding: Lanes::splat(1e-9) };
         for on_zero in [false, true] {
             let everywhere = LaneMask::from_fn(|_| on_zero);
             let above = lanes.is_above(Lanes::splat(0.0), everywhere);

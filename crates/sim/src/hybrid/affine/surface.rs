@@ -84,13 +84,7 @@ impl<S: Branched> SurfaceTables<S> {
     fn sensed(&self, motion: [S; 4], extended: &[S]) -> Sense<S> {
         let [gap, velocity, acceleration, jerk] = motion;
         let rounding = self.clearance(extended).rounding;
-        Sense {
-            gap,
-            velocity,
-            acceleration,
-            jerk,
-            rounding,
-        }
+        Sense { gap, velocity, acceleration, jerk, rounding }
     }
 
     /// The function that is zero where a flight lands, its slope, and the derivatives of the
@@ -144,10 +138,6 @@ impl<S: Real> EventRow<S> {
         let one = row.len() - 1;
         let moves = row[states..one].iter().any(|&factor| factor != S::zero());
         let factors = if moves { &row[..one] } else { &row[..states] };
-        Self {
-            factors: factors.to_vec(),
-            constant: row[one],
-            moves,
-        }
+        Self { factors: factors.to_vec(), constant: row[one], moves }
     }
 }

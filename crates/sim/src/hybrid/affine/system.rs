@@ -38,9 +38,8 @@ impl AffineSystem {
         let phase = model.phase.as_ref();
         let phase_rate = phase.map(|phase| list.push(phase.rate));
         let free = list.push_all(&model.flow[..states]);
-        let surfaces: Vec<_> = (0..model.surfaces.len())
-            .map(|surface| list.surface(model, surface))
-            .collect();
+        let surfaces: Vec<_> =
+            (0..model.surfaces.len()).map(|surface| list.surface(model, surface)).collect();
         let expressions = AffineExpressions::new(
             &model.graph,
             &list.nodes,
@@ -108,10 +107,6 @@ impl List {
                 });
             }
         }
-        AffineSurface {
-            event,
-            reset,
-            contact,
-        }
+        AffineSurface { event, reset, contact }
     }
 }

@@ -83,12 +83,7 @@ impl<'a, S: Real> AffineTools<'a, S> {
     ) -> Option<AffineFlight<'_, S>> {
         self.prepare(parameters);
         let (system, tables) = (self.system, self.tables.as_mut()?);
-        let Tables {
-            free,
-            contacts,
-            rows,
-            ..
-        } = &mut *tables;
+        let Tables { free, contacts, rows, .. } = &mut *tables;
         let flow = match regime {
             Regime::Free => {
                 let flow = || system.with_free_field(rows, AffineFlow::new);
@@ -333,12 +328,7 @@ impl<S: Real> Kernel for LandedStep<'_, S> {
     #[inline(always)]
     fn run(mut self) -> (S, StepEnd<S>) {
         let step = self.stepper.fly();
-        let Stepper {
-            tables,
-            extended,
-            buffers,
-            ..
-        } = self.stepper;
+        let Stepper { tables, extended, buffers, .. } = self.stepper;
         let visit = &mut buffers.visit;
         visit.states_at(step.time, true, tables, extended, self.states);
         (step.time, (!step.undecided).then(|| step.stop()))
@@ -376,10 +366,7 @@ impl AffineSystem {
     /// The flow in contact with a surface, where that is affine.
     fn contact_flow<S: Real>(&self, surface: usize, rows: &AffineRows<S>) -> Option<AffineFlow<S>> {
         let contact = self.surfaces[surface].contact.as_ref()?;
-        let others = contact
-            .others
-            .iter()
-            .map(|&other| self.surfaces[other].event);
+        let others = contact.others.iter().map(|&other| self.surfaces[other].event);
         let watched = [contact.release].into_iter().chain(others);
         let watched: Vec<&[S]> = watched.map(|place| rows.row(place)).collect();
         let derivatives = contact.derivatives.iter();
@@ -392,10 +379,7 @@ impl<S: Real> Tables<S> {
     fn new(system: &AffineSystem, rows: AffineRows<S>) -> Self {
         let (surfaces, phase_rate) = system.with_free_field(&rows, |field| {
             let table = |surface: &AffineSurface| SurfaceTables::new(surface, &rows, field);
-            (
-                system.surfaces.iter().map(table).collect(),
-                field.phase_rate,
-            )
+            (system.surfaces.iter().map(table).collect(), field.phase_rate)
         });
         Self {
             free: None,

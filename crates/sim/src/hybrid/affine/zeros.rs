@@ -129,9 +129,7 @@ impl<B: Backend> GapCourse<'_, B> {
         wanted: NumberMask<B>,
     ) -> Zero<B::Number> {
         let reach = self.tables.reach().rounded();
-        let NodeVisit {
-            series, rounded, ..
-        } = self.series_about(node, wanted);
+        let NodeVisit { series, rounded, .. } = self.series_about(node, wanted);
         let rounded = B::Number::all_rounded(series, rounded);
         let near = falling_zero(rounded, guess.rounded(), reach, wanted);
         near.polished(series, reach)
@@ -251,11 +249,7 @@ fn turn<S: Branched>(
 fn newton<S: Branched>(series: &[S], start: S, reach: S, wanted: S::Mask) -> Zero<S> {
     let rounding = S::from_f64(0.25 * S::ROUNDOFF) * reach;
     let least = S::from_f64(4.0) / reach;
-    let mut zero = Zero {
-        time: start,
-        slope: start,
-        found: S::Mask::NONE,
-    };
+    let mut zero = Zero { time: start, slope: start, found: S::Mask::NONE };
     let mut going = wanted;
     let mut before = (start, start);
     for step in 0..MAX_NEWTON {

@@ -8,11 +8,7 @@ use crate::numeric::{Dd, Scalar};
 impl ExpressionGraph {
     /// A number.
     pub fn constant(&mut self, value: Dd) -> NodeId {
-        let value = if value == Dd::zero() {
-            Dd::zero()
-        } else {
-            value
-        };
+        let value = if value == Dd::zero() { Dd::zero() } else { value };
         self.insert(Node::Constant(value))
     }
 
@@ -104,11 +100,7 @@ impl ExpressionGraph {
             (1, _) => a,
             (_, Node::Neg(inner)) => {
                 let power = self.power_integer(inner, exponent);
-                if exponent % 2 == 0 {
-                    power
-                } else {
-                    self.neg(power)
-                }
+                if exponent % 2 == 0 { power } else { self.neg(power) }
             }
             (_, Node::PowerInteger(inner, first)) if first.checked_mul(exponent).is_some() => {
                 self.power_integer(inner, first * exponent)
@@ -216,11 +208,9 @@ fn key(node: &Node) -> [u64; 3] {
         Node::Input(input) => [1, input as u64, 0],
         Node::Neg(a) => pair(2, a, 0),
         Node::PowerInteger(a, exponent) => pair(3, a, i64::from(exponent) as u64),
-        Node::PowerReal(a, exponent) => [
-            4 | (u64::from(a.0) << 8),
-            exponent.hi.to_bits(),
-            exponent.lo.to_bits(),
-        ],
+        Node::PowerReal(a, exponent) => {
+            [4 | (u64::from(a.0) << 8), exponent.hi.to_bits(), exponent.lo.to_bits()]
+        }
         Node::Unary(function, a) => pair(5, a, function as u64),
         Node::Binary(function, a, b) => pair(6 | ((function as u64) << 8), a, u64::from(b.0)),
     }
@@ -238,10 +228,7 @@ mod tests {
         assert_eq!(graph.mul(x, x), graph.power_integer(x, 2));
         assert_ne!(graph.sub(x, y), graph.sub(y, x));
         assert_ne!(graph.unary(Unary::Sin, x), graph.unary(Unary::Cos, x));
-        assert_ne!(
-            graph.binary(Binary::Min, x, y),
-            graph.binary(Binary::Max, x, y)
-        );
+        assert_ne!(graph.binary(Binary::Min, x, y), graph.binary(Binary::Max, x, y));
     }
 
     #[test]
@@ -249,18 +236,10 @@ mod tests {
         let mut graph = ExpressionGraph::new();
         let (x, zero, one) = (graph.input(0), graph.number(0.0), graph.number(1.0));
         assert_eq!(
-            [
-                graph.add(zero, x),
-                graph.mul(one, x),
-                graph.sub(x, zero),
-                graph.div(x, one)
-            ],
+            [graph.add(zero, x), graph.mul(one, x), graph.sub(x, zero), graph.div(x, one)],
             [x; 4]
         );
-        assert_eq!(
-            [graph.mul(x, zero), graph.sub(x, x), graph.div(zero, x)],
-            [zero; 3]
-        );
+        assert_eq!([graph.mul(x, zero), graph.sub(x, x), graph.div(zero, x)], [zero; 3]);
         let negative = graph.neg(x);
         assert_eq!([graph.neg(negative), graph.power_integer(x, 1)], [x; 2]);
         assert_eq!(graph.power_integer(x, 0), one);

@@ -8,16 +8,8 @@ use crate::model::error::{Checked, Fault, SceneProblem};
 use crate::model::oscillator::Model;
 
 /// Keys of `[[diagram]]`.
-const DIAGRAM_KEYS: [&str; 8] = [
-    "parameter",
-    "range",
-    "points",
-    "transient",
-    "keep",
-    "observe",
-    "direction",
-    "with",
-];
+const DIAGRAM_KEYS: [&str; 8] =
+    ["parameter", "range", "points", "transient", "keep", "observe", "direction", "with"];
 
 /// Keys of `[[chart]]`.
 const CHART_KEYS: [&str; 5] = ["parameters", "ranges", "points", "transient", "keep"];
@@ -48,10 +40,7 @@ pub(super) fn read(table: &Table<'_>, model: &mut Model, scope: &Scope) -> Check
     let points = count(table, "points", 1, MOST_POINTS, points)?;
     let keep = kept(table, points, keep)?;
     Ok(DiagramRequest {
-        parameter: parameter(
-            &table.require("parameter")?.entry("a parameter's name")?,
-            model,
-        )?,
+        parameter: parameter(&table.require("parameter")?.entry("a parameter's name")?, model)?,
         range: table.require("range")?.range()?,
         points,
         transient: count(table, "transient", 0, MOST_ITERATES, transient)?,
@@ -67,9 +56,7 @@ pub(super) fn read_chart(table: &Table<'_>, model: &Model) -> Checked<ChartReque
     table.only(&CHART_KEYS)?;
     let names = table.require("parameters")?;
     let parameters = distinct(
-        &names
-            .entry("a list of two parameters")?
-            .pair("a list of two parameters")?,
+        &names.entry("a list of two parameters")?.pair("a list of two parameters")?,
         |entry| parameter(entry, model),
     )?;
     let [axis_points, keep] = CHART_DEFAULTS;
@@ -87,9 +74,7 @@ pub(super) fn read_chart(table: &Table<'_>, model: &Model) -> Checked<ChartReque
 }
 
 fn count(table: &Table<'_>, key: &str, least: u64, most: u64, default: u64) -> Checked<usize> {
-    let count = table
-        .field(key)
-        .map_or(Ok(default), |field| field.count(least, most))?;
+    let count = table.field(key).map_or(Ok(default), |field| field.count(least, most))?;
     Ok(count as usize)
 }
 
@@ -101,17 +86,8 @@ fn kept(table: &Table<'_>, points: usize, default: u64) -> Checked<usize> {
         return Ok(keep);
     }
     let field = table.field("keep").or_else(|| table.field("points"));
-    let (span, key) = field.map_or((0..0, "keep".to_owned()), |field| {
-        (field.span(), field.path)
-    });
-    Err(Fault::at(
-        span,
-        SceneProblem::DiagramValues {
-            key,
-            found,
-            most: MOST_VALUES,
-        },
-    ))
+    let (span, key) = field.map_or((0..0, "keep".to_owned()), |field| (field.span(), field.path));
+    Err(Fault::at(span, SceneProblem::DiagramValues { key, found, most: MOST_VALUES }))
 }
 
 /// `h`, `impact_speed`, or an expression.
@@ -125,10 +101,7 @@ fn observable(field: Option<Field<'_>>, model: &mut Model, scope: &Scope) -> Che
         "impact_speed" => Ok(Observable::ImpactSpeed),
         text => {
             let node = scope.expression(&entry, &mut model.graph)?;
-            Ok(Observable::Expression {
-                text: text.to_owned(),
-                node,
-            })
+            Ok(Observable::Expression { text: text.to_owned(), node })
         }
     }
 }
@@ -151,37 +124,27 @@ fn methods(field: Option<Field<'_>>) -> Checked<Vec<Method>> {
     let entries = field.one_or_list("a list of \"map\", \"direct\"")?;
     field.check_length(entries.len(), usize::MAX)?;
     let options = [("map", Method::Map), ("direct", Method::Direct)];
-    distinct(&entries, |entry| {
-        entry.choice(&options, "\"map\", \"direct\"")
-    })
+    distinct(&entries, |entry| entry.choice(&options, "\"map\", \"direct\""))
 }
 
 /// One number of points for both axes, or one for each.
 fn chart_points(field: &Field<'_>) -> Checked<[usize; 2]> {
     let entries = field.one_or_list("a whole number, or a list of two")?;
-    let points: Vec<u64> = entries
-        .iter()
-        .map(|entry| entry.count(1, MOST_POINTS))
-        .collect::<Checked<_>>()?;
+    let points: Vec<u64> =
+        entries.iter().map(|entry| entry.count(1, MOST_POINTS)).collect::<Checked<_>>()?;
     let axes = match points[..] {
         [both] => [both; 2],
         [first, second] => [first, second],
         _ => {
-            let problem = SceneProblem::Length {
-                key: field.path.clone(),
-                expected: 2,
-                found: points.len(),
-            };
+            let problem =
+                SceneProblem::Length { key: field.path.clone(), expected: 2, found: points.len() };
             return Err(field.fault(problem));
         }
     };
     let cells = axes[0] * axes[1];
     if cells > MOST_CELLS {
-        let problem = SceneProblem::ChartCells {
-            key: field.path.clone(),
-            found: cells,
-            most: MOST_CELLS,
-        };
+        let problem =
+            SceneProblem::ChartCells { key: field.path.clone(), found: cells, most: MOST_CELLS };
         return Err(field.fault(problem));
     }
     Ok(axes.map(|points| points as usize))
@@ -189,8 +152,6 @@ fn chart_points(field: &Field<'_>) -> Checked<[usize; 2]> {
 
 /// Two pairs of offsets, the horizontal parameter's first.
 fn chart_ranges(field: &Field<'_>) -> Checked<[[f64; 2]; 2]> {
-    let [first, second] = field
-        .entry("a list of two ranges")?
-        .pair("a list of two ranges")?;
+    let [first, second] = field.entry("a list of two ranges")?.pair("a list of two ranges")?;
     Ok([first.range()?, second.range()?])
 }

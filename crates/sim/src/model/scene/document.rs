@@ -49,21 +49,12 @@ pub(super) struct Entry<'a> {
 impl<'a> Table<'a> {
     /// The root of a document.
     pub(super) fn root(source: &'a str, table: &'a dyn TableLike) -> Self {
-        Self {
-            source,
-            table,
-            path: String::new(),
-            span: 0..0,
-        }
+        Self { source, table, path: String::new(), span: 0..0 }
     }
 
     /// The table in words.
     pub(super) fn title(&self) -> String {
-        if self.path.is_empty() {
-            "the scene".to_owned()
-        } else {
-            format!("[{}]", self.path)
-        }
+        if self.path.is_empty() { "the scene".to_owned() } else { format!("[{}]", self.path) }
     }
 
     /// A fault of the table as a whole.
@@ -95,22 +86,13 @@ impl<'a> Table<'a> {
     /// A key with its value, if it is there.
     pub(super) fn field(&self, key: &str) -> Option<Field<'a>> {
         let (key, item) = self.table.get_key_value(key)?;
-        let key_span = key
-            .span()
-            .or_else(|| item.span())
-            .unwrap_or_else(|| self.span.clone());
+        let key_span = key.span().or_else(|| item.span()).unwrap_or_else(|| self.span.clone());
         let path = if self.path.is_empty() {
             shown(key.get())
         } else {
             format!("{}.{}", self.path, shown(key.get()))
         };
-        Some(Field {
-            source: self.source,
-            item,
-            key: key.get(),
-            path,
-            key_span,
-        })
+        Some(Field { source: self.source, item, key: key.get(), path, key_span })
     }
 
     /// A key with its value, which must be there.
@@ -118,10 +100,7 @@ impl<'a> Table<'a> {
         self.field(key).ok_or_else(|| {
             Fault::at(
                 self.span.clone(),
-                SceneProblem::MissingKey {
-                    key: key.to_owned(),
-                    table: self.title(),
-                },
+                SceneProblem::MissingKey { key: key.to_owned(), table: self.title() },
             )
         })
     }
@@ -158,12 +137,7 @@ impl<'a> Field<'a> {
         let Some(table) = self.item.as_table_like() else {
             return Err(self.wrong_type("a table"));
         };
-        Ok(Table {
-            source: self.source,
-            table,
-            path: self.path.clone(),
-            span: self.span(),
-        })
+        Ok(Table { source: self.source, table, path: self.path.clone(), span: self.span() })
     }
 
     /// The value as a list of tables: `[[name]]` or `name = [{ ... }]`.
@@ -182,17 +156,11 @@ impl<'a> Field<'a> {
                 .collect());
         }
         let expected = "a list of tables";
-        let list = self
-            .item
-            .as_array()
-            .ok_or_else(|| self.wrong_type(expected))?;
-        let entries = list
-            .iter()
-            .enumerate()
-            .map(|(index, entry)| match entry.as_inline_table() {
-                Some(inline) => Ok(table(index, inline, inline.span())),
-                None => Err(self.entry_of(entry).wrong_type(expected)),
-            });
+        let list = self.item.as_array().ok_or_else(|| self.wrong_type(expected))?;
+        let entries = list.iter().enumerate().map(|(index, entry)| match entry.as_inline_table() {
+            Some(inline) => Ok(table(index, inline, inline.span())),
+            None => Err(self.entry_of(entry).wrong_type(expected)),
+        });
         entries.collect()
     }
 
@@ -211,11 +179,7 @@ impl<'a> Field<'a> {
 
     /// The values of a list, or the one value.
     pub(super) fn one_or_list(&self, expected: &'static str) -> Checked<Vec<Entry<'a>>> {
-        if self.item.is_array() {
-            self.list(expected)
-        } else {
-            Ok(vec![self.entry(expected)?])
-        }
+        if self.item.is_array() { self.list(expected) } else { Ok(vec![self.entry(expected)?]) }
     }
 
     /// The fault of a value of another kind.
@@ -226,24 +190,12 @@ impl<'a> Field<'a> {
             Item::Table(_) => "a table",
             Item::ArrayOfTables(_) => "a list of tables",
         };
-        Fault::at(
-            self.span(),
-            SceneProblem::WrongType {
-                key: self.path.clone(),
-                expected,
-                found,
-            },
-        )
+        Fault::at(self.span(), SceneProblem::WrongType { key: self.path.clone(), expected, found })
     }
 
     fn entry_of(&self, value: &'a Value) -> Entry<'a> {
         let span = value.span().unwrap_or_else(|| self.span());
-        Entry {
-            source: self.source,
-            value,
-            path: self.path.clone(),
-            span,
-        }
+        Entry { source: self.source, value, path: self.path.clone(), span }
     }
 }
 
@@ -255,10 +207,7 @@ impl<'a> Entry<'a> {
 
     /// The values of a list.
     pub(super) fn list(&self, expected: &'static str) -> Checked<Vec<Entry<'a>>> {
-        let list = self
-            .value
-            .as_array()
-            .ok_or_else(|| self.wrong_type(expected))?;
+        let list = self.value.as_array().ok_or_else(|| self.wrong_type(expected))?;
         let entry = |value: &'a Value| Entry {
             source: self.source,
             value,
@@ -345,9 +294,8 @@ impl Entry<'_> {
             return Err(self.wrong_type(NUMBER));
         }
         let digits = self.literal().replace('_', "");
-        let value = Dd::from_decimal(digits.trim_start_matches('+'))
-            .ok()
-            .filter(|value| value.is_finite());
+        let value =
+            Dd::from_decimal(digits.trim_start_matches('+')).ok().filter(|value| value.is_finite());
         value.ok_or_else(|| {
             self.fault(SceneProblem::NotFinite {
                 key: self.path.clone(),
@@ -367,19 +315,15 @@ impl Entry<'_> {
         let node = expression::parse(text, &mut graph, &|_| Resolved::Unknown(None));
         let node = node.map_err(|fault| {
             let problem = match fault.value {
-                ExpressionError::UnknownVariable { name, .. } => SceneProblem::NotConstant {
-                    name: shown(&name),
-                    key: self.path.clone(),
-                },
+                ExpressionError::UnknownVariable { name, .. } => {
+                    SceneProblem::NotConstant { name: shown(&name), key: self.path.clone() }
+                }
                 other => SceneProblem::Expression(other),
             };
             Fault::at(self.inside(fault.span), problem)
         })?;
         graph.constant_value(node).ok_or_else(|| {
-            self.fault(SceneProblem::NotFinite {
-                key: self.path.clone(),
-                found: shown(text),
-            })
+            self.fault(SceneProblem::NotFinite { key: self.path.clone(), found: shown(text) })
         })
     }
 }
@@ -401,10 +345,7 @@ impl Field<'_> {
         if value.hi > 0.0 {
             Ok(value)
         } else {
-            let problem = SceneProblem::NotPositive {
-                key: self.path.clone(),
-                value: value.hi,
-            };
+            let problem = SceneProblem::NotPositive { key: self.path.clone(), value: value.hi };
             Err(self.fault(problem))
         }
     }
@@ -440,11 +381,7 @@ impl<'a> Entry<'a> {
         let list = self.list(expected)?;
         let found = list.len();
         <[Entry<'a>; 2]>::try_from(list).map_err(|_| {
-            self.fault(SceneProblem::Length {
-                key: self.path.clone(),
-                expected: 2,
-                found,
-            })
+            self.fault(SceneProblem::Length { key: self.path.clone(), expected: 2, found })
         })
     }
 
@@ -455,11 +392,7 @@ impl<'a> Entry<'a> {
         if first < last {
             Ok([first, last])
         } else {
-            Err(self.fault(SceneProblem::Range {
-                key: self.path.clone(),
-                first,
-                last,
-            }))
+            Err(self.fault(SceneProblem::Range { key: self.path.clone(), first, last }))
         }
     }
 
@@ -468,21 +401,16 @@ impl<'a> Entry<'a> {
         if !self.value.is_integer() && !self.value.is_float() {
             return Err(self.wrong_type("a whole number"));
         }
-        let found = self
-            .value
-            .as_integer()
-            .and_then(|value| u64::try_from(value).ok());
-        found
-            .filter(|value| (least..=most).contains(value))
-            .ok_or_else(|| {
-                let problem = SceneProblem::Count {
-                    key: self.path.clone(),
-                    found: shown(self.literal()),
-                    least,
-                    most,
-                };
-                self.fault(problem)
-            })
+        let found = self.value.as_integer().and_then(|value| u64::try_from(value).ok());
+        found.filter(|value| (least..=most).contains(value)).ok_or_else(|| {
+            let problem = SceneProblem::Count {
+                key: self.path.clone(),
+                found: shown(self.literal()),
+                least,
+                most,
+            };
+            self.fault(problem)
+        })
     }
 
     /// The choice a word stands for; `choices` as a message lists them.
@@ -492,10 +420,7 @@ impl<'a> Entry<'a> {
         choices: &'static str,
     ) -> Checked<T> {
         let word = self.text("a word")?;
-        let found = options
-            .iter()
-            .find(|(name, _)| *name == word)
-            .map(|&(_, choice)| choice);
+        let found = options.iter().find(|(name, _)| *name == word).map(|&(_, choice)| choice);
         found.ok_or_else(|| {
             self.fault(SceneProblem::UnknownWord {
                 key: self.path.clone(),

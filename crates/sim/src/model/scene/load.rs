@@ -14,16 +14,8 @@ use crate::model::names::nearest;
 const LONGEST: usize = 1 << 20;
 
 /// Tables of a scene.
-const KEYS: [&str; 8] = [
-    "model",
-    "grazing",
-    "section",
-    "expansion",
-    "window",
-    "emit",
-    "diagram",
-    "chart",
-];
+const KEYS: [&str; 8] =
+    ["model", "grazing", "section", "expansion", "window", "emit", "diagram", "chart"];
 
 impl Scene {
     /// Reads and checks a scene; `file_name` names it in messages and gives it its identifier.
@@ -110,10 +102,7 @@ impl Scene {
 /// The text of a scene with the overrides in it.
 fn overridden(source: &str, values: &[(String, String)]) -> Checked<String> {
     if source.len() > LONGEST {
-        return Err(Fault::nowhere(SceneProblem::TooLong {
-            length: source.len(),
-            limit: LONGEST,
-        }));
+        return Err(Fault::nowhere(SceneProblem::TooLong { length: source.len(), limit: LONGEST }));
     }
     if values.is_empty() {
         return Ok(source.to_owned());
@@ -125,13 +114,8 @@ fn overridden(source: &str, values: &[(String, String)]) -> Checked<String> {
 
 fn parsed(text: &str) -> Checked<Document<&str>> {
     Document::parse(text).map_err(|error| {
-        let problem = SceneProblem::Toml {
-            reason: error.message().trim().replace('\n', "; "),
-        };
-        Fault {
-            problem: Box::new(problem),
-            span: error.span(),
-        }
+        let problem = SceneProblem::Toml { reason: error.message().trim().replace('\n', "; ") };
+        Fault { problem: Box::new(problem), span: error.span() }
     })
 }
 
@@ -143,10 +127,7 @@ fn read(text: &str, file_name: &str) -> Checked<Scene> {
     let identifier = names::identifier(file_name);
     let (mut model, scope) = oscillator::read(&root.require("model")?.table()?, &identifier)?;
     let table = |key: &str| root.field(key).map(|field| field.table()).transpose();
-    let tables = |key: &str| {
-        root.field(key)
-            .map_or(Ok(Vec::new()), |field| field.tables())
-    };
+    let tables = |key: &str| root.field(key).map_or(Ok(Vec::new()), |field| field.tables());
     let grazing_table = root.require("grazing")?.table()?;
     let grazing = tables::read_grazing(&grazing_table, &model)?;
     let warnings = tables::idle_parameters(&grazing_table, &model, &grazing)?;
@@ -189,10 +170,7 @@ const MOST_PARTS: usize = 16;
 /// number. A value that is not TOML is taken as text.
 pub(super) fn apply(document: &mut DocumentMut, overrides: &[(String, String)]) -> Checked<()> {
     for (key, text) in overrides {
-        let value = text
-            .trim()
-            .parse::<Value>()
-            .unwrap_or_else(|_| Value::from(text.as_str()));
+        let value = text.trim().parse::<Value>().unwrap_or_else(|_| Value::from(text.as_str()));
         let key = key.trim();
         let parts: Vec<&str> = if key.contains('.') {
             key.split('.').collect()
@@ -201,18 +179,9 @@ pub(super) fn apply(document: &mut DocumentMut, overrides: &[(String, String)]) 
         };
         let fail = |part: &str, reason| {
             let (key, part) = (super::document::shown(key), super::document::shown(part));
-            Fault::nowhere(SceneProblem::Override {
-                key,
-                part,
-                reason,
-                nearest: None,
-            })
+            Fault::nowhere(SceneProblem::Override { key, part, reason, nearest: None })
         };
-        if let Some(empty) = parts
-            .iter()
-            .take(MOST_PARTS + 1)
-            .find(|part| part.is_empty())
-        {
+        if let Some(empty) = parts.iter().take(MOST_PARTS + 1).find(|part| part.is_empty()) {
             return Err(fail(empty, OverrideReason::Empty));
         }
         if parts.len() > MOST_PARTS {
@@ -256,9 +225,7 @@ fn parameters(document: &DocumentMut) -> impl Iterator<Item = &str> {
     let model = document.get("model").and_then(Item::as_table_like);
     let parameters = model.and_then(|model| model.get("parameters"));
     let parameters = parameters.and_then(Item::as_table_like);
-    parameters
-        .into_iter()
-        .flat_map(|table| table.iter().map(|(name, _)| name))
+    parameters.into_iter().flat_map(|table| table.iter().map(|(name, _)| name))
 }
 
 fn unknown_parameter(document: &DocumentMut, key: &str) -> Fault {
@@ -288,11 +255,8 @@ fn set<'k>(
         return Err((part, OverrideReason::NotATable));
     };
     if !table.contains_key(part) {
-        let fresh = if rest.is_empty() {
-            Item::Value(value.clone())
-        } else {
-            Item::Table(implicit())
-        };
+        let fresh =
+            if rest.is_empty() { Item::Value(value.clone()) } else { Item::Table(implicit()) };
         table.insert(part, fresh);
     }
     match table.get_mut(part) {
@@ -308,21 +272,15 @@ fn set_in_list<'k>(
     rest: &[&'k str],
     value: Value,
 ) -> Result<(), (&'k str, OverrideReason)> {
-    let index = part
-        .parse::<usize>()
-        .map_err(|_| (part, OverrideReason::NotAnEntry))?;
+    let index = part.parse::<usize>().map_err(|_| (part, OverrideReason::NotAnEntry))?;
     if let Some(tables) = item.as_array_of_tables_mut() {
-        let table = tables
-            .get_mut(index)
-            .ok_or((part, OverrideReason::NotAnEntry))?;
+        let table = tables.get_mut(index).ok_or((part, OverrideReason::NotAnEntry))?;
         let Some((&key, _)) = rest.split_first() else {
             return Err((part, OverrideReason::NotATable));
         };
         let mut entry = Item::Table(std::mem::take(table));
         let outcome = set(&mut entry, rest, value);
-        *table = entry
-            .into_table()
-            .map_err(|_| (key, OverrideReason::NotATable))?;
+        *table = entry.into_table().map_err(|_| (key, OverrideReason::NotATable))?;
         return outcome;
     }
     let slot = item
@@ -331,9 +289,7 @@ fn set_in_list<'k>(
         .ok_or((part, OverrideReason::NotAnEntry))?;
     let mut entry = Item::Value(slot.clone());
     set(&mut entry, rest, value)?;
-    *slot = entry
-        .into_value()
-        .map_err(|_| (part, OverrideReason::NotATable))?;
+    *slot = entry.into_value().map_err(|_| (part, OverrideReason::NotATable))?;
     Ok(())
 }
 

@@ -14,16 +14,8 @@ use crate::model::oscillator::{Model, Parameter, Phase, Response, Surface};
 use crate::numeric::Dd;
 
 /// Keys of `[model]`.
-const KEYS: [&str; 8] = [
-    "name",
-    "source",
-    "states",
-    "parameters",
-    "let",
-    "phase",
-    "flow",
-    "surface",
-];
+const KEYS: [&str; 8] =
+    ["name", "source", "states", "parameters", "let", "phase", "flow", "surface"];
 
 /// Most states, parameters or named expressions of a model.
 const MOST_NAMES: usize = 256;
@@ -40,10 +32,7 @@ pub(super) struct Draft {
 /// Reads `[model]`; `default_name` is the name of a model that gives none.
 pub(super) fn read(table: &Table<'_>, default_name: &str) -> Checked<(Model, Scope)> {
     table.only(&KEYS)?;
-    let phase_table = table
-        .field("phase")
-        .map(|field| field.table())
-        .transpose()?;
+    let phase_table = table.field("phase").map(|field| field.table()).transpose()?;
     let mut draft = declare(table, phase_table.as_ref())?;
     let phase = match (phase_table, draft.phase.clone()) {
         (Some(phase), Some(name)) => Some(read_phase(&phase, name, &mut draft)?),
@@ -69,9 +58,7 @@ pub(super) fn read(table: &Table<'_>, default_name: &str) -> Checked<(Model, Sco
 fn declare(table: &Table<'_>, phase: Option<&Table<'_>>) -> Checked<Draft> {
     let mut scope = Scope::default();
     let states = declare_states(table, &mut scope)?;
-    let phase = phase
-        .map(|phase| declare_phase(phase, &mut scope))
-        .transpose()?;
+    let phase = phase.map(|phase| declare_phase(phase, &mut scope)).transpose()?;
     let parameters = declare_parameters(table, &mut scope)?;
     let lets = named_fields(table, "let")?;
     for field in &lets {
@@ -84,13 +71,7 @@ fn declare(table: &Table<'_>, phase: Option<&Table<'_>>) -> Checked<Draft> {
         scope.define(name, node);
     }
     scope::define(&lets, &mut scope, &mut graph)?;
-    Ok(Draft {
-        scope,
-        graph,
-        states,
-        parameters,
-        phase,
-    })
+    Ok(Draft { scope, graph, states, parameters, phase })
 }
 
 fn declare_states(table: &Table<'_>, scope: &mut Scope) -> Checked<Vec<String>> {
@@ -118,10 +99,7 @@ fn declare_parameters(table: &Table<'_>, scope: &mut Scope) -> Checked<Vec<Param
     let mut parameters = Vec::new();
     for field in named_fields(table, "parameters")? {
         scope.declare(field.key, Kind::Parameter, field.key_span.clone())?;
-        parameters.push(Parameter {
-            name: field.key.to_owned(),
-            value: field.number()?,
-        });
+        parameters.push(Parameter { name: field.key.to_owned(), value: field.number()? });
     }
     Ok(parameters)
 }
@@ -143,17 +121,9 @@ fn read_phase(table: &Table<'_>, name: String, draft: &mut Draft) -> Checked<Pha
     let entry = table.require("rate")?.entry("an expression")?;
     let rate = draft.scope.expression(&entry, &mut draft.graph)?;
     let dimension = draft.states.len() + 1;
-    if let Some(&input) = draft
-        .graph
-        .dependencies(rate)
-        .iter()
-        .find(|&&input| input < dimension)
-    {
+    if let Some(&input) = draft.graph.dependencies(rate).iter().find(|&&input| input < dimension) {
         let name = draft.states.get(input).cloned().unwrap_or(name);
-        return Err(entry.fault(SceneProblem::Dependence {
-            key: entry.path.clone(),
-            name,
-        }));
+        return Err(entry.fault(SceneProblem::Dependence { key: entry.path.clone(), name }));
     }
     let period = table.require("period")?.positive()?;
     Ok(Phase { name, rate, period })
@@ -162,16 +132,8 @@ fn read_phase(table: &Table<'_>, name: String, draft: &mut Draft) -> Checked<Pha
 /// `[model.flow]`, the phase's rate last.
 fn read_flow(table: &Table<'_>, phase: Option<&Phase>, draft: &mut Draft) -> Checked<Vec<NodeId>> {
     let mut flow = Vec::new();
-    for (component, state) in draft
-        .components(table, None)?
-        .into_iter()
-        .zip(&draft.states)
-    {
-        let missing = || {
-            table.fault(SceneProblem::MissingFlow {
-                state: state.clone(),
-            })
-        };
+    for (component, state) in draft.components(table, None)?.into_iter().zip(&draft.states) {
+        let missing = || table.fault(SceneProblem::MissingFlow { state: state.clone() });
         flow.push(component.ok_or_else(missing)?);
     }
     flow.extend(phase.map(|phase| phase.rate));
@@ -193,10 +155,7 @@ impl Draft {
             let state = self.state_of(&field, table)?;
             let free = free.and_then(|free| free.get(state)).copied();
             let entry = field.entry("an expression")?;
-            nodes[state] = Some(
-                self.scope
-                    .expression_with_free(&entry, &mut self.graph, free)?,
-            );
+            nodes[state] = Some(self.scope.expression_with_free(&entry, &mut self.graph, free)?);
         }
         Ok(nodes)
     }
@@ -246,10 +205,7 @@ fn name(table: &Table<'_>, others: &[Surface]) -> Checked<String> {
         return Err(entry.fault(SceneProblem::NotAName { name: shown(name) }));
     }
     if others.iter().any(|other| other.name == name) {
-        let problem = SceneProblem::SameName {
-            name: name.to_owned(),
-            kind: "surface",
-        };
+        let problem = SceneProblem::SameName { name: name.to_owned(), kind: "surface" };
         return Err(entry.fault(problem));
     }
     Ok(name.to_owned())
@@ -263,12 +219,7 @@ fn surface(
 ) -> Checked<Surface> {
     let entry = table.require("event")?.entry("an expression")?;
     let event = draft.scope.expression(&entry, &mut draft.graph)?;
-    if draft
-        .graph
-        .dependencies(event)
-        .first()
-        .is_none_or(|&input| input >= draft.states.len())
-    {
+    if draft.graph.dependencies(event).first().is_none_or(|&input| input >= draft.states.len()) {
         return Err(entry.fault(SceneProblem::ConstantEvent { surface: name }));
     }
     let normal_velocity = draft.graph.lie_derivative(event, flow);
@@ -290,13 +241,7 @@ fn surface(
             return Err(table.fault(SceneProblem::Response { surface: name }));
         }
     };
-    Ok(Surface {
-        name,
-        event,
-        normal_velocity,
-        normal_acceleration,
-        response,
-    })
+    Ok(Surface { name, event, normal_velocity, normal_acceleration, response })
 }
 
 /// The expressions of a law, of which there is at least one.
@@ -340,9 +285,9 @@ fn contact_law(
         .map(|(component, &free)| named.get(component).copied().flatten().unwrap_or(free));
     let field = field.collect();
     let release = match surface.field("release") {
-        Some(release) => draft
-            .scope
-            .expression(&release.entry("an expression")?, &mut draft.graph)?,
+        Some(release) => {
+            draft.scope.expression(&release.entry("an expression")?, &mut draft.graph)?
+        }
         None => event,
     };
     Ok(Response::Contact { field, release })
@@ -361,10 +306,7 @@ fn check_restitution(
     match restitution(normal_velocity, reset, draft) {
         Some(value) if !(-tolerance..=1.0 + tolerance).contains(&value) => Err(Fault::at(
             span,
-            SceneProblem::Restitution {
-                surface: surface.to_owned(),
-                value: tidy(value),
-            },
+            SceneProblem::Restitution { surface: surface.to_owned(), value: tidy(value) },
         )),
         _ => Ok(()),
     }
@@ -377,19 +319,14 @@ fn tidy(value: f64) -> f64 {
 
 /// `−h'(g(x)) / h'(x)`, if it is the same at several states.
 fn restitution(normal_velocity: NodeId, reset: &[NodeId], draft: &Draft) -> Option<f64> {
-    let parameters: Vec<f64> = draft
-        .parameters
-        .iter()
-        .map(|parameter| round(parameter.value))
-        .collect();
+    let parameters: Vec<f64> =
+        draft.parameters.iter().map(|parameter| round(parameter.value)).collect();
     let mut values = Vec::new();
     let mut common: Option<f64> = None;
     for sample in 1..=5 {
         let wave = |component: usize| (1.3 * f64::from(sample) + 2.1 * component as f64).sin();
-        let before: Vec<f64> = (0..reset.len())
-            .map(wave)
-            .chain(parameters.iter().copied())
-            .collect();
+        let before: Vec<f64> =
+            (0..reset.len()).map(wave).chain(parameters.iter().copied()).collect();
         draft.graph.evaluate(&before, &mut values);
         let speed_before = values[normal_velocity.index()];
         let image = reset.iter().map(|node| values[node.index()]);

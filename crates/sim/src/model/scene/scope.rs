@@ -45,39 +45,23 @@ impl Scope {
     /// Declares a name; it must have the form of one, be free, and not be a word of the language.
     pub(super) fn declare(&mut self, name: &str, kind: Kind, span: Range<usize>) -> Checked<()> {
         if !names::is_name(name) {
-            return Err(Fault::at(
-                span,
-                SceneProblem::NotAName { name: shown(name) },
-            ));
+            return Err(Fault::at(span, SceneProblem::NotAName { name: shown(name) }));
         }
         if names::is_reserved(name) {
-            let problem = SceneProblem::Reserved {
-                name: name.to_owned(),
-                kind: kind.word(),
-            };
+            let problem = SceneProblem::Reserved { name: name.to_owned(), kind: kind.word() };
             return Err(Fault::at(span, problem));
         }
         if names::is_rust_word(name) {
-            let problem = SceneProblem::RustWord {
-                name: name.to_owned(),
-                kind: kind.word(),
-            };
+            let problem = SceneProblem::RustWord { name: name.to_owned(), kind: kind.word() };
             return Err(Fault::at(span, problem));
         }
         if let Some((_, first)) = self.entries.iter().find(|(known, _)| known == name) {
             if *first == kind {
-                let problem = SceneProblem::SameName {
-                    name: name.to_owned(),
-                    kind: kind.word(),
-                };
+                let problem = SceneProblem::SameName { name: name.to_owned(), kind: kind.word() };
                 return Err(Fault::at(span, problem));
             }
             let (first, second) = (first.word(), kind.word());
-            let problem = SceneProblem::DuplicateName {
-                name: name.to_owned(),
-                first,
-                second,
-            };
+            let problem = SceneProblem::DuplicateName { name: name.to_owned(), first, second };
             return Err(Fault::at(span, problem));
         }
         self.entries.push((name.to_owned(), kind));
@@ -132,19 +116,13 @@ impl Scope {
             _ => self.resolve(name),
         };
         expression::parse(text, graph, &resolve).map_err(|fault| {
-            Fault::at(
-                entry.inside(fault.span),
-                SceneProblem::Expression(fault.value),
-            )
+            Fault::at(entry.inside(fault.span), SceneProblem::Expression(fault.value))
         })
     }
 
     /// The full state and the parameters, by input number.
     pub(super) fn inputs(&self) -> impl Iterator<Item = &str> {
-        self.entries
-            .iter()
-            .filter(|(_, kind)| *kind != Kind::Let)
-            .map(|(name, _)| name.as_str())
+        self.entries.iter().filter(|(_, kind)| *kind != Kind::Let).map(|(name, _)| name.as_str())
     }
 }
 
@@ -204,23 +182,14 @@ fn in_order_of_need(fields: &[Field<'_>]) -> Checked<Vec<usize>> {
 
 /// The named expressions that the text of one names.
 fn needs(field: &Field<'_>, fields: &[Field<'_>]) -> Vec<usize> {
-    let text = field
-        .entry("an expression")
-        .ok()
-        .and_then(|entry| entry.value.as_str());
+    let text = field.entry("an expression").ok().and_then(|entry| entry.value.as_str());
     let names = expression::names_in(text.unwrap_or_default());
-    names
-        .iter()
-        .filter_map(|name| fields.iter().position(|other| other.key == *name))
-        .collect()
+    names.iter().filter_map(|name| fields.iter().position(|other| other.key == *name)).collect()
 }
 
 /// The fault of a circle that closes at `needed`.
 fn circle(fields: &[Field<'_>], path: &[(usize, usize)], needed: usize) -> Fault {
-    let circle = path
-        .iter()
-        .map(|&(index, _)| index)
-        .skip_while(|&index| index != needed);
+    let circle = path.iter().map(|&(index, _)| index).skip_while(|&index| index != needed);
     let mut names: Vec<String> = circle.map(|index| fields[index].key.to_owned()).collect();
     names.push(fields[needed].key.to_owned());
     Fault::at(fields[needed].span(), SceneProblem::Circular { names })

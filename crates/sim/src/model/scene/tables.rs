@@ -14,14 +14,8 @@ use crate::model::oscillator::{Model, Response};
 use crate::numeric::FloatFormat;
 
 /// Keys of `[grazing]`.
-const GRAZING_KEYS: [&str; 6] = [
-    "surface",
-    "passages",
-    "solve_for",
-    "periods",
-    "guess",
-    "symmetry",
-];
+const GRAZING_KEYS: [&str; 6] =
+    ["surface", "passages", "solve_for", "periods", "guess", "symmetry"];
 
 /// Most forcing periods of an orbit.
 const MOST_PERIODS: u64 = 1000;
@@ -34,31 +28,17 @@ pub(super) fn read_grazing(table: &Table<'_>, model: &Model) -> Checked<Grazing>
     table.only(&GRAZING_KEYS)?;
     let passages = passages(table, model)?;
     let solve_for = solve_for(table, model, passages.len())?;
-    let periods = table
-        .field("periods")
-        .map_or(Ok(1), |field| field.count(1, MOST_PERIODS))?;
-    let guess = table
-        .field("guess")
-        .map(|field| guess(&field.table()?, model))
-        .transpose()?;
+    let periods = table.field("periods").map_or(Ok(1), |field| field.count(1, MOST_PERIODS))?;
+    let guess = table.field("guess").map(|field| guess(&field.table()?, model)).transpose()?;
     let symmetry = symmetry(table, model)?;
-    Ok(Grazing {
-        passages,
-        solve_for,
-        periods: periods as usize,
-        guess,
-        symmetry,
-    })
+    Ok(Grazing { passages, solve_for, periods: periods as usize, guess, symmetry })
 }
 
 /// `surface` or `passages`; neither where the model has one surface only.
 fn passages(table: &Table<'_>, model: &Model) -> Checked<Vec<usize>> {
     let entries = match (table.field("surface"), table.field("passages")) {
         (Some(_), Some(passages)) => {
-            let problem = SceneProblem::Exclusive {
-                first: "surface",
-                second: "passages",
-            };
+            let problem = SceneProblem::Exclusive { first: "surface", second: "passages" };
             return Err(passages.key_fault(problem));
         }
         (Some(surface), None) => vec![surface.entry("a surface's name")?],
@@ -87,10 +67,7 @@ fn solve_for(table: &Table<'_>, model: &Model, passages: usize) -> Checked<Vec<u
     field.check_length(entries.len(), usize::MAX)?;
     let parameters = distinct(&entries, |entry| parameter(entry, model))?;
     if parameters.len() > passages {
-        let problem = SceneProblem::TooManyUnknowns {
-            parameters: parameters.len(),
-            passages,
-        };
+        let problem = SceneProblem::TooManyUnknowns { parameters: parameters.len(), passages };
         return Err(field.fault(problem));
     }
     Ok(parameters)
@@ -104,9 +81,7 @@ fn guess(table: &Table<'_>, model: &Model) -> Checked<Vec<f64>> {
         guess[key_position("state", &field, &names)?] = Some(field.double()?);
     }
     let values = guess.into_iter().zip(&names).map(|(value, name)| {
-        let missing = || SceneProblem::IncompleteGuess {
-            component: (*name).to_owned(),
-        };
+        let missing = || SceneProblem::IncompleteGuess { component: (*name).to_owned() };
         value.ok_or_else(|| table.fault(missing()))
     });
     values.collect()
@@ -116,15 +91,10 @@ fn symmetry(table: &Table<'_>, model: &Model) -> Checked<Symmetry> {
     let Some(field) = table.field("symmetry") else {
         return Ok(Symmetry::None);
     };
-    let options = [
-        ("none", Symmetry::None),
-        ("half-period", Symmetry::HalfPeriod),
-    ];
+    let options = [("none", Symmetry::None), ("half-period", Symmetry::HalfPeriod)];
     let symmetry = field.choice(&options, "\"none\", \"half-period\"")?;
     if symmetry == Symmetry::HalfPeriod && model.phase.is_none() {
-        return Err(field.fault(SceneProblem::NeedsPhase {
-            what: "a half-period symmetry",
-        }));
+        return Err(field.fault(SceneProblem::NeedsPhase { what: "a half-period symmetry" }));
     }
     Ok(symmetry)
 }
@@ -147,11 +117,8 @@ pub(super) fn read_section(
         return Ok((Section::Tangency, SectionRule::Named));
     };
     table.only(&["kind", "phase"])?;
-    let options = [
-        ("tangency", Kind::Tangency),
-        ("stroboscopic", Kind::Stroboscopic),
-        ("any", Kind::Any),
-    ];
+    let options =
+        [("tangency", Kind::Tangency), ("stroboscopic", Kind::Stroboscopic), ("any", Kind::Any)];
     let kind = table.require("kind")?;
     let fault = |problem| Err(kind.fault(problem));
     match kind.choice(&options, "\"tangency\", \"stroboscopic\", \"any\"")? {
@@ -160,9 +127,9 @@ pub(super) fn read_section(
             Orders::Tolerance(_) => Ok((Section::Tangency, SectionRule::Any)),
             Orders::Fixed(_) => fault(SceneProblem::AnySectionWithoutTolerance),
         },
-        Kind::Stroboscopic if model.phase.is_none() => fault(SceneProblem::NeedsPhase {
-            what: "a stroboscopic section",
-        }),
+        Kind::Stroboscopic if model.phase.is_none() => {
+            fault(SceneProblem::NeedsPhase { what: "a stroboscopic section" })
+        }
         Kind::Stroboscopic => Ok((Section::Stroboscopic(phase(table)?), SectionRule::Named)),
     }
 }
@@ -180,13 +147,8 @@ fn phase(table: &Table<'_>) -> Checked<StroboscopicPhase> {
 }
 
 /// Keys of `[expansion]`.
-const EXPANSION_KEYS: [&str; 5] = [
-    "active",
-    "smooth_order",
-    "contact_weight",
-    "weights",
-    "tolerance",
-];
+const EXPANSION_KEYS: [&str; 5] =
+    ["active", "smooth_order", "contact_weight", "weights", "tolerance"];
 
 /// Highest order or weight.
 const HIGHEST: u64 = 64;
@@ -210,21 +172,15 @@ pub(super) fn read_expansion(
     };
     table.only(&EXPANSION_KEYS)?;
     let active = match table.field("active") {
-        Some(field) => distinct(&field.one_or_list("a parameter's name")?, |entry| {
-            parameter(entry, model)
-        })?,
+        Some(field) => {
+            distinct(&field.one_or_list("a parameter's name")?, |entry| parameter(entry, model))?
+        }
         None => grazing.solve_for.clone(),
     };
     let orders = orders(table)?;
-    let weights = table
-        .field("weights")
-        .map(|field| weights(&field.table()?, model))
-        .transpose()?;
-    Ok(Expansion {
-        active,
-        orders,
-        weights: weights.unwrap_or_default(),
-    })
+    let weights =
+        table.field("weights").map(|field| weights(&field.table()?, model)).transpose()?;
+    Ok(Expansion { active, orders, weights: weights.unwrap_or_default() })
 }
 
 fn orders(table: &Table<'_>) -> Checked<Orders> {
@@ -298,11 +254,8 @@ const MOST_LANES: u64 = 64;
 
 /// Reads `[emit]`; without it, the shape is left open and the precision is double.
 pub(super) fn read_emit(table: Option<&Table<'_>>, orders: Orders) -> Checked<Emit> {
-    let mut emit = Emit {
-        shape: Shape::Auto,
-        precision: EmitPrecision::Given(FloatFormat::F64),
-        lanes: None,
-    };
+    let mut emit =
+        Emit { shape: Shape::Auto, precision: EmitPrecision::Given(FloatFormat::F64), lanes: None };
     let Some(table) = table else { return Ok(emit) };
     table.only(&EMIT_KEYS)?;
     if let Some(shape) = table.field("shape") {
@@ -342,15 +295,9 @@ pub(super) fn idle_parameters(
     let idle = |parameter: usize| !used.contains(&model.parameter_input(parameter));
     if let Some(&parameter) = grazing.solve_for.iter().find(|&&parameter| idle(parameter)) {
         let name = model.parameters[parameter].name.clone();
-        return Err(table
-            .require("solve_for")?
-            .fault(SceneProblem::IdleUnknown { name }));
+        return Err(table.require("solve_for")?.fault(SceneProblem::IdleUnknown { name }));
     }
-    let names = model
-        .parameters
-        .iter()
-        .enumerate()
-        .filter(|(parameter, _)| idle(*parameter));
+    let names = model.parameters.iter().enumerate().filter(|(parameter, _)| idle(*parameter));
     Ok(names
         .map(|(_, parameter)| format!("nothing depends on parameter `{}`", parameter.name))
         .collect())
@@ -369,10 +316,7 @@ fn used_inputs(model: &Model) -> BTreeSet<usize> {
             }
         }
     }
-    nodes
-        .into_iter()
-        .flat_map(|node| model.graph.dependencies(node))
-        .collect()
+    nodes.into_iter().flat_map(|node| model.graph.dependencies(node)).collect()
 }
 
 /// The parameter an entry names.
@@ -410,10 +354,7 @@ pub(super) fn distinct<T: PartialEq>(
         let value = read(entry)?;
         if values.contains(&value) {
             let name = shown(entry.value.as_str().unwrap_or_default());
-            return Err(entry.fault(SceneProblem::Repeated {
-                name,
-                key: entry.path.clone(),
-            }));
+            return Err(entry.fault(SceneProblem::Repeated { name, key: entry.path.clone() }));
         }
         values.push(value);
     }

@@ -10,15 +10,7 @@ impl Lowering<'_> {
     pub(super) fn power_real(&mut self, a: Slot, exponent: Dd) -> Slot {
         let euler_a = self.euler(a);
         let euler_u = self.operations.len() + 1;
-        let u = self.push(
-            Operation::Power {
-                a,
-                exponent,
-                euler_a,
-                euler_u,
-            },
-            self.joint(&[a]),
-        );
+        let u = self.push(Operation::Power { a, exponent, euler_a, euler_u }, self.joint(&[a]));
         self.push(Operation::Euler(u), self.joint(&[u]));
         u
     }
@@ -73,15 +65,7 @@ impl Lowering<'_> {
 
     fn primitive(&mut self, function: HeadFunction, a: Slot, w: Slot) -> Slot {
         let euler_u = self.operations.len() + 1;
-        let u = self.push(
-            Operation::Primitive {
-                function,
-                a,
-                w,
-                euler_u,
-            },
-            self.joint(&[a]),
-        );
+        let u = self.push(Operation::Primitive { function, a, w, euler_u }, self.joint(&[a]));
         self.push(Operation::Euler(u), self.joint(&[u]));
         u
     }
@@ -94,14 +78,7 @@ impl Lowering<'_> {
         let euler_a = self.euler(a);
         self.shared(SharedKey::Circular(a), |this| {
             let (sine, support) = (this.operations.len(), this.joint(&[a]));
-            this.push(
-                Operation::Sine {
-                    a,
-                    euler_a,
-                    cosine: sine + 1,
-                },
-                support,
-            );
+            this.push(Operation::Sine { a, euler_a, cosine: sine + 1 }, support);
             this.push(Operation::Cosine { a, euler_a, sine }, support);
             sine
         })
@@ -112,19 +89,11 @@ impl Lowering<'_> {
         self.shared(SharedKey::Circular(a), |this| {
             let sine = this.operations.len();
             this.push(
-                Operation::OfPhase {
-                    function: HeadFunction::Sin,
-                    a,
-                    partner: sine + 1,
-                },
+                Operation::OfPhase { function: HeadFunction::Sin, a, partner: sine + 1 },
                 Support::Full,
             );
             this.push(
-                Operation::OfPhase {
-                    function: HeadFunction::Cos,
-                    a,
-                    partner: sine,
-                },
+                Operation::OfPhase { function: HeadFunction::Cos, a, partner: sine },
                 Support::Full,
             );
             sine
@@ -149,15 +118,8 @@ impl Lowering<'_> {
             let half = self.constant(Dd::from(0.5));
             return Some(self.mul(half, sine));
         }
-        let sign = if first == HeadFunction::Cos {
-            1.0
-        } else {
-            -1.0
-        };
-        let (half, signed) = (
-            self.constant(Dd::from(0.5)),
-            self.constant(Dd::from(0.5 * sign)),
-        );
+        let sign = if first == HeadFunction::Cos { 1.0 } else { -1.0 };
+        let (half, signed) = (self.constant(Dd::from(0.5)), self.constant(Dd::from(0.5 * sign)));
         let wave = self.mul(signed, sine + 1);
         Some(self.add(half, wave))
     }
@@ -167,14 +129,7 @@ impl Lowering<'_> {
         let euler_a = self.euler(a);
         self.shared(SharedKey::Hyperbolic(a), |this| {
             let (sinh, support) = (this.operations.len(), this.joint(&[a]));
-            this.push(
-                Operation::Sinh {
-                    a,
-                    euler_a,
-                    cosh: sinh + 1,
-                },
-                support,
-            );
+            this.push(Operation::Sinh { a, euler_a, cosh: sinh + 1 }, support);
             this.push(Operation::Cosh { a, euler_a, sinh }, support);
             sinh
         })
@@ -185,17 +140,8 @@ impl Lowering<'_> {
         let (y_square, x_square) = (self.square(y), self.square(x));
         let w = self.add(y_square, x_square);
         let euler_u = self.operations.len() + 1;
-        let u = self.push(
-            Operation::Atan2 {
-                y,
-                x,
-                euler_y,
-                euler_x,
-                w,
-                euler_u,
-            },
-            self.joint(&[y, x]),
-        );
+        let u =
+            self.push(Operation::Atan2 { y, x, euler_y, euler_x, w, euler_u }, self.joint(&[y, x]));
         self.push(Operation::Euler(u), self.joint(&[u]));
         u
     }

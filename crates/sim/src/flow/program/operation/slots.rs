@@ -13,42 +13,16 @@ impl Operation {
             Operation::Div(a, b) => vec![a, b, slot],
             Operation::Sqrt(a) => vec![a, slot],
             Operation::Exp { a, euler_a } => vec![a, euler_a, slot],
-            Operation::Sine {
-                a,
-                euler_a,
-                cosine: partner,
-            }
-            | Operation::Cosine {
-                a,
-                euler_a,
-                sine: partner,
-            }
-            | Operation::Sinh {
-                a,
-                euler_a,
-                cosh: partner,
-            }
-            | Operation::Cosh {
-                a,
-                euler_a,
-                sinh: partner,
-            } => vec![a, euler_a, partner],
+            Operation::Sine { a, euler_a, cosine: partner }
+            | Operation::Cosine { a, euler_a, sine: partner }
+            | Operation::Sinh { a, euler_a, cosh: partner }
+            | Operation::Cosh { a, euler_a, sinh: partner } => vec![a, euler_a, partner],
             Operation::OfPhase { a, partner, .. } => vec![a, partner],
             Operation::Primitive { a, w, euler_u, .. } => vec![a, w, euler_u],
-            Operation::Power {
-                a,
-                euler_a,
-                euler_u,
-                ..
-            } => vec![a, euler_a, euler_u, slot],
-            Operation::Atan2 {
-                y,
-                x,
-                euler_y,
-                euler_x,
-                w,
-                euler_u,
-            } => vec![y, x, euler_y, euler_x, w, euler_u],
+            Operation::Power { a, euler_a, euler_u, .. } => vec![a, euler_a, euler_u, slot],
+            Operation::Atan2 { y, x, euler_y, euler_x, w, euler_u } => {
+                vec![y, x, euler_y, euler_x, w, euler_u]
+            }
             Operation::SignTimes { a, .. } => vec![a],
             Operation::Sign(_)
             | Operation::Input
@@ -81,48 +55,17 @@ impl Operation {
             | Operation::Exp { a, euler_a: b }
             | Operation::OfPhase { a, partner: b, .. }
             | Operation::SignTimes { a, b } => [a, b].into_iter().for_each(|s| *s = name(*s)),
-            Operation::Sine {
-                a,
-                euler_a,
-                cosine: b,
+            Operation::Sine { a, euler_a, cosine: b }
+            | Operation::Cosine { a, euler_a, sine: b }
+            | Operation::Sinh { a, euler_a, cosh: b }
+            | Operation::Cosh { a, euler_a, sinh: b }
+            | Operation::Primitive { a, w: euler_a, euler_u: b, .. }
+            | Operation::Power { a, euler_a, euler_u: b, .. } => {
+                [a, euler_a, b].into_iter().for_each(|s| *s = name(*s))
             }
-            | Operation::Cosine {
-                a,
-                euler_a,
-                sine: b,
+            Operation::Atan2 { y, x, euler_y, euler_x, w, euler_u } => {
+                [y, x, euler_y, euler_x, w, euler_u].into_iter().for_each(|s| *s = name(*s))
             }
-            | Operation::Sinh {
-                a,
-                euler_a,
-                cosh: b,
-            }
-            | Operation::Cosh {
-                a,
-                euler_a,
-                sinh: b,
-            }
-            | Operation::Primitive {
-                a,
-                w: euler_a,
-                euler_u: b,
-                ..
-            }
-            | Operation::Power {
-                a,
-                euler_a,
-                euler_u: b,
-                ..
-            } => [a, euler_a, b].into_iter().for_each(|s| *s = name(*s)),
-            Operation::Atan2 {
-                y,
-                x,
-                euler_y,
-                euler_x,
-                w,
-                euler_u,
-            } => [y, x, euler_y, euler_x, w, euler_u]
-                .into_iter()
-                .for_each(|s| *s = name(*s)),
         }
         renamed
     }
@@ -162,16 +105,10 @@ impl Operation {
         match *self {
             Operation::Mul(a, b) => Some((a, b, Span::Full)),
             Operation::Div(_, b) => Some((b, slot, Span::WithoutFirst)),
-            Operation::Sine {
-                euler_a,
-                cosine: partner,
-                ..
+            Operation::Sine { euler_a, cosine: partner, .. }
+            | Operation::Cosine { euler_a, sine: partner, .. } => {
+                Some((euler_a, partner, Span::WithoutFirst))
             }
-            | Operation::Cosine {
-                euler_a,
-                sine: partner,
-                ..
-            } => Some((euler_a, partner, Span::WithoutFirst)),
             _ => None,
         }
     }
@@ -202,23 +139,16 @@ impl Operation {
     pub(in crate::flow) fn reads(&self) -> impl Iterator<Item = Slot> + use<> {
         let partners = match *self {
             Operation::Exp { euler_a, .. } => [Some(euler_a), None, None],
-            Operation::Sine {
-                euler_a, cosine, ..
-            } => [Some(euler_a), Some(cosine), None],
+            Operation::Sine { euler_a, cosine, .. } => [Some(euler_a), Some(cosine), None],
             Operation::Cosine { euler_a, sine, .. } => [Some(euler_a), Some(sine), None],
             Operation::OfPhase { partner, .. } => [Some(partner), None, None],
             Operation::Sinh { euler_a, cosh, .. } => [Some(euler_a), Some(cosh), None],
             Operation::Cosh { euler_a, sinh, .. } => [Some(euler_a), Some(sinh), None],
             Operation::Primitive { euler_u, .. } => [Some(euler_u), None, None],
-            Operation::Power {
-                euler_a, euler_u, ..
-            } => [Some(euler_a), Some(euler_u), None],
-            Operation::Atan2 {
-                euler_y,
-                euler_x,
-                euler_u,
-                ..
-            } => [Some(euler_y), Some(euler_x), Some(euler_u)],
+            Operation::Power { euler_a, euler_u, .. } => [Some(euler_a), Some(euler_u), None],
+            Operation::Atan2 { euler_y, euler_x, euler_u, .. } => {
+                [Some(euler_y), Some(euler_x), Some(euler_u)]
+            }
             _ => [None; 3],
         };
         self.operands().chain(partners.into_iter().flatten())

@@ -14,10 +14,7 @@ struct Form {
 
 impl Form {
     fn of_slot(slot: Slot) -> Self {
-        Self {
-            constants: Vec::new(),
-            terms: vec![(Factor::one(), slot)],
-        }
+        Self { constants: Vec::new(), terms: vec![(Factor::one(), slot)] }
     }
 
     fn plus(mut self, other: Self) -> Self {
@@ -38,10 +35,7 @@ impl Form {
 
 impl Factor {
     fn one() -> Self {
-        Self {
-            number: Dd::from(1.0),
-            heads: Vec::new(),
-        }
+        Self { number: Dd::from(1.0), heads: Vec::new() }
     }
 }
 
@@ -67,11 +61,7 @@ impl Lowering<'_> {
         } else {
             self.form_of_operand(slot, false)
         };
-        let form = if gathered.terms.len() <= 3 {
-            gathered
-        } else {
-            self.form(slot, false)
-        };
+        let form = if gathered.terms.len() <= 3 { gathered } else { self.form(slot, false) };
         let terms: Vec<_> = form.terms.into_iter().map(|term| self.term(term)).collect();
         let terms = match terms[..] {
             [a, b, c] => Terms::Three([a, b, c]),
@@ -84,10 +74,7 @@ impl Lowering<'_> {
     }
 
     fn term(&mut self, (factor, slot): (Factor, Slot)) -> Term {
-        Term {
-            factor: self.factor(vec![factor]),
-            operand: self.operand(slot),
-        }
+        Term { factor: self.factor(vec![factor]), operand: self.operand(slot) }
     }
 
     fn factor(&mut self, summands: Vec<Factor>) -> usize {
@@ -106,10 +93,7 @@ impl Lowering<'_> {
             Operation::Scale(a, factor) => of(a).times(factor, None),
             Operation::AddConstant(a, number) => {
                 let mut form = of(a);
-                form.constants.push(Factor {
-                    number,
-                    heads: Vec::new(),
-                });
+                form.constants.push(Factor { number, heads: Vec::new() });
                 form
             }
             Operation::MulByHead { head, factor } => of(factor).times(Dd::from(1.0), Some(head)),
@@ -120,17 +104,11 @@ impl Lowering<'_> {
     fn form_of_operand(&self, slot: Slot, gathers: bool) -> Form {
         if let Operation::Constant(number) = *self.program.operation(slot) {
             let mut form = Form::default();
-            form.constants.push(Factor {
-                number,
-                heads: Vec::new(),
-            });
+            form.constants.push(Factor { number, heads: Vec::new() });
             form
         } else if self.is_constant(slot) {
             let mut form = Form::default();
-            form.constants.push(Factor {
-                number: Dd::from(1.0),
-                heads: vec![slot],
-            });
+            form.constants.push(Factor { number: Dd::from(1.0), heads: vec![slot] });
             form
         } else if gathers && self.uses[slot] == 1 && self.is_linear(slot) {
             self.form(slot, true)
