@@ -177,6 +177,7 @@ impl JetSpace {
 /// would else compile them again.
 macro_rules! compile_for {
     ($($instances:ident: $scalar:ty),*) => {$(
+        #[cfg(not(test))]
         #[used]
         static $instances: (
             [fn(&JetSpace, &[$scalar], &[$scalar], &mut [$scalar]); 2],

@@ -60,6 +60,7 @@ pub struct Carried<S: Branched> {
 /// inlined are shared with dependants.
 macro_rules! compile_for {
     ($($instance:ident: $number:ty),*) => {$(
+        #[cfg(not(test))]
         #[used]
         static $instance: fn(
             &mut Integrator<'static, $number>,

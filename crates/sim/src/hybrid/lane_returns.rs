@@ -51,6 +51,7 @@ pub struct LaneImages<const N: usize> {
 
 /// Compiles returns of eight orbits here, once: instances that are never inlined are shared with
 /// dependants.
+#[cfg(not(test))]
 #[used]
 static IN_EIGHT_LANES: for<'r> fn(
     &'r mut LaneReturns<'static, 8>,

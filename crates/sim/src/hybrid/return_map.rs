@@ -14,7 +14,9 @@ use super::returned::{Return, ReturnOutcome, ReturnSection};
 use super::simulator::{Simulator, check_finite};
 use super::system::HybridSystem;
 use super::trajectory::{Event, EventKind, Outcome};
-use crate::numeric::{Dd, Real};
+#[cfg(not(test))]
+use crate::numeric::Dd;
+use crate::numeric::Real;
 
 /// The return map of a section by direct simulation.
 ///
@@ -38,6 +40,7 @@ pub struct DirectReturn<'a, S: Real> {
 /// would else compile the whole simulator again.
 macro_rules! compile_for {
     ($($instances:ident: $number:ty),*) => {$(
+        #[cfg(not(test))]
         #[used]
         static $instances: (
             fn(&mut DirectReturn<'static, $number>, &[$number]) -> ReturnOf<$number>,
@@ -46,6 +49,7 @@ macro_rules! compile_for {
     )*};
 }
 
+#[cfg(not(test))]
 type ReturnOf<S> = Result<Return<S>, HybridError>;
 
 compile_for!(IN_F64: f64, IN_DOUBLE_DOUBLE: Dd);

@@ -64,25 +64,24 @@ impl<S: Real> Simulator<'_, S> {
         let near_miss = self.near_miss;
         let asked = |surface| goal(surface, approach, near_miss);
         let work = &mut self.work;
-        let step = tools.exact_step(
+        let (time, end) = tools.exact_step(
             &mut self.motion,
             &self.parameters,
             longest,
             asked,
             &mut work.misses,
         )?;
-        report(&mut work.misses, step.time, self.motion.time, record);
-        self.motion.time =
-            if step.time == longest { horizon } else { self.motion.time + step.time };
-        let stop = step.stop();
+        report(&mut work.misses, time, self.motion.time, record);
+        self.motion.time = if time == longest { horizon } else { self.motion.time + time };
+        let stop = end.flatten();
         if let Some(Stop::Contact { surface }) = stop {
             self.motion.set_at_contact(surface);
             self.settle_on(Landing::Contact { surface });
         }
-        if step.time > S::zero() {
+        if time > S::zero() {
             self.tidy(stop);
         }
-        (!step.undecided).then_some(stop)
+        end
     }
 
     /// Updates what is remembered after a step: surfaces left behind, but for one that is met, and

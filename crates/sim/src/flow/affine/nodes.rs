@@ -25,15 +25,27 @@ pub(crate) trait Backend: Clone + Debug {
     type Number: Branched;
     /// The flows to nodes.
     type Nodes: Clone + Debug;
+    /// The number of a node of every orbit.
+    ///
+    /// NOTE: an integer for one orbit: what is read by it does not wait for two conversions.
+    type Node: Copy + Debug;
+    /// The number of no node.
+    const NOWHERE: Self::Node;
 
     /// The number of a node from a share of their distance, half a distance added.
-    fn nearest_node(share: RoundedNumber<Self>) -> RoundedNumber<Self>;
+    fn nearest_node(share: RoundedNumber<Self>) -> Self::Node;
+
+    /// The same number.
+    fn node_number(node: Self::Node) -> RoundedNumber<Self>;
+
+    /// Where two nodes are not the same.
+    fn differ(one: Self::Node, other: Self::Node) -> NumberMask<Self>;
 
     /// The extended states at nodes, given by their numbers, but for their last components; `out`
     /// has whole blocks.
     fn flow_to_node(
         nodes: &Self::Nodes,
-        node: RoundedNumber<Self>,
+        node: Self::Node,
         extended: &[Self::Number],
         out: &mut [Self::Number],
     );
@@ -58,16 +70,27 @@ pub(crate) struct Batch<const N: usize>;
 impl<S: Real> Backend for Single<S> {
     type Number = S;
     type Nodes = Nodes<S>;
+    type Node = usize;
+    const NOWHERE: usize = usize::MAX;
 
-    /// NOTE: by an integer, for where registers are narrow truncation is a call.
     #[inline(always)]
-    fn nearest_node(share: f64) -> f64 {
-        share.clamp(0.0, LAST) as usize as f64
+    fn nearest_node(share: f64) -> usize {
+        share.clamp(0.0, LAST) as usize
     }
 
     #[inline(always)]
-    fn flow_to_node(nodes: &Nodes<S>, node: f64, extended: &[S], out: &mut [S]) {
-        match node as usize {
+    fn node_number(node: usize) -> f64 {
+        node as f64
+    }
+
+    #[inline(always)]
+    fn differ(one: usize, other: usize) -> bool {
+        one != other
+    }
+
+    #[inline(always)]
+    fn flow_to_node(nodes: &Nodes<S>, node: usize, extended: &[S], out: &mut [S]) {
+        match node {
             0 => out[..extended.len()].copy_from_slice(extended),
             node => nodes.get(node).combine(extended, out),
         }
@@ -82,10 +105,22 @@ impl<S: Real> Backend for Single<S> {
 impl<const N: usize> Backend for Batch<N> {
     type Number = Lanes<N>;
     type Nodes = LaneNodes<N>;
+    type Node = Lanes<N>;
+    const NOWHERE: Lanes<N> = Lanes([f64::NAN; N]);
 
     #[inline(always)]
     fn nearest_node(share: Lanes<N>) -> Lanes<N> {
         share.map(|share| share.clamp(0.0, LAST).trunc())
+    }
+
+    #[inline(always)]
+    fn node_number(node: Lanes<N>) -> Lanes<N> {
+        node
+    }
+
+    #[inline(always)]
+    fn differ(one: Lanes<N>, other: Lanes<N>) -> NumberMask<Self> {
+        !one.is_equal(other)
     }
 
     #[inline(always)]

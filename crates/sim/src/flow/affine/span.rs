@@ -231,24 +231,25 @@ impl<B: Backend> SpanTables<B> {
 
     /// The node nearest to a time of the span, and its time.
     #[inline(always)]
-    pub(crate) fn node(&self, time: RoundedNumber<B>) -> (RoundedNumber<B>, B::Number) {
+    pub(crate) fn node(&self, time: RoundedNumber<B>) -> (B::Node, B::Number) {
         let half = RoundedNumber::<B>::from_f64(0.5);
         let node = B::nearest_node(time * self.inverse_spacing + half);
-        (node, self.spacing * B::Number::from_rounded(node))
+        let number = B::Number::from_rounded(B::node_number(node));
+        (node, self.spacing * number)
     }
 
     /// The extended state at a node, where that is wanted and not known; `out` has the padded
-    /// length. NaN is the number of no node.
+    /// length.
     #[inline(always)]
     pub(crate) fn go_to(
         &self,
-        node: RoundedNumber<B>,
+        node: B::Node,
         wanted: NumberMask<B>,
-        known: &mut RoundedNumber<B>,
+        known: &mut B::Node,
         extended: &[B::Number],
         out: &mut [B::Number],
     ) {
-        if (wanted & !node.is_equal(*known)).any() {
+        if (wanted & B::differ(node, *known)).any() {
             *known = node;
             B::flow_to_node(&self.nodes, node, &extended[..self.columns], out);
             out[self.columns - 1] = B::Number::one();

@@ -33,8 +33,12 @@ pub(super) struct WatchedGap<S: Branched> {
     pub(super) within: S,
     /// Rounding of its control points.
     pub(super) rounding: S::Rounded,
-    /// What was found of it on the present piece.
-    pub(super) found: Found<S>,
+    /// What was found of it on the present piece: its course, and the minima that are flown
+    /// through.
+    pub(super) course: Course<S>,
+    pub(super) passed: S::Mask,
+    pub(super) passed_time: S,
+    pub(super) passed_gap: S,
 }
 
 /// What is found of a gap on a piece.
@@ -49,13 +53,21 @@ pub(super) struct Found<S: Branched> {
     pub(super) rises_for: S,
     /// Where the points are not enough.
     pub(super) undecided: S::Mask,
-    /// Where the gap goes one way.
+    pub(super) course: Course<S>,
+}
+
+/// Which way a gap goes on a piece.
+///
+/// NOTE: of three masks, not of four: four truth values that are stored together are first put
+/// together in one register.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Course<S: Branched> {
+    /// Which way it goes at the end.
     pub(super) rises: S::Mask,
     pub(super) falls: S::Mask,
-    /// Where it rises first and falls at the end.
-    pub(super) hill: S::Mask,
-    /// Where it falls before a time and rises after.
-    pub(super) valley: S::Mask,
+    /// Where it goes the other way first.
+    pub(super) turns: S::Mask,
+    /// When it turns, where it rises at the end.
     pub(super) lowest: S,
 }
 
@@ -74,8 +86,18 @@ impl<S: Branched> WatchedGap<S> {
             falls: none,
             within: zero,
             rounding: S::Rounded::zero(),
-            found: Found::nothing(zero),
+            course: Course::unknown(zero),
+            passed: none,
+            passed_time: zero,
+            passed_gap: zero,
         }
+    }
+}
+
+impl<S: Branched> Course<S> {
+    #[inline(always)]
+    pub(super) fn unknown(time: S) -> Self {
+        Self { rises: S::Mask::NONE, falls: S::Mask::NONE, turns: S::Mask::NONE, lowest: time }
     }
 }
 
@@ -91,11 +113,7 @@ impl<S: Branched> Found<S> {
             gap: until,
             rises_for: until,
             undecided: none,
-            rises: none,
-            falls: none,
-            hill: none,
-            valley: none,
-            lowest: until,
+            course: Course::unknown(until),
         }
     }
 }
@@ -145,9 +163,10 @@ impl<B: Backend> EnclosureTest<'_, B> {
             let contradicts = known & !falls & fell;
             valley = known & falls & turns;
             found.undecided = (open & !known) | contradicts;
-            found.rises = known & !falls & !turns & !contradicts;
-            found.hill = known & !falls & turns & !contradicts;
-            found.falls = known & falls & !turns;
+            let upward = known & !falls & !contradicts;
+            found.course.rises = upward & !turns;
+            found.course.falls = (upward & turns) | (known & falls & !turns);
+            found.course.turns = upward & turns;
             self.falls_at_end(&mut found, &mut sought);
             if valley.any() {
                 near += self.polygon.turn(&shape) * self.gap.tables.piece();
@@ -199,15 +218,17 @@ impl<B: Backend> EnclosureTest<'_, B> {
     #[inline(always)]
     fn falls_at_end(&self, found: &mut Found<B::Number>, sought: &mut Sought<B::Number>) {
         let [_, ends_above] = self.polygon.ends_above();
-        let wanted = (found.falls | found.hill) & !self.watched.ignoring & !ends_above;
+        let wanted = found.course.falls & !self.watched.ignoring & !ends_above;
         if !wanted.any() {
             return;
         }
         let fall = self.polygon.one_fall(self.watched.leaving);
         found.undecided |= wanted & !fall.exists;
         let wanted = wanted & fall.exists;
-        found.falls &= !wanted;
-        found.hill &= !wanted;
+        if !wanted.any() {
+            return;
+        }
+        found.course.falls &= !wanted;
         let near = self.time(self.polygon.fall(&fall));
         sought.near = RoundedNumber::<B>::select(wanted, near, sought.near);
         sought.wanted |= wanted;
@@ -246,9 +267,10 @@ impl<B: Backend> EnclosureTest<'_, B> {
         let unclear = valley & (!turn.found | outside | (leaving & is_left));
         let clear = valley & !unclear & !same;
         found.undecided |= unclear;
-        found.rises |= same & !unclear;
-        found.valley = clear;
-        (found.lowest, found.gap, found.rises_for) = (turn.time, turn.gap, turn.rises_for);
+        found.course.rises |= (same & !unclear) | clear;
+        found.course.turns |= clear;
+        found.course.lowest = turn.time;
+        (found.gap, found.rises_for) = (turn.gap, turn.rises_for);
         let below = clear & !ignoring & turn.gap.is_below(zero);
         let is_near = zero.is_at_most(turn.gap) & turn.gap.is_at_most(self.watched.near);
         found.minimum = clear & !below & (ignoring | is_near);

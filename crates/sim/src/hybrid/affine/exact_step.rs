@@ -9,7 +9,7 @@
 
 use num_traits::Zero as _;
 
-use super::enclosure::{EnclosureTest, Found, WatchedGap};
+use super::enclosure::{Course, EnclosureTest, Found, WatchedGap};
 use super::polygon::{Polygon, ROUNDING};
 use super::zeros::{GapCourse, NodeVisit, is_convex};
 use crate::flow::{Backend, NumberMask, RoundedNumber, SpanTables};
@@ -20,9 +20,9 @@ use crate::numeric::{Branched, Kernel, Mask, Real, Scalar};
 /// Where an exact step ends: after the longest time asked for, or the whole span where that is
 /// shorter, unless there is an event before.
 #[derive(Clone, Copy, Debug)]
-pub(in crate::hybrid) struct ExactStep<S: Branched> {
+pub(super) struct ExactStep<S: Branched> {
     /// Time flown.
-    pub(in crate::hybrid) time: S,
+    pub(super) time: S,
     /// Where it ends with a contact, or at a minimum.
     pub(super) contact: S::Mask,
     pub(super) minimum: S::Mask,
@@ -32,12 +32,13 @@ pub(in crate::hybrid) struct ExactStep<S: Branched> {
     pub(super) gap: S,
     pub(super) rises_for: S,
     /// Where nothing happened so far and what follows must be searched.
-    pub(in crate::hybrid) undecided: S::Mask,
+    pub(super) undecided: S::Mask,
 }
 
 impl<S: Real> ExactStep<S> {
     /// The event it ends with.
-    pub(in crate::hybrid) fn stop(&self) -> Option<Stop<S>> {
+    #[inline(always)]
+    pub(super) fn stop(&self) -> Option<Stop<S>> {
         let (surface, gap, rises_for) = (self.surface as usize, self.gap, self.rises_for);
         match (self.contact, self.minimum) {
             (true, _) => Some(Stop::Contact { surface }),
@@ -61,15 +62,25 @@ impl<S: Branched> ExactStep<S> {
         }
     }
 
-    /// Takes over another one's event where that is wanted.
+    /// Takes over the event of a surface where that is wanted.
     #[inline(always)]
-    fn take_event(&mut self, wanted: S::Mask, other: &Self) {
-        self.time = S::select(wanted, other.time, self.time);
-        self.contact = (self.contact & !wanted) | (other.contact & wanted);
-        self.minimum = (self.minimum & !wanted) | (other.minimum & wanted);
-        self.surface = S::Rounded::select(wanted, other.surface, self.surface);
-        self.gap = S::select(wanted, other.gap, self.gap);
-        self.rises_for = S::select(wanted, other.rises_for, self.rises_for);
+    fn take(&mut self, wanted: S::Mask, surface: usize, found: &Found<S>) {
+        let surface = S::Rounded::from_f64(surface as f64);
+        self.time = S::select(wanted, found.time, self.time);
+        self.contact = (self.contact & !wanted) | (found.contact & wanted);
+        self.minimum = (self.minimum & !wanted) | (found.minimum & wanted);
+        self.surface = S::Rounded::select(wanted, surface, self.surface);
+        self.gap = S::select(wanted, found.gap, self.gap);
+        self.rises_for = S::select(wanted, found.rises_for, self.rises_for);
+    }
+
+    /// Ends at a time without an event where points were not enough.
+    #[inline(always)]
+    fn leave_undecided(&mut self, undecided: S::Mask, time: S) {
+        self.time = S::select(undecided, time, self.time);
+        self.contact &= !undecided;
+        self.minimum &= !undecided;
+        self.undecided |= undecided;
     }
 }
 
@@ -119,19 +130,16 @@ impl<B: Backend, L: MinimumLog<B::Number>> Stepper<'_, B, L> {
             if !going.any() {
                 break;
             }
-            let first = self.first_event(piece, from, quiet, going);
-            if first.undecided.any() {
+            let undecided = self.first_event(piece, from, quiet, going, &mut step);
+            if undecided.any() {
                 let (_, start) = self.tables.node(from);
-                step.time = B::Number::select(first.undecided, start, step.time);
-                step.undecided |= first.undecided;
-                going &= !first.undecided;
+                step.leave_undecided(undecided, start);
+                going &= !undecided;
+                if !going.any() {
+                    break;
+                }
             }
-            let met = going & (first.contact | first.minimum);
-            // NOTE: branches here and below, so that one orbit does not wait for what says that
-            // nothing happens.
-            if met.any() {
-                step.take_event(met, &first);
-            }
+            let met = step.contact | step.minimum;
             let goes_on = going & !met & (from + length).is_below(quiet.rounded());
             self.turn(going, going & !goes_on, step.time);
             going = goes_on;
@@ -154,7 +162,8 @@ impl<B: Backend, L: MinimumLog<B::Number>> Stepper<'_, B, L> {
         wanted
     }
 
-    /// The first event on a piece before a time, or that time.
+    /// Puts the first event on a piece to a step that has none so far where it is going on; where
+    /// points are not enough, which overrules an event.
     #[inline(always)]
     fn first_event(
         &mut self,
@@ -162,45 +171,46 @@ impl<B: Backend, L: MinimumLog<B::Number>> Stepper<'_, B, L> {
         from: RoundedNumber<B>,
         quiet: B::Number,
         going: NumberMask<B>,
-    ) -> ExactStep<B::Number> {
-        let mut first = ExactStep::until(quiet);
+        step: &mut ExactStep<B::Number>,
+    ) -> NumberMask<B> {
+        let (mut undecided, mut passed) = (NumberMask::<B>::NONE, NumberMask::<B>::NONE);
         for surface in 0..self.buffers.gaps.len() {
-            let wanted = going & self.buffers.gaps[surface].wanted & !first.undecided;
-            let found = if wanted.any() {
-                self.test(surface, piece, from, quiet, wanted)
-            } else {
-                Found::nothing(quiet)
-            };
             let gap = &mut self.buffers.gaps[surface];
-            gap.found = found;
-            first.undecided |= found.undecided;
+            let wanted = going & gap.wanted & !undecided;
+            if !wanted.any() {
+                (gap.course, gap.passed) = (Course::unknown(quiet), NumberMask::<B>::NONE);
+                continue;
+            }
+            let found = self.test(surface, piece, from, quiet, wanted);
+            let gap = &mut self.buffers.gaps[surface];
+            gap.course = found.course;
+            gap.passed = found.minimum & !gap.stops;
+            if gap.passed.any() {
+                (gap.passed_time, gap.passed_gap) = (found.time, found.gap);
+                passed |= gap.passed;
+            }
+            undecided |= found.undecided;
             let stops = (found.contact | (found.minimum & gap.stops)) & !found.undecided;
             if !stops.any() {
                 continue;
             }
-            let has_none = !(first.contact | first.minimum);
+            let has_none = !(step.contact | step.minimum);
             let is_first =
-                found.time.is_below(first.time) | (has_none & found.time.is_equal(first.time));
-            let event = ExactStep {
-                time: found.time,
-                contact: found.contact,
-                minimum: found.minimum,
-                surface: RoundedNumber::<B>::from_f64(surface as f64),
-                gap: found.gap,
-                rises_for: found.rises_for,
-                undecided: found.undecided,
-            };
-            first.take_event(stops & is_first, &event);
-        }
-        for (surface, gap) in self.buffers.gaps.iter().enumerate() {
-            let Found { time, gap: depth, minimum, .. } = gap.found;
-            let passed = minimum & !gap.stops & !first.undecided;
-            if passed.any() {
-                let missed = passed & time.is_at_most(first.time);
-                self.log.miss(missed, surface, time, depth);
+                found.time.is_below(step.time) | (has_none & found.time.is_equal(step.time));
+            // NOTE: a branch, so that one orbit does not wait for what says which is first.
+            let taken = stops & is_first;
+            if taken.any() {
+                step.take(taken, surface, &found);
             }
         }
-        first
+        if (passed & !undecided).any() {
+            for (surface, gap) in self.buffers.gaps.iter().enumerate() {
+                let in_time = gap.passed_time.is_at_most(step.time);
+                let missed = gap.passed & !undecided & in_time;
+                self.log.miss(missed, surface, gap.passed_time, gap.passed_gap);
+            }
+        }
+        undecided
     }
 
     /// What the control points of a gap on a piece tell of its events.
@@ -231,11 +241,15 @@ impl<B: Backend, L: MinimumLog<B::Number>> Stepper<'_, B, L> {
     fn turn(&mut self, flown: NumberMask<B>, ends: NumberMask<B>, time: B::Number) {
         let StepBuffers { visit, gaps, .. } = &mut *self.buffers;
         for (surface, gap) in gaps.iter_mut().enumerate() {
-            let found = &gap.found;
-            let before = ends & found.valley & time.is_below(found.lowest);
-            let mut rises = found.rises | (found.valley & !before);
-            let mut falls = found.falls | found.hill | before;
-            let hill = ends & found.hill & self.going_on;
+            let Course { mut rises, mut falls, turns, lowest } = gap.course;
+            let turned = ends & turns;
+            let (valley, hill) = (turned & rises, turned & falls & self.going_on);
+            // NOTE: a branch, so that one orbit does not wait for the time.
+            if valley.any() {
+                let before = valley & time.is_below(lowest);
+                rises &= !before;
+                falls |= before;
+            }
             if hill.any() {
                 let mut course =
                     GapCourse { tables: self.tables, extended: self.extended, surface, visit };

@@ -1,13 +1,13 @@
 //! Tables of a system's affine flows at one parameter vector, and what they work on.
 
-use super::exact_step::{BackwardStep, ExactStep, StepBuffers, Stepper};
+use super::exact_step::{BackwardStep, StepBuffers, Stepper};
 use super::extended::Extended;
 use super::flight::{AffineFlight, FlightBuffers};
 use super::surface::SurfaceTables;
 use super::system::{AffineSurface, AffineSystem};
 use crate::flow::{AffineFieldRows, AffineFlow, AffineRows, Single, SpanTables};
 use crate::hybrid::motion::{Motion, Regime};
-use crate::hybrid::passage::{Back, Goal, Heading, Landing};
+use crate::hybrid::passage::{Back, Goal, Heading, Landing, Stop};
 use crate::hybrid::sensing::{Clearance, Sense};
 use crate::numeric::{Kernel, Real};
 
@@ -105,12 +105,11 @@ impl<'a, S: Real> AffineTools<'a, S> {
         ))
     }
 
-    /// Flies freely to the first event, for a time at most, and writes the state where that ends;
-    /// `None` where the field has no tables for it.
+    /// Flies freely to the first event, for a time at most, and writes the state where that ends:
+    /// the time flown, and the end; `None` where the field has no tables for it.
     ///
     /// `asked` says of each surface what is looked for; minima at which the flight does not stop
-    /// are
-    /// put to `misses`.
+    /// are put to `misses`.
     pub(in crate::hybrid) fn exact_step(
         &mut self,
         motion: &mut Motion<S>,
@@ -118,7 +117,7 @@ impl<'a, S: Real> AffineTools<'a, S> {
         longest: S,
         asked: impl Fn(usize) -> Option<Goal<S>>,
         misses: &mut Vec<(S, usize, S)>,
-    ) -> Option<ExactStep<S>> {
+    ) -> Option<(S, StepEnd<S>)> {
         let ((tables, buffers), extended) = self.span(motion, parameters)?;
         for (surface, gap) in buffers.gaps.iter_mut().enumerate() {
             let goal = asked(surface);
@@ -134,7 +133,7 @@ impl<'a, S: Real> AffineTools<'a, S> {
         }
         misses.clear();
         let states = extended.states();
-        let step = S::dispatch_loops(LandedStep {
+        let (time, end) = S::dispatch_loops(LandedStep {
             stepper: Stepper {
                 tables,
                 extended: &extended.values,
@@ -153,9 +152,9 @@ impl<'a, S: Real> AffineTools<'a, S> {
             };
         }
         if let Some(phase) = motion.state.get_mut(states) {
-            *phase = tables.phase_rate().mul_add(step.time, *phase);
+            *phase = tables.phase_rate().mul_add(time, *phase);
         }
-        Some(step)
+        Some((time, end))
     }
 
     /// Takes the state back along the free flow to where the gap was zero, or least; the time that
@@ -311,6 +310,10 @@ pub(in crate::hybrid) struct OrbitTables {
     pub(super) states: usize,
 }
 
+/// The event with which an exact step ends, if there is one; `None` where nothing happened so far
+/// and what follows must be searched.
+pub(in crate::hybrid) type StepEnd<S> = Option<Option<Stop<S>>>;
+
 /// An exact step, and the states where it ends.
 struct LandedStep<'t, S: Real> {
     stepper: Stepper<'t, Single<S>, &'t mut Vec<(S, usize, S)>>,
@@ -318,15 +321,17 @@ struct LandedStep<'t, S: Real> {
 }
 
 impl<S: Real> Kernel for LandedStep<'_, S> {
-    type Output = ExactStep<S>;
+    type Output = (S, StepEnd<S>);
 
+    /// NOTE: masks stay here: truth values that are stored one by one and read together make one
+    /// orbit wait.
     #[inline(always)]
-    fn run(mut self) -> ExactStep<S> {
+    fn run(mut self) -> (S, StepEnd<S>) {
         let step = self.stepper.fly();
         let Stepper { tables, extended, buffers, .. } = self.stepper;
         let visit = &mut buffers.visit;
         visit.states_at(step.time, true, tables, extended, self.states);
-        step
+        (step.time, (!step.undecided).then(|| step.stop()))
     }
 }
 

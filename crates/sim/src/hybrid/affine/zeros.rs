@@ -45,8 +45,7 @@ pub(super) struct Zero<S: Branched> {
 /// The motion about the node visited last.
 #[derive(Clone, Debug)]
 pub(super) struct NodeVisit<B: Backend> {
-    /// Its number; NaN before the first.
-    node: RoundedNumber<B>,
+    node: B::Node,
     /// The extended state there, padded.
     values: Vec<B::Number>,
     pub(super) series: Vec<B::Number>,
@@ -59,7 +58,7 @@ impl<B: Backend> NodeVisit<B> {
     pub(super) fn new(tables: &SpanTables<B>) -> Self {
         let zero = B::Number::zero();
         Self {
-            node: RoundedNumber::<B>::from_f64(f64::NAN),
+            node: B::NOWHERE,
             values: vec![zero; tables.padded_columns()],
             series: vec![zero; tables.terms()],
             slopes: vec![zero; tables.terms()],
@@ -70,7 +69,7 @@ impl<B: Backend> NodeVisit<B> {
     /// To be called where a span starts.
     #[inline(always)]
     pub(super) fn forget(&mut self) {
-        self.node = RoundedNumber::<B>::from_f64(f64::NAN);
+        self.node = B::NOWHERE;
     }
 
     /// The states at a time of the span.
@@ -125,7 +124,7 @@ impl<B: Backend> GapCourse<'_, B> {
     #[inline(always)]
     pub(super) fn fall_about(
         &mut self,
-        node: RoundedNumber<B>,
+        node: B::Node,
         guess: B::Number,
         wanted: NumberMask<B>,
     ) -> Zero<B::Number> {
@@ -176,7 +175,7 @@ impl<B: Backend> GapCourse<'_, B> {
     #[inline(always)]
     pub(super) fn turn_about(
         &mut self,
-        node: RoundedNumber<B>,
+        node: B::Node,
         guess: B::Number,
         wanted: NumberMask<B>,
     ) -> Turn<B::Number> {
@@ -200,7 +199,7 @@ impl<B: Backend> GapCourse<'_, B> {
     }
 
     #[inline(always)]
-    fn series_about(&mut self, node: RoundedNumber<B>, wanted: NumberMask<B>) -> &mut NodeVisit<B> {
+    fn series_about(&mut self, node: B::Node, wanted: NumberMask<B>) -> &mut NodeVisit<B> {
         let (tables, visit) = (self.tables, &mut *self.visit);
         let values = &mut visit.values;
         tables.go_to(node, wanted, &mut visit.node, self.extended, values);
