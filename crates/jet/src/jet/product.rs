@@ -11,7 +11,7 @@ use convolution::{Convolution, Factor, Finish, FullProduct};
 use small::SmallProduct;
 
 use super::{JetSpace, Selection, Span};
-use crate::numeric::{Dd, Scalar};
+use crate::numeric::Scalar;
 
 /// A part of one degree: neighbouring runs by their numbers, and their coefficients.
 pub struct PartOf<'a, S> {
@@ -189,4 +189,4 @@ macro_rules! compile_for {
     )*};
 }
 
-compile_for!(IN_F64: f64, IN_DOUBLE_DOUBLE: Dd);
+compile_for!(IN_F64: f64, IN_DOUBLE_DOUBLE: crate::numeric::Dd);

@@ -12,7 +12,7 @@ use super::FlowError;
 use super::field::Field;
 use super::series::Series;
 use super::step_control::{log2_step, margin_for, order_for_numbers};
-use crate::numeric::{Branched, Dd, Kernel, Lanes, Mask, Real, Scalar, polynomial};
+use crate::numeric::{Branched, Kernel, Lanes, Mask, Real, Scalar, polynomial};
 
 /// Taylor integrator of one field over `f64`, double-double or lanes.
 ///
@@ -71,7 +71,7 @@ macro_rules! compile_for {
     )*};
 }
 
-compile_for!(IN_F64: f64, IN_DOUBLE_DOUBLE: Dd);
+compile_for!(IN_F64: f64, IN_DOUBLE_DOUBLE: crate::numeric::Dd);
 
 /// Most steps one flow may take.
 const MAX_STEPS: usize = 1_000_000;

@@ -14,8 +14,6 @@ use super::returned::{Return, ReturnOutcome, ReturnSection};
 use super::simulator::{Simulator, check_finite};
 use super::system::HybridSystem;
 use super::trajectory::{Event, EventKind, Outcome};
-#[cfg(not(test))]
-use crate::numeric::Dd;
 use crate::numeric::Real;
 
 /// The return map of a section by direct simulation.
@@ -52,7 +50,7 @@ macro_rules! compile_for {
 #[cfg(not(test))]
 type ReturnOf<S> = Result<Return<S>, HybridError>;
 
-compile_for!(IN_F64: f64, IN_DOUBLE_DOUBLE: Dd);
+compile_for!(IN_F64: f64, IN_DOUBLE_DOUBLE: crate::numeric::Dd);
 
 impl<'a, S: Real> DirectReturn<'a, S> {
     /// The return map of a section; `duration` is the nominal return time, `periods` the whole
