@@ -13,6 +13,7 @@ use crate::analysis::{
 use crate::convergence::{Choice, ConvergenceStudy};
 use crate::expansion::{
     ComposedMap, Contact, DepthSeries, Expander, LocalMap, RADIUS_ORDER, Stage, WindowEdge,
+    check_orders,
 };
 use crate::iteration::{DiscreteMap, HornerMap, StepInfo};
 use crate::model::{ChartRequest, DiagramRequest, MapOrders, Scene, Shape};
@@ -55,6 +56,7 @@ impl Plan {
     /// [`Error::Expansion`], [`Error::Convergence`] if the scene cannot be expanded.
     pub fn expand(self) -> Result<Map, Error> {
         let (scene, orbit, orders) = (&*self.scene, self.settled.orbit(), self.orders);
+        check_orders(scene)?;
         let expander = Expander::new(scene, orbit)?;
         if scene.emit.shape == Shape::Flown {
             let local = expander.flown(orders)?;

@@ -5,7 +5,6 @@ use serde::Serialize;
 use super::{map, open};
 use crate::cli::arguments::SceneOptions;
 use crate::cli::output::{Bar, CliError, Results, note, stem};
-use grazemap::Map;
 use grazemap::analysis::chart::Chart;
 use grazemap::analysis::diagram::Diagram;
 use grazemap::expansion::WindowEdge;
@@ -14,6 +13,7 @@ use grazemap::report::{
     chart_timing_table, diagram_array, diagram_figures, diagram_table, diagram_timing_table,
     to_json,
 };
+use grazemap::{Error, Map};
 
 /// Bifurcation diagrams.
 pub(in crate::cli) fn diagram(options: &SceneOptions) -> Result<(), CliError> {
@@ -21,6 +21,7 @@ pub(in crate::cli) fn diagram(options: &SceneOptions) -> Result<(), CliError> {
     if source.scene().diagrams.is_empty() {
         return Err(CliError::NoDiagram);
     }
+    source.scene().check_diagrams().map_err(Error::from)?;
     let map = map(source, outlets.quiet)?;
     let diagrams = map.diagrams(&Bar::new("diagram", outlets.quiet))?;
     warn_of_values(&diagrams, outlets.quiet);
@@ -39,6 +40,7 @@ pub(in crate::cli) fn chart(options: &SceneOptions) -> Result<(), CliError> {
     if source.scene().charts.is_empty() {
         return Err(CliError::NoChart);
     }
+    source.scene().check_charts().map_err(Error::from)?;
     let map = map(source, outlets.quiet)?;
     let charts = map.charts(&Bar::new("chart", outlets.quiet))?;
     let results = Results {
