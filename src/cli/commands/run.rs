@@ -6,6 +6,7 @@ use std::time::Instant;
 use serde::Serialize;
 
 use super::converge::convergence_files;
+use super::emit::Reproduction;
 use super::sweeps::{chart_files, diagram_files, warn_of_values};
 use super::{open, refuse_frozen_sweeps, settle, warn_of_edges};
 use crate::cli::arguments::{Common, SceneOptions};
@@ -14,7 +15,7 @@ use grazemap::analysis::chart::Chart;
 use grazemap::analysis::diagram::{Diagram, Sweep, SweepHeading};
 use grazemap::emission::{EmittedCrate, Target};
 use grazemap::model::{Digest, Method};
-use grazemap::pipeline::{EmitRequest, Source, StudyRequest};
+use grazemap::pipeline::{EmitRequest, Source, StudyRequest, write_emitted};
 use grazemap::report::{
     CrateSummary, OrbitListing, OutputFolder, RunPage, StageTime, run_page, to_json,
 };
@@ -75,6 +76,9 @@ pub(in crate::cli) fn run(options: &SceneOptions) -> Result<(), CliError> {
     let source = open(options)?;
     refuse_frozen_sweeps(source.scene())?;
     let folder = outlets.output.take().unwrap_or_else(|| PathBuf::from(FOLDER));
+    let crate_folder = folder.join("crate");
+    let files = Target::Rust.files(&source.scene().identifier);
+    EmittedCrate::refuse_foreign(&crate_folder, &files).map_err(grazemap::Error::from)?;
     let folder = OutputFolder::create(folder)?;
     folder.write("scene.toml", &*source.scene().text)?;
 
@@ -103,10 +107,17 @@ pub(in crate::cli) fn run(options: &SceneOptions) -> Result<(), CliError> {
     folder.write("map.json", map.to_json()?)?;
     folder.write("map.csv", map.listing()?.coefficient_table()?.to_csv()?)?;
 
-    let request = EmitRequest { target: Target::Rust, measure: false };
+    let again = Reproduction {
+        scene: Some(&options.scene),
+        overrides: &options.common.set,
+        target: Target::Rust,
+        measure: false,
+    };
+    let command = Some(again.command(&crate_folder));
+    let request = EmitRequest { command, ..EmitRequest::default() };
     let module = clock.time("emission", || Ok(map.module(request)?))?;
     let emitted = EmittedCrate::standalone(&module).map_err(grazemap::Error::from)?;
-    OutputFolder::create(folder.path().join("crate"))?.write_all(&emitted.files)?;
+    write_emitted(&emitted, &crate_folder)?;
 
     let request =
         StudyRequest { fresh: StudyRequest::FRESH, sections: false, chosen: map.choice().cloned() };
