@@ -96,6 +96,12 @@ pub(in crate::cli) enum CliError {
     /// No diagram in the scene.
     #[error("the scene asks for no diagram; add a [[diagram]] table")]
     NoDiagram,
+    /// Results larger than the memory of the machine.
+    #[error(
+        "the results take about {needed} MB of memory, and {available} MB are free; ask for fewer \
+         points, starts or kept iterates"
+    )]
+    Memory { needed: u64, available: u64 },
     /// No chart in the scene.
     #[error("the scene asks for no chart; add a [[chart]] table with `parameters` and `ranges`")]
     NoChart,
