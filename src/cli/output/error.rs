@@ -183,6 +183,13 @@ fn ended(end: &Option<DirectEnd>) -> &'static str {
     match end {
         Some(DirectEnd::NoReturn) => "no section point within three return times",
         Some(DirectEnd::Penetrating) => "it is beyond the surface, and no free flight leads there",
+        Some(DirectEnd::Ambiguous) => {
+            "its section falls inside a contact that the coordinates do not tell; choose another \
+             `section.phase`, at which nothing is in contact"
+        }
+        Some(DirectEnd::HeldTwice) => {
+            "two surfaces hold the state at once, and the model has no field for both"
+        }
         Some(DirectEnd::Ended) => "the simulation ended before the section",
         Some(DirectEnd::Returned) | None => "it is not finite",
     }
