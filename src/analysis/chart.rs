@@ -1,8 +1,7 @@
 //! Two-parameter charts: what the map settles on, cell by cell of a grid of parameters.
 //!
-//! One idea: every cell starts from the fixed point of `P_smooth` at its own parameters, so that no
-//! cell knows of another: as many are iterated in step as the map has lanes, on all cores, and no
-//! result depends on either.
+//! One idea: every cell starts from a state of its own, so that no cell knows of another: as many
+//! are iterated in step as the map has lanes, on all cores, and no result depends on either.
 
 use std::time::Instant;
 
@@ -10,15 +9,15 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::diagram::{
-    FrozenSweep, Observer, Settled, SmoothFixedPoint, Start, SweptMap, Timing, kept_contacts, made,
-    name, offsets, outside,
+    Entry, FrozenSweep, Observer, Settled, SmoothFixedPoint, SweptMap, Timing, kept_contacts, name,
+    outside, settle, states,
 };
 use super::error::AnalysisError;
-use super::progress::Progress;
+use super::progress::{Part, Progress, keep, recalled};
 use super::section_frame::itinerary;
 use crate::expansion::{LocalMap, MapWindow};
 use crate::iteration::{HornerMap, OrbitEnd, OrbitName, OrbitRequest, Period};
-use crate::model::{ChartRequest, Digest, Observable, Scene};
+use crate::model::{ChartRequest, Digest, Observable, Scene, even_offsets};
 use crate::orbit::GrazingOrbit;
 
 /// A two-parameter chart.
@@ -33,6 +32,9 @@ pub struct Chart {
     /// Names of the surfaces that graze, in the model's order: that of the hits in the names of
     /// orbits.
     pub surfaces: Vec<String>,
+    /// Where every cell started, in offsets of the section's coordinates; `None` beside the fixed
+    /// point of `P_smooth` at the cell's parameters.
+    pub start: Option<Vec<f64>>,
     /// Iterates dropped in each cell.
     pub transient: usize,
     /// Longest period looked for; twice as many iterates are kept.
@@ -90,27 +92,41 @@ impl Chart {
     }
 }
 
-/// The chart that a scene asks for, by the map.
+/// Bytes that the charts of a scene take in memory.
+pub fn chart_bytes(scene: &Scene) -> u64 {
+    /// Of a cell, with the name of its orbit, while blocks of cells are put together.
+    const CELL: usize = 300;
+    let cells = |request: &ChartRequest| request.points[0] * request.points[1];
+    let bytes = |request: &ChartRequest| (CELL * cells(request) * request.starts.count()) as u64;
+    scene.charts.iter().map(bytes).sum()
+}
+
+/// The charts that a scene asks for, by the map: one for each start.
 ///
-/// Every cell starts at the fixed point of `P_smooth` at its parameters, so that a chart shows one
-/// attractor where there are several; a diagram that carries its state shows the others.
+/// Every cell starts at one state, or beside the fixed point of `P_smooth` at its parameters, a
+/// millionth of the window's half-widths to one side and, where that orbit escapes, to the other.
+/// A chart shows one attractor where there are several; other starts, or a diagram that carries
+/// its state, show the others. Periods that repel are left by a kick, as in
+/// [`diagram`](super::diagram::diagram).
 ///
 /// # Errors
 ///
-/// [`AnalysisError::NotActive`] if a parameter is no variable of the map.
+/// [`AnalysisError::NotActive`] if a parameter is no variable of the map;
+/// [`AnalysisError::NotACoordinate`], [`AnalysisError::NoWidth`] for starts that the section or the
+/// window does not know.
 pub fn chart(
     scene: &Scene,
     orbit: &GrazingOrbit,
     map: &LocalMap,
     request: &ChartRequest,
     progress: &dyn Progress,
-) -> Result<Chart, AnalysisError> {
+) -> Result<Vec<Chart>, AnalysisError> {
     let axis = |number: usize| {
         let parameter = request.parameters[number];
         ChartAxis {
             parameter: scene.model.parameters[parameter].name.clone(),
             grazing_value: orbit.parameters()[parameter].to_f64(),
-            offsets: offsets(request.ranges[number], request.points[number]),
+            offsets: even_offsets(request.ranges[number], request.points[number]),
         }
     };
     let axes = [axis(0), axis(1)];
@@ -136,24 +152,26 @@ pub fn chart(
         orbit: OrbitRequest::new(request.transient, 2 * request.keep, &map.window.state),
         window: &map.window,
     };
-    let clock = Instant::now();
-    let cells = grid.cells(progress);
-    let seconds = clock.elapsed().as_secs_f64();
-    let timing = Timing {
-        iterates: cells.iter().map(|cell| made(cell.end, &grid.orbit)).sum(),
-        seconds,
-        total_seconds: seconds,
+    let starts = match states(&request.starts, scene, map)? {
+        states if states.is_empty() => vec![None],
+        states => states.into_iter().map(Some).collect(),
     };
-    Ok(Chart {
-        scene: scene.identifier.clone(),
-        digest: scene.digest,
-        axes,
-        surfaces,
-        transient: request.transient,
-        longest_period: request.keep,
-        cells,
-        timing,
-    })
+    let chart = |(number, start): (usize, Option<Vec<f64>>)| {
+        let clock = Instant::now();
+        let (cells, iterates) = grid.cells(start.as_deref(), &Part::new(progress, number));
+        Chart {
+            scene: scene.identifier.clone(),
+            digest: scene.digest,
+            axes: axes.clone(),
+            surfaces: surfaces.clone(),
+            start,
+            transient: request.transient,
+            longest_period: request.keep,
+            cells,
+            timing: Timing::since(clock, iterates),
+        }
+    };
+    Ok(starts.into_iter().enumerate().map(chart).collect())
 }
 
 /// The cells to be computed.
@@ -167,36 +185,47 @@ struct Grid<'a> {
 }
 
 impl Grid<'_> {
-    /// All cells, as many at a time as the map has lanes, on all cores.
-    fn cells(&self, progress: &dyn Progress) -> Vec<ChartCell> {
+    /// All cells, as many at a time as the map has lanes, on all cores, and the iterates that they
+    /// took.
+    fn cells(&self, start: Option<&[f64]>, progress: &dyn Progress) -> (Vec<ChartCell>, u64) {
         let [columns, rows] = [&self.axes[0].offsets, &self.axes[1].offsets].map(Vec::len);
         let count = columns * rows;
         let lanes = self.map.lanes();
         progress.expect(count as u64);
         let block = |number: usize| {
             let cells = number * lanes..count.min((number + 1) * lanes);
-            let starts: Vec<Start> = cells.map(|cell| self.start(cell)).collect();
-            let settled = self.map.settle(&starts, &self.orbit);
-            progress.advance(starts.len() as u64);
-            let settled = settled.iter().zip(&starts);
-            settled.map(|(settled, start)| self.cell(settled, start)).collect::<Vec<_>>()
+            let (units, place) = (cells.len() as u64, [number as u64]);
+            if let Some(kept) = recalled(progress, &place) {
+                progress.advance(units);
+                return kept;
+            }
+            let entries: Vec<Entry> = cells.map(|cell| self.entry(cell)).collect();
+            let found = settle(self.map, entries.clone(), start, &self.orbit);
+            progress.advance(units);
+            let iterates = found.iter().map(|found| found.iterates).sum::<u64>();
+            let cells = found.iter().zip(&entries);
+            let cells = cells.map(|(found, entry)| self.cell(&found.settled, &entry.parameters));
+            let block: (Vec<ChartCell>, u64) = (cells.collect(), iterates);
+            keep(progress, &place, &block);
+            block
         };
-        let blocks = (0..count.div_ceil(lanes)).into_par_iter();
-        blocks.map(block).collect::<Vec<_>>().concat()
+        let blocks = (0..count.div_ceil(lanes)).into_par_iter().map(block);
+        let (cells, iterates): (Vec<_>, Vec<_>) = blocks.unzip();
+        (cells.into_iter().flatten().collect(), iterates.into_iter().sum())
     }
 
     /// Where a cell starts.
-    fn start(&self, cell: usize) -> Start {
+    fn entry(&self, cell: usize) -> Entry {
         let [horizontal, vertical] = self.axes;
         let (row, column) = (cell / horizontal.offsets.len(), cell % horizontal.offsets.len());
         let mut parameters = vec![0.0; self.map.parameters()];
         parameters[self.places[0]] = horizontal.offsets[column];
         parameters[self.places[1]] = vertical.offsets[row];
-        Start { state: self.map.start(&parameters), parameters }
+        Entry { parameters, carried: None }
     }
 
-    fn cell(&self, settled: &Settled, start: &Start) -> ChartCell {
-        let (orbit, parameters) = (&settled.orbit, &start.parameters);
+    fn cell(&self, settled: &Settled, parameters: &[f64]) -> ChartCell {
+        let orbit = &settled.orbit;
         ChartCell {
             period: orbit.period,
             orbit: name(self.map, orbit, parameters),

@@ -16,11 +16,12 @@ pub mod periodic;
 mod progress;
 mod section_frame;
 
+pub(crate) use diagram::low_discrepancy;
 pub use direct_image::{DirectEnd, DirectImage, SectionImage, direct_image};
 pub use direct_map::{DirectLanes, DirectMap};
 pub use error::AnalysisError;
 pub use evaluation::{Arrival, DepthEvaluation, MapEvaluation, MapImage};
 pub use free_flight::{FreeFlight, SectionChange};
 pub use image::{ImageRecord, ImageRequest, ImageRow, Precision, Using, images};
-pub use progress::{NoProgress, Progress};
+pub use progress::{NoProgress, Part, Progress};
 pub use section_frame::{SectionFrame, itinerary};

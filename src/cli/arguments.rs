@@ -94,7 +94,7 @@ pub(super) struct Common {
     pub(super) set: Vec<(String, String)>,
     #[command(flatten)]
     pub(super) outlets: Outlets,
-    /// Threads to compute with; default: all cores
+    /// Threads to compute with, at most as many as there are cores; default: all cores
     #[arg(
         long,
         value_name = "N",

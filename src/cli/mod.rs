@@ -19,7 +19,7 @@ use clap::Parser;
 
 use arguments::{Arguments, Command};
 use commands::{converge, emit, expand, grazes, image, orbits, run, scenes, sweeps};
-use output::CliError;
+use output::{CliError, catch_interruptions};
 
 use grazemap::numeric::unknown_instruction_limit;
 
@@ -52,6 +52,7 @@ fn run_with(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
 
 fn dispatch(arguments: Arguments) -> Result<(), CliError> {
     arguments.refuse_lost_output()?;
+    catch_interruptions();
     if let Some(value) = unknown_instruction_limit() {
         return Err(CliError::InstructionLimit { value });
     }

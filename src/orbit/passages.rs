@@ -7,7 +7,7 @@ use super::grazes::{Touch, mirrored};
 use super::grazing_orbit::{GrazingOrbit, GrazingPoint};
 use super::minima::{Gaps, Minimum, gaps, watching_field};
 use super::monodromy::{
-    conditions, full_monodromy, legs, multipliers, on_section, round, section_point,
+    ConditionFactors, full_monodromy, legs, multipliers, on_section, round, section_point,
 };
 use super::newton::Root;
 use super::outcome::{NotLocated, OrbitError, Stop};
@@ -313,7 +313,8 @@ pub(super) fn describe(
     let passages = points(scene, system, touches, &parameters)?;
     let legs = legs(&system.field, touches, &parameters, period)?;
     let stretches = stretches(scene, system, &passages)?;
-    let conditions = conditions(system, &stretches, touches, &legs, &parameters, XI_COUNT)?;
+    let factors = ConditionFactors::new(system, &stretches, touches, &legs, &parameters)?;
+    let conditions = factors.conditions(XI_COUNT);
     let graze = &passages[0];
     let geometry = system.geometry(0);
     let section = graze.section.clone();

@@ -8,7 +8,7 @@ use crate::analysis::chart::{Chart, chart};
 use crate::analysis::diagram::{Diagram, diagram};
 use crate::analysis::orbits::{Orbits, OrbitsRequest, orbits};
 use crate::analysis::{
-    ImageRecord, ImageRequest, NoProgress, Progress, SectionImage, direct_image, images,
+    ImageRecord, ImageRequest, NoProgress, Part, Progress, SectionImage, direct_image, images,
 };
 use crate::convergence::{Choice, ConvergenceStudy};
 use crate::expansion::{
@@ -282,20 +282,25 @@ impl Map {
     ///
     /// As [`diagram`](Self::diagram).
     pub fn diagrams(&self, progress: &dyn Progress) -> Result<Vec<Diagram>, Error> {
-        let requests = self.scene().diagrams.iter();
-        requests.map(|request| self.diagram_with(request, progress)).collect()
+        let requests = self.scene().diagrams.iter().enumerate();
+        let diagram = |(number, request)| self.diagram_with(request, &Part::new(progress, number));
+        requests.map(diagram).collect()
     }
 
-    /// A two-parameter chart.
+    /// Two-parameter charts, one for each start.
     ///
     /// # Errors
     ///
     /// [`Error::Analysis`] if a parameter is no variable of the map.
-    pub fn chart(&self, request: &ChartRequest) -> Result<Chart, Error> {
+    pub fn chart(&self, request: &ChartRequest) -> Result<Vec<Chart>, Error> {
         self.chart_with(request, &NoProgress)
     }
 
-    fn chart_with(&self, request: &ChartRequest, progress: &dyn Progress) -> Result<Chart, Error> {
+    fn chart_with(
+        &self,
+        request: &ChartRequest,
+        progress: &dyn Progress,
+    ) -> Result<Vec<Chart>, Error> {
         let (scene, orbit) = (self.settled().scene(), self.orbit());
         Ok(chart(scene, orbit, self.local(), request, progress)?)
     }
@@ -306,8 +311,10 @@ impl Map {
     ///
     /// As [`chart`](Self::chart).
     pub fn charts(&self, progress: &dyn Progress) -> Result<Vec<Chart>, Error> {
-        let requests = self.scene().charts.iter();
-        requests.map(|request| self.chart_with(request, progress)).collect()
+        let requests = self.scene().charts.iter().enumerate();
+        let charts = requests
+            .map(|(number, request)| self.chart_with(request, &Part::new(progress, number)));
+        Ok(charts.collect::<Result<Vec<_>, _>>()?.into_iter().flatten().collect())
     }
 
     /// Periodic orbits by itinerary, their folds and flips.

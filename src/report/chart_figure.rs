@@ -1,8 +1,8 @@
 //! Two-parameter charts as pictures, tables and arrays.
 
-use super::diagram_figure::{end_word, orbit_header, period_cell};
+use super::diagram_figure::{end_word, orbit_header, period_cell, start_cell};
 use super::figure::{Annotation, Axis, CellChart, Figure, Marker, symbol};
-use super::{Cell, Column, ReportError, Table, npy_bytes};
+use super::{Cell, Column, ReportError, Rows, Table, npy_bytes};
 use crate::analysis::chart::{Chart, ChartAxis, ChartCell};
 use crate::iteration::{OrbitEnd, Period};
 
@@ -77,26 +77,22 @@ pub fn chart_figure(chart: &Chart) -> Figure {
 }
 
 /// One row per cell: its offsets, what the orbit settled on, its name.
-///
-/// # Errors
-///
-/// Never in practice: every row has one cell for every column.
-pub fn chart_table(charts: &[Chart]) -> Result<Table, ReportError> {
+pub fn chart_rows(charts: &[Chart]) -> Rows<'_> {
     let surfaces = charts.first().map_or(&[][..], |chart| &chart.surfaces);
     let mut columns = vec![Column::number("chart")];
-    columns.extend(["parameter_1", "parameter_2"].map(Column::text));
+    columns.extend(["parameter_1", "parameter_2", "start"].map(Column::text));
     columns.extend(
         ["offset_1", "offset_2", "period", "kept_contacts", "lyapunov"].map(Column::number),
     );
     columns.extend([Column::text("end"), Column::number("outside")]);
     columns.push(Column::text(orbit_header(surfaces)));
-    let mut table = Table::new(columns);
-    for (number, chart) in charts.iter().enumerate() {
-        for ([first, second], cell) in chart.located() {
-            table.push(vec![
+    let rows = charts.iter().enumerate().flat_map(|(number, chart)| {
+        chart.located().map(move |([first, second], cell)| {
+            vec![
                 Cell::Integer(number as i64 + 1),
                 Cell::text(chart.axes[0].parameter.clone()),
                 Cell::text(chart.axes[1].parameter.clone()),
+                start_cell(chart.start.as_deref()),
                 Cell::number(first, 6),
                 Cell::number(second, 6),
                 period_cell(cell.period),
@@ -105,10 +101,10 @@ pub fn chart_table(charts: &[Chart]) -> Result<Table, ReportError> {
                 Cell::text(end_word(cell.end)),
                 Cell::Integer(cell.outside as i64),
                 cell.orbit.as_ref().map_or(Cell::Missing, |name| Cell::text(name.to_string())),
-            ])?;
-        }
-    }
-    Ok(table)
+            ]
+        })
+    });
+    Rows::new(columns, rows)
 }
 
 /// Periods: an array of shape (rows, columns), the second parameter's values by the first's; 0
@@ -141,6 +137,7 @@ pub fn chart_timing_table(charts: &[Chart]) -> Result<Table, ReportError> {
         Column::number("without period"),
         Column::number("left"),
         Column::number("iterates"),
+        Column::number("threads"),
         Column::number("time").with_unit("s"),
         Column::number("one iterate").with_unit("ns"),
     ]);
@@ -156,6 +153,7 @@ pub fn chart_timing_table(charts: &[Chart]) -> Result<Table, ReportError> {
             count(Some(Category::NoPeriod)),
             count(None),
             Cell::Integer(chart.timing.iterates as i64),
+            Cell::Integer(chart.timing.threads as i64),
             Cell::number(chart.timing.seconds, 3),
             Cell::number(chart.timing.nanoseconds_per_iterate(), 3),
         ])?;

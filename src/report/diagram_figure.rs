@@ -1,7 +1,7 @@
 //! Bifurcation diagrams as pictures, tables and arrays.
 
 use super::figure::{Annotation, Axis, Figure, Guide, Marker, Series, symbol};
-use super::{Cell, Column, ReportError, Table, npy_bytes};
+use super::{Cell, Column, ReportError, Rows, Table, npy_bytes};
 use crate::analysis::diagram::{Diagram, DiagramPoint, Sweep, SweepHeading};
 use crate::iteration::{OrbitEnd, Period};
 use crate::model::Method;
@@ -29,26 +29,19 @@ pub fn diagram_figures(diagram: &Diagram) -> Vec<(&'static str, Figure)> {
 ///
 /// The hits in the names are those at the surfaces of the first diagram: all diagrams of a scene
 /// have the same.
-///
-/// # Errors
-///
-/// Never in practice: every row has one cell for every column.
-pub fn diagram_table(diagrams: &[Diagram]) -> Result<Table, ReportError> {
-    let longest = diagrams
-        .iter()
-        .flat_map(points)
-        .map(|(_, point)| distinct(point).count())
-        .max()
-        .unwrap_or(0);
+pub fn diagram_rows(diagrams: &[Diagram]) -> Rows<'_> {
+    let lengths = diagrams.iter().flat_map(points).map(|(_, point)| distinct(point).count());
     let surfaces = diagrams.first().map_or(&[][..], |diagram| &diagram.surfaces);
-    let mut table = Table::new(columns(surfaces, longest));
-    for (number, diagram) in diagrams.iter().enumerate() {
-        for (sweep, point) in points(diagram) {
+    let columns = columns(surfaces, lengths.max().unwrap_or(0));
+    let width = columns.len();
+    let rows = diagrams.iter().enumerate().flat_map(move |(number, diagram)| {
+        let row = move |(sweep, point): (&Sweep, &DiagramPoint)| {
             let mut row = vec![
                 Cell::Integer(number as i64 + 1),
                 Cell::text(diagram.parameter.clone()),
                 Cell::text(method_word(sweep.method)),
                 Cell::text(heading_word(sweep.heading)),
+                start_cell(sweep.start.as_deref()),
                 Cell::number(point.offset, 6),
                 period_cell(point.period),
                 Cell::Integer(point.kept_contacts.into()),
@@ -58,11 +51,12 @@ pub fn diagram_table(diagrams: &[Diagram]) -> Result<Table, ReportError> {
                 point.orbit.as_ref().map_or(Cell::Missing, |name| Cell::text(name.to_string())),
             ];
             row.extend(distinct(point).map(|value| Cell::number(value, 6)));
-            row.resize(table.columns().len(), Cell::Missing);
-            table.push(row)?;
-        }
-    }
-    Ok(table)
+            row.resize(width, Cell::Missing);
+            row
+        };
+        points(diagram).map(row)
+    });
+    Rows::new(columns, rows)
 }
 
 /// Every kept value: an array of shape (sweeps, points, 1 + keep), the offset first; NaN after an
@@ -95,6 +89,7 @@ pub fn diagram_timing_table(diagrams: &[Diagram]) -> Result<Table, ReportError> 
         Column::text("sweep"),
         Column::number("values"),
         Column::number("iterates"),
+        Column::number("threads"),
         Column::number("time").with_unit("s"),
         Column::number("one iterate").with_unit("ns"),
     ]);
@@ -102,9 +97,10 @@ pub fn diagram_timing_table(diagrams: &[Diagram]) -> Result<Table, ReportError> 
         for sweep in &diagram.sweeps {
             table.push(vec![
                 Cell::text(format!("{} over {}", diagram.observable, diagram.parameter)),
-                Cell::text(sweep_word(sweep)),
+                Cell::text(sweep_word(sweep) + &start_words(sweep)),
                 Cell::Integer(sweep.points.len() as i64),
                 Cell::Integer(sweep.timing.iterates as i64),
+                Cell::Integer(sweep.timing.threads as i64),
                 Cell::number(sweep.timing.seconds, 3),
                 Cell::number(sweep.timing.nanoseconds_per_iterate(), 3),
             ])?;
@@ -122,7 +118,7 @@ fn figure(diagram: &Diagram, shown: impl Fn(&Sweep) -> bool) -> Figure {
             .iter()
             .flat_map(|point| point.kept_values().map(|value| [point.offset, value]));
         let name = if alone { method_word(sweep.method).to_owned() } else { sweep_word(sweep) };
-        figure.series.push(Series::dots(name, dots.collect()));
+        add_dots(&mut figure, name, dots.collect());
     }
     figure.guides.push(Guide::Vertical { at: 0.0, label: String::new() });
     figure.annotations.push(Annotation {
@@ -141,11 +137,19 @@ fn lyapunov_figure(diagram: &Diagram) -> Option<Figure> {
         let known = |point: &DiagramPoint| point.lyapunov.map(|value| [point.offset, value]);
         let dots: Vec<_> = sweep.points.iter().filter_map(known).collect();
         if !dots.is_empty() {
-            figure.series.push(Series::dots(sweep_word(sweep), dots));
+            add_dots(&mut figure, sweep_word(sweep), dots);
         }
     }
     figure.guides.push(Guide::Horizontal { at: 0.0, label: String::new() });
     (!figure.series.is_empty()).then_some(figure)
+}
+
+/// Adds dots to the series of a name: sweeps from several starts share one.
+fn add_dots(figure: &mut Figure, name: String, dots: Vec<[f64; 2]>) {
+    match figure.series.iter_mut().find(|series| series.name == name) {
+        Some(series) => series.points.extend(dots),
+        None => figure.series.push(Series::dots(name, dots)),
+    }
 }
 
 fn offset_axis(diagram: &Diagram) -> Axis {
@@ -178,7 +182,7 @@ fn observable_words(observable: &str) -> String {
 
 fn columns(surfaces: &[String], values: usize) -> Vec<Column> {
     let mut columns = vec![Column::number("diagram")];
-    columns.extend(["parameter", "method", "heading"].map(Column::text));
+    columns.extend(["parameter", "method", "heading", "start"].map(Column::text));
     columns.extend(["offset", "period", "kept_contacts", "lyapunov"].map(Column::number));
     columns.extend([Column::text("end"), Column::number("outside")]);
     columns.push(Column::text(orbit_header(surfaces)));
@@ -214,6 +218,21 @@ pub(super) fn period_cell(period: Period) -> Cell {
 
 fn sweep_word(sweep: &Sweep) -> String {
     format!("{}, {}", method_word(sweep.method), heading_word(sweep.heading))
+}
+
+/// The offsets at which orbits started; none beside the fixed point of `P_smooth`.
+pub(super) fn start_cell(start: Option<&[f64]>) -> Cell {
+    start.map_or(Cell::Missing, |offsets| {
+        let offsets: Vec<String> = offsets.iter().map(f64::to_string).collect();
+        Cell::text(offsets.join(" "))
+    })
+}
+
+fn start_words(sweep: &Sweep) -> String {
+    match start_cell(sweep.start.as_deref()) {
+        Cell::Text(offsets) => format!(", from ({})", offsets.replace(' ', ", ")),
+        _ => String::new(),
+    }
 }
 
 fn method_word(method: Method) -> &'static str {

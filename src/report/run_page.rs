@@ -268,7 +268,7 @@ fn diagram_section(diagrams: &[Diagram]) -> Result<Section, ReportError> {
     }
     Ok(section.table(
         diagram_timing_table(diagrams)?,
-        "Iterates and times of the sweeps, measured in this run.",
+        "Iterates of the sweeps, and times by the clock on so many threads, measured in this run.",
     ))
 }
 
@@ -297,23 +297,32 @@ fn chart_section(charts: &[Chart]) -> Result<Section, ReportError> {
     });
     Ok(section.table(
         chart_timing_table(charts)?,
-        "Cells and what the map settles on in them; iterates and times, measured in this run.",
+        "Cells and what the map settles on in them; iterates, and times by the clock on so many \
+            threads, measured in this run.",
     ))
 }
 
 fn chart_caption(chart: &Chart) -> String {
     let [first, second] = &chart.axes;
     format!(
-        "What the map settles on over {} and {}, from the fixed point of P_smooth in each of {} × \
-            {} cells: the period in returns, of the last {} of {} iterates. White: the orbit left \
+        "What the map settles on over {} and {}, from {} in each of {} × {} cells: the period in returns, of the last {} of {} iterates. White: the orbit left \
             the neighbourhood of the graze in which the map holds. G is the grazing point.",
         first.parameter,
         second.parameter,
+        start_words(chart),
         first.offsets.len(),
         second.offsets.len(),
         2 * chart.longest_period,
         chart.transient + 2 * chart.longest_period
     )
+}
+
+/// Where the cells of a chart start.
+fn start_words(chart: &Chart) -> String {
+    match &chart.start {
+        None => "beside the fixed point of P_smooth".to_owned(),
+        Some(offsets) => format!("the offsets {offsets:?}"),
+    }
 }
 
 /// How many orbits of the map left the neighbourhood of the graze, if any did.

@@ -4,6 +4,7 @@
 //! [`Table::to_html`], and [`Table::to_csv`], which alone keeps every digit.
 
 use std::fmt::Write as _;
+use std::io;
 
 use super::ReportError;
 use super::number::{exact, significant};
@@ -239,13 +240,8 @@ impl Table {
     ///
     /// [`ReportError::Csv`] if the table has no columns.
     pub fn to_csv(&self) -> Result<String, ReportError> {
-        let mut writer = csv::Writer::from_writer(Vec::new());
-        writer.write_record(self.columns().iter().map(|column| &column.header))?;
-        for row in self.rows() {
-            writer.write_record(row.iter().map(Cell::for_programs))?;
-        }
-        let bytes =
-            writer.into_inner().map_err(|refused| csv::Error::from(refused.into_error()))?;
+        let mut bytes = Vec::new();
+        Rows::new(self.columns.clone(), self.rows.iter().cloned()).write_csv(&mut bytes)?;
         Ok(String::from_utf8_lossy(&bytes).into_owned())
     }
 
@@ -271,6 +267,46 @@ impl Table {
             })
             .collect();
         cells.join(between)
+    }
+}
+
+/// The rows of a table too long to be held, one after another.
+pub struct Rows<'a> {
+    columns: Vec<Column>,
+    rows: Box<dyn Iterator<Item = Vec<Cell>> + 'a>,
+}
+
+impl<'a> Rows<'a> {
+    /// Rows under columns; every row has one cell for every column.
+    pub fn new(columns: Vec<Column>, rows: impl Iterator<Item = Vec<Cell>> + 'a) -> Self {
+        Self { columns, rows: Box::new(rows) }
+    }
+
+    /// All of them as a table.
+    ///
+    /// # Errors
+    ///
+    /// [`ReportError::RowWidth`] for a row of another width.
+    pub fn into_table(self) -> Result<Table, ReportError> {
+        let mut table = Table::new(self.columns);
+        for row in self.rows {
+            table.push(row)?;
+        }
+        Ok(table)
+    }
+
+    /// Writes them as [`Table::to_csv`] does.
+    ///
+    /// # Errors
+    ///
+    /// [`ReportError::Csv`] for a row of another width, and where the writer refuses.
+    pub fn write_csv(self, out: &mut dyn io::Write) -> Result<(), ReportError> {
+        let mut writer = csv::Writer::from_writer(out);
+        writer.write_record(self.columns.iter().map(|column| &column.header))?;
+        for row in self.rows {
+            writer.write_record(row.iter().map(Cell::for_programs))?;
+        }
+        Ok(writer.flush().map_err(csv::Error::from)?)
     }
 }
 

@@ -9,8 +9,8 @@ use grazemap::expansion::{Expander, MapOrders, MapWindow};
 use grazemap::iteration::{
     ContactsPerPeriod, DiscreteMap, Itinerary, OrbitEnd, OrbitRequest, Period, StepInfo,
 };
-use grazemap::model::{Method, Observable, SweepDirection};
-use grazemap::report::diagram_table;
+use grazemap::model::{Method, Observable, SweepDirection, even_offsets};
+use grazemap::report::diagram_rows;
 
 use crate::support::scenes::grazing;
 
@@ -60,8 +60,8 @@ fn plan(range: [f64; 2], direction: SweepDirection) -> DiagramPlan<'static> {
         direction,
         request: SweepRequest {
             parameter: 0,
-            range,
-            points: 400,
+            offsets: even_offsets(range, 400),
+            starts: Vec::new(),
             orbit: OrbitRequest::new(2000, 40, &[1.0]),
             window: MapWindow { depth: 1.0, state: vec![1.0], parameter: vec![1.0] },
         },
@@ -200,7 +200,8 @@ fn one_stop_of_two_is_hit_once_in_three_periods_by_map_and_by_simulation() {
 #[test]
 fn tables_and_json_write_the_names_and_what_they_count() {
     let diagram = of_the_linear_oscillator([-1e-3, -9e-4], 2, Observable::EventFunction);
-    let csv = diagram_table(std::slice::from_ref(&diagram)).and_then(|table| table.to_csv());
+    let csv =
+        diagram_rows(std::slice::from_ref(&diagram)).into_table().and_then(|table| table.to_csv());
     let csv = csv.expect("a table");
     let mut lines = csv.lines();
     let header = lines.next().expect("a header");

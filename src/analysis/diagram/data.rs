@@ -1,5 +1,9 @@
 //! A bifurcation diagram as plain data.
 
+use std::num::NonZero;
+use std::thread::available_parallelism;
+use std::time::Instant;
+
 use serde::{Deserialize, Serialize};
 
 use crate::iteration::{ContactsPerPeriod, OrbitEnd, OrbitName, Period};
@@ -38,6 +42,9 @@ pub struct Sweep {
     pub method: Method,
     /// Which way it went.
     pub heading: SweepHeading,
+    /// Where it started, in offsets of the section's coordinates; `None` beside the fixed point of
+    /// `P_smooth`.
+    pub start: Option<Vec<f64>>,
     /// One entry per parameter value, in the order in which they were visited.
     pub points: Vec<DiagramPoint>,
     /// How long it took.
@@ -76,8 +83,7 @@ pub struct DiagramPoint {
     /// Largest Lyapunov exponent per iterate; `None` for direct simulation or where the orbit
     /// ended early.
     pub lyapunov: Option<f64>,
-    /// How the orbit ended. After an early end the sweep restarts at the fixed point of
-    /// `P_smooth`.
+    /// How the orbit ended. After an early end the sweep goes on from the last state that stayed.
     pub end: OrbitEnd,
     /// Kept iterates outside the window in which the map is to be trusted: beyond the half-width
     /// of a coordinate or the depth, or all of them where the parameter is beyond its
@@ -85,25 +91,35 @@ pub struct DiagramPoint {
     pub outside: usize,
 }
 
-/// Time spent in a sweep.
+/// Time spent in a sweep or a chart, by the clock.
 ///
-/// Differs from run to run: everything else of a diagram does not.
+/// Differs from run to run: everything else does not.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Timing {
     /// Iterates made.
     pub iterates: u64,
-    /// Seconds spent on iterating, on preparing the map at each parameter value and on Lyapunov
-    /// exponents; observables apart.
+    /// Seconds by the clock, from the first start to the last observable.
     pub seconds: f64,
-    /// Seconds of the whole sweep.
-    pub total_seconds: f64,
+    /// Threads that shared the work.
+    pub threads: usize,
 }
 
 impl Timing {
-    /// Nanoseconds per iterate; NaN before the first.
+    /// The time since a start.
+    pub(in crate::analysis) fn since(start: Instant, iterates: u64) -> Self {
+        Self { iterates, seconds: start.elapsed().as_secs_f64(), threads: threads() }
+    }
+
+    /// Nanoseconds by the clock per iterate; NaN before the first.
     pub fn nanoseconds_per_iterate(&self) -> f64 {
         1e9 * self.seconds / self.iterates as f64
     }
+}
+
+/// Threads that work side by side: no more than there are cores.
+pub(in crate::analysis) fn threads() -> usize {
+    let cores = available_parallelism().map_or(usize::MAX, NonZero::get);
+    rayon::current_num_threads().min(cores)
 }
 
 impl DiagramPoint {
@@ -130,11 +146,14 @@ impl Diagram {
     /// The diagram without its times: equal for equal requests on every machine.
     pub fn without_timing(&self) -> Self {
         let mut diagram = self.clone();
-        diagram.speed_ratio = None;
-        for sweep in &mut diagram.sweeps {
-            sweep.timing = Timing::default();
-        }
+        diagram.take_timing();
         diagram
+    }
+
+    /// Takes the times out of the diagram.
+    pub fn take_timing(&mut self) {
+        self.speed_ratio = None;
+        self.sweeps.iter_mut().for_each(|sweep| sweep.timing = Timing::default());
     }
 }
 

@@ -7,24 +7,25 @@
 mod course;
 mod data;
 mod observe;
+mod starts;
 mod sweep;
 mod swept_map;
 
 pub use data::{Diagram, DiagramPoint, Sweep, SweepHeading, Timing};
 pub use observe::Observer;
+pub(crate) use starts::low_discrepancy;
+pub(super) use starts::{Entry, settle, states};
 pub use sweep::SweepRequest;
-pub(super) use sweep::{kept_contacts, made, name, offsets, outside};
+pub(super) use sweep::{kept_contacts, name, outside};
 pub use swept_map::{
     DirectSweep, FrozenSweep, Settled, SmoothFixedPoint, Start, SweptMap, UnobservedSweep,
 };
 
 use std::cell::OnceCell;
 
-use rayon::prelude::*;
-
 use crate::analysis::direct_map::DirectMap;
 use crate::analysis::error::AnalysisError;
-use crate::analysis::progress::Progress;
+use crate::analysis::progress::{Part, Progress};
 use crate::analysis::section_frame::itinerary;
 use crate::expansion::LocalMap;
 use crate::hybrid::HybridSystem;
@@ -46,14 +47,20 @@ pub struct DiagramPlan<'a> {
 
 /// The bifurcation diagram that a scene asks for.
 ///
-/// Every sweep starts at the fixed point of `P_smooth` at its first parameter value and carries its
-/// last state from value to value; after an escape it starts again at the fixed point. Sweeps (one
-/// per method and heading) run side by side, and so do segments of each, whose starts are
-/// corrected: no result depends on the number of cores.
+/// Every sweep carries its last state from value to value. It starts at the states that the scene
+/// names, one sweep for each, or beside the fixed point of `P_smooth`, a millionth of the window's
+/// half-widths to one side and, where that orbit escapes, to the other. Where the carried state
+/// escapes, the value is tried from the start too, and the sweep goes on from the last state that
+/// stayed. An orbit whose multipliers repel is kicked off by a thousandth of the half-widths and
+/// followed once more, so that no orbit is shown that the map does not come back to. Segments of a
+/// sweep run side by side, and their starts are corrected: no result depends on the number of
+/// cores.
 ///
 /// # Errors
 ///
 /// [`AnalysisError::NotActive`] if the swept parameter is no variable of the map;
+/// [`AnalysisError::NotACoordinate`], [`AnalysisError::NoWidth`] for starts that the section or the
+/// window does not know;
 /// [`AnalysisError::Hybrid`] if the simulator refuses the model; [`AnalysisError::Expansion`] if
 /// the impact speed is drawn and cannot be expanded.
 pub fn diagram(
@@ -100,8 +107,8 @@ pub fn diagram(
         direction: request.direction,
         request: SweepRequest {
             parameter: position,
-            range: request.range,
-            points: request.points,
+            offsets: request.offsets(),
+            starts: starts::states(&request.starts, scene, map)?,
             orbit: OrbitRequest::new(request.transient, request.keep, &map.window.state),
             window: map.window.clone(),
         },
@@ -121,23 +128,39 @@ pub fn diagram(
     })
 }
 
-/// Runs all sweeps of a plan: one per map and heading, maps in order, up before down.
+/// Bytes that the diagrams of a scene take in memory, where every value is kept.
+pub fn diagram_bytes(scene: &Scene) -> u64 {
+    /// Of a parameter value beside what is kept there.
+    const POINT: usize = 400;
+    let bytes = |request: &DiagramRequest| {
+        let headings = if request.direction == SweepDirection::Both { 2 } else { 1 };
+        let sweeps = request.with.len() * request.starts.count() * headings;
+        (sweeps * request.points * (POINT + 8 * request.keep)) as u64
+    };
+    scene.diagrams.iter().map(bytes).sum()
+}
+
+/// Runs all sweeps of a plan: one per map, start and heading, maps in order, up before down.
 pub fn run_plan(plan: &DiagramPlan<'_>, progress: &dyn Progress) -> Vec<Sweep> {
     let headings: &[SweepHeading] = match plan.direction {
         SweepDirection::Up => &[SweepHeading::Up],
         SweepDirection::Down => &[SweepHeading::Down],
         SweepDirection::Both => &[SweepHeading::Up, SweepHeading::Down],
     };
-    let tasks: Vec<_> = plan
-        .maps
-        .iter()
-        .flat_map(|map| headings.iter().map(move |&heading| (map, heading)))
-        .collect();
-    progress.expect((tasks.len() * plan.request.points) as u64);
-    tasks
-        .into_par_iter()
-        .map(|(map, heading)| sweep(&**map, &plan.request, heading, progress))
-        .collect()
+    let request = &plan.request;
+    let starts = match &request.starts[..] {
+        [] => vec![None],
+        states => states.iter().map(|state| Some(&state[..])).collect(),
+    };
+    let ways = starts.iter().flat_map(|&start| headings.iter().map(move |&way| (start, way)));
+    let ways: Vec<_> = ways.collect();
+    progress.expect((plan.maps.len() * ways.len() * request.offsets.len()) as u64);
+    let sweeps = plan.maps.iter().flat_map(|map| ways.iter().map(move |way| (map, way)));
+    // NOTE: one after another, so that the time of each is its own; segments fill the cores.
+    let run = |(number, (map, &(start, heading))): (usize, (&Box<dyn SweptMap + '_>, &_))| {
+        sweep(&**map, request, start, heading, &Part::new(progress, number))
+    };
+    sweeps.enumerate().map(run).collect()
 }
 
 /// Time of an iterate by direct simulation over that by the map.

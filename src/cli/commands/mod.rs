@@ -11,6 +11,8 @@ pub(super) mod run;
 pub(super) mod scenes;
 pub(super) mod sweeps;
 
+use std::num::NonZero;
+
 use super::arguments::SceneOptions;
 use super::output::{CliError, note};
 use grazemap::expansion::{WindowEdge, check_orders};
@@ -23,7 +25,10 @@ use grazemap::{Error, Map};
 /// for.
 fn open(options: &SceneOptions) -> Result<Source, CliError> {
     if let Some(threads) = options.common.threads {
-        let threads = rayon::ThreadPoolBuilder::new().num_threads(threads.into());
+        // More threads than cores would wait for each other.
+        let cores = std::thread::available_parallelism().map_or(usize::MAX, NonZero::get);
+        let threads = cores.min(threads.into());
+        let threads = rayon::ThreadPoolBuilder::new().num_threads(threads);
         threads.build_global()?;
     }
     let source = Source::open(&options.scene, &options.common.set)?;

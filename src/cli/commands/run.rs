@@ -7,12 +7,12 @@ use serde::Serialize;
 
 use super::converge::convergence_files;
 use super::emit::Reproduction;
-use super::sweeps::{chart_files, diagram_files, warn_of_values};
+use super::sweeps::{resumable, take_chart_times, warn_of_values, write_charts, write_diagrams};
 use super::{open, refuse_orders, settle, warn_of_edges};
 use crate::cli::arguments::{Common, SceneOptions};
-use crate::cli::output::{Bar, CliError, Outlets, Results, note, pairs};
-use grazemap::analysis::chart::Chart;
-use grazemap::analysis::diagram::{Diagram, Sweep, SweepHeading};
+use crate::cli::output::{Bar, CliError, Outlets, Results, note, pairs, refuse_memory};
+use grazemap::analysis::chart::{Chart, chart_bytes};
+use grazemap::analysis::diagram::{Diagram, Sweep, SweepHeading, Timing, diagram_bytes};
 use grazemap::emission::{EmittedCrate, Target};
 use grazemap::model::{Digest, Method};
 use grazemap::pipeline::{EmitRequest, Source, StudyRequest, write_emitted};
@@ -40,6 +40,7 @@ struct Timings<'a> {
 struct ChartTimes<'a> {
     parameters: [&'a str; 2],
     iterates: u64,
+    threads: usize,
     seconds: f64,
     nanoseconds_per_iterate: f64,
 }
@@ -59,6 +60,7 @@ struct SweepTimes {
     method: Method,
     heading: SweepHeading,
     iterates: u64,
+    threads: usize,
     seconds: f64,
     nanoseconds_per_iterate: f64,
 }
@@ -77,6 +79,7 @@ pub(in crate::cli) fn run(options: &SceneOptions) -> Result<(), CliError> {
     let scene = source.scene();
     refuse_orders(scene)?;
     scene.check_diagrams().and_then(|()| scene.check_charts()).map_err(grazemap::Error::from)?;
+    refuse_memory(diagram_bytes(scene) + chart_bytes(scene), quiet)?;
     let folder = outlets.output.take().unwrap_or_else(|| PathBuf::from(FOLDER));
     let crate_folder = folder.join("crate");
     let files = Target::Rust.files(&source.scene().identifier);
@@ -106,6 +109,7 @@ pub(in crate::cli) fn run(options: &SceneOptions) -> Result<(), CliError> {
         }
     };
     warn_of_edges(map.scene(), map.window_edges(), quiet);
+    let resumable = resumable("run", Some(folder.path()), &map, quiet)?;
     folder.write("map.json", map.to_json()?)?;
     folder.write("map.csv", map.listing()?.coefficient_table()?.to_csv()?)?;
 
@@ -128,18 +132,23 @@ pub(in crate::cli) fn run(options: &SceneOptions) -> Result<(), CliError> {
     drop(bar);
     folder.write_all(pairs(&convergence_files(&study, &map.section())?))?;
 
-    let bar = Bar::new("diagram", quiet);
+    let bar = Bar::new("diagram", quiet).resuming(0, &resumable);
     let diagrams = clock.time("diagrams", || Ok(map.diagrams(&bar)?))?;
     drop(bar);
     warn_of_values(&diagrams, quiet);
-    folder.write_all(pairs(&diagram_files(&diagrams, &map)?))?;
+    let untimed: Vec<Diagram> = diagrams.iter().map(Diagram::without_timing).collect();
+    write_diagrams(&folder, &untimed, &map)?;
+    drop(untimed);
 
     let mut charts = Vec::new();
     if !scene.charts.is_empty() {
-        let bar = Bar::new("chart", quiet);
+        let bar = Bar::new("chart", quiet).resuming(1, &resumable);
         charts = clock.time("charts", || Ok(map.charts(&bar)?))?;
         drop(bar);
-        folder.write_all(pairs(&chart_files(&charts, &map)?))?;
+        let times: Vec<Timing> = charts.iter().map(|chart| chart.timing).collect();
+        take_chart_times(&mut charts);
+        write_charts(&folder, &charts, &map)?;
+        charts.iter_mut().zip(times).for_each(|(chart, timing)| chart.timing = timing);
     }
 
     let page = run_page(&RunPage {
@@ -165,6 +174,7 @@ pub(in crate::cli) fn run(options: &SceneOptions) -> Result<(), CliError> {
         charts: charts.iter().map(ChartTimes::of).collect(),
     })?;
     folder.write("timings.json", &timings)?;
+    resumable.finish();
     finish(&options.scene, folder.path(), timings, &outlets)
 }
 
@@ -180,6 +190,7 @@ impl<'a> ChartTimes<'a> {
         Self {
             parameters: [&first.parameter, &second.parameter],
             iterates: chart.timing.iterates,
+            threads: chart.timing.threads,
             seconds: chart.timing.seconds,
             nanoseconds_per_iterate: chart.timing.nanoseconds_per_iterate(),
         }
@@ -192,6 +203,7 @@ impl<'a> DiagramTimes<'a> {
             method: sweep.method,
             heading: sweep.heading,
             iterates: sweep.timing.iterates,
+            threads: sweep.timing.threads,
             seconds: sweep.timing.seconds,
             nanoseconds_per_iterate: sweep.timing.nanoseconds_per_iterate(),
         };

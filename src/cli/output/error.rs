@@ -96,6 +96,12 @@ pub(in crate::cli) enum CliError {
     /// No diagram in the scene.
     #[error("the scene asks for no diagram; add a [[diagram]] table")]
     NoDiagram,
+    /// Results larger than the memory of the machine.
+    #[error(
+        "the results take about {needed} MB of memory, and {available} MB are free; ask for fewer \
+         points, starts or kept iterates"
+    )]
+    Memory { needed: u64, available: u64 },
     /// No chart in the scene.
     #[error("the scene asks for no chart; add a [[chart]] table with `parameters` and `ranges`")]
     NoChart,
@@ -180,6 +186,13 @@ fn ended(end: &Option<DirectEnd>) -> &'static str {
     match end {
         Some(DirectEnd::NoReturn) => "no section point within three return times",
         Some(DirectEnd::Penetrating) => "it is beyond the surface, and no free flight leads there",
+        Some(DirectEnd::Ambiguous) => {
+            "its section falls inside a contact that the coordinates do not tell; choose another \
+             `section.phase`, at which nothing is in contact"
+        }
+        Some(DirectEnd::HeldTwice) => {
+            "two surfaces hold the state at once, and the model has no field for both"
+        }
         Some(DirectEnd::Ended) => "the simulation ended before the section",
         Some(DirectEnd::Returned) | None => "it is not finite",
     }

@@ -348,6 +348,19 @@ pub enum SceneProblem {
         /// Last.
         last: f64,
     },
+    /// Logarithmic values on both sides of 0, or at it.
+    #[error(
+        "a logarithmic scale needs both ends of `{key}` on one side of 0, found {first:e} to \
+         {last:e}"
+    )]
+    LogarithmicRange {
+        /// The key.
+        key: String,
+        /// First.
+        first: f64,
+        /// Last.
+        last: f64,
+    },
     /// A list of the wrong length.
     #[error("`{key}` must have {expected} entries, found {found}")]
     Length {

@@ -22,8 +22,6 @@ pub(super) struct Snippet {
     position: (usize, usize),
     /// Lines of the file before `text`.
     lines_before: usize,
-    /// Characters of the fault's column that are not in `text`.
-    columns_before: usize,
 }
 
 impl Snippet {
@@ -59,7 +57,6 @@ impl Snippet {
             span,
             position: (lines + 1, column + 1),
             lines_before: lines.saturating_sub(1),
-            columns_before: skipped - mark,
         }
     }
 
@@ -107,7 +104,7 @@ impl SourceCode for Snippet {
     ) -> Result<Box<dyn SpanContents<'a> + 'a>, MietteError> {
         let inner = self.text.read_span(span, lines_before, lines_after)?;
         let begins_at_fault = inner.span().offset() == self.span.start;
-        let column = inner.column() + if begins_at_fault { self.columns_before } else { 0 };
+        let column = if begins_at_fault { self.position.1 - 1 } else { inner.column() };
         Ok(Box::new(MietteSpanContents::new_named(
             self.file_name.clone(),
             inner.data(),
@@ -116,5 +113,50 @@ impl SourceCode for Snippet {
             column,
             inner.line_count(),
         )))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn shown(text: &str, span: Range<usize>) -> (Snippet, String) {
+        let snippet = Snippet::new("a.toml", text, span);
+        let shown = snippet.text[snippet.span()].to_owned();
+        (snippet, shown)
+    }
+
+    #[test]
+    fn the_lines_about_a_fault_are_kept_and_its_bytes_are_the_same() {
+        let text = "first\nsecond = 1\nthird = \u{e4}x\nfourth\nfifth\n";
+        let start = text.find('\u{e4}').expect("there");
+        let (snippet, fault) = shown(text, start..start + 3);
+        assert_eq!((fault.as_str(), snippet.position()), ("\u{e4}x", (3, 9)));
+        assert_eq!(snippet.text, "second = 1\nthird = \u{e4}x\nfourth");
+        let contents = snippet.read_span(&snippet.span().into(), 0, 0).expect("in the text");
+        assert_eq!((contents.line(), contents.column()), (2, 8));
+    }
+
+    #[test]
+    fn a_fault_far_to_the_right_is_shown_with_what_stands_about_it() {
+        let text = format!("x = [{}]{}", "\u{e4}, ".repeat(50_000), "z".repeat(500));
+        let start = text.find(']').expect("there");
+        let (snippet, fault) = shown(&text, start..start + 1);
+        assert_eq!((fault.as_str(), snippet.position()), ("]", (1, 150_006)));
+        assert!(snippet.text.lines().all(|line| line.chars().count() <= WIDTH + 2));
+        let contents = snippet.read_span(&snippet.span().into(), 0, 0).expect("in the text");
+        assert_eq!((contents.line(), contents.column()), (0, 150_005));
+    }
+
+    #[test]
+    fn any_span_of_any_text_has_a_snippet() {
+        for text in ["", "\n", "a", "a\r\nb\r\n", "\u{10ffff}\n\u{e4}", &"ab\n".repeat(100)] {
+            for start in 0..=text.len() + 2 {
+                for length in [0, 1, 5, 1000] {
+                    let (snippet, fault) = shown(text, start..start + length);
+                    assert!(!fault.contains('\n') && snippet.text.lines().count() <= 3);
+                }
+            }
+        }
     }
 }
