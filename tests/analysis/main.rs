@@ -15,6 +15,7 @@ mod itineraries;
 mod orbit_search;
 mod record;
 mod two_sided;
+mod windows;
 
 use grazemap::numeric::Dd;
 

@@ -7,13 +7,14 @@ use serde::Serialize;
 use super::{map, open};
 use crate::cli::arguments::{EmitArguments, SceneOptions};
 use crate::cli::output::{CliError, Results, counted, print};
-use grazemap::Error;
+use grazemap::convergence::MeasuredWindow;
 use grazemap::emission::{EmissionError, EmittedCrate, EmittedModule, Target};
 use grazemap::expansion::WindowEdge;
 use grazemap::model::{EmitPrecision, catalogue};
 use grazemap::numeric::FloatFormat;
 use grazemap::pipeline::{EmitRequest, Source};
-use grazemap::report::{OutputFolder, SectionDocument, to_json};
+use grazemap::report::{OutputFolder, SectionDocument, bounds_words, to_json};
+use grazemap::{Error, Map};
 
 /// Where the catalogue's crate goes when no folder is named.
 const CATALOGUE_FOLDER: &str = "generated";
@@ -33,12 +34,13 @@ struct ModuleSummary {
     frozen_jacobian_multiply_adds: usize,
     precision: FloatFormat,
     measured_error: Option<f64>,
+    window: MeasuredWindow,
     window_edges: Vec<WindowEdge>,
     section: SectionDocument,
 }
 
-/// A module, its window's edges and its section.
-type Emitted = (EmittedModule, Vec<WindowEdge>, SectionDocument);
+/// A module, and its map.
+type Emitted = (EmittedModule, Map);
 
 pub(in crate::cli) fn run(options: &EmitArguments) -> Result<(), CliError> {
     let (modules, emitted) = match &options.scene {
@@ -53,7 +55,7 @@ pub(in crate::cli) fn run(options: &EmitArguments) -> Result<(), CliError> {
             refuse_single(&scenes)?;
             let all = scenes.into_iter().map(|scene| emit(scene, options));
             let all = all.collect::<Result<Vec<_>, _>>()?;
-            let modules: Vec<_> = all.iter().map(|(module, ..)| module.clone()).collect();
+            let modules: Vec<_> = all.iter().map(|(module, _)| module.clone()).collect();
             (all, EmittedCrate::catalogue(&modules))
         }
     };
@@ -103,8 +105,8 @@ fn refuse_single(scenes: &[Source]) -> Result<(), CliError> {
 fn emit(source: Source, options: &EmitArguments) -> Result<Emitted, CliError> {
     let map = map(source, options.common.outlets.quiet)?;
     let module =
-        map.module(EmitRequest { target: options.target.into(), measure: options.measure })?;
-    Ok((module, map.window_edges().to_vec(), map.section()))
+        map.module(EmitRequest { target: options.target.into(), measure: !options.no_measure })?;
+    Ok((module, map))
 }
 
 /// Says how a folder differs from the emission.
@@ -124,15 +126,16 @@ fn check(emitted: &EmittedCrate, folder: &Path, quiet: bool) -> Result<(), CliEr
 }
 
 fn summary(modules: Vec<Emitted>, emitted: &EmittedCrate) -> Summary {
-    let module = |(module, window_edges, section): Emitted| ModuleSummary {
+    let module = |(module, map): Emitted| ModuleSummary {
         identifier: module.identifier,
         step_multiply_adds: module.step_operations.multiply_adds,
         frozen_step_multiply_adds: module.frozen_operations.multiply_adds,
         frozen_jacobian_multiply_adds: module.jacobian_operations.multiply_adds,
         precision: module.precision,
         measured_error: module.measured_error,
-        window_edges,
-        section,
+        window: map.window().clone(),
+        window_edges: map.window_edges().to_vec(),
+        section: map.section(),
     };
     Summary {
         modules: modules.into_iter().map(module).collect(),
@@ -143,7 +146,7 @@ fn summary(modules: Vec<Emitted>, emitted: &EmittedCrate) -> Summary {
 fn text(modules: &[Emitted], emitted: &EmittedCrate, folder: &Path) -> String {
     let mut text =
         format!("wrote {} to {}\n", counted(emitted.files.len(), "file"), folder.display());
-    for (module, ..) in modules {
+    for (module, map) in modules {
         let (step, frozen) = (module.step_operations, module.frozen_operations);
         text.push_str(&format!(
             "  {}: {} multiply-adds a step, {} with the parameters frozen{}\n",
@@ -157,8 +160,9 @@ fn text(modules: &[Emitted], emitted: &EmittedCrate, folder: &Path) -> String {
         ));
         if let Some(error) = module.measured_error {
             text.push_str(&format!(
-                "    within {error:.1e} of direct simulation at {} points of the window\n",
-                EmitRequest::POINTS
+                "    within {error:.1e} of direct simulation at {} points of the window: {}\n",
+                map.window().sample.points,
+                bounds_words(map.window())
             ));
         }
     }

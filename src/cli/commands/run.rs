@@ -7,7 +7,7 @@ use serde::Serialize;
 
 use super::converge::convergence_files;
 use super::sweeps::{chart_files, diagram_files, warn_of_values};
-use super::{open, refuse_frozen_sweeps, settle, warn_of_edges};
+use super::{open, refuse_frozen_sweeps, settle, warn_of_window};
 use crate::cli::arguments::{Common, SceneOptions};
 use crate::cli::output::{Bar, CliError, Outlets, Results, note, pairs};
 use grazemap::analysis::chart::Chart;
@@ -99,11 +99,11 @@ pub(in crate::cli) fn run(options: &SceneOptions) -> Result<(), CliError> {
             })?
         }
     };
-    warn_of_edges(map.scene(), map.window_edges(), quiet);
+    warn_of_window(&map, quiet);
     folder.write("map.json", map.to_json()?)?;
     folder.write("map.csv", map.listing()?.coefficient_table()?.to_csv()?)?;
 
-    let request = EmitRequest { target: Target::Rust, measure: false };
+    let request = EmitRequest { target: Target::Rust, measure: true };
     let module = clock.time("emission", || Ok(map.module(request)?))?;
     let emitted = EmittedCrate::standalone(&module).map_err(grazemap::Error::from)?;
     OutputFolder::create(folder.path().join("crate"))?.write_all(&emitted.files)?;

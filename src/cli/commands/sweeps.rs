@@ -8,6 +8,7 @@ use crate::cli::output::{Bar, CliError, Results, note, stem};
 use grazemap::Map;
 use grazemap::analysis::chart::Chart;
 use grazemap::analysis::diagram::Diagram;
+use grazemap::convergence::MeasuredWindow;
 use grazemap::expansion::WindowEdge;
 use grazemap::report::{
     DocumentKind, Figure, ReportError, SectionDocument, chart_array, chart_figure, chart_table,
@@ -128,6 +129,8 @@ struct ByMap<'a, T> {
     format: u32,
     #[serde(flatten)]
     content: &'a T,
+    /// The window of the map, measured.
+    window: &'a MeasuredWindow,
     /// What the contacts of the map leave out at the edge of the window, by passage.
     window_edges: &'a [WindowEdge],
     /// The section that it is on.
@@ -141,6 +144,7 @@ impl<'a, T> ByMap<'a, T> {
             document,
             format: DocumentKind::FORMAT,
             content,
+            window: map.window(),
             window_edges: map.window_edges(),
             section: map.section(),
         };
