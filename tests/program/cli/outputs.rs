@@ -87,10 +87,10 @@ fn an_observable_that_is_not_finite_is_said() {
         assert!(output.status.success(), "{}", text(&output.stderr));
         text(&output.stderr)
     };
-    assert_eq!(diagram("sqrt(x)"), "");
+    assert!(!diagram("sqrt(x)").contains("finite"));
     let said = diagram("log(-x)");
     assert!(
-        said.starts_with("warning: `log(-x)` over alpha is not finite at 400 of 400 iterates"),
+        said.contains("warning: `log(-x)` over alpha is not finite at 400 of 400 iterates"),
         "{said}"
     );
 }
