@@ -86,6 +86,12 @@ pub struct MapWindow {
 }
 
 impl MapWindow {
+    /// Whether it has no finite bound.
+    pub fn is_unbounded(&self) -> bool {
+        let mut bounds = self.state.iter().chain(&self.parameter).chain([&self.depth]);
+        bounds.all(|bound| *bound == f64::INFINITY)
+    }
+
     /// Whether offsets of the state, those of the parameters and the depths of the passages lie
     /// within; parameters that are not given count as 0.
     pub fn holds<S: Real>(&self, state: &[S], parameters: &[S], depths: &[S]) -> bool {

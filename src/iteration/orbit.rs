@@ -14,8 +14,8 @@ pub struct OrbitRequest {
     pub keep: usize,
     /// Half-width of the window per coordinate: the scale in which states are compared.
     pub scales: Vec<f64>,
-    /// The orbit has escaped where a coordinate exceeds this many half-widths.
-    pub escape_factor: f64,
+    /// The orbit has escaped where a coordinate exceeds its bound, one per coordinate.
+    pub escape: Vec<f64>,
     /// States agree if every coordinate agrees to this many half-widths.
     pub period_tolerance: f64,
 }
@@ -23,18 +23,26 @@ pub struct OrbitRequest {
 impl OrbitRequest {
     /// A request with the defaults: escape at 1000 half-widths, periods to 1e-8 of them.
     ///
-    /// Half-widths that are not finite and positive count as 1.
+    /// Half-widths that are not finite and positive count as 1. What an oscillator settles on may
+    /// be much larger than the window of its map: [`escaping_at`](Self::escaping_at) sets bounds
+    /// in another scale.
     pub fn new(transient: usize, keep: usize, scales: &[f64]) -> Self {
         let scale = |&scale: &f64| {
             if scale.is_finite() && scale > 0.0 { scale } else { 1.0 }
         };
+        let scales: Vec<f64> = scales.iter().map(scale).collect();
         Self {
             transient,
             keep,
-            scales: scales.iter().map(scale).collect(),
-            escape_factor: 1e3,
+            escape: scales.iter().map(|scale| 1e3 * scale).collect(),
+            scales,
             period_tolerance: 1e-8,
         }
+    }
+
+    /// The same with other bounds, one per coordinate.
+    pub fn escaping_at(self, escape: &[f64]) -> Self {
+        Self { escape: escape.to_vec(), ..self }
     }
 }
 
@@ -44,7 +52,7 @@ impl OrbitRequest {
 pub enum OrbitEnd {
     /// All iterates were made.
     Completed,
-    /// A coordinate left the window times the escape factor.
+    /// A coordinate exceeded its bound.
     Escaped {
         /// Iterate at which it had, counted from the initial state.
         iterate: usize,
@@ -61,6 +69,8 @@ pub enum OrbitEnd {
 pub struct MapOrbit {
     dimension: usize,
     states: Vec<f64>,
+    /// The state from which the first kept one was reached; empty where none was kept.
+    entry: Vec<f64>,
     /// What happened in the step that led to each kept state.
     pub steps: Vec<StepInfo>,
     /// Last state reached (finite): where a sweep carries on.
@@ -141,6 +151,7 @@ impl MapOrbit {
         Self {
             dimension: initial.len(),
             states: Vec::with_capacity(keep * initial.len()),
+            entry: Vec::new(),
             steps: Vec::with_capacity(keep),
             last: initial.to_vec(),
             end: OrbitEnd::Completed,
@@ -160,10 +171,18 @@ impl MapOrbit {
             self.end = end;
             return;
         }
+        if iterate == request.transient + 1 {
+            self.entry.clone_from(&self.last);
+        }
         self.last.copy_from_slice(image);
         if iterate > request.transient {
             self.keep(image.iter().copied(), info);
         }
+    }
+
+    /// Remembers the state from which the first kept one is reached.
+    pub(super) fn enter(&mut self, state: impl Iterator<Item = f64>) {
+        self.entry.extend(state);
     }
 
     /// Keeps an image of a state.
@@ -184,6 +203,12 @@ impl MapOrbit {
         self.states.chunks_exact(self.dimension.max(1))
     }
 
+    /// The states from which the kept ones were reached, in order.
+    pub fn origins(&self) -> impl Iterator<Item = &[f64]> {
+        let first = (!self.entry.is_empty()).then_some(&self.entry[..]);
+        first.into_iter().chain(self.states()).take(self.steps.len())
+    }
+
     /// Contacts per period; `None` without a period.
     pub fn contacts_per_period(&self) -> Option<ContactsPerPeriod> {
         ContactsPerPeriod::of(self.period, &self.steps)
@@ -200,10 +225,7 @@ fn leaves(
     if !info.valid {
         return Some(OrbitEnd::NoImage { iterate });
     }
-    let outside = image
-        .iter()
-        .zip(&request.scales)
-        .any(|(value, scale)| value.abs() > request.escape_factor * scale);
+    let outside = image.iter().zip(&request.escape).any(|(value, &bound)| value.abs() > bound);
     outside.then_some(OrbitEnd::Escaped { iterate })
 }
 

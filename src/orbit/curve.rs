@@ -131,8 +131,7 @@ impl PseudoArclength<'_> {
                 for &kind in &step.unresolved {
                     curve.add_unresolved(kind, [&here.point.parameters, &next.point.parameters]);
                 }
-                let (value, normal_acceleration) =
-                    (unknowns[last], next.point.normal_acceleration);
+                let (value, normal_acceleration) = (unknowns[last], next.point.normal_acceleration);
                 if normal_acceleration <= 0.0 {
                     return Err(Stop::Ended(CurveEnd::DegenerateGraze { normal_acceleration }));
                 }
@@ -191,14 +190,17 @@ impl PseudoArclength<'_> {
         let chord = Chord::new(here, &next);
         let mut points = Vec::new();
         for place in places() {
-            points.push((place, match place {
-                0.0 => here.clone(),
-                1.0 => next.clone(),
-                _ => match chord.point(&self.context, place)? {
-                    Some(point) if straight(&point) => point,
-                    _ => return Ok(None),
+            points.push((
+                place,
+                match place {
+                    0.0 => here.clone(),
+                    1.0 => next.clone(),
+                    _ => match chord.point(&self.context, place)? {
+                        Some(point) if straight(&point) => point,
+                        _ => return Ok(None),
+                    },
                 },
-            }));
+            ));
         }
         let (parting, unresolved, too_long) = self.parting(&points, to);
         for place in parting {

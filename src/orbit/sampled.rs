@@ -108,9 +108,8 @@ fn parting(samples: &[f64; SAMPLES], turns: &[(f64, f64)]) -> Vec<f64> {
     for (ends, values) in places.windows(2).zip(samples.windows(2)) {
         let inside = turns.iter().filter(|(place, _)| ends[0] < *place && *place < ends[1]);
         let signs = inside.clone().map(|(_, value)| *value).chain([values[1]]);
-        let changes = signs.scan(values[0], |before, value| {
-            Some(std::mem::replace(before, value) * value < 0.0)
-        });
+        let changes = signs
+            .scan(values[0], |before, value| Some(std::mem::replace(before, value) * value < 0.0));
         if changes.filter(|&changed| changed).count() > 1 {
             parting.extend(inside.map(|(place, _)| *place));
         }

@@ -24,6 +24,7 @@ mod page;
 mod run_page;
 mod section_document;
 mod table;
+mod window_words;
 
 pub use grazemap_figure as figure;
 
@@ -54,3 +55,4 @@ pub use page::{Page, PageFigure, Provenance, Section};
 pub use run_page::{CrateSummary, RunPage, StageTime, run_page};
 pub use section_document::{SectionCost, SectionDecision, SectionDocument};
 pub use table::{Alignment, Cell, Column, Rows, Table};
+pub use window_words::{chart_outside_words, diagram_outside_words};

@@ -3,7 +3,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::data::{DiagramPoint, SweepHeading, one_period};
+use super::data::{DiagramPoint, Shares, SweepHeading, one_period};
 use super::starts::{Entry, settle};
 use super::swept_map::{Settled, SweptMap};
 use crate::expansion::MapWindow;
@@ -96,6 +96,7 @@ fn point(
     request: &SweepRequest,
 ) -> DiagramPoint {
     let orbit = &settled.orbit;
+    let Shares { by_map, outside } = Shares::of(map.method(), orbit, parameters, &request.window);
     DiagramPoint {
         offset,
         values: one_period(map.observe_all(orbit, parameters)),
@@ -106,20 +107,9 @@ fn point(
         kept_contacts: kept_contacts(orbit),
         lyapunov: settled.lyapunov,
         end: orbit.end,
-        outside: outside(orbit, parameters, &request.window),
+        by_map,
+        outside,
     }
-}
-
-/// Kept iterates outside the window: beyond a half-width, or reached by a passage deeper than the
-/// window's; all of them where the parameter is beyond its own.
-pub(in crate::analysis) fn outside(
-    orbit: &MapOrbit,
-    parameters: &[f64],
-    window: &MapWindow,
-) -> usize {
-    let kept = orbit.states().zip(&orbit.steps);
-    let outside = kept.filter(|(state, step)| !window.holds(state, parameters, &[step.depth]));
-    outside.count()
 }
 
 /// Contacts over all kept iterates.
