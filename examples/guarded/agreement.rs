@@ -4,8 +4,6 @@
 //! the other's last state: an orbit that direct simulation keeps is one of the oscillator's, and
 //! the sweeps are on two of several attractors.
 
-use std::fmt;
-
 use grazemap::Map;
 use grazemap::analysis::diagram::{
     DirectSweep, FrozenSweep, GuardedSweep, Observer, Settled, SmoothFixedPoint, Start, SweptMap,
@@ -28,59 +26,40 @@ const ALIKE: f64 = 0.25;
 
 /// How much is iterated.
 #[derive(Clone, Copy, Debug)]
-pub struct Effort {
+pub(crate) struct Effort {
     /// Values of a sweep.
-    pub values: usize,
+    pub(crate) values: usize,
     /// Iterates dropped at each.
-    pub transient: usize,
+    pub(crate) transient: usize,
     /// Iterates kept at each.
-    pub keep: usize,
+    pub(crate) keep: usize,
 }
 
 /// What a diagram's sweeps settle on.
 #[derive(Clone, Debug, Default)]
-pub struct Agreement {
+pub(crate) struct Agreement {
     /// The scene and the swept parameter.
-    pub name: String,
+    pub(crate) name: String,
     /// Share of the iterates that the map made.
-    pub by_map: f64,
+    pub(crate) by_map: f64,
     /// Values at which both settle on an orbit of one period, itinerary and extent, or both escape.
-    pub same: usize,
+    pub(crate) same: usize,
     /// Values at which neither has a period, over much the same extent.
-    pub chaotic: usize,
+    pub(crate) chaotic: usize,
     /// Values at which they do so after a longer transient.
-    pub transient: usize,
+    pub(crate) transient: usize,
     /// Values at which the guarded orbit is one of direct simulation, or the reverse: two
     /// attractors.
-    pub coexisting: usize,
+    pub(crate) coexisting: usize,
     /// The others, in words.
-    pub unexplained: Vec<String>,
+    pub(crate) unexplained: Vec<String>,
     /// Largest difference of extents of periodic orbits that are the same, over the half-width of
     /// the window.
-    pub difference: f64,
-}
-
-impl Agreement {
-    /// What the columns of its words are.
-    pub const HEADINGS: &'static str = "scene and parameter                by map %   same chaotic \
-                                        transient coexisting unexplained   difference";
-}
-
-impl fmt::Display for Agreement {
-    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { name, by_map, same, chaotic, transient, coexisting, unexplained, difference } =
-            self;
-        let (share, left) = (100.0 * by_map, unexplained.len());
-        write!(
-            out,
-            "{name:34} {share:8.2} {same:6} {chaotic:7} {transient:9} {coexisting:10} {left:11} \
-             {difference:12.1e}"
-        )
-    }
+    pub(crate) difference: f64,
 }
 
 /// Every diagram of a scene.
-pub fn of_scene(scene: Scene, effort: &Effort) -> Result<Vec<Agreement>, grazemap::Error> {
+pub(crate) fn of_scene(scene: Scene, effort: &Effort) -> Result<Vec<Agreement>, grazemap::Error> {
     let map = scene.graze()?.map()?;
     let mut diagrams = map.scene().diagrams.clone();
     diagrams.dedup_by(|a, b| (a.parameter, a.range) == (b.parameter, b.range));
@@ -88,7 +67,7 @@ pub fn of_scene(scene: Scene, effort: &Effort) -> Result<Vec<Agreement>, grazema
 }
 
 /// One sweep upwards by both.
-pub fn of_diagram(
+pub(crate) fn of_diagram(
     map: &Map,
     diagram: &DiagramRequest,
     effort: &Effort,
@@ -240,7 +219,7 @@ impl Pair<'_> {
     /// Largest difference of the extents of two orbits: over the window, and over the larger of
     /// their own sizes and widths.
     fn apart(&self, orbits: [&MapOrbit; 2]) -> [f64; 2] {
-        let [guarded, direct] = orbits.map(extent);
+        let [guarded, direct] = orbits.map(MapOrbit::extent);
         let pairs = guarded.iter().zip(&direct).zip(&self.request.scales);
         let apart = pairs.map(|((a, b), scale)| {
             let apart = (a[0] - b[0]).abs().max((a[1] - b[1]).abs());
@@ -270,15 +249,4 @@ impl Alike {
             Self::Chaotic => found.chaotic += 1,
         }
     }
-}
-
-/// Least and greatest value of every coordinate.
-fn extent(orbit: &MapOrbit) -> Vec<[f64; 2]> {
-    let mut ends = vec![[f64::INFINITY, f64::NEG_INFINITY]; orbit.last.len()];
-    for state in orbit.states() {
-        for (ends, &value) in ends.iter_mut().zip(state) {
-            *ends = [ends[0].min(value), ends[1].max(value)];
-        }
-    }
-    ends
 }

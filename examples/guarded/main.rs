@@ -9,9 +9,14 @@ mod agreement;
 mod speed;
 
 use std::error::Error;
+use std::fmt;
 
 use agreement::{Agreement, Effort};
 use grazemap::model::{Scene, SceneError, catalogue};
+
+/// What the columns of an agreement are.
+const HEADINGS: &str = "scene and parameter                by map %   same chaotic transient \
+                        coexisting unexplained   difference";
 
 /// Values of a sweep where none are named.
 const VALUES: usize = 160;
@@ -39,7 +44,7 @@ fn agree(values: usize, files: Vec<String>) -> Result<(), Box<dyn Error>> {
     } else {
         files.iter().map(Scene::load).collect::<Result<_, _>>()?
     };
-    println!("{}", Agreement::HEADINGS);
+    println!("{HEADINGS}");
     for scene in scenes {
         let effort = Effort { values, transient: 600, keep: 60 };
         for agreement in agreement::of_scene(scene, &effort)? {
@@ -48,4 +53,17 @@ fn agree(values: usize, files: Vec<String>) -> Result<(), Box<dyn Error>> {
         }
     }
     Ok(())
+}
+
+impl fmt::Display for Agreement {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { name, by_map, same, chaotic, transient, coexisting, unexplained, difference } =
+            self;
+        let (share, left) = (100.0 * by_map, unexplained.len());
+        write!(
+            out,
+            "{name:34} {share:8.2} {same:6} {chaotic:7} {transient:9} {coexisting:10} {left:11} \
+             {difference:12.1e}"
+        )
+    }
 }

@@ -15,7 +15,7 @@ use grazemap::analysis::{DirectMap, NoProgress, itinerary};
 use grazemap::expansion::MapWindow;
 use grazemap::hybrid::HybridSystem;
 use grazemap::iteration::{HornerMap, OrbitRequest};
-use grazemap::model::{Observable, SweepDirection};
+use grazemap::model::{Observable, SweepDirection, even_offsets};
 use grazemap::prelude::*;
 use grazemap::report::{Cell, Column, ReportError, Table};
 
@@ -70,8 +70,8 @@ fn rows(map: &Map, table: &mut Table) -> Result<(), Box<dyn Error>> {
     let width = local.window.parameter[place];
     let request = SweepRequest {
         parameter: place,
-        range: [-width, width],
-        points: VALUES,
+        offsets: even_offsets([-width, width], VALUES),
+        starts: Vec::new(),
         orbit: OrbitRequest::new(ITERATES[0], ITERATES[1], &local.window.state),
         window: local.window.clone(),
     };
@@ -119,14 +119,12 @@ fn push(table: &mut Table, scene: &str, sweeps: [&Sweep; 3]) -> Result<(), Repor
 
 /// How far the iterates of the map reach in its window, of every value, increasing.
 fn reaches(map: &FrozenSweep, request: &SweepRequest) -> Vec<f64> {
-    let [first, last] = request.range;
-    let start = |number: usize| {
+    let start = |&offset: &f64| {
         let mut parameters = vec![0.0; map.parameters()];
-        let share = number as f64 / (VALUES - 1) as f64;
-        parameters[request.parameter] = first + share * (last - first);
+        parameters[request.parameter] = offset;
         Start { state: map.start(&parameters), parameters }
     };
-    let starts: Vec<Start> = (0..VALUES).map(start).collect();
+    let starts: Vec<Start> = request.offsets.iter().map(start).collect();
     let settled = starts.chunks(map.lanes()).flat_map(|block| map.settle(block, &request.orbit));
     let reach = |orbit: &grazemap::iteration::MapOrbit| {
         let steps = orbit.origins().zip(&orbit.steps);

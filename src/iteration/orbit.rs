@@ -12,7 +12,8 @@ pub struct OrbitRequest {
     pub transient: usize,
     /// Iterates kept.
     pub keep: usize,
-    /// Half-width of the window per coordinate: the scale in which states are compared.
+    /// Half-width of the window per coordinate: the scale in which states are compared, where the
+    /// orbit itself is not larger.
     pub scales: Vec<f64>,
     /// The orbit has escaped where a coordinate exceeds its bound, one per coordinate.
     pub escape: Vec<f64>,
@@ -191,11 +192,33 @@ impl MapOrbit {
         self.steps.push(info);
     }
 
-    /// Finds the period of an orbit that was completed.
+    /// Finds the period of an orbit that was completed: in half-widths of the window, or in the
+    /// orbit's own extent where that is larger.
     pub(super) fn settle(&mut self, request: &OrbitRequest) {
         if self.end == OrbitEnd::Completed {
-            self.period = Period::of(&self.states, &request.scales, request.period_tolerance);
+            let pairs = self.extent().into_iter().zip(&request.scales);
+            let scales = pairs.map(|([least, greatest], &scale)| scale.max(greatest - least));
+            let scales: Vec<f64> = scales.collect();
+            self.period = Period::of(&self.states, &scales, request.period_tolerance);
         }
+    }
+
+    /// Least and greatest value of every coordinate over the kept states, which are finite.
+    pub fn extent(&self) -> Vec<[f64; 2]> {
+        const NOTHING: [f64; 2] = [f64::INFINITY, f64::NEG_INFINITY];
+        let wider = |[least, greatest]: [f64; 2], [low, high]: [f64; 2]| {
+            [if low < least { low } else { least }, if high > greatest { high } else { greatest }]
+        };
+        // Four extents in turn, for each state waits for the one before in the same.
+        let mut parts = vec![[NOTHING; 4]; self.dimension];
+        for (number, state) in self.states().enumerate() {
+            for (parts, &value) in parts.iter_mut().zip(state) {
+                let part = &mut parts[number % 4];
+                *part = wider(*part, [value, value]);
+            }
+        }
+        let whole = |parts: [[f64; 2]; 4]| parts.into_iter().fold(NOTHING, wider);
+        parts.into_iter().map(whole).collect()
     }
 
     /// Kept states, in order.

@@ -121,17 +121,12 @@ fn figure(diagram: &Diagram, shown: impl Fn(&Sweep) -> bool) -> Figure {
     let alone = diagram.sweeps.iter().filter(|sweep| shown(sweep)).count() == 1;
     let mut outside = Vec::new();
     for sweep in diagram.sweeps.iter().filter(|sweep| shown(sweep)) {
-        let mut trusted = Vec::new();
-        for point in &sweep.points {
-            let dots = if sweep.is_outside(point) { &mut outside } else { &mut trusted };
-            dots.extend(point.kept_values().map(|value| [point.offset, value]));
-        }
         let name = if alone { method_word(sweep.method).to_owned() } else { sweep_word(sweep) };
+        let (beyond, trusted) = dots(sweep, |point| point.kept_values().collect());
         add_dots(&mut figure, name, trusted);
+        outside.extend(beyond);
     }
-    if !outside.is_empty() {
-        figure.series.push(Series::dots("outside the window", outside).in_grey());
-    }
+    add_outside(&mut figure, outside);
     figure.guides.push(Guide::Vertical { at: 0.0, label: String::new() });
     figure.annotations.push(Annotation {
         at: [0.0, 0.0],
@@ -145,18 +140,41 @@ fn lyapunov_figure(diagram: &Diagram) -> Option<Figure> {
     let mut figure =
         Figure::new(offset_axis(diagram), Axis::linear("largest Lyapunov exponent per iterate"));
     figure.size = (760, 300);
+    let mut outside = Vec::new();
     for sweep in &diagram.sweeps {
-        let known = |point: &DiagramPoint| point.lyapunov.map(|value| [point.offset, value]);
-        let dots: Vec<_> = sweep.points.iter().filter_map(known).collect();
-        if !dots.is_empty() {
-            add_dots(&mut figure, sweep_word(sweep), dots);
+        let (beyond, trusted) = dots(sweep, |point| point.lyapunov.into_iter().collect());
+        if !trusted.is_empty() {
+            add_dots(&mut figure, sweep_word(sweep), trusted);
         }
+        outside.extend(beyond);
     }
+    add_outside(&mut figure, outside);
     figure.guides.push(Guide::Horizontal { at: 0.0, label: String::new() });
     (!figure.series.is_empty()).then_some(figure)
 }
 
 /// Adds dots to the series of a name: sweeps from several starts share one.
+/// Values of a sweep over the parameter: those where the map alone was used beyond its window, and
+/// the others.
+fn dots(
+    sweep: &Sweep,
+    values: impl Fn(&DiagramPoint) -> Vec<f64>,
+) -> (Vec<[f64; 2]>, Vec<[f64; 2]>) {
+    let (mut outside, mut trusted) = (Vec::new(), Vec::new());
+    for point in &sweep.points {
+        let dots = if sweep.is_outside(point) { &mut outside } else { &mut trusted };
+        dots.extend(values(point).into_iter().map(|value| [point.offset, value]));
+    }
+    (outside, trusted)
+}
+
+/// What is not to be trusted, in grey.
+fn add_outside(figure: &mut Figure, dots: Vec<[f64; 2]>) {
+    if !dots.is_empty() {
+        figure.series.push(Series::dots("outside the window", dots).in_grey());
+    }
+}
+
 fn add_dots(figure: &mut Figure, name: String, dots: Vec<[f64; 2]>) {
     match figure.series.iter_mut().find(|series| series.name == name) {
         Some(series) => series.points.extend(dots),

@@ -153,7 +153,7 @@ impl Attractor {
         Self {
             completed: orbit.end == OrbitEnd::Completed,
             period: orbit.period,
-            extent: extent(orbit),
+            extent: orbit.extent(),
         }
     }
 
@@ -175,24 +175,6 @@ impl Attractor {
         };
         self.period == other.period && self.extent.iter().zip(&other.extent).all(alike)
     }
-}
-
-/// Least and greatest value of every coordinate over the kept states, which are finite.
-fn extent(orbit: &MapOrbit) -> Vec<[f64; 2]> {
-    const NOTHING: [f64; 2] = [f64::INFINITY, f64::NEG_INFINITY];
-    let wider = |[least, greatest]: [f64; 2], [low, high]: [f64; 2]| {
-        [if low < least { low } else { least }, if high > greatest { high } else { greatest }]
-    };
-    // Four extents in turn, for each state waits for the one before in the same.
-    let mut parts = vec![[NOTHING; 4]; orbit.last.len()];
-    for (number, state) in orbit.states().enumerate() {
-        for (parts, &value) in parts.iter_mut().zip(state) {
-            let part = &mut parts[number % 4];
-            *part = wider(*part, [value, value]);
-        }
-    }
-    let whole = |parts: [[f64; 2]; 4]| parts.into_iter().fold(NOTHING, wider);
-    parts.into_iter().map(whole).collect()
 }
 
 #[cfg(test)]
