@@ -107,7 +107,8 @@ pub(super) struct Common {
 /// A scene and the common options.
 #[derive(Clone, Debug, Args)]
 pub(super) struct SceneOptions {
-    /// A scene file, the name of a scene of the catalogue, or a saved orbit.json or map.json
+    /// A scene file, the name of a scene of the catalogue, a saved orbit.json or map.json, or `-`
+    /// for a scene on standard input
     #[arg(value_name = "SCENE")]
     pub(super) scene: PathBuf,
     #[command(flatten)]
@@ -158,7 +159,8 @@ pub(super) struct CurveArguments {
 /// Options of `emit`.
 #[derive(Clone, Debug, Args)]
 pub(super) struct EmitArguments {
-    /// A scene file, the name of a scene of the catalogue, or a saved orbit.json or map.json
+    /// A scene file, the name of a scene of the catalogue, a saved orbit.json or map.json, or `-`
+    /// for a scene on standard input
     #[arg(value_name = "SCENE", required_unless_present = "catalogue")]
     pub(super) scene: Option<PathBuf>,
     /// Emit the catalogue's crate of maps instead
@@ -204,7 +206,8 @@ impl From<TargetArgument> for Target {
 pub(super) struct ImageOptions {
     #[command(flatten)]
     pub(super) scene: SceneOptions,
-    /// Starting points: a CSV file whose header names coordinates and active parameters; offsets
+    /// Starting points: a CSV file, or `-` for standard input, whose header names coordinates and
+    /// active parameters; offsets
     #[arg(long, value_name = "CSV")]
     pub(super) states: PathBuf,
     /// What computes the images

@@ -14,6 +14,7 @@ use crate::analysis::{
 use crate::convergence::{Choice, ConvergenceStudy};
 use crate::expansion::{
     ComposedMap, Contact, DepthSeries, Expander, LocalMap, RADIUS_ORDER, Stage, WindowEdge,
+    check_orders,
 };
 use crate::hybrid::HybridSystem;
 use crate::iteration::{DiscreteMap, HornerMap, StepInfo};
@@ -57,6 +58,7 @@ impl Plan {
     /// [`Error::Expansion`], [`Error::Convergence`] if the scene cannot be expanded.
     pub fn expand(self) -> Result<Map, Error> {
         let (scene, orbit, orders) = (&*self.scene, self.settled.orbit(), self.orders);
+        check_orders(scene)?;
         let expander = Expander::new(scene, orbit)?;
         if scene.emit.shape == Shape::Flown {
             let local = expander.flown(orders)?;

@@ -16,4 +16,4 @@ pub use emit::{EmitRequest, write_emitted};
 pub use error::Error;
 pub use graze::{FindGraze, Graze, Settled, StudyRequest, parameter_number};
 pub use map::{Image, Map, Plan};
-pub use saved::Source;
+pub use saved::{Source, is_standard};

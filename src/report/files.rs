@@ -2,9 +2,10 @@
 //!
 //! Every file is written beside its place under a temporary name, flushed to the disk, and renamed
 //! over the old one: a reader, or a run that was interrupted, sees the old file or the new one. A
-//! link stays one, and what it points to is replaced; a pipe or a device is written to and stays
-//! what it is. A temporary file is locked while it is written, so that the next run that writes
-//! into its folder can tell what an interruption left there, and removes it.
+//! link stays one, and what it points to is replaced or created; a pipe or a device is written to
+//! and stays what it is; a file that may not be written is not replaced. A temporary file is locked
+//! while it is written, so that the next run that writes into its folder can tell what an
+//! interruption left there, and removes it.
 
 use std::collections::BTreeSet;
 use std::fs::{self, File};
@@ -18,8 +19,9 @@ use super::ReportError;
 
 /// Writes a file so that it is never seen half-written; an older file of that name is replaced.
 ///
-/// The parent folder must exist. A file that is replaced keeps its permissions; a link is followed.
-/// What is no file, a pipe or a device such as `/dev/null`, is not replaced but written to.
+/// The parent folder must exist. A file that is replaced keeps its permissions; a link is followed,
+/// also where nothing is at its end yet. What is no file, a pipe or a device such as `/dev/null`, is
+/// not replaced but written to. A file without permission to be written is refused.
 ///
 /// # Errors
 ///
@@ -53,14 +55,10 @@ pub fn write_streamed(
             content(&mut device).map_err(|error| named(error, path))?;
             return device.flush().map_err(failed("write"));
         }
-        _ => {}
+        Some(old) => refuse_protected(path, old).map_err(failed("replace"))?,
+        None => {}
     }
-    let target = match fs::symlink_metadata(path) {
-        Ok(entry) if entry.is_symlink() && old.is_some() => {
-            fs::canonicalize(path).map_err(failed("write"))?
-        }
-        _ => path.to_path_buf(),
-    };
+    let target = end_of_links(path).map_err(failed("write"))?;
     let folder = folder_of(&target);
     fs::metadata(folder).map_err(failed("write"))?;
     // NOTE: the error itself would name the temporary file, which the reader has never heard of.
@@ -76,6 +74,33 @@ pub fn write_streamed(
     temporary.persist(&target).map_err(|refused| failed("replace")(refused.error))?;
     sync_folder(folder);
     Ok(())
+}
+
+/// Refuses a file that may not be written: renaming over it asks for permission of its folder
+/// alone.
+fn refuse_protected(path: &Path, file: &fs::Metadata) -> io::Result<()> {
+    // NOTE: the administrator can open every file.
+    if file.permissions().readonly() {
+        return Err(io::ErrorKind::PermissionDenied.into());
+    }
+    File::options().append(true).open(path).map(drop)
+}
+
+/// Most links that lead from one to the next.
+const MOST_LINKS: usize = 40;
+
+/// What a path leads to, whether or not anything is there.
+fn end_of_links(path: &Path) -> io::Result<PathBuf> {
+    let mut place = path.to_path_buf();
+    for _ in 0..MOST_LINKS {
+        match fs::symlink_metadata(&place) {
+            Ok(entry) if entry.is_symlink() => {
+                place = folder_of(&place).join(fs::read_link(&place)?);
+            }
+            _ => return Ok(place),
+        }
+    }
+    Err(io::Error::other("the links lead in a circle"))
 }
 
 /// An error of what writes a file, with the path where it is the operating system's.
@@ -260,6 +285,61 @@ mod tests {
         write_atomically(&path, b"new").expect("writable");
         assert_eq!(fs::read(&path).expect("readable"), b"new");
         assert_eq!(names_in(folder.path()), ["map.json"]);
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_link_stays_a_link_also_where_nothing_is_at_its_end() {
+        use std::os::unix::fs::symlink;
+        let folder = scratch();
+        let place = |name: &str| folder.path().join(name);
+        fs::create_dir(place("real")).expect("writable");
+        symlink("real/map.json", place("link")).expect("writable");
+        symlink("link", place("second")).expect("writable");
+        for bytes in [b"old", b"new"] {
+            write_atomically(&place("second"), bytes).expect("writable");
+            assert_eq!(fs::read(place("real/map.json")).expect("readable"), bytes);
+            assert!(place("link").is_symlink() && place("second").is_symlink());
+        }
+        symlink("nowhere/map.json", place("lost")).expect("writable");
+        assert!(write_atomically(&place("lost"), b"bytes").is_err());
+        assert!(place("lost").is_symlink() && !place("nowhere").exists());
+        symlink("b", place("a")).expect("writable");
+        symlink("a", place("b")).expect("writable");
+        assert!(write_atomically(&place("a"), b"bytes").is_err());
+        assert!(place("a").is_symlink() && place("b").is_symlink());
+    }
+
+    #[test]
+    fn a_file_that_may_not_be_written_is_not_replaced() {
+        let folder = scratch();
+        let path = folder.path().join("map.json");
+        fs::write(&path, "mine").expect("writable");
+        let mut permissions = fs::metadata(&path).expect("there").permissions();
+        permissions.set_readonly(true);
+        fs::set_permissions(&path, permissions).expect("one's own");
+        let refused = write_atomically(&path, b"bytes").expect_err("protected");
+        assert!(matches!(refused, ReportError::Write { action: "replace", .. }), "{refused}");
+        assert_eq!(fs::read(&path).expect("readable"), b"mine");
+        assert_eq!(names_in(folder.path()), ["map.json"]);
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_folder_without_permission_is_reported_and_left_as_it_was() {
+        use std::os::unix::fs::PermissionsExt;
+        let folder = scratch();
+        let closed = folder.path().join("closed");
+        fs::create_dir(&closed).expect("writable");
+        fs::write(closed.join("map.json"), "mine").expect("writable");
+        fs::set_permissions(&closed, fs::Permissions::from_mode(0o555)).expect("one's own");
+        // The administrator may write everywhere: then nothing is refused, and the file is whole.
+        let refuses = File::create(closed.join("probe")).is_err();
+        let written = write_atomically(&closed.join("map.json"), b"new");
+        assert_eq!(written.is_err(), refuses);
+        let expected: &[u8] = if refuses { b"mine" } else { b"new" };
+        assert_eq!(fs::read(closed.join("map.json")).expect("readable"), expected);
+        fs::set_permissions(&closed, fs::Permissions::from_mode(0o755)).expect("one's own");
     }
 
     #[test]

@@ -226,7 +226,7 @@ fn guarded_images_are_the_maps_inside_and_direct_simulations_outside() {
         images(&case.scene, &case.orbit, &case.map, &request).expect("fitting rows")
     };
     let (map, direct, guarded) = (of(Using::Map), of(Using::Direct), of(Using::Guarded));
-    let inside: Vec<bool> = guarded.iter().map(|record| record.inside).collect();
+    let inside: Vec<bool> = guarded.iter().map(|record| record.inside()).collect();
     assert_eq!(inside, [true, true, false, false]);
     assert_eq!(guarded, [&map[..2], &direct[2..]].concat());
 }

@@ -15,6 +15,7 @@ mod guarded;
 mod itineraries;
 mod orbit_search;
 mod record;
+mod resuming;
 mod two_sided;
 
 use grazemap::numeric::Dd;

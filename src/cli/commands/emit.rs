@@ -12,7 +12,7 @@ use grazemap::emission::{EmissionError, EmittedCrate, EmittedModule, Target, she
 use grazemap::expansion::WindowEdge;
 use grazemap::model::{EmitPrecision, catalogue};
 use grazemap::numeric::FloatFormat;
-use grazemap::pipeline::{EmitRequest, Source, write_emitted};
+use grazemap::pipeline::{EmitRequest, Source, is_standard, write_emitted};
 use grazemap::report::{SectionDocument, to_json};
 
 /// Where the catalogue's crate goes when no folder is named.
@@ -116,6 +116,7 @@ impl<'a> Reproduction<'a> {
                 let scene = relative(&settled(&from), &scene);
                 words.push(shell_word(scene.as_os_str().as_encoded_bytes()));
             }
+            Some(input) if is_standard(input) => words.push("- < SCENE".to_owned()),
             Some(name) => words.push(shell_word(name.as_os_str().as_encoded_bytes())),
             None => words.push("--catalogue".to_owned()),
         }

@@ -15,12 +15,11 @@ use std::num::NonZero;
 
 use super::arguments::SceneOptions;
 use super::output::{CliError, note};
-use grazemap::Map;
-use grazemap::analysis::AnalysisError;
-use grazemap::expansion::WindowEdge;
+use grazemap::expansion::{WindowEdge, check_orders};
 use grazemap::model::{Scene, Shape};
 use grazemap::pipeline::{Settled, Source};
 use grazemap::report::edge_words;
+use grazemap::{Error, Map};
 
 /// Opens what is named in the place of a scene, shows its warnings and starts the threads asked
 /// for.
@@ -57,6 +56,7 @@ fn map(source: Source, quiet: bool) -> Result<Map, CliError> {
         Source::Map(map) => Some(map.clone()),
         Source::Scene(_) | Source::Graze(_) => None,
     };
+    refuse_orders(source.scene())?;
     let settled = settle(source, quiet)?;
     let map = match saved {
         Some(map) => map,
@@ -64,6 +64,11 @@ fn map(source: Source, quiet: bool) -> Result<Map, CliError> {
     };
     warn_of_edges(map.scene(), map.window_edges(), quiet);
     Ok(map)
+}
+
+/// Refuses orders that take too long, before an orbit is looked for.
+fn refuse_orders(scene: &Scene) -> Result<(), CliError> {
+    Ok(check_orders(scene).map_err(Error::from)?)
 }
 
 /// Says on standard error where a truncation leaves out too much at the edge of the scene's window,
@@ -81,16 +86,4 @@ fn beyond(edges: &[WindowEdge]) -> Option<WindowEdge> {
     let share = |edge: &WindowEdge| edge.omitted_share;
     let beyond = edges.iter().filter(|edge| !edge.is_within()).copied();
     beyond.max_by(|a, b| share(a).total_cmp(&share(b)))
-}
-
-/// Refuses diagrams and charts of parameters that the map does not keep, before anything is
-/// computed for them.
-fn refuse_frozen_sweeps(scene: &Scene) -> Result<(), CliError> {
-    let diagrams = scene.diagrams.iter().map(|diagram| diagram.parameter);
-    let charts = scene.charts.iter().flat_map(|chart| chart.parameters);
-    let frozen = diagrams.chain(charts).find(|swept| !scene.expansion.active.contains(swept));
-    frozen.map_or(Ok(()), |swept| {
-        let parameter = scene.model.parameters[swept].name.clone();
-        Err(grazemap::Error::from(AnalysisError::NotActive { parameter }).into())
-    })
 }

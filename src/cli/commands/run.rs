@@ -10,7 +10,7 @@ use super::emit::Reproduction;
 use super::sweeps::{
     resumable, take_chart_times, warn_of_values, warn_of_windows, write_charts, write_diagrams,
 };
-use super::{open, refuse_frozen_sweeps, settle, warn_of_edges};
+use super::{open, refuse_orders, settle, warn_of_edges};
 use crate::cli::arguments::{Common, SceneOptions};
 use crate::cli::output::{Bar, CliError, Outlets, Results, note, pairs, refuse_memory};
 use grazemap::analysis::chart::{Chart, chart_bytes};
@@ -78,8 +78,10 @@ pub(in crate::cli) fn run(options: &SceneOptions) -> Result<(), CliError> {
     let quiet = outlets.quiet;
     let mut clock = Clock::new(quiet);
     let source = open(options)?;
-    refuse_frozen_sweeps(source.scene())?;
-    refuse_memory(diagram_bytes(source.scene()) + chart_bytes(source.scene()), quiet)?;
+    let scene = source.scene();
+    refuse_orders(scene)?;
+    scene.check_diagrams().and_then(|()| scene.check_charts()).map_err(grazemap::Error::from)?;
+    refuse_memory(diagram_bytes(scene) + chart_bytes(scene), quiet)?;
     let folder = outlets.output.take().unwrap_or_else(|| PathBuf::from(FOLDER));
     let crate_folder = folder.join("crate");
     let files = Target::Rust.files(&source.scene().identifier);

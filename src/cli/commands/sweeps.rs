@@ -7,7 +7,6 @@ use serde::Serialize;
 use super::{map, open};
 use crate::cli::arguments::SceneOptions;
 use crate::cli::output::{Bar, CliError, Resumable, note, pairs, refuse_memory, stem};
-use grazemap::Map;
 use grazemap::analysis::chart::{Chart, chart_bytes};
 use grazemap::analysis::diagram::{Diagram, Timing, diagram_bytes};
 use grazemap::expansion::WindowEdge;
@@ -16,6 +15,7 @@ use grazemap::report::{
     chart_outside_words, chart_rows, chart_timing_table, diagram_array, diagram_figures,
     diagram_outside_words, diagram_rows, diagram_timing_table, to_json, write_json,
 };
+use grazemap::{Error, Map};
 
 /// Bifurcation diagrams.
 pub(in crate::cli) fn diagram(options: &SceneOptions) -> Result<(), CliError> {
@@ -23,6 +23,7 @@ pub(in crate::cli) fn diagram(options: &SceneOptions) -> Result<(), CliError> {
     if source.scene().diagrams.is_empty() {
         return Err(CliError::NoDiagram);
     }
+    source.scene().check_diagrams().map_err(Error::from)?;
     refuse_memory(diagram_bytes(source.scene()), outlets.quiet)?;
     let map = map(source, outlets.quiet)?;
     let resumable = resumable("diagram", outlets.folder(), &map, outlets.quiet)?;
@@ -48,6 +49,7 @@ pub(in crate::cli) fn chart(options: &SceneOptions) -> Result<(), CliError> {
     if source.scene().charts.is_empty() {
         return Err(CliError::NoChart);
     }
+    source.scene().check_charts().map_err(Error::from)?;
     refuse_memory(chart_bytes(source.scene()), outlets.quiet)?;
     let map = map(source, outlets.quiet)?;
     let resumable = resumable("chart", outlets.folder(), &map, outlets.quiet)?;

@@ -105,6 +105,9 @@ pub(in crate::cli) enum CliError {
     /// No chart in the scene.
     #[error("the scene asks for no chart; add a [[chart]] table with `parameters` and `ranges`")]
     NoChart,
+    /// Scene and starting points in one input.
+    #[error("SCENE and --states are both standard input; name a file for one of them")]
+    StandardInputTwice,
     /// A file of starting points that cannot be read.
     #[error("cannot read the starting points {}: {source}", .path.display())]
     UnreadableStates { path: PathBuf, source: csv::Error },

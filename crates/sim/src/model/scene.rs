@@ -2,6 +2,7 @@
 
 mod diagram;
 mod document;
+mod faults;
 mod load;
 mod oscillator;
 mod scope;
@@ -20,6 +21,8 @@ use crate::numeric::{Dd, FloatFormat, unbounded, unbounded_number};
 /// accurately.
 #[derive(Clone, Debug)]
 pub struct Scene {
+    /// Name of the file as it was given, for messages.
+    pub file_name: String,
     /// Identifier for file and module names: the file's stem, checked (`[a-z][a-z0-9_]*`).
     pub identifier: String,
     /// The scene's text after overrides: what the scene is read from again.
