@@ -234,6 +234,8 @@ pub(super) struct ImageOptions {
 pub(super) enum UsingArgument {
     /// The local map
     Map,
+    /// The local map inside its window, direct simulation outside
+    Guarded,
     /// Direct simulation
     Direct,
     /// P_smooth alone
@@ -246,6 +248,7 @@ impl From<UsingArgument> for Using {
     fn from(argument: UsingArgument) -> Self {
         match argument {
             UsingArgument::Map => Self::Map,
+            UsingArgument::Guarded => Self::Guarded,
             UsingArgument::Direct => Self::Direct,
             UsingArgument::Smooth => Self::Smooth,
             UsingArgument::Discontinuity => Self::Discontinuity,

@@ -109,6 +109,11 @@ impl MapWindow {
         [&mut self.depth].into_iter().chain(self.state.iter_mut().chain(&mut self.parameter))
     }
 
+    /// Whether it has no finite bound.
+    pub fn is_unbounded(&self) -> bool {
+        self.bounds().all(|bound| bound == f64::INFINITY)
+    }
+
     /// Whether offsets of the state, those of the parameters and the depths of the passages lie
     /// within; parameters that are not given count as 0.
     pub fn holds<S: Real>(&self, state: &[S], parameters: &[S], depths: &[S]) -> bool {

@@ -8,7 +8,8 @@ use crate::analysis::chart::{Chart, chart};
 use crate::analysis::diagram::{Diagram, diagram};
 use crate::analysis::orbits::{Orbits, OrbitsRequest, orbits};
 use crate::analysis::{
-    ImageRecord, ImageRequest, NoProgress, Part, Progress, SectionImage, direct_image, images,
+    DirectMap, GuardedMap, ImageRecord, ImageRequest, NoProgress, Part, Progress, SectionImage,
+    direct_image, images,
 };
 use crate::convergence::{
     Choice, ConvergenceError, ConvergenceStudy, ExactImages, MeasuredWindow, measure_window,
@@ -17,6 +18,7 @@ use crate::expansion::{
     ComposedMap, Contact, DepthSeries, Expander, LocalMap, RADIUS_ORDER, Stage, WindowEdge,
     check_orders,
 };
+use crate::hybrid::HybridSystem;
 use crate::iteration::{DiscreteMap, HornerMap, StepInfo};
 use crate::model::{ChartRequest, DiagramRequest, MapOrders, Scene, Shape};
 use crate::numeric::FloatFormat;
@@ -276,20 +278,26 @@ impl Map {
         parameters: &[f64],
         count: usize,
     ) -> Result<Vec<Image>, Error> {
-        let map = self.discrete();
-        check_length("coordinates", map.dimension(), state.len())?;
-        check_length("parameters", map.parameters(), parameters.len())?;
-        let (mut images, mut state) = (Vec::with_capacity(count), state.to_vec());
-        for _ in 0..count {
-            let mut offsets = vec![0.0; state.len()];
-            let step = map.step(&state, parameters, &mut offsets);
-            state.copy_from_slice(&offsets);
-            images.push(Image { offsets, step });
-            if !step.valid {
-                break;
-            }
-        }
-        Ok(images)
+        iterate(self.discrete(), state, parameters, count)
+    }
+
+    /// The same by the map inside its window and by direct simulation of the same section outside:
+    /// [`StepInfo::simulated`] tells them apart.
+    ///
+    /// # Errors
+    ///
+    /// As [`iterate`](Self::iterate); [`Error::Analysis`] if the simulator refuses the model.
+    pub fn iterate_guarded(
+        &self,
+        state: &[f64],
+        parameters: &[f64],
+        count: usize,
+    ) -> Result<Vec<Image>, Error> {
+        let settled = self.settled();
+        let system = HybridSystem::new(&settled.scene().model);
+        let direct = DirectMap::new(&system, settled.scene(), settled.orbit())?;
+        let window = self.local().window.clone();
+        iterate(&GuardedMap::new(self.discrete(), window, direct), state, parameters, count)
     }
 
     /// The image of a state by event-driven simulation, which knows nothing of the expansion.
@@ -341,7 +349,7 @@ impl Map {
         requests.map(diagram).collect()
     }
 
-    /// Two-parameter charts, one for each start.
+    /// Two-parameter charts, one for each method and start.
     ///
     /// # Errors
     ///
@@ -483,6 +491,28 @@ impl Map {
             depth_series,
         })
     }
+}
+
+/// So many images, the last of them the first that is not valid.
+fn iterate(
+    map: &impl DiscreteMap,
+    state: &[f64],
+    parameters: &[f64],
+    count: usize,
+) -> Result<Vec<Image>, Error> {
+    check_length("coordinates", map.dimension(), state.len())?;
+    check_length("parameters", map.parameters(), parameters.len())?;
+    let (mut images, mut state) = (Vec::with_capacity(count), state.to_vec());
+    for _ in 0..count {
+        let mut offsets = vec![0.0; state.len()];
+        let step = map.step(&state, parameters, &mut offsets);
+        state.copy_from_slice(&offsets);
+        images.push(Image { offsets, step });
+        if !step.valid {
+            break;
+        }
+    }
+    Ok(images)
 }
 
 fn check_length(what: &'static str, expected: usize, found: usize) -> Result<(), Error> {

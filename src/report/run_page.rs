@@ -3,6 +3,10 @@
 
 use serde::Serialize;
 
+use super::sweep_words::{
+    chart_escape_words, chart_outside_words, chart_share_words, diagram_escape_words,
+    diagram_outside_words, diagram_share_words,
+};
 use super::{
     Cell, Column, MapListing, OrbitListing, Page, Provenance, ReportError, Section, Table,
     bounds_words, chart_figure, chart_timing_table, convergence_section, diagram_figures,
@@ -12,7 +16,6 @@ use crate::analysis::chart::Chart;
 use crate::analysis::diagram::Diagram;
 use crate::convergence::ConvergenceStudy;
 use crate::expansion::WindowEdge;
-use crate::iteration::OrbitEnd;
 use crate::model::{Method, Scene};
 use crate::numeric::Shown;
 
@@ -265,9 +268,9 @@ fn diagram_section(diagrams: &[Diagram]) -> Result<Section, ReportError> {
         for (ending, figure) in diagram_figures(diagram) {
             section = section.figure(figure, caption(diagram, ending));
         }
-        if let Some(sentence) = left_sentence(diagram) {
-            section = section.prose(sentence);
-        }
+        let outside = diagram_outside_words(diagram).map(|words| sentence(&words));
+        let sentences = [diagram_share_words(diagram), outside, diagram_escape_words(diagram)];
+        section = sentences.into_iter().flatten().fold(section, Section::prose);
     }
     Ok(section.table(
         diagram_timing_table(diagrams)?,
@@ -279,6 +282,7 @@ fn caption(diagram: &Diagram, ending: &str) -> String {
     let graze = " G is the grazing point.";
     let (what, graze) = match ending {
         "-map" => ("By the map alone", graze),
+        "-guarded" => ("By the map inside its window and direct simulation outside", graze),
         "-direct" => ("By direct simulation alone", graze),
         "-lyapunov" => ("Largest Lyapunov exponent, from the map's Jacobian", ""),
         _ => ("Bifurcation diagram", graze),
@@ -296,11 +300,14 @@ fn caption(diagram: &Diagram, ending: &str) -> String {
 
 fn chart_section(charts: &[Chart]) -> Result<Section, ReportError> {
     let section = charts.iter().fold(Section::new("Charts"), |section, chart| {
-        section.figure(chart_figure(chart), chart_caption(chart))
+        let section = section.figure(chart_figure(chart), chart_caption(chart));
+        let outside = chart_outside_words(chart).map(|words| sentence(&words));
+        let sentences = [chart_share_words(chart), outside, chart_escape_words(chart)];
+        sentences.into_iter().flatten().fold(section, Section::prose)
     });
     Ok(section.table(
         chart_timing_table(charts)?,
-        "Cells and what the map settles on in them; iterates, and times by the clock on so many \
+        "Cells and what is settled on in them; iterates, and times by the clock on so many \
             threads, measured in this run.",
     ))
 }
@@ -308,8 +315,9 @@ fn chart_section(charts: &[Chart]) -> Result<Section, ReportError> {
 fn chart_caption(chart: &Chart) -> String {
     let [first, second] = &chart.axes;
     format!(
-        "What the map settles on over {} and {}, from {} in each of {} × {} cells: the period in returns, of the last {} of {} iterates. White: the orbit left \
-            the neighbourhood of the graze in which the map holds. G is the grazing point.",
+        "What {} settles on over {} and {}, from {} in each of {} × {} cells: the period in \
+            returns, of the last {} of {} iterates. G is the grazing point.",
+        chart_subject(chart.method),
         first.parameter,
         second.parameter,
         start_words(chart),
@@ -328,23 +336,12 @@ fn start_words(chart: &Chart) -> String {
     }
 }
 
-/// How many orbits of the map left the neighbourhood of the graze, if any did.
-fn left_sentence(diagram: &Diagram) -> Option<String> {
-    let points = || {
-        diagram
-            .sweeps
-            .iter()
-            .filter(|sweep| sweep.method == Method::Map)
-            .flat_map(|sweep| &sweep.points)
-    };
-    let left = points().filter(|point| point.end != OrbitEnd::Completed).count();
-    (left > 0).then(|| {
-        format!(
-            "At {left} of {} parameter values of the sweeps by the map the orbit left the \
-            neighbourhood of the graze in which the map holds; nothing is drawn there.",
-            points().count()
-        )
-    })
+fn chart_subject(method: Method) -> &'static str {
+    match method {
+        Method::Map => "the map alone",
+        Method::Guarded => "the map, and direct simulation outside its window,",
+        Method::Direct => "direct simulation",
+    }
 }
 
 fn time_section(run: &RunPage<'_>) -> Result<Section, ReportError> {

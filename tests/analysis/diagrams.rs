@@ -77,7 +77,8 @@ fn iterates_beyond_the_depth_or_the_parameter_of_the_window_are_counted_outside(
         let mut plan = plan([1e-3, 2e-3], SweepDirection::Up);
         (plan.request.window.depth, plan.request.window.parameter[0]) = (depth, parameter);
         let sweep = run_plan(&plan, &NoProgress).remove(0);
-        let counts = sweep.points.iter().map(|point| point.outside);
+        let points = sweep.points.iter();
+        let counts = points.map(|point| (40.0 * point.outside).round() as usize);
         counts.collect::<Vec<_>>()
     };
     assert!(outside(1.0, 1.0).iter().all(|&count| count == 0));

@@ -11,6 +11,7 @@ mod choice_evidence;
 mod convergence;
 mod diagrams;
 mod dynamics;
+mod guarded;
 mod itineraries;
 mod orbit_search;
 mod record;

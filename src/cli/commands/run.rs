@@ -7,7 +7,9 @@ use serde::Serialize;
 
 use super::converge::convergence_files;
 use super::emit::Reproduction;
-use super::sweeps::{resumable, take_chart_times, warn_of_values, write_charts, write_diagrams};
+use super::sweeps::{
+    resumable, take_chart_times, warn_of_values, warn_of_windows, write_charts, write_diagrams,
+};
 use super::{open, refuse_orders, settle, warn_of_window};
 use crate::cli::arguments::{Common, SceneOptions};
 use crate::cli::output::{Bar, CliError, Outlets, Results, note, pairs, refuse_memory};
@@ -136,6 +138,7 @@ pub(in crate::cli) fn run(options: &SceneOptions) -> Result<(), CliError> {
     let diagrams = clock.time("diagrams", || Ok(map.diagrams(&bar)?))?;
     drop(bar);
     warn_of_values(&diagrams, quiet);
+    warn_of_windows(&diagrams, &[], quiet);
     let untimed: Vec<Diagram> = diagrams.iter().map(Diagram::without_timing).collect();
     write_diagrams(&folder, &untimed, &map)?;
     drop(untimed);
@@ -145,6 +148,7 @@ pub(in crate::cli) fn run(options: &SceneOptions) -> Result<(), CliError> {
         let bar = Bar::new("chart", quiet).resuming(1, &resumable);
         charts = clock.time("charts", || Ok(map.charts(&bar)?))?;
         drop(bar);
+        warn_of_windows(&[], &charts, quiet);
         let times: Vec<Timing> = charts.iter().map(|chart| chart.timing).collect();
         take_chart_times(&mut charts);
         write_charts(&folder, &charts, &map)?;

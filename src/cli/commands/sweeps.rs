@@ -13,8 +13,8 @@ use grazemap::convergence::MeasuredWindow;
 use grazemap::expansion::WindowEdge;
 use grazemap::report::{
     DocumentKind, Figure, OutputFolder, ReportError, SectionDocument, chart_array, chart_figure,
-    chart_rows, chart_timing_table, diagram_array, diagram_figures, diagram_rows,
-    diagram_timing_table, to_json, write_json,
+    chart_outside_words, chart_rows, chart_timing_table, diagram_array, diagram_figures,
+    diagram_outside_words, diagram_rows, diagram_timing_table, to_json, write_json,
 };
 use grazemap::{Error, Map};
 
@@ -32,6 +32,7 @@ pub(in crate::cli) fn diagram(options: &SceneOptions) -> Result<(), CliError> {
     let mut diagrams = map.diagrams(&bar)?;
     drop(bar);
     warn_of_values(&diagrams, outlets.quiet);
+    warn_of_windows(&diagrams, &[], outlets.quiet);
     let text = diagram_timing_table(&diagrams)?.to_text();
     outlets.write_json(&|out| write_json(out, &diagram_documents(&diagrams, &map)))?;
     outlets.write_csv(&|out| diagram_rows(&diagrams).write_csv(out))?;
@@ -56,6 +57,7 @@ pub(in crate::cli) fn chart(options: &SceneOptions) -> Result<(), CliError> {
     let bar = Bar::new("chart", outlets.quiet).resuming(0, &resumable);
     let mut charts = map.charts(&bar)?;
     drop(bar);
+    warn_of_windows(&[], &charts, outlets.quiet);
     let text = chart_timing_table(&charts)?.to_text();
     outlets.write_json(&|out| write_json(out, &chart_documents(&charts, &map)))?;
     outlets.write_csv(&|out| chart_rows(&charts).write_csv(out))?;
@@ -94,6 +96,13 @@ pub(super) fn warn_of_values(diagrams: &[Diagram], quiet: bool) {
             ));
         }
     }
+}
+
+/// Says where the map alone was used beyond its window.
+pub(super) fn warn_of_windows(diagrams: &[Diagram], charts: &[Chart], quiet: bool) {
+    let diagrams = diagrams.iter().filter_map(diagram_outside_words);
+    let words = diagrams.chain(charts.iter().filter_map(chart_outside_words));
+    words.filter(|_| !quiet).for_each(|words| note(&format!("warning: {words}")));
 }
 
 /// Takes the times out of diagrams, which then hold the same from run to run.

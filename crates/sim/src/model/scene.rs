@@ -330,7 +330,7 @@ pub struct DiagramRequest {
     pub observe: Observable,
     /// Direction of the sweep.
     pub direction: SweepDirection,
-    /// Computed by the map, by direct simulation, or both.
+    /// Computed by each of these.
     pub with: Vec<Method>,
 }
 
@@ -435,6 +435,8 @@ pub enum SweepDirection {
 pub enum Method {
     /// The local map.
     Map,
+    /// The local map inside its window, direct simulation outside.
+    Guarded,
     /// Direct simulation.
     Direct,
 }
@@ -454,4 +456,6 @@ pub struct ChartRequest {
     pub transient: usize,
     /// Longest period looked for.
     pub keep: usize,
+    /// One chart for each method.
+    pub with: Vec<Method>,
 }
