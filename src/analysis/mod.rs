@@ -15,6 +15,7 @@ pub mod orbits;
 pub mod periodic;
 mod progress;
 mod section_frame;
+mod time_series;
 
 pub use direct_image::{DirectEnd, DirectImage, SectionImage, direct_image};
 pub use direct_map::{DirectLanes, DirectMap};
@@ -24,3 +25,4 @@ pub use free_flight::{FreeFlight, SectionChange};
 pub use image::{ImageRecord, ImageRequest, ImageRow, Precision, Using, images};
 pub use progress::{NoProgress, Progress};
 pub use section_frame::{SectionFrame, itinerary};
+pub use time_series::{SeriesPoint, TimeSeries, TimeSeriesRequest, each_moment, time_series};

@@ -92,6 +92,8 @@ pub enum DocumentKind {
     Chart,
     /// A study of convergence.
     Convergence,
+    /// A time series.
+    Trajectory,
 }
 
 impl DocumentKind {

@@ -23,6 +23,7 @@ mod page;
 mod run_page;
 mod section_document;
 mod table;
+mod time_series_listing;
 
 pub use grazemap_figure as figure;
 
@@ -51,4 +52,8 @@ pub use orbits_listing::{ContactRecord, LocusRecord, LostRecord, OrbitRecord, Or
 pub use page::{Page, PageFigure, Provenance, Section};
 pub use run_page::{CrateSummary, RunPage, StageTime, run_page};
 pub use section_document::{SectionCost, SectionDecision, SectionDocument};
-pub use table::{Alignment, Cell, Column, Table};
+pub use table::{Alignment, Cell, Column, CsvStream, Table};
+pub use time_series_listing::{
+    EventRecord, TimeSeriesListing, time_series_columns, time_series_figures, time_series_row,
+    time_series_table,
+};

@@ -107,6 +107,41 @@ impl Cell {
     }
 }
 
+/// A table written as CSV row by row: [`Table::to_csv`] of tables too long to be held.
+pub struct CsvStream<W: std::io::Write>(csv::Writer<W>);
+
+impl<W: std::io::Write> CsvStream<W> {
+    /// Writes the headings.
+    ///
+    /// # Errors
+    ///
+    /// [`ReportError::Csv`] if there are no columns or the writer refuses.
+    pub fn new(writer: W, columns: &[Column]) -> Result<Self, ReportError> {
+        let mut writer = csv::Writer::from_writer(writer);
+        writer.write_record(columns.iter().map(|column| &column.header))?;
+        Ok(Self(writer))
+    }
+
+    /// Writes one row.
+    ///
+    /// # Errors
+    ///
+    /// [`ReportError::Csv`] if it has not one cell for every column, or the writer refuses.
+    pub fn push(&mut self, row: &[Cell]) -> Result<(), ReportError> {
+        Ok(self.0.write_record(row.iter().map(Cell::for_programs))?)
+    }
+
+    /// Writes what is buffered and gives the writer back.
+    ///
+    /// # Errors
+    ///
+    /// [`ReportError::Csv`] if the writer refuses.
+    pub fn finish(self) -> Result<W, ReportError> {
+        let inner = self.0.into_inner();
+        Ok(inner.map_err(|refused| csv::Error::from(refused.into_error()))?)
+    }
+}
+
 /// Rows of cells under named columns; every row has one cell for every column.
 ///
 /// ```
@@ -239,14 +274,11 @@ impl Table {
     ///
     /// [`ReportError::Csv`] if the table has no columns.
     pub fn to_csv(&self) -> Result<String, ReportError> {
-        let mut writer = csv::Writer::from_writer(Vec::new());
-        writer.write_record(self.columns().iter().map(|column| &column.header))?;
+        let mut stream = CsvStream::new(Vec::new(), self.columns())?;
         for row in self.rows() {
-            writer.write_record(row.iter().map(Cell::for_programs))?;
+            stream.push(row)?;
         }
-        let bytes =
-            writer.into_inner().map_err(|refused| csv::Error::from(refused.into_error()))?;
-        Ok(String::from_utf8_lossy(&bytes).into_owned())
+        Ok(String::from_utf8_lossy(&stream.finish()?).into_owned())
     }
 
     /// Headings and rows as text, the headings first.

@@ -239,16 +239,46 @@ impl<'a, S: Real> DirectReturn<'a, S> {
         Ok(ReturnOutcome::Returned)
     }
 
+    /// Takes a section point, placed before, to where a trajectory may start: back to the surface
+    /// where it is beyond it, by more than rounding; that surface, if so.
+    pub(super) fn physical_start(&mut self, state: &[S]) -> Result<Option<usize>, Outcome<S>> {
+        let Some(surface) = self.section.surface() else {
+            self.simulator.check_penetration(None)?;
+            return Ok(None);
+        };
+        self.simulator.motion.leaving[surface] = None;
+        let beyond = match self.section {
+            ReturnSection::GrazingPhase { .. } => self.reach_first_passage(surface)?,
+            _ => true,
+        };
+        let sense = self.simulator.sense(surface);
+        if beyond && sense.gap < -sense.rounding {
+            self.back_to_surface(surface)?;
+            return Ok(Some(surface));
+        }
+        self.restart(state);
+        if matches!(self.section, ReturnSection::Tangency { .. }) {
+            self.simulator.motion.set_at_minimum(surface);
+        }
+        Ok(None)
+    }
+
     /// From a virtual section point back to the surface, and through the contact.
     fn enter(&mut self, surface: usize, log: &mut Log<S>) -> Result<(), Outcome<S>> {
+        self.back_to_surface(surface)?;
+        log.own = Some(-self.simulator.sense(surface).velocity);
+        self.respond(surface, log)
+    }
+
+    /// From a virtual section point back to the surface.
+    fn back_to_surface(&mut self, surface: usize) -> Result<(), Outcome<S>> {
         let earliest = self.simulator.time() - self.duration;
         self.simulator.motion.lose_headings();
         if !self.simulator.back(surface, Back::ToSurface, earliest)? {
             let gap = self.simulator.sense(surface).gap;
             return Err(Outcome::Penetrating { surface, time: self.simulator.time(), gap });
         }
-        log.own = Some(-self.simulator.sense(surface).velocity);
-        self.respond(surface, log)
+        Ok(())
     }
 
     /// Flies to the local minimum of the gap nearest to the start, forward or backward, at most a
