@@ -14,6 +14,7 @@ mod dynamics;
 mod itineraries;
 mod orbit_search;
 mod record;
+mod trajectories;
 mod two_sided;
 
 use grazemap::numeric::Dd;

@@ -157,19 +157,20 @@ fn itineraries(
     named.map(parse).collect()
 }
 
-/// What offsets of a map's parameters name.
-pub(super) const ACTIVE: &str = "active parameters";
+/// What offsets name: what is said of a name that is not known, and of those known.
+pub(super) const ACTIVE: [&str; 2] = ["the map has no variable", "active parameters"];
+pub(super) const COORDINATES: [&str; 2] = ["the section has no coordinate", "coordinates"];
 
-/// Offsets by name among those known; those not named are 0. `what`: what the known names are.
+/// Offsets by name among those known; those not named are 0.
 pub(super) fn named_offsets(
     flag: &'static str,
-    what: &'static str,
+    kind: [&'static str; 2],
     named: &ParameterOffsets,
     known: &[&str],
 ) -> Result<Vec<f64>, CliError> {
     let mut offsets = vec![None; known.len()];
     for (name, offset) in &named.0 {
-        let place = place_of(flag, what, name, known)?;
+        let place = place_of(flag, kind, name, known)?;
         if offsets[place].replace(*offset).is_some() {
             return Err(CliError::NamedTwice { flag, name: name.clone() });
         }
@@ -180,13 +181,13 @@ pub(super) fn named_offsets(
 /// The place of a name among those known.
 fn place_of(
     flag: &'static str,
-    what: &'static str,
+    kind: [&'static str; 2],
     name: &str,
     known: &[&str],
 ) -> Result<usize, CliError> {
     known.iter().position(|&known| known == name).ok_or_else(|| CliError::UnknownName {
         flag,
-        what,
+        kind,
         name: name.to_owned(),
         nearest: nearest(name, known.iter().copied()),
         known: known.join(", "),

@@ -2,7 +2,7 @@
 
 use std::io;
 
-use super::orbits::{ACTIVE, named_offsets};
+use super::orbits::{ACTIVE, COORDINATES, named_offsets};
 use super::{open, settle};
 use crate::cli::arguments::TrajectoryArguments;
 use crate::cli::output::{Bar, CliError, Destination, Results, counted, note};
@@ -77,8 +77,7 @@ fn request(
         samples: options.samples as usize,
     };
     if let Some(named) = &options.start {
-        request.start =
-            named_offsets("--start", "coordinates of the section", named, &coordinates)?;
+        request.start = named_offsets("--start", COORDINATES, named, &coordinates)?;
     }
     if let Some(digits) = &options.itinerary {
         let quiet = options.scene.common.outlets.quiet;

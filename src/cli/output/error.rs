@@ -58,14 +58,14 @@ pub(in crate::cli) enum CliError {
         Shown(*last)
     )]
     CurveEnded { parameter: String, goal: f64, last: f64, end: CurveEnd },
-    /// A name that is none of those known.
+    /// A name that is none of those known; what it would have to be, and what those known are.
     #[error(
-        "{flag}: `{}` is none of the {what}{}; they are {known}",
-        .name.escape_default(), meant(.nearest)
+        "{flag}: {} `{}`{}; {} are {known}",
+        .kind[0], .name.escape_default(), meant(.nearest), .kind[1]
     )]
     UnknownName {
         flag: &'static str,
-        what: &'static str,
+        kind: [&'static str; 2],
         name: String,
         nearest: Option<String>,
         known: String,
