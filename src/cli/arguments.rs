@@ -352,6 +352,9 @@ pub(super) enum OrbitsUsing {
     Direct,
 }
 
+/// Rows per return of a trajectory where none are named.
+pub(super) const SAMPLES: u32 = 400;
+
 /// Options of `trajectory`.
 #[derive(Clone, Debug, Args)]
 pub(super) struct TrajectoryArguments {
@@ -381,7 +384,7 @@ pub(super) struct TrajectoryArguments {
         long,
         value_name = "N",
         allow_negative_numbers = true,
-        default_value_t = 400,
+        default_value_t = SAMPLES,
         value_parser = clap::value_parser!(u32).range(1..=1_000_000)
     )]
     pub(super) samples: u32,

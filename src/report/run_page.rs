@@ -4,7 +4,7 @@
 use serde::Serialize;
 
 use super::{
-    Cell, Column, MapListing, OrbitListing, Page, Provenance, ReportError, Section, Table,
+    Cell, Column, Figure, MapListing, OrbitListing, Page, Provenance, ReportError, Section, Table,
     chart_figure, chart_timing_table, convergence_section, diagram_figures, diagram_timing_table,
     edge_words,
 };
@@ -43,6 +43,9 @@ pub struct RunPage<'a> {
     pub scene: &'a Scene,
     /// Its grazing orbit.
     pub orbit: &'a OrbitListing,
+    /// The pictures of the orbit over its period, the phase portraits first, each with the ending of
+    /// its file's name.
+    pub pictures: &'a [(String, Figure)],
     /// Its expansion.
     pub map: &'a MapListing,
     /// The emitted code.
@@ -67,7 +70,7 @@ pub fn run_page(run: &RunPage<'_>) -> Result<Page, ReportError> {
     let mut page = Page::new(format!("Grazing of the {}", model.name), provenance(run))
         .summary(summary(run))
         .section(model_section(run.scene)?)
-        .section(orbit_section(run.orbit)?)
+        .section(orbit_section(run)?)
         .section(expansion_section(run)?)
         .section(convergence_section(run.study)?);
     if !run.diagrams.is_empty() {
@@ -167,7 +170,8 @@ fn model_section(scene: &Scene) -> Result<Section, ReportError> {
         .table(table, "Parameters of the scene."))
 }
 
-fn orbit_section(orbit: &OrbitListing) -> Result<Section, ReportError> {
+fn orbit_section(run: &RunPage<'_>) -> Result<Section, ReportError> {
+    let orbit = run.orbit;
     let [re, im] = orbit.multipliers.first().copied().unwrap_or([f64::NAN; 2]);
     let stable = if re.hypot(im) < 1.0 { "attracts" } else { "repels" };
     let xi = conditions_prose(orbit);
@@ -184,7 +188,11 @@ fn orbit_section(orbit: &OrbitListing) -> Result<Section, ReportError> {
         orbit.residual,
         re.hypot(im)
     );
-    let section = Section::new("Grazing orbit").prose(prose).table(
+    let section = Section::new("Grazing orbit").prose(prose);
+    let section = run.pictures.iter().fold(section, |section, (_, figure)| {
+        section.figure(figure.clone(), "The grazing orbit over a period; rings: where it grazes.")
+    });
+    let section = section.table(
         orbit.point_table()?,
         "The grazing orbit: parameters p*, the (first) grazing point, multipliers of the period \
             map on the section, and xi_n = h_x · (dP_smooth)^n · β.",

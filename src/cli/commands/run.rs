@@ -7,6 +7,7 @@ use serde::Serialize;
 
 use super::converge::convergence_files;
 use super::sweeps::{chart_files, diagram_files, warn_of_values};
+use super::trajectory::{grazing_series, trajectory_files};
 use super::{open, refuse_frozen_sweeps, settle, warn_of_edges};
 use crate::cli::arguments::{Common, SceneOptions};
 use crate::cli::output::{Bar, CliError, Outlets, Results, note, pairs};
@@ -16,7 +17,8 @@ use grazemap::emission::{EmittedCrate, Target};
 use grazemap::model::{Digest, Method};
 use grazemap::pipeline::{EmitRequest, Source, StudyRequest};
 use grazemap::report::{
-    CrateSummary, OrbitListing, OutputFolder, RunPage, StageTime, run_page, to_json,
+    CrateSummary, OrbitListing, OutputFolder, RunPage, StageTime, run_page, time_series_figures,
+    to_json,
 };
 
 /// Where results go when no folder is named.
@@ -87,6 +89,8 @@ pub(in crate::cli) fn run(options: &SceneOptions) -> Result<(), CliError> {
     let settled = clock.time("section", || settle(source, quiet))?;
     let (scene, orbit) = (settled.scene().clone(), settled.orbit().clone());
     folder.write("orbit.json", settled.graze().to_json()?)?;
+    let series = clock.time("trajectory", || grazing_series(&settled))?;
+    folder.write_all(pairs(&trajectory_files(&settled, &series)?))?;
 
     let map = match saved {
         Some(map) => map,
@@ -132,6 +136,7 @@ pub(in crate::cli) fn run(options: &SceneOptions) -> Result<(), CliError> {
     let page = run_page(&RunPage {
         scene: &scene,
         orbit: &OrbitListing::new(&scene, &orbit),
+        pictures: &time_series_figures(&scene, &orbit, &series.1),
         map: map.listing()?,
         emitted: CrateSummary {
             step: module.step_operations.multiply_adds,

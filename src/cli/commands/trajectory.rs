@@ -3,8 +3,9 @@
 use std::io;
 
 use super::orbits::{ACTIVE, COORDINATES, named_offsets};
+use super::sweeps::push_figure;
 use super::{open, settle};
-use crate::cli::arguments::TrajectoryArguments;
+use crate::cli::arguments::{SAMPLES, TrajectoryArguments};
 use crate::cli::output::{Bar, CliError, Destination, Results, counted, note};
 use grazemap::Error;
 use grazemap::analysis::orbits::{OrbitsRequest, orbits};
@@ -25,18 +26,48 @@ pub(in crate::cli) fn run(options: &TrajectoryArguments) -> Result<(), CliError>
     if outlets.csv == Some(Destination::Standard) && !others {
         return stream(&settled, &request);
     }
-    let (scene, orbit) = (settled.scene(), settled.orbit());
-    let series = time_series(scene, orbit, &request).map_err(Error::from)?;
-    let listing = TimeSeriesListing::new(scene, settled.section(), &request, &series);
-    let json = to_json(&Document::new(DocumentKind::Trajectory, scene, listing))?;
-    let csv = time_series_table(&scene.model, &series)?.to_csv()?;
-    let text = text(&settled, &series);
-    let mut results = Results::named("trajectory", text, json, Some(csv));
-    for (ending, figure) in time_series_figures(scene, orbit, &series) {
-        super::sweeps::push_figure(&mut results.files, &format!("trajectory{ending}"), &figure)?;
-    }
+    let series = time_series(settled.scene(), settled.orbit(), &request).map_err(Error::from)?;
+    let outcome = series.outcome;
+    let results = results(&settled, &(request, series))?;
     results.deliver("trajectory", outlets)?;
-    judge(series.outcome)
+    judge(outcome)
+}
+
+/// The grazing orbit over a period.
+pub(super) fn grazing_series(
+    settled: &Settled,
+) -> Result<(TimeSeriesRequest, TimeSeries), CliError> {
+    let request = TimeSeriesRequest {
+        start: vec![0.0; settled.orbit().section.coordinates.len()],
+        parameters: vec![0.0; settled.scene().expansion.active.len()],
+        returns: 1,
+        samples: SAMPLES as usize,
+    };
+    let series = time_series(settled.scene(), settled.orbit(), &request).map_err(Error::from)?;
+    Ok((request, series))
+}
+
+/// Data and pictures of a series.
+pub(super) fn trajectory_files(
+    settled: &Settled,
+    series: &(TimeSeriesRequest, TimeSeries),
+) -> Result<Vec<(String, Vec<u8>)>, CliError> {
+    Ok(results(settled, series)?.files)
+}
+
+fn results(
+    settled: &Settled,
+    (request, series): &(TimeSeriesRequest, TimeSeries),
+) -> Result<Results, CliError> {
+    let (scene, orbit) = (settled.scene(), settled.orbit());
+    let listing = TimeSeriesListing::new(scene, settled.section(), request, series);
+    let json = to_json(&Document::new(DocumentKind::Trajectory, scene, listing))?;
+    let csv = time_series_table(&scene.model, series)?.to_csv()?;
+    let mut results = Results::named("trajectory", text(settled, series), json, Some(csv));
+    for (ending, figure) in time_series_figures(scene, orbit, series) {
+        push_figure(&mut results.files, &format!("trajectory{ending}"), &figure)?;
+    }
+    Ok(results)
 }
 
 /// Writes the table to standard output row by row.
