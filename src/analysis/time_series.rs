@@ -4,8 +4,10 @@ use serde::{Deserialize, Serialize};
 
 use super::error::AnalysisError;
 use super::section_frame::{SectionFrame, Values};
+use crate::flow::{Field, Integrator};
 use crate::hybrid::{DirectReturn, HybridSystem, Moment, MomentEvent, Outcome};
 use crate::model::{Model, Scene};
+use crate::numeric::Dd;
 use crate::orbit::GrazingOrbit;
 
 /// What is simulated.
@@ -47,6 +49,13 @@ pub struct TimeSeries {
     pub outcome: Outcome<f64>,
 }
 
+impl TimeSeriesRequest {
+    /// Whether the start is on the grazing orbit at its own parameters.
+    fn is_grazing_orbit(&self) -> bool {
+        self.start.iter().chain(&self.parameters).all(|&offset| offset == 0.0)
+    }
+}
+
 impl TimeSeries {
     /// How often each kind of event happens at each surface; those that do.
     pub fn event_counts(&self) -> Vec<(MomentEvent, usize, usize)> {
@@ -63,7 +72,8 @@ impl TimeSeries {
 
 /// Simulates from a point of the section.
 ///
-/// A section point beyond the surface is taken back along the free flow to the surface, where the
+/// The grazing orbit at its own parameters is flown freely, period by period, each graze a minimum.
+/// Everything else is simulated. A section point beyond the surface is taken back along the free flow to the surface, where the
 /// series starts, at a negative time. An impact has two rows at one time: the state before it, which
 /// names the event, and the state behind it.
 ///
@@ -101,12 +111,55 @@ pub fn each_moment(
     let parameters = frame.parameters().to_vec();
     let mut returns = DirectReturn::new(&system, &parameters, section, duration, frame.periods())?;
     let mut rows = Rows::new(model, &parameters);
+    if request.is_grazing_orbit() {
+        grazing_orbit(scene, orbit, request, &mut |moment| record(rows.row(&moment)))?;
+        return Ok((parameters, duration, Outcome::Completed));
+    }
     let length = duration * request.returns as f64;
     let samples = request.returns.saturating_mul(request.samples);
     let outcome = returns.sample(frame.state(), length, samples, &mut |moment| {
         record(rows.row(&moment));
     })?;
     Ok((parameters, duration, outcome))
+}
+
+/// The grazing orbit period by period, each from the section point: free flight, which a simulation
+/// would leave at the first graze that rounding makes a contact.
+fn grazing_orbit(
+    scene: &Scene,
+    orbit: &GrazingOrbit,
+    request: &TimeSeriesRequest,
+    record: &mut dyn FnMut(Moment<'_, f64>),
+) -> Result<(), AnalysisError> {
+    let round = |values: &[Dd]| values.iter().map(|value| value.to_f64()).collect::<Vec<_>>();
+    let (start, parameters) = (round(&orbit.section_point), round(orbit.parameters()));
+    let duration = orbit.period.to_f64();
+    let passages = orbit.passages_after_section(scene);
+    let grazes = |share: f64| passages.iter().find(|passage| passage.share == share);
+    let samples = request.samples.max(1);
+    let mut shares: Vec<f64> = (0..samples).map(|number| number as f64 / samples as f64).collect();
+    shares.extend(passages.iter().map(|passage| passage.share));
+    shares.sort_by(f64::total_cmp);
+    shares.dedup();
+    let field = Field::free(&scene.model, &[]);
+    let mut flight = Integrator::<f64>::new(&field);
+    let mut hand_on = |period: usize, share: f64, state: &[f64]| {
+        let event = grazes(share).map(|passage| (MomentEvent::Minimum, passage.surface));
+        record(Moment { time: duration * (period as f64 + share), state, event });
+    };
+    for period in 0..request.returns {
+        let (mut state, mut reached) = (start.clone(), 0.0);
+        for &share in &shares {
+            state = flight.flow(&state, &parameters, duration * (share - reached))?;
+            reached = share;
+            if let Some(passage) = grazes(share) {
+                state = round(&orbit.passages[passage.place].state);
+            }
+            hand_on(period, share, &state);
+        }
+    }
+    hand_on(request.returns, 0.0, &start);
+    Ok(())
 }
 
 /// What makes rows of moments.
