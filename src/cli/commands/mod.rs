@@ -10,6 +10,7 @@ pub(super) mod orbits;
 pub(super) mod run;
 pub(super) mod scenes;
 pub(super) mod sweeps;
+pub(super) mod trajectory;
 
 use std::num::NonZero;
 

@@ -157,6 +157,43 @@ fn itineraries(
     named.map(parse).collect()
 }
 
+/// What offsets name: what is said of a name that is not known, and of those known.
+pub(super) const ACTIVE: [&str; 2] = ["the map has no variable", "active parameters"];
+pub(super) const COORDINATES: [&str; 2] = ["the section has no coordinate", "coordinates"];
+
+/// Offsets by name among those known; those not named are 0.
+pub(super) fn named_offsets(
+    flag: &'static str,
+    kind: [&'static str; 2],
+    named: &ParameterOffsets,
+    known: &[&str],
+) -> Result<Vec<f64>, CliError> {
+    let mut offsets = vec![None; known.len()];
+    for (name, offset) in &named.0 {
+        let place = place_of(flag, kind, name, known)?;
+        if offsets[place].replace(*offset).is_some() {
+            return Err(CliError::NamedTwice { flag, name: name.clone() });
+        }
+    }
+    Ok(offsets.into_iter().map(Option::unwrap_or_default).collect())
+}
+
+/// The place of a name among those known.
+fn place_of(
+    flag: &'static str,
+    kind: [&'static str; 2],
+    name: &str,
+    known: &[&str],
+) -> Result<usize, CliError> {
+    known.iter().position(|&known| known == name).ok_or_else(|| CliError::UnknownName {
+        flag,
+        kind,
+        name: name.to_owned(),
+        nearest: nearest(name, known.iter().copied()),
+        known: known.join(", "),
+    })
+}
+
 /// The active parameters of a map.
 struct Parameters<'a> {
     scene: &'a Scene,
@@ -170,12 +207,7 @@ impl Parameters<'_> {
 
     /// The number of a parameter.
     fn place(&self, flag: &'static str, name: &str) -> Result<usize, CliError> {
-        self.names().position(|known| known == name).ok_or_else(|| CliError::NotActive {
-            flag,
-            name: name.to_owned(),
-            nearest: nearest(name, self.names()),
-            known: self.names().collect::<Vec<_>>().join(", "),
-        })
+        place_of(flag, ACTIVE, name, &self.names().collect::<Vec<_>>())
     }
 
     /// The first that is adjusted so that the orbit grazes; where the map has none of those, its
@@ -202,14 +234,7 @@ impl Parameters<'_> {
 
     /// Offsets by name; those not named are 0.
     fn offsets(&self, named: &ParameterOffsets) -> Result<Vec<f64>, CliError> {
-        let mut offsets = vec![None; self.map.parameters.len()];
-        for (name, offset) in &named.0 {
-            let place = self.place("--at", name)?;
-            if offsets[place].replace(*offset).is_some() {
-                return Err(CliError::NamedTwice { flag: "--at", name: name.clone() });
-            }
-        }
-        Ok(offsets.into_iter().map(Option::unwrap_or_default).collect())
+        named_offsets("--at", ACTIVE, named, &self.names().collect::<Vec<_>>())
     }
 
     /// Where orbits are looked for.

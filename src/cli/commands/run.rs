@@ -10,6 +10,7 @@ use super::emit::Reproduction;
 use super::sweeps::{
     resumable, take_chart_times, warn_of_values, warn_of_windows, write_charts, write_diagrams,
 };
+use super::trajectory::{grazing_series, trajectory_files};
 use super::{open, refuse_orders, settle, warn_of_window};
 use crate::cli::arguments::{Common, SceneOptions};
 use crate::cli::output::{Bar, CliError, Outlets, Results, note, pairs, refuse_memory};
@@ -19,7 +20,8 @@ use grazemap::emission::{EmittedCrate, Target};
 use grazemap::model::{Digest, Method};
 use grazemap::pipeline::{EmitRequest, Source, StudyRequest, write_emitted};
 use grazemap::report::{
-    CrateSummary, OrbitListing, OutputFolder, RunPage, StageTime, run_page, to_json,
+    CrateSummary, OrbitListing, OutputFolder, RunPage, StageTime, run_page, time_series_figures,
+    to_json,
 };
 
 /// Where results go when no folder is named.
@@ -98,6 +100,8 @@ pub(in crate::cli) fn run(options: &SceneOptions) -> Result<(), CliError> {
     let settled = clock.time("section", || settle(source, quiet))?;
     let (scene, orbit) = (settled.scene().clone(), settled.orbit().clone());
     folder.write("orbit.json", settled.graze().to_json()?)?;
+    let series = clock.time("trajectory", || grazing_series(&settled))?;
+    folder.write_all(pairs(&trajectory_files(&settled, &series)?))?;
 
     let map = match saved {
         Some(map) => map,
@@ -158,6 +162,7 @@ pub(in crate::cli) fn run(options: &SceneOptions) -> Result<(), CliError> {
     let page = run_page(&RunPage {
         scene: &scene,
         orbit: &OrbitListing::new(&scene, &orbit),
+        pictures: &time_series_figures(&scene, &orbit, &series.1),
         map: map.listing()?,
         emitted: CrateSummary {
             step: module.step_operations.multiply_adds,

@@ -335,8 +335,42 @@ impl<'a, S: Real> DirectReturn<'a, S> {
         Ok(found)
     }
 
+    /// Takes a section point, placed before, to where a trajectory may start: back to the surface
+    /// where it is beyond it, by more than rounding; that surface, if so.
+    pub(super) fn physical_start(&mut self) -> Result<Option<usize>, Outcome<S>> {
+        self.simulator.check_placed()?;
+        self.simulator.rest_where_placed()?;
+        let Some(surface) = self.section.surface() else {
+            return Ok(None);
+        };
+        self.entry.copy_from(&self.simulator.motion);
+        let is_tangency = matches!(self.section, ReturnSection::Tangency { .. });
+        let beyond = match is_tangency {
+            true => self.held_elsewhere(surface).is_none(),
+            false => self.reach_first_passage(surface)?,
+        };
+        let sense = self.simulator.sense(surface);
+        if beyond && sense.gap < -sense.rounding {
+            self.back_to_surface(surface)?;
+            return Ok(Some(surface));
+        }
+        self.restart();
+        if is_tangency {
+            self.simulator.motion.leaving[surface] = None;
+            self.simulator.motion.set_at_minimum(surface);
+        }
+        Ok(None)
+    }
+
     /// From a virtual section point back to the surface, and through the contact.
     fn enter(&mut self, surface: usize, log: &mut Log<S>) -> Result<(), Outcome<S>> {
+        self.back_to_surface(surface)?;
+        log.own = Some(-self.simulator.sense(surface).velocity);
+        self.respond(surface, log)
+    }
+
+    /// From a virtual section point back to the surface.
+    fn back_to_surface(&mut self, surface: usize) -> Result<(), Outcome<S>> {
         let earliest = self.simulator.time() - self.duration;
         self.simulator.motion.regime = Regime::Free;
         self.simulator.motion.lose_headings();
@@ -344,8 +378,7 @@ impl<'a, S: Real> DirectReturn<'a, S> {
             let gap = self.simulator.sense(surface).gap;
             return Err(Outcome::Penetrating { surface, time: self.simulator.time(), gap });
         }
-        log.own = Some(-self.simulator.sense(surface).velocity);
-        self.respond(surface, log)
+        Ok(())
     }
 
     /// Flies to the local minimum of the gap nearest to the present state, which `entry` takes over,
