@@ -5,7 +5,9 @@ use crate::cli::arguments::{OrbitsArguments, OrbitsUsing, ParameterOffsets};
 use crate::cli::output::{Bar, CliError, Results, note};
 use grazemap::Map;
 use grazemap::analysis::itinerary;
-use grazemap::analysis::orbits::{LociRequest, OrbitsRequest, SteppedParameter};
+use grazemap::analysis::orbits::{
+    DirectReach, LociRequest, Orbits, OrbitsRequest, SteppedParameter,
+};
 use grazemap::analysis::periodic::{BifurcationKind, ContactItinerary, ItineraryError};
 use grazemap::expansion::LocalMap;
 use grazemap::model::{Scene, nearest};
@@ -24,11 +26,35 @@ pub(in crate::cli) fn run(options: &OrbitsArguments) -> Result<(), CliError> {
     let names = itinerary(map.scene(), map.orbit());
     let polynomials = (map.local(), map.window_edges());
     let listing = OrbitsListing::new(map.section(), polynomials, &names, &found, request.direct);
-    results(&map, &listing)?.deliver("orbits", outlets)?;
+    let searched = searched(&map, &found, &request);
+    let mut results = results(&map, &listing)?;
+    if request.direct {
+        results.text.push_str(&format!("\nsearched: {searched}\n"));
+    }
+    results.deliver("orbits", outlets)?;
     if !outlets.quiet {
         warn(&listing);
     }
-    judge(&request, &listing)
+    judge(&request, &listing, searched)
+}
+
+/// What has been searched, in words.
+pub(super) fn searched(map: &Map, found: &Orbits, request: &OrbitsRequest) -> String {
+    let itineraries = request.itineraries.len();
+    let mut words = format!(
+        "the map was searched for {itineraries} itineraries, with depth variables up to twice the \
+         window's and offsets up to a hundred half-widths"
+    );
+    if let Some(DirectReach { parameter, range: [from, to], values }) = found.reach {
+        let name = &map.local().parameters[parameter].name;
+        words.push_str(&format!(
+            "; direct simulation next to the map's orbits, and by itself along the branches of what \
+             it settles on or nearly repeats at {values} offsets of {name} from {from:.3} to {to:.3}"
+        ));
+    } else if !request.direct {
+        words.push_str("; `--using direct` searches direct simulation far beyond the window");
+    }
+    words
 }
 
 /// The orbits, and the loci where asked for; the table is that of the loci then.
@@ -113,16 +139,19 @@ fn warn(document: &OrbitsListing) {
 }
 
 /// Nothing found is mathematics that ended otherwise.
-fn judge(request: &OrbitsRequest, document: &OrbitsListing) -> Result<(), CliError> {
-    let itineraries = request.itineraries.len();
+fn judge(
+    request: &OrbitsRequest,
+    document: &OrbitsListing,
+    searched: String,
+) -> Result<(), CliError> {
     match (&document.loci, &request.loci) {
         (Some(loci), Some(asked)) if loci.is_empty() => {
             let kinds: Vec<_> = asked.kinds.iter().map(|kind| kind.word()).collect();
             let kinds = kinds.join(" or ");
-            Err(CliError::NoLoci { kinds, itineraries })
+            Err(CliError::NoLoci { kinds, searched })
         }
         (None, _) if document.orbits.is_empty() => {
-            Err(CliError::NoOrbits { itineraries, at: request.at.len() })
+            Err(CliError::NoOrbits { at: request.at.len(), searched })
         }
         _ => Ok(()),
     }
@@ -139,6 +168,7 @@ fn request(
         itineraries: itineraries(options, map.passages())?,
         at: parameters.at(options)?,
         direct: options.using == OrbitsUsing::Direct,
+        far: options.using == OrbitsUsing::Direct,
         loci: parameters.loci(options)?,
     })
 }

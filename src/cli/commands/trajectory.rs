@@ -2,7 +2,7 @@
 
 use std::cell::Cell;
 
-use super::orbits::{ACTIVE, COORDINATES, named_offsets};
+use super::orbits::{ACTIVE, COORDINATES, named_offsets, searched};
 use super::sweeps::pictures;
 use super::{open, settle};
 use crate::cli::arguments::{SAMPLES, TrajectoryArguments};
@@ -140,13 +140,15 @@ fn periodic_start(
         itineraries: vec![itinerary],
         at: vec![parameters.to_vec()],
         direct: true,
+        far: true,
         loci: None,
     };
     let progress = Bar::new("orbits", quiet);
     let found = orbits(map.scene(), map.orbit(), map.local(), &request, &progress);
     let found = found.map_err(Error::from)?;
     let first = found.orbits.first().and_then(|orbit| orbit.states.first());
-    let first = first.ok_or(CliError::NoOrbits { itineraries: 1, at: 1 })?;
+    let searched = || searched(&map, &found, &request);
+    let first = first.ok_or_else(|| CliError::NoOrbits { at: 1, searched: searched() })?;
     if found.orbits.len() > 1 && !quiet {
         let others = counted(found.orbits.len() - 1, "other orbit");
         note(&format!("the first of its itinerary; {others}: `grazemap orbits` lists them"));

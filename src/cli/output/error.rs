@@ -87,16 +87,16 @@ pub(in crate::cli) enum CliError {
     Itinerary(#[from] ItineraryError),
     /// No orbit of the itineraries asked for.
     #[error(
-        "no periodic orbit was found; itineraries tried: {itineraries}, parameter values: {at}, \
-         depth variables up to twice the window's, offsets up to a hundred half-widths"
+        "no periodic orbit was found at the {at} parameter values tried, which says nothing beyond \
+         what was searched: {searched}"
     )]
-    NoOrbits { itineraries: usize, at: usize },
+    NoOrbits { at: usize, searched: String },
     /// No fold or flip of them.
     #[error(
-        "no {kinds} of a physical orbit was found; itineraries tried: {itineraries}, depth \
-         variables up to twice the window's, offsets up to a hundred half-widths"
+        "no {kinds} of a physical orbit was found, which says nothing beyond what was searched: \
+         {searched}"
     )]
-    NoLoci { kinds: String, itineraries: usize },
+    NoLoci { kinds: String, searched: String },
     /// A simulation that did not last as long as was asked.
     #[error("{}", trajectory_end(.ended))]
     TrajectoryEnded { ended: Outcome<f64> },
