@@ -7,7 +7,7 @@ use serde::Serialize;
 
 use super::converge::convergence_files;
 use super::sweeps::{chart_files, diagram_files, warn_of_values};
-use super::{open, refuse_frozen_sweeps, settle, warn_of_window};
+use super::{open, refuse_frozen_sweeps, remark_on_window, settle};
 use crate::cli::arguments::{Common, SceneOptions};
 use crate::cli::output::{Bar, CliError, Outlets, Results, note, pairs};
 use grazemap::analysis::chart::Chart;
@@ -99,7 +99,7 @@ pub(in crate::cli) fn run(options: &SceneOptions) -> Result<(), CliError> {
             })?
         }
     };
-    warn_of_window(&map, quiet);
+    remark_on_window(&map, quiet);
     folder.write("map.json", map.to_json()?)?;
     folder.write("map.csv", map.listing()?.coefficient_table()?.to_csv()?)?;
 

@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::{map, open};
+use super::{map, open, remark_on_window};
 use crate::cli::arguments::SceneOptions;
 use crate::cli::output::{Bar, CliError, Results, note, stem};
 use grazemap::Map;
@@ -24,6 +24,7 @@ pub(in crate::cli) fn diagram(options: &SceneOptions) -> Result<(), CliError> {
     }
     let map = map(source, outlets.quiet)?;
     let diagrams = map.diagrams(&Bar::new("diagram", outlets.quiet))?;
+    remark_on_window(&map, outlets.quiet);
     warn_of_values(&diagrams, outlets.quiet);
     let results = Results {
         text: diagram_timing_table(&diagrams)?.to_text(),
@@ -42,6 +43,7 @@ pub(in crate::cli) fn chart(options: &SceneOptions) -> Result<(), CliError> {
     }
     let map = map(source, outlets.quiet)?;
     let charts = map.charts(&Bar::new("chart", outlets.quiet))?;
+    remark_on_window(&map, outlets.quiet);
     let results = Results {
         text: chart_timing_table(&charts)?.to_text(),
         json: to_json(&ByMap::each(DocumentKind::Chart, &charts, &map))?,
