@@ -1,6 +1,6 @@
 //! `grazemap orbits`: periodic orbits by itinerary, their stability, folds and flips.
 
-use super::{map, open};
+use super::{map, open, remark_on_window};
 use crate::cli::arguments::{OrbitsArguments, OrbitsUsing, ParameterOffsets};
 use crate::cli::output::{Bar, CliError, Results, note};
 use grazemap::Map;
@@ -22,6 +22,7 @@ pub(in crate::cli) fn run(options: &OrbitsArguments) -> Result<(), CliError> {
     let outlets = &options.scene.common.outlets;
     let map = map(open(&options.scene)?, outlets.quiet)?;
     let request = request(options, map.scene(), map.local())?;
+    remark_on_window(&map, outlets.quiet);
     let found = map.orbits(&request, &Bar::new("orbits", outlets.quiet))?;
     let names = itinerary(map.scene(), map.orbit());
     let polynomials = (map.local(), map.window_edges());

@@ -11,7 +11,7 @@ use super::sweeps::{
     resumable, take_chart_times, warn_of_values, warn_of_windows, write_charts, write_diagrams,
 };
 use super::trajectory::{grazing_series, trajectory_files};
-use super::{open, refuse_orders, settle, warn_of_window};
+use super::{open, refuse_orders, remark_on_window, settle};
 use crate::cli::arguments::{Common, SceneOptions};
 use crate::cli::output::{Bar, CliError, Outlets, Results, note, pairs, refuse_memory};
 use grazemap::analysis::chart::{Chart, chart_bytes};
@@ -114,7 +114,7 @@ pub(in crate::cli) fn run(options: &SceneOptions) -> Result<(), CliError> {
             })?
         }
     };
-    warn_of_window(&map, quiet);
+    remark_on_window(&map, quiet);
     let resumable = resumable("run", Some(folder.path()), &map, quiet)?;
     folder.write("map.json", map.to_json()?)?;
     folder.write("map.csv", map.listing()?.coefficient_table()?.to_csv()?)?;

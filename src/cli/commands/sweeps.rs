@@ -4,7 +4,7 @@ use std::path::Path;
 
 use serde::Serialize;
 
-use super::{map, open};
+use super::{map, open, remark_on_window};
 use crate::cli::arguments::SceneOptions;
 use crate::cli::output::{Bar, CliError, Resumable, note, pairs, refuse_memory, stem};
 use grazemap::analysis::chart::{Chart, chart_bytes};
@@ -31,6 +31,7 @@ pub(in crate::cli) fn diagram(options: &SceneOptions) -> Result<(), CliError> {
     let bar = Bar::new("diagram", outlets.quiet).resuming(0, &resumable);
     let mut diagrams = map.diagrams(&bar)?;
     drop(bar);
+    remark_on_window(&map, outlets.quiet);
     warn_of_values(&diagrams, outlets.quiet);
     warn_of_windows(&diagrams, &[], outlets.quiet);
     let text = diagram_timing_table(&diagrams)?.to_text();
@@ -57,6 +58,7 @@ pub(in crate::cli) fn chart(options: &SceneOptions) -> Result<(), CliError> {
     let bar = Bar::new("chart", outlets.quiet).resuming(0, &resumable);
     let mut charts = map.charts(&bar)?;
     drop(bar);
+    remark_on_window(&map, outlets.quiet);
     warn_of_windows(&[], &charts, outlets.quiet);
     let text = chart_timing_table(&charts)?.to_text();
     outlets.write_json(&|out| write_json(out, &chart_documents(&charts, &map)))?;
