@@ -172,9 +172,11 @@ pub(super) struct EmitArguments {
     /// Compare with what is in the folder, write nothing
     #[arg(long)]
     pub(super) check: bool,
-    /// Measure the error on the window against direct simulation, as is always done for a scene
-    /// with a tolerance
+    /// Leave out the error on the window against direct simulation, which is measured otherwise
     #[arg(long)]
+    pub(super) no_measure: bool,
+    /// Measure that error: the default
+    #[arg(long, hide = true, conflicts_with = "no_measure")]
     pub(super) measure: bool,
     #[command(flatten)]
     pub(super) common: Common,

@@ -11,7 +11,9 @@ use crate::analysis::{
     DirectMap, GuardedMap, ImageRecord, ImageRequest, NoProgress, Part, Progress, SectionImage,
     direct_image, images,
 };
-use crate::convergence::{Choice, ConvergenceStudy};
+use crate::convergence::{
+    Choice, ConvergenceError, ConvergenceStudy, ExactImages, MeasuredWindow, measure_window,
+};
 use crate::expansion::{
     ComposedMap, Contact, DepthSeries, Expander, LocalMap, RADIUS_ORDER, Stage, WindowEdge,
     check_orders,
@@ -51,7 +53,7 @@ impl Plan {
         self.choice.as_ref()
     }
 
-    /// The map of the plan.
+    /// The map of the plan, its window measured.
     ///
     /// # Errors
     ///
@@ -60,22 +62,48 @@ impl Plan {
         let (scene, orbit, orders) = (&*self.scene, self.settled.orbit(), self.orders);
         check_orders(scene)?;
         let expander = Expander::new(scene, orbit)?;
-        if scene.emit.shape == Shape::Flown {
-            let local = expander.flown(orders)?;
-            return Ok(Map::new(self, local, None, Vec::new(), Vec::new()));
-        }
-        let series = (0..expander.passages())
-            .map(|passage| expander.depth_series(passage, RADIUS_ORDER))
-            .collect::<Result<Vec<_>, _>>()?;
-        let edge = |series| WindowEdge::new(series, scene.window.depth, orders.contact_weight);
-        let edges = series.iter().filter_map(edge).collect();
-        let fitted = self.choice.as_ref();
-        let local = match fitted.filter(|choice| choice.fitted_to.is_some()) {
-            Some(choice) => choice.local_map(scene, orbit)?,
-            None => expander.expand(orders)?,
+        let fitted = self.choice.as_ref().filter(|choice| choice.fitted_to.is_some());
+        let mut local = match (scene.emit.shape, fitted) {
+            (Shape::Flown, _) => expander.flown(orders)?,
+            (_, Some(choice)) => choice.local_map(scene, orbit)?,
+            (_, None) => expander.expand(orders)?,
         };
-        Ok(Map::new(self, local, None, series, edges))
+        let passages = local.stages.iter().filter(|stage| stage.is_passage()).enumerate();
+        let series = passages.filter(|(_, stage)| matches!(stage, Stage::Contact(_)));
+        let series = series
+            .map(|(passage, _)| expander.depth_series(passage, RADIUS_ORDER))
+            .collect::<Result<Vec<_>, _>>()?;
+        let radii = series.iter().filter_map(DepthSeries::radius);
+        let natural = expander.natural_window(&local, radii.reduce(f64::min).map(|r| r * r));
+        let run = HornerMap::new(&local);
+        let run_in = run.in_format(self.precision());
+        let found = measure_window((scene, orbit), &local, &*run_in, &natural)?;
+        local.window = found.window;
+        // Of a map with flown contacts nothing is said by weight.
+        let series = if local.is_flown() { Vec::new() } else { series };
+        let depth = edge_depth(scene, &local);
+        let edge = |series| WindowEdge::new(series, depth, orders.contact_weight);
+        let window_edges = series.iter().filter_map(edge).collect();
+        Ok(Map::new(Parts {
+            window_edges,
+            depth_series: series,
+            images: OnceLock::from(found.images),
+            run: OnceLock::from(run),
+            ..Parts::new(self, local, found.measured)
+        }))
     }
+
+    /// What the map is run in: as chosen, or as the scene says.
+    fn precision(&self) -> FloatFormat {
+        let named = self.scene.emit.precision.first();
+        self.choice.as_ref().map_or(named, |choice| choice.precision)
+    }
+}
+
+/// The depth at which the edge of the window is: the scene's, though it be beyond the radius, or
+/// the one that was measured.
+fn edge_depth(scene: &Scene, local: &LocalMap) -> f64 {
+    if scene.window.depth.is_finite() { scene.window.depth } else { local.window.depth }
 }
 
 /// The local map of a scene near its grazing orbit.
@@ -100,12 +128,32 @@ pub struct Map(pub(super) Arc<Parts>);
 pub(super) struct Parts {
     pub(super) plan: Plan,
     pub(super) local: LocalMap,
+    pub(super) window: MeasuredWindow,
     pub(super) window_edges: Vec<WindowEdge>,
     /// Of each passage; none where the map is flown or was read from a file.
-    depth_series: Vec<DepthSeries>,
-    composed: OnceLock<ComposedMap>,
-    listing: OnceLock<MapListing>,
-    run: OnceLock<HornerMap>,
+    pub(super) depth_series: Vec<DepthSeries>,
+    /// The points at which the window was measured; `None` where none of them has an image.
+    pub(super) images: OnceLock<Option<ExactImages>>,
+    pub(super) composed: OnceLock<ComposedMap>,
+    pub(super) listing: OnceLock<MapListing>,
+    pub(super) run: OnceLock<HornerMap>,
+}
+
+impl Parts {
+    /// Of a map whose edges are to be filled in, and all else to be found when it is asked for.
+    pub(super) fn new(plan: Plan, local: LocalMap, window: MeasuredWindow) -> Self {
+        Self {
+            plan,
+            local,
+            window,
+            window_edges: Vec::new(),
+            depth_series: Vec::new(),
+            images: OnceLock::new(),
+            composed: OnceLock::new(),
+            listing: OnceLock::new(),
+            run: OnceLock::new(),
+        }
+    }
 }
 
 /// One image of a map.
@@ -118,22 +166,8 @@ pub struct Image {
 }
 
 impl Map {
-    pub(super) fn new(
-        plan: Plan,
-        local: LocalMap,
-        listing: Option<MapListing>,
-        depth_series: Vec<DepthSeries>,
-        window_edges: Vec<WindowEdge>,
-    ) -> Self {
-        Self(Arc::new(Parts {
-            plan,
-            local,
-            window_edges,
-            depth_series,
-            composed: OnceLock::new(),
-            listing: listing.map_or_else(OnceLock::new, OnceLock::from),
-            run: OnceLock::new(),
-        }))
+    pub(super) fn new(parts: Parts) -> Self {
+        Self(Arc::new(parts))
     }
 
     /// The scene, with the weights and the shape chosen where it names a tolerance.
@@ -171,6 +205,27 @@ impl Map {
         &self.0.local
     }
 
+    /// The window of the map: which bounds are the scene's, which were measured, and what the map
+    /// errs inside.
+    pub fn window(&self) -> &MeasuredWindow {
+        &self.0.window
+    }
+
+    /// Points of the window with their images by direct simulation in double-double; `None` where
+    /// none of them has an image.
+    pub(super) fn exact_images(&self) -> Result<Option<&ExactImages>, Error> {
+        if self.0.images.get().is_none() {
+            let found = ExactImages::of_window(self.scene(), self.orbit(), self.local());
+            let images = match found {
+                Ok(images) => Some(images),
+                Err(ConvergenceError::NoTruth { .. }) => None,
+                Err(error) => return Err(error.into()),
+            };
+            self.0.images.get_or_init(|| images);
+        }
+        Ok(self.0.images.get().and_then(Option::as_ref))
+    }
+
     /// What its contacts leave out at the edge of the window, by passage; none where their series
     /// end or are flown.
     pub fn window_edges(&self) -> &[WindowEdge] {
@@ -179,8 +234,7 @@ impl Map {
 
     /// What the map is run in: as chosen, or as the scene says.
     pub fn precision(&self) -> FloatFormat {
-        let named = self.scene().emit.precision.first();
-        self.choice().map_or(named, |choice| choice.precision)
+        self.0.plan.precision()
     }
 
     /// Grazing value of a parameter.
@@ -412,6 +466,7 @@ impl Map {
             lost_digits: &expander.lost_digits(orders)?,
             choice: self.choice(),
             section: &self.section(),
+            window: self.window(),
         };
         Ok(MapListing::new(scene, self.orbit(), parts))
     }
@@ -426,7 +481,8 @@ impl Map {
             Some(series) => series.clone(),
             None => expander.depth_series(passage, RADIUS_ORDER)?,
         };
-        let (depth, weight) = (self.scene().window.depth, self.orders().contact_weight);
+        let depth = edge_depth(self.scene(), self.local());
+        let weight = self.orders().contact_weight;
         Ok(PassageParts {
             surface: &self.local().surfaces[passage],
             variables: expander.variables_at(passage),

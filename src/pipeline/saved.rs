@@ -5,10 +5,11 @@
 
 use std::io;
 use std::path::Path;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use serde::{Deserialize, Serialize};
 
+use super::map::Parts;
 use super::{Error, FindGraze, Graze, Map, Plan, Settled};
 use crate::convergence::{Choice, SectionVerdict};
 use crate::expansion::{LocalMap, Stage, WindowEdge};
@@ -339,10 +340,17 @@ fn map_from(text: &str) -> Result<Map, String> {
     let scene = saved.source.read()?;
     check_orbit(&scene, &saved.orbit)?;
     check_map(&scene, &saved.map)?;
+    let window = listing.window.clone();
+    expect(window.bounds.len() == saved.map.window.bounds().count(), "bounds")?;
+    expect(window.errors.len() == saved.map.dimension(), "errors")?;
     let settled =
         Settled { graze: Graze::new(scene, saved.orbit), verdict: saved.verdict.map(Arc::new) };
     let plan = Plan::new(settled, saved.map.orders, saved.choice);
-    Ok(Map::new(plan, saved.map, Some(listing), Vec::new(), saved.window_edges))
+    Ok(Map::new(Parts {
+        window_edges: saved.window_edges,
+        listing: OnceLock::from(listing),
+        ..Parts::new(plan, saved.map, window)
+    }))
 }
 
 fn expect(holds: bool, what: &str) -> Result<(), String> {

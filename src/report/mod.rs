@@ -23,6 +23,7 @@ mod orbits_listing;
 mod page;
 mod run_page;
 mod section_document;
+mod sweep_words;
 mod table;
 mod window_words;
 
@@ -54,5 +55,6 @@ pub use orbits_listing::{ContactRecord, LocusRecord, LostRecord, OrbitRecord, Or
 pub use page::{Page, PageFigure, Provenance, Section};
 pub use run_page::{CrateSummary, RunPage, StageTime, run_page};
 pub use section_document::{SectionCost, SectionDecision, SectionDocument};
+pub use sweep_words::{chart_outside_words, diagram_outside_words};
 pub use table::{Alignment, Cell, Column, Rows, Table};
-pub use window_words::{chart_outside_words, diagram_outside_words};
+pub use window_words::{WindowRemark, bounds_words, error_words, window_remark, window_words};

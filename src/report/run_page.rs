@@ -3,20 +3,20 @@
 
 use serde::Serialize;
 
-use super::window_words::{
+use super::sweep_words::{
     chart_escape_words, chart_outside_words, chart_share_words, diagram_escape_words,
     diagram_outside_words, diagram_share_words,
 };
 use super::{
     Cell, Column, MapListing, OrbitListing, Page, Provenance, ReportError, Section, Table,
-    chart_figure, chart_timing_table, convergence_section, diagram_figures, diagram_timing_table,
-    edge_words,
+    bounds_words, chart_figure, chart_timing_table, convergence_section, diagram_figures,
+    diagram_timing_table, edge_words, error_words, window_remark,
 };
 use crate::analysis::chart::Chart;
 use crate::analysis::diagram::Diagram;
 use crate::convergence::ConvergenceStudy;
 use crate::expansion::WindowEdge;
-use crate::model::{Method, Scene, Window};
+use crate::model::{Method, Scene};
 use crate::numeric::Shown;
 
 /// What a stage of a run took.
@@ -90,7 +90,7 @@ fn provenance(run: &RunPage<'_>) -> Provenance {
         version: format!("grazemap {}", env!("CARGO_PKG_VERSION")),
         section: run.map.section.words(),
         orders: orders_words(run.map),
-        more: vec![("Window".to_owned(), window_words(run.scene))],
+        more: vec![("Window".to_owned(), bounds_words(&run.map.window))],
     }
 }
 
@@ -99,18 +99,6 @@ fn orders_words(map: &MapListing) -> String {
     let weights: Vec<String> =
         map.weights.0.iter().map(|(name, weight)| format!("{name} {weight}")).collect();
     format!("P_smooth to degree N = {n}, D to weight W = {w}; weights: {}", weights.join(", "))
-}
-
-fn window_words(scene: &Scene) -> String {
-    let Window { depth, state, parameter } = &scene.window;
-    let states = scene.model.full_state_names();
-    let parameters = scene.model.parameters.iter().map(|parameter| parameter.name.as_str());
-    let widths = states.into_iter().zip(state).chain(parameters.zip(parameter));
-    let widths = widths
-        .filter(|(_, width)| width.is_finite())
-        .map(|(name, width)| format!("{name} ± {width:e}"));
-    let parts: Vec<String> = std::iter::once(format!("y² ≤ {depth:e}")).chain(widths).collect();
-    parts.join(", ")
 }
 
 fn summary(run: &RunPage<'_>) -> String {
@@ -238,25 +226,40 @@ fn expansion_section(run: &RunPage<'_>) -> Result<Section, ReportError> {
             in, {} with its Jacobian too.",
         run.emitted.step, run.emitted.frozen, run.emitted.jacobian
     );
-    let laws = run.map.depth.iter();
-    let mut edges: Vec<_> = laws.filter_map(|laws| laws.window_edge).map(edge_sentence).collect();
+    let edges = run.map.depth.iter().filter_map(|laws| laws.window_edge);
+    let (within, beyond): (Vec<_>, Vec<_>) = edges.partition(WindowEdge::is_within);
+    let mut within: Vec<_> = within.iter().map(edge_sentence).collect();
     // Passages that are mirror images say the same.
-    edges.dedup();
+    within.dedup();
+    let share = |edge: &&WindowEdge| edge.omitted_share;
+    let worst = beyond.iter().max_by(|a, b| share(a).total_cmp(&share(b)));
+    let window = &run.map.window;
+    let remark = window_remark(window, run.map.orders, worst);
+    let remark = remark.map(|remark| sentence(&format!("{}: {}", remark.kind(), remark.words)));
+    let measured = sentence(&error_words(window));
     let mut section = Section::new("Expansion");
     if let Some(decided) = &run.map.section.decided {
         section = section.prose(format!("Decided: {}.", decided.words()));
     }
     let section = section.prose(prose);
-    Ok(edges
+    Ok([measured]
         .into_iter()
+        .chain(remark)
+        .chain(within)
         .fold(section, Section::prose)
         .table(run.map.size_table()?, "Coefficients that are not zero.")
         .prose(cost))
 }
 
-fn edge_sentence(edge: WindowEdge) -> String {
-    let at = if edge.is_within() { "At" } else { "Warning: at" };
-    format!("{at} the edge of the window {}.", edge_words(&edge))
+fn edge_sentence(edge: &WindowEdge) -> String {
+    format!("At the edge of the window {}.", edge_words(edge))
+}
+
+/// Words with a capital and a full stop.
+fn sentence(words: &str) -> String {
+    let mut letters = words.chars();
+    let first = letters.next().map(|first| first.to_uppercase().to_string());
+    format!("{}{}.", first.unwrap_or_default(), letters.as_str())
 }
 
 fn diagram_section(diagrams: &[Diagram]) -> Result<Section, ReportError> {
@@ -339,13 +342,6 @@ fn chart_subject(method: Method) -> &'static str {
         Method::Guarded => "the map, and direct simulation outside its window,",
         Method::Direct => "direct simulation",
     }
-}
-
-/// Words as a sentence of their own.
-fn sentence(words: &str) -> String {
-    let mut letters = words.chars();
-    let first = letters.next().map(|first| first.to_uppercase().to_string());
-    format!("{}{}.", first.unwrap_or_default(), letters.as_str())
 }
 
 fn time_section(run: &RunPage<'_>) -> Result<Section, ReportError> {

@@ -1,88 +1,178 @@
-//! What the map's window means for diagrams and charts, in words: what lies outside, what the map
-//! made, and when an orbit has escaped.
+//! The window of a map in words: which bounds are the scene's, which were measured, what the map
+//! errs inside, and whether that is more than it should.
 
-use crate::analysis::chart::Chart;
-use crate::analysis::diagram::Diagram;
-use crate::analysis::{ESCAPE_EXTENTS, EscapeBound};
-use crate::iteration::OrbitEnd;
-use crate::model::Method;
+use super::map_listing::edge_words;
+use crate::convergence::{
+    BoundKind, BoundOrigin, CoordinateError, MeasuredWindow, SampleSummary, WindowBound,
+    WindowTolerance,
+};
+use crate::expansion::{MapOrders, WindowEdge};
+use crate::numeric::Shown;
 
-/// The remedy where the map alone was used beyond its window.
-const REMEDY: &str = "in grey: the map's error was not measured there, and `with = [\"guarded\"]` \
-                      simulates what lies outside";
-
-/// At how many values of a diagram the map alone was used beyond its window, if at any.
-pub fn diagram_outside_words(diagram: &Diagram) -> Option<String> {
-    let by_map = || diagram.sweeps.iter().filter(|sweep| sweep.method == Method::Map);
-    let outside: usize = by_map().map(|sweep| sweep.outside()).sum();
-    let all: usize = by_map().map(|sweep| sweep.points.len()).sum();
-    (outside > 0).then(|| {
-        format!(
-            "at {outside} of {all} values of {} the map alone leaves its window ({REMEDY})",
-            diagram.parameter
-        )
-    })
+/// The window and its errors, one line each.
+pub fn window_words(window: &MeasuredWindow) -> String {
+    format!("window: {}\n{}\n", bounds_words(window), error_words(window))
 }
 
-/// In how many cells of a chart the map alone was used beyond its window, if in any.
-pub fn chart_outside_words(chart: &Chart) -> Option<String> {
-    let (outside, all) = (chart.outside(), chart.cells.len());
-    let [first, second] = &chart.axes;
-    (outside > 0).then(|| {
-        format!(
-            "in {outside} of {all} cells of {} and {} the map alone leaves its window ({REMEDY})",
-            first.parameter, second.parameter
-        )
-    })
+/// The bounds, those that the scene states first.
+pub fn bounds_words(window: &MeasuredWindow) -> String {
+    let of = |origin: BoundOrigin| {
+        let bounds = window.bounds.iter().filter(move |bound| bound.origin == origin);
+        bounds.map(bound_words).collect::<Vec<_>>().join(", ")
+    };
+    let groups = [
+        (of(BoundOrigin::Scene), "as the scene states"),
+        (of(BoundOrigin::Radius), "within the radius of the series in y"),
+        (of(BoundOrigin::Measured), "measured"),
+    ];
+    let groups = groups.iter().filter(|(bounds, _)| !bounds.is_empty());
+    let groups: Vec<_> = groups.map(|(bounds, origin)| format!("{bounds} ({origin})")).collect();
+    groups.join("; ")
 }
 
-/// Which share of the iterates of a guarded diagram the map made.
-pub(super) fn diagram_share_words(diagram: &Diagram) -> Option<String> {
-    let guarded = || diagram.sweeps.iter().filter(|sweep| sweep.method == Method::Guarded);
-    let kept = guarded().flat_map(|sweep| &sweep.points).map(|point| point.kept as f64);
-    let parts = guarded().flat_map(|sweep| &sweep.points);
-    let by_map: f64 = parts.map(|point| point.by_map * point.kept as f64).sum();
-    let all: f64 = kept.sum();
-    (all > 0.0).then(|| share_words(by_map / all))
+fn bound_words(bound: &WindowBound) -> String {
+    let WindowBound { kind, name, value, .. } = bound;
+    match kind {
+        BoundKind::Depth => format!("y^2 <= {value:e}"),
+        BoundKind::State | BoundKind::Parameter => format!("{name} ± {value:e}"),
+    }
 }
 
-/// Which share of the iterates of a guarded chart the map made.
-pub(super) fn chart_share_words(chart: &Chart) -> Option<String> {
-    (chart.method == Method::Guarded).then(|| share_words(chart.by_map))
-}
-
-fn share_words(by_map: f64) -> String {
+/// The errors inside, and what was asked.
+pub fn error_words(window: &MeasuredWindow) -> String {
+    let points = window.sample.points;
+    let errors: Vec<String> = window
+        .errors
+        .iter()
+        .map(|CoordinateError { coordinate, error, .. }| match error {
+            Some(error) => format!("{coordinate} {error:.1e}"),
+            None => format!("{coordinate} not finite"),
+        })
+        .collect();
+    let (errors, asked) = (errors.join(", "), tolerance_words(window.tolerance));
+    if points == 0 {
+        return format!(
+            "errors on the window: not measured, for none of {} points returns with no contact but \
+                those of the grazing passages (asked: {asked})",
+            window.sample.excluded
+        );
+    }
     format!(
-        "The map made {:.4} % of the iterates kept; the others, which begin outside its window, \
-         are direct simulation.",
-        crate::numeric::Shown((1e6 * by_map).round() / 1e4)
+        "errors on the window at {points} points, against direct simulation: {errors} (asked: \
+            {asked})"
     )
 }
 
-/// Orbits of a diagram that ended early, and by which bound.
-pub(super) fn diagram_escape_words(diagram: &Diagram) -> Option<String> {
-    let points = || diagram.sweeps.iter().flat_map(|sweep| &sweep.points);
-    let ended = points().filter(|point| point.end != OrbitEnd::Completed).count();
-    let all = points().count();
-    (ended > 0).then(|| format!("At {ended} of {all} values {}.", escape_words(&diagram.escape)))
+fn tolerance_words(tolerance: WindowTolerance) -> String {
+    match tolerance {
+        WindowTolerance::Error(error) => format!("{}, as the scene states", Shown(error)),
+        WindowTolerance::Share(share) => format!("{share:e} of each half-width"),
+    }
 }
 
-/// The same of a chart.
-pub(super) fn chart_escape_words(chart: &Chart) -> Option<String> {
-    let ended = |cell: &&_| chart.is_escaped(cell);
-    let count = chart.cells.iter().filter(ended).count();
-    let words = || format!("White, {count} cells: {}.", escape_words(&chart.escape));
-    (count > 0).then(words)
+/// What is to be said of a map on its window.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct WindowRemark {
+    /// Whether it is a warning: the map errs more than its scene states, by a hundredth of a
+    /// half-width or more, has no image of some points, or its window is deeper than the series
+    /// reach. Otherwise it errs more than 1e-6 of a half-width, which no scene asked for.
+    pub is_warning: bool,
+    /// The remark.
+    pub words: String,
 }
 
-/// When an orbit has escaped.
-fn escape_words(escape: &[EscapeBound]) -> String {
-    let finite = escape.iter().filter(|bound| bound.offset.is_finite());
-    let bounds = finite.map(|bound| format!("{} by {:.3}", bound.coordinate, bound.offset));
-    let bounds: Vec<String> = bounds.collect();
-    format!(
-        "the orbit escaped, farther from the section point than {ESCAPE_EXTENTS} times the extent \
-         of the grazing orbit ({}), or has no image",
-        bounds.join(", ")
-    )
+impl WindowRemark {
+    /// The remark of a scene, as a line of its own.
+    pub fn of(&self, scene: &str) -> String {
+        format!("{}: `{scene}`: {}", self.kind(), self.words)
+    }
+
+    /// `warning` or `note`.
+    pub fn kind(&self) -> &'static str {
+        if self.is_warning { "warning" } else { "note" }
+    }
+}
+
+/// Error over the half-width above which a remark is a warning.
+const LARGE_SHARE: f64 = 1e-2;
+
+/// What is to be said of a map that errs more in its window than it should, of a window with points
+/// that have no image, and of one deeper than the series in `y` reach; `None` where the map keeps
+/// its tolerance.
+///
+/// ```
+/// use grazemap::convergence::{CoordinateError, MeasuredWindow, SampleSummary, WindowTolerance};
+/// use grazemap::expansion::MapOrders;
+/// use grazemap::report::window_remark;
+///
+/// let window = |error| MeasuredWindow {
+///     tolerance: WindowTolerance::Error(1e-6),
+///     bounds: Vec::new(),
+///     errors: vec![CoordinateError {
+///         coordinate: "x".to_owned(),
+///         error: Some(error),
+///         limit: 1e-6,
+///         half_width: 1e-2,
+///     }],
+///     sample: SampleSummary { points: 400, excluded: 0 },
+/// };
+/// let orders = MapOrders::new(3, 8);
+/// assert_eq!(window_remark(&window(1e-7), orders, None), None);
+/// assert_eq!(
+///     window_remark(&window(6e-3), orders, None).expect("above the tolerance").of("mine"),
+///     "warning: `mine`: on its window the map of orders (3, 8) errs by up to 6.0e-3 in x (6e-1 \
+///      of its half-width), more than 1e-6, as the scene states",
+/// );
+/// ```
+pub fn window_remark(
+    window: &MeasuredWindow,
+    orders: MapOrders,
+    edge: Option<&WindowEdge>,
+) -> Option<WindowRemark> {
+    let edge = edge.filter(|edge| !edge.is_within());
+    let edge = edge.map(|edge| format!("at the edge of the window {}", edge_words(edge)));
+    let errors = excess_words(window, orders);
+    let excluded = excluded_words(window);
+    let share = |error: &CoordinateError| error.error.map(|value| value / error.half_width);
+    let is_large = |share: Option<f64>| share.is_none_or(|share| share >= LARGE_SHARE);
+    let is_warning = excluded.is_some()
+        || edge.is_some()
+        || matches!(window.tolerance, WindowTolerance::Error(_))
+        || window.errors.iter().map(share).any(is_large);
+    let parts: Vec<String> = [errors, excluded, edge].into_iter().flatten().collect();
+    (!parts.is_empty()).then(|| WindowRemark { is_warning, words: parts.join("; ") })
+}
+
+/// By how much a map errs more than it should, where it does.
+fn excess_words(window: &MeasuredWindow, orders: MapOrders) -> Option<String> {
+    let worse = |a: &&CoordinateError, b: &&CoordinateError| a.excess().total_cmp(&b.excess());
+    let worst = window.errors.iter().max_by(worse)?;
+    if worst.is_within() {
+        return None;
+    }
+    if window.sample.points == 0 {
+        return Some(error_words(window));
+    }
+    Some(match worst.error {
+        None => format!("on its window the map of orders {orders} has images without a value"),
+        Some(error) => format!(
+            "on its window the map of orders {orders} errs by up to {error:.1e} in {} ({:.0e} of \
+                its half-width), more than {}",
+            worst.coordinate,
+            error / worst.half_width,
+            tolerance_words(window.tolerance)
+        ),
+    })
+}
+
+/// Of how many points of the window a map says nothing, if any.
+fn excluded_words(window: &MeasuredWindow) -> Option<String> {
+    let SampleSummary { points, excluded } = window.sample;
+    (points > 0 && excluded > 0).then(|| {
+        format!(
+            "at {excluded} of {} points of the window the orbit does not return, or makes contacts \
+                other than those of the grazing passages: the map says nothing of them",
+            excluded + points
+        )
+    })
 }

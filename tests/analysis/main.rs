@@ -17,6 +17,7 @@ mod orbit_search;
 mod record;
 mod resuming;
 mod two_sided;
+mod windows;
 
 use grazemap::numeric::Dd;
 

@@ -189,12 +189,8 @@ impl Parameters<'_> {
     }
 
     /// Its half-width in the window.
-    fn width(&self, place: usize, flag: &'static str) -> Result<f64, CliError> {
-        let width = self.map.window.parameter[place];
-        let name = || self.map.parameters[place].name.clone();
-        Some(width)
-            .filter(|width| width.is_finite())
-            .ok_or_else(|| CliError::NoWidth { flag, name: name() })
+    fn width(&self, place: usize) -> f64 {
+        self.map.window.parameter[place]
     }
 
     /// Offsets, all 0 but one.
@@ -220,7 +216,7 @@ impl Parameters<'_> {
     fn at(&self, options: &OrbitsArguments) -> Result<Vec<Vec<f64>>, CliError> {
         if options.at.is_empty() {
             let first = self.first()?;
-            let offset = DEFAULT_SHARE * self.width(first, "--at")?;
+            let offset = DEFAULT_SHARE * self.width(first);
             return Ok([offset, -offset].map(|offset| self.one(first, offset)).into());
         }
         let named = options.at.iter();
@@ -264,7 +260,7 @@ impl Parameters<'_> {
         let end = |flag, given: Option<f64>, sign: f64| match given {
             Some(value) if value.is_finite() => Ok(value),
             Some(value) => Err(CliError::NotFinite { flag, value }),
-            None => Ok(sign * self.width(place, flag)?),
+            None => Ok(sign * self.width(place)),
         };
         let (from, to) = (end("--from", options.from, -1.0)?, end("--to", options.to, 1.0)?);
         let last = f64::from(options.points - 1);

@@ -10,7 +10,7 @@ use super::emit::Reproduction;
 use super::sweeps::{
     resumable, take_chart_times, warn_of_values, warn_of_windows, write_charts, write_diagrams,
 };
-use super::{open, refuse_orders, settle, warn_of_edges};
+use super::{open, refuse_orders, settle, warn_of_window};
 use crate::cli::arguments::{Common, SceneOptions};
 use crate::cli::output::{Bar, CliError, Outlets, Results, note, pairs, refuse_memory};
 use grazemap::analysis::chart::{Chart, chart_bytes};
@@ -110,7 +110,7 @@ pub(in crate::cli) fn run(options: &SceneOptions) -> Result<(), CliError> {
             })?
         }
     };
-    warn_of_edges(map.scene(), map.window_edges(), quiet);
+    warn_of_window(&map, quiet);
     let resumable = resumable("run", Some(folder.path()), &map, quiet)?;
     folder.write("map.json", map.to_json()?)?;
     folder.write("map.csv", map.listing()?.coefficient_table()?.to_csv()?)?;
@@ -119,7 +119,7 @@ pub(in crate::cli) fn run(options: &SceneOptions) -> Result<(), CliError> {
         scene: Some(&options.scene),
         overrides: &options.common.set,
         target: Target::Rust,
-        measure: false,
+        measure: true,
     };
     let command = Some(again.command(&crate_folder));
     let request = EmitRequest { command, ..EmitRequest::default() };

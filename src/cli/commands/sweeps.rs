@@ -9,6 +9,7 @@ use crate::cli::arguments::SceneOptions;
 use crate::cli::output::{Bar, CliError, Resumable, note, pairs, refuse_memory, stem};
 use grazemap::analysis::chart::{Chart, chart_bytes};
 use grazemap::analysis::diagram::{Diagram, Timing, diagram_bytes};
+use grazemap::convergence::MeasuredWindow;
 use grazemap::expansion::WindowEdge;
 use grazemap::report::{
     DocumentKind, Figure, OutputFolder, ReportError, SectionDocument, chart_array, chart_figure,
@@ -184,6 +185,8 @@ struct ByMap<'a, T> {
     format: u32,
     #[serde(flatten)]
     content: &'a T,
+    /// The window of the map, measured.
+    window: &'a MeasuredWindow,
     /// What the contacts of the map leave out at the edge of the window, by passage.
     window_edges: &'a [WindowEdge],
     /// The section that it is on.
@@ -197,6 +200,7 @@ impl<'a, T> ByMap<'a, T> {
             document,
             format: DocumentKind::FORMAT,
             content,
+            window: map.window(),
             window_edges: map.window_edges(),
             section: map.section(),
         };

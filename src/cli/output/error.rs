@@ -72,9 +72,6 @@ pub(in crate::cli) enum CliError {
          {found}"
     )]
     NotAPlane { found: usize },
-    /// Offsets that nothing says the size of.
-    #[error("the window says nothing of `{name}`; name its offsets with {flag}")]
-    NoWidth { flag: &'static str, name: String },
     /// A map without parameters.
     #[error("the map has no parameter; name some in `expansion.active`")]
     NoParameter,

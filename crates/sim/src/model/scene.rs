@@ -227,9 +227,12 @@ impl std::fmt::Display for MapOrders {
 }
 
 /// `[window]`: half-widths about the grazing point, in offsets.
+///
+/// What the scene does not name is infinite: such a bound is open, and measured once there is a
+/// map.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Window {
-    /// Largest `y²`.
+    /// Largest `y²` (infinite where the scene names none).
     #[serde(with = "unbounded_number")]
     pub depth: f64,
     /// Half-width per full-state component (infinite where the scene names none).
@@ -240,8 +243,16 @@ pub struct Window {
     pub parameter: Vec<f64>,
 }
 
+impl Window {
+    /// Largest `y²`, taken to be 1e-3 where the scene names none: the depth for which orders are
+    /// chosen and flights are planned before the window of a map is measured.
+    pub fn assumed_depth(&self) -> f64 {
+        if self.depth.is_finite() { self.depth } else { 1e-3 }
+    }
+}
+
 /// `[emit]`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Emit {
     /// Shape of the step.
     pub shape: Shape,
@@ -249,6 +260,9 @@ pub struct Emit {
     pub precision: EmitPrecision,
     /// Points per call of the lane kernel, where the scene names them.
     pub lanes: Option<usize>,
+    /// Error of an image that the window is measured and judged by, absolute and per coordinate,
+    /// where the scene names orders and this.
+    pub tolerance: Option<f64>,
 }
 
 impl Emit {
