@@ -188,12 +188,12 @@ impl<const N: usize> LaneWindow<N> {
         let mut excess = Lanes::splat(f64::NEG_INFINITY);
         for (state, width) in states.zip(&self.state) {
             for lane in 0..N {
-                excess[lane] = excess[lane].max(state[lane].abs() - width[lane]);
+                excess[lane] = larger(excess[lane], state[lane].abs() - width[lane]);
             }
         }
         for depth in depths {
             for lane in 0..N {
-                excess[lane] = excess[lane].max(depth[lane] - self.depth[lane]);
+                excess[lane] = larger(excess[lane], depth[lane] - self.depth[lane]);
             }
         }
         excess
@@ -204,6 +204,12 @@ impl<const N: usize> LaneWindow<N> {
         self.state.iter_mut().for_each(|width| width[lane] = f64::INFINITY);
         self.depth[lane] = f64::INFINITY;
     }
+}
+
+/// The larger of two numbers in one instruction; the first where the second is not a number.
+#[inline(always)]
+fn larger(a: f64, b: f64) -> f64 {
+    if b > a { b } else { a }
 }
 
 /// Whether a number is positive in any lane.

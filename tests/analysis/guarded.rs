@@ -7,11 +7,14 @@ use agreement::{Agreement, Effort};
 use grazemap::analysis::chart::chart;
 use grazemap::analysis::diagram::{Diagram, DiagramPoint, Sweep, diagram};
 use grazemap::analysis::{
-    DirectMap, GuardedMap, ImageRequest, ImageRow, NoProgress, Precision, Using, images,
+    DirectMap, ESCAPE_EXTENTS, GuardedMap, ImageRequest, ImageRow, NoProgress, Precision, Using,
+    escape_bounds, images,
 };
 use grazemap::expansion::{Expander, LocalMap, MapOrders, MapWindow};
 use grazemap::hybrid::HybridSystem;
-use grazemap::iteration::{DiscreteMap, HornerMap, MapOrbit, OrbitRequest, Period, StepInfo};
+use grazemap::iteration::{
+    DiscreteMap, HornerMap, MapOrbit, OrbitEnd, OrbitRequest, Period, StepInfo,
+};
 use grazemap::model::{ChartRequest, DiagramRequest, Method, Scene, Starts, catalogue};
 use grazemap::numeric::Dd;
 use grazemap::orbit::GrazingOrbit;
@@ -147,6 +150,22 @@ fn outside_the_window_a_guarded_sweep_is_direct_simulations() {
         assert_eq!((guarded.period, &guarded.orbit), (direct.period, &direct.orbit));
         assert_eq!(guarded.lyapunov, None);
         assert_eq!(direct.by_map, 0.0);
+        // Farther than 1000 half-widths of the window, which is no escape.
+        assert_eq!((guarded.end, direct.end), (OrbitEnd::Completed, OrbitEnd::Completed));
+    }
+}
+
+/// The steady state of the linear oscillator that reaches the stop at 1 swings from −1 to 1, and
+/// its phase advances by a turn.
+#[test]
+fn an_orbit_has_escaped_at_a_hundred_times_the_extent_of_the_grazing_orbit() {
+    let case = Case::new("linear");
+    let bounds = escape_bounds(&case.scene, &case.orbit);
+    let names: Vec<&str> = bounds.iter().map(|bound| &*bound.coordinate).collect();
+    assert_eq!(names, ["x", "theta"]);
+    for (bound, extent) in bounds.iter().zip([2.0, std::f64::consts::TAU]) {
+        // The orbit is sampled at the graze and half a period later.
+        assert!((bound.offset / (ESCAPE_EXTENTS * extent) - 1.0).abs() < 1e-9, "{bound:?}");
     }
 }
 

@@ -82,7 +82,8 @@ fn an_observable_that_is_not_finite_is_said() {
     let folder = scratch();
     let diagram = |observe: &str| {
         let observe = format!("diagram.0.observe={observe}");
-        let set = ["--set", "diagram.0.points=3", "--set", &observe];
+        let inside = "diagram.0.range=[-9e-4, -1e-4]";
+        let set = ["--set", "diagram.0.points=3", "--set", inside, "--set", &observe];
         let output = grazemap(folder.path(), &[&["diagram", "linear"], &set[..]].concat());
         assert!(output.status.success(), "{}", text(&output.stderr));
         text(&output.stderr)
@@ -90,9 +91,44 @@ fn an_observable_that_is_not_finite_is_said() {
     assert!(!diagram("sqrt(x)").contains("finite"));
     let said = diagram("log(-x)");
     assert!(
-        said.contains("warning: `log(-x)` over alpha is not finite at 400 of 400 iterates"),
+        said.contains("warning: `log(-x)` over alpha is not finite at 1200 of 1200 iterates"),
         "{said}"
     );
+}
+
+/// The scene `linear` without its `with`, and a chart beside its diagram.
+#[test]
+fn diagrams_and_charts_are_guarded_unless_a_scene_says_otherwise() {
+    let folder = scratch();
+    let scene = grazemap::model::catalogue::text("linear").expect("in the catalogue");
+    let chart = "[[chart]]\nparameters = [\"omega\", \"alpha\"]\n\
+                 ranges = [[-1e-3, 1e-3], [-2e-3, 2e-3]]\npoints = 4\ntransient = 20\nkeep = 4\n";
+    let open = scene.replace("with = [\"map\"]", "");
+    fs::write(folder.path().join("open.toml"), format!("{open}\n{chart}")).expect("writable");
+    let few = ["points=6", "transient=40", "keep=8"].map(|key| format!("diagram.0.{key}"));
+    let few: Vec<&str> = few.iter().flat_map(|key| ["--set", key]).collect();
+    let run = |command: &str, more: &[&str]| {
+        let call = [&[command, "open.toml", "--csv", "-"], &few[..], more].concat();
+        let output = grazemap(folder.path(), &call);
+        assert!(output.status.success(), "{}", text(&output.stderr));
+        (text(&output.stdout), text(&output.stderr))
+    };
+    for command in ["diagram", "chart"] {
+        let (table, said) = run(command, &[]);
+        assert!(!said.contains("leaves its window"), "{said}");
+        let (header, rows) = table.split_once('\n').expect("a header");
+        assert!(header.contains(",end,by_map,outside,"), "{header}");
+        assert!(rows.lines().all(|row| row.contains(",guarded,")), "{rows}");
+        assert!(rows.contains(",completed,1,0,") && rows.contains(",completed,0,1,"), "{rows}");
+        let with = format!("{command}.0.with=[\"map\"]");
+        let (table, said) = run(command, &["--set", &with]);
+        assert!(table.contains(",outside,1,"), "{table}");
+        let said: Vec<&str> =
+            said.lines().filter(|line| line.contains("the map alone leaves its window")).collect();
+        assert_eq!(said.len(), 1, "{said:?}");
+        assert!(said[0].starts_with("warning: "), "{said:?}");
+        assert!(said[0].contains("in grey") && said[0].contains("`with = [\"guarded\"]`"));
+    }
 }
 
 #[test]
