@@ -97,7 +97,7 @@ impl Campaign<'_> {
         }
         let pairs = found.state.iter().zip(truth.state());
         let apart = pairs.fold(0.0_f64, |most, (a, b)| most.max((a - b).abs()));
-        let agree = || apart < TOLERANCE && same(&found.impact_speeds, &speeds, 0);
+        let agree = || apart < TOLERANCE && same(&found.impact_speeds, &speeds);
         self.count(section, &found, agree(), tally, &|| {
             format!("{start:?} in {:?}: {speeds:?}, {:?}", orbit.regime(), truth.state())
         });
@@ -105,7 +105,8 @@ impl Campaign<'_> {
 
     /// Several returns, the contacts of which follow each other as those of the simulation.
     ///
-    /// A section point may lie behind a contact that belongs to the next return.
+    /// A section point may lie behind a contact, which belongs to the next return with all that
+    /// follow it.
     fn several(
         &self,
         section: ReturnSection,
@@ -124,15 +125,23 @@ impl Campaign<'_> {
             let mut truth = orbit.clone();
             let mut contacts = Vec::new();
             let end = truth.advance(elapsed, &mut |event| {
-                contacts.extend(event.kind.contact_speed());
+                contacts.extend(event.kind.contact_speed().map(|speed| (event.time, speed)));
             });
+            let before: Vec<f64> = contacts.iter().map(|contact| contact.1).collect();
+            let until = orbit.time() + elapsed - period;
+            let least = contacts.iter().filter(|contact| contact.0 < until).count();
             if end != Ok(Outcome::Completed) {
                 tally.ended += 1;
                 return;
             }
-            let agree = same(&speeds, &contacts, 1);
+            let made = (least..=before.len()).rev().map(|made| &before[..made]);
+            let agree = made.into_iter().any(|made| same(&speeds, made));
             let returned = self.count(section, &found, agree, tally, &|| {
-                format!("{:?} after {elapsed}: {contacts:?} by simulation", orbit.state())
+                format!(
+                    "{speeds:?} from {:?} at {} after {elapsed}; {contacts:?} by simulation",
+                    orbit.state(),
+                    orbit.time()
+                )
             });
             if !returned {
                 return;
@@ -174,14 +183,12 @@ impl Campaign<'_> {
     }
 }
 
-/// Whether the speeds of two orbits are the same, but for so many contacts at the end that the
-/// first has not made.
-fn same(found: &[f64], truth: &[f64], ahead: usize) -> bool {
+/// Whether the speeds of two orbits are the same.
+fn same(found: &[f64], truth: &[f64]) -> bool {
     let fast = |speeds: &[f64]| -> Vec<f64> {
         speeds.iter().copied().filter(|speed| *speed > SLOW).collect()
     };
     let (found, truth) = (fast(found), fast(truth));
-    found.len() <= truth.len()
-        && truth.len() - found.len() <= ahead
+    found.len() == truth.len()
         && found.iter().zip(&truth).all(|(a, b)| (a - b).abs() <= TOLERANCE * (1.0 + 1.0 / b))
 }
