@@ -165,8 +165,11 @@ impl<'a> CurveContext<'a> {
         let folds = self.system().free().iter().zip(turning).map(|(&parameter, &component)| {
             TestValue { kind: SpecialKind::Fold { parameter }, value: component, size: 1.0 }
         });
-        let switch = discriminant
-            .map(|[value, size]| TestValue { kind: SpecialKind::MultiplierSwitch, value, size });
+        let switch = discriminant.map(|[value, size]| TestValue {
+            kind: SpecialKind::MultiplierSwitch,
+            value,
+            size,
+        });
         let tests = self.codimension2(&point.conditions, &sizes).chain(folds);
         Ok(TestedPoint { tests: tests.chain(switch).collect(), unknowns, tangent, corners, point })
     }
