@@ -39,6 +39,13 @@ fn orbit_text(scene: &Scene, document: &OrbitListing) -> Result<String, ReportEr
             "\npassages of a period\n\n{passages}\nxi_n from passage to passage\n\n{conditions}"
         ));
     }
+    let unstable = document.multipliers.iter().find(|[re, im]| re.hypot(*im) > 1.0);
+    if let Some([re, im]) = unstable {
+        text.push_str(&format!(
+            "\nnote: the orbit is unstable even without contact: a multiplier has modulus {:.6}\n",
+            re.hypot(*im)
+        ));
+    }
     if let Some(clearance) = document.clearance.filter(|clearance| *clearance < 0.0) {
         text.push_str(&format!(
             "\nwarning: the orbit penetrates a surface elsewhere: h = {clearance:.6e}\n"
