@@ -61,7 +61,7 @@ pub enum NotLocated {
     },
     /// The whole orbit lies beyond a surface.
     #[error(
-        "the event function of `{surface}` is negative along the whole orbit of the free flow at \
+        "the event function of `{surface}` is positive nowhere along the orbit of the free flow at \
          {at}: its largest value is {largest:.6e}, and in free flight it is positive; if the \
          oscillator moves on this side of `{surface}`, change the sign: `event = \"-(...)\"`"
     )]

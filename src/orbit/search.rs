@@ -36,7 +36,7 @@ const SETTLED: f64 = 1e-10;
 /// Parameter values tried.
 const TRIALS: usize = 60;
 /// Most Taylor steps of all periods tried together, one period of each value.
-pub(super) const MOST_STEPS: usize = 200_000;
+pub(super) const MOST_STEPS: usize = 100_000;
 /// Part of the range of `h` within which Newton on the extended system is tried.
 const NEAR: f64 = 0.2;
 

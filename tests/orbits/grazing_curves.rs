@@ -7,7 +7,7 @@ use std::ops::Range;
 use grazemap::model::Scene;
 use grazemap::numeric::Dd;
 use grazemap::orbit::{
-    CurveEnd, CurveOptions, CurveOutcome, GrazingCurve, OrbitError, SpecialKind, curve,
+    CurveEnd, CurveOptions, CurveOutcome, CurvePoint, GrazingCurve, OrbitError, SpecialKind, curve,
 };
 use serde_json::Value;
 
@@ -115,7 +115,7 @@ fn curve_is_followed_round_two_folds_to_the_next_sheet() {
 }
 
 /// A point of the curve of the electrostatic oscillator between the two points where its multipliers
-/// become real, at the ends of the range.
+/// become real, omega = 0.69463 and 0.90796.
 const HIGH: [(&str, &str); 5] = [
     ("omega", "0.8005223562029"),
     ("V", "0.5979479930374"),
@@ -123,38 +123,42 @@ const HIGH: [(&str, &str); 5] = [
     ("grazing.guess.v", "0"),
     ("grazing.guess.theta", "-0.0112566146124"),
 ];
-const RANGE: [f64; 2] = [0.69464, 0.90795];
 
 /// Multipliers `rho exp(±i phi)` of a 2x2 monodromy give `xi_n` the factor `sin(n phi)/sin(phi)`:
 /// its zeros are those of `xi_1` and the points where `phi = m π/n`, `0 < m < n`.
 #[test]
-fn every_zero_of_xi_between_two_switches_is_met_from_both_ends_and_by_steps_of_any_length() {
+fn every_zero_of_xi_is_met_from_both_ends_and_by_steps_of_any_length() {
     let scene = scene_with("mems", &HIGH);
     let omega = index(&scene, "omega");
-    let [low, high] = RANGE;
-    let usual = CurveOptions::default();
+    // At the lower end phi = π.
+    let (low, high, most) = (0.69464, 0.705, 24);
+    let usual = CurveOptions { xi_count: most, ..CurveOptions::default() };
     let long = CurveOptions { ds: 10.0 * usual.ds, ds_max: 10.0 * usual.ds_max, ..usual };
-    for (from, to, most, options) in [(low, high, 19, usual), (high, low, 9, long)] {
-        let curve = traced(&scene, from, to, &CurveOptions { xi_count: most, ..options });
+    let share = |point: &CurvePoint| {
+        let [re, im] = point.multipliers[0];
+        im.abs().atan2(re) / std::f64::consts::PI
+    };
+    for (from, to, options) in [(low, high, usual), (high, low, long)] {
+        let curve = traced(&scene, from, to, &options);
         assert_eq!((&curve.end, curve.unresolved.len()), (&CurveEnd::Reached, 0));
+        let ends = [&curve.points[0], curve.points.last().unwrap()];
+        let lowest = ends.map(share).into_iter().fold(1.0, f64::min);
         for n in 1..=most {
             let found = curve.codim2().filter(|(number, ..)| *number == n);
-            let mut places = Vec::new();
-            let mut omegas = Vec::new();
+            let (mut places, mut omegas) = (Vec::new(), Vec::new());
             for (.., special) in found {
-                let [re, im] = special.point.multipliers[0];
-                let place = n as f64 * im.abs().atan2(re) / std::f64::consts::PI;
-                // Multipliers in f64, of slope 10 and less along the curve.
+                let place = n as f64 * share(&special.point);
+                // Multipliers in f64 have the error 1e-16 over their distance from each other.
                 assert!((place - place.round()).abs() < 1e-10, "xi_{n}: {place}");
                 places.push(place.round() as usize);
                 omegas.push(special.parameters[omega].to_f64());
             }
             places.sort_unstable();
-            assert_eq!(places, (1..n).collect::<Vec<usize>>(), "xi_{n} from {from}");
+            let expected: Vec<usize> = (1..n).filter(|&m| m as f64 > n as f64 * lowest).collect();
+            assert_eq!(places, expected, "xi_{n} from {from}");
             for ends in curve.points.windows(2) {
                 let [a, b] = [0, 1].map(|end| ends[end].parameters[omega]);
-                let between =
-                    omegas.iter().filter(|omega| a.min(b) < **omega && **omega < a.max(b));
+                let between = omegas.iter().filter(|&&at| a.min(b) < at && at < a.max(b));
                 assert!(between.count() <= 1, "xi_{n} between {a} and {b}");
             }
         }
