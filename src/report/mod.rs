@@ -38,7 +38,7 @@ pub use convergence_page::{
     convergence_figures, convergence_section, convergence_table, without_times,
 };
 pub use curve_listing::{
-    Codimension2, CurveListing, CurvePointListing, FoldListing, SwitchListing,
+    Codimension2, CurveListing, CurvePointListing, FoldListing, SwitchListing, UnresolvedListing,
 };
 pub use diagram_figure::{diagram_array, diagram_figures, diagram_rows, diagram_timing_table};
 pub use error::ReportError;
