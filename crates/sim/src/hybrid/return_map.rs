@@ -361,7 +361,7 @@ impl<'a, S: Real> DirectReturn<'a, S> {
         let is_tangency = matches!(self.section, ReturnSection::Tangency { .. });
         let beyond = match is_tangency {
             true => self.held_elsewhere(surface).is_none(),
-            false => self.reach_first_passage(surface)?,
+            false => self.reach_first_passage(surface),
         };
         let sense = self.simulator.sense(surface);
         if beyond && sense.gap < -sense.rounding {
