@@ -118,6 +118,9 @@ impl<const N: usize> numeric::Kernel for Iterating<'_, N> {
             self.map.feed_back(self.limits.len());
             if !stays {
                 self.retire();
+                if self.orbits.iter().all(|orbit| orbit.end != OrbitEnd::Completed) {
+                    break;
+                }
             }
         }
     }

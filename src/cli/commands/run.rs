@@ -114,7 +114,7 @@ pub(in crate::cli) fn run(options: &SceneOptions) -> Result<(), CliError> {
 
     let request =
         StudyRequest { fresh: StudyRequest::FRESH, sections: false, chosen: map.choice().cloned() };
-    let bar = Bar::new("convergence", quiet);
+    let bar = Bar::new("convergence", quiet).resuming(2, &resumable);
     let study = clock.time("convergence", || Ok(map.settled().study(&request, &bar)?))?;
     drop(bar);
     folder.write_all(pairs(&convergence_files(&study, &map.section())?))?;
