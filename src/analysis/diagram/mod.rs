@@ -49,8 +49,8 @@ pub struct DiagramPlan<'a> {
 ///
 /// Every sweep carries its last state from value to value. It starts at the states that the scene
 /// names, one sweep for each, or beside the fixed point of `P_smooth`, a billionth of the window's
-/// half-widths to one side and, where that orbit escapes, to the other and then in four directions
-/// each at up to a tenth, a hundredth and a thousandth of the half-widths. Where the carried state
+/// half-widths to one side and, where that orbit escapes, to the other, and then at eight points
+/// each within a tenth and a hundredth of the half-widths about the graze. Where the carried state
 /// escapes, the value is tried from the start too, and the sweep goes on from the last state that
 /// stayed. An orbit whose multipliers repel is kicked off by a thousandth of the half-widths and
 /// followed once more, so that no orbit is shown that the map does not come back to. Segments of a

@@ -98,7 +98,7 @@ pub(in crate::analysis) struct Entry {
 }
 
 /// Where an orbit may start: at the state given, or on both sides of the map's own start and, where
-/// nothing was ever carried, in a few directions about it.
+/// nothing was carried, about the section's origin, where contact begins.
 pub(super) fn starts(
     map: &dyn SweptMap,
     given: Option<&[f64]>,
@@ -112,33 +112,32 @@ pub(super) fn starts(
     let start = map.start(parameters);
     let mut states: Vec<_> = beside(&start, scales, BESIDE).into();
     if reach == Reach::Around {
-        states.extend(AROUND.iter().flat_map(|share| around(&start, scales, *share)));
+        states.extend(AROUND.iter().flat_map(|&share| around(scales, share)));
     }
     states
 }
 
-/// How far from the map's start orbits may start.
+/// Where orbits may start.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Reach {
-    /// Beside it.
+    /// Beside the map's start.
     Beside,
-    /// Around it too.
+    /// About the section's origin too.
     Around,
 }
 
 /// Shares of the half-widths within which an attractor is looked for that no orbit beside the start
 /// leads to.
-const AROUND: [f64; 3] = [0.1, 0.01, 0.001];
+const AROUND: [f64; 2] = [0.1, 0.01];
 
-/// States about the start for each of them.
-const DIRECTIONS: usize = 4;
+/// States for each of them.
+const DIRECTIONS: usize = 8;
 
-/// States spread over a share of the half-widths about one.
-fn around(state: &[f64], scales: &[f64], share: f64) -> Vec<Vec<f64>> {
+/// States spread over a share of the half-widths about the section's origin.
+fn around(scales: &[f64], share: f64) -> Vec<Vec<f64>> {
     let spread = |number: usize| {
         let shares = low_discrepancy(number, scales.len()).into_iter();
-        let offsets = shares.zip(scales).map(|(x, scale)| share * scale * (2.0 * x - 1.0));
-        state.iter().zip(offsets).map(|(value, offset)| value + offset).collect()
+        shares.zip(scales).map(|(x, scale)| share * scale * (2.0 * x - 1.0)).collect()
     };
     (0..DIRECTIONS).map(spread).collect()
 }

@@ -19,7 +19,8 @@ const TANGENT_TRANSIENT: usize = 20;
 /// other orbits fill; and the memory of its kernel stays close.
 const LANES: usize = 32;
 
-/// Fewest orbits that are worth the lanes of a map: a step of all takes as long as some single ones.
+/// Fewest orbits that are worth the lanes of a map: a step of all takes as long as some single
+/// ones.
 const FEWEST_MAP_LANES: usize = 5;
 
 /// Segments of a sweep by a map.

@@ -5,7 +5,8 @@ use serde::Serialize;
 use super::sweeps::pictures;
 use super::{open, settle, warn_of_edges};
 use crate::cli::arguments::ConvergeOptions;
-use crate::cli::output::{Bar, CliError, Results, Resumable};
+use crate::cli::output::{Bar, CliError, Results};
+use crate::cli::resume::Resumable;
 use grazemap::convergence::ConvergenceStudy;
 use grazemap::pipeline::StudyRequest;
 use grazemap::report::{
@@ -19,7 +20,7 @@ pub(in crate::cli) fn run(options: &ConvergeOptions) -> Result<(), CliError> {
     let request = StudyRequest { fresh: options.fresh as usize, sections: true, chosen: None };
     let decisive = [&*settled.graze().to_json()?, &options.fresh.to_string()];
     let resumable = Resumable::begin("converge", outlets.folder(), &decisive, outlets.quiet);
-    let bar = Bar::new("convergence", outlets.quiet).resuming(0, &resumable);
+    let bar = Bar::new("convergence", outlets.quiet).resuming(0, resumable.journal());
     let study = settled.study(&request, &bar)?;
     drop(bar);
     let section = settled.section();

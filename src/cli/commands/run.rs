@@ -9,7 +9,8 @@ use super::converge::convergence_files;
 use super::sweeps::{resumable, take_chart_times, warn_of_values, write_charts, write_diagrams};
 use super::{open, refuse_frozen_sweeps, settle, warn_of_edges};
 use crate::cli::arguments::{Common, SceneOptions};
-use crate::cli::output::{Bar, CliError, Outlets, Results, note, pairs, refuse_memory};
+use crate::cli::memory::refuse_memory;
+use crate::cli::output::{Bar, CliError, Outlets, Results, note, pairs};
 use grazemap::analysis::chart::{Chart, chart_bytes};
 use grazemap::analysis::diagram::{Diagram, Sweep, SweepHeading, Timing, diagram_bytes};
 use grazemap::emission::{EmittedCrate, Target};
@@ -114,12 +115,12 @@ pub(in crate::cli) fn run(options: &SceneOptions) -> Result<(), CliError> {
 
     let request =
         StudyRequest { fresh: StudyRequest::FRESH, sections: false, chosen: map.choice().cloned() };
-    let bar = Bar::new("convergence", quiet).resuming(2, &resumable);
+    let bar = Bar::new("convergence", quiet).resuming(2, resumable.journal());
     let study = clock.time("convergence", || Ok(map.settled().study(&request, &bar)?))?;
     drop(bar);
     folder.write_all(pairs(&convergence_files(&study, &map.section())?))?;
 
-    let bar = Bar::new("diagram", quiet).resuming(0, &resumable);
+    let bar = Bar::new("diagram", quiet).resuming(0, resumable.journal());
     let diagrams = clock.time("diagrams", || Ok(map.diagrams(&bar)?))?;
     drop(bar);
     warn_of_values(&diagrams, quiet);
@@ -129,7 +130,7 @@ pub(in crate::cli) fn run(options: &SceneOptions) -> Result<(), CliError> {
 
     let mut charts = Vec::new();
     if !scene.charts.is_empty() {
-        let bar = Bar::new("chart", quiet).resuming(1, &resumable);
+        let bar = Bar::new("chart", quiet).resuming(1, resumable.journal());
         charts = clock.time("charts", || Ok(map.charts(&bar)?))?;
         drop(bar);
         let times: Vec<Timing> = charts.iter().map(|chart| chart.timing).collect();
