@@ -13,7 +13,8 @@ use super::sweeps::{
 use super::trajectory::{grazing_series, trajectory_files};
 use super::{open, refuse_orders, remark_on_window, settle};
 use crate::cli::arguments::{Common, SceneOptions};
-use crate::cli::output::{Bar, CliError, Outlets, Results, note, pairs, refuse_memory};
+use crate::cli::memory::refuse_memory;
+use crate::cli::output::{Bar, CliError, Outlets, Results, note, pairs};
 use grazemap::analysis::chart::{Chart, chart_bytes};
 use grazemap::analysis::diagram::{Diagram, Sweep, SweepHeading, Timing, diagram_bytes};
 use grazemap::emission::{EmittedCrate, Target};
@@ -133,12 +134,12 @@ pub(in crate::cli) fn run(options: &SceneOptions) -> Result<(), CliError> {
 
     let request =
         StudyRequest { fresh: StudyRequest::FRESH, sections: false, chosen: map.choice().cloned() };
-    let bar = Bar::new("convergence", quiet);
+    let bar = Bar::new("convergence", quiet).resuming(2, resumable.journal());
     let study = clock.time("convergence", || Ok(map.settled().study(&request, &bar)?))?;
     drop(bar);
     folder.write_all(pairs(&convergence_files(&study, &map.section())?))?;
 
-    let bar = Bar::new("diagram", quiet).resuming(0, &resumable);
+    let bar = Bar::new("diagram", quiet).resuming(0, resumable.journal());
     let diagrams = clock.time("diagrams", || Ok(map.diagrams(&bar)?))?;
     drop(bar);
     warn_of_values(&diagrams, quiet);
@@ -149,7 +150,7 @@ pub(in crate::cli) fn run(options: &SceneOptions) -> Result<(), CliError> {
 
     let mut charts = Vec::new();
     if !scene.charts.is_empty() {
-        let bar = Bar::new("chart", quiet).resuming(1, &resumable);
+        let bar = Bar::new("chart", quiet).resuming(1, resumable.journal());
         charts = clock.time("charts", || Ok(map.charts(&bar)?))?;
         drop(bar);
         warn_of_windows(&[], &charts, quiet);
