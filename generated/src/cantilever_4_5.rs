@@ -10,8 +10,8 @@
 // Tolerance asked none, error on the window 2.5e-5.
 // A step: 162 multiply-adds, 5 products, 0 sums, 1 roots.
 // A frozen step: 64 multiply-adds, 0 products, 0 sums, 1 roots.
-// Regenerate: grazemap emit scenes/cantilever_4_5.toml
-// Verify: grazemap emit scenes/cantilever_4_5.toml --check
+// Regenerate: grazemap emit --catalogue -o ..
+// Verify: grazemap emit --catalogue -o .. --check
 //! A local map near grazing, in offsets from the grazing orbit and the grazing parameters.
 #![allow(clippy::all, unused_variables, unused_mut, reason = "generated code")]
 

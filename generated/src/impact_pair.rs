@@ -10,8 +10,8 @@
 // Tolerance asked none, error on the window 3.8e-5.
 // A step: 424 multiply-adds, 5 products, 1 sums, 1 roots.
 // A frozen step: 205 multiply-adds, 1 products, 1 sums, 1 roots.
-// Regenerate: grazemap emit scenes/impact_pair.toml
-// Verify: grazemap emit scenes/impact_pair.toml --check
+// Regenerate: grazemap emit --catalogue -o ..
+// Verify: grazemap emit --catalogue -o .. --check
 //! A local map near grazing, in offsets from the grazing orbit and the grazing parameters.
 #![allow(clippy::all, unused_variables, unused_mut, reason = "generated code")]
 

@@ -10,8 +10,8 @@
 // Tolerance asked none, error on the window 5.2e-7.
 // A step: 264 multiply-adds, 7 products, 1 sums, 1 roots.
 // A frozen step: 138 multiply-adds, 0 products, 1 sums, 1 roots.
-// Regenerate: grazemap emit scenes/self_excited.toml
-// Verify: grazemap emit scenes/self_excited.toml --check
+// Regenerate: grazemap emit --catalogue -o ..
+// Verify: grazemap emit --catalogue -o .. --check
 //! A local map near grazing, in offsets from the grazing orbit and the grazing parameters.
 #![allow(clippy::all, unused_variables, unused_mut, reason = "generated code")]
 

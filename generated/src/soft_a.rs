@@ -10,8 +10,8 @@
 // Tolerance asked none, error on the window 6.3e-9.
 // A step: 296 multiply-adds, 23 products, 0 sums, 1 roots.
 // A frozen step: 67 multiply-adds, 2 products, 0 sums, 1 roots.
-// Regenerate: grazemap emit scenes/soft_a.toml
-// Verify: grazemap emit scenes/soft_a.toml --check
+// Regenerate: grazemap emit --catalogue -o ..
+// Verify: grazemap emit --catalogue -o .. --check
 //! A local map near grazing, in offsets from the grazing orbit and the grazing parameters.
 #![allow(clippy::all, unused_variables, unused_mut, reason = "generated code")]
 

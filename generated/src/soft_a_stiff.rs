@@ -10,8 +10,8 @@
 // Tolerance asked none, error on the window 6.9e-8.
 // A step: 1074 multiply-adds, 218 products, 65 sums, 8 roots.
 // A frozen step: 580 multiply-adds, 216 products, 65 sums, 8 roots.
-// Regenerate: grazemap emit scenes/soft_a_stiff.toml
-// Verify: grazemap emit scenes/soft_a_stiff.toml --check
+// Regenerate: grazemap emit --catalogue -o ..
+// Verify: grazemap emit --catalogue -o .. --check
 //! A local map near grazing, in offsets from the grazing orbit and the grazing parameters.
 #![allow(clippy::all, unused_variables, unused_mut, reason = "generated code")]
 

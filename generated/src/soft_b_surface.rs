@@ -10,8 +10,8 @@
 // Tolerance asked none, error on the window 7.2e-9.
 // A step: 348 multiply-adds, 4 products, 0 sums, 1 roots.
 // A frozen step: 72 multiply-adds, 2 products, 0 sums, 1 roots.
-// Regenerate: grazemap emit scenes/soft_b_surface.toml
-// Verify: grazemap emit scenes/soft_b_surface.toml --check
+// Regenerate: grazemap emit --catalogue -o ..
+// Verify: grazemap emit --catalogue -o .. --check
 //! A local map near grazing, in offsets from the grazing orbit and the grazing parameters.
 #![allow(clippy::all, unused_variables, unused_mut, reason = "generated code")]
 

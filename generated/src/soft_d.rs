@@ -10,8 +10,8 @@
 // Tolerance asked none, error on the window 2.2e-8.
 // A step: 342 multiply-adds, 4 products, 0 sums, 1 roots.
 // A frozen step: 72 multiply-adds, 2 products, 0 sums, 1 roots.
-// Regenerate: grazemap emit scenes/soft_d.toml
-// Verify: grazemap emit scenes/soft_d.toml --check
+// Regenerate: grazemap emit --catalogue -o ..
+// Verify: grazemap emit --catalogue -o .. --check
 //! A local map near grazing, in offsets from the grazing orbit and the grazing parameters.
 #![allow(clippy::all, unused_variables, unused_mut, reason = "generated code")]
 

@@ -10,8 +10,8 @@
 // Tolerance asked none, error on the window 1.1e-5.
 // A step: 319 multiply-adds, 55 products, 0 sums, 1 roots.
 // A frozen step: 202 multiply-adds, 32 products, 0 sums, 1 roots.
-// Regenerate: grazemap emit scenes/three_masses.toml
-// Verify: grazemap emit scenes/three_masses.toml --check
+// Regenerate: grazemap emit --catalogue -o ..
+// Verify: grazemap emit --catalogue -o .. --check
 //! A local map near grazing, in offsets from the grazing orbit and the grazing parameters.
 #![allow(clippy::all, unused_variables, unused_mut, reason = "generated code")]
 

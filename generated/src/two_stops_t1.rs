@@ -10,8 +10,8 @@
 // Tolerance asked none, error on the window 9.9e-11.
 // A step: 629 multiply-adds, 68 products, 1 sums, 2 roots.
 // A frozen step: 451 multiply-adds, 8 products, 1 sums, 2 roots.
-// Regenerate: grazemap emit scenes/two_stops_t1.toml
-// Verify: grazemap emit scenes/two_stops_t1.toml --check
+// Regenerate: grazemap emit --catalogue -o ..
+// Verify: grazemap emit --catalogue -o .. --check
 //! A local map near grazing, in offsets from the grazing orbit and the grazing parameters.
 #![allow(clippy::all, unused_variables, unused_mut, reason = "generated code")]
 

@@ -10,8 +10,8 @@
 // Tolerance asked none, error on the window 5.9e-9.
 // A step: 624 multiply-adds, 66 products, 1 sums, 2 roots.
 // A frozen step: 449 multiply-adds, 8 products, 1 sums, 2 roots.
-// Regenerate: grazemap emit scenes/two_stops_t2.toml
-// Verify: grazemap emit scenes/two_stops_t2.toml --check
+// Regenerate: grazemap emit --catalogue -o ..
+// Verify: grazemap emit --catalogue -o .. --check
 //! A local map near grazing, in offsets from the grazing orbit and the grazing parameters.
 #![allow(clippy::all, unused_variables, unused_mut, reason = "generated code")]
 

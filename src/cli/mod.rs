@@ -18,8 +18,8 @@ use std::process::ExitCode;
 use clap::Parser;
 
 use arguments::{Arguments, Command};
-use commands::{converge, emit, expand, grazes, image, orbits, run, scenes, sweeps};
-use output::CliError;
+use commands::{converge, emit, expand, grazes, image, orbits, run, scenes, sweeps, trajectory};
+use output::{CliError, catch_interruptions};
 
 use grazemap::numeric::unknown_instruction_limit;
 
@@ -52,6 +52,7 @@ fn run_with(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
 
 fn dispatch(arguments: Arguments) -> Result<(), CliError> {
     arguments.refuse_lost_output()?;
+    catch_interruptions();
     if let Some(value) = unknown_instruction_limit() {
         return Err(CliError::InstructionLimit { value });
     }
@@ -66,6 +67,7 @@ fn dispatch(arguments: Arguments) -> Result<(), CliError> {
         Some(Command::Diagram(options)) => sweeps::diagram(&options),
         Some(Command::Chart(options)) => sweeps::chart(&options),
         Some(Command::Orbits(options)) => orbits::run(&options),
+        Some(Command::Trajectory(options)) => trajectory::run(&options),
         Some(Command::Emit(options)) => emit::run(&options),
         Some(Command::Run(options)) => run::run(&options),
         None => run::built_in(&arguments.common),

@@ -6,7 +6,7 @@
 //! known worst, and its error moves the image by `δ/2y`: such points are looked for. See
 //! docs/mathematics/orders.md.
 
-use crate::analysis::{DepthEvaluation, MapEvaluation};
+use crate::analysis::{DepthEvaluation, MapEvaluation, low_discrepancy};
 use crate::expansion::{LocalMap, MapWindow};
 use crate::numeric::Bracket;
 
@@ -285,18 +285,6 @@ impl WindowSample {
         };
         (0..self.state.len()).max_by(|&a, &b| slope(a).total_cmp(&slope(b))).unwrap_or(0)
     }
-}
-
-/// Point of the additive sequence of the generalised golden ratio: `frac(1/2 + n/φ^k)`, `φ^(d+1) =
-/// φ + 1`.
-///
-/// Any stretch of it covers the unit cube evenly.
-pub(super) fn low_discrepancy(index: usize, dimension: usize) -> Vec<f64> {
-    let mut ratio: f64 = 1.5;
-    for _ in 0..60 {
-        ratio = (1.0 + ratio).powf(1.0 / (dimension as f64 + 1.0));
-    }
-    (1..=dimension).map(|k| (0.5 + (index + 1) as f64 * ratio.powi(-(k as i32))).fract()).collect()
 }
 
 /// Depth of the second contact at corners over the window's deepest.

@@ -177,7 +177,15 @@ pub(super) fn header(
     }
     lines.push(format!("A step: {}.", counted(all)));
     lines.push(format!("A frozen step: {}.", counted(frozen)));
-    Ok(lines.into_iter().flat_map(|line| wrapped(&line)).collect())
+    let mut lines: Vec<String> = lines.iter().flat_map(|line| wrapped(line)).collect();
+    // NOTE: a command on two lines could not be run.
+    let command = options.command();
+    lines.push(format!("Regenerate: {command}"));
+    lines.push(format!("Verify: {command} --check"));
+    if options.command.is_none() {
+        lines.push("SCENE is the scene of that digest.".to_owned());
+    }
+    Ok(lines)
 }
 
 /// A line of at most 112 characters, continued on further ones.

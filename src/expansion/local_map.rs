@@ -109,17 +109,50 @@ impl MapWindow {
         [&mut self.depth].into_iter().chain(self.state.iter_mut().chain(&mut self.parameter))
     }
 
+    /// Whether it has no finite bound.
+    pub fn is_unbounded(&self) -> bool {
+        self.bounds().all(|bound| bound == f64::INFINITY)
+    }
+
     /// Whether offsets of the state, those of the parameters and the depths of the passages lie
     /// within; parameters that are not given count as 0.
     pub fn holds<S: Real>(&self, state: &[S], parameters: &[S], depths: &[S]) -> bool {
-        let within = |values: &[S], widths: &[f64]| {
-            let mut pairs = values.iter().zip(widths);
-            pairs.all(|(value, &width)| value.to_f64().abs() <= width)
-        };
-        within(state, &self.state)
-            && within(parameters, &self.parameter)
-            && depths.iter().all(|depth| depth.to_f64() <= self.depth)
+        self.exceeded(state, parameters, depths).next().is_none()
     }
+
+    /// The bounds that offsets of the state, those of the parameters and the depths of the passages
+    /// are outside of.
+    pub fn exceeded<S: Real>(
+        &self,
+        state: &[S],
+        parameters: &[S],
+        depths: &[S],
+    ) -> impl Iterator<Item = WindowBound> {
+        let beyond = |(place, (value, &width)): (usize, (&S, &f64))| {
+            let is_within = value.to_f64().abs() <= width;
+            (!is_within).then_some(place)
+        };
+        let states = state.iter().zip(&self.state).enumerate().filter_map(beyond);
+        let parameters = parameters.iter().zip(&self.parameter).enumerate().filter_map(beyond);
+        let deep = depths.iter().enumerate().filter(|(_, depth)| {
+            let is_within = depth.to_f64() <= self.depth;
+            !is_within
+        });
+        let depths = deep.map(|(passage, _)| WindowBound::Depth(passage));
+        let states = states.map(WindowBound::State);
+        states.chain(parameters.map(WindowBound::Parameter)).chain(depths)
+    }
+}
+
+/// A bound of a window.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum WindowBound {
+    /// The half-width of a coordinate.
+    State(usize),
+    /// The half-width of an active parameter.
+    Parameter(usize),
+    /// The depth of a passage.
+    Depth(usize),
 }
 
 /// One stage of a local map.

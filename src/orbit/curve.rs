@@ -1,12 +1,15 @@
 //! PseudoArclength of a grazing orbit in a second parameter: steps, points, and the special points
 //! between them.
 
-use super::curve_context::{CurveContext, TestedPoint, correct};
+use std::array::from_fn;
+
+use super::curve_context::{CurveContext, NOISE, TestedPoint};
 use super::grazing_curve::{CurveEnd, CurveOptions, CurveOutcome, GrazingCurve, SpecialKind};
 use super::grazing_orbit::Location;
 use super::locate::locate;
 use super::outcome::{OrbitError, Stop, settled};
-use super::special::{corner_between, special_between};
+use super::sampled::{SAMPLES, Zeros, places, zeros};
+use super::special::{Chord, corner_between, special_at_start, special_between};
 use crate::model::Scene;
 
 /// Continues the grazing orbit of a scene in a second parameter, `with`, from one value of it to
@@ -34,15 +37,17 @@ pub fn curve(
         Location::Located(orbit) => orbit,
         Location::NotLocated(reason) => return Ok(CurveOutcome::NotLocated(reason)),
     };
+    let size = from.abs().max(to.abs());
     let pass = |count| -> Result<PseudoArclength<'_>, OrbitError> {
-        let context = CurveContext::new(scene, &orbit, with, count)?;
+        let context = CurveContext::new(scene, &orbit, (with, size), count)?;
         Ok(PseudoArclength { context, options })
     };
     let here = scene.model.parameters[with].value.to_f64();
-    let mut start = CurveContext::new(scene, &orbit, with, 0)?.start(&orbit);
+    let lead = pass(0)?;
+    let mut start = lead.context.start(&orbit);
     if here != from {
         // On the way to the start no condition is followed.
-        let (lead, last) = pass(0)?.trace(&start, from)?;
+        let (lead, last) = lead.trace(&start, from)?;
         if lead.end != CurveEnd::Reached {
             return Ok(CurveOutcome::StartNotReached(lead));
         }
@@ -57,31 +62,37 @@ struct PseudoArclength<'a> {
     options: &'a CurveOptions,
 }
 
+/// A step with its points, the first of them left out.
+struct CurveStep {
+    points: Vec<TestedPoint>,
+    /// What is not known to have all its zeros between neighbouring points.
+    unresolved: Vec<SpecialKind>,
+    /// Whether a shorter step would show more.
+    too_long: bool,
+}
+
 /// Cosine of the largest turn of the tangent in one step.
 const STRAIGHT: f64 = 0.98;
 
-/// Largest departure of a condition from its linear extrapolation in one step, as a share of its
-/// size nearby: a sinusoid's phase then advances by a third of a radian at most, and two zeros do
-/// not fit between two points.
-const CURVED: f64 = 0.1;
+/// Smallest step, relative to the range, where the range is shorter than the steps asked for.
+const SHORTEST: f64 = 1e-6;
 
-/// A condition below this share of the largest is not followed in steps of its own.
-const FAINT: f64 = 1e-9;
-
-/// Steps are not made smaller than this share of the largest step for the sake of the conditions.
-const FINEST: f64 = 1e-3;
+/// Growth of the next step.
+const GROWTH: f64 = 1.3;
 
 impl PseudoArclength<'_> {
     /// Follows the curve until the second parameter is `to`; also the last unknowns.
     fn trace(&self, start: &[f64], to: f64) -> Result<(GrazingCurve, Vec<f64>), OrbitError> {
         let mut curve = GrazingCurve {
-            free: self.context.system.free().to_vec(),
+            free: self.context.system().free().to_vec(),
             points: Vec::new(),
             special: Vec::new(),
+            unresolved: Vec::new(),
             end: CurveEnd::StepLimit,
         };
         let mut unknowns = start.to_vec();
-        if let Err(end) = settled(self.follow(&mut curve, &mut unknowns, to))? {
+        if let Err(end) = settled(self.follow(&mut curve, &mut unknowns, self.context.in_unit(to)))?
+        {
             curve.end = end;
         }
         Ok((curve, unknowns))
@@ -95,73 +106,151 @@ impl PseudoArclength<'_> {
         to: f64,
     ) -> Result<(), Stop<CurveEnd>> {
         let last = unknowns.len() - 1;
-        let from = unknowns[last];
+        let (from, range) = (unknowns[last], (to - unknowns[last]).abs());
         let mut along = vec![0.0; unknowns.len()];
         along[last] = if to < from { -1.0 } else { 1.0 };
         let mut here = self.context.at(unknowns.clone(), &along)?;
         curve.points.push(here.point.clone());
+        curve.special.extend(special_at_start(&self.context, &here)?);
         if from == to {
             return Err(Stop::Ended(CurveEnd::Reached));
         }
-        let mut before: Option<TestedPoint> = None;
-        let mut ds = self.options.ds;
+        let ds_max = self.options.ds_max.min(range);
+        let ds_min = self.options.ds_min.min(range * SHORTEST);
+        let mut ds = self.options.ds.min(ds_max);
         for _ in 0..self.options.max_steps {
-            let (mut next, taken) = self.step(before.as_ref(), &here, ds)?;
-            ds = (taken * 1.3).min(self.options.ds_max);
-            if (here.unknowns[last] - to) * (next.unknowns[last] - to) <= 0.0 {
-                next = self.at_value(&here, &next, to)?.unwrap_or(next);
+            let (step, taken) = self.step(&here, (ds_min, ds), to)?;
+            ds = (taken * GROWTH).min(ds_max);
+            for mut next in step.points {
+                if (here.unknowns[last] - to) * (next.unknowns[last] - to) <= 0.0 {
+                    next = self.at_value(&here, &next, to)?.unwrap_or(next);
+                }
+                curve.special.extend(special_between(&self.context, &here, &next)?);
+                curve.points.push(next.point.clone());
+                unknowns.clone_from(&next.unknowns);
+                for &kind in &step.unresolved {
+                    curve.add_unresolved(kind, [&here.point.parameters, &next.point.parameters]);
+                }
+                let (value, normal_acceleration) = (unknowns[last], next.point.normal_acceleration);
+                if normal_acceleration <= 0.0 {
+                    return Err(Stop::Ended(CurveEnd::DegenerateGraze { normal_acceleration }));
+                }
+                if ((value - from) * 2.0 - (to - from)).abs() > 3.0 * range {
+                    return Err(Stop::Ended(CurveEnd::LeftRange));
+                }
+                if value == to {
+                    return Err(Stop::Ended(CurveEnd::Reached));
+                }
+                here = next;
             }
-            let special = special_between(&self.context, &here, &next)?;
-            curve.special.extend(special);
-            curve.points.push(next.point.clone());
-            unknowns.clone_from(&next.unknowns);
-            let (value, normal_acceleration) = (unknowns[last], next.point.normal_acceleration);
-            if normal_acceleration <= 0.0 {
-                return Err(Stop::Ended(CurveEnd::DegenerateGraze { normal_acceleration }));
-            }
-            if ((value - from) * 2.0 - (to - from)).abs() > 3.0 * (to - from).abs() {
-                return Err(Stop::Ended(CurveEnd::LeftRange));
-            }
-            if value == to {
-                return Err(Stop::Ended(CurveEnd::Reached));
-            }
-            before = Some(std::mem::replace(&mut here, next));
         }
         Ok(())
     }
 
-    /// The next point and the step that led there.
+    /// The next step and its length. Where no step is short enough for everything to be known, it
+    /// is the longest that Newton's method makes.
     fn step(
         &self,
-        before: Option<&TestedPoint>,
         here: &TestedPoint,
-        mut ds: f64,
-    ) -> Result<(TestedPoint, f64), Stop<CurveEnd>> {
-        let mut end = CurveEnd::StepTooSmall { ds: self.options.ds_min };
-        while ds >= self.options.ds_min {
-            let predicted: Vec<f64> =
-                here.unknowns.iter().zip(&here.tangent).map(|(u, t)| u + ds * t).collect();
-            if let Some(found) = correct(&self.context.system, &predicted, &here.tangent)?
-                && distance(&found, &predicted) < 0.3 * ds
-            {
-                match settled(self.context.at(found, &here.tangent))? {
-                    Ok(next)
-                        if dot(&next.tangent, &here.tangent) > STRAIGHT
-                            && (ds <= FINEST * self.options.ds_max
-                                || before.is_none_or(|before| resolved(before, here, &next))) =>
-                    {
-                        match corner_between(&self.context, here, &next)? {
-                            None => return Ok((next, ds)),
-                            Some(corner) => end = corner,
-                        }
-                    }
-                    Ok(_) => {}
-                    Err(reason) => end = reason,
-                }
+        (ds_min, mut ds): (f64, f64),
+        to: f64,
+    ) -> Result<(CurveStep, f64), Stop<CurveEnd>> {
+        let mut end = CurveEnd::StepTooSmall { ds: ds_min };
+        let mut longest = None;
+        while ds >= ds_min {
+            match settled(self.try_step(here, ds, to))? {
+                Ok(Some(step)) if step.too_long => longest = longest.or(Some((step, ds))),
+                Ok(Some(step)) => return Ok((step, ds)),
+                Ok(None) => {}
+                Err(reason) => end = reason,
             }
             ds *= 0.5;
         }
-        Err(Stop::Ended(end))
+        longest.ok_or(Stop::Ended(end))
+    }
+
+    /// A step of a length; `None` where the curve is not followed that far.
+    fn try_step(
+        &self,
+        here: &TestedPoint,
+        ds: f64,
+        to: f64,
+    ) -> Result<Option<CurveStep>, Stop<CurveEnd>> {
+        let straight = |point: &TestedPoint| dot(&point.tangent, &here.tangent) > STRAIGHT;
+        let predicted: Vec<f64> =
+            here.unknowns.iter().zip(&here.tangent).map(|(u, t)| u + ds * t).collect();
+        let found = self.context.correct(&predicted, &predicted, &here.tangent)?;
+        let Some(found) = found.filter(|found| distance(found, &predicted) < 0.3 * ds) else {
+            return Ok(None);
+        };
+        let next = self.context.at(found, &here.tangent)?;
+        if !straight(&next) {
+            return Ok(None);
+        }
+        let chord = Chord::new(here, &next);
+        let mut points = Vec::new();
+        for place in places() {
+            points.push((
+                place,
+                match place {
+                    0.0 => here.clone(),
+                    1.0 => next.clone(),
+                    _ => match chord.point(&self.context, place)? {
+                        Some(point) if straight(&point) => point,
+                        _ => return Ok(None),
+                    },
+                },
+            ));
+        }
+        let (parting, unresolved, too_long) = self.parting(&points, to);
+        for place in parting {
+            match chord.point(&self.context, place)? {
+                Some(point) => points.push((place, point)),
+                None => return Ok(None),
+            }
+        }
+        points.sort_by(|(a, _), (b, _)| a.total_cmp(b));
+        for pair in points.windows(2) {
+            if let Some(corner) = corner_between(&self.context, &pair[0].1, &pair[1].1)? {
+                return Err(Stop::Ended(corner));
+            }
+        }
+        let points = points.into_iter().skip(1).map(|(_, point)| point).collect();
+        Ok(Some(CurveStep { points, unresolved, too_long }))
+    }
+
+    /// The places between those sampled that part the zeros of every function along the curve, the
+    /// special points of which not all zeros are known, and whether a shorter step would show more.
+    fn parting(
+        &self,
+        points: &[(f64, TestedPoint)],
+        to: f64,
+    ) -> (Vec<f64>, Vec<SpecialKind>, bool) {
+        let (mut parting, mut unresolved, mut too_long) = (Vec::new(), Vec::new(), false);
+        let mut look = |samples: [f64; SAMPLES], noise: f64, kind: Option<SpecialKind>| {
+            match zeros(&samples, noise) {
+                Zeros::Parted(places) => parting.extend(places),
+                // A parameter that does not vary does not turn.
+                Zeros::Rounding if matches!(kind, Some(SpecialKind::Fold { .. })) => {}
+                known => {
+                    unresolved.extend(kind);
+                    too_long |= known == Zeros::TooLong;
+                }
+            }
+        };
+        let of = |value: &dyn Fn(&TestedPoint) -> f64| from_fn(|place| value(&points[place].1));
+        let first = &points[0].1;
+        for (number, test) in first.tests.iter().enumerate() {
+            let sizes = points.iter().map(|(_, point)| point.tests[number].size);
+            let size = sizes.fold(0.0, f64::max);
+            look(of(&|point| point.tests[number].value), NOISE * size, Some(test.kind));
+        }
+        for number in 0..first.corners.len() {
+            look(of(&|point| point.corners[number]), 0.0, None);
+        }
+        let last = first.unknowns.len() - 1;
+        look(of(&|point| point.unknowns[last] - to), NOISE * to.abs(), None);
+        (parting, unresolved, too_long)
     }
 
     /// The point between two where the second parameter has a value; none where no orbit is found.
@@ -180,7 +269,7 @@ impl PseudoArclength<'_> {
         origin[last] = to;
         let mut normal = vec![0.0; last + 1];
         normal[last] = 1.0;
-        let Some(mut found) = correct(&self.context.system, &origin, &normal)? else {
+        let Some(mut found) = self.context.correct(&origin, &origin, &normal)? else {
             return Ok(None);
         };
         found[last] = to;
@@ -189,28 +278,6 @@ impl PseudoArclength<'_> {
             there => there.map(Some),
         }
     }
-}
-
-/// Whether the conditions bend little enough over two steps that none of them vanishes twice in the
-/// second.
-fn resolved(before: &TestedPoint, here: &TestedPoint, next: &TestedPoint) -> bool {
-    let grown =
-        distance(&next.unknowns, &here.unknowns) / distance(&here.unknowns, &before.unknowns);
-    let values = |point: &TestedPoint| {
-        let conditions = point.tests.iter();
-        let of = |(kind, value): &(SpecialKind, f64)| match kind {
-            SpecialKind::Codimension2 { .. } => Some(*value),
-            _ => None,
-        };
-        conditions.filter_map(of).collect::<Vec<f64>>()
-    };
-    let (a, b, c) = (values(before), values(here), values(next));
-    let largest = b.iter().fold(0.0_f64, |most, value| most.max(value.abs()));
-    a.iter().zip(&b).zip(&c).all(|((a, b), c)| {
-        let size = a.abs().max(b.abs()).max(c.abs());
-        let extrapolated = b + (b - a) * grown;
-        size < FAINT * largest || (c - extrapolated).abs() <= CURVED * size
-    })
 }
 
 fn dot(a: &[f64], b: &[f64]) -> f64 {

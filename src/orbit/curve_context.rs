@@ -7,8 +7,8 @@ use super::corners::Corners;
 use super::grazes::{Grazes, Touch};
 use super::grazing_curve::{CurveEnd, CurvePoint, SpecialKind};
 use super::grazing_orbit::{GrazingConditions, GrazingOrbit};
-use super::monodromy::{conditions, legs, multipliers, on_section, round};
-use super::newton::{Equations, Root, Solve, refine, solve};
+use super::monodromy::{ConditionFactors, legs, multipliers, on_section, round};
+use super::newton::{Equations, Root, Scaled, Solve, refine, solve, unit_of};
 use super::outcome::{NotLocated, OrbitError, Stop, settled};
 use super::passages::{clearance, passages, points, stretches};
 use super::section::PoincareSection;
@@ -18,13 +18,38 @@ use crate::model::Scene;
 use crate::numeric::{Dd, Real};
 
 /// What every point of a curve shares: the scene, its equations, and how grazes are stretched.
+///
+/// Unknowns are in units of their own everywhere but in the orbits described, so that steps and
+/// tolerances mean the same at every size.
 pub(super) struct CurveContext<'a> {
-    pub(super) scene: &'a Scene,
-    pub(super) system: ExtendedSystem,
+    scene: &'a Scene,
+    /// The equations, matched at the end of the period and in its middle.
+    systems: [ExtendedSystem; 2],
+    units: Vec<f64>,
+    residual_unit: f64,
     /// How many conditions are followed from every passage to every other.
     count: usize,
     stretches: Vec<Stretch>,
     corners: Option<Corners<'a>>,
+}
+
+/// A function along the curve whose zeros are special points, at one point.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct TestValue {
+    pub(super) kind: SpecialKind,
+    pub(super) value: f64,
+    /// What the rounding of the value is relative to.
+    pub(super) size: f64,
+}
+
+/// Rounding of a function along the curve, relative to its size.
+pub(super) const NOISE: f64 = 1e-11;
+
+impl TestValue {
+    /// The value, or 0 where it is rounding.
+    pub(super) fn beyond_rounding(&self) -> f64 {
+        if self.value.abs() <= NOISE * self.size { 0.0 } else { self.value }
+    }
 }
 
 /// A point of the curve with its test functions, whose zeros are special points.
@@ -32,7 +57,7 @@ pub(super) struct CurveContext<'a> {
 pub(super) struct TestedPoint {
     pub(super) unknowns: Vec<f64>,
     pub(super) tangent: Vec<f64>,
-    pub(super) tests: Vec<(SpecialKind, f64)>,
+    pub(super) tests: Vec<TestValue>,
     /// Arguments of functions with a corner, at the grazes.
     pub(super) corners: Vec<f64>,
     pub(super) point: CurvePoint,
@@ -41,8 +66,10 @@ pub(super) struct TestedPoint {
 /// The orbit at a point.
 pub(super) struct Described {
     pub(super) point: CurvePoint,
-    /// Discriminant of the two multipliers, where there are two.
-    discriminant: Option<f64>,
+    /// What the rounding of the conditions is relative to.
+    sizes: Vec<GrazingConditions<f64>>,
+    /// Discriminant of the two multipliers with its size, where there are two.
+    discriminant: Option<[f64; 2]>,
     corners: Vec<f64>,
 }
 
@@ -59,27 +86,69 @@ struct Passed<S> {
 const TOUCHING: f64 = 1e-8;
 
 impl<'a> CurveContext<'a> {
-    /// The curve through an orbit, in the parameters it was adjusted in and `with`.
+    /// The curve through an orbit, in the parameters it was adjusted in and `with`, which comes to
+    /// values of this size.
     pub(super) fn new(
         scene: &'a Scene,
         orbit: &GrazingOrbit,
-        with: usize,
+        (with, size): (usize, f64),
         count: usize,
     ) -> Result<Self, OrbitError> {
         let adjusted = scene.grazing.solve_for.iter().copied();
         let free: Vec<usize> = adjusted.chain([with]).collect();
         let system = ExtendedSystem::new(scene, Grazes::of(scene)?, orbit.parameters(), &free);
         let stretches = stretches(scene, &system, &orbit.passages)?;
-        Ok(Self { scene, system, count, stretches, corners: Corners::of(scene, &[with]) })
+        let start = start(&system, orbit);
+        let Scaled { mut units, residual_unit, .. } = system.scaled(&start);
+        if let (Some(unit), Some(value)) = (units.last_mut(), start.last()) {
+            *unit = unit_of(value.abs().max(size));
+        }
+        Ok(Self {
+            scene,
+            systems: [system.clone(), system.matched(Matching::AtMiddle)],
+            units,
+            residual_unit,
+            count,
+            stretches,
+            corners: Corners::of(scene, &[with]),
+        })
+    }
+
+    /// The equations, matched at the end of the period.
+    pub(super) fn system(&self) -> &ExtendedSystem {
+        &self.systems[0]
+    }
+
+    /// The equations in units, matched at the end and in the middle.
+    fn scaled(&self) -> [Scaled<'_, ExtendedSystem>; 2] {
+        let (units, residual_unit) = (&self.units, self.residual_unit);
+        let [end, middle] = &self.systems;
+        [end, middle].map(|equations| Scaled { equations, units: units.clone(), residual_unit })
+    }
+
+    /// The equations in units, matched at the end of the period.
+    pub(super) fn equations(&self) -> Scaled<'_, ExtendedSystem> {
+        let [end, _] = self.scaled();
+        end
+    }
+
+    fn without_units<S: Real>(&self, unknowns: &[S]) -> Vec<S> {
+        self.equations().without_units(unknowns)
+    }
+
+    /// The second parameter in its unit.
+    pub(super) fn in_unit(&self, value: f64) -> f64 {
+        value / self.units.last().copied().unwrap_or(1.0)
+    }
+
+    /// All parameters at these unknowns.
+    pub(super) fn parameters<S: Real>(&self, unknowns: &[S]) -> Vec<S> {
+        self.system().parameters(&self.without_units(unknowns))
     }
 
     /// Unknowns of a located orbit.
     pub(super) fn start(&self, orbit: &GrazingOrbit) -> Vec<f64> {
-        let graze = orbit.grazing_point();
-        let independent = &orbit.passages[1..self.system.grazes.independent];
-        let times: Vec<Dd> = independent.iter().map(|passage| passage.time).collect();
-        let unknowns = self.system.assemble(&graze.state, orbit.period, &times, &graze.parameters);
-        unknowns.iter().map(|value| value.to_f64()).collect()
+        self.equations().in_units(&start(self.system(), orbit))
     }
 
     /// Everything about a point of the curve, or why the curve ends there.
@@ -88,19 +157,20 @@ impl<'a> CurveContext<'a> {
         unknowns: Vec<f64>,
         along: &[f64],
     ) -> Result<TestedPoint, Stop<CurveEnd>> {
-        let Some(tangent) = tangent(&self.system, &unknowns, along)? else {
+        let Some(tangent) = self.tangent(&unknowns, along)? else {
             return Err(Stop::Ended(CurveEnd::StepTooSmall { ds: 0.0 }));
         };
-        let Described { point, discriminant, corners } = self.describe(&unknowns)?;
-        let turning = tangent[self.system.first_parameter()..].iter();
-        let folds = self
-            .system
-            .free()
-            .iter()
-            .zip(turning)
-            .map(|(&parameter, &component)| (SpecialKind::Fold { parameter }, component));
-        let switch = discriminant.map(|value| (SpecialKind::MultiplierSwitch, value));
-        let tests = self.codimension2(&point.conditions).chain(folds);
+        let Described { point, sizes, discriminant, corners } = self.describe(&unknowns)?;
+        let turning = tangent[self.system().first_parameter()..].iter();
+        let folds = self.system().free().iter().zip(turning).map(|(&parameter, &component)| {
+            TestValue { kind: SpecialKind::Fold { parameter }, value: component, size: 1.0 }
+        });
+        let switch = discriminant.map(|[value, size]| TestValue {
+            kind: SpecialKind::MultiplierSwitch,
+            value,
+            size,
+        });
+        let tests = self.codimension2(&point.conditions, &sizes).chain(folds);
         Ok(TestedPoint { tests: tests.chain(switch).collect(), unknowns, tangent, corners, point })
     }
 
@@ -109,13 +179,16 @@ impl<'a> CurveContext<'a> {
     fn codimension2<'c>(
         &self,
         conditions: &'c [GrazingConditions<f64>],
-    ) -> impl Iterator<Item = (SpecialKind, f64)> + use<'c> {
-        let unmirrored = self.system.grazes.unmirrored();
-        let followed = conditions.iter().filter(move |at| at.from < unmirrored);
-        followed.flat_map(|pair| {
+        sizes: &'c [GrazingConditions<f64>],
+    ) -> impl Iterator<Item = TestValue> + use<'c> {
+        let unmirrored = self.system().grazes.unmirrored();
+        let followed = conditions.iter().zip(sizes);
+        let followed = followed.filter(move |(at, _)| at.from < unmirrored);
+        followed.flat_map(|(pair, sizes)| {
             let (from, to) = (pair.from, pair.to);
-            let kind = move |n| SpecialKind::Codimension2 { n, from, to };
-            (1..).map(kind).zip(pair.values.iter().copied())
+            let kinds = (1..).map(move |n| SpecialKind::Codimension2 { n, from, to });
+            let values = pair.values.iter().zip(&sizes.values);
+            kinds.zip(values).map(|(kind, (&value, &size))| TestValue { kind, value, size })
         })
     }
 
@@ -131,34 +204,30 @@ impl<'a> CurveContext<'a> {
         let Ok(passed) = settled(self.passed(unknowns, f64::INFINITY))? else {
             return Ok(nowhere);
         };
-        let all = self.conditions(&passed, n)?;
+        let all = self.factors(&passed)?.conditions(n);
         let mine = all.iter().find(|at| at.from == from && at.to == to);
         let value = mine.and_then(|at| at.values.get(n - 1));
         Ok(value.copied().unwrap_or(nowhere))
     }
 
-    fn conditions<S: Real>(
-        &self,
-        passed: &Passed<S>,
-        count: usize,
-    ) -> Result<Vec<GrazingConditions<S>>, OrbitError> {
-        conditions(
-            &self.system,
+    fn factors<S: Real>(&self, passed: &Passed<S>) -> Result<ConditionFactors<S>, OrbitError> {
+        ConditionFactors::new(
+            self.system(),
             &self.stretches,
             &passed.touches,
             &passed.legs,
             &passed.parameters,
-            count,
         )
     }
 
     fn passed<S: Real>(&self, unknowns: &[S], tolerance: f64) -> Result<Passed<S>, Stop<CurveEnd>> {
-        let found = passages(self.scene, &self.system, unknowns, tolerance);
+        let (unknowns, system) = (self.without_units(unknowns), self.system());
+        let found = passages(self.scene, system, &unknowns, tolerance);
         let touches = found.map_err(|stop| stop.map(|reason| lost(&reason)))?.touches;
-        let parameters = self.system.parameters(unknowns);
-        let period = self.system.period(unknowns);
+        let parameters = system.parameters(&unknowns);
+        let period = system.period(&unknowns);
         Ok(Passed {
-            legs: legs(&self.system.field, &touches, &parameters, period)?,
+            legs: legs(&system.field, &touches, &parameters, period)?,
             parameters,
             period,
             touches,
@@ -172,18 +241,22 @@ impl<'a> CurveContext<'a> {
             return Err(Stop::Ended(end));
         }
         let corners = self.corner_arguments(&passed)?;
-        let conditions = self.conditions(&passed, self.count)?;
+        let factors = self.factors(&passed)?;
+        let conditions = factors.conditions(self.count);
         let parameters = &passed.parameters;
         let exact: Vec<Dd> = parameters.iter().map(|&value| Dd::from(value)).collect();
-        let passages = points(self.scene, &self.system, &passed.touches, &exact)?;
+        let passages = points(self.scene, self.system(), &passed.touches, &exact)?;
         let (graze, state) = (&passages[0], passed.touches[0].state.clone());
-        let local = self.system.geometry(0).at(&state, parameters);
+        let local = self.system().geometry(0).at(&state, parameters);
         let model = &self.scene.model;
         let section = PoincareSection::tangency(model, graze.surface, &graze.state, &exact);
         let monodromy = on_section(&round(&passed.legs), &section, &local);
         let discriminant = (monodromy.shape() == (2, 2)).then(|| {
             let half_difference = (monodromy[(0, 0)] - monodromy[(1, 1)]) * 0.5;
-            half_difference * half_difference + monodromy[(0, 1)] * monodromy[(1, 0)]
+            let product = monodromy[(0, 1)] * monodromy[(1, 0)];
+            let largest = monodromy[(0, 0)].abs().max(monodromy[(1, 1)].abs());
+            let size = largest * largest + product.abs();
+            [half_difference * half_difference + product, size]
         });
         let point = CurvePoint {
             normal_acceleration: local.acceleration(),
@@ -194,7 +267,7 @@ impl<'a> CurveContext<'a> {
             parameters: passed.parameters,
             state,
         };
-        Ok(Described { point, discriminant, corners })
+        Ok(Described { point, sizes: factors.sizes(self.count), discriminant, corners })
     }
 
     /// The end of the curve at an orbit along which the free flow has a corner.
@@ -256,97 +329,95 @@ fn lost(reason: &NotLocated) -> CurveEnd {
 const TOLERANCE: f64 = 1e-9;
 
 /// The extended system in two parameters, on the plane through `origin` across `normal`.
-#[derive(Clone, Debug)]
-struct Bordered {
-    system: ExtendedSystem,
-    origin: Vec<f64>,
-    normal: Vec<f64>,
+struct Bordered<'a> {
+    system: Scaled<'a, ExtendedSystem>,
+    origin: &'a [f64],
+    normal: &'a [f64],
 }
 
-impl Equations for Bordered {
+impl Equations for Bordered<'_> {
     fn linearised(&self, unknowns: &[f64]) -> Result<(Vec<f64>, DMatrix<f64>), OrbitError> {
-        let (mut residual, jacobian) = self.system.differentiate(unknowns)?;
+        let (mut residual, jacobian) = self.system.linearised(unknowns)?;
         residual.push(self.offset(unknowns));
-        Ok((residual, bordered(&jacobian, &self.normal)))
+        Ok((residual, bordered(&jacobian, self.normal)))
     }
 
     fn residual<S: Real>(&self, unknowns: &[S]) -> Result<Vec<S>, OrbitError> {
-        let mut residual = self.system.evaluate(unknowns)?;
+        let mut residual = self.system.residual(unknowns)?;
         residual.push(self.offset(unknowns));
         Ok(residual)
     }
 }
 
-impl Bordered {
+impl Bordered<'_> {
     fn offset<S: Real>(&self, unknowns: &[S]) -> S {
-        let terms = unknowns.iter().zip(&self.origin).zip(&self.normal);
+        let terms = unknowns.iter().zip(self.origin).zip(self.normal);
         terms
             .map(|((&value, &origin), &normal)| (value - S::from_f64(origin)) * S::from_f64(normal))
             .sum()
     }
 }
 
-/// The point of the curve on the plane through `origin` across `normal`, or `None` where Newton's
-/// method finds none.
-pub(super) fn correct(
-    system: &ExtendedSystem,
-    origin: &[f64],
-    normal: &[f64],
-) -> Result<Option<Vec<f64>>, OrbitError> {
-    for matching in [Matching::AtEnd, Matching::AtMiddle] {
-        let equations = Bordered {
-            system: system.matched(matching),
-            origin: origin.to_vec(),
-            normal: normal.to_vec(),
-        };
-        match solve(&equations, origin, TOLERANCE) {
-            Ok(Solve::Root(root)) => return Ok(Some(root)),
-            Ok(Solve::Failed(_)) | Err(OrbitError::Flow(_)) => {}
-            Err(error) => return Err(error),
+impl CurveContext<'_> {
+    /// The point of the curve on the plane through `origin` across `normal`, from a point near it;
+    /// `None` where Newton's method finds none.
+    pub(super) fn correct(
+        &self,
+        start: &[f64],
+        origin: &[f64],
+        normal: &[f64],
+    ) -> Result<Option<Vec<f64>>, OrbitError> {
+        for system in self.scaled() {
+            match solve(&Bordered { system, origin, normal }, start, TOLERANCE) {
+                Ok(Solve::Root(root)) => return Ok(Some(root)),
+                Ok(Solve::Failed(_)) | Err(OrbitError::Flow(_)) => {}
+                Err(error) => return Err(error),
+            }
+        }
+        Ok(None)
+    }
+
+    /// A point found by [`correct`](Self::correct), to the roundoff of double-double.
+    pub(super) fn correct_dd(
+        &self,
+        point: &[f64],
+        origin: &[f64],
+        normal: &[f64],
+    ) -> Result<Solve<Root>, OrbitError> {
+        let [end, middle] = self.scaled().map(|system| Bordered { system, origin, normal });
+        match refine(&end, point, 1e-22) {
+            Ok(Solve::Root(root)) => Ok(Solve::Root(root)),
+            _ => refine(&middle, point, 1e-22),
         }
     }
-    Ok(None)
-}
 
-/// A point found by [`correct`], to the roundoff of double-double.
-pub(super) fn correct_dd(
-    system: &ExtendedSystem,
-    point: &[f64],
-    origin: &[f64],
-    normal: &[f64],
-) -> Result<Solve<Root>, OrbitError> {
-    let equations = |matching| Bordered {
-        system: system.matched(matching),
-        origin: origin.to_vec(),
-        normal: normal.to_vec(),
-    };
-    match refine(&equations(Matching::AtEnd), point, 1e-22) {
-        Ok(Solve::Root(root)) => Ok(Solve::Root(root)),
-        _ => refine(&equations(Matching::AtMiddle), point, 1e-22),
-    }
-}
-
-/// The unit tangent of the curve at a point, on the side of `along`; `None` where it is not
-/// determined.
-pub(super) fn tangent(
-    system: &ExtendedSystem,
-    point: &[f64],
-    along: &[f64],
-) -> Result<Option<Vec<f64>>, OrbitError> {
-    for matching in [Matching::AtEnd, Matching::AtMiddle] {
-        let Ok((_, jacobian)) = system.matched(matching).differentiate(point) else {
-            continue;
-        };
-        let mut right = DVector::zeros(point.len());
-        right[point.len() - 1] = 1.0;
-        if let Some(direction) = bordered(&jacobian, along).lu().solve(&right)
-            && direction.iter().all(|value| value.is_finite())
-        {
-            let length = direction.norm();
-            return Ok(Some(direction.iter().map(|value| value / length).collect()));
+    /// The unit tangent of the curve at a point, on the side of `along`; `None` where it is not
+    /// determined.
+    fn tangent(&self, point: &[f64], along: &[f64]) -> Result<Option<Vec<f64>>, OrbitError> {
+        for system in self.scaled() {
+            let Ok((_, jacobian)) = system.linearised(point) else {
+                continue;
+            };
+            let mut right = DVector::zeros(point.len());
+            right[point.len() - 1] = 1.0;
+            if let Some(direction) = bordered(&jacobian, along).lu().solve(&right)
+                && direction.iter().all(|value| value.is_finite())
+            {
+                let length = direction.norm();
+                return Ok(Some(direction.iter().map(|value| value / length).collect()));
+            }
         }
+        Ok(None)
     }
-    Ok(None)
+}
+
+/// Unknowns of a located orbit, without units.
+fn start(system: &ExtendedSystem, orbit: &GrazingOrbit) -> Vec<f64> {
+    let graze = orbit.grazing_point();
+    let independent = &orbit.passages[1..system.grazes.independent];
+    let times: Vec<Dd> = independent.iter().map(|passage| passage.time).collect();
+    let unknowns = system.assemble(&graze.state, orbit.period, &times, &graze.parameters);
+    unknowns.iter().map(|value| value.to_f64()).collect()
 }
 
 /// A Jacobian with one more row.

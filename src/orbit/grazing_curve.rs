@@ -6,7 +6,8 @@ use crate::numeric::Dd;
 
 /// Steps of a continuation, in arclength over its unknowns: the full state at the first graze, the
 /// period where no clock gives it, the times of further independent grazes, and the free
-/// parameters.
+/// parameters. States and parameters are in units of their own size, powers of 1024. No step is
+/// longer than the range of the second parameter.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CurveOptions {
     /// First step.
@@ -86,6 +87,16 @@ pub struct SpecialPoint {
     pub point: CurvePoint,
 }
 
+/// A stretch of a curve on which not all special points of a kind are known: the function whose
+/// zeros they are is rounding there, or varies faster than the smallest steps follow.
+#[derive(Clone, Debug, PartialEq)]
+pub struct UnresolvedStretch {
+    /// The kind of special points.
+    pub kind: SpecialKind,
+    /// All parameters at the ends.
+    pub ends: [Vec<f64>; 2],
+}
+
 /// How a curve ended.
 #[derive(Clone, Debug, PartialEq)]
 pub enum CurveEnd {
@@ -160,11 +171,25 @@ pub struct GrazingCurve {
     pub points: Vec<CurvePoint>,
     /// Special points in order.
     pub special: Vec<SpecialPoint>,
+    /// Stretches on which more special points may lie.
+    pub unresolved: Vec<UnresolvedStretch>,
     /// How the curve ended.
     pub end: CurveEnd,
 }
 
 impl GrazingCurve {
+    /// Adds a stretch to the unresolved ones, or to the end of the one that it goes on from.
+    pub(super) fn add_unresolved(&mut self, kind: SpecialKind, [from, to]: [&[f64]; 2]) {
+        let mut known = self.unresolved.iter_mut();
+        match known.find(|stretch| stretch.kind == kind && stretch.ends[1] == from) {
+            Some(stretch) => stretch.ends[1] = to.to_vec(),
+            None => {
+                let ends = [from.to_vec(), to.to_vec()];
+                self.unresolved.push(UnresolvedStretch { kind, ends });
+            }
+        }
+    }
+
     /// Points where some `xi_n` vanishes, with `n` and the passages from and to which it is.
     pub fn codim2(&self) -> impl Iterator<Item = (usize, [usize; 2], &SpecialPoint)> {
         self.special.iter().filter_map(|special| match special.kind {

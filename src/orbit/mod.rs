@@ -15,6 +15,7 @@ mod monodromy;
 mod newton;
 mod outcome;
 mod passages;
+mod sampled;
 mod search;
 mod section;
 mod special;
@@ -24,6 +25,7 @@ mod system;
 pub use curve::curve;
 pub use grazing_curve::{
     CurveEnd, CurveOptions, CurveOutcome, CurvePoint, GrazingCurve, SpecialKind, SpecialPoint,
+    UnresolvedStretch,
 };
 pub use grazing_orbit::{
     FollowingPassage, GrazingConditions, GrazingOrbit, GrazingPoint, Location,

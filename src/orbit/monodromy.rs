@@ -114,38 +114,84 @@ pub(super) fn round<S: Real>(legs: &[DMatrix<S>]) -> DMatrix<S> {
     whole.fold(legs[0].clone(), |so_far, leg| leg * so_far)
 }
 
-/// The conditions between all passages, `count` each.
-pub(super) fn conditions<S: Real>(
-    system: &ExtendedSystem,
-    stretches: &[Stretch],
-    touches: &[Touch<S>],
-    legs: &[DMatrix<S>],
-    parameters: &[S],
-    count: usize,
-) -> Result<Vec<GrazingConditions<S>>, OrbitError> {
-    let dimension = system.dimension();
-    let local = |passage: usize| {
-        let geometry = system.geometry(passage);
-        geometry.at(&touches[passage].state, parameters)
-    };
-    let passages = touches.len();
-    let slopes: Vec<Vec<S>> = (0..passages)
-        .map(|passage| local(passage).event_gradient()[..dimension].to_vec())
-        .collect();
-    let mut found = Vec::new();
-    for (from, stretch) in stretches.iter().enumerate() {
-        let mut values = vec![Vec::new(); passages];
-        let state = &touches[from].state;
-        if let Some(direction) = stretch.direction(&local(from), state, parameters)? {
-            let mut stretch = DVector::from_vec(direction);
-            for leg in (from..).take(count * passages) {
-                stretch = &legs[leg % passages] * stretch;
-                let to = (leg + 1) % passages;
-                values[to].push(dot(&slopes[to], stretch.as_slice()));
-            }
+/// What the conditions `xi_n` between all passages are products of.
+pub(super) struct ConditionFactors<S> {
+    /// `∇h` at every passage.
+    slopes: Vec<Vec<S>>,
+    /// `β` at every passage; nothing where the contact is not felt.
+    stretches: Vec<Option<Vec<S>>>,
+    /// Derivatives of the flow from every passage to the next.
+    legs: Vec<DMatrix<S>>,
+}
+
+impl<S: Real> ConditionFactors<S> {
+    /// The factors of an orbit.
+    pub(super) fn new(
+        system: &ExtendedSystem,
+        stretches: &[Stretch],
+        touches: &[Touch<S>],
+        legs: &[DMatrix<S>],
+        parameters: &[S],
+    ) -> Result<Self, OrbitError> {
+        let dimension = system.dimension();
+        let (mut slopes, mut directions) = (Vec::new(), Vec::new());
+        for (passage, (touch, stretch)) in touches.iter().zip(stretches).enumerate() {
+            let local = system.geometry(passage).at(&touch.state, parameters);
+            slopes.push(local.event_gradient()[..dimension].to_vec());
+            directions.push(stretch.direction(&local, &touch.state, parameters)?);
         }
-        let from_here = values.into_iter().enumerate();
-        found.extend(from_here.map(|(to, values)| GrazingConditions { from, to, values }));
+        Ok(Self { slopes, stretches: directions, legs: legs.to_vec() })
     }
-    Ok(found)
+
+    /// The conditions between all passages, `count` each.
+    pub(super) fn conditions(&self, count: usize) -> Vec<GrazingConditions<S>> {
+        let passages = self.slopes.len();
+        let mut found = Vec::new();
+        for (from, direction) in self.stretches.iter().enumerate() {
+            let mut values = vec![Vec::new(); passages];
+            if let Some(direction) = direction {
+                let mut stretch = DVector::from_column_slice(direction);
+                for leg in (from..).take(count * passages) {
+                    stretch = &self.legs[leg % passages] * stretch;
+                    let to = (leg + 1) % passages;
+                    values[to].push(dot(&self.slopes[to], stretch.as_slice()));
+                }
+            }
+            let from_here = values.into_iter().enumerate();
+            found.extend(from_here.map(|(to, values)| GrazingConditions { from, to, values }));
+        }
+        found
+    }
+}
+
+impl ConditionFactors<f64> {
+    /// What the rounding of the conditions is relative to: the sum of their changes when the
+    /// entries of one leg after another change by all of their size.
+    pub(super) fn sizes(&self, count: usize) -> Vec<GrazingConditions<f64>> {
+        let passages = self.slopes.len();
+        let leg = |number: usize| &self.legs[number % passages];
+        let mut found = Vec::new();
+        for (from, direction) in self.stretches.iter().enumerate() {
+            let mut values = vec![Vec::new(); passages];
+            let mut carried = Vec::new();
+            let mut stretch = direction.as_deref().map(DVector::from_column_slice);
+            for last in (from..).take(count * passages) {
+                let Some(before) = stretch else { break };
+                stretch = Some(leg(last) * &before);
+                carried.push(before.map(|value| value.abs()));
+                let to = (last + 1) % passages;
+                let mut slopes = DVector::from_column_slice(&self.slopes[to]).transpose();
+                let mut size = 0.0;
+                for (number, before) in (from..last + 1).zip(&carried).rev() {
+                    let entries = leg(number).map(|value| value.abs());
+                    size += (slopes.map(|value| value.abs()) * entries * before)[0];
+                    slopes *= leg(number);
+                }
+                values[to].push(size);
+            }
+            let from_here = values.into_iter().enumerate();
+            found.extend(from_here.map(|(to, values)| GrazingConditions { from, to, values }));
+        }
+        found
+    }
 }

@@ -277,7 +277,8 @@ impl<E: Equations> Scaled<'_, E> {
         pairs.map(|(value, unit)| value / unit).collect()
     }
 
-    fn without_units<S: Real>(&self, unknowns: &[S]) -> Vec<S> {
+    /// Unknowns in their units, without them.
+    pub(super) fn without_units<S: Real>(&self, unknowns: &[S]) -> Vec<S> {
         let pairs = unknowns.iter().zip(&self.units);
         pairs.map(|(&value, &unit)| value * S::from_f64(unit)).collect()
     }

@@ -2,37 +2,59 @@
 
 use nalgebra::DMatrix;
 
-use super::curve_context::{CurveContext, TestedPoint, bordered, correct, correct_dd};
+use super::curve_context::{CurveContext, TestValue, TestedPoint, bordered};
 use super::grazing_curve::{CurveEnd, SpecialKind, SpecialPoint};
 use super::newton::{Equations, Solve, refine};
-use super::outcome::{OrbitError, settled};
+use super::outcome::{OrbitError, Stop, settled};
 use crate::numeric::{Bracket, Dd, Real};
 
 /// An argument of this size, relative to those it lies between, has passed 0.
 const VANISHED: f64 = 1e-6;
-/// Length along the chord, and value of the function, at which the search for a zero ends.
+/// Length along the chord, and value of the function relative to those it lies between, at which
+/// the search for a zero ends.
 const ENOUGH: f64 = 1e-14;
 /// Step of a difference quotient, relative to the unknown.
 const DIFFERENCE: f64 = 1e-7;
 /// Largest residual of a point refined in double-double.
 const REFINED: f64 = 1e-22;
 
-/// Special points between two points, in order along the curve.
+/// Special points at the first point of a curve.
+pub(super) fn special_at_start(
+    context: &CurveContext<'_>,
+    start: &TestedPoint,
+) -> Result<Vec<SpecialPoint>, OrbitError> {
+    let at_zero = start.tests.iter().filter(|test| test.beyond_rounding() == 0.0);
+    let mut found = Vec::new();
+    for test in at_zero {
+        found.extend(refined(context, test, &start.unknowns, [&start.unknowns, &start.tangent])?);
+    }
+    Ok(found)
+}
+
+/// Special points after a point, up to another, in order along the curve.
 pub(super) fn special_between(
     context: &CurveContext<'_>,
     here: &TestedPoint,
     next: &TestedPoint,
 ) -> Result<Vec<SpecialPoint>, OrbitError> {
     let mut found = Vec::new();
-    for (index, (&(kind, a), &(_, b))) in here.tests.iter().zip(&next.tests).enumerate() {
+    let chord = Chord::new(here, next);
+    for (index, (test, after)) in here.tests.iter().zip(&next.tests).enumerate() {
+        let (a, b) = (test.beyond_rounding(), after.beyond_rounding());
         let value = |unknowns: &[f64]| {
             let point = settled(context.at(unknowns.to_vec(), &here.tangent))?;
-            Ok(point.ok().map(|point| point.tests[index].1))
+            Ok(point.ok().map(|point| point.tests[index].value))
         };
-        if a * b < 0.0
-            && let Some((share, unknowns)) = Chord::new(here, next).zero(context, [a, b], value)?
-            && let Some(special) = refined(context, here, next, kind, share, &unknowns)?
-        {
+        let zero = if a * b < 0.0 {
+            chord.zero(context, [a, b], value)?
+        } else if a != 0.0 && b == 0.0 {
+            Some((1.0, next.unknowns.clone()))
+        } else {
+            None
+        };
+        let Some((share, unknowns)) = zero else { continue };
+        let origin = chord.origin(share);
+        if let Some(special) = refined(context, test, &unknowns, [&origin, &chord.normal])? {
             found.push((share, special));
         }
     }
@@ -54,7 +76,7 @@ pub(super) fn corner_between(
             && let Some((share, unknowns)) = Chord::new(here, next).zero(context, [a, b], value)?
             && let Some((value, end)) = near(&unknowns)?
             // An argument may change its sign by a jump, where the phase begins anew.
-            && value.abs() <= ENOUGH.max(VANISHED * a.abs().max(b.abs()))
+            && value.abs() <= VANISHED * a.abs().max(b.abs())
             && first.as_ref().is_none_or(|(before, _)| share < *before)
         {
             first = Some((share, end));
@@ -64,7 +86,7 @@ pub(super) fn corner_between(
 }
 
 /// The chord between two points, with planes across it.
-struct Chord<'a> {
+pub(super) struct Chord<'a> {
     here: &'a TestedPoint,
     next: &'a TestedPoint,
     length: f64,
@@ -72,7 +94,7 @@ struct Chord<'a> {
 }
 
 impl<'a> Chord<'a> {
-    fn new(here: &'a TestedPoint, next: &'a TestedPoint) -> Self {
+    pub(super) fn new(here: &'a TestedPoint, next: &'a TestedPoint) -> Self {
         let ends = next.unknowns.iter().zip(&here.unknowns);
         let chord: Vec<f64> = ends.map(|(b, a)| b - a).collect();
         let length = chord.iter().map(|value| value * value).sum::<f64>().sqrt();
@@ -84,6 +106,35 @@ impl<'a> Chord<'a> {
         ends.map(|(a, b)| a + share * (b - a)).collect()
     }
 
+    /// The unknowns of the curve across a share of the chord; Newton's method starts from the cubic
+    /// with the tangents at the ends.
+    fn unknowns(
+        &self,
+        context: &CurveContext<'_>,
+        share: f64,
+    ) -> Result<Option<Vec<f64>>, OrbitError> {
+        let rest = 1.0 - share;
+        let origin = self.origin(share);
+        let tangents = self.here.tangent.iter().zip(&self.next.tangent);
+        let bend = tangents.zip(&self.normal).map(|((a, b), normal)| {
+            self.length * share * rest * (rest * (a - normal) - share * (b - normal))
+        });
+        let start: Vec<f64> = origin.iter().zip(bend).map(|(origin, bend)| origin + bend).collect();
+        context.correct(&start, &origin, &self.normal)
+    }
+
+    /// The point of the curve across a share of the chord; `None` where Newton's method finds none.
+    pub(super) fn point(
+        &self,
+        context: &CurveContext<'_>,
+        share: f64,
+    ) -> Result<Option<TestedPoint>, Stop<CurveEnd>> {
+        match self.unknowns(context, share)? {
+            Some(unknowns) => context.at(unknowns, &self.here.tangent).map(Some),
+            None => Ok(None),
+        }
+    }
+
     /// The zero of one function of which the values at the ends are given, in the share of the
     /// chord, every trial corrected onto the curve: the trial nearest to it.
     fn zero(
@@ -92,12 +143,12 @@ impl<'a> Chord<'a> {
         ends: [f64; 2],
         value: impl Fn(&[f64]) -> Result<Option<f64>, OrbitError>,
     ) -> Result<Option<(f64, Vec<f64>)>, OrbitError> {
+        let largest = ends[0].abs().max(ends[1].abs());
         let Ok(bracket) = Bracket::new(0.0, 1.0, ends[0], ends[1]) else {
             return Ok(None);
         };
         let trial = |share: f64| -> Result<Option<(f64, Vec<f64>)>, OrbitError> {
-            let origin = self.origin(share);
-            let Some(found) = correct(&context.system, &origin, &self.normal)? else {
+            let Some(found) = self.unknowns(context, share)? else {
                 return Ok(None);
             };
             Ok(value(&found)?.map(|value| (value, found)))
@@ -117,7 +168,7 @@ impl<'a> Chord<'a> {
             if best.as_ref().is_none_or(|(least, ..)| value.abs() < *least) {
                 best = Some((value.abs(), share, unknowns));
             }
-            if value.abs() < ENOUGH { 0.0 } else { value }
+            if value.abs() < ENOUGH * largest { 0.0 } else { value }
         });
         match failure {
             Some(error) => Err(error),
@@ -127,14 +178,12 @@ impl<'a> Chord<'a> {
 }
 
 /// A special point to the roundoff of double-double: a condition's zero itself, of other functions
-/// the point of the curve.
+/// the point of the curve on the plane through `origin` across `normal`.
 fn refined(
     context: &CurveContext<'_>,
-    here: &TestedPoint,
-    next: &TestedPoint,
-    kind: SpecialKind,
-    share: f64,
+    &TestValue { kind, size, .. }: &TestValue,
     unknowns: &[f64],
+    [origin, normal]: [&[f64]; 2],
 ) -> Result<Option<SpecialPoint>, OrbitError> {
     let Ok(described) = settled(context.describe(unknowns))? else {
         return Ok(None);
@@ -142,40 +191,37 @@ fn refined(
     let point = described.point;
     let root = match kind {
         SpecialKind::Codimension2 { n, from, to } => {
-            let zero = Zero { context, from, to, n };
-            refine(&zero, unknowns, REFINED)?
+            refine(&Zero { context, from, to, n, size }, unknowns, REFINED)?
         }
-        _ => {
-            let chord = Chord::new(here, next);
-            let origin = chord.origin(share);
-            correct_dd(&context.system, unknowns, &origin, &chord.normal)?
-        }
+        _ => context.correct_dd(unknowns, origin, normal)?,
     };
     let unknowns = match root {
         Solve::Root(root) => root.unknowns,
         Solve::Failed(_) => unknowns.iter().map(|&value| Dd::from(value)).collect(),
     };
-    Ok(Some(SpecialPoint { kind, parameters: context.system.parameters(&unknowns), point }))
+    Ok(Some(SpecialPoint { kind, parameters: context.parameters(&unknowns), point }))
 }
 
-/// The extended system with one condition required to vanish.
+/// The extended system with one condition, relative to a size, required to vanish.
 struct Zero<'a> {
     context: &'a CurveContext<'a>,
     from: usize,
     to: usize,
     n: usize,
+    size: f64,
 }
 
 impl Zero<'_> {
     fn condition<S: Real>(&self, unknowns: &[S]) -> Result<S, OrbitError> {
-        self.context.condition(unknowns, self.from, self.to, self.n)
+        let value = self.context.condition(unknowns, self.from, self.to, self.n)?;
+        Ok(value / S::from_f64(self.size))
     }
 }
 
 impl Equations for Zero<'_> {
     /// The condition's row by differences: a correction needs few digits.
     fn linearised(&self, unknowns: &[f64]) -> Result<(Vec<f64>, DMatrix<f64>), OrbitError> {
-        let (mut residual, jacobian) = self.context.system.differentiate(unknowns)?;
+        let (mut residual, jacobian) = self.context.equations().linearised(unknowns)?;
         let value = self.condition(unknowns)?;
         residual.push(value);
         let slope = |position: usize| {
@@ -189,7 +235,7 @@ impl Equations for Zero<'_> {
     }
 
     fn residual<S: Real>(&self, unknowns: &[S]) -> Result<Vec<S>, OrbitError> {
-        let mut residual = self.context.system.evaluate(unknowns)?;
+        let mut residual = self.context.equations().residual(unknowns)?;
         residual.push(self.condition(unknowns)?);
         Ok(residual)
     }

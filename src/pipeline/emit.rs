@@ -15,12 +15,22 @@ use crate::model::Shape;
 use crate::report::OutputFolder;
 
 /// What is asked of an emission.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub struct EmitRequest {
     /// Language of the code.
     pub target: Target,
     /// Whether the error on the window is measured and stated.
     pub measure: bool,
+    /// The command that emits the same again, run in the folder of the module's file: for its
+    /// header.
+    pub command: Option<String>,
+}
+
+impl Default for EmitRequest {
+    /// Rust, measured, without a command in its header.
+    fn default() -> Self {
+        Self { target: Target::Rust, measure: true, command: None }
+    }
 }
 
 impl Map {
@@ -28,11 +38,10 @@ impl Map {
     ///
     /// # Errors
     ///
-    /// As [`module`](Self::module); [`Error::Report`] if a file cannot be written.
+    /// As [`module`](Self::module) and [`write_emitted`].
     pub fn emit(&self, folder: impl AsRef<Path>) -> Result<(), Error> {
-        let request = EmitRequest { target: Target::Rust, measure: true };
-        let emitted = EmittedCrate::standalone(&self.module(request)?)?;
-        Ok(OutputFolder::create(folder.as_ref())?.write_all(&emitted.files)?)
+        let module = self.module(EmitRequest::default())?;
+        write_emitted(&EmittedCrate::standalone(&module)?, folder.as_ref())
     }
 
     /// The emitted module of the map.
@@ -55,6 +64,7 @@ impl Map {
             tolerance: choice.map(|choice| choice.tolerance).or(self.scene().emit.tolerance),
             drop_within: choice.and_then(Choice::drop_after),
             measured_error: None,
+            command: request.command,
         };
         options.shape = self.emitted_shape(&options)?;
         if request.measure {
@@ -104,4 +114,15 @@ impl Map {
             }
         })
     }
+}
+
+/// Writes the files of an emission into a folder; older emissions are replaced.
+///
+/// # Errors
+///
+/// Before anything is written, [`Error::Emission`] if a file that is no emission has the name of
+/// one; [`Error::Report`] if a file cannot be written.
+pub fn write_emitted(emitted: &EmittedCrate, folder: &Path) -> Result<(), Error> {
+    EmittedCrate::refuse_foreign(folder, emitted.files.keys())?;
+    Ok(OutputFolder::create(folder)?.write_all(&emitted.files)?)
 }

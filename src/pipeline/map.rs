@@ -8,14 +8,17 @@ use crate::analysis::chart::{Chart, chart};
 use crate::analysis::diagram::{Diagram, diagram};
 use crate::analysis::orbits::{Orbits, OrbitsRequest, orbits};
 use crate::analysis::{
-    ImageRecord, ImageRequest, NoProgress, Progress, SectionImage, direct_image, images,
+    DirectMap, GuardedMap, ImageRecord, ImageRequest, NoProgress, Part, Progress, SectionImage,
+    direct_image, images,
 };
 use crate::convergence::{
     Choice, ConvergenceError, ConvergenceStudy, ExactImages, MeasuredWindow, measure_window,
 };
 use crate::expansion::{
     ComposedMap, Contact, DepthSeries, Expander, LocalMap, RADIUS_ORDER, Stage, WindowEdge,
+    check_orders,
 };
+use crate::hybrid::HybridSystem;
 use crate::iteration::{DiscreteMap, HornerMap, StepInfo};
 use crate::model::{ChartRequest, DiagramRequest, MapOrders, Scene, Shape};
 use crate::numeric::FloatFormat;
@@ -57,6 +60,7 @@ impl Plan {
     /// [`Error::Expansion`], [`Error::Convergence`] if the scene cannot be expanded.
     pub fn expand(self) -> Result<Map, Error> {
         let (scene, orbit, orders) = (&*self.scene, self.settled.orbit(), self.orders);
+        check_orders(scene)?;
         let expander = Expander::new(scene, orbit)?;
         let fitted = self.choice.as_ref().filter(|choice| choice.fitted_to.is_some());
         let mut local = match (scene.emit.shape, fitted) {
@@ -274,20 +278,26 @@ impl Map {
         parameters: &[f64],
         count: usize,
     ) -> Result<Vec<Image>, Error> {
-        let map = self.discrete();
-        check_length("coordinates", map.dimension(), state.len())?;
-        check_length("parameters", map.parameters(), parameters.len())?;
-        let (mut images, mut state) = (Vec::with_capacity(count), state.to_vec());
-        for _ in 0..count {
-            let mut offsets = vec![0.0; state.len()];
-            let step = map.step(&state, parameters, &mut offsets);
-            state.copy_from_slice(&offsets);
-            images.push(Image { offsets, step });
-            if !step.valid {
-                break;
-            }
-        }
-        Ok(images)
+        iterate(self.discrete(), state, parameters, count)
+    }
+
+    /// The same by the map inside its window and by direct simulation of the same section outside:
+    /// [`StepInfo::simulated`] tells them apart.
+    ///
+    /// # Errors
+    ///
+    /// As [`iterate`](Self::iterate); [`Error::Analysis`] if the simulator refuses the model.
+    pub fn iterate_guarded(
+        &self,
+        state: &[f64],
+        parameters: &[f64],
+        count: usize,
+    ) -> Result<Vec<Image>, Error> {
+        let settled = self.settled();
+        let system = HybridSystem::new(&settled.scene().model);
+        let direct = DirectMap::new(&system, settled.scene(), settled.orbit())?;
+        let window = self.local().window.clone();
+        iterate(&GuardedMap::new(self.discrete(), window, direct), state, parameters, count)
     }
 
     /// The image of a state by event-driven simulation, which knows nothing of the expansion.
@@ -334,20 +344,25 @@ impl Map {
     ///
     /// As [`diagram`](Self::diagram).
     pub fn diagrams(&self, progress: &dyn Progress) -> Result<Vec<Diagram>, Error> {
-        let requests = self.scene().diagrams.iter();
-        requests.map(|request| self.diagram_with(request, progress)).collect()
+        let requests = self.scene().diagrams.iter().enumerate();
+        let diagram = |(number, request)| self.diagram_with(request, &Part::new(progress, number));
+        requests.map(diagram).collect()
     }
 
-    /// A two-parameter chart.
+    /// Two-parameter charts, one for each method and start.
     ///
     /// # Errors
     ///
     /// [`Error::Analysis`] if a parameter is no variable of the map.
-    pub fn chart(&self, request: &ChartRequest) -> Result<Chart, Error> {
+    pub fn chart(&self, request: &ChartRequest) -> Result<Vec<Chart>, Error> {
         self.chart_with(request, &NoProgress)
     }
 
-    fn chart_with(&self, request: &ChartRequest, progress: &dyn Progress) -> Result<Chart, Error> {
+    fn chart_with(
+        &self,
+        request: &ChartRequest,
+        progress: &dyn Progress,
+    ) -> Result<Vec<Chart>, Error> {
         let (scene, orbit) = (self.settled().scene(), self.orbit());
         Ok(chart(scene, orbit, self.local(), request, progress)?)
     }
@@ -358,8 +373,10 @@ impl Map {
     ///
     /// As [`chart`](Self::chart).
     pub fn charts(&self, progress: &dyn Progress) -> Result<Vec<Chart>, Error> {
-        let requests = self.scene().charts.iter();
-        requests.map(|request| self.chart_with(request, progress)).collect()
+        let requests = self.scene().charts.iter().enumerate();
+        let charts = requests
+            .map(|(number, request)| self.chart_with(request, &Part::new(progress, number)));
+        Ok(charts.collect::<Result<Vec<_>, _>>()?.into_iter().flatten().collect())
     }
 
     /// Periodic orbits by itinerary, their folds and flips.
@@ -474,6 +491,28 @@ impl Map {
             depth_series,
         })
     }
+}
+
+/// So many images, the last of them the first that is not valid.
+fn iterate(
+    map: &impl DiscreteMap,
+    state: &[f64],
+    parameters: &[f64],
+    count: usize,
+) -> Result<Vec<Image>, Error> {
+    check_length("coordinates", map.dimension(), state.len())?;
+    check_length("parameters", map.parameters(), parameters.len())?;
+    let (mut images, mut state) = (Vec::with_capacity(count), state.to_vec());
+    for _ in 0..count {
+        let mut offsets = vec![0.0; state.len()];
+        let step = map.step(&state, parameters, &mut offsets);
+        state.copy_from_slice(&offsets);
+        images.push(Image { offsets, step });
+        if !step.valid {
+            break;
+        }
+    }
+    Ok(images)
 }
 
 fn check_length(what: &'static str, expected: usize, found: usize) -> Result<(), Error> {

@@ -3,6 +3,7 @@
 //! A saved value carries the text of its scene, so that direct simulation and the page need nothing
 //! else. What is listed for people is written beside the numbers that are read back.
 
+use std::io;
 use std::path::Path;
 use std::sync::{Arc, OnceLock};
 
@@ -17,6 +18,14 @@ use crate::model::{Scene, Section, SectionRule, Window, catalogue, nearest};
 use crate::orbit::{GrazingOrbit, PoincareSection};
 use crate::report::{Document, DocumentKind, MapListing, OrbitListing, to_json, write_atomically};
 
+/// Standard input, in messages.
+const STANDARD_INPUT: &str = "standard input";
+
+/// Whether a path stands for standard input.
+pub fn is_standard(path: &Path) -> bool {
+    path.as_os_str() == "-"
+}
+
 /// What a command begins with: a scene, or what was saved on the way from one.
 #[derive(Clone, Debug)]
 pub enum Source {
@@ -30,13 +39,19 @@ pub enum Source {
 
 impl Source {
     /// The scene file, saved orbit or saved map at a path; a scene of the catalogue where there is
-    /// no such file.
+    /// no such file. `-` is a scene on standard input.
     ///
     /// # Errors
     ///
     /// [`Error::Scene`] for a scene with a fault, [`Error::NotSaved`] for a JSON document that is
     /// no orbit and no map, [`Error::FixedValues`] for overrides of what is saved.
     pub fn open(path: &Path, overrides: &[(String, String)]) -> Result<Self, Error> {
+        if is_standard(path) {
+            let text = io::read_to_string(io::stdin().lock())
+                .map_err(|source| Error::Unreadable { path: STANDARD_INPUT.into(), source })?;
+            let scene = Scene::parse_with(&text, STANDARD_INPUT, overrides)?;
+            return Ok(Self::Scene(Box::new(scene)));
+        }
         let extension = path.extension();
         if path.exists() && extension.is_some_and(|extension| extension == "json") {
             return match overrides.first() {
@@ -47,9 +62,11 @@ impl Source {
             };
         }
         let name = path.display().to_string();
-        let scene = match path.to_str().and_then(catalogue::text) {
-            _ if path.exists() => Scene::load_with(path, overrides)?,
+        // A folder of results often has the name of its scene.
+        let hidden = path.exists() && !path.is_dir();
+        let scene = match path.to_str().and_then(catalogue::text).filter(|_| !hidden) {
             Some(text) => Scene::parse_with(text, &format!("{name}.toml"), overrides)?,
+            None if path.exists() => Scene::load_with(path, overrides)?,
             None => {
                 return Err(Error::NoSuchScene {
                     path: path.to_owned(),

@@ -3,8 +3,12 @@
 
 use serde::Serialize;
 
+use super::sweep_words::{
+    chart_escape_words, chart_outside_words, chart_share_words, diagram_escape_words,
+    diagram_outside_words, diagram_share_words,
+};
 use super::{
-    Cell, Column, MapListing, OrbitListing, Page, Provenance, ReportError, Section, Table,
+    Cell, Column, Figure, MapListing, OrbitListing, Page, Provenance, ReportError, Section, Table,
     bounds_words, chart_figure, chart_timing_table, convergence_section, diagram_figures,
     diagram_timing_table, edge_words, error_words, window_remark,
 };
@@ -12,7 +16,6 @@ use crate::analysis::chart::Chart;
 use crate::analysis::diagram::Diagram;
 use crate::convergence::ConvergenceStudy;
 use crate::expansion::WindowEdge;
-use crate::iteration::OrbitEnd;
 use crate::model::{Method, Scene};
 use crate::numeric::Shown;
 
@@ -43,6 +46,9 @@ pub struct RunPage<'a> {
     pub scene: &'a Scene,
     /// Its grazing orbit.
     pub orbit: &'a OrbitListing,
+    /// The pictures of the orbit over its period, the phase portraits first, each with the ending of
+    /// its file's name.
+    pub pictures: &'a [(String, Figure)],
     /// Its expansion.
     pub map: &'a MapListing,
     /// The emitted code.
@@ -67,7 +73,7 @@ pub fn run_page(run: &RunPage<'_>) -> Result<Page, ReportError> {
     let mut page = Page::new(format!("Grazing of the {}", model.name), provenance(run))
         .summary(summary(run))
         .section(model_section(run.scene)?)
-        .section(orbit_section(run.orbit)?)
+        .section(orbit_section(run)?)
         .section(expansion_section(run)?)
         .section(convergence_section(run.study)?);
     if !run.diagrams.is_empty() {
@@ -155,7 +161,8 @@ fn model_section(scene: &Scene) -> Result<Section, ReportError> {
         .table(table, "Parameters of the scene."))
 }
 
-fn orbit_section(orbit: &OrbitListing) -> Result<Section, ReportError> {
+fn orbit_section(run: &RunPage<'_>) -> Result<Section, ReportError> {
+    let orbit = run.orbit;
     let [re, im] = orbit.multipliers.first().copied().unwrap_or([f64::NAN; 2]);
     let stable = if re.hypot(im) < 1.0 { "attracts" } else { "repels" };
     let xi = conditions_prose(orbit);
@@ -172,7 +179,11 @@ fn orbit_section(orbit: &OrbitListing) -> Result<Section, ReportError> {
         orbit.residual,
         re.hypot(im)
     );
-    let section = Section::new("Grazing orbit").prose(prose).table(
+    let section = Section::new("Grazing orbit").prose(prose);
+    let section = run.pictures.iter().fold(section, |section, (_, figure)| {
+        section.figure(figure.clone(), "The grazing orbit over a period; rings: where it grazes.")
+    });
+    let section = section.table(
         orbit.point_table()?,
         "The grazing orbit: parameters p*, the (first) grazing point, multipliers of the period \
             map on the section, and xi_n = h_x · (dP_smooth)^n · β.",
@@ -265,13 +276,13 @@ fn diagram_section(diagrams: &[Diagram]) -> Result<Section, ReportError> {
         for (ending, figure) in diagram_figures(diagram) {
             section = section.figure(figure, caption(diagram, ending));
         }
-        if let Some(sentence) = left_sentence(diagram) {
-            section = section.prose(sentence);
-        }
+        let outside = diagram_outside_words(diagram).map(|words| sentence(&words));
+        let sentences = [diagram_share_words(diagram), outside, diagram_escape_words(diagram)];
+        section = sentences.into_iter().flatten().fold(section, Section::prose);
     }
     Ok(section.table(
         diagram_timing_table(diagrams)?,
-        "Iterates and times of the sweeps, measured in this run.",
+        "Iterates of the sweeps, and times by the clock on so many threads, measured in this run.",
     ))
 }
 
@@ -279,6 +290,7 @@ fn caption(diagram: &Diagram, ending: &str) -> String {
     let graze = " G is the grazing point.";
     let (what, graze) = match ending {
         "-map" => ("By the map alone", graze),
+        "-guarded" => ("By the map inside its window and direct simulation outside", graze),
         "-direct" => ("By direct simulation alone", graze),
         "-lyapunov" => ("Largest Lyapunov exponent, from the map's Jacobian", ""),
         _ => ("Bifurcation diagram", graze),
@@ -296,22 +308,27 @@ fn caption(diagram: &Diagram, ending: &str) -> String {
 
 fn chart_section(charts: &[Chart]) -> Result<Section, ReportError> {
     let section = charts.iter().fold(Section::new("Charts"), |section, chart| {
-        section.figure(chart_figure(chart), chart_caption(chart))
+        let section = section.figure(chart_figure(chart), chart_caption(chart));
+        let outside = chart_outside_words(chart).map(|words| sentence(&words));
+        let sentences = [chart_share_words(chart), outside, chart_escape_words(chart)];
+        sentences.into_iter().flatten().fold(section, Section::prose)
     });
     Ok(section.table(
         chart_timing_table(charts)?,
-        "Cells and what the map settles on in them; iterates and times, measured in this run.",
+        "Cells and what is settled on in them; iterates, and times by the clock on so many \
+            threads, measured in this run.",
     ))
 }
 
 fn chart_caption(chart: &Chart) -> String {
     let [first, second] = &chart.axes;
     format!(
-        "What the map settles on over {} and {}, from the fixed point of P_smooth in each of {} × \
-            {} cells: the period in returns, of the last {} of {} iterates. White: the orbit left \
-            the neighbourhood of the graze in which the map holds. G is the grazing point.",
+        "What {} settles on over {} and {}, from {} in each of {} × {} cells: the period in \
+            returns, of the last {} of {} iterates. G is the grazing point.",
+        chart_subject(chart.method),
         first.parameter,
         second.parameter,
+        start_words(chart),
         first.offsets.len(),
         second.offsets.len(),
         2 * chart.longest_period,
@@ -319,23 +336,20 @@ fn chart_caption(chart: &Chart) -> String {
     )
 }
 
-/// How many orbits of the map left the neighbourhood of the graze, if any did.
-fn left_sentence(diagram: &Diagram) -> Option<String> {
-    let points = || {
-        diagram
-            .sweeps
-            .iter()
-            .filter(|sweep| sweep.method == Method::Map)
-            .flat_map(|sweep| &sweep.points)
-    };
-    let left = points().filter(|point| point.end != OrbitEnd::Completed).count();
-    (left > 0).then(|| {
-        format!(
-            "At {left} of {} parameter values of the sweeps by the map the orbit left the \
-            neighbourhood of the graze in which the map holds; nothing is drawn there.",
-            points().count()
-        )
-    })
+/// Where the cells of a chart start.
+fn start_words(chart: &Chart) -> String {
+    match &chart.start {
+        None => "beside the fixed point of P_smooth".to_owned(),
+        Some(offsets) => format!("the offsets {offsets:?}"),
+    }
+}
+
+fn chart_subject(method: Method) -> &'static str {
+    match method {
+        Method::Map => "the map alone",
+        Method::Guarded => "the map, and direct simulation outside its window,",
+        Method::Direct => "direct simulation",
+    }
 }
 
 fn time_section(run: &RunPage<'_>) -> Result<Section, ReportError> {

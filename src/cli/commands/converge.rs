@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::sweeps::push_figure;
+use super::sweeps::pictures;
 use super::{open, settle, warn_of_edges};
 use crate::cli::arguments::ConvergeOptions;
 use crate::cli::output::{Bar, CliError, Results};
@@ -82,7 +82,7 @@ pub(super) fn convergence_files(
         ("convergence-speed.csv".to_owned(), convergence_table(study)?.to_csv()?.into_bytes()),
     ];
     for (ending, figure, _) in convergence_figures(study) {
-        push_figure(&mut files, &format!("convergence{ending}"), &figure)?;
+        files.extend(pictures(&format!("convergence{ending}"), &figure));
     }
     Ok(files)
 }

@@ -1,6 +1,6 @@
 //! `grazemap emit`: the crate of Rust code, or the map in C or CUDA, or whether a folder holds it.
 
-use std::path::{Path, PathBuf};
+use std::path::{Component, Path, PathBuf};
 
 use serde::Serialize;
 
@@ -8,12 +8,12 @@ use super::{map, open, remark_on_window};
 use crate::cli::arguments::{EmitArguments, SceneOptions};
 use crate::cli::output::{CliError, Results, counted, print};
 use grazemap::convergence::MeasuredWindow;
-use grazemap::emission::{EmissionError, EmittedCrate, EmittedModule, Target};
+use grazemap::emission::{EmissionError, EmittedCrate, EmittedModule, Target, shell_word};
 use grazemap::expansion::WindowEdge;
 use grazemap::model::{EmitPrecision, catalogue};
 use grazemap::numeric::FloatFormat;
-use grazemap::pipeline::{EmitRequest, Source};
-use grazemap::report::{OutputFolder, SectionDocument, bounds_words, to_json};
+use grazemap::pipeline::{EmitRequest, Source, is_standard, write_emitted};
+use grazemap::report::{SectionDocument, bounds_words, to_json};
 use grazemap::{Error, Map};
 
 /// Where the catalogue's crate goes when no folder is named.
@@ -43,9 +43,21 @@ struct ModuleSummary {
 type Emitted = (EmittedModule, Map);
 
 pub(in crate::cli) fn run(options: &EmitArguments) -> Result<(), CliError> {
+    let default = match options.catalogue {
+        true => CATALOGUE_FOLDER,
+        false => folder_of(options.target.into()),
+    };
+    let mut outlets = options.common.outlets.clone();
+    let folder = outlets.output.take().unwrap_or_else(|| PathBuf::from(default));
+    let command = Reproduction::of(options).command(&folder);
     let (modules, emitted) = match &options.scene {
         Some(scene) => {
-            let emitted = emit(opened(scene.clone(), options)?, options)?;
+            let source = opened(scene.clone(), options)?;
+            if !options.check {
+                let files = Target::from(options.target).files(&source.scene().identifier);
+                EmittedCrate::refuse_foreign(&folder, &files).map_err(Error::from)?;
+            }
+            let emitted = emit(source, options, &command)?;
             let files = EmittedCrate::standalone(&emitted.0);
             (vec![emitted], files)
         }
@@ -53,27 +65,101 @@ pub(in crate::cli) fn run(options: &EmitArguments) -> Result<(), CliError> {
             let scenes = catalogue::names().map(|name| opened(PathBuf::from(name), options));
             let scenes = scenes.collect::<Result<Vec<_>, _>>()?;
             refuse_single(&scenes)?;
-            let all = scenes.into_iter().map(|scene| emit(scene, options));
+            let all = scenes.into_iter().map(|scene| emit(scene, options, &command));
             let all = all.collect::<Result<Vec<_>, _>>()?;
             let modules: Vec<_> = all.iter().map(|(module, _)| module.clone()).collect();
             (all, EmittedCrate::catalogue(&modules))
         }
     };
     let emitted = emitted.map_err(Error::from)?;
-    let default = match options.catalogue {
-        true => CATALOGUE_FOLDER,
-        false => folder_of(options.target.into()),
-    };
-    let mut outlets = options.common.outlets.clone();
-    let folder = outlets.output.take().unwrap_or_else(|| PathBuf::from(default));
     if options.check {
         return check(&emitted, &folder, outlets.quiet);
     }
-    OutputFolder::create(&folder)?.write_all(&emitted.files)?;
+    write_emitted(&emitted, &folder)?;
     modules.iter().for_each(|(_, map)| remark_on_window(map, outlets.quiet));
     let text = text(&modules, &emitted, &folder);
     let json = to_json(&summary(modules, &emitted))?;
     Results::named("emit", text, json, None).deliver("emit", &outlets)
+}
+
+/// What the command says that emits a module again.
+pub(super) struct Reproduction<'a> {
+    /// What is named in the place of a scene; `None`: the catalogue.
+    pub(super) scene: Option<&'a Path>,
+    pub(super) overrides: &'a [(String, String)],
+    pub(super) target: Target,
+    pub(super) measure: bool,
+}
+
+impl<'a> Reproduction<'a> {
+    fn of(options: &'a EmitArguments) -> Self {
+        Self {
+            scene: options.scene.as_deref(),
+            overrides: &options.common.set,
+            target: options.target.into(),
+            measure: !options.no_measure,
+        }
+    }
+
+    /// The command, for a shell in the folder of the module's file, of an emission into this
+    /// folder.
+    pub(super) fn command(&self, folder: &Path) -> String {
+        let mut words = vec!["grazemap".to_owned(), "emit".to_owned()];
+        let from = match self.target {
+            Target::Rust => folder.join("src"),
+            Target::C | Target::Cuda => folder.to_owned(),
+        };
+        match self.scene {
+            Some(scene) if scene.exists() => {
+                let whole = std::path::absolute(scene).unwrap_or_else(|_| scene.to_owned());
+                let scene = match (whole.parent(), whole.file_name()) {
+                    (Some(parent), Some(name)) => settled(parent).join(name),
+                    _ => whole,
+                };
+                let scene = relative(&settled(&from), &scene);
+                words.push(shell_word(scene.as_os_str().as_encoded_bytes()));
+            }
+            Some(input) if is_standard(input) => words.push("- < SCENE".to_owned()),
+            Some(name) => words.push(shell_word(name.as_os_str().as_encoded_bytes())),
+            None => words.push("--catalogue".to_owned()),
+        }
+        for (name, value) in self.overrides {
+            words.extend(["--set".to_owned(), shell_word(format!("{name}={value}").as_bytes())]);
+        }
+        if self.target != Target::Rust {
+            words.extend(["--target".to_owned(), self.target.word().to_owned()]);
+        }
+        if !self.measure {
+            words.push("--no-measure".to_owned());
+        }
+        words.extend(["-o".to_owned(), self.target.root_from_module().to_owned()]);
+        words.join(" ")
+    }
+}
+
+/// The place of a folder, links in it followed; what is not there yet is taken as it is named.
+fn settled(folder: &Path) -> PathBuf {
+    let whole = std::path::absolute(folder).unwrap_or_else(|_| folder.to_owned());
+    whole.canonicalize().unwrap_or_else(|_| match (whole.parent(), whole.file_name()) {
+        (Some(parent), Some(name)) => settled(parent).join(name),
+        _ => whole,
+    })
+}
+
+/// A path as seen from a folder, both absolute.
+fn relative(folder: &Path, path: &Path) -> PathBuf {
+    let (here, there): (Vec<_>, Vec<_>) =
+        (folder.components().collect(), path.components().collect());
+    let common = here.iter().zip(&there).take_while(|(a, b)| a == b).count();
+    if common == 0 {
+        return path.to_owned();
+    }
+    let up = match here.len() - common {
+        // NOTE: a name that begins with a dash would be taken for an option.
+        0 => vec![Component::CurDir],
+        levels => vec![Component::ParentDir; levels],
+    };
+    up.into_iter().chain(there[common..].iter().copied()).collect()
 }
 
 /// Where an emission goes when no folder is named.
@@ -103,10 +189,13 @@ fn refuse_single(scenes: &[Source]) -> Result<(), CliError> {
     }
 }
 
-fn emit(source: Source, options: &EmitArguments) -> Result<Emitted, CliError> {
+fn emit(source: Source, options: &EmitArguments, command: &str) -> Result<Emitted, CliError> {
     let map = map(source, options.common.outlets.quiet)?;
-    let module =
-        map.module(EmitRequest { target: options.target.into(), measure: !options.no_measure })?;
+    let module = map.module(EmitRequest {
+        target: options.target.into(),
+        measure: !options.no_measure,
+        command: Some(command.to_owned()),
+    })?;
     Ok((module, map))
 }
 

@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use super::{grazemap, scratch, text};
+use super::{grazemap, json, scratch, text};
 
 /// Wrong calls that would lose results, or ask for more than there is: a name, the arguments.
 pub(super) fn wrong_outputs() -> Vec<(&'static str, Vec<&'static str>)> {
@@ -93,6 +93,29 @@ fn an_observable_that_is_not_finite_is_said() {
         said.contains("warning: `log(-x)` over alpha is not finite at 400 of 400 iterates"),
         "{said}"
     );
+}
+
+#[test]
+fn an_observable_that_is_constant_up_to_rounding_costs_no_data() {
+    let folder = scratch();
+    let observe = "diagram.0.observe=sin(theta)^2 + cos(theta)^2";
+    let few = ["--set", "diagram.0.points=30", "--set", "diagram.0.transient=50", "-o", "out"];
+    let call = [&["diagram", "linear", "--set", observe], &few[..]].concat();
+    let output = grazemap(folder.path(), &call);
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    for file in ["diagram.csv", "diagram.json", "diagram.npy", "diagram.svg", "diagram.png"] {
+        assert!(folder.path().join("out").join(file).exists(), "{file}");
+    }
+}
+
+#[test]
+fn no_more_threads_work_than_there_are_cores() {
+    let folder = scratch();
+    let few = ["--set", "diagram.0.points=30", "--threads", "1000", "--json", "-"];
+    let diagram = json(folder.path(), &[&["diagram", "linear"], &few[..]].concat());
+    let threads = diagram[0]["sweeps"][0]["timing"]["threads"].as_u64().expect("a count");
+    let cores = std::thread::available_parallelism().expect("a count of cores");
+    assert!(threads as usize <= cores.get(), "{threads}");
 }
 
 #[test]
