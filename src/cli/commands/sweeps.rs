@@ -27,11 +27,11 @@ pub(in crate::cli) fn diagram(options: &SceneOptions) -> Result<(), CliError> {
     source.scene().check_diagrams().map_err(Error::from)?;
     refuse_memory(diagram_bytes(source.scene()), outlets.quiet)?;
     let map = map(source, outlets.quiet)?;
-    remark_on_window(&map, outlets.quiet);
     let resumable = resumable("diagram", outlets.folder(), &map, outlets.quiet)?;
     let bar = Bar::new("diagram", outlets.quiet).resuming(0, &resumable);
     let mut diagrams = map.diagrams(&bar)?;
     drop(bar);
+    remark_on_window(&map, outlets.quiet);
     warn_of_values(&diagrams, outlets.quiet);
     warn_of_windows(&diagrams, &[], outlets.quiet);
     let text = diagram_timing_table(&diagrams)?.to_text();
@@ -54,11 +54,11 @@ pub(in crate::cli) fn chart(options: &SceneOptions) -> Result<(), CliError> {
     source.scene().check_charts().map_err(Error::from)?;
     refuse_memory(chart_bytes(source.scene()), outlets.quiet)?;
     let map = map(source, outlets.quiet)?;
-    remark_on_window(&map, outlets.quiet);
     let resumable = resumable("chart", outlets.folder(), &map, outlets.quiet)?;
     let bar = Bar::new("chart", outlets.quiet).resuming(0, &resumable);
     let mut charts = map.charts(&bar)?;
     drop(bar);
+    remark_on_window(&map, outlets.quiet);
     warn_of_windows(&[], &charts, outlets.quiet);
     let text = chart_timing_table(&charts)?.to_text();
     outlets.write_json(&|out| write_json(out, &chart_documents(&charts, &map)))?;
