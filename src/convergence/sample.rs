@@ -193,8 +193,71 @@ impl WindowSample {
     /// window is said of all its points, and of no others.
     pub(super) fn inside(&self, first: usize, count: usize) -> Vec<SamplePoint> {
         let points = self.judging(first, count).into_iter();
-        let points = points.chain(self.anywhere(first, count));
+        let points = points.chain(self.touching(first, count)).chain(self.anywhere(first, count));
         points.filter(|point| self.holds(point)).collect()
+    }
+
+    /// Points at which a passage makes contact, by the depths of [`point`](Self::point) and
+    /// [`corners`](Self::corners), where not the steepest coordinate but another variable moves
+    /// the depth most over its half-width: that one is solved for.
+    ///
+    /// NOTE: where a parameter moves the depth by far more than the window is deep, contact is made
+    /// in a thin layer of the window, and points with the parameter spread over its half-width are
+    /// in it only with the coordinate beyond its own.
+    fn touching(&self, first: usize, count: usize) -> Vec<SamplePoint> {
+        let spread = (first..first + count).map(|index| {
+            let (depth, state, parameters) = self.spread(index);
+            (depth, [state, parameters].concat())
+        });
+        let ends = self.ends().into_iter();
+        let ends = ends.map(|(state, parameters)| (self.deepest, [state, parameters].concat()));
+        let points: Vec<(f64, Vec<f64>)> = ends.chain(spread).collect();
+        let of_passage = |(passage, &steepest): (usize, &usize)| {
+            let variable = self.widest_variable(passage);
+            let points = points.iter().filter(move |_| variable != steepest);
+            points.filter_map(move |(depth, offsets)| {
+                self.solved_for(passage, variable, offsets.clone(), *depth)
+            })
+        };
+        self.steepest.iter().enumerate().flat_map(of_passage).collect()
+    }
+
+    /// The coordinate or parameter that moves the depth of a passage most over its half-width.
+    fn widest_variable(&self, passage: usize) -> usize {
+        let widths = self.widths();
+        let moved = |variable: usize| {
+            let mut offsets = vec![0.0; widths.len()];
+            offsets[variable] = 1e-4 * widths[variable];
+            self.depth(passage, &offsets).abs()
+        };
+        (0..widths.len()).max_by(|&a, &b| moved(a).total_cmp(&moved(b))).unwrap_or(0)
+    }
+
+    /// The point with a variable moved until a passage has a depth, by Newton's method.
+    fn solved_for(
+        &self,
+        passage: usize,
+        variable: usize,
+        mut offsets: Vec<f64>,
+        depth: f64,
+    ) -> Option<SamplePoint> {
+        let step = 1e-4 * self.widths()[variable];
+        offsets[variable] = 0.0;
+        for _ in 0..NEWTON_STEPS {
+            let (state, parameters) = offsets.split_at(self.state.len());
+            let depths = self.depths.at(state, parameters);
+            let here = depths[passage];
+            if (here - depth).abs() <= 1e-9 * depth.abs() {
+                let (state, parameters) = (state.to_vec(), parameters.to_vec());
+                let depth = depths.into_iter().fold(here, f64::max);
+                return Some(SamplePoint { state, parameters, depth });
+            }
+            let mut shifted = offsets.clone();
+            shifted[variable] += step;
+            let slope = (self.depth(passage, &shifted) - here) / step;
+            offsets[variable] += (depth - here) / slope;
+        }
+        None
     }
 
     /// Largest depth over the corners and `count` points of the window, its depth aside.
