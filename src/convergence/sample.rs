@@ -197,29 +197,34 @@ impl WindowSample {
         points.filter(|point| self.holds(point)).collect()
     }
 
-    /// Points at which a passage makes contact, by the depths of [`point`](Self::point) and
-    /// [`corners`](Self::corners), where not the steepest coordinate but another variable moves
-    /// the depth most over its half-width: that one is solved for.
+    /// Points at which a passage makes contact with another variable than the steepest coordinate
+    /// solved for: at the full depth each in turn, the others at their half-widths, which are the
+    /// corners that the depth cuts off the window; and the one that moves the depth most over its
+    /// half-width, the others as those of [`point`](Self::point).
     ///
     /// NOTE: where a parameter moves the depth by far more than the window is deep, contact is made
     /// in a thin layer of the window, and points with the parameter spread over its half-width are
     /// in it only with the coordinate beyond its own.
     fn touching(&self, first: usize, count: usize) -> Vec<SamplePoint> {
-        let spread = (first..first + count).map(|index| {
-            let (depth, state, parameters) = self.spread(index);
-            (depth, [state, parameters].concat())
-        });
-        let ends = self.ends().into_iter();
-        let ends = ends.map(|(state, parameters)| (self.deepest, [state, parameters].concat()));
-        let points: Vec<(f64, Vec<f64>)> = ends.chain(spread).collect();
-        let of_passage = |(passage, &steepest): (usize, &usize)| {
+        let joined = |(state, parameters): (Vec<f64>, Vec<f64>)| [state, parameters].concat();
+        let ends: Vec<Vec<f64>> = self.ends().into_iter().map(joined).collect();
+        let mut touching = Vec::new();
+        for (passage, &steepest) in self.steepest.iter().enumerate() {
+            for variable in (0..self.widths().len()).filter(|&variable| variable != steepest) {
+                // The sign of what is solved for does not matter.
+                let ends = ends.iter().filter(|offsets| offsets[variable] > 0.0).cloned();
+                let solved =
+                    ends.filter_map(|end| self.solved_for(passage, variable, end, self.deepest));
+                touching.extend(solved);
+            }
             let variable = self.widest_variable(passage);
-            let points = points.iter().filter(move |_| variable != steepest);
-            points.filter_map(move |(depth, offsets)| {
-                self.solved_for(passage, variable, offsets.clone(), *depth)
-            })
-        };
-        self.steepest.iter().enumerate().flat_map(of_passage).collect()
+            let numbers = (first..first + count).filter(|_| variable != steepest);
+            touching.extend(numbers.filter_map(|index| {
+                let (depth, state, parameters) = self.spread(index);
+                self.solved_for(passage, variable, joined((state, parameters)), depth)
+            }));
+        }
+        touching
     }
 
     /// The coordinate or parameter that moves the depth of a passage most over its half-width.
