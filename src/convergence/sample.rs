@@ -193,8 +193,76 @@ impl WindowSample {
     /// window is said of all its points, and of no others.
     pub(super) fn inside(&self, first: usize, count: usize) -> Vec<SamplePoint> {
         let points = self.judging(first, count).into_iter();
-        let points = points.chain(self.anywhere(first, count));
+        let points = points.chain(self.touching(first, count)).chain(self.anywhere(first, count));
         points.filter(|point| self.holds(point)).collect()
+    }
+
+    /// Points at which a passage makes contact with another variable than the steepest coordinate
+    /// solved for: at the full depth each in turn, the others at their half-widths, which are the
+    /// corners that the depth cuts off the window; and the one that moves the depth most over its
+    /// half-width, the others as those of [`point`](Self::point).
+    ///
+    /// NOTE: where a parameter moves the depth by far more than the window is deep, contact is made
+    /// in a thin layer of the window, and points with the parameter spread over its half-width are
+    /// in it only with the coordinate beyond its own.
+    fn touching(&self, first: usize, count: usize) -> Vec<SamplePoint> {
+        let joined = |(state, parameters): (Vec<f64>, Vec<f64>)| [state, parameters].concat();
+        let ends: Vec<Vec<f64>> = self.ends().into_iter().map(joined).collect();
+        let mut touching = Vec::new();
+        for (passage, &steepest) in self.steepest.iter().enumerate() {
+            for variable in (0..self.widths().len()).filter(|&variable| variable != steepest) {
+                // The sign of what is solved for does not matter.
+                let ends = ends.iter().filter(|offsets| offsets[variable] > 0.0).cloned();
+                let solved =
+                    ends.filter_map(|end| self.solved_for(passage, variable, end, self.deepest));
+                touching.extend(solved);
+            }
+            let variable = self.widest_variable(passage);
+            let numbers = (first..first + count).filter(|_| variable != steepest);
+            touching.extend(numbers.filter_map(|index| {
+                let (depth, state, parameters) = self.spread(index);
+                self.solved_for(passage, variable, joined((state, parameters)), depth)
+            }));
+        }
+        touching
+    }
+
+    /// The coordinate or parameter that moves the depth of a passage most over its half-width.
+    fn widest_variable(&self, passage: usize) -> usize {
+        let widths = self.widths();
+        let moved = |variable: usize| {
+            let mut offsets = vec![0.0; widths.len()];
+            offsets[variable] = 1e-4 * widths[variable];
+            self.depth(passage, &offsets).abs()
+        };
+        (0..widths.len()).max_by(|&a, &b| moved(a).total_cmp(&moved(b))).unwrap_or(0)
+    }
+
+    /// The point with a variable moved until a passage has a depth, by Newton's method.
+    fn solved_for(
+        &self,
+        passage: usize,
+        variable: usize,
+        mut offsets: Vec<f64>,
+        depth: f64,
+    ) -> Option<SamplePoint> {
+        let step = 1e-4 * self.widths()[variable];
+        offsets[variable] = 0.0;
+        for _ in 0..NEWTON_STEPS {
+            let (state, parameters) = offsets.split_at(self.state.len());
+            let depths = self.depths.at(state, parameters);
+            let here = depths[passage];
+            if (here - depth).abs() <= 1e-9 * depth.abs() {
+                let (state, parameters) = (state.to_vec(), parameters.to_vec());
+                let depth = depths.into_iter().fold(here, f64::max);
+                return Some(SamplePoint { state, parameters, depth });
+            }
+            let mut shifted = offsets.clone();
+            shifted[variable] += step;
+            let slope = (self.depth(passage, &shifted) - here) / step;
+            offsets[variable] += (depth - here) / slope;
+        }
+        None
     }
 
     /// Largest depth over the corners and `count` points of the window, its depth aside.

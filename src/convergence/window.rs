@@ -1,8 +1,8 @@
 //! The window of a map, measured: how far the bounds that a scene leaves open may reach, and how
 //! much the map errs inside.
 //!
-//! One idea: as a window shrinks by `s` the error of a map falls faster than `s`, so that there is a
-//! largest window of a given shape on which the map keeps a tolerance. The shape is that of the
+//! One idea: as a window shrinks by `s` the error of a map falls faster than `s`, so that there is
+//! a largest window of a given shape on which the map keeps a tolerance. The shape is that of the
 //! [natural sizes](NaturalWindow) of the map; its size is found by bisection, then each bound is
 //! widened by itself, all against direct simulation in double-double. Points that do not return,
 //! or with contacts other than those of the grazing passages, are no part of such a window.

@@ -193,6 +193,17 @@ fn wrong_calls() -> Vec<(&'static str, Vec<&'static str>)> {
             ],
         ),
         (
+            "two_tolerances",
+            vec![
+                "check",
+                "linear",
+                "--set",
+                "emit.tolerance=1e-6",
+                "--set",
+                "expansion.tolerance=1e-6",
+            ],
+        ),
+        (
             "image_columns_of_another_section",
             vec![
                 "image",
