@@ -224,6 +224,8 @@ impl SweptMap for FrozenSweep {
     }
 
     fn settle(&self, starts: &[Start], request: &OrbitRequest) -> Vec<Settled> {
+        // A polynomial has nothing to say far from its window, whatever it settles on there.
+        let request = &request.near_the_window();
         let parameters = starts.iter().map(|start| &start.parameters[..]);
         let states: Vec<&[f64]> = starts.iter().map(|start| &start.state[..]).collect();
         let mut map = self.map.freeze_lanes::<LANES>(&parameters.collect::<Vec<_>>());
