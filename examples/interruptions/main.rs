@@ -15,15 +15,22 @@ use std::thread::sleep;
 use std::time::{Duration, Instant};
 use std::{env, fs};
 
+use grazemap::model::catalogue;
+
 type Files = BTreeMap<String, Vec<u8>>;
+
+/// A chart beside the diagram of the scene.
+const CHART: &str = "\n[[chart]]\nparameters = [\"alpha\", \"omega\"]\n\
+                     ranges = [[-1e-3, 5e-3], [-1e-3, 1e-3]]\npoints = 150\nkeep = 16\n";
+
+/// The name of the scene's file.
+const SCENE: &str = "scene.toml";
 
 /// Commands of some seconds: a name, the arguments.
 fn commands() -> Vec<(&'static str, Vec<String>)> {
-    let chart = "chart=[{ parameters = [\"alpha\", \"omega\"], ranges = [[-1e-3, 5e-3], [-1e-3, \
-                 1e-3]], points = 150, keep = 16 }]";
     let set = |command: &str, keys: &[&str]| {
         let keys = keys.iter().flat_map(|key| ["--set", key]);
-        let call = [command, "linear"].into_iter().chain(keys).chain(["-o", "out"]);
+        let call = [command, SCENE].into_iter().chain(keys).chain(["-o", "out"]);
         call.map(str::to_owned).collect::<Vec<_>>()
     };
     let long = ["diagram.0.points=4000", "diagram.0.keep=100"];
@@ -31,9 +38,9 @@ fn commands() -> Vec<(&'static str, Vec<String>)> {
     vec![
         ("diagram by the map", set("diagram", &long)),
         ("diagram by direct simulation", set("diagram", &direct)),
-        ("chart", set("chart", &[chart])),
+        ("chart", set("chart", &[])),
         ("converge", set("converge", &[])),
-        ("run", set("run", &[long[0], chart])),
+        ("run", set("run", &long[..1])),
     ]
 }
 
@@ -48,10 +55,13 @@ fn main() -> Result<ExitCode, Box<dyn Error>> {
     let trials = count.parse::<usize>()?.div_ceil(commands.len());
     let mut random = Random(0x9e37_79b9_7f4a_7c15);
     let mut damaged = 0;
+    let text = catalogue::text("linear").ok_or("a scene of the catalogue")?;
+    let scene = format!("{text}{CHART}");
     println!("| command | whole run, s | moments | damaged | done twice, mean | largest |");
     println!("|---|---|---|---|---|---|");
     for (name, call) in &commands {
         let whole = tempfile::tempdir()?;
+        fs::write(whole.path().join(SCENE), &scene)?;
         let clock = Instant::now();
         run(&program, call, whole.path())?;
         let seconds = clock.elapsed().as_secs_f64();
@@ -59,6 +69,7 @@ fn main() -> Result<ExitCode, Box<dyn Error>> {
         let (mut wrong, mut twice) = (0, Vec::new());
         for trial in 0..trials {
             let folder = tempfile::tempdir()?;
+            fs::write(folder.path().join(SCENE), &scene)?;
             let clock = Instant::now();
             let signal = ["-KILL", "-INT"][trial % 2];
             kill(&program, call, folder.path(), seconds * random.next(), signal)?;

@@ -132,7 +132,8 @@ pub fn chart_bytes(scene: &Scene) -> u64 {
 /// The charts that a scene asks for: one for each method and start.
 ///
 /// Every cell starts at one state, or beside the fixed point of `P_smooth` at its parameters, a
-/// millionth of the window's half-widths to one side and, where that orbit escapes, to the other.
+/// billionth of the window's half-widths to one side and, where that orbit escapes, to the other
+/// and further off, as a sweep does.
 /// A chart shows one attractor where there are several; other starts, or a diagram that carries
 /// its state, show the others. Periods that repel are left by a kick, as in
 /// [`diagram`](super::diagram::diagram).

@@ -17,6 +17,7 @@ pub mod orbits;
 pub mod periodic;
 mod progress;
 mod section_frame;
+mod time_series;
 
 pub(crate) use diagram::low_discrepancy;
 pub use direct_image::{DirectEnd, DirectImage, SectionImage, direct_image};
@@ -29,3 +30,4 @@ pub use guarded_map::{GuardedMap, guarded};
 pub use image::{ImageRecord, ImageRequest, ImageRow, Precision, Using, images};
 pub use progress::{NoProgress, Part, Progress};
 pub use section_frame::{SectionFrame, itinerary};
+pub use time_series::{SeriesPoint, TimeSeries, TimeSeriesRequest, each_moment, time_series};

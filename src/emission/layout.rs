@@ -182,9 +182,6 @@ pub(super) fn header(
     let command = options.command();
     lines.push(format!("Regenerate: {command}"));
     lines.push(format!("Verify: {command} --check"));
-    if options.command.is_none() {
-        lines.push("SCENE is the scene of that digest.".to_owned());
-    }
     Ok(lines)
 }
 

@@ -84,7 +84,7 @@ pub struct EmitOptions {
 }
 
 impl EmitOptions {
-    /// The line of the header that says how the module is emitted again.
+    /// The command of the header; of `SCENE`, the scene of the digest, where none is known.
     pub(super) fn command(&self) -> String {
         self.command.clone().unwrap_or_else(|| {
             let (word, root) = (self.target.word(), self.target.root_from_module());

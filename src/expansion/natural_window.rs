@@ -89,7 +89,8 @@ mod tests {
         let space = JetSpace::uniform(2, 4).expect("a small space");
         let [a, b] = [0, 1].map(|at| Jet::variable(&space, at, 0.0));
         let fourth = &(&a * &a) * &(&a * &a);
-        let jet = &(&(&a * 2.0) + &(&fourth * 16.0)) + &(&(&a * &b) * 5.0);
+        let [two, sixteen, five] = [2.0, 16.0, 5.0].map(|value| Jet::constant(&space, value));
+        let jet = &(&(&two * &a) + &(&sixteen * &fourth)) + &(&five * &(&a * &b));
         let mut widths = [3.0, 3.0];
         narrow(&mut widths, &jet, 1.0);
         assert_eq!(widths, [0.5, 3.0]);

@@ -282,6 +282,9 @@ impl<const N: usize> numeric::Kernel for Iterating<'_, '_, N> {
             self.map.inputs_mut().copy_from_slice(&self.images);
             if !stays {
                 self.retire();
+                if self.orbits.iter().all(|orbit| orbit.end != OrbitEnd::Completed) {
+                    break;
+                }
             }
         }
     }

@@ -62,9 +62,11 @@ impl Source {
             };
         }
         let name = path.display().to_string();
-        let scene = match path.to_str().and_then(catalogue::text) {
-            _ if path.exists() => Scene::load_with(path, overrides)?,
+        // A folder of results often has the name of its scene.
+        let hidden = path.exists() && !path.is_dir();
+        let scene = match path.to_str().and_then(catalogue::text).filter(|_| !hidden) {
             Some(text) => Scene::parse_with(text, &format!("{name}.toml"), overrides)?,
+            None if path.exists() => Scene::load_with(path, overrides)?,
             None => {
                 return Err(Error::NoSuchScene {
                     path: path.to_owned(),

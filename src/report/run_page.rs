@@ -8,7 +8,7 @@ use super::sweep_words::{
     diagram_outside_words, diagram_share_words,
 };
 use super::{
-    Cell, Column, MapListing, OrbitListing, Page, Provenance, ReportError, Section, Table,
+    Cell, Column, Figure, MapListing, OrbitListing, Page, Provenance, ReportError, Section, Table,
     bounds_words, chart_figure, chart_timing_table, convergence_section, diagram_figures,
     diagram_timing_table, edge_words, error_words, window_remark,
 };
@@ -46,6 +46,9 @@ pub struct RunPage<'a> {
     pub scene: &'a Scene,
     /// Its grazing orbit.
     pub orbit: &'a OrbitListing,
+    /// The pictures of the orbit over its period, the phase portraits first, each with the ending of
+    /// its file's name.
+    pub pictures: &'a [(String, Figure)],
     /// Its expansion.
     pub map: &'a MapListing,
     /// The emitted code.
@@ -70,7 +73,7 @@ pub fn run_page(run: &RunPage<'_>) -> Result<Page, ReportError> {
     let mut page = Page::new(format!("Grazing of the {}", model.name), provenance(run))
         .summary(summary(run))
         .section(model_section(run.scene)?)
-        .section(orbit_section(run.orbit)?)
+        .section(orbit_section(run)?)
         .section(expansion_section(run)?)
         .section(convergence_section(run.study)?);
     if !run.diagrams.is_empty() {
@@ -158,7 +161,8 @@ fn model_section(scene: &Scene) -> Result<Section, ReportError> {
         .table(table, "Parameters of the scene."))
 }
 
-fn orbit_section(orbit: &OrbitListing) -> Result<Section, ReportError> {
+fn orbit_section(run: &RunPage<'_>) -> Result<Section, ReportError> {
+    let orbit = run.orbit;
     let [re, im] = orbit.multipliers.first().copied().unwrap_or([f64::NAN; 2]);
     let stable = if re.hypot(im) < 1.0 { "attracts" } else { "repels" };
     let xi = conditions_prose(orbit);
@@ -175,7 +179,11 @@ fn orbit_section(orbit: &OrbitListing) -> Result<Section, ReportError> {
         orbit.residual,
         re.hypot(im)
     );
-    let section = Section::new("Grazing orbit").prose(prose).table(
+    let section = Section::new("Grazing orbit").prose(prose);
+    let section = run.pictures.iter().fold(section, |section, (_, figure)| {
+        section.figure(figure.clone(), "The grazing orbit over a period; rings: where it grazes.")
+    });
+    let section = section.table(
         orbit.point_table()?,
         "The grazing orbit: parameters p*, the (first) grazing point, multipliers of the period \
             map on the section, and xi_n = h_x · (dP_smooth)^n · β.",

@@ -203,8 +203,8 @@ fn ends(sweep: &Sweep) -> Vec<f64> {
     sweep.points.iter().map(last).collect()
 }
 
-/// The origin is a fixed point of rounding too. At `p = 1e-4` a start a millionth beside it is
-/// still there, to the tolerance of periods, when the period is looked for.
+/// The origin is a fixed point of rounding too. At `p = 1e-4` a start beside it is still there, to
+/// the tolerance of periods, when the period is looked for.
 #[test]
 fn no_sweep_stays_on_a_fixed_point_that_repels() {
     for lowest in [0.1, 1e-4] {

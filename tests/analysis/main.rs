@@ -16,6 +16,7 @@ mod itineraries;
 mod orbit_search;
 mod record;
 mod resuming;
+mod trajectories;
 mod two_sided;
 mod windows;
 

@@ -166,7 +166,7 @@ fn values_scales_and_starts_of_diagrams_and_charts_are_read() {
         ("values = []", "empty"),
         ("range = [-1, 1]\nscale = \"log\"", "on one side of 0"),
         ("range = [0, 1]\nscale = \"log\"", "on one side of 0"),
-        ("range = [0, 1]\nscale = \"octaves\"", "expected"),
+        ("range = [0, 1]\nscale = \"octaves\"", "one of"),
         ("range = [0, 1]\nstart = [{ x = 1 }]\nstarts = 2", "exclude each other"),
         ("range = [0, 1]\nstart = [{ y = 1 }]", "`y`"),
         ("range = [0, 1]\nstarts = 0", "from 1 to 1000"),

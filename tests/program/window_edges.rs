@@ -104,8 +104,8 @@ fn no_scene_of_the_catalogue_has_a_window_deeper_than_its_map() {
 #[test]
 fn a_point_beyond_the_radius_of_the_series_is_not_inside() {
     let folder = scratch();
-    // The radius in y is about 3e-6 at this stiffness, the depth that the scene states 1e-4.
-    let states = "u\n1e-12\n1e-9\n5e-5\n";
+    // The radius in y is about 3.1e-7 at this stiffness, the depth that the scene states 1e-4.
+    let states = "u\n1e-14\n1e-12\n5e-5\n";
     std::fs::write(folder.path().join("states.csv"), states).expect("a writable folder");
     let arguments = ["image", "soft_b", "--set", "k2=1e6", "--states", "states.csv", "--json", "-"];
     let output = grazemap(folder.path(), &arguments);

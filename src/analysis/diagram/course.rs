@@ -14,7 +14,7 @@ use std::time::Instant;
 use rayon::prelude::*;
 
 use super::data::{DiagramPoint, Shares, Sweep, SweepHeading, Timing, threads};
-use super::starts::starts;
+use super::starts::{Reach, starts};
 use super::sweep::{SweepRequest, Visit, visit};
 use super::swept_map::SweptMap;
 use crate::analysis::progress::{Progress, keep, recalled};
@@ -250,7 +250,10 @@ impl<'a> Course<'a> {
         let mut entered = vec![None];
         for segment in prepared.chunks(COARSE_VALUES) {
             for (fixed, parameters) in segment {
-                let begin = || starts(self.map, self.start, parameters, &request.scales).remove(0);
+                let begin = || {
+                    starts(self.map, self.start, parameters, &request.scales, Reach::Beside)
+                        .remove(0)
+                };
                 let state = carried.clone().unwrap_or_else(begin);
                 let orbit = MapOrbit::of(&**fixed, &state, &[], &request);
                 if orbit.end == OrbitEnd::Completed {

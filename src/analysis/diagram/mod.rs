@@ -50,8 +50,9 @@ pub struct DiagramPlan<'a> {
 /// The bifurcation diagram that a scene asks for.
 ///
 /// Every sweep carries its last state from value to value. It starts at the states that the scene
-/// names, one sweep for each, or beside the fixed point of `P_smooth`, a millionth of the window's
-/// half-widths to one side and, where that orbit escapes, to the other. Where the carried state
+/// names, one sweep for each, or beside the fixed point of `P_smooth`, a billionth of the window's
+/// half-widths to one side and, where that orbit escapes, to the other, and then at eight points
+/// each within a tenth and a hundredth of the half-widths about the graze. Where the carried state
 /// escapes, the value is tried from the start too, and the sweep goes on from the last state that
 /// stayed. An orbit whose multipliers repel is kicked off by a thousandth of the half-widths and
 /// followed once more, so that no orbit is shown that the map does not come back to. Segments of a

@@ -26,6 +26,10 @@ const TANGENT_TRANSIENT: usize = 20;
 /// other orbits fill; and the memory of its kernel stays close.
 const LANES: usize = 32;
 
+/// Fewest orbits that are worth the lanes of a map: a step of all takes as long as some single
+/// ones.
+const FEWEST_MAP_LANES: usize = 5;
+
 /// Segments of a sweep by a map.
 const MAP_SEGMENTS: usize = 64;
 
@@ -226,10 +230,18 @@ impl SweptMap for FrozenSweep {
     fn settle(&self, starts: &[Start], request: &OrbitRequest) -> Vec<Settled> {
         // A polynomial has nothing to say far from its window, whatever it settles on there.
         let request = &request.near_the_window();
+        if starts.len() < FEWEST_MAP_LANES {
+            let single = |start: &Start| settle_single(self, start, request);
+            return starts.iter().map(single).collect();
+        }
         let parameters = starts.iter().map(|start| &start.parameters[..]);
         let states: Vec<&[f64]> = starts.iter().map(|start| &start.state[..]).collect();
         let mut map = self.map.freeze_lanes::<LANES>(&parameters.collect::<Vec<_>>());
         let orbits = map.orbits(&states, request);
+        if orbits.iter().all(|orbit| orbit.end != OrbitEnd::Completed) {
+            let orbits = orbits.into_iter();
+            return orbits.map(|orbit| Settled { orbit, lyapunov: None }).collect();
+        }
         let last: Vec<&[f64]> = orbits.iter().map(|orbit| &orbit.last[..]).collect();
         let exponents = map.largest_lyapunov_exponents(&last, TANGENT_TRANSIENT, request.keep);
         settled(orbits, exponents)

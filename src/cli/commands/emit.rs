@@ -4,7 +4,7 @@ use std::path::{Component, Path, PathBuf};
 
 use serde::Serialize;
 
-use super::{map, open};
+use super::{map, open, remark_on_window};
 use crate::cli::arguments::{EmitArguments, SceneOptions};
 use crate::cli::output::{CliError, Results, counted, print};
 use grazemap::convergence::MeasuredWindow;
@@ -76,6 +76,7 @@ pub(in crate::cli) fn run(options: &EmitArguments) -> Result<(), CliError> {
         return check(&emitted, &folder, outlets.quiet);
     }
     write_emitted(&emitted, &folder)?;
+    modules.iter().for_each(|(_, map)| remark_on_window(map, outlets.quiet));
     let text = text(&modules, &emitted, &folder);
     let json = to_json(&summary(modules, &emitted))?;
     Results::named("emit", text, json, None).deliver("emit", &outlets)

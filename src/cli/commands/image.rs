@@ -7,7 +7,7 @@ use std::path::Path;
 
 use serde::Serialize;
 
-use super::{beyond, map, open};
+use super::{beyond, map, open, remark_on_window};
 use crate::cli::arguments::ImageOptions;
 use crate::cli::output::{CliError, Destination, Results, note};
 use grazemap::analysis::{DirectEnd, ImageRecord, ImageRequest, ImageRow, Precision, Using};
@@ -71,6 +71,7 @@ pub(in crate::cli) fn run(options: &ImageOptions) -> Result<(), CliError> {
         precision: options.precision.into(),
     };
     let records = map.images(&request)?;
+    remark_on_window(&map, outlets.quiet);
     let csv = table(map.local(), &request, &records);
     let section = map.section();
     let decided =

@@ -10,6 +10,7 @@ pub(super) mod orbits;
 pub(super) mod run;
 pub(super) mod scenes;
 pub(super) mod sweeps;
+pub(super) mod trajectory;
 
 use std::num::NonZero;
 
@@ -50,7 +51,8 @@ fn settle(source: Source, quiet: bool) -> Result<Settled, CliError> {
     Ok(settled)
 }
 
-/// The map of what is named; warns, unless `quiet`, of a window on which it errs too much.
+/// The map of what is named. What is to be said of its window is [said](remark_on_window) once the
+/// rest of the call is known to be right.
 fn map(source: Source, quiet: bool) -> Result<Map, CliError> {
     let saved = match &source {
         Source::Map(map) => Some(map.clone()),
@@ -58,12 +60,10 @@ fn map(source: Source, quiet: bool) -> Result<Map, CliError> {
     };
     refuse_orders(source.scene())?;
     let settled = settle(source, quiet)?;
-    let map = match saved {
+    Ok(match saved {
         Some(map) => map,
         None => settled.plan()?.expand()?,
-    };
-    warn_of_window(&map, quiet);
-    Ok(map)
+    })
 }
 
 /// Refuses orders that take too long, before an orbit is looked for.
@@ -73,7 +73,7 @@ fn refuse_orders(scene: &Scene) -> Result<(), CliError> {
 
 /// Says on standard error where a map errs on its window more than it should, and where the window
 /// is deeper than the series of the passage whose contact loses most.
-fn warn_of_window(map: &Map, quiet: bool) {
+fn remark_on_window(map: &Map, quiet: bool) {
     let edge = beyond(map.window_edges());
     let remark = window_remark(map.window(), map.orders(), edge.as_ref());
     if let Some(remark) = remark.filter(|_| !quiet) {

@@ -4,9 +4,11 @@ use std::path::Path;
 
 use serde::Serialize;
 
-use super::{map, open};
+use super::{map, open, remark_on_window};
 use crate::cli::arguments::SceneOptions;
-use crate::cli::output::{Bar, CliError, Resumable, note, pairs, refuse_memory, stem};
+use crate::cli::memory::refuse_memory;
+use crate::cli::output::{Bar, CliError, note, pairs, stem};
+use crate::cli::resume::Resumable;
 use grazemap::analysis::chart::{Chart, chart_bytes};
 use grazemap::analysis::diagram::{Diagram, Timing, diagram_bytes};
 use grazemap::convergence::MeasuredWindow;
@@ -28,9 +30,10 @@ pub(in crate::cli) fn diagram(options: &SceneOptions) -> Result<(), CliError> {
     refuse_memory(diagram_bytes(source.scene()), outlets.quiet)?;
     let map = map(source, outlets.quiet)?;
     let resumable = resumable("diagram", outlets.folder(), &map, outlets.quiet)?;
-    let bar = Bar::new("diagram", outlets.quiet).resuming(0, &resumable);
+    let bar = Bar::new("diagram", outlets.quiet).resuming(0, resumable.journal());
     let mut diagrams = map.diagrams(&bar)?;
     drop(bar);
+    remark_on_window(&map, outlets.quiet);
     warn_of_values(&diagrams, outlets.quiet);
     warn_of_windows(&diagrams, &[], outlets.quiet);
     let text = diagram_timing_table(&diagrams)?.to_text();
@@ -54,9 +57,10 @@ pub(in crate::cli) fn chart(options: &SceneOptions) -> Result<(), CliError> {
     refuse_memory(chart_bytes(source.scene()), outlets.quiet)?;
     let map = map(source, outlets.quiet)?;
     let resumable = resumable("chart", outlets.folder(), &map, outlets.quiet)?;
-    let bar = Bar::new("chart", outlets.quiet).resuming(0, &resumable);
+    let bar = Bar::new("chart", outlets.quiet).resuming(0, resumable.journal());
     let mut charts = map.charts(&bar)?;
     drop(bar);
+    remark_on_window(&map, outlets.quiet);
     warn_of_windows(&[], &charts, outlets.quiet);
     let text = chart_timing_table(&charts)?.to_text();
     outlets.write_json(&|out| write_json(out, &chart_documents(&charts, &map)))?;

@@ -223,9 +223,10 @@ fn values_of_small_units_keep_their_digits() {
     let output = grazemap(folder.path(), &curve.split(' ').collect::<Vec<_>>());
     assert!(output.status.success(), "{}", text(&output.stderr));
     let said = text(&output.stdout);
-    assert!(said.contains("xi_1 = 0 at zeta = 0.050000000000, delta = 1.000000000000e-6, "));
-    // The closed form of alpha at that graze: delta times |1 - omega^2 + 2 i zeta omega|.
-    assert!(said.contains(" alpha = 2.996664812754e-6, omega = 1.997498435544"), "{said}");
+    // The closed form of alpha at that graze: delta times |1 - omega^2 + 2 i zeta omega|. The
+    // parameters that do not vary are left out.
+    let zero = "xi_1 = 0 at alpha = 2.996664812754e-6, omega = 1.997498435544\n";
+    assert!(said.contains(zero), "{said}");
 }
 
 #[test]
