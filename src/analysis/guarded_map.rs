@@ -6,8 +6,12 @@
 //! the same section, so that an orbit may leave the window and return to it.
 
 use super::direct_map::{DirectLanes, DirectMap};
+use super::error::AnalysisError;
 use crate::expansion::MapWindow;
+use crate::hybrid::HybridSystem;
 use crate::iteration::{DiscreteMap, StepInfo};
+use crate::model::Scene;
+use crate::orbit::GrazingOrbit;
 
 /// A local map, guarded by direct simulation of the same section.
 ///
@@ -76,6 +80,23 @@ impl<M: DiscreteMap> DiscreteMap for GuardedMap<'_, M> {
         }
         self.direct.step_jacobian(state, self.all(parameters), image, jacobian)
     }
+}
+
+/// What some work finds with a map guarded by direct simulation of its scene.
+///
+/// # Errors
+///
+/// As [`DirectMap::new`].
+pub fn guarded<M: DiscreteMap, R>(
+    scene: &Scene,
+    orbit: &GrazingOrbit,
+    map: M,
+    window: &MapWindow,
+    work: impl FnOnce(&GuardedMap<'_, M>) -> R,
+) -> Result<R, AnalysisError> {
+    let system = HybridSystem::new(&scene.model);
+    let direct = DirectMap::new(&system, scene, orbit)?;
+    Ok(work(&GuardedMap::new(map, window.clone(), direct)))
 }
 
 /// Lanes of direct simulation.

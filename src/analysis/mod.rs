@@ -26,7 +26,7 @@ pub use error::AnalysisError;
 pub use escape::{ESCAPE_EXTENTS, EscapeBound, escape_bounds};
 pub use evaluation::{Arrival, DepthEvaluation, MapEvaluation, MapImage};
 pub use free_flight::{FreeFlight, SectionChange};
-pub use guarded_map::GuardedMap;
+pub use guarded_map::{GuardedMap, guarded};
 pub use image::{ImageRecord, ImageRequest, ImageRow, Precision, Using, images};
 pub use progress::{NoProgress, Part, Progress};
 pub use section_frame::{SectionFrame, itinerary};

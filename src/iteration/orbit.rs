@@ -41,6 +41,14 @@ impl OrbitRequest {
         }
     }
 
+    /// The same where nothing is to be expected far from the window: the bounds are at most 1000
+    /// half-widths.
+    pub fn near_the_window(&self) -> Self {
+        let pairs = self.escape.iter().zip(&self.scales);
+        let escape = pairs.map(|(bound, scale)| bound.min(1e3 * scale)).collect();
+        Self { escape, ..self.clone() }
+    }
+
     /// The same with other bounds, one per coordinate.
     pub fn escaping_at(self, escape: &[f64]) -> Self {
         Self { escape: escape.to_vec(), ..self }

@@ -8,8 +8,8 @@ use crate::analysis::chart::{Chart, chart};
 use crate::analysis::diagram::{Diagram, diagram};
 use crate::analysis::orbits::{Orbits, OrbitsRequest, orbits};
 use crate::analysis::{
-    DirectMap, GuardedMap, ImageRecord, ImageRequest, NoProgress, Part, Progress, SectionImage,
-    direct_image, images,
+    ImageRecord, ImageRequest, NoProgress, Part, Progress, SectionImage, direct_image, guarded,
+    images,
 };
 use crate::convergence::{
     Choice, ConvergenceError, ConvergenceStudy, ExactImages, MeasuredWindow, measure_window,
@@ -18,7 +18,6 @@ use crate::expansion::{
     ComposedMap, Contact, DepthSeries, Expander, LocalMap, RADIUS_ORDER, Stage, WindowEdge,
     check_orders,
 };
-use crate::hybrid::HybridSystem;
 use crate::iteration::{DiscreteMap, HornerMap, StepInfo};
 use crate::model::{ChartRequest, DiagramRequest, MapOrders, Scene, Shape};
 use crate::numeric::FloatFormat;
@@ -294,10 +293,9 @@ impl Map {
         count: usize,
     ) -> Result<Vec<Image>, Error> {
         let settled = self.settled();
-        let system = HybridSystem::new(&settled.scene().model);
-        let direct = DirectMap::new(&system, settled.scene(), settled.orbit())?;
-        let window = self.local().window.clone();
-        iterate(&GuardedMap::new(self.discrete(), window, direct), state, parameters, count)
+        let (scene, orbit) = (settled.scene(), settled.orbit());
+        let (map, window) = (self.discrete(), &self.local().window);
+        guarded(scene, orbit, map, window, |map| iterate(map, state, parameters, count))?
     }
 
     /// The image of a state by event-driven simulation, which knows nothing of the expansion.

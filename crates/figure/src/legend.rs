@@ -2,7 +2,6 @@
 
 use super::Figure;
 use super::FigureError;
-use super::content::color_of;
 use super::drawing::{Anchor, Direction, Point, Shape};
 use super::font::width;
 use super::markup::runs;
@@ -39,10 +38,12 @@ enum Form {
 impl Legend {
     /// The legend of a figure that has so much width for a row of entries.
     pub(super) fn of(figure: &Figure, room: f64) -> Result<Self, FigureError> {
+        let count = figure.series.len();
         let series = figure.series.iter().enumerate().filter(|(_, series)| !series.name.is_empty());
         let mut entries: Vec<(String, Key, Rgb)> = series
             .map(|(index, series)| {
-                (series.name.clone(), Key::Series(series.style), color_of(figure, index))
+                let color = series.color.of(index, figure.palette, count);
+                (series.name.clone(), Key::Series(series.style), color)
             })
             .collect();
         if let Some(chart) = &figure.cells {

@@ -1,5 +1,7 @@
 //! What a figure draws: series of points, guides, annotations.
 
+use super::palette::{GREY, Palette, Rgb};
+
 /// How a line is interrupted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Stroke {
@@ -72,6 +74,17 @@ pub enum SeriesColor {
     Palette(usize),
     /// Grey, of what is not to be trusted.
     Grey,
+}
+
+impl SeriesColor {
+    /// The colour of a series of an index among so many.
+    pub(super) fn of(self, index: usize, palette: Palette, count: usize) -> Rgb {
+        match self {
+            Self::Own => palette.color(index, count),
+            Self::Palette(other) => palette.color(other, count),
+            Self::Grey => GREY,
+        }
+    }
 }
 
 impl Series {

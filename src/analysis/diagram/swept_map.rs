@@ -228,6 +228,8 @@ impl SweptMap for FrozenSweep {
     }
 
     fn settle(&self, starts: &[Start], request: &OrbitRequest) -> Vec<Settled> {
+        // A polynomial has nothing to say far from its window, whatever it settles on there.
+        let request = &request.near_the_window();
         if starts.len() < FEWEST_MAP_LANES {
             let single = |start: &Start| settle_single(self, start, request);
             return starts.iter().map(single).collect();
