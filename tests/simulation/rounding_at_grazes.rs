@@ -240,7 +240,7 @@ fn passages_of_any_depth_in_lanes_are_those_of_double_double() {
             let case = passages::Case { scene, section, lowered: HybridSystem::new };
             let tally = case.graze().expect("a grazing orbit").passages(0..40);
             assert!(tally.wrong.is_empty(), "{:#?}", tally.wrong);
-            assert!(tally.contacts > 80 && tally.together > 250, "{scene} {section:?} {tally:?}");
+            assert!(tally.contacts > 80 && tally.together > 150, "{scene} {section:?} {tally:?}");
         }
     }
 }

@@ -11,6 +11,7 @@ use grazemap::analysis::orbits::{
 use grazemap::analysis::periodic::{BifurcationKind, ContactItinerary, ItineraryError};
 use grazemap::expansion::LocalMap;
 use grazemap::model::{Scene, nearest};
+use grazemap::orbit::PoincareSectionKind;
 use grazemap::report::{Document, DocumentKind, OrbitsListing, to_json};
 
 /// Share of the window's half-width at which orbits are looked for where no parameters are named.
@@ -52,6 +53,13 @@ pub(super) fn searched(map: &Map, found: &Orbits, request: &OrbitsRequest) -> St
             "; direct simulation next to the map's orbits, and by itself along the branches of what \
              it settles on or nearly repeats at {values} offsets of {name} from {from:.3} to {to:.3}"
         ));
+        let is_tangency = map.orbit().section.kind == PoincareSectionKind::Tangency;
+        if is_tangency && map.scene().model.phase.is_some() {
+            words.push_str(
+                "; orbits that do not return to the tangency section once in `periods` of the \
+                 forcing are found on a stroboscopic one",
+            );
+        }
     } else if !request.direct {
         words.push_str("; `--using direct` searches direct simulation far beyond the window");
     }
