@@ -15,7 +15,7 @@ use grazemap::analysis::{DirectMap, NoProgress, itinerary};
 use grazemap::expansion::{Expander, LocalMap, MapOrders};
 use grazemap::hybrid::HybridSystem;
 use grazemap::iteration::OrbitRequest;
-use grazemap::model::{DiagramRequest, Method, Scene, SweepDirection, catalogue};
+use grazemap::model::{DiagramRequest, Method, Scene, SweepDirection, catalogue, even_offsets};
 use grazemap::orbit::{GrazingOrbit, locate};
 
 /// The free orbit before grazing: every iterate of every value is made, by both methods.
@@ -83,8 +83,8 @@ fn run_by_taylor(
         direction: SweepDirection::Up,
         request: SweepRequest {
             parameter: 0,
-            range,
-            points,
+            offsets: even_offsets(range, points),
+            starts: Vec::new(),
             orbit: OrbitRequest::new(transient, keep, &map.window.state),
             window: map.window.clone(),
         },

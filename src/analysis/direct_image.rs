@@ -38,6 +38,10 @@ pub enum DirectEnd {
     NoReturn,
     /// The start is beyond a rigid surface, and no free flight leads there from it.
     Penetrating,
+    /// The section falls inside a contact that its coordinates do not tell.
+    Ambiguous,
+    /// Two surfaces hold the state at once, and no field of the model stands for both.
+    HeldTwice,
     /// The simulation ended otherwise: a state that is not finite, no sticking field, too many
     /// steps.
     Ended,
@@ -156,7 +160,9 @@ fn end_of<S>(outcome: &ReturnOutcome<S>) -> DirectEnd {
     match outcome {
         ReturnOutcome::Returned => DirectEnd::Returned,
         ReturnOutcome::NoReturn { .. } => DirectEnd::NoReturn,
+        ReturnOutcome::Ambiguous { .. } => DirectEnd::Ambiguous,
         ReturnOutcome::Ended(Outcome::Penetrating { .. }) => DirectEnd::Penetrating,
+        ReturnOutcome::Ended(Outcome::HeldTwice { .. }) => DirectEnd::HeldTwice,
         ReturnOutcome::Ended(_) => DirectEnd::Ended,
     }
 }

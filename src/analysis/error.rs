@@ -23,6 +23,23 @@ pub enum AnalysisError {
         /// Name of the parameter.
         parameter: String,
     },
+    /// A start names a component of the state that is no coordinate of the section.
+    #[error("`start` names `{name}`, which is no coordinate of the section; expected {known}")]
+    NotACoordinate {
+        /// The component.
+        name: String,
+        /// The section's coordinates.
+        known: String,
+    },
+    /// Starts are to be spread over a window without bound.
+    #[error(
+        "the window says nothing of `{name}`, over which starts are to be spread; name its \
+         half-width in `window.state`"
+    )]
+    NoWidth {
+        /// The coordinate.
+        name: String,
+    },
     /// Direct simulation was asked for in single precision.
     #[error(
         "direct simulation computes in double precision or double-double; single precision is \

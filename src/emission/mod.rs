@@ -15,6 +15,6 @@ mod pruning;
 pub use emitted_crate::{Difference, EmittedCrate};
 pub use error::EmissionError;
 pub use module::{EmittedModule, emitted_module};
-pub use names::{checked_identifier, comment, string_literal};
+pub use names::{checked_identifier, comment, shell_word, string_literal};
 pub use options::{EmitOptions, EmittedShape, FORMAT, Target};
 pub use pruning::{PruneReport, prune, prune_composed};

@@ -2,17 +2,17 @@
 
 use super::error::EmissionError;
 
-/// Keywords of Rust, strict and reserved, in all editions.
-const KEYWORDS: [&str; 54] = [
+/// Keywords of Rust, strict and reserved, in all editions, and the names of a crate's own files.
+const TAKEN: [&str; 54] = [
     "abstract", "as", "async", "await", "become", "box", "break", "const", "continue", "crate",
     "do", "dyn", "else", "enum", "extern", "false", "final", "fn", "for", "gen", "if", "impl",
     "in", "let", "loop", "macro", "match", "mod", "move", "mut", "override", "priv", "pub", "ref",
     "return", "self", "static", "struct", "super", "trait", "true", "try", "type", "typeof",
-    "union", "unsafe", "unsized", "use", "virtual", "where", "while", "yield", "_", "lib",
+    "unsafe", "unsized", "use", "virtual", "where", "while", "yield", "_", "lib", "main",
 ];
 
 /// The name, if it can name a module: `[a-z_][a-z0-9_]*`, at most 64 characters, no keyword (nor
-/// `lib`, which names the crate's own file).
+/// `lib` or `main`, which name files of the crate itself).
 ///
 /// # Errors
 ///
@@ -21,7 +21,7 @@ pub fn checked_identifier(name: &str) -> Result<&str, EmissionError> {
     let starts_well = name.starts_with(|first: char| first.is_ascii_lowercase() || first == '_');
     let continues_well =
         name.bytes().all(|byte| byte.is_ascii_lowercase() || byte.is_ascii_digit() || byte == b'_');
-    if starts_well && continues_well && name.len() <= 64 && !KEYWORDS.contains(&name) {
+    if starts_well && continues_well && name.len() <= 64 && !TAKEN.contains(&name) {
         Ok(name)
     } else {
         Err(EmissionError::NotAnIdentifier { name: name.to_owned() })
@@ -53,6 +53,25 @@ pub(super) fn c_string_literal(text: &str) -> String {
 /// The text as it may stand in a comment: one line of printable ASCII that ends no comment.
 pub fn comment(text: &str) -> String {
     text.escape_default().to_string().replace("*/", "* /").replace("/*", "/ *")
+}
+
+/// The bytes as one word of a shell's command that may stand in a comment: itself where it is plain,
+/// in single quotes where all of it is printable, in `$'...'` with octal bytes elsewhere.
+pub fn shell_word(bytes: &[u8]) -> String {
+    let is_plain = |byte: &u8| byte.is_ascii_alphanumeric() || b"_-+=.,:/@%".contains(byte);
+    let is_printable = |byte: &u8| matches!(byte, b' '..=b'~');
+    let ends_comment = bytes.windows(2).any(|pair| matches!(pair, b"*/" | b"/*"));
+    if !bytes.is_empty() && bytes.iter().all(is_plain) {
+        return String::from_utf8_lossy(bytes).into_owned();
+    }
+    if bytes.iter().all(is_printable) && !ends_comment {
+        return format!("'{}'", String::from_utf8_lossy(bytes).replace('\'', "'\\''"));
+    }
+    let escaped = bytes.iter().map(|&byte| match byte {
+        b' '..=b'~' if !b"'\\*".contains(&byte) => char::from(byte).to_string(),
+        _ => format!("\\{byte:03o}"),
+    });
+    format!("$'{}'", escaped.collect::<String>())
 }
 
 /// The number as the shortest literal that reads back to the same bits.
@@ -100,6 +119,7 @@ mod tests {
             "fn",
             "self",
             "lib",
+            "main",
             "_",
             "9x",
             "A",
@@ -122,6 +142,21 @@ mod tests {
         assert_eq!(string_literal("a\"; loop {} //\n\\"), r#""a\"; loop {} //\n\\""#);
         assert_eq!(c_string_literal("a\"??/ä\n\\"), r#""a\"\?\?/\303\244\012\\""#);
         assert_eq!(comment("x\n*/ fn f() /*"), "x\\n* / fn f() / *");
+    }
+
+    #[test]
+    fn words_of_a_command_are_read_back_by_a_shell() {
+        let words: [&[u8]; 7] =
+            [b"x=1.5", b"", b"a b", b"it's", b"*/ /*", b"a\n\\\x01", "\u{e9}'".as_bytes()];
+        assert_eq!(words.map(shell_word)[..3], ["x=1.5", "''", "'a b'"]);
+        for word in words {
+            let shown = shell_word(word);
+            assert!(shown.bytes().all(|byte| matches!(byte, b' '..=b'~')), "{shown}");
+            assert!(!shown.contains("*/") && !shown.contains("/*"), "{shown}");
+            let script = format!("printf %s {shown}");
+            let read = std::process::Command::new("bash").args(["-c", &script]).output();
+            assert_eq!(read.expect("bash is there").stdout, word, "{shown}");
+        }
     }
 
     #[test]

@@ -23,6 +23,29 @@ impl Target {
             Self::Cuda => "cuda",
         }
     }
+
+    /// The folder of an emission, from the folder that its module lies in.
+    pub fn root_from_module(self) -> &'static str {
+        match self {
+            Self::Rust => "..",
+            Self::C | Self::Cuda => ".",
+        }
+    }
+
+    /// The files of a map that stands alone (see [`EmittedCrate::standalone`]), that of the module
+    /// first.
+    ///
+    /// [`EmittedCrate::standalone`]: super::EmittedCrate::standalone
+    pub fn files(self, identifier: &str) -> Vec<String> {
+        match self {
+            Self::Rust => {
+                let module = format!("src/{identifier}.rs");
+                vec![module, "Cargo.toml".to_owned(), "src/lib.rs".to_owned()]
+            }
+            Self::C => vec![format!("{identifier}.h")],
+            Self::Cuda => vec![format!("{identifier}.cu")],
+        }
+    }
 }
 
 /// Number of the format of emitted modules; it changes with the templates and with the printing.
@@ -55,6 +78,19 @@ pub struct EmitOptions {
     pub drop_within: Option<f64>,
     /// Error that was measured on the window, for the header.
     pub measured_error: Option<f64>,
+    /// The command that emits the module again from the folder that its file lies in, for the
+    /// header; `None` where no file or name of a scene is known.
+    pub command: Option<String>,
+}
+
+impl EmitOptions {
+    /// The command of the header; of `SCENE`, the scene of the digest, where none is known.
+    pub(super) fn command(&self) -> String {
+        self.command.clone().unwrap_or_else(|| {
+            let (word, root) = (self.target.word(), self.target.root_from_module());
+            format!("grazemap emit SCENE --target {word} -o {root}")
+        })
+    }
 }
 
 impl Default for EmitOptions {
@@ -67,6 +103,7 @@ impl Default for EmitOptions {
             tolerance: None,
             drop_within: None,
             measured_error: None,
+            command: None,
         }
     }
 }

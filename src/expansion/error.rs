@@ -10,6 +10,26 @@ pub enum ExpansionError {
     /// A jet space or an operation on jets.
     #[error(transparent)]
     Jet(#[from] JetError),
+    /// Orders at which a map would take minutes.
+    #[error(
+        "`expansion.{key} = {order}`: one product of two series in {variables} variables takes \
+         {products} products of coefficients, at most {most} are made; the highest that is not \
+         refused is {highest}"
+    )]
+    TooMuchWork {
+        /// `smooth_order` or `contact_weight`.
+        key: &'static str,
+        /// Its value.
+        order: u32,
+        /// Variables of the series.
+        variables: usize,
+        /// Products of coefficients.
+        products: u128,
+        /// Most of them.
+        most: u128,
+        /// The highest value with at most so many.
+        highest: u32,
+    },
     /// The flow under an expansion.
     #[error(transparent)]
     Flow(#[from] FlowError),

@@ -13,6 +13,7 @@ mod flown;
 mod local_map;
 mod lost_digits;
 mod lowering;
+mod natural_window;
 mod passage;
 mod release;
 mod rounding;
@@ -29,11 +30,13 @@ pub use flown::{
 };
 pub use local_map::{
     ActiveParameter, Contact, DepthForm, Leg, LocalMap, MapSection, MapWindow, SectionKind, Stage,
+    WindowBound,
 };
 pub use lost_digits::LostDigits;
 pub use lowering::MapKernel;
+pub use natural_window::NaturalWindow;
 pub use passage::{ContactLaw, Passage};
 pub use routes::{Graze, Route, RouteEnd, Routes, SectionChart};
-pub use variables::{DEVIATION_WEIGHT, Variables};
+pub use variables::{DEVIATION_WEIGHT, Variables, check_orders};
 
 pub use crate::model::MapOrders;

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::error::ExpansionError;
 use crate::jet::{Jet, JetSpace, power_series_at};
-use crate::model::Scene;
+use crate::model::{MapOrders, Orders, Scene};
 use crate::numeric::Scalar;
 use crate::orbit::PoincareSection;
 
@@ -81,9 +81,74 @@ fn gcd(a: u32, b: u32) -> u32 {
     if b == 0 { a } else { gcd(b, a % b) }
 }
 
+/// Most coefficient products of one product of two series at the orders that a scene names: a map
+/// of an oscillator with a forcing takes seconds then.
+const MOST_PRODUCTS: u128 = 10_000_000;
+
+/// Refuses the orders that a scene names if its map would take minutes, before anything is
+/// computed.
+///
+/// # Errors
+///
+/// [`ExpansionError::TooMuchWork`] with the highest order that is not refused.
+pub fn check_orders(scene: &Scene) -> Result<(), ExpansionError> {
+    let Orders::Fixed(orders) = scene.expansion.orders else {
+        return Ok(());
+    };
+    let names = scene.model.full_state_names();
+    // Which component the section eliminates is known with the orbit; weights may differ.
+    let sections = (0..names.len()).map(|eliminated| {
+        let mut coordinates = names.clone();
+        coordinates.remove(eliminated);
+        named(scene, &coordinates).check_orders(orders)
+    });
+    let mut refused = Ok(());
+    for section in sections {
+        match section {
+            Ok(()) => return Ok(()),
+            Err(error) => refused = refused.and(Err(error)),
+        }
+    }
+    refused
+}
+
+impl Variables {
+    fn check_orders(&self, orders: MapOrders) -> Result<(), ExpansionError> {
+        let divisor = self.divisor();
+        let smooth: Vec<u32> = self.weights.iter().map(|own| own / divisor).collect();
+        let contact = self.contact_weights();
+        let of_smooth =
+            |order: u32| JetSpace::size(&smooth, (DEVIATION_WEIGHT * order / divisor) as usize).1;
+        let of_contact = |weight: u32| JetSpace::size(&contact, weight as usize).1;
+        let series: [(_, _, _, &dyn Fn(u32) -> u128); 2] = [
+            ("smooth_order", orders.smooth_order, smooth.len(), &of_smooth),
+            ("contact_weight", orders.contact_weight, contact.len(), &of_contact),
+        ];
+        for (key, order, variables, products) in series {
+            let found = products(order);
+            if found > MOST_PRODUCTS {
+                let highest = (1..order).rev().find(|&lower| products(lower) <= MOST_PRODUCTS);
+                return Err(ExpansionError::TooMuchWork {
+                    key,
+                    order,
+                    variables,
+                    products: found,
+                    most: MOST_PRODUCTS,
+                    highest: highest.unwrap_or(1),
+                });
+            }
+        }
+        Ok(())
+    }
+}
+
 /// The variables (coordinates of a section; active parameters) with the scene's weights.
 pub(super) fn variables(scene: &Scene, section: &PoincareSection) -> Variables {
-    let coordinates = section.coordinate_names(&scene.model);
+    named(scene, &section.coordinate_names(&scene.model))
+}
+
+/// The variables (these coordinates; active parameters) with the scene's weights.
+fn named(scene: &Scene, coordinates: &[&str]) -> Variables {
     let active = scene.expansion.active.iter();
     let parameters = active.map(|&parameter| scene.model.parameters[parameter].name.as_str());
     let names: Vec<_> = coordinates.iter().copied().chain(parameters).map(str::to_owned).collect();
@@ -190,6 +255,19 @@ mod tests {
     fn coprime_weights_are_kept() {
         let space = variables(&[2, 3]).smooth_space(10).unwrap();
         assert_eq!((space.weights(), space.order()), (&[2, 3][..], 10));
+    }
+
+    #[test]
+    fn orders_are_refused_where_one_product_takes_too_long_and_the_highest_is_named() {
+        let variables = variables(&[2; 4]);
+        assert_eq!(variables.check_orders(MapOrders::new(23, 6)), Ok(()));
+        let refused = variables.check_orders(MapOrders::new(30, 6));
+        let Err(ExpansionError::TooMuchWork { key, products, highest, .. }) = refused else {
+            panic!("{refused:?}");
+        };
+        // Pairs of monomials in 4 variables of at most 30 factors together: 38 over 8.
+        assert_eq!((key, products, highest), ("smooth_order", 48_903_492, 23));
+        assert!(variables.check_orders(MapOrders::new(5, 64)).is_err());
     }
 
     #[test]

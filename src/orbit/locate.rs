@@ -7,7 +7,7 @@ use super::minima::{Gaps, Minimum, each_step, gaps, watching_field};
 use super::monodromy::{full_monodromy, multipliers};
 use super::newton::{NewtonFailure, Solve};
 use super::outcome::{NamedValues, NotLocated, OrbitError, settled};
-use super::passages::{SAME, describe, disorder, in_order};
+use super::passages::{SAME, describe, disorder, further_graze, in_order};
 use super::search::{MOST_STEPS, Search};
 use super::system::{ExtendedSystem, refine_either, solve_either};
 use crate::flow::Integrator;
@@ -400,6 +400,9 @@ impl<'a> Locator<'a> {
             Ok(orbit) => orbit,
             Err(reason) => return Ok(Location::NotLocated(reason)),
         };
+        if let Some(reason) = further_graze(self.scene, &orbit)? {
+            return Ok(Location::NotLocated(reason));
+        }
         self.check_symmetry_of(&orbit)?;
         let rounded: Vec<f64> = root.unknowns.iter().map(|value| value.to_f64()).collect();
         orbit.guess_distance = self.guess_distance(&rounded);

@@ -181,6 +181,33 @@ pub enum NotLocated {
         /// Number of grazes that are adjusted for.
         adjusted: usize,
     },
+    /// The orbit is a shorter one, run several times.
+    #[error(
+        "the orbit found repeats after {time:.6}: it is a shorter one, run {times} times, and \
+         grazes `{surface}` every time; {}",
+        shorter(*times, *periods)
+    )]
+    Repeats {
+        /// Name of the surface that it grazes first.
+        surface: String,
+        /// Time after which it repeats.
+        time: f64,
+        /// How many times it is run.
+        times: usize,
+        /// Forcing periods asked for; `None` without a forcing phase.
+        periods: Option<usize>,
+    },
+    /// The orbit touches a surface where the scene names no passage.
+    #[error(
+        "the orbit found touches `{surface}` once more, {time:.6} after the first graze; name every \
+         passage of a period in its order in `passages`"
+    )]
+    TouchesElsewhere {
+        /// Name of the surface.
+        surface: String,
+        /// Time since the first graze.
+        time: f64,
+    },
     /// The mirror image of a graze is not one.
     #[error(
         "passage {passage} is to mirror passage {of}, and at the mirrored state `{surface}` has h \
@@ -231,6 +258,18 @@ pub(super) fn settled<T, E>(result: Result<T, Stop<E>>) -> Result<Result<T, E>, 
         Ok(value) => Ok(Ok(value)),
         Err(Stop::Ended(outcome)) => Ok(Err(outcome)),
         Err(Stop::Failed(error)) => Err(error),
+    }
+}
+
+/// What leads to an orbit that does not repeat.
+fn shorter(times: usize, periods: Option<usize>) -> String {
+    match periods {
+        Some(periods) if periods.is_multiple_of(times) => format!(
+            "`periods = {}` is that orbit; a `guess` leads to one that takes {periods} forcing \
+             periods to return",
+            periods / times
+        ),
+        _ => "a `guess` on the orbit leads to another one".to_owned(),
     }
 }
 

@@ -156,7 +156,7 @@ fn of_analysis(error: &AnalysisError) -> bool {
 }
 
 fn of_expansion(error: &ExpansionError) -> bool {
-    !matches!(error, ExpansionError::Jet(_))
+    !matches!(error, ExpansionError::Jet(_) | ExpansionError::TooMuchWork { .. })
 }
 
 /// ` (did you mean ...?)`, or nothing.

@@ -12,8 +12,8 @@ mod graze;
 mod map;
 mod saved;
 
-pub use emit::EmitRequest;
+pub use emit::{EmitRequest, write_emitted};
 pub use error::Error;
 pub use graze::{FindGraze, Graze, Settled, StudyRequest, parameter_number};
 pub use map::{Image, Map, Plan};
-pub use saved::Source;
+pub use saved::{Source, is_standard};

@@ -3,11 +3,13 @@
 //! A saved value carries the text of its scene, so that direct simulation and the page need nothing
 //! else. What is listed for people is written beside the numbers that are read back.
 
+use std::io;
 use std::path::Path;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use serde::{Deserialize, Serialize};
 
+use super::map::Parts;
 use super::{Error, FindGraze, Graze, Map, Plan, Settled};
 use crate::convergence::{Choice, SectionVerdict};
 use crate::expansion::{LocalMap, Stage, WindowEdge};
@@ -15,6 +17,14 @@ use crate::jet::Jet;
 use crate::model::{Scene, Section, SectionRule, Window, catalogue, nearest};
 use crate::orbit::{GrazingOrbit, PoincareSection};
 use crate::report::{Document, DocumentKind, MapListing, OrbitListing, to_json, write_atomically};
+
+/// Standard input, in messages.
+const STANDARD_INPUT: &str = "standard input";
+
+/// Whether a path stands for standard input.
+pub fn is_standard(path: &Path) -> bool {
+    path.as_os_str() == "-"
+}
 
 /// What a command begins with: a scene, or what was saved on the way from one.
 #[derive(Clone, Debug)]
@@ -29,13 +39,19 @@ pub enum Source {
 
 impl Source {
     /// The scene file, saved orbit or saved map at a path; a scene of the catalogue where there is
-    /// no such file.
+    /// no such file. `-` is a scene on standard input.
     ///
     /// # Errors
     ///
     /// [`Error::Scene`] for a scene with a fault, [`Error::NotSaved`] for a JSON document that is
     /// no orbit and no map, [`Error::FixedValues`] for overrides of what is saved.
     pub fn open(path: &Path, overrides: &[(String, String)]) -> Result<Self, Error> {
+        if is_standard(path) {
+            let text = io::read_to_string(io::stdin().lock())
+                .map_err(|source| Error::Unreadable { path: STANDARD_INPUT.into(), source })?;
+            let scene = Scene::parse_with(&text, STANDARD_INPUT, overrides)?;
+            return Ok(Self::Scene(Box::new(scene)));
+        }
         let extension = path.extension();
         if path.exists() && extension.is_some_and(|extension| extension == "json") {
             return match overrides.first() {
@@ -46,9 +62,11 @@ impl Source {
             };
         }
         let name = path.display().to_string();
-        let scene = match path.to_str().and_then(catalogue::text) {
-            _ if path.exists() => Scene::load_with(path, overrides)?,
+        // A folder of results often has the name of its scene.
+        let hidden = path.exists() && !path.is_dir();
+        let scene = match path.to_str().and_then(catalogue::text).filter(|_| !hidden) {
             Some(text) => Scene::parse_with(text, &format!("{name}.toml"), overrides)?,
+            None if path.exists() => Scene::load_with(path, overrides)?,
             None => {
                 return Err(Error::NoSuchScene {
                     path: path.to_owned(),
@@ -324,10 +342,17 @@ fn map_from(text: &str) -> Result<Map, String> {
     let scene = saved.source.read()?;
     check_orbit(&scene, &saved.orbit)?;
     check_map(&scene, &saved.map)?;
+    let window = listing.window.clone();
+    expect(window.bounds.len() == saved.map.window.bounds().count(), "bounds")?;
+    expect(window.errors.len() == saved.map.dimension(), "errors")?;
     let settled =
         Settled { graze: Graze::new(scene, saved.orbit), verdict: saved.verdict.map(Arc::new) };
     let plan = Plan::new(settled, saved.map.orders, saved.choice);
-    Ok(Map::new(plan, saved.map, Some(listing), Vec::new(), saved.window_edges))
+    Ok(Map::new(Parts {
+        window_edges: saved.window_edges,
+        listing: OnceLock::from(listing),
+        ..Parts::new(plan, saved.map, window)
+    }))
 }
 
 fn expect(holds: bool, what: &str) -> Result<(), String> {

@@ -38,6 +38,9 @@ pub enum ReportError {
     /// A table could not be written as CSV.
     #[error("the table could not be written as CSV")]
     Csv(#[from] csv::Error),
+    /// What takes a result refused it.
+    #[error("the result could not be written: {0}")]
+    Refused(#[from] std::io::Error),
     /// A file name that would leave its output folder.
     #[error("`{name}` does not name a file inside the output folder")]
     OutsideFolder {

@@ -2,25 +2,46 @@
 //!
 //! Every file is written beside its place under a temporary name, flushed to the disk, and renamed
 //! over the old one: a reader, or a run that was interrupted, sees the old file or the new one. A
-//! link stays one, and what it points to is replaced; a pipe or a device is written to and stays
-//! what it is.
+//! link stays one, and what it points to is replaced or created; a pipe or a device is written to
+//! and stays what it is; a file that may not be written is not replaced. A temporary file is locked
+//! while it is written, so that the next run that writes into its folder can tell what an
+//! interruption left there, and removes it.
 
+use std::collections::BTreeSet;
 use std::fs::{self, File};
-use std::io::{self, Write};
+use std::io::{self, BufWriter, Write};
 use std::path::{Component, Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
+
+use tempfile::NamedTempFile;
 
 use super::ReportError;
 
 /// Writes a file so that it is never seen half-written; an older file of that name is replaced.
 ///
-/// The parent folder must exist. A file that is replaced keeps its permissions; a link is followed.
-/// What is no file, a pipe or a device such as `/dev/null`, is not replaced but written to.
+/// The parent folder must exist. A file that is replaced keeps its permissions; a link is followed,
+/// also where nothing is at its end yet. What is no file, a pipe or a device such as `/dev/null`, is
+/// not replaced but written to. A file without permission to be written is refused.
 ///
 /// # Errors
 ///
 /// [`ReportError::Write`] with the step, the path and the operating system's answer; the old file,
 /// if there was one, is untouched then.
 pub fn write_atomically(path: &Path, bytes: &[u8]) -> Result<(), ReportError> {
+    write_streamed(path, |out| Ok(out.write_all(bytes)?))
+}
+
+/// Writes a file as [`write_atomically`] does, from what `content` writes: what is large is never
+/// held as a whole.
+///
+/// # Errors
+///
+/// As [`write_atomically`], and those of `content`; the old file, if there was one, is untouched
+/// then.
+pub fn write_streamed(
+    path: &Path,
+    content: impl FnOnce(&mut dyn Write) -> Result<(), ReportError>,
+) -> Result<(), ReportError> {
     let failed =
         |action| move |source| ReportError::Write { action, path: path.to_path_buf(), source };
     let old = fs::metadata(path).ok();
@@ -29,23 +50,23 @@ pub fn write_atomically(path: &Path, bytes: &[u8]) -> Result<(), ReportError> {
             return Err(failed("write")(io::ErrorKind::IsADirectory.into()));
         }
         Some(old) if !old.is_file() => {
-            let device = File::options().write(true).open(path);
-            return device.and_then(|mut device| device.write_all(bytes)).map_err(failed("write"));
+            let device = File::options().write(true).open(path).map_err(failed("write"))?;
+            let mut device = BufWriter::new(device);
+            content(&mut device).map_err(|error| named(error, path))?;
+            return device.flush().map_err(failed("write"));
         }
-        _ => {}
+        Some(old) => refuse_protected(path, old).map_err(failed("replace"))?,
+        None => {}
     }
-    let target = match fs::symlink_metadata(path) {
-        Ok(entry) if entry.is_symlink() && old.is_some() => {
-            fs::canonicalize(path).map_err(failed("write"))?
-        }
-        _ => path.to_path_buf(),
-    };
+    let target = end_of_links(path).map_err(failed("write"))?;
     let folder = folder_of(&target);
     fs::metadata(folder).map_err(failed("write"))?;
     // NOTE: the error itself would name the temporary file, which the reader has never heard of.
     let temporary = temporary_file(folder).map_err(|error| io::Error::from(error.kind()));
-    let mut temporary = temporary.map_err(failed("write"))?;
-    temporary.write_all(bytes).map_err(failed("write"))?;
+    let temporary = temporary.map_err(failed("write"))?;
+    let mut out = BufWriter::new(temporary);
+    content(&mut out).map_err(|error| named(error, path))?;
+    let temporary = out.into_inner().map_err(|error| failed("write")(error.into_error()))?;
     if let Some(old) = old {
         temporary.as_file().set_permissions(old.permissions()).map_err(failed("write"))?;
     }
@@ -55,6 +76,47 @@ pub fn write_atomically(path: &Path, bytes: &[u8]) -> Result<(), ReportError> {
     Ok(())
 }
 
+/// Refuses a file that may not be written: renaming over it asks for permission of its folder
+/// alone.
+fn refuse_protected(path: &Path, file: &fs::Metadata) -> io::Result<()> {
+    // NOTE: the administrator can open every file.
+    if file.permissions().readonly() {
+        return Err(io::ErrorKind::PermissionDenied.into());
+    }
+    File::options().append(true).open(path).map(drop)
+}
+
+/// Most links that lead from one to the next.
+const MOST_LINKS: usize = 40;
+
+/// What a path leads to, whether or not anything is there.
+fn end_of_links(path: &Path) -> io::Result<PathBuf> {
+    let mut place = path.to_path_buf();
+    for _ in 0..MOST_LINKS {
+        match fs::symlink_metadata(&place) {
+            Ok(entry) if entry.is_symlink() => {
+                place = folder_of(&place).join(fs::read_link(&place)?);
+            }
+            _ => return Ok(place),
+        }
+    }
+    Err(io::Error::other("the links lead in a circle"))
+}
+
+/// An error of what writes a file, with the path where it is the operating system's.
+fn named(error: ReportError, path: &Path) -> ReportError {
+    let write = |source| ReportError::Write { action: "write", path: path.to_path_buf(), source };
+    match error {
+        ReportError::Refused(source) => write(source),
+        ReportError::Json(error) if error.is_io() => write(error.into()),
+        ReportError::Csv(error) if error.is_io_error() => match error.into_kind() {
+            csv::ErrorKind::Io(source) => write(source),
+            kind => write(io::Error::other(format!("{kind:?}"))),
+        },
+        other => other,
+    }
+}
+
 fn folder_of(path: &Path) -> &Path {
     match path.parent() {
         Some(parent) if !parent.as_os_str().is_empty() => parent,
@@ -62,20 +124,52 @@ fn folder_of(path: &Path) -> &Path {
     }
 }
 
+/// How the names of temporary files begin.
+const UNFINISHED: &str = ".unfinished-";
+
+/// A temporary file, locked. What interrupted runs left in its folder is removed.
+fn temporary_file(folder: &Path) -> io::Result<NamedTempFile> {
+    static CLEARED: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
+    if CLEARED.lock().unwrap_or_else(PoisonError::into_inner).insert(folder.to_path_buf()) {
+        remove_abandoned(folder, UNFINISHED);
+    }
+    loop {
+        let file = new_temporary_file(folder)?;
+        // Where files cannot be locked, none is taken for abandoned.
+        let _locked_or_not = file.as_file().lock();
+        // Another run may have taken it for abandoned before it was locked.
+        if file.path().exists() {
+            return Ok(file);
+        }
+    }
+}
+
 #[cfg(unix)]
-fn temporary_file(folder: &Path) -> io::Result<tempfile::NamedTempFile> {
+fn new_temporary_file(folder: &Path) -> io::Result<NamedTempFile> {
     use std::os::unix::fs::PermissionsExt;
     // NOTE: the default of a temporary file is 0600; 0666 lets the user's umask decide, as for any
     // file.
     tempfile::Builder::new()
-        .prefix(".unfinished-")
+        .prefix(UNFINISHED)
         .permissions(fs::Permissions::from_mode(0o666))
         .tempfile_in(folder)
 }
 
 #[cfg(not(unix))]
-fn temporary_file(folder: &Path) -> io::Result<tempfile::NamedTempFile> {
-    tempfile::Builder::new().prefix(".unfinished-").tempfile_in(folder)
+fn new_temporary_file(folder: &Path) -> io::Result<NamedTempFile> {
+    tempfile::Builder::new().prefix(UNFINISHED).tempfile_in(folder)
+}
+
+/// Removes the files of a folder whose names begin so and which no running program has locked.
+pub(super) fn remove_abandoned(folder: &Path, prefix: &str) {
+    let entries = fs::read_dir(folder).into_iter().flatten().flatten();
+    for entry in entries.filter(|entry| entry.file_name().to_string_lossy().starts_with(prefix)) {
+        let is_file = entry.file_type().is_ok_and(|kind| kind.is_file());
+        let file = File::options().write(true).open(entry.path());
+        if file.is_ok_and(|file| is_file && file.try_lock().is_ok()) {
+            let _gone_or_not = fs::remove_file(entry.path());
+        }
+    }
 }
 
 /// Makes the new name itself durable where the system allows it; the file is whole either way.
@@ -117,6 +211,26 @@ impl OutputFolder {
     /// [`ReportError::OutsideFolder`] for a name that is empty, absolute or has `..` in it;
     /// [`ReportError::Write`] as for [`write_atomically`].
     pub fn write(&self, name: &str, bytes: impl AsRef<[u8]>) -> Result<PathBuf, ReportError> {
+        let path = self.place(name)?;
+        write_atomically(&path, bytes.as_ref())?;
+        Ok(path)
+    }
+
+    /// Writes one file from what `content` writes (see [`write_streamed`]).
+    ///
+    /// # Errors
+    ///
+    /// As [`write`](Self::write), and those of `content`.
+    pub fn write_streamed(
+        &self,
+        name: &str,
+        content: impl FnOnce(&mut dyn Write) -> Result<(), ReportError>,
+    ) -> Result<(), ReportError> {
+        write_streamed(&self.place(name)?, content)
+    }
+
+    /// The path of a file in the folder, whose subfolder is made.
+    fn place(&self, name: &str) -> Result<PathBuf, ReportError> {
         let relative = Path::new(name);
         let inside = relative.components().all(|part| matches!(part, Component::Normal(_)));
         if !inside || relative.file_name().is_none() {
@@ -124,7 +238,6 @@ impl OutputFolder {
         }
         let path = self.root.join(relative);
         create_folder(folder_of(&path))?;
-        write_atomically(&path, bytes.as_ref())?;
         Ok(path)
     }
 
@@ -174,6 +287,61 @@ mod tests {
         assert_eq!(names_in(folder.path()), ["map.json"]);
     }
 
+    #[cfg(unix)]
+    #[test]
+    fn a_link_stays_a_link_also_where_nothing_is_at_its_end() {
+        use std::os::unix::fs::symlink;
+        let folder = scratch();
+        let place = |name: &str| folder.path().join(name);
+        fs::create_dir(place("real")).expect("writable");
+        symlink("real/map.json", place("link")).expect("writable");
+        symlink("link", place("second")).expect("writable");
+        for bytes in [b"old", b"new"] {
+            write_atomically(&place("second"), bytes).expect("writable");
+            assert_eq!(fs::read(place("real/map.json")).expect("readable"), bytes);
+            assert!(place("link").is_symlink() && place("second").is_symlink());
+        }
+        symlink("nowhere/map.json", place("lost")).expect("writable");
+        assert!(write_atomically(&place("lost"), b"bytes").is_err());
+        assert!(place("lost").is_symlink() && !place("nowhere").exists());
+        symlink("b", place("a")).expect("writable");
+        symlink("a", place("b")).expect("writable");
+        assert!(write_atomically(&place("a"), b"bytes").is_err());
+        assert!(place("a").is_symlink() && place("b").is_symlink());
+    }
+
+    #[test]
+    fn a_file_that_may_not_be_written_is_not_replaced() {
+        let folder = scratch();
+        let path = folder.path().join("map.json");
+        fs::write(&path, "mine").expect("writable");
+        let mut permissions = fs::metadata(&path).expect("there").permissions();
+        permissions.set_readonly(true);
+        fs::set_permissions(&path, permissions).expect("one's own");
+        let refused = write_atomically(&path, b"bytes").expect_err("protected");
+        assert!(matches!(refused, ReportError::Write { action: "replace", .. }), "{refused}");
+        assert_eq!(fs::read(&path).expect("readable"), b"mine");
+        assert_eq!(names_in(folder.path()), ["map.json"]);
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_folder_without_permission_is_reported_and_left_as_it_was() {
+        use std::os::unix::fs::PermissionsExt;
+        let folder = scratch();
+        let closed = folder.path().join("closed");
+        fs::create_dir(&closed).expect("writable");
+        fs::write(closed.join("map.json"), "mine").expect("writable");
+        fs::set_permissions(&closed, fs::Permissions::from_mode(0o555)).expect("one's own");
+        // The administrator may write everywhere: then nothing is refused, and the file is whole.
+        let refuses = File::create(closed.join("probe")).is_err();
+        let written = write_atomically(&closed.join("map.json"), b"new");
+        assert_eq!(written.is_err(), refuses);
+        let expected: &[u8] = if refuses { b"mine" } else { b"new" };
+        assert_eq!(fs::read(closed.join("map.json")).expect("readable"), expected);
+        fs::set_permissions(&closed, fs::Permissions::from_mode(0o755)).expect("one's own");
+    }
+
     #[test]
     fn a_refused_write_leaves_the_target_as_it_was() {
         let folder = scratch();
@@ -186,6 +354,17 @@ mod tests {
         let absent = folder.path().join("absent").join("map.json");
         let refused = write_atomically(&absent, b"bytes").expect_err("the parent is absent");
         assert!(matches!(refused, ReportError::Write { action: "write", .. }));
+    }
+
+    #[test]
+    fn what_an_interruption_left_is_removed_and_what_another_run_writes_is_not() {
+        let folder = scratch();
+        let left = folder.path().join(".unfinished-left");
+        fs::write(&left, "half").expect("writable");
+        let running = new_temporary_file(folder.path()).expect("writable");
+        running.as_file().lock().expect("lockable");
+        write_atomically(&folder.path().join("map.json"), b"whole").expect("writable");
+        assert!(!left.exists() && running.path().exists());
     }
 
     #[test]

@@ -1,10 +1,13 @@
 //! JSON documents: indented, lists of plain values on one line, doubles with the digits that read
 //! back to the same bits; what every document says of itself; values by name.
 
-use std::fmt::Write as _;
+use std::cell::RefCell;
+use std::io;
+use std::rc::Rc;
 
-use serde::{Deserialize, Deserializer, Serialize, Serializer};
-use serde_json::Value;
+use serde::{Deserialize, Deserializer, Serialize};
+use serde_json::ser::Formatter;
+use serde_json::{Serializer, Value};
 
 use super::ReportError;
 use crate::model::{Digest, Scene};
@@ -25,53 +28,182 @@ use crate::model::{Digest, Scene};
 ///
 /// [`ReportError::Json`] if the value has a map whose keys are not text.
 pub fn to_json<T: Serialize + ?Sized>(value: &T) -> Result<String, ReportError> {
-    let mut text = String::new();
-    write_value(&mut text, &serde_json::to_value(value)?, 0);
-    text.push('\n');
-    Ok(text)
+    let mut bytes = Vec::new();
+    write_json(&mut bytes, value)?;
+    Ok(String::from_utf8_lossy(&bytes).into_owned())
 }
 
-fn write_value(text: &mut String, value: &Value, depth: usize) {
-    let is_nested = |value: &Value| value.is_array() || value.is_object();
-    match value {
-        Value::Array(values) if !values.iter().any(is_nested) => {
-            text.push('[');
-            for (number, value) in values.iter().enumerate() {
-                text.push_str(if number == 0 { "" } else { ", " });
-                write_value(text, value, depth);
+/// Writes a value as [`to_json`] does, without ever holding all of the text.
+///
+/// # Errors
+///
+/// As [`to_json`], and those of the writer.
+pub fn write_json<T: Serialize + ?Sized>(
+    out: &mut dyn io::Write,
+    value: &T,
+) -> Result<(), ReportError> {
+    let held = Rc::default();
+    let mut sink = Sink { out, held: Rc::clone(&held) };
+    value.serialize(&mut Serializer::with_formatter(&mut sink, Layout::new(held)))?;
+    Ok(sink.out.write_all(b"\n").map_err(serde_json::Error::io)?)
+}
+
+/// Plain values of a list, until it is known whether it goes on one line.
+type Held = Rc<RefCell<Option<Vec<u8>>>>;
+
+/// Where text goes: on, or to what is held.
+struct Sink<'a> {
+    out: &'a mut dyn io::Write,
+    held: Held,
+}
+
+impl io::Write for Sink<'_> {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        match &mut *self.held.borrow_mut() {
+            Some(held) => held.write(bytes),
+            None => self.out.write(bytes),
+        }
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.out.flush()
+    }
+}
+
+/// A list or an object that is being written.
+enum Level {
+    /// A list of plain values so far: the ends of their texts in what is held.
+    Line(Vec<usize>),
+    /// One item a line.
+    Lines {
+        /// Whether it has an item.
+        begun: bool,
+    },
+}
+
+/// The layout of documents: a list stays on one line until a list or an object comes in it.
+struct Layout {
+    levels: Vec<Level>,
+    /// What the list on top holds, while it is a line.
+    held: Held,
+}
+
+impl Layout {
+    fn new(held: Held) -> Self {
+        Self { levels: Vec::new(), held }
+    }
+
+    fn new_line<W: io::Write + ?Sized>(&self, out: &mut W, depth: usize) -> io::Result<()> {
+        write!(out, "\n{:1$}", "", 2 * depth)
+    }
+
+    /// Begins a list or an object: the list that it stands in takes a line for each item.
+    fn begin<W: io::Write + ?Sized>(&mut self, out: &mut W) -> io::Result<()> {
+        let depth = self.levels.len();
+        if let Some(level @ Level::Line(_)) = self.levels.last_mut() {
+            let Level::Line(ends) = std::mem::replace(level, Level::Lines { begun: true }) else {
+                return Ok(());
+            };
+            let held = self.held.take().unwrap_or_default();
+            out.write_all(b"[")?;
+            let mut start = 0;
+            for end in ends {
+                self.new_line(out, depth)?;
+                out.write_all(&held[start..end])?;
+                out.write_all(b",")?;
+                start = end;
             }
-            text.push(']');
+            self.new_line(out, depth)?;
         }
-        Value::Array(values) => {
-            let items = values.iter().map(|value| (None, value));
-            write_lines(text, ['[', ']'], items, depth);
+        Ok(())
+    }
+
+    /// Begins an item of a list or an object that takes a line for each.
+    fn item<W: io::Write + ?Sized>(&mut self, out: &mut W, first: bool) -> io::Result<()> {
+        if !first {
+            out.write_all(b",")?;
         }
-        Value::Object(members) if members.is_empty() => text.push_str("{}"),
-        Value::Object(members) => {
-            let items = members.iter().map(|(key, value)| (Some(key), value));
-            write_lines(text, ['{', '}'], items, depth);
+        if let Some(Level::Lines { begun }) = self.levels.last_mut() {
+            *begun = true;
         }
-        plain => write!(text, "{plain}").expect("a String takes all"),
+        self.new_line(out, self.levels.len())
+    }
+
+    /// Ends a list or an object that takes a line for each item.
+    fn end<W: io::Write + ?Sized>(&mut self, out: &mut W, bracket: &[u8]) -> io::Result<()> {
+        if let Some(Level::Lines { begun: true }) = self.levels.pop() {
+            self.new_line(out, self.levels.len())?;
+        }
+        out.write_all(bracket)
     }
 }
 
-/// Writes one item a line, between brackets.
-fn write_lines<'a>(
-    text: &mut String,
-    [open, close]: [char; 2],
-    items: impl Iterator<Item = (Option<&'a String>, &'a Value)>,
-    depth: usize,
-) {
-    text.push(open);
-    for (number, (key, value)) in items.enumerate() {
-        let comma = if number == 0 { "" } else { "," };
-        write!(text, "{comma}\n{:1$}", "", 2 * depth + 2).expect("a String takes all");
-        if let Some(key) = key {
-            write!(text, "{}: ", Value::from(key.as_str())).expect("a String takes all");
-        }
-        write_value(text, value, depth + 1);
+impl Formatter for Layout {
+    fn begin_array<W: io::Write + ?Sized>(&mut self, out: &mut W) -> io::Result<()> {
+        self.begin(out)?;
+        self.levels.push(Level::Line(Vec::new()));
+        self.held.replace(Some(Vec::new()));
+        Ok(())
     }
-    write!(text, "\n{:1$}{close}", "", 2 * depth).expect("a String takes all");
+
+    fn begin_array_value<W: io::Write + ?Sized>(
+        &mut self,
+        out: &mut W,
+        first: bool,
+    ) -> io::Result<()> {
+        match self.levels.last() {
+            Some(Level::Lines { .. }) => self.item(out, first),
+            _ => Ok(()),
+        }
+    }
+
+    fn end_array_value<W: io::Write + ?Sized>(&mut self, _: &mut W) -> io::Result<()> {
+        if let Some(Level::Line(ends)) = self.levels.last_mut() {
+            ends.push(self.held.borrow().as_ref().map_or(0, Vec::len));
+        }
+        Ok(())
+    }
+
+    fn end_array<W: io::Write + ?Sized>(&mut self, out: &mut W) -> io::Result<()> {
+        let Some(Level::Line(ends)) = self.levels.last_mut() else {
+            return self.end(out, b"]");
+        };
+        let ends = std::mem::take(ends);
+        self.levels.pop();
+        let held = self.held.take().unwrap_or_default();
+        out.write_all(b"[")?;
+        let mut start = 0;
+        for end in ends {
+            if start > 0 {
+                out.write_all(b", ")?;
+            }
+            out.write_all(&held[start..end])?;
+            start = end;
+        }
+        out.write_all(b"]")
+    }
+
+    fn begin_object<W: io::Write + ?Sized>(&mut self, out: &mut W) -> io::Result<()> {
+        self.begin(out)?;
+        self.levels.push(Level::Lines { begun: false });
+        out.write_all(b"{")
+    }
+
+    fn begin_object_key<W: io::Write + ?Sized>(
+        &mut self,
+        out: &mut W,
+        first: bool,
+    ) -> io::Result<()> {
+        self.item(out, first)
+    }
+
+    fn begin_object_value<W: io::Write + ?Sized>(&mut self, out: &mut W) -> io::Result<()> {
+        out.write_all(b": ")
+    }
+
+    fn end_object<W: io::Write + ?Sized>(&mut self, out: &mut W) -> io::Result<()> {
+        self.end(out, b"}")
+    }
 }
 
 /// What a document holds.
@@ -92,6 +224,8 @@ pub enum DocumentKind {
     Chart,
     /// A study of convergence.
     Convergence,
+    /// A time series.
+    Trajectory,
 }
 
 impl DocumentKind {
@@ -144,7 +278,7 @@ impl<T> Named<T> {
 }
 
 impl<T: Serialize> Serialize for Named<T> {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+    fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         serializer.collect_map(self.0.iter().map(|(name, value)| (name, value)))
     }
 }

@@ -13,6 +13,7 @@ mod curve_listing;
 mod diagram_figure;
 mod error;
 mod files;
+mod journal;
 mod json;
 mod map_listing;
 mod npy;
@@ -22,11 +23,14 @@ mod orbits_listing;
 mod page;
 mod run_page;
 mod section_document;
+mod sweep_words;
 mod table;
+mod time_series_listing;
+mod window_words;
 
 pub use grazemap_figure as figure;
 
-pub use chart_figure::{chart_array, chart_figure, chart_table, chart_timing_table};
+pub use chart_figure::{chart_array, chart_figure, chart_rows, chart_timing_table};
 pub use chosen_words::{
     accuracy_words, chosen_words, least_orders_words, limit_words, sections_words, validity_words,
 };
@@ -36,11 +40,12 @@ pub use convergence_page::{
 pub use curve_listing::{
     Codimension2, CurveListing, CurvePointListing, FoldListing, SwitchListing, UnresolvedListing,
 };
-pub use diagram_figure::{diagram_array, diagram_figures, diagram_table, diagram_timing_table};
+pub use diagram_figure::{diagram_array, diagram_figures, diagram_rows, diagram_timing_table};
 pub use error::ReportError;
 pub use figure::Figure;
-pub use files::{OutputFolder, write_atomically};
-pub use json::{Document, DocumentKind, Named, to_json};
+pub use files::{OutputFolder, write_atomically, write_streamed};
+pub use journal::Journal;
+pub use json::{Document, DocumentKind, Named, to_json, write_json};
 pub use map_listing::{
     ChosenCoefficients, DepthListing, ExpansionParts, LeadingTerm, MapListing, PassageParts,
     PolynomialMap, Term, depth_variables, edge_words,
@@ -51,4 +56,10 @@ pub use orbits_listing::{ContactRecord, LocusRecord, LostRecord, OrbitRecord, Or
 pub use page::{Page, PageFigure, Provenance, Section};
 pub use run_page::{CrateSummary, RunPage, StageTime, run_page};
 pub use section_document::{SectionCost, SectionDecision, SectionDocument};
-pub use table::{Alignment, Cell, Column, Table};
+pub use sweep_words::{chart_outside_words, diagram_outside_words};
+pub use table::{Alignment, Cell, Column, CsvStream, Rows, Table};
+pub use time_series_listing::{
+    EventRecord, TimeSeriesListing, time_series_columns, time_series_figures, time_series_row,
+    time_series_table,
+};
+pub use window_words::{WindowRemark, bounds_words, error_words, window_remark, window_words};

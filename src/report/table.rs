@@ -4,6 +4,7 @@
 //! [`Table::to_html`], and [`Table::to_csv`], which alone keeps every digit.
 
 use std::fmt::Write as _;
+use std::io;
 
 use super::ReportError;
 use super::number::{exact, significant};
@@ -104,6 +105,40 @@ impl Cell {
             Self::Number { value, .. } => exact(*value),
             Self::Missing => String::new(),
         }
+    }
+}
+
+/// A table written as CSV row by row, as its rows are made.
+pub struct CsvStream<W: io::Write>(csv::Writer<W>);
+
+impl<W: io::Write> CsvStream<W> {
+    /// Writes the headings.
+    ///
+    /// # Errors
+    ///
+    /// [`ReportError::Csv`] if there are no columns or the writer refuses.
+    pub fn new(writer: W, columns: &[Column]) -> Result<Self, ReportError> {
+        let mut writer = csv::Writer::from_writer(writer);
+        writer.write_record(columns.iter().map(|column| &column.header))?;
+        Ok(Self(writer))
+    }
+
+    /// Writes one row.
+    ///
+    /// # Errors
+    ///
+    /// [`ReportError::Csv`] if it has not one cell for every column, or the writer refuses.
+    pub fn push(&mut self, row: &[Cell]) -> Result<(), ReportError> {
+        Ok(self.0.write_record(row.iter().map(Cell::for_programs))?)
+    }
+
+    /// Writes what is buffered.
+    ///
+    /// # Errors
+    ///
+    /// [`ReportError::Csv`] if the writer refuses.
+    pub fn finish(mut self) -> Result<(), ReportError> {
+        Ok(self.0.flush().map_err(csv::Error::from)?)
     }
 }
 
@@ -239,13 +274,8 @@ impl Table {
     ///
     /// [`ReportError::Csv`] if the table has no columns.
     pub fn to_csv(&self) -> Result<String, ReportError> {
-        let mut writer = csv::Writer::from_writer(Vec::new());
-        writer.write_record(self.columns().iter().map(|column| &column.header))?;
-        for row in self.rows() {
-            writer.write_record(row.iter().map(Cell::for_programs))?;
-        }
-        let bytes =
-            writer.into_inner().map_err(|refused| csv::Error::from(refused.into_error()))?;
+        let mut bytes = Vec::new();
+        Rows::new(self.columns.clone(), self.rows.iter().cloned()).write_csv(&mut bytes)?;
         Ok(String::from_utf8_lossy(&bytes).into_owned())
     }
 
@@ -271,6 +301,45 @@ impl Table {
             })
             .collect();
         cells.join(between)
+    }
+}
+
+/// The rows of a table too long to be held, one after another.
+pub struct Rows<'a> {
+    columns: Vec<Column>,
+    rows: Box<dyn Iterator<Item = Vec<Cell>> + 'a>,
+}
+
+impl<'a> Rows<'a> {
+    /// Rows under columns; every row has one cell for every column.
+    pub fn new(columns: Vec<Column>, rows: impl Iterator<Item = Vec<Cell>> + 'a) -> Self {
+        Self { columns, rows: Box::new(rows) }
+    }
+
+    /// All of them as a table.
+    ///
+    /// # Errors
+    ///
+    /// [`ReportError::RowWidth`] for a row of another width.
+    pub fn into_table(self) -> Result<Table, ReportError> {
+        let mut table = Table::new(self.columns);
+        for row in self.rows {
+            table.push(row)?;
+        }
+        Ok(table)
+    }
+
+    /// Writes them as [`Table::to_csv`] does.
+    ///
+    /// # Errors
+    ///
+    /// [`ReportError::Csv`] for a row of another width, and where the writer refuses.
+    pub fn write_csv(self, out: &mut dyn io::Write) -> Result<(), ReportError> {
+        let mut stream = CsvStream::new(out, &self.columns)?;
+        for row in self.rows {
+            stream.push(&row)?;
+        }
+        stream.finish()
     }
 }
 

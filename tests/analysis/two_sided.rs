@@ -217,8 +217,8 @@ fn direct_diagrams_name_orbits_by_their_hits_at_either_stop() {
         direction: SweepDirection::Up,
         request: SweepRequest {
             parameter: 0,
-            range: [-1e-2, BEYOND],
-            points: 2,
+            offsets: vec![-1e-2, BEYOND],
+            starts: Vec::new(),
             orbit: OrbitRequest::new(400, 20, &[1.0, 1.0]),
             window: MapWindow { depth: 1.0, state: vec![1.0; 2], parameter: vec![1.0] },
         },

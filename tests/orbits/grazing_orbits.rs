@@ -463,3 +463,37 @@ fn a_corner_at_the_graze_or_along_the_orbit_is_named_with_its_expression() {
         );
     }
 }
+
+#[test]
+fn an_orbit_of_one_period_is_not_taken_for_one_of_several() {
+    for (name, periods) in [("linear", 2), ("mems", 3)] {
+        let periods_named = periods.to_string();
+        let scene = scene_with(name, &[("grazing.periods", &periods_named)]);
+        let location = locate(&scene).expect("no wrong input");
+        let Location::NotLocated(reason) = location else {
+            panic!("{name}: located an orbit that repeats");
+        };
+        assert!(
+            matches!(reason, NotLocated::Repeats { times, .. } if times == periods),
+            "{reason:?}"
+        );
+        let words = reason.to_string();
+        assert!(words.contains(&format!("run {periods} times")), "{words}");
+        assert!(words.contains("`periods = 1` is that orbit"), "{words}");
+    }
+}
+
+#[test]
+fn an_orbit_that_touches_another_surface_is_asked_to_name_that_passage() {
+    let keys = [("grazing.passages", "[\"right\"]"), ("grazing.symmetry", "\"none\"")];
+    let scene = scene_with("two_stops_t1", &keys);
+    let Location::NotLocated(reason) = locate(&scene).expect("no wrong input") else {
+        panic!("located an orbit with a graze that no passage stands for");
+    };
+    let NotLocated::TouchesElsewhere { surface, time } = &reason else {
+        panic!("{reason:?}");
+    };
+    assert_eq!(surface, "left");
+    // Half a period of omega = 1.1 later.
+    assert!((time - std::f64::consts::PI / 1.1).abs() < 1e-6, "{time}");
+}

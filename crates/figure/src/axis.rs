@@ -72,7 +72,8 @@ impl Axis {
         Self { scale: AxisScale::Log10, ..Self::linear(label) }
     }
 
-    /// The same axis with fixed ends.
+    /// The same axis with fixed ends; where doubles cannot tell ticks apart between them, it is
+    /// drawn wider.
     #[must_use]
     pub fn with_range(mut self, lower: f64, upper: f64) -> Self {
         self.range = Some((lower, upper));
@@ -83,7 +84,7 @@ impl Axis {
     ///
     /// # Errors
     ///
-    /// [`FigureError::AxisRange`] for an explicit range that is empty, not finite or not on the
+    /// [`FigureError::AxisRange`] for an explicit range that is reversed or empty, not finite or not on the
     /// scale, and for a symmetric logarithmic threshold that is not positive.
     pub(super) fn ends(&self, data: impl Iterator<Item = f64>) -> Result<(f64, f64), FigureError> {
         if let AxisScale::Symlog { threshold } = self.scale
@@ -97,10 +98,10 @@ impl Axis {
         let places = (self.scale.place(lower), self.scale.place(upper));
         let finite = lower.is_finite() && upper.is_finite() && (upper - lower).is_finite();
         let ascending = places.0.partial_cmp(&places.1) == Some(Ordering::Less);
-        if !finite || !ascending || too_narrow(places) {
+        if !finite || !ascending {
             return Err(self.refuse(lower, upper));
         }
-        Ok(places)
+        Ok(if too_narrow(places) { with_margin(Some(places)) } else { places })
     }
 
     fn refuse(&self, lower: f64, upper: f64) -> FigureError {
@@ -166,6 +167,14 @@ mod tests {
         let mut symlog = Axis::linear("x");
         symlog.scale = AxisScale::Symlog { threshold: 0.0 };
         assert!(symlog.ends([1.0].into_iter()).is_err());
+    }
+
+    #[test]
+    fn a_range_of_a_few_roundings_is_drawn_wider() {
+        let next = 0.1_f64.next_up().next_up();
+        let ends = Axis::linear("x").with_range(0.1, next).ends([].into_iter());
+        let (lower, upper) = ends.expect("ascending");
+        assert!(lower < 0.1 && upper > next && upper - lower > 1e-3, "{lower} {upper}");
     }
 
     #[test]

@@ -11,7 +11,9 @@ use grazemap::iteration::{
     DiscreteMap, HornerMap, InterpretedMap, MapOrbit, OrbitRequest, StepInfo,
 };
 use grazemap::jet::Jet;
-use grazemap::model::{ChartRequest, DiagramRequest, Method, Observable, SweepDirection};
+use grazemap::model::{
+    ChartRequest, DiagramRequest, Method, Observable, Spacing, Starts, SweepDirection,
+};
 use grazemap::numeric::{Dd, FloatFormat, Real};
 
 use super::Page;
@@ -310,7 +312,7 @@ pub(super) fn sweeps(subjects: &Subjects, page: &mut Page) {
         let request = chart_request(subject);
         let chart = request.and_then(|one| chart(scene, orbit, &map, &one, &NoProgress).ok());
         let variant = format!("{} chart", section.name());
-        page.put_or(&variant, chart.as_ref().map(of_chart));
+        page.put_or(&variant, chart.as_ref().and_then(|charts| charts.first()).map(of_chart));
     }
 }
 
@@ -328,6 +330,8 @@ fn diagram_request(
         parameter,
         range: [-width, width],
         points,
+        spacing: Spacing::Even,
+        starts: Starts::Smooth,
         transient,
         keep: 8,
         observe: Observable::EventFunction,
@@ -348,7 +352,7 @@ fn of_diagram(diagram: &Diagram) -> Hash {
             hash.text(&format!("{:?} {:?}", point.period, point.end));
             add_name(&mut hash, point.orbit.as_ref());
             hash.count(point.kept_contacts as usize);
-            hash.count(point.outside);
+            hash.count((point.outside * point.kept as f64).round() as usize);
         }
     }
     hash
@@ -371,8 +375,10 @@ fn chart_request(subject: &Subject) -> Option<ChartRequest> {
         parameters: [*first, *second],
         ranges: [[-wide, *wide], [-high, *high]],
         points: [8, 6],
+        starts: Starts::Smooth,
         transient: 50,
         keep: 8,
+        with: vec![Method::Map],
     })
 }
 
@@ -387,7 +393,7 @@ fn of_chart(chart: &Chart) -> Hash {
         hash.text(&format!("{:?} {:?}", cell.period, cell.end));
         add_name(&mut hash, cell.orbit.as_ref());
         hash.count(cell.kept_contacts as usize);
-        hash.count(cell.outside);
+        hash.count((cell.outside * 16.0).round() as usize);
     }
     hash
 }

@@ -158,6 +158,10 @@ fn add_return<S: Real>(hash: &mut Hash, image: &Return<S>) {
             hash.text("no return");
             hash.number(*time);
         }
+        ReturnOutcome::Ambiguous { surface } => {
+            hash.text("ambiguous");
+            hash.count(*surface);
+        }
         ReturnOutcome::Ended(outcome) => add_outcome(hash, outcome),
     }
 }

@@ -9,14 +9,15 @@
 //! depends on the number of cores.
 
 use std::ops::Range;
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use rayon::prelude::*;
 
-use super::data::{Sweep, SweepHeading, Timing};
+use super::data::{DiagramPoint, Shares, Sweep, SweepHeading, Timing, threads};
+use super::starts::{Reach, starts};
 use super::sweep::{SweepRequest, Visit, visit};
 use super::swept_map::SweptMap;
-use crate::analysis::progress::{NoProgress, Progress};
+use crate::analysis::progress::{Progress, keep, recalled};
 use crate::iteration::{MapOrbit, OrbitEnd, OrbitRequest};
 
 /// Fewest values of a segment.
@@ -26,36 +27,40 @@ const COARSE_VALUES: usize = 4;
 /// Iterates of the coarse run at each.
 const COARSE_ITERATES: usize = 16;
 
-/// Runs one sweep, from the map's start at its first parameter value.
+/// Runs one sweep, from a state or from beside the map's start at its first parameter value.
 pub(super) fn sweep(
     map: &dyn SweptMap,
     request: &SweepRequest,
+    start: Option<&[f64]>,
     heading: SweepHeading,
     progress: &dyn Progress,
 ) -> Sweep {
     let clock = Instant::now();
-    let mut course = Course::new(map, request, heading);
+    let mut course = Course::new(map, request, start, heading);
     course.run(progress);
-    course.correct();
-    let timing = Timing { total_seconds: clock.elapsed().as_secs_f64(), ..course.timing };
+    course.correct(progress);
+    let timing = Timing::since(clock, course.iterates);
     let visits = course.visits.into_iter().flatten();
-    Sweep {
-        method: map.method(),
-        heading,
-        points: visits.map(|visit| visit.point).collect(),
-        timing,
-    }
+    let points: Vec<DiagramPoint> = visits.map(|visit| visit.point).collect();
+    let shares = |point: &DiagramPoint| {
+        let DiagramPoint { by_map, outside, .. } = *point;
+        (Shares { by_map, outside }, point.kept)
+    };
+    let Shares { by_map, outside } = Shares::mean(points.iter().map(shares));
+    let start = start.map(<[f64]>::to_vec);
+    Sweep { method: map.method(), heading, start, points, by_map, outside, timing }
 }
 
 /// A sweep under way.
 struct Course<'a> {
     map: &'a dyn SweptMap,
     request: &'a SweepRequest,
+    start: Option<&'a [f64]>,
     offsets: Vec<f64>,
     segments: Vec<Range<usize>>,
     /// What was found at every value, in order.
     visits: Vec<Option<Visit>>,
-    timing: Timing,
+    iterates: u64,
 }
 
 /// How far a segment has come.
@@ -66,6 +71,8 @@ struct Front {
     value: usize,
     /// The state that is carried there.
     carried: Option<Vec<f64>>,
+    /// Whether that state is a guess, which no orbit confirmed.
+    guessed: bool,
 }
 
 /// What fronts find on their way.
@@ -76,11 +83,44 @@ struct Found {
     /// Segments whose end was visited.
     changed: Vec<usize>,
     iterates: u64,
-    time: Duration,
+}
+
+/// The visits of one round of fronts, which pass every value at most once.
+struct Pieces<'a> {
+    /// 0 from guessed starts, then the number of the correction.
+    round: usize,
+    progress: &'a dyn Progress,
+}
+
+impl Pieces<'_> {
+    fn place(&self, value: usize) -> [u64; 2] {
+        [self.round as u64, value as u64]
+    }
+
+    /// The visit of a value in an earlier run.
+    fn recall(&self, value: usize) -> Option<Visit> {
+        recalled(self.progress, &self.place(value))
+    }
+
+    fn keep(&self, value: usize, visit: &Visit) {
+        keep(self.progress, &self.place(value), visit);
+    }
+
+    /// Corrections are no part of what was said to come.
+    fn advance(&self, visits: u64) {
+        if self.round == 0 {
+            self.progress.advance(visits);
+        }
+    }
 }
 
 impl<'a> Course<'a> {
-    fn new(map: &'a dyn SweptMap, request: &'a SweepRequest, heading: SweepHeading) -> Self {
+    fn new(
+        map: &'a dyn SweptMap,
+        request: &'a SweepRequest,
+        start: Option<&'a [f64]>,
+        heading: SweepHeading,
+    ) -> Self {
         let offsets = request.offsets(heading);
         let count = map.segments().min(offsets.len() / SHORTEST).max(1);
         let cut = |number: usize| number * offsets.len() / count;
@@ -88,33 +128,36 @@ impl<'a> Course<'a> {
         Self {
             map,
             request,
+            start,
             segments: segments.collect(),
             visits: vec![None; offsets.len()],
             offsets,
-            timing: Timing::default(),
+            iterates: 0,
         }
     }
 
     /// All segments side by side, from the states of the coarse run.
     fn run(&mut self, progress: &dyn Progress) {
-        let clock = Instant::now();
         let starts = self.coarse_run();
-        self.timing.seconds += clock.elapsed().as_secs_f64();
         let fronts = starts.into_iter().zip(&self.segments).enumerate();
         let fronts = fronts.map(|(segment, (carried, values))| Front {
             segment,
             value: values.start,
             carried,
+            guessed: true,
         });
-        self.advance(&fronts.collect::<Vec<_>>(), progress);
+        let pieces = Pieces { round: 0, progress };
+        self.advance(&fronts.collect::<Vec<_>>(), &pieces);
     }
 
     /// Carries the last state of every segment into the next until nothing changes.
-    fn correct(&mut self) {
+    fn correct(&mut self, progress: &dyn Progress) {
         let mut changed: Vec<usize> = (1..self.segments.len()).collect();
+        let mut pieces = Pieces { round: 0, progress };
         while !changed.is_empty() {
+            pieces.round += 1;
             let corrected = changed.iter().map(|&segment| self.corrected(segment));
-            changed = self.advance(&corrected.collect::<Vec<_>>(), &NoProgress);
+            changed = self.advance(&corrected.collect::<Vec<_>>(), &pieces);
             changed.iter_mut().for_each(|segment| *segment += 1);
             changed.retain(|&segment| segment < self.segments.len());
         }
@@ -124,20 +167,20 @@ impl<'a> Course<'a> {
     fn corrected(&self, segment: usize) -> Front {
         let value = self.segments[segment].start;
         let before = self.visits[value - 1].as_ref();
-        Front { segment, value, carried: before.and_then(|visit| visit.carried.clone()) }
+        let carried = before.and_then(|visit| visit.carried.clone());
+        Front { segment, value, carried, guessed: false }
     }
 
     /// Takes fronts to the ends of their segments or to where nothing changes, as many at a time as
     /// the map has lanes, on all cores; the segments whose ends were changed.
-    fn advance(&mut self, fronts: &[Front], progress: &dyn Progress) -> Vec<usize> {
-        let share = fronts.len().div_ceil(rayon::current_num_threads());
+    fn advance(&mut self, fronts: &[Front], pieces: &Pieces<'_>) -> Vec<usize> {
+        let share = fronts.len().div_ceil(threads());
         let blocks = fronts.par_chunks(share.clamp(1, self.map.lanes()));
-        let found: Vec<Found> = blocks.map(|block| self.follow(block.to_vec(), progress)).collect();
+        let found: Vec<Found> = blocks.map(|block| self.follow(block.to_vec(), pieces)).collect();
         let mut changed = Vec::new();
         for found in found {
             changed.extend(found.changed);
-            self.timing.iterates += found.iterates;
-            self.timing.seconds += found.time.as_secs_f64();
+            self.iterates += found.iterates;
             for (value, visit) in found.visits {
                 self.visits[value] = Some(visit);
             }
@@ -145,29 +188,41 @@ impl<'a> Course<'a> {
         changed
     }
 
-    /// What some fronts find on their way, in step.
-    fn follow(&self, mut fronts: Vec<Front>, progress: &dyn Progress) -> Found {
+    /// What some fronts find on their way, in step, from where an earlier run left them.
+    fn follow(&self, mut fronts: Vec<Front>, pieces: &Pieces<'_>) -> Found {
         let mut found = Found::default();
+        fronts.retain_mut(|front| {
+            let mut continues = true;
+            while continues && let Some(visit) = pieces.recall(front.value) {
+                pieces.advance(1);
+                continues = self.keep(front, visit, &mut found);
+            }
+            continues
+        });
         while !fronts.is_empty() {
             let value = |front: &Front| (front.carried.clone(), self.offsets[front.value]);
-            let values: Vec<_> = fronts.iter().map(value).collect();
-            let visits = visit(self.map, self.request, &values);
-            progress.advance(visits.len() as u64);
+            let values = fronts.iter().map(value).collect();
+            let visits = visit(self.map, self.request, self.start, values);
+            pieces.advance(visits.len() as u64);
             let mut visits = visits.into_iter();
             fronts.retain_mut(|front| {
-                let visit = visits.next();
-                visit.is_some_and(|visit| self.keep(front, visit, &mut found))
+                visits.next().is_some_and(|visit| {
+                    pieces.keep(front.value, &visit);
+                    self.keep(front, visit, &mut found)
+                })
             });
         }
         found
     }
 
     /// Keeps a visit if it changes anything; whether the front continues.
-    fn keep(&self, front: &mut Front, visit: Visit, found: &mut Found) -> bool {
+    fn keep(&self, front: &mut Front, mut visit: Visit, found: &mut Found) -> bool {
         found.iterates += visit.iterates;
-        found.time += visit.time;
+        // From a guess that escaped nothing is carried on.
+        visit.carried = visit.carried.filter(|_| !front.guessed || visit.attractor.completed);
+        front.guessed = false;
         let known = self.visits[front.value].as_ref();
-        if known.is_some_and(|known| known.attractor.agrees(&visit.attractor)) {
+        if known.is_some_and(|known| known.agrees(&visit)) {
             return false;
         }
         front.carried.clone_from(&visit.carried);
@@ -192,16 +247,22 @@ impl<'a> Course<'a> {
         };
         let prepared: Vec<_> = stops.par_iter().map(prepare).collect();
         let mut carried: Option<Vec<f64>> = None;
-        let mut starts = vec![None];
+        let mut entered = vec![None];
         for segment in prepared.chunks(COARSE_VALUES) {
             for (fixed, parameters) in segment {
-                let state = carried.unwrap_or_else(|| self.map.start(parameters));
+                let begin = || {
+                    starts(self.map, self.start, parameters, &request.scales, Reach::Beside)
+                        .remove(0)
+                };
+                let state = carried.clone().unwrap_or_else(begin);
                 let orbit = MapOrbit::of(&**fixed, &state, &[], &request);
-                carried = (orbit.end == OrbitEnd::Completed).then_some(orbit.last);
+                if orbit.end == OrbitEnd::Completed {
+                    carried = Some(orbit.last);
+                }
             }
-            starts.push(carried.clone());
+            entered.push(carried.clone());
         }
-        starts
+        entered
     }
 
     /// The values that the coarse run visits: in every segment but the last.
@@ -217,12 +278,12 @@ impl<'a> Course<'a> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::data::DiagramPoint;
     use super::super::swept_map::{Settled, Start};
     use super::*;
+    use crate::analysis::progress::NoProgress;
     use crate::expansion::MapWindow;
     use crate::iteration::{DiscreteMap, Itinerary, StepInfo};
-    use crate::model::Method;
+    use crate::model::{Method, even_offsets};
 
     /// `x ↦ x + (p + x − x³)/10`: two stable fixed points between the folds at `p = ±2/√27`.
     struct Hysteresis;
@@ -311,8 +372,8 @@ mod tests {
         fn start(&self, _: &[f64]) -> Vec<f64> {
             vec![0.0]
         }
-        fn observe(&self, state: &[f64], _: &[f64]) -> f64 {
-            state[0]
+        fn observe_all(&self, orbit: &MapOrbit, _: &[f64]) -> Vec<f64> {
+            orbit.states().map(|state| state[0]).collect()
         }
         fn itinerary(&self) -> &Itinerary {
             &self.itinerary
@@ -334,12 +395,12 @@ mod tests {
         };
         let request = SweepRequest {
             parameter: 0,
-            range: [-0.6, 0.6],
-            points: 241,
+            offsets: even_offsets([-0.6, 0.6], 241),
+            starts: Vec::new(),
             orbit: OrbitRequest::new(400, 4, &[1.0]),
             window: MapWindow { depth: 1.0, state: vec![9.0], parameter: vec![9.0] },
         };
-        let sweep = sweep(&map, &request, heading, &NoProgress);
+        let sweep = sweep(&map, &request, None, heading, &NoProgress);
         let points = &sweep.points;
         let pairs = points.windows(2);
         let value = |point: &DiagramPoint| point.kept_values().last().unwrap_or(f64::NAN);

@@ -7,32 +7,35 @@
 mod course;
 mod data;
 mod observe;
+mod starts;
 mod sweep;
 mod swept_map;
 
+pub(super) use data::Shares;
 pub use data::{Diagram, DiagramPoint, Sweep, SweepHeading, Timing};
 pub use observe::Observer;
+pub(crate) use starts::low_discrepancy;
+pub(super) use starts::{Entry, settle, states};
 pub use sweep::SweepRequest;
-pub(super) use sweep::{kept_contacts, made, name, offsets, outside};
+pub(super) use sweep::{kept_contacts, name};
 pub use swept_map::{
-    DirectSweep, FrozenSweep, Settled, SmoothFixedPoint, Start, SweptMap, UnobservedSweep,
+    DirectSweep, FrozenSweep, GuardedSweep, Settled, SmoothFixedPoint, Start, SweptMap,
+    UnobservedSweep,
 };
 
 use std::cell::OnceCell;
 
-use rayon::prelude::*;
-
-use crate::analysis::direct_map::DirectMap;
 use crate::analysis::error::AnalysisError;
-use crate::analysis::progress::Progress;
+use crate::analysis::escape::escape_bounds;
+use crate::analysis::progress::{Part, Progress};
 use crate::analysis::section_frame::itinerary;
 use crate::expansion::LocalMap;
-use crate::hybrid::HybridSystem;
-use crate::iteration::{HornerMap, OrbitRequest};
+use crate::iteration::OrbitRequest;
 use crate::model::{DiagramRequest, Method, Scene, SweepDirection};
 use crate::orbit::GrazingOrbit;
 use course::sweep;
 use observe::label;
+pub(super) use swept_map::SweepSubject;
 
 /// A diagram with its maps and requests worked out, ready to run.
 pub struct DiagramPlan<'a> {
@@ -46,14 +49,21 @@ pub struct DiagramPlan<'a> {
 
 /// The bifurcation diagram that a scene asks for.
 ///
-/// Every sweep starts at the fixed point of `P_smooth` at its first parameter value and carries its
-/// last state from value to value; after an escape it starts again at the fixed point. Sweeps (one
-/// per method and heading) run side by side, and so do segments of each, whose starts are
-/// corrected: no result depends on the number of cores.
+/// Every sweep carries its last state from value to value. It starts at the states that the scene
+/// names, one sweep for each, or beside the fixed point of `P_smooth`, a billionth of the window's
+/// half-widths to one side and, where that orbit escapes, to the other, and then at eight points
+/// each within a tenth and a hundredth of the half-widths about the graze. Where the carried state
+/// escapes, the value is tried from the start too, and the sweep goes on from the last state that
+/// stayed. An orbit whose multipliers repel is kicked off by a thousandth of the half-widths and
+/// followed once more, so that no orbit is shown that the map does not come back to. Segments of a
+/// sweep run side by side, and their starts are corrected: no result depends on the number of
+/// cores.
 ///
 /// # Errors
 ///
 /// [`AnalysisError::NotActive`] if the swept parameter is no variable of the map;
+/// [`AnalysisError::NotACoordinate`], [`AnalysisError::NoWidth`] for starts that the section or the
+/// window does not know;
 /// [`AnalysisError::Hybrid`] if the simulator refuses the model; [`AnalysisError::Expansion`] if
 /// the impact speed is drawn and cannot be expanded.
 pub fn diagram(
@@ -67,42 +77,20 @@ pub fn diagram(
     let position = map.parameters.iter().position(|active| active.name == *parameter);
     let position =
         position.ok_or_else(|| AnalysisError::NotActive { parameter: parameter.clone() })?;
-    let system = OnceCell::new();
-    let itinerary = itinerary(scene, orbit);
-    let observer = || Observer::new(scene, orbit, map, &request.observe);
-    let swept = |method: &Method| -> Result<Box<dyn SweptMap + '_>, AnalysisError> {
-        let start = || SmoothFixedPoint::new(map);
-        Ok(match method {
-            Method::Map => {
-                let others = || (start(), observer());
-                let (map, (start, observer)) = rayon::join(|| HornerMap::new(map), others);
-                Box::new(FrozenSweep {
-                    map,
-                    start,
-                    observer: observer?,
-                    itinerary: itinerary.clone(),
-                })
-            }
-            Method::Direct => Box::new(DirectSweep {
-                map: DirectMap::new(
-                    system.get_or_init(|| HybridSystem::new(&scene.model)),
-                    scene,
-                    orbit,
-                )?,
-                start: start(),
-                observer: observer()?,
-                itinerary: itinerary.clone(),
-            }),
-        })
-    };
+    let escape = escape_bounds(scene, orbit);
+    let bounds: Vec<f64> = escape.iter().map(|bound| bound.offset).collect();
+    let own = OrbitRequest::new(request.transient, request.keep, &map.window.state);
+    let subject =
+        SweepSubject { scene, orbit, map, observe: &request.observe, system: OnceCell::new() };
+    let swept = request.with.iter().map(|&method| subject.swept(method));
     let plan = DiagramPlan {
-        maps: request.with.iter().map(swept).collect::<Result<_, _>>()?,
+        maps: swept.collect::<Result<_, _>>()?,
         direction: request.direction,
         request: SweepRequest {
             parameter: position,
-            range: request.range,
-            points: request.points,
-            orbit: OrbitRequest::new(request.transient, request.keep, &map.window.state),
+            offsets: request.offsets(),
+            starts: starts::states(&request.starts, scene, map)?,
+            orbit: own.escaping_at(&bounds),
             window: map.window.clone(),
         },
     };
@@ -113,31 +101,48 @@ pub fn diagram(
         parameter: parameter.clone(),
         grazing_value: orbit.parameters()[request.parameter].to_f64(),
         observable: label(&request.observe).to_owned(),
-        surfaces: itinerary.surfaces.clone(),
+        surfaces: itinerary(scene, orbit).surfaces,
         transient: request.transient,
         keep: request.keep,
+        escape,
         speed_ratio: speed_ratio(&sweeps),
         sweeps,
     })
 }
 
-/// Runs all sweeps of a plan: one per map and heading, maps in order, up before down.
+/// Bytes that the diagrams of a scene take in memory, where every value is kept.
+pub fn diagram_bytes(scene: &Scene) -> u64 {
+    /// Of a parameter value beside what is kept there.
+    const POINT: usize = 400;
+    let bytes = |request: &DiagramRequest| {
+        let headings = if request.direction == SweepDirection::Both { 2 } else { 1 };
+        let sweeps = request.with.len() * request.starts.count() * headings;
+        (sweeps * request.points * (POINT + 8 * request.keep)) as u64
+    };
+    scene.diagrams.iter().map(bytes).sum()
+}
+
+/// Runs all sweeps of a plan: one per map, start and heading, maps in order, up before down.
 pub fn run_plan(plan: &DiagramPlan<'_>, progress: &dyn Progress) -> Vec<Sweep> {
     let headings: &[SweepHeading] = match plan.direction {
         SweepDirection::Up => &[SweepHeading::Up],
         SweepDirection::Down => &[SweepHeading::Down],
         SweepDirection::Both => &[SweepHeading::Up, SweepHeading::Down],
     };
-    let tasks: Vec<_> = plan
-        .maps
-        .iter()
-        .flat_map(|map| headings.iter().map(move |&heading| (map, heading)))
-        .collect();
-    progress.expect((tasks.len() * plan.request.points) as u64);
-    tasks
-        .into_par_iter()
-        .map(|(map, heading)| sweep(&**map, &plan.request, heading, progress))
-        .collect()
+    let request = &plan.request;
+    let starts = match &request.starts[..] {
+        [] => vec![None],
+        states => states.iter().map(|state| Some(&state[..])).collect(),
+    };
+    let ways = starts.iter().flat_map(|&start| headings.iter().map(move |&way| (start, way)));
+    let ways: Vec<_> = ways.collect();
+    progress.expect((plan.maps.len() * ways.len() * request.offsets.len()) as u64);
+    let sweeps = plan.maps.iter().flat_map(|map| ways.iter().map(move |way| (map, way)));
+    // NOTE: one after another, so that the time of each is its own; segments fill the cores.
+    let run = |(number, (map, &(start, heading))): (usize, (&Box<dyn SweptMap + '_>, &_))| {
+        sweep(&**map, request, start, heading, &Part::new(progress, number))
+    };
+    sweeps.enumerate().map(run).collect()
 }
 
 /// Time of an iterate by direct simulation over that by the map.

@@ -1,10 +1,11 @@
 //! What a sweep asks for, what it finds at one parameter value, and whether two runs have settled
 //! on the same thing.
 
-use std::time::{Duration, Instant};
+use serde::{Deserialize, Serialize};
 
-use super::data::{DiagramPoint, SweepHeading, one_period};
-use super::swept_map::{Settled, Start, SweptMap};
+use super::data::{DiagramPoint, Shares, SweepHeading, one_period};
+use super::starts::{Entry, settle};
+use super::swept_map::{Settled, SweptMap};
 use crate::expansion::MapWindow;
 use crate::iteration::{MapOrbit, OrbitEnd, OrbitName, OrbitRequest, Period, StepInfo};
 
@@ -13,10 +14,11 @@ use crate::iteration::{MapOrbit, OrbitEnd, OrbitName, OrbitRequest, Period, Step
 pub struct SweepRequest {
     /// Position of the swept parameter among the map's parameters; the others stay at 0.
     pub parameter: usize,
-    /// First and last offset, increasing.
-    pub range: [f64; 2],
-    /// Number of parameter values.
-    pub points: usize,
+    /// Offsets of the swept parameter, increasing.
+    pub offsets: Vec<f64>,
+    /// States at which sweeps start, a sweep for each; none for one sweep that starts beside the
+    /// map's own start.
+    pub starts: Vec<Vec<f64>>,
     /// Iterates at each value, and when an orbit has escaped.
     pub orbit: OrbitRequest,
     /// The window, to count iterates outside.
@@ -33,7 +35,7 @@ impl SweepRequest {
 
     /// All offsets in the order of a heading.
     pub(super) fn offsets(&self, heading: SweepHeading) -> Vec<f64> {
-        let mut offsets = offsets(self.range, self.points);
+        let mut offsets = self.offsets.clone();
         if heading == SweepHeading::Down {
             offsets.reverse();
         }
@@ -41,64 +43,49 @@ impl SweepRequest {
     }
 }
 
-/// Evenly spaced offsets, increasing; both ends are met exactly.
-pub(in crate::analysis) fn offsets([first, last]: [f64; 2], points: usize) -> Vec<f64> {
-    let offset = |index: usize| {
-        if index + 1 == points && points > 1 {
-            return last;
-        }
-        let share = index as f64 / (points.max(2) - 1) as f64;
-        first + share * (last - first)
-    };
-    (0..points).map(offset).collect()
-}
-
 /// What a map settles on at one value, and where the next one starts.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub(super) struct Visit {
     pub(super) point: DiagramPoint,
     pub(super) attractor: Attractor,
-    /// The last state; `None` after an escape.
+    /// The last state, after an escape that with which the value was entered.
     pub(super) carried: Option<Vec<f64>>,
     pub(super) iterates: u64,
-    pub(super) time: Duration,
 }
 
-/// Visits some values side by side, as many at a time as the map has lanes; each is a starting
-/// state, `None` for the map's own, and a value of the swept parameter.
+impl Visit {
+    /// Whether both settled on the same, so that what follows is the same.
+    pub(super) fn agrees(&self, other: &Self) -> bool {
+        let carried = self.attractor.completed || self.carried == other.carried;
+        carried && self.attractor.agrees(&other.attractor)
+    }
+}
+
+/// Visits some values side by side, as many at a time as the map has lanes; each is a state that is
+/// carried there, if any, and a value of the swept parameter. Where the carried state escapes, the
+/// start of the sweep is tried.
 pub(super) fn visit(
     map: &dyn SweptMap,
     request: &SweepRequest,
-    values: &[(Option<Vec<f64>>, f64)],
+    start: Option<&[f64]>,
+    values: Vec<(Option<Vec<f64>>, f64)>,
 ) -> Vec<Visit> {
-    let start = |(state, offset): &(Option<Vec<f64>>, f64)| {
-        let parameters = request.parameters(map, *offset);
-        let state = state.clone().unwrap_or_else(|| map.start(&parameters));
-        Start { state, parameters }
+    let entry = |(carried, offset): &(Option<Vec<f64>>, f64)| Entry {
+        parameters: request.parameters(map, *offset),
+        carried: carried.clone(),
     };
-    let clock = Instant::now();
-    let starts: Vec<Start> = values.iter().map(start).collect();
-    let settled = map.settle(&starts, &request.orbit);
-    let time = clock.elapsed() / values.len().max(1) as u32;
-    let settled = settled.into_iter().zip(&starts).zip(values);
-    settled
-        .map(|((settled, start), &(_, offset))| Visit {
-            point: point(map, &start.parameters, offset, &settled, request),
+    let found = settle(map, values.iter().map(entry).collect(), start, &request.orbit);
+    let visits = found.into_iter().zip(values).map(|(found, (carried, offset))| {
+        let (settled, parameters) = (found.settled, request.parameters(map, offset));
+        let stayed = settled.orbit.end == OrbitEnd::Completed;
+        Visit {
+            point: point(map, &parameters, offset, &settled, request),
             attractor: Attractor::of(&settled.orbit),
-            iterates: made(settled.orbit.end, &request.orbit),
-            carried: (settled.orbit.end == OrbitEnd::Completed).then_some(settled.orbit.last),
-            time,
-        })
-        .collect()
-}
-
-/// Iterates an orbit made.
-pub(in crate::analysis) fn made(end: OrbitEnd, request: &OrbitRequest) -> u64 {
-    let count = match end {
-        OrbitEnd::Completed => request.transient + request.keep,
-        OrbitEnd::Escaped { iterate } | OrbitEnd::NoImage { iterate } => iterate,
-    };
-    count as u64
+            iterates: found.iterates,
+            carried: if stayed { Some(settled.orbit.last) } else { carried },
+        }
+    });
+    visits.collect()
 }
 
 fn point(
@@ -109,6 +96,7 @@ fn point(
     request: &SweepRequest,
 ) -> DiagramPoint {
     let orbit = &settled.orbit;
+    let Shares { by_map, outside } = Shares::of(map.method(), orbit, parameters, &request.window);
     DiagramPoint {
         offset,
         values: one_period(map.observe_all(orbit, parameters)),
@@ -119,20 +107,9 @@ fn point(
         kept_contacts: kept_contacts(orbit),
         lyapunov: settled.lyapunov,
         end: orbit.end,
-        outside: outside(orbit, parameters, &request.window),
+        by_map,
+        outside,
     }
-}
-
-/// Kept iterates outside the window: beyond a half-width, or reached by a passage deeper than the
-/// window's; all of them where the parameter is beyond its own.
-pub(in crate::analysis) fn outside(
-    orbit: &MapOrbit,
-    parameters: &[f64],
-    window: &MapWindow,
-) -> usize {
-    let kept = orbit.states().zip(&orbit.steps);
-    let outside = kept.filter(|(state, step)| !window.holds(state, parameters, &[step.depth]));
-    outside.count()
 }
 
 /// Contacts over all kept iterates.
@@ -163,9 +140,9 @@ const CHAOTIC: f64 = 0.2;
 const PERIODIC: f64 = 1e-6;
 
 /// What is remembered of an orbit for telling attractors apart.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Attractor {
-    completed: bool,
+    pub(super) completed: bool,
     period: Period,
     /// Least and greatest value of every coordinate.
     extent: Vec<[f64; 2]>,
@@ -176,7 +153,7 @@ impl Attractor {
         Self {
             completed: orbit.end == OrbitEnd::Completed,
             period: orbit.period,
-            extent: extent(orbit),
+            extent: orbit.extent(),
         }
     }
 
@@ -198,24 +175,6 @@ impl Attractor {
         };
         self.period == other.period && self.extent.iter().zip(&other.extent).all(alike)
     }
-}
-
-/// Least and greatest value of every coordinate over the kept states, which are finite.
-fn extent(orbit: &MapOrbit) -> Vec<[f64; 2]> {
-    const NOTHING: [f64; 2] = [f64::INFINITY, f64::NEG_INFINITY];
-    let wider = |[least, greatest]: [f64; 2], [low, high]: [f64; 2]| {
-        [if low < least { low } else { least }, if high > greatest { high } else { greatest }]
-    };
-    // Four extents in turn, for each state waits for the one before in the same.
-    let mut parts = vec![[NOTHING; 4]; orbit.last.len()];
-    for (number, state) in orbit.states().enumerate() {
-        for (parts, &value) in parts.iter_mut().zip(state) {
-            let part = &mut parts[number % 4];
-            *part = wider(*part, [value, value]);
-        }
-    }
-    let whole = |parts: [[f64; 2]; 4]| parts.into_iter().fold(NOTHING, wider);
-    parts.into_iter().map(whole).collect()
 }
 
 #[cfg(test)]

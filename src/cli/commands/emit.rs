@@ -1,19 +1,20 @@
 //! `grazemap emit`: the crate of Rust code, or the map in C or CUDA, or whether a folder holds it.
 
-use std::path::{Path, PathBuf};
+use std::path::{Component, Path, PathBuf};
 
 use serde::Serialize;
 
-use super::{map, open};
+use super::{map, open, remark_on_window};
 use crate::cli::arguments::{EmitArguments, SceneOptions};
 use crate::cli::output::{CliError, Results, counted, print};
-use grazemap::Error;
-use grazemap::emission::{EmissionError, EmittedCrate, EmittedModule, Target};
+use grazemap::convergence::MeasuredWindow;
+use grazemap::emission::{EmissionError, EmittedCrate, EmittedModule, Target, shell_word};
 use grazemap::expansion::WindowEdge;
 use grazemap::model::{EmitPrecision, catalogue};
 use grazemap::numeric::FloatFormat;
-use grazemap::pipeline::{EmitRequest, Source};
-use grazemap::report::{OutputFolder, SectionDocument, to_json};
+use grazemap::pipeline::{EmitRequest, Source, is_standard, write_emitted};
+use grazemap::report::{SectionDocument, bounds_words, to_json};
+use grazemap::{Error, Map};
 
 /// Where the catalogue's crate goes when no folder is named.
 const CATALOGUE_FOLDER: &str = "generated";
@@ -33,17 +34,30 @@ struct ModuleSummary {
     frozen_jacobian_multiply_adds: usize,
     precision: FloatFormat,
     measured_error: Option<f64>,
+    window: MeasuredWindow,
     window_edges: Vec<WindowEdge>,
     section: SectionDocument,
 }
 
-/// A module, its window's edges and its section.
-type Emitted = (EmittedModule, Vec<WindowEdge>, SectionDocument);
+/// A module, and its map.
+type Emitted = (EmittedModule, Map);
 
 pub(in crate::cli) fn run(options: &EmitArguments) -> Result<(), CliError> {
+    let default = match options.catalogue {
+        true => CATALOGUE_FOLDER,
+        false => folder_of(options.target.into()),
+    };
+    let mut outlets = options.common.outlets.clone();
+    let folder = outlets.output.take().unwrap_or_else(|| PathBuf::from(default));
+    let command = Reproduction::of(options).command(&folder);
     let (modules, emitted) = match &options.scene {
         Some(scene) => {
-            let emitted = emit(opened(scene.clone(), options)?, options)?;
+            let source = opened(scene.clone(), options)?;
+            if !options.check {
+                let files = Target::from(options.target).files(&source.scene().identifier);
+                EmittedCrate::refuse_foreign(&folder, &files).map_err(Error::from)?;
+            }
+            let emitted = emit(source, options, &command)?;
             let files = EmittedCrate::standalone(&emitted.0);
             (vec![emitted], files)
         }
@@ -51,26 +65,101 @@ pub(in crate::cli) fn run(options: &EmitArguments) -> Result<(), CliError> {
             let scenes = catalogue::names().map(|name| opened(PathBuf::from(name), options));
             let scenes = scenes.collect::<Result<Vec<_>, _>>()?;
             refuse_single(&scenes)?;
-            let all = scenes.into_iter().map(|scene| emit(scene, options));
+            let all = scenes.into_iter().map(|scene| emit(scene, options, &command));
             let all = all.collect::<Result<Vec<_>, _>>()?;
-            let modules: Vec<_> = all.iter().map(|(module, ..)| module.clone()).collect();
+            let modules: Vec<_> = all.iter().map(|(module, _)| module.clone()).collect();
             (all, EmittedCrate::catalogue(&modules))
         }
     };
     let emitted = emitted.map_err(Error::from)?;
-    let default = match options.catalogue {
-        true => CATALOGUE_FOLDER,
-        false => folder_of(options.target.into()),
-    };
-    let mut outlets = options.common.outlets.clone();
-    let folder = outlets.output.take().unwrap_or_else(|| PathBuf::from(default));
     if options.check {
         return check(&emitted, &folder, outlets.quiet);
     }
-    OutputFolder::create(&folder)?.write_all(&emitted.files)?;
+    write_emitted(&emitted, &folder)?;
+    modules.iter().for_each(|(_, map)| remark_on_window(map, outlets.quiet));
     let text = text(&modules, &emitted, &folder);
     let json = to_json(&summary(modules, &emitted))?;
     Results::named("emit", text, json, None).deliver("emit", &outlets)
+}
+
+/// What the command says that emits a module again.
+pub(super) struct Reproduction<'a> {
+    /// What is named in the place of a scene; `None`: the catalogue.
+    pub(super) scene: Option<&'a Path>,
+    pub(super) overrides: &'a [(String, String)],
+    pub(super) target: Target,
+    pub(super) measure: bool,
+}
+
+impl<'a> Reproduction<'a> {
+    fn of(options: &'a EmitArguments) -> Self {
+        Self {
+            scene: options.scene.as_deref(),
+            overrides: &options.common.set,
+            target: options.target.into(),
+            measure: !options.no_measure,
+        }
+    }
+
+    /// The command, for a shell in the folder of the module's file, of an emission into this
+    /// folder.
+    pub(super) fn command(&self, folder: &Path) -> String {
+        let mut words = vec!["grazemap".to_owned(), "emit".to_owned()];
+        let from = match self.target {
+            Target::Rust => folder.join("src"),
+            Target::C | Target::Cuda => folder.to_owned(),
+        };
+        match self.scene {
+            Some(scene) if scene.exists() => {
+                let whole = std::path::absolute(scene).unwrap_or_else(|_| scene.to_owned());
+                let scene = match (whole.parent(), whole.file_name()) {
+                    (Some(parent), Some(name)) => settled(parent).join(name),
+                    _ => whole,
+                };
+                let scene = relative(&settled(&from), &scene);
+                words.push(shell_word(scene.as_os_str().as_encoded_bytes()));
+            }
+            Some(input) if is_standard(input) => words.push("- < SCENE".to_owned()),
+            Some(name) => words.push(shell_word(name.as_os_str().as_encoded_bytes())),
+            None => words.push("--catalogue".to_owned()),
+        }
+        for (name, value) in self.overrides {
+            words.extend(["--set".to_owned(), shell_word(format!("{name}={value}").as_bytes())]);
+        }
+        if self.target != Target::Rust {
+            words.extend(["--target".to_owned(), self.target.word().to_owned()]);
+        }
+        if !self.measure {
+            words.push("--no-measure".to_owned());
+        }
+        words.extend(["-o".to_owned(), self.target.root_from_module().to_owned()]);
+        words.join(" ")
+    }
+}
+
+/// The place of a folder, links in it followed; what is not there yet is taken as it is named.
+fn settled(folder: &Path) -> PathBuf {
+    let whole = std::path::absolute(folder).unwrap_or_else(|_| folder.to_owned());
+    whole.canonicalize().unwrap_or_else(|_| match (whole.parent(), whole.file_name()) {
+        (Some(parent), Some(name)) => settled(parent).join(name),
+        _ => whole,
+    })
+}
+
+/// A path as seen from a folder, both absolute.
+fn relative(folder: &Path, path: &Path) -> PathBuf {
+    let (here, there): (Vec<_>, Vec<_>) =
+        (folder.components().collect(), path.components().collect());
+    let common = here.iter().zip(&there).take_while(|(a, b)| a == b).count();
+    if common == 0 {
+        return path.to_owned();
+    }
+    let up = match here.len() - common {
+        // NOTE: a name that begins with a dash would be taken for an option.
+        0 => vec![Component::CurDir],
+        levels => vec![Component::ParentDir; levels],
+    };
+    up.into_iter().chain(there[common..].iter().copied()).collect()
 }
 
 /// Where an emission goes when no folder is named.
@@ -100,11 +189,14 @@ fn refuse_single(scenes: &[Source]) -> Result<(), CliError> {
     }
 }
 
-fn emit(source: Source, options: &EmitArguments) -> Result<Emitted, CliError> {
+fn emit(source: Source, options: &EmitArguments, command: &str) -> Result<Emitted, CliError> {
     let map = map(source, options.common.outlets.quiet)?;
-    let module =
-        map.module(EmitRequest { target: options.target.into(), measure: options.measure })?;
-    Ok((module, map.window_edges().to_vec(), map.section()))
+    let module = map.module(EmitRequest {
+        target: options.target.into(),
+        measure: !options.no_measure,
+        command: Some(command.to_owned()),
+    })?;
+    Ok((module, map))
 }
 
 /// Says how a folder differs from the emission.
@@ -124,15 +216,16 @@ fn check(emitted: &EmittedCrate, folder: &Path, quiet: bool) -> Result<(), CliEr
 }
 
 fn summary(modules: Vec<Emitted>, emitted: &EmittedCrate) -> Summary {
-    let module = |(module, window_edges, section): Emitted| ModuleSummary {
+    let module = |(module, map): Emitted| ModuleSummary {
         identifier: module.identifier,
         step_multiply_adds: module.step_operations.multiply_adds,
         frozen_step_multiply_adds: module.frozen_operations.multiply_adds,
         frozen_jacobian_multiply_adds: module.jacobian_operations.multiply_adds,
         precision: module.precision,
         measured_error: module.measured_error,
-        window_edges,
-        section,
+        window: map.window().clone(),
+        window_edges: map.window_edges().to_vec(),
+        section: map.section(),
     };
     Summary {
         modules: modules.into_iter().map(module).collect(),
@@ -143,7 +236,7 @@ fn summary(modules: Vec<Emitted>, emitted: &EmittedCrate) -> Summary {
 fn text(modules: &[Emitted], emitted: &EmittedCrate, folder: &Path) -> String {
     let mut text =
         format!("wrote {} to {}\n", counted(emitted.files.len(), "file"), folder.display());
-    for (module, ..) in modules {
+    for (module, map) in modules {
         let (step, frozen) = (module.step_operations, module.frozen_operations);
         text.push_str(&format!(
             "  {}: {} multiply-adds a step, {} with the parameters frozen{}\n",
@@ -157,8 +250,9 @@ fn text(modules: &[Emitted], emitted: &EmittedCrate, folder: &Path) -> String {
         ));
         if let Some(error) = module.measured_error {
             text.push_str(&format!(
-                "    within {error:.1e} of direct simulation at {} points of the window\n",
-                EmitRequest::POINTS
+                "    within {error:.1e} of direct simulation at {} points of the window: {}\n",
+                map.window().sample.points,
+                bounds_words(map.window())
             ));
         }
     }

@@ -1,16 +1,19 @@
 //! `grazemap image`: images of section points, by the map, its parts, or direct simulation.
 
 use std::fmt::Write as _;
+use std::fs::File;
+use std::io::{self, Read};
 use std::path::Path;
 
 use serde::Serialize;
 
-use super::{beyond, map, open};
+use super::{beyond, map, open, remark_on_window};
 use crate::cli::arguments::ImageOptions;
 use crate::cli::output::{CliError, Destination, Results, note};
 use grazemap::analysis::{DirectEnd, ImageRecord, ImageRequest, ImageRow, Precision, Using};
-use grazemap::expansion::{LocalMap, SectionKind, WindowEdge};
+use grazemap::expansion::{LocalMap, SectionKind, WindowBound, WindowEdge};
 use grazemap::numeric::Dd;
+use grazemap::pipeline::is_standard;
 use grazemap::report::{Named, to_json};
 
 /// Significant digits of a single, of a double and of a double-double.
@@ -24,6 +27,9 @@ struct Image {
     offsets: Named<Option<Offset>>,
     contacts: usize,
     inside: u8,
+    /// The bounds of the window that the point that was mapped is outside of.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    outside: Vec<String>,
     #[serde(skip_serializing_if = "Option::is_none")]
     extra_contacts: Option<usize>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -53,6 +59,9 @@ enum Offset {
 
 pub(in crate::cli) fn run(options: &ImageOptions) -> Result<(), CliError> {
     let outlets = &options.scene.common.outlets;
+    if is_standard(&options.scene.scene) && is_standard(&options.states) {
+        return Err(CliError::StandardInputTwice);
+    }
     let map = map(open(&options.scene)?, outlets.quiet)?;
     let edge = beyond(map.window_edges());
     let request = ImageRequest {
@@ -62,6 +71,7 @@ pub(in crate::cli) fn run(options: &ImageOptions) -> Result<(), CliError> {
         precision: options.precision.into(),
     };
     let records = map.images(&request)?;
+    remark_on_window(&map, outlets.quiet);
     let csv = table(map.local(), &request, &records);
     let section = map.section();
     let decided =
@@ -76,22 +86,23 @@ pub(in crate::cli) fn run(options: &ImageOptions) -> Result<(), CliError> {
         outlets.csv = Some(Destination::Standard);
     }
     results.deliver("image", &outlets)?;
-    judge(&request, &records, outlets.quiet)
+    judge(map.local(), &request, &records, outlets.quiet)
 }
 
 /// One row per input row and iteration.
 fn table(map: &LocalMap, request: &ImageRequest, records: &[ImageRecord]) -> String {
-    let direct = request.using == Using::Direct;
+    let direct = matches!(request.using, Using::Direct | Using::Guarded);
     let mut text = format!("row,iteration,{},contacts,inside", map.section.coordinates.join(","));
     text.push_str(if direct { ",extra_contacts\n" } else { "\n" });
     for record in records {
         let offsets: Vec<String> =
             record.offsets.iter().map(|&value| digits(value, request.precision)).collect();
-        let (row, iteration, inside) = (record.row, record.iteration, u8::from(record.inside));
+        let (row, iteration, inside) = (record.row, record.iteration, u8::from(record.inside()));
         let _infallible =
             write!(text, "{row},{iteration},{},{},{inside}", offsets.join(","), record.contacts);
-        if let Some(extra) = record.extra_contacts.filter(|_| direct) {
-            let _infallible = write!(text, ",{extra}");
+        if direct {
+            let extra = record.extra_contacts.map(|extra| extra.to_string());
+            let _infallible = write!(text, ",{}", extra.unwrap_or_default());
         }
         text.push('\n');
     }
@@ -126,7 +137,8 @@ fn image(
             map.section.coordinates.iter().cloned().zip(record.offsets.iter().map(offset)),
         ),
         contacts: record.contacts,
-        inside: u8::from(record.inside),
+        inside: u8::from(record.inside()),
+        outside: record.exceeded.iter().map(|&bound| bound_name(map, bound)).collect(),
         extra_contacts: record.extra_contacts,
         end: record.end,
         window_edge: edge.filter(|_| matches!(request.using, Using::Map | Using::Discontinuity)),
@@ -135,7 +147,12 @@ fn image(
 }
 
 /// Says which points were outside the window, and fails where a point had no image.
-fn judge(request: &ImageRequest, records: &[ImageRecord], quiet: bool) -> Result<(), CliError> {
+fn judge(
+    map: &LocalMap,
+    request: &ImageRequest,
+    records: &[ImageRecord],
+    quiet: bool,
+) -> Result<(), CliError> {
     let missing =
         records.iter().find(|record| record.offsets.iter().any(|value| !value.is_finite()));
     if let Some(record) = missing {
@@ -145,15 +162,49 @@ fn judge(request: &ImageRequest, records: &[ImageRecord], quiet: bool) -> Result
             end: record.end,
         });
     }
-    let outside = records.iter().filter(|record| !record.inside).count();
-    if outside > 0 && request.using != Using::Direct && !quiet {
+    let outside = records.iter().filter(|record| !record.inside()).count();
+    let mapped = !matches!(request.using, Using::Direct | Using::Guarded);
+    if outside > 0 && mapped && !quiet {
         note(&format!(
             "warning: {outside} of {} points are outside the window, where the map has not been \
-                measured",
-            records.len()
+                measured: beyond {}; `--using guarded` simulates them",
+            records.len(),
+            exceeded(map, records)
         ));
     }
     Ok(())
+}
+
+/// The bounds of the window that points are outside of, and how many points each.
+fn exceeded(map: &LocalMap, records: &[ImageRecord]) -> String {
+    let mut counts: Vec<(WindowBound, usize)> = Vec::new();
+    for &bound in records.iter().flat_map(|record| &record.exceeded) {
+        match counts.iter_mut().find(|(known, _)| *known == bound) {
+            Some((_, count)) => *count += 1,
+            None => counts.push((bound, 1)),
+        }
+    }
+    let words = counts.into_iter().map(|(bound, count)| {
+        let (name, window) = (bound_name(map, bound), &map.window);
+        let (what, limit) = match bound {
+            WindowBound::State(number) => ("the half-width", window.state[number]),
+            WindowBound::Parameter(number) => ("the half-width", window.parameter[number]),
+            WindowBound::Depth(_) => ("the largest", window.depth),
+        };
+        format!("{what} {limit:e} of `{name}` ({count})")
+    });
+    words.collect::<Vec<_>>().join(", ")
+}
+
+/// The name of what a window bounds: a coordinate, a parameter, or `depth`, numbered where there
+/// are several passages.
+fn bound_name(map: &LocalMap, bound: WindowBound) -> String {
+    match bound {
+        WindowBound::State(number) => map.section.coordinates[number].clone(),
+        WindowBound::Parameter(number) => map.parameters[number].name.clone(),
+        WindowBound::Depth(_) if map.passages() == 1 => "depth".to_owned(),
+        WindowBound::Depth(passage) => format!("depth{}", passage + 1),
+    }
 }
 
 /// Most rows read.
@@ -168,12 +219,17 @@ enum Column {
     Parameter(usize),
 }
 
-/// Reads the rows of a CSV file with a header; columns are coordinates and active parameters of the
+/// Reads the rows of a CSV file, or of standard input, with a header; columns are coordinates and active parameters of the
 /// map, missing ones are 0.
 fn read(path: &Path, map: &LocalMap) -> Result<Vec<ImageRow>, CliError> {
+    let input: io::Result<Box<dyn Read>> = match is_standard(path) {
+        true => Ok(Box::new(io::stdin().lock())),
+        false => File::open(path).map(|file| Box::new(file) as Box<dyn Read>),
+    };
+    let path = if is_standard(path) { Path::new("standard input") } else { path };
     let unreadable = |source| CliError::UnreadableStates { path: path.to_owned(), source };
-    let mut reader =
-        csv::ReaderBuilder::new().trim(csv::Trim::All).from_path(path).map_err(unreadable)?;
+    let input = input.map_err(|error| unreadable(error.into()))?;
+    let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).from_reader(input);
     let header = reader.headers().map_err(unreadable)?.clone();
     let columns = columns(&header, map, path)?;
     let mut rows = Vec::new();

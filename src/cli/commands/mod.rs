@@ -10,21 +10,26 @@ pub(super) mod orbits;
 pub(super) mod run;
 pub(super) mod scenes;
 pub(super) mod sweeps;
+pub(super) mod trajectory;
+
+use std::num::NonZero;
 
 use super::arguments::SceneOptions;
 use super::output::{CliError, note};
-use grazemap::Map;
-use grazemap::analysis::AnalysisError;
-use grazemap::expansion::WindowEdge;
+use grazemap::expansion::{WindowEdge, check_orders};
 use grazemap::model::{Scene, Shape};
 use grazemap::pipeline::{Settled, Source};
-use grazemap::report::edge_words;
+use grazemap::report::{edge_words, window_remark};
+use grazemap::{Error, Map};
 
 /// Opens what is named in the place of a scene, shows its warnings and starts the threads asked
 /// for.
 fn open(options: &SceneOptions) -> Result<Source, CliError> {
     if let Some(threads) = options.common.threads {
-        let threads = rayon::ThreadPoolBuilder::new().num_threads(threads.into());
+        // More threads than cores would wait for each other.
+        let cores = std::thread::available_parallelism().map_or(usize::MAX, NonZero::get);
+        let threads = cores.min(threads.into());
+        let threads = rayon::ThreadPoolBuilder::new().num_threads(threads);
         threads.build_global()?;
     }
     let source = Source::open(&options.scene, &options.common.set)?;
@@ -46,19 +51,34 @@ fn settle(source: Source, quiet: bool) -> Result<Settled, CliError> {
     Ok(settled)
 }
 
-/// The map of what is named; warns, unless `quiet`, of a window deeper than its series.
+/// The map of what is named. What is to be said of its window is [said](remark_on_window) once the
+/// rest of the call is known to be right.
 fn map(source: Source, quiet: bool) -> Result<Map, CliError> {
     let saved = match &source {
         Source::Map(map) => Some(map.clone()),
         Source::Scene(_) | Source::Graze(_) => None,
     };
+    refuse_orders(source.scene())?;
     let settled = settle(source, quiet)?;
-    let map = match saved {
+    Ok(match saved {
         Some(map) => map,
         None => settled.plan()?.expand()?,
-    };
-    warn_of_edges(map.scene(), map.window_edges(), quiet);
-    Ok(map)
+    })
+}
+
+/// Refuses orders that take too long, before an orbit is looked for.
+fn refuse_orders(scene: &Scene) -> Result<(), CliError> {
+    Ok(check_orders(scene).map_err(Error::from)?)
+}
+
+/// Says on standard error where a map errs on its window more than it should, and where the window
+/// is deeper than the series of the passage whose contact loses most.
+fn remark_on_window(map: &Map, quiet: bool) {
+    let edge = beyond(map.window_edges());
+    let remark = window_remark(map.window(), map.orders(), edge.as_ref());
+    if let Some(remark) = remark.filter(|_| !quiet) {
+        note(&remark.of(&map.scene().identifier));
+    }
 }
 
 /// Says on standard error where a truncation leaves out too much at the edge of the scene's window,
@@ -76,16 +96,4 @@ fn beyond(edges: &[WindowEdge]) -> Option<WindowEdge> {
     let share = |edge: &WindowEdge| edge.omitted_share;
     let beyond = edges.iter().filter(|edge| !edge.is_within()).copied();
     beyond.max_by(|a, b| share(a).total_cmp(&share(b)))
-}
-
-/// Refuses diagrams and charts of parameters that the map does not keep, before anything is
-/// computed for them.
-fn refuse_frozen_sweeps(scene: &Scene) -> Result<(), CliError> {
-    let diagrams = scene.diagrams.iter().map(|diagram| diagram.parameter);
-    let charts = scene.charts.iter().flat_map(|chart| chart.parameters);
-    let frozen = diagrams.chain(charts).find(|swept| !scene.expansion.active.contains(swept));
-    frozen.map_or(Ok(()), |swept| {
-        let parameter = scene.model.parameters[swept].name.clone();
-        Err(grazemap::Error::from(AnalysisError::NotActive { parameter }).into())
-    })
 }

@@ -6,17 +6,23 @@ use std::time::Instant;
 use serde::Serialize;
 
 use super::converge::convergence_files;
-use super::sweeps::{chart_files, diagram_files, warn_of_values};
-use super::{open, refuse_frozen_sweeps, settle, warn_of_edges};
+use super::emit::Reproduction;
+use super::sweeps::{
+    resumable, take_chart_times, warn_of_values, warn_of_windows, write_charts, write_diagrams,
+};
+use super::trajectory::{grazing_series, trajectory_files};
+use super::{open, refuse_orders, remark_on_window, settle};
 use crate::cli::arguments::{Common, SceneOptions};
+use crate::cli::memory::refuse_memory;
 use crate::cli::output::{Bar, CliError, Outlets, Results, note, pairs};
-use grazemap::analysis::chart::Chart;
-use grazemap::analysis::diagram::{Diagram, Sweep, SweepHeading};
+use grazemap::analysis::chart::{Chart, chart_bytes};
+use grazemap::analysis::diagram::{Diagram, Sweep, SweepHeading, Timing, diagram_bytes};
 use grazemap::emission::{EmittedCrate, Target};
 use grazemap::model::{Digest, Method};
-use grazemap::pipeline::{EmitRequest, Source, StudyRequest};
+use grazemap::pipeline::{EmitRequest, Source, StudyRequest, write_emitted};
 use grazemap::report::{
-    CrateSummary, OrbitListing, OutputFolder, RunPage, StageTime, run_page, to_json,
+    CrateSummary, OrbitListing, OutputFolder, RunPage, StageTime, run_page, time_series_figures,
+    to_json,
 };
 
 /// Where results go when no folder is named.
@@ -39,6 +45,7 @@ struct Timings<'a> {
 struct ChartTimes<'a> {
     parameters: [&'a str; 2],
     iterates: u64,
+    threads: usize,
     seconds: f64,
     nanoseconds_per_iterate: f64,
 }
@@ -58,6 +65,7 @@ struct SweepTimes {
     method: Method,
     heading: SweepHeading,
     iterates: u64,
+    threads: usize,
     seconds: f64,
     nanoseconds_per_iterate: f64,
 }
@@ -73,8 +81,14 @@ pub(in crate::cli) fn run(options: &SceneOptions) -> Result<(), CliError> {
     let quiet = outlets.quiet;
     let mut clock = Clock::new(quiet);
     let source = open(options)?;
-    refuse_frozen_sweeps(source.scene())?;
+    let scene = source.scene();
+    refuse_orders(scene)?;
+    scene.check_diagrams().and_then(|()| scene.check_charts()).map_err(grazemap::Error::from)?;
+    refuse_memory(diagram_bytes(scene) + chart_bytes(scene), quiet)?;
     let folder = outlets.output.take().unwrap_or_else(|| PathBuf::from(FOLDER));
+    let crate_folder = folder.join("crate");
+    let files = Target::Rust.files(&source.scene().identifier);
+    EmittedCrate::refuse_foreign(&crate_folder, &files).map_err(grazemap::Error::from)?;
     let folder = OutputFolder::create(folder)?;
     folder.write("scene.toml", &*source.scene().text)?;
 
@@ -87,6 +101,8 @@ pub(in crate::cli) fn run(options: &SceneOptions) -> Result<(), CliError> {
     let settled = clock.time("section", || settle(source, quiet))?;
     let (scene, orbit) = (settled.scene().clone(), settled.orbit().clone());
     folder.write("orbit.json", settled.graze().to_json()?)?;
+    let series = clock.time("trajectory", || grazing_series(&settled))?;
+    folder.write_all(pairs(&trajectory_files(&settled, &series)?))?;
 
     let map = match saved {
         Some(map) => map,
@@ -99,39 +115,55 @@ pub(in crate::cli) fn run(options: &SceneOptions) -> Result<(), CliError> {
             })?
         }
     };
-    warn_of_edges(map.scene(), map.window_edges(), quiet);
+    remark_on_window(&map, quiet);
+    let resumable = resumable("run", Some(folder.path()), &map, quiet)?;
     folder.write("map.json", map.to_json()?)?;
     folder.write("map.csv", map.listing()?.coefficient_table()?.to_csv()?)?;
 
-    let request = EmitRequest { target: Target::Rust, measure: false };
+    let again = Reproduction {
+        scene: Some(&options.scene),
+        overrides: &options.common.set,
+        target: Target::Rust,
+        measure: true,
+    };
+    let command = Some(again.command(&crate_folder));
+    let request = EmitRequest { command, ..EmitRequest::default() };
     let module = clock.time("emission", || Ok(map.module(request)?))?;
     let emitted = EmittedCrate::standalone(&module).map_err(grazemap::Error::from)?;
-    OutputFolder::create(folder.path().join("crate"))?.write_all(&emitted.files)?;
+    write_emitted(&emitted, &crate_folder)?;
 
     let request =
         StudyRequest { fresh: StudyRequest::FRESH, sections: false, chosen: map.choice().cloned() };
-    let bar = Bar::new("convergence", quiet);
+    let bar = Bar::new("convergence", quiet).resuming(2, resumable.journal());
     let study = clock.time("convergence", || Ok(map.settled().study(&request, &bar)?))?;
     drop(bar);
     folder.write_all(pairs(&convergence_files(&study, &map.section())?))?;
 
-    let bar = Bar::new("diagram", quiet);
+    let bar = Bar::new("diagram", quiet).resuming(0, resumable.journal());
     let diagrams = clock.time("diagrams", || Ok(map.diagrams(&bar)?))?;
     drop(bar);
     warn_of_values(&diagrams, quiet);
-    folder.write_all(pairs(&diagram_files(&diagrams, &map)?))?;
+    warn_of_windows(&diagrams, &[], quiet);
+    let untimed: Vec<Diagram> = diagrams.iter().map(Diagram::without_timing).collect();
+    write_diagrams(&folder, &untimed, &map)?;
+    drop(untimed);
 
     let mut charts = Vec::new();
     if !scene.charts.is_empty() {
-        let bar = Bar::new("chart", quiet);
+        let bar = Bar::new("chart", quiet).resuming(1, resumable.journal());
         charts = clock.time("charts", || Ok(map.charts(&bar)?))?;
         drop(bar);
-        folder.write_all(pairs(&chart_files(&charts, &map)?))?;
+        warn_of_windows(&[], &charts, quiet);
+        let times: Vec<Timing> = charts.iter().map(|chart| chart.timing).collect();
+        take_chart_times(&mut charts);
+        write_charts(&folder, &charts, &map)?;
+        charts.iter_mut().zip(times).for_each(|(chart, timing)| chart.timing = timing);
     }
 
     let page = run_page(&RunPage {
         scene: &scene,
         orbit: &OrbitListing::new(&scene, &orbit),
+        pictures: &time_series_figures(&scene, &orbit, &series.1),
         map: map.listing()?,
         emitted: CrateSummary {
             step: module.step_operations.multiply_adds,
@@ -152,6 +184,7 @@ pub(in crate::cli) fn run(options: &SceneOptions) -> Result<(), CliError> {
         charts: charts.iter().map(ChartTimes::of).collect(),
     })?;
     folder.write("timings.json", &timings)?;
+    resumable.finish();
     finish(&options.scene, folder.path(), timings, &outlets)
 }
 
@@ -167,6 +200,7 @@ impl<'a> ChartTimes<'a> {
         Self {
             parameters: [&first.parameter, &second.parameter],
             iterates: chart.timing.iterates,
+            threads: chart.timing.threads,
             seconds: chart.timing.seconds,
             nanoseconds_per_iterate: chart.timing.nanoseconds_per_iterate(),
         }
@@ -179,6 +213,7 @@ impl<'a> DiagramTimes<'a> {
             method: sweep.method,
             heading: sweep.heading,
             iterates: sweep.timing.iterates,
+            threads: sweep.timing.threads,
             seconds: sweep.timing.seconds,
             nanoseconds_per_iterate: sweep.timing.nanoseconds_per_iterate(),
         };

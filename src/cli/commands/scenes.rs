@@ -5,9 +5,10 @@ use std::path::PathBuf;
 
 use serde::Serialize;
 
-use super::{open, refuse_frozen_sweeps};
+use super::{open, refuse_orders};
 use crate::cli::arguments::{NewOptions, SceneOptions};
 use crate::cli::output::{CliError, Results, note, print};
+use grazemap::Error;
 use grazemap::model::{Digest, Scene, catalogue, nearest};
 use grazemap::report::{to_json, write_atomically};
 
@@ -30,7 +31,10 @@ struct Summary<'a> {
 /// Parses and checks.
 pub(in crate::cli) fn check(options: &SceneOptions) -> Result<(), CliError> {
     let source = open(options)?;
-    refuse_frozen_sweeps(source.scene())?;
+    let scene = source.scene();
+    refuse_orders(scene)?;
+    let faults = [scene.check_diagrams(), scene.check_charts(), scene.check_tangent_states()];
+    faults.into_iter().collect::<Result<(), _>>().map_err(Error::from)?;
     let (name, summary) = (options.scene.display(), Summary::new(source.scene()));
     let text = format!("{name}: no fault found\n{}\n", summary.words());
     let results = Results::named("check", text, to_json(&summary)?, None);

@@ -4,15 +4,16 @@
 mod error;
 
 use std::fmt;
-use std::io::{self, IsTerminal, Write};
-use std::path::PathBuf;
+use std::io::{self, BufWriter, IsTerminal, Write};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
 
 pub(super) use error::CliError;
 use grazemap::analysis::Progress;
-use grazemap::report::{OutputFolder, write_atomically};
+use grazemap::report::{Journal, OutputFolder, ReportError, write_streamed};
 
 /// Where the results of a command go.
 #[derive(Clone, Debug, Default, Args)]
@@ -59,12 +60,89 @@ impl Destination {
         }
     }
 
-    /// Writes the whole content.
-    fn write(&self, content: &str) -> Result<(), CliError> {
+    /// Writes a whole text.
+    fn write(&self, text: &str) -> Result<(), CliError> {
+        self.write_streamed(&|out| Ok(out.write_all(text.as_bytes())?))
+    }
+
+    /// Writes what `content` writes.
+    fn write_streamed(&self, content: &Content<'_>) -> Result<(), CliError> {
         match self {
-            Self::Standard => print(content),
-            Self::File(path) => Ok(write_atomically(path, content.as_bytes())?),
+            Self::Standard => {
+                let mut standard = Reader { out: io::stdout().lock(), gone: false };
+                let mut out = BufWriter::new(&mut standard);
+                content(&mut out)?;
+                out.flush().map_err(CliError::StandardOutput)
+            }
+            Self::File(path) => Ok(write_streamed(path, content)?),
         }
+    }
+
+    /// The folder of the file, if it is one.
+    fn folder(&self) -> Option<&Path> {
+        match self {
+            Self::Standard => None,
+            Self::File(path) => path.parent().map(|folder| match folder.as_os_str().is_empty() {
+                true => Path::new("."),
+                false => folder,
+            }),
+        }
+    }
+}
+
+/// What writes a result.
+pub(in crate::cli) type Content<'a> = dyn Fn(&mut dyn Write) -> Result<(), ReportError> + 'a;
+
+/// Standard output; a reader that has gone away is no fault.
+struct Reader {
+    out: io::StdoutLock<'static>,
+    gone: bool,
+}
+
+impl Write for Reader {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        if self.gone {
+            return Ok(bytes.len());
+        }
+        match self.out.write(bytes) {
+            Err(error) if error.kind() == io::ErrorKind::BrokenPipe => {
+                self.gone = true;
+                Ok(bytes.len())
+            }
+            other => other,
+        }
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        match self.out.flush() {
+            Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Ok(()),
+            other => other,
+        }
+    }
+}
+
+impl Outlets {
+    /// Where a journal stands beside the results: nowhere if all go to standard output.
+    pub(in crate::cli) fn folder(&self) -> Option<&Path> {
+        let files = [&self.csv, &self.json].into_iter().flatten();
+        self.output.as_deref().or_else(|| files.filter_map(Destination::folder).next())
+    }
+
+    /// Writes the JSON that was asked for.
+    pub(in crate::cli) fn write_json(&self, content: &Content<'_>) -> Result<(), CliError> {
+        self.json.as_ref().map_or(Ok(()), |place| place.write_streamed(content))
+    }
+
+    /// Writes the CSV that was asked for.
+    pub(in crate::cli) fn write_csv(&self, content: &Content<'_>) -> Result<(), CliError> {
+        self.csv.as_ref().map_or(Ok(()), |place| place.write_streamed(content))
+    }
+
+    /// Shows a text for people, unless standard output carries data or `-q` is given.
+    pub(in crate::cli) fn show(&self, text: &str) -> Result<(), CliError> {
+        let taken = [&self.json, &self.csv].into_iter().flatten();
+        let taken = taken.clone().any(|place| *place == Destination::Standard);
+        if self.quiet || taken { Ok(()) } else { print(text) }
     }
 }
 
@@ -101,20 +179,17 @@ impl Results {
         command: &'static str,
         outlets: &Outlets,
     ) -> Result<(), CliError> {
-        let mut shown = !outlets.quiet;
         if let Some(folder) = &outlets.output {
             OutputFolder::create(folder)?.write_all(pairs(&self.files))?;
         }
         if let Some(destination) = &outlets.json {
             destination.write(&self.json)?;
-            shown &= *destination != Destination::Standard;
         }
         if let Some(destination) = &outlets.csv {
             let csv = self.csv.as_ref().ok_or(CliError::NoTable { command })?;
             destination.write(csv)?;
-            shown &= *destination != Destination::Standard;
         }
-        if shown { print(&self.text) } else { Ok(()) }
+        outlets.show(&self.text)
     }
 }
 
@@ -141,13 +216,7 @@ pub(in crate::cli) fn counted(count: usize, thing: &str) -> String {
 
 /// Writes to standard output; a reader that has gone away is no fault.
 pub(in crate::cli) fn print(text: &str) -> Result<(), CliError> {
-    let mut standard = io::stdout().lock();
-    match standard.write_all(text.as_bytes()).and_then(|()| standard.flush()) {
-        Err(error) if error.kind() != io::ErrorKind::BrokenPipe => {
-            Err(CliError::StandardOutput(error))
-        }
-        _ => Ok(()),
-    }
+    Destination::Standard.write(text)
 }
 
 /// Writes a line for people to standard error, whatever becomes of it.
@@ -155,37 +224,63 @@ pub(in crate::cli) fn note(text: &str) {
     let _lost_where_nobody_listens = writeln!(io::stderr(), "{text}");
 }
 
-/// A bar on standard error, where that is a terminal.
+/// A bar on standard error, where that is a terminal, and the pieces of a computation that can be
+/// resumed.
 #[derive(Debug)]
-pub(in crate::cli) struct Bar(ProgressBar);
+pub(in crate::cli) struct Bar {
+    bar: ProgressBar,
+    /// The number of the computation and where its pieces are kept.
+    journal: Option<(u64, Arc<Journal>)>,
+}
 
 impl Bar {
     /// A bar of no length yet, under this heading; none where all is to be quiet.
     pub(in crate::cli) fn new(heading: &'static str, quiet: bool) -> Self {
         if quiet || !io::stderr().is_terminal() {
-            return Self(ProgressBar::hidden());
+            return Self { bar: ProgressBar::hidden(), journal: None };
         }
         let bar = ProgressBar::new(0);
         if let Ok(style) = ProgressStyle::with_template("{msg:>14} {bar:40} {pos}/{len} {eta}") {
             bar.set_style(style);
         }
         bar.set_message(heading);
-        Self(bar)
+        Self { bar, journal: None }
+    }
+
+    /// The same bar for computation `number` of a command that keeps its pieces in a journal.
+    pub(in crate::cli) fn resuming(mut self, number: u64, journal: Option<Arc<Journal>>) -> Self {
+        self.journal = journal.map(|journal| (number, journal));
+        self
+    }
+
+    fn place(number: u64, place: &[u64]) -> Vec<u64> {
+        [&[number], place].concat()
     }
 }
 
 impl Progress for Bar {
     fn expect(&self, total: u64) {
-        self.0.inc_length(total);
+        self.bar.inc_length(total);
     }
 
     fn advance(&self, units: u64) {
-        self.0.inc(units);
+        self.bar.inc(units);
+    }
+
+    fn recall(&self, place: &[u64]) -> Option<Vec<u8>> {
+        let (number, journal) = self.journal.as_ref()?;
+        journal.recall(&Self::place(*number, place))
+    }
+
+    fn keep(&self, place: &[u64], piece: &[u8]) {
+        if let Some((number, journal)) = &self.journal {
+            journal.keep(&Self::place(*number, place), piece);
+        }
     }
 }
 
 impl Drop for Bar {
     fn drop(&mut self) {
-        self.0.finish_and_clear();
+        self.bar.finish_and_clear();
     }
 }

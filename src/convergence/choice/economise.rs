@@ -11,9 +11,10 @@
 use nalgebra::{Cholesky, DMatrix, DVector};
 
 use crate::analysis::MapEvaluation;
+use crate::analysis::low_discrepancy;
 use crate::convergence::error::ConvergenceError;
 use crate::convergence::family::MapFamily;
-use crate::convergence::sample::{WindowSample, low_discrepancy};
+use crate::convergence::sample::WindowSample;
 use crate::expansion::{Contact, Leg, LocalMap, MapOrders, Stage};
 use crate::jet::{Jet, JetSpace};
 use crate::numeric::Scalar;

@@ -8,6 +8,7 @@ pub use rates::{FactorRate, Rate, SlopeFit, fit_slope};
 pub use reach::{DepthAccuracy, Validity, WindowAccuracy, validity};
 
 use rayon::prelude::*;
+use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
 use super::choice::{Choice, chosen_map};
@@ -19,7 +20,7 @@ use super::sample::WindowSample;
 use super::timing;
 use super::truth::{ErrorSummary, SampleSummary, Truth, summarize, timed_returns, truth};
 use crate::analysis::{DirectImage, MapEvaluation, Progress};
-use crate::expansion::{LocalMap, MapOrders, WindowEdge};
+use crate::expansion::{ComposedMap, LocalMap, MapOrders, WindowEdge};
 use crate::hybrid::{FlowMethod, HybridSystem};
 use crate::iteration::{DiscreteMap, HornerMap};
 use crate::model::{Digest, Orders, Scene, Shape};
@@ -178,40 +179,34 @@ pub fn converge(
     let choice = ChoiceOptions { tolerance: options.tolerance, fresh: options.fresh };
     let chosen = match &options.chosen {
         Some(chosen) => chosen.clone(),
-        None => choose(scene, orbit, &choice)?,
+        None => resumed(progress, Stage::Choice, || choose(scene, orbit, &choice))?,
     };
     let highest = options.highest.unwrap_or_else(|| beyond(chosen.orders));
     let sweep = Sweep::new(scene, orbit, options, highest, progress)?;
-    let mut orders = sweep.errors(progress)?;
-    let rate_orders = MapOrders::new(options.smooth_rates, options.discontinuity_rates);
-    let rate_orders = rate_orders.min(highest);
-    let factors = ExactFactors::new(sweep.family.expander(), rate_orders)?;
-    sweep.add_rates(&factors, &mut orders)?;
     let multiply_add_ns = timing::multiply_add_ns();
-    sweep.add_times(&mut orders, multiply_add_ns)?;
+    let Measured { orders, discontinuity_rates, smooth_rates } =
+        resumed(progress, Stage::Orders, || sweep.measured(multiply_add_ns, progress))?;
     let (local, map) = chosen_map(&chosen, scene, orbit)?;
     let map = map.in_format(chosen.precision);
     let direct = sweep.direct(&sweep.system)?;
     let direct_by_taylor = sweep.direct_by_taylor()?;
     let sections = match options.sections {
-        true => choose_sections(scene, orbit, &choice, &chosen)?,
+        true => {
+            resumed(progress, Stage::Sections, || choose_sections(scene, orbit, &choice, &chosen))?
+        }
         false => Vec::new(),
     };
     Ok(ConvergenceStudy {
         scene: scene.identifier.clone(),
         digest: scene.digest,
         sample: SampleSummary { points: sweep.truth.points.len(), excluded: sweep.truth.excluded },
-        discontinuity_rates: discontinuity_rates(
-            &sweep.sample,
-            &factors,
-            &sweep.system,
-            scene,
-            orbit,
-        )?,
-        smooth_rates: smooth_rates(&sweep.sample, &factors, &sweep.system, scene, orbit)?,
+        discontinuity_rates,
+        smooth_rates,
         window_edges: window_edges(&sweep.family, &chosen)?,
-        validity: validity(scene, orbit, &local, &*map, options.tolerance)?,
-        accuracy: sweep.accuracy(&*map)?,
+        validity: resumed(progress, Stage::Validity, || {
+            validity(scene, orbit, &local, &*map, options.tolerance)
+        })?,
+        accuracy: resumed(progress, Stage::Accuracy, || sweep.accuracy(&*map))?,
         pareto: pareto(&orders, direct_by_taylor.iter().chain([&direct])),
         chosen,
         sections,
@@ -220,6 +215,42 @@ pub fn converge(
         multiply_add_ns,
         orders,
     })
+}
+
+/// Stages of a study that a later run need not repeat.
+#[derive(Clone, Copy)]
+enum Stage {
+    Choice,
+    Orders,
+    Sections,
+    Validity,
+    Accuracy,
+}
+
+/// The result of a stage: as an earlier run kept it, or computed and kept.
+fn resumed<T: Serialize + DeserializeOwned>(
+    progress: &dyn Progress,
+    stage: Stage,
+    compute: impl FnOnce() -> Result<T, ConvergenceError>,
+) -> Result<T, ConvergenceError> {
+    let place = [stage as u64];
+    let kept = progress.recall(&place);
+    if let Some(value) = kept.and_then(|piece| serde_json::from_slice(&piece).ok()) {
+        return Ok(value);
+    }
+    let value = compute()?;
+    if let Ok(piece) = serde_json::to_vec(&value) {
+        progress.keep(&place, &piece);
+    }
+    Ok(value)
+}
+
+/// What is measured of maps of every order and of their factors.
+#[derive(Serialize, Deserialize)]
+struct Measured {
+    orders: Vec<OrderResult>,
+    discontinuity_rates: Vec<FactorRate>,
+    smooth_rates: Vec<FactorRate>,
 }
 
 /// What the contacts of a chosen map leave out at the edge of the window.
@@ -269,30 +300,65 @@ impl<'a> Sweep<'a> {
         Ok(Self { scene, orbit, options: options.clone(), highest, system, family, sample, truth })
     }
 
-    /// Errors of every map; rates and times are still to come.
-    pub(super) fn errors(
+    /// Errors, rates and times of all maps, rates of their factors.
+    fn measured(
         &self,
+        multiply_add_ns: f64,
         progress: &dyn Progress,
-    ) -> Result<Vec<OrderResult>, ConvergenceError> {
-        let highest = self.highest;
-        let tasks: Vec<_> = highest
+    ) -> Result<Measured, ConvergenceError> {
+        let maps = self.maps(progress)?;
+        let mut orders: Vec<OrderResult> = maps.iter().map(|map| self.measure(map)).collect();
+        let (options, system) = (&self.options, &self.system);
+        let rates = MapOrders::new(options.smooth_rates, options.discontinuity_rates);
+        let factors = ExactFactors::new(self.family.expander(), rates.min(self.highest))?;
+        self.add_rates(&factors, &maps, &mut orders)?;
+        self.add_times(&maps, &mut orders, multiply_add_ns);
+        let (sample, scene, orbit) = (&self.sample, self.scene, self.orbit);
+        Ok(Measured {
+            orders,
+            discontinuity_rates: discontinuity_rates(sample, &factors, system, scene, orbit)?,
+            smooth_rates: smooth_rates(sample, &factors, system, scene, orbit)?,
+        })
+    }
+
+    /// Every pair of orders in every shape.
+    fn maps(&self, progress: &dyn Progress) -> Result<Vec<SweptOrders>, ConvergenceError> {
+        let tasks: Vec<_> = self
+            .highest
             .pairs()
             .flat_map(|orders| self.options.shapes.iter().map(move |&shape| (orders, shape)))
             .collect();
-        let measure = |(orders, shape)| {
-            let result = self.measure(orders, shape);
+        let map = |(orders, shape)| {
+            let map = self.map(orders, shape);
             progress.advance(1);
-            result
+            map
         };
-        tasks.into_par_iter().map(measure).collect()
+        tasks.into_par_iter().map(map).collect()
     }
 
-    fn measure(&self, orders: MapOrders, shape: Shape) -> Result<OrderResult, ConvergenceError> {
-        let lowered = self.lowered(orders, shape)?;
-        Ok(OrderResult {
+    fn map(&self, orders: MapOrders, shape: Shape) -> Result<SweptOrders, ConvergenceError> {
+        let local = match shape {
+            Shape::Flown => self.family.flown_map(orders)?,
+            Shape::Factored | Shape::Composed | Shape::Auto => self.family.map(orders)?,
+        };
+        let composed = match shape {
+            Shape::Composed => Some(self.family.compose(&local)?),
+            Shape::Factored | Shape::Flown | Shape::Auto => None,
+        };
+        let run = match &composed {
+            Some(composed) => HornerMap::composed(&local, composed),
+            None => HornerMap::new(&local),
+        };
+        Ok(SweptOrders { orders, shape, local, composed, run })
+    }
+
+    /// The error of a map; its rate and its times are still to come.
+    fn measure(&self, map: &SweptOrders) -> OrderResult {
+        let orders = map.orders;
+        OrderResult {
             orders,
-            shape,
-            error: summarize(&lowered, &self.truth),
+            shape: map.shape,
+            error: summarize(&map.run, &self.truth),
             rate: Rate {
                 measured: None,
                 uncertainty: None,
@@ -301,90 +367,35 @@ impl<'a> Sweep<'a> {
             },
             step_ns: 0.0,
             floor_ns: 0.0,
-            operations: lowered.frozen_count().total(),
-            coefficients: self.coefficients(orders, shape)?,
-        })
-    }
-
-    /// The map as it is run.
-    pub(super) fn lowered(
-        &self,
-        orders: MapOrders,
-        shape: Shape,
-    ) -> Result<HornerMap, ConvergenceError> {
-        let map = self.map(orders, shape)?;
-        Ok(match shape {
-            Shape::Composed => HornerMap::composed(&map, &self.family.compose(&map)?),
-            Shape::Factored | Shape::Flown | Shape::Auto => HornerMap::new(&map),
-        })
-    }
-
-    /// The map stage by stage.
-    fn map(&self, orders: MapOrders, shape: Shape) -> Result<LocalMap, ConvergenceError> {
-        Ok(match shape {
-            Shape::Flown => self.family.flown_map(orders)?,
-            Shape::Factored | Shape::Composed | Shape::Auto => self.family.map(orders)?,
-        })
-    }
-
-    fn coefficients(&self, orders: MapOrders, shape: Shape) -> Result<usize, ConvergenceError> {
-        let map = self.map(orders, shape)?;
-        Ok(match shape {
-            Shape::Composed => self.family.compose(&map)?.coefficients(),
-            Shape::Factored | Shape::Flown | Shape::Auto => map.coefficients(),
-        })
+            operations: map.run.frozen_count().total(),
+            coefficients: match &map.composed {
+                Some(composed) => composed.coefficients(),
+                None => map.local.coefficients(),
+            },
+        }
     }
 
     fn add_rates(
         &self,
         factors: &ExactFactors<'_, '_>,
-        orders: &mut [OrderResult],
+        maps: &[SweptOrders],
+        results: &mut [OrderResult],
     ) -> Result<(), ConvergenceError> {
         let expander = self.family.expander();
         let rates = MapRates::new(expander, &self.sample, &self.system, self.scene, self.orbit)?;
-        orders.par_iter_mut().try_for_each(|result| {
-            let (map, rounding) = self.evaluation(factors, result)?;
-            result.rate = rates.rate(&map, rounding, result.orders);
+        results.par_iter_mut().zip(maps).try_for_each(|(result, map)| {
+            let (evaluation, rounding) = map.evaluation(factors)?;
+            result.rate = rates.rate(&evaluation, rounding, map.orders);
             Ok(())
         })
     }
 
-    /// A map with its coefficients as exactly as they are known, and their rounding.
-    fn evaluation(
-        &self,
-        factors: &ExactFactors<'_, '_>,
-        result: &OrderResult,
-    ) -> Result<(MapEvaluation<Dd>, f64), ConvergenceError> {
-        let orders = result.orders;
-        match result.shape {
-            Shape::Composed => {
-                let composed = self.family.compose(&self.family.map(orders)?)?;
-                return Ok((MapEvaluation::composed(&composed), f64::ROUNDOFF));
-            }
-            Shape::Flown => {
-                let map = self.family.flown_map(orders)?;
-                return Ok((MapEvaluation::new(&map), f64::ROUNDOFF));
-            }
-            Shape::Factored | Shape::Auto => {}
-        }
-        Ok(match factors.map(orders)? {
-            Some(map) => (map, Dd::ROUNDOFF),
-            None => (MapEvaluation::new(&self.family.map(orders)?), f64::ROUNDOFF),
-        })
-    }
-
     /// Times are taken one after another: side by side they would disturb each other.
-    fn add_times(
-        &self,
-        orders: &mut [OrderResult],
-        multiply_add_ns: f64,
-    ) -> Result<(), ConvergenceError> {
-        for result in orders {
-            let map = self.lowered(result.orders, result.shape)?;
-            result.step_ns = timing::step_ns(&map, &self.truth.points[0]);
+    fn add_times(&self, maps: &[SweptOrders], results: &mut [OrderResult], multiply_add_ns: f64) {
+        for (result, map) in results.iter_mut().zip(maps) {
+            result.step_ns = timing::step_ns(&map.run, &self.truth.points[0]);
             result.floor_ns = multiply_add_ns * result.operations as f64;
         }
-        Ok(())
     }
 
     fn accuracy(&self, map: &dyn DiscreteMap) -> Result<DepthAccuracy, ConvergenceError> {
@@ -412,6 +423,37 @@ impl<'a> Sweep<'a> {
         }
         let system = HybridSystem::without_exact_flow(&self.scene.model);
         self.direct(&system).map(Some)
+    }
+}
+
+/// The map of one pair of orders in one shape.
+struct SweptOrders {
+    orders: MapOrders,
+    shape: Shape,
+    local: LocalMap,
+    /// The composition, where that is the shape.
+    composed: Option<ComposedMap>,
+    /// The map as it is run.
+    run: HornerMap,
+}
+
+impl SweptOrders {
+    /// The map with its coefficients as exactly as they are known, and their rounding.
+    fn evaluation(
+        &self,
+        factors: &ExactFactors<'_, '_>,
+    ) -> Result<(MapEvaluation<Dd>, f64), ConvergenceError> {
+        if let Some(composed) = &self.composed {
+            return Ok((MapEvaluation::composed(composed), f64::ROUNDOFF));
+        }
+        let exact = match self.shape {
+            Shape::Flown => None,
+            _ => factors.map(self.orders)?,
+        };
+        Ok(match exact {
+            Some(exact) => (exact, Dd::ROUNDOFF),
+            None => (MapEvaluation::new(&self.local), f64::ROUNDOFF),
+        })
     }
 }
 

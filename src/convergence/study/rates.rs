@@ -4,10 +4,11 @@
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
+use crate::analysis::low_discrepancy;
 use crate::analysis::{DirectImage, FreeFlight, MapEvaluation};
 use crate::convergence::error::ConvergenceError;
 use crate::convergence::family::{cut_contact, cut_contacts, cut_legs};
-use crate::convergence::sample::{WindowSample, low_discrepancy};
+use crate::convergence::sample::WindowSample;
 use crate::convergence::truth::{distance, tells_order};
 use crate::expansion::{Contact, Expander, Legs, MapOrders};
 use crate::hybrid::HybridSystem;

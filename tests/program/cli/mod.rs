@@ -1,15 +1,18 @@
 //! The program as users run it: messages, exit codes, files.
 
+mod checks;
 mod emission;
 mod images;
 mod orbits;
 mod outputs;
+mod resuming;
 mod saved;
 mod wrong_calls;
 
 use std::fs;
+use std::io::Write as _;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::process::{Command, Output, Stdio};
 
 /// A scene small enough to be run twice.
 const QUICK: [&str; 10] = [
@@ -31,6 +34,22 @@ pub(crate) fn grazemap(folder: &Path, arguments: &[&str]) -> Output {
         .current_dir(folder)
         .output()
         .expect("the program can be started")
+}
+
+/// The program with a text on its standard input.
+fn grazemap_reading(folder: &Path, arguments: &[&str], input: &str) -> Output {
+    let mut child = Command::new(env!("CARGO_BIN_EXE_grazemap"))
+        .args(arguments)
+        .current_dir(folder)
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("the program can be started");
+    let mut standard = child.stdin.take().expect("it is piped");
+    standard.write_all(input.as_bytes()).expect("the program reads");
+    drop(standard);
+    child.wait_with_output().expect("the program ends")
 }
 
 pub(crate) fn scratch() -> tempfile::TempDir {

@@ -26,6 +26,25 @@ fn wrong_calls() -> Vec<(&'static str, Vec<&'static str>)> {
         ("set_not_a_number", vec!["check", "linear", "--set", "omega=fast"]),
         ("set_restitution_above_one", vec!["check", "linear", "--set", "r=1.5"]),
         ("set_order_absurd", vec!["check", "linear", "--set", "expansion.smooth_order=1000"]),
+        (
+            "reset_that_moves_a_touching_state",
+            vec!["check", "linear", "--set", "model.surface.0.impact.v=0.01 - r*v"],
+        ),
+        (vec!["check", "linear", "--set", "diagram.0.parameter=zeta"],),
+        (
+            "window_of_a_frozen_parameter",
+            vec!["check", "linear", "--set", "window.parameter.zeta=1e-3"],
+        ),
+        (
+            "weight_of_a_frozen_parameter",
+            vec!["check", "linear", "--set", "expansion.weights.zeta=4"],
+        ),
+        (
+            "impact_beside_contact",
+            vec!["check", "linear", "--set", "model.surface.0.contact.v=free"],
+        ),
+        ("orders_of_minutes", vec!["check", "linear", "--set", "expansion.smooth_order=30"]),
+        ("standard_input_twice", vec!["image", "-", "--states", "-"]),
         ("new_unknown", vec!["new", "linaer"]),
         ("new_exists", vec!["new", "linear", "-o", "taken.toml"]),
         ("new_into_no_folder", vec!["new", "linear", "-o", "nowhere/linear.toml"]),

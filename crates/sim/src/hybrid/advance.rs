@@ -65,6 +65,7 @@ impl<S: Real> Simulator<'_, S> {
         horizon: S,
         record: &mut dyn FnMut(Event<S>),
     ) -> Result<(), Outcome<S>> {
+        self.check_placed()?;
         self.check_penetration(None)?;
         loop {
             match self.next_stop(horizon, Approach::default(), record)? {

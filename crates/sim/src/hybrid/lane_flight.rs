@@ -50,6 +50,8 @@ pub(super) struct LaneFlight<F, const N: usize> {
     last: LaneMask<N>,
     /// Lanes at the next section point.
     done: LaneMask<N>,
+    /// Times of the last resets.
+    changed: Lanes<N>,
 }
 
 impl<F: LaneFlow<N>, const N: usize> LaneFlight<F, N> {
@@ -77,6 +79,7 @@ impl<F: LaneFlow<N>, const N: usize> LaneFlight<F, N> {
             early: Lanes::splat(0.0),
             last: LaneMask::NONE,
             done: LaneMask::NONE,
+            changed: Lanes::splat(f64::NEG_INFINITY),
         }
     }
 
@@ -129,6 +132,7 @@ impl<F: LaneFlow<N>, const N: usize> LaneFlight<F, N> {
         (self.seeking, self.met, self.last) = (none, none, none);
         (self.behind, self.looking) = (none, none);
         self.first = all;
+        self.changed = Lanes::splat(f64::NEG_INFINITY);
         match self.section {
             ReturnSection::Tangency { .. } => {}
             ReturnSection::GrazingPhase { .. } => self.seek_passage(),
@@ -146,13 +150,14 @@ impl<F: LaneFlow<N>, const N: usize> LaneFlight<F, N> {
         let all = self.orbits.alive;
         self.entry.take(all, &self.orbits.motion);
         let start = self.orbits.sense(all);
-        let rounding = Lanes::splat(<f64 as Scalar>::ROUNDOFF);
-        let unresolved = start.acceleration * self.duration * rounding;
+        self.orbits.alive &= !start.rests();
+        let all = self.orbits.alive;
+        let unresolved = self.unresolved(&start);
         let moves = all & !start.velocity.abs().is_at_most(unresolved);
         let after = moves & Lanes::splat(0.0).is_below(start.velocity);
         self.seeking = moves & !after;
         if after.any() {
-            self.orbits.back_to_minimum(after, self.seeking_time());
+            self.orbits.back_to_minimum(after, self.passage_limit());
         }
     }
 
@@ -184,6 +189,7 @@ impl<F: LaneFlow<N>, const N: usize> LaneFlight<F, N> {
         let met = (self.met & self.orbits.alive) | own;
         self.met = LaneMask::NONE;
         if met.any() {
+            self.changed = Lanes::select(met, self.orbits.motion.time, self.changed);
             self.orbits.respond(met, own);
         }
         let horizon = self.horizon();
@@ -206,14 +212,20 @@ impl<F: LaneFlow<N>, const N: usize> LaneFlight<F, N> {
     fn horizon(&self) -> Lanes<N> {
         let nominal = match self.section {
             ReturnSection::Tangency { .. } => self.duration * Lanes::splat(3.0),
-            _ => Lanes::select(self.seeking, self.seeking_time(), self.duration),
+            _ => Lanes::select(self.seeking, self.passage_limit(), self.duration),
         };
         Lanes::select(self.looking, self.duration + self.early, nominal)
     }
 
-    /// Until when the section's own passage is looked for.
+    /// The speeds of gaps whose minima are nearer than the rounding of the time.
     #[inline(always)]
-    fn seeking_time(&self) -> Lanes<N> {
+    fn unresolved(&self, sense: &Sense<Lanes<N>>) -> Lanes<N> {
+        sense.acceleration * self.duration * Lanes::splat(<f64 as Scalar>::ROUNDOFF)
+    }
+
+    /// Time within which the section's own passage is looked for.
+    #[inline(always)]
+    fn passage_limit(&self) -> Lanes<N> {
         self.duration * Lanes::splat(0.25)
     }
 
@@ -283,9 +295,41 @@ impl<F: LaneFlow<N>, const N: usize> LaneFlight<F, N> {
             self.orbits.alive &= !wanted | self.behind;
             self.reject(wanted & self.behind);
         } else {
-            self.passage.take(wanted, &self.orbits.motion);
-            self.finish(wanted);
+            let reached = wanted & !self.pass_too_early(wanted & self.last);
+            self.passage.take(reached, &self.orbits.motion);
+            let late = self.acted_late(reached);
+            self.finish(reached & !late);
         }
+    }
+
+    /// Of those at a section behind a contact that was flown through, those whose way back from
+    /// there is not known to lead to it: the contact is real.
+    #[inline(always)]
+    fn pass_too_early(&mut self, wanted: LaneMask<N>) -> LaneMask<N> {
+        if !wanted.any() {
+            return wanted;
+        }
+        let there = self.orbits.sense(wanted);
+        let falls = there.velocity.is_below(-self.unresolved(&there).abs());
+        let is_beyond = there.gap.is_below(Lanes::splat(0.0));
+        let early = wanted & (falls | (self.passage_limit().is_below(self.early) & !is_beyond));
+        self.orbits.motion.take(early, &self.entry);
+        self.last &= !early;
+        self.met |= early;
+        early
+    }
+
+    /// Those at a grazing phase on which a reset has acted in the time in which the section's own
+    /// passage is looked for, and which might be taken for one: they leave the lanes.
+    #[inline(always)]
+    fn acted_late(&mut self, wanted: LaneMask<N>) -> LaneMask<N> {
+        let ReturnSection::GrazingPhase { .. } = self.section else {
+            return LaneMask::NONE;
+        };
+        let limit = self.duration - self.passage_limit();
+        let late = wanted & !self.last & !self.behind & limit.is_below(self.changed);
+        self.orbits.alive &= !late;
+        late
     }
 
     /// At the next section points.
@@ -351,11 +395,13 @@ impl<F: LaneFlow<N>, const N: usize> LaneOrbits<F, N> {
         }
     }
 
-    /// The states may be at the surface, which they then leave. Those beyond it leave the lanes.
+    /// The states may be at the surface, which they then leave. Those beyond it, or at rest on it,
+    /// leave the lanes.
     #[inline(always)]
     fn start_anywhere(&mut self) {
-        let Sense { gap, rounding, .. } = self.sense(self.alive);
-        self.alive &= !gap.is_below(-rounding);
+        let start = self.sense(self.alive);
+        let Sense { gap, rounding, .. } = start;
+        self.alive &= !(gap.is_below(-rounding) | start.rests());
         self.motion.leaving = self.alive & gap.is_at_most(rounding);
         self.motion.rounding = rounding;
     }

@@ -50,6 +50,9 @@ pub(super) struct Motion<S> {
     pub(super) headings: Vec<Heading>,
     /// The time in which the motion changed on the last step.
     pub(super) last_step: S,
+    /// Time of the last change of velocity or regime at a surface; before all times where there was
+    /// none.
+    pub(super) changed: S,
 }
 
 impl<S: Real> Motion<S> {
@@ -67,6 +70,7 @@ impl<S: Real> Motion<S> {
             leaving: vec![None; surfaces],
             headings: vec![Heading::Unknown; surfaces],
             last_step: S::one(),
+            changed: S::from_f64(f64::NEG_INFINITY),
         }
     }
 

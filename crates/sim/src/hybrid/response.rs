@@ -3,7 +3,7 @@
 use super::chatter::{AfterImpact, Rebound};
 use super::motion::Regime;
 use super::sensing::{Clearance, Sense};
-use super::simulator::Simulator;
+use super::simulator::{Contact, Simulator};
 use super::system::Law;
 use super::trajectory::{Event, EventKind, Outcome};
 use crate::numeric::Real;
@@ -29,6 +29,7 @@ impl<S: Real> Simulator<'_, S> {
         match self.system.surfaces[surface].law {
             Law::Rigid { .. } => self.impact(surface, before, record),
             Law::Compliant { .. } => {
+                self.check_alone(surface)?;
                 let uncertainty = if before.velocity == S::zero() {
                     S::zero()
                 } else {
@@ -53,7 +54,30 @@ impl<S: Real> Simulator<'_, S> {
         if gap <= self.near_miss {
             self.record(surface, EventKind::NearMiss { gap }, record);
         }
+        let regime = self.motion.regime;
         self.leave(surface, sense, residual(&sense));
+        self.motion.regime = regime;
+    }
+
+    /// Fails if another surface holds the state already: no regime stands for both.
+    fn check_alone(&self, surface: usize) -> Result<(), Outcome<S>> {
+        match self.motion.regime {
+            Regime::Contact { surface: other } | Regime::Stick { surface: other }
+                if other != surface =>
+            {
+                let time = self.motion.time;
+                Err(Outcome::HeldTwice { surfaces: [other, surface], time })
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// Fails if two surfaces hold the state where it was placed.
+    pub(super) fn check_placed(&self) -> Result<(), Outcome<S>> {
+        match self.held_twice {
+            Some(surfaces) => Err(Outcome::HeldTwice { surfaces, time: self.motion.time }),
+            None => Ok(()),
+        }
     }
 
     /// Fails if the state is beyond a rigid surface other than `except`.
@@ -109,6 +133,27 @@ impl<S: Real> Simulator<'_, S> {
         before: Sense<S>,
         record: &mut dyn FnMut(Event<S>),
     ) -> Result<(), Outcome<S>> {
+        let after = self.reset(surface);
+        let speed = -before.velocity;
+        let rebound = Rebound::new(speed, &after);
+        self.record(surface, EventKind::Impact { speed, rebound: after.velocity }, record);
+        if after.velocity < -speed.abs() * S::from_f64(PASSES) {
+            return Err(Outcome::Penetrating { surface, time: self.motion.time, gap: after.gap });
+        }
+        let regime = self.motion.regime;
+        self.leave(surface, after, residual(&after));
+        if let Regime::Contact { .. } = regime {
+            self.motion.regime = regime;
+        }
+        if let AfterImpact::Complete { duration } = rebound.follow(self.motion.last_step) {
+            self.stick(surface, speed, after.velocity, duration, record)?;
+        }
+        self.check_penetration(Some(surface))
+    }
+
+    /// Applies the reset of a rigid surface; the normal motion after it. `next` holds the state
+    /// before.
+    fn reset(&mut self, surface: usize) -> Sense<S> {
         self.work.next.copy_from_slice(&self.motion.state);
         let exact = self
             .affine
@@ -118,23 +163,55 @@ impl<S: Real> Simulator<'_, S> {
             let image = reset.evaluate(&self.work.next, &self.parameters);
             self.motion.state.copy_from_slice(image);
         }
-        let after = self.sense(surface);
-        let speed = -before.velocity;
-        let rebound = Rebound::new(speed, &after);
-        self.record(surface, EventKind::Impact { speed, rebound: after.velocity }, record);
-        if after.velocity < -speed.abs() * S::from_f64(PASSES) {
-            return Err(Outcome::Penetrating { surface, time: self.motion.time, gap: after.gap });
+        self.sense(surface)
+    }
+
+    /// Rests on the rigid surfaces on which the state was placed without a speed that its rounding
+    /// would tell, and which press against it.
+    pub(super) fn rest_where_placed(&mut self) -> Result<(), Outcome<S>> {
+        for surface in 0..self.surfaces.len() {
+            if self.motion.leaving[surface].is_some()
+                && matches!(self.system.surfaces[surface].law, Law::Rigid { .. })
+            {
+                let before = self.sense(surface);
+                if before.rests() {
+                    let after = self.reset(surface);
+                    let (speed, rebound) = (-before.velocity, after.velocity);
+                    self.stick(surface, speed, rebound, S::zero(), &mut |_| {})?;
+                }
+            }
         }
-        self.leave(surface, after, residual(&after));
-        if let AfterImpact::Complete { duration } = rebound.follow(self.motion.last_step) {
-            self.stick(surface, speed, after.velocity, duration, record)?;
+        Ok(())
+    }
+
+    /// Whether the state, placed anew, would be held by a surface where it is held now, and free
+    /// where it is free; where the state of a passage has to be free, it tells nothing beyond the
+    /// surface.
+    pub(super) fn tells_hold(&mut self, surface: usize, is_passage: bool) -> bool {
+        let is_held = match self.motion.regime {
+            Regime::Contact { surface: holding } | Regime::Stick { surface: holding } => {
+                holding == surface
+            }
+            Regime::Free => false,
+        };
+        let Clearance { gap, rounding } = self.clearance(surface);
+        if gap > rounding {
+            return !is_held;
         }
-        self.check_penetration(Some(surface))
+        if let Law::Rigid { .. } = self.system.surfaces[surface].law {
+            let sense = self.sense(surface);
+            return !is_held || sense.rests() || sense.acceleration >= S::zero();
+        }
+        if gap >= -rounding || is_passage {
+            return !is_held && gap >= -rounding;
+        }
+        is_held == (self.contact_beyond(surface) != Some(Contact::Released))
     }
 
     /// Free flight from a surface, whose gap there is zero up to a residual.
     fn leave(&mut self, surface: usize, sense: Sense<S>, residual: S) {
         self.motion.regime = Regime::Free;
+        self.motion.changed = self.motion.time;
         self.motion.lose_headings();
         self.motion.leaving[surface] = Some(sense.rounding.max(residual));
     }
@@ -151,6 +228,7 @@ impl<S: Real> Simulator<'_, S> {
         duration: S,
         record: &mut dyn FnMut(Event<S>),
     ) -> Result<(), Outcome<S>> {
+        self.check_alone(surface)?;
         let kick = largest_difference(&self.motion.state, &self.work.next);
         self.remove_normal_velocity(surface, speed, rebound);
         if self.surfaces[surface].held.is_none() || self.reset_moves(surface, kick) {
@@ -173,7 +251,7 @@ impl<S: Real> Simulator<'_, S> {
     /// removes what rounding and a curved reset leave.
     fn remove_normal_velocity(&mut self, surface: usize, speed: S, rebound: S) {
         let total = speed + rebound;
-        if total <= S::zero() {
+        if total == S::zero() {
             return;
         }
         let mut share = speed / total;

@@ -8,9 +8,10 @@
 
 use super::HybridError;
 use super::itinerary::{Itinerary, Log, NominalPassage};
-use super::motion::Motion;
+use super::motion::{Motion, Regime};
 use super::passage::{Approach, Back, Stop};
 use super::returned::{Return, ReturnOutcome, ReturnSection};
+use super::sensing::{Clearance, Sense};
 use super::simulator::{Simulator, check_finite};
 use super::system::HybridSystem;
 use super::trajectory::{Event, EventKind, Outcome};
@@ -139,12 +140,18 @@ impl<'a, S: Real> DirectReturn<'a, S> {
     pub fn image(&mut self, state: &[S]) -> Result<Return<S>, HybridError> {
         self.simulator.set_state(state)?;
         let mut log = Log::new();
-        let flown = match self.section {
-            ReturnSection::Tangency { surface } => self.tangency(surface, &mut log),
-            ReturnSection::GrazingPhase { surface } => self.grazing_phase(surface, state, &mut log),
-            ReturnSection::OtherPhase => self.whole_period(&mut log),
-        };
+        let flown = self.fly_return(&mut log);
         Ok(self.report(&log, flown.unwrap_or_else(ReturnOutcome::Ended)))
+    }
+
+    fn fly_return(&mut self, log: &mut Log<S>) -> Result<ReturnOutcome<S>, Outcome<S>> {
+        self.simulator.check_placed()?;
+        self.simulator.rest_where_placed()?;
+        match self.section {
+            ReturnSection::Tangency { surface } => self.tangency(surface, log),
+            ReturnSection::GrazingPhase { surface } => self.grazing_phase(surface, log),
+            ReturnSection::OtherPhase => self.whole_period(log),
+        }
     }
 
     /// The tangency section: from one local minimum of the gap to the one nearest in time to the
@@ -157,6 +164,9 @@ impl<'a, S: Real> DirectReturn<'a, S> {
         let start = self.simulator.sense(surface);
         self.simulator.motion.leaving[surface] = None;
         if start.gap < S::zero() {
+            if let Some(holding) = self.held_elsewhere(surface) {
+                return Ok(ReturnOutcome::Ambiguous { surface: holding });
+            }
             self.enter(surface, log)?;
         } else {
             self.simulator.motion.set_at_minimum(surface);
@@ -167,7 +177,8 @@ impl<'a, S: Real> DirectReturn<'a, S> {
             match self.next_stop(horizon, approach, log)? {
                 Stop::Minimum { gap, rises_for } => {
                     if self.is_final(surface, rises_for) {
-                        return Ok(ReturnOutcome::Returned);
+                        let is_free = self.simulator.regime() == Regime::Free;
+                        return Ok(self.told_but(is_free.then_some(surface)));
                     }
                     let time = self.simulator.time();
                     log.events.push(Event { time, surface, kind: EventKind::NearMiss { gap } });
@@ -179,7 +190,7 @@ impl<'a, S: Real> DirectReturn<'a, S> {
                     // contact is real.
                     let minimum = self.reach_minimum(surface, horizon, log).unwrap_or(None);
                     if minimum.is_some_and(|rises_for| self.is_final(surface, rises_for)) {
-                        return Ok(ReturnOutcome::Returned);
+                        return Ok(self.returned_through(surface));
                     }
                     log.events.truncate(logged);
                     self.simulator.motion.copy_from(&self.entry);
@@ -197,88 +208,245 @@ impl<'a, S: Real> DirectReturn<'a, S> {
     fn grazing_phase(
         &mut self,
         surface: usize,
-        state: &[S],
         log: &mut Log<S>,
     ) -> Result<ReturnOutcome<S>, Outcome<S>> {
-        self.simulator.motion.leaving[surface] = None;
-        if self.reach_first_passage(surface)? {
+        if self.reach_first_passage(surface) {
             self.enter(surface, log)?;
         } else {
-            self.restart(state);
+            self.restart();
+            self.simulator.check_penetration(None)?;
         }
         loop {
             match self.next_stop(self.duration, Approach::default(), log)? {
                 Stop::Contact { surface: met } if met == surface => {
                     self.entry.copy_from(&self.simulator.motion);
                     let logged = log.events.len();
-                    let last = match self.reach_minimum(surface, self.duration, log) {
-                        Ok(None) => break,
-                        Ok(Some(rises_for)) => self.is_final(surface, rises_for),
-                        Err(_) => false,
-                    };
+                    if self.approach_is_last(surface, log) {
+                        return Ok(self.returned_through(surface));
+                    }
                     log.events.truncate(logged);
                     self.simulator.motion.copy_from(&self.entry);
-                    if last {
-                        let ignoring = Approach { ignored: Some(surface), stop_at: None };
-                        self.fly(ignoring, log)?;
-                        break;
-                    }
                     self.respond(surface, log)?;
                 }
                 Stop::Contact { surface } => self.respond(surface, log)?,
                 Stop::Horizon | Stop::Minimum { .. } | Stop::Release => break,
             }
         }
-        Ok(ReturnOutcome::Returned)
+        if self.looks_like_passage(surface) {
+            return Ok(ReturnOutcome::Ambiguous { surface });
+        }
+        Ok(self.returned())
+    }
+
+    /// Whether the section is reached behind the contact that the simulator has come to, with the
+    /// surface ignored, which leaves it there; on any other answer it stands anywhere.
+    ///
+    /// The contact's minimum, along the flight, is the one nearest to the section, where the gap
+    /// rises, so that the way back from there leads to it.
+    fn approach_is_last(&mut self, surface: usize, log: &mut Log<S>) -> bool {
+        let logged = log.events.len();
+        let mut early = S::zero();
+        match self.reach_minimum(surface, self.duration, log) {
+            Err(_) => return false,
+            Ok(None) => {}
+            Ok(Some(rises_for)) => {
+                if !self.is_final(surface, rises_for) {
+                    return false;
+                }
+                early = self.duration - self.simulator.time();
+                log.events.truncate(logged);
+                self.simulator.motion.copy_from(&self.entry);
+                let ignoring = Approach { ignored: Some(surface), stop_at: None };
+                if self.fly(ignoring, log).is_err() {
+                    return false;
+                }
+                let there = self.simulator.sense(surface);
+                if there.velocity < -self.unresolved(&there).abs() {
+                    return false;
+                }
+            }
+        }
+        let is_free = self.flew_freely_from(&self.entry);
+        let is_near =
+            early <= self.passage_limit() || self.simulator.clearance(surface).gap < S::zero();
+        is_free && is_near
     }
 
     /// Everything simulated for the nominal duration.
     fn whole_period(&mut self, log: &mut Log<S>) -> Result<ReturnOutcome<S>, Outcome<S>> {
         self.simulator.check_penetration(None)?;
         self.fly(Approach::default(), log)?;
-        Ok(ReturnOutcome::Returned)
+        Ok(self.returned())
+    }
+
+    /// At a section point behind a contact with the surface, which was flown through.
+    fn returned_through(&mut self, surface: usize) -> ReturnOutcome<S> {
+        if self.flew_freely_from(&self.entry) {
+            return self.told_but(Some(surface));
+        }
+        let holding = self.held_elsewhere(surface).unwrap_or(surface);
+        ReturnOutcome::Ambiguous { surface: holding }
+    }
+
+    /// At a section point, everything before simulated.
+    fn returned(&mut self) -> ReturnOutcome<S> {
+        self.told_but(None)
+    }
+
+    /// Whether the state, placed anew, would go on as it does: whether it tells which surfaces hold
+    /// it, but for the one behind which a section point lies.
+    fn told_but(&mut self, passed: Option<usize>) -> ReturnOutcome<S> {
+        if self.simulator.motion.changed == S::from_f64(f64::NEG_INFINITY) {
+            return ReturnOutcome::Returned;
+        }
+        let surfaces = self.simulator.system().surfaces();
+        let is_passage = |surface| self.section.surface() == Some(surface);
+        let untold = (0..surfaces).find(|&surface| {
+            passed != Some(surface) && !self.simulator.tells_hold(surface, is_passage(surface))
+        });
+        untold.map_or(ReturnOutcome::Returned, |surface| ReturnOutcome::Ambiguous { surface })
+    }
+
+    /// Whether no surface has acted since, then or now.
+    fn flew_freely_from(&self, earlier: &Motion<S>) -> bool {
+        let motion = &self.simulator.motion;
+        (earlier.regime, motion.regime) == (Regime::Free, Regime::Free)
+            && earlier.changed == motion.changed
+    }
+
+    /// Another surface than this that holds the state.
+    fn held_elsewhere(&self, surface: usize) -> Option<usize> {
+        match self.simulator.regime() {
+            Regime::Contact { surface: other } | Regime::Stick { surface: other } => {
+                (other != surface).then_some(other)
+            }
+            Regime::Free => None,
+        }
+    }
+
+    /// The speed of a gap whose minimum is nearer than the rounding of the time: it cannot be flown
+    /// to, and need not be.
+    fn unresolved(&self, sense: &Sense<S>) -> S {
+        sense.acceleration * self.duration * S::from_f64(S::ROUNDOFF)
+    }
+
+    /// Time within which the section's own passage is looked for: a quarter of the return time.
+    fn passage_limit(&self) -> S {
+        self.duration * S::from_f64(0.25)
+    }
+
+    /// Whether a state at the section, everything before simulated, would be taken for one behind
+    /// a contact that there was not: one that a surface has acted on since.
+    fn looks_like_passage(&mut self, surface: usize) -> bool {
+        let acted = self.simulator.motion.changed;
+        if acted <= self.simulator.time() - self.passage_limit()
+            || self.simulator.sense(surface).velocity <= S::zero()
+        {
+            return false;
+        }
+        let found = self.reach_first_passage(surface);
+        self.simulator.motion.copy_from(&self.entry);
+        found
+    }
+
+    /// Takes a section point, placed before, to where a trajectory may start: back to the surface
+    /// where it is beyond it, by more than rounding; that surface, if so.
+    pub(super) fn physical_start(&mut self) -> Result<Option<usize>, Outcome<S>> {
+        self.simulator.check_placed()?;
+        self.simulator.rest_where_placed()?;
+        let Some(surface) = self.section.surface() else {
+            return Ok(None);
+        };
+        self.entry.copy_from(&self.simulator.motion);
+        let is_tangency = matches!(self.section, ReturnSection::Tangency { .. });
+        let beyond = match is_tangency {
+            true => self.held_elsewhere(surface).is_none(),
+            false => self.reach_first_passage(surface),
+        };
+        let sense = self.simulator.sense(surface);
+        if beyond && sense.gap < -sense.rounding {
+            self.back_to_surface(surface)?;
+            return Ok(Some(surface));
+        }
+        self.restart();
+        if is_tangency {
+            self.simulator.motion.leaving[surface] = None;
+            self.simulator.motion.set_at_minimum(surface);
+        }
+        Ok(None)
     }
 
     /// From a virtual section point back to the surface, and through the contact.
     fn enter(&mut self, surface: usize, log: &mut Log<S>) -> Result<(), Outcome<S>> {
+        self.back_to_surface(surface)?;
+        log.own = Some(-self.simulator.sense(surface).velocity);
+        self.respond(surface, log)
+    }
+
+    /// From a virtual section point back to the surface.
+    fn back_to_surface(&mut self, surface: usize) -> Result<(), Outcome<S>> {
         let earliest = self.simulator.time() - self.duration;
+        self.simulator.motion.regime = Regime::Free;
         self.simulator.motion.lose_headings();
         if !self.simulator.back(surface, Back::ToSurface, earliest)? {
             let gap = self.simulator.sense(surface).gap;
             return Err(Outcome::Penetrating { surface, time: self.simulator.time(), gap });
         }
-        log.own = Some(-self.simulator.sense(surface).velocity);
-        self.respond(surface, log)
+        Ok(())
     }
 
-    /// Flies to the local minimum of the gap nearest to the start, forward or backward, at most a
-    /// quarter of the return time, and stays at the start where there is none; whether it lies
-    /// beyond the surface.
-    fn reach_first_passage(&mut self, surface: usize) -> Result<bool, Outcome<S>> {
-        let start = self.simulator.sense(surface);
-        let limit = self.duration * S::from_f64(0.25);
-        // A minimum nearer than the rounding of the time cannot be flown to, and need not be.
-        let unresolved = start.acceleration * self.duration * S::from_f64(S::ROUNDOFF);
+    /// Flies to the local minimum of the gap nearest to the present state, which `entry` takes over,
+    /// forward or backward, at most a quarter of the return time, and stays where there is none;
+    /// whether it lies beyond the surface.
+    ///
+    /// Where another surface holds the state, acts on the way or lies on it, there is none.
+    fn reach_first_passage(&mut self, surface: usize) -> bool {
+        let is_stuck = self.simulator.regime() == Regime::Stick { surface };
+        if !is_stuck {
+            self.simulator.motion.leaving[surface] = None;
+        }
         self.entry.copy_from(&self.simulator.motion);
+        if is_stuck || self.held_elsewhere(surface).is_some() {
+            return false;
+        }
+        let start = self.simulator.sense(surface);
+        let unresolved = self.unresolved(&start);
+        let is_free = self.simulator.regime() == Regime::Free;
+        let now = self.simulator.time();
+        // NOTE: beyond the surface there may be a singularity; then there is no passage.
         let found = if start.velocity.abs() <= unresolved {
             true
         } else if start.velocity > S::zero() {
-            self.simulator.back(surface, Back::ToMinimum, -limit)?
+            let earliest = now - self.passage_limit();
+            self.simulator.back(surface, Back::ToMinimum, earliest).unwrap_or(false)
+                && self.is_clear_of_others(surface)
         } else {
-            let minimum = self.reach_minimum(surface, limit, &mut Log::new())?;
-            minimum.is_some()
+            is_free && {
+                let limit = now + self.passage_limit();
+                let minimum = self.reach_minimum(surface, limit, &mut Log::new());
+                minimum.is_ok_and(|minimum| minimum.is_some()) && self.flew_freely_from(&self.entry)
+            }
         };
         if !found {
             self.simulator.motion.copy_from(&self.entry);
         }
-        Ok(self.simulator.sense(surface).gap < S::zero())
+        self.simulator.sense(surface).gap < S::zero()
     }
 
-    fn restart(&mut self, state: &[S]) {
-        let motion = &mut self.simulator.motion;
-        motion.state.copy_from_slice(state);
-        (motion.time, motion.turns) = (S::zero(), 0);
-        motion.lose_headings();
+    /// Whether the state is beyond no other surface than this.
+    fn is_clear_of_others(&mut self, surface: usize) -> bool {
+        let surfaces = self.simulator.system().surfaces();
+        (0..surfaces).filter(|&other| other != surface).all(|other| {
+            let Clearance { gap, rounding } = self.simulator.clearance(other);
+            -rounding <= gap
+        })
+    }
+
+    /// From the section point, which `entry` holds.
+    fn restart(&mut self) {
+        let last_step = self.simulator.motion.last_step;
+        self.simulator.motion.copy_from(&self.entry);
+        self.simulator.motion.last_step = last_step;
     }
 
     /// Flies with the surface ignored to the next minimum of its gap, and for how long that is

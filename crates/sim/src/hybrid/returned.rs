@@ -54,6 +54,12 @@ pub enum ReturnOutcome<S> {
         /// Time reached.
         time: S,
     },
+    /// The section falls inside a contact with a surface, or on the way through it, that the
+    /// coordinates of the section do not tell: the return has no image that they could hold.
+    Ambiguous {
+        /// The surface.
+        surface: usize,
+    },
     /// The simulation ended otherwise.
     Ended(Outcome<S>),
 }

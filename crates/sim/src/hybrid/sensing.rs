@@ -1,7 +1,7 @@
 //! Values of a model's expressions at one state.
 
 use crate::flow::Program;
-use crate::numeric::Scalar;
+use crate::numeric::{Branched, Scalar};
 
 /// A program run at degree 0: the plain values of its outputs.
 #[derive(Clone, Debug)]
@@ -61,6 +61,18 @@ pub(super) struct Sense<S> {
     pub(super) jerk: S,
     /// Rounding of `h`: a few units in the last place of its largest term.
     pub(super) rounding: S,
+}
+
+impl<S: Branched> Sense<S> {
+    /// Where a state on a rigid surface is at rest there: it is pressed against the surface, and a
+    /// bounce at its speed stays within the rounding of the gap.
+    #[inline(always)]
+    pub(super) fn rests(&self) -> S::Mask {
+        let bounce = self.velocity * self.velocity;
+        self.gap.abs().is_at_most(self.rounding)
+            & bounce.is_at_most(-self.acceleration * self.rounding)
+            & self.acceleration.is_below(S::zero())
+    }
 }
 
 /// Reads the normal motion at a surface.

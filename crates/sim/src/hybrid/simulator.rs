@@ -30,6 +30,8 @@ pub struct Simulator<'a, S: Real> {
     pub(super) surfaces: Vec<SurfaceTools<'a, S>>,
     pub(super) near_miss: S,
     pub(super) step_limit: usize,
+    /// Two surfaces that hold the state where it was placed: no regime stands for them.
+    pub(super) held_twice: Option<[usize; 2]>,
 }
 
 /// Working memory of a step.
@@ -54,8 +56,22 @@ pub(super) struct SurfaceTools<'a, S: Real> {
     /// A compliant surface's release function where a contact ends, followed by the sizes of its
     /// terms.
     pub(super) release: Option<Evaluator<'a, S>>,
+    /// Its derivatives by the speed of the gap and by the gap.
+    pub(super) release_slopes: Option<Evaluator<'a, S>>,
     /// Integrator of the contact field or the stick field.
     pub(super) held: Option<Integrator<'a, S>>,
+}
+
+/// A compliant contact, told from a state beyond its surface.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Contact<S> {
+    /// It is over: the state flies freely, though the gap is negative.
+    Released,
+    /// It lasts until the release function, multiplied by this, falls to zero.
+    Lasting {
+        /// 0 where the first step is to find it.
+        release_sign: S,
+    },
 }
 
 /// Default limit on steps per call.
@@ -90,6 +106,7 @@ impl<'a, S: Real> Simulator<'a, S> {
                 .collect(),
             near_miss: S::from_f64(f64::INFINITY),
             step_limit: STEP_LIMIT,
+            held_twice: None,
         };
         simulator.set_parameters(parameters)?;
         Ok(simulator)
@@ -125,7 +142,7 @@ impl<'a, S: Real> Simulator<'a, S> {
     }
 
     /// Places the full state at time 0, in free flight, or in contact where it is beyond a
-    /// compliant surface.
+    /// compliant surface that its release function says is not released.
     ///
     /// # Errors
     ///
@@ -143,6 +160,8 @@ impl<'a, S: Real> Simulator<'a, S> {
         motion.turns = 0;
         motion.lose_headings();
         motion.regime = Regime::Free;
+        motion.changed = S::from_f64(f64::NEG_INFINITY);
+        self.held_twice = None;
         if let Some(phase) = &self.system.phase {
             motion.reference_phase = state[phase.component];
         }
@@ -151,13 +170,49 @@ impl<'a, S: Real> Simulator<'a, S> {
             self.motion.leaving[surface] =
                 (sense.gap.abs() <= sense.rounding).then_some(sense.rounding);
             if sense.gap < -sense.rounding
-                && matches!(self.system.surfaces[surface].law, Law::Compliant { .. })
+                && let Some(held) = self.contact_beyond(surface)
             {
-                let never = S::from_f64(f64::INFINITY);
-                self.begin_contact(surface, S::zero(), never);
+                self.place_in_contact(surface, held);
             }
         }
         Ok(())
+    }
+
+    fn place_in_contact(&mut self, surface: usize, held: Contact<S>) {
+        match held {
+            Contact::Released => self.motion.leaving[surface] = Some(S::zero()),
+            Contact::Lasting { release_sign } => {
+                if let Regime::Contact { surface: other } = self.motion.regime {
+                    self.held_twice = Some([other, surface]);
+                }
+                let never = S::from_f64(f64::INFINITY);
+                self.begin_contact(surface, S::zero(), never);
+                self.motion.release_sign = release_sign;
+            }
+        }
+    }
+
+    /// Whether the contact with a compliant surface, beyond which the state is, is over; `None`
+    /// for a rigid surface.
+    ///
+    /// Where a contact begins, `h = 0` and `h' < 0`, its release function, zero at a graze, has the
+    /// sign of `−∂ρ/∂h'`; where that is zero it gets that of `−∂ρ/∂h` just after. It keeps it until
+    /// the release.
+    pub(super) fn contact_beyond(&mut self, surface: usize) -> Option<Contact<S>> {
+        let (state, dimension) = (&self.motion.state, self.system.dimension);
+        let tools = &mut self.surfaces[surface];
+        let slopes = tools.release_slopes.as_mut()?.evaluate(state, &self.parameters);
+        let slope = slopes.iter().find(|&&slope| slope != S::zero());
+        let sign = slope.map_or(S::zero(), |slope| -slope.signum());
+        let values = tools.release.as_mut()?.evaluate(state, &self.parameters);
+        let (value, rounding) = (values[0] * sign, rounding_of(&values[2 + dimension..]));
+        // NOTE: a force that is zero to rounding tells by its slope which way it goes.
+        let force = if value.abs() <= rounding { values[1] * sign } else { value };
+        Some(if force < S::zero() {
+            Contact::Released
+        } else {
+            Contact::Lasting { release_sign: sign }
+        })
     }
 
     /// Goes to the contact field of a compliant surface, met at a time known up to an uncertainty,
@@ -166,6 +221,7 @@ impl<'a, S: Real> Simulator<'a, S> {
         self.motion.entry_uncertainty = uncertainty;
         self.motion.entry_turn = turn;
         self.motion.regime = Regime::Contact { surface };
+        self.motion.changed = self.motion.time;
         self.motion.release_sign = S::zero();
         let release = self.surfaces[surface].release.as_mut();
         let rounding = release.map(|release| {
@@ -231,13 +287,16 @@ impl<'a, S: Real> SurfaceTools<'a, S> {
     fn new(surface: &'a SurfaceLaw, dimension: usize) -> Self {
         let (reset, release, held) = match &surface.law {
             Law::Rigid { reset, stick } => (Some(reset), None, stick.as_ref()),
-            Law::Compliant { contact, release } => (None, Some(release), Some(contact)),
+            Law::Compliant { contact, release, release_slopes } => {
+                (None, Some((release, release_slopes)), Some(contact))
+            }
         };
         Self {
             sensor: Sensor::new(&surface.sensor, dimension),
             contact: Evaluator::new(&surface.landing, 2 + dimension),
             reset: reset.map(|reset| Evaluator::new(reset, dimension)),
-            release: release.map(|release| Evaluator::new(release, 2 + 2 * dimension)),
+            release: release.map(|(release, _)| Evaluator::new(release, 2 + 2 * dimension)),
+            release_slopes: release.map(|(_, slopes)| Evaluator::new(slopes, 2)),
             held: held.map(|held| Integrator::new(&held.field)),
         }
     }

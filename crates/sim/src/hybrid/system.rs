@@ -55,8 +55,8 @@ pub(super) enum Law {
     /// Reset, and the stick field where there is one.
     Rigid { reset: Program, stick: Option<RegimeField> },
     /// Contact field, and the release function: `ρ` and its derivative along the free flow, the
-    /// rates of the free flow, `x_i ∂ρ/∂x_i`, the size of its terms.
-    Compliant { contact: RegimeField, release: Program },
+    /// rates of the free flow, `x_i ∂ρ/∂x_i`, the size of its terms; `∂ρ/∂h'` and `∂ρ/∂h`.
+    Compliant { contact: RegimeField, release: Program, release_slopes: Program },
 }
 
 /// A field with its watched functions, each followed by its derivative along the field.
@@ -159,9 +159,12 @@ impl Lowering<'_> {
             Response::Contact { field, release } => {
                 let mut outputs = self.landing(*release);
                 outputs.extend(self.terms(*release));
+                let contact = self.regime(field, Some(*release), &others);
+                let slopes = self.release_slopes(surface, *release);
                 Law::Compliant {
-                    contact: self.regime(field, Some(*release), &others),
+                    contact,
                     release: self.program(&outputs),
+                    release_slopes: self.program(&slopes),
                 }
             }
         };
@@ -191,6 +194,26 @@ impl Lowering<'_> {
             self.graph.mul(slope, state)
         };
         (0..self.model.dimension()).map(term).collect()
+    }
+
+    /// `∂ρ/∂h'` and `∂ρ/∂h` of a release function: its derivatives along a coordinate that moves
+    /// `h'` alone, and along one that moves `h`; 0 where there is none.
+    fn release_slopes(&mut self, surface: &Surface, release: NodeId) -> [NodeId; 2] {
+        let [by_velocity, by_gap] = [surface.normal_velocity, surface.event].map(|quantity| {
+            let moved = (0..self.model.dimension()).find(|&component| {
+                let gap_slope = self.graph.derivative(surface.event, component);
+                let moves_gap = !is_zero(&self.graph, gap_slope);
+                let slope = self.graph.derivative(quantity, component);
+                moves_gap == (quantity == surface.event) && !is_zero(&self.graph, slope)
+            });
+            let Some(component) = moved else {
+                return self.graph.number(0.0);
+            };
+            let slope = self.graph.derivative(release, component);
+            let moves = self.graph.derivative(quantity, component);
+            self.graph.div(slope, moves)
+        });
+        [by_velocity, by_gap]
     }
 
     fn regime(

@@ -71,6 +71,13 @@ pub enum Outcome<S> {
         /// The gap, negative.
         gap: S,
     },
+    /// Two surfaces hold the state at once: no field of the model stands for both.
+    HeldTwice {
+        /// The surfaces.
+        surfaces: [usize; 2],
+        /// Time reached.
+        time: S,
+    },
     /// The state must stay on a rigid surface whose reset defines no direction of a contact force,
     /// or moves a state at rest there (a tangential restitution).
     NoStickingField {

@@ -3,15 +3,16 @@
 use std::fmt;
 use std::ops::Range;
 
-use miette::{Diagnostic, LabeledSpan, NamedSource, SourceCode};
+use miette::{Diagnostic, LabeledSpan, SourceCode};
 use thiserror::Error;
 
 use super::expression::ExpressionError;
+use super::snippet::Snippet;
 
 /// A fault of a scene, pointing into its file where it has a place there.
 ///
 /// Its `Display` is one line, `file:line:column: message (label)`. As a [`miette::Diagnostic`] it
-/// carries the text of the file and the labelled bytes; [`headline`](SceneError::headline) is the
+/// carries the lines of the file about the fault, cut to a screen, and the labelled bytes; [`headline`](SceneError::headline) is the
 /// same diagnostic under a plain message, for graphical rendering.
 #[derive(Clone, Debug)]
 pub struct SceneError(Box<Located>);
@@ -19,8 +20,8 @@ pub struct SceneError(Box<Located>);
 #[derive(Clone, Debug)]
 struct Located {
     problem: SceneProblem,
-    source: NamedSource<String>,
-    span: Option<Range<usize>>,
+    file_name: String,
+    place: Option<Snippet>,
 }
 
 /// A [`SceneError`] whose `Display` is the message alone.
@@ -51,9 +52,12 @@ impl Fault {
 
     /// The error once the file is known.
     pub(super) fn in_file(self, file_name: &str, text: &str) -> SceneError {
-        let span = self.span.map(|span| span.start.min(text.len())..span.end.min(text.len()));
-        let source = NamedSource::new(file_name, text.to_owned()).with_language("TOML");
-        SceneError(Box::new(Located { problem: *self.problem, source, span }))
+        let place = self.span.map(|span| Snippet::new(file_name, text, span));
+        SceneError(Box::new(Located {
+            problem: *self.problem,
+            file_name: file_name.to_owned(),
+            place,
+        }))
     }
 }
 
@@ -65,16 +69,12 @@ impl SceneError {
 
     /// Name of the file, as it was given.
     pub fn file_name(&self) -> &str {
-        self.0.source.name()
+        &self.0.file_name
     }
 
     /// Line and column of the fault, both from 1, columns in characters.
     pub fn position(&self) -> Option<(usize, usize)> {
-        let start = self.0.span.as_ref()?.start;
-        let before = self.0.source.inner().get(..start)?;
-        let line_start = before.rfind('\n').map_or(0, |newline| newline + 1);
-        let line = before.matches('\n').count() + 1;
-        Some((line, before[line_start..].chars().count() + 1))
+        self.0.place.as_ref().map(Snippet::position)
     }
 
     /// The same diagnostic under the message alone, the place being drawn below it.
@@ -101,11 +101,11 @@ impl std::error::Error for SceneError {}
 
 impl Diagnostic for SceneError {
     fn source_code(&self) -> Option<&dyn SourceCode> {
-        self.0.span.as_ref().map(|_| &self.0.source as &dyn SourceCode)
+        self.0.place.as_ref().map(|place| place as &dyn SourceCode)
     }
 
     fn labels(&self) -> Option<Box<dyn Iterator<Item = LabeledSpan> + '_>> {
-        let span = self.0.span.clone()?;
+        let span = self.0.place.as_ref()?.span();
         let label = self.0.problem.label().unwrap_or_else(|| "here".to_owned());
         Some(Box::new(std::iter::once(LabeledSpan::new_with_span(Some(label), span))))
     }
@@ -348,6 +348,19 @@ pub enum SceneProblem {
         /// Last.
         last: f64,
     },
+    /// Logarithmic values on both sides of 0, or at it.
+    #[error(
+        "a logarithmic scale needs both ends of `{key}` on one side of 0, found {first:e} to \
+         {last:e}"
+    )]
+    LogarithmicRange {
+        /// The key.
+        key: String,
+        /// First.
+        first: f64,
+        /// Last.
+        last: f64,
+    },
     /// A list of the wrong length.
     #[error("`{key}` must have {expected} entries, found {found}")]
     Length {
@@ -386,11 +399,45 @@ pub enum SceneProblem {
         /// Normal velocity after over that before, the sign changed.
         value: f64,
     },
-    /// Neither or both of the two responses.
+    /// Neither of the two responses.
     #[error("surface `{surface}` must have either `impact` or `contact`")]
     Response {
         /// The surface.
         surface: String,
+    },
+    /// Both of the two responses.
+    #[error(
+        "surface `{surface}` has both `impact` and `contact`: a stop is rigid or compliant; \
+         leave one of them out"
+    )]
+    TwoResponses {
+        /// The surface.
+        surface: String,
+    },
+    /// A reset that is not the identity where a state only touches.
+    #[error(
+        "the impact with surface `{surface}` moves `{component}` by {displacement:.3e} where a \
+         state touches with zero normal velocity: an orbit that grazes would jump; expected an \
+         `impact` that leaves such a state as it is"
+    )]
+    MovesTangentState {
+        /// The surface.
+        surface: String,
+        /// The component of the state that is moved farthest.
+        component: String,
+        /// How far, at the first state tried.
+        displacement: f64,
+    },
+    /// A parameter that the map does not keep, where one of its variables is expected.
+    #[error(
+        "`{key}` names `{name}`, which the map has no variable for: add it to \
+         `expansion.active`, or leave it out here"
+    )]
+    NotActive {
+        /// The key.
+        key: String,
+        /// The parameter.
+        name: String,
     },
     /// A release without a contact.
     #[error("`release` of surface `{surface}` has a meaning only beside `contact`")]

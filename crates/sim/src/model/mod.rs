@@ -9,6 +9,7 @@ pub mod graph;
 mod names;
 mod oscillator;
 mod scene;
+mod snippet;
 
 pub use error::{OverrideReason, SceneError, SceneHeadline, SceneProblem};
 pub use expression::ExpressionError;

@@ -100,13 +100,16 @@ const KEYWORDS: [&str; 51] = [
     "unsafe", "unsized", "use", "virtual", "where", "while", "yield",
 ];
 
+/// Files that a crate of Rust has for itself.
+const CRATE_FILES: [&str; 2] = ["lib", "main"];
+
 /// Whether a name cannot stand in Rust code.
 pub(super) fn is_rust_word(name: &str) -> bool {
     name == "_" || name == "Self" || KEYWORDS.contains(&name)
 }
 
 /// The identifier of a scene from its file's name: lower case, `[a-z][a-z0-9_]*`, never a word of
-/// Rust.
+/// Rust nor the name of a crate's own file.
 pub(super) fn identifier(file_name: &str) -> String {
     let base = file_name.rsplit(['/', '\\']).next().unwrap_or_default();
     let stem = base.strip_suffix(".toml").unwrap_or(base);
@@ -120,9 +123,10 @@ pub(super) fn identifier(file_name: &str) -> String {
     if !identifier.starts_with(|first: char| first.is_ascii_lowercase()) {
         identifier.insert_str(0, if identifier.starts_with('_') { "scene" } else { "scene_" });
     }
-    if KEYWORDS.contains(&identifier.as_str()) {
+    if KEYWORDS.contains(&identifier.as_str()) || CRATE_FILES.contains(&identifier.as_str()) {
         identifier.push_str("_scene");
     }
+    identifier.truncate(LONGEST_NAME);
     identifier
 }
 
@@ -137,6 +141,9 @@ mod tests {
             ("Foale (2.2).toml", "foale__2_2_"),
             ("7beams.toml", "scene_7beams"),
             ("fn.toml", "fn_scene"),
+            ("lib.toml", "lib_scene"),
+            ("main.toml", "main_scene"),
+            ("union.toml", "union"),
             ("", "scene_"),
             (".toml", "scene_"),
             ("__.toml", "scene__"),
@@ -144,6 +151,7 @@ mod tests {
         ] {
             assert_eq!(identifier(file), expected, "{file}");
         }
+        assert_eq!(identifier(&"7".repeat(80)).len(), LONGEST_NAME);
     }
 
     #[test]

@@ -2,6 +2,7 @@
 
 mod diagram;
 mod document;
+mod faults;
 mod load;
 mod oscillator;
 mod scope;
@@ -20,6 +21,8 @@ use crate::numeric::{Dd, FloatFormat, unbounded, unbounded_number};
 /// accurately.
 #[derive(Clone, Debug)]
 pub struct Scene {
+    /// Name of the file as it was given, for messages.
+    pub file_name: String,
     /// Identifier for file and module names: the file's stem, checked (`[a-z][a-z0-9_]*`).
     pub identifier: String,
     /// The scene's text after overrides: what the scene is read from again.
@@ -49,7 +52,7 @@ pub struct Scene {
     pub warnings: Vec<String>,
 }
 
-/// FNV-1a digest (64 bits) of a text; as text it is 16 hexadecimal digits.
+/// FNV-1a digest (64 bits) of a text or of bytes; as text it is 16 hexadecimal digits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(into = "String", try_from = "String")]
 pub struct Digest(pub u64);
@@ -57,9 +60,14 @@ pub struct Digest(pub u64);
 impl Digest {
     /// Of a text.
     pub fn of(text: &str) -> Self {
+        Self::of_bytes(text.as_bytes())
+    }
+
+    /// Of bytes.
+    pub fn of_bytes(bytes: &[u8]) -> Self {
         let step =
-            |hash: u64, byte: u8| (hash ^ u64::from(byte)).wrapping_mul(0x0000_0100_0000_01b3);
-        Self(text.bytes().fold(0xcbf2_9ce4_8422_2325, step))
+            |hash: u64, &byte: &u8| (hash ^ u64::from(byte)).wrapping_mul(0x0000_0100_0000_01b3);
+        Self(bytes.iter().fold(0xcbf2_9ce4_8422_2325, step))
     }
 }
 
@@ -219,9 +227,12 @@ impl std::fmt::Display for MapOrders {
 }
 
 /// `[window]`: half-widths about the grazing point, in offsets.
+///
+/// What the scene does not name is infinite: such a bound is open, and measured once there is a
+/// map.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Window {
-    /// Largest `y²`.
+    /// Largest `y²` (infinite where the scene names none).
     #[serde(with = "unbounded_number")]
     pub depth: f64,
     /// Half-width per full-state component (infinite where the scene names none).
@@ -232,8 +243,16 @@ pub struct Window {
     pub parameter: Vec<f64>,
 }
 
+impl Window {
+    /// Largest `y²`, taken to be 1e-3 where the scene names none: the depth for which orders are
+    /// chosen and flights are planned before the window of a map is measured.
+    pub fn assumed_depth(&self) -> f64 {
+        if self.depth.is_finite() { self.depth } else { 1e-3 }
+    }
+}
+
 /// `[emit]`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Emit {
     /// Shape of the step.
     pub shape: Shape,
@@ -241,6 +260,9 @@ pub struct Emit {
     pub precision: EmitPrecision,
     /// Points per call of the lane kernel, where the scene names them.
     pub lanes: Option<usize>,
+    /// Error of an image that the window is measured and judged by, absolute and per coordinate,
+    /// where the scene names orders and this.
+    pub tolerance: Option<f64>,
 }
 
 impl Emit {
@@ -296,6 +318,10 @@ pub struct DiagramRequest {
     pub range: [f64; 2],
     /// Number of parameter values.
     pub points: usize,
+    /// How the values are spread over the range.
+    pub spacing: Spacing,
+    /// Where sweeps start.
+    pub starts: Starts,
     /// Iterates dropped at each value.
     pub transient: usize,
     /// Iterates kept at each value.
@@ -304,8 +330,76 @@ pub struct DiagramRequest {
     pub observe: Observable,
     /// Direction of the sweep.
     pub direction: SweepDirection,
-    /// Computed by the map, by direct simulation, or both.
+    /// Computed by each of these.
     pub with: Vec<Method>,
+}
+
+impl DiagramRequest {
+    /// Every offset of the swept parameter, increasing; both ends of the range are met exactly.
+    pub fn offsets(&self) -> Vec<f64> {
+        let [first, last] = self.range;
+        match &self.spacing {
+            Spacing::Even => even_offsets(self.range, self.points),
+            Spacing::Listed(values) => values.clone(),
+            Spacing::Logarithmic => {
+                let places = even_offsets([0.0, (last / first).ln()], self.points);
+                let inner = |&place: &f64| first * place.exp();
+                let mut offsets: Vec<f64> = places.iter().map(inner).collect();
+                if let [_, .., end] = &mut offsets[..] {
+                    *end = last;
+                }
+                offsets
+            }
+        }
+    }
+}
+
+/// Evenly spaced offsets, increasing; both ends are met exactly.
+pub fn even_offsets([first, last]: [f64; 2], points: usize) -> Vec<f64> {
+    let offset = |index: usize| {
+        if index + 1 == points && points > 1 {
+            return last;
+        }
+        let share = index as f64 / (points.max(2) - 1) as f64;
+        first + share * (last - first)
+    };
+    (0..points).map(offset).collect()
+}
+
+/// How the values of a diagram are spread over its range.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub enum Spacing {
+    /// Equal differences.
+    #[default]
+    Even,
+    /// Equal ratios; both ends have one sign.
+    Logarithmic,
+    /// These offsets, increasing.
+    Listed(Vec<f64>),
+}
+
+/// Where the orbits of a diagram or chart start.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub enum Starts {
+    /// Beside the fixed point of `P_smooth`.
+    #[default]
+    Smooth,
+    /// At offsets by full-state component, `None` where the scene names none: several starts are
+    /// several sweeps or charts.
+    Given(Vec<Vec<Option<f64>>>),
+    /// At so many states, spread evenly over the window.
+    Spread(usize),
+}
+
+impl Starts {
+    /// How many there are.
+    pub fn count(&self) -> usize {
+        match self {
+            Self::Smooth => 1,
+            Self::Given(states) => states.len(),
+            Self::Spread(count) => *count,
+        }
+    }
 }
 
 /// Observable of a diagram.
@@ -341,6 +435,8 @@ pub enum SweepDirection {
 pub enum Method {
     /// The local map.
     Map,
+    /// The local map inside its window, direct simulation outside.
+    Guarded,
     /// Direct simulation.
     Direct,
 }
@@ -354,8 +450,12 @@ pub struct ChartRequest {
     pub ranges: [[f64; 2]; 2],
     /// Points along each.
     pub points: [usize; 2],
+    /// Where the orbits of the cells start.
+    pub starts: Starts,
     /// Iterates dropped.
     pub transient: usize,
     /// Longest period looked for.
     pub keep: usize,
+    /// One chart for each method.
+    pub with: Vec<Method>,
 }

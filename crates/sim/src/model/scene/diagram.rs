@@ -2,17 +2,30 @@
 
 use super::document::{Field, Table};
 use super::scope::Scope;
-use super::tables::{distinct, parameter};
-use super::{ChartRequest, DiagramRequest, Method, Observable, SweepDirection};
+use super::tables::{distinct, key_position, parameter};
+use super::{ChartRequest, DiagramRequest, Method, Observable, Spacing, Starts, SweepDirection};
 use crate::model::error::{Checked, Fault, SceneProblem};
 use crate::model::oscillator::Model;
 
 /// Keys of `[[diagram]]`.
-const DIAGRAM_KEYS: [&str; 8] =
-    ["parameter", "range", "points", "transient", "keep", "observe", "direction", "with"];
+const DIAGRAM_KEYS: [&str; 12] = [
+    "parameter",
+    "range",
+    "points",
+    "scale",
+    "values",
+    "start",
+    "starts",
+    "transient",
+    "keep",
+    "observe",
+    "direction",
+    "with",
+];
 
 /// Keys of `[[chart]]`.
-const CHART_KEYS: [&str; 5] = ["parameters", "ranges", "points", "transient", "keep"];
+const CHART_KEYS: [&str; 8] =
+    ["parameters", "ranges", "points", "start", "starts", "transient", "keep", "with"];
 
 /// Most points along one axis.
 const MOST_POINTS: u64 = 10_000_000;
@@ -22,6 +35,9 @@ const MOST_CELLS: u64 = 4_000_000;
 
 /// Most values of a sweep, each of which takes tens of bytes until it is written.
 const MOST_VALUES: u64 = 20_000_000;
+
+/// Most starts.
+const MOST_STARTS: u64 = 1000;
 
 /// Most iterates.
 const MOST_ITERATES: u64 = 1_000_000_000;
@@ -36,13 +52,17 @@ const CHART_DEFAULTS: [u64; 2] = [200, 32];
 /// Reads one `[[diagram]]`.
 pub(super) fn read(table: &Table<'_>, model: &mut Model, scope: &Scope) -> Checked<DiagramRequest> {
     table.only(&DIAGRAM_KEYS)?;
-    let [points, transient, keep] = DEFAULTS;
-    let points = count(table, "points", 1, MOST_POINTS, points)?;
-    let keep = kept(table, points, keep)?;
+    let [_, transient, keep] = DEFAULTS;
+    let parameter = parameter(&table.require("parameter")?.entry("a parameter's name")?, model)?;
+    let (range, points, spacing) = values(table)?;
+    let starts = starts(table, model)?;
+    let keep = kept(table, points * starts.count(), keep)?;
     Ok(DiagramRequest {
-        parameter: parameter(&table.require("parameter")?.entry("a parameter's name")?, model)?,
-        range: table.require("range")?.range()?,
+        parameter,
+        range,
         points,
+        spacing,
+        starts,
         transient: count(table, "transient", 0, MOST_ITERATES, transient)?,
         keep,
         observe: observable(table.field("observe"), model, scope)?,
@@ -68,9 +88,76 @@ pub(super) fn read_chart(table: &Table<'_>, model: &Model) -> Checked<ChartReque
         parameters: [parameters[0], parameters[1]],
         ranges: chart_ranges(&table.require("ranges")?)?,
         points,
+        starts: starts(table, model)?,
         transient: count(table, "transient", 0, MOST_ITERATES, DEFAULTS[1])?,
         keep: count(table, "keep", 1, MOST_ITERATES, keep)?,
+        with: methods(table.field("with"))?,
     })
+}
+
+/// The range of the swept parameter, the number of its values, and how they are spread: from
+/// `values`, or from `range`, `points` and `scale`.
+fn values(table: &Table<'_>) -> Checked<([f64; 2], usize, Spacing)> {
+    if let Some(field) = table.field("values") {
+        for first in ["range", "points", "scale"] {
+            if table.field(first).is_some() {
+                return Err(field.key_fault(SceneProblem::Exclusive { first, second: "values" }));
+            }
+        }
+        return listed(&field);
+    }
+    let field = table.require("range")?;
+    let range = field.range()?;
+    let points = count(table, "points", 1, MOST_POINTS, DEFAULTS[0])?;
+    let options = [("linear", Spacing::Even), ("log", Spacing::Logarithmic)];
+    let spacing = table
+        .field("scale")
+        .map_or(Ok(Spacing::Even), |field| field.choice(&options, "\"linear\", \"log\""))?;
+    let [first, last] = range;
+    if spacing == Spacing::Logarithmic && first <= 0.0 && last >= 0.0 {
+        let key = field.path.clone();
+        return Err(field.fault(SceneProblem::LogarithmicRange { key, first, last }));
+    }
+    Ok((range, points, spacing))
+}
+
+/// Offsets that a scene lists, in increasing order.
+fn listed(field: &Field<'_>) -> Checked<([f64; 2], usize, Spacing)> {
+    let entries = field.list("a list of offsets")?;
+    field.check_length(entries.len(), MOST_POINTS as usize)?;
+    let mut values: Vec<f64> =
+        entries.iter().map(|entry| entry.double()).collect::<Checked<_>>()?;
+    values.sort_by(f64::total_cmp);
+    values.dedup();
+    let range = [values[0], values[values.len() - 1]];
+    Ok((range, values.len(), Spacing::Listed(values)))
+}
+
+/// `start`, a list of offsets by name, or `starts`, how many.
+fn starts(table: &Table<'_>, model: &Model) -> Checked<Starts> {
+    match (table.field("start"), table.field("starts")) {
+        (Some(_), Some(count)) => {
+            Err(count.key_fault(SceneProblem::Exclusive { first: "start", second: "starts" }))
+        }
+        (None, None) => Ok(Starts::Smooth),
+        (None, Some(count)) => Ok(Starts::Spread(count.count(1, MOST_STARTS)? as usize)),
+        (Some(field), None) => {
+            let tables = field.tables()?;
+            field.check_length(tables.len(), MOST_STARTS as usize)?;
+            let states = tables.iter().map(|table| start(table, model));
+            Ok(Starts::Given(states.collect::<Checked<_>>()?))
+        }
+    }
+}
+
+/// Offsets by full-state component.
+fn start(table: &Table<'_>, model: &Model) -> Checked<Vec<Option<f64>>> {
+    let names = model.full_state_names();
+    let mut offsets = vec![None; names.len()];
+    for field in table.fields() {
+        offsets[key_position("state", &field, &names)?] = Some(field.double()?);
+    }
+    Ok(offsets)
 }
 
 fn count(table: &Table<'_>, key: &str, least: u64, most: u64, default: u64) -> Checked<usize> {
@@ -119,12 +206,12 @@ fn direction(field: Option<Field<'_>>) -> Checked<SweepDirection> {
 
 fn methods(field: Option<Field<'_>>) -> Checked<Vec<Method>> {
     let Some(field) = field else {
-        return Ok(vec![Method::Map]);
+        return Ok(vec![Method::Guarded]);
     };
-    let entries = field.one_or_list("a list of \"map\", \"direct\"")?;
+    let entries = field.one_or_list("a list of \"guarded\", \"map\", \"direct\"")?;
     field.check_length(entries.len(), usize::MAX)?;
-    let options = [("map", Method::Map), ("direct", Method::Direct)];
-    distinct(&entries, |entry| entry.choice(&options, "\"map\", \"direct\""))
+    let options = [("guarded", Method::Guarded), ("map", Method::Map), ("direct", Method::Direct)];
+    distinct(&entries, |entry| entry.choice(&options, "\"guarded\", \"map\", \"direct\""))
 }
 
 /// One number of points for both axes, or one for each.

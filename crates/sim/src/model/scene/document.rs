@@ -366,7 +366,7 @@ impl Field<'_> {
     }
 
     /// The choice a word stands for; `choices` as a message lists them.
-    pub(super) fn choice<T: Copy>(
+    pub(super) fn choice<T: Clone>(
         &self,
         options: &[(&str, T)],
         choices: &'static str,
@@ -414,19 +414,20 @@ impl<'a> Entry<'a> {
     }
 
     /// The choice a word stands for; `choices` as a message lists them.
-    pub(super) fn choice<T: Copy>(
+    pub(super) fn choice<T: Clone>(
         &self,
         options: &[(&str, T)],
         choices: &'static str,
     ) -> Checked<T> {
         let word = self.text("a word")?;
-        let found = options.iter().find(|(name, _)| *name == word).map(|&(_, choice)| choice);
+        let found =
+            options.iter().find(|(name, _)| *name == word).map(|(_, choice)| choice.clone());
         found.ok_or_else(|| {
             self.fault(SceneProblem::UnknownWord {
                 key: self.path.clone(),
                 found: shown(word),
                 choices,
-                nearest: names::nearest(word, options.iter().map(|&(name, _)| name)),
+                nearest: names::nearest(word, options.iter().map(|(name, _)| *name)),
             })
         })
     }

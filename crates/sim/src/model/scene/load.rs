@@ -112,7 +112,7 @@ fn overridden(source: &str, values: &[(String, String)]) -> Checked<String> {
     Ok(document.to_string())
 }
 
-fn parsed(text: &str) -> Checked<Document<&str>> {
+pub(super) fn parsed(text: &str) -> Checked<Document<&str>> {
     Document::parse(text).map_err(|error| {
         let problem = SceneProblem::Toml { reason: error.message().trim().replace('\n', "; ") };
         Fault { problem: Box::new(problem), span: error.span() }
@@ -134,7 +134,7 @@ fn read(text: &str, file_name: &str) -> Checked<Scene> {
     let expansion = tables::read_expansion(table("expansion")?.as_ref(), &model, &grazing)?;
     let (section, section_rule) =
         tables::read_section(table("section")?.as_ref(), &model, expansion.orders)?;
-    let window = tables::read_window(table("window")?.as_ref(), &model)?;
+    let window = tables::read_window(table("window")?.as_ref(), &model, &expansion.active)?;
     let emit = tables::read_emit(table("emit")?.as_ref(), expansion.orders)?;
     let mut diagrams = Vec::new();
     for table in tables("diagram")? {
@@ -145,6 +145,7 @@ fn read(text: &str, file_name: &str) -> Checked<Scene> {
         charts.push(diagram::read_chart(&table, &model)?);
     }
     Ok(Scene {
+        file_name: file_name.to_owned(),
         identifier,
         text: text.into(),
         digest: Digest::of(text),
@@ -193,6 +194,7 @@ pub(super) fn apply(document: &mut DocumentMut, overrides: &[(String, String)]) 
         set(document.as_item_mut(), &parts, value).map_err(|(part, reason)| fail(part, reason))?;
     }
     give_way(document, overrides);
+    freeze(document, overrides);
     Ok(())
 }
 
@@ -216,6 +218,32 @@ fn give_way(document: &mut DocumentMut, overrides: &[(String, String)]) {
             for name in those {
                 expansion.remove(name);
             }
+        }
+    }
+}
+
+/// Takes out of `[window]` and of the weights the parameters that an override of
+/// `expansion.active` leaves out, unless they are set too.
+fn freeze(document: &mut DocumentMut, overrides: &[(String, String)]) {
+    let is_set = |key: &str| overrides.iter().any(|(set, _)| set.trim() == key);
+    let active = document.get("expansion").and_then(|expansion| expansion.get("active"));
+    let Some(active) = active.filter(|_| is_set("expansion.active")) else {
+        return;
+    };
+    let texts = active.as_array().into_iter().flat_map(|list| list.iter());
+    let texts = texts.filter_map(Value::as_str).chain(active.as_str());
+    let active: Vec<String> = texts.map(str::to_owned).collect();
+    let frozen: Vec<String> = parameters(document)
+        .filter(|parameter| !active.iter().any(|name| name == parameter))
+        .map(str::to_owned)
+        .collect();
+    for [table, key] in [["window", "parameter"], ["expansion", "weights"]] {
+        let inner = document.get_mut(table).and_then(|table| table.get_mut(key));
+        let Some(inner) = inner.and_then(Item::as_table_like_mut) else {
+            continue;
+        };
+        for name in frozen.iter().filter(|name| !is_set(&format!("{table}.{key}.{name}"))) {
+            inner.remove(name);
         }
     }
 }

@@ -237,7 +237,10 @@ fn surface(
             Response::Impact { reset }
         }
         (None, Some(contact)) => contact_law(table, &contact.table()?, event, flow, draft)?,
-        _ => {
+        (Some(_), Some(contact)) => {
+            return Err(contact.key_fault(SceneProblem::TwoResponses { surface: name }));
+        }
+        (None, None) => {
             return Err(table.fault(SceneProblem::Response { surface: name }));
         }
     };

@@ -179,7 +179,7 @@ pub(super) fn read_expansion(
     };
     let orders = orders(table)?;
     let weights =
-        table.field("weights").map(|field| weights(&field.table()?, model)).transpose()?;
+        table.field("weights").map(|field| weights(&field.table()?, model, &active)).transpose()?;
     Ok(Expansion { active, orders, weights: weights.unwrap_or_default() })
 }
 
@@ -204,23 +204,27 @@ fn orders(table: &Table<'_>) -> Checked<Orders> {
     )))
 }
 
-/// Weights by the name of a full-state component or a parameter.
-fn weights(table: &Table<'_>, model: &Model) -> Checked<Vec<(String, u32)>> {
+/// Weights by the name of a full-state component or an active parameter.
+fn weights(table: &Table<'_>, model: &Model, active: &[usize]) -> Checked<Vec<(String, u32)>> {
     let known = [model.full_state_names(), model.parameter_names()].concat();
     let weight = |field: &Field<'_>| {
-        key_position("state or parameter", field, &known)?;
+        let place = key_position("state or parameter", field, &known)?;
+        if let Some(parameter) = place.checked_sub(model.dimension()) {
+            refuse_frozen(field, parameter, active)?;
+        }
         Ok((field.key.to_owned(), field.count(1, HIGHEST)? as u32))
     };
     table.fields().iter().map(weight).collect()
 }
 
-/// Largest `y²` where the scene names none.
-const DEFAULT_DEPTH: f64 = 1e-3;
-
-/// Reads `[window]`; what it does not name is unbounded, but for the depth.
-pub(super) fn read_window(table: Option<&Table<'_>>, model: &Model) -> Checked<Window> {
+/// Reads `[window]`; what it does not name is open.
+pub(super) fn read_window(
+    table: Option<&Table<'_>>,
+    model: &Model,
+    active: &[usize],
+) -> Checked<Window> {
     let mut window = Window {
-        depth: DEFAULT_DEPTH,
+        depth: f64::INFINITY,
         state: vec![f64::INFINITY; model.dimension()],
         parameter: vec![f64::INFINITY; model.parameters.len()],
     };
@@ -240,22 +244,39 @@ pub(super) fn read_window(table: Option<&Table<'_>>, model: &Model) -> Checked<W
             continue;
         };
         for field in field.table()?.fields() {
-            widths[key_position(kind, &field, &known)?] = field.positive()?.hi;
+            let place = key_position(kind, &field, &known)?;
+            if kind == "parameter" {
+                refuse_frozen(&field, place, active)?;
+            }
+            widths[place] = field.positive()?.hi;
         }
     }
     Ok(window)
 }
 
+/// Refuses a key that is a parameter which is not active.
+fn refuse_frozen(field: &Field<'_>, parameter: usize, active: &[usize]) -> Checked<()> {
+    if active.contains(&parameter) {
+        return Ok(());
+    }
+    let (key, name) = (field.path.clone(), field.key.to_owned());
+    Err(field.key_fault(SceneProblem::NotActive { key, name }))
+}
+
 /// Keys of `[emit]`.
-const EMIT_KEYS: [&str; 3] = ["shape", "precision", "lanes"];
+const EMIT_KEYS: [&str; 4] = ["shape", "precision", "lanes", "tolerance"];
 
 /// Most points per call of the lane kernel.
 const MOST_LANES: u64 = 64;
 
 /// Reads `[emit]`; without it, the shape is left open and the precision is double.
 pub(super) fn read_emit(table: Option<&Table<'_>>, orders: Orders) -> Checked<Emit> {
-    let mut emit =
-        Emit { shape: Shape::Auto, precision: EmitPrecision::Given(FloatFormat::F64), lanes: None };
+    let mut emit = Emit {
+        shape: Shape::Auto,
+        precision: EmitPrecision::Given(FloatFormat::F64),
+        lanes: None,
+        tolerance: None,
+    };
     let Some(table) = table else { return Ok(emit) };
     table.only(&EMIT_KEYS)?;
     if let Some(shape) = table.field("shape") {
@@ -280,6 +301,14 @@ pub(super) fn read_emit(table: Option<&Table<'_>>, orders: Orders) -> Checked<Em
     }
     if let Some(lanes) = table.field("lanes") {
         emit.lanes = Some(lanes.count(1, MOST_LANES)? as usize);
+    }
+    if let Some(tolerance) = table.field("tolerance") {
+        if matches!(orders, Orders::Tolerance(_)) {
+            let problem =
+                SceneProblem::Exclusive { first: "emit.tolerance", second: "expansion.tolerance" };
+            return Err(tolerance.key_fault(problem));
+        }
+        emit.tolerance = Some(tolerance.positive()?.hi);
     }
     Ok(emit)
 }

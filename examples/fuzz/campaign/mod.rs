@@ -1,0 +1,144 @@
+//! Hostile scenes and calls, and what the program makes of them.
+//!
+//! Every case is decided by a seed and a number. A call is a child process with a limit of memory
+//! and of processor time: it must end by itself, with the exit code 0, 1 or 2, and say why in few
+//! lines where that is not 0.
+
+mod mutation;
+mod random;
+
+use std::fs;
+use std::io;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+use random::Random;
+
+/// Most seconds of processor time of a call.
+const SECONDS: u32 = 20;
+/// Most memory of a call, in KiB: 2 GB.
+const MEMORY: u32 = 2_000_000;
+/// Most lines, and most characters of a line, of a message.
+const MESSAGE: [usize; 2] = [40, 1000];
+
+/// A scene and a call of the program.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Case {
+    /// Text of `scene.toml`.
+    pub(crate) scene: String,
+    /// What follows the program's name.
+    pub(crate) arguments: Vec<String>,
+    /// Text of `states.csv`.
+    states: &'static str,
+}
+
+/// Starting points of images.
+const STATES: [&str; 6] = [
+    "x\n0\n1e-6\n",
+    "theta\n1e-3\n-1e300\n0.1\n",
+    "x,theta\n1e-9,1e-9\n",
+    "q\n1e-6\n1e-3\n-1e-2\n",
+    "x,v\n1e308,-1e308\n",
+    "x\nnan\n",
+];
+
+impl Case {
+    /// The case of a number in the campaign of a seed.
+    pub(crate) fn new(seed: u64, number: u64) -> Self {
+        let mut random = Random::new(seed, number);
+        let scene = mutation::scene(&mut random);
+        let calls: [&[&str]; 8] = [
+            &["check", "scene.toml"],
+            &["check", "scene.toml"],
+            &["locate", "scene.toml", "--json", "-"],
+            &["expand", "scene.toml", "--csv", "-"],
+            &["emit", "scene.toml", "-o", "out"],
+            &["emit", "scene.toml", "--target", "c", "-o", "out"],
+            &["image", "scene.toml", "--states", "states.csv"],
+            &["image", "scene.toml", "--states", "states.csv", "--using", "direct"],
+        ];
+        let mut arguments: Vec<String> = vec!["--threads".to_owned(), "1".to_owned()];
+        if !random.one_in(8) {
+            for (key, most) in [("smooth_order", 4), ("contact_weight", 6)] {
+                let set = format!("expansion.{key}={}", 1 + random.below(most));
+                arguments.extend(["--set".to_owned(), set]);
+            }
+        }
+        let call = random.of(&calls).iter().map(|&word| word.to_owned());
+        arguments.splice(0..0, call);
+        Self { scene, arguments, states: random.of(&STATES) }
+    }
+
+    /// The case of a file of the corpus, whose first line is `# ` and the arguments.
+    pub(crate) fn read(text: &str) -> Option<Self> {
+        let call = text.lines().next()?.strip_prefix("# ")?;
+        let arguments = call.split_whitespace().map(str::to_owned).collect();
+        Some(Self { scene: text.to_owned(), arguments, states: STATES[0] })
+    }
+
+    /// The text of a file of the corpus.
+    pub(crate) fn file(&self) -> String {
+        format!("# {}\n{}", self.arguments.join(" "), self.scene)
+    }
+}
+
+/// The folder of the inputs that found something.
+pub(crate) fn corpus() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/fuzz/corpus")
+}
+
+/// The program under test, and a folder of its own.
+#[derive(Debug)]
+pub(crate) struct Campaign {
+    program: PathBuf,
+    folder: PathBuf,
+}
+
+impl Campaign {
+    /// Calls of a program in a folder that may be written to.
+    pub(crate) fn new(program: PathBuf, folder: PathBuf) -> Self {
+        Self { program, folder }
+    }
+
+    /// What a case shows to be wrong; `None` where nothing is.
+    ///
+    /// # Errors
+    ///
+    /// Where the case cannot be set up.
+    pub(crate) fn fault(&self, case: &Case) -> io::Result<Option<String>> {
+        let out = self.folder.join("out");
+        if out.exists() {
+            fs::remove_dir_all(&out)?;
+        }
+        fs::write(self.folder.join("scene.toml"), &case.scene)?;
+        fs::write(self.folder.join("states.csv"), case.states)?;
+        let limits = format!("ulimit -t {SECONDS} && ulimit -v {MEMORY} && exec \"$0\" \"$@\"");
+        let output = Command::new("sh")
+            .args(["-c", &limits])
+            .arg(&self.program)
+            .args(&case.arguments)
+            .current_dir(&self.folder)
+            .env_remove("RUST_BACKTRACE")
+            .output()?;
+        Ok(judged(&output))
+    }
+}
+
+fn judged(output: &Output) -> Option<String> {
+    let said = String::from_utf8_lossy(&output.stderr);
+    let last = || said.chars().take(400).collect::<String>();
+    let Some(code) = output.status.code() else {
+        return Some(format!("{}: {}", output.status, last()));
+    };
+    if !(0..=2).contains(&code) {
+        return Some(format!("exit code {code}: {}", last()));
+    }
+    if code != 0 && said.trim().is_empty() {
+        return Some(format!("exit code {code} without a message"));
+    }
+    let longest = said.lines().map(|line| line.chars().count()).max().unwrap_or(0);
+    let found = [said.lines().count(), longest];
+    let is_long = found.iter().zip(MESSAGE).any(|(&found, most)| found > most);
+    is_long
+        .then(|| format!("a message of {} lines, the longest of {longest}: {}", found[0], last()))
+}

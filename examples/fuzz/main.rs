@@ -1,0 +1,132 @@
+//! Calls the program with scenes of the catalogue that were changed at random, and keeps those that
+//! it does not end as it should: with a panic, after 20 seconds, above 2 GB, or without a message.
+//!
+//! ```text
+//! cargo build --release
+//! cargo run --release --example fuzz                        # ten minutes
+//! cargo run --release --example fuzz -- --minutes 60 --seed 7
+//! cargo run --release --example fuzz -- --seed 7 --case 1234    # one case again
+//! cargo run --release --example fuzz -- --corpus            # what was found before
+//! ```
+//!
+//! A case is decided by the seed and its number. What is found goes to `fuzz-found`, in the form of
+//! `examples/fuzz/corpus`: the arguments in the first line, then the scene. Exit code 1 where
+//! something was found. Needs a shell with `ulimit`.
+
+mod campaign;
+
+use std::error::Error;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::time::{Duration, Instant};
+
+use campaign::{Campaign, Case, corpus};
+
+/// Where what is found is kept.
+const FOUND: &str = "fuzz-found";
+
+/// What is asked for.
+struct Request {
+    minutes: f64,
+    seed: u64,
+    case: Option<u64>,
+    corpus: bool,
+}
+
+impl Request {
+    fn of(mut arguments: impl Iterator<Item = String>) -> Result<Self, Box<dyn Error>> {
+        let mut request = Self { minutes: 10.0, seed: 1, case: None, corpus: false };
+        while let Some(option) = arguments.next() {
+            let mut value = || arguments.next().ok_or(format!("`{option}` needs a number"));
+            match option.as_str() {
+                "--minutes" => request.minutes = value()?.parse()?,
+                "--seed" => request.seed = value()?.parse()?,
+                "--case" => request.case = Some(value()?.parse()?),
+                "--corpus" => request.corpus = true,
+                _ => return Err(format!("`{option}` is no option").into()),
+            }
+        }
+        Ok(request)
+    }
+}
+
+fn main() -> ExitCode {
+    match run() {
+        Ok(0) => ExitCode::SUCCESS,
+        Ok(_) => ExitCode::FAILURE,
+        Err(error) => {
+            eprintln!("error: {error}");
+            ExitCode::from(2)
+        }
+    }
+}
+
+/// Number of faults found.
+fn run() -> Result<usize, Box<dyn Error>> {
+    let request = Request::of(std::env::args().skip(1))?;
+    let folder = tempfile::tempdir()?;
+    let campaign = Campaign::new(program()?, folder.path().to_owned());
+    if request.corpus {
+        return replay(&campaign);
+    }
+    if let Some(number) = request.case {
+        let case = Case::new(request.seed, number);
+        println!("{}", case.file());
+        return Ok(usize::from(report(&campaign, &case, request.seed, number)?));
+    }
+    let (clock, time) = (Instant::now(), Duration::from_secs_f64(60.0 * request.minutes));
+    let (mut cases, mut found) = (0, 0);
+    while clock.elapsed() < time {
+        let case = Case::new(request.seed, cases);
+        found += usize::from(report(&campaign, &case, request.seed, cases)?);
+        cases += 1;
+        if cases % 500 == 0 {
+            println!("{cases} cases, {found} faults, {:.0} s", clock.elapsed().as_secs_f64());
+        }
+    }
+    println!("seed {}: {cases} cases, {found} faults", request.seed);
+    Ok(found)
+}
+
+/// The program beside this example.
+fn program() -> Result<PathBuf, Box<dyn Error>> {
+    let example = std::env::current_exe()?;
+    let folder = example.parent().and_then(Path::parent).ok_or("not in a folder of builds")?;
+    let program = folder.join(format!("grazemap{}", std::env::consts::EXE_SUFFIX));
+    match program.is_file() {
+        true => Ok(program),
+        false => Err(format!("{} is not there; build it first", program.display()).into()),
+    }
+}
+
+/// Says and keeps what a case shows; whether it shows anything.
+fn report(
+    campaign: &Campaign,
+    case: &Case,
+    seed: u64,
+    number: u64,
+) -> Result<bool, Box<dyn Error>> {
+    let Some(fault) = campaign.fault(case)? else {
+        return Ok(false);
+    };
+    println!("--seed {seed} --case {number}: {}: {fault}", case.arguments.join(" "));
+    fs::create_dir_all(FOUND)?;
+    fs::write(format!("{FOUND}/seed_{seed}_case_{number}.toml"), case.file())?;
+    Ok(true)
+}
+
+/// The cases of the corpus; how many show a fault.
+fn replay(campaign: &Campaign) -> Result<usize, Box<dyn Error>> {
+    let mut found = 0;
+    for entry in fs::read_dir(corpus())? {
+        let path = entry?.path();
+        let case = Case::read(&fs::read_to_string(&path)?).ok_or("a file without arguments")?;
+        if let Some(fault) = campaign.fault(&case)? {
+            println!("{}: {fault}", path.display());
+            found += 1;
+        }
+    }
+    println!("corpus: {found} faults");
+    Ok(found)
+}

@@ -1,0 +1,37 @@
+//! Memory: what a command will take against what the machine has.
+
+use std::fs;
+
+use super::output::{CliError, note};
+
+/// Results from this size on are announced.
+const LARGE: u64 = 256 << 20;
+
+/// Refuses results that the machine has no memory for, before anything is computed; says, unless
+/// `quiet`, how much large ones take.
+pub(in crate::cli) fn refuse_memory(bytes: u64, quiet: bool) -> Result<(), CliError> {
+    let (megabytes, available) = (|bytes: u64| bytes >> 20, available());
+    let (needed, free) = (megabytes(bytes), available.map(megabytes));
+    if let Some(available) = free.filter(|&free| needed > free) {
+        return Err(CliError::Memory { needed, available });
+    }
+    if bytes >= LARGE && !quiet {
+        let of = free.map_or(String::new(), |free| format!(" of {free} MB that are free"));
+        note(&format!("the results take about {needed} MB of memory{of}"));
+    }
+    Ok(())
+}
+
+/// Bytes that the system says are free, within the limit of its control group; `None` where it
+/// does not say.
+fn available() -> Option<u64> {
+    let text = fs::read_to_string("/proc/meminfo").ok()?;
+    let line = text.lines().find_map(|line| line.strip_prefix("MemAvailable:"))?;
+    let free = 1024 * line.trim().strip_suffix("kB")?.trim().parse::<u64>().ok()?;
+    let number = |name: &str| -> Option<u64> {
+        let text = fs::read_to_string(format!("/sys/fs/cgroup/{name}")).ok()?;
+        text.trim().parse().ok()
+    };
+    let group = number("memory.max").zip(number("memory.current"));
+    Some(group.map_or(free, |(most, used)| free.min(most.saturating_sub(used))))
+}
