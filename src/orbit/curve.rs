@@ -65,6 +65,14 @@ struct PseudoArclength<'a> {
 /// A step with its points and their places in it, the first of them left out.
 struct CurveStep {
     points: Vec<(f64, TestedPoint)>,
+    resolution: Resolution,
+}
+
+/// What the samples of a step say about the zeros of all functions along it.
+#[derive(Default)]
+struct Resolution {
+    /// Places between those sampled that part the zeros.
+    parting: Vec<f64>,
     /// What may have more zeros than the points show, and where; everywhere without a place.
     unresolved: Vec<(SpecialKind, Option<f64>)>,
     /// Whether a shorter step would show more.
@@ -129,7 +137,7 @@ impl PseudoArclength<'_> {
                 curve.special.extend(special_between(&self.context, &here, &next, is_first)?);
                 curve.points.push(next.point.clone());
                 unknowns.clone_from(&next.unknowns);
-                for &(kind, at) in &step.unresolved {
+                for &(kind, at) in &step.resolution.unresolved {
                     if at.is_none_or(|at| before < at && at <= place) {
                         let ends = [&here, &next].map(|end| end.point.parameters.as_slice());
                         curve.add_unresolved(kind, ends);
@@ -163,7 +171,9 @@ impl PseudoArclength<'_> {
         let mut longest = None;
         while ds >= ds_min {
             match settled(self.try_step(here, ds, to))? {
-                Ok(Some(step)) if step.too_long => longest = longest.or(Some((step, ds))),
+                Ok(Some(step)) if step.resolution.too_long => {
+                    longest = longest.or(Some((step, ds)))
+                }
                 Ok(Some(step)) => return Ok((step, ds)),
                 Ok(None) => {}
                 Err(reason) => end = reason,
@@ -206,8 +216,8 @@ impl PseudoArclength<'_> {
                 },
             ));
         }
-        let (parting, unresolved, too_long) = self.parting(&points, to);
-        for place in parting {
+        let resolution = self.resolution(&points, to);
+        for &place in &resolution.parting {
             match chord.point(&self.context, place)? {
                 Some(point) => points.push((place, point)),
                 None => return Ok(None),
@@ -220,20 +230,15 @@ impl PseudoArclength<'_> {
             }
         }
         points.remove(0);
-        Ok(Some(CurveStep { points, unresolved, too_long }))
+        Ok(Some(CurveStep { points, resolution }))
     }
 
-    /// The places between those sampled that part the zeros of every function along the curve, the
-    /// special points of which not all zeros are known, and whether a shorter step would show more.
-    fn parting(
-        &self,
-        points: &[(f64, TestedPoint)],
-        to: f64,
-    ) -> (Vec<f64>, Vec<(SpecialKind, Option<f64>)>, bool) {
-        let (mut parting, mut unresolved, mut too_long) = (Vec::new(), Vec::new(), false);
+    /// What samples of a step say about its zeros.
+    fn resolution(&self, points: &[(f64, TestedPoint)], to: f64) -> Resolution {
+        let mut found = Resolution::default();
         let mut look = |samples: [f64; SAMPLES], noise: f64, kind: Option<SpecialKind>| {
             let places = match zeros(&samples, noise) {
-                Zeros::Parted(places) => return parting.extend(places),
+                Zeros::Parted(places) => return found.parting.extend(places),
                 Zeros::Rounding(places) if !places.is_empty() => {
                     places.into_iter().map(Some).collect()
                 }
@@ -241,11 +246,11 @@ impl PseudoArclength<'_> {
                 Zeros::Rounding(_) if matches!(kind, Some(SpecialKind::Fold { .. })) => Vec::new(),
                 Zeros::Rounding(_) => vec![None],
                 Zeros::TooLong => {
-                    too_long = true;
+                    found.too_long = true;
                     vec![None]
                 }
             };
-            unresolved.extend(places.into_iter().flat_map(|at| kind.map(|kind| (kind, at))));
+            found.unresolved.extend(places.into_iter().flat_map(|at| kind.map(|kind| (kind, at))));
         };
         let of = |value: &dyn Fn(&TestedPoint) -> f64| from_fn(|place| value(&points[place].1));
         let first = &points[0].1;
@@ -259,7 +264,7 @@ impl PseudoArclength<'_> {
         }
         let last = first.unknowns.len() - 1;
         look(of(&|point| point.unknowns[last] - to), NOISE * to.abs(), None);
-        (parting, unresolved, too_long)
+        found
     }
 
     /// The point between two where the second parameter has a value; none where no orbit is found.

@@ -137,7 +137,7 @@ mod tests {
 
     #[test]
     fn polynomials_of_the_degree_are_known_with_all_their_zeros() {
-        let near = [0.31, 0.310_001, 0.6, 0.600_000_1];
+        let near = [0.31, 0.310_01, 0.6, 0.600_1];
         let product = |t: f64| near.iter().map(|zero| t - zero).product::<f64>();
         assert_eq!(counted(product), Some(4));
     }
