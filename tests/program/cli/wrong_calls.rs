@@ -30,7 +30,6 @@ fn wrong_calls() -> Vec<(&'static str, Vec<&'static str>)> {
             "reset_that_moves_a_touching_state",
             vec!["check", "linear", "--set", "model.surface.0.impact.v=0.01 - r*v"],
         ),
-        (vec!["check", "linear", "--set", "diagram.0.parameter=zeta"],),
         (
             "window_of_a_frozen_parameter",
             vec!["check", "linear", "--set", "window.parameter.zeta=1e-3"],
