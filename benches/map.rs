@@ -72,7 +72,7 @@ fn lanes(criterion: &mut Criterion) {
     for (smooth, weight) in ORDERS {
         let lowered = HornerMap::new(&synthetic::map(smooth, weight, SectionKind::Tangency));
         let request = OrbitRequest::new(ITERATES, 0, &[1.0; 2]);
-        let request = OrbitRequest { escape_factor: f64::INFINITY, ..request };
+        let request = request.escaping_at(&[f64::INFINITY; 2]);
         let point: [&[f64]; 2] = [&state, &parameters];
         lanes_of::<8>(&mut group, &lowered, point, &request, smooth);
         lanes_of::<16>(&mut group, &lowered, point, &request, smooth);

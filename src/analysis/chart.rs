@@ -3,21 +3,22 @@
 //! One idea: every cell starts from a state of its own, so that no cell knows of another: as many
 //! are iterated in step as the map has lanes, on all cores, and no result depends on either.
 
+use std::cell::OnceCell;
 use std::time::Instant;
 
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::diagram::{
-    Entry, FrozenSweep, Observer, Settled, SmoothFixedPoint, SweptMap, Timing, kept_contacts, name,
-    outside, settle, states,
+    Entry, Settled, Shares, SweepSubject, SweptMap, Timing, kept_contacts, name, settle, states,
 };
 use super::error::AnalysisError;
+use super::escape::{EscapeBound, escape_bounds};
 use super::progress::{Part, Progress, keep, recalled};
 use super::section_frame::itinerary;
 use crate::expansion::{LocalMap, MapWindow};
-use crate::iteration::{HornerMap, OrbitEnd, OrbitName, OrbitRequest, Period};
-use crate::model::{ChartRequest, Digest, Observable, Scene, even_offsets};
+use crate::iteration::{OrbitEnd, OrbitName, OrbitRequest, Period};
+use crate::model::{ChartRequest, Digest, Method, Observable, Scene, even_offsets};
 use crate::orbit::GrazingOrbit;
 
 /// A two-parameter chart.
@@ -27,6 +28,8 @@ pub struct Chart {
     pub scene: String,
     /// Digest of the scene's text.
     pub digest: Digest,
+    /// What computed it.
+    pub method: Method,
     /// The two parameters, the horizontal one first.
     pub axes: [ChartAxis; 2],
     /// Names of the surfaces that graze, in the model's order: that of the hits in the names of
@@ -39,8 +42,14 @@ pub struct Chart {
     pub transient: usize,
     /// Longest period looked for; twice as many iterates are kept.
     pub longest_period: usize,
+    /// How far the coordinates of the section may go before an orbit has escaped.
+    pub escape: Vec<EscapeBound>,
     /// Row by row from the least offset of the second parameter, each from the least of the first.
     pub cells: Vec<ChartCell>,
+    /// Share of the kept iterates that the map made, the mean of all cells.
+    pub by_map: f64,
+    /// Share of the kept iterates outside the window, the mean of all cells.
+    pub outside: f64,
     /// How long it took.
     pub timing: Timing,
 }
@@ -66,13 +75,15 @@ pub struct ChartCell {
     pub orbit: Option<OrbitName>,
     /// Contacts over all kept iterates.
     pub kept_contacts: u32,
-    /// Largest Lyapunov exponent per iterate, over as many iterates as were kept; `None` where the
-    /// orbit ended early.
+    /// Largest Lyapunov exponent per iterate, over as many iterates as were kept; `None` for
+    /// direct simulation, where a guarded orbit leaves the window, and where the orbit ended early.
     pub lyapunov: Option<f64>,
     /// How the orbit ended.
     pub end: OrbitEnd,
-    /// Kept iterates outside the window in which the map is to be trusted.
-    pub outside: usize,
+    /// Share of the kept iterates that the map made; the others are direct returns.
+    pub by_map: f64,
+    /// Share of the kept iterates outside the window in which the map is to be trusted.
+    pub outside: f64,
 }
 
 impl Chart {
@@ -86,6 +97,22 @@ impl Chart {
         grid.zip(&self.cells)
     }
 
+    /// Whether the map alone was used beyond its window in a cell: also where it left every bound.
+    pub fn is_outside(&self, cell: &ChartCell) -> bool {
+        let left = cell.outside > 0.0 || cell.end != OrbitEnd::Completed;
+        self.method == Method::Map && left
+    }
+
+    /// Whether the orbit of a cell escaped or has no image.
+    pub fn is_escaped(&self, cell: &ChartCell) -> bool {
+        !self.is_outside(cell) && cell.end != OrbitEnd::Completed
+    }
+
+    /// Cells in which the map alone was used beyond its window.
+    pub fn outside(&self) -> usize {
+        self.cells.iter().filter(|cell| self.is_outside(cell)).count()
+    }
+
     /// The chart without its times: equal for equal requests on every machine.
     pub fn without_timing(&self) -> Self {
         Self { timing: Timing::default(), ..self.clone() }
@@ -97,14 +124,16 @@ pub fn chart_bytes(scene: &Scene) -> u64 {
     /// Of a cell, with the name of its orbit, while blocks of cells are put together.
     const CELL: usize = 300;
     let cells = |request: &ChartRequest| request.points[0] * request.points[1];
-    let bytes = |request: &ChartRequest| (CELL * cells(request) * request.starts.count()) as u64;
+    let charts = |request: &ChartRequest| request.starts.count() * request.with.len();
+    let bytes = |request: &ChartRequest| (CELL * cells(request) * charts(request)) as u64;
     scene.charts.iter().map(bytes).sum()
 }
 
-/// The charts that a scene asks for, by the map: one for each start.
+/// The charts that a scene asks for: one for each method and start.
 ///
 /// Every cell starts at one state, or beside the fixed point of `P_smooth` at its parameters, a
-/// millionth of the window's half-widths to one side and, where that orbit escapes, to the other.
+/// billionth of the window's half-widths to one side and, where that orbit escapes, to the other
+/// and further off, as a sweep does.
 /// A chart shows one attractor where there are several; other starts, or a diagram that carries
 /// its state, show the others. Periods that repel are left by a kick, as in
 /// [`diagram`](super::diagram::diagram).
@@ -113,7 +142,7 @@ pub fn chart_bytes(scene: &Scene) -> u64 {
 ///
 /// [`AnalysisError::NotActive`] if a parameter is no variable of the map;
 /// [`AnalysisError::NotACoordinate`], [`AnalysisError::NoWidth`] for starts that the section or the
-/// window does not know.
+/// window does not know; [`AnalysisError::Hybrid`] if the simulator refuses the model.
 pub fn chart(
     scene: &Scene,
     orbit: &GrazingOrbit,
@@ -137,46 +166,56 @@ pub fn chart(
         *place =
             found.ok_or_else(|| AnalysisError::NotActive { parameter: axis.parameter.clone() })?;
     }
-    let itinerary = itinerary(scene, orbit);
-    let surfaces = itinerary.surfaces.clone();
-    let swept = FrozenSweep {
-        map: HornerMap::new(map),
-        start: SmoothFixedPoint::new(map),
-        observer: Observer::new(scene, orbit, map, &Observable::EventFunction)?,
-        itinerary,
+    let subject = SweepSubject {
+        scene,
+        orbit,
+        map,
+        observe: &Observable::EventFunction,
+        system: OnceCell::new(),
     };
-    let grid = Grid {
-        map: &swept,
-        axes: &axes,
-        places,
-        orbit: OrbitRequest::new(request.transient, 2 * request.keep, &map.window.state),
-        window: &map.window,
-    };
+    let escape = escape_bounds(scene, orbit);
+    let bounds: Vec<f64> = escape.iter().map(|bound| bound.offset).collect();
+    let own = OrbitRequest::new(request.transient, 2 * request.keep, &map.window.state);
+    let own = own.escaping_at(&bounds);
     let starts = match states(&request.starts, scene, map)? {
         states if states.is_empty() => vec![None],
         states => states.into_iter().map(Some).collect(),
     };
-    let chart = |(number, start): (usize, Option<Vec<f64>>)| {
+    let swept = request.with.iter().map(|&method| subject.swept(method));
+    let swept = swept.collect::<Result<Vec<_>, _>>()?;
+    let asked = swept.iter().flat_map(|map| starts.iter().map(move |start| (&**map, start)));
+    let chart = |(number, (swept, start)): (usize, (&dyn SweptMap, &Option<Vec<f64>>))| {
         let clock = Instant::now();
+        let (orbit_request, window) = (own.clone(), &map.window);
+        let grid = Grid { map: swept, axes: &axes, places, orbit: orbit_request, window };
         let (cells, iterates) = grid.cells(start.as_deref(), &Part::new(progress, number));
+        let shares = |cell: &ChartCell| {
+            let ChartCell { by_map, outside, .. } = *cell;
+            (Shares { by_map, outside }, 1)
+        };
+        let Shares { by_map, outside } = Shares::mean(cells.iter().map(shares));
         Chart {
             scene: scene.identifier.clone(),
             digest: scene.digest,
+            method: swept.method(),
             axes: axes.clone(),
-            surfaces: surfaces.clone(),
-            start,
+            surfaces: itinerary(scene, orbit).surfaces,
+            start: start.clone(),
             transient: request.transient,
             longest_period: request.keep,
+            escape: escape.clone(),
+            by_map,
+            outside,
             cells,
             timing: Timing::since(clock, iterates),
         }
     };
-    Ok(starts.into_iter().enumerate().map(chart).collect())
+    Ok(asked.enumerate().map(chart).collect())
 }
 
 /// The cells to be computed.
 struct Grid<'a> {
-    map: &'a FrozenSweep,
+    map: &'a dyn SweptMap,
     axes: &'a [ChartAxis; 2],
     /// Positions of the axes' parameters among the map's; the others stay at 0.
     places: [usize; 2],
@@ -226,13 +265,16 @@ impl Grid<'_> {
 
     fn cell(&self, settled: &Settled, parameters: &[f64]) -> ChartCell {
         let orbit = &settled.orbit;
+        let Shares { by_map, outside } =
+            Shares::of(self.map.method(), orbit, parameters, self.window);
         ChartCell {
             period: orbit.period,
             orbit: name(self.map, orbit, parameters),
             kept_contacts: kept_contacts(orbit),
             lyapunov: settled.lyapunov,
             end: orbit.end,
-            outside: outside(orbit, parameters, self.window),
+            by_map,
+            outside,
         }
     }
 }

@@ -9,10 +9,14 @@ use super::error::AnalysisError;
 use super::periodic::{finite_or_one, state_jacobian};
 use super::section_frame::SectionFrame;
 use crate::hybrid::{DirectReturn, HybridSystem, LaneReturns};
-use crate::iteration::{DiscreteMap, MapOrbit, OrbitRequest, StepInfo};
+use crate::iteration::{DiscreteMap, MapOrbit, OrbitRequest, PassageSet, StepInfo};
 use crate::model::Scene;
 use crate::numeric::Lanes;
 use crate::orbit::GrazingOrbit;
+
+/// A step by direct simulation, before anything is known of it.
+const SIMULATED: StepInfo =
+    StepInfo { passages: PassageSet::NONE, depth: 0.0, valid: false, simulated: true };
 
 /// The section map by direct simulation in double precision, as a [`DiscreteMap`] in offsets.
 ///
@@ -131,10 +135,10 @@ impl DiscreteMap for DirectMap<'_> {
             .filter(|simulated| simulated.end == DirectEnd::Returned);
         let Some(simulated) = simulated else {
             image.fill(f64::NAN);
-            return StepInfo::default();
+            return SIMULATED;
         };
         image.copy_from_slice(&simulated.offsets);
-        let mut info = StepInfo::default();
+        let mut info = SIMULATED;
         let passages = simulated.passages.iter().zip(&self.normal_accelerations);
         for (passage, (speed, acceleration)) in passages.enumerate() {
             if let Some(speed) = speed {
@@ -240,7 +244,7 @@ impl<'a, const N: usize> DirectLanes<'a, N> {
         }
         let returned = self.returns.images(&self.starts, wanted);
         for (lane, image) in images.chunks_exact_mut(dimension).enumerate() {
-            infos[lane] = StepInfo::default();
+            infos[lane] = SIMULATED;
             if !wanted[lane] || !returned.returned[lane] {
                 image.fill(f64::NAN);
                 continue;

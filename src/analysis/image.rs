@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use super::direct_image::{DirectEnd, DirectImage};
 use super::error::{AnalysisError, check_length};
-use super::evaluation::MapEvaluation;
+use super::evaluation::{MapEvaluation, MapImage};
 use crate::expansion::{LocalMap, WindowBound};
 use crate::hybrid::HybridSystem;
 use crate::model::Scene;
@@ -17,6 +17,8 @@ use crate::orbit::GrazingOrbit;
 pub enum Using {
     /// The local map.
     Map,
+    /// The local map inside its window, direct simulation outside.
+    Guarded,
     /// Direct simulation.
     Direct,
     /// `P_smooth` alone.
@@ -73,7 +75,7 @@ pub struct ImageRecord {
     pub contacts: usize,
     /// The bounds of the window that the point that was mapped is outside of.
     pub exceeded: Vec<WindowBound>,
-    /// Contacts elsewhere in the period, by direct simulation.
+    /// Contacts elsewhere in the period; `None` for polynomials, which know of none.
     pub extra_contacts: Option<usize>,
     /// How a direct simulation ended; `None` for polynomials.
     pub end: Option<DirectEnd>,
@@ -107,16 +109,18 @@ pub fn images(
         check_length("offsets of the parameters", map.parameters.len(), row.parameters.len())?;
     }
     match (request.using, request.precision) {
-        (Using::Direct, Precision::F32) => Err(AnalysisError::SingleSimulation),
-        (Using::Direct, Precision::F64) => flown::<f64>(scene, orbit, map, request),
-        (Using::Direct, Precision::Dd) => flown::<Dd>(scene, orbit, map, request),
+        (Using::Direct | Using::Guarded, Precision::F32) => Err(AnalysisError::SingleSimulation),
+        (Using::Direct | Using::Guarded, Precision::F64) => {
+            flown::<f64>(scene, orbit, map, request)
+        }
+        (Using::Direct | Using::Guarded, Precision::Dd) => flown::<Dd>(scene, orbit, map, request),
         (_, Precision::F32) => mapped::<f32>(map, request),
         (_, Precision::F64) => mapped::<f64>(map, request),
         (_, Precision::Dd) => mapped::<Dd>(map, request),
     }
 }
 
-/// Images by direct simulation.
+/// Images by direct simulation: all of them, or those of points outside the map's window.
 fn flown<S: Real>(
     scene: &Scene,
     orbit: &GrazingOrbit,
@@ -126,8 +130,12 @@ fn flown<S: Real>(
     let exceeded = exceeded::<S>(map);
     let system = HybridSystem::new(&scene.model);
     let direct = DirectImage::<S>::new(&system, scene, orbit)?;
+    let guarded = (request.using == Using::Guarded).then(|| MapEvaluation::new(map));
     let fly = |direct: &mut DirectImage<S>, row| {
-        iterate(row, request, &exceeded, |state, parameters| {
+        iterate(row, request, &exceeded, |state, parameters, inside| {
+            if let Some(map) = guarded.as_ref().filter(|_| inside) {
+                return Ok(Image::of(map.image(state, parameters)));
+            }
             let image = direct.image(state, parameters)?;
             Ok(Image {
                 offsets: image.offsets,
@@ -152,17 +160,10 @@ fn mapped<S: Real>(
     let evaluation = match request.using {
         Using::Smooth => MapEvaluation::<S>::smooth(map),
         Using::Discontinuity => MapEvaluation::discontinuity(map),
-        Using::Map | Using::Direct => MapEvaluation::new(map),
+        Using::Map | Using::Guarded | Using::Direct => MapEvaluation::new(map),
     };
-    let step = |state: &[S], parameters: &[S]| {
-        let image = evaluation.image(state, parameters);
-        Ok(Image {
-            contacts: image.contacts(),
-            offsets: image.offsets,
-            extra_contacts: None,
-            end: None,
-        })
-    };
+    let step =
+        |state: &[S], parameters: &[S], _| Ok(Image::of(evaluation.image(state, parameters)));
     let rows = (0..request.rows.len()).into_par_iter();
     let rows = rows.map(|row| iterate(row, request, &exceeded, step));
     let rows: Vec<Vec<ImageRecord>> = rows.collect::<Result<_, _>>()?;
@@ -186,12 +187,19 @@ struct Image<S> {
     end: Option<DirectEnd>,
 }
 
+impl<S: Real> Image<S> {
+    /// One by polynomials.
+    fn of(image: MapImage<S>) -> Self {
+        Self { contacts: image.contacts(), offsets: image.offsets, extra_contacts: None, end: None }
+    }
+}
+
 /// All images of one row.
 fn iterate<S: Real>(
     row: usize,
     request: &ImageRequest,
     exceeded: &impl Fn(&[S], &[S]) -> Vec<WindowBound>,
-    mut step: impl FnMut(&[S], &[S]) -> Result<Image<S>, AnalysisError>,
+    mut step: impl FnMut(&[S], &[S], bool) -> Result<Image<S>, AnalysisError>,
 ) -> Result<Vec<ImageRecord>, AnalysisError> {
     let convert = |values: &[Dd]| values.iter().map(|&value| S::from_dd(value)).collect();
     let start = &request.rows[row];
@@ -200,7 +208,7 @@ fn iterate<S: Real>(
     let mut records = Vec::with_capacity(request.iterations);
     for iteration in 1..=request.iterations {
         let exceeded = exceeded(&state, &parameters);
-        let image = step(&state, &parameters)?;
+        let image = step(&state, &parameters, exceeded.is_empty())?;
         let finite = image.offsets.iter().all(|value| value.is_finite());
         records.push(ImageRecord {
             row,

@@ -47,6 +47,8 @@ pub(super) enum Command {
     Chart(SceneOptions),
     /// Periodic orbits by itinerary, their stability, folds and flips
     Orbits(OrbitsArguments),
+    /// Time series and phase portrait of the grazing orbit, of a periodic orbit, of any start
+    Trajectory(TrajectoryArguments),
 }
 
 impl Arguments {
@@ -67,6 +69,7 @@ impl Arguments {
             Some(Command::Diagram(options)) => ("diagram", &options.common, true),
             Some(Command::Chart(options)) => ("chart", &options.common, true),
             Some(Command::Orbits(options)) => ("orbits", &options.scene.common, true),
+            Some(Command::Trajectory(options)) => ("trajectory", &options.scene.common, true),
         })
     }
 
@@ -172,9 +175,11 @@ pub(super) struct EmitArguments {
     /// Compare with what is in the folder, write nothing
     #[arg(long)]
     pub(super) check: bool,
-    /// Measure the error on the window against direct simulation, as is always done for a scene
-    /// with a tolerance
+    /// Leave out the error on the window against direct simulation, which is measured otherwise
     #[arg(long)]
+    pub(super) no_measure: bool,
+    /// Measure that error: the default
+    #[arg(long, hide = true, conflicts_with = "no_measure")]
     pub(super) measure: bool,
     #[command(flatten)]
     pub(super) common: Common,
@@ -232,6 +237,8 @@ pub(super) struct ImageOptions {
 pub(super) enum UsingArgument {
     /// The local map
     Map,
+    /// The local map inside its window, direct simulation outside
+    Guarded,
     /// Direct simulation
     Direct,
     /// P_smooth alone
@@ -244,6 +251,7 @@ impl From<UsingArgument> for Using {
     fn from(argument: UsingArgument) -> Self {
         match argument {
             UsingArgument::Map => Self::Map,
+            UsingArgument::Guarded => Self::Guarded,
             UsingArgument::Direct => Self::Direct,
             UsingArgument::Smooth => Self::Smooth,
             UsingArgument::Discontinuity => Self::Discontinuity,
@@ -350,6 +358,44 @@ pub(super) enum OrbitsUsing {
     Map,
     /// Direct simulation
     Direct,
+}
+
+/// Rows per return of a trajectory where none are named.
+pub(super) const SAMPLES: u32 = 400;
+
+/// Options of `trajectory`.
+#[derive(Clone, Debug, Args)]
+pub(super) struct TrajectoryArguments {
+    #[command(flatten)]
+    pub(super) scene: SceneOptions,
+    /// Offsets of active parameters from the graze, others 0
+    #[arg(long, value_name = "NAME=OFFSET,...", value_parser = ParameterOffsets::parse)]
+    pub(super) at: Option<ParameterOffsets>,
+    /// Start at these offsets of the section's coordinates, others 0. Default: on the grazing orbit
+    #[arg(long, value_name = "NAME=OFFSET,...", value_parser = ParameterOffsets::parse)]
+    pub(super) start: Option<ParameterOffsets>,
+    /// Start on the periodic orbit of this itinerary: 1 for contact, 0 for none, passage by passage
+    /// and return by return
+    #[arg(long, value_name = "DIGITS", conflicts_with = "start")]
+    pub(super) itinerary: Option<String>,
+    /// Periods of the orbit that are simulated; without one, returns to the section
+    #[arg(
+        long,
+        value_name = "K",
+        allow_negative_numbers = true,
+        default_value_t = 1,
+        value_parser = clap::value_parser!(u32).range(1..=10_000_000)
+    )]
+    pub(super) periods: u32,
+    /// Rows per return to the section, evenly spaced in time, beside those of events
+    #[arg(
+        long,
+        value_name = "N",
+        allow_negative_numbers = true,
+        default_value_t = SAMPLES,
+        value_parser = clap::value_parser!(u32).range(1..=1_000_000)
+    )]
+    pub(super) samples: u32,
 }
 
 /// Offsets of parameters by name.

@@ -1,5 +1,5 @@
-//! The command line in three groups, each naming the ones before it alone: output, arguments,
-//! commands.
+//! The command line in four groups, each naming the ones before it alone: output; memory and what
+//! can be resumed; arguments; commands.
 //!
 //! A command is: its arguments, one call of the library, its results handed to `report`.
 //!
@@ -10,7 +10,9 @@
 
 mod arguments;
 mod commands;
+mod memory;
 mod output;
+mod resume;
 
 use std::ffi::OsString;
 use std::process::ExitCode;
@@ -18,8 +20,9 @@ use std::process::ExitCode;
 use clap::Parser;
 
 use arguments::{Arguments, Command};
-use commands::{converge, emit, expand, grazes, image, orbits, run, scenes, sweeps};
-use output::{CliError, catch_interruptions};
+use commands::{converge, emit, expand, grazes, image, orbits, run, scenes, sweeps, trajectory};
+use output::CliError;
+use resume::catch_interruptions;
 
 use grazemap::numeric::unknown_instruction_limit;
 
@@ -67,6 +70,7 @@ fn dispatch(arguments: Arguments) -> Result<(), CliError> {
         Some(Command::Diagram(options)) => sweeps::diagram(&options),
         Some(Command::Chart(options)) => sweeps::chart(&options),
         Some(Command::Orbits(options)) => orbits::run(&options),
+        Some(Command::Trajectory(options)) => trajectory::run(&options),
         Some(Command::Emit(options)) => emit::run(&options),
         Some(Command::Run(options)) => run::run(&options),
         None => run::built_in(&arguments.common),

@@ -13,6 +13,7 @@ mod sample;
 pub mod study;
 mod timing;
 mod truth;
+mod window;
 
 pub use choice::{
     Choice, ChoiceOptions, Chooser, Decay, LeastOrders, Limit, Monomials, OrderRule, Polynomials,
@@ -28,4 +29,8 @@ pub use study::{
     validity,
 };
 pub use timing::{multiply_add_ns, step_ns};
-pub use truth::{ErrorSummary, ExactImages, MeasuredError, SampleSummary, measured_error};
+pub use truth::{ErrorSummary, ExactImages, SampleSummary};
+pub use window::{
+    BoundKind, BoundOrigin, CoordinateError, MeasuredWindow, WindowBound, WindowMeasurement,
+    WindowTolerance, measure_window,
+};

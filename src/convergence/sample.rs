@@ -7,7 +7,7 @@
 //! docs/mathematics/orders.md.
 
 use crate::analysis::{DepthEvaluation, MapEvaluation, low_discrepancy};
-use crate::expansion::LocalMap;
+use crate::expansion::{LocalMap, MapWindow};
 use crate::numeric::Bracket;
 
 /// Smallest depth of a sample over the window's.
@@ -58,16 +58,21 @@ impl WindowSample {
         let width = |&width: &f64| {
             if width.is_finite() { width } else { window.depth }
         };
-        let mut sample = Self {
+        let sample = Self {
             depths: MapEvaluation::depths(map),
             deepest: window.depth,
             state: window.state.iter().map(width).collect(),
             parameters: window.parameter.iter().map(width).collect(),
-            steepest: Vec::new(),
+            steepest: vec![0; map.passages()],
         };
-        sample.steepest =
-            (0..map.passages()).map(|passage| sample.steepest_coordinate(passage)).collect();
-        sample
+        sample.with_steepest()
+    }
+
+    /// The sample with the steepest coordinate of each passage found.
+    fn with_steepest(mut self) -> Self {
+        let passages = 0..self.steepest.len();
+        self.steepest = passages.map(|passage| self.steepest_coordinate(passage)).collect();
+        self
     }
 
     /// The sample of a window whose depth and half-widths (coordinates; parameters) are multiplied
@@ -89,6 +94,17 @@ impl WindowSample {
             parameters: times(&self.parameters, parameters),
             ..self.clone()
         }
+    }
+
+    /// The sample of another window of the same map, all of whose bounds are finite.
+    pub(super) fn resized(&self, window: &MapWindow) -> Self {
+        let resized = Self {
+            deepest: window.depth,
+            state: window.state.clone(),
+            parameters: window.parameter.clone(),
+            ..self.clone()
+        };
+        resized.with_steepest()
     }
 
     /// The coordinates that are solved for: a passage's depth decides them.
@@ -170,6 +186,42 @@ impl WindowSample {
     pub(super) fn fresh(&self, first: usize, count: usize) -> Vec<SamplePoint> {
         let joint = self.joint_points(first, count / POINTS_TO_JOINT);
         [self.points(first, count), joint].concat()
+    }
+
+    /// What lies in the window of [`judging`](Self::judging), and of as many points spread evenly
+    /// over the window and its corners, whether they make contact or not: what is said of the
+    /// window is said of all its points, and of no others.
+    pub(super) fn inside(&self, first: usize, count: usize) -> Vec<SamplePoint> {
+        let points = self.judging(first, count).into_iter();
+        let points = points.chain(self.anywhere(first, count));
+        points.filter(|point| self.holds(point)).collect()
+    }
+
+    /// Largest depth over the corners and `count` points of the window, its depth aside.
+    pub(super) fn deepest_reached(&self, count: usize) -> f64 {
+        let anywhere = self.anywhere(0, count);
+        anywhere.map(|point| point.depth).fold(f64::NEG_INFINITY, f64::max)
+    }
+
+    /// The corners of the half-widths and points spread evenly over them, whatever their depth.
+    fn anywhere(&self, first: usize, count: usize) -> impl Iterator<Item = SamplePoint> {
+        let spread = (first..first + count).map(|index| {
+            let (_, state, parameters) = self.spread(index);
+            (state, parameters)
+        });
+        self.ends().into_iter().chain(spread).map(|(state, parameters)| {
+            let depths = self.depths.at(&state, &parameters);
+            let depth = depths.into_iter().fold(f64::NEG_INFINITY, f64::max);
+            SamplePoint { state, parameters, depth }
+        })
+    }
+
+    /// Whether a point lies in the window. Depths are solved for to less than is allowed here.
+    fn holds(&self, point: &SamplePoint) -> bool {
+        let offsets = point.state.iter().chain(&point.parameters);
+        let mut pairs = offsets.zip(self.state.iter().chain(&self.parameters));
+        point.depth <= self.deepest * (1.0 + 1e-6)
+            && pairs.all(|(offset, width)| offset.abs() <= *width)
     }
 
     /// The points `first..first + count` that exist.

@@ -13,7 +13,7 @@ use crate::expansion::LocalMap;
 use crate::hybrid::HybridSystem;
 use crate::iteration::DiscreteMap;
 use crate::model::Scene;
-use crate::numeric::{Dd, Real, decimal_above};
+use crate::numeric::{Dd, Real};
 use crate::orbit::GrazingOrbit;
 
 /// Sample points with their images.
@@ -111,10 +111,12 @@ pub(super) fn timed_returns(
 /// Largest difference of a coordinate; NaN where one of them is none.
 pub(super) fn distance(a: &[Dd], b: &[Dd]) -> f64 {
     let difference = |(&a, &b): (&Dd, &Dd)| (a - b).to_f64().abs();
-    let larger = |max: f64, value: f64| {
-        if max.is_nan() || value <= max { max } else { value }
-    };
-    a.iter().zip(b).map(difference).fold(0.0, larger)
+    a.iter().zip(b).map(difference).fold(0.0, nan_or_larger)
+}
+
+/// The larger of two numbers; NaN where one of them is none.
+fn nan_or_larger(largest: f64, value: f64) -> f64 {
+    if largest.is_nan() || value <= largest { largest } else { value }
 }
 
 /// The points at which errors were measured.
@@ -153,56 +155,19 @@ pub(super) fn summarize(map: &dyn DiscreteMap, truth: &Truth) -> ErrorSummary {
 
 /// The largest error of a coordinate at one point; not finite where the map has no image.
 pub(super) fn error(map: &dyn DiscreteMap, point: &SamplePoint, truth: &[Dd]) -> f64 {
-    let mut image = vec![0.0; map.dimension()];
-    map.step(&point.state, &point.parameters, &mut image);
-    let image: Vec<Dd> = image.into_iter().map(Dd::from).collect();
-    distance(&image, truth)
+    errors(map, point, truth).into_iter().fold(0.0, nan_or_larger)
 }
 
-/// Number in the sequence of the first point: orders are chosen by the ones before it.
-const FIRST: usize = 128;
+/// The error of each coordinate at one point; not finite where the map has no image.
+pub(super) fn errors(map: &dyn DiscreteMap, point: &SamplePoint, truth: &[Dd]) -> Vec<f64> {
+    let mut image = vec![0.0; map.dimension()];
+    map.step(&point.state, &point.parameters, &mut image);
+    let pairs = image.into_iter().zip(truth);
+    pairs.map(|(value, &exact)| (Dd::from(value) - exact).to_f64().abs()).collect()
+}
 
 /// Rounds of which the fastest counts.
 const ROUNDS: usize = 5;
-
-/// The largest error of a map on its window.
-#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
-pub struct MeasuredError {
-    /// Largest error of a coordinate, in the units of the offsets; `None` where an image is not
-    /// finite.
-    pub error: Option<f64>,
-    /// What it was measured on.
-    pub sample: SampleSummary,
-}
-
-impl MeasuredError {
-    /// The error rounded up to two digits: the same number on machines whose arithmetic differs in
-    /// the last place.
-    pub fn rounded_up(&self) -> Option<f64> {
-        self.error.map(|error| decimal_above(error, 2))
-    }
-}
-
-/// Compares a map with direct simulation in double-double at the corners of the window and at fresh
-/// points.
-///
-/// `local` has the window; `map` is what is run: any shape and precision, with or without dropped
-/// monomials.
-///
-/// # Errors
-///
-/// [`ConvergenceError`] if the window has no point to compare at, or direct simulation fails.
-pub fn measured_error(
-    scene: &Scene,
-    orbit: &GrazingOrbit,
-    local: &LocalMap,
-    map: &dyn DiscreteMap,
-    points: usize,
-) -> Result<MeasuredError, ConvergenceError> {
-    let sample = window_sample(scene, orbit, local)?;
-    let exact = ExactImages::new(scene, orbit, sample.judging(FIRST, points))?;
-    Ok(MeasuredError { error: summarize(map, &exact.truth).max, sample: exact.summary() })
-}
 
 /// The window of a map, its depths by one of orders high enough to know them.
 pub(super) fn window_sample(
@@ -245,6 +210,17 @@ impl ExactImages {
             return Err(ConvergenceError::NoTruth { tried });
         }
         Ok(Self { truth })
+    }
+
+    /// Largest error of each coordinate of a map; NaN where an image is not finite.
+    pub fn largest_errors(&self, map: &dyn DiscreteMap) -> Vec<f64> {
+        let pairs = self.truth.points.iter().zip(&self.truth.images);
+        pairs.fold(vec![0.0; map.dimension()], |mut largest, (point, image)| {
+            for (largest, error) in largest.iter_mut().zip(errors(map, point, image)) {
+                *largest = nan_or_larger(*largest, error);
+            }
+            largest
+        })
     }
 
     /// How many points there are, and how many were left out.
@@ -299,17 +275,5 @@ mod tests {
         assert_eq!(distance(&at([1.0, 2.0]), &at([1.5, 2.25])), 0.5);
         assert!(distance(&at([f64::NAN, 2.0]), &at([1.5, 2.25])).is_nan());
         assert!(distance(&at([1.0, f64::NAN]), &at([1.5, 2.25])).is_nan());
-    }
-
-    #[test]
-    fn errors_are_rounded_up_to_two_digits() {
-        let rounded = |error| {
-            let sample = SampleSummary { points: 1, excluded: 0 };
-            let error = Some(error);
-            MeasuredError { error, sample }.rounded_up()
-        };
-        assert_eq!(rounded(1.234e-8), Some(1.3e-8));
-        assert_eq!(rounded(9.96e-8), Some(1e-7));
-        assert_eq!(rounded(0.0), Some(0.0));
     }
 }

@@ -154,9 +154,9 @@ pub(super) fn header(
         },
         format!("Window: depth {}.", depth(map.window.depth)?),
         format!(
-            "Tolerance asked {}, error measured {}.",
-            stated(options.tolerance),
-            stated(options.measured_error)
+            "Tolerance asked {}, error on the window {}.",
+            stated(options.tolerance, "none"),
+            stated(options.measured_error, "not measured")
         ),
     ];
     if options.precision == FloatFormat::F32 {
@@ -205,8 +205,8 @@ fn counted(count: OperationCount) -> String {
     format!("{multiply_adds} multiply-adds, {products} products, {sums} sums, {roots} roots")
 }
 
-fn stated(value: Option<f64>) -> String {
-    value.map_or("none".into(), |value| format!("{value:?}"))
+fn stated(value: Option<f64>, otherwise: &str) -> String {
+    value.map_or(otherwise.into(), |value| format!("{value:?}"))
 }
 
 /// The depth of the window, which may be unbounded.

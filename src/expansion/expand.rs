@@ -131,15 +131,15 @@ impl<'a> Expander<'a> {
     }
 
     /// The size that a depth `y²` of a passage is measured in: `h'' (T/2π)²`.
-    fn depth_unit(&self, passage: usize) -> f64 {
+    pub(super) fn depth_unit(&self, passage: usize) -> f64 {
         let acceleration = self.orbit.passages[self.routes.passages[passage]].normal_acceleration;
         let time = self.orbit.period.to_f64() / TAU;
         acceleration.to_f64() * time * time
     }
 
-    /// Largest `y²` of the scene's window.
+    /// Largest `y²` of the scene's window, assumed where it is open.
     pub(super) fn depth_limit(&self) -> f64 {
-        self.scene.window.depth
+        self.scene.window.assumed_depth()
     }
 
     /// The local map at these orders.

@@ -71,7 +71,7 @@ pub struct ActiveParameter {
     pub value: Dd,
 }
 
-/// Half-widths of the trusted window, in offsets; infinite where nothing was asked.
+/// Half-widths of the trusted window, in offsets; infinite where a bound is open.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct MapWindow {
     /// Largest `y²`.
@@ -86,6 +86,34 @@ pub struct MapWindow {
 }
 
 impl MapWindow {
+    /// What a scene states, on the section's coordinates and the active parameters; what it does
+    /// not state is infinite.
+    pub fn stated(scene: &Scene, orbit: &GrazingOrbit) -> Self {
+        let window = &scene.window;
+        let coordinates = orbit.section.coordinates.iter();
+        let active = scene.expansion.active.iter();
+        Self {
+            depth: window.depth,
+            state: coordinates.map(|&component| window.state[component]).collect(),
+            parameter: active.map(|&parameter| window.parameter[parameter]).collect(),
+        }
+    }
+
+    /// All bounds: of the depth, of each coordinate, of each parameter.
+    pub fn bounds(&self) -> impl Iterator<Item = f64> {
+        [self.depth].into_iter().chain(self.state.iter().chain(&self.parameter).copied())
+    }
+
+    /// All bounds, as [`bounds`](Self::bounds) has them, to be changed.
+    pub fn bounds_mut(&mut self) -> impl Iterator<Item = &mut f64> {
+        [&mut self.depth].into_iter().chain(self.state.iter_mut().chain(&mut self.parameter))
+    }
+
+    /// Whether it has no finite bound.
+    pub fn is_unbounded(&self) -> bool {
+        self.bounds().all(|bound| bound == f64::INFINITY)
+    }
+
     /// Whether offsets of the state, those of the parameters and the depths of the passages lie
     /// within; parameters that are not given count as 0.
     pub fn holds<S: Real>(&self, state: &[S], parameters: &[S], depths: &[S]) -> bool {
@@ -267,14 +295,8 @@ pub(super) fn active_parameters(scene: &Scene, orbit: &GrazingOrbit) -> Vec<Acti
     scene.expansion.active.iter().map(active).collect()
 }
 
-/// The scene's window on the section's coordinates and the active parameters.
+/// The scene's window on the section's coordinates and the active parameters, its depth assumed
+/// where it is open.
 pub(super) fn map_window(scene: &Scene, orbit: &GrazingOrbit) -> MapWindow {
-    let window = &scene.window;
-    let coordinates = orbit.section.coordinates.iter();
-    let active = scene.expansion.active.iter();
-    MapWindow {
-        depth: window.depth,
-        state: coordinates.map(|&component| window.state[component]).collect(),
-        parameter: active.map(|&parameter| window.parameter[parameter]).collect(),
-    }
+    MapWindow { depth: scene.window.assumed_depth(), ..MapWindow::stated(scene, orbit) }
 }

@@ -13,6 +13,7 @@ mod flown;
 mod local_map;
 mod lost_digits;
 mod lowering;
+mod natural_window;
 mod passage;
 mod release;
 mod rounding;
@@ -33,6 +34,7 @@ pub use local_map::{
 };
 pub use lost_digits::LostDigits;
 pub use lowering::MapKernel;
+pub use natural_window::NaturalWindow;
 pub use passage::{ContactLaw, Passage};
 pub use routes::{Graze, Route, RouteEnd, Routes, SectionChart};
 pub use variables::{DEVIATION_WEIGHT, Variables, check_orders};

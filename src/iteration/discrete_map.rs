@@ -51,6 +51,8 @@ pub struct StepInfo {
     pub depth: f64,
     /// Whether the image exists and is finite.
     pub valid: bool,
+    /// Whether the image is one of direct simulation.
+    pub simulated: bool,
 }
 
 impl StepInfo {
@@ -129,6 +131,9 @@ pub struct PassageSet {
 impl PassageSet {
     /// Most passages of a set.
     pub const CAPACITY: usize = 64;
+
+    /// No passage.
+    pub const NONE: Self = Self { mask: 0 };
 
     /// Adds a passage.
     pub fn insert(&mut self, passage: usize) {

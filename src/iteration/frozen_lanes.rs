@@ -5,6 +5,7 @@ use std::sync::Arc;
 use super::discrete_map::StepInfo;
 use super::forms::Forms;
 use super::orbit::{MapOrbit, OrbitEnd, OrbitRequest};
+use crate::expansion::MapWindow;
 use crate::jet::kernel::{Dual, LaneInterpreter};
 use crate::numeric::{self, Lanes, widest};
 
@@ -17,9 +18,15 @@ use crate::numeric::{self, Lanes, widest};
 pub struct FrozenLanes<const N: usize> {
     forms: Arc<Forms>,
     /// Of every lane in use.
+    parameters: Vec<Vec<f64>>,
+    /// Of every lane in use.
     coefficients: Vec<Vec<f64>>,
     step: LaneInterpreter<Lanes<N>>,
 }
+
+/// What takes the place of a map outside its window: steps of the lanes that are flagged, from
+/// their states, one after another; it writes their images and what happened.
+pub type Substitute<'a> = dyn FnMut(&[bool], &[f64], &mut [f64], &mut [StepInfo]) + 'a;
 
 impl<const N: usize> FrozenLanes<N> {
     pub(super) fn new(forms: Arc<Forms>, parameters: &[&[f64]]) -> Self {
@@ -28,7 +35,8 @@ impl<const N: usize> FrozenLanes<N> {
         let freezer = &forms.frozen_step;
         let coefficients = parameters.iter().map(|own| freezer.coefficients(own));
         let coefficients: Vec<Vec<f64>> = coefficients.collect();
-        Self { step: freezer.in_lanes(&coefficients), coefficients, forms }
+        let parameters = parameters.iter().map(|own| own.to_vec()).collect();
+        Self { step: freezer.in_lanes(&coefficients), parameters, coefficients, forms }
     }
 
     /// Iterates a state in every lane, as [`MapOrbit::of`] does one.
@@ -37,6 +45,32 @@ impl<const N: usize> FrozenLanes<N> {
     ///
     /// If there is not one state for every lane, or states and scales have not the map's lengths.
     pub fn orbits(&mut self, initial: &[&[f64]], request: &OrbitRequest) -> Vec<MapOrbit> {
+        self.iterate(initial, request, None)
+    }
+
+    /// The same, the map left to a substitute wherever a state, its parameters or the depths of its
+    /// step lie outside a window.
+    ///
+    /// # Panics
+    ///
+    /// As [`orbits`](Self::orbits).
+    pub fn guarded_orbits(
+        &mut self,
+        initial: &[&[f64]],
+        request: &OrbitRequest,
+        window: &MapWindow,
+        substitute: &mut Substitute<'_>,
+    ) -> Vec<MapOrbit> {
+        let guard = (!window.is_unbounded()).then(|| Guard::new(self.bounds(window), substitute));
+        self.iterate(initial, request, guard)
+    }
+
+    fn iterate(
+        &mut self,
+        initial: &[&[f64]],
+        request: &OrbitRequest,
+        guard: Option<Guard<'_, N>>,
+    ) -> Vec<MapOrbit> {
         let scales = request.scales.len();
         let dimension = self.forms.lowered.dimension;
         assert_eq!(scales, dimension, "lengths of state and scales");
@@ -45,11 +79,13 @@ impl<const N: usize> FrozenLanes<N> {
             orbits.map(|state| MapOrbit::begin(state, request.keep)).collect();
         let state = self.gather(initial);
         self.step.inputs_mut().copy_from_slice(&state);
-        let limits = request.scales.iter();
+        let limits = request.escape.iter();
         widest(Iterating {
             map: &mut self.step,
             request,
-            limits: limits.map(|scale| Lanes::splat(request.escape_factor * scale)).collect(),
+            limits: limits.map(|&bound| Lanes::splat(bound)).collect(),
+            images: state,
+            guard,
             image: vec![0.0; dimension],
             orbits: &mut orbits,
         });
@@ -69,14 +105,56 @@ impl<const N: usize> FrozenLanes<N> {
         transient: usize,
         iterates: usize,
     ) -> Vec<Option<f64>> {
+        self.exponents(initial, transient, iterates, None)
+    }
+
+    /// The same; `None` in the lanes whose orbits come to lie outside a window.
+    ///
+    /// # Panics
+    ///
+    /// As [`largest_lyapunov_exponents`](Self::largest_lyapunov_exponents).
+    pub fn guarded_lyapunov_exponents(
+        &self,
+        initial: &[&[f64]],
+        transient: usize,
+        iterates: usize,
+        window: &MapWindow,
+    ) -> Vec<Option<f64>> {
+        let bounds = (!window.is_unbounded()).then(|| self.bounds(window));
+        self.exponents(initial, transient, iterates, bounds)
+    }
+
+    fn exponents(
+        &self,
+        initial: &[&[f64]],
+        transient: usize,
+        iterates: usize,
+        bounds: Option<LaneWindow<N>>,
+    ) -> Vec<Option<f64>> {
         let mut map: LaneInterpreter<Dual<Lanes<N>>> =
             self.forms.frozen_step.in_lanes(&self.coefficients);
         let unit = Lanes::splat(1.0 / (self.forms.lowered.dimension as f64).sqrt());
         for (input, value) in map.inputs_mut().iter_mut().zip(self.gather(initial)) {
             *input = Dual { value, slope: unit };
         }
-        let exponents = widest(Stretching { map, transient, iterates });
+        let exponents = widest(Stretching { map, bounds, transient, iterates });
         exponents[..self.coefficients.len()].to_vec()
+    }
+
+    /// The window of every lane: nothing where the parameters lie outside, everything in lanes that
+    /// are not in use.
+    fn bounds(&self, window: &MapWindow) -> LaneWindow<N> {
+        let bound = |bound: f64| {
+            Lanes::from_fn(|lane| match self.parameters.get(lane) {
+                None => f64::INFINITY,
+                Some(own) if window.holds(&[], own, &[]) => bound,
+                Some(_) => f64::NEG_INFINITY,
+            })
+        };
+        LaneWindow {
+            state: window.state.iter().map(|&width| bound(width)).collect(),
+            depth: bound(window.depth),
+        }
     }
 
     /// Lanes beyond those in use repeat the first.
@@ -90,18 +168,100 @@ impl<const N: usize> FrozenLanes<N> {
     }
 }
 
+/// The window of a map, in lanes.
+#[derive(Clone, Debug)]
+struct LaneWindow<const N: usize> {
+    /// Half-width of every coordinate.
+    state: Vec<Lanes<N>>,
+    /// Largest depth.
+    depth: Lanes<N>,
+}
+
+impl<const N: usize> LaneWindow<N> {
+    /// How far the states, or the depths of their steps, lie outside: positive where they do.
+    #[inline(always)]
+    fn excess<'l>(
+        &self,
+        states: impl Iterator<Item = &'l Lanes<N>>,
+        depths: impl Iterator<Item = &'l Lanes<N>>,
+    ) -> Lanes<N> {
+        let mut excess = Lanes::splat(f64::NEG_INFINITY);
+        for (state, width) in states.zip(&self.state) {
+            for lane in 0..N {
+                excess[lane] = larger(excess[lane], state[lane].abs() - width[lane]);
+            }
+        }
+        for depth in depths {
+            for lane in 0..N {
+                excess[lane] = larger(excess[lane], depth[lane] - self.depth[lane]);
+            }
+        }
+        excess
+    }
+
+    /// Everything lies inside from now on.
+    fn open(&mut self, lane: usize) {
+        self.state.iter_mut().for_each(|width| width[lane] = f64::INFINITY);
+        self.depth[lane] = f64::INFINITY;
+    }
+}
+
+/// The larger of two numbers in one instruction; the first where the second is not a number.
+#[inline(always)]
+fn larger(a: f64, b: f64) -> f64 {
+    if b > a { b } else { a }
+}
+
+/// Whether a number is positive in any lane.
+#[inline(always)]
+fn any_positive<const N: usize>(values: &Lanes<N>) -> bool {
+    let mut any = false;
+    for lane in 0..N {
+        any |= values[lane] > 0.0;
+    }
+    any
+}
+
+/// What leaves the map to a substitute outside its window.
+struct Guard<'a, const N: usize> {
+    window: LaneWindow<N>,
+    substitute: &'a mut Substitute<'a>,
+    /// Lanes whose last step was not the map's.
+    outside: Vec<bool>,
+    /// All states, their images, and what happened.
+    states: Vec<f64>,
+    images: Vec<f64>,
+    steps: Vec<StepInfo>,
+}
+
+impl<'a, const N: usize> Guard<'a, N> {
+    fn new(window: LaneWindow<N>, substitute: &'a mut Substitute<'a>) -> Self {
+        Self {
+            window,
+            substitute,
+            outside: vec![false; N],
+            states: Vec::new(),
+            images: Vec::new(),
+            steps: vec![StepInfo::default(); N],
+        }
+    }
+}
+
 /// Orbits in step.
-struct Iterating<'a, const N: usize> {
+struct Iterating<'a, 'g, const N: usize> {
     map: &'a mut LaneInterpreter<Lanes<N>>,
     request: &'a OrbitRequest,
     /// Sizes at which a coordinate has escaped; infinite once it has.
     limits: Vec<Lanes<N>>,
+    /// Images of all lanes.
+    images: Vec<Lanes<N>>,
+    guard: Option<Guard<'g, N>>,
     /// Room for the image of a lane.
     image: Vec<f64>,
     orbits: &'a mut [MapOrbit],
 }
 
-impl<const N: usize> numeric::Kernel for Iterating<'_, N> {
+impl<const N: usize> numeric::Kernel for Iterating<'_, '_, N> {
     type Output = ();
 
     #[inline(always)]
@@ -109,27 +269,77 @@ impl<const N: usize> numeric::Kernel for Iterating<'_, N> {
         let all = self.request.transient + self.request.keep;
         for iterate in 1..=all {
             self.map.run();
+            for (number, image) in self.images.iter_mut().enumerate() {
+                *image = *self.map.output(number);
+            }
+            self.guard();
             let stays = self.stays();
             if !stays || iterate == all {
                 self.arrive(iterate);
             } else if iterate > self.request.transient {
-                self.keep();
+                self.keep(iterate);
             }
-            self.map.feed_back(self.limits.len());
+            self.map.inputs_mut().copy_from_slice(&self.images);
             if !stays {
                 self.retire();
+                if self.orbits.iter().all(|orbit| orbit.end != OrbitEnd::Completed) {
+                    break;
+                }
             }
         }
     }
 }
 
-impl<const N: usize> Iterating<'_, N> {
+impl<const N: usize> Iterating<'_, '_, N> {
+    /// Takes the images of the lanes outside the window from the substitute.
+    #[inline(always)]
+    fn guard(&mut self) {
+        let Some(guard) = &mut self.guard else { return };
+        let passages = self.images.len()..self.map.outputs();
+        let depths = passages.map(|number| self.map.output(number));
+        let excess = guard.window.excess(self.map.inputs().iter(), depths);
+        if any_positive(&excess) {
+            self.substitute(&excess);
+        } else {
+            guard.outside.fill(false);
+        }
+    }
+
+    #[inline(never)]
+    fn substitute(&mut self, excess: &Lanes<N>) {
+        let Some(guard) = &mut self.guard else { return };
+        let (dimension, lanes) = (self.images.len(), self.orbits.len());
+        for (lane, orbit) in self.orbits.iter().enumerate() {
+            guard.outside[lane] = excess[lane] > 0.0 && orbit.end == OrbitEnd::Completed;
+        }
+        guard.states.clear();
+        for lane in 0..lanes {
+            guard.states.extend(self.map.inputs().iter().map(|state| state[lane]));
+        }
+        guard.images.resize(guard.states.len(), 0.0);
+        let steps = &mut guard.steps[..lanes];
+        (guard.substitute)(&guard.outside[..lanes], &guard.states, &mut guard.images, steps);
+        let found = guard.images.chunks_exact(dimension).zip(&guard.outside);
+        for (lane, (image, _)) in found.enumerate().filter(|(_, (_, outside))| **outside) {
+            for (target, &value) in self.images.iter_mut().zip(image) {
+                target[lane] = value;
+            }
+        }
+    }
+
+    /// What happened in the last step of a lane.
+    fn step(&self, lane: usize) -> StepInfo {
+        match &self.guard {
+            Some(guard) if guard.outside[lane] => guard.steps[lane],
+            _ => info(self.map, self.images.len(), lane),
+        }
+    }
+
     /// Whether the images of all lanes are finite and within their limits.
     #[inline(always)]
     fn stays(&self) -> bool {
         let mut stays = true;
-        for (coordinate, limit) in self.limits.iter().enumerate() {
-            let image = self.map.output(coordinate);
+        for (image, limit) in self.images.iter().zip(&self.limits) {
             for lane in 0..N {
                 stays &= image[lane].abs() <= limit[lane];
             }
@@ -138,30 +348,33 @@ impl<const N: usize> Iterating<'_, N> {
     }
 
     /// Tells the orbits that go on where they are, all of them within their limits.
-    fn keep(&mut self) {
-        let dimension = self.limits.len();
-        for (lane, orbit) in self.orbits.iter_mut().enumerate() {
-            if orbit.end == OrbitEnd::Completed {
-                let image = (0..dimension).map(|coordinate| self.map.output(coordinate)[lane]);
-                orbit.keep(image, info(self.map, dimension, lane));
+    fn keep(&mut self, iterate: usize) {
+        for lane in 0..self.orbits.len() {
+            if self.orbits[lane].end != OrbitEnd::Completed {
+                continue;
             }
+            let step = self.step(lane);
+            let orbit = &mut self.orbits[lane];
+            if iterate == self.request.transient + 1 {
+                orbit.enter(self.map.inputs().iter().map(|state| state[lane]));
+            }
+            orbit.keep(self.images.iter().map(|image| image[lane]), step);
         }
     }
 
     /// Tells the orbits that go on where they came from and where they are, which may end them.
     fn arrive(&mut self, iterate: usize) {
-        let dimension = self.limits.len();
-        let image = &mut self.image;
-        for (lane, orbit) in self.orbits.iter_mut().enumerate() {
-            if orbit.end != OrbitEnd::Completed {
+        for lane in 0..self.orbits.len() {
+            if self.orbits[lane].end != OrbitEnd::Completed {
                 continue;
             }
+            let step = self.step(lane);
+            let (orbit, image) = (&mut self.orbits[lane], &mut self.image);
             for (coordinate, value) in image.iter_mut().enumerate() {
-                *value = self.map.output(coordinate)[lane];
+                *value = self.images[coordinate][lane];
                 orbit.last[coordinate] = self.map.inputs()[coordinate][lane];
             }
-            let info = info(self.map, dimension, lane).checked(image);
-            orbit.arrive(image, info, self.request, iterate);
+            orbit.arrive(image, step.checked(image), self.request, iterate);
         }
     }
 
@@ -174,12 +387,15 @@ impl<const N: usize> Iterating<'_, N> {
                 state.for_each(|state| state[lane] = 0.0);
                 let limits = self.limits.iter_mut();
                 limits.for_each(|limit| limit[lane] = f64::INFINITY);
+                if let Some(guard) = &mut self.guard {
+                    guard.window.open(lane);
+                }
             }
         }
     }
 }
 
-/// What happened in the last step of a lane, to a finite image.
+/// What happened in the last step of a lane by the map, to a finite image.
 fn info<const N: usize>(
     map: &LaneInterpreter<Lanes<N>>,
     dimension: usize,
@@ -195,6 +411,8 @@ fn info<const N: usize>(
 /// Tangent vectors carried along orbits in step.
 struct Stretching<const N: usize> {
     map: LaneInterpreter<Dual<Lanes<N>>>,
+    /// The window that orbits are to stay in.
+    bounds: Option<LaneWindow<N>>,
     transient: usize,
     iterates: usize,
 }
@@ -209,8 +427,18 @@ impl<const N: usize> numeric::Kernel for Stretching<N> {
         // Lanes whose tangent vector was annihilated.
         let mut annihilated = [false; N];
         let mut finite = [true; N];
+        let mut outside = [false; N];
         for iterate in 0..self.transient + self.iterates {
             self.map.run();
+            if let Some(bounds) = &self.bounds {
+                let states = self.map.inputs().iter().map(|input| &input.value);
+                let passages = dimension..self.map.outputs();
+                let depths = passages.map(|number| &self.map.output(number).value);
+                let excess = bounds.excess(states, depths);
+                for lane in 0..N {
+                    outside[lane] |= excess[lane] > 0.0;
+                }
+            }
             self.map.feed_back(dimension);
             let point = self.map.inputs_mut();
             let mut square = Lanes::splat(0.0);
@@ -233,6 +461,9 @@ impl<const N: usize> numeric::Kernel for Stretching<N> {
             }
         }
         std::array::from_fn(|lane| {
+            if outside[lane] {
+                return None;
+            }
             if annihilated[lane] {
                 return Some(f64::NEG_INFINITY);
             }

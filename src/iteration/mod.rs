@@ -16,7 +16,7 @@ mod orbit;
 #[cfg(feature = "compiled-maps")]
 pub use compiled::{CompiledMap, compiled};
 pub use discrete_map::{DiscreteMap, PassageSet, StepInfo};
-pub use frozen_lanes::FrozenLanes;
+pub use frozen_lanes::{FrozenLanes, Substitute};
 pub use horner::{FrozenMap, HornerMap, SingleMap};
 pub use interpreted::InterpretedMap;
 pub use itinerary::{Itinerary, OrbitName};

@@ -12,10 +12,11 @@ pub struct OrbitRequest {
     pub transient: usize,
     /// Iterates kept.
     pub keep: usize,
-    /// Half-width of the window per coordinate: the scale in which states are compared.
+    /// Half-width of the window per coordinate: the scale in which states are compared, where the
+    /// orbit itself is not larger.
     pub scales: Vec<f64>,
-    /// The orbit has escaped where a coordinate exceeds this many half-widths.
-    pub escape_factor: f64,
+    /// The orbit has escaped where a coordinate exceeds its bound, one per coordinate.
+    pub escape: Vec<f64>,
     /// States agree if every coordinate agrees to this many half-widths.
     pub period_tolerance: f64,
 }
@@ -23,18 +24,26 @@ pub struct OrbitRequest {
 impl OrbitRequest {
     /// A request with the defaults: escape at 1000 half-widths, periods to 1e-8 of them.
     ///
-    /// Half-widths that are not finite and positive count as 1.
+    /// Half-widths that are not finite and positive count as 1. What an oscillator settles on may
+    /// be much larger than the window of its map: [`escaping_at`](Self::escaping_at) sets bounds
+    /// in another scale.
     pub fn new(transient: usize, keep: usize, scales: &[f64]) -> Self {
         let scale = |&scale: &f64| {
             if scale.is_finite() && scale > 0.0 { scale } else { 1.0 }
         };
+        let scales: Vec<f64> = scales.iter().map(scale).collect();
         Self {
             transient,
             keep,
-            scales: scales.iter().map(scale).collect(),
-            escape_factor: 1e3,
+            escape: scales.iter().map(|scale| 1e3 * scale).collect(),
+            scales,
             period_tolerance: 1e-8,
         }
+    }
+
+    /// The same with other bounds, one per coordinate.
+    pub fn escaping_at(self, escape: &[f64]) -> Self {
+        Self { escape: escape.to_vec(), ..self }
     }
 }
 
@@ -44,7 +53,7 @@ impl OrbitRequest {
 pub enum OrbitEnd {
     /// All iterates were made.
     Completed,
-    /// A coordinate left the window times the escape factor.
+    /// A coordinate exceeded its bound.
     Escaped {
         /// Iterate at which it had, counted from the initial state.
         iterate: usize,
@@ -61,6 +70,8 @@ pub enum OrbitEnd {
 pub struct MapOrbit {
     dimension: usize,
     states: Vec<f64>,
+    /// The state from which the first kept one was reached; empty where none was kept.
+    entry: Vec<f64>,
     /// What happened in the step that led to each kept state.
     pub steps: Vec<StepInfo>,
     /// Last state reached (finite): where a sweep carries on.
@@ -141,6 +152,7 @@ impl MapOrbit {
         Self {
             dimension: initial.len(),
             states: Vec::with_capacity(keep * initial.len()),
+            entry: Vec::new(),
             steps: Vec::with_capacity(keep),
             last: initial.to_vec(),
             end: OrbitEnd::Completed,
@@ -160,10 +172,18 @@ impl MapOrbit {
             self.end = end;
             return;
         }
+        if iterate == request.transient + 1 {
+            self.entry.clone_from(&self.last);
+        }
         self.last.copy_from_slice(image);
         if iterate > request.transient {
             self.keep(image.iter().copied(), info);
         }
+    }
+
+    /// Remembers the state from which the first kept one is reached.
+    pub(super) fn enter(&mut self, state: impl Iterator<Item = f64>) {
+        self.entry.extend(state);
     }
 
     /// Keeps an image of a state.
@@ -172,16 +192,44 @@ impl MapOrbit {
         self.steps.push(info);
     }
 
-    /// Finds the period of an orbit that was completed.
+    /// Finds the period of an orbit that was completed: in half-widths of the window, or in the
+    /// orbit's own extent where that is larger.
     pub(super) fn settle(&mut self, request: &OrbitRequest) {
         if self.end == OrbitEnd::Completed {
-            self.period = Period::of(&self.states, &request.scales, request.period_tolerance);
+            let pairs = self.extent().into_iter().zip(&request.scales);
+            let scales = pairs.map(|([least, greatest], &scale)| scale.max(greatest - least));
+            let scales: Vec<f64> = scales.collect();
+            self.period = Period::of(&self.states, &scales, request.period_tolerance);
         }
+    }
+
+    /// Least and greatest value of every coordinate over the kept states, which are finite.
+    pub fn extent(&self) -> Vec<[f64; 2]> {
+        const NOTHING: [f64; 2] = [f64::INFINITY, f64::NEG_INFINITY];
+        let wider = |[least, greatest]: [f64; 2], [low, high]: [f64; 2]| {
+            [if low < least { low } else { least }, if high > greatest { high } else { greatest }]
+        };
+        // Four extents in turn, for each state waits for the one before in the same.
+        let mut parts = vec![[NOTHING; 4]; self.dimension];
+        for (number, state) in self.states().enumerate() {
+            for (parts, &value) in parts.iter_mut().zip(state) {
+                let part = &mut parts[number % 4];
+                *part = wider(*part, [value, value]);
+            }
+        }
+        let whole = |parts: [[f64; 2]; 4]| parts.into_iter().fold(NOTHING, wider);
+        parts.into_iter().map(whole).collect()
     }
 
     /// Kept states, in order.
     pub fn states(&self) -> impl ExactSizeIterator<Item = &[f64]> {
         self.states.chunks_exact(self.dimension.max(1))
+    }
+
+    /// The states from which the kept ones were reached, in order.
+    pub fn origins(&self) -> impl Iterator<Item = &[f64]> {
+        let first = (!self.entry.is_empty()).then_some(&self.entry[..]);
+        first.into_iter().chain(self.states()).take(self.steps.len())
     }
 
     /// Contacts per period; `None` without a period.
@@ -200,10 +248,7 @@ fn leaves(
     if !info.valid {
         return Some(OrbitEnd::NoImage { iterate });
     }
-    let outside = image
-        .iter()
-        .zip(&request.scales)
-        .any(|(value, scale)| value.abs() > request.escape_factor * scale);
+    let outside = image.iter().zip(&request.escape).any(|(value, &bound)| value.abs() > bound);
     outside.then_some(OrbitEnd::Escaped { iterate })
 }
 

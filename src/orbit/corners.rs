@@ -31,9 +31,9 @@ struct Operation {
 enum Place {
     /// The rate of a state: all of an orbit depends on it.
     Rate(usize),
-    /// The event function of a surface: only its series at a graze of that surface matter.
+    /// The event function of a surface: its minima are looked for along the whole orbit.
     Event(usize),
-    /// A state after the impact with a surface: the same.
+    /// A state after the impact with a surface: only its series at a graze of that surface matter.
     Reset {
         /// The surface.
         surface: usize,
@@ -46,8 +46,8 @@ impl Place {
     /// The only surface at whose grazes the operation matters; `None`: it matters everywhere.
     fn surface(self) -> Option<usize> {
         match self {
-            Place::Rate(_) => None,
-            Place::Event(surface) | Place::Reset { surface, .. } => Some(surface),
+            Place::Rate(_) | Place::Event(_) => None,
+            Place::Reset { surface, .. } => Some(surface),
         }
     }
 }
@@ -178,9 +178,9 @@ impl<'a> Corners<'a> {
         let mut signs = vec![0.0; self.operations.len()];
         each_step(&self.field, start, parameters, duration, |_, length, state, step| {
             let arguments = signs.iter_mut().enumerate();
-            let of_rates =
+            let everywhere =
                 arguments.filter(|&(number, _)| self.operations[number].place.surface().is_none());
-            let changes = of_rates.filter_map(|(number, sign)| {
+            let changes = everywhere.filter_map(|(number, sign)| {
                 let argument = step.watched_coefficients(number);
                 Some((first_sign_change(argument, length, sign)?, number))
             });

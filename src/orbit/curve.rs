@@ -9,7 +9,7 @@ use super::grazing_orbit::Location;
 use super::locate::locate;
 use super::outcome::{OrbitError, Stop, settled};
 use super::sampled::{SAMPLES, Zeros, places, zeros};
-use super::special::{Chord, corner_between, special_at_start, special_between};
+use super::special::{Chord, corner_between, special_between};
 use crate::model::Scene;
 
 /// Continues the grazing orbit of a scene in a second parameter, `with`, from one value of it to
@@ -62,11 +62,11 @@ struct PseudoArclength<'a> {
     options: &'a CurveOptions,
 }
 
-/// A step with its points, the first of them left out.
+/// A step with its points and their places in it, the first of them left out.
 struct CurveStep {
-    points: Vec<TestedPoint>,
-    /// What is not known to have all its zeros between neighbouring points.
-    unresolved: Vec<SpecialKind>,
+    points: Vec<(f64, TestedPoint)>,
+    /// What may have more zeros than the points show, and where; everywhere without a place.
+    unresolved: Vec<(SpecialKind, Option<f64>)>,
     /// Whether a shorter step would show more.
     too_long: bool,
 }
@@ -111,7 +111,6 @@ impl PseudoArclength<'_> {
         along[last] = if to < from { -1.0 } else { 1.0 };
         let mut here = self.context.at(unknowns.clone(), &along)?;
         curve.points.push(here.point.clone());
-        curve.special.extend(special_at_start(&self.context, &here)?);
         if from == to {
             return Err(Stop::Ended(CurveEnd::Reached));
         }
@@ -121,15 +120,20 @@ impl PseudoArclength<'_> {
         for _ in 0..self.options.max_steps {
             let (step, taken) = self.step(&here, (ds_min, ds), to)?;
             ds = (taken * GROWTH).min(ds_max);
-            for mut next in step.points {
+            let mut before = 0.0;
+            for (place, mut next) in step.points {
                 if (here.unknowns[last] - to) * (next.unknowns[last] - to) <= 0.0 {
                     next = self.at_value(&here, &next, to)?.unwrap_or(next);
                 }
-                curve.special.extend(special_between(&self.context, &here, &next)?);
+                let is_first = curve.points.len() == 1;
+                curve.special.extend(special_between(&self.context, &here, &next, is_first)?);
                 curve.points.push(next.point.clone());
                 unknowns.clone_from(&next.unknowns);
-                for &kind in &step.unresolved {
-                    curve.add_unresolved(kind, [&here.point.parameters, &next.point.parameters]);
+                for &(kind, at) in &step.unresolved {
+                    if at.is_none_or(|at| before < at && at <= place) {
+                        let ends = [&here, &next].map(|end| end.point.parameters.as_slice());
+                        curve.add_unresolved(kind, ends);
+                    }
                 }
                 let (value, normal_acceleration) = (unknowns[last], next.point.normal_acceleration);
                 if normal_acceleration <= 0.0 {
@@ -141,7 +145,7 @@ impl PseudoArclength<'_> {
                 if value == to {
                     return Err(Stop::Ended(CurveEnd::Reached));
                 }
-                here = next;
+                (here, before) = (next, place);
             }
         }
         Ok(())
@@ -215,7 +219,7 @@ impl PseudoArclength<'_> {
                 return Err(Stop::Ended(corner));
             }
         }
-        let points = points.into_iter().skip(1).map(|(_, point)| point).collect();
+        points.remove(0);
         Ok(Some(CurveStep { points, unresolved, too_long }))
     }
 
@@ -225,18 +229,23 @@ impl PseudoArclength<'_> {
         &self,
         points: &[(f64, TestedPoint)],
         to: f64,
-    ) -> (Vec<f64>, Vec<SpecialKind>, bool) {
+    ) -> (Vec<f64>, Vec<(SpecialKind, Option<f64>)>, bool) {
         let (mut parting, mut unresolved, mut too_long) = (Vec::new(), Vec::new(), false);
         let mut look = |samples: [f64; SAMPLES], noise: f64, kind: Option<SpecialKind>| {
-            match zeros(&samples, noise) {
-                Zeros::Parted(places) => parting.extend(places),
-                // A parameter that does not vary does not turn.
-                Zeros::Rounding if matches!(kind, Some(SpecialKind::Fold { .. })) => {}
-                known => {
-                    unresolved.extend(kind);
-                    too_long |= known == Zeros::TooLong;
+            let places = match zeros(&samples, noise) {
+                Zeros::Parted(places) => return parting.extend(places),
+                Zeros::Rounding(places) if !places.is_empty() => {
+                    places.into_iter().map(Some).collect()
                 }
-            }
+                // A parameter that does not vary does not turn.
+                Zeros::Rounding(_) if matches!(kind, Some(SpecialKind::Fold { .. })) => Vec::new(),
+                Zeros::Rounding(_) => vec![None],
+                Zeros::TooLong => {
+                    too_long = true;
+                    vec![None]
+                }
+            };
+            unresolved.extend(places.into_iter().flat_map(|at| kind.map(|kind| (kind, at))));
         };
         let of = |value: &dyn Fn(&TestedPoint) -> f64| from_fn(|place| value(&points[place].1));
         let first = &points[0].1;

@@ -7,6 +7,7 @@ use super::corners::Corners;
 use super::grazes::{Grazes, Touch};
 use super::grazing_curve::{CurveEnd, CurvePoint, SpecialKind};
 use super::grazing_orbit::{GrazingConditions, GrazingOrbit};
+use super::minima::each_step;
 use super::monodromy::{ConditionFactors, legs, multipliers, on_section, round};
 use super::newton::{Equations, Root, Scaled, Solve, refine, solve, unit_of};
 use super::outcome::{NotLocated, OrbitError, Stop, settled};
@@ -27,6 +28,8 @@ pub(super) struct CurveContext<'a> {
     systems: [ExtendedSystem; 2],
     units: Vec<f64>,
     residual_unit: f64,
+    /// How far each component of the full state goes from the graze along the orbit.
+    reach: Vec<f64>,
     /// How many conditions are followed from every passage to every other.
     count: usize,
     stretches: Vec<Stretch>,
@@ -105,6 +108,7 @@ impl<'a> CurveContext<'a> {
         }
         Ok(Self {
             scene,
+            reach: reach(&system, &start)?,
             systems: [system.clone(), system.matched(Matching::AtMiddle)],
             units,
             residual_unit,
@@ -267,7 +271,12 @@ impl<'a> CurveContext<'a> {
             parameters: passed.parameters,
             state,
         };
-        Ok(Described { point, sizes: factors.sizes(self.count), discriminant, corners })
+        Ok(Described {
+            point,
+            sizes: factors.sizes(self.count, &self.reach),
+            discriminant,
+            corners,
+        })
     }
 
     /// The end of the curve at an orbit along which the free flow has a corner.
@@ -418,6 +427,20 @@ fn start(system: &ExtendedSystem, orbit: &GrazingOrbit) -> Vec<f64> {
     let times: Vec<Dd> = independent.iter().map(|passage| passage.time).collect();
     let unknowns = system.assemble(&graze.state, orbit.period, &times, &graze.parameters);
     unknowns.iter().map(|value| value.to_f64()).collect()
+}
+
+/// How far each component of the full state goes from the graze along an orbit; 1 where it rests.
+fn reach(system: &ExtendedSystem, start: &[f64]) -> Result<Vec<f64>, OrbitError> {
+    let graze = &start[..system.dimension()];
+    let (parameters, period) = (system.parameters(start), system.period(start));
+    let mut reach = vec![0.0_f64; graze.len()];
+    each_step(&system.field, graze, &parameters, period, |_, _, state, _| -> Option<()> {
+        for ((reach, value), graze) in reach.iter_mut().zip(state).zip(graze) {
+            *reach = reach.max((value - graze).abs());
+        }
+        None
+    })?;
+    Ok(reach.into_iter().map(|reach| if reach > 0.0 { reach } else { 1.0 }).collect())
 }
 
 /// A Jacobian with one more row.

@@ -24,7 +24,7 @@ pub struct CurveOptions {
 
 impl Default for CurveOptions {
     fn default() -> Self {
-        Self { ds: 0.01, ds_min: 1e-8, ds_max: 0.05, max_steps: 20_000, xi_count: 1 }
+        Self { ds: 0.01, ds_min: 1e-8, ds_max: 1.0, max_steps: 20_000, xi_count: 1 }
     }
 }
 

@@ -3,15 +3,15 @@
 use super::corners::Corners;
 use super::grazes::{Grazes, check_field};
 use super::grazing_orbit::{GrazingOrbit, Location};
-use super::minima::{Minimum, gaps, watching_field};
+use super::minima::{Gaps, Minimum, each_step, gaps, watching_field};
 use super::monodromy::{full_monodromy, multipliers};
 use super::newton::{NewtonFailure, Solve};
 use super::outcome::{NamedValues, NotLocated, OrbitError, settled};
-use super::passages::{SAME, describe, disorder, in_order};
-use super::search::Search;
+use super::passages::{SAME, describe, disorder, further_graze, in_order};
+use super::search::{MOST_STEPS, Search};
 use super::system::{ExtendedSystem, refine_either, solve_either};
 use crate::flow::Integrator;
-use crate::model::{Scene, Symmetry};
+use crate::model::{Scene, Section, StroboscopicPhase, Symmetry};
 use crate::numeric::Dd;
 
 /// Largest residual of an orbit called located, relative to the size of its unknowns.
@@ -21,6 +21,8 @@ const RESIDUAL: f64 = 1e-24;
 const NEAR_GUESS: f64 = 0.5;
 /// Part of a forcing period by which a guess may miss its graze.
 const NEAR_GRAZE: f64 = 0.05;
+/// Most periods away from zero that the phase of the section may lie: 16 digits are left then.
+const MOST_PERIODS: f64 = 1e15;
 /// Phases at which the model's symmetry is checked before an orbit is known.
 const SYMMETRY_POINTS: usize = 8;
 
@@ -69,6 +71,7 @@ impl<'a> Locator<'a> {
         let (base, free) = (scene.model.parameter_values(), &scene.grazing.solve_for);
         let locator = Self { scene, system: ExtendedSystem::new(scene, grazes, &base, free) };
         locator.check_clock()?;
+        locator.check_section()?;
         locator.check_symmetry()?;
         Ok(locator)
     }
@@ -82,6 +85,20 @@ impl<'a> Locator<'a> {
             }
             _ => Ok(()),
         }
+    }
+
+    /// A phase of the section of which digits are left modulo its period.
+    fn check_section(&self) -> Result<(), OrbitError> {
+        let (Section::Stroboscopic(StroboscopicPhase::At(phase)), Some(clock)) =
+            (self.scene.section, &self.scene.model.phase)
+        else {
+            return Ok(());
+        };
+        let (phase, period) = (phase.to_f64(), clock.period.to_f64());
+        if phase.abs() > MOST_PERIODS * period.abs() {
+            return Err(OrbitError::SectionPhase { phase, period });
+        }
+        Ok(())
     }
 
     /// The symmetry asked for, at the guess and phases spread over the period.
@@ -115,6 +132,9 @@ impl<'a> Locator<'a> {
 
     /// Unknowns of an orbit to the roundoff of `f64`.
     fn search(&self) -> Result<Found, OrbitError> {
+        if let Some(reason) = self.too_slow() {
+            return Ok(Err(reason));
+        }
         let direct = match &self.scene.grazing.guess {
             Some(guess) => Some(self.direct(guess)?),
             None => None,
@@ -132,6 +152,25 @@ impl<'a> Locator<'a> {
             settled(Search::new(self.scene, alone, parameter).run(&start, values[parameter]))
         })?;
         Ok(self.better(direct, searched))
+    }
+
+    /// Why no search is begun: a period from the start takes too many steps.
+    fn too_slow(&self) -> Option<NotLocated> {
+        self.scene.model.phase.as_ref()?;
+        let (start, parameters) = (self.start(), self.start_parameters());
+        let unknowns = self.system.assemble(&start, 0.0, &[], &parameters);
+        let period = self.system.period(&unknowns);
+        let mut steps = 0;
+        let flown = each_step(&self.system.field, &start, &parameters, period, |_, _, _, _| {
+            steps += 1;
+            (steps > MOST_STEPS).then_some(())
+        });
+        // A flow that leaves the finite numbers from here is no reason against another start.
+        matches!(flown, Ok(Some(()))).then_some(NotLocated::TooSlow {
+            steps: MOST_STEPS,
+            complete: false,
+            limit: MOST_STEPS,
+        })
     }
 
     /// From the guess: all grazes at once, then one by one.
@@ -279,7 +318,9 @@ impl<'a> Locator<'a> {
             (_, Ok(unknowns)) | (Some(Ok(unknowns)), _) => Ok(unknowns),
             (
                 Some(Err(
-                    reason @ (NotLocated::DegenerateGraze { .. } | NotLocated::Singular { .. }),
+                    reason @ (NotLocated::DegenerateGraze { .. }
+                    | NotLocated::Singular { .. }
+                    | NotLocated::WrongSide { .. }),
                 )),
                 _,
             ) => Err(reason),
@@ -359,6 +400,9 @@ impl<'a> Locator<'a> {
             Ok(orbit) => orbit,
             Err(reason) => return Ok(Location::NotLocated(reason)),
         };
+        if let Some(reason) = further_graze(self.scene, &orbit)? {
+            return Ok(Location::NotLocated(reason));
+        }
         self.check_symmetry_of(&orbit)?;
         let rounded: Vec<f64> = root.unknowns.iter().map(|value| value.to_f64()).collect();
         orbit.guess_distance = self.guess_distance(&rounded);
@@ -436,7 +480,9 @@ impl<'a> Diagnosis<'a> {
         let start = &self.unknowns[..self.system.dimension()];
         let period = self.system.period(self.unknowns);
         let watching = watching_field(&self.scene.model);
-        let largest = gaps(&watching, start, &self.parameters, period).map(|gaps| gaps.largest);
+        let gaps = gaps(&watching, start, &self.parameters, period);
+        let beyond = gaps.as_ref().ok().and_then(Gaps::beyond);
+        let largest = gaps.as_ref().map(|gaps| &gaps.largest);
         let mut integrator = Integrator::<f64>::new(&self.system.field);
         let times = self.system.times(self.unknowns);
         times.into_iter().enumerate().find_map(|(passage, time)| {
@@ -448,13 +494,22 @@ impl<'a> Diagnosis<'a> {
             let range = largest.as_ref().map_or(1.0, |largest| largest[surface]);
             let relative =
                 normal_acceleration * period * period / range.abs().max(f64::MIN_POSITIVE);
-            (relative.is_nan() || relative < bound).then(|| NotLocated::DegenerateGraze {
-                surface: self.scene.model.surfaces[surface].name.clone(),
-                at: self.adjusted(),
-                normal_acceleration,
-                relative,
+            (relative.is_nan() || relative < bound).then(|| match beyond {
+                Some(beyond) => self.wrong_side(beyond),
+                None => NotLocated::DegenerateGraze {
+                    surface: self.scene.model.surfaces[surface].name.clone(),
+                    at: self.adjusted(),
+                    normal_acceleration,
+                    relative,
+                },
             })
         })
+    }
+
+    /// Why an orbit that lies beyond a surface is none.
+    fn wrong_side(&self, (surface, largest): (usize, f64)) -> NotLocated {
+        let surface = self.scene.model.surfaces[surface].name.clone();
+        NotLocated::WrongSide { surface, at: self.adjusted(), largest }
     }
 
     fn multiplier_nearest_one(&self) -> [f64; 2] {

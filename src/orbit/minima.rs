@@ -25,11 +25,28 @@ pub(super) struct Minimum {
 pub(super) struct Gaps {
     /// Minima of all surfaces, by time.
     pub(super) minima: Vec<Minimum>,
-    /// Largest value of each event function at the start of a step.
+    /// Largest value of each event function.
     pub(super) largest: Vec<f64>,
+    /// How many Taylor steps the stretch took.
+    pub(super) steps: usize,
 }
 
+/// Largest value of an event function along an orbit, relative to the lowest, that is rounding at
+/// a touch.
+const TOUCH: f64 = 1e-9;
+
 impl Gaps {
+    /// The first surface beyond which the whole stretch lies, touching it at most, with the largest
+    /// value of its event function.
+    pub(super) fn beyond(&self) -> Option<(usize, f64)> {
+        let mut surfaces = self.largest.iter().copied().enumerate();
+        surfaces.find(|&(surface, largest)| {
+            let mine = self.minima.iter().filter(|minimum| minimum.surface == surface);
+            let lowest = mine.map(|minimum| minimum.event).fold(largest, f64::min);
+            lowest < 0.0 && largest <= -TOUCH * lowest
+        })
+    }
+
     /// The minima strictly inside a range of times.
     pub(super) fn between(&self, times: Range<f64>) -> impl Iterator<Item = &Minimum> {
         let within =
@@ -58,13 +75,18 @@ pub(super) fn gaps(
     parameters: &[f64],
     duration: f64,
 ) -> Result<Gaps, OrbitError> {
-    let mut found = Gaps { minima: Vec::new(), largest: vec![f64::NEG_INFINITY; field.watched()] };
+    let largest = vec![f64::NEG_INFINITY; field.watched()];
+    let mut found = Gaps { minima: Vec::new(), largest, steps: 0 };
     each_step(field, start, parameters, duration, |elapsed, length, state, step| -> Option<()> {
+        found.steps += 1;
         for surface in 0..field.watched() {
             let event = step.watched_coefficients(surface);
             found.largest[surface] = found.largest[surface].max(horner(event, 0.0));
-            let turns = extrema(event, length).into_iter();
-            for turn in turns.filter(|turn| turn.kind == ExtremumKind::Minimum) {
+            for turn in extrema(event, length) {
+                if turn.kind == ExtremumKind::Maximum {
+                    found.largest[surface] = found.largest[surface].max(turn.value);
+                    continue;
+                }
                 let mut there = state.to_vec();
                 step.state_at(turn.time, &mut there);
                 found.minima.push(Minimum {

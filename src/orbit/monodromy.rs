@@ -166,10 +166,11 @@ impl<S: Real> ConditionFactors<S> {
 
 impl ConditionFactors<f64> {
     /// What the rounding of the conditions is relative to: the sum of their changes when the
-    /// entries of one leg after another change by all of their size.
-    pub(super) fn sizes(&self, count: usize) -> Vec<GrazingConditions<f64>> {
+    /// entries of one leg after another change by the largest of them, states being measured in
+    /// their `reach`.
+    pub(super) fn sizes(&self, count: usize, reach: &[f64]) -> Vec<GrazingConditions<f64>> {
         let passages = self.slopes.len();
-        let leg = |number: usize| &self.legs[number % passages];
+        let largest: Vec<f64> = self.legs.iter().map(|leg| largest(leg, reach)).collect();
         let mut found = Vec::new();
         for (from, direction) in self.stretches.iter().enumerate() {
             let mut values = vec![Vec::new(); passages];
@@ -177,15 +178,17 @@ impl ConditionFactors<f64> {
             let mut stretch = direction.as_deref().map(DVector::from_column_slice);
             for last in (from..).take(count * passages) {
                 let Some(before) = stretch else { break };
-                stretch = Some(leg(last) * &before);
-                carried.push(before.map(|value| value.abs()));
+                stretch = Some(&self.legs[last % passages] * &before);
+                let lengths = before.iter().zip(reach).map(|(value, reach)| (value / reach).abs());
+                carried.push(lengths.sum::<f64>());
                 let to = (last + 1) % passages;
                 let mut slopes = DVector::from_column_slice(&self.slopes[to]).transpose();
                 let mut size = 0.0;
                 for (number, before) in (from..last + 1).zip(&carried).rev() {
-                    let entries = leg(number).map(|value| value.abs());
-                    size += (slopes.map(|value| value.abs()) * entries * before)[0];
-                    slopes *= leg(number);
+                    let after =
+                        slopes.iter().zip(reach).map(|(value, reach)| (value * reach).abs());
+                    size += after.sum::<f64>() * largest[number % passages] * before;
+                    slopes *= &self.legs[number % passages];
                 }
                 values[to].push(size);
             }
@@ -194,4 +197,15 @@ impl ConditionFactors<f64> {
         }
         found
     }
+}
+
+/// Largest entry of a derivative of the flow, states being measured in their `reach`.
+fn largest(leg: &DMatrix<f64>, reach: &[f64]) -> f64 {
+    let columns = leg.column_iter().zip(reach);
+    let entries = columns.flat_map(|(column, length)| {
+        let entries: Vec<f64> =
+            column.iter().zip(reach).map(|(entry, reach)| (entry * length / reach).abs()).collect();
+        entries
+    });
+    entries.fold(0.0, f64::max)
 }

@@ -44,6 +44,35 @@ pub enum NotLocated {
         /// Number of parameter values tried.
         tried: usize,
     },
+    /// The free flow is too slow to compute.
+    #[error(
+        "a period of the free flow takes {steps} Taylor steps{}, too many for a search (at most \
+         {limit} in all): a rate or a stiffness is out of proportion to the phase's rate; check \
+         their units, or give a `guess` nearer to the grazing point",
+        if *complete { "" } else { " and more" }
+    )]
+    TooSlow {
+        /// Taylor steps of the period, or of its part that was computed.
+        steps: usize,
+        /// Whether they make up the period.
+        complete: bool,
+        /// Most Taylor steps of a search.
+        limit: usize,
+    },
+    /// The whole orbit lies beyond a surface.
+    #[error(
+        "the event function of `{surface}` is positive nowhere along the orbit of the free flow at \
+         {at}: its largest value is {largest:.6e}, and in free flight it is positive; if the \
+         oscillator moves on this side of `{surface}`, change the sign: `event = \"-(...)\"`"
+    )]
+    WrongSide {
+        /// Name of the surface.
+        surface: String,
+        /// The adjusted parameters.
+        at: NamedValues,
+        /// Largest value of the event function along the orbit.
+        largest: f64,
+    },
     /// The free flow or an event function has no Taylor series where a function changes branch.
     #[error(
         "`{function}` in `{key}` is at its corner at {at}: there is no Taylor series there, and no \
@@ -152,6 +181,33 @@ pub enum NotLocated {
         /// Number of grazes that are adjusted for.
         adjusted: usize,
     },
+    /// The orbit is a shorter one, run several times.
+    #[error(
+        "the orbit found repeats after {time:.6}: it is a shorter one, run {times} times, and \
+         grazes `{surface}` every time; {}",
+        shorter(*times, *periods)
+    )]
+    Repeats {
+        /// Name of the surface that it grazes first.
+        surface: String,
+        /// Time after which it repeats.
+        time: f64,
+        /// How many times it is run.
+        times: usize,
+        /// Forcing periods asked for; `None` without a forcing phase.
+        periods: Option<usize>,
+    },
+    /// The orbit touches a surface where the scene names no passage.
+    #[error(
+        "the orbit found touches `{surface}` once more, {time:.6} after the first graze; name every \
+         passage of a period in its order in `passages`"
+    )]
+    TouchesElsewhere {
+        /// Name of the surface.
+        surface: String,
+        /// Time since the first graze.
+        time: f64,
+    },
     /// The mirror image of a graze is not one.
     #[error(
         "passage {passage} is to mirror passage {of}, and at the mirrored state `{surface}` has h \
@@ -202,6 +258,18 @@ pub(super) fn settled<T, E>(result: Result<T, Stop<E>>) -> Result<Result<T, E>, 
         Ok(value) => Ok(Ok(value)),
         Err(Stop::Ended(outcome)) => Ok(Err(outcome)),
         Err(Stop::Failed(error)) => Err(error),
+    }
+}
+
+/// What leads to an orbit that does not repeat.
+fn shorter(times: usize, periods: Option<usize>) -> String {
+    match periods {
+        Some(periods) if periods.is_multiple_of(times) => format!(
+            "`periods = {}` is that orbit; a `guess` leads to one that takes {periods} forcing \
+             periods to return",
+            periods / times
+        ),
+        _ => "a `guess` on the orbit leads to another one".to_owned(),
     }
 }
 
@@ -286,6 +354,18 @@ pub enum OrbitError {
     /// A stroboscopic section of an autonomous system.
     #[error("a stroboscopic section needs a forcing phase; the model has none")]
     StroboscopicWithoutPhase,
+    /// A phase of the section that has no digits left modulo its period.
+    #[error(
+        "the phase of the section, {}, is too large to be taken modulo its period, {period}: give \
+         one within a period",
+        Shown(*phase)
+    )]
+    SectionPhase {
+        /// The phase.
+        phase: f64,
+        /// Its period.
+        period: f64,
+    },
     /// An autonomous system whose limit cycle nothing points to.
     #[error(
         "without a forcing phase the orbit is found from a `guess` of its grazing point; [grazing] \

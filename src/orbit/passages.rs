@@ -390,8 +390,45 @@ pub(super) fn clearance(
     passages: &[GrazingPoint],
     period: Dd,
 ) -> Result<Option<f64>, OrbitError> {
-    let Some(graze) = passages.first() else {
+    let others = other_minima(scene, passages, period)?;
+    Ok(others.iter().map(|minimum| minimum.event).min_by(f64::total_cmp))
+}
+
+/// Why passages are not all grazes of an orbit: it touches a surface elsewhere, or again, run
+/// several times.
+pub(super) fn further_graze(
+    scene: &Scene,
+    orbit: &GrazingOrbit,
+) -> Result<Option<NotLocated>, OrbitError> {
+    let others = other_minima(scene, &orbit.passages, orbit.period)?;
+    let touches = others.iter().filter(|minimum| minimum.event == 0.0);
+    let Some(next) = touches.min_by(|a, b| a.time.total_cmp(&b.time)) else {
         return Ok(None);
+    };
+    let surface = scene.model.surfaces[next.surface].name.clone();
+    let (graze, time) = (orbit.grazing_point(), next.time);
+    let states = next.state.iter().zip(&graze.state).take(scene.model.states.len());
+    let repeats = states.into_iter().all(|(there, here)| {
+        let here = here.to_f64();
+        (there - here).abs() <= SAME * here.abs().max(1.0)
+    });
+    if !(repeats && next.surface == graze.surface) {
+        return Ok(Some(NotLocated::TouchesElsewhere { surface, time }));
+    }
+    let times = (orbit.period.to_f64() / time).round() as usize;
+    let periods = scene.model.phase.as_ref().map(|_| scene.grazing.periods);
+    Ok(Some(NotLocated::Repeats { surface, time, times, periods }))
+}
+
+/// All minima of the event functions along an orbit but its grazes; a touch to rounding has the
+/// event 0.
+fn other_minima(
+    scene: &Scene,
+    passages: &[GrazingPoint],
+    period: Dd,
+) -> Result<Vec<Minimum>, OrbitError> {
+    let Some(graze) = passages.first() else {
+        return Ok(Vec::new());
     };
     let rounded = |values: &[Dd]| values.iter().map(|value| value.to_f64()).collect::<Vec<_>>();
     let (state, parameters) = (rounded(&graze.state), rounded(&graze.parameters));
@@ -402,8 +439,12 @@ pub(super) fn clearance(
         let apart = |at: &GrazingPoint| (at.time.to_f64() - minimum.time).rem_euclid(period);
         mine.map(apart).any(|apart| apart.min(period - apart) < SAME * period)
     };
-    let others = gaps.minima.iter().filter(|minimum| !is_graze(minimum));
-    let touching = |event: f64, surface: usize| event.abs() <= 1e-10 * gaps.largest[surface].abs();
-    let values = others.map(|m| if touching(m.event, m.surface) { 0.0 } else { m.event });
-    Ok(values.min_by(f64::total_cmp))
+    let mut others = gaps.minima;
+    others.retain(|minimum| !is_graze(minimum));
+    for minimum in &mut others {
+        if minimum.event.abs() <= 1e-10 * gaps.largest[minimum.surface].abs() {
+            minimum.event = 0.0;
+        }
+    }
+    Ok(others)
 }

@@ -30,8 +30,8 @@ pub(super) enum Zeros {
     Parted(Vec<f64>),
     /// The step is too long for as many samples.
     TooLong,
-    /// The function is rounding where it comes near zero.
-    Rounding,
+    /// The function cannot be told from zero at these places, or, where there are none, anywhere.
+    Rounding(Vec<f64>),
 }
 
 /// Largest share of the last coefficients in the largest one. The terms left out are then smaller
@@ -47,7 +47,7 @@ pub(super) fn zeros(samples: &[f64; SAMPLES], noise: f64) -> Zeros {
     let largest = coefficients.iter().fold(0.0_f64, |most, value| most.max(value.abs()));
     let last = coefficients[DEGREE].abs().max(coefficients[DEGREE - 1].abs());
     if largest <= noise {
-        return Zeros::Rounding;
+        return Zeros::Rounding(Vec::new());
     }
     if last > DECAYED * largest {
         return Zeros::TooLong;
@@ -59,7 +59,8 @@ pub(super) fn zeros(samples: &[f64; SAMPLES], noise: f64) -> Zeros {
     } else if nearest > MARGIN * noise {
         Zeros::TooLong
     } else {
-        Zeros::Rounding
+        let rounding = turns.iter().filter(|(_, value)| value.abs() <= MARGIN * noise);
+        Zeros::Rounding(rounding.map(|(place, _)| *place).collect())
     }
 }
 
@@ -160,8 +161,11 @@ mod tests {
     #[test]
     fn a_touch_within_the_noise_is_rounding_and_one_beyond_is_not() {
         let touch = |gap: f64| move |t: f64| (t - 0.4).powi(2) + gap;
-        assert_eq!(zeros_of(touch(1e-12), 1e-11), Zeros::Rounding);
+        let Zeros::Rounding(places) = zeros_of(touch(1e-12), 1e-11) else {
+            panic!("beyond the noise")
+        };
+        assert!(places.len() == 1 && (places[0] - 0.4).abs() < 1e-12, "{places:?}");
         assert_eq!(zeros_of(touch(1e-9), 1e-11), Zeros::Parted(Vec::new()));
-        assert_eq!(zeros_of(|_| 1e-12, 1e-11), Zeros::Rounding);
+        assert_eq!(zeros_of(|_| 1e-12, 1e-11), Zeros::Rounding(Vec::new()));
     }
 }

@@ -2,7 +2,7 @@
 
 use super::minima::{Minimum, gaps, watching_field};
 use super::newton::{Scaled, Solve, solve};
-use super::outcome::{NotLocated, OrbitError, Stop};
+use super::outcome::{NamedValues, NotLocated, OrbitError, Stop};
 use super::system::{ExtendedSystem, Shooting, solve_either};
 use crate::flow::{Field, Integrator};
 use crate::model::Scene;
@@ -23,6 +23,10 @@ struct Periodic {
     start: Vec<f64>,
     lowest: Minimum,
     largest: f64,
+    /// Whether all of it lies beyond the surface.
+    beyond: bool,
+    /// Taylor steps of its period.
+    steps: usize,
 }
 
 /// Periods flown to settle.
@@ -31,6 +35,8 @@ const SETTLING: usize = 400;
 const SETTLED: f64 = 1e-10;
 /// Parameter values tried.
 const TRIALS: usize = 60;
+/// Most Taylor steps of all periods tried together, one period of each value.
+pub(super) const MOST_STEPS: usize = 100_000;
 /// Part of the range of `h` within which Newton on the extended system is tried.
 const NEAR: f64 = 0.2;
 
@@ -60,8 +66,16 @@ impl<'a> Search<'a> {
             }
         };
         let mut closest = orbit.clone();
+        let mut beyond = orbit.beyond.then(|| orbit.clone());
         let mut previous: Option<Periodic> = None;
+        let mut flown = 0;
         for _ in 0..TRIALS {
+            flown += orbit.steps;
+            if flown > MOST_STEPS {
+                let steps = orbit.steps;
+                let reason = NotLocated::TooSlow { steps, complete: true, limit: MOST_STEPS };
+                return Err(Stop::Ended(reason));
+            }
             if let Some(unknowns) = self.touch(&orbit)? {
                 return Ok(unknowns);
             }
@@ -72,8 +86,14 @@ impl<'a> Search<'a> {
             if orbit.lowest.event.abs() < closest.lowest.event.abs() {
                 closest = orbit.clone();
             }
+            if beyond.is_none() && orbit.beyond {
+                beyond = Some(orbit.clone());
+            }
         }
-        Err(Stop::Ended(self.never_touches(&closest)))
+        Err(Stop::Ended(match beyond {
+            Some(orbit) => self.wrong_side(&orbit),
+            None => self.never_touches(&closest),
+        }))
     }
 
     /// The free flow's state after many periods, and how much the last one changed it.
@@ -113,9 +133,17 @@ impl<'a> Search<'a> {
         full[..states].copy_from_slice(&root);
         let period = self.system.period(&self.unknowns(&full, value));
         let gaps = gaps(&self.watching, &full, &parameters, period).ok()?;
+        let beyond = gaps.beyond().is_some_and(|(surface, _)| surface == self.surface);
         let mine = gaps.minima.into_iter().filter(|minimum| minimum.surface == self.surface);
         let lowest = mine.min_by(|a, b| a.event.total_cmp(&b.event))?;
-        Some(Periodic { value, start: full, lowest, largest: gaps.largest[self.surface] })
+        Some(Periodic {
+            value,
+            start: full,
+            lowest,
+            largest: gaps.largest[self.surface],
+            beyond,
+            steps: gaps.steps,
+        })
     }
 
     /// Newton on the extended system from an orbit's lowest point, where that is near the surface.
@@ -171,6 +199,14 @@ impl<'a> Search<'a> {
 
     fn no_orbit(&self, value: f64, change: f64) -> NotLocated {
         NotLocated::NoPeriodicOrbit { parameter: self.name(), value, periods: SETTLING, change }
+    }
+
+    fn wrong_side(&self, orbit: &Periodic) -> NotLocated {
+        NotLocated::WrongSide {
+            surface: self.scene.model.surfaces[self.surface].name.clone(),
+            at: NamedValues(vec![(self.name(), orbit.value)]),
+            largest: orbit.largest,
+        }
     }
 
     fn never_touches(&self, closest: &Periodic) -> NotLocated {

@@ -18,24 +18,13 @@ const DIFFERENCE: f64 = 1e-7;
 /// Largest residual of a point refined in double-double.
 const REFINED: f64 = 1e-22;
 
-/// Special points at the first point of a curve.
-pub(super) fn special_at_start(
-    context: &CurveContext<'_>,
-    start: &TestedPoint,
-) -> Result<Vec<SpecialPoint>, OrbitError> {
-    let at_zero = start.tests.iter().filter(|test| test.beyond_rounding() == 0.0);
-    let mut found = Vec::new();
-    for test in at_zero {
-        found.extend(refined(context, test, &start.unknowns, [&start.unknowns, &start.tangent])?);
-    }
-    Ok(found)
-}
-
-/// Special points after a point, up to another, in order along the curve.
+/// Special points after a point, up to another, in order along the curve; at the first point of the
+/// curve, too, where nothing lies before it.
 pub(super) fn special_between(
     context: &CurveContext<'_>,
     here: &TestedPoint,
     next: &TestedPoint,
+    is_first: bool,
 ) -> Result<Vec<SpecialPoint>, OrbitError> {
     let mut found = Vec::new();
     let chord = Chord::new(here, next);
@@ -49,6 +38,8 @@ pub(super) fn special_between(
             chord.zero(context, [a, b], value)?
         } else if a != 0.0 && b == 0.0 {
             Some((1.0, next.unknowns.clone()))
+        } else if is_first && a == 0.0 && b != 0.0 {
+            Some((0.0, here.unknowns.clone()))
         } else {
             None
         };

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use super::map::refuse_depth_variables;
 use super::{Error, Map};
-use crate::convergence::{Choice, measured_error};
+use crate::convergence::Choice;
 use crate::emission::{
     EmitOptions, EmittedCrate, EmittedModule, EmittedShape, Target, emitted_module, prune,
     prune_composed,
@@ -15,20 +15,22 @@ use crate::model::Shape;
 use crate::report::OutputFolder;
 
 /// What is asked of an emission.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub struct EmitRequest {
     /// Language of the code.
     pub target: Target,
-    /// Whether the error on the window is measured where the scene names no tolerance.
+    /// Whether the error on the window is measured and stated.
     pub measure: bool,
     /// The command that emits the same again, run in the folder of the module's file: for its
     /// header.
     pub command: Option<String>,
 }
 
-impl EmitRequest {
-    /// Fresh points at which the error of an emitted map is measured.
-    pub const POINTS: usize = 1000;
+impl Default for EmitRequest {
+    /// Rust, measured, without a command in its header.
+    fn default() -> Self {
+        Self { target: Target::Rust, measure: true, command: None }
+    }
 }
 
 impl Map {
@@ -44,13 +46,13 @@ impl Map {
 
     /// The emitted module of the map.
     ///
-    /// The error on the window is measured against direct simulation, and stated in the header,
-    /// where it is asked for or the scene names a tolerance.
+    /// The error of what is emitted is measured against direct simulation at the points of the
+    /// window that the map was measured at, and stated in the header, unless that is not asked for.
     ///
     /// # Errors
     ///
-    /// [`Error::Emission`] for a map that cannot be emitted, [`Error::Convergence`] if the window
-    /// has no point to compare at.
+    /// [`Error::Emission`] for a map that cannot be emitted, [`Error::Convergence`] if direct
+    /// simulation fails.
     pub fn module(&self, request: EmitRequest) -> Result<EmittedModule, Error> {
         refuse_depth_variables(&Expander::new(self.scene(), self.orbit())?)?;
         let (choice, precision) = (self.choice(), self.precision());
@@ -59,17 +61,16 @@ impl Map {
             shape: EmittedShape::Factored,
             precision,
             lanes: self.scene().emit.lanes(precision),
-            tolerance: choice.map(|choice| choice.tolerance),
+            tolerance: choice.map(|choice| choice.tolerance).or(self.scene().emit.tolerance),
             drop_within: choice.and_then(Choice::drop_after),
             measured_error: None,
             command: request.command,
         };
         options.shape = self.emitted_shape(&options)?;
-        if choice.is_some() || request.measure {
+        if request.measure {
             let run = self.as_emitted(&options)?.in_format(precision);
-            let (orbit, points) = (self.orbit(), EmitRequest::POINTS);
-            let measured = measured_error(self.scene(), orbit, self.local(), &*run, points)?;
-            options.measured_error = measured.rounded_up();
+            let images = self.exact_images()?;
+            options.measured_error = images.and_then(|images| images.stated_error(&*run));
         }
         self.in_shape(&options)
     }

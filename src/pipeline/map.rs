@@ -8,13 +8,17 @@ use crate::analysis::chart::{Chart, chart};
 use crate::analysis::diagram::{Diagram, diagram};
 use crate::analysis::orbits::{Orbits, OrbitsRequest, orbits};
 use crate::analysis::{
-    ImageRecord, ImageRequest, NoProgress, Part, Progress, SectionImage, direct_image, images,
+    DirectMap, GuardedMap, ImageRecord, ImageRequest, NoProgress, Part, Progress, SectionImage,
+    direct_image, images,
 };
-use crate::convergence::{Choice, ConvergenceStudy};
+use crate::convergence::{
+    Choice, ConvergenceError, ConvergenceStudy, ExactImages, MeasuredWindow, measure_window,
+};
 use crate::expansion::{
     ComposedMap, Contact, DepthSeries, Expander, LocalMap, RADIUS_ORDER, Stage, WindowEdge,
     check_orders,
 };
+use crate::hybrid::HybridSystem;
 use crate::iteration::{DiscreteMap, HornerMap, StepInfo};
 use crate::model::{ChartRequest, DiagramRequest, MapOrders, Scene, Shape};
 use crate::numeric::FloatFormat;
@@ -49,7 +53,7 @@ impl Plan {
         self.choice.as_ref()
     }
 
-    /// The map of the plan.
+    /// The map of the plan, its window measured.
     ///
     /// # Errors
     ///
@@ -58,22 +62,48 @@ impl Plan {
         let (scene, orbit, orders) = (&*self.scene, self.settled.orbit(), self.orders);
         check_orders(scene)?;
         let expander = Expander::new(scene, orbit)?;
-        if scene.emit.shape == Shape::Flown {
-            let local = expander.flown(orders)?;
-            return Ok(Map::new(self, local, None, Vec::new(), Vec::new()));
-        }
-        let series = (0..expander.passages())
-            .map(|passage| expander.depth_series(passage, RADIUS_ORDER))
-            .collect::<Result<Vec<_>, _>>()?;
-        let edge = |series| WindowEdge::new(series, scene.window.depth, orders.contact_weight);
-        let edges = series.iter().filter_map(edge).collect();
-        let fitted = self.choice.as_ref();
-        let local = match fitted.filter(|choice| choice.fitted_to.is_some()) {
-            Some(choice) => choice.local_map(scene, orbit)?,
-            None => expander.expand(orders)?,
+        let fitted = self.choice.as_ref().filter(|choice| choice.fitted_to.is_some());
+        let mut local = match (scene.emit.shape, fitted) {
+            (Shape::Flown, _) => expander.flown(orders)?,
+            (_, Some(choice)) => choice.local_map(scene, orbit)?,
+            (_, None) => expander.expand(orders)?,
         };
-        Ok(Map::new(self, local, None, series, edges))
+        let passages = local.stages.iter().filter(|stage| stage.is_passage()).enumerate();
+        let series = passages.filter(|(_, stage)| matches!(stage, Stage::Contact(_)));
+        let series = series
+            .map(|(passage, _)| expander.depth_series(passage, RADIUS_ORDER))
+            .collect::<Result<Vec<_>, _>>()?;
+        let radii = series.iter().filter_map(DepthSeries::radius);
+        let natural = expander.natural_window(&local, radii.reduce(f64::min).map(|r| r * r));
+        let run = HornerMap::new(&local);
+        let run_in = run.in_format(self.precision());
+        let found = measure_window((scene, orbit), &local, &*run_in, &natural)?;
+        local.window = found.window;
+        // Of a map with flown contacts nothing is said by weight.
+        let series = if local.is_flown() { Vec::new() } else { series };
+        let depth = edge_depth(scene, &local);
+        let edge = |series| WindowEdge::new(series, depth, orders.contact_weight);
+        let window_edges = series.iter().filter_map(edge).collect();
+        Ok(Map::new(Parts {
+            window_edges,
+            depth_series: series,
+            images: OnceLock::from(found.images),
+            run: OnceLock::from(run),
+            ..Parts::new(self, local, found.measured)
+        }))
     }
+
+    /// What the map is run in: as chosen, or as the scene says.
+    fn precision(&self) -> FloatFormat {
+        let named = self.scene.emit.precision.first();
+        self.choice.as_ref().map_or(named, |choice| choice.precision)
+    }
+}
+
+/// The depth at which the edge of the window is: the scene's, though it be beyond the radius, or
+/// the one that was measured.
+fn edge_depth(scene: &Scene, local: &LocalMap) -> f64 {
+    if scene.window.depth.is_finite() { scene.window.depth } else { local.window.depth }
 }
 
 /// The local map of a scene near its grazing orbit.
@@ -98,12 +128,32 @@ pub struct Map(pub(super) Arc<Parts>);
 pub(super) struct Parts {
     pub(super) plan: Plan,
     pub(super) local: LocalMap,
+    pub(super) window: MeasuredWindow,
     pub(super) window_edges: Vec<WindowEdge>,
     /// Of each passage; none where the map is flown or was read from a file.
-    depth_series: Vec<DepthSeries>,
-    composed: OnceLock<ComposedMap>,
-    listing: OnceLock<MapListing>,
-    run: OnceLock<HornerMap>,
+    pub(super) depth_series: Vec<DepthSeries>,
+    /// The points at which the window was measured; `None` where none of them has an image.
+    pub(super) images: OnceLock<Option<ExactImages>>,
+    pub(super) composed: OnceLock<ComposedMap>,
+    pub(super) listing: OnceLock<MapListing>,
+    pub(super) run: OnceLock<HornerMap>,
+}
+
+impl Parts {
+    /// Of a map whose edges are to be filled in, and all else to be found when it is asked for.
+    pub(super) fn new(plan: Plan, local: LocalMap, window: MeasuredWindow) -> Self {
+        Self {
+            plan,
+            local,
+            window,
+            window_edges: Vec::new(),
+            depth_series: Vec::new(),
+            images: OnceLock::new(),
+            composed: OnceLock::new(),
+            listing: OnceLock::new(),
+            run: OnceLock::new(),
+        }
+    }
 }
 
 /// One image of a map.
@@ -116,22 +166,8 @@ pub struct Image {
 }
 
 impl Map {
-    pub(super) fn new(
-        plan: Plan,
-        local: LocalMap,
-        listing: Option<MapListing>,
-        depth_series: Vec<DepthSeries>,
-        window_edges: Vec<WindowEdge>,
-    ) -> Self {
-        Self(Arc::new(Parts {
-            plan,
-            local,
-            window_edges,
-            depth_series,
-            composed: OnceLock::new(),
-            listing: listing.map_or_else(OnceLock::new, OnceLock::from),
-            run: OnceLock::new(),
-        }))
+    pub(super) fn new(parts: Parts) -> Self {
+        Self(Arc::new(parts))
     }
 
     /// The scene, with the weights and the shape chosen where it names a tolerance.
@@ -169,6 +205,27 @@ impl Map {
         &self.0.local
     }
 
+    /// The window of the map: which bounds are the scene's, which were measured, and what the map
+    /// errs inside.
+    pub fn window(&self) -> &MeasuredWindow {
+        &self.0.window
+    }
+
+    /// Points of the window with their images by direct simulation in double-double; `None` where
+    /// none of them has an image.
+    pub(super) fn exact_images(&self) -> Result<Option<&ExactImages>, Error> {
+        if self.0.images.get().is_none() {
+            let found = ExactImages::of_window(self.scene(), self.orbit(), self.local());
+            let images = match found {
+                Ok(images) => Some(images),
+                Err(ConvergenceError::NoTruth { .. }) => None,
+                Err(error) => return Err(error.into()),
+            };
+            self.0.images.get_or_init(|| images);
+        }
+        Ok(self.0.images.get().and_then(Option::as_ref))
+    }
+
     /// What its contacts leave out at the edge of the window, by passage; none where their series
     /// end or are flown.
     pub fn window_edges(&self) -> &[WindowEdge] {
@@ -177,8 +234,7 @@ impl Map {
 
     /// What the map is run in: as chosen, or as the scene says.
     pub fn precision(&self) -> FloatFormat {
-        let named = self.scene().emit.precision.first();
-        self.choice().map_or(named, |choice| choice.precision)
+        self.0.plan.precision()
     }
 
     /// Grazing value of a parameter.
@@ -222,20 +278,26 @@ impl Map {
         parameters: &[f64],
         count: usize,
     ) -> Result<Vec<Image>, Error> {
-        let map = self.discrete();
-        check_length("coordinates", map.dimension(), state.len())?;
-        check_length("parameters", map.parameters(), parameters.len())?;
-        let (mut images, mut state) = (Vec::with_capacity(count), state.to_vec());
-        for _ in 0..count {
-            let mut offsets = vec![0.0; state.len()];
-            let step = map.step(&state, parameters, &mut offsets);
-            state.copy_from_slice(&offsets);
-            images.push(Image { offsets, step });
-            if !step.valid {
-                break;
-            }
-        }
-        Ok(images)
+        iterate(self.discrete(), state, parameters, count)
+    }
+
+    /// The same by the map inside its window and by direct simulation of the same section outside:
+    /// [`StepInfo::simulated`] tells them apart.
+    ///
+    /// # Errors
+    ///
+    /// As [`iterate`](Self::iterate); [`Error::Analysis`] if the simulator refuses the model.
+    pub fn iterate_guarded(
+        &self,
+        state: &[f64],
+        parameters: &[f64],
+        count: usize,
+    ) -> Result<Vec<Image>, Error> {
+        let settled = self.settled();
+        let system = HybridSystem::new(&settled.scene().model);
+        let direct = DirectMap::new(&system, settled.scene(), settled.orbit())?;
+        let window = self.local().window.clone();
+        iterate(&GuardedMap::new(self.discrete(), window, direct), state, parameters, count)
     }
 
     /// The image of a state by event-driven simulation, which knows nothing of the expansion.
@@ -287,7 +349,7 @@ impl Map {
         requests.map(diagram).collect()
     }
 
-    /// Two-parameter charts, one for each start.
+    /// Two-parameter charts, one for each method and start.
     ///
     /// # Errors
     ///
@@ -404,6 +466,7 @@ impl Map {
             lost_digits: &expander.lost_digits(orders)?,
             choice: self.choice(),
             section: &self.section(),
+            window: self.window(),
         };
         Ok(MapListing::new(scene, self.orbit(), parts))
     }
@@ -418,7 +481,8 @@ impl Map {
             Some(series) => series.clone(),
             None => expander.depth_series(passage, RADIUS_ORDER)?,
         };
-        let (depth, weight) = (self.scene().window.depth, self.orders().contact_weight);
+        let depth = edge_depth(self.scene(), self.local());
+        let weight = self.orders().contact_weight;
         Ok(PassageParts {
             surface: &self.local().surfaces[passage],
             variables: expander.variables_at(passage),
@@ -427,6 +491,28 @@ impl Map {
             depth_series,
         })
     }
+}
+
+/// So many images, the last of them the first that is not valid.
+fn iterate(
+    map: &impl DiscreteMap,
+    state: &[f64],
+    parameters: &[f64],
+    count: usize,
+) -> Result<Vec<Image>, Error> {
+    check_length("coordinates", map.dimension(), state.len())?;
+    check_length("parameters", map.parameters(), parameters.len())?;
+    let (mut images, mut state) = (Vec::with_capacity(count), state.to_vec());
+    for _ in 0..count {
+        let mut offsets = vec![0.0; state.len()];
+        let step = map.step(&state, parameters, &mut offsets);
+        state.copy_from_slice(&offsets);
+        images.push(Image { offsets, step });
+        if !step.valid {
+            break;
+        }
+    }
+    Ok(images)
 }
 
 fn check_length(what: &'static str, expected: usize, found: usize) -> Result<(), Error> {

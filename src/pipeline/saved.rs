@@ -5,10 +5,11 @@
 
 use std::io;
 use std::path::Path;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use serde::{Deserialize, Serialize};
 
+use super::map::Parts;
 use super::{Error, FindGraze, Graze, Map, Plan, Settled};
 use crate::convergence::{Choice, SectionVerdict};
 use crate::expansion::{LocalMap, Stage, WindowEdge};
@@ -61,9 +62,11 @@ impl Source {
             };
         }
         let name = path.display().to_string();
-        let scene = match path.to_str().and_then(catalogue::text) {
-            _ if path.exists() => Scene::load_with(path, overrides)?,
+        // A folder of results often has the name of its scene.
+        let hidden = path.exists() && !path.is_dir();
+        let scene = match path.to_str().and_then(catalogue::text).filter(|_| !hidden) {
             Some(text) => Scene::parse_with(text, &format!("{name}.toml"), overrides)?,
+            None if path.exists() => Scene::load_with(path, overrides)?,
             None => {
                 return Err(Error::NoSuchScene {
                     path: path.to_owned(),
@@ -339,10 +342,17 @@ fn map_from(text: &str) -> Result<Map, String> {
     let scene = saved.source.read()?;
     check_orbit(&scene, &saved.orbit)?;
     check_map(&scene, &saved.map)?;
+    let window = listing.window.clone();
+    expect(window.bounds.len() == saved.map.window.bounds().count(), "bounds")?;
+    expect(window.errors.len() == saved.map.dimension(), "errors")?;
     let settled =
         Settled { graze: Graze::new(scene, saved.orbit), verdict: saved.verdict.map(Arc::new) };
     let plan = Plan::new(settled, saved.map.orders, saved.choice);
-    Ok(Map::new(plan, saved.map, Some(listing), Vec::new(), saved.window_edges))
+    Ok(Map::new(Parts {
+        window_edges: saved.window_edges,
+        listing: OnceLock::from(listing),
+        ..Parts::new(plan, saved.map, window)
+    }))
 }
 
 fn expect(holds: bool, what: &str) -> Result<(), String> {

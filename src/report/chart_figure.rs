@@ -1,6 +1,8 @@
 //! Two-parameter charts as pictures, tables and arrays.
 
-use super::diagram_figure::{end_word, orbit_header, period_cell, start_cell};
+use super::diagram_figure::{
+    OUTSIDE, end_word, method_word, orbit_header, period_cell, share_cell, start_cell,
+};
 use super::figure::{Annotation, Axis, CellChart, Figure, Marker, symbol};
 use super::{Cell, Column, ReportError, Rows, Table, npy_bytes};
 use crate::analysis::chart::{Chart, ChartAxis, ChartCell};
@@ -23,11 +25,16 @@ enum Category {
     Longer,
     /// No period up to the longest looked for.
     NoPeriod,
+    /// The map alone, beyond its window.
+    Outside,
 }
 
 impl Category {
     /// `None` where the orbit left.
-    fn of(cell: &ChartCell) -> Option<Self> {
+    fn of(chart: &Chart, cell: &ChartCell) -> Option<Self> {
+        if chart.is_outside(cell) {
+            return Some(Self::Outside);
+        }
         match (cell.end, cell.period) {
             (OrbitEnd::Completed, Period::Periodic(1)) if cell.kept_contacts == 0 => {
                 Some(Self::WithoutContact)
@@ -52,12 +59,13 @@ impl Category {
             Self::Period(period) => format!("period {period}"),
             Self::Longer => format!("period {} to {longest}", LAST_OWN_PERIOD + 1),
             Self::NoPeriod => format!("none up to {longest}"),
+            Self::Outside => "outside the window".to_owned(),
         }
     }
 }
 
-/// The chart of periods: a colour for each, paper-white where the orbit left the neighbourhood of
-/// the graze.
+/// The chart of periods: a colour for each, grey where the map alone was used beyond its window,
+/// paper-white where the orbit escaped.
 pub fn chart_figure(chart: &Chart) -> Figure {
     let [horizontal, vertical] = &chart.axes;
     let mut figure = Figure::new(axis(horizontal), axis(vertical));
@@ -80,11 +88,12 @@ pub fn chart_figure(chart: &Chart) -> Figure {
 pub fn chart_rows(charts: &[Chart]) -> Rows<'_> {
     let surfaces = charts.first().map_or(&[][..], |chart| &chart.surfaces);
     let mut columns = vec![Column::number("chart")];
-    columns.extend(["parameter_1", "parameter_2", "start"].map(Column::text));
+    columns.extend(["parameter_1", "parameter_2", "method", "start"].map(Column::text));
     columns.extend(
         ["offset_1", "offset_2", "period", "kept_contacts", "lyapunov"].map(Column::number),
     );
-    columns.extend([Column::text("end"), Column::number("outside")]);
+    columns.push(Column::text("end"));
+    columns.extend(["by_map", "outside"].map(Column::number));
     columns.push(Column::text(orbit_header(surfaces)));
     let rows = charts.iter().enumerate().flat_map(|(number, chart)| {
         chart.located().map(move |([first, second], cell)| {
@@ -92,14 +101,16 @@ pub fn chart_rows(charts: &[Chart]) -> Rows<'_> {
                 Cell::Integer(number as i64 + 1),
                 Cell::text(chart.axes[0].parameter.clone()),
                 Cell::text(chart.axes[1].parameter.clone()),
+                Cell::text(method_word(chart.method)),
                 start_cell(chart.start.as_deref()),
                 Cell::number(first, 6),
                 Cell::number(second, 6),
                 period_cell(cell.period),
                 Cell::Integer(cell.kept_contacts.into()),
                 cell.lyapunov.map_or(Cell::Missing, |value| Cell::number(value, 6)),
-                Cell::text(end_word(cell.end)),
-                Cell::Integer(cell.outside as i64),
+                Cell::text(if chart.is_outside(cell) { OUTSIDE } else { end_word(cell.end) }),
+                share_cell(cell.by_map),
+                share_cell(cell.outside),
                 cell.orbit.as_ref().map_or(Cell::Missing, |name| Cell::text(name.to_string())),
             ]
         })
@@ -108,13 +119,15 @@ pub fn chart_rows(charts: &[Chart]) -> Rows<'_> {
 }
 
 /// Periods: an array of shape (rows, columns), the second parameter's values by the first's; 0
-/// without a period, NaN where the orbit ended early.
+/// without a period, −1 where the map alone was used beyond its window, NaN where the orbit ended
+/// early.
 ///
 /// # Errors
 ///
 /// [`ReportError::ArrayShape`] if there are not as many cells as the axes have offsets.
 pub fn chart_array(chart: &Chart) -> Result<Vec<u8>, ReportError> {
     let period = |cell: &ChartCell| match (cell.end, cell.period) {
+        _ if chart.is_outside(cell) => -1.0,
         (OrbitEnd::Completed, Period::Periodic(period)) => period as f64,
         (OrbitEnd::Completed, Period::NotFound) => 0.0,
         _ => f64::NAN,
@@ -132,10 +145,13 @@ pub fn chart_array(chart: &Chart) -> Result<Vec<u8>, ReportError> {
 pub fn chart_timing_table(charts: &[Chart]) -> Result<Table, ReportError> {
     let mut table = Table::new(vec![
         Column::text("chart"),
+        Column::text("method"),
         Column::number("cells"),
         Column::number("without contact"),
         Column::number("without period"),
+        Column::number("outside the window"),
         Column::number("left"),
+        Column::number("by map").with_unit("%"),
         Column::number("iterates"),
         Column::number("threads"),
         Column::number("time").with_unit("s"),
@@ -143,15 +159,18 @@ pub fn chart_timing_table(charts: &[Chart]) -> Result<Table, ReportError> {
     ]);
     for chart in charts {
         let count = |wanted: Option<Category>| {
-            let cells = chart.cells.iter().map(Category::of);
+            let cells = chart.cells.iter().map(|cell| Category::of(chart, cell));
             Cell::Integer(cells.filter(|&category| category == wanted).count() as i64)
         };
         table.push(vec![
             Cell::text(format!("{} by {}", chart.axes[0].parameter, chart.axes[1].parameter)),
+            Cell::text(method_word(chart.method)),
             Cell::Integer(chart.cells.len() as i64),
             count(Some(Category::WithoutContact)),
             count(Some(Category::NoPeriod)),
+            count(Some(Category::Outside)),
             count(None),
+            Cell::number(100.0 * chart.by_map, 4),
             Cell::Integer(chart.timing.iterates as i64),
             Cell::Integer(chart.timing.threads as i64),
             Cell::number(chart.timing.seconds, 3),
@@ -162,7 +181,8 @@ pub fn chart_timing_table(charts: &[Chart]) -> Result<Table, ReportError> {
 }
 
 fn cells(chart: &Chart) -> CellChart {
-    let mut categories: Vec<_> = chart.cells.iter().map(Category::of).collect();
+    let own = chart.cells.iter().map(|cell| Category::of(chart, cell));
+    let mut categories: Vec<_> = own.collect();
     let mut found = distinct(&categories);
     if found.len() > MOST_CATEGORIES {
         let grouped = categories.iter().map(|category| category.map(Category::grouped));
@@ -178,6 +198,7 @@ fn cells(chart: &Chart) -> CellChart {
         rows: vertical.offsets.len(),
         cells: categories.iter().map(|&cell| cell.and_then(place)).collect(),
         names: found.iter().map(|category| category.words(chart.longest_period)).collect(),
+        grey: found.binary_search(&Category::Outside).ok(),
     }
 }
 

@@ -5,7 +5,7 @@ use serde::Serialize;
 use super::orbit_listing::{ConditionsListing, surface_of};
 use super::{Cell, Column, Named, ReportError, Table};
 use crate::model::Scene;
-use crate::orbit::{CurvePoint, GrazingCurve, SpecialPoint};
+use crate::orbit::{CurvePoint, GrazingCurve, SpecialKind, SpecialPoint};
 
 /// A grazing curve in two parameters, ready to be written as JSON.
 #[derive(Clone, Debug, Serialize)]
@@ -20,6 +20,8 @@ pub struct CurveListing {
     pub folds: Vec<FoldListing>,
     /// Points where multipliers change between real and complex.
     pub multiplier_switches: Vec<SwitchListing>,
+    /// Stretches on which more special points may lie.
+    pub unresolved: Vec<UnresolvedListing>,
     /// How the curve ended, in words.
     pub end: String,
 }
@@ -76,6 +78,17 @@ pub struct SwitchListing {
     pub multipliers: Vec<[f64; 2]>,
 }
 
+/// A stretch on which not all special points of a kind are known.
+#[derive(Clone, Debug, Serialize)]
+pub struct UnresolvedListing {
+    /// What vanishes at the special points, in words.
+    pub of: String,
+    /// All parameters where the stretch begins.
+    pub from: Named<f64>,
+    /// All parameters where it ends.
+    pub to: Named<f64>,
+}
+
 impl CurveListing {
     /// The curve of a scene.
     pub fn new(scene: &Scene, curve: &GrazingCurve) -> Self {
@@ -108,6 +121,15 @@ impl CurveListing {
                 .map(|point| SwitchListing {
                     parameters: special(point),
                     multipliers: point.point.multipliers.clone(),
+                })
+                .collect(),
+            unresolved: curve
+                .unresolved
+                .iter()
+                .map(|stretch| {
+                    let [from, to] =
+                        [0, 1].map(|end| named(scene, stretch.ends[end].iter().copied()));
+                    UnresolvedListing { of: function(scene, stretch.kind), from, to }
                 })
                 .collect(),
             end: curve.end.to_string(),
@@ -179,6 +201,23 @@ impl CurvePointListing {
     /// The conditions but those from the first passage to itself.
     fn other_conditions(&self) -> impl Iterator<Item = &ConditionsListing> {
         self.conditions.iter().skip(1)
+    }
+}
+
+/// The function whose zeros are special points of a kind, in words.
+fn function(scene: &Scene, kind: SpecialKind) -> String {
+    match kind {
+        SpecialKind::Codimension2 { n, .. } if scene.grazing.passages.len() == 1 => {
+            format!("xi_{n}")
+        }
+        SpecialKind::Codimension2 { n, from, to } => {
+            let (first, second) = (from + 1, to + 1);
+            format!("xi_{n} from passage {first} to passage {second}")
+        }
+        SpecialKind::Fold { parameter } => {
+            format!("the slope of {}", scene.model.parameters[parameter].name)
+        }
+        SpecialKind::MultiplierSwitch => "the discriminant of the multipliers".to_owned(),
     }
 }
 

@@ -8,17 +8,19 @@ use crate::model::Method;
 
 /// The pictures of a diagram, each with the ending of its file's name.
 ///
-/// Where both the map and direct simulation were run, one picture of each, on the same axes; and
-/// the largest Lyapunov exponent where it was computed.
+/// Where several methods were run, one picture of each, on the same axes; and the largest Lyapunov
+/// exponent where it was computed. What the map alone finds outside its window is grey.
 pub fn diagram_figures(diagram: &Diagram) -> Vec<(&'static str, Figure)> {
-    let methods = [(Method::Map, "-map"), (Method::Direct, "-direct")];
+    let methods =
+        [(Method::Guarded, "-guarded"), (Method::Map, "-map"), (Method::Direct, "-direct")];
     let has = |method| diagram.sweeps.iter().any(|sweep| sweep.method == method);
-    let mut figures = if methods.iter().all(|(method, _)| has(*method)) {
-        methods
+    let run: Vec<_> = methods.into_iter().filter(|(method, _)| has(*method)).collect();
+    let mut figures = match run[..] {
+        [_, _, ..] => run
+            .into_iter()
             .map(|(method, ending)| (ending, figure(diagram, |sweep| sweep.method == method)))
-            .into()
-    } else {
-        vec![("", figure(diagram, |_| true))]
+            .collect(),
+        _ => vec![("", figure(diagram, |_| true))],
     };
     figures.extend(lyapunov_figure(diagram).map(|figure| ("-lyapunov", figure)));
     figures
@@ -46,8 +48,9 @@ pub fn diagram_rows(diagrams: &[Diagram]) -> Rows<'_> {
                 period_cell(point.period),
                 Cell::Integer(point.kept_contacts.into()),
                 point.lyapunov.map_or(Cell::Missing, |value| Cell::number(value, 6)),
-                Cell::text(end_word(point.end)),
-                Cell::Integer(point.outside as i64),
+                Cell::text(if sweep.is_outside(point) { OUTSIDE } else { end_word(point.end) }),
+                share_cell(point.by_map),
+                share_cell(point.outside),
                 point.orbit.as_ref().map_or(Cell::Missing, |name| Cell::text(name.to_string())),
             ];
             row.extend(distinct(point).map(|value| Cell::number(value, 6)));
@@ -88,6 +91,8 @@ pub fn diagram_timing_table(diagrams: &[Diagram]) -> Result<Table, ReportError> 
         Column::text("diagram"),
         Column::text("sweep"),
         Column::number("values"),
+        Column::number("by map").with_unit("%"),
+        Column::number("outside").with_unit("%"),
         Column::number("iterates"),
         Column::number("threads"),
         Column::number("time").with_unit("s"),
@@ -99,6 +104,8 @@ pub fn diagram_timing_table(diagrams: &[Diagram]) -> Result<Table, ReportError> 
                 Cell::text(format!("{} over {}", diagram.observable, diagram.parameter)),
                 Cell::text(sweep_word(sweep) + &start_words(sweep)),
                 Cell::Integer(sweep.points.len() as i64),
+                Cell::number(100.0 * sweep.by_map, 4),
+                Cell::number(100.0 * sweep.outside, 4),
                 Cell::Integer(sweep.timing.iterates as i64),
                 Cell::Integer(sweep.timing.threads as i64),
                 Cell::number(sweep.timing.seconds, 3),
@@ -112,14 +119,14 @@ pub fn diagram_timing_table(diagrams: &[Diagram]) -> Result<Table, ReportError> 
 fn figure(diagram: &Diagram, shown: impl Fn(&Sweep) -> bool) -> Figure {
     let mut figure = Figure::new(offset_axis(diagram), value_axis(diagram));
     let alone = diagram.sweeps.iter().filter(|sweep| shown(sweep)).count() == 1;
+    let mut outside = Vec::new();
     for sweep in diagram.sweeps.iter().filter(|sweep| shown(sweep)) {
-        let dots = sweep
-            .points
-            .iter()
-            .flat_map(|point| point.kept_values().map(|value| [point.offset, value]));
         let name = if alone { method_word(sweep.method).to_owned() } else { sweep_word(sweep) };
-        add_dots(&mut figure, name, dots.collect());
+        let (beyond, trusted) = dots(sweep, |point| point.kept_values().collect());
+        add_dots(&mut figure, name, trusted);
+        outside.extend(beyond);
     }
+    add_outside(&mut figure, outside);
     figure.guides.push(Guide::Vertical { at: 0.0, label: String::new() });
     figure.annotations.push(Annotation {
         at: [0.0, 0.0],
@@ -133,18 +140,41 @@ fn lyapunov_figure(diagram: &Diagram) -> Option<Figure> {
     let mut figure =
         Figure::new(offset_axis(diagram), Axis::linear("largest Lyapunov exponent per iterate"));
     figure.size = (760, 300);
+    let mut outside = Vec::new();
     for sweep in &diagram.sweeps {
-        let known = |point: &DiagramPoint| point.lyapunov.map(|value| [point.offset, value]);
-        let dots: Vec<_> = sweep.points.iter().filter_map(known).collect();
-        if !dots.is_empty() {
-            add_dots(&mut figure, sweep_word(sweep), dots);
+        let (beyond, trusted) = dots(sweep, |point| point.lyapunov.into_iter().collect());
+        if !trusted.is_empty() {
+            add_dots(&mut figure, sweep_word(sweep), trusted);
         }
+        outside.extend(beyond);
     }
+    add_outside(&mut figure, outside);
     figure.guides.push(Guide::Horizontal { at: 0.0, label: String::new() });
     (!figure.series.is_empty()).then_some(figure)
 }
 
 /// Adds dots to the series of a name: sweeps from several starts share one.
+/// Values of a sweep over the parameter: those where the map alone was used beyond its window, and
+/// the others.
+fn dots(
+    sweep: &Sweep,
+    values: impl Fn(&DiagramPoint) -> Vec<f64>,
+) -> (Vec<[f64; 2]>, Vec<[f64; 2]>) {
+    let (mut outside, mut trusted) = (Vec::new(), Vec::new());
+    for point in &sweep.points {
+        let dots = if sweep.is_outside(point) { &mut outside } else { &mut trusted };
+        dots.extend(values(point).into_iter().map(|value| [point.offset, value]));
+    }
+    (outside, trusted)
+}
+
+/// What is not to be trusted, in grey.
+fn add_outside(figure: &mut Figure, dots: Vec<[f64; 2]>) {
+    if !dots.is_empty() {
+        figure.series.push(Series::dots("outside the window", dots).in_grey());
+    }
+}
+
 fn add_dots(figure: &mut Figure, name: String, dots: Vec<[f64; 2]>) {
     match figure.series.iter_mut().find(|series| series.name == name) {
         Some(series) => series.points.extend(dots),
@@ -184,7 +214,8 @@ fn columns(surfaces: &[String], values: usize) -> Vec<Column> {
     let mut columns = vec![Column::number("diagram")];
     columns.extend(["parameter", "method", "heading", "start"].map(Column::text));
     columns.extend(["offset", "period", "kept_contacts", "lyapunov"].map(Column::number));
-    columns.extend([Column::text("end"), Column::number("outside")]);
+    columns.push(Column::text("end"));
+    columns.extend(["by_map", "outside"].map(Column::number));
     columns.push(Column::text(orbit_header(surfaces)));
     columns.extend((1..=values).map(|number| Column::number(format!("value_{number}"))));
     columns
@@ -235,9 +266,10 @@ fn start_words(sweep: &Sweep) -> String {
     }
 }
 
-fn method_word(method: Method) -> &'static str {
+pub(super) fn method_word(method: Method) -> &'static str {
     match method {
         Method::Map => "map",
+        Method::Guarded => "guarded",
         Method::Direct => "direct simulation",
     }
 }
@@ -248,6 +280,14 @@ fn heading_word(heading: SweepHeading) -> &'static str {
         SweepHeading::Down => "down",
     }
 }
+
+/// A share in as few digits as it takes.
+pub(super) fn share_cell(share: f64) -> Cell {
+    Cell::text(share.to_string())
+}
+
+/// Where a map was used beyond its window.
+pub(super) const OUTSIDE: &str = "outside";
 
 pub(super) fn end_word(end: OrbitEnd) -> &'static str {
     match end {

@@ -224,6 +224,8 @@ pub enum DocumentKind {
     Chart,
     /// A study of convergence.
     Convergence,
+    /// A time series.
+    Trajectory,
 }
 
 impl DocumentKind {

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::number::significant;
 use super::{Cell, Column, Named, ReportError, SectionDocument, Table};
-use crate::convergence::{Choice, Polynomials};
+use crate::convergence::{Choice, MeasuredWindow, Polynomials};
 use crate::expansion::{
     ComposedMap, Contact, DepthPolynomial, DepthSeries, LeadingLaw, Leg, LostDigits, MapOrders,
     Variables, WindowEdge,
@@ -42,6 +42,8 @@ pub struct MapListing {
     pub depth: Vec<DepthListing>,
     /// Decimal digits lost to cancellation, an estimate per output.
     pub lost_digits: Named<f64>,
+    /// The window, and what the map errs inside.
+    pub window: MeasuredWindow,
     /// How the map that is run differs from what is listed, where a choice was made.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub chosen: Option<ChosenCoefficients>,
@@ -129,6 +131,8 @@ pub struct ExpansionParts<'a> {
     pub choice: Option<&'a Choice>,
     /// The section, with what decided it.
     pub section: &'a SectionDocument,
+    /// The window, measured.
+    pub window: &'a MeasuredWindow,
 }
 
 /// The parts of the expansion of one passage.
@@ -175,6 +179,7 @@ impl MapListing {
             composed: composed_map(variables, &depths, parts.composed),
             depth: laws.collect(),
             lost_digits: Named::new(coordinates(variables).zip(worst_digits(parts.lost_digits))),
+            window: parts.window.clone(),
             chosen: parts.choice.map(ChosenCoefficients::of),
         }
     }

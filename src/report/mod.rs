@@ -23,7 +23,10 @@ mod orbits_listing;
 mod page;
 mod run_page;
 mod section_document;
+mod sweep_words;
 mod table;
+mod time_series_listing;
+mod window_words;
 
 pub use grazemap_figure as figure;
 
@@ -35,7 +38,7 @@ pub use convergence_page::{
     convergence_figures, convergence_section, convergence_table, without_times,
 };
 pub use curve_listing::{
-    Codimension2, CurveListing, CurvePointListing, FoldListing, SwitchListing,
+    Codimension2, CurveListing, CurvePointListing, FoldListing, SwitchListing, UnresolvedListing,
 };
 pub use diagram_figure::{diagram_array, diagram_figures, diagram_rows, diagram_timing_table};
 pub use error::ReportError;
@@ -53,4 +56,10 @@ pub use orbits_listing::{ContactRecord, LocusRecord, LostRecord, OrbitRecord, Or
 pub use page::{Page, PageFigure, Provenance, Section};
 pub use run_page::{CrateSummary, RunPage, StageTime, run_page};
 pub use section_document::{SectionCost, SectionDecision, SectionDocument};
-pub use table::{Alignment, Cell, Column, Rows, Table};
+pub use sweep_words::{chart_outside_words, diagram_outside_words};
+pub use table::{Alignment, Cell, Column, CsvStream, Rows, Table};
+pub use time_series_listing::{
+    EventRecord, TimeSeriesListing, time_series_columns, time_series_figures, time_series_row,
+    time_series_table,
+};
+pub use window_words::{WindowRemark, bounds_words, error_words, window_remark, window_words};

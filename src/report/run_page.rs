@@ -3,17 +3,20 @@
 
 use serde::Serialize;
 
+use super::sweep_words::{
+    chart_escape_words, chart_outside_words, chart_share_words, diagram_escape_words,
+    diagram_outside_words, diagram_share_words,
+};
 use super::{
-    Cell, Column, MapListing, OrbitListing, Page, Provenance, ReportError, Section, Table,
-    chart_figure, chart_timing_table, convergence_section, diagram_figures, diagram_timing_table,
-    edge_words,
+    Cell, Column, Figure, MapListing, OrbitListing, Page, Provenance, ReportError, Section, Table,
+    bounds_words, chart_figure, chart_timing_table, convergence_section, diagram_figures,
+    diagram_timing_table, edge_words, error_words, window_remark,
 };
 use crate::analysis::chart::Chart;
 use crate::analysis::diagram::Diagram;
 use crate::convergence::ConvergenceStudy;
 use crate::expansion::WindowEdge;
-use crate::iteration::OrbitEnd;
-use crate::model::{Method, Scene, Window};
+use crate::model::{Method, Scene};
 use crate::numeric::Shown;
 
 /// What a stage of a run took.
@@ -43,6 +46,9 @@ pub struct RunPage<'a> {
     pub scene: &'a Scene,
     /// Its grazing orbit.
     pub orbit: &'a OrbitListing,
+    /// The pictures of the orbit over its period, the phase portraits first, each with the ending of
+    /// its file's name.
+    pub pictures: &'a [(String, Figure)],
     /// Its expansion.
     pub map: &'a MapListing,
     /// The emitted code.
@@ -67,7 +73,7 @@ pub fn run_page(run: &RunPage<'_>) -> Result<Page, ReportError> {
     let mut page = Page::new(format!("Grazing of the {}", model.name), provenance(run))
         .summary(summary(run))
         .section(model_section(run.scene)?)
-        .section(orbit_section(run.orbit)?)
+        .section(orbit_section(run)?)
         .section(expansion_section(run)?)
         .section(convergence_section(run.study)?);
     if !run.diagrams.is_empty() {
@@ -87,7 +93,7 @@ fn provenance(run: &RunPage<'_>) -> Provenance {
         version: format!("grazemap {}", env!("CARGO_PKG_VERSION")),
         section: run.map.section.words(),
         orders: orders_words(run.map),
-        more: vec![("Window".to_owned(), window_words(run.scene))],
+        more: vec![("Window".to_owned(), bounds_words(&run.map.window))],
     }
 }
 
@@ -96,18 +102,6 @@ fn orders_words(map: &MapListing) -> String {
     let weights: Vec<String> =
         map.weights.0.iter().map(|(name, weight)| format!("{name} {weight}")).collect();
     format!("P_smooth to degree N = {n}, D to weight W = {w}; weights: {}", weights.join(", "))
-}
-
-fn window_words(scene: &Scene) -> String {
-    let Window { depth, state, parameter } = &scene.window;
-    let states = scene.model.full_state_names();
-    let parameters = scene.model.parameters.iter().map(|parameter| parameter.name.as_str());
-    let widths = states.into_iter().zip(state).chain(parameters.zip(parameter));
-    let widths = widths
-        .filter(|(_, width)| width.is_finite())
-        .map(|(name, width)| format!("{name} ± {width:e}"));
-    let parts: Vec<String> = std::iter::once(format!("y² ≤ {depth:e}")).chain(widths).collect();
-    parts.join(", ")
 }
 
 fn summary(run: &RunPage<'_>) -> String {
@@ -167,7 +161,8 @@ fn model_section(scene: &Scene) -> Result<Section, ReportError> {
         .table(table, "Parameters of the scene."))
 }
 
-fn orbit_section(orbit: &OrbitListing) -> Result<Section, ReportError> {
+fn orbit_section(run: &RunPage<'_>) -> Result<Section, ReportError> {
+    let orbit = run.orbit;
     let [re, im] = orbit.multipliers.first().copied().unwrap_or([f64::NAN; 2]);
     let stable = if re.hypot(im) < 1.0 { "attracts" } else { "repels" };
     let xi = conditions_prose(orbit);
@@ -184,7 +179,11 @@ fn orbit_section(orbit: &OrbitListing) -> Result<Section, ReportError> {
         orbit.residual,
         re.hypot(im)
     );
-    let section = Section::new("Grazing orbit").prose(prose).table(
+    let section = Section::new("Grazing orbit").prose(prose);
+    let section = run.pictures.iter().fold(section, |section, (_, figure)| {
+        section.figure(figure.clone(), "The grazing orbit over a period; rings: where it grazes.")
+    });
+    let section = section.table(
         orbit.point_table()?,
         "The grazing orbit: parameters p*, the (first) grazing point, multipliers of the period \
             map on the section, and xi_n = h_x · (dP_smooth)^n · β.",
@@ -235,25 +234,40 @@ fn expansion_section(run: &RunPage<'_>) -> Result<Section, ReportError> {
             in, {} with its Jacobian too.",
         run.emitted.step, run.emitted.frozen, run.emitted.jacobian
     );
-    let laws = run.map.depth.iter();
-    let mut edges: Vec<_> = laws.filter_map(|laws| laws.window_edge).map(edge_sentence).collect();
+    let edges = run.map.depth.iter().filter_map(|laws| laws.window_edge);
+    let (within, beyond): (Vec<_>, Vec<_>) = edges.partition(WindowEdge::is_within);
+    let mut within: Vec<_> = within.iter().map(edge_sentence).collect();
     // Passages that are mirror images say the same.
-    edges.dedup();
+    within.dedup();
+    let share = |edge: &&WindowEdge| edge.omitted_share;
+    let worst = beyond.iter().max_by(|a, b| share(a).total_cmp(&share(b)));
+    let window = &run.map.window;
+    let remark = window_remark(window, run.map.orders, worst);
+    let remark = remark.map(|remark| sentence(&format!("{}: {}", remark.kind(), remark.words)));
+    let measured = sentence(&error_words(window));
     let mut section = Section::new("Expansion");
     if let Some(decided) = &run.map.section.decided {
         section = section.prose(format!("Decided: {}.", decided.words()));
     }
     let section = section.prose(prose);
-    Ok(edges
+    Ok([measured]
         .into_iter()
+        .chain(remark)
+        .chain(within)
         .fold(section, Section::prose)
         .table(run.map.size_table()?, "Coefficients that are not zero.")
         .prose(cost))
 }
 
-fn edge_sentence(edge: WindowEdge) -> String {
-    let at = if edge.is_within() { "At" } else { "Warning: at" };
-    format!("{at} the edge of the window {}.", edge_words(&edge))
+fn edge_sentence(edge: &WindowEdge) -> String {
+    format!("At the edge of the window {}.", edge_words(edge))
+}
+
+/// Words with a capital and a full stop.
+fn sentence(words: &str) -> String {
+    let mut letters = words.chars();
+    let first = letters.next().map(|first| first.to_uppercase().to_string());
+    format!("{}{}.", first.unwrap_or_default(), letters.as_str())
 }
 
 fn diagram_section(diagrams: &[Diagram]) -> Result<Section, ReportError> {
@@ -262,9 +276,9 @@ fn diagram_section(diagrams: &[Diagram]) -> Result<Section, ReportError> {
         for (ending, figure) in diagram_figures(diagram) {
             section = section.figure(figure, caption(diagram, ending));
         }
-        if let Some(sentence) = left_sentence(diagram) {
-            section = section.prose(sentence);
-        }
+        let outside = diagram_outside_words(diagram).map(|words| sentence(&words));
+        let sentences = [diagram_share_words(diagram), outside, diagram_escape_words(diagram)];
+        section = sentences.into_iter().flatten().fold(section, Section::prose);
     }
     Ok(section.table(
         diagram_timing_table(diagrams)?,
@@ -276,6 +290,7 @@ fn caption(diagram: &Diagram, ending: &str) -> String {
     let graze = " G is the grazing point.";
     let (what, graze) = match ending {
         "-map" => ("By the map alone", graze),
+        "-guarded" => ("By the map inside its window and direct simulation outside", graze),
         "-direct" => ("By direct simulation alone", graze),
         "-lyapunov" => ("Largest Lyapunov exponent, from the map's Jacobian", ""),
         _ => ("Bifurcation diagram", graze),
@@ -293,11 +308,14 @@ fn caption(diagram: &Diagram, ending: &str) -> String {
 
 fn chart_section(charts: &[Chart]) -> Result<Section, ReportError> {
     let section = charts.iter().fold(Section::new("Charts"), |section, chart| {
-        section.figure(chart_figure(chart), chart_caption(chart))
+        let section = section.figure(chart_figure(chart), chart_caption(chart));
+        let outside = chart_outside_words(chart).map(|words| sentence(&words));
+        let sentences = [chart_share_words(chart), outside, chart_escape_words(chart)];
+        sentences.into_iter().flatten().fold(section, Section::prose)
     });
     Ok(section.table(
         chart_timing_table(charts)?,
-        "Cells and what the map settles on in them; iterates, and times by the clock on so many \
+        "Cells and what is settled on in them; iterates, and times by the clock on so many \
             threads, measured in this run.",
     ))
 }
@@ -305,8 +323,9 @@ fn chart_section(charts: &[Chart]) -> Result<Section, ReportError> {
 fn chart_caption(chart: &Chart) -> String {
     let [first, second] = &chart.axes;
     format!(
-        "What the map settles on over {} and {}, from {} in each of {} × {} cells: the period in returns, of the last {} of {} iterates. White: the orbit left \
-            the neighbourhood of the graze in which the map holds. G is the grazing point.",
+        "What {} settles on over {} and {}, from {} in each of {} × {} cells: the period in \
+            returns, of the last {} of {} iterates. G is the grazing point.",
+        chart_subject(chart.method),
         first.parameter,
         second.parameter,
         start_words(chart),
@@ -325,23 +344,12 @@ fn start_words(chart: &Chart) -> String {
     }
 }
 
-/// How many orbits of the map left the neighbourhood of the graze, if any did.
-fn left_sentence(diagram: &Diagram) -> Option<String> {
-    let points = || {
-        diagram
-            .sweeps
-            .iter()
-            .filter(|sweep| sweep.method == Method::Map)
-            .flat_map(|sweep| &sweep.points)
-    };
-    let left = points().filter(|point| point.end != OrbitEnd::Completed).count();
-    (left > 0).then(|| {
-        format!(
-            "At {left} of {} parameter values of the sweeps by the map the orbit left the \
-            neighbourhood of the graze in which the map holds; nothing is drawn there.",
-            points().count()
-        )
-    })
+fn chart_subject(method: Method) -> &'static str {
+    match method {
+        Method::Map => "the map alone",
+        Method::Guarded => "the map, and direct simulation outside its window,",
+        Method::Direct => "direct simulation",
+    }
 }
 
 fn time_section(run: &RunPage<'_>) -> Result<Section, ReportError> {

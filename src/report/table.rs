@@ -108,6 +108,40 @@ impl Cell {
     }
 }
 
+/// A table written as CSV row by row, as its rows are made.
+pub struct CsvStream<W: io::Write>(csv::Writer<W>);
+
+impl<W: io::Write> CsvStream<W> {
+    /// Writes the headings.
+    ///
+    /// # Errors
+    ///
+    /// [`ReportError::Csv`] if there are no columns or the writer refuses.
+    pub fn new(writer: W, columns: &[Column]) -> Result<Self, ReportError> {
+        let mut writer = csv::Writer::from_writer(writer);
+        writer.write_record(columns.iter().map(|column| &column.header))?;
+        Ok(Self(writer))
+    }
+
+    /// Writes one row.
+    ///
+    /// # Errors
+    ///
+    /// [`ReportError::Csv`] if it has not one cell for every column, or the writer refuses.
+    pub fn push(&mut self, row: &[Cell]) -> Result<(), ReportError> {
+        Ok(self.0.write_record(row.iter().map(Cell::for_programs))?)
+    }
+
+    /// Writes what is buffered.
+    ///
+    /// # Errors
+    ///
+    /// [`ReportError::Csv`] if the writer refuses.
+    pub fn finish(mut self) -> Result<(), ReportError> {
+        Ok(self.0.flush().map_err(csv::Error::from)?)
+    }
+}
+
 /// Rows of cells under named columns; every row has one cell for every column.
 ///
 /// ```
@@ -301,12 +335,11 @@ impl<'a> Rows<'a> {
     ///
     /// [`ReportError::Csv`] for a row of another width, and where the writer refuses.
     pub fn write_csv(self, out: &mut dyn io::Write) -> Result<(), ReportError> {
-        let mut writer = csv::Writer::from_writer(out);
-        writer.write_record(self.columns.iter().map(|column| &column.header))?;
+        let mut stream = CsvStream::new(out, &self.columns)?;
         for row in self.rows {
-            writer.write_record(row.iter().map(Cell::for_programs))?;
+            stream.push(&row)?;
         }
-        Ok(writer.flush().map_err(csv::Error::from)?)
+        stream.finish()
     }
 }
 

@@ -3,16 +3,19 @@
 
 use grazemap::analysis::NoProgress;
 use grazemap::analysis::diagram::{
-    Diagram, DiagramPlan, Sweep, SweepHeading, SweepRequest, UnobservedSweep, diagram, run_plan,
+    Diagram, DiagramPlan, DiagramPoint, Sweep, SweepHeading, SweepRequest, UnobservedSweep,
+    diagram, run_plan,
 };
 use grazemap::expansion::{Expander, MapOrders, MapWindow};
 use grazemap::iteration::{
-    ContactsPerPeriod, DiscreteMap, Itinerary, OrbitEnd, OrbitRequest, Period, StepInfo,
+    ContactsPerPeriod, DiscreteMap, HornerMap, Itinerary, OrbitEnd, OrbitRequest, Period, StepInfo,
 };
 use grazemap::model::{Method, Observable, SweepDirection, even_offsets};
+use grazemap::numeric::linear::eigenvalues;
 use grazemap::report::diagram_rows;
+use nalgebra::DMatrix;
 
-use crate::support::scenes::grazing;
+use crate::support::scenes::{grazing, grazing_by};
 
 /// The one-dimensional square-root map `x ↦ ν x + μ − √max(0, x)` of Nordmark (1991) and Chin, Ott,
 /// Nusse and Grebogi (1994), at `ν = 0.2`: below `ν = 1/4` the attractors for `μ > 0` are orbits
@@ -74,7 +77,8 @@ fn iterates_beyond_the_depth_or_the_parameter_of_the_window_are_counted_outside(
         let mut plan = plan([1e-3, 2e-3], SweepDirection::Up);
         (plan.request.window.depth, plan.request.window.parameter[0]) = (depth, parameter);
         let sweep = run_plan(&plan, &NoProgress).remove(0);
-        let counts = sweep.points.iter().map(|point| point.outside);
+        let points = sweep.points.iter();
+        let counts = points.map(|point| (40.0 * point.outside).round() as usize);
         counts.collect::<Vec<_>>()
     };
     assert!(outside(1.0, 1.0).iter().all(|&count| count == 0));
@@ -124,6 +128,170 @@ fn sweeps_do_not_depend_on_the_number_of_threads() {
     assert_eq!(one[0].0, SweepHeading::Up);
     assert_eq!(one[1].1[0].offset, 0.2);
     assert_eq!(one, four);
+}
+
+/// `x ↦ (1 + p) x − x³`: for `0 < p < 1` the origin, where its sweeps would start, repels, and
+/// `±√p` attract.
+struct Pitchfork;
+
+/// `x ↦ c + (x − c)/2` with `c = 10 p` within 1 of `c`; elsewhere, and for `0.5 < p < 0.51`, orbits
+/// escape.
+struct Islands;
+
+/// A map of one coordinate and one parameter by its image and slope.
+fn one_step([value, slope]: [f64; 2], image: &mut [f64], jacobian: Option<&mut [f64]>) -> StepInfo {
+    image[0] = value;
+    if let Some(jacobian) = jacobian {
+        jacobian[0] = slope;
+    }
+    StepInfo::default().checked(image)
+}
+
+macro_rules! map_of_one_coordinate {
+    ($name:ident, $law:expr) => {
+        impl DiscreteMap for $name {
+            fn dimension(&self) -> usize {
+                1
+            }
+            fn parameters(&self) -> usize {
+                1
+            }
+            fn step(&self, state: &[f64], parameters: &[f64], image: &mut [f64]) -> StepInfo {
+                one_step($law(state[0], parameters[0]), image, None)
+            }
+            fn step_jacobian(
+                &self,
+                state: &[f64],
+                parameters: &[f64],
+                image: &mut [f64],
+                jacobian: &mut [f64],
+            ) -> StepInfo {
+                one_step($law(state[0], parameters[0]), image, Some(jacobian))
+            }
+        }
+    };
+}
+
+map_of_one_coordinate!(Pitchfork, |x: f64, p: f64| [
+    (1.0 + p) * x - x.powi(3),
+    1.0 + p - 3.0 * x * x
+]);
+map_of_one_coordinate!(Islands, |x: f64, p: f64| {
+    let centre = 10.0 * p;
+    let stays = (x - centre).abs() < 1.0 && !(0.5..0.51).contains(&p);
+    if stays { [0.5 * (centre + x), 0.5] } else { [1e3 * (x + 2.0), 1e3] }
+});
+
+/// The plan of a map of one coordinate over some values, upwards.
+fn plan_of(
+    map: impl DiscreteMap + 'static,
+    offsets: Vec<f64>,
+    starts: Vec<Vec<f64>>,
+) -> DiagramPlan<'static> {
+    let plan = plan([0.0, 1.0], SweepDirection::Up);
+    let itinerary = plan.maps[0].itinerary().clone();
+    DiagramPlan {
+        maps: vec![Box::new(UnobservedSweep { map, itinerary })],
+        request: SweepRequest { offsets, starts, ..plan.request.clone() },
+        ..plan
+    }
+}
+
+/// Where a sweep ended at every value.
+fn ends(sweep: &Sweep) -> Vec<f64> {
+    let last = |point: &DiagramPoint| point.kept_values().last().unwrap_or(f64::NAN);
+    sweep.points.iter().map(last).collect()
+}
+
+/// The origin is a fixed point of rounding too. At `p = 1e-4` a start beside it is still there, to
+/// the tolerance of periods, when the period is looked for.
+#[test]
+fn no_sweep_stays_on_a_fixed_point_that_repels() {
+    for lowest in [0.1, 1e-4] {
+        let plan = plan_of(Pitchfork, even_offsets([lowest, 0.5], 21), Vec::new());
+        let sweep = &run_plan(&plan, &NoProgress)[0];
+        for (point, end) in sweep.points.iter().zip(ends(sweep)) {
+            let attracts = (end.abs() - point.offset.sqrt()).abs() < 1e-6;
+            let unsettled = point.period == Period::NotFound && point.offset == 1e-4;
+            assert!(attracts || unsettled, "{}: {end}", point.offset);
+        }
+    }
+}
+
+#[test]
+fn every_start_has_a_sweep_of_its_own() {
+    let starts = vec![vec![0.3], vec![-0.3]];
+    let plan = plan_of(Pitchfork, even_offsets([0.1, 0.5], 11), starts.clone());
+    let sweeps = run_plan(&plan, &NoProgress);
+    assert_eq!(sweeps.len(), 2);
+    for ((sweep, start), sign) in sweeps.iter().zip(&starts).zip([1.0, -1.0]) {
+        assert_eq!(sweep.start.as_ref(), Some(start));
+        assert!(ends(sweep).iter().all(|end| end * sign > 0.3), "{:?}", ends(sweep));
+    }
+}
+
+#[test]
+fn after_an_escape_a_sweep_goes_on_from_the_last_state_that_stayed() {
+    let plan = plan_of(Islands, even_offsets([0.0, 1.0], 401), Vec::new());
+    let sweep = &run_plan(&plan, &NoProgress)[0];
+    for point in &sweep.points {
+        let escapes = (0.5..0.51).contains(&point.offset);
+        let expected = if escapes { Period::NotFound } else { Period::Periodic(1) };
+        assert_eq!(point.period, expected, "{}", point.offset);
+    }
+}
+
+/// The electrostatic oscillator beside the second codimension-two point of its paper: the grazing
+/// orbit has a multiplier of 1.37, and the stable orbit with a contact lives between its fold and
+/// its flip (`orbits`: -2.485e-7 and -1.80e-7).
+#[test]
+fn beside_a_repelling_graze_the_orbit_with_contact_is_found_and_no_period_repels() {
+    let found = |observe: &str, range: &str, points: &str| {
+        let set = [
+            ("omega", "0.10100209348"),
+            ("V", "0.36107652"),
+            ("grazing.guess.theta", "-1.2"),
+            ("diagram.0.range", range),
+            ("diagram.0.points", points),
+            ("diagram.0.observe", observe),
+        ];
+        let text = crate::support::scenes::text("mems_scenario3");
+        let (scene, orbit) = grazing_by(text, "mems_scenario3", &set);
+        let expander = Expander::new(&scene, &orbit).expect("rigid");
+        let map = expander.expand(MapOrders::new(5, 6)).expect("a simple graze");
+        let diagram = diagram(&scene, &orbit, &map, &scene.diagrams[0], &NoProgress);
+        (diagram.expect("V is active"), map, orbit)
+    };
+    for (range, points) in [("[-6e-5, 6e-5]", "241"), ("[-2.6e-7, -1.7e-7]", "46")] {
+        let (by_x, map, orbit) = found("\"x\"", range, points);
+        let (by_theta, ..) = found("\"theta\"", range, points);
+        let section = &orbit.section_point;
+        let map = HornerMap::new(&map);
+        let (mut stable, mut periodic) = (0, 0);
+        let rows = |diagram: &Diagram| -> Vec<DiagramPoint> {
+            diagram.sweeps.iter().flat_map(|sweep| sweep.points.clone()).collect()
+        };
+        for (by_x, by_theta) in rows(&by_x).iter().zip(&rows(&by_theta)) {
+            let Period::Periodic(period) = by_x.period else { continue };
+            periodic += 1;
+            let mut product = DMatrix::identity(2, 2);
+            for (x, theta) in by_x.kept_values().zip(by_theta.kept_values()).take(period) {
+                let state = [x - section[0].to_f64(), theta - section[2].to_f64()];
+                let (mut image, mut rows) = ([0.0; 2], [0.0; 4]);
+                map.step_jacobian(&state, &[by_x.offset, 0.0], &mut image, &mut rows);
+                product = DMatrix::from_row_slice(2, 2, &rows) * product;
+            }
+            let multipliers = eigenvalues(&product).expect("finite");
+            let largest = multipliers.iter().map(|value| value.norm()).fold(0.0, f64::max);
+            assert!(largest < 1.0, "{}: {largest}", by_x.offset);
+            let one = ContactsPerPeriod { contacts: 1, period: 1 };
+            let inside = (-2.48e-7..-1.81e-7).contains(&by_x.offset);
+            stable += usize::from(by_x.contacts == Some(one) && inside);
+        }
+        if points == "46" {
+            assert!(stable >= 30, "{stable} of {periodic}");
+        }
+    }
 }
 
 /// A diagram of the linear oscillator over a few parameter values.

@@ -11,6 +11,7 @@ use grazemap::model::Scene;
 use grazemap::numeric::{Dd, Scalar};
 use grazemap::orbit::GrazingOrbit;
 use nalgebra::Complex;
+use serde_json::Value;
 
 use crate::support::foale::Foale;
 use crate::support::reference::{exact, number, read};
@@ -57,6 +58,7 @@ impl Subject {
             itineraries: vec![self.itinerary(digits)],
             at: vec![at],
             direct,
+            far: false,
             loci: None,
         };
         self.found(&request).orbits
@@ -74,6 +76,7 @@ impl Subject {
             itineraries: vec![self.itinerary(digits)],
             at: Vec::new(),
             direct,
+            far: false,
             loci: Some(LociRequest {
                 kinds: vec![kind],
                 free: 0,
@@ -84,6 +87,25 @@ impl Subject {
         let mut loci = self.found(&request).loci.expect("asked for");
         assert!(loci.len() <= 1);
         loci.pop().map_or_else(Vec::new, |locus| locus.points)
+    }
+
+    /// Folds and flips that direct simulation finds by itself at an offset of the second parameter.
+    fn alone(&self, digits: &str, offset: f64) -> Vec<(BifurcationKind, FoundOrbit)> {
+        let request = OrbitsRequest {
+            itineraries: vec![self.itinerary(digits)],
+            at: Vec::new(),
+            direct: true,
+            far: true,
+            loci: Some(LociRequest {
+                kinds: vec![BifurcationKind::Fold, BifurcationKind::Flip],
+                free: 0,
+                stepped: Some(SteppedParameter { parameter: 1, values: vec![offset] }),
+                at: vec![0.0; 2],
+            }),
+        };
+        let loci = self.found(&request).loci.expect("asked for").into_iter();
+        loci.flat_map(|locus| locus.points.into_iter().map(move |point| (locus.kind, point)))
+            .collect()
     }
 
     fn parameter(&self, name: &str) -> Dd {
@@ -245,6 +267,41 @@ fn loci_of_folds_and_flips_leave_the_codimension_two_point_as_foales_do() {
     }
 }
 
+/// The physical points of Foale's loci (tests/data/rigid/linear_abc.json) lie at speeds of up to 20
+/// times those of the map's window.
+#[test]
+fn folds_and_flips_far_beyond_the_map_are_found_by_direct_simulation_where_foale_has_them() {
+    let subject = Subject::new("foale", (3, 4));
+    let table = read("rigid/linear_abc.json");
+    let table = table["foale"]["loci_table"].as_array().expect("a list");
+    for omega in ["0.75", "1.8", "2.2"] {
+        let offset = exact(&Value::from(omega)) - subject.parameter("omega");
+        for digits in ["1", "10"] {
+            let points: Vec<_> = table
+                .iter()
+                .filter(|point| point["omega"] == omega && point["n"] == digits.len())
+                .filter(|point| point["physical"] == true)
+                .collect();
+            let found = subject.alone(digits, offset.to_f64());
+            for point in &points {
+                let kind = match point["kind"].as_str() {
+                    Some("SN") => BifurcationKind::Fold,
+                    _ => BifurcationKind::Flip,
+                };
+                let expected = exact(&point["alpha"]) - subject.parameter("alpha");
+                let error = |(other, orbit): &(BifurcationKind, FoundOrbit)| {
+                    let error = (orbit.parameters[0] - expected.to_f64()).abs();
+                    if *other == kind { error } else { f64::INFINITY }
+                };
+                let nearest = found.iter().map(error).fold(f64::INFINITY, f64::min);
+                assert!(nearest < 1e-12, "{omega} {digits} {point}: {nearest:e}");
+            }
+            // And no other: of one impact the closed form has at most one of each kind.
+            assert_eq!(found.len(), points.len(), "{omega} {digits}: {found:?}");
+        }
+    }
+}
+
 #[test]
 fn neither_a_pole_nor_a_step_to_another_branch_is_taken_for_a_bifurcation() {
     // Where one of several depth variables vanishes, det(J - I) changes its sign through infinity.
@@ -270,6 +327,7 @@ fn an_orbit_that_a_flip_has_doubled_repeats_its_contacts_at_two_depths() {
             itineraries: vec![subject.itinerary("11"), subject.itinerary("1")],
             at: vec![vec![flip.parameters[0] + beyond, 1e-3]],
             direct,
+            far: false,
             loci: None,
         };
         let orbits = subject.found(&request).orbits.into_iter();
@@ -301,6 +359,7 @@ fn with_several_stops_every_passage_has_its_digit() {
             itineraries: all.clone(),
             at: vec![vec![offset, 0.0]],
             direct,
+            far: false,
             loci: None,
         };
         let physical = |orbits: Orbits| -> Vec<FoundOrbit> {

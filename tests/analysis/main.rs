@@ -11,10 +11,14 @@ mod choice_evidence;
 mod convergence;
 mod diagrams;
 mod dynamics;
+mod guarded;
 mod itineraries;
 mod orbit_search;
 mod record;
+mod resuming;
+mod trajectories;
 mod two_sided;
+mod windows;
 
 use grazemap::numeric::Dd;
 

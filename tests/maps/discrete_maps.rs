@@ -220,8 +220,8 @@ fn orbits_in_lanes_are_those_of_the_frozen_map_to_the_last_bit() {
         .collect();
     let (mut ended, mut stayed) = (0, 0);
     for (transient, keep) in [(5, 40), (30, 0)] {
-        let mut request = OrbitRequest::new(transient, keep, &[0.2, 0.3]);
-        request.escape_factor = 1.2;
+        let request = OrbitRequest::new(transient, keep, &[0.2, 0.3]);
+        let request = request.escaping_at(&[1.2 * 0.2, 1.2 * 0.3]);
         for block in points.chunks(8) {
             let states: Vec<&[f64]> = block.iter().map(|point| &point.0[..]).collect();
             let parameters: Vec<&[f64]> = block.iter().map(|point| &point.1[..]).collect();

@@ -7,7 +7,7 @@ use std::ops::Range;
 use grazemap::model::Scene;
 use grazemap::numeric::Dd;
 use grazemap::orbit::{
-    CurveEnd, CurveOptions, CurveOutcome, GrazingCurve, OrbitError, SpecialKind, curve,
+    CurveEnd, CurveOptions, CurveOutcome, CurvePoint, GrazingCurve, OrbitError, SpecialKind, curve,
 };
 use serde_json::Value;
 
@@ -112,6 +112,112 @@ fn curve_is_followed_round_two_folds_to_the_next_sheet() {
         .find(|point| point["omega"].as_str().unwrap().starts_with("0.1301129273"))
         .unwrap();
     assert!(distance(&scene, &curve, FIRST, next) < 1e-11);
+}
+
+/// A point of the curve of the electrostatic oscillator between the two points where its multipliers
+/// become real, omega = 0.69463 and 0.90796.
+const HIGH: [(&str, &str); 5] = [
+    ("omega", "0.8005223562029"),
+    ("V", "0.5979479930374"),
+    ("grazing.guess.x", "0.5"),
+    ("grazing.guess.v", "0"),
+    ("grazing.guess.theta", "-0.0112566146124"),
+];
+
+/// Multipliers `rho exp(±i phi)` of a 2x2 monodromy give `xi_n` the factor `sin(n phi)/sin(phi)`:
+/// its zeros are those of `xi_1` and the points where `phi = m π/n`, `0 < m < n`.
+#[test]
+fn every_zero_of_xi_is_met_from_both_ends_and_by_steps_of_any_length() {
+    let scene = scene_with("mems", &HIGH);
+    let omega = index(&scene, "omega");
+    // At the lower end phi = π.
+    let (low, high, most) = (0.69464, 0.705, 24);
+    let usual = CurveOptions { xi_count: most, ..CurveOptions::default() };
+    let long = CurveOptions { ds: 10.0 * usual.ds, ds_max: 10.0 * usual.ds_max, ..usual };
+    let share = |point: &CurvePoint| {
+        let [re, im] = point.multipliers[0];
+        im.abs().atan2(re) / std::f64::consts::PI
+    };
+    for (from, to, options) in [(low, high, usual), (high, low, long)] {
+        let curve = traced(&scene, from, to, &options);
+        assert_eq!((&curve.end, curve.unresolved.len()), (&CurveEnd::Reached, 0));
+        let ends = [&curve.points[0], curve.points.last().unwrap()];
+        let lowest = ends.map(share).into_iter().fold(1.0, f64::min);
+        for n in 1..=most {
+            let found = curve.codim2().filter(|(number, ..)| *number == n);
+            let (mut places, mut omegas) = (Vec::new(), Vec::new());
+            for (.., special) in found {
+                let place = n as f64 * share(&special.point);
+                // Multipliers in f64 have the error 1e-16 over their distance from each other.
+                assert!((place - place.round()).abs() < 1e-10, "xi_{n}: {place}");
+                places.push(place.round() as usize);
+                omegas.push(special.parameters[omega].to_f64());
+            }
+            places.sort_unstable();
+            let expected: Vec<usize> = (1..n).filter(|&m| m as f64 > n as f64 * lowest).collect();
+            assert_eq!(places, expected, "xi_{n} from {from}");
+            for ends in curve.points.windows(2) {
+                let [a, b] = [0, 1].map(|end| ends[end].parameters[omega]);
+                let between = omegas.iter().filter(|&&at| a.min(b) < at && at < a.max(b));
+                assert!(between.count() <= 1, "xi_{n} between {a} and {b}");
+            }
+        }
+    }
+}
+
+#[test]
+fn two_points_where_multipliers_meet_are_met_by_long_steps() {
+    let sheet = [("omega", "0.1301"), ("V", "0.40591"), ("grazing.guess.theta", "-0.9218")];
+    let scene = scene_with("mems_scenario3", &sheet);
+    let options = CurveOptions { ds: 0.5, ds_max: 5.0, ..CurveOptions::default() };
+    let curve = traced(&scene, 0.1301, 0.14, &options);
+    let points = points("mems_points.json");
+    let near = ["0.1301420410", "0.1301129361"];
+    for omega in near {
+        let mut points = points.iter();
+        let point = points.find(|point| point["omega"].as_str().unwrap().starts_with(omega));
+        let distance = distance(&scene, &curve, SpecialKind::MultiplierSwitch, point.unwrap());
+        assert!(distance < 1e-11, "{omega}: {distance:e}");
+    }
+}
+
+#[test]
+fn a_zero_at_the_first_point_of_a_curve_and_one_at_its_last_are_met() {
+    let scene = scene("linear");
+    // xi_1 of the linear oscillator vanishes at omega = 2 sqrt(1 - zeta^2).
+    let zero = 2.0 * (1.0 - 0.05_f64.powi(2)).sqrt();
+    for (from, to) in [(zero, 2.1), (1.9, zero), (zero, 1.9)] {
+        let curve = traced(&scene, from, to, &CurveOptions::default());
+        assert_eq!(curve.codim2().count(), 1, "from {from} to {to}");
+    }
+}
+
+/// The linear oscillator with every length multiplied by a factor: `alpha` and `delta` are lengths.
+#[test]
+fn a_curve_does_not_depend_on_the_unit_of_length() {
+    let (mut amplitudes, mut frequencies) = (Vec::new(), Vec::new());
+    for unit in ["1", "1e3", "1e12", "1e-12"] {
+        let length: f64 = unit.parse().unwrap();
+        let alpha = (2.9 * length).to_string();
+        let set = [("delta", unit), ("alpha", &alpha), ("grazing.guess.x", unit)];
+        let scene = scene_with("linear", &set);
+        let curve = traced(&scene, 1.8, 2.2, &CurveOptions { xi_count: 3, ..Default::default() });
+        assert_eq!(curve.end, CurveEnd::Reached, "{unit}");
+        let omega = index(&scene, "omega");
+        let zeros: Vec<f64> =
+            curve.codim2().map(|(.., point)| point.parameters[omega].to_f64()).collect();
+        frequencies.push(zeros);
+        amplitudes.push(curve.points.last().unwrap().parameters[index(&scene, "alpha")] / length);
+    }
+    // alpha/delta = sqrt((1 - omega²)² + (2 zeta omega)²)
+    let expected = (1.0 - 2.2_f64.powi(2)).hypot(2.0 * 0.05 * 2.2);
+    for (amplitude, zeros) in amplitudes.iter().zip(&frequencies) {
+        assert!((amplitude / expected - 1.0).abs() < 1e-13, "{amplitude}");
+        assert_eq!(zeros.len(), frequencies[0].len());
+        for (zero, first) in zeros.iter().zip(&frequencies[0]) {
+            assert!((zero - first).abs() < 1e-14, "{zero} {first}");
+        }
+    }
 }
 
 #[test]

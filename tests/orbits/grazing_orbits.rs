@@ -4,7 +4,7 @@
 
 use grazemap::model::Scene;
 use grazemap::numeric::{Dd, Scalar};
-use grazemap::orbit::{GrazingOrbit, Location, NotLocated, locate};
+use grazemap::orbit::{GrazingOrbit, Location, NotLocated, OrbitError, locate};
 use serde_json::Value;
 
 use crate::support::reference::{exact, read, text};
@@ -358,6 +358,40 @@ fn forcing_too_weak_for_any_damping_never_touches() {
 }
 
 #[test]
+fn an_event_function_of_the_wrong_sign_is_recognised() {
+    // From the guess, and where the search finds orbits that stay below the stop or reach past it.
+    let wrong = ("model.surface.0.event", "x - delta");
+    let scenes = [
+        scene_with("linear", &[wrong]),
+        scene_with("linear", &[wrong, ("alpha", "2.0")]),
+        without_guess("linear", &[wrong, ("alpha", "1.0")]),
+    ];
+    for scene in scenes {
+        let reason = reason(&scene);
+        let NotLocated::WrongSide { surface, largest, .. } = &reason else { panic!("{reason}") };
+        assert!(surface == "stop" && *largest < 1e-12, "{surface} {largest:e}");
+        assert!(reason.to_string().ends_with(r#"change the sign: `event = "-(...)"`"#), "{reason}");
+    }
+}
+
+#[test]
+fn free_flow_that_is_too_slow_is_said_to_be() {
+    let rate = reason(&scene_with("mems", &[("model.phase.rate", "1e-9")]));
+    assert!(matches!(rate, NotLocated::TooSlow { complete: false, .. }), "{rate}");
+    // A relaxation 30000 times as fast as the forcing, far from its graze.
+    let stiff = [("zeta", "15000.0"), ("alpha", "0.1"), ("omega", "0.8")];
+    let stiff = reason(&without_guess("linear", &stiff));
+    assert!(matches!(stiff, NotLocated::TooSlow { complete: true, .. }), "{stiff}");
+}
+
+#[test]
+fn a_section_at_a_phase_without_digits_is_wrong_input() {
+    let section = [("section.kind", "stroboscopic"), ("section.phase", "-1e300")];
+    let error = locate(&scene_with("linear", &section)).unwrap_err();
+    assert!(matches!(error, OrbitError::SectionPhase { .. }), "{error}");
+}
+
+#[test]
 fn flat_top_is_a_degenerate_graze() {
     // The forcing makes x = cos(theta) − cos(2 theta)/4, whose second derivative vanishes at its
     // maximum 3/4.
@@ -389,10 +423,9 @@ fn resonance_without_damping_is_singular() {
 #[test]
 fn functions_away_from_their_corners_leave_the_orbit_as_it_is() {
     let flow = |rest: &str| format!("alpha*cos(theta) - 2*zeta*v - {rest}");
-    // The orbit stays between -1.01 and 1; an event function and a reset may have their corners
-    // away from the grazes.
+    // The orbit stays between -1.01 and 1; a reset may have its corners away from the grazes.
     let same = [
-        ("model.surface.0.event", "delta - abs(x)".to_owned()),
+        ("model.surface.0.event", "delta - x*abs(x + 5)/(x + 5)".to_owned()),
         ("model.surface.0.impact.v", "-r*v*sign(x)".to_owned()),
         ("model.flow.v", flow("max(x, -30)")),
         ("model.flow.v", flow("x*abs(x + 5)/(x + 5)")),
@@ -416,6 +449,9 @@ fn a_corner_at_the_graze_or_along_the_orbit_is_named_with_its_expression() {
         ("model.flow.v", flow("max(x, 0.3)"), "max"),
         ("model.flow.v", flow("min(cos(theta), 0.5)"), "min"),
         ("model.surface.0.event", "delta - x + abs(v)".to_owned(), "abs"),
+        // Away from the graze the minima of the other branch would be overlooked.
+        ("model.surface.0.event", "delta - abs(x)".to_owned(), "abs"),
+        ("model.surface.0.event", "min(delta - x, 3*delta + 2.5*x)".to_owned(), "min"),
         ("model.surface.0.impact.v", "-r*abs(v)".to_owned(), "abs"),
     ];
     for (place, expression, name) in corners {
@@ -426,4 +462,38 @@ fn a_corner_at_the_graze_or_along_the_orbit_is_named_with_its_expression() {
             "{place}, {name}: {reason}"
         );
     }
+}
+
+#[test]
+fn an_orbit_of_one_period_is_not_taken_for_one_of_several() {
+    for (name, periods) in [("linear", 2), ("mems", 3)] {
+        let periods_named = periods.to_string();
+        let scene = scene_with(name, &[("grazing.periods", &periods_named)]);
+        let location = locate(&scene).expect("no wrong input");
+        let Location::NotLocated(reason) = location else {
+            panic!("{name}: located an orbit that repeats");
+        };
+        assert!(
+            matches!(reason, NotLocated::Repeats { times, .. } if times == periods),
+            "{reason:?}"
+        );
+        let words = reason.to_string();
+        assert!(words.contains(&format!("run {periods} times")), "{words}");
+        assert!(words.contains("`periods = 1` is that orbit"), "{words}");
+    }
+}
+
+#[test]
+fn an_orbit_that_touches_another_surface_is_asked_to_name_that_passage() {
+    let keys = [("grazing.passages", "[\"right\"]"), ("grazing.symmetry", "\"none\"")];
+    let scene = scene_with("two_stops_t1", &keys);
+    let Location::NotLocated(reason) = locate(&scene).expect("no wrong input") else {
+        panic!("located an orbit with a graze that no passage stands for");
+    };
+    let NotLocated::TouchesElsewhere { surface, time } = &reason else {
+        panic!("{reason:?}");
+    };
+    assert_eq!(surface, "left");
+    // Half a period of omega = 1.1 later.
+    assert!((time - std::f64::consts::PI / 1.1).abs() < 1e-6, "{time}");
 }

@@ -2,7 +2,7 @@
 
 use grazemap::model::{
     EmitPrecision, MapOrders, Method, Model, NodeId, Observable, Orders, Response, Scene, Section,
-    Shape, StroboscopicPhase, SweepDirection, Symmetry, catalogue,
+    Shape, Starts, StroboscopicPhase, SweepDirection, Symmetry, catalogue,
 };
 use grazemap::numeric::{Dd, FloatFormat};
 
@@ -136,6 +136,44 @@ fn every_table_of_a_scene_is_read() {
         (chart.parameters, chart.points, chart.ranges),
         ([1, 0], [20, 30], [[-1.0, 1.0], [-0.5, 2.0]])
     );
+}
+
+#[test]
+fn values_scales_and_starts_of_diagrams_and_charts_are_read() {
+    let with = |keys: &str| {
+        let source = catalogue::text("linear").expect("in the catalogue");
+        let (before, _) = source.split_once("[[diagram]]").expect("it has a diagram");
+        Scene::parse(&format!("{before}[[diagram]]\nparameter = \"alpha\"\n{keys}\n"), "linear")
+    };
+    let diagram = |keys: &str| {
+        let scene = with(keys).unwrap_or_else(|error| panic!("{error}"));
+        scene.diagrams[0].clone()
+    };
+    assert_eq!(diagram("values = [1e-6, -1e-8, 1e-6]").offsets(), [-1e-8, 1e-6]);
+    let log = diagram("range = [1e-8, 1e-2]\npoints = 7\nscale = \"log\"").offsets();
+    for (offset, exponent) in log.iter().zip(-8..) {
+        assert!((offset / 10f64.powi(exponent) - 1.0).abs() < 1e-14, "{log:?}");
+    }
+    assert_eq!((log[0], log[6]), (1e-8, 1e-2));
+    let range = "range = [-1e-3, 1e-3]\n";
+    assert_eq!(diagram(&format!("{range}starts = 16")).starts, Starts::Spread(16));
+    let start =
+        diagram(&format!("{range}start = [{{ x = 0.1, theta = 0.2 }}, {{ x = 1 }}]")).starts;
+    let expected = [vec![Some(0.1), None, Some(0.2)], vec![Some(1.0), None, None]];
+    assert_eq!(start, Starts::Given(expected.to_vec()));
+    for (keys, said) in [
+        ("values = [1]\npoints = 3", "`points` and `values` exclude each other"),
+        ("values = []", "empty"),
+        ("range = [-1, 1]\nscale = \"log\"", "on one side of 0"),
+        ("range = [0, 1]\nscale = \"log\"", "on one side of 0"),
+        ("range = [0, 1]\nscale = \"octaves\"", "one of"),
+        ("range = [0, 1]\nstart = [{ x = 1 }]\nstarts = 2", "exclude each other"),
+        ("range = [0, 1]\nstart = [{ y = 1 }]", "`y`"),
+        ("range = [0, 1]\nstarts = 0", "from 1 to 1000"),
+    ] {
+        let error = with(keys).expect_err(keys).to_string();
+        assert!(error.contains(said), "{keys}: {error}");
+    }
 }
 
 #[test]

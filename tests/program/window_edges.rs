@@ -72,7 +72,7 @@ fn a_stop_too_stiff_for_its_window_is_said_by_every_command_that_maps() {
         let warned = said(&grazemap(folder.path(), &arguments));
         let warnings: Vec<_> = warned.lines().filter(|line| line.contains("diverge")).collect();
         assert_eq!(warnings.len(), 1, "{command:?}: {warned}");
-        assert!(warnings[0].starts_with("warning: `soft_b`: at the edge of the window"));
+        assert!(warnings[0].starts_with("warning: `soft_b`: on its window the map of orders"));
         assert_eq!(said(&grazemap(folder.path(), &[&arguments[..], &["-q"]].concat())), "");
     }
     let places = [
@@ -97,6 +97,45 @@ fn no_scene_of_the_catalogue_has_a_window_deeper_than_its_map() {
     let folder = scratch();
     for name in catalogue::names() {
         let warned = said(&grazemap(folder.path(), &["expand", name]));
-        assert!(!warned.contains("warning"), "{name}: {warned}");
+        assert!(!warned.contains("at the edge of the window"), "{name}: {warned}");
     }
+}
+
+#[test]
+fn a_point_beyond_the_radius_of_the_series_is_not_inside() {
+    let folder = scratch();
+    // The radius in y is about 3.1e-7 at this stiffness, the depth that the scene states 1e-4.
+    let states = "u\n1e-14\n1e-12\n5e-5\n";
+    std::fs::write(folder.path().join("states.csv"), states).expect("a writable folder");
+    let arguments = ["image", "soft_b", "--set", "k2=1e6", "--states", "states.csv", "--json", "-"];
+    let output = grazemap(folder.path(), &arguments);
+    let json: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    let inside = [0, 1, 2].map(|row| json[row]["inside"].as_u64());
+    assert_eq!(inside, [Some(1), Some(0), Some(0)], "{json}");
+}
+
+/// Errors of 6e-3 in images of a two-sided oscillator were said by no command at these orders: what
+/// the contacts leave out at the edge of the window is little, what the legs leave out is not.
+#[test]
+fn a_map_that_errs_more_in_its_window_than_it_should_is_said_with_the_figure() {
+    let folder = scratch();
+    let low = ["--set", "expansion.smooth_order=1", "--set", "expansion.contact_weight=8"];
+    let expand = |more: &[&str]| {
+        let arguments = [&["expand", "two_stops_t1_rigid"], &low[..], more].concat();
+        let output = grazemap(folder.path(), &arguments);
+        (said(&output), output)
+    };
+    let (warned, _) = expand(&[]);
+    assert_eq!(warned.lines().count(), 1, "{warned}");
+    assert!(warned.contains("on its window the map of orders (1, 8) errs by up to"), "{warned}");
+    assert!(warned.contains("more than 1e-6 of each half-width"), "{warned}");
+    let (stated, _) = expand(&["--set", "emit.tolerance=1e-7"]);
+    assert!(stated.contains("more than 1e-7, as the scene states"), "{stated}");
+    let (silent, output) = expand(&["--set", "emit.tolerance=10", "--json", "-"]);
+    assert_eq!(silent, "");
+    let json: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    let window = &json["window"];
+    assert_eq!(window["tolerance"]["error"], 10.0, "{window}");
+    let figure = window["errors"][0]["error"].as_f64().expect("measured");
+    assert!((1e-6..1.0).contains(&figure) && warned.contains('e'), "{window}");
 }

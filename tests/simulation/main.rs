@@ -10,6 +10,7 @@ mod hertz_law;
 mod moving_surfaces;
 mod public_two_direct;
 mod rounding_at_grazes;
+mod section_phases;
 mod simulated_events;
 mod soft_to_rigid;
 

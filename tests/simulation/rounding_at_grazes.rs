@@ -1,6 +1,9 @@
 //! Direct simulation of orbits that graze to within rounding: what is nearly no contact does nearly
 //! nothing. The oracle is the same simulation in double-double, in which these contacts are deep.
 
+#[path = "../../examples/near_grazing/passages.rs"]
+mod passages;
+
 use grazemap::analysis::{DirectEnd, DirectImage, DirectMap};
 use grazemap::hybrid::HybridSystem;
 use grazemap::iteration::{DiscreteMap, StepInfo};
@@ -216,6 +219,28 @@ fn grazes_within_rounding_are_those_of_single_orbits_in_lanes() {
                     agree(text, section, HybridSystem::new, size);
                 }
             }
+        }
+    }
+}
+
+/// The oracle starts from the same numbers in double-double; `examples/near_grazing` flies a
+/// million passages.
+#[test]
+fn passages_of_any_depth_in_lanes_are_those_of_double_double() {
+    if !needs_wide_registers() {
+        return;
+    }
+    let sections: [&[_]; 3] = [
+        &[],
+        &[("section.kind", "stroboscopic")],
+        &[("section.kind", "stroboscopic"), ("section.phase", "1")],
+    ];
+    for scene in ["foale", "moving_stop", "impact_pair"] {
+        for section in sections {
+            let case = passages::Case { scene, section, lowered: HybridSystem::new };
+            let tally = case.graze().expect("a grazing orbit").passages(0..40);
+            assert!(tally.wrong.is_empty(), "{:#?}", tally.wrong);
+            assert!(tally.contacts > 80 && tally.together > 250, "{scene} {section:?} {tally:?}");
         }
     }
 }

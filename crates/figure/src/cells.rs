@@ -3,7 +3,7 @@
 use super::FigureError;
 use super::clip::Area;
 use super::drawing::{Mosaic, Point};
-use super::palette::{PAPER, Palette, Rgb, viridis};
+use super::palette::{GREY, PAPER, Palette, Rgb, viridis};
 
 /// A grid of categories that fills a rectangle of the axes.
 ///
@@ -24,12 +24,16 @@ pub struct CellChart {
     pub cells: Vec<Option<usize>>,
     /// Names of the categories, for the legend.
     pub names: Vec<String>,
+    /// The category that is drawn in grey, of what is not to be trusted.
+    pub grey: Option<usize>,
 }
 
 impl CellChart {
     /// Colour of a category.
     pub(super) fn color(&self, category: usize) -> Rgb {
-        if self.names.len() <= 8 {
+        if self.grey == Some(category) {
+            GREY
+        } else if self.names.len() <= 8 {
             Palette::Categorical.color(category, self.names.len())
         } else {
             viridis(category as f64 / (self.names.len() - 1) as f64)

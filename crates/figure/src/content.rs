@@ -4,8 +4,8 @@ use super::FigureError;
 use super::drawing::{Point, Shape};
 use super::frame::Frame;
 use super::labels::Labeller;
-use super::palette::{FAINT_INK, INK, Rgb};
-use super::series::{Guide, Marker, Series, SeriesStyle, Stroke};
+use super::palette::{FAINT_INK, GREY, INK, Rgb};
+use super::series::{Guide, Marker, Series, SeriesColor, SeriesStyle, Stroke};
 use super::thinning::{EXACT_DOTS, thin};
 use super::{Figure, Thinning};
 
@@ -50,8 +50,12 @@ pub(super) fn content(figure: &Figure, frame: &Frame) -> Result<Content, FigureE
     Ok(Content { under, over, thinning })
 }
 
-fn color_of(figure: &Figure, index: usize) -> Rgb {
-    let chosen = figure.series[index].color.unwrap_or(index);
+pub(super) fn color_of(figure: &Figure, index: usize) -> Rgb {
+    let chosen = match figure.series[index].color {
+        SeriesColor::Grey => return GREY,
+        SeriesColor::Own => index,
+        SeriesColor::Palette(other) => other,
+    };
     figure.palette.color(chosen, figure.series.len())
 }
 

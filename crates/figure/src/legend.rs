@@ -2,6 +2,7 @@
 
 use super::Figure;
 use super::FigureError;
+use super::content::color_of;
 use super::drawing::{Anchor, Direction, Point, Shape};
 use super::font::width;
 use super::markup::runs;
@@ -38,12 +39,10 @@ enum Form {
 impl Legend {
     /// The legend of a figure that has so much width for a row of entries.
     pub(super) fn of(figure: &Figure, room: f64) -> Result<Self, FigureError> {
-        let count = figure.series.len();
         let series = figure.series.iter().enumerate().filter(|(_, series)| !series.name.is_empty());
         let mut entries: Vec<(String, Key, Rgb)> = series
             .map(|(index, series)| {
-                let color = figure.palette.color(series.color.unwrap_or(index), count);
-                (series.name.clone(), Key::Series(series.style), color)
+                (series.name.clone(), Key::Series(series.style), color_of(figure, index))
             })
             .collect();
         if let Some(chart) = &figure.cells {

@@ -32,7 +32,7 @@ pub use cells::CellChart;
 pub use error::FigureError;
 pub use markup::{escape_html, symbol};
 pub use palette::Palette;
-pub use series::{Annotation, Guide, Marker, Series, SeriesStyle, Stroke};
+pub use series::{Annotation, Guide, Marker, Series, SeriesColor, SeriesStyle, Stroke};
 
 /// Smallest and largest side of a figure, in CSS pixels.
 const SIDES: (u32, u32) = (160, 4000);

@@ -10,6 +10,8 @@ pub(super) type Rgb = [u8; 3];
 pub(super) const INK: Rgb = [0x1f, 0x23, 0x28];
 /// Ink of secondary text and guides.
 pub(super) const FAINT_INK: Rgb = [0x6a, 0x70, 0x78];
+/// What is not to be trusted.
+pub(super) const GREY: Rgb = [0xb3, 0xb7, 0xbc];
 /// Lines of the grid.
 pub(super) const GRID: Rgb = [0xe6, 0xe8, 0xeb];
 /// The paper.

@@ -59,14 +59,25 @@ pub struct Series {
     pub points: Vec<[f64; 2]>,
     /// How it is drawn.
     pub style: SeriesStyle,
-    /// Index into the palette; `None` takes the index of the series in its figure.
-    pub color: Option<usize>,
+    /// Its colour.
+    pub color: SeriesColor,
+}
+
+/// The colour of a series.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum SeriesColor {
+    /// The palette's, by the index of the series in its figure.
+    Own,
+    /// The palette's, by another index.
+    Palette(usize),
+    /// Grey, of what is not to be trusted.
+    Grey,
 }
 
 impl Series {
     /// Very many points as dots.
     pub fn dots(name: impl Into<String>, points: Vec<[f64; 2]>) -> Self {
-        Self { name: name.into(), points, style: SeriesStyle::Dots, color: None }
+        Self { name: name.into(), points, style: SeriesStyle::Dots, color: SeriesColor::Own }
     }
 
     /// Points with a marker each.
@@ -94,7 +105,14 @@ impl Series {
     /// The same series in a colour of the palette, shared with another series.
     #[must_use]
     pub fn with_color(mut self, index: usize) -> Self {
-        self.color = Some(index);
+        self.color = SeriesColor::Palette(index);
+        self
+    }
+
+    /// The same series in grey.
+    #[must_use]
+    pub fn in_grey(mut self) -> Self {
+        self.color = SeriesColor::Grey;
         self
     }
 }

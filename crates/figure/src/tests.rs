@@ -85,6 +85,7 @@ fn figures_that_cannot_be_drawn_are_refused() {
         rows: 2,
         cells: vec![None; 3],
         names: Vec::new(),
+        grey: None,
     });
     assert!(matches!(figure.to_svg(), Err(FigureError::ChartShape { found: 3, .. })));
 }

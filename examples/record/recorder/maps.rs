@@ -352,7 +352,7 @@ fn of_diagram(diagram: &Diagram) -> Hash {
             hash.text(&format!("{:?} {:?}", point.period, point.end));
             add_name(&mut hash, point.orbit.as_ref());
             hash.count(point.kept_contacts as usize);
-            hash.count(point.outside);
+            hash.count((point.outside * point.kept as f64).round() as usize);
         }
     }
     hash
@@ -378,6 +378,7 @@ fn chart_request(subject: &Subject) -> Option<ChartRequest> {
         starts: Starts::Smooth,
         transient: 50,
         keep: 8,
+        with: vec![Method::Map],
     })
 }
 
@@ -392,7 +393,7 @@ fn of_chart(chart: &Chart) -> Hash {
         hash.text(&format!("{:?} {:?}", cell.period, cell.end));
         add_name(&mut hash, cell.orbit.as_ref());
         hash.count(cell.kept_contacts as usize);
-        hash.count(cell.outside);
+        hash.count((cell.outside * 16.0).round() as usize);
     }
     hash
 }

@@ -13,8 +13,8 @@ use std::time::Instant;
 
 use rayon::prelude::*;
 
-use super::data::{Sweep, SweepHeading, Timing, threads};
-use super::starts::starts;
+use super::data::{DiagramPoint, Shares, Sweep, SweepHeading, Timing, threads};
+use super::starts::{Reach, starts};
 use super::sweep::{SweepRequest, Visit, visit};
 use super::swept_map::SweptMap;
 use crate::analysis::progress::{Progress, keep, recalled};
@@ -41,13 +41,14 @@ pub(super) fn sweep(
     course.correct(progress);
     let timing = Timing::since(clock, course.iterates);
     let visits = course.visits.into_iter().flatten();
-    Sweep {
-        method: map.method(),
-        heading,
-        start: start.map(<[f64]>::to_vec),
-        points: visits.map(|visit| visit.point).collect(),
-        timing,
-    }
+    let points: Vec<DiagramPoint> = visits.map(|visit| visit.point).collect();
+    let shares = |point: &DiagramPoint| {
+        let DiagramPoint { by_map, outside, .. } = *point;
+        (Shares { by_map, outside }, point.kept)
+    };
+    let Shares { by_map, outside } = Shares::mean(points.iter().map(shares));
+    let start = start.map(<[f64]>::to_vec);
+    Sweep { method: map.method(), heading, start, points, by_map, outside, timing }
 }
 
 /// A sweep under way.
@@ -249,7 +250,10 @@ impl<'a> Course<'a> {
         let mut entered = vec![None];
         for segment in prepared.chunks(COARSE_VALUES) {
             for (fixed, parameters) in segment {
-                let begin = || starts(self.map, self.start, parameters, &request.scales).remove(0);
+                let begin = || {
+                    starts(self.map, self.start, parameters, &request.scales, Reach::Beside)
+                        .remove(0)
+                };
                 let state = carried.clone().unwrap_or_else(begin);
                 let orbit = MapOrbit::of(&**fixed, &state, &[], &request);
                 if orbit.end == OrbitEnd::Completed {
@@ -274,7 +278,6 @@ impl<'a> Course<'a> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::data::DiagramPoint;
     use super::super::swept_map::{Settled, Start};
     use super::*;
     use crate::analysis::progress::NoProgress;
@@ -369,8 +372,8 @@ mod tests {
         fn start(&self, _: &[f64]) -> Vec<f64> {
             vec![0.0]
         }
-        fn observe(&self, state: &[f64], _: &[f64]) -> f64 {
-            state[0]
+        fn observe_all(&self, orbit: &MapOrbit, _: &[f64]) -> Vec<f64> {
+            orbit.states().map(|state| state[0]).collect()
         }
         fn itinerary(&self) -> &Itinerary {
             &self.itinerary

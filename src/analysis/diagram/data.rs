@@ -6,7 +6,9 @@ use std::time::Instant;
 
 use serde::{Deserialize, Serialize};
 
-use crate::iteration::{ContactsPerPeriod, OrbitEnd, OrbitName, Period};
+use crate::analysis::escape::EscapeBound;
+use crate::expansion::MapWindow;
+use crate::iteration::{ContactsPerPeriod, MapOrbit, OrbitEnd, OrbitName, Period};
 use crate::model::{Digest, Method};
 
 /// A bifurcation diagram: every sweep that was asked for, by every method.
@@ -29,6 +31,8 @@ pub struct Diagram {
     pub transient: usize,
     /// Iterates kept at each parameter value.
     pub keep: usize,
+    /// How far the coordinates of the section may go before an orbit has escaped.
+    pub escape: Vec<EscapeBound>,
     /// One sweep per method and direction.
     pub sweeps: Vec<Sweep>,
     /// Time of one iterate by direct simulation over that by the map, where both were run.
@@ -47,8 +51,65 @@ pub struct Sweep {
     pub start: Option<Vec<f64>>,
     /// One entry per parameter value, in the order in which they were visited.
     pub points: Vec<DiagramPoint>,
+    /// Share of all kept iterates that the map made; the others are direct returns.
+    pub by_map: f64,
+    /// Share of all kept iterates outside the window.
+    pub outside: f64,
     /// How long it took.
     pub timing: Timing,
+}
+
+/// Shares of kept iterates, 0 of none.
+#[derive(Clone, Copy, Debug, Default)]
+pub(in crate::analysis) struct Shares {
+    /// Share that the map made.
+    pub(in crate::analysis) by_map: f64,
+    /// Share outside the window.
+    pub(in crate::analysis) outside: f64,
+}
+
+impl Shares {
+    /// Of the kept iterates of an orbit.
+    pub(in crate::analysis) fn of(
+        method: Method,
+        orbit: &MapOrbit,
+        parameters: &[f64],
+        window: &MapWindow,
+    ) -> Self {
+        let share = |count: usize| count as f64 / orbit.steps.len().max(1) as f64;
+        let mapped = orbit.steps.iter().filter(|step| !step.simulated).count();
+        let kept = orbit.origins().zip(&orbit.steps);
+        let outside = kept.filter(|(origin, step)| match method {
+            Method::Guarded => step.simulated,
+            Method::Map | Method::Direct => !window.holds(origin, parameters, &[step.depth]),
+        });
+        Self { by_map: share(mapped), outside: share(outside.count()) }
+    }
+
+    /// Of all kept iterates, from the shares and numbers of parts of them.
+    pub(in crate::analysis) fn mean(parts: impl Iterator<Item = (Self, usize)>) -> Self {
+        let sum = |(all, kept): (Self, f64), (part, count): (Self, usize)| {
+            let weight = count as f64;
+            let (by_map, outside) =
+                (all.by_map + weight * part.by_map, all.outside + weight * part.outside);
+            (Self { by_map, outside }, kept + weight)
+        };
+        let (all, kept) = parts.fold((Self::default(), 0.0), sum);
+        let kept = kept.max(1.0);
+        Self { by_map: all.by_map / kept, outside: all.outside / kept }
+    }
+}
+
+impl Sweep {
+    /// Whether the map alone was used beyond its window at one of the points.
+    pub fn is_outside(&self, point: &DiagramPoint) -> bool {
+        self.method == Method::Map && point.outside > 0.0
+    }
+
+    /// Points at which the map alone was used beyond its window.
+    pub fn outside(&self) -> usize {
+        self.points.iter().filter(|point| self.is_outside(point)).count()
+    }
 }
 
 /// Which way a sweep goes.
@@ -85,10 +146,12 @@ pub struct DiagramPoint {
     pub lyapunov: Option<f64>,
     /// How the orbit ended. After an early end the sweep goes on from the last state that stayed.
     pub end: OrbitEnd,
-    /// Kept iterates outside the window in which the map is to be trusted: beyond the half-width
-    /// of a coordinate or the depth, or all of them where the parameter is beyond its
-    /// half-width.
-    pub outside: usize,
+    /// Share of the kept iterates that the map made; the others are direct returns.
+    pub by_map: f64,
+    /// Share of the kept iterates outside the window in which the map is to be trusted: where the
+    /// point that was mapped lies beyond the half-width of a coordinate or a parameter, or has a
+    /// passage deeper than the window.
+    pub outside: f64,
 }
 
 /// Time spent in a sweep or a chart, by the clock.

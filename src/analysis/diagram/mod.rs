@@ -11,29 +11,31 @@ mod starts;
 mod sweep;
 mod swept_map;
 
+pub(super) use data::Shares;
 pub use data::{Diagram, DiagramPoint, Sweep, SweepHeading, Timing};
 pub use observe::Observer;
 pub(crate) use starts::low_discrepancy;
 pub(super) use starts::{Entry, settle, states};
 pub use sweep::SweepRequest;
-pub(super) use sweep::{kept_contacts, name, outside};
+pub(super) use sweep::{kept_contacts, name};
 pub use swept_map::{
-    DirectSweep, FrozenSweep, Settled, SmoothFixedPoint, Start, SweptMap, UnobservedSweep,
+    DirectSweep, FrozenSweep, GuardedSweep, Settled, SmoothFixedPoint, Start, SweptMap,
+    UnobservedSweep,
 };
 
 use std::cell::OnceCell;
 
-use crate::analysis::direct_map::DirectMap;
 use crate::analysis::error::AnalysisError;
+use crate::analysis::escape::escape_bounds;
 use crate::analysis::progress::{Part, Progress};
 use crate::analysis::section_frame::itinerary;
 use crate::expansion::LocalMap;
-use crate::hybrid::HybridSystem;
-use crate::iteration::{HornerMap, OrbitRequest};
+use crate::iteration::OrbitRequest;
 use crate::model::{DiagramRequest, Method, Scene, SweepDirection};
 use crate::orbit::GrazingOrbit;
 use course::sweep;
 use observe::label;
+pub(super) use swept_map::SweepSubject;
 
 /// A diagram with its maps and requests worked out, ready to run.
 pub struct DiagramPlan<'a> {
@@ -48,8 +50,9 @@ pub struct DiagramPlan<'a> {
 /// The bifurcation diagram that a scene asks for.
 ///
 /// Every sweep carries its last state from value to value. It starts at the states that the scene
-/// names, one sweep for each, or beside the fixed point of `P_smooth`, a millionth of the window's
-/// half-widths to one side and, where that orbit escapes, to the other. Where the carried state
+/// names, one sweep for each, or beside the fixed point of `P_smooth`, a billionth of the window's
+/// half-widths to one side and, where that orbit escapes, to the other, and then at eight points
+/// each within a tenth and a hundredth of the half-widths about the graze. Where the carried state
 /// escapes, the value is tried from the start too, and the sweep goes on from the last state that
 /// stayed. An orbit whose multipliers repel is kicked off by a thousandth of the half-widths and
 /// followed once more, so that no orbit is shown that the map does not come back to. Segments of a
@@ -74,42 +77,20 @@ pub fn diagram(
     let position = map.parameters.iter().position(|active| active.name == *parameter);
     let position =
         position.ok_or_else(|| AnalysisError::NotActive { parameter: parameter.clone() })?;
-    let system = OnceCell::new();
-    let itinerary = itinerary(scene, orbit);
-    let observer = || Observer::new(scene, orbit, map, &request.observe);
-    let swept = |method: &Method| -> Result<Box<dyn SweptMap + '_>, AnalysisError> {
-        let start = || SmoothFixedPoint::new(map);
-        Ok(match method {
-            Method::Map => {
-                let others = || (start(), observer());
-                let (map, (start, observer)) = rayon::join(|| HornerMap::new(map), others);
-                Box::new(FrozenSweep {
-                    map,
-                    start,
-                    observer: observer?,
-                    itinerary: itinerary.clone(),
-                })
-            }
-            Method::Direct => Box::new(DirectSweep {
-                map: DirectMap::new(
-                    system.get_or_init(|| HybridSystem::new(&scene.model)),
-                    scene,
-                    orbit,
-                )?,
-                start: start(),
-                observer: observer()?,
-                itinerary: itinerary.clone(),
-            }),
-        })
-    };
+    let escape = escape_bounds(scene, orbit);
+    let bounds: Vec<f64> = escape.iter().map(|bound| bound.offset).collect();
+    let own = OrbitRequest::new(request.transient, request.keep, &map.window.state);
+    let subject =
+        SweepSubject { scene, orbit, map, observe: &request.observe, system: OnceCell::new() };
+    let swept = request.with.iter().map(|&method| subject.swept(method));
     let plan = DiagramPlan {
-        maps: request.with.iter().map(swept).collect::<Result<_, _>>()?,
+        maps: swept.collect::<Result<_, _>>()?,
         direction: request.direction,
         request: SweepRequest {
             parameter: position,
             offsets: request.offsets(),
             starts: starts::states(&request.starts, scene, map)?,
-            orbit: OrbitRequest::new(request.transient, request.keep, &map.window.state),
+            orbit: own.escaping_at(&bounds),
             window: map.window.clone(),
         },
     };
@@ -120,9 +101,10 @@ pub fn diagram(
         parameter: parameter.clone(),
         grazing_value: orbit.parameters()[request.parameter].to_f64(),
         observable: label(&request.observe).to_owned(),
-        surfaces: itinerary.surfaces.clone(),
+        surfaces: itinerary(scene, orbit).surfaces,
         transient: request.transient,
         keep: request.keep,
+        escape,
         speed_ratio: speed_ratio(&sweeps),
         sweeps,
     })

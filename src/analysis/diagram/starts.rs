@@ -16,10 +16,9 @@ use crate::iteration::{OrbitEnd, OrbitRequest, Period};
 use crate::model::{Scene, Starts};
 use crate::numeric::linear::eigenvalues;
 
-/// How far beside a fixed point an orbit starts, in half-widths of the window: an orbit that is
-/// attracted is back on its period, to the tolerance of periods, after a few hundred iterates
-/// whatever its multipliers, and one that is repelled by 2 % an iterate is gone.
-const BESIDE: f64 = 1e-6;
+/// How far beside a fixed point an orbit starts, in half-widths of the window: less than the
+/// tolerance of periods, so that no transient is needed where the fixed point attracts.
+const BESIDE: f64 = 1e-9;
 
 /// How far an orbit is kicked off a period that repels, in half-widths.
 const KICK: f64 = 1e-3;
@@ -98,18 +97,49 @@ pub(in crate::analysis) struct Entry {
     pub(in crate::analysis) carried: Option<Vec<f64>>,
 }
 
-/// Where an orbit that nothing is carried to may start: at the state given, or on both sides of the
-/// map's own start.
+/// Where an orbit may start: at the state given, or on both sides of the map's own start and, where
+/// nothing was carried, about the section's origin, where contact begins.
 pub(super) fn starts(
     map: &dyn SweptMap,
     given: Option<&[f64]>,
     parameters: &[f64],
     scales: &[f64],
+    reach: Reach,
 ) -> Vec<Vec<f64>> {
-    match given {
-        Some(state) => vec![state.to_vec()],
-        None => beside(&map.start(parameters), scales, BESIDE).into(),
+    if let Some(state) = given {
+        return vec![state.to_vec()];
     }
+    let start = map.start(parameters);
+    let mut states: Vec<_> = beside(&start, scales, BESIDE).into();
+    if reach == Reach::Around {
+        states.extend(AROUND.iter().flat_map(|&share| around(scales, share)));
+    }
+    states
+}
+
+/// Where orbits may start.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Reach {
+    /// Beside the map's start.
+    Beside,
+    /// About the section's origin too.
+    Around,
+}
+
+/// Shares of the half-widths within which an attractor is looked for that no orbit beside the start
+/// leads to.
+const AROUND: [f64; 2] = [0.1, 0.01];
+
+/// States for each of them.
+const DIRECTIONS: usize = 8;
+
+/// States spread over a share of the half-widths about the section's origin.
+fn around(scales: &[f64], share: f64) -> Vec<Vec<f64>> {
+    let spread = |number: usize| {
+        let shares = low_discrepancy(number, scales.len()).into_iter();
+        shares.zip(scales).map(|(x, scale)| share * scale * (2.0 * x - 1.0)).collect()
+    };
+    (0..DIRECTIONS).map(spread).collect()
 }
 
 /// A state moved by a share of the half-width of every coordinate, to both sides.
@@ -138,8 +168,8 @@ struct Candidate {
 struct Search {
     parameters: Vec<f64>,
     candidates: VecDeque<Candidate>,
-    /// Whether the starts are still to be tried.
-    unstarted: bool,
+    /// Which starts are still to be tried.
+    reach: Option<Reach>,
     found: Option<Found>,
 }
 
@@ -174,11 +204,12 @@ pub(in crate::analysis) fn settle(
 
 impl Search {
     fn new(entry: Entry) -> Self {
+        let reach = if entry.carried.is_some() { Reach::Beside } else { Reach::Around };
         let carried = entry.carried.map(|state| Candidate { state, kicked: false });
         Self {
             parameters: entry.parameters,
             candidates: carried.into_iter().collect(),
-            unstarted: true,
+            reach: Some(reach),
             found: None,
         }
     }
@@ -190,9 +221,10 @@ impl Search {
         start: Option<&[f64]>,
         request: &OrbitRequest,
     ) -> Option<Candidate> {
-        if self.candidates.is_empty() && self.unstarted {
-            self.unstarted = false;
-            let starts = starts(map, start, &self.parameters, &request.scales).into_iter();
+        if self.candidates.is_empty()
+            && let Some(reach) = self.reach.take()
+        {
+            let starts = starts(map, start, &self.parameters, &request.scales, reach).into_iter();
             self.candidates.extend(starts.map(|state| Candidate { state, kicked: false }));
         }
         self.candidates.pop_front()
@@ -207,7 +239,7 @@ impl Search {
             }
         } else if stays {
             self.candidates.clear();
-            self.unstarted = false;
+            self.reach = None;
         }
         let before = self.found.as_ref().map_or(0, |found| found.iterates);
         let iterates = before + made(settled.orbit.end, request);

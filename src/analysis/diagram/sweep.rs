@@ -3,7 +3,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::data::{DiagramPoint, SweepHeading, one_period};
+use super::data::{DiagramPoint, Shares, SweepHeading, one_period};
 use super::starts::{Entry, settle};
 use super::swept_map::{Settled, SweptMap};
 use crate::expansion::MapWindow;
@@ -96,6 +96,7 @@ fn point(
     request: &SweepRequest,
 ) -> DiagramPoint {
     let orbit = &settled.orbit;
+    let Shares { by_map, outside } = Shares::of(map.method(), orbit, parameters, &request.window);
     DiagramPoint {
         offset,
         values: one_period(map.observe_all(orbit, parameters)),
@@ -106,20 +107,9 @@ fn point(
         kept_contacts: kept_contacts(orbit),
         lyapunov: settled.lyapunov,
         end: orbit.end,
-        outside: outside(orbit, parameters, &request.window),
+        by_map,
+        outside,
     }
-}
-
-/// Kept iterates outside the window: beyond a half-width, or reached by a passage deeper than the
-/// window's; all of them where the parameter is beyond its own.
-pub(in crate::analysis) fn outside(
-    orbit: &MapOrbit,
-    parameters: &[f64],
-    window: &MapWindow,
-) -> usize {
-    let kept = orbit.states().zip(&orbit.steps);
-    let outside = kept.filter(|(state, step)| !window.holds(state, parameters, &[step.depth]));
-    outside.count()
 }
 
 /// Contacts over all kept iterates.
@@ -163,7 +153,7 @@ impl Attractor {
         Self {
             completed: orbit.end == OrbitEnd::Completed,
             period: orbit.period,
-            extent: extent(orbit),
+            extent: orbit.extent(),
         }
     }
 
@@ -185,24 +175,6 @@ impl Attractor {
         };
         self.period == other.period && self.extent.iter().zip(&other.extent).all(alike)
     }
-}
-
-/// Least and greatest value of every coordinate over the kept states, which are finite.
-fn extent(orbit: &MapOrbit) -> Vec<[f64; 2]> {
-    const NOTHING: [f64; 2] = [f64::INFINITY, f64::NEG_INFINITY];
-    let wider = |[least, greatest]: [f64; 2], [low, high]: [f64; 2]| {
-        [if low < least { low } else { least }, if high > greatest { high } else { greatest }]
-    };
-    // Four extents in turn, for each state waits for the one before in the same.
-    let mut parts = vec![[NOTHING; 4]; orbit.last.len()];
-    for (number, state) in orbit.states().enumerate() {
-        for (parts, &value) in parts.iter_mut().zip(state) {
-            let part = &mut parts[number % 4];
-            *part = wider(*part, [value, value]);
-        }
-    }
-    let whole = |parts: [[f64; 2]; 4]| parts.into_iter().fold(NOTHING, wider);
-    parts.into_iter().map(whole).collect()
 }
 
 #[cfg(test)]

@@ -1,16 +1,23 @@
 //! What a sweep asks of a map: to be fixed at a parameter value, to settle there, to be observed,
 //! and where to start: at the periodic orbit without contact.
 
+use std::cell::OnceCell;
+
 use nalgebra::{DMatrix, DVector};
 
 use super::observe::Observer;
 use crate::analysis::direct_map::DirectMap;
-use crate::expansion::{LocalMap, Stage};
+use crate::analysis::error::AnalysisError;
+use crate::analysis::guarded_map::{DIRECT_LANES, DirectPoints, GuardedMap};
+use crate::analysis::section_frame::itinerary;
+use crate::expansion::{LocalMap, MapWindow, Stage};
+use crate::hybrid::HybridSystem;
 use crate::iteration::{
     DiscreteMap, HornerMap, InterpretedMap, Itinerary, MapOrbit, OrbitEnd, OrbitRequest, StepInfo,
     largest_lyapunov_exponent,
 };
-use crate::model::Method;
+use crate::model::{Method, Observable, Scene};
+use crate::orbit::GrazingOrbit;
 
 /// Iterates in which the tangent vector of a Lyapunov exponent turns to its direction.
 const TANGENT_TRANSIENT: usize = 20;
@@ -19,15 +26,12 @@ const TANGENT_TRANSIENT: usize = 20;
 /// other orbits fill; and the memory of its kernel stays close.
 const LANES: usize = 32;
 
+/// Fewest orbits that are worth the lanes of a map: a step of all takes as long as some single
+/// ones.
+const FEWEST_MAP_LANES: usize = 5;
+
 /// Segments of a sweep by a map.
 const MAP_SEGMENTS: usize = 64;
-
-/// Lanes of direct simulation.
-const DIRECT_LANES: usize = 8;
-
-/// Fewest orbits that are worth lanes of direct simulation: all lanes together take as long as two
-/// single orbits.
-const FEWEST_LANES: usize = 3;
 
 /// Segments of a sweep by direct simulation, where correcting a start costs more.
 const DIRECT_SEGMENTS: usize = 16;
@@ -60,13 +64,8 @@ pub trait SweptMap: Sync {
     /// Where a sweep starts, and starts again after an escape.
     fn start(&self, parameters: &[f64]) -> Vec<f64>;
 
-    /// The observable at a state.
-    fn observe(&self, state: &[f64], parameters: &[f64]) -> f64;
-
     /// The observable at every kept state of an orbit.
-    fn observe_all(&self, orbit: &MapOrbit, parameters: &[f64]) -> Vec<f64> {
-        observe_each(self, orbit, parameters)
-    }
+    fn observe_all(&self, orbit: &MapOrbit, parameters: &[f64]) -> Vec<f64>;
 
     /// The surfaces that graze and the passages of one return.
     fn itinerary(&self) -> &Itinerary;
@@ -102,11 +101,6 @@ pub struct Settled {
     pub lyapunov: Option<f64>,
 }
 
-fn observe_each<M: SweptMap + ?Sized>(map: &M, orbit: &MapOrbit, parameters: &[f64]) -> Vec<f64> {
-    let states = orbit.states();
-    states.map(|state| map.observe(state, parameters)).collect()
-}
-
 fn settle_single<M: SweptMap + ?Sized>(map: &M, start: &Start, request: &OrbitRequest) -> Settled {
     let fixed = map.at(&start.parameters);
     let orbit = MapOrbit::of(&*fixed, &start.state, &[], request);
@@ -114,6 +108,17 @@ fn settle_single<M: SweptMap + ?Sized>(map: &M, start: &Start, request: &OrbitRe
     let exponent =
         || largest_lyapunov_exponent(&*fixed, &orbit.last, &[], TANGENT_TRANSIENT, request.keep);
     Settled { lyapunov: complete.then(exponent).flatten(), orbit }
+}
+
+/// Orbits with the exponents of those that were completed.
+fn settled(orbits: Vec<MapOrbit>, exponents: Vec<Option<f64>>) -> Vec<Settled> {
+    let settled = orbits.into_iter().zip(exponents);
+    settled
+        .map(|(orbit, exponent)| Settled {
+            lyapunov: exponent.filter(|_| orbit.end == OrbitEnd::Completed),
+            orbit,
+        })
+        .collect()
 }
 
 /// Any map with its parameters given at every step.
@@ -183,8 +188,8 @@ impl<M: DiscreteMap> SweptMap for UnobservedSweep<M> {
         vec![0.0; self.map.dimension()]
     }
 
-    fn observe(&self, state: &[f64], _: &[f64]) -> f64 {
-        state[0]
+    fn observe_all(&self, orbit: &MapOrbit, _: &[f64]) -> Vec<f64> {
+        orbit.states().map(|state| state[0]).collect()
     }
 
     fn itinerary(&self) -> &Itinerary {
@@ -223,19 +228,21 @@ impl SweptMap for FrozenSweep {
     }
 
     fn settle(&self, starts: &[Start], request: &OrbitRequest) -> Vec<Settled> {
+        if starts.len() < FEWEST_MAP_LANES {
+            let single = |start: &Start| settle_single(self, start, request);
+            return starts.iter().map(single).collect();
+        }
         let parameters = starts.iter().map(|start| &start.parameters[..]);
         let states: Vec<&[f64]> = starts.iter().map(|start| &start.state[..]).collect();
         let mut map = self.map.freeze_lanes::<LANES>(&parameters.collect::<Vec<_>>());
         let orbits = map.orbits(&states, request);
+        if orbits.iter().all(|orbit| orbit.end != OrbitEnd::Completed) {
+            let orbits = orbits.into_iter();
+            return orbits.map(|orbit| Settled { orbit, lyapunov: None }).collect();
+        }
         let last: Vec<&[f64]> = orbits.iter().map(|orbit| &orbit.last[..]).collect();
         let exponents = map.largest_lyapunov_exponents(&last, TANGENT_TRANSIENT, request.keep);
-        let settled = orbits.into_iter().zip(exponents);
-        settled
-            .map(|(orbit, exponent)| Settled {
-                lyapunov: exponent.filter(|_| orbit.end == OrbitEnd::Completed),
-                orbit,
-            })
-            .collect()
+        settled(orbits, exponents)
     }
 
     fn at(&self, parameters: &[f64]) -> Box<dyn DiscreteMap + Send + '_> {
@@ -246,16 +253,12 @@ impl SweptMap for FrozenSweep {
         self.start.at(parameters)
     }
 
-    fn observe(&self, state: &[f64], parameters: &[f64]) -> f64 {
-        self.observer.by_map(state, parameters)
-    }
-
     fn observe_all(&self, orbit: &MapOrbit, parameters: &[f64]) -> Vec<f64> {
         if self.observer.is_depth_of_map() {
             let depths = self.map.first_depths(orbit.states(), parameters);
             return depths.into_iter().map(|depth| -depth).collect();
         }
-        observe_each(self, orbit, parameters)
+        orbit.states().map(|state| self.observer.by_map(state, parameters)).collect()
     }
 
     fn itinerary(&self) -> &Itinerary {
@@ -295,14 +298,12 @@ impl SweptMap for DirectSweep<'_> {
 
     fn settle(&self, starts: &[Start], request: &OrbitRequest) -> Vec<Settled> {
         let parameters: Vec<&[f64]> = starts.iter().map(|start| &start.parameters[..]).collect();
-        let lanes = || self.map.in_lanes::<DIRECT_LANES>(&parameters);
-        let Some(mut lanes) = (starts.len() >= FEWEST_LANES).then(lanes).flatten() else {
-            let single = |start: &Start| settle_single(self, start, request);
-            return starts.iter().map(single).collect();
-        };
         let states: Vec<&[f64]> = starts.iter().map(|start| &start.state[..]).collect();
-        let orbits = lanes.orbits(&states, request).into_iter();
-        orbits.map(|orbit| Settled { orbit, lyapunov: None }).collect()
+        let mut points = DirectPoints::new(&self.map, &parameters);
+        let orbits = MapOrbit::in_step(&states, request, |going, states, images, steps| {
+            points.step(going, states, images, steps);
+        });
+        orbits.into_iter().map(|orbit| Settled { orbit, lyapunov: None }).collect()
     }
 
     fn at(&self, parameters: &[f64]) -> Box<dyn DiscreteMap + Send + '_> {
@@ -314,8 +315,9 @@ impl SweptMap for DirectSweep<'_> {
         self.start.at(parameters)
     }
 
-    fn observe(&self, state: &[f64], parameters: &[f64]) -> f64 {
-        self.observer.by_simulation(&self.map, state, parameters)
+    fn observe_all(&self, orbit: &MapOrbit, parameters: &[f64]) -> Vec<f64> {
+        let observe = |state| self.observer.by_simulation(&self.map, state, parameters);
+        orbit.states().map(observe).collect()
     }
 
     fn itinerary(&self) -> &Itinerary {
@@ -329,6 +331,147 @@ impl SweptMap for DirectSweep<'_> {
 
     fn has_jacobian(&self) -> bool {
         false
+    }
+}
+
+/// The local map, frozen at each parameter value, inside its window, and direct simulation outside.
+///
+/// Lyapunov exponents are those of orbits that stay inside from the end of the kept ones on: the
+/// map's Jacobian is exact there, differences of simulated images are not.
+#[derive(Debug)]
+pub struct GuardedSweep<'a> {
+    /// The map with what is drawn.
+    pub map: FrozenSweep,
+    /// Where it is trusted.
+    pub window: MapWindow,
+    /// What takes its place elsewhere.
+    pub direct: DirectMap<'a>,
+}
+
+impl GuardedSweep<'_> {
+    /// Whether the step from a kept state of an orbit is the map's.
+    fn is_mapped(&self, orbit: &MapOrbit, number: usize, parameters: &[f64]) -> bool {
+        if let Some(next) = orbit.steps.get(number + 1) {
+            return !next.simulated;
+        }
+        let Some(state) = orbit.states().nth(number) else { return false };
+        let step = self.map.map.step(state, parameters, &mut vec![0.0; state.len()]);
+        self.window.holds(state, parameters, &[step.depth])
+    }
+}
+
+impl SweptMap for GuardedSweep<'_> {
+    fn method(&self) -> Method {
+        Method::Guarded
+    }
+
+    fn parameters(&self) -> usize {
+        self.map.parameters()
+    }
+
+    fn segments(&self) -> usize {
+        self.map.segments()
+    }
+
+    fn lanes(&self) -> usize {
+        self.map.lanes()
+    }
+
+    fn settle(&self, starts: &[Start], request: &OrbitRequest) -> Vec<Settled> {
+        let parameters: Vec<&[f64]> = starts.iter().map(|start| &start.parameters[..]).collect();
+        let states: Vec<&[f64]> = starts.iter().map(|start| &start.state[..]).collect();
+        let mut map = self.map.map.freeze_lanes::<LANES>(&parameters);
+        let mut points = DirectPoints::new(&self.direct, &parameters);
+        let mut fly = |wanted: &[bool], states: &[f64], images: &mut [f64], steps: &mut [_]| {
+            points.step(wanted, states, images, steps);
+        };
+        let orbits = map.guarded_orbits(&states, request, &self.window, &mut fly);
+        let last: Vec<&[f64]> = orbits.iter().map(|orbit| &orbit.last[..]).collect();
+        let exponents =
+            map.guarded_lyapunov_exponents(&last, TANGENT_TRANSIENT, request.keep, &self.window);
+        settled(orbits, exponents)
+    }
+
+    fn at(&self, parameters: &[f64]) -> Box<dyn DiscreteMap + Send + '_> {
+        let (map, direct) = (self.map.map.freeze(parameters), self.direct.clone());
+        Box::new(GuardedMap::frozen(map, parameters, self.window.clone(), direct))
+    }
+
+    fn start(&self, parameters: &[f64]) -> Vec<f64> {
+        self.map.start(parameters)
+    }
+
+    fn observe_all(&self, orbit: &MapOrbit, parameters: &[f64]) -> Vec<f64> {
+        let mut values = self.map.observe_all(orbit, parameters);
+        for (number, (value, state)) in values.iter_mut().zip(orbit.states()).enumerate() {
+            if !self.is_mapped(orbit, number, parameters) {
+                *value = self.map.observer.by_simulation(&self.direct, state, parameters);
+            }
+        }
+        values
+    }
+
+    fn itinerary(&self) -> &Itinerary {
+        self.map.itinerary()
+    }
+
+    fn hits(&self, orbit: &MapOrbit, number: usize, parameters: &[f64]) -> Vec<u32> {
+        if self.is_mapped(orbit, number, parameters) {
+            return self.map.hits(orbit, number, parameters);
+        }
+        let state = orbit.states().nth(number);
+        state.map_or_else(Vec::new, |state| self.direct.hits(state, parameters))
+    }
+}
+
+/// What the maps of a scene's sweeps have in common.
+pub(in crate::analysis) struct SweepSubject<'a> {
+    pub(in crate::analysis) scene: &'a Scene,
+    pub(in crate::analysis) orbit: &'a GrazingOrbit,
+    pub(in crate::analysis) map: &'a LocalMap,
+    pub(in crate::analysis) observe: &'a Observable,
+    /// The scene's model, lowered where direct simulation is asked for.
+    pub(in crate::analysis) system: OnceCell<HybridSystem>,
+}
+
+impl SweepSubject<'_> {
+    /// The map of a method.
+    ///
+    /// # Errors
+    ///
+    /// [`AnalysisError::Hybrid`] if the simulator refuses the model; [`AnalysisError::Expansion`]
+    /// if the impact speed is drawn and cannot be expanded.
+    pub(in crate::analysis) fn swept(
+        &self,
+        method: Method,
+    ) -> Result<Box<dyn SweptMap + '_>, AnalysisError> {
+        let (scene, orbit, map) = (self.scene, self.orbit, self.map);
+        let start = || SmoothFixedPoint::new(map);
+        let observer = || Observer::new(scene, orbit, map, self.observe);
+        let frozen = || {
+            let others = || (start(), observer());
+            let (map, (start, observer)) = rayon::join(|| HornerMap::new(map), others);
+            let itinerary = itinerary(scene, orbit);
+            Ok::<_, AnalysisError>(FrozenSweep { map, start, observer: observer?, itinerary })
+        };
+        let direct = || {
+            let system = self.system.get_or_init(|| HybridSystem::new(&scene.model));
+            DirectMap::new(system, scene, orbit)
+        };
+        Ok(match method {
+            Method::Map => Box::new(frozen()?),
+            Method::Guarded => Box::new(GuardedSweep {
+                map: frozen()?,
+                window: map.window.clone(),
+                direct: direct()?,
+            }),
+            Method::Direct => Box::new(DirectSweep {
+                map: direct()?,
+                start: start(),
+                observer: observer()?,
+                itinerary: itinerary(scene, orbit),
+            }),
+        })
     }
 }
 

@@ -14,6 +14,9 @@ pub struct OrbitsRequest {
     pub at: Vec<Vec<f64>>,
     /// Whether each orbit of the map is looked for by direct simulation, and that one given.
     pub direct: bool,
+    /// Whether direct simulation is searched by itself too, far beyond the map ([`DirectReach`]).
+    #[serde(default)]
+    pub far: bool,
     /// Folds and flips, where asked for.
     pub loci: Option<LociRequest>,
 }
@@ -121,9 +124,39 @@ pub struct Orbits {
     pub loci: Option<Vec<Locus>>,
     /// What direct simulation has not.
     pub lost: Vec<LostOrbit>,
+    /// How far direct simulation was searched alone; `None` where it was not.
+    #[serde(default)]
+    pub reach: Option<DirectReach>,
 }
 
+/// Where direct simulation was searched for orbits by itself, beside the neighbourhood of the map's
+/// orbits: from what it settles on, or nearly repeats, at values of one parameter far and wide,
+/// along the branches through the orbits there.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct DirectReach {
+    /// The parameter, its number among the active ones.
+    pub parameter: usize,
+    /// Its first and last offset at which orbits were flown.
+    pub range: [f64; 2],
+    /// How many offsets.
+    pub values: usize,
+}
+
+/// Part of their size to which coordinates of one orbit agree.
+const SAME: f64 = 1e-9;
+
 impl FoundOrbit {
+    /// Whether another orbit of the same itinerary and parameters is this one, begun at any of its
+    /// points.
+    pub(super) fn is_same_as(&self, other: &Self) -> bool {
+        let near = |a: &[f64], b: &[f64]| {
+            let mut pairs = a.iter().zip(b);
+            pairs.all(|(a, b)| (a - b).abs() <= SAME * a.abs().max(b.abs()) + f64::EPSILON)
+        };
+        near(&self.parameters, &other.parameters)
+            && self.states.iter().any(|state| near(state, &other.states[0]))
+    }
+
     /// An orbit with its contacts; `None` where its multipliers are not numbers.
     pub(super) fn of<S: Real>(
         itinerary: &ContactItinerary,

@@ -2,15 +2,18 @@
 //! what was found.
 //!
 //! One idea: a local map is searched, for with the contacts prescribed it is a polynomial; direct
-//! simulation, whose contacts cannot be prescribed, is solved for the orbit next to each one found.
+//! simulation, whose contacts cannot be prescribed, is solved for the orbit next to each one found,
+//! and searched by itself from what it settles on.
 
 mod data;
+mod direct_search;
 
 pub use data::{
-    FoundOrbit, LociRequest, Locus, LostOrbit, LostReason, OrbitContact, Orbits, OrbitsRequest,
-    SteppedParameter,
+    DirectReach, FoundOrbit, LociRequest, Locus, LostOrbit, LostReason, OrbitContact, Orbits,
+    OrbitsRequest, SteppedParameter,
 };
 
+use direct_search::{DirectSearch, Reach};
 use rayon::prelude::*;
 
 use crate::analysis::direct_image::DirectImage;
@@ -33,7 +36,8 @@ use crate::orbit::GrazingOrbit;
 /// Looked for in the map ([`ItinerarySearch`]), physical and virtual ones. With
 /// [`OrbitsRequest::direct`] every physical one is solved for again by direct simulation in
 /// double-double from there, and that orbit is returned; those without one are listed as lost.
-/// No result depends on the number of cores.
+/// With [`OrbitsRequest::far`] direct simulation is searched by itself as well. No result depends
+/// on the number of cores.
 ///
 /// # Errors
 ///
@@ -51,13 +55,19 @@ pub fn orbits(
     progress: &dyn Progress,
 ) -> Result<Orbits, AnalysisError> {
     let system = HybridSystem::new(&scene.model);
+    let far = match &request.loci {
+        Some(loci) => Some(loci.free),
+        None => first_adjusted(scene),
+    };
     let finder = Finder {
         search: ItinerarySearch::new(map),
         by_map: ByMap::new(scene, orbit, map)?,
-        direct: match request.direct {
+        direct: match request.direct || request.far {
             true => Some(Direct::new(&system, scene, orbit, map)?),
             false => None,
         },
+        guided: request.direct,
+        reach: far.filter(|_| request.far).map(|free| Reach::of(scene, orbit, free)),
     };
     let itineraries = &request.itineraries;
     progress.expect((request.at.len() * itineraries.len()) as u64);
@@ -71,13 +81,38 @@ pub fn orbits(
         progress.advance(1);
         found
     });
-    let (orbits, mut lost) = parted(cases.collect::<Vec<_>>().concat());
+    let mut cases: Vec<_> = cases.collect();
+    if request.loci.is_none() {
+        let wide = request.at.par_iter().flat_map(|at| finder.wide_orbits(itineraries, at));
+        for (known, found) in cases.iter_mut().zip(wide.collect::<Vec<_>>()) {
+            add_new(known, found);
+        }
+    }
+    let (orbits, mut lost) = parted(cases.concat());
     let loci = request.loci.as_ref().map(|loci| {
         let (found, missing) = finder.loci(itineraries, loci, progress);
         lost.extend(missing);
         found
     });
-    Ok(Orbits { orbits, loci, lost })
+    let reach = finder.reach.map(Reach::words);
+    Ok(Orbits { orbits, loci, lost, reach })
+}
+
+/// The first active parameter that is adjusted so that the orbit grazes; the first of all where
+/// none is.
+fn first_adjusted(scene: &Scene) -> Option<usize> {
+    let active = &scene.expansion.active;
+    let adjusted = active.iter().position(|place| scene.grazing.solve_for.contains(place));
+    adjusted.or((!active.is_empty()).then_some(0))
+}
+
+/// Adds orbits that are not among those known.
+fn add_new(known: &mut Vec<Outcome>, found: Vec<FoundOrbit>) {
+    for orbit in found {
+        if !known.iter().flatten().any(|other| other.is_same_as(&orbit)) {
+            known.push(Ok(orbit));
+        }
+    }
 }
 
 /// An orbit, or what became of it.
@@ -88,12 +123,16 @@ struct Finder<'a> {
     search: ItinerarySearch<'a>,
     by_map: ByMap<'a>,
     direct: Option<Direct<'a>>,
+    /// Whether the map's orbits are looked for by direct simulation.
+    guided: bool,
+    /// The parameter in which direct simulation is searched alone.
+    reach: Option<Reach>,
 }
 
 impl Finder<'_> {
     fn orbits(&self, itinerary: &ContactItinerary, at: &[f64]) -> Vec<Outcome> {
         let found = self.search.orbits(itinerary, at);
-        let mut direct = self.direct.clone();
+        let mut direct = self.direct.clone().filter(|_| self.guided);
         let outcome = |orbit: &ItineraryOrbit<Dd>| match &mut direct {
             Some(_) if !orbit.is_physical() => None,
             Some(direct) => Some(direct.orbit(itinerary, orbit).map_err(|reason| LostOrbit {
@@ -106,6 +145,52 @@ impl Finder<'_> {
         found.iter().filter_map(outcome).collect()
     }
 
+    /// The orbits of each itinerary that direct simulation has by itself at these parameters.
+    fn wide_orbits(&self, itineraries: &[ContactItinerary], at: &[f64]) -> Vec<Vec<FoundOrbit>> {
+        let (Some(direct), Some(reach)) = (&self.direct, self.reach) else {
+            return vec![Vec::new(); itineraries.len()];
+        };
+        let (mut direct, mut rounded) = (direct.clone(), direct.rounded.clone());
+        let mut search = DirectSearch::new(&mut rounded, reach, &direct.scales, at);
+        let branches: Vec<_> =
+            itineraries.iter().map(|itinerary| search.branches(itinerary)).collect();
+        let guesses: Vec<_> =
+            branches.iter().map(|branches| search.passing(at[reach.free], branches)).collect();
+        let each = itineraries.iter().zip(guesses);
+        each.map(|(itinerary, guesses)| {
+            let found = guesses.iter().filter_map(|guess| direct.alone(itinerary, guess));
+            found.collect()
+        })
+        .collect()
+    }
+
+    /// The folds and flips of each itinerary that direct simulation has by itself.
+    fn wide_bifurcations(
+        &self,
+        itineraries: &[ContactItinerary],
+        request: &LociRequest,
+        at: &[f64],
+    ) -> Vec<Vec<(BifurcationKind, FoundOrbit)>> {
+        let (Some(direct), Some(reach)) = (&self.direct, self.reach) else {
+            return vec![Vec::new(); itineraries.len()];
+        };
+        let (mut direct, mut rounded) = (direct.clone(), direct.rounded.clone());
+        let scales = direct.scales.clone();
+        let mut search = DirectSearch::new(&mut rounded, reach, &scales, at);
+        let mut of_itinerary = |itinerary: &ContactItinerary| {
+            let branches = search.branches(itinerary);
+            let mut found = Vec::new();
+            for &kind in &request.kinds {
+                for (ends, coordinate) in search.changes(kind, &branches) {
+                    let point = direct.change(itinerary, kind, ends, coordinate, request.free);
+                    found.extend(point.map(|point| (kind, point)));
+                }
+            }
+            found
+        };
+        itineraries.iter().map(&mut of_itinerary).collect()
+    }
+
     /// Folds and flips of all itineraries, one locus a kind and itinerary.
     fn loci(
         &self,
@@ -115,17 +200,27 @@ impl Finder<'_> {
     ) -> (Vec<Locus>, Vec<LostOrbit>) {
         let steps = steps(request);
         progress.expect((steps.len() * itineraries.len()) as u64);
-        let (mut loci, mut lost) = (Vec::new(), Vec::new());
-        for itinerary in itineraries {
-            let at_step = steps.par_iter().map(|at| {
+        let at_step = steps.par_iter().map(|at| {
+            let guided = itineraries.iter().map(|itinerary| {
                 let found = self.bifurcations(itinerary, request, at);
                 progress.advance(1);
                 found
             });
-            let found = at_step.collect::<Vec<_>>().concat();
+            let guided: Vec<_> = guided.collect();
+            (guided, self.wide_bifurcations(itineraries, request, at))
+        });
+        let at_step: Vec<_> = at_step.collect();
+        let (mut loci, mut lost) = (Vec::new(), Vec::new());
+        for (number, itinerary) in itineraries.iter().enumerate() {
             for &kind in &request.kinds {
-                let of_kind = found.iter().filter(|(other, _)| *other == kind);
-                let outcomes = of_kind.map(|(_, outcome)| outcome.clone()).collect();
+                let mut outcomes = Vec::new();
+                for (guided, wide) in &at_step {
+                    let of_kind = guided[number].iter().filter(|(other, _)| *other == kind);
+                    let mut known: Vec<_> = of_kind.map(|(_, outcome)| outcome.clone()).collect();
+                    let wide = wide[number].iter().filter(|(other, _)| *other == kind);
+                    add_new(&mut known, wide.map(|(_, orbit)| orbit.clone()).collect());
+                    outcomes.extend(known);
+                }
                 let (points, missing) = parted(outcomes);
                 lost.extend(missing);
                 if !points.is_empty() {
@@ -144,7 +239,7 @@ impl Finder<'_> {
     ) -> Vec<(BifurcationKind, Outcome)> {
         let (kinds, free) = (&request.kinds, request.free);
         let found = self.search.bifurcations(itinerary, kinds, free, at);
-        let mut direct = self.direct.clone();
+        let mut direct = self.direct.clone().filter(|_| self.guided);
         let outcome = |near: &ItineraryBifurcation| {
             let outcome = match &mut direct {
                 Some(direct) => {
@@ -232,6 +327,7 @@ impl<'a> ByMap<'a> {
 #[derive(Clone, Debug)]
 pub(super) struct Direct<'a> {
     image: DirectImage<'a, Dd>,
+    rounded: DirectImage<'a, f64>,
     window: &'a MapWindow,
     depths: DepthEvaluation<f64>,
     scales: Vec<f64>,
@@ -247,6 +343,7 @@ impl<'a> Direct<'a> {
     ) -> Result<Self, AnalysisError> {
         Ok(Self {
             image: DirectImage::new(system, scene, orbit)?,
+            rounded: DirectImage::new(system, scene, orbit)?,
             window: &map.window,
             depths: MapEvaluation::depths(map),
             scales: window_scales(&map.window),
@@ -281,6 +378,36 @@ impl<'a> Direct<'a> {
         let ends = [&before, &after];
         let found = bifurcation(&mut self.image, &problem, kind, coordinate, ends);
         self.found(itinerary, &found.ok_or(LostReason::NotBracketed)?.orbit)
+    }
+
+    /// The orbit at the parameters of a guess, where nothing but the itinerary's contacts is made.
+    fn alone(&mut self, itinerary: &ContactItinerary, guess: &Guess<f64>) -> Option<FoundOrbit> {
+        let problem = self.problem(itinerary, 0);
+        let orbit = self.solved(itinerary, &problem, Held::Parameter, &converted(guess)).ok()?;
+        self.found(itinerary, &orbit).ok().filter(|orbit| orbit.physical)
+    }
+
+    /// The bifurcation between two orbits of a branch in double precision.
+    fn change(
+        &mut self,
+        itinerary: &ContactItinerary,
+        kind: BifurcationKind,
+        [before, after]: [&PeriodicOrbit<f64>; 2],
+        coordinate: usize,
+        free: usize,
+    ) -> Option<FoundOrbit> {
+        let problem = self.problem(itinerary, free);
+        let held = Held::Coordinate(coordinate);
+        let before = self.solved(itinerary, &problem, held, &converted(&before.guess())).ok()?;
+        let after = self.solved(itinerary, &problem, held, &converted(&after.guess())).ok()?;
+        let ends = [&before, &after];
+        let found = bifurcation(&mut self.image, &problem, kind, coordinate, ends)?.orbit;
+        let multipliers = found.multipliers().ok()?;
+        let mut apart = multipliers.iter().map(|value| (value - kind.multiplier()).norm());
+        // The determinant passes through infinity too: at a graze.
+        let is_there = apart.any(|apart| apart < AT_MULTIPLIER);
+        let found = self.found(itinerary, &found).ok()?;
+        (is_there && found.physical).then_some(found)
     }
 
     fn problem(&self, itinerary: &ContactItinerary, free: usize) -> PeriodicProblem {
@@ -343,8 +470,15 @@ impl<'a> Direct<'a> {
     }
 }
 
+/// How near to its own a multiplier of a bifurcation is, and that of no pole.
+const AT_MULTIPLIER: f64 = 1e-6;
+
 /// The first point of an orbit, as a guess.
 fn exact<S: Real>(orbit: &ItineraryOrbit<S>) -> Guess<Dd> {
+    converted(&orbit.orbit.guess())
+}
+
+fn converted<S: Real>(guess: &Guess<S>) -> Guess<Dd> {
     let convert = |values: &[S]| values.iter().map(|value| value.to_dd()).collect();
-    Guess { state: convert(&orbit.orbit.states[0]), parameters: convert(&orbit.orbit.parameters) }
+    Guess { state: convert(&guess.state), parameters: convert(&guess.parameters) }
 }

@@ -6,6 +6,7 @@ use super::sweeps::pictures;
 use super::{open, settle, warn_of_edges};
 use crate::cli::arguments::ConvergeOptions;
 use crate::cli::output::{Bar, CliError, Results};
+use crate::cli::resume::Resumable;
 use grazemap::convergence::ConvergenceStudy;
 use grazemap::pipeline::StudyRequest;
 use grazemap::report::{
@@ -17,7 +18,11 @@ pub(in crate::cli) fn run(options: &ConvergeOptions) -> Result<(), CliError> {
     let outlets = &options.scene.common.outlets;
     let settled = settle(open(&options.scene)?, outlets.quiet)?;
     let request = StudyRequest { fresh: options.fresh as usize, sections: true, chosen: None };
-    let study = settled.study(&request, &Bar::new("convergence", outlets.quiet))?;
+    let decisive = [&*settled.graze().to_json()?, &options.fresh.to_string()];
+    let resumable = Resumable::begin("converge", outlets.folder(), &decisive, outlets.quiet);
+    let bar = Bar::new("convergence", outlets.quiet).resuming(0, resumable.journal());
+    let study = settled.study(&request, &bar)?;
+    drop(bar);
     let section = settled.section();
     let weights = study.orders.iter().map(|result| result.orders.contact_weight);
     let edges = settled.window_edges(weights.max().unwrap_or(1))?;
@@ -41,7 +46,9 @@ pub(in crate::cli) fn run(options: &ConvergeOptions) -> Result<(), CliError> {
         csv: Some(table.to_csv()?),
         files: convergence_files(&study, &section)?,
     };
-    results.deliver("converge", outlets)
+    results.deliver("converge", outlets)?;
+    resumable.finish();
+    Ok(())
 }
 
 /// A study as it is written to JSON.

@@ -4,16 +4,17 @@ use std::path::{Component, Path, PathBuf};
 
 use serde::Serialize;
 
-use super::{map, open};
+use super::{map, open, remark_on_window};
 use crate::cli::arguments::{EmitArguments, SceneOptions};
 use crate::cli::output::{CliError, Results, counted, print};
-use grazemap::Error;
+use grazemap::convergence::MeasuredWindow;
 use grazemap::emission::{EmissionError, EmittedCrate, EmittedModule, Target, shell_word};
 use grazemap::expansion::WindowEdge;
 use grazemap::model::{EmitPrecision, catalogue};
 use grazemap::numeric::FloatFormat;
 use grazemap::pipeline::{EmitRequest, Source, is_standard, write_emitted};
-use grazemap::report::{SectionDocument, to_json};
+use grazemap::report::{SectionDocument, bounds_words, to_json};
+use grazemap::{Error, Map};
 
 /// Where the catalogue's crate goes when no folder is named.
 const CATALOGUE_FOLDER: &str = "generated";
@@ -33,12 +34,13 @@ struct ModuleSummary {
     frozen_jacobian_multiply_adds: usize,
     precision: FloatFormat,
     measured_error: Option<f64>,
+    window: MeasuredWindow,
     window_edges: Vec<WindowEdge>,
     section: SectionDocument,
 }
 
-/// A module, its window's edges and its section.
-type Emitted = (EmittedModule, Vec<WindowEdge>, SectionDocument);
+/// A module, and its map.
+type Emitted = (EmittedModule, Map);
 
 pub(in crate::cli) fn run(options: &EmitArguments) -> Result<(), CliError> {
     let default = match options.catalogue {
@@ -65,7 +67,7 @@ pub(in crate::cli) fn run(options: &EmitArguments) -> Result<(), CliError> {
             refuse_single(&scenes)?;
             let all = scenes.into_iter().map(|scene| emit(scene, options, &command));
             let all = all.collect::<Result<Vec<_>, _>>()?;
-            let modules: Vec<_> = all.iter().map(|(module, ..)| module.clone()).collect();
+            let modules: Vec<_> = all.iter().map(|(module, _)| module.clone()).collect();
             (all, EmittedCrate::catalogue(&modules))
         }
     };
@@ -74,6 +76,7 @@ pub(in crate::cli) fn run(options: &EmitArguments) -> Result<(), CliError> {
         return check(&emitted, &folder, outlets.quiet);
     }
     write_emitted(&emitted, &folder)?;
+    modules.iter().for_each(|(_, map)| remark_on_window(map, outlets.quiet));
     let text = text(&modules, &emitted, &folder);
     let json = to_json(&summary(modules, &emitted))?;
     Results::named("emit", text, json, None).deliver("emit", &outlets)
@@ -94,7 +97,7 @@ impl<'a> Reproduction<'a> {
             scene: options.scene.as_deref(),
             overrides: &options.common.set,
             target: options.target.into(),
-            measure: options.measure,
+            measure: !options.no_measure,
         }
     }
 
@@ -126,8 +129,8 @@ impl<'a> Reproduction<'a> {
         if self.target != Target::Rust {
             words.extend(["--target".to_owned(), self.target.word().to_owned()]);
         }
-        if self.measure {
-            words.push("--measure".to_owned());
+        if !self.measure {
+            words.push("--no-measure".to_owned());
         }
         words.extend(["-o".to_owned(), self.target.root_from_module().to_owned()]);
         words.join(" ")
@@ -190,10 +193,10 @@ fn emit(source: Source, options: &EmitArguments, command: &str) -> Result<Emitte
     let map = map(source, options.common.outlets.quiet)?;
     let module = map.module(EmitRequest {
         target: options.target.into(),
-        measure: options.measure,
+        measure: !options.no_measure,
         command: Some(command.to_owned()),
     })?;
-    Ok((module, map.window_edges().to_vec(), map.section()))
+    Ok((module, map))
 }
 
 /// Says how a folder differs from the emission.
@@ -213,15 +216,16 @@ fn check(emitted: &EmittedCrate, folder: &Path, quiet: bool) -> Result<(), CliEr
 }
 
 fn summary(modules: Vec<Emitted>, emitted: &EmittedCrate) -> Summary {
-    let module = |(module, window_edges, section): Emitted| ModuleSummary {
+    let module = |(module, map): Emitted| ModuleSummary {
         identifier: module.identifier,
         step_multiply_adds: module.step_operations.multiply_adds,
         frozen_step_multiply_adds: module.frozen_operations.multiply_adds,
         frozen_jacobian_multiply_adds: module.jacobian_operations.multiply_adds,
         precision: module.precision,
         measured_error: module.measured_error,
-        window_edges,
-        section,
+        window: map.window().clone(),
+        window_edges: map.window_edges().to_vec(),
+        section: map.section(),
     };
     Summary {
         modules: modules.into_iter().map(module).collect(),
@@ -232,7 +236,7 @@ fn summary(modules: Vec<Emitted>, emitted: &EmittedCrate) -> Summary {
 fn text(modules: &[Emitted], emitted: &EmittedCrate, folder: &Path) -> String {
     let mut text =
         format!("wrote {} to {}\n", counted(emitted.files.len(), "file"), folder.display());
-    for (module, ..) in modules {
+    for (module, map) in modules {
         let (step, frozen) = (module.step_operations, module.frozen_operations);
         text.push_str(&format!(
             "  {}: {} multiply-adds a step, {} with the parameters frozen{}\n",
@@ -246,8 +250,9 @@ fn text(modules: &[Emitted], emitted: &EmittedCrate, folder: &Path) -> String {
         ));
         if let Some(error) = module.measured_error {
             text.push_str(&format!(
-                "    within {error:.1e} of direct simulation at {} points of the window\n",
-                EmitRequest::POINTS
+                "    within {error:.1e} of direct simulation at {} points of the window: {}\n",
+                map.window().sample.points,
+                bounds_words(map.window())
             ));
         }
     }

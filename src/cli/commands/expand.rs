@@ -1,17 +1,20 @@
 //! `grazemap expand`: coefficients of `P_smooth`, `D` and their composition.
 
-use super::{map, open};
+use super::{map, open, remark_on_window};
 use crate::cli::arguments::SceneOptions;
 use crate::cli::output::{CliError, Results};
 use grazemap::convergence::Choice;
 use grazemap::model::Scene;
-use grazemap::report::{ChosenCoefficients, MapListing, ReportError, least_orders_words};
+use grazemap::report::{
+    ChosenCoefficients, MapListing, ReportError, least_orders_words, window_words,
+};
 
 pub(in crate::cli) fn run(options: &SceneOptions) -> Result<(), CliError> {
     let map = map(open(options)?, options.common.outlets.quiet)?;
     let listing = map.listing()?;
+    remark_on_window(&map, options.common.outlets.quiet);
     let choice = map.choice().map_or_else(String::new, choice_words);
-    let text = text(map.scene(), listing)? + &choice;
+    let text = text(map.scene(), listing)? + &window_words(&listing.window) + &choice;
     let csv = listing.coefficient_table()?.to_csv()?;
     let results = Results::named("map", text, map.to_json()?, Some(csv));
     results.deliver("expand", &options.common.outlets)

@@ -8,7 +8,9 @@ use grazemap::model::Scene;
 use grazemap::numeric::Shown;
 use grazemap::orbit::{self, CurveEnd, CurveOptions, CurveOutcome, GrazingCurve};
 use grazemap::pipeline::parameter_number;
-use grazemap::report::{CurveListing, Document, DocumentKind, OrbitListing, ReportError, to_json};
+use grazemap::report::{
+    CurveListing, Document, DocumentKind, Named, OrbitListing, ReportError, to_json,
+};
 
 /// The grazing orbit.
 pub(in crate::cli) fn locate(options: &SceneOptions) -> Result<(), CliError> {
@@ -37,6 +39,13 @@ fn orbit_text(scene: &Scene, document: &OrbitListing) -> Result<String, ReportEr
             "\npassages of a period\n\n{passages}\nxi_n from passage to passage\n\n{conditions}"
         ));
     }
+    let unstable = document.multipliers.iter().find(|[re, im]| re.hypot(*im) > 1.0);
+    if let Some([re, im]) = unstable {
+        text.push_str(&format!(
+            "\nnote: the orbit is unstable even without contact: a multiplier has modulus {:.6}\n",
+            re.hypot(*im)
+        ));
+    }
     if let Some(clearance) = document.clearance.filter(|clearance| *clearance < 0.0) {
         text.push_str(&format!(
             "\nwarning: the orbit penetrates a surface elsewhere: h = {clearance:.6e}\n"
@@ -58,8 +67,7 @@ pub(in crate::cli) fn curve(options: &CurveArguments) -> Result<(), CliError> {
             return Err(CliError::NotFinite { flag, value });
         }
     }
-    let range = (options.to - options.from).abs();
-    let settings = CurveOptions { xi_count: options.xi as usize, ..step_options(range) };
+    let settings = CurveOptions { xi_count: options.xi as usize, ..CurveOptions::default() };
     let outcome = orbit::curve(scene, with, options.from, options.to, &settings);
     let (curve, reached) = match outcome.map_err(Error::from)? {
         CurveOutcome::Traced(curve) => (curve, true),
@@ -75,23 +83,10 @@ pub(in crate::cli) fn curve(options: &CurveArguments) -> Result<(), CliError> {
     judge(&curve, reached, options, with)
 }
 
-/// Steps in the scale of the range, no larger than the defaults.
-fn step_options(range: f64) -> CurveOptions {
-    let defaults = CurveOptions::default();
-    if range > 0.0 {
-        CurveOptions {
-            ds: defaults.ds.min(range / 20.0),
-            ds_max: defaults.ds_max.min(range / 10.0),
-            ..defaults
-        }
-    } else {
-        defaults
-    }
-}
-
-/// How the curve went, as a person reads it.
+/// How the curve went, as a person reads it, in the parameters that vary.
 fn curve_text(document: &CurveListing, curve: &GrazingCurve) -> String {
     let mut text = format!("{}; {}\n", counted(curve.points.len(), "point"), document.end);
+    let at = |parameters: &Named<f64>| varying(parameters, &document.free);
     let several = document.points.iter().any(|point| point.conditions.len() > 1);
     for point in &document.codim2 {
         let [from, to] = &point.surfaces;
@@ -101,23 +96,33 @@ fn curve_text(document: &CurveListing, curve: &GrazingCurve) -> String {
         } else {
             String::new()
         };
-        text.push_str(&format!("xi_{}{ends} = 0 at {}\n", point.n, pairs(&point.parameters.0)));
+        text.push_str(&format!("xi_{}{ends} = 0 at {}\n", point.n, at(&point.parameters)));
     }
     for fold in &document.folds {
-        text.push_str(&format!("fold in {} at {}\n", fold.parameter, pairs(&fold.parameters.0)));
+        text.push_str(&format!("fold in {} at {}\n", fold.parameter, at(&fold.parameters)));
     }
     for switch in &document.multiplier_switches {
         text.push_str(&format!(
             "multipliers switch between real and complex at {}\n",
-            pairs(&switch.parameters.0)
+            at(&switch.parameters)
+        ));
+    }
+    for stretch in &document.unresolved {
+        text.push_str(&format!(
+            "warning: {} may vanish more often than listed between {} and {}: its zeros there \
+             cannot be told apart\n",
+            stretch.of,
+            at(&stretch.from),
+            at(&stretch.to)
         ));
     }
     text
 }
 
-fn pairs(parameters: &[(String, f64)]) -> String {
+fn varying(parameters: &Named<f64>, names: &[String]) -> String {
+    let varying = parameters.0.iter().filter(|(name, _)| names.contains(name));
     let pairs: Vec<String> =
-        parameters.iter().map(|(name, value)| format!("{name} = {:.12}", Shown(*value))).collect();
+        varying.map(|(name, value)| format!("{name} = {:.12}", Shown(*value))).collect();
     pairs.join(", ")
 }
 

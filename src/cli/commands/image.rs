@@ -7,7 +7,7 @@ use std::path::Path;
 
 use serde::Serialize;
 
-use super::{beyond, map, open};
+use super::{beyond, map, open, remark_on_window};
 use crate::cli::arguments::ImageOptions;
 use crate::cli::output::{CliError, Destination, Results, note};
 use grazemap::analysis::{DirectEnd, ImageRecord, ImageRequest, ImageRow, Precision, Using};
@@ -71,6 +71,7 @@ pub(in crate::cli) fn run(options: &ImageOptions) -> Result<(), CliError> {
         precision: options.precision.into(),
     };
     let records = map.images(&request)?;
+    remark_on_window(&map, outlets.quiet);
     let csv = table(map.local(), &request, &records);
     let section = map.section();
     let decided =
@@ -90,7 +91,7 @@ pub(in crate::cli) fn run(options: &ImageOptions) -> Result<(), CliError> {
 
 /// One row per input row and iteration.
 fn table(map: &LocalMap, request: &ImageRequest, records: &[ImageRecord]) -> String {
-    let direct = request.using == Using::Direct;
+    let direct = matches!(request.using, Using::Direct | Using::Guarded);
     let mut text = format!("row,iteration,{},contacts,inside", map.section.coordinates.join(","));
     text.push_str(if direct { ",extra_contacts\n" } else { "\n" });
     for record in records {
@@ -99,8 +100,9 @@ fn table(map: &LocalMap, request: &ImageRequest, records: &[ImageRecord]) -> Str
         let (row, iteration, inside) = (record.row, record.iteration, u8::from(record.inside()));
         let _infallible =
             write!(text, "{row},{iteration},{},{},{inside}", offsets.join(","), record.contacts);
-        if let Some(extra) = record.extra_contacts.filter(|_| direct) {
-            let _infallible = write!(text, ",{extra}");
+        if direct {
+            let extra = record.extra_contacts.map(|extra| extra.to_string());
+            let _infallible = write!(text, ",{}", extra.unwrap_or_default());
         }
         text.push('\n');
     }
@@ -161,10 +163,11 @@ fn judge(
         });
     }
     let outside = records.iter().filter(|record| !record.inside()).count();
-    if outside > 0 && request.using != Using::Direct && !quiet {
+    let mapped = !matches!(request.using, Using::Direct | Using::Guarded);
+    if outside > 0 && mapped && !quiet {
         note(&format!(
             "warning: {outside} of {} points are outside the window, where the map has not been \
-                measured: beyond {}",
+                measured: beyond {}; `--using guarded` simulates them",
             records.len(),
             exceeded(map, records)
         ));

@@ -10,6 +10,7 @@ pub(super) mod orbits;
 pub(super) mod run;
 pub(super) mod scenes;
 pub(super) mod sweeps;
+pub(super) mod trajectory;
 
 use std::num::NonZero;
 
@@ -18,7 +19,7 @@ use super::output::{CliError, note};
 use grazemap::expansion::{WindowEdge, check_orders};
 use grazemap::model::{Scene, Shape};
 use grazemap::pipeline::{Settled, Source};
-use grazemap::report::edge_words;
+use grazemap::report::{edge_words, window_remark};
 use grazemap::{Error, Map};
 
 /// Opens what is named in the place of a scene, shows its warnings and starts the threads asked
@@ -50,7 +51,8 @@ fn settle(source: Source, quiet: bool) -> Result<Settled, CliError> {
     Ok(settled)
 }
 
-/// The map of what is named; warns, unless `quiet`, of a window deeper than its series.
+/// The map of what is named. What is to be said of its window is [said](remark_on_window) once the
+/// rest of the call is known to be right.
 fn map(source: Source, quiet: bool) -> Result<Map, CliError> {
     let saved = match &source {
         Source::Map(map) => Some(map.clone()),
@@ -58,17 +60,25 @@ fn map(source: Source, quiet: bool) -> Result<Map, CliError> {
     };
     refuse_orders(source.scene())?;
     let settled = settle(source, quiet)?;
-    let map = match saved {
+    Ok(match saved {
         Some(map) => map,
         None => settled.plan()?.expand()?,
-    };
-    warn_of_edges(map.scene(), map.window_edges(), quiet);
-    Ok(map)
+    })
 }
 
 /// Refuses orders that take too long, before an orbit is looked for.
 fn refuse_orders(scene: &Scene) -> Result<(), CliError> {
     Ok(check_orders(scene).map_err(Error::from)?)
+}
+
+/// Says on standard error where a map errs on its window more than it should, and where the window
+/// is deeper than the series of the passage whose contact loses most.
+fn remark_on_window(map: &Map, quiet: bool) {
+    let edge = beyond(map.window_edges());
+    let remark = window_remark(map.window(), map.orders(), edge.as_ref());
+    if let Some(remark) = remark.filter(|_| !quiet) {
+        note(&remark.of(&map.scene().identifier));
+    }
 }
 
 /// Says on standard error where a truncation leaves out too much at the edge of the scene's window,

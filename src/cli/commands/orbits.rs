@@ -1,11 +1,13 @@
 //! `grazemap orbits`: periodic orbits by itinerary, their stability, folds and flips.
 
-use super::{map, open};
+use super::{map, open, remark_on_window};
 use crate::cli::arguments::{OrbitsArguments, OrbitsUsing, ParameterOffsets};
 use crate::cli::output::{Bar, CliError, Results, note};
 use grazemap::Map;
 use grazemap::analysis::itinerary;
-use grazemap::analysis::orbits::{LociRequest, OrbitsRequest, SteppedParameter};
+use grazemap::analysis::orbits::{
+    DirectReach, LociRequest, Orbits, OrbitsRequest, SteppedParameter,
+};
 use grazemap::analysis::periodic::{BifurcationKind, ContactItinerary, ItineraryError};
 use grazemap::expansion::LocalMap;
 use grazemap::model::{Scene, nearest};
@@ -20,15 +22,40 @@ pub(in crate::cli) fn run(options: &OrbitsArguments) -> Result<(), CliError> {
     let outlets = &options.scene.common.outlets;
     let map = map(open(&options.scene)?, outlets.quiet)?;
     let request = request(options, map.scene(), map.local())?;
+    remark_on_window(&map, outlets.quiet);
     let found = map.orbits(&request, &Bar::new("orbits", outlets.quiet))?;
     let names = itinerary(map.scene(), map.orbit());
     let polynomials = (map.local(), map.window_edges());
     let listing = OrbitsListing::new(map.section(), polynomials, &names, &found, request.direct);
-    results(&map, &listing)?.deliver("orbits", outlets)?;
+    let searched = searched(&map, &found, &request);
+    let mut results = results(&map, &listing)?;
+    if request.direct {
+        results.text.push_str(&format!("\nsearched: {searched}\n"));
+    }
+    results.deliver("orbits", outlets)?;
     if !outlets.quiet {
         warn(&listing);
     }
-    judge(&request, &listing)
+    judge(&request, &listing, searched)
+}
+
+/// What has been searched, in words.
+pub(super) fn searched(map: &Map, found: &Orbits, request: &OrbitsRequest) -> String {
+    let itineraries = request.itineraries.len();
+    let mut words = format!(
+        "the map was searched for {itineraries} itineraries, with depth variables up to twice the \
+         window's and offsets up to a hundred half-widths"
+    );
+    if let Some(DirectReach { parameter, range: [from, to], values }) = found.reach {
+        let name = &map.local().parameters[parameter].name;
+        words.push_str(&format!(
+            "; direct simulation next to the map's orbits, and by itself along the branches of what \
+             it settles on or nearly repeats at {values} offsets of {name} from {from:.3} to {to:.3}"
+        ));
+    } else if !request.direct {
+        words.push_str("; `--using direct` searches direct simulation far beyond the window");
+    }
+    words
 }
 
 /// The orbits, and the loci where asked for; the table is that of the loci then.
@@ -113,16 +140,19 @@ fn warn(document: &OrbitsListing) {
 }
 
 /// Nothing found is mathematics that ended otherwise.
-fn judge(request: &OrbitsRequest, document: &OrbitsListing) -> Result<(), CliError> {
-    let itineraries = request.itineraries.len();
+fn judge(
+    request: &OrbitsRequest,
+    document: &OrbitsListing,
+    searched: String,
+) -> Result<(), CliError> {
     match (&document.loci, &request.loci) {
         (Some(loci), Some(asked)) if loci.is_empty() => {
             let kinds: Vec<_> = asked.kinds.iter().map(|kind| kind.word()).collect();
             let kinds = kinds.join(" or ");
-            Err(CliError::NoLoci { kinds, itineraries })
+            Err(CliError::NoLoci { kinds, searched })
         }
         (None, _) if document.orbits.is_empty() => {
-            Err(CliError::NoOrbits { itineraries, at: request.at.len() })
+            Err(CliError::NoOrbits { at: request.at.len(), searched })
         }
         _ => Ok(()),
     }
@@ -139,6 +169,7 @@ fn request(
         itineraries: itineraries(options, map.passages())?,
         at: parameters.at(options)?,
         direct: options.using == OrbitsUsing::Direct,
+        far: options.using == OrbitsUsing::Direct,
         loci: parameters.loci(options)?,
     })
 }
@@ -157,6 +188,43 @@ fn itineraries(
     named.map(parse).collect()
 }
 
+/// What offsets name: what is said of a name that is not known, and of those known.
+pub(super) const ACTIVE: [&str; 2] = ["the map has no variable", "active parameters"];
+pub(super) const COORDINATES: [&str; 2] = ["the section has no coordinate", "coordinates"];
+
+/// Offsets by name among those known; those not named are 0.
+pub(super) fn named_offsets(
+    flag: &'static str,
+    kind: [&'static str; 2],
+    named: &ParameterOffsets,
+    known: &[&str],
+) -> Result<Vec<f64>, CliError> {
+    let mut offsets = vec![None; known.len()];
+    for (name, offset) in &named.0 {
+        let place = place_of(flag, kind, name, known)?;
+        if offsets[place].replace(*offset).is_some() {
+            return Err(CliError::NamedTwice { flag, name: name.clone() });
+        }
+    }
+    Ok(offsets.into_iter().map(Option::unwrap_or_default).collect())
+}
+
+/// The place of a name among those known.
+fn place_of(
+    flag: &'static str,
+    kind: [&'static str; 2],
+    name: &str,
+    known: &[&str],
+) -> Result<usize, CliError> {
+    known.iter().position(|&known| known == name).ok_or_else(|| CliError::UnknownName {
+        flag,
+        kind,
+        name: name.to_owned(),
+        nearest: nearest(name, known.iter().copied()),
+        known: known.join(", "),
+    })
+}
+
 /// The active parameters of a map.
 struct Parameters<'a> {
     scene: &'a Scene,
@@ -170,12 +238,7 @@ impl Parameters<'_> {
 
     /// The number of a parameter.
     fn place(&self, flag: &'static str, name: &str) -> Result<usize, CliError> {
-        self.names().position(|known| known == name).ok_or_else(|| CliError::NotActive {
-            flag,
-            name: name.to_owned(),
-            nearest: nearest(name, self.names()),
-            known: self.names().collect::<Vec<_>>().join(", "),
-        })
+        place_of(flag, ACTIVE, name, &self.names().collect::<Vec<_>>())
     }
 
     /// The first that is adjusted so that the orbit grazes; where the map has none of those, its
@@ -189,12 +252,8 @@ impl Parameters<'_> {
     }
 
     /// Its half-width in the window.
-    fn width(&self, place: usize, flag: &'static str) -> Result<f64, CliError> {
-        let width = self.map.window.parameter[place];
-        let name = || self.map.parameters[place].name.clone();
-        Some(width)
-            .filter(|width| width.is_finite())
-            .ok_or_else(|| CliError::NoWidth { flag, name: name() })
+    fn width(&self, place: usize) -> f64 {
+        self.map.window.parameter[place]
     }
 
     /// Offsets, all 0 but one.
@@ -206,21 +265,14 @@ impl Parameters<'_> {
 
     /// Offsets by name; those not named are 0.
     fn offsets(&self, named: &ParameterOffsets) -> Result<Vec<f64>, CliError> {
-        let mut offsets = vec![None; self.map.parameters.len()];
-        for (name, offset) in &named.0 {
-            let place = self.place("--at", name)?;
-            if offsets[place].replace(*offset).is_some() {
-                return Err(CliError::NamedTwice { flag: "--at", name: name.clone() });
-            }
-        }
-        Ok(offsets.into_iter().map(Option::unwrap_or_default).collect())
+        named_offsets("--at", ACTIVE, named, &self.names().collect::<Vec<_>>())
     }
 
     /// Where orbits are looked for.
     fn at(&self, options: &OrbitsArguments) -> Result<Vec<Vec<f64>>, CliError> {
         if options.at.is_empty() {
             let first = self.first()?;
-            let offset = DEFAULT_SHARE * self.width(first, "--at")?;
+            let offset = DEFAULT_SHARE * self.width(first);
             return Ok([offset, -offset].map(|offset| self.one(first, offset)).into());
         }
         let named = options.at.iter();
@@ -264,7 +316,7 @@ impl Parameters<'_> {
         let end = |flag, given: Option<f64>, sign: f64| match given {
             Some(value) if value.is_finite() => Ok(value),
             Some(value) => Err(CliError::NotFinite { flag, value }),
-            None => Ok(sign * self.width(place, flag)?),
+            None => Ok(sign * self.width(place)),
         };
         let (from, to) = (end("--from", options.from, -1.0)?, end("--to", options.to, 1.0)?);
         let last = f64::from(options.points - 1);

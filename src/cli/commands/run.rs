@@ -7,17 +7,22 @@ use serde::Serialize;
 
 use super::converge::convergence_files;
 use super::emit::Reproduction;
-use super::sweeps::{resumable, take_chart_times, warn_of_values, write_charts, write_diagrams};
-use super::{open, refuse_orders, settle, warn_of_edges};
+use super::sweeps::{
+    resumable, take_chart_times, warn_of_values, warn_of_windows, write_charts, write_diagrams,
+};
+use super::trajectory::{grazing_series, trajectory_files};
+use super::{open, refuse_orders, remark_on_window, settle};
 use crate::cli::arguments::{Common, SceneOptions};
-use crate::cli::output::{Bar, CliError, Outlets, Results, note, pairs, refuse_memory};
+use crate::cli::memory::refuse_memory;
+use crate::cli::output::{Bar, CliError, Outlets, Results, note, pairs};
 use grazemap::analysis::chart::{Chart, chart_bytes};
 use grazemap::analysis::diagram::{Diagram, Sweep, SweepHeading, Timing, diagram_bytes};
 use grazemap::emission::{EmittedCrate, Target};
 use grazemap::model::{Digest, Method};
 use grazemap::pipeline::{EmitRequest, Source, StudyRequest, write_emitted};
 use grazemap::report::{
-    CrateSummary, OrbitListing, OutputFolder, RunPage, StageTime, run_page, to_json,
+    CrateSummary, OrbitListing, OutputFolder, RunPage, StageTime, run_page, time_series_figures,
+    to_json,
 };
 
 /// Where results go when no folder is named.
@@ -96,6 +101,8 @@ pub(in crate::cli) fn run(options: &SceneOptions) -> Result<(), CliError> {
     let settled = clock.time("section", || settle(source, quiet))?;
     let (scene, orbit) = (settled.scene().clone(), settled.orbit().clone());
     folder.write("orbit.json", settled.graze().to_json()?)?;
+    let series = clock.time("trajectory", || grazing_series(&settled))?;
+    folder.write_all(pairs(&trajectory_files(&settled, &series)?))?;
 
     let map = match saved {
         Some(map) => map,
@@ -108,7 +115,7 @@ pub(in crate::cli) fn run(options: &SceneOptions) -> Result<(), CliError> {
             })?
         }
     };
-    warn_of_edges(map.scene(), map.window_edges(), quiet);
+    remark_on_window(&map, quiet);
     let resumable = resumable("run", Some(folder.path()), &map, quiet)?;
     folder.write("map.json", map.to_json()?)?;
     folder.write("map.csv", map.listing()?.coefficient_table()?.to_csv()?)?;
@@ -117,7 +124,7 @@ pub(in crate::cli) fn run(options: &SceneOptions) -> Result<(), CliError> {
         scene: Some(&options.scene),
         overrides: &options.common.set,
         target: Target::Rust,
-        measure: false,
+        measure: true,
     };
     let command = Some(again.command(&crate_folder));
     let request = EmitRequest { command, ..EmitRequest::default() };
@@ -127,24 +134,26 @@ pub(in crate::cli) fn run(options: &SceneOptions) -> Result<(), CliError> {
 
     let request =
         StudyRequest { fresh: StudyRequest::FRESH, sections: false, chosen: map.choice().cloned() };
-    let bar = Bar::new("convergence", quiet);
+    let bar = Bar::new("convergence", quiet).resuming(2, resumable.journal());
     let study = clock.time("convergence", || Ok(map.settled().study(&request, &bar)?))?;
     drop(bar);
     folder.write_all(pairs(&convergence_files(&study, &map.section())?))?;
 
-    let bar = Bar::new("diagram", quiet).resuming(0, &resumable);
+    let bar = Bar::new("diagram", quiet).resuming(0, resumable.journal());
     let diagrams = clock.time("diagrams", || Ok(map.diagrams(&bar)?))?;
     drop(bar);
     warn_of_values(&diagrams, quiet);
+    warn_of_windows(&diagrams, &[], quiet);
     let untimed: Vec<Diagram> = diagrams.iter().map(Diagram::without_timing).collect();
     write_diagrams(&folder, &untimed, &map)?;
     drop(untimed);
 
     let mut charts = Vec::new();
     if !scene.charts.is_empty() {
-        let bar = Bar::new("chart", quiet).resuming(1, &resumable);
+        let bar = Bar::new("chart", quiet).resuming(1, resumable.journal());
         charts = clock.time("charts", || Ok(map.charts(&bar)?))?;
         drop(bar);
+        warn_of_windows(&[], &charts, quiet);
         let times: Vec<Timing> = charts.iter().map(|chart| chart.timing).collect();
         take_chart_times(&mut charts);
         write_charts(&folder, &charts, &map)?;
@@ -154,6 +163,7 @@ pub(in crate::cli) fn run(options: &SceneOptions) -> Result<(), CliError> {
     let page = run_page(&RunPage {
         scene: &scene,
         orbit: &OrbitListing::new(&scene, &orbit),
+        pictures: &time_series_figures(&scene, &orbit, &series.1),
         map: map.listing()?,
         emitted: CrateSummary {
             step: module.step_operations.multiply_adds,

@@ -4,16 +4,19 @@ use std::path::Path;
 
 use serde::Serialize;
 
-use super::{map, open};
+use super::{map, open, remark_on_window};
 use crate::cli::arguments::SceneOptions;
-use crate::cli::output::{Bar, CliError, Resumable, note, pairs, refuse_memory, stem};
+use crate::cli::memory::refuse_memory;
+use crate::cli::output::{Bar, CliError, note, pairs, stem};
+use crate::cli::resume::Resumable;
 use grazemap::analysis::chart::{Chart, chart_bytes};
 use grazemap::analysis::diagram::{Diagram, Timing, diagram_bytes};
+use grazemap::convergence::MeasuredWindow;
 use grazemap::expansion::WindowEdge;
 use grazemap::report::{
     DocumentKind, Figure, OutputFolder, ReportError, SectionDocument, chart_array, chart_figure,
-    chart_rows, chart_timing_table, diagram_array, diagram_figures, diagram_rows,
-    diagram_timing_table, to_json, write_json,
+    chart_outside_words, chart_rows, chart_timing_table, diagram_array, diagram_figures,
+    diagram_outside_words, diagram_rows, diagram_timing_table, to_json, write_json,
 };
 use grazemap::{Error, Map};
 
@@ -27,10 +30,12 @@ pub(in crate::cli) fn diagram(options: &SceneOptions) -> Result<(), CliError> {
     refuse_memory(diagram_bytes(source.scene()), outlets.quiet)?;
     let map = map(source, outlets.quiet)?;
     let resumable = resumable("diagram", outlets.folder(), &map, outlets.quiet)?;
-    let bar = Bar::new("diagram", outlets.quiet).resuming(0, &resumable);
+    let bar = Bar::new("diagram", outlets.quiet).resuming(0, resumable.journal());
     let mut diagrams = map.diagrams(&bar)?;
     drop(bar);
+    remark_on_window(&map, outlets.quiet);
     warn_of_values(&diagrams, outlets.quiet);
+    warn_of_windows(&diagrams, &[], outlets.quiet);
     let text = diagram_timing_table(&diagrams)?.to_text();
     outlets.write_json(&|out| write_json(out, &diagram_documents(&diagrams, &map)))?;
     outlets.write_csv(&|out| diagram_rows(&diagrams).write_csv(out))?;
@@ -52,9 +57,11 @@ pub(in crate::cli) fn chart(options: &SceneOptions) -> Result<(), CliError> {
     refuse_memory(chart_bytes(source.scene()), outlets.quiet)?;
     let map = map(source, outlets.quiet)?;
     let resumable = resumable("chart", outlets.folder(), &map, outlets.quiet)?;
-    let bar = Bar::new("chart", outlets.quiet).resuming(0, &resumable);
+    let bar = Bar::new("chart", outlets.quiet).resuming(0, resumable.journal());
     let mut charts = map.charts(&bar)?;
     drop(bar);
+    remark_on_window(&map, outlets.quiet);
+    warn_of_windows(&[], &charts, outlets.quiet);
     let text = chart_timing_table(&charts)?.to_text();
     outlets.write_json(&|out| write_json(out, &chart_documents(&charts, &map)))?;
     outlets.write_csv(&|out| chart_rows(&charts).write_csv(out))?;
@@ -93,6 +100,13 @@ pub(super) fn warn_of_values(diagrams: &[Diagram], quiet: bool) {
             ));
         }
     }
+}
+
+/// Says where the map alone was used beyond its window.
+pub(super) fn warn_of_windows(diagrams: &[Diagram], charts: &[Chart], quiet: bool) {
+    let diagrams = diagrams.iter().filter_map(diagram_outside_words);
+    let words = diagrams.chain(charts.iter().filter_map(chart_outside_words));
+    words.filter(|_| !quiet).for_each(|words| note(&format!("warning: {words}")));
 }
 
 /// Takes the times out of diagrams, which then hold the same from run to run.
@@ -175,6 +189,8 @@ struct ByMap<'a, T> {
     format: u32,
     #[serde(flatten)]
     content: &'a T,
+    /// The window of the map, measured.
+    window: &'a MeasuredWindow,
     /// What the contacts of the map leave out at the edge of the window, by passage.
     window_edges: &'a [WindowEdge],
     /// The section that it is on.
@@ -188,6 +204,7 @@ impl<'a, T> ByMap<'a, T> {
             document,
             format: DocumentKind::FORMAT,
             content,
+            window: map.window(),
             window_edges: map.window_edges(),
             section: map.section(),
         };

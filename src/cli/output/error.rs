@@ -9,6 +9,7 @@ use super::{Destination, note};
 use grazemap::Error;
 use grazemap::analysis::DirectEnd;
 use grazemap::analysis::periodic::ItineraryError;
+use grazemap::hybrid::Outcome;
 use grazemap::model::SceneHeadline;
 use grazemap::numeric::{INSTRUCTION_LIMIT, Shown};
 use grazemap::orbit::CurveEnd;
@@ -57,12 +58,18 @@ pub(in crate::cli) enum CliError {
         Shown(*last)
     )]
     CurveEnded { parameter: String, goal: f64, last: f64, end: CurveEnd },
-    /// A name that the map has no variable for.
+    /// A name that is none of those known; what it would have to be, and what those known are.
     #[error(
-        "{flag}: the map has no variable `{}`{}; active parameters are {known}",
-        .name.escape_default(), meant(.nearest)
+        "{flag}: {} `{}`{}; {} are {known}",
+        .kind[0], .name.escape_default(), meant(.nearest), .kind[1]
     )]
-    NotActive { flag: &'static str, name: String, nearest: Option<String>, known: String },
+    UnknownName {
+        flag: &'static str,
+        kind: [&'static str; 2],
+        name: String,
+        nearest: Option<String>,
+        known: String,
+    },
     /// A parameter named twice.
     #[error("{flag} names `{name}` twice")]
     NamedTwice { flag: &'static str, name: String },
@@ -72,9 +79,6 @@ pub(in crate::cli) enum CliError {
          {found}"
     )]
     NotAPlane { found: usize },
-    /// Offsets that nothing says the size of.
-    #[error("the window says nothing of `{name}`; name its offsets with {flag}")]
-    NoWidth { flag: &'static str, name: String },
     /// A map without parameters.
     #[error("the map has no parameter; name some in `expansion.active`")]
     NoParameter,
@@ -83,16 +87,19 @@ pub(in crate::cli) enum CliError {
     Itinerary(#[from] ItineraryError),
     /// No orbit of the itineraries asked for.
     #[error(
-        "no periodic orbit was found; itineraries tried: {itineraries}, parameter values: {at}, \
-         depth variables up to twice the window's, offsets up to a hundred half-widths"
+        "no periodic orbit was found at the {at} parameter values tried, which says nothing beyond \
+         what was searched: {searched}"
     )]
-    NoOrbits { itineraries: usize, at: usize },
+    NoOrbits { at: usize, searched: String },
     /// No fold or flip of them.
     #[error(
-        "no {kinds} of a physical orbit was found; itineraries tried: {itineraries}, depth \
-         variables up to twice the window's, offsets up to a hundred half-widths"
+        "no {kinds} of a physical orbit was found, which says nothing beyond what was searched: \
+         {searched}"
     )]
-    NoLoci { kinds: String, itineraries: usize },
+    NoLoci { kinds: String, searched: String },
+    /// A simulation that did not last as long as was asked.
+    #[error("{}", trajectory_end(.ended))]
+    TrajectoryEnded { ended: Outcome<f64> },
     /// No diagram in the scene.
     #[error("the scene asks for no diagram; add a [[diagram]] table")]
     NoDiagram,
@@ -162,6 +169,7 @@ impl CliError {
             | Self::NoImage { .. }
             | Self::NoOrbits { .. }
             | Self::NoLoci { .. }
+            | Self::TrajectoryEnded { .. }
             | Self::NotCurrent { .. } => ENDED_OTHERWISE,
             _ => WRONG_INPUT,
         }
@@ -179,6 +187,21 @@ impl CliError {
 /// ` (did you mean ...?)`, or nothing.
 fn meant(nearest: &Option<String>) -> String {
     nearest.as_ref().map_or_else(String::new, |name| format!(" (did you mean `{name}`?)"))
+}
+
+/// How a simulation ended early.
+fn trajectory_end(ended: &Outcome<f64>) -> String {
+    let (reason, time) = match *ended {
+        Outcome::Completed => return "the trajectory is complete".to_owned(),
+        Outcome::Diverged { time } => ("the solution leaves the finite numbers", time),
+        Outcome::Penetrating { time, .. } => ("the state is beyond a rigid surface", time),
+        Outcome::HeldTwice { time, .. } => ("two surfaces hold the state at once", time),
+        Outcome::NoStickingField { time, .. } => {
+            ("the state must stay on a surface whose reset defines no contact force", time)
+        }
+        Outcome::StepLimit { time, .. } => ("the limit on steps was reached", time),
+    };
+    format!("the trajectory ends at t = {}: {reason}", Shown(time))
 }
 
 /// How a point came to have no image.

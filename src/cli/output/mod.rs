@@ -2,8 +2,6 @@
 //! on standard error.
 
 mod error;
-mod memory;
-mod resume;
 
 use std::fmt;
 use std::io::{self, BufWriter, IsTerminal, Write};
@@ -16,8 +14,6 @@ use indicatif::{ProgressBar, ProgressStyle};
 pub(super) use error::CliError;
 use grazemap::analysis::Progress;
 use grazemap::report::{Journal, OutputFolder, ReportError, write_streamed};
-pub(super) use memory::refuse_memory;
-pub(super) use resume::{Resumable, catch_interruptions};
 
 /// Where the results of a command go.
 #[derive(Clone, Debug, Default, Args)]
@@ -251,9 +247,9 @@ impl Bar {
         Self { bar, journal: None }
     }
 
-    /// The same bar for computation `number` of a command that can be resumed.
-    pub(in crate::cli) fn resuming(mut self, number: u64, resumable: &Resumable) -> Self {
-        self.journal = resumable.journal().map(|journal| (number, journal));
+    /// The same bar for computation `number` of a command that keeps its pieces in a journal.
+    pub(in crate::cli) fn resuming(mut self, number: u64, journal: Option<Arc<Journal>>) -> Self {
+        self.journal = journal.map(|journal| (number, journal));
         self
     }
 

@@ -8,6 +8,7 @@ pub use rates::{FactorRate, Rate, SlopeFit, fit_slope};
 pub use reach::{DepthAccuracy, Validity, WindowAccuracy, validity};
 
 use rayon::prelude::*;
+use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
 use super::choice::{Choice, chosen_map};
@@ -178,41 +179,34 @@ pub fn converge(
     let choice = ChoiceOptions { tolerance: options.tolerance, fresh: options.fresh };
     let chosen = match &options.chosen {
         Some(chosen) => chosen.clone(),
-        None => choose(scene, orbit, &choice)?,
+        None => resumed(progress, Stage::Choice, || choose(scene, orbit, &choice))?,
     };
     let highest = options.highest.unwrap_or_else(|| beyond(chosen.orders));
     let sweep = Sweep::new(scene, orbit, options, highest, progress)?;
-    let maps = sweep.maps(progress)?;
-    let mut orders: Vec<OrderResult> = maps.iter().map(|map| sweep.measure(map)).collect();
-    let rate_orders = MapOrders::new(options.smooth_rates, options.discontinuity_rates);
-    let rate_orders = rate_orders.min(highest);
-    let factors = ExactFactors::new(sweep.family.expander(), rate_orders)?;
-    sweep.add_rates(&factors, &maps, &mut orders)?;
     let multiply_add_ns = timing::multiply_add_ns();
-    sweep.add_times(&maps, &mut orders, multiply_add_ns);
+    let Measured { orders, discontinuity_rates, smooth_rates } =
+        resumed(progress, Stage::Orders, || sweep.measured(multiply_add_ns, progress))?;
     let (local, map) = chosen_map(&chosen, scene, orbit)?;
     let map = map.in_format(chosen.precision);
     let direct = sweep.direct(&sweep.system)?;
     let direct_by_taylor = sweep.direct_by_taylor()?;
     let sections = match options.sections {
-        true => choose_sections(scene, orbit, &choice, &chosen)?,
+        true => {
+            resumed(progress, Stage::Sections, || choose_sections(scene, orbit, &choice, &chosen))?
+        }
         false => Vec::new(),
     };
     Ok(ConvergenceStudy {
         scene: scene.identifier.clone(),
         digest: scene.digest,
         sample: SampleSummary { points: sweep.truth.points.len(), excluded: sweep.truth.excluded },
-        discontinuity_rates: discontinuity_rates(
-            &sweep.sample,
-            &factors,
-            &sweep.system,
-            scene,
-            orbit,
-        )?,
-        smooth_rates: smooth_rates(&sweep.sample, &factors, &sweep.system, scene, orbit)?,
+        discontinuity_rates,
+        smooth_rates,
         window_edges: window_edges(&sweep.family, &chosen)?,
-        validity: validity(scene, orbit, &local, &*map, options.tolerance)?,
-        accuracy: sweep.accuracy(&*map)?,
+        validity: resumed(progress, Stage::Validity, || {
+            validity(scene, orbit, &local, &*map, options.tolerance)
+        })?,
+        accuracy: resumed(progress, Stage::Accuracy, || sweep.accuracy(&*map))?,
         pareto: pareto(&orders, direct_by_taylor.iter().chain([&direct])),
         chosen,
         sections,
@@ -221,6 +215,42 @@ pub fn converge(
         multiply_add_ns,
         orders,
     })
+}
+
+/// Stages of a study that a later run need not repeat.
+#[derive(Clone, Copy)]
+enum Stage {
+    Choice,
+    Orders,
+    Sections,
+    Validity,
+    Accuracy,
+}
+
+/// The result of a stage: as an earlier run kept it, or computed and kept.
+fn resumed<T: Serialize + DeserializeOwned>(
+    progress: &dyn Progress,
+    stage: Stage,
+    compute: impl FnOnce() -> Result<T, ConvergenceError>,
+) -> Result<T, ConvergenceError> {
+    let place = [stage as u64];
+    let kept = progress.recall(&place);
+    if let Some(value) = kept.and_then(|piece| serde_json::from_slice(&piece).ok()) {
+        return Ok(value);
+    }
+    let value = compute()?;
+    if let Ok(piece) = serde_json::to_vec(&value) {
+        progress.keep(&place, &piece);
+    }
+    Ok(value)
+}
+
+/// What is measured of maps of every order and of their factors.
+#[derive(Serialize, Deserialize)]
+struct Measured {
+    orders: Vec<OrderResult>,
+    discontinuity_rates: Vec<FactorRate>,
+    smooth_rates: Vec<FactorRate>,
 }
 
 /// What the contacts of a chosen map leave out at the edge of the window.
@@ -268,6 +298,27 @@ impl<'a> Sweep<'a> {
             return Err(ConvergenceError::NoTruth { tried: options.points });
         }
         Ok(Self { scene, orbit, options: options.clone(), highest, system, family, sample, truth })
+    }
+
+    /// Errors, rates and times of all maps, rates of their factors.
+    fn measured(
+        &self,
+        multiply_add_ns: f64,
+        progress: &dyn Progress,
+    ) -> Result<Measured, ConvergenceError> {
+        let maps = self.maps(progress)?;
+        let mut orders: Vec<OrderResult> = maps.iter().map(|map| self.measure(map)).collect();
+        let (options, system) = (&self.options, &self.system);
+        let rates = MapOrders::new(options.smooth_rates, options.discontinuity_rates);
+        let factors = ExactFactors::new(self.family.expander(), rates.min(self.highest))?;
+        self.add_rates(&factors, &maps, &mut orders)?;
+        self.add_times(&maps, &mut orders, multiply_add_ns);
+        let (sample, scene, orbit) = (&self.sample, self.scene, self.orbit);
+        Ok(Measured {
+            orders,
+            discontinuity_rates: discontinuity_rates(sample, &factors, system, scene, orbit)?,
+            smooth_rates: smooth_rates(sample, &factors, system, scene, orbit)?,
+        })
     }
 
     /// Every pair of orders in every shape.

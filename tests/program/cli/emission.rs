@@ -36,9 +36,8 @@ fn a_crate_emitted_for_a_tolerance_states_the_measured_error_and_is_the_same_twi
         .replace("smooth_order = 5\n", "tolerance = 1e-6\n")
         .replace("contact_weight = 6\n", "");
     fs::write(folder.path().join("linear.toml"), tolerant).expect("writable");
-    let emit = |scene: &str, output: &str, measure: bool| {
-        let mut arguments = vec!["emit", scene, "-o", output];
-        arguments.extend(measure.then_some("--measure"));
+    let emit = |scene: &str, output: &str, options: &[&str]| {
+        let arguments = [&["emit", scene, "-o", output], options].concat();
         let done = grazemap(folder.path(), &arguments);
         assert!(done.status.success(), "{}", text(&done.stderr));
         let sources = files(&folder.path().join(output));
@@ -50,16 +49,20 @@ fn a_crate_emitted_for_a_tolerance_states_the_measured_error_and_is_the_same_twi
         let value = line.and_then(|line| line.split("Some(").nth(1))?;
         value.split(')').next()?.parse().ok()
     };
-    let tolerant = emit("linear.toml", "a", false);
+    let tolerant = emit("linear.toml", "a", &[]);
     assert_eq!(constant(&tolerant, "TOLERANCE"), Some(1e-6));
     assert!(tolerant.contains("Coefficients: economised"), "{tolerant}");
     let error = constant(&tolerant, "MEASURED_ERROR").expect("measured");
     // Rounded up to two digits, at most a tenth.
     assert!((1e-9..=1.1e-6).contains(&error), "{error:e}");
-    assert_eq!(tolerant, emit("linear.toml", "b", false));
-    assert_eq!(constant(&emit("linear", "c", false), "MEASURED_ERROR"), None);
-    let error = constant(&emit("linear", "d", true), "MEASURED_ERROR").expect("measured");
+    assert_eq!(tolerant, emit("linear.toml", "b", &[]));
+    let stated = emit("linear", "c", &[]);
+    let error = constant(&stated, "MEASURED_ERROR").expect("measured");
     assert!((1e-9..1e-6).contains(&error), "{error:e}");
+    assert_eq!(stated, emit("linear", "d", &["--measure"]));
+    let unmeasured = emit("linear", "e", &["--no-measure"]);
+    assert_eq!(constant(&unmeasured, "MEASURED_ERROR"), None);
+    assert!(unmeasured.contains("error on the window not measured"), "{unmeasured}");
 }
 
 /// Every path under a folder, with its bytes.

@@ -5,6 +5,7 @@ mod emission;
 mod images;
 mod orbits;
 mod outputs;
+mod resuming;
 mod saved;
 mod wrong_calls;
 

@@ -27,7 +27,6 @@ pub(super) fn wrong_orbits() -> Vec<(&'static str, Vec<&'static str>)> {
             "orbits_range_not_finite",
             call("linear", &["--flip", "--in", "omega,alpha", "--to", "inf"]),
         ),
-        ("orbits_without_a_window", call("linear", &["--set", "window.parameter={}"])),
         ("orbits_not_there", call("linear", &["--itinerary", "1", "--at", "alpha=0.09", "-q"])),
         ("orbits_no_locus", call("linear", &["--itinerary", "1", "--flip", "-q"])),
     ]

@@ -30,6 +30,25 @@ pub fn decimal_above(value: f64, digits: u32) -> f64 {
     format!("{shown}e{exponent}").parse().unwrap_or(value)
 }
 
+/// The greatest number of so many decimal digits (1 to 15) that is not above a positive finite
+/// number; 0 for one that is not positive. As [`decimal_above`], the same on every machine.
+///
+/// ```
+/// use grazemap_jet::numeric::decimal_below;
+///
+/// assert_eq!(decimal_below(1.2399e-8, 3), 1.23e-8);
+/// assert_eq!(decimal_below(1e-7, 2), 1e-7);
+/// ```
+pub fn decimal_below(value: f64, digits: u32) -> f64 {
+    let above = decimal_above(value, digits);
+    if above <= value || !above.is_finite() {
+        return above;
+    }
+    let exponent = value.log10().floor() as i32 + 1 - digits as i32;
+    let shown = (above / 10f64.powi(exponent)).round() as u64 - 1;
+    format!("{shown}e{exponent}").parse().unwrap_or(value)
+}
+
 /// Shows a number by the fewest digits that read back to it, or to the decimals asked for; in
 /// scientific notation where plain decimals would be long, or lose digits.
 ///
@@ -70,15 +89,18 @@ mod tests {
     fn numbers_of_few_digits_stay_as_they_are() {
         for value in [1.0, 0.05, 2.5e-3, 1e-12, 123.0, 9.99e7] {
             assert_eq!(decimal_above(value, 3), value);
+            assert_eq!(decimal_below(value, 3), value);
         }
     }
 
     #[test]
-    fn others_are_rounded_up_by_less_than_one_of_the_last_digit() {
+    fn others_are_rounded_by_less_than_one_of_the_last_digit() {
         for value in [1.001, 0.98765, 2.3456e-7, 999.5, 3.0e5 / 7.0] {
             let above = decimal_above(value, 3);
             assert!(above > value && above <= value * 1.01, "{value}: {above}");
+            let below = decimal_below(value, 3);
+            assert!(below < value && below >= value / 1.01, "{value}: {below}");
         }
-        assert_eq!(decimal_above(0.0, 3), 0.0);
+        assert_eq!((decimal_above(0.0, 3), decimal_below(0.0, 3)), (0.0, 0.0));
     }
 }

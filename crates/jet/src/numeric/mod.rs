@@ -23,7 +23,7 @@ mod sine;
 
 pub use bracket::{Bracket, BracketOutcome, NewtonStep, NewtonSteps, last_that_holds};
 pub use branched::{Branched, Mask};
-pub use decimals::{Shown, decimal_above};
+pub use decimals::{Shown, decimal_above, decimal_below};
 pub use dispatch::{INSTRUCTION_LIMIT, Kernel, is_wide, unknown_instruction_limit, wide, widest};
 pub use double_double::{Dd, ParseDdError};
 pub use error::NumericError;

@@ -152,8 +152,7 @@ impl<F: LaneFlow<N>, const N: usize> LaneFlight<F, N> {
         let start = self.orbits.sense(all);
         self.orbits.alive &= !start.rests();
         let all = self.orbits.alive;
-        let rounding = Lanes::splat(<f64 as Scalar>::ROUNDOFF);
-        let unresolved = start.acceleration * self.duration * rounding;
+        let unresolved = self.unresolved(&start);
         let moves = all & !start.velocity.abs().is_at_most(unresolved);
         let after = moves & Lanes::splat(0.0).is_below(start.velocity);
         self.seeking = moves & !after;
@@ -216,6 +215,12 @@ impl<F: LaneFlow<N>, const N: usize> LaneFlight<F, N> {
             _ => Lanes::select(self.seeking, self.passage_limit(), self.duration),
         };
         Lanes::select(self.looking, self.duration + self.early, nominal)
+    }
+
+    /// The speeds of gaps whose minima are nearer than the rounding of the time.
+    #[inline(always)]
+    fn unresolved(&self, sense: &Sense<Lanes<N>>) -> Lanes<N> {
+        sense.acceleration * self.duration * Lanes::splat(<f64 as Scalar>::ROUNDOFF)
     }
 
     /// Time within which the section's own passage is looked for.
@@ -301,11 +306,13 @@ impl<F: LaneFlow<N>, const N: usize> LaneFlight<F, N> {
     /// there is not known to lead to it: the contact is real.
     #[inline(always)]
     fn pass_too_early(&mut self, wanted: LaneMask<N>) -> LaneMask<N> {
-        let early = wanted & self.passage_limit().is_below(self.early);
-        if !early.any() {
-            return early;
+        if !wanted.any() {
+            return wanted;
         }
-        let early = early & !self.orbits.beyond(early);
+        let there = self.orbits.sense(wanted);
+        let falls = there.velocity.is_below(-self.unresolved(&there).abs());
+        let is_beyond = there.gap.is_below(Lanes::splat(0.0));
+        let early = wanted & (falls | (self.passage_limit().is_below(self.early) & !is_beyond));
         self.orbits.motion.take(early, &self.entry);
         self.last &= !early;
         self.met |= early;

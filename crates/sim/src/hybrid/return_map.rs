@@ -11,7 +11,7 @@ use super::itinerary::{Itinerary, Log, NominalPassage};
 use super::motion::{Motion, Regime};
 use super::passage::{Approach, Back, Stop};
 use super::returned::{Return, ReturnOutcome, ReturnSection};
-use super::sensing::Clearance;
+use super::sensing::{Clearance, Sense};
 use super::simulator::{Simulator, check_finite};
 use super::system::HybridSystem;
 use super::trajectory::{Event, EventKind, Outcome};
@@ -177,7 +177,8 @@ impl<'a, S: Real> DirectReturn<'a, S> {
             match self.next_stop(horizon, approach, log)? {
                 Stop::Minimum { gap, rises_for } => {
                     if self.is_final(surface, rises_for) {
-                        return Ok(self.returned());
+                        let is_free = self.simulator.regime() == Regime::Free;
+                        return Ok(self.told_but(is_free.then_some(surface)));
                     }
                     let time = self.simulator.time();
                     log.events.push(Event { time, surface, kind: EventKind::NearMiss { gap } });
@@ -209,7 +210,7 @@ impl<'a, S: Real> DirectReturn<'a, S> {
         surface: usize,
         log: &mut Log<S>,
     ) -> Result<ReturnOutcome<S>, Outcome<S>> {
-        if self.reach_first_passage(surface)? {
+        if self.reach_first_passage(surface) {
             self.enter(surface, log)?;
         } else {
             self.restart();
@@ -220,7 +221,7 @@ impl<'a, S: Real> DirectReturn<'a, S> {
                 Stop::Contact { surface: met } if met == surface => {
                     self.entry.copy_from(&self.simulator.motion);
                     let logged = log.events.len();
-                    if self.approach_is_last(surface, log)? {
+                    if self.approach_is_last(surface, log) {
                         return Ok(self.returned_through(surface));
                     }
                     log.events.truncate(logged);
@@ -231,7 +232,7 @@ impl<'a, S: Real> DirectReturn<'a, S> {
                 Stop::Horizon | Stop::Minimum { .. } | Stop::Release => break,
             }
         }
-        if self.looks_like_passage(surface)? {
+        if self.looks_like_passage(surface) {
             return Ok(ReturnOutcome::Ambiguous { surface });
         }
         Ok(self.returned())
@@ -240,28 +241,35 @@ impl<'a, S: Real> DirectReturn<'a, S> {
     /// Whether the section is reached behind the contact that the simulator has come to, with the
     /// surface ignored, which leaves it there; on any other answer it stands anywhere.
     ///
-    /// The contact's minimum, along the flight, is the one nearest to the section, and the way back
-    /// from there is known to lead to it.
-    fn approach_is_last(&mut self, surface: usize, log: &mut Log<S>) -> Result<bool, Outcome<S>> {
+    /// The contact's minimum, along the flight, is the one nearest to the section, where the gap
+    /// rises, so that the way back from there leads to it.
+    fn approach_is_last(&mut self, surface: usize, log: &mut Log<S>) -> bool {
         let logged = log.events.len();
         let mut early = S::zero();
         match self.reach_minimum(surface, self.duration, log) {
-            Err(_) => return Ok(false),
+            Err(_) => return false,
             Ok(None) => {}
             Ok(Some(rises_for)) => {
                 if !self.is_final(surface, rises_for) {
-                    return Ok(false);
+                    return false;
                 }
                 early = self.duration - self.simulator.time();
                 log.events.truncate(logged);
                 self.simulator.motion.copy_from(&self.entry);
-                self.fly(Approach { ignored: Some(surface), stop_at: None }, log)?;
+                let ignoring = Approach { ignored: Some(surface), stop_at: None };
+                if self.fly(ignoring, log).is_err() {
+                    return false;
+                }
+                let there = self.simulator.sense(surface);
+                if there.velocity < -self.unresolved(&there).abs() {
+                    return false;
+                }
             }
         }
         let is_free = self.flew_freely_from(&self.entry);
         let is_near =
             early <= self.passage_limit() || self.simulator.clearance(surface).gap < S::zero();
-        Ok(is_free && is_near)
+        is_free && is_near
     }
 
     /// Everything simulated for the nominal duration.
@@ -316,6 +324,12 @@ impl<'a, S: Real> DirectReturn<'a, S> {
         }
     }
 
+    /// The speed of a gap whose minimum is nearer than the rounding of the time: it cannot be flown
+    /// to, and need not be.
+    fn unresolved(&self, sense: &Sense<S>) -> S {
+        sense.acceleration * self.duration * S::from_f64(S::ROUNDOFF)
+    }
+
     /// Time within which the section's own passage is looked for: a quarter of the return time.
     fn passage_limit(&self) -> S {
         self.duration * S::from_f64(0.25)
@@ -323,20 +337,54 @@ impl<'a, S: Real> DirectReturn<'a, S> {
 
     /// Whether a state at the section, everything before simulated, would be taken for one behind
     /// a contact that there was not: one that a surface has acted on since.
-    fn looks_like_passage(&mut self, surface: usize) -> Result<bool, Outcome<S>> {
+    fn looks_like_passage(&mut self, surface: usize) -> bool {
         let acted = self.simulator.motion.changed;
         if acted <= self.simulator.time() - self.passage_limit()
             || self.simulator.sense(surface).velocity <= S::zero()
         {
-            return Ok(false);
+            return false;
         }
-        let found = self.reach_first_passage(surface)?;
+        let found = self.reach_first_passage(surface);
         self.simulator.motion.copy_from(&self.entry);
-        Ok(found)
+        found
+    }
+
+    /// Takes a section point, placed before, to where a trajectory may start: back to the surface
+    /// where it is beyond it, by more than rounding; that surface, if so.
+    pub(super) fn physical_start(&mut self) -> Result<Option<usize>, Outcome<S>> {
+        self.simulator.check_placed()?;
+        self.simulator.rest_where_placed()?;
+        let Some(surface) = self.section.surface() else {
+            return Ok(None);
+        };
+        self.entry.copy_from(&self.simulator.motion);
+        let is_tangency = matches!(self.section, ReturnSection::Tangency { .. });
+        let beyond = match is_tangency {
+            true => self.held_elsewhere(surface).is_none(),
+            false => self.reach_first_passage(surface),
+        };
+        let sense = self.simulator.sense(surface);
+        if beyond && sense.gap < -sense.rounding {
+            self.back_to_surface(surface)?;
+            return Ok(Some(surface));
+        }
+        self.restart();
+        if is_tangency {
+            self.simulator.motion.leaving[surface] = None;
+            self.simulator.motion.set_at_minimum(surface);
+        }
+        Ok(None)
     }
 
     /// From a virtual section point back to the surface, and through the contact.
     fn enter(&mut self, surface: usize, log: &mut Log<S>) -> Result<(), Outcome<S>> {
+        self.back_to_surface(surface)?;
+        log.own = Some(-self.simulator.sense(surface).velocity);
+        self.respond(surface, log)
+    }
+
+    /// From a virtual section point back to the surface.
+    fn back_to_surface(&mut self, surface: usize) -> Result<(), Outcome<S>> {
         let earliest = self.simulator.time() - self.duration;
         self.simulator.motion.regime = Regime::Free;
         self.simulator.motion.lose_headings();
@@ -344,8 +392,7 @@ impl<'a, S: Real> DirectReturn<'a, S> {
             let gap = self.simulator.sense(surface).gap;
             return Err(Outcome::Penetrating { surface, time: self.simulator.time(), gap });
         }
-        log.own = Some(-self.simulator.sense(surface).velocity);
-        self.respond(surface, log)
+        Ok(())
     }
 
     /// Flies to the local minimum of the gap nearest to the present state, which `entry` takes over,
@@ -353,36 +400,37 @@ impl<'a, S: Real> DirectReturn<'a, S> {
     /// whether it lies beyond the surface.
     ///
     /// Where another surface holds the state, acts on the way or lies on it, there is none.
-    fn reach_first_passage(&mut self, surface: usize) -> Result<bool, Outcome<S>> {
+    fn reach_first_passage(&mut self, surface: usize) -> bool {
         let is_stuck = self.simulator.regime() == Regime::Stick { surface };
         if !is_stuck {
             self.simulator.motion.leaving[surface] = None;
         }
         self.entry.copy_from(&self.simulator.motion);
         if is_stuck || self.held_elsewhere(surface).is_some() {
-            return Ok(false);
+            return false;
         }
         let start = self.simulator.sense(surface);
-        // A minimum nearer than the rounding of the time cannot be flown to, and need not be.
-        let unresolved = start.acceleration * self.duration * S::from_f64(S::ROUNDOFF);
+        let unresolved = self.unresolved(&start);
         let is_free = self.simulator.regime() == Regime::Free;
         let now = self.simulator.time();
+        // NOTE: beyond the surface there may be a singularity; then there is no passage.
         let found = if start.velocity.abs() <= unresolved {
             true
         } else if start.velocity > S::zero() {
-            self.simulator.back(surface, Back::ToMinimum, now - self.passage_limit())?
+            let earliest = now - self.passage_limit();
+            self.simulator.back(surface, Back::ToMinimum, earliest).unwrap_or(false)
                 && self.is_clear_of_others(surface)
         } else {
             is_free && {
                 let limit = now + self.passage_limit();
-                let minimum = self.reach_minimum(surface, limit, &mut Log::new())?;
-                minimum.is_some() && self.flew_freely_from(&self.entry)
+                let minimum = self.reach_minimum(surface, limit, &mut Log::new());
+                minimum.is_ok_and(|minimum| minimum.is_some()) && self.flew_freely_from(&self.entry)
             }
         };
         if !found {
             self.simulator.motion.copy_from(&self.entry);
         }
-        Ok(self.simulator.sense(surface).gap < S::zero())
+        self.simulator.sense(surface).gap < S::zero()
     }
 
     /// Whether the state is beyond no other surface than this.

@@ -227,9 +227,12 @@ impl std::fmt::Display for MapOrders {
 }
 
 /// `[window]`: half-widths about the grazing point, in offsets.
+///
+/// What the scene does not name is infinite: such a bound is open, and measured once there is a
+/// map.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Window {
-    /// Largest `y²`.
+    /// Largest `y²` (infinite where the scene names none).
     #[serde(with = "unbounded_number")]
     pub depth: f64,
     /// Half-width per full-state component (infinite where the scene names none).
@@ -240,8 +243,16 @@ pub struct Window {
     pub parameter: Vec<f64>,
 }
 
+impl Window {
+    /// Largest `y²`, taken to be 1e-3 where the scene names none: the depth for which orders are
+    /// chosen and flights are planned before the window of a map is measured.
+    pub fn assumed_depth(&self) -> f64 {
+        if self.depth.is_finite() { self.depth } else { 1e-3 }
+    }
+}
+
 /// `[emit]`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Emit {
     /// Shape of the step.
     pub shape: Shape,
@@ -249,6 +260,9 @@ pub struct Emit {
     pub precision: EmitPrecision,
     /// Points per call of the lane kernel, where the scene names them.
     pub lanes: Option<usize>,
+    /// Error of an image that the window is measured and judged by, absolute and per coordinate,
+    /// where the scene names orders and this.
+    pub tolerance: Option<f64>,
 }
 
 impl Emit {
@@ -316,7 +330,7 @@ pub struct DiagramRequest {
     pub observe: Observable,
     /// Direction of the sweep.
     pub direction: SweepDirection,
-    /// Computed by the map, by direct simulation, or both.
+    /// Computed by each of these.
     pub with: Vec<Method>,
 }
 
@@ -421,6 +435,8 @@ pub enum SweepDirection {
 pub enum Method {
     /// The local map.
     Map,
+    /// The local map inside its window, direct simulation outside.
+    Guarded,
     /// Direct simulation.
     Direct,
 }
@@ -440,4 +456,6 @@ pub struct ChartRequest {
     pub transient: usize,
     /// Longest period looked for.
     pub keep: usize,
+    /// One chart for each method.
+    pub with: Vec<Method>,
 }

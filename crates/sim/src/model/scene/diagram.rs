@@ -24,8 +24,8 @@ const DIAGRAM_KEYS: [&str; 12] = [
 ];
 
 /// Keys of `[[chart]]`.
-const CHART_KEYS: [&str; 7] =
-    ["parameters", "ranges", "points", "start", "starts", "transient", "keep"];
+const CHART_KEYS: [&str; 8] =
+    ["parameters", "ranges", "points", "start", "starts", "transient", "keep", "with"];
 
 /// Most points along one axis.
 const MOST_POINTS: u64 = 10_000_000;
@@ -91,6 +91,7 @@ pub(super) fn read_chart(table: &Table<'_>, model: &Model) -> Checked<ChartReque
         starts: starts(table, model)?,
         transient: count(table, "transient", 0, MOST_ITERATES, DEFAULTS[1])?,
         keep: count(table, "keep", 1, MOST_ITERATES, keep)?,
+        with: methods(table.field("with"))?,
     })
 }
 
@@ -205,12 +206,12 @@ fn direction(field: Option<Field<'_>>) -> Checked<SweepDirection> {
 
 fn methods(field: Option<Field<'_>>) -> Checked<Vec<Method>> {
     let Some(field) = field else {
-        return Ok(vec![Method::Map]);
+        return Ok(vec![Method::Guarded]);
     };
-    let entries = field.one_or_list("a list of \"map\", \"direct\"")?;
+    let entries = field.one_or_list("a list of \"guarded\", \"map\", \"direct\"")?;
     field.check_length(entries.len(), usize::MAX)?;
-    let options = [("map", Method::Map), ("direct", Method::Direct)];
-    distinct(&entries, |entry| entry.choice(&options, "\"map\", \"direct\""))
+    let options = [("guarded", Method::Guarded), ("map", Method::Map), ("direct", Method::Direct)];
+    distinct(&entries, |entry| entry.choice(&options, "\"guarded\", \"map\", \"direct\""))
 }
 
 /// One number of points for both axes, or one for each.

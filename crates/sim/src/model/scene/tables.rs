@@ -217,17 +217,14 @@ fn weights(table: &Table<'_>, model: &Model, active: &[usize]) -> Checked<Vec<(S
     table.fields().iter().map(weight).collect()
 }
 
-/// Largest `y²` where the scene names none.
-const DEFAULT_DEPTH: f64 = 1e-3;
-
-/// Reads `[window]`; what it does not name is unbounded, but for the depth.
+/// Reads `[window]`; what it does not name is open.
 pub(super) fn read_window(
     table: Option<&Table<'_>>,
     model: &Model,
     active: &[usize],
 ) -> Checked<Window> {
     let mut window = Window {
-        depth: DEFAULT_DEPTH,
+        depth: f64::INFINITY,
         state: vec![f64::INFINITY; model.dimension()],
         parameter: vec![f64::INFINITY; model.parameters.len()],
     };
@@ -267,15 +264,19 @@ fn refuse_frozen(field: &Field<'_>, parameter: usize, active: &[usize]) -> Check
 }
 
 /// Keys of `[emit]`.
-const EMIT_KEYS: [&str; 3] = ["shape", "precision", "lanes"];
+const EMIT_KEYS: [&str; 4] = ["shape", "precision", "lanes", "tolerance"];
 
 /// Most points per call of the lane kernel.
 const MOST_LANES: u64 = 64;
 
 /// Reads `[emit]`; without it, the shape is left open and the precision is double.
 pub(super) fn read_emit(table: Option<&Table<'_>>, orders: Orders) -> Checked<Emit> {
-    let mut emit =
-        Emit { shape: Shape::Auto, precision: EmitPrecision::Given(FloatFormat::F64), lanes: None };
+    let mut emit = Emit {
+        shape: Shape::Auto,
+        precision: EmitPrecision::Given(FloatFormat::F64),
+        lanes: None,
+        tolerance: None,
+    };
     let Some(table) = table else { return Ok(emit) };
     table.only(&EMIT_KEYS)?;
     if let Some(shape) = table.field("shape") {
@@ -300,6 +301,14 @@ pub(super) fn read_emit(table: Option<&Table<'_>>, orders: Orders) -> Checked<Em
     }
     if let Some(lanes) = table.field("lanes") {
         emit.lanes = Some(lanes.count(1, MOST_LANES)? as usize);
+    }
+    if let Some(tolerance) = table.field("tolerance") {
+        if matches!(orders, Orders::Tolerance(_)) {
+            let problem =
+                SceneProblem::Exclusive { first: "emit.tolerance", second: "expansion.tolerance" };
+            return Err(tolerance.key_fault(problem));
+        }
+        emit.tolerance = Some(tolerance.positive()?.hi);
     }
     Ok(emit)
 }

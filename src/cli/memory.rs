@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use super::{CliError, note};
+use super::output::{CliError, note};
 
 /// Results from this size on are announced.
 const LARGE: u64 = 256 << 20;

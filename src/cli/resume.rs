@@ -8,7 +8,7 @@ use std::process;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::UNIX_EPOCH;
 
-use super::{counted, note};
+use super::output::{counted, note};
 use grazemap::model::Digest;
 use grazemap::report::Journal;
 
@@ -72,7 +72,7 @@ impl Resumable {
     }
 
     /// Where pieces are kept.
-    pub(super) fn journal(&self) -> Option<Arc<Journal>> {
+    pub(in crate::cli) fn journal(&self) -> Option<Arc<Journal>> {
         self.journal.clone()
     }
 

@@ -1,0 +1,213 @@
+//! A trajectory moment by moment: its state at evenly spaced times, before and after impacts, where
+//! contacts begin and end, and at minima of the gaps.
+//!
+//! One idea: flights are cut at the times asked for and nowhere else. What happened on the way
+//! without stopping the flight is flown to afterwards, from the start of that piece.
+
+use super::HybridError;
+use super::motion::Motion;
+use super::passage::{Approach, Stop};
+use super::return_map::DirectReturn;
+use super::simulator::{Simulator, check_finite};
+use super::trajectory::{Event, EventKind, Outcome};
+use crate::numeric::Real;
+
+/// The state at one moment of a trajectory.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Moment<'m, S> {
+    /// Time since the start; negative before a section point beyond the surface.
+    pub time: S,
+    /// The full state.
+    pub state: &'m [S],
+    /// What happens here, and at which surface; the state is that before it.
+    pub event: Option<(MomentEvent, usize)>,
+}
+
+/// What happens at a moment.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum MomentEvent {
+    /// A rigid impact: the next moment, at the same time, is behind it.
+    Impact,
+    /// A compliant contact begins, or the state stays on a rigid surface from here.
+    Contact,
+    /// The contact ends.
+    Release,
+    /// A local minimum of the gap without contact.
+    Minimum,
+}
+
+/// Takes the moments of a trajectory in order of time.
+pub type Recorder<'r, S> = &'r mut dyn FnMut(Moment<'_, S>);
+
+impl<S: Real> Simulator<'_, S> {
+    /// Simulates for a duration and hands on the state at the start, at so many evenly spaced
+    /// times, the last at the end, and at every event.
+    ///
+    /// # Errors
+    ///
+    /// [`HybridError::NotFinite`] if the duration is not finite.
+    pub fn sample(
+        &mut self,
+        duration: S,
+        samples: usize,
+        record: Recorder<'_, S>,
+    ) -> Result<Outcome<S>, HybridError> {
+        check_finite(&[duration], 0)?;
+        let checked = self.check_penetration(None);
+        let sampled =
+            checked.and_then(|()| Sampling::new(self).run(None, duration, samples, record));
+        Ok(sampled.err().unwrap_or(Outcome::Completed))
+    }
+}
+
+impl<S: Real> DirectReturn<'_, S> {
+    /// Simulates for a duration from a full state at the section, as [`Simulator::sample`] does.
+    ///
+    /// A section point beyond the surface is taken back along the free flow to the surface, where
+    /// the trajectory starts, at a negative time; from there on everything is simulated.
+    ///
+    /// # Errors
+    ///
+    /// [`HybridError::StateLength`], [`HybridError::NotFinite`].
+    pub fn sample(
+        &mut self,
+        state: &[S],
+        duration: S,
+        samples: usize,
+        record: Recorder<'_, S>,
+    ) -> Result<Outcome<S>, HybridError> {
+        check_finite(&[duration], 0)?;
+        self.simulator.set_state(state)?;
+        let sampled = self.physical_start().and_then(|contact| {
+            Sampling::new(&mut self.simulator).run(contact, duration, samples, record)
+        });
+        Ok(sampled.err().unwrap_or(Outcome::Completed))
+    }
+}
+
+/// A simulator with what is remembered of the piece that is flown.
+struct Sampling<'s, 'a, S: Real> {
+    simulator: &'s mut Simulator<'a, S>,
+    /// The motion at the start of the piece, and at its end.
+    before: Motion<S>,
+    after: Motion<S>,
+    /// What happened on the way.
+    events: Vec<Event<S>>,
+}
+
+impl<'s, 'a, S: Real> Sampling<'s, 'a, S> {
+    fn new(simulator: &'s mut Simulator<'a, S>) -> Self {
+        let motion = simulator.motion.clone();
+        Self { simulator, before: motion.clone(), after: motion, events: Vec::new() }
+    }
+
+    /// From the present time, in contact with a surface that is met there, to the end.
+    fn run(
+        &mut self,
+        contact: Option<usize>,
+        end: S,
+        samples: usize,
+        record: Recorder<'_, S>,
+    ) -> Result<(), Outcome<S>> {
+        let start = self.simulator.motion.time;
+        match contact {
+            Some(surface) => self.respond(surface, record)?,
+            None => self.hand_on(None, record),
+        }
+        let step = (end - start) / S::from_f64(samples.max(1) as f64);
+        for number in 1..=samples.max(1) {
+            let last = number >= samples;
+            let time = if last { end } else { start + step * S::from_f64(number as f64) };
+            self.fly(time, record)?;
+            self.hand_on(None, record);
+        }
+        Ok(())
+    }
+
+    /// Flies to a time.
+    fn fly(&mut self, time: S, record: Recorder<'_, S>) -> Result<(), Outcome<S>> {
+        loop {
+            self.before.copy_from(&self.simulator.motion);
+            let events = &mut self.events;
+            events.clear();
+            let stop = self.simulator.next_stop(time, Approach::default(), &mut |event| {
+                events.push(event);
+            })?;
+            self.visit_events(record);
+            match stop {
+                Stop::Contact { surface } => self.respond(surface, record)?,
+                Stop::Horizon => return Ok(()),
+                Stop::Minimum { .. } | Stop::Release => {}
+            }
+        }
+    }
+
+    /// Hands on the states at what happened in the piece flown last.
+    fn visit_events(&mut self, record: Recorder<'_, S>) {
+        if self.events.is_empty() {
+            return;
+        }
+        self.after.copy_from(&self.simulator.motion);
+        for event in std::mem::take(&mut self.events) {
+            self.simulator.motion.copy_from(&self.before);
+            let flown =
+                self.simulator.next_stop(event.time, Approach::default(), &mut |_| {}).is_ok();
+            if flown && let Some(kind) = MomentEvent::of(event.kind) {
+                self.hand_on(Some((kind, event.surface)), record);
+            }
+        }
+        self.simulator.motion.copy_from(&self.after);
+    }
+
+    /// Applies a surface's response.
+    fn respond(&mut self, surface: usize, record: Recorder<'_, S>) -> Result<(), Outcome<S>> {
+        let before = self.simulator.motion.state.clone();
+        let (time, events) = (self.simulator.motion.time, &mut self.events);
+        events.clear();
+        let outcome = self.simulator.respond(surface, &mut |event| events.push(event));
+        let kinds = self.events.iter().filter_map(|event| MomentEvent::of(event.kind));
+        for kind in kinds {
+            match kind {
+                MomentEvent::Contact if self.events.len() > 1 => {
+                    let state = &self.simulator.motion.state;
+                    record(Moment { time, state, event: Some((kind, surface)) });
+                }
+                kind => {
+                    record(Moment { time, state: &before, event: Some((kind, surface)) });
+                    if kind == MomentEvent::Impact {
+                        record(Moment { time, state: &self.simulator.motion.state, event: None });
+                    }
+                }
+            }
+        }
+        outcome
+    }
+
+    fn hand_on(&self, event: Option<(MomentEvent, usize)>, record: Recorder<'_, S>) {
+        let motion = &self.simulator.motion;
+        record(Moment { time: motion.time, state: &motion.state, event });
+    }
+}
+
+impl MomentEvent {
+    /// `impact`, `contact`, `release` or `minimum`.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Impact => "impact",
+            Self::Contact => "contact",
+            Self::Release => "release",
+            Self::Minimum => "minimum",
+        }
+    }
+
+    /// The moment of an event; none of the end of a chatter, whose impacts are not simulated.
+    fn of<S>(kind: EventKind<S>) -> Option<Self> {
+        match kind {
+            EventKind::Impact { .. } => Some(Self::Impact),
+            EventKind::NearMiss { .. } => Some(Self::Minimum),
+            EventKind::ContactBegin { .. } | EventKind::Stick => Some(Self::Contact),
+            EventKind::ContactEnd { .. } | EventKind::Release => Some(Self::Release),
+            EventKind::ChatterEnd { .. } => None,
+        }
+    }
+}

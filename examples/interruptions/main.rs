@@ -1,0 +1,159 @@
+//! Long commands killed at random moments, by the two signals of an impatient user and of a machine
+//! that runs out of memory: nothing is damaged, the same command ends with the bytes of a run that
+//! nobody killed, and little is done twice.
+//!
+//! ```text
+//! cargo build --release
+//! cargo run --release --example interruptions -- target/release/grazemap 200
+//! ```
+
+use std::collections::BTreeMap;
+use std::error::Error;
+use std::path::Path;
+use std::process::{Command, ExitCode, Stdio};
+use std::thread::sleep;
+use std::time::{Duration, Instant};
+use std::{env, fs};
+
+use grazemap::model::catalogue;
+
+type Files = BTreeMap<String, Vec<u8>>;
+
+/// A chart beside the diagram of the scene.
+const CHART: &str = "\n[[chart]]\nparameters = [\"alpha\", \"omega\"]\n\
+                     ranges = [[-1e-3, 5e-3], [-1e-3, 1e-3]]\npoints = 150\nkeep = 16\n";
+
+/// The name of the scene's file.
+const SCENE: &str = "scene.toml";
+
+/// Commands of some seconds: a name, the arguments.
+fn commands() -> Vec<(&'static str, Vec<String>)> {
+    let set = |command: &str, keys: &[&str]| {
+        let keys = keys.iter().flat_map(|key| ["--set", key]);
+        let call = [command, SCENE].into_iter().chain(keys).chain(["-o", "out"]);
+        call.map(str::to_owned).collect::<Vec<_>>()
+    };
+    let long = ["diagram.0.points=4000", "diagram.0.keep=100"];
+    let direct = ["diagram.0.with=[\"direct\"]", "diagram.0.points=1000"];
+    vec![
+        ("diagram by the map", set("diagram", &long)),
+        ("diagram by direct simulation", set("diagram", &direct)),
+        ("chart", set("chart", &[])),
+        ("converge", set("converge", &[])),
+        ("run", set("run", &long[..1])),
+    ]
+}
+
+fn main() -> Result<ExitCode, Box<dyn Error>> {
+    let arguments: Vec<String> = env::args().skip(1).collect();
+    let [program, count] = &arguments[..] else {
+        eprintln!("expected the program and the number of moments");
+        return Ok(ExitCode::from(2));
+    };
+    let program = fs::canonicalize(program)?;
+    let commands = commands();
+    let trials = count.parse::<usize>()?.div_ceil(commands.len());
+    let mut random = Random(0x9e37_79b9_7f4a_7c15);
+    let mut damaged = 0;
+    let text = catalogue::text("linear").ok_or("a scene of the catalogue")?;
+    let scene = format!("{text}{CHART}");
+    println!("| command | whole run, s | moments | damaged | done twice, mean | largest |");
+    println!("|---|---|---|---|---|---|");
+    for (name, call) in &commands {
+        let whole = tempfile::tempdir()?;
+        fs::write(whole.path().join(SCENE), &scene)?;
+        let clock = Instant::now();
+        run(&program, call, whole.path())?;
+        let seconds = clock.elapsed().as_secs_f64();
+        let expected = comparable(whole.path())?;
+        let (mut wrong, mut twice) = (0, Vec::new());
+        for trial in 0..trials {
+            let folder = tempfile::tempdir()?;
+            fs::write(folder.path().join(SCENE), &scene)?;
+            let clock = Instant::now();
+            let signal = ["-KILL", "-INT"][trial % 2];
+            kill(&program, call, folder.path(), seconds * random.next(), signal)?;
+            run(&program, call, folder.path())?;
+            twice.push(clock.elapsed().as_secs_f64() / seconds - 1.0);
+            let found = comparable(folder.path())?;
+            if found != expected {
+                wrong += 1;
+                eprintln!("{name}, trial {trial}: {:?}", differences(&found, &expected));
+            }
+        }
+        let mean = twice.iter().sum::<f64>() / trials as f64;
+        let most = twice.iter().copied().fold(0.0, f64::max);
+        println!(
+            "| {name} | {seconds:.2} | {trials} | {wrong} | {:.1} % | {:.1} % |",
+            100.0 * mean,
+            100.0 * most
+        );
+        damaged += wrong;
+    }
+    Ok(if damaged == 0 { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+}
+
+/// Runs a command to its end.
+fn run(program: &Path, call: &[String], folder: &Path) -> Result<(), Box<dyn Error>> {
+    let output = Command::new(program).args(call).current_dir(folder).output()?;
+    if !output.status.success() {
+        return Err(String::from_utf8_lossy(&output.stderr).into_owned().into());
+    }
+    Ok(())
+}
+
+/// Runs a command and kills it after some seconds, unless it has ended.
+fn kill(
+    program: &Path,
+    call: &[String],
+    folder: &Path,
+    seconds: f64,
+    signal: &str,
+) -> Result<(), Box<dyn Error>> {
+    let mut command = Command::new(program);
+    let command = command.args(call).current_dir(folder).stdout(Stdio::null());
+    let mut child = command.stderr(Stdio::null()).spawn()?;
+    sleep(Duration::from_secs_f64(seconds));
+    if child.try_wait()?.is_none() {
+        Command::new("kill").args([signal, &child.id().to_string()]).status()?;
+    }
+    child.wait()?;
+    Ok(())
+}
+
+/// Every file that a command wrote but those that hold measured times.
+fn comparable(folder: &Path) -> Result<Files, Box<dyn Error>> {
+    let mut files = Files::new();
+    let mut folders = vec![folder.to_path_buf()];
+    while let Some(next) = folders.pop() {
+        for entry in fs::read_dir(next)? {
+            let path = entry?.path();
+            let name = path.strip_prefix(folder)?.display().to_string();
+            let timed = ["speed", "report.html", "timings.json"];
+            if path.is_dir() {
+                folders.push(path);
+            } else if !timed.iter().any(|part| name.contains(part)) {
+                files.insert(name, fs::read(path)?);
+            }
+        }
+    }
+    Ok(files)
+}
+
+/// Names of files that are not the same.
+fn differences(a: &Files, b: &Files) -> Vec<String> {
+    let names = a.keys().chain(b.keys()).filter(|name| a.get(*name) != b.get(*name));
+    names.cloned().collect()
+}
+
+/// Xorshift: numbers between 0 and 1.
+struct Random(u64);
+
+impl Random {
+    fn next(&mut self) -> f64 {
+        self.0 ^= self.0 << 13;
+        self.0 ^= self.0 >> 7;
+        self.0 ^= self.0 << 17;
+        (self.0 >> 11) as f64 / (1u64 << 53) as f64
+    }
+}

@@ -1,0 +1,194 @@
+//! Time series by direct simulation, from a point of the section on.
+
+use serde::{Deserialize, Serialize};
+
+use super::error::AnalysisError;
+use super::section_frame::{SectionFrame, Values};
+use crate::flow::{Field, Integrator};
+use crate::hybrid::{DirectReturn, HybridSystem, Moment, MomentEvent, Outcome};
+use crate::model::{Model, Scene};
+use crate::numeric::Dd;
+use crate::orbit::GrazingOrbit;
+
+/// What is simulated.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct TimeSeriesRequest {
+    /// Offsets of the section's coordinates at the start; all 0 is the grazing orbit.
+    pub start: Vec<f64>,
+    /// Offsets of the active parameters.
+    pub parameters: Vec<f64>,
+    /// Returns to the section that the simulation nominally lasts.
+    pub returns: usize,
+    /// States at evenly spaced times per return, beside those at events.
+    pub samples: usize,
+}
+
+/// One row of a time series.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SeriesPoint {
+    /// Time since the section point; negative on the way to one beyond the surface.
+    pub time: f64,
+    /// The full state; the phase from 0 to its period.
+    pub state: Vec<f64>,
+    /// The gap of every surface of the model.
+    pub gaps: Vec<f64>,
+    /// What happens here, and at which surface; the state is that before it.
+    pub event: Option<(MomentEvent, usize)>,
+}
+
+/// A time series.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TimeSeries {
+    /// All parameters of the model.
+    pub parameters: Vec<f64>,
+    /// Time of one nominal return.
+    pub duration: f64,
+    /// Rows in order of time.
+    pub points: Vec<SeriesPoint>,
+    /// How the simulation ended.
+    pub outcome: Outcome<f64>,
+}
+
+impl TimeSeriesRequest {
+    /// Whether the start is on the grazing orbit at its own parameters.
+    fn is_grazing_orbit(&self) -> bool {
+        self.start.iter().chain(&self.parameters).all(|&offset| offset == 0.0)
+    }
+}
+
+impl TimeSeries {
+    /// How often each kind of event happens at each surface; those that do.
+    pub fn event_counts(&self) -> Vec<(MomentEvent, usize, usize)> {
+        let mut counts: Vec<(MomentEvent, usize, usize)> = Vec::new();
+        for (event, surface) in self.points.iter().filter_map(|point| point.event) {
+            match counts.iter_mut().find(|(kind, at, _)| (*kind, *at) == (event, surface)) {
+                Some((_, _, count)) => *count += 1,
+                None => counts.push((event, surface, 1)),
+            }
+        }
+        counts
+    }
+}
+
+/// Simulates from a point of the section.
+///
+/// The grazing orbit at its own parameters is flown freely, period by period, each graze a minimum.
+/// Everything else is simulated. A section point beyond the surface is taken back along the free flow to the surface, where the
+/// series starts, at a negative time. An impact has two rows at one time: the state before it, which
+/// names the event, and the state behind it.
+///
+/// # Errors
+///
+/// [`AnalysisError::Length`]; [`AnalysisError::Hybrid`] if the simulator refuses the parameters.
+pub fn time_series(
+    scene: &Scene,
+    orbit: &GrazingOrbit,
+    request: &TimeSeriesRequest,
+) -> Result<TimeSeries, AnalysisError> {
+    let mut points = Vec::new();
+    let ran = each_moment(scene, orbit, request, &mut |point| points.push(point))?;
+    let (parameters, duration, outcome) = ran;
+    Ok(TimeSeries { parameters, duration, points, outcome })
+}
+
+/// The same, row by row, for series too long to be held: all parameters, the nominal time of a
+/// return, and how it ended.
+///
+/// # Errors
+///
+/// As [`time_series`].
+pub fn each_moment(
+    scene: &Scene,
+    orbit: &GrazingOrbit,
+    request: &TimeSeriesRequest,
+    record: &mut dyn FnMut(SeriesPoint),
+) -> Result<(Vec<f64>, f64, Outcome<f64>), AnalysisError> {
+    let model = &scene.model;
+    let system = HybridSystem::new(model);
+    let mut frame = SectionFrame::<f64>::new(scene, orbit);
+    frame.place(&request.start, &request.parameters)?;
+    let (section, duration) = (frame.return_section(), frame.duration());
+    let parameters = frame.parameters().to_vec();
+    let mut returns = DirectReturn::new(&system, &parameters, section, duration, frame.periods())?;
+    let mut rows = Rows::new(model, &parameters);
+    if request.is_grazing_orbit() {
+        grazing_orbit(scene, orbit, request, &mut |moment| record(rows.row(&moment)))?;
+        return Ok((parameters, duration, Outcome::Completed));
+    }
+    let length = duration * request.returns as f64;
+    let samples = request.returns.saturating_mul(request.samples);
+    let outcome = returns.sample(frame.state(), length, samples, &mut |moment| {
+        record(rows.row(&moment));
+    })?;
+    Ok((parameters, duration, outcome))
+}
+
+/// The grazing orbit period by period, each from the section point: free flight, which a simulation
+/// would leave at the first graze that rounding makes a contact.
+fn grazing_orbit(
+    scene: &Scene,
+    orbit: &GrazingOrbit,
+    request: &TimeSeriesRequest,
+    record: &mut dyn FnMut(Moment<'_, f64>),
+) -> Result<(), AnalysisError> {
+    let round = |values: &[Dd]| values.iter().map(|value| value.to_f64()).collect::<Vec<_>>();
+    let (start, parameters) = (round(&orbit.section_point), round(orbit.parameters()));
+    let duration = orbit.period.to_f64();
+    let passages = orbit.passages_after_section(scene);
+    let grazes = |share: f64| passages.iter().find(|passage| passage.share == share);
+    let samples = request.samples.max(1);
+    let mut shares: Vec<f64> = (0..samples).map(|number| number as f64 / samples as f64).collect();
+    shares.extend(passages.iter().map(|passage| passage.share));
+    shares.sort_by(f64::total_cmp);
+    shares.dedup();
+    let field = Field::free(&scene.model, &[]);
+    let mut flight = Integrator::<f64>::new(&field);
+    let mut hand_on = |period: usize, share: f64, state: &[f64]| {
+        let event = grazes(share).map(|passage| (MomentEvent::Minimum, passage.surface));
+        record(Moment { time: duration * (period as f64 + share), state, event });
+    };
+    for period in 0..request.returns {
+        let (mut state, mut reached) = (start.clone(), 0.0);
+        for &share in &shares {
+            state = flight.flow(&state, &parameters, duration * (share - reached))?;
+            reached = share;
+            if let Some(passage) = grazes(share) {
+                state = round(&orbit.passages[passage.place].state);
+            }
+            hand_on(period, share, &state);
+        }
+    }
+    hand_on(request.returns, 0.0, &start);
+    Ok(())
+}
+
+/// What makes rows of moments.
+struct Rows<'a> {
+    parameters: &'a [f64],
+    gaps: Values<f64>,
+    surfaces: usize,
+    /// Place and period of the phase.
+    phase: Option<(usize, f64)>,
+}
+
+impl<'a> Rows<'a> {
+    fn new(model: &Model, parameters: &'a [f64]) -> Self {
+        let events: Vec<_> = model.surfaces.iter().map(|surface| surface.event).collect();
+        Self {
+            parameters,
+            gaps: Values::new(model, &model.graph, &events),
+            surfaces: events.len(),
+            phase: model.phase.as_ref().map(|phase| (model.states.len(), phase.period.to_f64())),
+        }
+    }
+
+    fn row(&mut self, moment: &Moment<'_, f64>) -> SeriesPoint {
+        let gaps = self.gaps.evaluate(moment.state, self.parameters);
+        let gaps = (0..self.surfaces).map(|surface| gaps.get(surface)).collect();
+        let mut state = moment.state.to_vec();
+        if let Some((place, period)) = self.phase {
+            state[place] = state[place].rem_euclid(period);
+        }
+        SeriesPoint { time: moment.time, state, gaps, event: moment.event }
+    }
+}

@@ -1,0 +1,522 @@
+//! The window of a map, measured: how far the bounds that a scene leaves open may reach, and how
+//! much the map errs inside.
+//!
+//! One idea: as a window shrinks by `s` the error of a map falls faster than `s`, so that there is a
+//! largest window of a given shape on which the map keeps a tolerance. The shape is that of the
+//! [natural sizes](NaturalWindow) of the map; its size is found by bisection, then each bound is
+//! widened by itself, all against direct simulation in double-double. Points that do not return,
+//! or with contacts other than those of the grazing passages, are no part of such a window.
+
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+
+use super::error::ConvergenceError;
+use super::sample::{SamplePoint, WindowSample};
+use super::truth::{ExactImages, SampleSummary, errors, image};
+use crate::analysis::DirectImage;
+use crate::expansion::{LocalMap, MapWindow, NaturalWindow};
+use crate::hybrid::HybridSystem;
+use crate::iteration::DiscreteMap;
+use crate::model::{Orders, Scene};
+use crate::numeric::{Dd, decimal_above, decimal_below, last_that_holds};
+use crate::orbit::GrazingOrbit;
+
+/// Error of a coordinate over its half-width where a scene states no tolerance.
+const DEFAULT_SHARE: f64 = 1e-6;
+
+/// Points of each kind, beside the corners, at which a window is tried or measured.
+#[derive(Clone, Copy, Debug)]
+struct Points {
+    /// Number of the first in the sequence: none of those that orders are chosen by.
+    first: usize,
+    /// How many there are with up to four variables.
+    most: usize,
+    /// How many there are at least: with more variables they are fewer, for a return of a large
+    /// system takes long and most of the window is in its corners.
+    least: usize,
+}
+
+/// Where a window is tried.
+const TRIED: Points = Points { first: 40_000, most: 16, least: 4 };
+
+/// Where the window found is measured.
+const MEASURED: Points = Points { first: 128, most: 200, least: 40 };
+
+impl Points {
+    /// The points of a sample.
+    fn of(self, sample: &WindowSample) -> Vec<SamplePoint> {
+        sample.inside(self.first, self.count(sample))
+    }
+
+    fn count(self, sample: &WindowSample) -> usize {
+        (4 * self.most / sample.widths().len().max(1)).clamp(self.least, self.most)
+    }
+}
+
+/// Of the tolerance, how much a window is tried for: it is measured at more points.
+const MARGIN: f64 = 0.7;
+
+/// Octaves by which the natural sizes are scaled down at most, and halvings of the last one.
+const DOWN: (i32, usize) = (40, 2);
+
+/// Factors by which bounds are widened one by one.
+const WIDER: [f64; 2] = [2.0, 1.4];
+
+/// Largest bound over its natural size.
+const WIDEST: f64 = 4.0;
+
+/// Decimal digits of a bound that is measured: the same on every machine.
+const DIGITS: u32 = 2;
+
+/// By what a window is narrowed that does not hold at all points it is measured at, and how often.
+const NARROWER: (f64, usize) = (0.8, 6);
+
+/// Narrowed bounds make less than this factor of the errors that stated ones make alone.
+const BESIDE_STATED: f64 = 2.0;
+
+/// What a map is held to on its window.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum WindowTolerance {
+    /// What the scene states: largest error of a coordinate, in the units of the offsets.
+    Error(f64),
+    /// Largest error of a coordinate over its half-width.
+    Share(f64),
+}
+
+impl WindowTolerance {
+    /// The tolerance that a scene states, or 1e-6 of each half-width.
+    pub fn of(scene: &Scene) -> Self {
+        match (scene.expansion.orders, scene.emit.tolerance) {
+            (Orders::Tolerance(error), _) | (_, Some(error)) => Self::Error(error),
+            (Orders::Fixed(_), None) => Self::Share(DEFAULT_SHARE),
+        }
+    }
+
+    /// The largest error of each coordinate on a window.
+    fn limits(self, window: &MapWindow) -> Vec<f64> {
+        let limit = |width: &f64| match self {
+            Self::Error(error) => error,
+            Self::Share(share) => share * width,
+        };
+        window.state.iter().map(limit).collect()
+    }
+}
+
+/// Where a bound of a window comes from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum BoundOrigin {
+    /// The scene states it.
+    Scene,
+    /// The scene states a larger depth, beyond the radius of convergence of the series in `y`.
+    Radius,
+    /// The scene leaves it open.
+    Measured,
+}
+
+/// What is bounded.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum BoundKind {
+    /// The depth `y²`.
+    Depth,
+    /// A coordinate of the section.
+    State,
+    /// An active parameter.
+    Parameter,
+}
+
+/// One bound of a window.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct WindowBound {
+    /// What is bounded.
+    pub kind: BoundKind,
+    /// Its name; `depth` of the depth.
+    pub name: String,
+    /// Largest `y²`, or half-width.
+    pub value: f64,
+    /// Where it comes from.
+    pub origin: BoundOrigin,
+}
+
+/// The error of one coordinate of an image.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct CoordinateError {
+    /// Name of the coordinate.
+    pub coordinate: String,
+    /// Largest error measured, rounded up to two digits; `None` where an image is not finite or
+    /// there is nothing to compare with.
+    pub error: Option<f64>,
+    /// The tolerance.
+    pub limit: f64,
+    /// Half-width of the window.
+    pub half_width: f64,
+}
+
+impl CoordinateError {
+    /// The error over the tolerance; infinite where there is none.
+    pub fn excess(&self) -> f64 {
+        self.error.map_or(f64::INFINITY, |error| error / self.limit)
+    }
+
+    /// Whether the error is within the tolerance.
+    pub fn is_within(&self) -> bool {
+        self.error.is_some_and(|error| error <= decimal_above(self.limit, DIGITS))
+    }
+}
+
+/// The window of a map, and what it errs inside by direct simulation.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct MeasuredWindow {
+    /// What the map is held to.
+    pub tolerance: WindowTolerance,
+    /// The depth, each coordinate, each parameter.
+    pub bounds: Vec<WindowBound>,
+    /// The errors of each coordinate.
+    pub errors: Vec<CoordinateError>,
+    /// At how many points; `excluded` are those in the window of which the map claims an image that
+    /// it cannot have.
+    pub sample: SampleSummary,
+}
+
+impl MeasuredWindow {
+    /// Whether the map keeps its tolerance, and every point of the window has an image.
+    pub fn is_kept(&self) -> bool {
+        self.sample.excluded == 0 && self.errors.iter().all(CoordinateError::is_within)
+    }
+
+    /// The largest error of a coordinate; `None` where one is not known.
+    pub fn largest_error(&self) -> Option<f64> {
+        let mut errors = self.errors.iter().map(|error| error.error);
+        errors.try_fold(0.0, |largest: f64, error| Some(largest.max(error?)))
+    }
+
+    /// Whether a bound is not the scene's.
+    pub fn is_measured(&self) -> bool {
+        self.bounds.iter().any(|bound| bound.origin == BoundOrigin::Measured)
+    }
+}
+
+/// What [`measure_window`] finds.
+#[derive(Clone, Debug)]
+pub struct WindowMeasurement {
+    /// The window, all bounds finite.
+    pub window: MapWindow,
+    /// What was measured on it.
+    pub measured: MeasuredWindow,
+    /// The points with their images, to measure other forms of the map with; `None` where no point
+    /// has an image to compare with.
+    pub images: Option<ExactImages>,
+}
+
+/// Measures the window of a map: the bounds that its scene leaves open, and the error inside.
+///
+/// What the scene states stays, but for a depth beyond the radius of convergence, which ends there.
+/// Open bounds are the largest, of the natural shape and then one by one, with which the map keeps
+/// its tolerance; where the stated ones prevent that, the largest that make no more than twice
+/// the errors of the stated ones alone. They have two decimal digits.
+///
+/// `run` is what is measured: the map in any shape and precision.
+///
+/// # Errors
+///
+/// [`ConvergenceError::Analysis`] if direct simulation cannot be set up for the scene.
+pub fn measure_window(
+    (scene, orbit): (&Scene, &GrazingOrbit),
+    local: &LocalMap,
+    run: &dyn DiscreteMap,
+    natural: &NaturalWindow,
+) -> Result<WindowMeasurement, ConvergenceError> {
+    let system = HybridSystem::new(&scene.model);
+    let mut search = Search {
+        direct: DirectImage::new(&system, scene, orbit)?,
+        run,
+        sample: WindowSample::new(local),
+        tolerance: WindowTolerance::of(scene),
+        bounds: Bounds::new(scene, orbit, natural),
+        least: vec![0.0; local.dimension()],
+        skips: false,
+    };
+    let mut kept = true;
+    let mut window = search.bounds.narrowest();
+    if search.bounds.are_open() {
+        window = match search.largest() {
+            Some(window) => window,
+            None => {
+                kept = false;
+                search.allow_stated_errors();
+                search.largest().unwrap_or(window)
+            }
+        };
+        window = search.widened(window);
+    }
+    let measure = |window: &MapWindow| {
+        let points = MEASURED.of(&search.sample.resized(window));
+        let tried = points.len();
+        match ExactImages::new(scene, orbit, points) {
+            Ok(images) => Ok((Some(images), 0)),
+            Err(ConvergenceError::NoTruth { .. }) => Ok((None, tried)),
+            Err(error) => Err(error),
+        }
+    };
+    let (mut images, mut lost) = measure(&window)?;
+    for _ in 0..NARROWER.1 {
+        let measured = search.measured(local, &window, images.as_ref(), lost);
+        if !kept || !search.bounds.are_open() || measured.is_kept() {
+            break;
+        }
+        window = search.bounds.narrower(window);
+        (images, lost) = measure(&window)?;
+    }
+    let measured = search.measured(local, &window, images.as_ref(), lost);
+    Ok(WindowMeasurement { window, measured, images })
+}
+
+impl ExactImages {
+    /// Points of a map's window with their images.
+    ///
+    /// # Errors
+    ///
+    /// As [`new`](Self::new).
+    pub fn of_window(
+        scene: &Scene,
+        orbit: &GrazingOrbit,
+        local: &LocalMap,
+    ) -> Result<Self, ConvergenceError> {
+        Self::new(scene, orbit, MEASURED.of(&WindowSample::new(local)))
+    }
+
+    /// The largest error of a map, rounded up to two digits: the same number on machines whose
+    /// arithmetic differs in the last place. `None` where an image is not finite.
+    pub fn stated_error(&self, map: &dyn DiscreteMap) -> Option<f64> {
+        let errors = self.largest_errors(map).into_iter();
+        let stated = errors.map(rounded_up).collect::<Option<Vec<_>>>()?;
+        Some(stated.into_iter().fold(0.0, f64::max))
+    }
+}
+
+fn rounded_up(error: f64) -> Option<f64> {
+    error.is_finite().then(|| decimal_above(error, DIGITS))
+}
+
+/// The bounds of a window: what is stated, and how large what is open may be.
+#[derive(Clone, Debug)]
+struct Bounds<'a> {
+    /// Open ones are infinite.
+    stated: MapWindow,
+    /// Whether the depth that the scene states is beyond the radius.
+    cut: bool,
+    natural: &'a NaturalWindow,
+}
+
+impl<'a> Bounds<'a> {
+    fn new(scene: &Scene, orbit: &GrazingOrbit, natural: &'a NaturalWindow) -> Self {
+        let mut stated = MapWindow::stated(scene, orbit);
+        let reach = natural.reach.filter(|_| stated.depth.is_finite());
+        let cut = reach.filter(|reach| *reach < stated.depth);
+        if let Some(reach) = cut {
+            stated.depth = decimal_below(reach, DIGITS);
+        }
+        Self { stated, cut: cut.is_some(), natural }
+    }
+
+    /// The numbers of the open ones, the depth last: how deep points are depends on the others.
+    fn open(&self) -> Vec<usize> {
+        let bounds = self.stated.bounds().enumerate();
+        let open = bounds.filter(|(_, bound)| !bound.is_finite()).map(|(number, _)| number);
+        let mut open: Vec<usize> = open.collect();
+        open.sort_by_key(|&number| (number == 0, number));
+        open
+    }
+
+    fn are_open(&self) -> bool {
+        self.stated.bounds().any(|bound| !bound.is_finite())
+    }
+
+    /// The window with its open bounds at this factor of their natural sizes.
+    fn at(&self, factor: f64) -> MapWindow {
+        let mut window = self.stated.clone();
+        let sizes = self.natural.scaled(factor);
+        for (bound, size) in window.bounds_mut().zip(sizes.bounds()) {
+            if !bound.is_finite() {
+                *bound = decimal_below(size, DIGITS);
+            }
+        }
+        window
+    }
+
+    fn narrowest(&self) -> MapWindow {
+        self.at(f64::from(-DOWN.0).exp2())
+    }
+
+    /// The window with its open bounds narrower.
+    fn narrower(&self, mut window: MapWindow) -> MapWindow {
+        for (bound, stated) in window.bounds_mut().zip(self.stated.bounds()) {
+            if !stated.is_finite() {
+                *bound = decimal_below(NARROWER.0 * *bound, DIGITS);
+            }
+        }
+        window
+    }
+
+    /// The window with one bound wider; `None` where that is beyond what is natural or converges.
+    fn wider(&self, window: &MapWindow, number: usize, factor: f64) -> Option<MapWindow> {
+        let mut wider = window.clone();
+        let bound = wider.bounds_mut().nth(number)?;
+        *bound = decimal_below(factor * *bound, DIGITS);
+        let mut widest = self.natural.scaled(WIDEST);
+        widest.depth = self.natural.reach.map_or(widest.depth, |reach| widest.depth.min(reach));
+        (*bound <= widest.bounds().nth(number)?).then_some(wider)
+    }
+
+    fn origins(&self) -> impl Iterator<Item = BoundOrigin> {
+        self.stated.bounds().enumerate().map(|(number, bound)| match (number, bound) {
+            (0, _) if self.cut => BoundOrigin::Radius,
+            (_, f64::INFINITY) => BoundOrigin::Measured,
+            _ => BoundOrigin::Scene,
+        })
+    }
+}
+
+/// A map held to its tolerance on windows of any size.
+struct Search<'a> {
+    direct: DirectImage<'a, Dd>,
+    run: &'a dyn DiscreteMap,
+    sample: WindowSample,
+    tolerance: WindowTolerance,
+    bounds: Bounds<'a>,
+    /// Errors that are allowed in any case.
+    least: Vec<f64>,
+    /// Whether points without an image are passed over.
+    skips: bool,
+}
+
+impl Search<'_> {
+    /// The largest window of the natural shape on which the map keeps its tolerance.
+    fn largest(&self) -> Option<MapWindow> {
+        let holds = |octave: f64| self.holds(&self.bounds.at(octave.exp2()));
+        let mut octaves = (0..=DOWN.0).map(|octave| f64::from(-octave));
+        let first = octaves.find(|&octave| holds(octave))?;
+        let octave = match first {
+            0.0 => first,
+            _ => last_that_holds(first, first + 1.0, DOWN.1, holds),
+        };
+        Some(self.bounds.at(octave.exp2()))
+    }
+
+    /// Allows twice the errors that stated bounds make by themselves, and points without image
+    /// where those bounds hold some.
+    fn allow_stated_errors(&mut self) {
+        let points = self.points(&self.bounds.narrowest());
+        let tried = points.len();
+        let add =
+            |direct: &mut DirectImage<'_, Dd>, point: &SamplePoint| self.errors(direct, point);
+        let errors: Vec<Vec<f64>> =
+            points.par_iter().map_init(|| self.direct.clone(), add).flatten().collect();
+        self.skips = errors.len() < tried;
+        for errors in errors {
+            for (least, error) in self.least.iter_mut().zip(errors) {
+                *least = least.max(BESIDE_STATED * error);
+            }
+        }
+    }
+
+    /// The window with its open bounds widened one by one, in turn, while the map keeps its
+    /// tolerance; no deeper than its points are.
+    fn widened(&self, mut window: MapWindow) -> MapWindow {
+        let reached = |window: &MapWindow| {
+            let sample = self.sample.resized(window);
+            sample.deepest_reached(MEASURED.count(&sample))
+        };
+        for factor in WIDER {
+            let mut open = self.bounds.open();
+            let mut changed = true;
+            while std::mem::take(&mut changed) {
+                open.retain(|&number| {
+                    if number == 0 && window.depth > reached(&window) {
+                        return true;
+                    }
+                    let wider = self.bounds.wider(&window, number, factor);
+                    let wider = wider.filter(|wider| self.holds(wider));
+                    changed |= wider.is_some();
+                    wider.map(|wider| window = wider).is_some()
+                });
+            }
+        }
+        let reached = reached(&window);
+        if self.bounds.open().contains(&0) && reached > 0.0 {
+            window.depth = window.depth.min(decimal_above(reached, DIGITS));
+        }
+        window
+    }
+
+    fn points(&self, window: &MapWindow) -> Vec<SamplePoint> {
+        TRIED.of(&self.sample.resized(window))
+    }
+
+    /// Whether the map keeps its tolerance on a window; the first failure ends it.
+    fn holds(&self, window: &MapWindow) -> bool {
+        let limits = self.tolerance.limits(window);
+        let limits: Vec<f64> = limits
+            .iter()
+            .zip(&self.least)
+            .map(|(limit, &least)| least.max(MARGIN * limit))
+            .collect();
+        let points = self.points(window);
+        let meets = |direct: &mut DirectImage<'_, Dd>, point: &SamplePoint| {
+            let met = match self.errors(direct, point) {
+                Some(errors) => errors.iter().zip(&limits).all(|(error, limit)| error <= limit),
+                None => self.skips,
+            };
+            met.then_some(())
+        };
+        let all = points.par_iter().try_for_each_init(|| self.direct.clone(), meets);
+        !points.is_empty() && all.is_some()
+    }
+
+    /// The errors at a point; `None` where it has no image to compare with.
+    fn errors(&self, direct: &mut DirectImage<'_, Dd>, point: &SamplePoint) -> Option<Vec<f64>> {
+        let exact = image(direct, point).ok()??;
+        Some(errors(self.run, point, &exact))
+    }
+
+    /// What is said of a window measured at these points, or of one none of whose points has an
+    /// image.
+    fn measured(
+        &self,
+        local: &LocalMap,
+        window: &MapWindow,
+        images: Option<&ExactImages>,
+        lost: usize,
+    ) -> MeasuredWindow {
+        let dimension = local.dimension();
+        let kinds = std::iter::once(BoundKind::Depth)
+            .chain(std::iter::repeat_n(BoundKind::State, dimension))
+            .chain(std::iter::repeat(BoundKind::Parameter));
+        let parameters = local.parameters.iter().map(|active| &active.name);
+        let names = local.section.coordinates.iter().chain(parameters).cloned();
+        let names = std::iter::once("depth".to_owned()).chain(names);
+        let values = window.bounds().zip(self.bounds.origins());
+        let bounds = kinds.zip(names).zip(values);
+        let bounds =
+            bounds.map(|((kind, name), (value, origin))| WindowBound { kind, name, value, origin });
+        let errors = images.map(|images| images.largest_errors(self.run));
+        let errors = errors.unwrap_or_else(|| vec![f64::NAN; dimension]);
+        let limits = self.tolerance.limits(window).into_iter().zip(&window.state);
+        let errors = local.section.coordinates.iter().zip(errors).zip(limits);
+        let errors = errors.map(|((coordinate, error), (limit, &half_width))| CoordinateError {
+            coordinate: coordinate.clone(),
+            error: rounded_up(error),
+            limit,
+            half_width,
+        });
+        let none = SampleSummary { points: 0, excluded: lost };
+        MeasuredWindow {
+            tolerance: self.tolerance,
+            bounds: bounds.collect(),
+            errors: errors.collect(),
+            sample: images.map_or(none, ExactImages::summary),
+        }
+    }
+}

@@ -1,0 +1,314 @@
+//! Time series as data and as pictures: phase portraits, states and gaps over time.
+
+use serde::Serialize;
+
+use super::figure::{Axis, Figure, Guide, Marker, Series, Stroke, symbol};
+use super::{Cell, Column, Named, ReportError, SectionDocument, Table};
+use crate::analysis::{SeriesPoint, TimeSeries, TimeSeriesRequest};
+use crate::hybrid::MomentEvent;
+use crate::model::{Model, Node, Scene};
+use crate::orbit::GrazingOrbit;
+
+/// A time series, column by column, ready to be written as JSON.
+#[derive(Clone, Debug, Serialize)]
+pub struct TimeSeriesListing {
+    /// The section.
+    pub section: SectionDocument,
+    /// What was asked.
+    pub request: TimeSeriesRequest,
+    /// All parameters.
+    pub parameters: Named<f64>,
+    /// Nominal time of a return.
+    pub duration: f64,
+    /// Times of the rows.
+    pub t: Vec<f64>,
+    /// Full states, the phase from 0 to its period.
+    pub states: Named<Vec<f64>>,
+    /// Gap of each surface.
+    pub gaps: Named<Vec<f64>>,
+    /// What happened, by the number of the row.
+    pub events: Vec<EventRecord>,
+}
+
+/// Something that happened.
+#[derive(Clone, Debug, Serialize)]
+pub struct EventRecord {
+    /// The row, from 0; of an impact, the row before it.
+    pub row: usize,
+    /// When.
+    pub t: f64,
+    /// `impact`, `contact`, `release` or `minimum`.
+    pub event: &'static str,
+    /// At which surface.
+    pub surface: String,
+}
+
+impl TimeSeriesListing {
+    /// A series of a scene.
+    pub fn new(
+        scene: &Scene,
+        section: SectionDocument,
+        request: &TimeSeriesRequest,
+        series: &TimeSeries,
+    ) -> Self {
+        let model = &scene.model;
+        let column =
+            |value: &dyn Fn(&SeriesPoint) -> f64| series.points.iter().map(value).collect();
+        let states = model.full_state_names().into_iter().enumerate();
+        let surfaces = model.surfaces.iter().enumerate();
+        let events = series.points.iter().enumerate();
+        Self {
+            section,
+            request: request.clone(),
+            parameters: Named::new(
+                model.parameter_names().into_iter().zip(series.parameters.iter().copied()),
+            ),
+            duration: series.duration,
+            t: column(&|point| point.time),
+            states: Named::new(
+                states.map(|(place, name)| (name, column(&|point| point.state[place]))),
+            ),
+            gaps: Named::new(surfaces.map(|(place, surface)| {
+                (surface.name.clone(), column(&|point| point.gaps[place]))
+            })),
+            events: events
+                .filter_map(|(row, point)| {
+                    point.event.map(|(event, surface)| EventRecord {
+                        row,
+                        t: point.time,
+                        event: event.word(),
+                        surface: model.surfaces[surface].name.clone(),
+                    })
+                })
+                .collect(),
+        }
+    }
+}
+
+/// The columns of a series: `t`, the phase, the states, the gaps, the event and its surface.
+pub fn time_series_columns(model: &Model) -> Vec<Column> {
+    let mut columns = vec![Column::number("t")];
+    columns.extend(model.phase.iter().map(|phase| Column::number(phase.name.clone())));
+    columns.extend(model.states.iter().map(Column::number));
+    let gaps = model.surfaces.iter();
+    columns.extend(gaps.map(|surface| Column::number(format!("h_{}", surface.name))));
+    columns.extend(["event", "surface"].map(Column::text));
+    columns
+}
+
+/// One row of a series under these columns.
+pub fn time_series_row(model: &Model, point: &SeriesPoint) -> Vec<Cell> {
+    let number = |value: f64| Cell::number(value, 9);
+    let (states, phase) = point.state.split_at(model.states.len());
+    let numbers = [point.time].into_iter().chain(phase.iter().copied());
+    let numbers = numbers.chain(states.iter().copied()).chain(point.gaps.iter().copied());
+    let mut row: Vec<Cell> = numbers.map(number).collect();
+    let (event, surface) = match point.event {
+        Some((event, surface)) => (event.word(), model.surfaces[surface].name.as_str()),
+        None => ("", ""),
+    };
+    row.extend([event, surface].map(Cell::text));
+    row
+}
+
+/// All rows of a series.
+///
+/// # Errors
+///
+/// Never in practice: every row has one cell for every column.
+pub fn time_series_table(model: &Model, series: &TimeSeries) -> Result<Table, ReportError> {
+    let mut table = Table::new(time_series_columns(model));
+    for point in &series.points {
+        table.push(time_series_row(model, point))?;
+    }
+    Ok(table)
+}
+
+/// The pictures of a series, each with the ending of its file's name: one portrait for each mass
+/// (each state whose rate is another state), the states over time, the gaps over time.
+pub fn time_series_figures(
+    scene: &Scene,
+    orbit: &GrazingOrbit,
+    series: &TimeSeries,
+) -> Vec<(String, Figure)> {
+    let sketch = Sketch::new(scene, orbit, series);
+    let pairs = portrait_pairs(&scene.model);
+    let mut figures = Vec::new();
+    for &pair in &pairs {
+        let ending = match pairs.len() {
+            1 => String::new(),
+            _ => format!("-{}", scene.model.states[pair.0]),
+        };
+        figures.push((ending, sketch.portrait(pair)));
+    }
+    for &(position, _) in &pairs {
+        let ending = format!("-time-{}", scene.model.states[position]);
+        figures.push((ending, sketch.state_over_time(position)));
+    }
+    figures.push(("-gaps".to_owned(), sketch.gaps_over_time()));
+    figures
+}
+
+/// Positions with their velocities: states whose rate is another state. Where there is none, the
+/// first two states.
+fn portrait_pairs(model: &Model) -> Vec<(usize, usize)> {
+    let states = model.states.len();
+    let velocity = |position: usize| match model.graph.node(model.flow[position]) {
+        Node::Input(input) if input < states && input != position => Some((position, input)),
+        _ => None,
+    };
+    let pairs: Vec<_> = (0..states).filter_map(velocity).collect();
+    match (pairs.is_empty(), states) {
+        (false, _) => pairs,
+        (true, 0 | 1) => vec![(0, 0)],
+        (true, _) => vec![(0, 1)],
+    }
+}
+
+/// What the pictures are made of.
+struct Sketch<'a> {
+    scene: &'a Scene,
+    orbit: &'a GrazingOrbit,
+    series: &'a TimeSeries,
+    /// Whether the piece up to each row is in contact.
+    held: Vec<bool>,
+}
+
+impl<'a> Sketch<'a> {
+    fn new(scene: &'a Scene, orbit: &'a GrazingOrbit, series: &'a TimeSeries) -> Self {
+        let mut contacts = 0_usize;
+        let held = series.points.iter().map(|point| {
+            let before = contacts > 0;
+            match point.event {
+                Some((MomentEvent::Contact, _)) => contacts += 1,
+                Some((MomentEvent::Release, _)) => contacts = contacts.saturating_sub(1),
+                _ => {}
+            }
+            before
+        });
+        Self { scene, orbit, series, held: held.collect() }
+    }
+
+    fn name(&self, state: usize) -> String {
+        symbol(&self.scene.model.states[state])
+    }
+
+    /// A state against another, the stops where they are at one place.
+    fn portrait(&self, (horizontal, vertical): (usize, usize)) -> Figure {
+        let axes = [horizontal, vertical].map(|state| Axis::linear(self.name(state)));
+        let [across, up] = axes;
+        let mut figure = Figure::new(across, up);
+        self.draw(&mut figure, &|point| [point.state[horizontal], point.state[vertical]]);
+        for (name, place) in self.stops(horizontal) {
+            figure.guides.push(Guide::Vertical { at: place, label: name });
+        }
+        let grazes =
+            self.orbit.passages.iter().map(|passage| {
+                [passage.state[horizontal].to_f64(), passage.state[vertical].to_f64()]
+            });
+        figure.series.push(Series::markers("graze", Marker::Ring, grazes.collect()));
+        figure
+    }
+
+    /// A state over time.
+    fn state_over_time(&self, state: usize) -> Figure {
+        let mut figure = Figure::new(Axis::linear("t"), Axis::linear(self.name(state)));
+        figure.size = (760, 300);
+        self.draw(&mut figure, &|point| [point.time, point.state[state]]);
+        for (name, place) in self.stops(state) {
+            figure.guides.push(Guide::Horizontal { at: place, label: name });
+        }
+        figure
+    }
+
+    /// All gaps over time.
+    fn gaps_over_time(&self) -> Figure {
+        let mut figure = Figure::new(Axis::linear("t"), Axis::linear("gap h"));
+        figure.size = (760, 300);
+        for (place, surface) in self.scene.model.surfaces.iter().enumerate() {
+            let points = self.series.points.iter();
+            let points = points.map(|point| [point.time, point.gaps[place]]).collect();
+            figure.series.push(Series::line(surface.name.clone(), Stroke::Solid, points));
+        }
+        figure.guides.push(Guide::Horizontal { at: 0.0, label: String::new() });
+        figure
+    }
+
+    /// Flights, contact phases, jumps of impacts, and what happened.
+    fn draw(&self, figure: &mut Figure, at: &dyn Fn(&SeriesPoint) -> [f64; 2]) {
+        let mut lines: [Vec<[f64; 2]>; 3] = Default::default();
+        let [flights, contacts, jumps] = &mut lines;
+        for (number, pair) in self.series.points.windows(2).enumerate() {
+            let [from, to] = [at(&pair[0]), at(&pair[1])];
+            let line = match pair[0].event {
+                Some((MomentEvent::Impact, _)) => &mut *jumps,
+                _ if self.held[number + 1] => &mut *contacts,
+                _ => &mut *flights,
+            };
+            if line.last() != Some(&from) {
+                line.extend([[f64::NAN; 2], from]);
+            }
+            line.push(to);
+        }
+        let strokes = [Stroke::Solid, Stroke::Solid, Stroke::Dotted];
+        let names = ["free flight", "contact", "impact"];
+        for (number, (points, (name, stroke))) in
+            lines.into_iter().zip(names.into_iter().zip(strokes)).enumerate()
+        {
+            if !points.is_empty() {
+                figure.series.push(Series::line(name, stroke, points).with_color(number));
+            }
+        }
+    }
+
+    /// Where a state meets a surface that depends on that state alone: the surface's name and the
+    /// place.
+    fn stops(&self, state: usize) -> Vec<(String, f64)> {
+        let model = &self.scene.model;
+        let alone = |surface: &&crate::model::Surface| {
+            let inputs = model.graph.dependencies(surface.event);
+            let mut inputs = inputs.into_iter().filter(|&input| input < model.dimension());
+            inputs.next() == Some(state) && inputs.next().is_none()
+        };
+        let place = |surface: &crate::model::Surface| {
+            let mut values = Vec::new();
+            let gap = |place: f64| {
+                let mut inputs = vec![0.0; model.dimension()];
+                inputs[state] = place;
+                inputs.extend(&self.series.parameters);
+                model.graph.evaluate(&inputs, &mut values);
+                values[surface.event.index()]
+            };
+            let places = self.series.points.iter().map(|point| point.state[state]);
+            zero_near(gap, places).map(|place| (surface.name.clone(), place))
+        };
+        model.surfaces.iter().filter(alone).filter_map(place).collect()
+    }
+}
+
+/// Halvings of an interval: as many as it takes to the last digit.
+const HALVINGS: usize = 80;
+
+/// A zero of a function within twice the extent of some places.
+fn zero_near(
+    mut function: impl FnMut(f64) -> f64,
+    places: impl Iterator<Item = f64>,
+) -> Option<f64> {
+    let ends = places.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), place| {
+        (low.min(place), high.max(place))
+    });
+    let margin = 0.5 * (ends.1 - ends.0);
+    let (mut low, mut high) = (ends.0 - margin, ends.1 + margin);
+    let rises = function(high) > 0.0;
+    if !(low < high) || (function(low) > 0.0) == rises {
+        return None;
+    }
+    for _ in 0..HALVINGS {
+        let middle = low + 0.5 * (high - low);
+        match (function(middle) > 0.0) == rises {
+            true => high = middle,
+            false => low = middle,
+        }
+    }
+    Some(low + 0.5 * (high - low))
+}

@@ -1,0 +1,93 @@
+//! Diagrams and charts that are interrupted: a later run ends with the same bits, and computes what
+//! the first one had not finished.
+
+use std::collections::HashMap;
+use std::sync::Mutex;
+
+use grazemap::Scene;
+use grazemap::analysis::Progress;
+use grazemap::prelude::*;
+use grazemap::report::to_json;
+use serde::Serialize;
+
+/// Keeps the first few pieces, as a run does that is killed then.
+#[derive(Default)]
+struct Killed {
+    pieces: Mutex<HashMap<Vec<u64>, Vec<u8>>>,
+    /// How many pieces are kept.
+    capacity: usize,
+    /// Pieces that were computed.
+    computed: Mutex<usize>,
+}
+
+impl Progress for Killed {
+    fn expect(&self, _: u64) {}
+    fn advance(&self, _: u64) {}
+
+    fn recall(&self, place: &[u64]) -> Option<Vec<u8>> {
+        self.pieces.lock().expect("whole").get(place).cloned()
+    }
+
+    fn keep(&self, place: &[u64], piece: &[u8]) {
+        *self.computed.lock().expect("whole") += 1;
+        let mut pieces = self.pieces.lock().expect("whole");
+        if pieces.len() < self.capacity {
+            let before = pieces.insert(place.to_vec(), piece.to_vec());
+            assert!(before.is_none(), "two pieces at {place:?}");
+        }
+    }
+}
+
+/// Runs a computation whole, then killed at several moments and resumed.
+fn resumes<T: Serialize>(run: impl Fn(&dyn Progress) -> T) {
+    let text = |value: &T| to_json(value).expect("plain data");
+    let whole = Killed { capacity: usize::MAX, ..Killed::default() };
+    let expected = text(&run(&whole));
+    let count = *whole.computed.lock().expect("whole");
+    assert!(count > 10, "{count}");
+    for tenths in [0, 1, 5, 9, 10] {
+        let first = Killed { capacity: count * tenths / 10, ..Killed::default() };
+        run(&first);
+        let kept = first.pieces.into_inner().expect("whole");
+        let left = count - kept.len();
+        let second = Killed { pieces: Mutex::new(kept), capacity: usize::MAX, ..Killed::default() };
+        assert_eq!(text(&run(&second)), expected, "killed after {tenths} tenths");
+        assert_eq!(*second.computed.lock().expect("whole"), left, "after {tenths} tenths");
+    }
+}
+
+/// A scene with a chart beside its diagram, both small.
+fn scene(with: &str) -> Scene {
+    let text = crate::support::scenes::text("cantilever_0_09").to_owned()
+        + "\n[[chart]]\nparameters = [\"Q\", \"beta\"]\nranges = [[-4e-4, 8e-4], [-1e-4, 1e-4]]\n\
+           points = [30, 20]\ntransient = 50\nkeep = 8\nstarts = 2\n";
+    let set = [
+        ("diagram.0.points", "160"),
+        ("diagram.0.transient", "60"),
+        ("diagram.0.keep", "8"),
+        ("diagram.0.with", with),
+    ];
+    crate::support::scenes::parsed(&text, "cantilever_0_09", &set)
+}
+
+#[test]
+fn an_interrupted_diagram_goes_on_where_it_was_and_ends_with_the_same_bits() {
+    for with in ["[\"map\"]", "[\"direct\"]"] {
+        let map = scene(with).graze().and_then(|graze| graze.map()).expect("a map");
+        resumes(|progress| {
+            let mut diagrams = map.diagrams(progress).expect("active parameters");
+            diagrams.iter_mut().for_each(|diagram| diagram.take_timing());
+            diagrams
+        });
+    }
+}
+
+#[test]
+fn an_interrupted_chart_goes_on_where_it_was_and_ends_with_the_same_bits() {
+    let map = scene("[\"map\"]").graze().and_then(|graze| graze.map()).expect("a map");
+    resumes(|progress| {
+        let charts = map.charts(progress).expect("active parameters");
+        let untimed = charts.iter().map(|chart| chart.without_timing());
+        untimed.collect::<Vec<_>>()
+    });
+}

@@ -1,0 +1,189 @@
+//! The window of a map, measured where a scene leaves it open, against direct simulation at points
+//! that it was not measured at.
+
+use grazemap::analysis::{DirectEnd, DirectImage, MapEvaluation};
+use grazemap::convergence::{BoundKind, BoundOrigin, WindowTolerance};
+use grazemap::expansion::MapWindow;
+use grazemap::hybrid::HybridSystem;
+use grazemap::iteration::DiscreteMap;
+use grazemap::numeric::{Dd, decimal_below};
+use grazemap::{FindGraze, Map};
+
+use crate::exact;
+use crate::support::scenes::{NONE, parsed, text};
+
+/// A pendulum driven against a wall: the flow is not affine, and the scene has no window.
+const PENDULUM: &str = r#"
+[model]
+name = "driven pendulum with a wall"
+states = ["phi", "om"]
+parameters = { c = 0.1, wall = 0.6, r = 0.7, A = 0.2, w = 0.8 }
+[model.phase]
+name = "theta"
+rate = "w"
+period = "2*pi"
+[model.flow]
+phi = "om"
+om = "A*cos(theta) - c*om - sin(phi)"
+[[model.surface]]
+name = "wall"
+event = "wall - phi"
+impact = { om = "-r*om" }
+[grazing]
+solve_for = "A"
+[expansion]
+active = ["A", "w"]
+"#;
+
+/// The text of a scene of the catalogue with another `[window]`, or none.
+fn with_window(name: &str, window: &str) -> String {
+    let text = text(name);
+    let (before, after) = text.split_once("[window]").expect("every scene has one");
+    let rest = after.find("\n[").map_or("", |next| &after[next..]);
+    format!("{before}{window}{rest}")
+}
+
+fn map(text: &str, name: &str, set: &[(&str, &str)]) -> Map {
+    let graze = parsed(text, name, set).graze().expect("a grazing orbit");
+    graze.map().expect("a map")
+}
+
+/// Numbers between 0 and 1, the same in every run (Knuth's linear congruence).
+fn numbers() -> impl FnMut() -> f64 {
+    let mut state: u64 = 20;
+    move || {
+        state = state.wrapping_mul(6_364_136_223_846_793_005);
+        state = state.wrapping_add(1_442_695_040_888_963_407);
+        (state >> 11) as f64 / (1_u64 << 53) as f64
+    }
+}
+
+/// The largest error over the tolerance at random points of a window, and how many of them have no
+/// image or contacts elsewhere; points beyond the depth are left out.
+fn excess(map: &Map, window: &MapWindow, points: usize) -> (f64, usize) {
+    let system = HybridSystem::new(&map.scene().model);
+    let mut direct = DirectImage::<Dd>::new(&system, map.scene(), map.orbit()).expect("a scene");
+    let depths = MapEvaluation::<f64>::depths(map.local());
+    let limits: Vec<f64> = map.window().errors.iter().map(|error| error.limit).collect();
+    let mut next = numbers();
+    let (mut worst, mut lost, mut found) = (0.0_f64, 0, 0);
+    while found < points {
+        let mut spread = |widths: &[f64]| -> Vec<f64> {
+            widths.iter().map(|width| width * (2.0 * next() - 1.0)).collect()
+        };
+        let (state, parameters) = (spread(&window.state), spread(&window.parameter));
+        if !window.holds(&state, &parameters, &depths.at(&state, &parameters)) {
+            continue;
+        }
+        found += 1;
+        let truth = direct.image(&exact(&state), &exact(&parameters)).expect("finite offsets");
+        if truth.end != DirectEnd::Returned || truth.extra_contacts > 0 {
+            lost += 1;
+            continue;
+        }
+        let mut image = vec![0.0; state.len()];
+        map.discrete().step(&state, &parameters, &mut image);
+        for ((image, &truth), limit) in image.iter().zip(&truth.offsets).zip(&limits) {
+            worst = worst.max((Dd::from(*image) - truth).to_f64().abs() / limit);
+        }
+    }
+    (worst, lost)
+}
+
+/// A window with all bounds times a factor.
+fn scaled(window: &MapWindow, factor: f64) -> MapWindow {
+    let mut scaled = window.clone();
+    scaled.bounds_mut().for_each(|bound| *bound *= factor);
+    scaled
+}
+
+#[test]
+fn on_an_open_window_the_map_keeps_its_tolerance_and_on_a_larger_one_it_does_not() {
+    let linear = with_window("linear", "");
+    for (text, name) in [(PENDULUM, "pendulum"), (&linear, "linear")] {
+        for set in [&[][..], &[("emit.tolerance", "1e-9")]] {
+            let map = map(text, name, set);
+            let (window, local) = (map.window(), &map.local().window);
+            assert!(window.is_kept(), "{name}: {window:?}");
+            let share = matches!(window.tolerance, WindowTolerance::Share(1e-6));
+            assert_eq!(share, set.is_empty(), "{name}: {window:?}");
+            for (bound, value) in window.bounds.iter().zip(local.bounds()) {
+                assert_eq!((bound.origin, bound.value), (BoundOrigin::Measured, value));
+                assert!(value > 0.0 && value == decimal_below(value, 2), "{name}: {bound:?}");
+            }
+            // Points on the verge of contact aside, of which a sample of this size has none.
+            let (inside, lost) = excess(&map, local, 300);
+            assert!(inside <= 1.05 && lost == 0, "{name}: {inside}, {lost}: {window:?}");
+            let (outside, lost) = excess(&map, &scaled(local, 3.0), 300);
+            assert!(outside > 1.0 || lost > 0, "{name}: {outside}: {window:?}");
+        }
+    }
+}
+
+#[test]
+fn what_a_scene_states_stays_and_what_it_leaves_open_is_measured() {
+    let stated = "[window]\ndepth = 1e-5\nparameter = { alpha = 1e-5 }\n";
+    let map = map(&with_window("linear", stated), "linear", &[("emit.tolerance", "1e-9")]);
+    let window = map.window();
+    let origins: Vec<_> = window.bounds.iter().map(|bound| bound.origin).collect();
+    let (scene, measured) = (BoundOrigin::Scene, BoundOrigin::Measured);
+    assert_eq!(origins, [scene, measured, measured, scene, measured], "{window:?}");
+    let local = &map.local().window;
+    assert_eq!((local.depth, local.parameter[0]), (1e-5, 1e-5));
+    let (inside, lost) = excess(&map, local, 300);
+    assert!(window.is_kept() && inside <= 1.05 && lost == 0, "{inside}: {window:?}");
+}
+
+#[test]
+fn stated_bounds_that_prevent_the_tolerance_are_said_and_no_others_make_it_much_worse() {
+    let window = "[window]\ndepth = 1e-3\nstate = { x = 1e-3 }\n";
+    let tolerance = 1e-11;
+    let set = [("emit.tolerance", "1e-11")];
+    let map = map(&with_window("linear", window), "linear", &set);
+    let window = map.window();
+    assert!(!window.is_kept(), "{window:?}");
+    let error = window.largest_error().expect("measured");
+    let mut narrow = map.local().window.clone();
+    narrow.state[1] = 1e-9;
+    narrow.parameter.fill(1e-9);
+    let (alone, _) = excess(&map, &narrow, 300);
+    // Twice what the stated bounds make alone, found to a tenth at random points.
+    assert!(alone > 1.0 && error < 2.5 * alone * tolerance, "{alone}: {window:?}");
+    let open = window.bounds.iter().filter(|bound| bound.origin == BoundOrigin::Measured);
+    assert!(open.clone().count() == 3 && open.clone().all(|it| it.value > 1e-6), "{window:?}");
+}
+
+#[test]
+fn a_depth_beyond_the_radius_of_the_series_ends_there() {
+    let map = map(text("soft_b"), "soft_b", &[("k2", "1e6")]);
+    let depth = &map.window().bounds[0];
+    assert_eq!((depth.kind, depth.origin), (BoundKind::Depth, BoundOrigin::Radius));
+    let radius = map.window_edges()[0].radius;
+    assert_eq!(map.local().window.depth, decimal_below(radius * radius, 2));
+    // Of the edge it is said what is left out at the depth that the scene states.
+    assert_eq!(map.window_edges()[0].depth, 1e-4);
+}
+
+#[test]
+fn points_with_contacts_elsewhere_are_no_part_of_a_measured_window() {
+    // A stop on the other side, just beyond the orbit, that does not graze: offsets of some 1e-3
+    // reach it.
+    let wall = r#"[[model.surface]]
+name = "far"
+event = "x + 1.002"
+impact = { v = "-r*v" }
+
+[grazing]"#;
+    let text = with_window("linear", "").replacen("[grazing]", wall, 1);
+    let map = map(&text, "linear", &[("emit.tolerance", "1e-3")]);
+    let (_, lost) = excess(&map, &map.local().window, 300);
+    assert_eq!((lost, map.window().sample.excluded), (0, 0), "{:?}", map.window());
+}
+
+#[test]
+fn a_saved_map_has_the_window_that_was_measured() {
+    let map = map(PENDULUM, "pendulum", &NONE);
+    let read = Map::from_json(&map.to_json().expect("text")).expect("the same map");
+    assert_eq!(read.window(), map.window());
+    assert_eq!(read.local().window, map.local().window);
+}

@@ -1,0 +1,123 @@
+//! Commands that are killed: nothing is damaged, and the same command goes on and ends with the bytes
+//! of a run that nobody killed. The example `interruptions` does this two hundred times.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::Path;
+use std::process::{Child, Command, Stdio};
+use std::thread::sleep;
+use std::time::Duration;
+
+use super::{grazemap, scratch, text};
+
+/// A diagram by direct simulation that takes a second or two.
+const CALL: [&str; 14] = [
+    "diagram",
+    "linear",
+    "--set",
+    "diagram.0.with=[\"direct\"]",
+    "--set",
+    "diagram.0.points=400",
+    "--set",
+    "diagram.0.transient=200",
+    "--set",
+    "diagram.0.keep=20",
+    "--set",
+    "diagram.0.range=[-1e-3, -1e-4]",
+    "-o",
+    "out",
+];
+
+fn begun(folder: &Path) -> Child {
+    Command::new(env!("CARGO_BIN_EXE_grazemap"))
+        .args(CALL)
+        .current_dir(folder)
+        .stdout(Stdio::null())
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("the program can be started")
+}
+
+/// Waits until some pieces are kept, and says where.
+fn kept(folder: &Path) -> Option<std::path::PathBuf> {
+    for _ in 0..1000 {
+        let entries = fs::read_dir(folder.join("out")).into_iter().flatten().flatten();
+        let mut journals = entries.filter(|entry| {
+            let name = entry.file_name();
+            name.to_string_lossy().starts_with(".resume-diagram-")
+                && entry.metadata().is_ok_and(|data| data.len() > 10_000)
+        });
+        if let Some(journal) = journals.next() {
+            return Some(journal.path());
+        }
+        sleep(Duration::from_millis(5));
+    }
+    None
+}
+
+/// All files of a folder, hidden ones too.
+fn files(folder: &Path) -> BTreeMap<String, Vec<u8>> {
+    let entries = fs::read_dir(folder).expect("a folder").flatten();
+    let file = |entry: fs::DirEntry| {
+        let bytes = fs::read(entry.path()).expect("readable");
+        (entry.file_name().to_string_lossy().into_owned(), bytes)
+    };
+    entries.map(file).collect()
+}
+
+fn is_hidden(name: &str) -> bool {
+    name.starts_with('.')
+}
+
+#[test]
+fn a_killed_diagram_goes_on_where_it_was_and_ends_with_the_same_bytes() {
+    let (whole, folder) = (scratch(), scratch());
+    let output = grazemap(whole.path(), &CALL);
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    let expected = files(&whole.path().join("out"));
+    assert!(!expected.keys().any(|name| is_hidden(name)), "{:?}", expected.keys());
+
+    let mut run = begun(folder.path());
+    let journal = kept(folder.path()).expect("pieces are kept while the command runs");
+    run.kill().expect("it runs");
+    run.wait().expect("it was started");
+    assert!(journal.exists());
+    let left = files(&folder.path().join("out"));
+    assert!(left.keys().all(|name| is_hidden(name)), "{:?}", left.keys());
+    let output = grazemap(folder.path(), &CALL);
+    assert!(output.status.success());
+    let said = text(&output.stderr);
+    assert!(said.contains("going on from an interrupted run: "), "{said}");
+    assert_eq!(files(&folder.path().join("out")), expected);
+}
+
+/// With other settings nothing of the interrupted run is used, and its journal is removed.
+#[test]
+fn other_settings_never_go_on_from_what_was_kept() {
+    let folder = scratch();
+    let mut run = begun(folder.path());
+    let journal = kept(folder.path()).expect("pieces are kept while the command runs");
+    run.kill().expect("it runs");
+    run.wait().expect("it was started");
+    let other = [&CALL[..], &["--set", "zeta=0.06"]].concat();
+    let output = grazemap(folder.path(), &other);
+    let said = text(&output.stderr);
+    assert!(output.status.success() && !said.contains("going on"), "{said}");
+    assert!(!journal.exists());
+}
+
+#[cfg(unix)]
+#[test]
+fn an_interrupted_command_says_what_it_kept_and_ends_with_exit_code_130() {
+    let folder = scratch();
+    let run = begun(folder.path());
+    let journal = kept(folder.path()).expect("pieces are kept while the command runs");
+    let kill = Command::new("kill").args(["-INT", &run.id().to_string()]).status();
+    assert!(kill.expect("kill can be started").success());
+    let output = run.wait_with_output().expect("it was started");
+    let said = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(130), "{said}");
+    let name = journal.file_name().expect("a file").to_string_lossy().into_owned();
+    assert!(said.contains("interrupted: ") && said.contains(&name), "{said}");
+    assert!(said.contains("the same command goes on from there"), "{said}");
+}

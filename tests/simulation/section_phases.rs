@@ -1,0 +1,147 @@
+//! Returns to sections that fall inside a contact, behind one or on a rest, against a simulation
+//! that goes on without a section (`examples/section_phases` does the whole catalogue).
+
+#[path = "../../examples/section_phases/campaign.rs"]
+mod campaign;
+
+use campaign::{Campaign, Tally};
+use grazemap::hybrid::{
+    DirectReturn, HybridSystem, Outcome, ReturnOutcome, ReturnSection, Simulator,
+};
+use grazemap::model::Model;
+
+use crate::scattered;
+use crate::support::scenes::{parsed, scene_with};
+
+/// Returns at 16 phases from six orbits of a scene of the catalogue.
+fn tally(name: &str, set: &[(&str, &str)], size: f64) -> Tally {
+    let model = scene_with(name, set).model;
+    let system = HybridSystem::new(&model);
+    let parameters = model.parameter_values().iter().map(|value| value.to_f64()).collect();
+    let campaign = Campaign { system: &system, parameters, phases: 16 };
+    let mut tally = Tally::default();
+    for number in 0..6 {
+        let start: Vec<f64> =
+            (0..model.dimension()).map(|place| size * scattered(number, place)).collect();
+        campaign.follow(&start, &mut tally);
+    }
+    tally
+}
+
+/// No return is wrong, many are compared, and few say that the section does not tell.
+fn agrees(name: &str, set: &[(&str, &str)], size: f64) -> Tally {
+    let tally = tally(name, set, size);
+    assert!(tally.wrong.is_empty(), "{name} {set:?}: {}: {:#?}", tally.wrong.len(), tally.wrong);
+    assert!(tally.agreed > 250, "{name} {set:?}: {tally:?}");
+    assert!(tally.ambiguous * 50 <= tally.agreed, "{name} {set:?}: {tally:?}");
+    tally
+}
+
+#[test]
+fn sections_inside_a_contact_with_either_of_two_stops_return_what_the_simulation_does() {
+    for d in ["1.3", "1.6", "1.64"] {
+        let tally = agrees("two_stops_t1", &[("d", d)], 0.5);
+        assert!(tally.held > 5, "{d}: {tally:?}");
+    }
+    agrees("two_stops_t2", &[("d", "0.3")], 0.2);
+    agrees("two_stops_t1_prestressed", &[("d", "1.5")], 0.5);
+    agrees("two_stops_t1_rigid", &[("d", "1.3")], 0.5);
+}
+
+#[test]
+fn sections_behind_a_release_with_a_negative_gap_fly_freely() {
+    let gap = ("sigma", "0.2");
+    let tally = agrees("soft_b", &[gap, ("R2", "3")], 0.1);
+    assert!(tally.held > 5, "{tally:?}");
+    agrees("soft_a", &[gap], 0.1);
+    agrees("soft_d", &[gap], 0.1);
+}
+
+#[test]
+fn sections_on_a_rest_at_a_rigid_stop_stay_there() {
+    for set in [
+        [("r", "0.2"), ("omega", "0.3"), ("alpha", "1.5")],
+        [("r", "0.3"), ("omega", "0.2"), ("alpha", "2.9")],
+    ] {
+        let tally = agrees("linear", &set, 0.1);
+        assert!(tally.held > 5, "{set:?}: {tally:?}");
+    }
+}
+
+/// Two carts, each with a buffer of its own, which meet them at the same time.
+const TWO_CARTS: &str = r#"
+[model]
+states = ["x", "v", "z", "w"]
+parameters = { gap = 0.5, k = 20.0, F = 1.0, omega = 0.9 }
+[model.phase]
+name = "theta"
+rate = "omega"
+period = "2*pi"
+[model.flow]
+x = "v"
+v = "F*cos(theta) - 0.1*v - x"
+z = "w"
+w = "F*cos(theta) - 0.1*w - 0.9*z"
+[[model.surface]]
+name = "first"
+event = "gap - x"
+contact = { v = "free - k*(x - gap)" }
+[[model.surface]]
+name = "second"
+event = "gap - z"
+contact = { w = "free - k*(z - gap)" }
+[grazing]
+surface = "first"
+solve_for = "F"
+"#;
+
+/// A run of two carts, the second stop of which is rigid where that is asked.
+fn carts(rigid: bool) -> (Model, Outcome<f64>, Vec<f64>) {
+    let mut text = TWO_CARTS.to_owned();
+    if rigid {
+        let contact = "contact = { w = \"free - k*(z - gap)\" }";
+        assert!(text.contains(contact));
+        text = text.replace(contact, "impact = { w = \"-0.8*w\" }");
+    }
+    let model = parsed(&text, "carts", &[("omega", "0.9")]).model;
+    let system = HybridSystem::new(&model);
+    let parameters: Vec<f64> = model.parameter_values().iter().map(|p| p.to_f64()).collect();
+    let mut simulator = Simulator::new(&system, &parameters).expect("finite parameters");
+    simulator.set_state(&[0.4, 1.0, 0.3, 1.0, 0.0]).expect("five components");
+    let flown = simulator.run(0.3).expect("a finite time");
+    (model, flown.outcome, flown.state)
+}
+
+#[test]
+fn a_state_that_two_stops_hold_is_refused_not_let_go_by_one() {
+    let (model, outcome, _) = carts(false);
+    assert!(matches!(outcome, Outcome::HeldTwice { surfaces: [0, 1], .. }), "{outcome:?}");
+    let system = HybridSystem::new(&model);
+    let parameters: Vec<f64> = model.parameter_values().iter().map(|p| p.to_f64()).collect();
+    let section = ReturnSection::OtherPhase;
+    let mut map = DirectReturn::over_periods(&system, &parameters, section, 1).expect("a map");
+    let image = map.image(&[0.6, 0.0, 0.6, 0.0, 0.0]).expect("five components");
+    assert!(
+        matches!(image.outcome, ReturnOutcome::Ended(Outcome::HeldTwice { .. })),
+        "{:?}",
+        image.outcome
+    );
+}
+
+/// The second cart, which hits a rigid stop while the first is in its buffer, does not free it.
+#[test]
+fn an_impact_elsewhere_leaves_a_contact_as_it_is() {
+    let (_, outcome, state) = carts(true);
+    assert_eq!(outcome, Outcome::Completed);
+    // The first cart alone: a spring of 21 about (20 · 0.5 + F cos)/21, from x = 0.5 on.
+    let (mut x, mut v, mut time) = (0.4_f64, 1.0_f64, 0.0_f64);
+    let step = 1e-6;
+    while time < 0.3 {
+        let push = if x > 0.5 { 20.0 * (x - 0.5) } else { 0.0 };
+        let half = v + 0.5 * step * ((0.9 * time).cos() - 0.1 * v - x - push);
+        (x, time) = (x + step * half, time + step);
+        let push = if x > 0.5 { 20.0 * (x - 0.5) } else { 0.0 };
+        v = half + 0.5 * step * ((0.9 * time).cos() - 0.1 * half - x - push);
+    }
+    assert!((state[0] - x).abs() < 1e-5 && (state[1] - v).abs() < 1e-5, "{state:?} {x} {v}");
+}
