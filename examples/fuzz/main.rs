@@ -72,7 +72,7 @@ fn run() -> Result<usize, Box<dyn Error>> {
     }
     if let Some(number) = request.case {
         let case = Case::new(request.seed, number);
-        println!("{}", case.file());
+        println!("{}", file(&case));
         return Ok(usize::from(report(&campaign, &case, request.seed, number)?));
     }
     let (clock, time) = (Instant::now(), Duration::from_secs_f64(60.0 * request.minutes));
@@ -112,8 +112,13 @@ fn report(
     };
     println!("--seed {seed} --case {number}: {}: {fault}", case.arguments.join(" "));
     fs::create_dir_all(FOUND)?;
-    fs::write(format!("{FOUND}/seed_{seed}_case_{number}.toml"), case.file())?;
+    fs::write(format!("{FOUND}/seed_{seed}_case_{number}.toml"), file(case))?;
     Ok(true)
+}
+
+/// A case in the form of the corpus.
+fn file(case: &Case) -> String {
+    format!("# {}\n{}", case.arguments.join(" "), case.scene)
 }
 
 /// The cases of the corpus; how many show a fault.

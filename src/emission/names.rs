@@ -55,8 +55,8 @@ pub fn comment(text: &str) -> String {
     text.escape_default().to_string().replace("*/", "* /").replace("/*", "/ *")
 }
 
-/// The bytes as one word of a shell's command that may stand in a comment: itself where it is plain,
-/// in single quotes where all of it is printable, in `$'...'` with octal bytes elsewhere.
+/// The bytes as one word of a shell's command that may stand in a comment: itself where it is
+/// plain, in single quotes where all of it is printable, in `$'...'` with octal bytes elsewhere.
 pub fn shell_word(bytes: &[u8]) -> String {
     let is_plain = |byte: &u8| byte.is_ascii_alphanumeric() || b"_-+=.,:/@%".contains(byte);
     let is_printable = |byte: &u8| matches!(byte, b' '..=b'~');

@@ -20,8 +20,8 @@ use super::ReportError;
 /// Writes a file so that it is never seen half-written; an older file of that name is replaced.
 ///
 /// The parent folder must exist. A file that is replaced keeps its permissions; a link is followed,
-/// also where nothing is at its end yet. What is no file, a pipe or a device such as `/dev/null`, is
-/// not replaced but written to. A file without permission to be written is refused.
+/// also where nothing is at its end yet. What is no file, a pipe or a device such as `/dev/null`,
+/// is not replaced but written to. A file without permission to be written is refused.
 ///
 /// # Errors
 ///

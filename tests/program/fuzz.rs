@@ -15,7 +15,6 @@ fn campaign(folder: &tempfile::TempDir) -> Campaign {
     Campaign::new(PathBuf::from(env!("CARGO_BIN_EXE_grazemap")), folder.path().to_owned())
 }
 
-#[cfg(unix)]
 #[test]
 fn what_was_found_before_is_ended_as_it_should_be() {
     let folder = tempfile::tempdir().expect("a temporary folder can be made");
@@ -32,7 +31,6 @@ fn what_was_found_before_is_ended_as_it_should_be() {
     assert!(count > 0);
 }
 
-#[cfg(unix)]
 #[test]
 fn changed_scenes_end_with_a_message_and_an_exit_code() {
     let folder = tempfile::tempdir().expect("a temporary folder can be made");

@@ -6,6 +6,7 @@ mod support;
 mod architecture;
 mod bad_input;
 mod cli;
+#[cfg(unix)]
 mod fuzz;
 mod guide;
 mod quickstart;

@@ -75,11 +75,6 @@ impl Case {
         let arguments = call.split_whitespace().map(str::to_owned).collect();
         Some(Self { scene: text.to_owned(), arguments, states: STATES[0] })
     }
-
-    /// The text of a file of the corpus.
-    pub(crate) fn file(&self) -> String {
-        format!("# {}\n{}", self.arguments.join(" "), self.scene)
-    }
 }
 
 /// The folder of the inputs that found something.

@@ -219,8 +219,8 @@ enum Column {
     Parameter(usize),
 }
 
-/// Reads the rows of a CSV file, or of standard input, with a header; columns are coordinates and active parameters of the
-/// map, missing ones are 0.
+/// Reads the rows of a CSV file, or of standard input, with a header; columns are coordinates and
+/// active parameters of the map, missing ones are 0.
 fn read(path: &Path, map: &LocalMap) -> Result<Vec<ImageRow>, CliError> {
     let input: io::Result<Box<dyn Read>> = match is_standard(path) {
         true => Ok(Box::new(io::stdin().lock())),

@@ -12,8 +12,9 @@ use super::snippet::Snippet;
 /// A fault of a scene, pointing into its file where it has a place there.
 ///
 /// Its `Display` is one line, `file:line:column: message (label)`. As a [`miette::Diagnostic`] it
-/// carries the lines of the file about the fault, cut to a screen, and the labelled bytes; [`headline`](SceneError::headline) is the
-/// same diagnostic under a plain message, for graphical rendering.
+/// carries the lines of the file about the fault, cut to a screen, and the labelled bytes;
+/// [`headline`](SceneError::headline) is the same diagnostic under a plain message, for graphical
+/// rendering.
 #[derive(Clone, Debug)]
 pub struct SceneError(Box<Located>);
 
