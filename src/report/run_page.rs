@@ -305,8 +305,9 @@ fn chart_section(charts: &[Chart]) -> Result<Section, ReportError> {
 fn chart_caption(chart: &Chart) -> String {
     let [first, second] = &chart.axes;
     format!(
-        "What the map settles on over {} and {}, from {} in each of {} × {} cells: the period in returns, of the last {} of {} iterates. White: the orbit left \
-            the neighbourhood of the graze in which the map holds. G is the grazing point.",
+        "What the map settles on over {} and {}, from {} in each of {} × {} cells: the period in \
+            returns, of the last {} of {} iterates. White: the orbit left the neighbourhood of the \
+            graze in which the map holds. G is the grazing point.",
         first.parameter,
         second.parameter,
         start_words(chart),
