@@ -324,7 +324,7 @@ fn chart_caption(chart: &Chart) -> String {
     let [first, second] = &chart.axes;
     format!(
         "What {} settles on over {} and {}, from {} in each of {} × {} cells: the period in \
-            returns, of the last {} of {} iterates. G is the grazing point.",
+             returns, of the last {} of {} iterates. G is the grazing point.",
         chart_subject(chart.method),
         first.parameter,
         second.parameter,

@@ -137,10 +137,10 @@ pub fn run_plan(plan: &DiagramPlan<'_>, progress: &dyn Progress) -> Vec<Sweep> {
     let ways = starts.iter().flat_map(|&start| headings.iter().map(move |&way| (start, way)));
     let ways: Vec<_> = ways.collect();
     progress.expect((plan.maps.len() * ways.len() * request.offsets.len()) as u64);
-    let sweeps = plan.maps.iter().flat_map(|map| ways.iter().map(move |way| (map, way)));
+    let sweeps = plan.maps.iter().flat_map(|map| ways.iter().map(move |way| (&**map, way)));
     // NOTE: one after another, so that the time of each is its own; segments fill the cores.
-    let run = |(number, (map, &(start, heading))): (usize, (&Box<dyn SweptMap + '_>, &_))| {
-        sweep(&**map, request, start, heading, &Part::new(progress, number))
+    let run = |(number, (map, &(start, heading))): (usize, (&dyn SweptMap, &_))| {
+        sweep(map, request, start, heading, &Part::new(progress, number))
     };
     sweeps.enumerate().map(run).collect()
 }

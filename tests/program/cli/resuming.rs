@@ -1,5 +1,5 @@
-//! Commands that are killed: nothing is damaged, and the same command goes on and ends with the bytes
-//! of a run that nobody killed. The example `interruptions` does this two hundred times.
+//! Commands that are killed: nothing is damaged, and the same command goes on and ends with the
+//! bytes of a run that nobody killed. The example `interruptions` does this two hundred times.
 
 use std::collections::BTreeMap;
 use std::fs;
