@@ -30,4 +30,6 @@ pub use guarded_map::{GuardedMap, guarded};
 pub use image::{ImageRecord, ImageRequest, ImageRow, Precision, Using, images};
 pub use progress::{NoProgress, Part, Progress};
 pub use section_frame::{SectionFrame, itinerary};
-pub use time_series::{SeriesPoint, TimeSeries, TimeSeriesRequest, each_moment, time_series};
+pub use time_series::{
+    EarlyEnd, SeriesPoint, TimeSeries, TimeSeriesRequest, each_moment, time_series,
+};

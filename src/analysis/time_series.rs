@@ -45,8 +45,34 @@ pub struct TimeSeries {
     pub duration: f64,
     /// Rows in order of time.
     pub points: Vec<SeriesPoint>,
-    /// How the simulation ended.
-    pub outcome: Outcome<f64>,
+    /// How the simulation ended, where it did not last as long as was asked.
+    pub early_end: Option<EarlyEnd>,
+}
+
+/// Why a simulation ended early, and when.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct EarlyEnd {
+    /// Why, in words.
+    pub reason: &'static str,
+    /// When.
+    pub time: f64,
+}
+
+impl EarlyEnd {
+    /// `None` of a simulation that is complete.
+    fn of(outcome: Outcome<f64>) -> Option<Self> {
+        let (reason, time) = match outcome {
+            Outcome::Completed => return None,
+            Outcome::Diverged { time } => ("the solution leaves the finite numbers", time),
+            Outcome::Penetrating { time, .. } => ("the state is beyond a rigid surface", time),
+            Outcome::HeldTwice { time, .. } => ("two surfaces hold the state at once", time),
+            Outcome::NoStickingField { time, .. } => {
+                ("the state must stay on a surface whose reset defines no contact force", time)
+            }
+            Outcome::StepLimit { time, .. } => ("the limit on steps was reached", time),
+        };
+        Some(Self { reason, time })
+    }
 }
 
 impl TimeSeriesRequest {
@@ -72,10 +98,11 @@ impl TimeSeries {
 
 /// Simulates from a point of the section.
 ///
-/// The grazing orbit at its own parameters is flown freely, period by period, each graze a minimum.
-/// Everything else is simulated. A section point beyond the surface is taken back along the free flow to the surface, where the
-/// series starts, at a negative time. An impact has two rows at one time: the state before it, which
-/// names the event, and the state behind it.
+/// The grazing orbit at its own parameters is flown freely, period by period, each graze a
+/// minimum.
+/// Everything else is simulated. A section point beyond the surface is taken back along the free
+/// flow to the surface, where the series starts, at a negative time. An impact has two rows at one
+/// time: the state before it, which names the event, and the state behind it.
 ///
 /// # Errors
 ///
@@ -86,13 +113,12 @@ pub fn time_series(
     request: &TimeSeriesRequest,
 ) -> Result<TimeSeries, AnalysisError> {
     let mut points = Vec::new();
-    let ran = each_moment(scene, orbit, request, &mut |point| points.push(point))?;
-    let (parameters, duration, outcome) = ran;
-    Ok(TimeSeries { parameters, duration, points, outcome })
+    let mut series = each_moment(scene, orbit, request, &mut |point| points.push(point))?;
+    series.points = points;
+    Ok(series)
 }
 
-/// The same, row by row, for series too long to be held: all parameters, the nominal time of a
-/// return, and how it ended.
+/// The same, row by row, for series too long to be held; the series returned has no rows.
 ///
 /// # Errors
 ///
@@ -102,7 +128,7 @@ pub fn each_moment(
     orbit: &GrazingOrbit,
     request: &TimeSeriesRequest,
     record: &mut dyn FnMut(SeriesPoint),
-) -> Result<(Vec<f64>, f64, Outcome<f64>), AnalysisError> {
+) -> Result<TimeSeries, AnalysisError> {
     let model = &scene.model;
     let system = HybridSystem::new(model);
     let mut frame = SectionFrame::<f64>::new(scene, orbit);
@@ -113,14 +139,15 @@ pub fn each_moment(
     let mut rows = Rows::new(model, &parameters);
     if request.is_grazing_orbit() {
         grazing_orbit(scene, orbit, request, &mut |moment| record(rows.row(&moment)))?;
-        return Ok((parameters, duration, Outcome::Completed));
+        return Ok(TimeSeries { parameters, duration, points: Vec::new(), early_end: None });
     }
     let length = duration * request.returns as f64;
     let samples = request.returns.saturating_mul(request.samples);
     let outcome = returns.sample(frame.state(), length, samples, &mut |moment| {
         record(rows.row(&moment));
     })?;
-    Ok((parameters, duration, outcome))
+    let early_end = EarlyEnd::of(outcome);
+    Ok(TimeSeries { parameters, duration, points: Vec::new(), early_end })
 }
 
 /// The grazing orbit period by period, each from the section point: free flight, which a simulation

@@ -199,8 +199,8 @@ pub enum NotLocated {
     },
     /// The orbit touches a surface where the scene names no passage.
     #[error(
-        "the orbit found touches `{surface}` once more, {time:.6} after the first graze; name every \
-         passage of a period in its order in `passages`"
+        "the orbit found touches `{surface}` once more, {time:.6} after the first graze; name \
+         every passage of a period in its order in `passages`"
     )]
     TouchesElsewhere {
         /// Name of the surface.

@@ -46,8 +46,8 @@ pub struct RunPage<'a> {
     pub scene: &'a Scene,
     /// Its grazing orbit.
     pub orbit: &'a OrbitListing,
-    /// The pictures of the orbit over its period, the phase portraits first, each with the ending of
-    /// its file's name.
+    /// The pictures of the orbit over its period, the phase portraits first, each with the ending
+    /// of its file's name.
     pub pictures: &'a [(String, Figure)],
     /// Its expansion.
     pub map: &'a MapListing,

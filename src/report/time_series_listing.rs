@@ -300,7 +300,7 @@ fn zero_near(
     let margin = 0.5 * (ends.1 - ends.0);
     let (mut low, mut high) = (ends.0 - margin, ends.1 + margin);
     let rises = function(high) > 0.0;
-    if !(low < high) || (function(low) > 0.0) == rises {
+    if low.is_nan() || low >= high || (function(low) > 0.0) == rises {
         return None;
     }
     for _ in 0..HALVINGS {

@@ -4,7 +4,7 @@
 use grazemap::analysis::{
     DirectEnd, SeriesPoint, TimeSeries, TimeSeriesRequest, direct_image, time_series,
 };
-use grazemap::hybrid::{MomentEvent, Outcome};
+use grazemap::hybrid::MomentEvent;
 use grazemap::model::Scene;
 use grazemap::orbit::GrazingOrbit;
 
@@ -16,7 +16,7 @@ fn request(start: &[f64], parameters: usize, returns: usize, samples: usize) -> 
 
 fn series(scene: &Scene, orbit: &GrazingOrbit, request: &TimeSeriesRequest) -> TimeSeries {
     let series = time_series(scene, orbit, request).expect("the scene is simulated");
-    assert_eq!(series.outcome, Outcome::Completed);
+    assert_eq!(series.early_end, None);
     series
 }
 

@@ -84,8 +84,8 @@ impl Axis {
     ///
     /// # Errors
     ///
-    /// [`FigureError::AxisRange`] for an explicit range that is reversed or empty, not finite or not
-    /// on the scale, and for a symmetric logarithmic threshold that is not positive.
+    /// [`FigureError::AxisRange`] for an explicit range that is reversed or empty, not finite or
+    /// not on the scale, and for a symmetric logarithmic threshold that is not positive.
     pub(super) fn ends(&self, data: impl Iterator<Item = f64>) -> Result<(f64, f64), FigureError> {
         if let AxisScale::Symlog { threshold } = self.scale
             && !(threshold > 0.0 && threshold.is_finite())

@@ -50,8 +50,9 @@ pub(super) fn searched(map: &Map, found: &Orbits, request: &OrbitsRequest) -> St
     if let Some(DirectReach { parameter, range: [from, to], values }) = found.reach {
         let name = &map.local().parameters[parameter].name;
         words.push_str(&format!(
-            "; direct simulation next to the map's orbits, and by itself along the branches of what \
-             it settles on or nearly repeats at {values} offsets of {name} from {from:.3} to {to:.3}"
+            "; direct simulation next to the map's orbits, and by itself along the branches of \
+             what it settles on or nearly repeats at {values} offsets of {name} from {from:.3} to \
+             {to:.3}"
         ));
         let is_tangency = map.orbit().section.kind == PoincareSectionKind::Tangency;
         if is_tangency && map.scene().model.phase.is_some() {

@@ -10,8 +10,7 @@ use crate::cli::output::{Bar, CliError, Outlets, Results, counted, note};
 use grazemap::Error;
 use grazemap::analysis::orbits::{OrbitsRequest, orbits};
 use grazemap::analysis::periodic::ContactItinerary;
-use grazemap::analysis::{TimeSeries, TimeSeriesRequest, each_moment, time_series};
-use grazemap::hybrid::Outcome;
+use grazemap::analysis::{EarlyEnd, TimeSeries, TimeSeriesRequest, each_moment, time_series};
 use grazemap::pipeline::Settled;
 use grazemap::report::{
     CsvStream, Document, DocumentKind, TimeSeriesListing, time_series_columns, time_series_figures,
@@ -26,10 +25,10 @@ pub(in crate::cli) fn run(options: &TrajectoryArguments) -> Result<(), CliError>
         return stream(&settled, &request, outlets);
     }
     let series = time_series(settled.scene(), settled.orbit(), &request).map_err(Error::from)?;
-    let outcome = series.outcome;
+    let early_end = series.early_end;
     let results = results(&settled, &(request, series))?;
     results.deliver("trajectory", outlets)?;
-    judge(outcome)
+    judge(early_end)
 }
 
 /// The grazing orbit over a period.
@@ -88,7 +87,7 @@ fn stream(
         written.and_then(|()| table.finish())
     })?;
     match ended.into_inner() {
-        Some(ran) => judge(ran.map_err(Error::from)?.2),
+        Some(ran) => judge(ran.map_err(Error::from)?.early_end),
         None => Ok(()),
     }
 }
@@ -177,9 +176,6 @@ fn text(settled: &Settled, series: &TimeSeries) -> String {
 }
 
 /// A simulation that ended early is mathematics that ended otherwise.
-fn judge(outcome: Outcome<f64>) -> Result<(), CliError> {
-    match outcome {
-        Outcome::Completed => Ok(()),
-        ended => Err(CliError::TrajectoryEnded { ended }),
-    }
+fn judge(early_end: Option<EarlyEnd>) -> Result<(), CliError> {
+    early_end.map_or(Ok(()), |end| Err(CliError::TrajectoryEnded(end)))
 }

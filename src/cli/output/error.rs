@@ -7,9 +7,8 @@ use miette::{GraphicalReportHandler, GraphicalTheme};
 
 use super::{Destination, note};
 use grazemap::Error;
-use grazemap::analysis::DirectEnd;
 use grazemap::analysis::periodic::ItineraryError;
-use grazemap::hybrid::Outcome;
+use grazemap::analysis::{DirectEnd, EarlyEnd};
 use grazemap::model::SceneHeadline;
 use grazemap::numeric::{INSTRUCTION_LIMIT, Shown};
 use grazemap::orbit::CurveEnd;
@@ -98,8 +97,8 @@ pub(in crate::cli) enum CliError {
     )]
     NoLoci { kinds: String, searched: String },
     /// A simulation that did not last as long as was asked.
-    #[error("{}", trajectory_end(.ended))]
-    TrajectoryEnded { ended: Outcome<f64> },
+    #[error("the trajectory ends at t = {}: {}", Shown(.0.time), .0.reason)]
+    TrajectoryEnded(EarlyEnd),
     /// No diagram in the scene.
     #[error("the scene asks for no diagram; add a [[diagram]] table")]
     NoDiagram,
@@ -169,7 +168,7 @@ impl CliError {
             | Self::NoImage { .. }
             | Self::NoOrbits { .. }
             | Self::NoLoci { .. }
-            | Self::TrajectoryEnded { .. }
+            | Self::TrajectoryEnded(_)
             | Self::NotCurrent { .. } => ENDED_OTHERWISE,
             _ => WRONG_INPUT,
         }
@@ -187,21 +186,6 @@ impl CliError {
 /// ` (did you mean ...?)`, or nothing.
 fn meant(nearest: &Option<String>) -> String {
     nearest.as_ref().map_or_else(String::new, |name| format!(" (did you mean `{name}`?)"))
-}
-
-/// How a simulation ended early.
-fn trajectory_end(ended: &Outcome<f64>) -> String {
-    let (reason, time) = match *ended {
-        Outcome::Completed => return "the trajectory is complete".to_owned(),
-        Outcome::Diverged { time } => ("the solution leaves the finite numbers", time),
-        Outcome::Penetrating { time, .. } => ("the state is beyond a rigid surface", time),
-        Outcome::HeldTwice { time, .. } => ("two surfaces hold the state at once", time),
-        Outcome::NoStickingField { time, .. } => {
-            ("the state must stay on a surface whose reset defines no contact force", time)
-        }
-        Outcome::StepLimit { time, .. } => ("the limit on steps was reached", time),
-    };
-    format!("the trajectory ends at t = {}: {reason}", Shown(time))
 }
 
 /// How a point came to have no image.

@@ -40,7 +40,17 @@ const FLOORS: [(&str, &[&str]); 14] = [
     ),
     (
         "report",
-        &["numeric", "jet", "model", "orbit", "expansion", "iteration", "analysis", "convergence"],
+        &[
+            "numeric",
+            "jet",
+            "model",
+            "hybrid",
+            "orbit",
+            "expansion",
+            "iteration",
+            "analysis",
+            "convergence",
+        ],
     ),
     (
         "pipeline",

@@ -395,9 +395,9 @@ impl<'a, S: Real> DirectReturn<'a, S> {
         Ok(())
     }
 
-    /// Flies to the local minimum of the gap nearest to the present state, which `entry` takes over,
-    /// forward or backward, at most a quarter of the return time, and stays where there is none;
-    /// whether it lies beyond the surface.
+    /// Flies to the local minimum of the gap nearest to the present state, which `entry` takes
+    /// over, forward or backward, at most a quarter of the return time, and stays where there is
+    /// none; whether it lies beyond the surface.
     ///
     /// Where another surface holds the state, acts on the way or lies on it, there is none.
     fn reach_first_passage(&mut self, surface: usize) -> bool {
