@@ -28,7 +28,10 @@ fn main() -> Result<(), Box<dyn Error>> {
             let values = arguments.next().map_or(Ok(VALUES), |text| text.parse())?;
             agree(values, arguments.collect())
         }
-        Some("speed") => Ok(print!("{}", speed::table()?.to_text())),
+        Some("speed") => {
+            print!("{}", speed::table()?.to_text());
+            Ok(())
+        }
         _ => Err("say `agree` or `speed`".into()),
     }
 }
