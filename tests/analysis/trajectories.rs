@@ -71,12 +71,8 @@ fn an_impact_has_a_row_before_and_a_row_behind_it() {
 /// After one return of a stroboscopic section the series stands where the direct image does.
 #[test]
 fn a_return_ends_at_the_direct_image() {
-    let set = [
-        ("section.kind", "\"stroboscopic\""),
-        ("section.phase", "0.5"),
-        ("window.state", "{}"),
-        ("diagram", "[]"),
-    ];
+    let set =
+        [("section.kind", "\"stroboscopic\""), ("section.phase", "0.5"), ("window.state", "{}")];
     for name in ["linear", "soft_a"] {
         let (scene, orbit) = grazing_by(text(name), name, &set);
         for start in [[0.0, 2e-3], [4e-2, -3e-2], [-2e-2, 0.1]] {

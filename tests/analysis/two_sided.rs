@@ -2,7 +2,9 @@
 //! simulation.
 //!
 //! `x'' = α cos θ − 2ζ v − x` between `x = ±δ`: the free orbit is `x = A cos(θ − φ)`, so that at
-//! `α*` it grazes the right stop at `θ = φ` and the left one half a period later.
+//! `α*` it grazes the right stop at `θ = φ` and the left one half a period later. The scene names
+//! the right stop alone: the left one stands 1e-9 farther, for an orbit that touches a stop that is
+//! not named is refused.
 
 use std::f64::consts::PI;
 
@@ -37,7 +39,7 @@ x = "v"
 v = "alpha*cos(theta) - 2*zeta*v - x"
 [[model.surface]]
 name = "left"
-event = "delta + x"
+event = "delta + 1e-9 + x"
 impact = {{ v = "-r*v" }}
 [[model.surface]]
 name = "right"

@@ -44,6 +44,7 @@ symmetry = "half-period"
 kind = "stroboscopic"
 phase = "pi/3"
 [expansion]
+active = ["F", "zeta"]
 tolerance = 1e-8
 weights = { zeta = 4 }
 [window]
@@ -120,7 +121,7 @@ fn every_table_of_a_scene_is_read() {
     );
     assert_eq!(
         (scene.expansion.active.as_slice(), scene.expansion.orders),
-        (&[1][..], Orders::Tolerance(1e-8))
+        (&[1, 0][..], Orders::Tolerance(1e-8))
     );
     assert_eq!(scene.expansion.weights, [("zeta".to_owned(), 4)]);
     assert_eq!(scene.window.state, [f64::INFINITY, f64::INFINITY, 0.05]);

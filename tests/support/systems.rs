@@ -65,7 +65,8 @@ state = { x = 1e-3 }
 parameter = { mu = 1e-3, delta = 1e-3 }
 "#;
 
-/// Two masses between two compliant stops of the first one.
+/// Two masses between two compliant stops of the first one, the left one 1e-9 farther than the orbit
+/// comes, which grazes the right one alone.
 const TWO_MASSES: &str = r#"
 [model]
 name = "two masses, an elastic stop on either side of the first"
@@ -89,7 +90,7 @@ event = "d - x1"
 contact = { v1 = "free - k0*(x1 - d + e)" }
 [[model.surface]]
 name = "left"
-event = "d + x1"
+event = "d + 1e-9 + x1"
 contact = { v1 = "free - k0*(x1 + d - e)" }
 [grazing]
 surface = "right"

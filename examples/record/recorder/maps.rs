@@ -352,7 +352,7 @@ fn of_diagram(diagram: &Diagram) -> Hash {
             hash.text(&format!("{:?} {:?}", point.period, point.end));
             add_name(&mut hash, point.orbit.as_ref());
             hash.count(point.kept_contacts as usize);
-            hash.count((point.outside * point.kept as f64).round() as usize);
+            hash.numbers(&[point.by_map, point.outside]);
         }
     }
     hash
@@ -393,7 +393,7 @@ fn of_chart(chart: &Chart) -> Hash {
         hash.text(&format!("{:?} {:?}", cell.period, cell.end));
         add_name(&mut hash, cell.orbit.as_ref());
         hash.count(cell.kept_contacts as usize);
-        hash.count((cell.outside * 16.0).round() as usize);
+        hash.numbers(&[cell.by_map, cell.outside]);
     }
     hash
 }

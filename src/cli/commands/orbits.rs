@@ -44,8 +44,8 @@ pub(in crate::cli) fn run(options: &OrbitsArguments) -> Result<(), CliError> {
 pub(super) fn searched(map: &Map, found: &Orbits, request: &OrbitsRequest) -> String {
     let itineraries = request.itineraries.len();
     let mut words = format!(
-        "the map was searched for {itineraries} itineraries, with depth variables up to twice the \
-         window's and offsets up to a hundred half-widths"
+        "the map (itineraries: {itineraries}; depth variables up to twice the window's, offsets up \
+         to a hundred half-widths)"
     );
     if let Some(DirectReach { parameter, range: [from, to], values }) = found.reach {
         let name = &map.local().parameters[parameter].name;

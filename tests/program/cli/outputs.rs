@@ -105,7 +105,8 @@ fn diagrams_and_charts_are_guarded_unless_a_scene_says_otherwise() {
                  ranges = [[-1e-3, 1e-3], [-2e-3, 2e-3]]\npoints = 4\ntransient = 20\nkeep = 4\n";
     let open = scene.replace("with = [\"map\"]", "");
     fs::write(folder.path().join("open.toml"), format!("{open}\n{chart}")).expect("writable");
-    let few = ["points=6", "transient=40", "keep=8"].map(|key| format!("diagram.0.{key}"));
+    let few = ["range=[-2e-3, 3e-3]", "points=6", "transient=40", "keep=8"];
+    let few = few.map(|key| format!("diagram.0.{key}"));
     let few: Vec<&str> = few.iter().flat_map(|key| ["--set", key]).collect();
     let run = |command: &str, more: &[&str]| {
         let call = [&[command, "open.toml", "--csv", "-"], &few[..], more].concat();
