@@ -91,7 +91,7 @@ contact = { v1 = "free - k0*(x1 - d + e)" }
 [[model.surface]]
 name = "left"
 event = "d + 1e-9 + x1"
-contact = { v1 = "free - k0*(x1 + d - e)" }
+contact = { v1 = "free - k0*(x1 + d + 1e-9 - e)" }
 [grazing]
 surface = "right"
 solve_for = "d"

@@ -86,8 +86,8 @@ pub(in crate::cli) enum CliError {
     Itinerary(#[from] ItineraryError),
     /// No orbit of the itineraries asked for.
     #[error(
-        "no periodic orbit was found (parameter values tried: {at}), which says nothing beyond what \
-         was searched: {searched}"
+        "no periodic orbit was found (parameter values tried: {at}), which says nothing beyond \
+         what was searched: {searched}"
     )]
     NoOrbits { at: usize, searched: String },
     /// No fold or flip of them.
