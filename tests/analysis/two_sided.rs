@@ -77,7 +77,7 @@ fn one_sided(scene: &Scene) -> GrazingOrbit {
     let mut once = scene.clone();
     once.grazing.periods = 1;
     let mut orbit = orbit(&once);
-    orbit.period = orbit.period * Dd::from(scene.grazing.periods as f64);
+    orbit.period *= Dd::from(scene.grazing.periods as f64);
     orbit.passages.truncate(1);
     let phase = orbit.grazing_point().state[2].to_f64();
     assert!((phase - graze_phase()).abs() < 1e-14);

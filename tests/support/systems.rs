@@ -65,8 +65,7 @@ state = { x = 1e-3 }
 parameter = { mu = 1e-3, delta = 1e-3 }
 "#;
 
-/// Two masses between two compliant stops of the first one, the left one 1e-9 farther than the orbit
-/// comes, which grazes the right one alone.
+/// Two masses between two compliant stops of the first one, which grazes both.
 const TWO_MASSES: &str = r#"
 [model]
 name = "two masses, an elastic stop on either side of the first"
@@ -90,10 +89,11 @@ event = "d - x1"
 contact = { v1 = "free - k0*(x1 - d + e)" }
 [[model.surface]]
 name = "left"
-event = "d + 1e-9 + x1"
-contact = { v1 = "free - k0*(x1 + d + 1e-9 - e)" }
+event = "d + x1"
+contact = { v1 = "free - k0*(x1 + d - e)" }
 [grazing]
-surface = "right"
+passages = ["right", "left"]
+symmetry = "half-period"
 solve_for = "d"
 guess = { x1 = 1.66, v1 = 0.0, x2 = 0.65, v2 = 0.0, theta = 3.1 }
 [section]
