@@ -66,15 +66,24 @@ fn rows(map: &Map, table: &mut Table) -> Result<(), Box<dyn Error>> {
     let parameter = &scene.model.parameters[scene.diagrams[0].parameter].name;
     let mut active = local.parameters.iter();
     let place = active.position(|active| active.name == *parameter).unwrap_or(0);
-    // Both sides of the graze, as far as the parameter's half-width.
-    let width = local.window.parameter[place];
-    let request = SweepRequest {
+    let request = |range: [f64; 2]| SweepRequest {
         parameter: place,
-        offsets: even_offsets([-width, width], VALUES),
+        offsets: even_offsets(range, VALUES),
         starts: Vec::new(),
         orbit: OrbitRequest::new(ITERATES[0], ITERATES[1], &local.window.state),
         window: local.window.clone(),
     };
+    // The side of the graze on which more orbits of the map stay, as far as the parameter's
+    // half-width: an orbit that escapes ends the map's sweep alone.
+    let width = local.window.parameter[place];
+    let map = frozen()?;
+    let side = |range: [f64; 2]| {
+        let request = request(range);
+        let reaches = reaches(&map, &request);
+        (request, reaches)
+    };
+    let (below, above) = (side([-width, 0.0]), side([0.0, width]));
+    let (request, reaches) = if below.1.len() >= above.1.len() { below } else { above };
     let run = |swept: Box<dyn SweptMap + '_>, request: &SweepRequest, runs: usize| {
         let (maps, direction) = (vec![swept], SweepDirection::Up);
         let plan = DiagramPlan { maps, direction, request: request.clone() };
@@ -82,7 +91,6 @@ fn rows(map: &Map, table: &mut Table) -> Result<(), Box<dyn Error>> {
         let time = |sweep: &Sweep| sweep.timing.nanoseconds_per_iterate();
         sweeps.min_by(|a, b| time(a).total_cmp(&time(b)))
     };
-    let reaches = reaches(&frozen()?, &request);
     for share in SHARES {
         let window = narrowed(&local.window, &reaches, share);
         let guarded = GuardedSweep { map: frozen()?, window, direct: direct()? };
