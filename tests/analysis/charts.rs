@@ -4,30 +4,13 @@
 use grazemap::analysis::chart::{Chart, ChartCell, chart};
 use grazemap::analysis::diagram::diagram;
 use grazemap::analysis::{AnalysisError, NoProgress};
-use grazemap::expansion::{Expander, LocalMap, MapOrders};
 use grazemap::iteration::{OrbitEnd, Period};
-use grazemap::model::{ChartRequest, DiagramRequest, Method, Scene, Starts};
-use grazemap::orbit::GrazingOrbit;
+use grazemap::model::{ChartRequest, DiagramRequest, Method, Starts};
 use grazemap::report::{chart_array, chart_figure, chart_rows};
 
-use crate::support::scenes::grazing;
-
-/// A scene of the catalogue with its orbit and its map at (5, 8).
-struct Case {
-    scene: Scene,
-    orbit: GrazingOrbit,
-    map: LocalMap,
-}
+use crate::Case;
 
 impl Case {
-    fn new(name: &str) -> Self {
-        let (scene, orbit) = grazing(name);
-        let orders = MapOrders { smooth_order: 5, contact_weight: 8 };
-        let expander = Expander::new(&scene, &orbit).expect("rigid");
-        let map = expander.expand(orders).expect("a simple graze");
-        Self { scene, orbit, map }
-    }
-
     fn number(&self, parameter: &str) -> usize {
         let mut parameters = self.scene.model.parameters.iter();
         let found = parameters.position(|known| known.name == parameter);

@@ -10,33 +10,17 @@ use grazemap::analysis::{
     DirectMap, ESCAPE_EXTENTS, GuardedMap, ImageRequest, ImageRow, NoProgress, Precision, Using,
     escape_bounds, images,
 };
-use grazemap::expansion::{Expander, LocalMap, MapOrders, MapWindow};
+use grazemap::expansion::MapWindow;
 use grazemap::hybrid::HybridSystem;
 use grazemap::iteration::{
     DiscreteMap, HornerMap, MapOrbit, OrbitEnd, OrbitRequest, Period, StepInfo,
 };
 use grazemap::model::{ChartRequest, DiagramRequest, Method, Scene, Starts, catalogue};
 use grazemap::numeric::Dd;
-use grazemap::orbit::GrazingOrbit;
 
-use crate::support::scenes::grazing;
-
-/// A scene of the catalogue with its orbit and its map.
-struct Case {
-    scene: Scene,
-    orbit: GrazingOrbit,
-    map: LocalMap,
-}
+use crate::Case;
 
 impl Case {
-    fn new(name: &str) -> Self {
-        let (scene, orbit) = grazing(name);
-        let orders = MapOrders { smooth_order: 5, contact_weight: 8 };
-        let expander = Expander::new(&scene, &orbit).expect("a good scene");
-        let map = expander.expand(orders).expect("a simple graze");
-        Self { scene, orbit, map }
-    }
-
     /// The same with a window that holds less.
     fn narrowed(mut self, share: f64) -> Self {
         let MapWindow { depth, state, .. } = &mut self.map.window;

@@ -20,7 +20,12 @@ mod trajectories;
 mod two_sided;
 mod windows;
 
+use grazemap::expansion::{Expander, LocalMap, MapOrders};
+use grazemap::model::Scene;
 use grazemap::numeric::Dd;
+use grazemap::orbit::GrazingOrbit;
+
+use support::scenes::grazing;
 
 /// Number in the sequence of the first point of the checks: beyond all that anything is chosen or
 /// measured by.
@@ -28,4 +33,21 @@ const UNUSED: usize = 100_000;
 
 fn exact(values: &[f64]) -> Vec<Dd> {
     values.iter().map(|&value| Dd::from(value)).collect()
+}
+
+/// A scene of the catalogue with its orbit and its map at (5, 8).
+struct Case {
+    scene: Scene,
+    orbit: GrazingOrbit,
+    map: LocalMap,
+}
+
+impl Case {
+    fn new(name: &str) -> Self {
+        let (scene, orbit) = grazing(name);
+        let orders = MapOrders { smooth_order: 5, contact_weight: 8 };
+        let expander = Expander::new(&scene, &orbit).expect("a good scene");
+        let map = expander.expand(orders).expect("a simple graze");
+        Self { scene, orbit, map }
+    }
 }
