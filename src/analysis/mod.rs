@@ -4,6 +4,7 @@
 //! Deliberately absent: plotting, files, progress bars.
 
 pub mod chart;
+pub mod continuation;
 pub mod diagram;
 mod direct_image;
 mod direct_map;
