@@ -23,6 +23,7 @@ pub use contact_itinerary::{ContactItinerary, ItineraryError};
 pub use depth_variable_map::{DepthVariableMap, ItineraryOrbit};
 pub use itinerary_bifurcations::ItineraryBifurcation;
 pub use itinerary_search::ItinerarySearch;
+pub(super) use itinerary_search::Settled;
 pub use map_equations::{MapOrbitEquations, PassagesOfOrbit};
 pub(super) use orbit::finite_or_one;
 pub use orbit::{
