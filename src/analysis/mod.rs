@@ -3,7 +3,9 @@
 //!
 //! Deliberately absent: plotting, files, progress bars.
 
+pub mod branches;
 pub mod chart;
+pub mod continuation;
 pub mod diagram;
 mod direct_image;
 mod direct_map;

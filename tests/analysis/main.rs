@@ -5,6 +5,7 @@
 mod support;
 
 mod any_section;
+mod branches;
 mod charts;
 mod choice;
 mod choice_evidence;
