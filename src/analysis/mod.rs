@@ -3,6 +3,7 @@
 //!
 //! Deliberately absent: plotting, files, progress bars.
 
+pub mod basin;
 pub mod chart;
 pub mod diagram;
 mod direct_image;
@@ -16,6 +17,7 @@ mod image;
 pub mod orbits;
 pub mod periodic;
 mod progress;
+mod refinement;
 mod section_frame;
 mod time_series;
 

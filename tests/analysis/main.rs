@@ -5,6 +5,7 @@
 mod support;
 
 mod any_section;
+mod basins;
 mod charts;
 mod choice;
 mod choice_evidence;
