@@ -691,7 +691,7 @@ impl Seed {
             self.depth_variables.truncate(self.itinerary.contacts());
             self.states.truncate(shorter);
         }
-        let standard = self.itinerary.standard();
+        let standard = self.itinerary.largest_rotation().0;
         if let Some(by) = self.itinerary.rotation_to(&standard) {
             let skipped: usize = self.itinerary.returns()[..by].iter().map(|made| made.len()).sum();
             self.states.rotate_left(by);
