@@ -23,7 +23,7 @@ use grazemap::report::{Cell, Column, ReportError, Table};
 use crate::of_catalogue;
 
 /// Scenes of the catalogue on which every orbit stays on one side of the graze: one rigid stop with
-/// an affine and with another flow, and two of them on two bodies; one and two compliant stops.
+/// an affine and with another flow, and between two bodies; one and two compliant stops.
 const SCENES: [&str; 6] =
     ["linear", "mems_codim2", "cantilever_3_5_soft", "impact_pair", "soft_b", "two_stops_t1"];
 /// Shares of the iterates outside the window.
