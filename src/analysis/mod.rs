@@ -3,7 +3,10 @@
 //!
 //! Deliberately absent: plotting, files, progress bars.
 
+pub mod basin;
+pub mod branches;
 pub mod chart;
+pub mod continuation;
 pub mod diagram;
 mod direct_image;
 mod direct_map;
@@ -16,6 +19,7 @@ mod image;
 pub mod orbits;
 pub mod periodic;
 mod progress;
+mod refinement;
 mod section_frame;
 mod time_series;
 

@@ -7,6 +7,7 @@ use clap::{ArgGroup, Args, Parser, Subcommand, ValueEnum};
 use super::output::{CliError, Outlets};
 use grazemap::analysis::{Precision, Using};
 use grazemap::emission::Target;
+use grazemap::model::Method;
 
 /// Fast, measured local maps of oscillators that graze a stop.
 ///
@@ -49,6 +50,8 @@ pub(super) enum Command {
     Orbits(OrbitsArguments),
     /// Time series and phase portrait of the grazing orbit, of a periodic orbit, of any start
     Trajectory(TrajectoryArguments),
+    /// Basins of attraction in a plane of the section
+    Basin(BasinArguments),
 }
 
 impl Arguments {
@@ -70,6 +73,7 @@ impl Arguments {
             Some(Command::Chart(options)) => ("chart", &options.common, true),
             Some(Command::Orbits(options)) => ("orbits", &options.scene.common, true),
             Some(Command::Trajectory(options)) => ("trajectory", &options.scene.common, true),
+            Some(Command::Basin(options)) => ("basin", &options.scene.common, true),
         })
     }
 
@@ -398,6 +402,87 @@ pub(super) struct TrajectoryArguments {
     pub(super) samples: u32,
 }
 
+/// Options of `basin`.
+#[derive(Clone, Debug, Args)]
+pub(super) struct BasinArguments {
+    #[command(flatten)]
+    pub(super) scene: SceneOptions,
+    /// Offsets of active parameters from the graze, others 0
+    #[arg(long, value_name = "NAME=OFFSET,...", value_parser = ParameterOffsets::parse)]
+    pub(super) at: Option<ParameterOffsets>,
+    /// The coordinates of the section that span the plane, the horizontal one first. Default: the
+    /// first two
+    #[arg(long, value_name = "A,B", value_delimiter = ',')]
+    pub(super) axes: Vec<String>,
+    /// First and last offset along an axis. Default: the window of the map
+    #[arg(long, value_name = "NAME=FROM:TO,...", value_parser = Ranges::parse)]
+    pub(super) range: Option<Ranges>,
+    /// Cells along both axes, or along each
+    #[arg(
+        long,
+        value_name = "N[,M]",
+        value_delimiter = ',',
+        allow_negative_numbers = true,
+        default_value = "400",
+        value_parser = clap::value_parser!(u32).range(1..=10_000)
+    )]
+    pub(super) points: Vec<u32>,
+    /// Offsets of the section's other coordinates, those not named 0
+    #[arg(long, value_name = "NAME=OFFSET,...", value_parser = ParameterOffsets::parse)]
+    pub(super) start: Option<ParameterOffsets>,
+    /// What follows the states
+    #[arg(long, value_enum, default_value_t = WithArgument::Guarded)]
+    pub(super) with: WithArgument,
+}
+
+/// What iterates states.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(super) enum WithArgument {
+    /// The local map
+    Map,
+    /// The local map inside its window, direct simulation outside
+    Guarded,
+    /// Direct simulation
+    Direct,
+}
+
+impl From<WithArgument> for Method {
+    fn from(argument: WithArgument) -> Self {
+        match argument {
+            WithArgument::Map => Self::Map,
+            WithArgument::Guarded => Self::Guarded,
+            WithArgument::Direct => Self::Direct,
+        }
+    }
+}
+
+/// Ranges by name.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Ranges(pub(super) Vec<(String, [f64; 2])>);
+
+impl Ranges {
+    /// `name=from:to,name=from:to`.
+    fn parse(text: &str) -> Result<Self, String> {
+        let range = |range: &str| {
+            let (name, ends) = range.split_once('=').ok_or("expected NAME=FROM:TO")?;
+            let (from, to) = ends.split_once(':').ok_or("expected NAME=FROM:TO")?;
+            let range = [finite(from)?, finite(to)?];
+            match range[0] < range[1] {
+                true => Ok((name.trim().to_owned(), range)),
+                false => Err(format!("`{ends}` does not increase")),
+            }
+        };
+        Ok(Self(text.split(',').map(range).collect::<Result<_, String>>()?))
+    }
+}
+
+/// A finite number.
+fn finite(text: &str) -> Result<f64, String> {
+    let value = text.trim();
+    let number = value.parse().ok().filter(|number: &f64| number.is_finite());
+    number.ok_or(format!("`{value}` is no finite number"))
+}
+
 /// Offsets of parameters by name.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct ParameterOffsets(pub(super) Vec<(String, f64)>);
@@ -407,10 +492,7 @@ impl ParameterOffsets {
     fn parse(text: &str) -> Result<Self, String> {
         let pair = |pair: &str| {
             let (name, value) = pair.split_once('=').ok_or("expected NAME=OFFSET")?;
-            let value = value.trim();
-            let offset = value.parse().ok().filter(|offset: &f64| offset.is_finite());
-            let offset = offset.ok_or(format!("`{value}` is no finite number"))?;
-            Ok((name.trim().to_owned(), offset))
+            Ok((name.trim().to_owned(), finite(value)?))
         };
         let pairs = text.split(',').map(pair).collect::<Result<_, String>>();
         Ok(Self(pairs?))

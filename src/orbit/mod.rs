@@ -15,7 +15,7 @@ mod monodromy;
 mod newton;
 mod outcome;
 mod passages;
-mod sampled;
+pub(crate) mod sampled;
 mod search;
 mod section;
 mod special;

@@ -4,6 +4,7 @@ use std::sync::{Arc, OnceLock};
 
 use super::graze::parameter_number;
 use super::{Error, Settled, StudyRequest};
+use crate::analysis::basin::{Basin, BasinRequest, basin};
 use crate::analysis::chart::{Chart, chart};
 use crate::analysis::diagram::{Diagram, diagram};
 use crate::analysis::orbits::{Orbits, OrbitsRequest, orbits};
@@ -375,6 +376,16 @@ impl Map {
         let charts = requests
             .map(|(number, request)| self.chart_with(request, &Part::new(progress, number)));
         Ok(charts.collect::<Result<Vec<_>, _>>()?.into_iter().flatten().collect())
+    }
+
+    /// Basins of attraction in a plane of states.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Analysis`] for a plane or parameters that the map does not have.
+    pub fn basin(&self, request: &BasinRequest, progress: &dyn Progress) -> Result<Basin, Error> {
+        let (scene, orbit) = (self.settled().scene(), self.orbit());
+        Ok(basin(scene, orbit, self.local(), request, progress)?)
     }
 
     /// Periodic orbits by itinerary, their folds and flips.

@@ -226,6 +226,8 @@ pub enum DocumentKind {
     Convergence,
     /// A time series.
     Trajectory,
+    /// Basins of attraction.
+    Basin,
 }
 
 impl DocumentKind {

@@ -5,6 +5,8 @@
 mod support;
 
 mod any_section;
+mod basins;
+mod branches;
 mod charts;
 mod choice;
 mod choice_evidence;

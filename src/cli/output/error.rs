@@ -78,6 +78,12 @@ pub(in crate::cli) enum CliError {
          {found}"
     )]
     NotAPlane { found: usize },
+    /// Another number of axes, or of numbers of cells, than a plane has.
+    #[error("a basin has two axes; found {found}")]
+    NotTwoAxes { found: usize },
+    /// A range along what is no axis.
+    #[error("--range names `{name}`, which is no axis of the basin; name it in --axes")]
+    NoAxis { name: String },
     /// A map without parameters.
     #[error("the map has no parameter; name some in `expansion.active`")]
     NoParameter,
