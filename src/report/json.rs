@@ -228,6 +228,8 @@ pub enum DocumentKind {
     Trajectory,
     /// Basins of attraction.
     Basin,
+    /// Branches of periodic orbits.
+    Branch,
 }
 
 impl DocumentKind {

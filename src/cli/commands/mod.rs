@@ -2,6 +2,7 @@
 //! named, and what is said of it on the way.
 
 pub(super) mod basin;
+pub(super) mod branch;
 pub(super) mod converge;
 pub(super) mod emit;
 pub(super) mod expand;
