@@ -20,7 +20,9 @@ use std::process::ExitCode;
 use clap::Parser;
 
 use arguments::{Arguments, Command};
-use commands::{converge, emit, expand, grazes, image, orbits, run, scenes, sweeps, trajectory};
+use commands::{
+    converge, emit, expand, grazes, image, loci, orbits, run, scenes, sweeps, trajectory,
+};
 use output::CliError;
 use resume::catch_interruptions;
 
@@ -70,6 +72,7 @@ fn dispatch(arguments: Arguments) -> Result<(), CliError> {
         Some(Command::Diagram(options)) => sweeps::diagram(&options),
         Some(Command::Chart(options)) => sweeps::chart(&options),
         Some(Command::Orbits(options)) => orbits::run(&options),
+        Some(Command::Loci(options)) => loci::run(&options),
         Some(Command::Trajectory(options)) => trajectory::run(&options),
         Some(Command::Emit(options)) => emit::run(&options),
         Some(Command::Run(options)) => run::run(&options),

@@ -6,6 +6,7 @@ use super::graze::parameter_number;
 use super::{Error, Settled, StudyRequest};
 use crate::analysis::chart::{Chart, chart};
 use crate::analysis::diagram::{Diagram, diagram};
+use crate::analysis::loci::{Loci, LociRequest, loci};
 use crate::analysis::orbits::{Orbits, OrbitsRequest, orbits};
 use crate::analysis::{
     ImageRecord, ImageRequest, NoProgress, Part, Progress, SectionImage, direct_image, guarded,
@@ -390,6 +391,11 @@ impl Map {
     ) -> Result<Orbits, Error> {
         let (scene, orbit) = (self.settled().scene(), self.orbit());
         Ok(orbits(scene, orbit, self.local(), request, progress)?)
+    }
+
+    /// Loci of periodic orbits in two parameters.
+    pub fn loci(&self, request: &LociRequest) -> Loci {
+        loci(self.local(), request)
     }
 
     /// Maps of every pair of orders against direct simulation.
