@@ -21,7 +21,8 @@ use clap::Parser;
 
 use arguments::{Arguments, Command};
 use commands::{
-    basin, branch, converge, emit, expand, grazes, image, orbits, run, scenes, sweeps, trajectory,
+    basin, branch, converge, emit, expand, grazes, image, loci, orbits, run, scenes, sweeps,
+    trajectory,
 };
 use output::CliError;
 use resume::catch_interruptions;
@@ -74,6 +75,7 @@ fn dispatch(arguments: Arguments) -> Result<(), CliError> {
         Some(Command::Orbits(options)) => orbits::run(&options),
         Some(Command::Basin(options)) => basin::run(&options),
         Some(Command::Branch(options)) => branch::run(&options),
+        Some(Command::Loci(options)) => loci::run(&options),
         Some(Command::Trajectory(options)) => trajectory::run(&options),
         Some(Command::Emit(options)) => emit::run(&options),
         Some(Command::Run(options)) => run::run(&options),

@@ -8,6 +8,7 @@ use crate::analysis::basin::{Basin, BasinRequest, basin};
 use crate::analysis::branches::{BranchRequest, Branches, branches};
 use crate::analysis::chart::{Chart, chart};
 use crate::analysis::diagram::{Diagram, diagram};
+use crate::analysis::loci::{Loci, LociRequest, loci};
 use crate::analysis::orbits::{Orbits, OrbitsRequest, orbits};
 use crate::analysis::{
     ImageRecord, ImageRequest, NoProgress, Part, Progress, SectionImage, direct_image, guarded,
@@ -440,6 +441,11 @@ impl Map {
     ) -> Result<Branches, Error> {
         let (scene, orbit) = (self.settled().scene(), self.orbit());
         Ok(branches(scene, orbit, self.local(), request, progress)?)
+    }
+
+    /// Loci of periodic orbits in two parameters.
+    pub fn loci(&self, request: &LociRequest) -> Loci {
+        loci(self.local(), request)
     }
 
     /// Maps of every pair of orders against direct simulation.

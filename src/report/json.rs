@@ -218,6 +218,8 @@ pub enum DocumentKind {
     Map,
     /// Periodic orbits by itinerary.
     Orbits,
+    /// Loci in two parameters.
+    Loci,
     /// A bifurcation diagram.
     Diagram,
     /// A two-parameter chart.
