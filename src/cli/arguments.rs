@@ -57,16 +57,18 @@ pub(super) enum Command {
     Trajectory(TrajectoryArguments),
     /// Basins of attraction in a plane of the section
     Basin(BasinArguments),
+    /// Published figures and tables, computed again and compared
+    Gallery(GalleryOptions),
 }
 
 impl Arguments {
-    /// The command's name, its common options, and whether it has a table; `None` of `new`, which
-    /// has none of them.
+    /// The command's name, its common options, and whether it has a table; `None` of `new` and
+    /// `gallery`, which have none of them.
     fn outputs(&self) -> Option<(&'static str, &Common, bool)> {
         Some(match self.command.as_ref() {
             None => ("run", &self.common, false),
             Some(Command::Run(options)) => ("run", &options.common, false),
-            Some(Command::New(_)) => return None,
+            Some(Command::New(_) | Command::Gallery(_)) => return None,
             Some(Command::Check(options)) => ("check", &options.common, false),
             Some(Command::Locate(options)) => ("locate", &options.common, false),
             Some(Command::Curve(options)) => ("curve", &options.scene.common, true),
@@ -302,6 +304,26 @@ pub(super) struct NewOptions {
     pub(super) list: bool,
     /// The file to write; default: NAME.toml
     #[arg(short = 'o', long = "output", value_name = "FILE", conflicts_with = "list")]
+    pub(super) output: Option<PathBuf>,
+    /// Say nothing but errors
+    #[arg(short = 'q', long = "quiet")]
+    pub(super) quiet: bool,
+}
+
+/// Options of `gallery`.
+#[derive(Clone, Debug, Args)]
+pub(super) struct GalleryOptions {
+    /// Entries, or papers with all of their entries; default: all
+    #[arg(value_name = "NAME", conflicts_with = "list")]
+    pub(super) names: Vec<String>,
+    /// List the entries
+    #[arg(long)]
+    pub(super) list: bool,
+    /// Compute fewer points: seconds in place of minutes
+    #[arg(long)]
+    pub(super) small: bool,
+    /// The folder for the page and all results; default: out/gallery
+    #[arg(short = 'o', long = "output", value_name = "DIR")]
     pub(super) output: Option<PathBuf>,
     /// Say nothing but errors
     #[arg(short = 'q', long = "quiet")]

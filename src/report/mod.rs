@@ -11,6 +11,7 @@ mod branch_listing;
 mod chart_figure;
 mod chosen_words;
 mod convergence_page;
+mod curve_figure;
 mod curve_listing;
 mod diagram_figure;
 mod error;
@@ -45,6 +46,7 @@ pub use chosen_words::{
 pub use convergence_page::{
     convergence_figures, convergence_section, convergence_table, without_times,
 };
+pub use curve_figure::curve_figures;
 pub use curve_listing::{
     Codimension2, CurveListing, CurvePointListing, FoldListing, SwitchListing, UnresolvedListing,
 };
@@ -64,7 +66,7 @@ pub use orbit_listing::{ConditionsListing, OrbitListing, PassageListing};
 pub use orbits_listing::{
     BifurcationsRecord, ContactRecord, LostRecord, OrbitRecord, OrbitsListing,
 };
-pub use page::{Page, PageFigure, Provenance, Section};
+pub use page::{Page, PageFigure, Picture, Provenance, Section};
 pub use run_page::{CrateSummary, RunPage, StageTime, run_page};
 pub use section_document::{SectionCost, SectionDecision, SectionDocument};
 pub use sweep_words::{chart_outside_words, diagram_outside_words};

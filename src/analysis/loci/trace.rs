@@ -97,7 +97,7 @@ impl<'a> MapLoci<'a> {
         free: &[usize],
         at: &[f64],
     ) -> MapOrbitEquations<'e, S> {
-        let reach = REACH * self.wider;
+        let reach = [REACH * self.wider; 2];
         let window = &self.map.window;
         let equations = MapOrbitEquations::new(evaluation, itinerary, window, free, at, reach);
         let [from, to] = self.request.range;
