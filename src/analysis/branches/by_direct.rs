@@ -11,7 +11,7 @@ use super::trace::{
     Trace, apart, null_vector, standard_form, toggled, twice, unit_vector, with_those_led_to,
 };
 use crate::analysis::continuation::{
-    CourseEnd, CurveEquations, CurvePoint, corrected, searched, zero_near,
+    CourseEnd, CurveEquations, CurvePoint, corrected, searched, tangent_at, zero_near,
 };
 use crate::analysis::direct_image::DirectImage;
 use crate::analysis::error::AnalysisError;
@@ -19,7 +19,7 @@ use crate::analysis::escape::extents;
 use crate::analysis::evaluation::{DepthEvaluation, MapEvaluation};
 use crate::analysis::orbits::{FoundOrbit, OrbitContact};
 use crate::analysis::periodic::{
-    ContactItinerary, DirectOrbit, DirectOrbitEquations, DirectUnits, SectionMap,
+    ContactItinerary, DirectOrbit, DirectOrbitEquations, DirectUnits, SectionMap, window_scales,
 };
 use crate::analysis::progress::Progress;
 use crate::expansion::LocalMap;
@@ -385,7 +385,10 @@ impl<'a> Continuation<'a> {
             let mut orbit = self.found(&equations, point, !grazing.is_empty());
             let special = self.special(&equations, point, &turns, grazing);
             if let (Some(&test), Some(_)) = (turns.first(), &special) {
-                let exact = self.refined(itinerary, point, test);
+                let exact = match equations.is_repeated(&point.linearised.extra, NEAR) {
+                    true => self.refined_doubling(itinerary, point),
+                    false => self.refined(itinerary, point, test),
+                };
                 orbit.parameters = exact.unwrap_or(orbit.parameters);
             }
             BranchPoint { orbit, special }
@@ -428,13 +431,11 @@ impl<'a> Continuation<'a> {
         let circle = multipliers
             .iter()
             .any(|value| value.im != 0.0 && (value.norm() - 1.0).abs() < AT_MULTIPLIER);
-        let doubles = equations.is_repeated(orbit, SAME);
+        let doubles = equations.is_repeated(orbit, NEAR);
         let label = doubles.then_some(BranchLabel::BranchPoint);
         let label = label.or_else(|| {
             turns.iter().find_map(|&test| match test {
-                0 if near(1.0) && !equations.is_repeated(orbit, NEAR) => {
-                    Some(BranchLabel::SaddleNode)
-                }
+                0 if near(1.0) => Some(BranchLabel::SaddleNode),
                 1 if near(-1.0) => Some(BranchLabel::PeriodDoubling),
                 2 if near(1.0) && !turns.contains(&0) => Some(BranchLabel::BranchPoint),
                 4 if circle => Some(BranchLabel::NeimarkSacker),
@@ -462,9 +463,7 @@ impl<'a> Continuation<'a> {
             state: exact(&orbit.states[0]),
             parameters: exact(&equations.parameters(&point.unknowns)),
             returns: equations.itinerary().period(),
-            units: crate::analysis::periodic::window_scales(&self.map.window)
-                [..self.units.state.len()]
-                .to_vec(),
+            units: window_scales(&self.map.window)[..self.units.state.len()].to_vec(),
             length: own.fold(1.0, |least, (_, value)| least.min(value * value)),
             jacobian: equations.jacobian(orbit)?,
         };
@@ -488,6 +487,22 @@ impl<'a> Continuation<'a> {
         let parameters = fine.parameters(&found.unknowns);
         let parameters = parameters.iter().map(|value| value.to_f64()).collect();
         (apart(&rounded, &point.unknowns) < FAR).then_some(parameters)
+    }
+
+    /// The same of a branch point at which orbits have half their period: there those double.
+    fn refined_doubling(&self, itinerary: &ContactItinerary, point: &Point) -> Option<Vec<f64>> {
+        let half = itinerary.period() / 2;
+        let returns = itinerary.returns()[..half].to_vec();
+        let half = ContactItinerary::new(itinerary.passages(), returns);
+        let mut equations = self.equations(&half);
+        let variables = half.period() * self.units.state.len();
+        let mut unknowns = point.unknowns[..variables].to_vec();
+        unknowns.push(*point.unknowns.last()?);
+        let along = unit_vector(unknowns.len(), variables);
+        let (unknowns, linearised) = corrected(&mut equations, &unknowns, &unknowns, &along)?;
+        let tangent = tangent_at(&linearised.jacobian, &along)?;
+        let point = Point { unknowns, tangent, linearised, tests: Vec::new() };
+        self.refined(&half, &point, 1)
     }
 
     /// The orbit at a point.

@@ -305,7 +305,7 @@ impl<'a> Continuation<'a> {
             let mut special = None;
             if let Some(&first) = turns.first() {
                 special = self.special(&equations, point, &turns).filter(|_| physical);
-                let doubles = equations.is_repeated(&point.linearised.extra, SAME);
+                let doubles = equations.is_repeated(&point.linearised.extra, NEAR);
                 let exact = match doubles {
                     true => self.refined_doubling(itinerary, point),
                     false => self.refined(itinerary, point, first),
@@ -356,7 +356,7 @@ impl<'a> Continuation<'a> {
         let circle = multipliers
             .iter()
             .any(|multiplier| multiplier.im != 0.0 && (multiplier.norm() - 1.0).abs() < 1e-6);
-        let doubles = equations.is_repeated(&point.linearised.extra, SAME);
+        let doubles = equations.is_repeated(&point.linearised.extra, NEAR);
         let doubles = doubles.then_some(BranchLabel::BranchPoint);
         let label = doubles.or_else(|| {
             turns.iter().find_map(|&test| match test {

@@ -8,7 +8,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::contact_itinerary::ContactItinerary;
-use super::map_equations::second_compound;
+use super::map_equations::{is_same, second_compound};
 use crate::analysis::continuation::{CurveEquations, CurvePoint, Linearised, TestValue, bordered};
 use crate::analysis::direct_image::{DirectEnd, DirectImage};
 use crate::iteration::PassageSet;
@@ -76,8 +76,8 @@ const SHORTENINGS: usize = 3;
 const SHORTENED: f64 = 1e-2;
 /// Newton steps for a gap at most.
 const STEPS: usize = 30;
-/// Section points that agree to this are one.
-const REPEATED: f64 = 1e-6;
+/// Section points that agree to this share of their offsets are one.
+const REPEATED: f64 = 1e-4;
 
 impl<'a, S: Real> DirectOrbitEquations<'a, S> {
     /// The equations of an itinerary with one parameter free, within a range of offsets, the others
@@ -307,12 +307,12 @@ impl<'a, S: Real> DirectOrbitEquations<'a, S> {
         matrix
     }
 
-    /// Whether the orbit is one of a shorter period, to this share of the units.
+    /// Whether the orbit is one of a shorter period, to this share of the offsets.
     pub fn is_repeated(&self, orbit: &DirectOrbit<S>, tolerance: f64) -> bool {
         let count = orbit.states.len();
         let near = |a: &[S], b: &[S]| {
             let mut pairs = a.iter().zip(b).zip(&self.units.state);
-            pairs.all(|((&a, &b), unit)| (a - b).magnitude() <= tolerance * unit)
+            pairs.all(|((&a, &b), unit)| is_same([a, b], *unit, tolerance))
         };
         let mut later = (1..count).filter(|&later| self.itinerary.repeats_after(later));
         later.any(|later| {

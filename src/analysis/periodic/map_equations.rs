@@ -50,8 +50,10 @@ pub struct PassagesOfOrbit<S> {
     pub arrivals: Vec<(usize, usize, Vec<S>)>,
 }
 
-/// Points of an orbit that agree to this share of the units are one.
-const REPEATED: f64 = 1e-6;
+/// Offsets this near are one, in the unit of the coordinate.
+const ROUNDING: f64 = 1e-13;
+/// Points of an orbit that agree to this share of their offsets are one.
+const REPEATED: f64 = 1e-5;
 
 impl<'a, S: Real> MapOrbitEquations<'a, S> {
     /// The equations of an itinerary with the parameters `free` among the unknowns and the others
@@ -224,7 +226,7 @@ impl<'a, S: Real> MapOrbitEquations<'a, S> {
     }
 
     /// Whether the orbit goes through the same points after so many returns, to this share of
-    /// the units.
+    /// their offsets.
     pub fn repeats_after(
         &self,
         orbit: &PassagesOfOrbit<S>,
@@ -235,7 +237,7 @@ impl<'a, S: Real> MapOrbitEquations<'a, S> {
         let near = |(number, state): (usize, &Vec<S>)| {
             let later = &orbit.states[(number + returns) % count];
             let mut pairs = state.iter().zip(later).zip(&self.units);
-            pairs.all(|((&a, &b), unit)| (a - b).magnitude() <= tolerance * unit)
+            pairs.all(|((&a, &b), unit)| is_same([a, b], *unit, tolerance))
         };
         orbit.states.iter().enumerate().all(near)
     }
@@ -362,6 +364,11 @@ impl<S: Real> MapOrbitEquations<'_, S> {
         };
         TestValue { value, size: 1.0 }
     }
+}
+
+/// Whether two offsets agree to a share of themselves, or to rounding in their unit.
+pub(super) fn is_same<S: Real>([a, b]: [S; 2], unit: f64, share: f64) -> bool {
+    (a - b).magnitude() <= share * a.magnitude().max(b.magnitude()) + ROUNDING * unit
 }
 
 /// The matrix of all minors of two rows and two columns: its eigenvalues are the products of two
