@@ -46,6 +46,8 @@ const NEAR: f64 = 1e-3;
 const DOUBLED: [f64; 3] = [1e-2, 1e-3, 1e-4];
 /// How far from a special point its refinement in double-double may lie.
 const FAR: f64 = 1e-5;
+/// The same where a contact is too weak for double precision.
+const FAR_AT_GRAZE: f64 = 1e-2;
 
 type DirectTrace = Trace<DirectOrbit<f64>>;
 type Point = CurvePoint<f64, DirectOrbit<f64>>;
@@ -383,8 +385,13 @@ impl<'a> Continuation<'a> {
                 false => Vec::new(),
             };
             let mut orbit = self.found(&equations, point, !grazing.is_empty());
+            if !grazing.is_empty() {
+                let exact = self.refined_graze(itinerary, point);
+                orbit.parameters = exact.unwrap_or(orbit.parameters);
+            }
             let special = self.special(&equations, point, &turns, grazing);
-            if let (Some(&test), Some(_)) = (turns.first(), &special) {
+            let labelled = special.as_ref().is_some_and(|s| s.label != BranchLabel::Graze);
+            if let (Some(&test), true) = (turns.first(), labelled) {
                 let exact = match equations.is_repeated(&point.linearised.extra, NEAR) {
                     true => self.refined_doubling(itinerary, point),
                     false => self.refined(itinerary, point, test),
@@ -487,6 +494,25 @@ impl<'a> Continuation<'a> {
         let parameters = fine.parameters(&found.unknowns);
         let parameters = parameters.iter().map(|value| value.to_f64()).collect();
         (apart(&rounded, &point.unknowns) < FAR).then_some(parameters)
+    }
+
+    /// The parameters of an orbit that grazes, its passages without speed or gap held there, to the
+    /// rounding of double-double.
+    fn refined_graze(&self, itinerary: &ContactItinerary, point: &Point) -> Option<Vec<f64>> {
+        let mut fine = self.equations_of(&self.fine, itinerary);
+        let own = |unknown: usize| fine.passage_of(unknown).is_some();
+        let at = point.unknowns.iter().enumerate().map(|(unknown, &value)| {
+            let grazes = own(unknown) && value.abs() <= AT_GRAZE;
+            if grazes { Dd::ZERO } else { Dd::from(value) }
+        });
+        let at: Vec<Dd> = at.collect();
+        let held = (0..at.len()).find(|&unknown| own(unknown) && at[unknown] == Dd::ZERO)?;
+        let normal: Vec<Dd> = unit_vector(at.len(), held).into_iter().map(Dd::from).collect();
+        let (found, _) = corrected(&mut fine, &at, &at, &normal)?;
+        let rounded: Vec<f64> = found.iter().map(|value| value.to_f64()).collect();
+        let parameters = fine.parameters(&found);
+        let parameters = parameters.iter().map(|value| value.to_f64()).collect();
+        (apart(&rounded, &point.unknowns) < FAR_AT_GRAZE).then_some(parameters)
     }
 
     /// The same of a branch point at which orbits have half their period: there those double.
