@@ -3,6 +3,7 @@
 //!
 //! Deliberately absent: plotting, files, progress bars.
 
+pub mod branches;
 pub mod chart;
 pub mod continuation;
 pub mod diagram;

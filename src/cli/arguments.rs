@@ -50,6 +50,8 @@ pub(super) enum Command {
     Orbits(OrbitsArguments),
     /// Saddle-nodes, flips, Neimark-Sacker points and grazes in two parameters
     Loci(LociArguments),
+    /// Branches of periodic orbits in one parameter, through folds, flips and grazes
+    Branch(BranchArguments),
     /// Time series and phase portrait of the grazing orbit, of a periodic orbit, of any start
     Trajectory(TrajectoryArguments),
 }
@@ -73,6 +75,7 @@ impl Arguments {
             Some(Command::Chart(options)) => ("chart", &options.common, true),
             Some(Command::Orbits(options)) => ("orbits", &options.scene.common, true),
             Some(Command::Loci(options)) => ("loci", &options.scene.common, true),
+            Some(Command::Branch(options)) => ("branch", &options.scene.common, true),
             Some(Command::Trajectory(options)) => ("trajectory", &options.scene.common, true),
         })
     }
@@ -353,6 +356,41 @@ pub(super) struct OrbitsArguments {
         value_parser = clap::value_parser!(u16).range(2..=10_000)
     )]
     pub(super) points: u16,
+}
+
+/// Options of `branch`.
+#[derive(Clone, Debug, Args)]
+pub(super) struct BranchArguments {
+    #[command(flatten)]
+    pub(super) scene: SceneOptions,
+    /// The active parameter that varies
+    #[arg(long, value_name = "P")]
+    pub(super) along: String,
+    /// Its first offset from the graze. Default: the window's
+    #[arg(long, value_name = "A", allow_negative_numbers = true)]
+    pub(super) from: Option<f64>,
+    /// Its last offset
+    #[arg(long, value_name = "B", allow_negative_numbers = true)]
+    pub(super) to: Option<f64>,
+    /// Offsets of other active parameters from the graze, others 0
+    #[arg(long, value_name = "NAME=OFFSET,...", value_parser = ParameterOffsets::parse)]
+    pub(super) at: Option<ParameterOffsets>,
+    /// Look for all itineraries of periods up to N returns, and follow branches that double up to
+    /// N. Default: 4, with several passages 4 passages
+    #[arg(
+        long,
+        value_name = "N",
+        allow_negative_numbers = true,
+        value_parser = clap::value_parser!(u8).range(1..=12)
+    )]
+    pub(super) period: Option<u8>,
+    /// Look for this itinerary, and follow what it changes to where it grazes: 1 for contact, 0
+    /// for none, passage by passage and return by return (`100`); may be repeated
+    #[arg(long, value_name = "DIGITS")]
+    pub(super) itinerary: Vec<String>,
+    /// Whose orbits: the map's, or those of direct simulation
+    #[arg(long, value_enum, default_value_t = OrbitsUsing::Map)]
+    pub(super) using: OrbitsUsing,
 }
 
 /// Whose orbits.

@@ -21,7 +21,7 @@ use clap::Parser;
 
 use arguments::{Arguments, Command};
 use commands::{
-    converge, emit, expand, grazes, image, loci, orbits, run, scenes, sweeps, trajectory,
+    branch, converge, emit, expand, grazes, image, loci, orbits, run, scenes, sweeps, trajectory,
 };
 use output::CliError;
 use resume::catch_interruptions;
@@ -73,6 +73,7 @@ fn dispatch(arguments: Arguments) -> Result<(), CliError> {
         Some(Command::Chart(options)) => sweeps::chart(&options),
         Some(Command::Orbits(options)) => orbits::run(&options),
         Some(Command::Loci(options)) => loci::run(&options),
+        Some(Command::Branch(options)) => branch::run(&options),
         Some(Command::Trajectory(options)) => trajectory::run(&options),
         Some(Command::Emit(options)) => emit::run(&options),
         Some(Command::Run(options)) => run::run(&options),

@@ -228,6 +228,8 @@ pub enum DocumentKind {
     Convergence,
     /// A time series.
     Trajectory,
+    /// Branches of periodic orbits.
+    Branch,
 }
 
 impl DocumentKind {

@@ -14,7 +14,7 @@ fn derivatives_are_those_of_the_residuals() {
     let itinerary = ContactItinerary::parse("110", 1).expect("digits");
     let window = &map.local().window;
     let equations =
-        MapOrbitEquations::new(&evaluation, &itinerary, window, &[0, 1], &[0.0; 2], 2.0);
+        MapOrbitEquations::new(&evaluation, &itinerary, window, &[0, 1], &[0.0; 2], [2.0; 2]);
     let at: Vec<Dd> = [0.3, -0.2, 0.7, -0.4, 0.1, 0.6].into_iter().map(Dd::from).collect();
     let there = equations.at(&at).expect("residuals");
     assert_eq!(there.jacobian.shape(), (4, 6));
@@ -47,7 +47,8 @@ fn multipliers_are_those_of_the_search() {
     let orbit = found.first().expect("an orbit with one impact");
     let evaluation = MapEvaluation::<Dd>::new(map.local());
     let window = &map.local().window;
-    let equations = MapOrbitEquations::new(&evaluation, &itinerary, window, &[0], &parameters, 2.0);
+    let equations =
+        MapOrbitEquations::new(&evaluation, &itinerary, window, &[0], &parameters, [2.0; 2]);
     let free = parameters.map(Dd::from);
     let at = equations.unknowns(&orbit.orbit.states[0], &orbit.depth_variables, &free);
     let there = equations.at(&at).expect("residuals");

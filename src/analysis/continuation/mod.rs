@@ -20,7 +20,7 @@ mod course;
 mod step;
 
 pub use course::{Course, CourseEnd, Turn, follow};
-pub use step::{CurvePoint, StepControl, corrected, tangent_at, zero_between, zero_near};
+pub use step::{CurvePoint, StepControl, corrected, searched, tangent_at, zero_between, zero_near};
 
 use nalgebra::{DMatrix, DVector};
 

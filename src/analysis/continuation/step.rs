@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, DVector};
 
 use super::{CurveEquations, Linearised, TestValue};
 use crate::numeric::linear::{factorize, solve};
-use crate::numeric::{Bracket, Real};
+use crate::numeric::{Bracket, NewtonOutcome, NumericError, Real, damped_newton};
 
 /// A point of a curve.
 #[derive(Clone, Debug)]
@@ -81,6 +81,48 @@ pub fn corrected<S: Real, C: CurveEquations<S> + ?Sized>(
         last = length;
     }
     None
+}
+
+/// Newton steps of a search at most, and halvings of each.
+const SEARCHED: [usize; 2] = [40, 12];
+
+/// The solution with one unknown held, by damped Newton steps from a start that may be far; `None`
+/// where they do not converge.
+pub fn searched<S: Real, C: CurveEquations<S> + ?Sized>(
+    curve: &mut C,
+    start: &[S],
+    held: usize,
+) -> Option<(Vec<S>, Linearised<S, C::Extra>)> {
+    let size = |here: &Linearised<S, C::Extra>| {
+        here.residual.iter().fold(0.0, |most: f64, value| most.max(value.magnitude()))
+    };
+    let unit = |place| if place == held { S::one() } else { S::zero() };
+    let normal: Vec<S> = (0..start.len()).map(unit).collect();
+    let here = curve.linearised(start)?;
+    let outcome = damped_newton(
+        (start.to_vec(), here),
+        SEARCHED,
+        |(_, here)| {
+            let mut right = here.residual.clone().insert_row(start.len() - 1, S::zero());
+            right.iter_mut().for_each(|value| *value = -*value);
+            let step = solve(&bordered(&here.jacobian, &normal), &right)?;
+            let length = step.iter().fold(0.0, |most: f64, value| most.max(value.magnitude()));
+            Ok::<_, NumericError>((step, length))
+        },
+        |(unknowns, here), (step, length), share| {
+            let share = S::from_f64(share);
+            let pairs = unknowns.iter().zip(step.iter());
+            let next: Vec<S> = pairs.map(|(&u, &change)| u + share * change).collect();
+            let there = curve.linearised(&next)?;
+            let nearer = *length <= S::ROUNDOFF.sqrt() || size(&there) < size(here);
+            nearer.then_some((next, there))
+        },
+        |_, &(_, length)| length <= S::ROUNDOFF.powf(0.75),
+    );
+    match outcome {
+        NewtonOutcome::Root(found) => Some(found),
+        _ => None,
+    }
 }
 
 /// The unit tangent at a point, on the side of `along`; `None` where it is not determined.

@@ -182,6 +182,24 @@ impl ContactItinerary {
         (0..period).all(|number| self.returns[number] == self.returns[(number + returns) % period])
     }
 
+    /// The same begun where it is the largest as a number, as [`all`](Self::all) lists it.
+    #[must_use]
+    pub fn standard(&self) -> Self {
+        let begun_after = |returns: usize| {
+            let mut rotated = self.clone();
+            rotated.returns.rotate_left(returns);
+            rotated
+        };
+        let all = (0..self.period()).map(begun_after);
+        let largest =
+            all.reduce(
+                |largest, other| {
+                    if other.to_string() > largest.to_string() { other } else { largest }
+                },
+            );
+        largest.unwrap_or_else(|| self.clone())
+    }
+
     /// By how many returns it would have to begin later to be the other; `None` where it is another
     /// orbit's.
     pub fn rotation_to(&self, other: &Self) -> Option<usize> {

@@ -50,11 +50,14 @@ pub struct PassagesOfOrbit<S> {
     pub arrivals: Vec<(usize, usize, Vec<S>)>,
 }
 
+/// Points of an orbit that agree to this share of the units are one.
+const REPEATED: f64 = 1e-6;
+
 impl<'a, S: Real> MapOrbitEquations<'a, S> {
     /// The equations of an itinerary with the parameters `free` among the unknowns and the others
     /// at the offsets `at`.
     ///
-    /// Unknowns are followed up to `reach` of their units; parameters as far as
+    /// Coordinates and depth variables are followed up to `reach` of their units, parameters as far as
     /// [`with_range`](Self::with_range) says, and without bound until then.
     pub fn new(
         map: &'a MapEvaluation<S>,
@@ -62,7 +65,7 @@ impl<'a, S: Real> MapOrbitEquations<'a, S> {
         window: &MapWindow,
         free: &[usize],
         at: &[f64],
-        reach: f64,
+        reach: [f64; 2],
     ) -> Self {
         let scales = window_scales(window);
         let dimension = window.state.len();
@@ -73,7 +76,8 @@ impl<'a, S: Real> MapOrbitEquations<'a, S> {
         let units: Vec<f64> = units.collect();
         let followed = dimension + itinerary.contacts();
         let range = |unknown: usize| match unknown {
-            unknown if unknown < followed => [-reach, reach],
+            unknown if unknown < dimension => [-reach[0], reach[0]],
+            unknown if unknown < followed => [-reach[1], reach[1]],
             _ => [f64::NEG_INFINITY, f64::INFINITY],
         };
         Self {
@@ -219,8 +223,32 @@ impl<'a, S: Real> MapOrbitEquations<'a, S> {
         TestValue::determinant(&self.shifted(&linearised.jacobian, multiplier))
     }
 
-    /// The square Jacobian by coordinates and depth variables with `x⁺ − s x` for `x⁺ − x`.
-    fn shifted(&self, jacobian: &DMatrix<S>, multiplier: f64) -> DMatrix<S> {
+    /// Whether the orbit goes through the same points after so many returns, to this share of
+    /// the units.
+    pub fn repeats_after(
+        &self,
+        orbit: &PassagesOfOrbit<S>,
+        returns: usize,
+        tolerance: f64,
+    ) -> bool {
+        let count = orbit.states.len();
+        let near = |(number, state): (usize, &Vec<S>)| {
+            let later = &orbit.states[(number + returns) % count];
+            let mut pairs = state.iter().zip(later).zip(&self.units);
+            pairs.all(|((&a, &b), unit)| (a - b).magnitude() <= tolerance * unit)
+        };
+        orbit.states.iter().enumerate().all(near)
+    }
+
+    /// Whether the orbit is one of a shorter period.
+    pub fn is_repeated(&self, orbit: &PassagesOfOrbit<S>, tolerance: f64) -> bool {
+        let later = (1..self.itinerary.period()).filter(|&by| self.itinerary.repeats_after(by));
+        { later }.any(|later| self.repeats_after(orbit, later, tolerance))
+    }
+
+    /// The square Jacobian by coordinates and depth variables with `x⁺ − s x` for `x⁺ − x`: it is
+    /// singular where `s` is a multiplier.
+    pub fn shifted(&self, jacobian: &DMatrix<S>, multiplier: f64) -> DMatrix<S> {
         let rows = self.first_parameter();
         let mut matrix = jacobian.columns(0, rows).into_owned();
         for place in 0..self.dimension {
@@ -280,7 +308,8 @@ impl<'a, S: Real> MapOrbitEquations<'a, S> {
 }
 
 /// In one free parameter: the turn of the parameter (a fold), `det(J + I)` (a flip), each depth
-/// variable and each depth of a passage without contact (grazes), and reciprocal multipliers.
+/// variable and each depth of a passage without contact (grazes), the determinant with the tangent
+/// (a branch point), and reciprocal multipliers.
 impl<S: Real> CurveEquations<S> for MapOrbitEquations<'_, S> {
     type Extra = PassagesOfOrbit<S>;
 
@@ -297,6 +326,7 @@ impl<S: Real> CurveEquations<S> for MapOrbitEquations<'_, S> {
         tests.extend(depths.iter().map(|&y| TestValue { value: y, size: 1.0 }));
         let free = point.linearised.extra.free.iter();
         tests.extend(free.map(|&(_, _, depth)| TestValue { value: depth, size: 1.0 }));
+        tests.push(bordered(point));
         tests.extend(self.reciprocity(point));
         tests
     }
@@ -304,4 +334,19 @@ impl<S: Real> CurveEquations<S> for MapOrbitEquations<'_, S> {
     fn range(&self, unknown: usize) -> [f64; 2] {
         self.ranges[unknown]
     }
+
+    /// A branch of doubled orbits ends on that of the orbits that double, and would go on as the
+    /// same orbits begun later.
+    fn is_last(&self, point: &CurvePoint<S, Self::Extra>) -> bool {
+        self.is_repeated(&point.linearised.extra, REPEATED)
+    }
+}
+
+/// The determinant of the Jacobian with the tangent as its last row: zero where another branch
+/// passes through the point.
+fn bordered<S: Real, X>(point: &CurvePoint<S, X>) -> TestValue<S> {
+    let size = point.tangent.len();
+    let jacobian = &point.linearised.jacobian;
+    let entry = |i, j| if i + 1 < size { jacobian[(i, j)] } else { point.tangent[j] };
+    TestValue::determinant(&DMatrix::from_fn(size, size, entry))
 }

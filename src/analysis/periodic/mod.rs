@@ -23,10 +23,11 @@ pub use contact_itinerary::{ContactItinerary, ItineraryError};
 pub use depth_variable_map::{DepthVariableMap, ItineraryOrbit};
 pub use itinerary_bifurcations::ItineraryBifurcation;
 pub use itinerary_search::ItinerarySearch;
+pub(super) use itinerary_search::Settled;
 pub use map_equations::{MapOrbitEquations, PassagesOfOrbit};
 pub(super) use orbit::finite_or_one;
 pub use orbit::{
     Guess, Held, PeriodicOrbit, PeriodicOutcome, PeriodicProblem, periodic_orbit, window_scales,
 };
-pub(super) use section_map::state_jacobian;
 pub use section_map::{Linearisation, SectionMap, SectionStep, Stepped, linearise};
+pub(super) use section_map::{parameter_slopes, state_jacobian};

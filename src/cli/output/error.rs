@@ -96,6 +96,12 @@ pub(in crate::cli) enum CliError {
          {searched}"
     )]
     NoLoci { kinds: String, searched: String },
+    /// No branch of the itineraries asked for.
+    #[error(
+        "no branch with a physical orbit was found (itineraries tried: {itineraries}); a wider \
+         range of the parameter (--from, --to) or other itineraries may have some"
+    )]
+    NoBranch { itineraries: usize },
     /// A simulation that did not last as long as was asked.
     #[error("the trajectory ends at t = {}: {}", Shown(.0.time), .0.reason)]
     TrajectoryEnded(EarlyEnd),
@@ -167,6 +173,7 @@ impl CliError {
             Self::CurveEnded { .. }
             | Self::NoImage { .. }
             | Self::NoOrbits { .. }
+            | Self::NoBranch { .. }
             | Self::NoLoci { .. }
             | Self::TrajectoryEnded(_)
             | Self::NotCurrent { .. } => ENDED_OTHERWISE,
