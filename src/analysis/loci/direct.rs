@@ -6,13 +6,13 @@ use rayon::prelude::*;
 
 use super::data::{LociRequest, Locus, LocusEnd, LocusKind, LocusPoint};
 use super::equations::{CodimensionTwo, LocusEquations, OrbitEquations};
-use super::trace::{Trace, TracePoint, condition_of, is_stable, joined};
-use crate::analysis::continuation::{Linearised, StepControl, corrected};
+use super::trace::{Trace, TracePoint, condition_of, is_stable};
+use crate::analysis::continuation::{Linearised, corrected};
 use crate::analysis::direct_image::DirectImage;
 use crate::analysis::error::AnalysisError;
 use crate::analysis::evaluation::{DepthEvaluation, MapEvaluation};
 use crate::analysis::periodic::{
-    ContactItinerary, parameter_slopes, state_jacobian, window_scales,
+    ContactItinerary, finite_or_one, parameter_slopes, state_jacobian, window_scales,
 };
 use crate::expansion::LocalMap;
 use crate::hybrid::HybridSystem;
@@ -21,10 +21,16 @@ use crate::numeric::linear::eigenvalues;
 use crate::numeric::{Dd, Real};
 use crate::orbit::{CurveOptions, CurveOutcome, GrazingOrbit, curve};
 
-/// Steps along a locus; near a graze they become as short as the depth is shallow.
-const STEPS: StepControl = StepControl { first: 0.01, longest: 0.25, shortest: 1e-4, most: 120 };
-/// Points of a locus that are solved for in double-double.
+/// Orbits of a locus of the map that are solved for by direct simulation.
 const POINTS: usize = 48;
+/// Depth variables, in the window's, below which none are: differences of simulated images resolve
+/// them no better.
+const SHALLOWEST: f64 = 1e-3;
+/// Most steps beyond the map at each end, and by how much each is longer than the one before.
+const STEPS: usize = 60;
+const GROWTH: f64 = 1.3;
+/// A step that leads nowhere is halved so often.
+const HALVINGS: usize = 5;
 
 /// A period by direct simulation in the section's coordinates and two parameters.
 struct DirectEquations<'a, S: Real> {
@@ -131,7 +137,6 @@ pub(super) struct DirectLoci<'a> {
     orbit: &'a GrazingOrbit,
     map: &'a LocalMap,
     request: &'a LociRequest,
-    rounded: DirectImage<'a, f64>,
     exact: DirectImage<'a, Dd>,
     depths: DepthEvaluation<f64>,
 }
@@ -149,7 +154,6 @@ impl<'a> DirectLoci<'a> {
             orbit,
             map,
             request,
-            rounded: DirectImage::new(system, scene, orbit)?,
             exact: DirectImage::new(system, scene, orbit)?,
             depths: MapEvaluation::depths(map),
         })
@@ -183,8 +187,8 @@ impl<'a> DirectLoci<'a> {
             if trace.kind == LocusKind::Graze {
                 continue;
             }
-            for seed in self.seeds(trace, locus) {
-                self.add(&mut found, trace, &seed);
+            for stretch in self.stretches(trace, locus) {
+                found.extend(self.solved(trace, &stretch));
             }
         }
         let mut loci = self.graze().into_iter().collect::<Vec<_>>();
@@ -192,23 +196,14 @@ impl<'a> DirectLoci<'a> {
         loci
     }
 
-    /// The deepest orbit of every physical stretch of a locus of the map, in units.
-    fn seeds(&self, trace: &Trace, locus: &Locus) -> Vec<Vec<f64>> {
-        let depth = |point: &LocusPoint| {
-            point.depth_variables.iter().fold(f64::INFINITY, |least, &y| least.min(y))
-        };
+    /// The physical stretches of a locus of the map, some orbits of each in units, in order.
+    fn stretches(&self, trace: &Trace, locus: &Locus) -> Vec<Vec<Vec<f64>>> {
+        let unit = finite_or_one(self.map.window.depth.sqrt());
+        let is_deep =
+            |point: &&LocusPoint| point.depth_variables.iter().all(|&y| y >= SHALLOWEST * unit);
         let d = self.map.dimension();
-        let stretches = locus.points.chunk_by(|a, b| a.physical == b.physical);
-        let stretches = stretches.filter(|stretch| stretch[0].physical);
-        let deepest = stretches.filter_map(|stretch| {
-            stretch.iter().filter(|point| point.inside).chain(stretch).max_by(|a, b| {
-                (a.inside, depth(a))
-                    .partial_cmp(&(b.inside, depth(b)))
-                    .unwrap_or(std::cmp::Ordering::Equal)
-            })
-        });
         let scales = window_scales(&self.map.window);
-        let unknowns = |point: &LocusPoint| {
+        let unknowns = |point: &LocusPoint| -> Vec<f64> {
             let state = point.states[0].iter().zip(&scales).map(|(value, unit)| value / unit);
             let plane = self.request.plane;
             let free = plane.map(|place| point.parameters[place] / scales[d + place]);
@@ -218,48 +213,95 @@ impl<'a> DirectLoci<'a> {
             };
             state.chain(free).chain(angle).collect()
         };
-        deepest.map(unknowns).collect()
+        let stretches = locus.points.chunk_by(|a, b| a.physical == b.physical);
+        let stretches = stretches.filter(|stretch| stretch[0].physical).map(|stretch| {
+            let deep: Vec<&LocusPoint> = stretch.iter().filter(is_deep).collect();
+            let apart = deep.len().div_ceil(POINTS).max(1);
+            let last = deep.len().saturating_sub(1);
+            let kept = deep.into_iter().enumerate();
+            let kept = kept.filter(|(place, _)| place % apart == 0 || *place == last);
+            kept.map(|(_, point)| unknowns(point)).collect::<Vec<_>>()
+        });
+        stretches.filter(|stretch| stretch.len() > 1).collect()
     }
 
-    fn add(&self, found: &mut Vec<Trace>, near: &Trace, seed: &[f64]) {
-        let condition = condition_of(near.kind);
-        let equations = self.equations(&self.rounded, &near.itinerary);
-        let mut equations = LocusEquations::new(equations, condition, 0);
-        let kinds = equations.kinds(0);
-        let of_kind = found
-            .iter()
-            .filter(|trace| trace.kind == near.kind && trace.itinerary == near.itinerary);
-        let Some((points, ends)) = joined(&mut equations, seed, of_kind, &STEPS) else { return };
-        let share = points.len().div_ceil(POINTS).max(1);
-        let kept: Vec<(TracePoint, Option<usize>)> = points
-            .into_iter()
-            .enumerate()
-            .filter(|(place, (_, test))| place % share == 0 || test.is_some())
-            .map(|(_, point)| point)
-            .collect();
-        let fine = |(point, test): &(TracePoint, Option<usize>)| {
-            let exact = self.equations(&self.exact, &near.itinerary);
-            let mut exact = LocusEquations::new(exact, condition, 0);
-            let convert = |values: &[f64]| -> Vec<Dd> {
-                values.iter().map(|&value| Dd::from(value)).collect()
-            };
-            let (at, along) = (convert(&point.unknowns), convert(&point.tangent));
-            let (unknowns, _) = corrected(&mut exact, &at, &at, &along)?;
-            Some(TracePoint {
-                unknowns: unknowns.iter().map(|value| value.to_f64()).collect(),
-                tangent: point.tangent.clone(),
-                label: test.map(|test| kinds[test]),
-            })
+    /// A physical stretch solved for by direct simulation, and followed on beyond its ends.
+    fn solved(&self, trace: &Trace, stretch: &[Vec<f64>]) -> Option<Trace> {
+        let solve = |place: usize| {
+            let (before, after) = (place.saturating_sub(1), (place + 1).min(stretch.len() - 1));
+            let along = between(&stretch[before], &stretch[after]);
+            self.orbit_near(trace, &stretch[place], &along)
         };
-        let points: Vec<TracePoint> = kept.par_iter().filter_map(fine).collect();
-        if !points.is_empty() {
-            found.push(Trace { kind: near.kind, itinerary: near.itinerary.clone(), points, ends });
+        let solved: Vec<Vec<f64>> = (0..stretch.len()).into_par_iter().filter_map(solve).collect();
+        let (back, on) = rayon::join(
+            || self.beyond(trace, solved.iter().rev().cloned().collect()),
+            || self.beyond(trace, solved.clone()),
+        );
+        let (back, first) = back?;
+        let (on, last) = on?;
+        let unknowns = back.into_iter().rev().chain(solved).chain(on);
+        let points = unknowns.map(|unknowns| TracePoint {
+            tangent: vec![0.0; unknowns.len()],
+            unknowns,
+            label: None,
+        });
+        Some(Trace {
+            kind: trace.kind,
+            itinerary: trace.itinerary.clone(),
+            points: points.collect(),
+            ends: [first, last],
+        })
+    }
+
+    /// The orbit of a locus on the plane through a point across a direction.
+    fn orbit_near(&self, trace: &Trace, at: &[f64], along: &[f64]) -> Option<Vec<f64>> {
+        let equations = self.equations(&self.exact, &trace.itinerary);
+        let mut equations = LocusEquations::new(equations, condition_of(trace.kind), 0);
+        let [at, along] =
+            [at, along].map(|values| values.iter().map(|&v| Dd::from(v)).collect::<Vec<_>>());
+        let (found, _) = corrected(&mut equations, &at, &at, &along)?;
+        Some(found.iter().map(|value| value.to_f64()).collect())
+    }
+
+    /// Further points of a locus after its last ones, up to the end of the first parameter's range
+    /// or as far as the orbits make their contacts.
+    fn beyond(&self, trace: &Trace, known: Vec<Vec<f64>>) -> Option<(Vec<Vec<f64>>, LocusEnd)> {
+        let [.., before, last] = &known[..] else { return None };
+        let first = self.map.dimension();
+        let range = self.equations(&self.exact, &trace.itinerary).range;
+        let is_within = |point: &[f64]| (range[0]..=range[1]).contains(&point[first]);
+        let (mut before, mut last) = (before.clone(), last.clone());
+        let (mut points, mut share) = (Vec::new(), GROWTH);
+        for _ in 0..STEPS {
+            let step = between(&before, &last);
+            let mut found = None;
+            for _ in 0..HALVINGS {
+                let at: Vec<f64> =
+                    last.iter().zip(&step).map(|(value, step)| value + share * step).collect();
+                found = self.orbit_near(trace, &at, &step).filter(|found| {
+                    // A jump is to another locus.
+                    let missed = length(&between(&at, found));
+                    missed < 0.5 * share * length(&step)
+                });
+                if found.is_some() {
+                    break;
+                }
+                share *= 0.5;
+            }
+            let Some(next) = found else { return Some((points, LocusEnd::Lost)) };
+            if !is_within(&next) {
+                return Some((points, LocusEnd::Border));
+            }
+            share = GROWTH;
+            points.push(next.clone());
+            before = std::mem::replace(&mut last, next);
         }
+        Some((points, LocusEnd::StepLimit))
     }
 
     fn described(&self, trace: &Trace) -> Option<Locus> {
         let points: Vec<LocusPoint> =
-            trace.points.iter().filter_map(|point| self.point(trace, point)).collect();
+            trace.points.par_iter().filter_map(|point| self.point(trace, point)).collect();
         (!points.is_empty()).then(|| Locus {
             kind: trace.kind,
             itinerary: trace.itinerary.clone(),
@@ -270,25 +312,30 @@ impl<'a> DirectLoci<'a> {
     }
 
     fn point(&self, trace: &Trace, point: &TracePoint) -> Option<LocusPoint> {
-        let mut equations = self.equations(&self.rounded, &trace.itinerary);
+        let mut equations = self.equations(&self.exact, &trace.itinerary);
         let d = self.map.dimension();
-        let (_, parameters) = equations.offsets(&point.unknowns[..d + 2]);
-        let there = equations.linearised(&point.unknowns[..d + 2])?;
+        let at: Vec<Dd> = point.unknowns[..d + 2].iter().map(|&value| Dd::from(value)).collect();
+        let (_, parameters) = equations.offsets(&at);
+        let there = equations.linearised(&at)?;
         let mut jacobian = there.jacobian.columns(0, d).into_owned();
         for place in 0..d {
-            jacobian[(place, place)] += 1.0;
+            jacobian[(place, place)] += Dd::ONE;
         }
         let multipliers = eigenvalues(&jacobian).ok()?;
-        let (mut speeds, mut inside) = (Vec::new(), true);
+        let round = |values: &[Dd]| values.iter().map(|value| value.to_f64()).collect::<Vec<_>>();
+        let rounded = round(&parameters);
+        let (mut speeds, mut states, mut inside) = (Vec::new(), Vec::new(), true);
         for state in &there.extra {
             let image = equations.image.image(state, &parameters).ok()?;
-            speeds.extend(image.passages.into_iter().flatten());
-            let depths = self.depths.at(state, &parameters);
-            inside &= self.map.window.holds(state, &parameters, &depths);
+            speeds.extend(image.passages.iter().flatten().map(|speed| speed.to_f64()));
+            let state = round(state);
+            let depths = self.depths.at(&state, &rounded);
+            inside &= self.map.window.holds(&state, &rounded, &depths);
+            states.push(state);
         }
         Some(LocusPoint {
-            parameters,
-            states: there.extra,
+            parameters: rounded,
+            states,
             depth_variables: speeds,
             stable: is_stable(trace.kind, &multipliers, point.unknowns.last().copied()),
             multipliers: multipliers.iter().map(|value| [value.re, value.im]).collect(),
@@ -344,6 +391,14 @@ impl<'a> DirectLoci<'a> {
         let ends = [LocusEnd::Border, LocusEnd::Border];
         Some(Locus { kind: LocusKind::Graze, itinerary, grazing: Some([0, 0]), points, ends })
     }
+}
+
+fn between(a: &[f64], b: &[f64]) -> Vec<f64> {
+    a.iter().zip(b).map(|(a, b)| b - a).collect()
+}
+
+fn length(values: &[f64]) -> f64 {
+    values.iter().map(|value| value * value).sum::<f64>().sqrt()
 }
 
 /// A point of the grazing curve.

@@ -370,6 +370,7 @@ impl<'a> MapLoci<'a> {
                 None => point,
             })
             .collect();
+        let points = each_once(points);
         let Seed { kind, itinerary, .. } = seed;
         // Where another contact grazes all along, the orbit is one of fewer contacts.
         let d = self.map.dimension();
@@ -682,12 +683,46 @@ fn labelled<O: OrbitEquations<Dd>>(
     }
 }
 
+/// The points of a locus with those of codimension two that lie at one place made one: functions
+/// vanish together there. Where it is a graze, multipliers are not determined, and a double one is
+/// none.
+fn each_once(points: Vec<TracePoint>) -> Vec<TracePoint> {
+    let mut kept: Vec<TracePoint> = Vec::with_capacity(points.len());
+    for point in points {
+        let last = kept.iter_mut().rev().take(NEIGHBOURS).find(|last| {
+            let pairs = last.unknowns.iter().zip(&point.unknowns);
+            let apart = pairs.fold(0.0_f64, |most, (a, b)| most.max((a - b).abs()));
+            apart < ONE_PLACE && last.label.is_some() && point.label.is_some()
+        });
+        match last {
+            Some(last) => {
+                let double = [CodimensionTwo::R1, CodimensionTwo::R2].map(Some);
+                let xi = |label| match label {
+                    Some(CodimensionTwo::Xi(n)) => Some(n),
+                    _ => None,
+                };
+                if double.contains(&last.label) {
+                    last.label = point.label;
+                } else if xi(last.label).is_some() && xi(last.label) != xi(point.label) {
+                    kept.push(point);
+                }
+            }
+            None => kept.push(point),
+        }
+    }
+    kept
+}
+
+/// Points at one place, in units, and how many places back they may lie.
+const ONE_PLACE: f64 = 1e-9;
+const NEIGHBOURS: usize = 6;
+
 /// The points of a locus in order, each with the test function that vanishes there, and its ends.
-pub(super) type Joined = (Vec<(TracePoint, Option<usize>)>, [LocusEnd; 2]);
+type Joined = (Vec<(TracePoint, Option<usize>)>, [LocusEnd; 2]);
 
 /// A locus through a point near it, followed both ways; `None` where the point lies on a locus that
 /// is known, or no locus is found.
-pub(super) fn joined<'t, C: CurveEquations<f64>>(
+fn joined<'t, C: CurveEquations<f64>>(
     equations: &mut C,
     start: &[f64],
     mut known: impl Iterator<Item = &'t Trace>,
