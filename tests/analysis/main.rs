@@ -14,6 +14,7 @@ mod diagrams;
 mod dynamics;
 mod guarded;
 mod itineraries;
+mod loci;
 mod orbit_search;
 mod record;
 mod resuming;

@@ -230,7 +230,10 @@ impl<'a> DirectLoci<'a> {
         let solve = |place: usize| {
             let (before, after) = (place.saturating_sub(1), (place + 1).min(stretch.len() - 1));
             let along = between(&stretch[before], &stretch[after]);
-            self.orbit_near(trace, &stretch[place], &along)
+            let found = self.orbit_near(trace, &stretch[place], &along)?;
+            // Where the map errs more than its points are apart, what is found is another orbit's.
+            let is_near = length(&between(&stretch[place], &found)) < 0.5 * length(&along);
+            is_near.then_some(found)
         };
         let solved: Vec<Vec<f64>> = (0..stretch.len()).into_par_iter().filter_map(solve).collect();
         let (back, on) = rayon::join(

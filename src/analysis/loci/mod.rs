@@ -22,6 +22,10 @@ use crate::orbit::GrazingOrbit;
 use direct::DirectLoci;
 use trace::MapLoci;
 
+/// Half-widths of the window in which loci of the map are looked for where those of direct
+/// simulation are asked for.
+const NEAR: f64 = 2.0;
+
 /// The loci asked for.
 ///
 /// By the map all parts of every locus, virtual ones too. By direct simulation, in double-double,
@@ -39,7 +43,13 @@ pub fn loci(
     map: &LocalMap,
     request: &LociRequest,
 ) -> Result<Loci, AnalysisError> {
-    let by_map = MapLoci::new(map, request);
+    let mut near = request.clone();
+    if request.direct {
+        // The map is where simulation begins: it need not reach as far.
+        let most = NEAR * map.window.parameter[request.plane[0]];
+        near.range = request.range.map(|end| end.clamp(-most, most));
+    }
+    let by_map = MapLoci::new(map, &near);
     let traces = by_map.all();
     let mut loci: Vec<Locus> = traces.iter().map(|trace| by_map.described(trace)).collect();
     let tangencies = by_map.tangencies(&traces);
