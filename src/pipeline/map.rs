@@ -405,6 +405,15 @@ impl Map {
         Ok(orbits(scene, orbit, self.local(), request, progress)?)
     }
 
+    /// Loci of periodic orbits in two parameters.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Analysis`] if the simulator refuses the parameters.
+    pub fn loci(&self, request: &LociRequest) -> Result<Loci, Error> {
+        Ok(loci(self.settled().scene(), self.orbit(), self.local(), request)?)
+    }
+
     /// Branches of periodic orbits in one parameter, through folds, flips and grazes.
     ///
     /// ```
@@ -441,11 +450,6 @@ impl Map {
     ) -> Result<Branches, Error> {
         let (scene, orbit) = (self.settled().scene(), self.orbit());
         Ok(branches(scene, orbit, self.local(), request, progress)?)
-    }
-
-    /// Loci of periodic orbits in two parameters.
-    pub fn loci(&self, request: &LociRequest) -> Loci {
-        loci(self.local(), request)
     }
 
     /// Maps of every pair of orders against direct simulation.

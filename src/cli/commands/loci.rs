@@ -8,7 +8,8 @@ use crate::cli::output::{CliError, Results, note};
 use grazemap::Map;
 use grazemap::analysis::loci::{LociRequest, LocusKind};
 use grazemap::analysis::periodic::ContactItinerary;
-use grazemap::report::{Document, DocumentKind, LociListing, to_json};
+use grazemap::model::ChartRequest;
+use grazemap::report::{Document, DocumentKind, Figure, LociListing, chart_figure, to_json};
 
 /// Passages of the longest period whose loci are looked for where none is named.
 const DEFAULT_PASSAGES: usize = 2;
@@ -18,7 +19,7 @@ pub(in crate::cli) fn run(options: &LociArguments) -> Result<(), CliError> {
     let map = map(open(&options.scene)?, outlets.quiet)?;
     let request = request(options, &map)?;
     remark_on_window(&map, outlets.quiet);
-    let found = map.loci(&request);
+    let found = map.loci(&request)?;
     let listing =
         LociListing::new(map.section(), map.local(), request.plane, &found, request.direct);
     let results = results(&map, &listing)?;
@@ -85,8 +86,23 @@ fn results(map: &Map, listing: &LociListing) -> Result<Results, CliError> {
     let json = to_json(&Document::new(DocumentKind::Loci, map.scene(), listing))?;
     let csv = listing.data_table()?.to_csv()?;
     let mut results = Results::named("loci", text(map, listing)?, json, Some(csv));
-    results.files.extend(pictures("loci", &listing.figure(None)));
+    results.files.extend(pictures("loci", &listing.figure(under(map, listing)?)));
+    if let Some(figure) = listing.figure_from_graze() {
+        results.files.extend(pictures("loci_from_graze", &figure));
+    }
     Ok(results)
+}
+
+/// The scene's first chart in these parameters, drawn.
+fn under(map: &Map, listing: &LociListing) -> Result<Option<Figure>, CliError> {
+    let names = |request: &ChartRequest| {
+        request.parameters.map(|place| map.scene().model.parameters[place].name.clone())
+    };
+    let mut charts = map.scene().charts.iter();
+    let Some(request) = charts.find(|request| names(request) == listing.plane) else {
+        return Ok(None);
+    };
+    Ok(map.chart(request)?.first().map(chart_figure))
 }
 
 /// The loci as a person reads them.
