@@ -228,6 +228,8 @@ pub enum DocumentKind {
     Trajectory,
     /// Basins of attraction.
     Basin,
+    /// The smallest change of parameters that grazes.
+    Margin,
 }
 
 impl DocumentKind {

@@ -17,6 +17,7 @@ mod files;
 mod journal;
 mod json;
 mod map_listing;
+mod margin_listing;
 mod npy;
 mod number;
 mod orbit_listing;
@@ -55,6 +56,7 @@ pub use map_listing::{
     ChosenCoefficients, DepthListing, ExpansionParts, LeadingTerm, MapListing, PassageParts,
     PolynomialMap, Term, depth_variables, edge_words,
 };
+pub use margin_listing::{MarginListing, MarginParameter};
 pub use npy::npy_bytes;
 pub use orbit_listing::{ConditionsListing, OrbitListing, PassageListing};
 pub use orbits_listing::{ContactRecord, LocusRecord, LostRecord, OrbitRecord, OrbitsListing};
