@@ -4,7 +4,9 @@
 //! Deliberately absent: plotting, files, progress bars.
 
 pub mod basin;
+pub mod branches;
 pub mod chart;
+pub mod continuation;
 pub mod diagram;
 mod direct_image;
 mod direct_map;
@@ -14,6 +16,7 @@ mod evaluation;
 mod free_flight;
 mod guarded_map;
 mod image;
+pub mod loci;
 pub mod orbits;
 pub mod periodic;
 mod progress;

@@ -6,6 +6,7 @@
 mod corners;
 mod curve;
 mod curve_context;
+mod effort;
 mod grazes;
 mod grazing_curve;
 mod grazing_orbit;
@@ -16,7 +17,7 @@ mod monodromy;
 mod newton;
 mod outcome;
 mod passages;
-mod sampled;
+pub(crate) mod sampled;
 mod search;
 mod section;
 mod special;

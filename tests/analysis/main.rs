@@ -6,6 +6,7 @@ mod support;
 
 mod any_section;
 mod basins;
+mod branches;
 mod charts;
 mod choice;
 mod choice_evidence;

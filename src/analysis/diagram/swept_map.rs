@@ -394,14 +394,15 @@ pub struct GuardedSweep<'a> {
 }
 
 impl GuardedSweep<'_> {
-    /// Whether the step from a kept state of an orbit is the map's.
-    fn is_mapped(&self, orbit: &MapOrbit, number: usize, parameters: &[f64]) -> bool {
-        if let Some(next) = orbit.steps.get(number + 1) {
-            return !next.simulated;
-        }
-        let Some(state) = orbit.states().nth(number) else { return false };
-        let step = self.map.map.step(state, parameters, &mut vec![0.0; state.len()]);
-        self.window.holds(state, parameters, &[step.depth])
+    /// Whether the step from a state is the map's; `drawn` is what the map draws there.
+    fn is_mapped(&self, state: &[f64], parameters: &[f64], drawn: f64) -> bool {
+        let FrozenSweep { map, observer, itinerary, .. } = &self.map;
+        let depth = if observer.is_depth_of_map() && itinerary.passages.len() == 1 {
+            (-drawn).max(0.0)
+        } else {
+            map.step(state, parameters, &mut vec![0.0; state.len()]).depth
+        };
+        self.window.holds(state, parameters, &[depth])
     }
 }
 
@@ -438,8 +439,8 @@ impl SweptMap for GuardedSweep<'_> {
     }
 
     fn at(&self, parameters: &[f64]) -> Box<dyn DiscreteMap + Send + '_> {
-        let (map, direct) = (self.map.map.freeze(parameters), self.direct.clone());
-        Box::new(GuardedMap::frozen(map, parameters, self.window.clone(), direct))
+        let map = self.map.map.freeze(parameters);
+        Box::new(GuardedMap::frozen(map, parameters, &self.window, &self.direct))
     }
 
     fn side_by_side(&self, parameters: &[f64], work: &mut dyn FnMut(&mut SideBySide<'_>)) {
@@ -462,7 +463,11 @@ impl SweptMap for GuardedSweep<'_> {
     fn observe_all(&self, orbit: &MapOrbit, parameters: &[f64]) -> Vec<f64> {
         let mut values = self.map.observe_all(orbit, parameters);
         for (number, (value, state)) in values.iter_mut().zip(orbit.states()).enumerate() {
-            if !self.is_mapped(orbit, number, parameters) {
+            let mapped = match orbit.steps.get(number + 1) {
+                Some(next) => !next.simulated,
+                None => self.is_mapped(state, parameters, *value),
+            };
+            if !mapped {
                 *value = self.map.observer.by_simulation(&self.direct, state, parameters);
             }
         }
@@ -474,7 +479,7 @@ impl SweptMap for GuardedSweep<'_> {
     }
 
     fn hits(&self, orbit: &MapOrbit, number: usize, parameters: &[f64]) -> Vec<u32> {
-        if self.is_mapped(orbit, number, parameters) {
+        if !orbit.steps[number + 1].simulated {
             return self.map.hits(orbit, number, parameters);
         }
         let state = orbit.states().nth(number);

@@ -14,6 +14,7 @@ mod contact_itinerary;
 mod depth_variable_map;
 mod itinerary_bifurcations;
 mod itinerary_search;
+mod map_equations;
 mod orbit;
 mod section_map;
 
@@ -22,6 +23,8 @@ pub use contact_itinerary::{ContactItinerary, ItineraryError};
 pub use depth_variable_map::{DepthVariableMap, ItineraryOrbit};
 pub use itinerary_bifurcations::ItineraryBifurcation;
 pub use itinerary_search::ItinerarySearch;
+pub(super) use itinerary_search::Settled;
+pub use map_equations::{MapOrbitEquations, PassagesOfOrbit};
 pub(super) use orbit::finite_or_one;
 pub use orbit::{
     Guess, Held, PeriodicOrbit, PeriodicOutcome, PeriodicProblem, periodic_orbit, window_scales,
