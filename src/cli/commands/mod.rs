@@ -2,11 +2,13 @@
 //! named, and what is said of it on the way.
 
 pub(super) mod basin;
+pub(super) mod branch;
 pub(super) mod converge;
 pub(super) mod emit;
 pub(super) mod expand;
 pub(super) mod grazes;
 pub(super) mod image;
+pub(super) mod loci;
 pub(super) mod orbits;
 pub(super) mod run;
 pub(super) mod scenes;

@@ -102,6 +102,12 @@ pub(in crate::cli) enum CliError {
          {searched}"
     )]
     NoLoci { kinds: String, searched: String },
+    /// No branch of the itineraries asked for.
+    #[error(
+        "no branch with a physical orbit was found (itineraries tried: {itineraries}); a wider \
+         range of the parameter (--from, --to) or other itineraries may have some"
+    )]
+    NoBranch { itineraries: usize },
     /// A simulation that did not last as long as was asked.
     #[error("the trajectory ends at t = {}: {}", Shown(.0.time), .0.reason)]
     TrajectoryEnded(EarlyEnd),
@@ -151,6 +157,18 @@ pub(in crate::cli) enum CliError {
     /// A point without an image.
     #[error("row {row} has no image at iteration {iteration}: {}", ended(.end))]
     NoImage { row: usize, iteration: usize, end: Option<DirectEnd> },
+    /// No such entry in the gallery.
+    #[error(
+        "no entry `{name}` in the gallery{}; `grazemap gallery --list` shows it",
+        meant(.nearest)
+    )]
+    NotInGallery { name: String, nearest: Option<String> },
+    /// An entry of the gallery that cannot be read.
+    #[error("the gallery: {0}")]
+    Gallery(String),
+    /// Numbers of the gallery that differ from what was expected.
+    #[error("the gallery differs from what it says: {what}")]
+    Unexplained { what: String },
     /// A result that could not be laid out or written.
     #[error(transparent)]
     Report(#[from] ReportError),
@@ -173,8 +191,10 @@ impl CliError {
             Self::CurveEnded { .. }
             | Self::NoImage { .. }
             | Self::NoOrbits { .. }
+            | Self::NoBranch { .. }
             | Self::NoLoci { .. }
             | Self::TrajectoryEnded(_)
+            | Self::Unexplained { .. }
             | Self::NotCurrent { .. } => ENDED_OTHERWISE,
             _ => WRONG_INPUT,
         }
