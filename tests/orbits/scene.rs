@@ -203,7 +203,7 @@ fn orbits_escape_at_a_hundred_extents_unless_a_scene_says_otherwise() {
     assert_eq!(with("[direct]\nescape = 3").expect("a scene").direct.escape, 3.0);
     for (keys, said) in [
         ("[direct]\nescape = 0", "must be positive"),
-        ("[direct]\nescape = \"far\"", "`direct.escape` must be a number"),
+        ("[direct]\nescape = \"far\"", "`direct.escape` is an expression of numbers alone"),
         ("[direct]\nescapes = 3", "`escape`"),
     ] {
         let error = with(keys).expect_err(keys).to_string();
