@@ -4,10 +4,10 @@
 use std::ops::Range;
 
 use crate::expansion::{
-    ComposedMap, Contact, DepthPolynomial, FlownContact, Legs, LocalMap, Numbers, Stage,
+    Arithmetic, ComposedMap, Contact, DepthPolynomial, FlownContact, Legs, LocalMap, Numbers, Stage,
 };
 use crate::jet::Jet;
-use crate::numeric::Real;
+use crate::numeric::{Real, Scalar};
 
 /// A local map with its coefficients as `S`, evaluated stage by stage.
 ///
@@ -171,59 +171,97 @@ impl<S: Real> MapEvaluation<S> {
         parameters: &[S],
         mut root: impl FnMut(Arrival<'_, S>) -> Option<S>,
     ) -> MapImage<S> {
-        let mut point = [offsets, parameters].concat();
+        let mut arithmetic = Numbers::new();
         let mut depths = Vec::new();
+        let point = [offsets, parameters].concat();
+        let offsets = self.image_in(&mut arithmetic, point, |point, &depth| {
+            let passage = depths.len();
+            depths.push(depth);
+            root(Arrival { passage, point, depth })
+        });
+        MapImage { offsets, depths }
+    }
+
+    /// The image of a point (coordinates; parameters) in any arithmetic; `root` gives the depth
+    /// variable of every passage, in order, from the point that it is reached with and its depth.
+    pub(super) fn image_in<A: Arithmetic<Scalar = S>>(
+        &self,
+        arithmetic: &mut A,
+        mut point: Vec<A::Value>,
+        mut root: impl FnMut(&[A::Value], &A::Value) -> Option<A::Value>,
+    ) -> Vec<A::Value> {
         for stage in &self.stages {
-            let mut arrive = |point: &[S], depth: S| {
-                let passage = depths.len();
-                depths.push(depth);
-                root(Arrival { passage, point, depth })
-            };
             let image = match stage {
-                StageOf::Leg(jets) => evaluate(jets, &point),
+                StageOf::Leg(jets) => {
+                    jets.iter().map(|jet| arithmetic.polynomial(jet, &point)).collect()
+                }
                 StageOf::Contact(contact) => {
-                    let y = arrive(&point, contact.depth.evaluate(&point));
-                    act(contact, &point, y, &point[..self.dimension])
+                    let depth = arithmetic.polynomial(&contact.depth, &point);
+                    match root(&point, &depth) {
+                        Some(y) => act(arithmetic, contact, &point, &y),
+                        None => point[..self.dimension].to_vec(),
+                    }
                 }
                 StageOf::Flown(flown) => {
-                    let y = arrive(&point, flown.depth.evaluate(&point));
-                    let y = y.unwrap_or(S::zero());
-                    flown.act_at(&mut Numbers::new(), &y, &point)
+                    let depth = arithmetic.polynomial(&flown.depth, &point);
+                    let y = root(&point, &depth);
+                    let y = y.unwrap_or_else(|| arithmetic.constant(S::zero()));
+                    flown.act_at(arithmetic, &y, &point)
                 }
                 StageOf::Composed(map) => {
                     let mut roots = Vec::new();
                     for polynomial in &map.depths {
-                        let y = arrive(&point, polynomial.evaluate(&roots, &point));
-                        roots.push(y.unwrap_or(S::zero()));
+                        let depth = depth_polynomial(arithmetic, polynomial, &roots, &point);
+                        let y = root(&point, &depth);
+                        roots.push(y.unwrap_or_else(|| arithmetic.constant(S::zero())));
                     }
                     let image = map.image.iter();
-                    image.map(|p| p.evaluate(&roots, &point)).collect()
+                    image.map(|p| depth_polynomial(arithmetic, p, &roots, &point)).collect()
                 }
             };
-            point[..self.dimension].copy_from_slice(&image);
+            point.splice(..self.dimension, image);
         }
         point.truncate(self.dimension);
-        MapImage { offsets: point, depths }
+        point
     }
 }
 
-fn evaluate<S: Real>(jets: &[Jet<S>], point: &[S]) -> Vec<S> {
-    jets.iter().map(|jet| jet.evaluate(point)).collect()
+/// `start + y (linear + y quadratic)`.
+fn act<A: Arithmetic>(
+    arithmetic: &mut A,
+    contact: &Contact<A::Scalar>,
+    point: &[A::Value],
+    y: &A::Value,
+) -> Vec<A::Value> {
+    let parts = contact.linear.iter().zip(&contact.quadratic).zip(point);
+    let moved = parts.map(|((linear, quadratic), start)| {
+        let linear = arithmetic.polynomial(linear, point);
+        let quadratic = arithmetic.polynomial(quadratic, point);
+        let quadratic = arithmetic.multiply(y, &quadratic);
+        let correction = arithmetic.add(&linear, &quadratic);
+        let correction = arithmetic.multiply(y, &correction);
+        arithmetic.add(start, &correction)
+    });
+    moved.collect()
 }
 
-/// `start + y linear + y² quadratic`; the start without contact.
-fn act<S: Real>(contact: &Contact<S>, point: &[S], y: Option<S>, start: &[S]) -> Vec<S> {
-    let Some(y) = y else {
-        return start.to_vec();
-    };
-    let parts = contact.linear.iter().zip(&contact.quadratic);
-    parts
-        .zip(start)
-        .map(|((linear, quadratic), &start)| {
-            let correction = linear.evaluate(point) + y * quadratic.evaluate(point);
-            start + y * correction
-        })
-        .collect()
+/// The value of a polynomial in depth variables and a point (coordinates; parameters).
+fn depth_polynomial<A: Arithmetic>(
+    arithmetic: &mut A,
+    polynomial: &DepthPolynomial<A::Scalar>,
+    depths: &[A::Value],
+    point: &[A::Value],
+) -> A::Value {
+    let zero = arithmetic.constant(A::Scalar::from_f64(0.0));
+    polynomial.terms.iter().fold(zero, |sum, term| {
+        let mut product = arithmetic.polynomial(&term.coefficient, point);
+        for (&power, y) in term.powers.iter().zip(depths) {
+            for _ in 0..power {
+                product = arithmetic.multiply(&product, y);
+            }
+        }
+        arithmetic.add(&sum, &product)
+    })
 }
 
 fn stage_of<S: Real>(stage: &Stage) -> StageOf<S> {

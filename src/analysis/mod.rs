@@ -3,7 +3,10 @@
 //!
 //! Deliberately absent: plotting, files, progress bars.
 
+pub mod basin;
+pub mod branches;
 pub mod chart;
+pub mod continuation;
 pub mod diagram;
 mod direct_image;
 mod direct_map;
@@ -13,9 +16,11 @@ mod evaluation;
 mod free_flight;
 mod guarded_map;
 mod image;
+pub mod loci;
 pub mod orbits;
 pub mod periodic;
 mod progress;
+mod refinement;
 mod section_frame;
 mod time_series;
 

@@ -12,6 +12,7 @@ mod horner;
 mod interpreted;
 mod itinerary;
 mod orbit;
+mod tangents;
 
 #[cfg(feature = "compiled-maps")]
 pub use compiled::{CompiledMap, compiled};
@@ -23,3 +24,4 @@ pub use itinerary::{Itinerary, OrbitName};
 pub use orbit::{
     ContactsPerPeriod, MapOrbit, OrbitEnd, OrbitRequest, Period, largest_lyapunov_exponent,
 };
+pub(crate) use tangents::{Tangent, Tangents};

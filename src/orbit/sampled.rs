@@ -15,16 +15,16 @@ use crate::numeric::polynomial::extrema;
 const DEGREE: usize = 8;
 
 /// How many places of a step are sampled, its ends included.
-pub(super) const SAMPLES: usize = DEGREE + 1;
+pub(crate) const SAMPLES: usize = DEGREE + 1;
 
 /// The places sampled, in order: the Chebyshev points of `[0, 1]`.
-pub(super) fn places() -> [f64; SAMPLES] {
+pub(crate) fn places() -> [f64; SAMPLES] {
     from_fn(|place| 0.5 * (1.0 - (PI * place as f64 / DEGREE as f64).cos()))
 }
 
 /// What the samples of a function say about its zeros.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) enum Zeros {
+pub(crate) enum Zeros {
     /// Every zero is known. Each lies alone between two neighbours of the places sampled and of
     /// these places between them.
     Parted(Vec<f64>),
@@ -42,7 +42,7 @@ const DECAYED: f64 = 1e-2;
 const MARGIN: f64 = 4.0;
 
 /// The zeros of a function with these samples, which are known up to `noise`.
-pub(super) fn zeros(samples: &[f64; SAMPLES], noise: f64) -> Zeros {
+pub(crate) fn zeros(samples: &[f64; SAMPLES], noise: f64) -> Zeros {
     let coefficients = chebyshev_coefficients(samples);
     let largest = coefficients.iter().fold(0.0_f64, |most, value| most.max(value.abs()));
     let last = coefficients[DEGREE].abs().max(coefficients[DEGREE - 1].abs());

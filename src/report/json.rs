@@ -218,6 +218,8 @@ pub enum DocumentKind {
     Map,
     /// Periodic orbits by itinerary.
     Orbits,
+    /// Loci in two parameters.
+    Loci,
     /// A bifurcation diagram.
     Diagram,
     /// A two-parameter chart.
@@ -226,6 +228,12 @@ pub enum DocumentKind {
     Convergence,
     /// A time series.
     Trajectory,
+    /// Basins of attraction.
+    Basin,
+    /// The smallest change of parameters that grazes.
+    Margin,
+    /// Branches of periodic orbits.
+    Branch,
 }
 
 impl DocumentKind {

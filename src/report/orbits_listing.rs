@@ -29,7 +29,7 @@ pub struct OrbitsListing {
     pub orbits: Vec<OrbitRecord>,
     /// Folds and flips, where asked for.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub loci: Option<Vec<LocusRecord>>,
+    pub loci: Option<Vec<BifurcationsRecord>>,
     /// Orbits of the map for which direct simulation has none.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub lost: Vec<LostRecord>,
@@ -82,7 +82,7 @@ pub struct ContactRecord {
 
 /// Folds or flips of one itinerary.
 #[derive(Clone, Debug, Serialize)]
-pub struct LocusRecord {
+pub struct BifurcationsRecord {
     /// Fold or flip.
     pub kind: BifurcationKind,
     /// The itinerary, in digits.
@@ -170,8 +170,8 @@ impl Names<'_> {
         }
     }
 
-    fn locus(&self, locus: &Locus) -> LocusRecord {
-        LocusRecord {
+    fn locus(&self, locus: &Locus) -> BifurcationsRecord {
+        BifurcationsRecord {
             kind: locus.kind,
             itinerary: locus.itinerary.to_string(),
             points: locus.points.iter().map(|point| self.orbit(point)).collect(),
@@ -353,7 +353,7 @@ fn named(kind: Option<BifurcationKind>, orbit: &OrbitRecord) -> Vec<Cell> {
 }
 
 /// `-2.31, 0.02`, `0.3 ± 0.2i`.
-fn multipliers(values: &[[f64; 2]]) -> String {
+pub(super) fn multipliers(values: &[[f64; 2]]) -> String {
     let shown = |value: f64| Cell::number(value, 4).for_people();
     let pair = |[re, im]: &[f64; 2]| match *im {
         0.0 => Some(shown(*re)),

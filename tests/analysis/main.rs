@@ -5,6 +5,8 @@
 mod support;
 
 mod any_section;
+mod basins;
+mod branches;
 mod charts;
 mod choice;
 mod choice_evidence;
@@ -13,6 +15,7 @@ mod diagrams;
 mod dynamics;
 mod guarded;
 mod itineraries;
+mod loci;
 mod orbit_search;
 mod record;
 mod resuming;

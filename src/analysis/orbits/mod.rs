@@ -284,14 +284,14 @@ fn parted(outcomes: Vec<Outcome>) -> (Vec<FoundOrbit>, Vec<LostOrbit>) {
 
 /// Impact speeds of a map's contacts.
 #[derive(Debug)]
-pub(super) struct ByMap<'a> {
+pub(in crate::analysis) struct ByMap<'a> {
     speeds: Vec<ImpactSpeed>,
     window: &'a MapWindow,
 }
 
 impl<'a> ByMap<'a> {
     /// The expansions of all passages, to the weight of the map's contacts.
-    pub(super) fn new(
+    pub(in crate::analysis) fn new(
         scene: &Scene,
         orbit: &GrazingOrbit,
         map: &'a LocalMap,
@@ -300,6 +300,12 @@ impl<'a> ByMap<'a> {
         let speed = |passage| expander.impact_speed(passage, map.orders.contact_weight);
         let speeds = (0..expander.passages()).map(speed);
         Ok(Self { speeds: speeds.collect::<Result<_, _>>()?, window: &map.window })
+    }
+
+    /// The speed of a contact of a passage of depth variable `y`, reached at a point (coordinates;
+    /// parameters).
+    pub(in crate::analysis) fn speed(&self, passage: usize, y: f64, point: &[f64]) -> f64 {
+        self.speeds[passage].at(y, point)
     }
 
     /// An orbit of the map as it is given out.
@@ -314,7 +320,7 @@ impl<'a> ByMap<'a> {
             OrbitContact {
                 number: *number,
                 passage: *passage,
-                speed: self.speeds[*passage].at(y.to_f64(), &point),
+                speed: self.speed(*passage, y.to_f64(), &point),
             }
         };
         let contacts = contacts.map(contact).collect();

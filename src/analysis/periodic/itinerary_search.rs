@@ -37,24 +37,24 @@ pub(super) const SAME: f64 = 1e-7;
 /// that are flown with positive depth variables alone, which is where flying is defined.
 #[derive(Clone, Debug)]
 pub struct ItinerarySearch<'a> {
-    pub(super) map: MapEvaluation<f64>,
-    fine: MapEvaluation<Dd>,
-    smooth: SmoothFixedPoint,
+    pub(in crate::analysis) map: MapEvaluation<f64>,
+    pub(in crate::analysis) fine: MapEvaluation<Dd>,
+    pub(in crate::analysis) smooth: SmoothFixedPoint,
     iterated: InterpretedMap,
     pub(super) window: &'a MapWindow,
     pub(super) dimension: usize,
     passages: usize,
-    pub(super) positive: bool,
+    pub(in crate::analysis) positive: bool,
 }
 
 /// A start: the first point, and the depth variable of each contact.
-struct Start {
-    state: Vec<f64>,
-    depth_variables: Vec<f64>,
+pub(in crate::analysis) struct Start {
+    pub(in crate::analysis) state: Vec<f64>,
+    pub(in crate::analysis) depth_variables: Vec<f64>,
 }
 
 /// What a map settled on.
-struct Settled {
+pub(in crate::analysis) struct Settled {
     itinerary: ContactItinerary,
     /// Points of a period with the depth variables of the contacts that follow each.
     points: Vec<(Vec<f64>, Vec<f64>)>,
@@ -165,13 +165,22 @@ impl<'a> ItinerarySearch<'a> {
 
     /// Where Newton's method begins.
     fn starts(&self, itinerary: &ContactItinerary, parameters: &[f64]) -> Vec<Start> {
+        let settled = self.settled(parameters, itinerary.period());
+        let settled = settled.iter().filter_map(|settled| settled.begun_as(itinerary));
+        self.starts_about(itinerary, parameters).into_iter().chain(settled).collect()
+    }
+
+    /// Starts at the fixed point of `P_smooth`, the depth variables on every side of zero and
+    /// scattered.
+    pub(in crate::analysis) fn starts_about(
+        &self,
+        itinerary: &ContactItinerary,
+        parameters: &[f64],
+    ) -> Vec<Start> {
         let state = self.smooth.at(parameters);
         let contacts = itinerary.contacts();
         let about = self.sides(contacts).into_iter().chain(self.scattered(contacts));
-        let about = about.map(|depth_variables| Start { state: state.clone(), depth_variables });
-        let settled = self.settled(&state, parameters, itinerary.period());
-        let settled = settled.iter().filter_map(|settled| settled.begun_as(itinerary));
-        about.chain(settled).collect()
+        about.map(|depth_variables| Start { state: state.clone(), depth_variables }).collect()
     }
 
     /// Depth variables beyond the solutions, on every side of zero.
@@ -204,16 +213,20 @@ impl<'a> ItinerarySearch<'a> {
         (1..=count).map(point).collect()
     }
 
-    /// Periodic orbits of this period that the map settles on.
-    fn settled(&self, fixed: &[f64], parameters: &[f64], period: usize) -> Vec<Settled> {
-        let scales = self.scales();
-        let request = OrbitRequest::new(TRANSIENT, 2 * period, &scales);
+    /// Periodic orbits of periods up to the longest that the map settles on.
+    pub(in crate::analysis) fn settled(&self, parameters: &[f64], longest: usize) -> Vec<Settled> {
+        let (fixed, scales) = (self.smooth.at(parameters), self.scales());
+        let request = OrbitRequest::new(TRANSIENT, 2 * longest, &scales);
         let from = SETTLE_FROM.iter().filter_map(|share| {
             let start = fixed.iter().zip(&scales);
             let start: Vec<f64> = start.map(|(x, scale)| x + share * scale).collect();
             let orbit = MapOrbit::of(&self.iterated, &start, parameters, &request);
-            let periodic = orbit.period == Period::Periodic(period);
-            periodic.then(|| self.followed(orbit.last, parameters, period))
+            match orbit.period {
+                Period::Periodic(period) if period <= longest => {
+                    Some(self.followed(orbit.last, parameters, period))
+                }
+                _ => None,
+            }
         });
         from.collect()
     }
@@ -234,7 +247,7 @@ impl<'a> ItinerarySearch<'a> {
 
 impl Settled {
     /// The start of the same orbit at the point from which on it has an itinerary.
-    fn begun_as(&self, itinerary: &ContactItinerary) -> Option<Start> {
+    pub(in crate::analysis) fn begun_as(&self, itinerary: &ContactItinerary) -> Option<Start> {
         let by = self.itinerary.rotation_to(itinerary)?;
         let points = self.points.iter().cycle().skip(by).take(self.points.len());
         let depth_variables = points.flat_map(|(_, depths)| depths).copied().collect();

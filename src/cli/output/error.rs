@@ -46,6 +46,15 @@ pub(in crate::cli) enum CliError {
     /// A second parameter that is the first one.
     #[error("`{name}` is already adjusted so that the orbit grazes; continue in another parameter")]
     AlreadyAdjusted { name: String },
+    /// A scale of a parameter that does not change.
+    #[error("--scale names `{name}`, which is no parameter of --nearest")]
+    NotNearest { name: String },
+    /// A grazing curve that is not one of the oscillator with its stops.
+    #[error(
+        "every orbit of the grazing curve found goes through a surface elsewhere: it is not one \
+         of the oscillator with its stops; another `guess` or `grazing.passages` may name one"
+    )]
+    NoPhysicalGraze,
     /// An end of a range that is no finite number.
     #[error("{flag} must be a finite number, found {value}")]
     NotFinite { flag: &'static str, value: f64 },
@@ -78,6 +87,12 @@ pub(in crate::cli) enum CliError {
          {found}"
     )]
     NotAPlane { found: usize },
+    /// Another number of axes, or of numbers of cells, than a plane has.
+    #[error("a basin has two axes; found {found}")]
+    NotTwoAxes { found: usize },
+    /// A range along what is no axis.
+    #[error("--range names `{name}`, which is no axis of the basin; name it in --axes")]
+    NoAxis { name: String },
     /// A map without parameters.
     #[error("the map has no parameter; name some in `expansion.active`")]
     NoParameter,
@@ -96,6 +111,12 @@ pub(in crate::cli) enum CliError {
          {searched}"
     )]
     NoLoci { kinds: String, searched: String },
+    /// No branch of the itineraries asked for.
+    #[error(
+        "no branch with a physical orbit was found (itineraries tried: {itineraries}); a wider \
+         range of the parameter (--from, --to) or other itineraries may have some"
+    )]
+    NoBranch { itineraries: usize },
     /// A simulation that did not last as long as was asked.
     #[error("the trajectory ends at t = {}: {}", Shown(.0.time), .0.reason)]
     TrajectoryEnded(EarlyEnd),
@@ -145,6 +166,18 @@ pub(in crate::cli) enum CliError {
     /// A point without an image.
     #[error("row {row} has no image at iteration {iteration}: {}", ended(.end))]
     NoImage { row: usize, iteration: usize, end: Option<DirectEnd> },
+    /// No such entry in the gallery.
+    #[error(
+        "no entry `{name}` in the gallery{}; `grazemap gallery --list` shows it",
+        meant(.nearest)
+    )]
+    NotInGallery { name: String, nearest: Option<String> },
+    /// An entry of the gallery that cannot be read.
+    #[error("the gallery: {0}")]
+    Gallery(String),
+    /// Numbers of the gallery that differ from what was expected.
+    #[error("the gallery differs from what it says: {what}")]
+    Unexplained { what: String },
     /// A result that could not be laid out or written.
     #[error(transparent)]
     Report(#[from] ReportError),
@@ -167,8 +200,11 @@ impl CliError {
             Self::CurveEnded { .. }
             | Self::NoImage { .. }
             | Self::NoOrbits { .. }
+            | Self::NoBranch { .. }
             | Self::NoLoci { .. }
             | Self::TrajectoryEnded(_)
+            | Self::NoPhysicalGraze
+            | Self::Unexplained { .. }
             | Self::NotCurrent { .. } => ENDED_OTHERWISE,
             _ => WRONG_INPUT,
         }

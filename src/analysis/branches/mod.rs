@@ -1,0 +1,42 @@
+//! Branches of periodic orbits in one parameter, through folds, flips and grazes.
+//!
+//! One idea: an itinerary's orbits are solved for, so a branch needs no stable orbit to begin with.
+//! With the depth variables as unknowns the graze of an orbit is a regular point of its branch;
+//! beyond it the orbit is virtual, and the physical continuation is the branch of the itinerary
+//! with that contact more or less. Both pass through the same point.
+
+mod by_direct;
+mod by_map;
+mod data;
+mod normal_form;
+mod trace;
+
+pub use data::{Branch, BranchEnd, BranchLabel, BranchPoint, BranchRequest, Branches, Special};
+
+use crate::analysis::error::AnalysisError;
+use crate::analysis::progress::Progress;
+use crate::expansion::LocalMap;
+use crate::model::Scene;
+use crate::orbit::GrazingOrbit;
+
+/// The branches of the itineraries asked for, and of those that they change to where their orbits
+/// graze or double.
+///
+/// Special points are solved for in double-double. A branch is given out if a part of it is
+/// physical; virtual stretches are parts of it. No result depends on the number of cores.
+///
+/// # Errors
+///
+/// [`AnalysisError::Expansion`] if an impact speed cannot be expanded.
+pub fn branches(
+    scene: &Scene,
+    orbit: &GrazingOrbit,
+    map: &LocalMap,
+    request: &BranchRequest,
+    progress: &dyn Progress,
+) -> Result<Branches, AnalysisError> {
+    match request.direct {
+        true => by_direct::branches(scene, orbit, map, request, progress),
+        false => by_map::branches(scene, orbit, map, request, progress),
+    }
+}

@@ -1,0 +1,395 @@
+//! A curve followed from a point on: steps, the points of each, the zeros of test functions between
+//! them.
+
+use std::array::from_fn;
+
+use super::CurveEquations;
+use super::step::{Chord, CurvePoint, StepControl, dot, norm, point_on, zero_between};
+use crate::numeric::Real;
+use crate::orbit::sampled::{SAMPLES, Zeros, places, zeros};
+
+/// A stretch of a curve.
+#[derive(Clone, Debug)]
+pub struct Course<S, X = ()> {
+    /// Points in order, special ones among them.
+    pub points: Vec<CurvePoint<S, X>>,
+    /// The special points.
+    pub turns: Vec<Turn>,
+    /// Pairs of places in `points` between which a test function may have more zeros than were
+    /// found, with its number.
+    pub unresolved: Vec<(usize, [usize; 2])>,
+    /// Why it ends.
+    pub end: CourseEnd,
+}
+
+/// A zero of a test function.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Turn {
+    /// Its place in [`Course::points`].
+    pub point: usize,
+    /// The number of the test function.
+    pub test: usize,
+}
+
+/// Why a curve ends.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum CourseEnd {
+    /// An unknown is at the border of its range.
+    Border {
+        /// The unknown.
+        unknown: usize,
+    },
+    /// It comes back to its first point.
+    Closed,
+    /// The equations have it end here ([`CurveEquations::is_last`]).
+    Last,
+    /// No step is short enough.
+    StepTooSmall,
+    /// After the most steps.
+    StepLimit,
+}
+
+/// Cosine of the largest turn of the tangent in one step.
+const STRAIGHT: f64 = 0.97;
+/// Growth of the next step.
+const GROWTH: f64 = 1.5;
+/// Rounding of a test function, relative to its size, in units of the roundoff.
+const NOISE: f64 = 64.0;
+/// A point this near to a border is on it.
+const AT_BORDER: f64 = 1e-10;
+/// Share of a step to which a curve that closes comes back to its first point.
+const CLOSED: f64 = 1e-4;
+
+/// Follows a curve from a point near it, on the side of `along`.
+///
+/// `None` where Newton's method finds no point of the curve from the start on the plane across
+/// `along`, or no tangent there.
+pub fn follow<S: Real, C: CurveEquations<S> + ?Sized>(
+    curve: &mut C,
+    start: &[S],
+    along: &[S],
+    control: &StepControl,
+) -> Option<Course<S, C::Extra>> {
+    let first = point_on(curve, start, [start, along], along)?;
+    let tests = first.tests.iter().enumerate();
+    let zeros = tests.filter(|(_, test)| beyond_rounding(test) == S::zero());
+    let turns = zeros.map(|(test, _)| Turn { point: 0, test }).collect();
+    let mut way = Way {
+        course: Course {
+            points: vec![first],
+            turns,
+            unresolved: Vec::new(),
+            end: CourseEnd::StepLimit,
+        },
+        curve,
+        control,
+    };
+    way.course.end = way.follow();
+    Some(way.course)
+}
+
+struct Way<'a, S, C: ?Sized, X> {
+    curve: &'a mut C,
+    control: &'a StepControl,
+    course: Course<S, X>,
+}
+
+/// Where a point lies.
+enum Within<S, X> {
+    /// In the range.
+    Range(CurvePoint<S, X>),
+    /// Beyond the border of an unknown, where the curve has this point.
+    Border(CurvePoint<S, X>, usize),
+    /// Beyond the border of an unknown, at which the curve is already, or where it was not found.
+    Beyond(Option<usize>),
+}
+
+/// The points of a step but its first, and the test functions that may have more zeros.
+struct Step<S, X> {
+    points: Vec<CurvePoint<S, X>>,
+    unresolved: Vec<usize>,
+    too_long: bool,
+}
+
+impl<S: Real, X: Clone, C: CurveEquations<S, Extra = X> + ?Sized> Way<'_, S, C, X> {
+    fn follow(&mut self) -> CourseEnd {
+        let mut length = self.control.first;
+        for _ in 0..self.control.most {
+            let here = self.course.points[self.course.points.len() - 1].clone();
+            let Some((step, taken)) = self.step(&here, length) else {
+                return CourseEnd::StepTooSmall;
+            };
+            length = (GROWTH * taken).min(self.control.longest);
+            let from = self.course.points.len() - 1;
+            let mut end = None;
+            for next in step.points {
+                end = self.add(next);
+                if end.is_some() {
+                    break;
+                }
+            }
+            let to = self.course.points.len() - 1;
+            let unresolved = step.unresolved.into_iter().map(|test| (test, [from, to]));
+            self.course.unresolved.extend(unresolved);
+            if let Some(end) = end {
+                return end;
+            }
+        }
+        CourseEnd::StepLimit
+    }
+
+    /// The next step and its length; where none is short enough for all zeros to be known, the
+    /// longest that the corrector makes.
+    fn step(&mut self, here: &CurvePoint<S, X>, mut length: f64) -> Option<(Step<S, X>, f64)> {
+        let mut longest = None;
+        while length >= self.control.shortest {
+            match self.try_step(here, length) {
+                Some(step) if step.too_long => longest = longest.or(Some((step, length))),
+                Some(step) => return Some((step, length)),
+                None => {}
+            }
+            length *= 0.5;
+        }
+        longest
+    }
+
+    fn try_step(&mut self, here: &CurvePoint<S, X>, length: f64) -> Option<Step<S, X>> {
+        let straight =
+            |point: &CurvePoint<S, X>| dot(&point.tangent, &here.tangent).to_f64() > STRAIGHT;
+        let ds = S::from_f64(length);
+        let pairs = here.unknowns.iter().zip(&here.tangent);
+        let predicted: Vec<S> = pairs.map(|(&u, &t)| u + ds * t).collect();
+        let planes = [&predicted[..], &here.tangent];
+        let next = point_on(self.curve, &predicted, planes, &here.tangent)?;
+        let missed = next.unknowns.iter().zip(&predicted).map(|(&a, &b)| a - b);
+        let missed = norm(&missed.collect::<Vec<_>>()).to_f64();
+        if missed > 0.3 * length || !straight(&next) {
+            return None;
+        }
+        let chord = Chord::new([here, &next])?;
+        let inner = &places()[1..SAMPLES - 1];
+        let mut points = vec![(0.0, here.clone())];
+        for &place in inner {
+            let point = chord.point(self.curve, S::from_f64(place)).filter(|p| straight(p))?;
+            points.push((place, point));
+        }
+        points.push((1.0, next.clone()));
+        let (parting, unresolved, too_long) = resolution::<S, X>(&points);
+        for place in parting {
+            points.push((place, chord.point(self.curve, S::from_f64(place))?));
+        }
+        points.sort_by(|(a, _), (b, _)| a.total_cmp(b));
+        let points = points.into_iter().skip(1).map(|(_, point)| point).collect();
+        Some(Step { points, unresolved, too_long })
+    }
+
+    /// Adds a point with the zeros before it; the end of the curve, where it is one.
+    fn add(&mut self, next: CurvePoint<S, X>) -> Option<CourseEnd> {
+        let here = self.course.points[self.course.points.len() - 1].clone();
+        let (next, border) = match self.within(&here, next) {
+            Within::Range(next) => (next, None),
+            Within::Border(next, unknown) => (next, Some(unknown)),
+            Within::Beyond(Some(unknown)) => return Some(CourseEnd::Border { unknown }),
+            Within::Beyond(None) => return Some(CourseEnd::StepTooSmall),
+        };
+        let mut found = Vec::new();
+        for test in 0..here.tests.len() {
+            let [a, b] = [&here, &next].map(|point| beyond_rounding(&point.tests[test]));
+            if a == S::zero() || (a * b).to_f64() > 0.0 {
+                continue;
+            }
+            let zero = zero_between(self.curve, [&here, &next], |point| point.tests[test].value);
+            let Some(zero) = zero else { continue };
+            let share = Chord::new([&here, &next]).map_or(S::one(), |c| c.share_of(&zero.unknowns));
+            found.push((share.to_f64(), test, zero));
+        }
+        found.sort_by(|a, b| a.0.total_cmp(&b.0));
+        for (share, test, zero) in found {
+            // NOTE: a zero at the end of the interval is the end itself.
+            if share >= 1.0 {
+                continue;
+            }
+            let last = self.curve.is_last(&zero);
+            self.course.turns.push(Turn { point: self.course.points.len(), test });
+            self.course.points.push(zero);
+            if last {
+                return Some(CourseEnd::Last);
+            }
+        }
+        for (test, value) in next.tests.iter().enumerate() {
+            if beyond_rounding(value) == S::zero()
+                && beyond_rounding(&here.tests[test]) != S::zero()
+            {
+                self.course.turns.push(Turn { point: self.course.points.len(), test });
+            }
+        }
+        let closed = self.closes(&here, &next);
+        let last = self.curve.is_last(&next);
+        self.course.points.push(next);
+        border
+            .map(|unknown| CourseEnd::Border { unknown })
+            .or(closed.then_some(CourseEnd::Closed))
+            .or(last.then_some(CourseEnd::Last))
+    }
+
+    /// The point, or that on the border which the curve passes first before it.
+    fn within(&mut self, here: &CurvePoint<S, X>, next: CurvePoint<S, X>) -> Within<S, X> {
+        let mut first: Option<(S, CurvePoint<S, X>, usize)> = None;
+        for unknown in 0..next.unknowns.len() {
+            let [lower, upper] = self.curve.range(unknown).map(S::from_f64);
+            let value = next.unknowns[unknown];
+            let border = match value {
+                value if value > upper => upper,
+                value if value < lower => lower,
+                _ => continue,
+            };
+            if (here.unknowns[unknown] - border).magnitude() <= AT_BORDER {
+                return Within::Beyond(Some(unknown));
+            }
+            let beyond = |point: &CurvePoint<S, X>| point.unknowns[unknown] - border;
+            let Some(mut at) = zero_between(self.curve, [here, &next], beyond) else {
+                return Within::Beyond(None);
+            };
+            at.unknowns[unknown] = border;
+            let share = Chord::new([here, &next]).map_or(S::one(), |c| c.share_of(&at.unknowns));
+            if first.as_ref().is_none_or(|(least, ..)| share < *least) {
+                first = Some((share, at, unknown));
+            }
+        }
+        match first {
+            Some((_, point, unknown)) => Within::Border(point, unknown),
+            None => Within::Range(next),
+        }
+    }
+
+    /// Whether the first point of the curve lies between two later ones.
+    fn closes(&mut self, here: &CurvePoint<S, X>, next: &CurvePoint<S, X>) -> bool {
+        if self.course.points.len() <= SAMPLES {
+            return false;
+        }
+        let first = self.course.points[0].clone();
+        let Some(chord) = Chord::new([here, next]) else {
+            return false;
+        };
+        let share = chord.share_of(&first.unknowns);
+        if !(S::zero()..=S::one()).contains(&share) {
+            return false;
+        }
+        let apart = |a: &[S], b: &[S]| {
+            norm(&a.iter().zip(b).map(|(&a, &b)| a - b).collect::<Vec<_>>()).to_f64()
+        };
+        let length = apart(&here.unknowns, &next.unknowns);
+        if apart(&here.unknowns, &first.unknowns) > 2.0 * length {
+            return false;
+        }
+        let there = chord.point(self.curve, share);
+        there.is_some_and(|there| apart(&there.unknowns, &first.unknowns) < CLOSED * length)
+    }
+}
+
+/// What samples say about the zeros of the test functions of a step: places that part them, the
+/// functions that may have more, and whether a shorter step would show them.
+fn resolution<S: Real, X>(points: &[(f64, CurvePoint<S, X>)]) -> (Vec<f64>, Vec<usize>, bool) {
+    let (mut parting, mut unresolved, mut too_long) = (Vec::new(), Vec::new(), false);
+    for test in 0..points[0].1.tests.len() {
+        let of = |place: usize| points[place].1.tests[test];
+        let samples: [f64; SAMPLES] = from_fn(|place| of(place).value.to_f64());
+        let size = (0..SAMPLES).map(|place| of(place).size).fold(0.0, f64::max);
+        match zeros(&samples, NOISE * S::ROUNDOFF * size) {
+            Zeros::Parted(places) => parting.extend(places),
+            Zeros::Rounding(places) if places.is_empty() => {}
+            Zeros::Rounding(_) => unresolved.push(test),
+            Zeros::TooLong => {
+                too_long = true;
+                unresolved.push(test);
+            }
+        }
+    }
+    (parting, unresolved, too_long)
+}
+
+/// The value of a test function, or 0 where it is rounding.
+fn beyond_rounding<S: Real>(test: &super::TestValue<S>) -> S {
+    match test.value.magnitude() <= NOISE * S::ROUNDOFF * test.size {
+        true => S::zero(),
+        false => test.value,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::{DMatrix, DVector};
+
+    use super::*;
+    use crate::analysis::continuation::{Linearised, TestValue, zero_near};
+    use crate::numeric::{Dd, Scalar};
+
+    /// The circle `x² + y² = 1`, with tests `x − 1/2`, the turn of `y`, and `x² − 1/4 + 1e-7`, two
+    /// zeros near each other never.
+    struct Circle {
+        upper: f64,
+    }
+
+    impl<S: Real> CurveEquations<S> for Circle {
+        type Extra = ();
+
+        fn linearised(&mut self, u: &[S]) -> Option<Linearised<S>> {
+            let two = S::from_f64(2.0);
+            Some(Linearised {
+                residual: DVector::from_vec(vec![u[0] * u[0] + u[1] * u[1] - S::one()]),
+                jacobian: DMatrix::from_row_slice(1, 2, &[two * u[0], two * u[1]]),
+                extra: (),
+            })
+        }
+
+        fn tests(&self, point: &CurvePoint<S>) -> Vec<TestValue<S>> {
+            let value = point.unknowns[0] - S::from_f64(0.5);
+            vec![TestValue { value, size: 1.0 }, TestValue::turn(point, 1)]
+        }
+
+        fn range(&self, unknown: usize) -> [f64; 2] {
+            if unknown == 1 { [-2.0, self.upper] } else { [f64::NEG_INFINITY, f64::INFINITY] }
+        }
+    }
+
+    #[test]
+    fn a_circle_closes_and_has_its_zeros_to_rounding() {
+        let mut circle = Circle { upper: 2.0 };
+        let start = [-1.0, 0.0];
+        let course = follow(&mut circle, &start, &[0.0, 1.0], &StepControl::default());
+        let course: Course<f64> = course.expect("a circle");
+        assert_eq!(course.end, CourseEnd::Closed);
+        assert!(course.unresolved.is_empty());
+        let zeros: Vec<(usize, [f64; 2])> = course
+            .turns
+            .iter()
+            .map(|turn| {
+                let unknowns = &course.points[turn.point].unknowns;
+                (turn.test, [unknowns[0], unknowns[1]])
+            })
+            .collect();
+        let height = 0.75_f64.sqrt();
+        let expected = [(1, [0.0, 1.0]), (0, [0.5, height]), (0, [0.5, -height]), (1, [0.0, -1.0])];
+        assert_eq!(zeros.len(), 4, "{zeros:?}");
+        for ((test, at), (expected_test, expected)) in zeros.iter().zip(expected) {
+            assert_eq!(*test, expected_test);
+            let error = (at[0] - expected[0]).abs().max((at[1] - expected[1]).abs());
+            assert!(error < 1e-15, "{at:?} {expected:?}");
+        }
+    }
+
+    #[test]
+    fn a_curve_ends_on_the_border_and_zeros_are_refined_in_double_double() {
+        let mut circle = Circle { upper: 0.9 };
+        let course = follow(&mut circle, &[-1.0, 0.0], &[0.0, 1.0], &StepControl::default());
+        let course: Course<f64> = course.expect("a circle");
+        assert_eq!(course.end, CourseEnd::Border { unknown: 1 });
+        assert_eq!(course.points.last().map(|point| point.unknowns[1]), Some(0.9));
+        let near = [0.5 + 1e-13, 0.75_f64.sqrt()].map(Dd::from);
+        let tangent = [-(0.75_f64.sqrt()), 0.5].map(Dd::from);
+        let value = |point: &CurvePoint<Dd>| point.tests[0].value;
+        let zero = zero_near(&mut circle, &near, &tangent, value).expect("a zero");
+        let exact = Dd::from(0.75).sqrt();
+        assert!((zero.unknowns[1] - exact).magnitude() < 1e-30, "{zero:?}");
+    }
+}

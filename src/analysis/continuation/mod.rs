@@ -1,0 +1,94 @@
+//! Pseudo-arclength continuation of the solutions of one equation fewer than unknowns.
+//!
+//! One idea: a curve is followed along its tangent, so that no unknown is special and folds are
+//! regular points. What is followed says three things ([`CurveEquations`]): its residuals with
+//! their Jacobian, the test functions whose zeros are special points, and the range in which it is
+//! of interest. All unknowns are in units in which they are of order one.
+//!
+//! ```text
+//! F: Rⁿ⁺¹ → Rⁿ,  F(u) = 0,   tangent t: F' t = 0, |t| = 1
+//! predictor u + ds t,  corrector F = 0 and t · (u' − u − ds t) = 0
+//! ```
+//!
+//! Orbits of an itinerary in one parameter are such equations by the map
+//! (`periodic::MapOrbitEquations`); a locus in two parameters has one
+//! more unknown and one more residual: a test function of the orbits that is required to vanish.
+//! Every step is sampled at the Chebyshev points, so that the number of zeros in a step is known
+//! or said not to be. Numbers are `f64` or double-double.
+
+mod course;
+mod step;
+
+pub use course::{Course, CourseEnd, Turn, follow};
+pub use step::{CurvePoint, StepControl, corrected, searched, tangent_at, zero_between, zero_near};
+
+use nalgebra::{DMatrix, DVector};
+
+use crate::numeric::Real;
+
+/// Equations whose solutions form a curve.
+pub trait CurveEquations<S: Real> {
+    /// What is computed beside the residuals and that the test functions need: nothing, or values
+    /// at passages, derivatives of them.
+    type Extra: Clone;
+
+    /// Residuals, `n` of them, and their Jacobian, `n × (n + 1)`; `None` where the equations are
+    /// not defined.
+    fn linearised(&mut self, unknowns: &[S]) -> Option<Linearised<S, Self::Extra>>;
+
+    /// Test functions at a point of the curve, as many and in the same order at every point. They
+    /// are smooth along the curve; a turn of an unknown is [`TestValue::turn`].
+    fn tests(&self, point: &CurvePoint<S, Self::Extra>) -> Vec<TestValue<S>>;
+
+    /// The range of every unknown: the curve ends where one leaves it, solved for on the border.
+    fn range(&self, unknown: usize) -> [f64; 2];
+
+    /// Whether the curve is not followed beyond a point, which is then its last.
+    fn is_last(&self, _point: &CurvePoint<S, Self::Extra>) -> bool {
+        false
+    }
+}
+
+/// Residuals with their Jacobian.
+#[derive(Clone, Debug)]
+pub struct Linearised<S, X = ()> {
+    /// `F(u)`.
+    pub residual: DVector<S>,
+    /// `F'(u)`.
+    pub jacobian: DMatrix<S>,
+    /// What test functions need beside them.
+    pub extra: X,
+}
+
+/// The determinant of the Jacobian with the tangent as its last row: zero where another branch
+/// passes through the point.
+pub fn bordered<S: Real, X>(point: &CurvePoint<S, X>) -> TestValue<S> {
+    let size = point.tangent.len();
+    let jacobian = &point.linearised.jacobian;
+    let entry = |i, j| if i + 1 < size { jacobian[(i, j)] } else { point.tangent[j] };
+    TestValue::determinant(&DMatrix::from_fn(size, size, entry))
+}
+
+/// A test function at a point of a curve.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TestValue<S> {
+    /// Its value.
+    pub value: S,
+    /// What the rounding of the value is relative to.
+    pub size: f64,
+}
+
+impl<S: Real> TestValue<S> {
+    /// The component of the tangent along an unknown: zero where that unknown turns back.
+    pub fn turn<X>(point: &CurvePoint<S, X>, unknown: usize) -> Self {
+        Self { value: point.tangent[unknown], size: 1.0 }
+    }
+
+    /// `det M`, its rounding relative to the product of the rows' largest entries.
+    pub fn determinant(matrix: &DMatrix<S>) -> Self {
+        let rows = matrix.row_iter();
+        let largest = rows.map(|row| row.iter().fold(0.0, |most: f64, a| most.max(a.magnitude())));
+        let value = crate::numeric::linear::determinant(matrix);
+        Self { value: value.unwrap_or(S::from_f64(f64::NAN)), size: largest.product() }
+    }
+}

@@ -1,0 +1,274 @@
+//! Points of a curve: the corrector, the tangent, and zeros of test functions between two points.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::{CurveEquations, Linearised, TestValue};
+use crate::numeric::linear::{factorize, solve};
+use crate::numeric::{Bracket, NewtonOutcome, NumericError, Real, damped_newton};
+
+/// A point of a curve.
+#[derive(Clone, Debug)]
+pub struct CurvePoint<S, X = ()> {
+    /// The unknowns.
+    pub unknowns: Vec<S>,
+    /// The unit tangent.
+    pub tangent: Vec<S>,
+    /// Residuals and derivatives there.
+    pub linearised: Linearised<S, X>,
+    /// The test functions.
+    pub tests: Vec<TestValue<S>>,
+}
+
+/// Lengths of steps, in the units of the unknowns.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct StepControl {
+    /// The first step.
+    pub first: f64,
+    /// The longest.
+    pub longest: f64,
+    /// The shortest.
+    pub shortest: f64,
+    /// Most steps.
+    pub most: usize,
+}
+
+impl Default for StepControl {
+    fn default() -> Self {
+        Self { first: 0.02, longest: 0.4, shortest: 1e-9, most: 400 }
+    }
+}
+
+/// Newton steps of a corrector at most.
+const STEPS: usize = 8;
+/// Largest residual that may be left where steps no longer shrink, relative to the first step.
+const STALLED: f64 = 0.25;
+
+/// The solution on the plane through `origin` across `normal`, by Newton's method from a start
+/// near it; `None` where it does not converge.
+///
+/// Steps below `ε^(3/4)` end it, or steps of the size of rounding that no longer shrink.
+pub fn corrected<S: Real, C: CurveEquations<S> + ?Sized>(
+    curve: &mut C,
+    start: &[S],
+    origin: &[S],
+    normal: &[S],
+) -> Option<(Vec<S>, Linearised<S, C::Extra>)> {
+    let mut unknowns = start.to_vec();
+    let mut last = f64::INFINITY;
+    for _ in 0..STEPS {
+        let here = curve.linearised(&unknowns)?;
+        let size = unknowns.len();
+        let matrix = bordered(&here.jacobian, normal);
+        let mut right = DVector::from_element(size, S::zero());
+        for (row, &value) in here.residual.iter().enumerate() {
+            right[row] = -value;
+        }
+        let offset = unknowns.iter().zip(origin).zip(normal);
+        right[size - 1] = -offset.map(|((&u, &o), &n)| (u - o) * n).sum::<S>();
+        let step = solve(&matrix, &right).ok()?;
+        let length = step.iter().fold(0.0, |most: f64, value| most.max(value.magnitude()));
+        if !length.is_finite() || (length > 2.0 * last && length > S::ROUNDOFF.sqrt()) {
+            return None;
+        }
+        for (value, &change) in unknowns.iter_mut().zip(step.iter()) {
+            *value += change;
+        }
+        let stalled = length >= STALLED * last && length <= S::ROUNDOFF.sqrt();
+        if length <= S::ROUNDOFF.powf(0.75) || stalled {
+            let there = curve.linearised(&unknowns)?;
+            return Some((unknowns, there));
+        }
+        last = length;
+    }
+    None
+}
+
+/// Newton steps of a search at most, and halvings of each.
+const SEARCHED: [usize; 2] = [40, 12];
+
+/// The solution with one unknown held, by damped Newton steps from a start that may be far; `None`
+/// where they do not converge.
+pub fn searched<S: Real, C: CurveEquations<S> + ?Sized>(
+    curve: &mut C,
+    start: &[S],
+    held: usize,
+) -> Option<(Vec<S>, Linearised<S, C::Extra>)> {
+    let size = |here: &Linearised<S, C::Extra>| {
+        here.residual.iter().fold(0.0, |most: f64, value| most.max(value.magnitude()))
+    };
+    let unit = |place| if place == held { S::one() } else { S::zero() };
+    let normal: Vec<S> = (0..start.len()).map(unit).collect();
+    let here = curve.linearised(start)?;
+    let outcome = damped_newton(
+        (start.to_vec(), here),
+        SEARCHED,
+        |(_, here)| {
+            let mut right = here.residual.clone().insert_row(start.len() - 1, S::zero());
+            right.iter_mut().for_each(|value| *value = -*value);
+            let step = solve(&bordered(&here.jacobian, &normal), &right)?;
+            let length = step.iter().fold(0.0, |most: f64, value| most.max(value.magnitude()));
+            Ok::<_, NumericError>((step, length))
+        },
+        |(unknowns, here), (step, length), share| {
+            let share = S::from_f64(share);
+            let pairs = unknowns.iter().zip(step.iter());
+            let next: Vec<S> = pairs.map(|(&u, &change)| u + share * change).collect();
+            let there = curve.linearised(&next)?;
+            let nearer = *length <= S::ROUNDOFF.sqrt() || size(&there) < size(here);
+            nearer.then_some((next, there))
+        },
+        |_, &(_, length)| length <= S::ROUNDOFF.powf(0.75),
+    );
+    match outcome {
+        NewtonOutcome::Root(found) => Some(found),
+        _ => None,
+    }
+}
+
+/// The unit tangent at a point, on the side of `along`; `None` where it is not determined.
+pub fn tangent_at<S: Real>(jacobian: &DMatrix<S>, along: &[S]) -> Option<Vec<S>> {
+    let size = along.len();
+    let mut right = DVector::from_element(size, S::zero());
+    right[size - 1] = S::one();
+    let direction = factorize(&bordered(jacobian, along)).ok()?.solve(&right).ok()?;
+    let length = direction.iter().map(|&value| value * value).sum::<S>().sqrt();
+    let unit: Vec<S> = direction.iter().map(|&value| value / length).collect();
+    unit.iter().all(|value| value.is_finite()).then_some(unit)
+}
+
+/// A matrix with one more row.
+fn bordered<S: Real>(jacobian: &DMatrix<S>, row: &[S]) -> DMatrix<S> {
+    let size = row.len();
+    DMatrix::from_fn(size, size, |i, j| if i + 1 < size { jacobian[(i, j)] } else { row[j] })
+}
+
+/// The point on the plane through `origin` across `normal`, its tangent on the side of `along`.
+pub(super) fn point_on<S: Real, C: CurveEquations<S> + ?Sized>(
+    curve: &mut C,
+    start: &[S],
+    [origin, normal]: [&[S]; 2],
+    along: &[S],
+) -> Option<CurvePoint<S, C::Extra>> {
+    let (unknowns, linearised) = corrected(curve, start, origin, normal)?;
+    let tangent = tangent_at(&linearised.jacobian, along)?;
+    let mut point = CurvePoint { unknowns, tangent, linearised, tests: Vec::new() };
+    point.tests = curve.tests(&point);
+    let finite = point.tests.iter().all(|test| test.value.is_finite());
+    finite.then_some(point)
+}
+
+/// The chord between two points of a curve, with planes across it.
+pub(super) struct Chord<'a, S, X> {
+    ends: [&'a CurvePoint<S, X>; 2],
+    length: S,
+    normal: Vec<S>,
+}
+
+impl<'a, S: Real, X: Clone> Chord<'a, S, X> {
+    pub(super) fn new(ends: [&'a CurvePoint<S, X>; 2]) -> Option<Self> {
+        let pairs = ends[1].unknowns.iter().zip(&ends[0].unknowns);
+        let chord: Vec<S> = pairs.map(|(&b, &a)| b - a).collect();
+        let length = norm(&chord);
+        let normal = chord.iter().map(|&value| value / length).collect();
+        (length > S::zero()).then_some(Self { ends, length, normal })
+    }
+
+    /// The share of the chord across which a point lies.
+    pub(super) fn share_of(&self, unknowns: &[S]) -> S {
+        let pairs = unknowns.iter().zip(&self.ends[0].unknowns).zip(&self.normal);
+        pairs.map(|((&u, &a), &n)| (u - a) * n).sum::<S>() / self.length
+    }
+
+    /// The point of the curve across a share of the chord, begun at the cubic with the tangents at
+    /// the ends.
+    pub(super) fn point<C: CurveEquations<S, Extra = X> + ?Sized>(
+        &self,
+        curve: &mut C,
+        share: S,
+    ) -> Option<CurvePoint<S, X>> {
+        let rest = S::one() - share;
+        let [a, b] = self.ends;
+        let pairs = a.unknowns.iter().zip(&b.unknowns);
+        let origin: Vec<S> = pairs.map(|(&a, &b)| a + share * (b - a)).collect();
+        let tangents = a.tangent.iter().zip(&b.tangent).zip(&self.normal);
+        let bend = tangents.map(|((&a, &b), &normal)| {
+            self.length * share * rest * (rest * (a - normal) - share * (b - normal))
+        });
+        let start: Vec<S> = origin.iter().zip(bend).map(|(&origin, bend)| origin + bend).collect();
+        point_on(curve, &start, [&origin, &self.normal], &a.tangent)
+    }
+}
+
+/// The point between two at which a function of points vanishes, to the rounding of the numbers;
+/// `None` where it has the same sign at both, or no curve is found in between.
+pub fn zero_between<S: Real, C: CurveEquations<S> + ?Sized>(
+    curve: &mut C,
+    ends: [&CurvePoint<S, C::Extra>; 2],
+    value: impl Fn(&CurvePoint<S, C::Extra>) -> S,
+) -> Option<CurvePoint<S, C::Extra>> {
+    let values = [value(ends[0]), value(ends[1])];
+    if values[1] == S::zero() {
+        return Some(ends[1].clone());
+    }
+    let chord = Chord::new(ends)?;
+    let bracket = Bracket::new(S::zero(), S::one(), values[0], values[1]).ok()?;
+    let mut best: Option<(f64, CurvePoint<S, C::Extra>)> = None;
+    let tolerance = S::from_f64(0.5 * S::ROUNDOFF) / chord.length;
+    bracket.itp((values[0], values[1]), tolerance, |share| {
+        let Some(point) = chord.point(curve, share) else {
+            return S::from_f64(f64::NAN);
+        };
+        let found = value(&point);
+        if best.as_ref().is_none_or(|(least, _)| found.magnitude() < *least) {
+            best = Some((found.magnitude(), point));
+        }
+        found
+    });
+    best.map(|(_, point)| point)
+}
+
+/// Secant steps onto a zero at most.
+const SECANTS: usize = 12;
+
+/// The zero of a function of points next to a point of a curve, by secant steps along its tangent,
+/// to the rounding of the numbers: how a zero found in `f64` is refined in double-double.
+pub fn zero_near<S: Real, C: CurveEquations<S> + ?Sized>(
+    curve: &mut C,
+    unknowns: &[S],
+    tangent: &[S],
+    value: impl Fn(&CurvePoint<S, C::Extra>) -> S,
+) -> Option<CurvePoint<S, C::Extra>> {
+    let mut at = |along: S| {
+        let pairs = unknowns.iter().zip(tangent);
+        let origin: Vec<S> = pairs.map(|(&u, &t)| u + along * t).collect();
+        let point = point_on(curve, &origin, [&origin, tangent], tangent)?;
+        let found = value(&point);
+        Some((along, found, point))
+    };
+    let (mut before, mut here) = (at(S::zero())?, at(S::from_f64(f64::EPSILON.sqrt()))?);
+    if before.1.magnitude() < here.1.magnitude() {
+        std::mem::swap(&mut before, &mut here);
+    }
+    for _ in 0..SECANTS {
+        let slope = (here.1 - before.1) / (here.0 - before.0);
+        let step = here.1 / slope;
+        if here.1 == S::zero() || !step.is_finite() {
+            break;
+        }
+        let next = at(here.0 - step)?;
+        let nearer = next.1.magnitude() < here.1.magnitude();
+        if !nearer {
+            break;
+        }
+        before = std::mem::replace(&mut here, next);
+    }
+    Some(here.2)
+}
+
+pub(super) fn norm<S: Real>(values: &[S]) -> S {
+    values.iter().map(|&value| value * value).sum::<S>().sqrt()
+}
+
+pub(super) fn dot<S: Real>(a: &[S], b: &[S]) -> S {
+    a.iter().zip(b).map(|(&a, &b)| a * b).sum()
+}
