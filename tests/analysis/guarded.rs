@@ -7,8 +7,8 @@ use agreement::{Agreement, Effort};
 use grazemap::analysis::chart::chart;
 use grazemap::analysis::diagram::{Diagram, DiagramPoint, Sweep, diagram};
 use grazemap::analysis::{
-    DirectMap, ESCAPE_EXTENTS, GuardedMap, ImageRequest, ImageRow, NoProgress, Precision, Using,
-    escape_bounds, images,
+    DirectMap, GuardedMap, ImageRequest, ImageRow, NoProgress, Precision, Using, escape_bounds,
+    images,
 };
 use grazemap::expansion::MapWindow;
 use grazemap::hybrid::HybridSystem;
@@ -19,6 +19,7 @@ use grazemap::model::{ChartRequest, DiagramRequest, Method, Scene, Starts, catal
 use grazemap::numeric::Dd;
 
 use crate::Case;
+use crate::support::scenes;
 
 impl Case {
     /// The same with a window that holds less.
@@ -166,14 +167,33 @@ fn outside_the_window_a_guarded_sweep_is_direct_simulations() {
 /// The steady state of the linear oscillator that reaches the stop at 1 swings from −1 to 1, and
 /// its phase advances by a turn.
 #[test]
-fn an_orbit_has_escaped_at_a_hundred_times_the_extent_of_the_grazing_orbit() {
-    let case = Case::new("linear");
-    let bounds = escape_bounds(&case.scene, &case.orbit);
-    let names: Vec<&str> = bounds.iter().map(|bound| &*bound.coordinate).collect();
-    assert_eq!(names, ["x", "theta"]);
-    for (bound, extent) in bounds.iter().zip([2.0, std::f64::consts::TAU]) {
-        // The orbit is sampled at the graze and half a period later.
-        assert!((bound.offset / (ESCAPE_EXTENTS * extent) - 1.0).abs() < 1e-9, "{bound:?}");
+fn an_orbit_has_escaped_at_so_many_extents_of_the_grazing_orbit_as_the_scene_says() {
+    let said = scenes::scene_with("linear", &[("direct.escape", "2.5")]);
+    for (scene, times) in [(scenes::scene("linear"), 100.0), (said, 2.5)] {
+        let case = Case::of(scene);
+        let bounds = escape_bounds(&case.scene, &case.orbit);
+        let names: Vec<&str> = bounds.iter().map(|bound| &*bound.coordinate).collect();
+        assert_eq!(names, ["x", "theta"]);
+        for (bound, extent) in bounds.iter().zip([2.0, std::f64::consts::TAU]) {
+            // The orbit is sampled at the graze and half a period later.
+            assert!((bound.offset / (times * extent) - 1.0).abs() < 1e-9, "{bound:?}");
+        }
+    }
+}
+
+/// Beyond the graze the section points of the linear oscillator's impacting orbit lie between a ten
+/// thousandth of the extent of the grazing orbit and ten times that extent from the graze.
+#[test]
+fn a_guarded_orbit_ends_at_the_bound_of_the_scene() {
+    for (times, escapes) in [("10.0", false), ("0.0001", true)] {
+        let case = Case::of(scenes::scene_with("linear", &[("direct.escape", times)]));
+        let diagram = case.diagram([2e-3, 3e-3], 2, &[Method::Guarded, Method::Direct]);
+        for method in [Method::Guarded, Method::Direct] {
+            for point in points(&diagram, method) {
+                let escaped = matches!(point.end, OrbitEnd::Escaped { .. });
+                assert_eq!(escaped, escapes, "{times}: {point:?}");
+            }
+        }
     }
 }
 
