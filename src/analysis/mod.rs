@@ -3,6 +3,7 @@
 //!
 //! Deliberately absent: plotting, files, progress bars.
 
+pub mod basin;
 pub mod branches;
 pub mod chart;
 pub mod continuation;
@@ -15,9 +16,11 @@ mod evaluation;
 mod free_flight;
 mod guarded_map;
 mod image;
+pub mod loci;
 pub mod orbits;
 pub mod periodic;
 mod progress;
+mod refinement;
 mod section_frame;
 mod time_series;
 

@@ -5,8 +5,10 @@ use std::path::PathBuf;
 use clap::{ArgGroup, Args, Parser, Subcommand, ValueEnum};
 
 use super::output::{CliError, Outlets};
+use grazemap::analysis::loci::LocusKind;
 use grazemap::analysis::{Precision, Using};
 use grazemap::emission::Target;
+use grazemap::model::Method;
 
 /// Fast, measured local maps of oscillators that graze a stop.
 ///
@@ -49,18 +51,24 @@ pub(super) enum Command {
     Orbits(OrbitsArguments),
     /// Branches of periodic orbits in one parameter, through folds, flips and grazes
     Branch(BranchArguments),
+    /// Saddle-nodes, flips, Neimark-Sacker points and grazes in two parameters
+    Loci(LociArguments),
     /// Time series and phase portrait of the grazing orbit, of a periodic orbit, of any start
     Trajectory(TrajectoryArguments),
+    /// Basins of attraction in a plane of the section
+    Basin(BasinArguments),
+    /// Published figures and tables, computed again and compared
+    Gallery(GalleryOptions),
 }
 
 impl Arguments {
-    /// The command's name, its common options, and whether it has a table; `None` of `new`, which
-    /// has none of them.
+    /// The command's name, its common options, and whether it has a table; `None` of `new` and
+    /// `gallery`, which have none of them.
     fn outputs(&self) -> Option<(&'static str, &Common, bool)> {
         Some(match self.command.as_ref() {
             None => ("run", &self.common, false),
             Some(Command::Run(options)) => ("run", &options.common, false),
-            Some(Command::New(_)) => return None,
+            Some(Command::New(_) | Command::Gallery(_)) => return None,
             Some(Command::Check(options)) => ("check", &options.common, false),
             Some(Command::Locate(options)) => ("locate", &options.common, false),
             Some(Command::Curve(options)) => ("curve", &options.scene.common, true),
@@ -72,7 +80,9 @@ impl Arguments {
             Some(Command::Chart(options)) => ("chart", &options.common, true),
             Some(Command::Orbits(options)) => ("orbits", &options.scene.common, true),
             Some(Command::Branch(options)) => ("branch", &options.scene.common, true),
+            Some(Command::Loci(options)) => ("loci", &options.scene.common, true),
             Some(Command::Trajectory(options)) => ("trajectory", &options.scene.common, true),
+            Some(Command::Basin(options)) => ("basin", &options.scene.common, true),
         })
     }
 
@@ -300,6 +310,26 @@ pub(super) struct NewOptions {
     pub(super) quiet: bool,
 }
 
+/// Options of `gallery`.
+#[derive(Clone, Debug, Args)]
+pub(super) struct GalleryOptions {
+    /// Entries, or papers with all of their entries; default: all
+    #[arg(value_name = "NAME", conflicts_with = "list")]
+    pub(super) names: Vec<String>,
+    /// List the entries
+    #[arg(long)]
+    pub(super) list: bool,
+    /// Compute fewer points: seconds in place of minutes
+    #[arg(long)]
+    pub(super) small: bool,
+    /// The folder for the page and all results; default: out/gallery
+    #[arg(short = 'o', long = "output", value_name = "DIR")]
+    pub(super) output: Option<PathBuf>,
+    /// Say nothing but errors
+    #[arg(short = 'q', long = "quiet")]
+    pub(super) quiet: bool,
+}
+
 /// Options of `orbits`.
 #[derive(Clone, Debug, Args)]
 #[command(group = ArgGroup::new("kinds").args(["fold", "flip"]).multiple(true))]
@@ -398,6 +428,59 @@ pub(super) enum OrbitsUsing {
     Direct,
 }
 
+/// Options of `loci`.
+#[derive(Clone, Debug, Args)]
+pub(super) struct LociArguments {
+    #[command(flatten)]
+    pub(super) scene: SceneOptions,
+    /// The two active parameters
+    #[arg(long = "in", value_name = "P,Q", value_delimiter = ',', required = true)]
+    pub(super) plane: Vec<String>,
+    /// First offset of P from the graze. Default: the window's
+    #[arg(long, value_name = "A", allow_negative_numbers = true)]
+    pub(super) from: Option<f64>,
+    /// Its last offset
+    #[arg(long, value_name = "B", allow_negative_numbers = true)]
+    pub(super) to: Option<f64>,
+    /// Offsets of further active parameters, others 0
+    #[arg(long, value_name = "NAME=OFFSET,...", value_parser = ParameterOffsets::parse)]
+    pub(super) at: Option<ParameterOffsets>,
+    /// Which loci. Default: all
+    #[arg(long, value_name = "KIND,...", value_enum, value_delimiter = ',')]
+    pub(super) kind: Vec<LocusKindOption>,
+    /// Loci of the orbits with these contacts: 1 for contact, 0 for none, passage by passage and
+    /// return by return (`100`); may be repeated. Default: those of up to two passages
+    #[arg(long, value_name = "DIGITS")]
+    pub(super) itinerary: Vec<String>,
+    /// Whose orbits: the map's, or those of direct simulation
+    #[arg(long, value_enum, default_value_t = OrbitsUsing::Map)]
+    pub(super) using: OrbitsUsing,
+}
+
+/// What happens along a locus.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(super) enum LocusKindOption {
+    /// The orbit grazes
+    Graze,
+    /// Saddle-nodes
+    Fold,
+    /// Period-doublings
+    Flip,
+    /// Neimark-Sacker points
+    Torus,
+}
+
+impl From<LocusKindOption> for LocusKind {
+    fn from(option: LocusKindOption) -> Self {
+        match option {
+            LocusKindOption::Graze => Self::Graze,
+            LocusKindOption::Fold => Self::Fold,
+            LocusKindOption::Flip => Self::Flip,
+            LocusKindOption::Torus => Self::Torus,
+        }
+    }
+}
+
 /// Rows per return of a trajectory where none are named.
 pub(super) const SAMPLES: u32 = 400;
 
@@ -436,6 +519,87 @@ pub(super) struct TrajectoryArguments {
     pub(super) samples: u32,
 }
 
+/// Options of `basin`.
+#[derive(Clone, Debug, Args)]
+pub(super) struct BasinArguments {
+    #[command(flatten)]
+    pub(super) scene: SceneOptions,
+    /// Offsets of active parameters from the graze, others 0
+    #[arg(long, value_name = "NAME=OFFSET,...", value_parser = ParameterOffsets::parse)]
+    pub(super) at: Option<ParameterOffsets>,
+    /// The coordinates of the section that span the plane, the horizontal one first. Default: the
+    /// first two
+    #[arg(long, value_name = "A,B", value_delimiter = ',')]
+    pub(super) axes: Vec<String>,
+    /// First and last offset along an axis. Default: the window of the map
+    #[arg(long, value_name = "NAME=FROM:TO,...", value_parser = Ranges::parse)]
+    pub(super) range: Option<Ranges>,
+    /// Cells along both axes, or along each
+    #[arg(
+        long,
+        value_name = "N[,M]",
+        value_delimiter = ',',
+        allow_negative_numbers = true,
+        default_value = "400",
+        value_parser = clap::value_parser!(u32).range(1..=10_000)
+    )]
+    pub(super) points: Vec<u32>,
+    /// Offsets of the section's other coordinates, those not named 0
+    #[arg(long, value_name = "NAME=OFFSET,...", value_parser = ParameterOffsets::parse)]
+    pub(super) start: Option<ParameterOffsets>,
+    /// What follows the states
+    #[arg(long, value_enum, default_value_t = WithArgument::Guarded)]
+    pub(super) with: WithArgument,
+}
+
+/// What iterates states.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(super) enum WithArgument {
+    /// The local map
+    Map,
+    /// The local map inside its window, direct simulation outside
+    Guarded,
+    /// Direct simulation
+    Direct,
+}
+
+impl From<WithArgument> for Method {
+    fn from(argument: WithArgument) -> Self {
+        match argument {
+            WithArgument::Map => Self::Map,
+            WithArgument::Guarded => Self::Guarded,
+            WithArgument::Direct => Self::Direct,
+        }
+    }
+}
+
+/// Ranges by name.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Ranges(pub(super) Vec<(String, [f64; 2])>);
+
+impl Ranges {
+    /// `name=from:to,name=from:to`.
+    fn parse(text: &str) -> Result<Self, String> {
+        let range = |range: &str| {
+            let (name, ends) = range.split_once('=').ok_or("expected NAME=FROM:TO")?;
+            let (from, to) = ends.split_once(':').ok_or("expected NAME=FROM:TO")?;
+            let range = [finite(from)?, finite(to)?];
+            match range[0] < range[1] {
+                true => Ok((name.trim().to_owned(), range)),
+                false => Err(format!("`{ends}` does not increase")),
+            }
+        };
+        Ok(Self(text.split(',').map(range).collect::<Result<_, String>>()?))
+    }
+}
+
+/// A finite number.
+fn finite(text: &str) -> Result<f64, String> {
+    let value = text.trim();
+    let number = value.parse().ok().filter(|number: &f64| number.is_finite());
+    number.ok_or(format!("`{value}` is no finite number"))
+}
+
 /// Offsets of parameters by name.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct ParameterOffsets(pub(super) Vec<(String, f64)>);
@@ -445,10 +609,7 @@ impl ParameterOffsets {
     fn parse(text: &str) -> Result<Self, String> {
         let pair = |pair: &str| {
             let (name, value) = pair.split_once('=').ok_or("expected NAME=OFFSET")?;
-            let value = value.trim();
-            let offset = value.parse().ok().filter(|offset: &f64| offset.is_finite());
-            let offset = offset.ok_or(format!("`{value}` is no finite number"))?;
-            Ok((name.trim().to_owned(), offset))
+            Ok((name.trim().to_owned(), finite(value)?))
         };
         let pairs = text.split(',').map(pair).collect::<Result<_, String>>();
         Ok(Self(pairs?))

@@ -4,9 +4,11 @@ use std::sync::{Arc, OnceLock};
 
 use super::graze::parameter_number;
 use super::{Error, Settled, StudyRequest};
+use crate::analysis::basin::{Basin, BasinRequest, basin};
 use crate::analysis::branches::{BranchRequest, Branches, branches};
 use crate::analysis::chart::{Chart, chart};
 use crate::analysis::diagram::{Diagram, diagram};
+use crate::analysis::loci::{Loci, LociRequest, loci};
 use crate::analysis::orbits::{Orbits, OrbitsRequest, orbits};
 use crate::analysis::{
     ImageRecord, ImageRequest, NoProgress, Part, Progress, SectionImage, direct_image, guarded,
@@ -378,6 +380,16 @@ impl Map {
         Ok(charts.collect::<Result<Vec<_>, _>>()?.into_iter().flatten().collect())
     }
 
+    /// Basins of attraction in a plane of states.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Analysis`] for a plane or parameters that the map does not have.
+    pub fn basin(&self, request: &BasinRequest, progress: &dyn Progress) -> Result<Basin, Error> {
+        let (scene, orbit) = (self.settled().scene(), self.orbit());
+        Ok(basin(scene, orbit, self.local(), request, progress)?)
+    }
+
     /// Periodic orbits by itinerary, their folds and flips.
     ///
     /// # Errors
@@ -429,6 +441,11 @@ impl Map {
     ) -> Result<Branches, Error> {
         let (scene, orbit) = (self.settled().scene(), self.orbit());
         Ok(branches(scene, orbit, self.local(), request, progress)?)
+    }
+
+    /// Loci of periodic orbits in two parameters.
+    pub fn loci(&self, request: &LociRequest) -> Loci {
+        loci(self.local(), request)
     }
 
     /// Maps of every pair of orders against direct simulation.

@@ -218,6 +218,8 @@ pub enum DocumentKind {
     Map,
     /// Periodic orbits by itinerary.
     Orbits,
+    /// Loci in two parameters.
+    Loci,
     /// A bifurcation diagram.
     Diagram,
     /// A two-parameter chart.
@@ -226,6 +228,8 @@ pub enum DocumentKind {
     Convergence,
     /// A time series.
     Trajectory,
+    /// Basins of attraction.
+    Basin,
     /// Branches of periodic orbits.
     Branch,
 }

@@ -6,16 +6,19 @@
 //! Deliberately absent: computing anything new. Thinning of a drawing and rounding of a printed
 //! number are layout, and both are stated beside what they were done to.
 
+mod basin_figure;
 mod branch_listing;
 mod chart_figure;
 mod chosen_words;
 mod convergence_page;
+mod curve_figure;
 mod curve_listing;
 mod diagram_figure;
 mod error;
 mod files;
 mod journal;
 mod json;
+mod loci_listing;
 mod map_listing;
 mod npy;
 mod number;
@@ -31,6 +34,10 @@ mod window_words;
 
 pub use grazemap_figure as figure;
 
+pub use basin_figure::{
+    basin_array, basin_figure, basin_outside_words, basin_remarks, basin_rows, basin_table,
+    basin_words,
+};
 pub use branch_listing::{BranchListing, BranchRecord, PointRecord};
 pub use chart_figure::{chart_array, chart_figure, chart_rows, chart_timing_table};
 pub use chosen_words::{
@@ -39,6 +46,7 @@ pub use chosen_words::{
 pub use convergence_page::{
     convergence_figures, convergence_section, convergence_table, without_times,
 };
+pub use curve_figure::curve_figures;
 pub use curve_listing::{
     Codimension2, CurveListing, CurvePointListing, FoldListing, SwitchListing, UnresolvedListing,
 };
@@ -48,14 +56,17 @@ pub use figure::Figure;
 pub use files::{OutputFolder, write_atomically, write_streamed};
 pub use journal::Journal;
 pub use json::{Document, DocumentKind, Named, to_json, write_json};
+pub use loci_listing::{LociListing, LocusPointRecord, LocusRecord, TangencyRecord};
 pub use map_listing::{
     ChosenCoefficients, DepthListing, ExpansionParts, LeadingTerm, MapListing, PassageParts,
     PolynomialMap, Term, depth_variables, edge_words,
 };
 pub use npy::npy_bytes;
 pub use orbit_listing::{ConditionsListing, OrbitListing, PassageListing};
-pub use orbits_listing::{ContactRecord, LocusRecord, LostRecord, OrbitRecord, OrbitsListing};
-pub use page::{Page, PageFigure, Provenance, Section};
+pub use orbits_listing::{
+    BifurcationsRecord, ContactRecord, LostRecord, OrbitRecord, OrbitsListing,
+};
+pub use page::{Page, PageFigure, Picture, Provenance, Section};
 pub use run_page::{CrateSummary, RunPage, StageTime, run_page};
 pub use section_document::{SectionCost, SectionDecision, SectionDocument};
 pub use sweep_words::{chart_outside_words, diagram_outside_words};

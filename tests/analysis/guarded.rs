@@ -58,7 +58,7 @@ fn a_step_is_the_maps_inside_the_window_and_the_direct_return_outside() {
     let direct = DirectMap::new(&system, &case.scene, &case.orbit).expect("a good scene");
     let map = HornerMap::new(&case.map);
     let window = &case.map.window;
-    let guarded = GuardedMap::new(map.clone(), window.clone(), direct.clone());
+    let guarded = GuardedMap::new(map.clone(), window, &direct);
     let mut seen = [0; 2];
     for number in 0..60 {
         let share = |step: f64| 3.0 * ((f64::from(number) * step).fract() - 0.5);
@@ -103,7 +103,7 @@ fn lanes_are_guarded_as_one_orbit_is_to_the_last_bit() {
     let (mut mapped, mut simulated) = (0, 0);
     for (lane, orbit) in orbits.iter().enumerate() {
         let frozen = map.freeze(own[lane]);
-        let alone = GuardedMap::frozen(frozen, own[lane], window.clone(), direct.clone());
+        let alone = GuardedMap::frozen(frozen, own[lane], window, &direct);
         assert_eq!(*orbit, MapOrbit::of(&alone, states[lane], &[], &request), "{lane}");
         for step in &orbit.steps {
             *(if step.simulated { &mut simulated } else { &mut mapped }) += 1;

@@ -1,6 +1,7 @@
 //! `grazemap locate` and `grazemap curve`: the grazing orbit, and its curve in two parameters.
 
 use super::open;
+use super::sweeps::pictures;
 use crate::cli::arguments::{CurveArguments, SceneOptions};
 use crate::cli::output::{CliError, Results, counted};
 use grazemap::Error;
@@ -9,7 +10,7 @@ use grazemap::numeric::Shown;
 use grazemap::orbit::{self, CurveEnd, CurveOptions, CurveOutcome, GrazingCurve};
 use grazemap::pipeline::parameter_number;
 use grazemap::report::{
-    CurveListing, Document, DocumentKind, Named, OrbitListing, ReportError, to_json,
+    CurveListing, Document, DocumentKind, Named, OrbitListing, ReportError, curve_figures, to_json,
 };
 
 /// The grazing orbit.
@@ -76,9 +77,12 @@ pub(in crate::cli) fn curve(options: &CurveArguments) -> Result<(), CliError> {
     };
     let listing = CurveListing::new(scene, &curve);
     let text = curve_text(&listing, &curve);
-    let csv = listing.table()?.to_csv()?;
+    let (csv, figures) = (listing.table()?.to_csv()?, curve_figures(&listing));
     let json = to_json(&Document::new(DocumentKind::Curve, scene, listing))?;
-    let results = Results::named("curve", text, json, Some(csv));
+    let mut results = Results::named("curve", text, json, Some(csv));
+    for (ending, figure) in &figures {
+        results.files.extend(pictures(&format!("curve{ending}"), figure));
+    }
     results.deliver("curve", &options.scene.common.outlets)?;
     judge(&curve, reached, options, with)
 }

@@ -223,7 +223,7 @@ pub(super) fn named_offsets(
 }
 
 /// The place of a name among those known.
-fn place_of(
+pub(super) fn place_of(
     flag: &'static str,
     kind: [&'static str; 2],
     name: &str,

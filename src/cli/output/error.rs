@@ -78,6 +78,12 @@ pub(in crate::cli) enum CliError {
          {found}"
     )]
     NotAPlane { found: usize },
+    /// Another number of axes, or of numbers of cells, than a plane has.
+    #[error("a basin has two axes; found {found}")]
+    NotTwoAxes { found: usize },
+    /// A range along what is no axis.
+    #[error("--range names `{name}`, which is no axis of the basin; name it in --axes")]
+    NoAxis { name: String },
     /// A map without parameters.
     #[error("the map has no parameter; name some in `expansion.active`")]
     NoParameter,
@@ -151,6 +157,18 @@ pub(in crate::cli) enum CliError {
     /// A point without an image.
     #[error("row {row} has no image at iteration {iteration}: {}", ended(.end))]
     NoImage { row: usize, iteration: usize, end: Option<DirectEnd> },
+    /// No such entry in the gallery.
+    #[error(
+        "no entry `{name}` in the gallery{}; `grazemap gallery --list` shows it",
+        meant(.nearest)
+    )]
+    NotInGallery { name: String, nearest: Option<String> },
+    /// An entry of the gallery that cannot be read.
+    #[error("the gallery: {0}")]
+    Gallery(String),
+    /// Numbers of the gallery that differ from what was expected.
+    #[error("the gallery differs from what it says: {what}")]
+    Unexplained { what: String },
     /// A result that could not be laid out or written.
     #[error(transparent)]
     Report(#[from] ReportError),
@@ -176,6 +194,7 @@ impl CliError {
             | Self::NoBranch { .. }
             | Self::NoLoci { .. }
             | Self::TrajectoryEnded(_)
+            | Self::Unexplained { .. }
             | Self::NotCurrent { .. } => ENDED_OTHERWISE,
             _ => WRONG_INPUT,
         }
