@@ -289,7 +289,7 @@ fn value_axis(diagram: &Diagram) -> Axis {
     if margin > 0.0 { axis.with_range(lower - margin, upper + margin) } else { axis }
 }
 
-fn observable_words(observable: &str) -> String {
+pub(super) fn observable_words(observable: &str) -> String {
     match observable {
         "h" => "event function h at the section".to_owned(),
         "impact_speed" => "impact speed".to_owned(),

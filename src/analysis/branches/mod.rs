@@ -9,9 +9,11 @@ mod by_direct;
 mod by_map;
 mod data;
 mod normal_form;
+mod overlay;
 mod trace;
 
 pub use data::{Branch, BranchEnd, BranchLabel, BranchPoint, BranchRequest, Branches, Special};
+pub use overlay::{BranchDiagram, branch_diagram};
 
 use crate::analysis::error::AnalysisError;
 use crate::analysis::progress::Progress;

@@ -152,8 +152,7 @@ pub(super) fn standard_form(
     let shortest = (1..period).find(repeats).unwrap_or(period);
     let returns = itinerary.returns()[..shortest].to_vec();
     let shorter = ContactItinerary::new(itinerary.passages(), returns);
-    let standard = shorter.largest_rotation().0;
-    let by = shorter.rotation_to(&standard).unwrap_or(0);
+    let (standard, by) = shorter.largest_rotation();
     (standard, shortest, by)
 }
 
