@@ -464,10 +464,10 @@ pub(super) struct LociArguments {
     #[arg(long = "in", value_name = "P,Q", value_delimiter = ',', required = true)]
     pub(super) plane: Vec<String>,
     /// First offset of P from the graze. Default: the window's
-    #[arg(long, value_name = "A", allow_negative_numbers = true)]
+    #[arg(long, value_name = "A", allow_hyphen_values = true)]
     pub(super) from: Option<f64>,
     /// Its last offset
-    #[arg(long, value_name = "B", allow_negative_numbers = true)]
+    #[arg(long, value_name = "B", allow_hyphen_values = true)]
     pub(super) to: Option<f64>,
     /// Offsets of further active parameters, others 0
     #[arg(long, value_name = "NAME=OFFSET,...", value_parser = ParameterOffsets::parse)]

@@ -321,7 +321,7 @@ impl LociListing {
                 let mut pairs = other.iter().zip(&point.at);
                 pairs.all(|(a, b)| (a - b).abs() <= 1e-9 * b.abs().max(f64::EPSILON))
             };
-            if !marked.iter().any(|(at, known)| here(at) || *known == label) {
+            if !marked.iter().any(|(at, _)| here(at)) {
                 marked.push((&point.at, label));
             }
         }

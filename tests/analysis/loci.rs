@@ -1,6 +1,7 @@
 //! Loci in two parameters against the closed form of one-impact orbits of the linear oscillator.
 
 use grazemap::Map;
+use grazemap::analysis::NoProgress;
 use grazemap::analysis::loci::{CodimensionTwo, Loci, LociRequest, Locus, LocusKind};
 use grazemap::analysis::periodic::ContactItinerary;
 use grazemap::numeric::Dd;
@@ -28,7 +29,7 @@ fn found(map: &Map, itineraries: &[&str], kinds: &[LocusKind], reach: f64, direc
         itineraries: itineraries.map(parse).collect(),
         direct,
     };
-    map.loci(&request).expect("loci")
+    map.loci(&request, &NoProgress).expect("loci")
 }
 
 /// Largest error of the amplitude on a locus, and how many points it has.

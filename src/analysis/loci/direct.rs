@@ -7,6 +7,7 @@ use rayon::prelude::*;
 use super::data::{LociRequest, Locus, LocusEnd, LocusKind, LocusPoint};
 use super::equations::{CodimensionTwo, LocusEquations, OrbitEquations};
 use super::trace::{Trace, TracePoint, condition_of, is_stable};
+use crate::analysis::Progress;
 use crate::analysis::continuation::{Linearised, corrected};
 use crate::analysis::direct_image::DirectImage;
 use crate::analysis::error::AnalysisError;
@@ -181,14 +182,20 @@ impl<'a> DirectLoci<'a> {
     }
 
     /// The loci next to those of the map, and the grazing curve of the orbit without contact.
-    pub(super) fn beside(&self, traces: &[Trace], described: &[Locus]) -> Vec<Locus> {
+    pub(super) fn beside(
+        &self,
+        traces: &[Trace],
+        described: &[Locus],
+        progress: &dyn Progress,
+    ) -> Vec<Locus> {
         let mut found: Vec<Trace> = Vec::new();
         for (trace, locus) in traces.iter().zip(described) {
             if trace.kind == LocusKind::Graze {
                 continue;
             }
             for stretch in self.stretches(trace, locus) {
-                found.extend(self.solved(trace, &stretch));
+                progress.expect(stretch.len() as u64);
+                found.extend(self.solved(trace, &stretch, progress));
             }
         }
         let mut loci = self.graze().into_iter().collect::<Vec<_>>();
@@ -226,19 +233,26 @@ impl<'a> DirectLoci<'a> {
     }
 
     /// A physical stretch solved for by direct simulation, and followed on beyond its ends.
-    fn solved(&self, trace: &Trace, stretch: &[Vec<f64>]) -> Option<Trace> {
+    fn solved(
+        &self,
+        trace: &Trace,
+        stretch: &[Vec<f64>],
+        progress: &dyn Progress,
+    ) -> Option<Trace> {
         let solve = |place: usize| {
             let (before, after) = (place.saturating_sub(1), (place + 1).min(stretch.len() - 1));
             let along = between(&stretch[before], &stretch[after]);
-            let found = self.orbit_near(trace, &stretch[place], &along)?;
+            let found = self.orbit_near(trace, &stretch[place], &along);
+            progress.advance(1);
+            let found = found?;
             // Where the map errs more than its points are apart, what is found is another orbit's.
             let is_near = length(&between(&stretch[place], &found)) < 0.5 * length(&along);
             is_near.then_some(found)
         };
         let solved: Vec<Vec<f64>> = (0..stretch.len()).into_par_iter().filter_map(solve).collect();
         let (back, on) = rayon::join(
-            || self.beyond(trace, solved.iter().rev().cloned().collect()),
-            || self.beyond(trace, solved.clone()),
+            || self.beyond(trace, solved.iter().rev().cloned().collect(), progress),
+            || self.beyond(trace, solved.clone(), progress),
         );
         let (back, first) = back?;
         let (on, last) = on?;
@@ -268,7 +282,12 @@ impl<'a> DirectLoci<'a> {
 
     /// Further points of a locus after its last ones, up to the end of the first parameter's range
     /// or as far as the orbits make their contacts.
-    fn beyond(&self, trace: &Trace, known: Vec<Vec<f64>>) -> Option<(Vec<Vec<f64>>, LocusEnd)> {
+    fn beyond(
+        &self,
+        trace: &Trace,
+        known: Vec<Vec<f64>>,
+        progress: &dyn Progress,
+    ) -> Option<(Vec<Vec<f64>>, LocusEnd)> {
         let [.., before, last] = &known[..] else { return None };
         let first = self.map.dimension();
         let range = self.equations(&self.exact, &trace.itinerary).range;
@@ -296,6 +315,8 @@ impl<'a> DirectLoci<'a> {
                 return Some((points, LocusEnd::Border));
             }
             share = GROWTH;
+            progress.expect(1);
+            progress.advance(1);
             points.push(next.clone());
             before = std::mem::replace(&mut last, next);
         }

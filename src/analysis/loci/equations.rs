@@ -446,8 +446,9 @@ fn bordered_complex<S: Real>(
 /// Right and left vectors of nearly the smallest singular value, by inverse iteration.
 pub(super) fn null_vectors<S: Real>(matrix: &DMatrix<S>) -> Option<[DVector<S>; 2]> {
     let size = matrix.nrows();
-    // A shift of rounding keeps a matrix that is singular within its digits invertible.
-    let largest = matrix.iter().fold(0.0, |most: f64, entry| most.max(entry.magnitude()));
+    // A shift of rounding keeps a matrix that is singular within its digits invertible. Entries are
+    // of order one where they do not all vanish.
+    let largest = matrix.iter().fold(1.0, |most: f64, entry| most.max(entry.magnitude()));
     let shift = DMatrix::identity(size, size) * S::from_f64(largest * S::ROUNDOFF.sqrt());
     let iterated = |matrix: &DMatrix<S>| {
         let inverse = inverse(matrix).or_else(|_| inverse(&(matrix + &shift))).ok()?;

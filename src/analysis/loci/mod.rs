@@ -14,6 +14,7 @@ mod trace;
 pub use data::{Loci, LociRequest, Locus, LocusEnd, LocusKind, LocusPoint, Tangency};
 pub use equations::CodimensionTwo;
 
+use crate::analysis::Progress;
 use crate::analysis::error::AnalysisError;
 use crate::expansion::LocalMap;
 use crate::hybrid::HybridSystem;
@@ -42,6 +43,7 @@ pub fn loci(
     orbit: &GrazingOrbit,
     map: &LocalMap,
     request: &LociRequest,
+    progress: &dyn Progress,
 ) -> Result<Loci, AnalysisError> {
     let mut near = request.clone();
     if request.direct {
@@ -55,7 +57,8 @@ pub fn loci(
     let tangencies = by_map.tangencies(&traces);
     if request.direct {
         let system = HybridSystem::new(&scene.model);
-        loci = DirectLoci::new(&system, scene, orbit, map, request)?.beside(&traces, &loci);
+        loci =
+            DirectLoci::new(&system, scene, orbit, map, request)?.beside(&traces, &loci, progress);
     } else if !request.kinds.contains(&LocusKind::Graze) {
         loci.retain(|locus| locus.kind != LocusKind::Graze);
     }

@@ -4,7 +4,7 @@ use super::orbits::{ACTIVE, named_offsets, place_of};
 use super::sweeps::pictures;
 use super::{map, open, remark_on_window};
 use crate::cli::arguments::{LociArguments, OrbitsUsing};
-use crate::cli::output::{CliError, Results, note};
+use crate::cli::output::{Bar, CliError, Results, note};
 use grazemap::Map;
 use grazemap::analysis::loci::{LociRequest, LocusKind};
 use grazemap::analysis::periodic::ContactItinerary;
@@ -19,7 +19,7 @@ pub(in crate::cli) fn run(options: &LociArguments) -> Result<(), CliError> {
     let map = map(open(&options.scene)?, outlets.quiet)?;
     let request = request(options, &map)?;
     remark_on_window(&map, outlets.quiet);
-    let found = map.loci(&request)?;
+    let found = map.loci(&request, &Bar::new("loci", outlets.quiet))?;
     let listing =
         LociListing::new(map.section(), map.local(), request.plane, &found, request.direct);
     let results = results(&map, &listing)?;
@@ -117,6 +117,18 @@ fn text(map: &Map, listing: &LociListing) -> Result<String, CliError> {
         map.scene().identifier,
         listing.table()?.to_text()
     );
+    if listing.using == "direct" {
+        text.push_str(
+            "\nphysical parts, begun at orbits of the map; grazes of orbits with impacts are the \
+             map's alone\n",
+        );
+        if listing.loci.iter().all(|locus| locus.kind != LocusKind::Graze) {
+            text.push_str(&format!(
+                "the grazing curve is simulated where it was asked for and `solve_for` is \
+                 \"{second}\"\n"
+            ));
+        }
+    }
     if listing.special().next().is_some() {
         text.push_str(&format!(
             "\npoints of codimension two\n\n{}",

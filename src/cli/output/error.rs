@@ -83,8 +83,7 @@ pub(in crate::cli) enum CliError {
     NamedTwice { flag: &'static str, name: String },
     /// More parameters than a locus has.
     #[error(
-        "--in takes the parameter that is solved for, or two, the first stepped through; found \
-         {found}"
+        "--in takes two parameters; of `orbits` also one, the one that is solved for; found {found}"
     )]
     NotAPlane { found: usize },
     /// Another number of axes, or of numbers of cells, than a plane has.

@@ -3,6 +3,7 @@
 mod checks;
 mod emission;
 mod images;
+mod loci;
 mod orbits;
 mod outputs;
 mod resuming;
