@@ -3,6 +3,7 @@
 //!
 //! Deliberately absent: plotting, files, progress bars.
 
+pub mod basin;
 pub mod branches;
 pub mod chart;
 pub mod continuation;
@@ -18,6 +19,7 @@ mod image;
 pub mod orbits;
 pub mod periodic;
 mod progress;
+mod refinement;
 mod section_frame;
 mod time_series;
 

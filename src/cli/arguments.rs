@@ -7,6 +7,7 @@ use clap::{ArgGroup, Args, Parser, Subcommand, ValueEnum};
 use super::output::{CliError, Outlets};
 use grazemap::analysis::{Precision, Using};
 use grazemap::emission::Target;
+use grazemap::model::Method;
 
 /// Fast, measured local maps of oscillators that graze a stop.
 ///
@@ -47,10 +48,14 @@ pub(super) enum Command {
     Chart(SceneOptions),
     /// Periodic orbits by itinerary, their stability, folds and flips
     Orbits(OrbitsArguments),
+    /// Branches of periodic orbits in one parameter, through folds, flips and grazes
+    Branch(BranchArguments),
     /// Time series and phase portrait of the grazing orbit, of a periodic orbit, of any start
     Trajectory(TrajectoryArguments),
     /// Published figures and tables, computed again and compared
     Gallery(GalleryOptions),
+    /// Basins of attraction in a plane of the section
+    Basin(BasinArguments),
 }
 
 impl Arguments {
@@ -71,7 +76,9 @@ impl Arguments {
             Some(Command::Diagram(options)) => ("diagram", &options.common, true),
             Some(Command::Chart(options)) => ("chart", &options.common, true),
             Some(Command::Orbits(options)) => ("orbits", &options.scene.common, true),
+            Some(Command::Branch(options)) => ("branch", &options.scene.common, true),
             Some(Command::Trajectory(options)) => ("trajectory", &options.scene.common, true),
+            Some(Command::Basin(options)) => ("basin", &options.scene.common, true),
         })
     }
 
@@ -373,6 +380,41 @@ pub(super) struct OrbitsArguments {
     pub(super) points: u16,
 }
 
+/// Options of `branch`.
+#[derive(Clone, Debug, Args)]
+pub(super) struct BranchArguments {
+    #[command(flatten)]
+    pub(super) scene: SceneOptions,
+    /// The active parameter that varies
+    #[arg(long, value_name = "P")]
+    pub(super) along: String,
+    /// Its first offset from the graze. Default: the window's
+    #[arg(long, value_name = "A", allow_negative_numbers = true)]
+    pub(super) from: Option<f64>,
+    /// Its last offset
+    #[arg(long, value_name = "B", allow_negative_numbers = true)]
+    pub(super) to: Option<f64>,
+    /// Offsets of other active parameters from the graze, others 0
+    #[arg(long, value_name = "NAME=OFFSET,...", value_parser = ParameterOffsets::parse)]
+    pub(super) at: Option<ParameterOffsets>,
+    /// Look for all itineraries of periods up to N returns, and follow branches that double up to
+    /// N. Default: 4, with several passages 4 passages
+    #[arg(
+        long,
+        value_name = "N",
+        allow_negative_numbers = true,
+        value_parser = clap::value_parser!(u8).range(1..=12)
+    )]
+    pub(super) period: Option<u8>,
+    /// Look for this itinerary, and follow what it changes to where it grazes: 1 for contact, 0
+    /// for none, passage by passage and return by return (`100`); may be repeated
+    #[arg(long, value_name = "DIGITS")]
+    pub(super) itinerary: Vec<String>,
+    /// Whose orbits: the map's, or those of direct simulation
+    #[arg(long, value_enum, default_value_t = OrbitsUsing::Map)]
+    pub(super) using: OrbitsUsing,
+}
+
 /// Whose orbits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(super) enum OrbitsUsing {
@@ -420,6 +462,87 @@ pub(super) struct TrajectoryArguments {
     pub(super) samples: u32,
 }
 
+/// Options of `basin`.
+#[derive(Clone, Debug, Args)]
+pub(super) struct BasinArguments {
+    #[command(flatten)]
+    pub(super) scene: SceneOptions,
+    /// Offsets of active parameters from the graze, others 0
+    #[arg(long, value_name = "NAME=OFFSET,...", value_parser = ParameterOffsets::parse)]
+    pub(super) at: Option<ParameterOffsets>,
+    /// The coordinates of the section that span the plane, the horizontal one first. Default: the
+    /// first two
+    #[arg(long, value_name = "A,B", value_delimiter = ',')]
+    pub(super) axes: Vec<String>,
+    /// First and last offset along an axis. Default: the window of the map
+    #[arg(long, value_name = "NAME=FROM:TO,...", value_parser = Ranges::parse)]
+    pub(super) range: Option<Ranges>,
+    /// Cells along both axes, or along each
+    #[arg(
+        long,
+        value_name = "N[,M]",
+        value_delimiter = ',',
+        allow_negative_numbers = true,
+        default_value = "400",
+        value_parser = clap::value_parser!(u32).range(1..=10_000)
+    )]
+    pub(super) points: Vec<u32>,
+    /// Offsets of the section's other coordinates, those not named 0
+    #[arg(long, value_name = "NAME=OFFSET,...", value_parser = ParameterOffsets::parse)]
+    pub(super) start: Option<ParameterOffsets>,
+    /// What follows the states
+    #[arg(long, value_enum, default_value_t = WithArgument::Guarded)]
+    pub(super) with: WithArgument,
+}
+
+/// What iterates states.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(super) enum WithArgument {
+    /// The local map
+    Map,
+    /// The local map inside its window, direct simulation outside
+    Guarded,
+    /// Direct simulation
+    Direct,
+}
+
+impl From<WithArgument> for Method {
+    fn from(argument: WithArgument) -> Self {
+        match argument {
+            WithArgument::Map => Self::Map,
+            WithArgument::Guarded => Self::Guarded,
+            WithArgument::Direct => Self::Direct,
+        }
+    }
+}
+
+/// Ranges by name.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Ranges(pub(super) Vec<(String, [f64; 2])>);
+
+impl Ranges {
+    /// `name=from:to,name=from:to`.
+    fn parse(text: &str) -> Result<Self, String> {
+        let range = |range: &str| {
+            let (name, ends) = range.split_once('=').ok_or("expected NAME=FROM:TO")?;
+            let (from, to) = ends.split_once(':').ok_or("expected NAME=FROM:TO")?;
+            let range = [finite(from)?, finite(to)?];
+            match range[0] < range[1] {
+                true => Ok((name.trim().to_owned(), range)),
+                false => Err(format!("`{ends}` does not increase")),
+            }
+        };
+        Ok(Self(text.split(',').map(range).collect::<Result<_, String>>()?))
+    }
+}
+
+/// A finite number.
+fn finite(text: &str) -> Result<f64, String> {
+    let value = text.trim();
+    let number = value.parse().ok().filter(|number: &f64| number.is_finite());
+    number.ok_or(format!("`{value}` is no finite number"))
+}
+
 /// Offsets of parameters by name.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct ParameterOffsets(pub(super) Vec<(String, f64)>);
@@ -429,10 +552,7 @@ impl ParameterOffsets {
     fn parse(text: &str) -> Result<Self, String> {
         let pair = |pair: &str| {
             let (name, value) = pair.split_once('=').ok_or("expected NAME=OFFSET")?;
-            let value = value.trim();
-            let offset = value.parse().ok().filter(|offset: &f64| offset.is_finite());
-            let offset = offset.ok_or(format!("`{value}` is no finite number"))?;
-            Ok((name.trim().to_owned(), offset))
+            Ok((name.trim().to_owned(), finite(value)?))
         };
         let pairs = text.split(',').map(pair).collect::<Result<_, String>>();
         Ok(Self(pairs?))

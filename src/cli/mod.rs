@@ -21,7 +21,9 @@ use std::process::ExitCode;
 use clap::Parser;
 
 use arguments::{Arguments, Command};
-use commands::{converge, emit, expand, grazes, image, orbits, run, scenes, sweeps, trajectory};
+use commands::{
+    basin, branch, converge, emit, expand, grazes, image, orbits, run, scenes, sweeps, trajectory,
+};
 use output::CliError;
 use resume::catch_interruptions;
 
@@ -80,6 +82,8 @@ fn execute(command: Command) -> Result<(), CliError> {
         Command::Diagram(options) => sweeps::diagram(&options),
         Command::Chart(options) => sweeps::chart(&options),
         Command::Orbits(options) => orbits::run(&options),
+        Command::Basin(options) => basin::run(&options),
+        Command::Branch(options) => branch::run(&options),
         Command::Trajectory(options) => trajectory::run(&options),
         Command::Emit(options) => emit::run(&options),
         Command::Run(options) => run::run(&options),

@@ -6,6 +6,7 @@
 mod corners;
 mod curve;
 mod curve_context;
+mod effort;
 mod grazes;
 mod grazing_curve;
 mod grazing_orbit;

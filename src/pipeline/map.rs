@@ -4,6 +4,8 @@ use std::sync::{Arc, OnceLock};
 
 use super::graze::parameter_number;
 use super::{Error, Settled, StudyRequest};
+use crate::analysis::basin::{Basin, BasinRequest, basin};
+use crate::analysis::branches::{BranchRequest, Branches, branches};
 use crate::analysis::chart::{Chart, chart};
 use crate::analysis::diagram::{Diagram, diagram};
 use crate::analysis::orbits::{Orbits, OrbitsRequest, orbits};
@@ -377,6 +379,16 @@ impl Map {
         Ok(charts.collect::<Result<Vec<_>, _>>()?.into_iter().flatten().collect())
     }
 
+    /// Basins of attraction in a plane of states.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Analysis`] for a plane or parameters that the map does not have.
+    pub fn basin(&self, request: &BasinRequest, progress: &dyn Progress) -> Result<Basin, Error> {
+        let (scene, orbit) = (self.settled().scene(), self.orbit());
+        Ok(basin(scene, orbit, self.local(), request, progress)?)
+    }
+
     /// Periodic orbits by itinerary, their folds and flips.
     ///
     /// # Errors
@@ -390,6 +402,44 @@ impl Map {
     ) -> Result<Orbits, Error> {
         let (scene, orbit) = (self.settled().scene(), self.orbit());
         Ok(orbits(scene, orbit, self.local(), request, progress)?)
+    }
+
+    /// Branches of periodic orbits in one parameter, through folds, flips and grazes.
+    ///
+    /// ```
+    /// use grazemap::analysis::NoProgress;
+    /// use grazemap::analysis::branches::{BranchLabel, BranchRequest};
+    /// use grazemap::analysis::periodic::ContactItinerary;
+    /// use grazemap::prelude::*;
+    ///
+    /// let map = Scene::load("scenes/foale.toml")?.graze()?.map()?;
+    /// let request = BranchRequest {
+    ///     itineraries: vec![ContactItinerary::parse("1", 1)?],
+    ///     longest: 2,
+    ///     along: 0,
+    ///     range: [-1e-3, 1e-3],
+    ///     at: vec![0.0, 0.0],
+    ///     direct: false,
+    /// };
+    /// let found = map.branches(&request, &NoProgress)?;
+    /// // Below omega = 2 the orbit with one impact goes back from the graze.
+    /// let branch = &found.branches[1];
+    /// assert!(branch.points.iter().all(|p| !p.orbit.physical || p.orbit.parameters[0] <= 0.0));
+    /// let special = branch.points.iter().filter_map(|point| point.special.as_ref());
+    /// assert!(special.into_iter().any(|special| special.label == BranchLabel::Graze));
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
+    /// # Errors
+    ///
+    /// As [`orbits`](Self::orbits).
+    pub fn branches(
+        &self,
+        request: &BranchRequest,
+        progress: &dyn Progress,
+    ) -> Result<Branches, Error> {
+        let (scene, orbit) = (self.settled().scene(), self.orbit());
+        Ok(branches(scene, orbit, self.local(), request, progress)?)
     }
 
     /// Maps of every pair of orders against direct simulation.

@@ -226,6 +226,10 @@ pub enum DocumentKind {
     Convergence,
     /// A time series.
     Trajectory,
+    /// Basins of attraction.
+    Basin,
+    /// Branches of periodic orbits.
+    Branch,
 }
 
 impl DocumentKind {

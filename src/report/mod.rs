@@ -6,6 +6,8 @@
 //! Deliberately absent: computing anything new. Thinning of a drawing and rounding of a printed
 //! number are layout, and both are stated beside what they were done to.
 
+mod basin_figure;
+mod branch_listing;
 mod chart_figure;
 mod chosen_words;
 mod convergence_page;
@@ -31,6 +33,11 @@ mod window_words;
 
 pub use grazemap_figure as figure;
 
+pub use basin_figure::{
+    basin_array, basin_figure, basin_outside_words, basin_remarks, basin_rows, basin_table,
+    basin_words,
+};
+pub use branch_listing::{BranchListing, BranchRecord, PointRecord};
 pub use chart_figure::{chart_array, chart_figure, chart_rows, chart_timing_table};
 pub use chosen_words::{
     accuracy_words, chosen_words, least_orders_words, limit_words, sections_words, validity_words,

@@ -349,7 +349,7 @@ fn named(kind: Option<BifurcationKind>, orbit: &OrbitRecord) -> Vec<Cell> {
 }
 
 /// `-2.31, 0.02`, `0.3 ± 0.2i`.
-fn multipliers(values: &[[f64; 2]]) -> String {
+pub(super) fn multipliers(values: &[[f64; 2]]) -> String {
     let shown = |value: f64| Cell::number(value, 4).for_people();
     let pair = |[re, im]: &[f64; 2]| match *im {
         0.0 => Some(shown(*re)),

@@ -76,7 +76,7 @@ pub(super) fn chart_escape_words(chart: &Chart) -> Option<String> {
 }
 
 /// When an orbit has escaped.
-fn escape_words(escape: &[EscapeBound]) -> String {
+pub(super) fn escape_words(escape: &[EscapeBound]) -> String {
     let finite = escape.iter().filter(|bound| bound.offset.is_finite());
     let bounds = finite.map(|bound| format!("{} by {:.3}", bound.coordinate, bound.offset));
     let bounds: Vec<String> = bounds.collect();

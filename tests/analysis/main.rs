@@ -5,6 +5,7 @@
 mod support;
 
 mod any_section;
+mod basins;
 mod branches;
 mod charts;
 mod choice;

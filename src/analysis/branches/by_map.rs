@@ -3,6 +3,7 @@
 use rayon::prelude::*;
 
 use super::data::{Branch, BranchEnd, BranchLabel, BranchPoint, BranchRequest, Branches, Special};
+use super::normal_form::NormalForm;
 use crate::analysis::continuation::{
     Course, CourseEnd, CurveEquations, CurvePoint, Linearised, StepControl, Turn, corrected,
     follow, searched, tangent_at, zero_near,
@@ -22,7 +23,7 @@ use crate::orbit::GrazingOrbit;
 
 /// Half-widths of the window up to which branches are followed, of coordinates, and depth
 /// variables in that of the window's edge.
-const REACH: f64 = 100.0;
+const REACH: f64 = 10.0;
 const DEEPEST: f64 = 2.0;
 /// Places in the range at which orbits are looked for, as shares of each side of the graze.
 const SHARES: [f64; 4] = [0.02, 0.15, 0.5, 0.95];
@@ -119,7 +120,9 @@ pub(super) fn branches(
     let branches = found.iter().flat_map(|(itinerary, traces)| {
         traces.iter().map(|trace| continuation.branch(itinerary, trace))
     });
-    let physical = branches.filter(|branch| branch.points.iter().any(|p| p.orbit.physical));
+    // A branch that is virtual on both sides of a graze touches what is physical there alone.
+    let of_stretch = |point: &BranchPoint| point.orbit.physical && point.special.is_none();
+    let physical = branches.filter(|branch| branch.points.iter().any(of_stretch));
     Ok(Branches { branches: physical.collect() })
 }
 
@@ -319,40 +322,25 @@ impl<'a> Continuation<'a> {
     /// A branch as it is given out.
     fn branch(&self, itinerary: &ContactItinerary, trace: &Trace) -> Branch {
         let equations = self.equations(itinerary);
-        let mut fine = self.equations_of(&self.search.fine, itinerary);
-        let mut points = Vec::with_capacity(trace.points.len());
-        let mut grazing: Vec<[usize; 2]> = Vec::new();
-        for (place, point) in trace.points.iter().enumerate() {
-            let turns: Vec<usize> =
-                trace.turns.iter().filter(|t| t.point == place).map(|t| t.test).collect();
+        let points = trace.orbits().into_iter().map(|(place, turns)| {
+            let point = &trace.points[place];
             let physical = is_physical(&equations, point, &turns);
-            let grazes: Vec<[usize; 2]> =
-                turns.iter().filter_map(|&test| grazing_passage(&equations, point, test)).collect();
-            // Passages that graze at one orbit are one point.
-            let here = point.unknowns.last();
-            let before = place.checked_sub(1).map(|before| &trace.points[before]);
-            let same = before.is_some_and(|before| apart(&before.unknowns, &point.unknowns) < 1e-9);
-            if !(same && !grazing.is_empty()) {
-                grazing.clear();
+            let mut orbit = self.found(&equations, point, physical);
+            let mut special = None;
+            if let Some(&first) = turns.first() {
+                let mut fine = self.equations_of(&self.search.fine, itinerary);
+                let exact = refined(&mut fine, point, first);
+                if let Some(exact) = &exact {
+                    let (_, _, parameters) = fine.offsets(&exact.unknowns);
+                    orbit.parameters = parameters.iter().map(|value| value.to_f64()).collect();
+                }
+                if physical {
+                    special = self.special(&equations, point, &turns);
+                }
             }
-            let merged = same && !grazing.is_empty() && !grazes.is_empty();
-            grazing.extend(grazes);
-            let _ = here;
-            let exact = turns.first().and_then(|&test| refined(&mut fine, point, test));
-            let mut found = self.found(&equations, point, physical);
-            if let Some(exact) = &exact {
-                let (_, _, parameters) = fine.offsets(&exact.unknowns);
-                found.parameters = parameters.iter().map(|value| value.to_f64()).collect();
-            }
-            let special = match physical {
-                true => self.special(&equations, point, &turns, &grazing),
-                false => None,
-            };
-            if merged {
-                points.pop();
-            }
-            points.push(BranchPoint { orbit: found, special });
-        }
+            BranchPoint { orbit, special }
+        });
+        let points = points.collect();
         let value = |place: usize| {
             let (_, _, parameters) = equations.offsets(&trace.points[place].unknowns);
             parameters[self.request.along]
@@ -367,15 +355,17 @@ impl<'a> Continuation<'a> {
         equations: &MapOrbitEquations<'_, f64>,
         point: &Point,
         turns: &[usize],
-        grazing: &[[usize; 2]],
     ) -> Option<Special> {
         let contacts = equations.itinerary().contacts();
         let passages = contacts + point.linearised.extra.free.len();
         let jacobian = equations.jacobian(&point.linearised);
         let multipliers = jacobian.and_then(|jacobian| eigenvalues(&jacobian).ok());
         let multipliers = multipliers.unwrap_or_default();
+        // Nearer to a graze than rounding nothing is told from it.
+        let at_graze = self.is_at_graze(equations, point);
         let near = |value: f64| {
-            multipliers.iter().any(|multiplier| (multiplier - value).norm() < AT_MULTIPLIER)
+            let mut apart = multipliers.iter().map(|multiplier| (multiplier - value).norm());
+            !at_graze && apart.any(|apart| apart < AT_MULTIPLIER)
         };
         let circle = multipliers
             .iter()
@@ -391,11 +381,76 @@ impl<'a> Continuation<'a> {
             test if test > 2 + passages && circle => Some(BranchLabel::NeimarkSacker),
             _ => None,
         })?;
-        let grazing = match label {
-            BranchLabel::Graze => grazing.to_vec(),
-            _ => Vec::new(),
+        let grazing = turns.iter().filter_map(|&test| grazing_passage(equations, point, test));
+        let grazing = grazing.filter(|_| label == BranchLabel::Graze).collect();
+        let coefficient = match label {
+            BranchLabel::Graze => self.slope(equations, point, turns),
+            _ => self.normal_form(equations, point, label),
         };
-        Some(Special { label, grazing, coefficient: None })
+        Some(Special { label, grazing, coefficient })
+    }
+
+    /// The change of the parameter with the speed of the one contact that begins at a graze.
+    fn slope(
+        &self,
+        equations: &MapOrbitEquations<'_, f64>,
+        point: &Point,
+        turns: &[usize],
+    ) -> Option<f64> {
+        let [test] = turns else { return None };
+        let place =
+            test.checked_sub(2).filter(|&place| place < equations.itinerary().contacts())?;
+        let (unknown, parameter) =
+            (equations.first_depth_variable() + place, equations.first_parameter());
+        let units = equations.units();
+        let (_, passage, arrival) = &point.linearised.extra.arrivals[place];
+        let small = 1e-9 * units[unknown];
+        let by_depth = self.by_map.speed(*passage, small, arrival) / small;
+        let along = |unknown: usize| point.tangent[unknown] * units[unknown];
+        let slope = along(parameter) / along(unknown) / by_depth;
+        slope.is_finite().then_some(slope)
+    }
+
+    /// The coefficient of the normal form.
+    fn normal_form(
+        &self,
+        equations: &MapOrbitEquations<'_, f64>,
+        point: &Point,
+        label: BranchLabel,
+    ) -> Option<f64> {
+        let mut map = self.search.fine.clone();
+        let exact = |values: Vec<f64>| values.into_iter().map(Dd::from).collect();
+        let (state, depths, parameters) = equations.offsets(&point.unknowns);
+        let units = equations.units();
+        let first = equations.first_depth_variable();
+        let depths = depths.iter().zip(&units[first..]);
+        let depths = depths.map(|(y, unit)| (y / unit).powi(2));
+        let free = point.linearised.extra.free.iter().map(|(_, _, depth)| depth.abs());
+        let jacobian = equations.jacobian(&point.linearised)?;
+        let mut form = NormalForm {
+            map: &mut map,
+            state: exact(state),
+            parameters: exact(parameters),
+            returns: equations.itinerary().period(),
+            units: units[..first].to_vec(),
+            length: depths.chain(free).fold(1.0, f64::min),
+            jacobian,
+        };
+        match label {
+            BranchLabel::SaddleNode => form.fold(),
+            BranchLabel::PeriodDoubling => form.flip(),
+            BranchLabel::NeimarkSacker => {
+                let multipliers = eigenvalues(&form.jacobian).ok()?;
+                form.torus(multipliers.into_iter().find(|value| value.im > 0.0)?)
+            }
+            BranchLabel::Graze | BranchLabel::BranchPoint => None,
+        }
+    }
+
+    /// Whether a contact has no depth.
+    fn is_at_graze(&self, equations: &MapOrbitEquations<'_, f64>, point: &Point) -> bool {
+        let depths = equations.first_depth_variable()..equations.first_parameter();
+        point.unknowns[depths].iter().any(|y| y.abs() <= AT_GRAZE)
     }
 
     /// The orbit at a point.
@@ -407,9 +462,7 @@ impl<'a> Continuation<'a> {
     ) -> FoundOrbit {
         let (_, depth_variables, parameters) = equations.offsets(&point.unknowns);
         let extra = &point.linearised.extra;
-        let at_graze = depth_variables.iter().enumerate().any(|(place, _)| {
-            point.unknowns[equations.first_depth_variable() + place].abs() <= AT_GRAZE
-        });
+        let at_graze = self.is_at_graze(equations, point);
         let jacobian = equations.jacobian(&point.linearised).filter(|_| !at_graze);
         let multipliers = jacobian.and_then(|jacobian| eigenvalues(&jacobian).ok());
         let multipliers: Vec<[f64; 2]> =
@@ -455,13 +508,41 @@ impl Trace {
         let last = back.points.len() - 1;
         let ends = [end_of(&back), end_of(&on)];
         let turned = back.turns.iter().rev().map(|turn| Turn { point: last - turn.point, ..*turn });
-        let moved = on.turns.iter().map(|turn| Turn { point: last + turn.point, ..*turn });
+        // Those of the first point are among both.
+        let later = on.turns.iter().filter(|turn| turn.point > 0);
+        let moved = later.map(|turn| Turn { point: last + turn.point, ..*turn });
         let turns = turned.chain(moved).collect();
         let unresolved = back.unresolved.iter().map(|(_, [a, b])| [last - b, last - a]);
         let later = on.unresolved.iter().map(|(_, [a, b])| [last + a, last + b]);
         let unresolved = unresolved.chain(later).collect();
         let points = back.points.into_iter().rev().chain(on.points.into_iter().skip(1)).collect();
         Self { points, turns, unresolved, ends }
+    }
+}
+
+impl Trace {
+    /// The places of the points that are given out, with the test functions that vanish at each:
+    /// special points that agree to rounding are one.
+    fn orbits(&self) -> Vec<(usize, Vec<usize>)> {
+        let mut orbits: Vec<(usize, Vec<usize>)> = Vec::with_capacity(self.points.len());
+        for place in 0..self.points.len() {
+            let mine = self.turns.iter().filter(|turn| turn.point == place);
+            let mine: Vec<usize> = mine.map(|turn| turn.test).collect();
+            match orbits.last_mut() {
+                Some((before, turns))
+                    if !turns.is_empty()
+                        && !mine.is_empty()
+                        && apart(&self.points[*before].unknowns, &self.points[place].unknowns)
+                            < AT_GRAZE =>
+                {
+                    turns.extend(
+                        mine.into_iter().filter(|test| !turns.contains(test)).collect::<Vec<_>>(),
+                    );
+                }
+                _ => orbits.push((place, mine)),
+            }
+        }
+        orbits
     }
 }
 
@@ -543,6 +624,10 @@ fn is_known(
     let near = |at: &[f64], within: f64| {
         starts.iter().any(|start| apart(&at[..dimension], start) <= within)
     };
+    let mut points = traces.iter().flat_map(|trace| &trace.points);
+    if points.any(|point| near(&point.unknowns, SAME)) {
+        return true;
+    }
     for pair in traces.iter().flat_map(|trace| trace.points.windows(2)) {
         let [a, b] = [&pair[0].unknowns, &pair[1].unknowns];
         let (from, to) = (a[*held], b[*held]);
@@ -557,9 +642,6 @@ fn is_known(
         let guess: Vec<f64> = a.iter().zip(b).map(|(a, b)| a + share * (b - a)).collect();
         let there = corrected(equations, &guess, &guess, &normal);
         if there.is_some_and(|(there, _)| near(&there, SAME)) {
-            return true;
-        }
-        if near(a, SAME) || near(b, SAME) {
             return true;
         }
     }
@@ -691,7 +773,7 @@ impl Seed {
             self.depth_variables.truncate(self.itinerary.contacts());
             self.states.truncate(shorter);
         }
-        let standard = self.itinerary.standard();
+        let standard = self.itinerary.largest_rotation().0;
         if let Some(by) = self.itinerary.rotation_to(&standard) {
             let skipped: usize = self.itinerary.returns()[..by].iter().map(|made| made.len()).sum();
             self.states.rotate_left(by);

@@ -64,7 +64,11 @@ pub struct Special {
     pub label: BranchLabel,
     /// The passages that graze: return and passage, from 0.
     pub grazing: Vec<[usize; 2]>,
-    /// The coefficient that theory gives the point; see [`BranchPoint`].
+    /// Of a graze at which one contact begins, the change of the parameter with its speed. Of a
+    /// saddle-node `b` in `ξ ↦ β + ξ + b ξ²`, of a period-doubling `c` in `ξ ↦ −(1 + β) ξ + c ξ³`,
+    /// whose doubled orbits are stable where `c > 0`, of a Neimark–Sacker point the first Lyapunov
+    /// coefficient, at which the closed curve is stable where it is negative; `ξ` is the distance
+    /// along the eigenvector of unit length, coordinates in half-widths of the window.
     pub coefficient: Option<f64>,
 }
 

@@ -7,6 +7,7 @@
 
 mod by_map;
 mod data;
+mod normal_form;
 
 pub use data::{Branch, BranchEnd, BranchLabel, BranchPoint, BranchRequest, Branches, Special};
 

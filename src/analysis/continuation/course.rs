@@ -69,10 +69,13 @@ pub fn follow<S: Real, C: CurveEquations<S> + ?Sized>(
     control: &StepControl,
 ) -> Option<Course<S, C::Extra>> {
     let first = point_on(curve, start, [start, along], along)?;
+    let tests = first.tests.iter().enumerate();
+    let zeros = tests.filter(|(_, test)| beyond_rounding(test) == S::zero());
+    let turns = zeros.map(|(test, _)| Turn { point: 0, test }).collect();
     let mut way = Way {
         course: Course {
             points: vec![first],
-            turns: Vec::new(),
+            turns,
             unresolved: Vec::new(),
             end: CourseEnd::StepLimit,
         },

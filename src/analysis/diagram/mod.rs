@@ -19,7 +19,7 @@ pub(super) use starts::{Entry, settle, states};
 pub use sweep::SweepRequest;
 pub(super) use sweep::{kept_contacts, name};
 pub use swept_map::{
-    DirectSweep, FrozenSweep, GuardedSweep, Settled, SmoothFixedPoint, Start, SweptMap,
+    DirectSweep, FrozenSweep, GuardedSweep, Settled, SideBySide, SmoothFixedPoint, Start, SweptMap,
     UnobservedSweep,
 };
 

@@ -61,6 +61,16 @@ pub trait SweptMap: Sync {
     /// The map at fixed parameters, a map without parameters: prepared once per parameter value.
     fn at(&self, parameters: &[f64]) -> Box<dyn DiscreteMap + Send + '_>;
 
+    /// Some work with what iterates states side by side at fixed parameters, at most as many as the
+    /// map has lanes: prepared once for all of it.
+    fn side_by_side(&self, parameters: &[f64], work: &mut dyn FnMut(&mut SideBySide<'_>)) {
+        let fixed = self.at(parameters);
+        work(&mut |states, request| {
+            let orbit = |state: &&[f64]| MapOrbit::of(&*fixed, state, &[], request);
+            states.iter().map(orbit).collect()
+        });
+    }
+
     /// Where a sweep starts, and starts again after an escape.
     fn start(&self, parameters: &[f64]) -> Vec<f64>;
 
@@ -80,6 +90,23 @@ pub trait SweptMap: Sync {
     fn has_jacobian(&self) -> bool {
         true
     }
+}
+
+/// The orbits of some states.
+pub type SideBySide<'a> = dyn FnMut(&[&[f64]], &OrbitRequest) -> Vec<MapOrbit> + 'a;
+
+/// The orbits of some states in lanes that are all to be used: the others start at the section's
+/// origin.
+fn padded<const N: usize>(
+    states: &[&[f64]],
+    orbits: impl FnOnce(&[&[f64]]) -> Vec<MapOrbit>,
+) -> Vec<MapOrbit> {
+    let origin = vec![0.0; states.first().map_or(0, |state| state.len())];
+    let mut all = states.to_vec();
+    all.resize(N, &origin);
+    let mut found = orbits(&all);
+    found.truncate(states.len());
+    found
 }
 
 /// Where an orbit starts.
@@ -251,6 +278,11 @@ impl SweptMap for FrozenSweep {
         Box::new(self.map.freeze(parameters))
     }
 
+    fn side_by_side(&self, parameters: &[f64], work: &mut dyn FnMut(&mut SideBySide<'_>)) {
+        let mut map = self.map.freeze_lanes::<LANES>(&[parameters; LANES]);
+        work(&mut |states, request| padded::<LANES>(states, |states| map.orbits(states, request)));
+    }
+
     fn start(&self, parameters: &[f64]) -> Vec<f64> {
         self.start.at(parameters)
     }
@@ -311,6 +343,17 @@ impl SweptMap for DirectSweep<'_> {
     fn at(&self, parameters: &[f64]) -> Box<dyn DiscreteMap + Send + '_> {
         // A simulator of its own, so that sweeps side by side do not wait for each other.
         fixed(self.map.clone(), parameters)
+    }
+
+    fn side_by_side(&self, parameters: &[f64], work: &mut dyn FnMut(&mut SideBySide<'_>)) {
+        let mut points = DirectPoints::new(&self.map, &[parameters; DIRECT_LANES]);
+        work(&mut |states, request| {
+            padded::<DIRECT_LANES>(states, |states| {
+                MapOrbit::in_step(states, request, |going, states, images, steps| {
+                    points.step(going, states, images, steps);
+                })
+            })
+        });
     }
 
     fn start(&self, parameters: &[f64]) -> Vec<f64> {
@@ -398,6 +441,19 @@ impl SweptMap for GuardedSweep<'_> {
     fn at(&self, parameters: &[f64]) -> Box<dyn DiscreteMap + Send + '_> {
         let map = self.map.map.freeze(parameters);
         Box::new(GuardedMap::frozen(map, parameters, &self.window, &self.direct))
+    }
+
+    fn side_by_side(&self, parameters: &[f64], work: &mut dyn FnMut(&mut SideBySide<'_>)) {
+        let mut map = self.map.map.freeze_lanes::<LANES>(&[parameters; LANES]);
+        let mut points = DirectPoints::new(&self.direct, &[parameters; LANES]);
+        let mut fly = |wanted: &[bool], states: &[f64], images: &mut [f64], steps: &mut [_]| {
+            points.step(wanted, states, images, steps);
+        };
+        work(&mut |states, request| {
+            padded::<LANES>(states, |states| {
+                map.guarded_orbits(states, request, &self.window, &mut fly)
+            })
+        });
     }
 
     fn start(&self, parameters: &[f64]) -> Vec<f64> {

@@ -175,7 +175,7 @@ fn request(
 ) -> Result<OrbitsRequest, CliError> {
     let parameters = Parameters { scene, map };
     Ok(OrbitsRequest {
-        itineraries: itineraries(options, map.passages())?,
+        itineraries: itineraries(&options.itinerary, options.period, map.passages())?,
         at: parameters.at(options)?,
         direct: options.using == OrbitsUsing::Direct,
         far: options.using == OrbitsUsing::Direct,
@@ -184,17 +184,21 @@ fn request(
 }
 
 /// The itineraries named, or all of short periods.
-fn itineraries(
-    options: &OrbitsArguments,
+pub(super) fn itineraries(
+    named: &[String],
+    period: Option<u8>,
     passages: usize,
 ) -> Result<Vec<ContactItinerary>, ItineraryError> {
-    if options.itinerary.is_empty() {
-        let longest = (DEFAULT_PASSAGES / passages.max(1)).max(1);
-        return ContactItinerary::all(passages, options.period.map_or(longest, usize::from));
+    if named.is_empty() {
+        return ContactItinerary::all(passages, longest_period(period, passages));
     }
-    let named = options.itinerary.iter();
     let parse = |digits: &String| ContactItinerary::parse(digits, passages);
-    named.map(parse).collect()
+    named.iter().map(parse).collect()
+}
+
+/// Returns of the longest period that is looked for.
+pub(super) fn longest_period(period: Option<u8>, passages: usize) -> usize {
+    period.map_or((DEFAULT_PASSAGES / passages.max(1)).max(1), usize::from)
 }
 
 /// What offsets name: what is said of a name that is not known, and of those known.
@@ -219,7 +223,7 @@ pub(super) fn named_offsets(
 }
 
 /// The place of a name among those known.
-fn place_of(
+pub(super) fn place_of(
     flag: &'static str,
     kind: [&'static str; 2],
     name: &str,
@@ -235,9 +239,9 @@ fn place_of(
 }
 
 /// The active parameters of a map.
-struct Parameters<'a> {
-    scene: &'a Scene,
-    map: &'a LocalMap,
+pub(super) struct Parameters<'a> {
+    pub(super) scene: &'a Scene,
+    pub(super) map: &'a LocalMap,
 }
 
 impl Parameters<'_> {
@@ -246,7 +250,7 @@ impl Parameters<'_> {
     }
 
     /// The number of a parameter.
-    fn place(&self, flag: &'static str, name: &str) -> Result<usize, CliError> {
+    pub(super) fn place(&self, flag: &'static str, name: &str) -> Result<usize, CliError> {
         place_of(flag, ACTIVE, name, &self.names().collect::<Vec<_>>())
     }
 
@@ -266,14 +270,14 @@ impl Parameters<'_> {
     }
 
     /// Offsets, all 0 but one.
-    fn one(&self, place: usize, offset: f64) -> Vec<f64> {
+    pub(super) fn one(&self, place: usize, offset: f64) -> Vec<f64> {
         let mut offsets = vec![0.0; self.map.parameters.len()];
         offsets[place] = offset;
         offsets
     }
 
     /// Offsets by name; those not named are 0.
-    fn offsets(&self, named: &ParameterOffsets) -> Result<Vec<f64>, CliError> {
+    pub(super) fn offsets(&self, named: &ParameterOffsets) -> Result<Vec<f64>, CliError> {
         named_offsets("--at", ACTIVE, named, &self.names().collect::<Vec<_>>())
     }
 
@@ -320,14 +324,21 @@ impl Parameters<'_> {
         }
     }
 
+    /// An end of a range of a parameter: as given, or that of the window on a side.
+    pub(super) fn end(
+        &self,
+        flag: &'static str,
+        given: Option<f64>,
+        (place, side): (usize, f64),
+    ) -> Result<f64, CliError> {
+        let value = given.unwrap_or(side * self.width(place));
+        if value.is_finite() { Ok(value) } else { Err(CliError::NotFinite { flag, value }) }
+    }
+
     /// The values of the parameter that is stepped through.
     fn steps(&self, options: &OrbitsArguments, place: usize) -> Result<SteppedParameter, CliError> {
-        let end = |flag, given: Option<f64>, sign: f64| match given {
-            Some(value) if value.is_finite() => Ok(value),
-            Some(value) => Err(CliError::NotFinite { flag, value }),
-            None => Ok(sign * self.width(place)),
-        };
-        let (from, to) = (end("--from", options.from, -1.0)?, end("--to", options.to, 1.0)?);
+        let from = self.end("--from", options.from, (place, -1.0))?;
+        let to = self.end("--to", options.to, (place, 1.0))?;
         let last = f64::from(options.points - 1);
         let value = |number: u16| from + (to - from) * f64::from(number) / last;
         Ok(SteppedParameter { parameter: place, values: (0..options.points).map(value).collect() })

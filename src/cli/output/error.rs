@@ -78,6 +78,12 @@ pub(in crate::cli) enum CliError {
          {found}"
     )]
     NotAPlane { found: usize },
+    /// Another number of axes, or of numbers of cells, than a plane has.
+    #[error("a basin has two axes; found {found}")]
+    NotTwoAxes { found: usize },
+    /// A range along what is no axis.
+    #[error("--range names `{name}`, which is no axis of the basin; name it in --axes")]
+    NoAxis { name: String },
     /// A map without parameters.
     #[error("the map has no parameter; name some in `expansion.active`")]
     NoParameter,
@@ -96,6 +102,12 @@ pub(in crate::cli) enum CliError {
          {searched}"
     )]
     NoLoci { kinds: String, searched: String },
+    /// No branch of the itineraries asked for.
+    #[error(
+        "no branch with a physical orbit was found (itineraries tried: {itineraries}); a wider \
+         range of the parameter (--from, --to) or other itineraries may have some"
+    )]
+    NoBranch { itineraries: usize },
     /// A simulation that did not last as long as was asked.
     #[error("the trajectory ends at t = {}: {}", Shown(.0.time), .0.reason)]
     TrajectoryEnded(EarlyEnd),
@@ -179,6 +191,7 @@ impl CliError {
             Self::CurveEnded { .. }
             | Self::NoImage { .. }
             | Self::NoOrbits { .. }
+            | Self::NoBranch { .. }
             | Self::NoLoci { .. }
             | Self::TrajectoryEnded(_)
             | Self::Unexplained { .. }
