@@ -147,7 +147,7 @@ fn compute<'a>(
         seconds: 0.0,
     };
     let mut documents = Vec::new();
-    for computation in &entry.computation {
+    for computation in entry.computation.iter().filter(|one| !(small && one.large)) {
         let place = folder.join(entry.name).join(&computation.name);
         computed.lines.push(computation.line(small));
         if let Err(error) = execute(computation, &place, small, command) {
@@ -161,7 +161,7 @@ fn compute<'a>(
             computed.pictures.push((picture, shown.caption.as_str()));
         }
     }
-    let numbers = entry.number.iter();
+    let numbers = entry.number.iter().filter(|number| !(small && entry.is_large(number)));
     computed.numbers = numbers.map(|number| Compared::new(number, &documents)).collect();
     computed.seconds = start.elapsed().as_secs_f64();
     Ok(computed)
