@@ -328,3 +328,24 @@ fn a_period_larger_than_the_window_is_found_in_its_own_extent() {
     assert_eq!(period(1.0), Period::Periodic(2));
     assert_eq!(period(1e-3), Period::Periodic(2));
 }
+
+/// What the program draws without a scene is worked out where its map was measured, or simulated.
+#[test]
+fn the_pictures_of_the_built_in_scene_are_not_beyond_its_window() {
+    let name = "cantilever_3_5_soft";
+    let scene = Scene::parse(catalogue::text(name).expect("in the catalogue"), name);
+    let scene = scene.expect("a good scene");
+    for chart in &scene.charts {
+        assert_eq!(chart.with, [Method::Guarded]);
+        for (&parameter, range) in chart.parameters.iter().zip(chart.ranges) {
+            let width = scene.window.parameter[parameter];
+            assert!(range.iter().all(|end| end.abs() <= width), "{range:?} in {width}");
+        }
+    }
+    let case = Case::new(name);
+    let alone = scene.diagrams.iter().filter(|diagram| diagram.with.contains(&Method::Map));
+    for diagram in alone {
+        let drawn = case.diagram(diagram.range, 40, &[Method::Map]);
+        assert!(by(&drawn, Method::Map).all(|sweep| sweep.outside == 0.0));
+    }
+}
