@@ -28,7 +28,7 @@ pub(crate) use diagram::low_discrepancy;
 pub use direct_image::{DirectEnd, DirectImage, SectionImage, direct_image};
 pub use direct_map::{DirectLanes, DirectMap};
 pub use error::AnalysisError;
-pub use escape::{ESCAPE_EXTENTS, EscapeBound, escape_bounds};
+pub use escape::{EscapeBound, escape_bounds};
 pub use evaluation::{Arrival, DepthEvaluation, MapEvaluation, MapImage};
 pub use free_flight::{FreeFlight, SectionChange};
 pub use guarded_map::{GuardedMap, guarded};

@@ -153,14 +153,31 @@ pub(super) struct CurveArguments {
     #[command(flatten)]
     pub(super) scene: SceneOptions,
     /// The second parameter
-    #[arg(long, value_name = "PARAMETER")]
-    pub(super) with: String,
+    #[arg(long, value_name = "PARAMETER", required_unless_present = "nearest")]
+    pub(super) with: Option<String>,
     /// Its first value
-    #[arg(long, value_name = "A", allow_hyphen_values = true)]
-    pub(super) from: f64,
+    #[arg(long, value_name = "A", allow_hyphen_values = true, required_unless_present = "nearest")]
+    pub(super) from: Option<f64>,
     /// Its last value
-    #[arg(long, value_name = "B", allow_hyphen_values = true)]
-    pub(super) to: f64,
+    #[arg(long, value_name = "B", allow_hyphen_values = true, required_unless_present = "nearest")]
+    pub(super) to: Option<f64>,
+    /// The smallest change of one or two parameters from the scene's values at which the orbit
+    /// grazes, in the place of a curve
+    #[arg(
+        long,
+        value_name = "P[,Q]",
+        value_delimiter = ',',
+        conflicts_with_all = ["with", "from", "to", "xi"]
+    )]
+    pub(super) nearest: Vec<String>,
+    /// What a change of a parameter is counted in. Default: its value, 1 where that is 0
+    #[arg(
+        long,
+        value_name = "P=SIZE,...",
+        value_parser = ParameterOffsets::parse,
+        requires = "nearest"
+    )]
+    pub(super) scale: Option<ParameterOffsets>,
     /// Follow xi_1 to xi_N
     #[arg(
         long,

@@ -405,6 +405,37 @@ impl Map {
         Ok(orbits(scene, orbit, self.local(), request, progress)?)
     }
 
+    /// Loci of periodic orbits in two parameters, with their points of codimension two.
+    ///
+    /// ```
+    /// use grazemap::analysis::NoProgress;
+    /// use grazemap::analysis::loci::{LociRequest, LocusKind};
+    /// use grazemap::analysis::periodic::ContactItinerary;
+    /// use grazemap::prelude::*;
+    ///
+    /// let map = Scene::load("scenes/linear_codim2.toml")?.graze()?.map()?;
+    /// let request = LociRequest {
+    ///     plane: [1, 0],
+    ///     range: [-1e-4, 1e-4],
+    ///     at: vec![0.0, 0.0],
+    ///     kinds: vec![LocusKind::Graze, LocusKind::Fold],
+    ///     itineraries: vec![ContactItinerary::parse("1", 1)?],
+    ///     direct: false,
+    /// };
+    /// let found = map.loci(&request, &NoProgress)?;
+    /// // The fold leaves the grazing curve backwards, with the square of the distance.
+    /// let leaving = &found.tangencies[0];
+    /// assert!(leaving.coefficient < 0.0 && leaving.slope < 0.0);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Analysis`] if the simulator refuses the parameters.
+    pub fn loci(&self, request: &LociRequest, progress: &dyn Progress) -> Result<Loci, Error> {
+        Ok(loci(self.settled().scene(), self.orbit(), self.local(), request, progress)?)
+    }
+
     /// Branches of periodic orbits in one parameter, through folds, flips and grazes.
     ///
     /// ```
@@ -441,11 +472,6 @@ impl Map {
     ) -> Result<Branches, Error> {
         let (scene, orbit) = (self.settled().scene(), self.orbit());
         Ok(branches(scene, orbit, self.local(), request, progress)?)
-    }
-
-    /// Loci of periodic orbits in two parameters.
-    pub fn loci(&self, request: &LociRequest) -> Loci {
-        loci(self.local(), request)
     }
 
     /// What the scene's diagram over the same parameter draws, of these branches and of guarded

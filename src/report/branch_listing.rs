@@ -11,6 +11,7 @@ use crate::analysis::branches::{
     BranchDiagram, BranchEnd, BranchLabel, BranchPoint, Branches, Special,
 };
 use crate::analysis::orbits::{FoundOrbit, Orbits};
+use crate::convergence::MeasuredWindow;
 use crate::expansion::{LocalMap, WindowEdge};
 use crate::iteration::Itinerary;
 
@@ -27,6 +28,8 @@ pub struct BranchListing {
     pub grazing_parameters: Named<f64>,
     /// Surface of each passage of a return: what the digits of an itinerary stand for.
     pub passages: Vec<String>,
+    /// The window of the map, which `inside` refers to.
+    pub window: MeasuredWindow,
     /// What the contacts of the map leave out at the edge of the window, by passage.
     pub window_edges: Vec<WindowEdge>,
     /// The branches, shorter periods first.
@@ -64,7 +67,7 @@ impl BranchListing {
     /// The branches of a map, or of direct simulation, in the parameter `along`.
     pub fn new(
         section: SectionDocument,
-        (map, edges): (&LocalMap, &[WindowEdge]),
+        (map, window, edges): (&LocalMap, &MeasuredWindow, &[WindowEdge]),
         itinerary: &Itinerary,
         found: &Branches,
         (along, direct): (usize, bool),
@@ -75,7 +78,7 @@ impl BranchListing {
             .flat_map(|branch| branch.points.iter().map(|point| point.orbit.clone()))
             .collect();
         let all = Orbits { orbits, ..Orbits::default() };
-        let listed = OrbitsListing::new(section, (map, edges), itinerary, &all, direct);
+        let listed = OrbitsListing::new(section, (map, window, edges), itinerary, &all, direct);
         let mut orbits = listed.orbits.into_iter();
         let branches = found.branches.iter().enumerate().map(|(number, branch)| BranchRecord {
             branch: number + 1,
@@ -99,6 +102,7 @@ impl BranchListing {
             section: listed.section,
             grazing_parameters: listed.grazing_parameters,
             passages: listed.passages,
+            window: listed.window,
             window_edges: listed.window_edges,
         }
     }

@@ -47,7 +47,7 @@ fn plane_figure(curve: &CurveListing, horizontal: &str, vertical: &str) -> Figur
         let name = if largest > 1 { "ξ_{n} = 0" } else { "ξ_{1} = 0" };
         figure.series.push(Series::markers(name, Marker::Ring, rings).with_color(1));
     }
-    for fold in &curve.folds {
+    for fold in curve.folds.iter().filter(|fold| fold.parameter == horizontal) {
         figure.annotations.push(Annotation {
             at: at(&fold.parameters),
             text: String::new(),

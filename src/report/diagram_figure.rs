@@ -1,6 +1,8 @@
 //! Bifurcation diagrams as pictures, tables and arrays.
 
-use super::figure::{Annotation, Axis, Figure, Guide, Marker, Series, ShiftedScale, symbol};
+use super::figure::{
+    Annotation, Axis, AxisScale, Figure, Guide, Marker, Series, ShiftedScale, symbol,
+};
 use super::{Cell, Column, ReportError, Rows, Table, npy_bytes};
 use crate::analysis::diagram::{Diagram, DiagramPoint, Sweep, SweepHeading};
 use crate::iteration::{OrbitEnd, Period};
@@ -142,12 +144,15 @@ fn figure(
         outside.extend(beyond);
     }
     add_outside(&mut figure, outside);
-    figure.guides.push(Guide::Vertical { at: 0.0, label: String::new() });
-    figure.annotations.push(Annotation {
-        at: [0.0, 0.0],
-        text: "G".to_owned(),
-        marker: Some(Marker::Ring),
-    });
+    // A logarithmic axis does not reach the graze.
+    if !diagram.is_logarithmic {
+        figure.guides.push(Guide::Vertical { at: 0.0, label: String::new() });
+        figure.annotations.push(Annotation {
+            at: [0.0, 0.0],
+            text: "G".to_owned(),
+            marker: Some(Marker::Ring),
+        });
+    }
     figure
 }
 
@@ -258,7 +263,13 @@ fn offset_axis(diagram: &Diagram) -> Axis {
     let ends = diagram.sweeps.iter().flat_map(|sweep| &sweep.points).map(|point| point.offset);
     let (lower, upper) =
         ends.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| (low.min(x), high.max(x)));
-    let axis = Axis::linear(format!("{letter} − {letter}*"));
+    let mut axis = Axis::linear(format!("{letter} − {letter}*"));
+    axis.scale = match diagram.is_logarithmic {
+        false => AxisScale::Linear,
+        true if lower > 0.0 => AxisScale::Log10,
+        // Below the graze: logarithmic in the size from the least offset on.
+        true => AxisScale::Symlog { threshold: 0.1 * upper.abs() },
+    };
     if lower < upper { axis.with_range(lower, upper) } else { axis }
 }
 

@@ -230,6 +230,8 @@ pub enum DocumentKind {
     Trajectory,
     /// Basins of attraction.
     Basin,
+    /// The smallest change of parameters that grazes.
+    Margin,
     /// Branches of periodic orbits.
     Branch,
 }

@@ -262,36 +262,73 @@ impl LociListing {
         };
         let [horizontal, vertical] = &self.plane;
         let mut figure = under.unwrap_or_else(|| Figure::new(axis(horizontal), axis(vertical)));
-        for kind in LocusKind::ALL {
-            for locus in self.loci.iter().filter(|locus| locus.kind == kind) {
-                for (drawn, points) in stretches(locus) {
-                    let name = match drawn {
-                        Drawn::Virtual => "virtual".to_owned(),
-                        Drawn::Stable => format!("{}, stable", mark(kind)),
-                        Drawn::Unstable => format!("{}, unstable", mark(kind)),
-                    };
-                    let line = |stroke| Series::line(name.clone(), stroke, points.clone());
-                    figure.series.push(match drawn {
-                        Drawn::Virtual => line(Stroke::Dotted).in_grey(),
-                        Drawn::Stable => line(Stroke::Solid).with_color(kind as usize),
-                        Drawn::Unstable => line(Stroke::Dashed).with_color(kind as usize),
-                    });
+        self.draw(&mut figure, &|at| Some(at));
+        figure
+    }
+
+    /// The same with the distance from the grazing curve of the orbit without contact, in the
+    /// second parameter, in the place of that parameter; `None` where there is no such curve.
+    pub fn figure_from_graze(&self) -> Option<Figure> {
+        let graze = self
+            .loci
+            .iter()
+            .find(|locus| locus.kind == LocusKind::Graze && !locus.itinerary.contains('1'))?;
+        let line: Vec<[f64; 2]> = graze.points.iter().map(|point| point.at).collect();
+        let letters = self.plane.each_ref().map(|name| symbol(name));
+        let mut figure = Figure::new(
+            Axis::linear(format!("{0} − {0}*", letters[0])),
+            Axis::linear(format!("{0} − {0} of the graze", letters[1])),
+        );
+        self.draw(&mut figure, &|[first, second]| Some([first, second - between(&line, first)?]));
+        Some(figure)
+    }
+
+    /// Draws all loci, each point at the place that it has in the figure.
+    fn draw(&self, figure: &mut Figure, place: &dyn Fn([f64; 2]) -> Option<[f64; 2]>) {
+        for drawn in [Drawn::Virtual, Drawn::Stable, Drawn::Unstable] {
+            for kind in LocusKind::ALL {
+                let of_kind = self.loci.iter().filter(|locus| locus.kind == kind);
+                let mut points = Vec::new();
+                for locus in of_kind {
+                    for (_, stretch) in
+                        stretches(locus).into_iter().filter(|(other, _)| *other == drawn)
+                    {
+                        points.extend(stretch.into_iter().filter_map(place));
+                        // A point that is no number interrupts the line.
+                        points.push([f64::NAN; 2]);
+                    }
                 }
+                if points.is_empty() {
+                    continue;
+                }
+                let mark = mark(kind);
+                let line = |name, stroke, points| Series::line(name, stroke, points);
+                figure.series.push(match drawn {
+                    Drawn::Virtual => {
+                        line(format!("{mark}, virtual"), Stroke::Dotted, points).in_grey()
+                    }
+                    Drawn::Stable => line(format!("{mark}, stable"), Stroke::Solid, points)
+                        .with_color(kind as usize),
+                    Drawn::Unstable => line(format!("{mark}, unstable"), Stroke::Dashed, points)
+                        .with_color(kind as usize),
+                });
             }
         }
         let mut marked: Vec<(&[f64; 2], String)> = Vec::new();
         for (_, _, point) in self.special().filter(|(_, _, point)| point.physical) {
             let label = point.label.clone().unwrap_or_default();
-            if !marked.iter().any(|(at, known)| *at == &point.at || *known == label) {
+            let here = |other: &[f64; 2]| {
+                let mut pairs = other.iter().zip(&point.at);
+                pairs.all(|(a, b)| (a - b).abs() <= 1e-9 * b.abs().max(f64::EPSILON))
+            };
+            if !marked.iter().any(|(at, _)| here(at)) {
                 marked.push((&point.at, label));
             }
         }
-        figure.annotations.extend(marked.into_iter().map(|(at, text)| Annotation {
-            at: *at,
-            text,
-            marker: Some(Marker::Ring),
+        let marked = marked.into_iter();
+        figure.annotations.extend(marked.filter_map(|(at, text)| {
+            Some(Annotation { at: place(*at)?, text, marker: Some(Marker::Ring) })
         }));
-        figure
     }
 }
 
@@ -320,6 +357,15 @@ fn stretches(locus: &LocusRecord) -> Vec<(Drawn, Vec<[f64; 2]>)> {
         }
     }
     stretches
+}
+
+/// The ordinate of a line, whose abscissas may run either way, at an abscissa.
+fn between(line: &[[f64; 2]], abscissa: f64) -> Option<f64> {
+    line.windows(2).find_map(|pair| {
+        let [[a, low], [b, high]] = [pair[0], pair[1]];
+        let within = (a.min(b)..=a.max(b)).contains(&abscissa) && a != b;
+        within.then(|| low + (abscissa - a) / (b - a) * (high - low))
+    })
 }
 
 /// The mark of the field.

@@ -20,6 +20,7 @@ mod journal;
 mod json;
 mod loci_listing;
 mod map_listing;
+mod margin_listing;
 mod npy;
 mod number;
 mod orbit_listing;
@@ -61,6 +62,7 @@ pub use map_listing::{
     ChosenCoefficients, DepthListing, ExpansionParts, LeadingTerm, MapListing, PassageParts,
     PolynomialMap, Term, depth_variables, edge_words,
 };
+pub use margin_listing::{MarginListing, MarginParameter};
 pub use npy::npy_bytes;
 pub use orbit_listing::{ConditionsListing, OrbitListing, PassageListing};
 pub use orbits_listing::{

@@ -446,8 +446,9 @@ fn bordered_complex<S: Real>(
 /// Right and left vectors of nearly the smallest singular value, by inverse iteration.
 pub(super) fn null_vectors<S: Real>(matrix: &DMatrix<S>) -> Option<[DVector<S>; 2]> {
     let size = matrix.nrows();
-    // A shift of rounding keeps a matrix that is singular within its digits invertible.
-    let largest = matrix.iter().fold(0.0, |most: f64, entry| most.max(entry.magnitude()));
+    // A shift of rounding keeps a matrix that is singular within its digits invertible. Entries are
+    // of order one where they do not all vanish.
+    let largest = matrix.iter().fold(1.0, |most: f64, entry| most.max(entry.magnitude()));
     let shift = DMatrix::identity(size, size) * S::from_f64(largest * S::ROUNDOFF.sqrt());
     let iterated = |matrix: &DMatrix<S>| {
         let inverse = inverse(matrix).or_else(|_| inverse(&(matrix + &shift))).ok()?;
@@ -468,3 +469,128 @@ fn length<S: Real>(vector: &DVector<S>) -> S {
 
 /// Steps of inverse iteration: borders need not be exact.
 const ITERATIONS: usize = 6;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::analysis::continuation::{StepControl, Turn, follow};
+
+    /// A map of one or two coordinates in two parameters, without contacts: its image and the
+    /// derivatives by coordinates and parameters, in rows.
+    type Plain = fn(&[f64]) -> (Vec<f64>, Vec<Vec<f64>>);
+
+    struct Smooth {
+        coordinates: usize,
+        map: Plain,
+    }
+
+    impl OrbitEquations<f64> for Smooth {
+        type Extra = ();
+
+        fn linearised(&mut self, unknowns: &[f64]) -> Option<Linearised<f64>> {
+            let (image, rows) = (self.map)(unknowns);
+            let d = self.coordinates;
+            let mut jacobian = DMatrix::from_fn(d, d + 2, |row, column| rows[row][column]);
+            for place in 0..d {
+                jacobian[(place, place)] -= 1.0;
+            }
+            let residual = image.iter().zip(unknowns).map(|(end, start)| end - start);
+            let residual = DVector::from_iterator(d, residual);
+            Some(Linearised { residual, jacobian, extra: () })
+        }
+
+        fn depth_variables(&self) -> std::ops::Range<usize> {
+            self.coordinates..self.coordinates
+        }
+
+        fn coordinates(&self) -> usize {
+            self.coordinates
+        }
+
+        fn free_depths(_: &()) -> Vec<f64> {
+            Vec::new()
+        }
+
+        fn range(&self, _: usize) -> [f64; 2] {
+            [-3.0, 3.0]
+        }
+    }
+
+    /// `(x, y) ↦ (y, a y − b x + x y)`: at the origin multipliers have the sum `a` and the product
+    /// `b`.
+    fn delayed(u: &[f64]) -> (Vec<f64>, Vec<Vec<f64>>) {
+        let [x, y, a, b] = [u[0], u[1], u[2], u[3]];
+        let slopes = vec![vec![0.0, 1.0, 0.0, 0.0], vec![y - b, a + x, y, -x]];
+        (vec![y, a * y - b * x + x * y], slopes)
+    }
+
+    /// The zeros of the test functions along a locus, by kind, with their parameters.
+    fn special(
+        map: Plain,
+        condition: Condition,
+        start: &[f64],
+        along: &[f64],
+    ) -> Vec<(CodimensionTwo, [f64; 2])> {
+        let coordinates = start.len() - 2 - usize::from(condition == Condition::Pair);
+        let mut equations = LocusEquations::new(Smooth { coordinates, map }, condition, 0);
+        let kinds = equations.kinds(0);
+        let course = follow(&mut equations, start, along, &StepControl::default());
+        let course = course.expect("a locus");
+        let of = |turn: &Turn| {
+            let at = &course.points[turn.point].unknowns;
+            (kinds[turn.test], [at[coordinates], at[coordinates + 1]])
+        };
+        course.turns.iter().map(of).collect()
+    }
+
+    fn assert_at(found: &[(CodimensionTwo, [f64; 2])], kind: CodimensionTwo, at: [f64; 2]) {
+        let near = |found: &[f64; 2]| {
+            found.iter().zip(&at).all(|(found, exact)| (found - exact).abs() < 1e-9)
+        };
+        let there = found.iter().any(|(other, found)| *other == kind && near(found));
+        assert!(there, "{kind:?} at {at:?}: {found:?}");
+    }
+
+    #[test]
+    fn a_pair_on_the_circle_has_its_resonances_where_their_sums_are() {
+        let start = [0.0, 0.0, 2.0 * 1.0_f64.cos(), 1.0, 1.0];
+        let found = special(delayed, Condition::Pair, &start, &[0.0, 0.0, 0.0, 0.0, 1.0]);
+        assert_at(&found, CodimensionTwo::R4, [0.0, 1.0]);
+        assert_at(&found, CodimensionTwo::R3, [-1.0, 1.0]);
+    }
+
+    #[test]
+    fn a_flip_has_a_second_one_where_sum_and_product_say() {
+        let start = [0.0, 0.0, -1.5, 0.5];
+        let along = [0.0, 0.0, -1.0, 1.0];
+        let found = special(delayed, Condition::Multiplier(-1.0), &start, &along);
+        assert_at(&found, CodimensionTwo::R2, [-2.0, 1.0]);
+    }
+
+    #[test]
+    fn two_folds_meet_in_the_cusp_of_a_cubic() {
+        // x ↦ x + p + q x − x³: folds at q = 3x², p = −2x³.
+        let cubic: Plain = |u| {
+            let [x, p, q] = [u[0], u[1], u[2]];
+            (vec![x + p + q * x - x * x * x], vec![vec![1.0 + q - 3.0 * x * x, 1.0, x]])
+        };
+        let start = [0.5, -0.25, 0.75];
+        let found = special(cubic, Condition::Multiplier(1.0), &start, &[-1.0, 0.0, 0.0]);
+        assert_at(&found, CodimensionTwo::Cusp, [0.0, 0.0]);
+    }
+
+    #[test]
+    fn a_fold_has_a_second_multiplier_one_at_a_bogdanov_point() {
+        // y⁺ = y + p + q y + x² + x y, x⁺ = x + y⁺: folds at x = y = p = 0, multipliers 1, 1 + q.
+        let bogdanov: Plain = |u| {
+            let [x, y, p, q] = [u[0], u[1], u[2], u[3]];
+            let next = y + p + q * y + x * x + x * y;
+            let by = [2.0 * x + y, 1.0 + q + x, 1.0, y];
+            let first = vec![1.0 + by[0], by[1], by[2], by[3]];
+            (vec![x + next, next], vec![first, by.to_vec()])
+        };
+        let start = [0.0, 0.0, 0.0, -0.5];
+        let found = special(bogdanov, Condition::Multiplier(1.0), &start, &[0.0, 0.0, 0.0, 1.0]);
+        assert_at(&found, CodimensionTwo::R1, [0.0, 0.0]);
+    }
+}

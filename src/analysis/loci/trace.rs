@@ -15,10 +15,11 @@ use crate::analysis::periodic::{ContactItinerary, ItinerarySearch, MapOrbitEquat
 use crate::expansion::LocalMap;
 use crate::iteration::PassageSet;
 use crate::numeric::linear::eigenvalues;
-use crate::numeric::{Dd, Real};
+use crate::numeric::{Dd, Real, Scalar};
 
-/// Depth variables and states are followed up to this many of their units.
+/// Depth variables, and states, are followed up to this many of their units.
 const REACH: f64 = 2.0;
+const FARTHEST: f64 = 20.0;
 /// Values of the first parameter at which branches are looked through for seeds.
 const SEEDED_AT: [f64; 5] = [0.1, 0.3, 0.5, 0.7, 0.9];
 /// Offsets of the second at which orbits with several contacts are looked for, in half-widths.
@@ -97,7 +98,7 @@ impl<'a> MapLoci<'a> {
         free: &[usize],
         at: &[f64],
     ) -> MapOrbitEquations<'e, S> {
-        let reach = [REACH * self.wider; 2];
+        let reach = [FARTHEST, REACH].map(|reach| reach * self.wider);
         let window = &self.map.window;
         let equations = MapOrbitEquations::new(evaluation, itinerary, window, free, at, reach);
         let [from, to] = self.request.range;
@@ -155,9 +156,6 @@ impl<'a> MapLoci<'a> {
             if self.request.kinds.contains(&seed.kind) {
                 self.add(&mut traces, seed);
             }
-        }
-        if !self.request.kinds.contains(&LocusKind::Graze) {
-            traces.retain(|trace| trace.kind != LocusKind::Graze);
         }
         traces
     }
@@ -357,35 +355,45 @@ impl<'a> MapLoci<'a> {
         };
         let mut start = seed.unknowns.clone();
         start.extend(seed.angle);
-        let mut known = traces
+        let known = traces
             .iter()
             .filter(|trace| trace.kind == seed.kind && trace.itinerary == seed.itinerary);
         let mut equations =
             LocusEquations::new(self.rounded(&seed.itinerary), condition, conditions);
-        let Some(along) = first_tangent(&mut equations, &start) else { return };
-        let Some((start, _)) = corrected(&mut equations, &start, &start, &along) else { return };
-        if known.any(|trace| trace.holds(&mut equations, &start)) {
-            return;
-        }
-        let mut exact = LocusEquations::new(self.exact(&seed.itinerary), condition, conditions);
         let kinds = equations.kinds(Self::free_passages(&seed.itinerary));
-        let mut way = |sign: f64| {
-            let along: Vec<f64> = along.iter().map(|value| sign * value).collect();
-            let course = follow(&mut equations, &start, &along, &STEPS)?;
-            let end = LocusEnd::of(course.end);
-            Some((labelled(course, &kinds, &mut exact), end))
-        };
-        let (Some((back, first)), Some((on, last))) = (way(-1.0), way(1.0)) else { return };
-        let points: Vec<TracePoint> = back.into_iter().skip(1).rev().chain(on).collect();
+        let Some((points, ends)) = joined(&mut equations, &start, known, &STEPS) else { return };
+        let mut exact = LocusEquations::new(self.exact(&seed.itinerary), condition, conditions);
+        let points: Vec<TracePoint> = points
+            .into_iter()
+            .map(|(point, test)| match test {
+                Some(test) => labelled(point, test, &kinds, &mut exact),
+                None => point,
+            })
+            .collect();
+        let points = each_once(points);
         let Seed { kind, itinerary, .. } = seed;
         // Where another contact grazes all along, the orbit is one of fewer contacts.
         let d = self.map.dimension();
         let grazing = (d..d + itinerary.contacts())
             .filter(|&place| points.iter().all(|point| point.unknowns[place].abs() < SAME));
-        if grazing.count() > usize::from(kind == LocusKind::Graze) {
+        let shorter = points.iter().all(|point| self.repeats(&itinerary, &point.unknowns));
+        if shorter || grazing.count() > usize::from(kind == LocusKind::Graze) {
             return;
         }
-        traces.push(Trace { kind, itinerary, points, ends: [first, last] });
+        traces.push(Trace { kind, itinerary, points, ends });
+    }
+
+    /// Whether an orbit is one of a shorter period, gone through several times.
+    fn repeats(&self, itinerary: &ContactItinerary, unknowns: &[f64]) -> bool {
+        let equations = self.rounded(itinerary);
+        let units = equations.units();
+        let Some(there) = equations.at(&unknowns[..units.len()]) else { return false };
+        let states = there.extra.states;
+        let mut shorter = (1..itinerary.period()).filter(|&later| itinerary.repeats_after(later));
+        shorter.any(|later| {
+            let mut pairs = states[0].iter().zip(&states[later]).zip(units);
+            pairs.all(|((a, b), unit)| (a - b).abs() <= SAME * unit)
+        })
     }
 
     /// How folds and flips leave the grazes at their points of codimension two.
@@ -404,7 +412,10 @@ impl<'a> MapLoci<'a> {
                     });
                     of_period.cloned().collect()
                 }
-                _ => vec![graze.itinerary.clone()],
+                CodimensionTwo::FoldGraze | CodimensionTwo::FlipGraze => {
+                    vec![graze.itinerary.clone()]
+                }
+                _ => Vec::new(),
             };
             for itinerary in &itineraries {
                 for kind in [LocusKind::Fold, LocusKind::Flip] {
@@ -571,15 +582,23 @@ fn at_zero(points: &[(Dd, Dd)]) -> Dd {
 /// The condition of a seed.
 fn condition(seed: &Seed) -> Condition {
     match seed.kind {
-        LocusKind::Fold => Condition::Multiplier(1.0),
-        LocusKind::Flip => Condition::Multiplier(-1.0),
-        LocusKind::Torus => Condition::Pair,
         LocusKind::Graze => {
             let contacts = seed.itinerary.contacts();
             let first = seed.unknowns.len() - 2 - contacts;
             let zero = |place: &usize| seed.unknowns[first + place] == 0.0;
             Condition::Graze((0..contacts).find(zero).unwrap_or(0))
         }
+        kind => condition_of(kind),
+    }
+}
+
+/// The condition of a kind; of a graze, that of the first contact.
+pub(super) fn condition_of(kind: LocusKind) -> Condition {
+    match kind {
+        LocusKind::Graze => Condition::Graze(0),
+        LocusKind::Fold => Condition::Multiplier(1.0),
+        LocusKind::Flip => Condition::Multiplier(-1.0),
+        LocusKind::Torus => Condition::Pair,
     }
 }
 
@@ -592,7 +611,7 @@ fn without_grazing(itinerary: &ContactItinerary, contact: usize) -> (ContactItin
 }
 
 /// Whether all multipliers but those that a locus is about lie inside the unit circle.
-fn is_stable(kind: LocusKind, multipliers: &[Complex<f64>], angle: Option<f64>) -> bool {
+pub(super) fn is_stable(kind: LocusKind, multipliers: &[Complex<f64>], angle: Option<f64>) -> bool {
     let mut others = multipliers.to_vec();
     let mut leave_out = |critical: Complex<f64>| {
         let apart = |value: &Complex<f64>| (value - critical).norm();
@@ -637,29 +656,127 @@ fn followed<'e>(
     follow(equations, start, &along, &StepControl::default())
 }
 
-/// The points of a course, its special points solved for in double-double.
-fn labelled<O: OrbitEquations<Dd>, X>(
-    course: Course<f64, X>,
+/// Largest rest of a test function at a point where it vanishes.
+const VANISHES: f64 = 1e-14;
+
+/// A special point solved for in double-double; without its label where that does not converge.
+fn labelled<O: OrbitEquations<Dd>>(
+    point: TracePoint,
+    test: usize,
     kinds: &[CodimensionTwo],
     exact: &mut LocusEquations<O, Dd>,
-) -> Vec<TracePoint> {
-    let mut points: Vec<TracePoint> = course
-        .points
-        .into_iter()
-        .map(|point| TracePoint { unknowns: point.unknowns, tangent: point.tangent, label: None })
-        .collect();
-    for turn in course.turns {
-        let point = &mut points[turn.point];
-        let fine = |values: &[f64]| -> Vec<Dd> { values.iter().map(|&v| Dd::from(v)).collect() };
-        let zero = zero_near(exact, &fine(&point.unknowns), &fine(&point.tangent), |point| {
-            point.tests[turn.test].value
-        });
-        let Some(zero) = zero else { continue };
-        point.unknowns = zero.unknowns.iter().map(|value| value.to_f64()).collect();
-        point.label = Some(kinds[turn.test]);
+) -> TracePoint {
+    let fine = |values: &[f64]| -> Vec<Dd> { values.iter().map(|&v| Dd::from(v)).collect() };
+    let (at, along) = (fine(&point.unknowns), fine(&point.tangent));
+    let zero = zero_near(exact, &at, &along, |point| point.tests[test].value);
+    let zero = zero.filter(|zero| {
+        let found = zero.tests[test];
+        found.value.magnitude() <= VANISHES * found.size
+    });
+    match zero {
+        Some(zero) => TracePoint {
+            unknowns: zero.unknowns.iter().map(|value| value.to_f64()).collect(),
+            tangent: point.tangent,
+            label: Some(kinds[test]),
+        },
+        None => point,
     }
-    points
 }
+
+/// The points of a locus with those of codimension two that lie at one place made one: functions
+/// vanish together there. Where it is a graze, multipliers are not determined, and a double one is
+/// none.
+fn each_once(points: Vec<TracePoint>) -> Vec<TracePoint> {
+    let mut kept: Vec<TracePoint> = Vec::with_capacity(points.len());
+    for point in points {
+        let last = kept.iter_mut().rev().take(NEIGHBOURS).find(|last| {
+            let pairs = last.unknowns.iter().zip(&point.unknowns);
+            let apart = pairs.fold(0.0_f64, |most, (a, b)| most.max((a - b).abs()));
+            apart < ONE_PLACE && last.label.is_some() && point.label.is_some()
+        });
+        match last {
+            Some(last) => {
+                let double = [CodimensionTwo::R1, CodimensionTwo::R2].map(Some);
+                let xi = |label| match label {
+                    Some(CodimensionTwo::Xi(n)) => Some(n),
+                    _ => None,
+                };
+                if double.contains(&last.label) {
+                    last.label = point.label;
+                } else if xi(last.label).is_some() && xi(last.label) != xi(point.label) {
+                    kept.push(point);
+                }
+            }
+            None => kept.push(point),
+        }
+    }
+    kept
+}
+
+/// Points at one place, in units, and how many places back they may lie.
+const ONE_PLACE: f64 = 1e-9;
+const NEIGHBOURS: usize = 6;
+
+/// The points of a locus in order, each with the test function that vanishes there, and its ends.
+type Joined = (Vec<(TracePoint, Option<usize>)>, [LocusEnd; 2]);
+
+/// A locus through a point near it, followed both ways; `None` where the point lies on a locus that
+/// is known, or no locus is found.
+fn joined<'t, C: CurveEquations<f64>>(
+    equations: &mut C,
+    start: &[f64],
+    mut known: impl Iterator<Item = &'t Trace>,
+    steps: &StepControl,
+) -> Option<Joined> {
+    let along = first_tangent(equations, start)?;
+    let (start, _) = corrected(equations, start, start, &along)?;
+    if known.any(|trace| trace.holds(equations, &start)) {
+        return None;
+    }
+    let mut way = |sign: f64| {
+        let along: Vec<f64> = along.iter().map(|value| sign * value).collect();
+        let course = follow(equations, &start, &along, steps)?;
+        // A zero at the start has no change of sign after it.
+        let at_start = course.points[0].tests.iter();
+        let at_start =
+            at_start.enumerate().filter(|(_, test)| test.value.abs() <= AT_START * test.size);
+        let mut turns: Vec<(usize, usize)> =
+            course.turns.iter().map(|turn| (turn.point, turn.test)).collect();
+        for (test, _) in at_start {
+            if !turns.contains(&(0, test)) {
+                turns.push((0, test));
+            }
+        }
+        let points = course.points.into_iter().map(|point| TracePoint {
+            unknowns: point.unknowns,
+            tangent: point.tangent,
+            label: None,
+        });
+        let mut points: Vec<(TracePoint, Option<usize>)> =
+            points.map(|point| (point, None)).collect();
+        // Functions that vanish at one point make as many points of it.
+        turns.sort_by(|a, b| b.cmp(a));
+        for (place, test) in turns {
+            match points[place].1 {
+                None => points[place].1 = Some(test),
+                Some(_) => {
+                    let again = (points[place].0.clone(), Some(test));
+                    points.insert(place, again);
+                }
+            }
+        }
+        Some((points, LocusEnd::of(course.end)))
+    };
+    let ((back, first), (on, last)) = (way(-1.0)?, way(1.0)?);
+    // The start is in both.
+    let at_start = back.iter().take_while(|(point, _)| point.unknowns == back[0].0.unknowns);
+    let shared = at_start.count();
+    let points = back.into_iter().skip(shared).rev().chain(on).collect();
+    Some((points, [first, last]))
+}
+
+/// Rounding of a test function at the start of a locus.
+const AT_START: f64 = 1e-9;
 
 /// Whether a point lies nearly on a line through others.
 fn is_near(line: &[Vec<f64>], point: &[f64]) -> bool {

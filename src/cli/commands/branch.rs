@@ -17,7 +17,7 @@ pub(in crate::cli) fn run(options: &BranchArguments) -> Result<(), CliError> {
     remark_on_window(&map, outlets.quiet);
     let found = map.branches(&request, &Bar::new("branch", outlets.quiet))?;
     let names = itinerary(map.scene(), map.orbit());
-    let polynomials = (map.local(), map.window_edges());
+    let polynomials = (map.local(), map.window(), map.window_edges());
     let kind = (request.along, request.direct);
     let listing = BranchListing::new(map.section(), polynomials, &names, &found, kind);
     let diagram = match outlets.output.is_some() {

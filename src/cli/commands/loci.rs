@@ -4,11 +4,12 @@ use super::orbits::{ACTIVE, named_offsets, place_of};
 use super::sweeps::pictures;
 use super::{map, open, remark_on_window};
 use crate::cli::arguments::{LociArguments, OrbitsUsing};
-use crate::cli::output::{CliError, Results, note};
+use crate::cli::output::{Bar, CliError, Results, note};
 use grazemap::Map;
 use grazemap::analysis::loci::{LociRequest, LocusKind};
 use grazemap::analysis::periodic::ContactItinerary;
-use grazemap::report::{Document, DocumentKind, LociListing, to_json};
+use grazemap::model::ChartRequest;
+use grazemap::report::{Document, DocumentKind, Figure, LociListing, chart_figure, to_json};
 
 /// Passages of the longest period whose loci are looked for where none is named.
 const DEFAULT_PASSAGES: usize = 2;
@@ -18,7 +19,7 @@ pub(in crate::cli) fn run(options: &LociArguments) -> Result<(), CliError> {
     let map = map(open(&options.scene)?, outlets.quiet)?;
     let request = request(options, &map)?;
     remark_on_window(&map, outlets.quiet);
-    let found = map.loci(&request);
+    let found = map.loci(&request, &Bar::new("loci", outlets.quiet))?;
     let listing =
         LociListing::new(map.section(), map.local(), request.plane, &found, request.direct);
     let results = results(&map, &listing)?;
@@ -85,8 +86,23 @@ fn results(map: &Map, listing: &LociListing) -> Result<Results, CliError> {
     let json = to_json(&Document::new(DocumentKind::Loci, map.scene(), listing))?;
     let csv = listing.data_table()?.to_csv()?;
     let mut results = Results::named("loci", text(map, listing)?, json, Some(csv));
-    results.files.extend(pictures("loci", &listing.figure(None)));
+    results.files.extend(pictures("loci", &listing.figure(under(map, listing)?)));
+    if let Some(figure) = listing.figure_from_graze() {
+        results.files.extend(pictures("loci_from_graze", &figure));
+    }
     Ok(results)
+}
+
+/// The scene's first chart in these parameters, drawn.
+fn under(map: &Map, listing: &LociListing) -> Result<Option<Figure>, CliError> {
+    let names = |request: &ChartRequest| {
+        request.parameters.map(|place| map.scene().model.parameters[place].name.clone())
+    };
+    let mut charts = map.scene().charts.iter();
+    let Some(request) = charts.find(|request| names(request) == listing.plane) else {
+        return Ok(None);
+    };
+    Ok(map.chart(request)?.first().map(chart_figure))
 }
 
 /// The loci as a person reads them.
@@ -101,6 +117,18 @@ fn text(map: &Map, listing: &LociListing) -> Result<String, CliError> {
         map.scene().identifier,
         listing.table()?.to_text()
     );
+    if listing.using == "direct" {
+        text.push_str(
+            "\nphysical parts, begun at orbits of the map; grazes of orbits with impacts are the \
+             map's alone\n",
+        );
+        if listing.loci.iter().all(|locus| locus.kind != LocusKind::Graze) {
+            text.push_str(&format!(
+                "the grazing curve is simulated where it was asked for and `solve_for` is \
+                 \"{second}\"\n"
+            ));
+        }
+    }
     if listing.special().next().is_some() {
         text.push_str(&format!(
             "\npoints of codimension two\n\n{}",

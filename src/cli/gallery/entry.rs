@@ -1,5 +1,7 @@
 //! The entries: one published figure or table each, as files under `gallery/`.
 
+use std::collections::BTreeMap;
+
 use serde::Deserialize;
 use serde_json::Value;
 use toml_edit::{DocumentMut, Item, TableLike};
@@ -38,14 +40,19 @@ pub(super) struct Entry {
 pub(super) struct Computation {
     /// Its name in the entry, and that of its folder.
     pub(super) name: String,
-    /// The command and its arguments, parted by blanks.
+    /// The command, a scene of the catalogue, and further arguments, parted by blanks.
     pub(super) command: String,
+    /// Tables that the scene has besides, as in its file.
+    pub(super) append: Option<String>,
     /// What `--set` sets.
     #[serde(default)]
     pub(super) set: Vec<String>,
     /// What `--set` sets besides in the small version.
     #[serde(default)]
     pub(super) small: Vec<String>,
+    /// Left out of the small version, with the numbers that stand in it.
+    #[serde(default)]
+    pub(super) large: bool,
     /// Pictures shown, of those that the command writes.
     #[serde(default)]
     pub(super) picture: Vec<Shown>,
@@ -71,8 +78,12 @@ pub(super) struct Number {
     pub(super) printed: Option<String>,
     /// What is right by other means: a closed form, or another program.
     pub(super) reference: Option<String>,
-    /// Where it stands in the results: [`find`](super::results::find).
+    /// Where it stands in the results, as [`find`](super::results::find) reads it after the name of
+    /// the computation; or an expression in the names of `of`.
     pub(super) value: String,
+    /// Names of the expression, and where they stand.
+    #[serde(default)]
+    pub(super) of: BTreeMap<String, String>,
     /// How far it may be from what is printed, and from the reference; without it, a unit of the
     /// last digit given, nothing for whole numbers.
     pub(super) tolerance: Option<f64>,
@@ -111,12 +122,22 @@ impl Computation {
             true => format!("'{word}'"),
             false => word.clone(),
         };
-        let words: Vec<String> = self.arguments(small).iter().map(quoted).collect();
+        let mut words: Vec<String> = self.arguments(small).iter().map(quoted).collect();
+        if let (Some(_), Some(scene)) = (&self.append, words.get_mut(1)) {
+            scene.push_str(".toml");
+        }
         format!("grazemap {}", words.join(" "))
     }
 }
 
 impl Entry {
+    /// Whether a number stands in a computation that the small version leaves out.
+    pub(super) fn is_large(&self, number: &Number) -> bool {
+        let mut large = self.computation.iter().filter(|computation| computation.large);
+        let paths = || number.of.values().chain([&number.value]);
+        large.any(|one| paths().any(|path| path.split('/').next() == Some(one.name.as_str())))
+    }
+
     /// Reads an entry. The files are part of the program, and a test reads them all.
     fn parse(name: &'static str, text: &str) -> Result<Self, String> {
         let document: DocumentMut = text.parse().map_err(|fault| format!("{name}: {fault}"))?;
@@ -159,4 +180,33 @@ macro_rules! files {
     };
 }
 
-const FILES: &[(&str, &str)] = files!["thota2006/fig1",];
+const FILES: &[(&str, &str)] = files![
+    "thota2006/fig1",
+    "thota2006/fig2",
+    "thota2006/fig3",
+    "thota2006/fig4",
+    "thota2006/fig5",
+    "thota2006/fig6",
+    "thota2006/fig7",
+    "thota2006/fig8",
+    "cantilever/table1",
+    "cantilever/table2",
+    "cantilever/fig3",
+    "cantilever/fig4",
+    "cantilever/fig5",
+    "kundu2012/fig7",
+    "kundu2012/fig8",
+    "kundu2012/fig9",
+    "kundu2012/fig10",
+    "kundu2012/fig11",
+    "kundu2012/fig12",
+    "kundu2012/fig13",
+    "kundu2012/fig14",
+    "foale1994/fig1",
+    "foale1994/fig2",
+    "foale1994/fig3",
+    "foale1994/fig4",
+    "foale1994/fig5",
+    "foale1994/fig6",
+    "foale1994/fig7",
+];

@@ -5,6 +5,7 @@
 //! a command runs as a person types it, into a folder of its own, and what it wrote is read.
 
 mod entry;
+mod formula;
 mod page;
 mod results;
 
@@ -21,7 +22,7 @@ use super::output::{Bar, CliError, counted, print};
 use entry::{Computation, Entry, Number, entries};
 use grazemap::Error;
 use grazemap::analysis::Progress;
-use grazemap::model::nearest;
+use grazemap::model::{catalogue, nearest};
 use grazemap::numeric::Shown;
 use grazemap::report::{OutputFolder, Picture};
 
@@ -146,7 +147,7 @@ fn compute<'a>(
         seconds: 0.0,
     };
     let mut documents = Vec::new();
-    for computation in &entry.computation {
+    for computation in entry.computation.iter().filter(|one| !(small && one.large)) {
         let place = folder.join(entry.name).join(&computation.name);
         computed.lines.push(computation.line(small));
         if let Err(error) = execute(computation, &place, small, command) {
@@ -160,7 +161,7 @@ fn compute<'a>(
             computed.pictures.push((picture, shown.caption.as_str()));
         }
     }
-    let numbers = entry.number.iter();
+    let numbers = entry.number.iter().filter(|number| !(small && entry.is_large(number)));
     computed.numbers = numbers.map(|number| Compared::new(number, &documents)).collect();
     computed.seconds = start.elapsed().as_secs_f64();
     Ok(computed)
@@ -174,6 +175,12 @@ fn execute(
 ) -> Result<(), CliError> {
     let mut words = vec!["grazemap".to_owned()];
     words.extend(computation.arguments(small));
+    if let (Some(tables), Some(scene)) = (&computation.append, words.get_mut(2)) {
+        let text = catalogue::text(scene).unwrap_or_default();
+        let folder = OutputFolder::create(place)?;
+        folder.write(&format!("{scene}.toml"), format!("{text}\n{tables}"))?;
+        *scene = folder.path().join(format!("{scene}.toml")).display().to_string();
+    }
     words.extend(["-q".to_owned(), "-o".to_owned(), place.display().to_string()]);
     let arguments = Arguments::try_parse_from(&words);
     let arguments = arguments.map_err(|fault| CliError::Gallery(fault.to_string()))?;
@@ -236,15 +243,21 @@ impl Computed<'_> {
 impl<'a> Compared<'a> {
     fn new(number: &'a Number, documents: &[(&str, Value)]) -> Self {
         let one = |path: &str| {
-            let (name, path) = path.trim().split_once('/')?;
+            let (name, path) = path.split_once('/')?;
             let (_, document) = documents.iter().find(|(known, _)| *known == name)?;
             results::find(document, path)
         };
-        let terms = number.value.split(" + ").map(one).collect::<Option<Vec<_>>>();
-        let ours = terms.and_then(|mut terms| match terms.len() {
-            1 => terms.pop(),
-            _ => terms.iter().map(Value::as_f64).sum::<Option<f64>>().map(Value::from),
-        });
+        let ours = match number.of.is_empty() {
+            true => one(&number.value),
+            false => {
+                let named = |(name, path): (&'a String, &String)| {
+                    Some((name.as_str(), one(path)?.as_f64()?))
+                };
+                let named = number.of.iter().map(named).collect::<Option<Vec<_>>>();
+                let value = named.and_then(|named| formula::evaluate(&number.value, &named));
+                value.map(Value::from)
+            }
+        };
         Self { number, ours }
     }
 

@@ -4,6 +4,7 @@ mod branch;
 mod checks;
 mod emission;
 mod images;
+mod loci;
 mod orbits;
 mod outputs;
 mod resuming;
