@@ -156,20 +156,10 @@ pub(super) struct CurveArguments {
     #[arg(long, value_name = "PARAMETER", required_unless_present = "nearest")]
     pub(super) with: Option<String>,
     /// Its first value
-    #[arg(
-        long,
-        value_name = "A",
-        allow_negative_numbers = true,
-        required_unless_present = "nearest"
-    )]
+    #[arg(long, value_name = "A", allow_hyphen_values = true, required_unless_present = "nearest")]
     pub(super) from: Option<f64>,
     /// Its last value
-    #[arg(
-        long,
-        value_name = "B",
-        allow_negative_numbers = true,
-        required_unless_present = "nearest"
-    )]
+    #[arg(long, value_name = "B", allow_hyphen_values = true, required_unless_present = "nearest")]
     pub(super) to: Option<f64>,
     /// The smallest change of one or two parameters from the scene's values at which the orbit
     /// grazes, in the place of a curve
@@ -394,10 +384,10 @@ pub(super) struct OrbitsArguments {
     #[arg(long = "in", value_name = "[P,]Q", value_delimiter = ',', requires = "kinds")]
     pub(super) plane: Vec<String>,
     /// First offset of the parameter stepped through. Default: the window's
-    #[arg(long, value_name = "A", allow_negative_numbers = true, requires = "plane")]
+    #[arg(long, value_name = "A", allow_hyphen_values = true, requires = "plane")]
     pub(super) from: Option<f64>,
     /// Its last offset
-    #[arg(long, value_name = "B", allow_negative_numbers = true, requires = "plane")]
+    #[arg(long, value_name = "B", allow_hyphen_values = true, requires = "plane")]
     pub(super) to: Option<f64>,
     /// How many offsets
     #[arg(
@@ -420,10 +410,10 @@ pub(super) struct BranchArguments {
     #[arg(long, value_name = "P")]
     pub(super) along: String,
     /// Its first offset from the graze. Default: the window's
-    #[arg(long, value_name = "A", allow_negative_numbers = true)]
+    #[arg(long, value_name = "A", allow_hyphen_values = true)]
     pub(super) from: Option<f64>,
     /// Its last offset
-    #[arg(long, value_name = "B", allow_negative_numbers = true)]
+    #[arg(long, value_name = "B", allow_hyphen_values = true)]
     pub(super) to: Option<f64>,
     /// Offsets of other active parameters from the graze, others 0
     #[arg(long, value_name = "NAME=OFFSET,...", value_parser = ParameterOffsets::parse)]

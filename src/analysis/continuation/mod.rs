@@ -20,7 +20,9 @@ mod course;
 mod step;
 
 pub use course::{Course, CourseEnd, Turn, follow};
-pub use step::{CurvePoint, StepControl, corrected, searched, tangent_at, zero_between, zero_near};
+pub use step::{
+    CurvePoint, Solution, StepControl, corrected, searched, tangent_at, zero_between, zero_near,
+};
 
 use nalgebra::{DMatrix, DVector};
 

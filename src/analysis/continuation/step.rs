@@ -19,6 +19,9 @@ pub struct CurvePoint<S, X = ()> {
     pub tests: Vec<TestValue<S>>,
 }
 
+/// Unknowns that solve the equations, with the residuals and derivatives there.
+pub type Solution<S, X> = (Vec<S>, Linearised<S, X>);
+
 /// Lengths of steps, in the units of the unknowns.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StepControl {
@@ -52,7 +55,7 @@ pub fn corrected<S: Real, C: CurveEquations<S> + ?Sized>(
     start: &[S],
     origin: &[S],
     normal: &[S],
-) -> Option<(Vec<S>, Linearised<S, C::Extra>)> {
+) -> Option<Solution<S, C::Extra>> {
     let mut unknowns = start.to_vec();
     let mut last = f64::INFINITY;
     for _ in 0..STEPS {
@@ -92,7 +95,7 @@ pub fn searched<S: Real, C: CurveEquations<S> + ?Sized>(
     curve: &mut C,
     start: &[S],
     held: usize,
-) -> Option<(Vec<S>, Linearised<S, C::Extra>)> {
+) -> Option<Solution<S, C::Extra>> {
     let size = |here: &Linearised<S, C::Extra>| {
         here.residual.iter().fold(0.0, |most: f64, value| most.max(value.magnitude()))
     };

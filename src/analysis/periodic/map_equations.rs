@@ -274,7 +274,7 @@ impl<'a, S: Real> MapOrbitEquations<'a, S> {
         if self.dimension == 2 {
             // det J Π(−2y) and Π(−2y), without a division.
             let whole = TestValue::determinant(&self.shifted(&point.linearised.jacobian, 0.0));
-            let sign = if depths.len() % 2 == 0 { S::one() } else { -S::one() };
+            let sign = if depths.len().is_multiple_of(2) { S::one() } else { -S::one() };
             let size = whole.size.max(product.magnitude());
             return Some(TestValue { value: whole.value - sign * product, size });
         }

@@ -1,5 +1,6 @@
 //! The program as users run it: messages, exit codes, files.
 
+mod branch;
 mod checks;
 mod emission;
 mod images;

@@ -1,0 +1,83 @@
+//! `grazemap branch` as users run it.
+
+use std::fs;
+
+use super::{grazemap, json, scratch, text};
+
+#[test]
+fn branches_have_the_columns_promised_and_meet_at_the_graze() {
+    let folder = scratch();
+    let arguments =
+        ["branch", "foale_omega_2_2", "--along", "alpha", "--period", "1", "-q", "-o", "out"];
+    let output = grazemap(folder.path(), &arguments);
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    let written = fs::read_to_string(folder.path().join("out/branch.csv")).expect("written");
+    let mut lines = written.lines();
+    assert_eq!(
+        lines.next(),
+        Some(
+            "branch,itinerary,period,alpha,alpha_value,x,theta,re1,im1,re2,im2,stable,physical,\
+             inside,speeds,label"
+        )
+    );
+    let rows: Vec<Vec<&str>> = lines.map(|line| line.split(',').collect()).collect();
+    let grazes: Vec<_> = rows.iter().filter(|row| row[15] == "GR").collect();
+    // The orbit without contact and that with one, each at its graze; a multiplier is infinite
+    // where a contact has no speed.
+    let itineraries: Vec<&str> = grazes.iter().map(|row| row[1]).collect();
+    assert_eq!(itineraries, ["1", "0"]);
+    assert!(grazes.iter().all(|row| row[3].parse::<f64>().is_ok_and(|x| x.abs() < 1e-12)));
+    assert!(grazes[0][7].is_empty() && grazes[0][11].is_empty() && !grazes[1][7].is_empty());
+    // Above omega = 2 the orbit with a contact is physical beyond the graze alone.
+    let physical = |row: &&Vec<&str>| row[1] == "1" && row[12] == "1" && row[15].is_empty();
+    let mut offsets = rows.iter().filter(physical).map(|row| row[3].parse::<f64>());
+    assert!(offsets.all(|offset| offset.is_ok_and(|offset| offset > 0.0)));
+    for name in ["branch.json", "branch.svg", "branch.png", "branch-x.svg", "branch-theta.png"] {
+        assert!(folder.path().join("out").join(name).exists(), "{name}");
+    }
+}
+
+#[test]
+fn branches_have_the_fields_promised() {
+    let folder = scratch();
+    let arguments = [
+        "branch",
+        "foale",
+        "--along",
+        "alpha",
+        "--itinerary",
+        "1",
+        "--from",
+        "-1e-3",
+        "--to",
+        "1e-3",
+        "--json",
+        "-",
+        "-q",
+    ];
+    let found = json(folder.path(), &arguments);
+    assert_eq!(found["document"], "branch");
+    assert_eq!((&found["using"], &found["along"]), (&"map".into(), &"alpha".into()));
+    let branches = found["branches"].as_array().expect("a list");
+    // The one without contact is followed unasked: the graze leads to it.
+    let itineraries: Vec<_> = branches.iter().map(|branch| &branch["itinerary"]).collect();
+    assert_eq!(itineraries, ["1", "0"]);
+    let points = branches[0]["points"].as_array().expect("a list");
+    let graze = points.iter().find(|point| point["label"] == "GR").expect("its graze");
+    assert_eq!(graze["grazing"], serde_json::json!([[0, 0]]));
+    // Foale: near grazing alpha = alpha_c + r z y, z = -0.4719 at omega = 1.8.
+    let slope = graze["coefficient"].as_f64().expect("a slope");
+    assert!((slope - 0.7 * -0.4719).abs() < 1e-4, "{slope}");
+}
+
+#[test]
+fn a_branch_that_is_not_there_and_parameters_that_do_not_vary_are_said() {
+    let folder = scratch();
+    let far = ["branch", "linear", "--along", "alpha", "--itinerary", "1", "--from", "5e-4", "-q"];
+    let output = grazemap(folder.path(), &far);
+    assert_eq!(output.status.code(), Some(1), "{}", text(&output.stderr));
+    assert!(text(&output.stderr).contains("--from, --to"));
+    let frozen = grazemap(folder.path(), &["branch", "linear", "--along", "zeta"]);
+    assert_eq!(frozen.status.code(), Some(2));
+    assert!(text(&frozen.stderr).contains("--along"), "{}", text(&frozen.stderr));
+}
